@@ -1,0 +1,140 @@
+//! Why a bag could not be written or read.
+
+use std::path::PathBuf;
+
+use mcap::McapError;
+
+/// Why a bag could not be written or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BagError {
+    /// There is something where the bag is to go.
+    #[error("{} exists already", .path.display())]
+    Exists {
+        /// The folder that was asked for.
+        path: PathBuf,
+    },
+    /// The path has no last part that could name the bag.
+    #[error("{} does not name a folder for a bag", .path.display())]
+    NoName {
+        /// The path that was asked for.
+        path: PathBuf,
+    },
+    /// The system refused.
+    #[error("cannot {action} {}", .path.display())]
+    Io {
+        /// What was to be done, such as `read`.
+        action: &'static str,
+        /// With what.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A record could not be written.
+    #[error("cannot record into {}", .path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: McapError,
+    },
+    /// No definition is known of the type, and a bag without it could not be opened.
+    #[error("topic {topic} has type {type_name}, of which no definition is known")]
+    UnknownType {
+        /// The topic.
+        topic: String,
+        /// Its type.
+        type_name: String,
+    },
+    /// A topic was added twice.
+    #[error("topic {topic} is recorded already")]
+    DuplicateTopic {
+        /// The topic.
+        topic: String,
+    },
+    /// A folder holds no recording.
+    #[error("{} holds no .mcap file", .path.display())]
+    NoFiles {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A file without a byte.
+    #[error("{} is empty", .path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file of another kind.
+    #[error("{} is not an MCAP file", .path.display())]
+    NotMcap {
+        /// The file.
+        path: PathBuf,
+    },
+    /// An MCAP file of another world than ROS 2.
+    #[error("{} has MCAP profile {found:?}, expected \"ros2\"", .path.display())]
+    Profile {
+        /// The file.
+        path: PathBuf,
+        /// The profile in its header.
+        found: String,
+    },
+    /// `metadata.yaml` does not say which files belong to the bag.
+    #[error("cannot make sense of {}", .path.display())]
+    Metadata {
+        /// The file.
+        path: PathBuf,
+        /// Where and why.
+        source: Box<serde_saphyr::Error>,
+    },
+    /// The end of a file is missing or damaged; everything before it was read.
+    #[error(
+        "{} breaks off after {n_messages} messages{}",
+        .path.display(),
+        last_time(*.last_log_time_ns)
+    )]
+    Incomplete {
+        /// The file.
+        path: PathBuf,
+        /// Messages before the break.
+        n_messages: u64,
+        /// The latest log time among them, in nanoseconds.
+        last_log_time_ns: Option<u64>,
+        /// What the reader met there.
+        source: McapError,
+    },
+}
+
+impl BagError {
+    /// What to do about it, where there is something.
+    pub fn help(&self) -> Option<&'static str> {
+        match self {
+            Self::Exists { .. } => Some("choose another folder, or move this one away"),
+            Self::NoFiles { .. } => {
+                Some("give the folder that holds metadata.yaml, or the .mcap file itself")
+            }
+            Self::NotMcap { .. } => Some(
+                "bags in SQLite format become MCAP with \
+                 `ros2 bag convert --input BAG --output-options FILE`",
+            ),
+            Self::Incomplete { .. } => {
+                Some("what was recorded before the break can be used as it is")
+            }
+            Self::NoName { .. }
+            | Self::Io { .. }
+            | Self::Write { .. }
+            | Self::UnknownType { .. }
+            | Self::DuplicateTopic { .. }
+            | Self::Empty { .. }
+            | Self::Profile { .. }
+            | Self::Metadata { .. } => None,
+        }
+    }
+}
+
+/// Says up to when, in seconds of log time.
+fn last_time(last_log_time_ns: Option<u64>) -> String {
+    match last_log_time_ns {
+        Some(time_ns) => format!(", at {:.3} s", time_ns as f64 / 1e9),
+        None => String::new(),
+    }
+}

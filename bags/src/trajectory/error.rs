@@ -1,0 +1,184 @@
+//! Why a bag gives no trajectory.
+
+use crate::BagError;
+
+use super::PoseSource;
+
+/// Why a bag gives no trajectory. Times are in seconds, on the clock of the pose stamps.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TrajectoryError {
+    /// The bag itself does not read.
+    #[error("cannot read the bag")]
+    Bag(#[from] BagError),
+    /// No topic of the bag has poses.
+    #[error("the bag has no poses: {} among its topics: {}", wanted(*.asked), list(.topics))]
+    NoPoses {
+        /// The source that was asked for; `None` for any.
+        asked: Option<PoseSource>,
+        /// The topics that are there, with their types.
+        topics: Vec<String>,
+    },
+    /// A robot has poses and was never told anything.
+    #[error("robot {robot} has poses and no commands: expected {expected} among the topics: {}", list(.topics))]
+    NoCommands {
+        /// The robot.
+        robot: String,
+        /// The topic with the commands.
+        expected: String,
+        /// The topics that are there, with their types.
+        topics: Vec<String>,
+    },
+    /// One topic was recorded with two types.
+    #[error("topic {topic} was recorded with the types {}", list(.types))]
+    TwoTypes {
+        /// The topic.
+        topic: String,
+        /// Its types.
+        types: Vec<String>,
+    },
+    /// A message is not what its type says.
+    #[error("a message on {topic} at {time_s:.3} s of log time does not decode")]
+    Message {
+        /// The topic.
+        topic: String,
+        /// Its log time, in seconds.
+        time_s: f64,
+        /// Why.
+        source: rsrs_msgs::cdr::CdrError,
+    },
+    /// A pose or command with NaN or infinity in it.
+    #[error("{what} of robot {robot} at {time_s:.3} s is not a number")]
+    NotFinite {
+        /// `pose` or `command`.
+        what: &'static str,
+        /// The robot.
+        robot: String,
+        /// When, in seconds.
+        time_s: f64,
+    },
+    /// An orientation that is no rotation.
+    #[error("orientation of robot {robot} at {time_s:.3} s has length {length:.3}, expected 1")]
+    NoOrientation {
+        /// The robot.
+        robot: String,
+        /// When, in seconds.
+        time_s: f64,
+        /// Length of its quaternion, dimensionless.
+        length: f64,
+    },
+    /// The transforms of two robots start at different frames.
+    #[error("the pose of robot {robot} is in frame {found:?}, those before it in {expected:?}")]
+    Frames {
+        /// The robot.
+        robot: String,
+        /// The frame of its pose.
+        found: String,
+        /// The frame of the poses before.
+        expected: String,
+    },
+    /// The lease was recorded and never said RUNNING.
+    #[error("the run lease in the bag never says RUNNING")]
+    NeverRunning,
+    /// There is no lease and no command was anything but zero.
+    #[error("no robot was ever commanded to move")]
+    NeverCommanded,
+    /// A robot has fewer than two poses in the running time.
+    #[error("robot {robot} has {n_samples} poses while the swarm was running, expected at least 2")]
+    TooFewPoses {
+        /// The robot.
+        robot: String,
+        /// How many it has.
+        n_samples: usize,
+    },
+    /// Two poses of one robot at the same time.
+    #[error(
+        "robot {robot} has poses {distance_s:.4} s apart at {time_s:.3} s, expected about {period_s:.4} s: two publishers on one topic?"
+    )]
+    TooClose {
+        /// The robot.
+        robot: String,
+        /// When, in seconds.
+        time_s: f64,
+        /// How far apart, in seconds; negative if the stamps go back.
+        distance_s: f64,
+        /// The median distance, in seconds.
+        period_s: f64,
+    },
+    /// Poses are missing.
+    #[error(
+        "robot {robot} has no pose for {distance_s:.3} s before {time_s:.3} s, expected one every {period_s:.4} s"
+    )]
+    Gap {
+        /// The robot.
+        robot: String,
+        /// The end of the gap, in seconds.
+        time_s: f64,
+        /// Its length, in seconds.
+        distance_s: f64,
+        /// The median distance of poses, in seconds.
+        period_s: f64,
+    },
+    /// A robot came late or left early.
+    #[error(
+        "robot {robot} has poses from {first_s:.3} s to {last_s:.3} s, the others from {expected_first_s:.3} s to {expected_last_s:.3} s"
+    )]
+    Span {
+        /// The robot.
+        robot: String,
+        /// Its first pose, in seconds.
+        first_s: f64,
+        /// Its last pose, in seconds.
+        last_s: f64,
+        /// First pose of the robot that came first, in seconds.
+        expected_first_s: f64,
+        /// Last pose of the robot that left last, in seconds.
+        expected_last_s: f64,
+    },
+    /// A robot's poses are between those of the others.
+    #[error(
+        "robot {robot} has a pose at {time_s:.3} s where {reference} has one at {expected_s:.3} s, more than half a period apart"
+    )]
+    OutOfStep {
+        /// The robot.
+        robot: String,
+        /// Its pose, in seconds.
+        time_s: f64,
+        /// The robot it was held against.
+        reference: String,
+        /// That robot's pose, in seconds.
+        expected_s: f64,
+    },
+}
+
+impl TrajectoryError {
+    /// What to do about it, where there is something.
+    pub fn help(&self) -> Option<&'static str> {
+        match self {
+            Self::Bag(error) => error.help(),
+            Self::NoPoses { .. } | Self::NoCommands { .. } => Some(
+                "without poses and commands only a person can label: \
+                 `rsrs label BAG --as PHASE --by WHO`",
+            ),
+            Self::Frames { .. } => {
+                Some("take another source with `--poses odom` or `--poses pose`")
+            }
+            _ => None,
+        }
+    }
+}
+
+/// What was looked for.
+fn wanted(asked: Option<PoseSource>) -> &'static str {
+    match asked {
+        None => "expected /<robot>/odom, /<robot>/pose or /tf",
+        Some(PoseSource::Odom) => "expected nav_msgs/msg/Odometry on /<robot>/odom",
+        Some(PoseSource::Pose) => "expected geometry_msgs/msg/PoseStamped on /<robot>/pose",
+        Some(PoseSource::Tf) => "expected transforms to <robot>/base_link on /tf",
+    }
+}
+
+/// Names one after the other; none is said, too.
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}

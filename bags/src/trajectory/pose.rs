@@ -1,0 +1,204 @@
+//! Poses on the floor out of the messages that carry them.
+
+use rsrs_core::unicycle::Pose;
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::geometry_msgs::{Point, PoseStamped, Quaternion, Vector3};
+use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::tf2_msgs::TFMessage;
+use rsrs_msgs::{RosMessage, topics};
+
+use super::{PoseSource, TrajectoryError};
+use crate::TopicInfo;
+
+/// Frames that stand for the robot's body, by REP 105.
+const BODY_FRAMES: [&str; 2] = ["/base_link", "/base_footprint"];
+
+/// A quaternion whose length is further from 1 was never set, or is not one.
+const LENGTH_TOLERANCE: f64 = 0.01;
+
+/// One robot's pose at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseSample {
+    /// The stamp in the message, in nanoseconds; 0 where there is none, until
+    /// [`fill_missing_stamps`].
+    pub stamp_ns: u64,
+    /// When it was recorded, in nanoseconds.
+    pub log_ns: u64,
+    /// Where the robot was.
+    pub pose: Pose,
+}
+
+/// A pose as it is in a message.
+pub struct RawPose {
+    /// The robot.
+    pub robot: String,
+    /// The frame of the pose.
+    pub frame: String,
+    stamp: Time,
+    position: Vector3,
+    orientation: Quaternion,
+}
+
+/// The robot whose poses a topic has, if it has some.
+pub fn robot_of_topic(topic: &TopicInfo, source: PoseSource) -> Option<String> {
+    let (relative, type_name) = match source {
+        PoseSource::Odom => (topics::ODOM.name, Odometry::TYPE_NAME),
+        PoseSource::Pose => (topics::POSE.name, PoseStamped::TYPE_NAME),
+        PoseSource::Tf => return None,
+    };
+    if topic.type_name == type_name { robot_before(&topic.name, relative) } else { None }
+}
+
+/// The namespace of a relative topic, without the slashes around it.
+pub fn robot_before(topic: &str, relative: &str) -> Option<String> {
+    let robot = topic.strip_prefix('/')?.strip_suffix(relative)?.strip_suffix('/')?;
+    (!robot.is_empty()).then(|| robot.to_owned())
+}
+
+/// The pose in an odometry.
+pub fn of_odometry(robot: &str, message: Odometry) -> RawPose {
+    let pose = message.pose.pose;
+    RawPose {
+        robot: robot.to_owned(),
+        frame: message.header.frame_id,
+        stamp: message.header.stamp,
+        position: vector(pose.position),
+        orientation: pose.orientation,
+    }
+}
+
+/// The pose from a tracker.
+pub fn of_pose_stamped(robot: &str, message: PoseStamped) -> RawPose {
+    RawPose {
+        robot: robot.to_owned(),
+        frame: message.header.frame_id,
+        stamp: message.header.stamp,
+        position: vector(message.pose.position),
+        orientation: message.pose.orientation,
+    }
+}
+
+/// The poses of robots' bodies among some transforms.
+pub fn of_transforms(message: TFMessage) -> Vec<RawPose> {
+    let bodies = message.transforms.into_iter().filter_map(|transform| {
+        let child = transform.child_frame_id.trim_start_matches('/');
+        let robot = BODY_FRAMES.iter().find_map(|frame| child.strip_suffix(frame))?.to_owned();
+        Some(RawPose {
+            robot,
+            frame: transform.header.frame_id,
+            stamp: transform.header.stamp,
+            position: transform.transform.translation,
+            orientation: transform.transform.rotation,
+        })
+    });
+    bodies.collect()
+}
+
+impl RawPose {
+    /// The pose on the floor.
+    ///
+    /// # Errors
+    ///
+    /// [`TrajectoryError::NotFinite`] and [`TrajectoryError::NoOrientation`].
+    pub fn sample(self, log_ns: u64) -> Result<PoseSample, TrajectoryError> {
+        let stamp_ns = self.stamp.to_nanos().unwrap_or(0);
+        let time_s = if stamp_ns == 0 { log_ns } else { stamp_ns } as f64 / 1e9;
+        let Quaternion { x, y, z, w } = self.orientation;
+        let (x_m, y_m) = (self.position.x, self.position.y);
+        if ![x_m, y_m, x, y, z, w].iter().all(|number| number.is_finite()) {
+            return Err(TrajectoryError::NotFinite { what: "pose", robot: self.robot, time_s });
+        }
+        let length = (x * x + y * y + z * z + w * w).sqrt();
+        if (length - 1.0).abs() > LENGTH_TOLERANCE {
+            return Err(TrajectoryError::NoOrientation { robot: self.robot, time_s, length });
+        }
+        let heading_rad = libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z));
+        Ok(PoseSample { stamp_ns, log_ns, pose: Pose { x_m, y_m, heading_rad } })
+    }
+}
+
+/// Gives poses their log time if none of them has a stamp.
+///
+/// A single stamp of zero is a time: that at which a simulation starts.
+pub fn fill_missing_stamps(poses: &mut [PoseSample]) {
+    if poses.iter().all(|pose| pose.stamp_ns == 0) {
+        for pose in poses {
+            pose.stamp_ns = pose.log_ns;
+        }
+    }
+}
+
+fn vector(point: Point) -> Vector3 {
+    Vector3 { x: point.x, y: point.y, z: point.z }
+}
+
+#[cfg(test)]
+mod tests {
+    use rsrs_msgs::geometry_msgs::{Transform, TransformStamped};
+    use rsrs_msgs::std_msgs::Header;
+
+    use super::*;
+
+    fn tracked(orientation: Quaternion) -> RawPose {
+        let mut message = PoseStamped::default();
+        message.pose.orientation = orientation;
+        of_pose_stamped("robot_1", message)
+    }
+
+    #[test]
+    fn the_heading_is_the_turn_about_the_vertical_axis() {
+        for heading_rad in [-3.0, -0.5, 0.0, 1.0, 3.1] {
+            let (z, w) = (libm::sin(heading_rad / 2.0), libm::cos(heading_rad / 2.0));
+
+            let sample = tracked(Quaternion { x: 0.0, y: 0.0, z, w }).sample(7).unwrap();
+
+            assert!((sample.pose.heading_rad - heading_rad).abs() < 1e-12, "{heading_rad} rad");
+        }
+    }
+
+    #[test]
+    fn poses_without_stamps_get_their_log_times_and_a_simulation_starts_at_zero() {
+        let sample = |stamp_ns, log_ns| PoseSample {
+            stamp_ns,
+            ..tracked(Quaternion::default()).sample(log_ns).unwrap()
+        };
+        let mut unstamped = [sample(0, 7), sample(0, 8)];
+        let mut simulated = [sample(0, 7), sample(1, 8)];
+
+        fill_missing_stamps(&mut unstamped);
+        fill_missing_stamps(&mut simulated);
+
+        assert_eq!(unstamped.map(|pose| pose.stamp_ns), [7, 8]);
+        assert_eq!(simulated.map(|pose| pose.stamp_ns), [0, 1]);
+    }
+
+    #[test]
+    fn an_orientation_that_was_never_set_is_refused() {
+        let error = tracked(Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 0.0 }).sample(7).unwrap_err();
+
+        assert!(matches!(error, TrajectoryError::NoOrientation { .. }), "{error}");
+    }
+
+    #[test]
+    fn only_bodies_of_robots_are_taken_from_the_transforms() {
+        let edge = |child: &str| TransformStamped {
+            header: Header { frame_id: "map".into(), ..Header::default() },
+            child_frame_id: child.into(),
+            transform: Transform::default(),
+        };
+        let transforms = ["robot_1/base_link", "/robot_2/base_footprint", "robot_1/camera"];
+
+        let poses = of_transforms(TFMessage { transforms: transforms.map(edge).to_vec() });
+
+        let robots: Vec<&str> = poses.iter().map(|pose| pose.robot.as_str()).collect();
+        assert_eq!(robots, ["robot_1", "robot_2"]);
+    }
+
+    #[test]
+    fn a_robot_is_the_whole_namespace_before_the_topic() {
+        assert_eq!(robot_before("/robot_1/odom", "odom").as_deref(), Some("robot_1"));
+        assert_eq!(robot_before("/lab/robot_1/odom", "odom").as_deref(), Some("lab/robot_1"));
+        assert_eq!(robot_before("/odom", "odom"), None);
+        assert_eq!(robot_before("/robot_1/modem_odom", "odom"), None);
+    }
+}

@@ -1,0 +1,113 @@
+//! When the swarm was running.
+
+use super::TrajectoryError;
+use super::collect::{Collected, LeaseSample};
+
+/// By what the running time was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WindowSource {
+    /// The recorded run lease said RUNNING.
+    Lease,
+    /// There is no lease in the bag: some robot was commanded to move.
+    Commands,
+}
+
+/// A span of log time, both ends included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RunningWindow {
+    /// Its start, in nanoseconds.
+    pub start_ns: u64,
+    /// Its end, in nanoseconds.
+    pub end_ns: u64,
+    /// By what it was found.
+    pub source: WindowSource,
+}
+
+impl RunningWindow {
+    /// Whether something that was recorded then belongs to the run.
+    pub fn contains(&self, log_ns: u64) -> bool {
+        (self.start_ns..=self.end_ns).contains(&log_ns)
+    }
+}
+
+/// Finds the running time.
+///
+/// With a lease it is the longest time through which the lease said RUNNING: a run that was
+/// interrupted has several, and its phases are not one phenomenon. Without one it goes from the
+/// first to the last command that moves a robot, and half a period around them, because a command
+/// comes after the pose that it answers.
+///
+/// # Errors
+///
+/// [`TrajectoryError::NeverRunning`] and [`TrajectoryError::NeverCommanded`].
+pub fn running_window(
+    collected: &Collected,
+    period_ns: u64,
+) -> Result<RunningWindow, TrajectoryError> {
+    if let Some(lease) = &collected.lease {
+        let (start_ns, end_ns) = longest_running(lease).ok_or(TrajectoryError::NeverRunning)?;
+        return Ok(RunningWindow { start_ns, end_ns, source: WindowSource::Lease });
+    }
+    let moving = || {
+        let commands = collected.robots.iter().flat_map(|robot| &robot.commands);
+        commands.filter(|command| command.moves()).map(|command| command.log_ns)
+    };
+    let (first_ns, last_ns) =
+        moving().min().zip(moving().max()).ok_or(TrajectoryError::NeverCommanded)?;
+    Ok(RunningWindow {
+        start_ns: first_ns.saturating_sub(period_ns / 2),
+        end_ns: last_ns.saturating_add(period_ns / 2),
+        source: WindowSource::Commands,
+    })
+}
+
+/// The longest span that starts with RUNNING and ends with something else, or with the bag.
+fn longest_running(lease: &[LeaseSample]) -> Option<(u64, u64)> {
+    let mut spans: Vec<(u64, u64)> = Vec::new();
+    let mut open: Option<u64> = None;
+    for sample in lease {
+        match (open, sample.running) {
+            (None, true) => open = Some(sample.log_ns),
+            (Some(start_ns), false) => {
+                spans.push((start_ns, sample.log_ns));
+                open = None;
+            }
+            (None, false) | (Some(_), true) => {}
+        }
+    }
+    spans.extend(open.map(|start_ns| (start_ns, u64::MAX)));
+    spans.into_iter().max_by_key(|(start_ns, end_ns)| end_ns.saturating_sub(*start_ns))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lease(states: &[(u64, bool)]) -> Vec<LeaseSample> {
+        states.iter().map(|&(log_ns, running)| LeaseSample { log_ns, running }).collect()
+    }
+
+    #[test]
+    fn the_run_lasts_from_running_to_the_next_other_state() {
+        let states = [(1, false), (5, true), (6, true), (9, false), (12, false)];
+
+        assert_eq!(longest_running(&lease(&states)), Some((5, 9)));
+    }
+
+    #[test]
+    fn of_an_interrupted_run_the_longer_part_counts() {
+        let states = [(1, true), (3, false), (5, true), (9, false)];
+
+        assert_eq!(longest_running(&lease(&states)), Some((5, 9)));
+    }
+
+    #[test]
+    fn a_run_that_was_still_going_lasts_to_the_end_of_the_bag() {
+        assert_eq!(longest_running(&lease(&[(5, true)])), Some((5, u64::MAX)));
+    }
+
+    #[test]
+    fn a_lease_that_was_never_given_gives_no_run() {
+        assert_eq!(longest_running(&lease(&[(1, false), (2, false)])), None);
+    }
+}

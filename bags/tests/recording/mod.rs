@@ -1,0 +1,109 @@
+//! Small bags of a swarm that drives straight, for tests to write and to spoil.
+
+#![allow(dead_code, reason = "each test file uses some of it")]
+
+use std::path::Path;
+
+use rsrs_bags::{BagOptions, BagWriter, ChannelId, Sample};
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::geometry_msgs::{Quaternion, TwistStamped};
+use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::{RosMessage, cdr, topics};
+
+/// Control period, in nanoseconds.
+pub const PERIOD_NS: u64 = 130_000_000;
+
+/// Speed of every robot, in metres per second.
+pub const SPEED_M_S: f64 = 0.15;
+
+/// A writer with the topics of some robots.
+pub struct Recording {
+    /// The bag.
+    pub writer: BagWriter,
+    /// The run lease.
+    pub lease: ChannelId,
+    robots: Vec<RobotChannels>,
+}
+
+struct RobotChannels {
+    detection: ChannelId,
+    cmd_vel: ChannelId,
+    odom: ChannelId,
+}
+
+impl Recording {
+    /// Starts a bag with these robots.
+    pub fn new(folder: &Path, robots: &[&str]) -> Self {
+        let mut writer = BagWriter::create(folder, BagOptions::default()).expect("it is new");
+        let lease = add(&mut writer, topics::LEASE, "");
+        let robots = robots
+            .iter()
+            .map(|robot| RobotChannels {
+                detection: add(&mut writer, topics::DETECTION, robot),
+                cmd_vel: add(&mut writer, topics::CMD_VEL, robot),
+                odom: add(&mut writer, topics::ODOM, robot),
+            })
+            .collect();
+        Self { writer, lease, robots }
+    }
+
+    /// Records one message at a log time.
+    pub fn put<M: RosMessage>(&mut self, channel: ChannelId, log_time_ns: u64, message: &M) {
+        let data = cdr::encode(message);
+        let sample = Sample { log_time_ns, publish_time_ns: log_time_ns, sequence: 0, data: &data };
+        self.writer.write(channel, sample).expect("the disk has room");
+    }
+
+    /// Records what all robots do in one step.
+    pub fn step(&mut self, step: u64) {
+        for robot in 0..self.robots.len() {
+            self.detection(robot, step);
+            self.odom(robot, step, &odometry(robot, step));
+            self.cmd_vel(robot, step, SPEED_M_S);
+        }
+    }
+
+    /// Records one robot's detection.
+    pub fn detection(&mut self, robot: usize, step: u64) {
+        let message = Bool { data: step.is_multiple_of(2) };
+        self.put(self.robots[robot].detection, step * PERIOD_NS, &message);
+    }
+
+    /// Records one robot's pose.
+    pub fn odom(&mut self, robot: usize, step: u64, message: &Odometry) {
+        self.put(self.robots[robot].odom, step * PERIOD_NS, message);
+    }
+
+    /// Records one robot's command.
+    pub fn cmd_vel(&mut self, robot: usize, step: u64, speed_m_s: f64) {
+        let mut message = TwistStamped::default();
+        message.header.stamp = Time::from_nanos(step * PERIOD_NS);
+        message.twist.linear.x = speed_m_s;
+        message.twist.angular.z = step as f64;
+        self.put(self.robots[robot].cmd_vel, step * PERIOD_NS, &message);
+    }
+
+    /// Records the lease.
+    pub fn lease(&mut self, step: u64, state: u8) {
+        let message = RunLease { state, epoch: 1, ..RunLease::default() };
+        self.put(self.lease, step * PERIOD_NS, &message);
+    }
+}
+
+fn add(writer: &mut BagWriter, topic: topics::Topic, robot: &str) -> ChannelId {
+    writer.add_topic(&topic.for_robot(robot), topic.type_name, topic.qos).expect("it is new")
+}
+
+/// Robot `n` drives along y = n.
+pub fn odometry(robot: usize, step: u64) -> Odometry {
+    let mut message = Odometry::default();
+    message.header.stamp = Time::from_nanos(step * PERIOD_NS);
+    "map".clone_into(&mut message.header.frame_id);
+    let pose = &mut message.pose.pose;
+    pose.position.x = SPEED_M_S * (step * PERIOD_NS) as f64 / 1e9;
+    pose.position.y = robot as f64;
+    pose.orientation = Quaternion::default();
+    message
+}

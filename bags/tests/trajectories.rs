@@ -1,0 +1,358 @@
+//! Trajectories out of bags: good ones, and the reasons why others give none.
+
+mod recording;
+
+use std::collections::BTreeMap;
+
+use recording::{PERIOD_NS, Recording, SPEED_M_S, odometry};
+use rsrs_bags::trajectory::{
+    PoseSource, RecordedTrajectory, TrajectoryError, TrajectoryOptions, WindowSource,
+    read_trajectory,
+};
+use rsrs_bags::{Bag, BagOptions, BagWriter, ChannelId, Sample};
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::geometry_msgs::{PoseStamped, TransformStamped, Twist};
+use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::tf2_msgs::TFMessage;
+use rsrs_msgs::{RosMessage, cdr, topics};
+
+type Outcome = Result<RecordedTrajectory, TrajectoryError>;
+
+fn temporary() -> tempfile::TempDir {
+    tempfile::tempdir().expect("there is room for a temporary folder")
+}
+
+/// The trajectory of two robots whose lease is RUNNING from the start, recorded by a recipe.
+fn recorded(recipe: impl FnOnce(&mut Recording)) -> Outcome {
+    let folder = temporary();
+    let path = folder.path().join("run");
+    let mut recording = Recording::new(&path, &["robot_10", "robot_2"]);
+    recording.lease(0, RunLease::RUNNING);
+    recipe(&mut recording);
+    recording.writer.finish().expect("the disk has room");
+    read_trajectory(&Bag::open(&path)?, &TrajectoryOptions::default())
+}
+
+/// The trajectory in a laboratory's bag, without any topic of ours.
+struct Foreign {
+    folder: tempfile::TempDir,
+    writer: BagWriter,
+    channels: BTreeMap<String, ChannelId>,
+}
+
+impl Foreign {
+    fn new() -> Self {
+        let folder = temporary();
+        let path = folder.path().join("run");
+        let writer = BagWriter::create(&path, BagOptions::default()).expect("it is new");
+        Self { folder, writer, channels: BTreeMap::new() }
+    }
+
+    fn put<M: RosMessage>(&mut self, topic: &str, log_time_ns: u64, message: &M) {
+        let writer = &mut self.writer;
+        let channel = *self.channels.entry(topic.to_owned()).or_insert_with(|| {
+            writer.add_topic(topic, M::TYPE_NAME, topics::POSE.qos).expect("it is new")
+        });
+        let data = cdr::encode(message);
+        let sample = Sample { log_time_ns, publish_time_ns: 0, sequence: 0, data: &data };
+        writer.write(channel, sample).expect("the disk has room");
+    }
+
+    fn command(&mut self, robot: &str, log_time_ns: u64, speed_m_s: f64) {
+        let mut message = Twist::default();
+        message.linear.x = speed_m_s;
+        self.put(&format!("/{robot}/cmd_vel"), log_time_ns, &message);
+    }
+
+    fn read(self) -> Outcome {
+        self.writer.finish().expect("the disk has room");
+        let bag = Bag::open(&self.folder.path().join("run"))?;
+        read_trajectory(&bag, &TrajectoryOptions::default())
+    }
+}
+
+fn body(robot: &str, parent: &str, step: u64) -> TransformStamped {
+    let mut transform = TransformStamped::default();
+    transform.header.stamp = Time::from_nanos(step * PERIOD_NS);
+    parent.clone_into(&mut transform.header.frame_id);
+    transform.child_frame_id = format!("{robot}/base_link");
+    transform.transform.translation.x = step as f64;
+    transform
+}
+
+#[test]
+fn rows_are_robots_in_the_order_people_count_with_the_command_that_answered() {
+    let read = recorded(|recording| (0..20).for_each(|step| recording.step(step))).unwrap();
+
+    let trajectory = &read.trajectory;
+    assert_eq!(read.robots, ["robot_2", "robot_10"]);
+    assert_eq!(read.poses, PoseSource::Odom);
+    assert_eq!((trajectory.n_robots, trajectory.n_samples(), read.start_ns), (2, 20, 0));
+    assert_eq!(trajectory.period_s.to_bits(), 0.13_f64.to_bits());
+    // The recording numbers robot_10 first, and its robots are at y = 0 and y = 1.
+    let y_m: Vec<f64> = trajectory.poses_at(7).iter().map(|pose| pose.y_m).collect();
+    assert_eq!(y_m, [1.0, 0.0]);
+    assert!((trajectory.poses_at(7)[0].x_m - SPEED_M_S * 0.91).abs() < 1e-12);
+    // The turning rate counts the steps, so that a shift by one would show.
+    let commands = trajectory.commands_at(7);
+    let turns: Vec<f64> = commands.iter().map(|command| command.turn_rate_rad_s).collect();
+    assert_eq!(turns, [7.0, 7.0]);
+}
+
+#[test]
+fn only_the_time_in_which_the_lease_said_running_counts() {
+    let read = recorded(|recording| {
+        recording.lease(0, RunLease::ARMED);
+        for step in 0..50 {
+            if step == 10 {
+                recording.lease(step, RunLease::RUNNING);
+            }
+            recording.step(step);
+        }
+        recording.lease(39, RunLease::STOPPED);
+    })
+    .unwrap();
+
+    assert_eq!(read.window.source, WindowSource::Lease);
+    assert_eq!((read.trajectory.n_samples(), read.start_ns), (30, 10 * PERIOD_NS));
+    assert_eq!(read.trajectory.commands_at(0)[0].turn_rate_rad_s.to_bits(), 10_f64.to_bits());
+}
+
+#[test]
+fn a_lease_that_never_ran_gives_no_trajectory() {
+    let folder = temporary();
+    let path = folder.path().join("run");
+    let mut recording = Recording::new(&path, &["robot_1"]);
+    recording.lease(0, RunLease::ARMED);
+    (0..20).for_each(|step| recording.step(step));
+    recording.writer.finish().unwrap();
+
+    let outcome = read_trajectory(&Bag::open(&path).unwrap(), &TrajectoryOptions::default());
+
+    assert!(matches!(outcome, Err(TrajectoryError::NeverRunning)));
+}
+
+#[test]
+fn a_trackers_bag_with_unstamped_commands_counts_from_the_first_to_the_last_command() {
+    let mut foreign = Foreign::new();
+    for step in 0..40 {
+        // The tracker has a clock of its own, and the commands come a little later.
+        let mut pose = PoseStamped::default();
+        pose.header.stamp = Time::from_nanos(5_000_000_000 + step * PERIOD_NS);
+        pose.pose.position.x = step as f64;
+        foreign.put("/r1/pose", step * PERIOD_NS, &pose);
+        let speed_m_s = if (10..30).contains(&step) { step as f64 } else { 0.0 };
+        foreign.command("r1", step * PERIOD_NS + 20_000_000, speed_m_s);
+    }
+
+    let read = foreign.read().unwrap();
+
+    assert_eq!((read.poses, read.window.source), (PoseSource::Pose, WindowSource::Commands));
+    assert_eq!(read.trajectory.n_samples(), 20);
+    for sample in 0..20 {
+        let (pose, command) = (read.trajectory.poses[sample], read.trajectory.commands[sample]);
+        assert_eq!(pose.x_m.to_bits(), command.speed_m_s.to_bits());
+    }
+}
+
+#[test]
+fn transforms_from_one_frame_are_poses() {
+    let mut foreign = Foreign::new();
+    for step in 0..20 {
+        let transforms = vec![body("r1", "map", step), body("r2", "map", step)];
+        foreign.put("/tf", step * PERIOD_NS, &TFMessage { transforms });
+        foreign.command("r1", step * PERIOD_NS, 0.1);
+        foreign.command("r2", step * PERIOD_NS, 0.1);
+    }
+
+    let read = foreign.read().unwrap();
+
+    assert_eq!((read.poses, read.trajectory.n_samples()), (PoseSource::Tf, 20));
+    assert_eq!(read.trajectory.poses_at(3)[1].x_m.to_bits(), 3_f64.to_bits());
+}
+
+#[test]
+fn transforms_from_each_robots_own_frame_are_refused() {
+    let mut foreign = Foreign::new();
+    let transforms = vec![body("r1", "r1/odom", 0), body("r2", "r2/odom", 0)];
+    foreign.put("/tf", 0, &TFMessage { transforms });
+
+    let error = foreign.read().unwrap_err();
+
+    let text = "the pose of robot r2 is in frame \"r2/odom\", those before it in \"r1/odom\"";
+    assert_eq!(error.to_string(), text);
+}
+
+#[test]
+fn a_bag_without_poses_names_the_topics_it_has() {
+    let mut foreign = Foreign::new();
+    foreign.command("r1", 0, 0.1);
+
+    let error = foreign.read().unwrap_err();
+
+    assert_eq!(
+        error.to_string(),
+        "the bag has no poses: expected /<robot>/odom, /<robot>/pose or /tf among its topics: \
+         /r1/cmd_vel (geometry_msgs/msg/Twist)"
+    );
+    assert!(error.help().unwrap().contains("--as PHASE --by WHO"));
+}
+
+#[test]
+fn a_robot_without_commands_is_named() {
+    let mut foreign = Foreign::new();
+    foreign.put("/r1/pose", 0, &PoseStamped::default());
+    foreign.put("/r1/pose", PERIOD_NS, &PoseStamped::default());
+
+    let error = foreign.read().unwrap_err();
+
+    assert_eq!(
+        error.to_string(),
+        "robot r1 has poses and no commands: expected /r1/cmd_vel among the topics: /r1/pose \
+         (geometry_msgs/msg/PoseStamped)"
+    );
+}
+
+#[test]
+fn robots_that_never_moved_give_no_trajectory() {
+    let mut foreign = Foreign::new();
+    for step in 0..20 {
+        foreign.put("/r1/pose", step * PERIOD_NS, &PoseStamped::default());
+        foreign.command("r1", step * PERIOD_NS, 0.0);
+    }
+
+    assert!(matches!(foreign.read(), Err(TrajectoryError::NeverCommanded)));
+}
+
+#[test]
+fn a_pose_that_is_not_a_number_names_robot_and_time() {
+    let error = recorded(|recording| {
+        (0..10).for_each(|step| recording.step(step));
+        let mut message = odometry(1, 10);
+        message.pose.pose.position.y = f64::NAN;
+        recording.odom(1, 10, &message);
+    })
+    .unwrap_err();
+
+    assert_eq!(error.to_string(), "pose of robot robot_2 at 1.300 s is not a number");
+}
+
+#[test]
+fn two_publishers_on_one_topic_are_found_out() {
+    let error = recorded(|recording| {
+        for step in 0..20 {
+            recording.step(step);
+            recording.odom(0, step, &odometry(0, step));
+        }
+    })
+    .unwrap_err();
+
+    assert!(matches!(&error, TrajectoryError::TooClose { robot, .. } if robot == "robot_10"));
+    assert!(error.to_string().ends_with("two publishers on one topic?"), "{error}");
+}
+
+#[test]
+fn a_gap_is_named_with_robot_time_and_length() {
+    let error = recorded(|recording| {
+        for step in 0..20 {
+            recording.cmd_vel(0, step, SPEED_M_S);
+            recording.cmd_vel(1, step, SPEED_M_S);
+            recording.odom(0, step, &odometry(0, step));
+            if !(8..10).contains(&step) {
+                recording.odom(1, step, &odometry(1, step));
+            }
+        }
+    })
+    .unwrap_err();
+
+    assert_eq!(
+        error.to_string(),
+        "robot robot_2 has no pose for 0.390 s before 1.300 s, expected one every 0.1300 s"
+    );
+}
+
+#[test]
+fn a_robot_that_came_late_is_named() {
+    let error = recorded(|recording| {
+        for step in 0..20 {
+            recording.cmd_vel(0, step, SPEED_M_S);
+            recording.cmd_vel(1, step, SPEED_M_S);
+            recording.odom(0, step, &odometry(0, step));
+            if step >= 5 {
+                recording.odom(1, step, &odometry(1, step));
+            }
+        }
+    })
+    .unwrap_err();
+
+    assert!(matches!(&error, TrajectoryError::Span { robot, .. } if robot == "robot_2"), "{error}");
+}
+
+#[test]
+fn the_first_sample_is_dropped_where_the_window_opened_between_two_robots() {
+    let read = recorded(|recording| {
+        (0..2).for_each(|robot| recording.cmd_vel(robot, 0, SPEED_M_S));
+        recording.odom(0, 0, &odometry(0, 0));
+        (1..20).for_each(|step| recording.step(step));
+    })
+    .unwrap();
+
+    assert_eq!((read.trajectory.n_samples(), read.start_ns), (19, PERIOD_NS));
+}
+
+#[test]
+fn a_robot_that_drifts_half_a_period_away_from_the_others_is_refused() {
+    let drifting = |drift_ns: u64| {
+        recorded(move |recording| {
+            for step in 0..50 {
+                let mut late = odometry(1, step);
+                late.header.stamp = Time::from_nanos(step * (PERIOD_NS + drift_ns));
+                (0..2).for_each(|robot| recording.cmd_vel(robot, step, SPEED_M_S));
+                recording.odom(0, step, &odometry(0, step));
+                recording.odom(1, step, &late);
+            }
+        })
+    };
+
+    // Over 49 steps, 1 ms each is less than half a period of 130 ms, and 2 ms are more.
+    assert_eq!(drifting(1_000_000).unwrap().trajectory.n_samples(), 50);
+    let error = drifting(2_000_000).unwrap_err();
+
+    // The median distance is then 132 ms; the robots are compared in their order, robot_2 first.
+    assert_eq!(
+        error.to_string(),
+        "robot robot_10 has a pose at 4.420 s where robot_2 has one at 4.488 s, more than half a \
+         period apart"
+    );
+}
+
+#[test]
+fn a_bag_that_breaks_off_gives_the_time_before_the_break() {
+    let folder = temporary();
+    let path = folder.path().join("run");
+    let mut recording = Recording::new(&path, &["robot_1", "robot_2"]);
+    recording.lease(0, RunLease::RUNNING);
+    (0..100).for_each(|step| recording.step(step));
+    std::mem::forget(recording);
+
+    let bag = Bag::open(&path).unwrap();
+    let read = read_trajectory(&bag, &TrajectoryOptions::default()).unwrap();
+
+    assert_eq!(read.damage.len(), 1);
+    let n_lost = 100 - read.trajectory.n_samples();
+    assert!((1..9).contains(&n_lost), "{n_lost} samples lost");
+}
+
+#[test]
+fn the_source_that_was_asked_for_is_the_only_one() {
+    let folder = temporary();
+    let path = folder.path().join("run");
+    let mut recording = Recording::new(&path, &["robot_1"]);
+    (0..20).for_each(|step| recording.step(step));
+    recording.writer.finish().unwrap();
+
+    let options = TrajectoryOptions { poses: Some(PoseSource::Pose) };
+    let error = read_trajectory(&Bag::open(&path).unwrap(), &options).unwrap_err();
+
+    assert!(matches!(error, TrajectoryError::NoPoses { asked: Some(PoseSource::Pose), .. }));
+}

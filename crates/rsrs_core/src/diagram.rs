@@ -1,0 +1,124 @@
+//! The phase diagram: how often each cell of a sweep ended in each phase.
+
+use serde::{Deserialize, Serialize};
+
+use crate::axis::{Axis, Cell};
+use crate::phase::Phase;
+
+/// How many replicates of one cell ended in each phase.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PhaseCounts {
+    counts: [u64; Phase::ALL.len()],
+}
+
+impl PhaseCounts {
+    /// Counts phases.
+    pub fn of(phases: impl IntoIterator<Item = Phase>) -> Self {
+        let mut counts = Self::default();
+        for phase in phases {
+            counts.add(phase);
+        }
+        counts
+    }
+
+    /// Counts one more replicate.
+    pub fn add(&mut self, phase: Phase) {
+        self.counts[index(phase)] += 1;
+    }
+
+    /// Counts `n` more replicates of a phase.
+    pub fn add_many(&mut self, phase: Phase, n: u64) {
+        self.counts[index(phase)] += n;
+    }
+
+    /// Replicates that ended in this phase.
+    pub fn get(&self, phase: Phase) -> u64 {
+        self.counts[index(phase)]
+    }
+
+    /// All replicates.
+    pub fn total(&self) -> u64 {
+        self.counts.iter().sum()
+    }
+
+    /// The most frequent phase; of equally frequent ones the first in [`Phase::ALL`].
+    ///
+    /// # Returns
+    ///
+    /// `None` if nothing was counted.
+    pub fn majority(&self) -> Option<Phase> {
+        let most = *self.counts.iter().max()?;
+        if most == 0 {
+            return None;
+        }
+        Phase::ALL.into_iter().find(|phase| self.get(*phase) == most)
+    }
+
+    /// Share of the replicates in this phase; 0 if nothing was counted.
+    pub fn share(&self, phase: Phase) -> f64 {
+        if self.total() == 0 { 0.0 } else { self.get(phase) as f64 / self.total() as f64 }
+    }
+}
+
+fn index(phase: Phase) -> usize {
+    match phase {
+        Phase::StableMilling => 0,
+        Phase::SemiStableMilling => 1,
+        Phase::Unformed => 2,
+        Phase::Dispersion => 3,
+        Phase::CollidingUnstable => 4,
+    }
+}
+
+/// One swept cell and what became of its replicates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiagramCell {
+    /// The values on the swept axes.
+    pub cell: Cell,
+    /// How its replicates ended.
+    pub counts: PhaseCounts,
+}
+
+/// The result of a sweep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PhaseDiagram {
+    /// The swept axes, in the order of the sweep file.
+    pub axes: Vec<Axis>,
+    /// Every swept cell, the first axis varying slowest.
+    pub cells: Vec<DiagramCell>,
+}
+
+impl PhaseDiagram {
+    /// The values of one axis that occur, ascending.
+    pub fn values(&self, axis: Axis) -> Vec<f64> {
+        let mut values: Vec<f64> =
+            self.cells.iter().filter_map(|entry| entry.cell.get(axis)).collect();
+        values.sort_by(f64::total_cmp);
+        values.dedup_by(|left, right| left.to_bits() == right.to_bits());
+        values
+    }
+
+    /// The entry of exactly this cell.
+    pub fn find(&self, cell: &Cell) -> Option<&DiagramCell> {
+        self.cells.iter().find(|entry| entry.cell == *cell)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_follow_the_order_of_the_phases() {
+        for phase in Phase::ALL {
+            assert_eq!(Phase::ALL[index(phase)], phase);
+        }
+    }
+
+    #[test]
+    fn the_majority_of_equals_is_the_first() {
+        let counts = PhaseCounts::of([Phase::Dispersion, Phase::SemiStableMilling]);
+
+        assert_eq!(counts.majority(), Some(Phase::SemiStableMilling));
+    }
+}

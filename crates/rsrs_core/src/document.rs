@@ -1,0 +1,180 @@
+//! YAML documents: parsed strictly, refused with file, line, column and the nearest valid key.
+
+use serde::de::DeserializeOwned;
+
+/// Why a document was refused, and where.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{file}:{line}:{column}: {problem}")]
+pub struct DocumentError {
+    /// Name of the document, as the user gave it.
+    pub file: String,
+    /// Line of the first offending character, from 1.
+    pub line: u64,
+    /// Column of the first offending character, from 1.
+    pub column: u64,
+    /// What is wrong.
+    pub problem: Problem,
+}
+
+/// What is wrong with a document.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Problem {
+    /// A key that the document's kind does not have.
+    #[error("unknown key `{key}`{}", suggestion(nearest.as_deref(), expected))]
+    UnknownKey {
+        /// The key found.
+        key: String,
+        /// The valid key that is closest in spelling, if any is close.
+        nearest: Option<String>,
+        /// All valid keys at this place.
+        expected: Vec<String>,
+    },
+    /// Anything else that the parser or a value's type refuses.
+    #[error("{0}")]
+    Invalid(String),
+}
+
+fn suggestion(nearest: Option<&str>, expected: &[String]) -> String {
+    match nearest {
+        Some(key) => format!("; did you mean `{key}`?"),
+        None => format!("; expected one of: {}", expected.join(", ")),
+    }
+}
+
+impl DocumentError {
+    /// What to do next.
+    pub fn help(&self) -> Option<String> {
+        match &self.problem {
+            Problem::UnknownKey { expected, .. } => {
+                Some(format!("the keys here are: {}", expected.join(", ")))
+            }
+            Problem::Invalid(_) => None,
+        }
+    }
+}
+
+/// Parses one YAML document into `T`.
+///
+/// # Arguments
+///
+/// * `file` — name of the document, for errors only; nothing is opened.
+/// * `text` — the document.
+///
+/// # Errors
+///
+/// [`DocumentError`] with line and column. Unknown keys are errors when `T` denies them, as every
+/// configuration of ours does.
+pub fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, DocumentError> {
+    let options = serde_saphyr::options! { with_snippet: false };
+    serde_saphyr::from_str_with_options(text, options).map_err(|error| refuse(file, &error))
+}
+
+fn refuse(file: &str, error: &serde_saphyr::Error) -> DocumentError {
+    let (line, column) =
+        error.location().map_or((1, 1), |location| (location.line(), location.column()));
+    let problem = match error.without_snippet() {
+        serde_saphyr::Error::SerdeUnknownField { field, expected, .. } => Problem::UnknownKey {
+            key: field.clone(),
+            nearest: nearest(field, expected.iter().copied()).map(str::to_owned),
+            expected: expected.iter().map(|key| (*key).to_owned()).collect(),
+        },
+        other => Problem::Invalid(without_location(&other.to_string())),
+    };
+    DocumentError { file: file.to_owned(), line, column, problem }
+}
+
+/// The parser ends its sentences with the place, which the error already has in front.
+fn without_location(message: &str) -> String {
+    let first_line = message.lines().next().unwrap_or(message);
+    let sentence = first_line.strip_prefix("error: ").unwrap_or(first_line);
+    let sentence = match sentence.rfind(" at line ") {
+        Some(end) => &sentence[..end],
+        None => sentence,
+    };
+    match sentence.strip_prefix("line ").and_then(|rest| rest.split_once(": ")) {
+        Some((_, rest)) => rest.to_owned(),
+        None => sentence.to_owned(),
+    }
+}
+
+/// The candidate closest in spelling to `word`, if one is close enough to be a slip of the hand.
+///
+/// # Returns
+///
+/// The first candidate with the least edit distance, if that is at most a third of the word's
+/// length, but at least 2 edits are always allowed.
+pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let allowed = (word.chars().count() / 3).max(2);
+    candidates
+        .into_iter()
+        .map(|candidate| (edit_distance(word, candidate), candidate))
+        .filter(|(distance, candidate)| {
+            *distance <= allowed || candidate.starts_with(word) || word.starts_with(candidate)
+        })
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, candidate)| candidate)
+}
+
+/// Levenshtein distance: insertions, deletions and substitutions that lead from one word to another.
+fn edit_distance(from: &str, to: &str) -> usize {
+    let to: Vec<char> = to.chars().collect();
+    let mut row: Vec<usize> = (0..=to.len()).collect();
+    for (line, from_character) in from.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = line + 1;
+        for (column, to_character) in to.iter().enumerate() {
+            let substituted = diagonal + usize::from(from_character != *to_character);
+            diagonal = row[column + 1];
+            row[column + 1] = substituted.min(diagonal + 1).min(row[column] + 1);
+        }
+    }
+    row[to.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use serde::Deserialize;
+
+    use super::*;
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Sweep {
+        #[expect(dead_code, reason = "parsed only")]
+        duration_s: f64,
+        #[expect(dead_code, reason = "parsed only")]
+        replicates: u32,
+    }
+
+    #[test]
+    fn a_wrong_key_is_named_with_its_place_and_the_nearest_key() {
+        let error = parse::<Sweep>("sweep.yaml", "replicates: 3\nduration: 300\n").unwrap_err();
+
+        assert_eq!(
+            error.to_string(),
+            "sweep.yaml:2:1: unknown key `duration`; did you mean `duration_s`?"
+        );
+    }
+
+    #[test]
+    fn a_wrong_type_is_named_with_its_place() {
+        let error =
+            parse::<Sweep>("sweep.yaml", "duration_s: 300\nreplicates: many\n").unwrap_err();
+
+        assert_eq!((error.line, error.column), (2, 13));
+        assert_eq!(error.problem, Problem::Invalid("invalid u32".to_owned()));
+    }
+
+    #[test]
+    fn a_missing_key_is_named() {
+        let error = parse::<Sweep>("sweep.yaml", "duration_s: 300\n").unwrap_err();
+
+        assert!(error.to_string().contains("missing field `replicates`"), "{error}");
+    }
+
+    #[test]
+    fn the_edit_distance_counts_edits() {
+        assert_eq!(edit_distance("kitten", "sitting"), 3);
+        assert_eq!(edit_distance("", "abc"), 3);
+    }
+}

@@ -1,0 +1,52 @@
+//! The method, pure: robots, controller, order parameters, phases, choice and comparison.
+//!
+//! `rsrs` takes a robot swarm through four steps: measure the robots, build a simulator that is
+//! deliberately worse than they are, explore it into a phase diagram, and run the chosen cell on
+//! the real fleet. This crate holds what those steps *mean*. It draws no random number, opens no
+//! file, reads no clock, and knows neither the simulator nor the middleware.
+//!
+//! Reading order: what a robot is ([`profile`]), how it is made worse ([`harsher`]), the conditions
+//! of one experiment ([`conditions`], the paper's `E`) and how a sweep file spans them ([`axis`],
+//! [`sweep_file`]); what a robot does ([`controller`], [`unicycle`]); what a swarm did
+//! ([`trajectory`], [`order`], [`phase`]) and what geometry expects of it ([`theory`]); what follows
+//! for a cell ([`diagram`], [`interval`], [`choice`]), and for the method ([`circumstances`],
+//! [`comparison`]).
+
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "counts and steps are floats only where values of any axis are; they are checked before"
+)]
+#![expect(
+    clippy::missing_panics_doc,
+    reason = "`expect` says what cannot happen; what can is documented"
+)]
+#![expect(
+    clippy::result_large_err,
+    reason = "errors of documents are made once and printed; boxes would hide their fields"
+)]
+
+pub mod axis;
+pub mod conditions;
+pub mod harsher;
+pub mod profile;
+pub mod sweep_file;
+
+pub mod controller;
+pub mod unicycle;
+
+pub mod order;
+pub mod phase;
+pub mod theory;
+pub mod trajectory;
+
+mod beta;
+pub mod choice;
+pub mod circumstances;
+pub mod comparison;
+pub mod diagram;
+pub mod interval;
+mod posterior;
+
+pub mod digest;
+pub mod document;

@@ -1,0 +1,450 @@
+//! The measured robot: what step 1 of the method finds out, as a file.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::document::{self, DocumentError};
+
+/// A robot as it was measured: every capability, with where its number comes from.
+///
+/// # Source
+///
+/// §IV step 1: actuation, sensing, computation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotProfile {
+    /// Name of the kind of robot.
+    pub name: String,
+    /// Its body.
+    pub body: Body,
+    /// How it follows commands: `θᵃ` and disturbances.
+    pub actuation: Actuation,
+    /// What it detects: `θˢ`.
+    pub sensing: Sensing,
+    /// How often it decides.
+    pub computation: Computation,
+    /// Where the numbers come from.
+    pub provenance: Provenance,
+}
+
+/// The body of a robot: a disc.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Radius of the disc, in metres.
+    pub radius_m: f64,
+    /// A robot that touches another within this angle of its heading cannot drive on; in radians.
+    pub front_half_angle_rad: f64,
+    /// Whether a robot that cannot drive on still turns.
+    pub rotates_while_blocked: bool,
+}
+
+/// How a robot follows its commands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Actuation {
+    /// Forward speed.
+    pub speed: SpeedActuation,
+    /// Turning rate.
+    pub turn: TurnActuation,
+    /// Velocity disturbance `w`.
+    pub gust: Gust,
+    /// Time constant with which the turning rate follows its command, in seconds; 0 is at once.
+    pub yaw_lag_s: f64,
+}
+
+/// How a robot follows its commanded speed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpeedActuation {
+    /// Least and greatest safe speed, in metres per second.
+    pub limits_m_s: [f64; 2],
+    /// Mean gain `θᵃ₁` at each measured command.
+    pub gain_by_command: Vec<SpeedGain>,
+    /// Standard deviation of the gain between robots; dimensionless.
+    pub robot_sd: f64,
+    /// Standard deviation of the gain from step to step; dimensionless.
+    pub step_sd: f64,
+}
+
+/// Mean speed gain at one command.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpeedGain {
+    /// Commanded speed, in metres per second.
+    pub commanded_m_s: f64,
+    /// Mean gain `θᵃ₁`; dimensionless.
+    pub mean: f64,
+}
+
+/// How a robot follows its commanded turning rate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TurnActuation {
+    /// Least and greatest safe turning rate, in radians per second.
+    pub limits_rad_s: [f64; 2],
+    /// Mean gain `θᵃ₂` at each measured command.
+    pub gain_by_command: Vec<TurnGain>,
+    /// Standard deviation of the gain between robots; dimensionless.
+    pub robot_sd: f64,
+    /// Standard deviation of the gain from step to step; dimensionless.
+    pub step_sd: f64,
+    /// Standard deviation between robots of a constant turning rate that nobody asked for, in
+    /// radians per second.
+    pub bias_sd_rad_s: f64,
+    /// Standard deviation of the heading's random change in each step, in radians.
+    pub heading_noise_sd_rad: f64,
+}
+
+/// Mean turn gain at one command.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TurnGain {
+    /// Commanded turning rate, in radians per second.
+    pub commanded_rad_s: f64,
+    /// Mean gain `θᵃ₂`; dimensionless.
+    pub mean: f64,
+}
+
+/// A velocity disturbance: an Ornstein-Uhlenbeck process on each axis of the plane.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Gust {
+    /// Stationary standard deviation on each axis, in metres per second; 0 is none.
+    pub sd_m_s: f64,
+    /// Correlation time, in seconds.
+    pub time_constant_s: f64,
+}
+
+/// What a robot detects.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sensing {
+    /// What of a neighbour must lie in the region.
+    pub sees: Sees,
+    /// A conical region; give this or `polygon_m`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cone: Option<Cone>,
+    /// A convex polygon in the robot's frame (x forward, y left), counterclockwise, at most 8
+    /// corners, in metres; shape `[n_corners][2]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub polygon_m: Option<Vec<[f64; 2]>>,
+    /// Probability of a detection when a neighbour is in the region.
+    pub true_positive: f64,
+    /// Probability of a detection when none is.
+    pub false_positive: f64,
+    /// Steps by which a detection arrives late.
+    pub latency_steps: u32,
+}
+
+/// What of a neighbour must lie in the region to be seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sees {
+    /// Its body: the disc touches the region.
+    Body,
+    /// Its centre: `eq:output` to the letter, and what a fitted polygon means.
+    Centre,
+}
+
+/// A cone in front of the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cone {
+    /// Half of the opening angle, in radians.
+    pub half_angle_rad: f64,
+    /// How far it reaches, in metres.
+    pub range_m: f64,
+}
+
+/// How often a robot decides.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Computation {
+    /// Sampling period `Δt`, in seconds.
+    pub period_s: f64,
+}
+
+/// Where the numbers of a profile come from.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// The whole profile in one sentence.
+    pub source: String,
+    /// Number by number: dotted path of the key, and its source or `assumed` with the reason.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub numbers: BTreeMap<String, String>,
+}
+
+/// Why a profile cannot describe a robot.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ProfileError {
+    /// The text is not a profile.
+    #[error(transparent)]
+    Document(#[from] DocumentError),
+    /// A number lies outside what it can mean.
+    #[error("{key} is {found}, expected {expected}")]
+    OutOfRange {
+        /// Dotted path of the key.
+        key: &'static str,
+        /// The number found.
+        found: f64,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// A gain table is empty or not ascending in its commands.
+    #[error("{key} needs at least one entry, with ascending commands")]
+    GainTable {
+        /// Dotted path of the key.
+        key: &'static str,
+    },
+    /// Both a cone and a polygon, or neither.
+    #[error("sensing needs exactly one of `cone` and `polygon_m`")]
+    Region,
+    /// The polygon is not convex, not counterclockwise, or has too few or too many corners.
+    #[error(
+        "sensing.polygon_m has {corners} corners, expected 3 to {MAX_CORNERS}, convex and counterclockwise"
+    )]
+    Polygon {
+        /// Corners found.
+        corners: usize,
+    },
+}
+
+/// Most corners of a sensing polygon.
+pub const MAX_CORNERS: usize = 8;
+
+impl RobotProfile {
+    /// Reads a profile and checks that it can describe a robot.
+    ///
+    /// # Arguments
+    ///
+    /// * `file` — name for errors.
+    /// * `text` — the YAML document.
+    ///
+    /// # Errors
+    ///
+    /// [`ProfileError`], the first problem found.
+    pub fn parse(file: &str, text: &str) -> Result<Self, ProfileError> {
+        let profile: Self = document::parse(file, text)?;
+        profile.check()?;
+        Ok(profile)
+    }
+
+    /// Checks every number against what it can mean.
+    ///
+    /// # Errors
+    ///
+    /// [`ProfileError`], the first problem found.
+    pub fn check(&self) -> Result<(), ProfileError> {
+        positive("body.radius_m", self.body.radius_m)?;
+        within("body.front_half_angle_rad", self.body.front_half_angle_rad, 0.0, 3.15)?;
+        self.check_actuation()?;
+        self.check_sensing()?;
+        positive("computation.period_s", self.computation.period_s)
+    }
+
+    fn check_actuation(&self) -> Result<(), ProfileError> {
+        let speed = &self.actuation.speed;
+        let turn = &self.actuation.turn;
+        limits("actuation.speed.limits_m_s", speed.limits_m_s)?;
+        limits("actuation.turn.limits_rad_s", turn.limits_rad_s)?;
+        gains(
+            "actuation.speed.gain_by_command",
+            speed.gain_by_command.iter().map(|gain| (gain.commanded_m_s, gain.mean)),
+        )?;
+        gains(
+            "actuation.turn.gain_by_command",
+            turn.gain_by_command.iter().map(|gain| (gain.commanded_rad_s, gain.mean)),
+        )?;
+        for (key, number) in [
+            ("actuation.speed.robot_sd", speed.robot_sd),
+            ("actuation.speed.step_sd", speed.step_sd),
+            ("actuation.turn.robot_sd", turn.robot_sd),
+            ("actuation.turn.step_sd", turn.step_sd),
+            ("actuation.turn.bias_sd_rad_s", turn.bias_sd_rad_s),
+            ("actuation.turn.heading_noise_sd_rad", turn.heading_noise_sd_rad),
+            ("actuation.gust.sd_m_s", self.actuation.gust.sd_m_s),
+            ("actuation.yaw_lag_s", self.actuation.yaw_lag_s),
+        ] {
+            not_negative(key, number)?;
+        }
+        positive("actuation.gust.time_constant_s", self.actuation.gust.time_constant_s)
+    }
+
+    fn check_sensing(&self) -> Result<(), ProfileError> {
+        let sensing = &self.sensing;
+        within("sensing.true_positive", sensing.true_positive, 0.0, 1.0)?;
+        within("sensing.false_positive", sensing.false_positive, 0.0, 1.0)?;
+        match (&sensing.cone, &sensing.polygon_m) {
+            (Some(cone), None) => {
+                positive("sensing.cone.range_m", cone.range_m)?;
+                if !(cone.half_angle_rad > 0.0 && cone.half_angle_rad <= MAX_HALF_ANGLE_RAD) {
+                    return Err(ProfileError::OutOfRange {
+                        key: "sensing.cone.half_angle_rad",
+                        found: cone.half_angle_rad,
+                        expected: "above 0 and at most 1.5 rad",
+                    });
+                }
+                Ok(())
+            }
+            (None, Some(polygon)) if is_convex(polygon) => Ok(()),
+            (None, Some(polygon)) => Err(ProfileError::Polygon { corners: polygon.len() }),
+            _ => Err(ProfileError::Region),
+        }
+    }
+
+    /// Names this profile's content in provenance records: 16 hexadecimal digits.
+    pub fn digest(&self) -> String {
+        let mut digest = crate::digest::Digest::new("profile");
+        let text = serde_json::to_string(self).expect("a profile is plain data");
+        digest.text(&text);
+        format!("{:016x}", digest.value())
+    }
+}
+
+/// A gain read from a table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GainAt {
+    /// Mean gain; dimensionless.
+    pub mean: f64,
+    /// Whether the command lies outside the measured ones, so that the nearest was held.
+    pub held: bool,
+}
+
+impl SpeedActuation {
+    /// Mean gain at a command: linear between measured commands, the nearest held outside.
+    pub fn gain_at(&self, commanded_m_s: f64) -> GainAt {
+        let table = self.gain_by_command.iter().map(|gain| (gain.commanded_m_s, gain.mean));
+        read_table(&table.collect::<Vec<_>>(), commanded_m_s)
+    }
+}
+
+impl TurnActuation {
+    /// Mean gain at a command: linear between measured commands, the nearest held outside.
+    pub fn gain_at(&self, commanded_rad_s: f64) -> GainAt {
+        let table = self.gain_by_command.iter().map(|gain| (gain.commanded_rad_s, gain.mean));
+        read_table(&table.collect::<Vec<_>>(), commanded_rad_s)
+    }
+}
+
+fn read_table(table: &[(f64, f64)], command: f64) -> GainAt {
+    let (first, last) = (table[0], table[table.len() - 1]);
+    if command <= first.0 {
+        return GainAt { mean: first.1, held: command < first.0 };
+    }
+    if command >= last.0 {
+        return GainAt { mean: last.1, held: command > last.0 };
+    }
+    let above = table.partition_point(|(commanded, _)| *commanded <= command);
+    let (low, high) = (table[above - 1], table[above]);
+    let share = (command - low.0) / (high.0 - low.0);
+    GainAt { mean: low.1 + share * (high.1 - low.1), held: false }
+}
+
+/// Widest cone: its edges must stay in front of the robot.
+const MAX_HALF_ANGLE_RAD: f64 = 1.5;
+
+fn positive(key: &'static str, found: f64) -> Result<(), ProfileError> {
+    if found > 0.0 && found.is_finite() {
+        return Ok(());
+    }
+    Err(ProfileError::OutOfRange { key, found, expected: "a finite number above 0" })
+}
+
+fn not_negative(key: &'static str, found: f64) -> Result<(), ProfileError> {
+    if found >= 0.0 && found.is_finite() {
+        return Ok(());
+    }
+    Err(ProfileError::OutOfRange { key, found, expected: "a finite number, 0 or more" })
+}
+
+fn within(key: &'static str, found: f64, least: f64, most: f64) -> Result<(), ProfileError> {
+    if (least..=most).contains(&found) {
+        return Ok(());
+    }
+    let expected = if most > 3.0 { "an angle from 0 to pi" } else { "a probability from 0 to 1" };
+    Err(ProfileError::OutOfRange { key, found, expected })
+}
+
+fn limits(key: &'static str, [least, most]: [f64; 2]) -> Result<(), ProfileError> {
+    if least >= 0.0 && most > least && most.is_finite() {
+        return Ok(());
+    }
+    Err(ProfileError::OutOfRange { key, found: most, expected: "limits with 0 <= least < most" })
+}
+
+fn gains(key: &'static str, table: impl Iterator<Item = (f64, f64)>) -> Result<(), ProfileError> {
+    let table: Vec<(f64, f64)> = table.collect();
+    let ascending = table.windows(2).all(|pair| pair[0].0 < pair[1].0);
+    if table.is_empty() || !ascending {
+        return Err(ProfileError::GainTable { key });
+    }
+    for (command, mean) in table {
+        positive(key, command)?;
+        positive(key, mean)?;
+    }
+    Ok(())
+}
+
+/// Whether corners form a convex polygon, counterclockwise, of a size that the simulator takes.
+///
+/// Every corner must turn left, and all turns together must be one full turn (a star turns left
+/// everywhere, but twice around).
+fn is_convex(corners: &[[f64; 2]]) -> bool {
+    let n = corners.len();
+    if !(3..=MAX_CORNERS).contains(&n) || corners.iter().flatten().any(|value| !value.is_finite()) {
+        return false;
+    }
+    let edge = |corner: usize| {
+        let (from, to) = (corners[corner % n], corners[(corner + 1) % n]);
+        (to[0] - from[0], to[1] - from[1])
+    };
+    let mut turned_rad = 0.0;
+    for corner in 0..n {
+        let (before, after) = (edge(corner), edge(corner + 1));
+        let cross = before.0 * after.1 - before.1 * after.0;
+        let dot = before.0 * after.0 + before.1 * after.1;
+        if cross <= 0.0 {
+            return false;
+        }
+        turned_rad += libm::atan2(cross, dot);
+    }
+    (turned_rad - std::f64::consts::TAU).abs() < 1e-6
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TABLE: [(f64, f64); 2] = [(0.025, 0.879), (0.050, 0.971)];
+
+    #[test]
+    fn the_nearest_gain_is_held_outside_the_measured_commands() {
+        assert_eq!(read_table(&TABLE, 0.15), GainAt { mean: 0.971, held: true });
+        assert_eq!(read_table(&TABLE, 0.05), GainAt { mean: 0.971, held: false });
+        assert_eq!(read_table(&TABLE, 0.01), GainAt { mean: 0.879, held: true });
+    }
+
+    #[test]
+    fn the_gain_is_linear_between_measured_commands() {
+        let between = read_table(&TABLE, 0.0375);
+
+        assert!((between.mean - 0.925).abs() < 1e-12 && !between.held);
+    }
+
+    #[test]
+    fn a_star_is_not_convex() {
+        let star: Vec<[f64; 2]> = (0..5)
+            .map(|corner| {
+                let angle = f64::from(corner) * 2.0 * std::f64::consts::TAU / 5.0;
+                [libm::cos(angle), libm::sin(angle)]
+            })
+            .collect();
+
+        assert!(!is_convex(&star));
+        assert!(is_convex(&[[0.0, -0.1], [1.0, -0.1], [1.0, 0.1], [0.0, 0.1]]));
+        assert!(!is_convex(&[[0.0, 0.1], [1.0, 0.1], [1.0, -0.1], [0.0, -0.1]]));
+    }
+}

@@ -1,0 +1,318 @@
+//! The sweep file: which cells to simulate, how often, and from which seed.
+
+use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+
+use crate::axis::{Axis, AxisValues, Cell};
+use crate::conditions::{Conditions, ConditionsError, Settings, Walls};
+use crate::document::{self, DocumentError};
+use crate::harsher::{Harsher, HarsherFactors, NotHarsher};
+use crate::profile::RobotProfile;
+
+/// A sweep as written by a person: YAML with units in its keys.
+#[derive(Clone, Debug, PartialEq, Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SweepFile {
+    /// Path of the measured robot's profile, relative to the sweep file.
+    pub profile: String,
+    /// How the simulated robot is worse; omitted is the documented default.
+    #[serde(default)]
+    pub harsher: Harsher,
+    /// Swept axes; the grid is their product.
+    #[serde(default, skip_serializing_if = "Axes::is_empty")]
+    pub axes: Axes,
+    /// Values that hold in every cell.
+    #[serde(default)]
+    pub fixed: Fixed,
+    /// A list of cells instead of a grid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cells: Option<Vec<Cell>>,
+    /// Replicates of each cell.
+    pub replicates: u64,
+    /// Simulated time of each replicate, in seconds.
+    pub duration_s: f64,
+    /// Seed of the sweep, below 2^63.
+    pub seed: u64,
+}
+
+/// Swept axes in the order of the file; the first is the picture's x.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Axes(pub Vec<(Axis, AxisValues)>);
+
+/// Values that hold in every cell.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Fixed {
+    /// Values by axis.
+    pub values: Vec<(Axis, f64)>,
+    /// What happens at the arena's border.
+    pub walls: Walls,
+}
+
+/// Why a sweep file cannot be swept.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SweepFileError {
+    /// The text is not a sweep file.
+    #[error(transparent)]
+    Document(#[from] DocumentError),
+    /// Neither `axes` nor `cells`, or both.
+    #[error("{file}: give either `axes` or `cells`")]
+    GridOrList {
+        /// The file.
+        file: String,
+    },
+    /// An axis or the list of cells is empty.
+    #[error("{file}: `{key}` has no values")]
+    Empty {
+        /// The file.
+        file: String,
+        /// What is empty.
+        key: String,
+    },
+    /// The cells of a list do not share their axes, or a cell occurs twice.
+    #[error("{file}: cell `{cell}` {problem}")]
+    Cells {
+        /// The file.
+        file: String,
+        /// The cell.
+        cell: Cell,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// A number outside what it can mean.
+    #[error("{file}: {key} is {found}, expected {expected}")]
+    OutOfRange {
+        /// The file.
+        file: String,
+        /// The key.
+        key: &'static str,
+        /// The number found.
+        found: f64,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// The factors would make a better robot.
+    #[error("{file}: {source}")]
+    NotHarsher {
+        /// The file.
+        file: String,
+        /// Which factor.
+        source: NotHarsher,
+    },
+    /// A cell that cannot be simulated.
+    #[error("{file}: cell `{cell}`: {source}")]
+    Cell {
+        /// The file.
+        file: String,
+        /// The cell.
+        cell: Cell,
+        /// Why.
+        source: ConditionsError,
+    },
+}
+
+/// Seeds are below this, so that they fit the signed integers of ROS parameters and YAML tools.
+pub const SEED_LIMIT: u64 = 1 << 63;
+
+impl SweepFile {
+    /// Reads a sweep file and checks all that can be checked without the profile.
+    ///
+    /// # Errors
+    ///
+    /// [`SweepFileError`], the first problem found.
+    pub fn parse(file: &str, text: &str) -> Result<Self, SweepFileError> {
+        let sweep: Self = document::parse(file, text)?;
+        sweep.check(file)?;
+        Ok(sweep)
+    }
+
+    fn check(&self, file: &str) -> Result<(), SweepFileError> {
+        let named = || file.to_owned();
+        if self.axes.0.is_empty() == self.cells.is_none() {
+            return Err(SweepFileError::GridOrList { file: named() });
+        }
+        if let Some((axis, _)) = self.axes.0.iter().find(|(_, values)| values.0.is_empty()) {
+            return Err(SweepFileError::Empty { file: named(), key: axis.key().to_owned() });
+        }
+        if let Some(cells) = &self.cells {
+            check_cells(file, cells)?;
+        }
+        let out_of_range = |key, found, expected| {
+            Err(SweepFileError::OutOfRange { file: named(), key, found, expected })
+        };
+        if self.replicates == 0 {
+            return out_of_range("replicates", 0.0, "1 or more");
+        }
+        if !(self.duration_s > 0.0 && self.duration_s.is_finite()) {
+            return out_of_range("duration_s", self.duration_s, "a finite time above 0 s");
+        }
+        if self.seed >= SEED_LIMIT {
+            return out_of_range("seed", self.seed as f64, "a whole number below 2^63");
+        }
+        Ok(())
+    }
+
+    /// All cells of the sweep, the first axis varying slowest.
+    pub fn all_cells(&self) -> Vec<Cell> {
+        if let Some(cells) = &self.cells {
+            return cells.clone();
+        }
+        let mut partial: Vec<Vec<(Axis, f64)>> = vec![Vec::new()];
+        for (axis, values) in &self.axes.0 {
+            partial = partial
+                .iter()
+                .flat_map(|cell| {
+                    values.0.iter().map(|value| {
+                        let mut longer = cell.clone();
+                        longer.push((*axis, *value));
+                        longer
+                    })
+                })
+                .collect();
+        }
+        partial
+            .into_iter()
+            .map(|values| Cell::new(values).expect("axes are distinct and values finite"))
+            .collect()
+    }
+
+    /// The swept axes, in order.
+    pub fn swept_axes(&self) -> Vec<Axis> {
+        match &self.cells {
+            Some(cells) => cells.first().map(Cell::axes).unwrap_or_default(),
+            None => self.axes.0.iter().map(|(axis, _)| *axis).collect(),
+        }
+    }
+
+    /// The settings that hold in every cell.
+    pub fn settings(&self) -> Settings {
+        Settings { values: self.fixed.values.clone(), walls: self.fixed.walls }
+    }
+
+    /// The conditions of every cell, in the order of [`Self::all_cells`].
+    ///
+    /// # Arguments
+    ///
+    /// * `file` — name for errors.
+    /// * `measured` — the profile that `profile` names.
+    ///
+    /// # Errors
+    ///
+    /// [`SweepFileError`], the first cell that cannot be simulated.
+    pub fn resolve(
+        &self,
+        file: &str,
+        measured: &RobotProfile,
+    ) -> Result<Vec<(Cell, Conditions)>, SweepFileError> {
+        let simulated = self
+            .harsher
+            .0
+            .apply(measured)
+            .map_err(|source| SweepFileError::NotHarsher { file: file.to_owned(), source })?;
+        let settings = self.settings();
+        let resolve = |cell: Cell| match Conditions::resolve(&simulated, &settings.with_cell(&cell))
+        {
+            Ok(conditions) => Ok((cell, conditions)),
+            Err(source) => Err(SweepFileError::Cell { file: file.to_owned(), cell, source }),
+        };
+        self.all_cells().into_iter().map(resolve).collect()
+    }
+
+    /// The factors of `harsher`.
+    pub fn factors(&self) -> HarsherFactors {
+        self.harsher.0
+    }
+}
+
+fn check_cells(file: &str, cells: &[Cell]) -> Result<(), SweepFileError> {
+    let Some(first) = cells.first() else {
+        return Err(SweepFileError::Empty { file: file.to_owned(), key: "cells".to_owned() });
+    };
+    for (position, cell) in cells.iter().enumerate() {
+        let refuse = |problem| {
+            Err(SweepFileError::Cells { file: file.to_owned(), cell: cell.clone(), problem })
+        };
+        if cell.axes() != first.axes() {
+            return refuse("does not give the axes of the first cell, in its order");
+        }
+        if cells[..position].contains(cell) {
+            return refuse("occurs twice");
+        }
+    }
+    Ok(())
+}
+
+impl Axes {
+    fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+impl Serialize for Axes {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (axis, values) in &self.0 {
+            map.serialize_entry(axis, values)?;
+        }
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Axes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct AxesVisitor;
+        impl<'de> Visitor<'de> for AxesVisitor {
+            type Value = Axes;
+            fn expecting(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                formatter.write_str("a map from axes to their values")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Axes, A::Error> {
+                let mut axes: Vec<(Axis, AxisValues)> = Vec::new();
+                while let Some((axis, values)) = map.next_entry::<Axis, AxisValues>()? {
+                    if axes.iter().any(|(other, _)| *other == axis) {
+                        return Err(de::Error::custom(format!("axis `{axis}` is given twice")));
+                    }
+                    axes.push((axis, values));
+                }
+                Ok(Axes(axes))
+            }
+        }
+        deserializer.deserialize_map(AxesVisitor)
+    }
+}
+
+impl Serialize for Fixed {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.values.len() + 1))?;
+        for (axis, value) in &self.values {
+            map.serialize_entry(axis, value)?;
+        }
+        map.serialize_entry("walls", &self.walls)?;
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Fixed {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct FixedVisitor;
+        impl<'de> Visitor<'de> for FixedVisitor {
+            type Value = Fixed;
+            fn expecting(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                formatter.write_str("a map from axes to numbers, and `walls`")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Fixed, A::Error> {
+                let mut fixed = Fixed::default();
+                while let Some(key) = map.next_key::<String>()? {
+                    if key == "walls" {
+                        fixed.walls = map.next_value()?;
+                    } else {
+                        let axis = key.parse().map_err(de::Error::custom)?;
+                        fixed.values.push((axis, map.next_value()?));
+                    }
+                }
+                Ok(fixed)
+            }
+        }
+        deserializer.deserialize_map(FixedVisitor)
+    }
+}

@@ -1,0 +1,186 @@
+//! What geometry says about a mill, without any simulation.
+//!
+//! In a mill each robot drives along a ring and keeps the body of the robot ahead on the edge of its
+//! cone: it turns one way while it sees it and the other way while it does not. That fixes the
+//! radius of the ring, the number of robots that can form one, and how fast they may drive. These
+//! are oracles for the world and lines upon the phase diagram; they are not used to decide anything.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::conditions::{Conditions, Region};
+use crate::profile::Sees;
+
+/// The ring that robots with a cone can form.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ring {
+    /// Number of robots `N`.
+    pub n_robots: usize,
+    /// Radius of one robot's body `r`, in metres.
+    pub body_radius_m: f64,
+    /// Half of the cone's opening angle `a`, in radians.
+    pub half_angle_rad: f64,
+    /// Reach of the cone, in metres.
+    pub range_m: f64,
+    /// Probability of a detection when a neighbour is in the cone.
+    pub true_positive: f64,
+    /// Probability of a detection when none is.
+    pub false_positive: f64,
+}
+
+impl Ring {
+    /// The ring of robots under these conditions; `None` if they see with a polygon or by centres,
+    /// for which this geometry does not hold.
+    pub fn of(conditions: &Conditions) -> Option<Self> {
+        let robot = &conditions.robot;
+        let Region::Cone { half_angle_rad, range_m } = robot.region else {
+            return None;
+        };
+        (robot.sees == Sees::Body).then_some(Self {
+            n_robots: conditions.robots,
+            body_radius_m: robot.radius_m,
+            half_angle_rad,
+            range_m,
+            true_positive: robot.true_positive,
+            false_positive: robot.false_positive,
+        })
+    }
+
+    /// Radius of the ring, `R* = r / (cos a - cos(2π/N - a))`, in metres.
+    ///
+    /// # Returns
+    ///
+    /// `None` if there is no such ring: its robots would see the one ahead at any distance, which
+    /// is so unless `a < π/N`.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use rsrs_core::theory::Ring;
+    ///
+    /// let flockbots = Ring {
+    ///     n_robots: 9,
+    ///     body_radius_m: 0.075,
+    ///     half_angle_rad: 0.2,
+    ///     range_m: 0.75,
+    ///     true_positive: 0.8,
+    ///     false_positive: 0.08,
+    /// };
+    /// assert_eq!(format!("{:.3}", flockbots.radius_m().unwrap()), "0.738");
+    /// ```
+    pub fn radius_m(&self) -> Option<f64> {
+        if self.n_robots < 2 || self.half_angle_rad >= PI / self.n_robots as f64 {
+            return None;
+        }
+        let ahead_rad = TAU / self.n_robots as f64;
+        let gap = libm::cos(self.half_angle_rad) - libm::cos(ahead_rad - self.half_angle_rad);
+        Some(self.body_radius_m / gap)
+    }
+
+    /// Distance to the robot ahead, centre to centre, in metres; `None` if there is no ring.
+    pub fn chord_m(&self) -> Option<f64> {
+        self.radius_m().map(|radius_m| 2.0 * radius_m * libm::sin(PI / self.n_robots as f64))
+    }
+
+    /// Whether the ring exists and the body of the robot ahead is within reach: `chord <= range +
+    /// r`.
+    pub fn exists(&self) -> bool {
+        self.chord_m().is_some_and(|chord_m| chord_m <= self.range_m + self.body_radius_m)
+    }
+
+    /// Share of the time in which robots on the ring turn towards its inside:
+    /// `P* = (1 - v / (ω R)) / 2`, with `R = max(R*, v/ω)`.
+    ///
+    /// # Arguments
+    ///
+    /// * `speed_m_s`, `turn_rate_rad_s` — what the robots deliver; the turning rate is positive.
+    ///
+    /// # Returns
+    ///
+    /// A share from 0 to 1/2; `None` if there is no ring.
+    pub fn turn_balance(&self, speed_m_s: f64, turn_rate_rad_s: f64) -> Option<f64> {
+        let circle_m = speed_m_s / turn_rate_rad_s;
+        self.radius_m().map(|radius_m| (1.0 - circle_m / circle_m.max(radius_m)) / 2.0)
+    }
+
+    /// Whether robots hold the ring: it exists, and its turn balance lies strictly between the two
+    /// probabilities of a detection.
+    ///
+    /// # Arguments
+    ///
+    /// As for [`Self::turn_balance`].
+    pub fn holds(&self, speed_m_s: f64, turn_rate_rad_s: f64) -> bool {
+        let is_between =
+            |balance: f64| balance > self.false_positive && balance < self.true_positive;
+        self.exists() && self.turn_balance(speed_m_s, turn_rate_rad_s).is_some_and(is_between)
+    }
+
+    /// Greatest speed at which robots of this turning rate hold the ring, `v = ω R* (1 - 2 p)` with
+    /// the false-positive probability `p`; in metres per second. Drawn over turning rates it is the
+    /// mill's boundary on the phase diagram.
+    ///
+    /// # Returns
+    ///
+    /// `None` if there is no ring.
+    pub fn greatest_speed_m_s(&self, turn_rate_rad_s: f64) -> Option<f64> {
+        let share = (1.0 - 2.0 * self.false_positive).max(0.0);
+        self.exists().then(|| self.radius_m())?.map(|radius_m| turn_rate_rad_s * radius_m * share)
+    }
+}
+
+/// Tangentness of a perfect mill that steers once per period: its heading swings by `ωΔt` between
+/// left and right, so on average it is `ωΔt/2` off the tangent.
+pub fn tangentness(turn_rate_rad_s: f64, period_s: f64) -> f64 {
+    turn_rate_rad_s * period_s / 2.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FLOCKBOTS: Ring = Ring {
+        n_robots: 9,
+        body_radius_m: 0.075,
+        half_angle_rad: 0.2,
+        range_m: 0.75,
+        true_positive: 0.8,
+        false_positive: 0.08,
+    };
+
+    #[test]
+    fn the_robot_ahead_lies_on_the_edge_of_the_cone() {
+        let radius_m = FLOCKBOTS.radius_m().unwrap();
+        let chord_m = FLOCKBOTS.chord_m().unwrap();
+
+        // Seen from a robot, the one ahead is at pi/N off the heading; its body spans asin(r/d).
+        let edge_rad = PI / 9.0 - libm::asin(0.075 / chord_m);
+        assert!((edge_rad - 0.2).abs() < 1e-12);
+        assert!((radius_m - 0.738).abs() < 5e-4 && (chord_m - 0.505).abs() < 5e-4);
+    }
+
+    #[test]
+    fn too_many_robots_or_too_wide_a_cone_form_no_ring() {
+        assert!(FLOCKBOTS.exists());
+        assert_eq!(Ring { n_robots: 16, ..FLOCKBOTS }.radius_m(), None);
+        assert_eq!(Ring { half_angle_rad: 0.36, ..FLOCKBOTS }.radius_m(), None);
+        assert_eq!(Ring { n_robots: 1, ..FLOCKBOTS }.radius_m(), None);
+        // Twelve robots have a ring, but the one ahead is 1.2 m away.
+        assert!(Ring { n_robots: 12, ..FLOCKBOTS }.radius_m().is_some());
+        assert!(!Ring { n_robots: 12, ..FLOCKBOTS }.exists());
+    }
+
+    #[test]
+    fn the_balance_at_the_best_cell_is_between_the_probabilities_of_detection() {
+        let balance = FLOCKBOTS.turn_balance(0.15, 0.75).unwrap();
+
+        assert!((balance - 0.3645).abs() < 1e-3, "{balance}");
+        assert!(FLOCKBOTS.holds(0.15, 0.75));
+    }
+
+    #[test]
+    fn the_greatest_speed_is_where_robots_cease_to_hold_the_ring() {
+        let speed_m_s = FLOCKBOTS.greatest_speed_m_s(0.5).unwrap();
+
+        assert!(FLOCKBOTS.holds(speed_m_s - 1e-6, 0.5));
+        assert!(!FLOCKBOTS.holds(speed_m_s + 1e-6, 0.5));
+    }
+}

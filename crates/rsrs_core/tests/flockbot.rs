@@ -1,0 +1,91 @@
+//! The files that ship with the project: the measured Flockbot and its sweep.
+
+use std::collections::BTreeSet;
+
+use rsrs_core::axis::Axis;
+use rsrs_core::conditions::Conditions;
+use rsrs_core::profile::RobotProfile;
+use rsrs_core::sweep_file::SweepFile;
+use serde_json::Value;
+
+const PROFILE: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+const SWEEP: &str = include_str!("../../../launch_configs/sweeps/flockbot_speed_turn.yaml");
+
+fn flockbot() -> RobotProfile {
+    RobotProfile::parse("flockbot.yaml", PROFILE).expect("the profile that ships is valid")
+}
+
+/// Dotted paths of all numbers, entries of lists by their position.
+fn numbers(value: &Value, path: &str, found: &mut BTreeSet<String>) {
+    let below = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    match value {
+        Value::Number(_) => {
+            found.insert(path.to_owned());
+        }
+        Value::Array(entries) => {
+            for (position, entry) in entries.iter().enumerate() {
+                numbers(entry, &below(&position.to_string()), found);
+            }
+        }
+        Value::Object(entries) => {
+            for (key, entry) in entries {
+                numbers(entry, &below(key), found);
+            }
+        }
+        Value::Null | Value::Bool(_) | Value::String(_) => {}
+    }
+}
+
+#[test]
+fn every_number_of_the_flockbot_says_where_it_comes_from() {
+    let profile = flockbot();
+    let value = serde_json::to_value(&profile).expect("a profile is plain data");
+    let mut found = BTreeSet::new();
+    numbers(&value, "", &mut found);
+
+    let explained: BTreeSet<String> = profile.provenance.numbers.keys().cloned().collect();
+
+    assert!(found.len() > 20, "{found:?}");
+    assert_eq!(found, explained);
+    for (key, source) in &profile.provenance.numbers {
+        let is_said = source.contains("assumed") || source.contains(':') || source == "tab:speed1";
+        assert!(is_said, "{key}: {source}");
+    }
+}
+
+#[test]
+fn the_speed_gains_are_the_means_of_the_papers_table() {
+    // tab:speed1, in millimetres per second.
+    for (commanded, measured) in [(25.0, [22.15, 21.48, 22.32]), (50.0, [48.47, 48.66, 48.54])] {
+        let expected = measured.iter().sum::<f64>() / 3.0 / commanded;
+
+        let found = flockbot().actuation.speed.gain_at(commanded / 1000.0);
+
+        assert!((found.mean - expected).abs() < 5e-4 && !found.held, "{found:?} {expected}");
+    }
+}
+
+#[test]
+fn the_sweep_spans_the_papers_plane_with_the_harsher_robot() {
+    let sweep = SweepFile::parse("sweep.yaml", SWEEP).expect("the sweep that ships is valid");
+
+    let cells = sweep.resolve("sweep.yaml", &flockbot()).expect("all cells can be simulated");
+
+    assert_eq!((cells.len(), sweep.replicates), (11 * 8, 16));
+    let best = |entry: &&(rsrs_core::axis::Cell, Conditions)| {
+        entry.0.get(Axis::Speed) == Some(0.15) && entry.0.get(Axis::TurnRate) == Some(0.75)
+    };
+    let (_, conditions) = cells.iter().find(best).expect("the paper's best cell is swept");
+    let robot = &conditions.robot;
+    assert_eq!(conditions.robots, 9);
+    assert_eq!(conditions.steps(sweep.duration_s), 2307);
+    for (found, expected) in [
+        (robot.speed_gain.robot_sd, 0.05),
+        (robot.turn_gain.robot_sd, 0.05),
+        (robot.true_positive, 0.80),
+        (robot.false_positive, 0.08),
+        (robot.speed_gain.mean, 0.971),
+    ] {
+        assert!((found - expected).abs() < 1e-4, "{found} {expected}");
+    }
+}

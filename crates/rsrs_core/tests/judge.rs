@@ -1,0 +1,301 @@
+//! The judge on made-up trajectories, whose phase is known by construction.
+
+use rsrs_core::controller::Command;
+use rsrs_core::phase::{self, JudgeError, Phase, Thresholds, Verdict};
+use rsrs_core::trajectory::{Bodies, Trajectory};
+use rsrs_core::unicycle::Pose;
+
+const PERIOD_S: f64 = 0.13;
+const SPEED_M_S: f64 = 0.15;
+const FLOCKBOT: Bodies = Bodies { radius_m: Some(0.075), range_m: Some(0.75) };
+const UNKNOWN_RANGE: Bodies = Bodies { radius_m: Some(0.075), range_m: None };
+
+/// A run of nine robots whose poses are a function of robot and time.
+fn run(duration_s: f64, pose: impl Fn(usize, f64) -> Pose) -> Trajectory {
+    let mut trajectory = Trajectory::new(PERIOD_S, 9);
+    let times_s = (0..).map(|sample| f64::from(sample) * PERIOD_S);
+    for time_s in times_s.take_while(|time_s| *time_s < duration_s - PERIOD_S / 2.0) {
+        trajectory.poses.extend((0..9).map(|robot| pose(robot, time_s)));
+        let command = Command { speed_m_s: SPEED_M_S, turn_rate_rad_s: 0.75 };
+        trajectory.commands.extend([command; 9]);
+    }
+    trajectory
+}
+
+/// A robot on a circle around `centre_x_m`, at a bearing, facing along it counterclockwise.
+fn on_circle(centre_x_m: f64, radius_m: f64, bearing_rad: f64) -> Pose {
+    let (sine, cosine) = libm::sincos(bearing_rad);
+    Pose {
+        x_m: centre_x_m + radius_m * cosine,
+        y_m: radius_m * sine,
+        heading_rad: bearing_rad + std::f64::consts::FRAC_PI_2,
+    }
+}
+
+fn spacing_rad(robot: usize, n_robots: usize) -> f64 {
+    std::f64::consts::TAU * robot as f64 / n_robots as f64
+}
+
+fn ring(radius_m: f64, speed_m_s: f64) -> impl Fn(usize, f64) -> Pose {
+    move |robot, time_s| {
+        on_circle(0.0, radius_m, spacing_rad(robot, 9) + speed_m_s / radius_m * time_s)
+    }
+}
+
+fn label(trajectory: &Trajectory, bodies: &Bodies) -> Verdict {
+    phase::label(trajectory, bodies).expect("the trajectory is long enough and finite")
+}
+
+fn assert_near(found: f64, expected: f64, tolerance: f64) {
+    assert!((found - expected).abs() <= tolerance, "found {found}, expected {expected}");
+}
+
+#[test]
+fn a_perfect_ring_is_stable_milling() {
+    let verdict = label(&run(70.0, ring(0.7, SPEED_M_S)), &FLOCKBOT);
+
+    let evidence = verdict.evidence;
+    assert_eq!(verdict.phase, Phase::StableMilling);
+    assert_near(evidence.rotation, 1.0, 1e-9);
+    assert_near(evidence.orbit, 1.0, 1e-9);
+    assert_near(evidence.circliness, 1.0, 1e-9);
+    assert_near(evidence.mean_radius_m, 0.7, 1e-9);
+    assert_near(evidence.circliness_ceiling, 1.0 - 0.75 * PERIOD_S / 2.0, 1e-12);
+    assert_eq!((evidence.lost, evidence.blocked, evidence.stuck), (Some(0.0), 0.0, 0.0));
+    assert_eq!(evidence.contact_onsets_per_s, Some(0.0));
+}
+
+#[test]
+fn a_ring_that_turns_clockwise_mills_as_well() {
+    let mirrored = |robot, time_s| {
+        let pose = ring(0.7, SPEED_M_S)(robot, time_s);
+        Pose { x_m: pose.x_m, y_m: -pose.y_m, heading_rad: -pose.heading_rad }
+    };
+
+    assert_eq!(label(&run(70.0, mirrored), &FLOCKBOT).phase, Phase::StableMilling);
+}
+
+#[test]
+fn a_jammed_ring_is_colliding_however_round_it_is() {
+    let verdict = label(&run(70.0, ring(0.3, 0.0)), &FLOCKBOT);
+
+    assert_eq!(verdict.phase, Phase::CollidingUnstable);
+    assert_near(verdict.evidence.circliness, 1.0, 1e-9);
+    assert_near(verdict.evidence.blocked, 1.0, 0.0);
+    assert_near(verdict.evidence.stuck, 1.0, 0.0);
+}
+
+#[test]
+fn two_of_nine_stuck_robots_are_a_collision() {
+    let moving = ring(0.7, SPEED_M_S);
+    let pose = move |robot, time_s| moving(robot, if robot < 2 { 0.0 } else { time_s });
+
+    let verdict = label(&run(70.0, pose), &FLOCKBOT);
+
+    assert_eq!(verdict.phase, Phase::CollidingUnstable);
+    assert_near(verdict.evidence.stuck, 2.0 / 9.0, 1e-12);
+}
+
+/// Robots that drive away from the centre for ever.
+fn dispersing(robot: usize, time_s: f64) -> Pose {
+    let bearing_rad = spacing_rad(robot, 9);
+    let place = on_circle(0.0, 0.5 + SPEED_M_S * time_s, bearing_rad);
+    Pose { heading_rad: bearing_rad, ..place }
+}
+
+#[test]
+fn robots_that_lose_each_other_disperse() {
+    let verdict = label(&run(120.0, dispersing), &FLOCKBOT);
+
+    assert_eq!(verdict.phase, Phase::Dispersion);
+    assert_eq!(verdict.evidence.lost, Some(1.0));
+}
+
+#[test]
+fn without_a_range_dispersion_shows_in_a_growing_radius() {
+    let verdict = label(&run(120.0, dispersing), &UNKNOWN_RANGE);
+
+    assert_eq!((verdict.phase, verdict.evidence.lost), (Phase::Dispersion, None));
+}
+
+#[test]
+fn a_mill_without_a_known_range_is_not_blocked_by_what_is_unknown() {
+    let verdict = label(&run(70.0, ring(0.7, SPEED_M_S)), &UNKNOWN_RANGE);
+
+    assert_eq!((verdict.phase, verdict.evidence.lost), (Phase::StableMilling, None));
+}
+
+#[test]
+fn two_mills_side_by_side_are_unformed() {
+    let split = |robot: usize, time_s: f64| {
+        let centre_x_m = if robot.is_multiple_of(2) { -1.0 } else { 1.0 };
+        on_circle(centre_x_m, 0.3, spacing_rad(robot / 2, 5) + SPEED_M_S / 0.3 * time_s)
+    };
+
+    let verdict = label(&run(120.0, split), &FLOCKBOT);
+
+    assert_eq!(verdict.phase, Phase::Unformed);
+    assert!(verdict.evidence.rotation < 0.6, "{:?}", verdict.evidence);
+}
+
+/// A ring in which every third robot runs closer to the centre.
+fn fat_ring(robot: usize, time_s: f64) -> Pose {
+    let radius_m = if robot.is_multiple_of(3) { 0.45 } else { 0.75 };
+    on_circle(0.0, radius_m, spacing_rad(robot, 9) + SPEED_M_S / 0.65 * time_s)
+}
+
+#[test]
+fn a_ring_of_two_radii_is_semi_stable() {
+    let verdict = label(&run(120.0, fat_ring), &FLOCKBOT);
+
+    assert_eq!(verdict.phase, Phase::SemiStableMilling);
+    assert_near(verdict.evidence.fatness, 1.0 - (0.45_f64 / 0.75).powi(2), 1e-9);
+}
+
+#[test]
+fn the_line_between_stable_and_semi_stable_moves_with_its_threshold() {
+    let trajectory = run(120.0, fat_ring);
+    let lenient = Thresholds { stable_circliness: 0.35, ..Thresholds::default() };
+
+    let verdict = phase::label_with(&trajectory, &FLOCKBOT, &lenient).expect("as above");
+
+    assert_eq!(verdict.phase, Phase::StableMilling);
+}
+
+#[test]
+fn only_the_last_minute_counts_and_its_start_is_when_the_mill_formed() {
+    let late = |robot: usize, time_s: f64| {
+        let place = ring(0.7, SPEED_M_S)(robot, time_s);
+        // Two good blocks, three bad ones, and good ones to the end.
+        let inward_rad =
+            if (20.0..50.0).contains(&time_s) { std::f64::consts::FRAC_PI_2 } else { 0.0 };
+        Pose { heading_rad: place.heading_rad + inward_rad, ..place }
+    };
+    let trajectory = run(150.0, late);
+
+    let verdict = label(&trajectory, &FLOCKBOT);
+    let converged_s = phase::converged_s(&trajectory, &FLOCKBOT, verdict.phase);
+
+    assert_eq!(verdict.phase, Phase::StableMilling);
+    // Blocks are 76 periods of 0.13 s; the sixth starts at 49.4 s and is good but for 0.6 s.
+    assert_near(converged_s.expect("it converged"), 49.4, 0.01);
+}
+
+#[test]
+fn a_robot_that_bumps_once_has_one_onset() {
+    let moving = ring(0.7, SPEED_M_S);
+    let pose = move |robot: usize, time_s: f64| {
+        // Robot 1 is thrown upon robot 0 from the 40th to the 41st second.
+        let offset_rad = if robot == 1 && (40.0..41.0).contains(&time_s) { -0.5 } else { 0.0 };
+        let place = moving(robot, time_s);
+        on_circle(0.0, 0.7, place.heading_rad - std::f64::consts::FRAC_PI_2 + offset_rad)
+    };
+
+    let verdict = label(&run(65.0, pose), &FLOCKBOT);
+
+    // Two robots come into contact once each, in 461 periods, among nine.
+    let expected = 2.0 / (9.0 * 461.0 * PERIOD_S);
+    assert_near(
+        verdict.evidence.contact_onsets_per_s.expect("the radius is known"),
+        expected,
+        1e-12,
+    );
+}
+
+#[test]
+fn the_contact_of_bodies_of_unknown_size_is_unknown() {
+    let bodies = Bodies { radius_m: None, range_m: Some(0.75) };
+
+    let verdict = label(&run(70.0, ring(0.7, SPEED_M_S)), &bodies);
+
+    assert_eq!(verdict.evidence.contact_onsets_per_s, None);
+}
+
+#[test]
+fn a_run_shorter_than_the_window_is_refused() {
+    let error = phase::label(&run(59.0, ring(0.7, SPEED_M_S)), &FLOCKBOT).unwrap_err();
+
+    assert_eq!(error.to_string(), "59.0 s recorded, expected at least 60 s");
+}
+
+#[test]
+fn sixty_seconds_of_whole_periods_are_enough() {
+    // 461 periods are 59.93 s.
+    assert!(phase::label(&run(59.93, ring(0.7, SPEED_M_S)), &FLOCKBOT).is_ok());
+}
+
+#[test]
+fn a_pose_that_is_not_a_number_is_refused() {
+    let mut trajectory = run(70.0, ring(0.7, SPEED_M_S));
+    trajectory.poses[9 * 100 + 4].y_m = f64::NAN;
+
+    let error = phase::label(&trajectory, &FLOCKBOT).unwrap_err();
+
+    assert_eq!(error, JudgeError::NotFinite { robot: 4, time_s: 13.0 });
+}
+
+#[test]
+fn nobody_cannot_be_judged_and_one_robot_alone_is_lost() {
+    let nobody = Trajectory::new(PERIOD_S, 0);
+    let mut alone = run(70.0, ring(0.7, SPEED_M_S));
+    alone.poses = alone.poses.into_iter().step_by(9).collect();
+    alone.commands = alone.commands.into_iter().step_by(9).collect();
+    alone.n_robots = 1;
+
+    assert_eq!(phase::label(&nobody, &FLOCKBOT), Err(JudgeError::NoRobots));
+    assert_eq!(label(&alone, &FLOCKBOT).phase, Phase::Dispersion);
+}
+
+#[test]
+fn the_verdict_serialises_under_the_names_of_the_contract() {
+    let verdict = label(&run(70.0, ring(0.7, SPEED_M_S)), &UNKNOWN_RANGE);
+
+    let json = serde_json::to_value(verdict).expect("a verdict is plain data");
+
+    let keys: Vec<&String> = json["evidence"].as_object().expect("a map").keys().collect();
+    let mut expected = vec![
+        "lost",
+        "blocked",
+        "stuck",
+        "rotation",
+        "orbit",
+        "fatness",
+        "tangentness",
+        "circliness",
+        "mean_radius_m",
+        "contact_onsets_per_s",
+        "circliness_ceiling",
+    ];
+    expected.sort_unstable();
+    assert_eq!(keys, expected);
+    assert_eq!(json["phase"], "stable_milling");
+    assert!(json["evidence"]["lost"].is_null());
+}
+
+proptest::proptest! {
+    #[test]
+    fn it_does_not_matter_where_a_mill_is_and_which_way_is_north(
+        x_m in -100.0..100.0,
+        y_m in -100.0..100.0,
+        north_rad in -10.0..10.0,
+    ) {
+        let moved = |robot, time_s| {
+            let pose = fat_ring(robot, time_s);
+            let (sine, cosine) = libm::sincos(north_rad);
+            Pose {
+                x_m: x_m + cosine * pose.x_m - sine * pose.y_m,
+                y_m: y_m + sine * pose.x_m + cosine * pose.y_m,
+                heading_rad: pose.heading_rad + north_rad,
+            }
+        };
+
+        let here = label(&run(65.0, fat_ring), &FLOCKBOT);
+        let there = label(&run(65.0, moved), &FLOCKBOT);
+
+        assert_eq!(here.phase, there.phase);
+        assert_near(there.evidence.rotation, here.evidence.rotation, 1e-9);
+        assert_near(there.evidence.orbit, here.evidence.orbit, 1e-9);
+        assert_near(there.evidence.circliness, here.evidence.circliness, 1e-9);
+        assert_near(there.evidence.blocked, here.evidence.blocked, 1e-12);
+    }
+}

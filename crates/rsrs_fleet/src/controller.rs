@@ -1,0 +1,254 @@
+//! The controller node: one command for each detection.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use rsrs_core::controller::{Command, ControllerParameters, decide};
+
+use crate::message::{Lease, LeaseState, RobotState, Status};
+use crate::timing::{BEAT, LEASE};
+
+/// What happens to a controller.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// The sensor said whether it detects something.
+    Detection(bool),
+    /// The simulator's clock says that this step begins, in nanoseconds of simulated time.
+    Clock(u64),
+    /// A lease arrived.
+    Lease(Lease),
+    /// Parameters were set, from the fleet file or by a client.
+    Parameters(Settings),
+    /// Time passed.
+    Tick,
+}
+
+/// What a controller is set to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// `v` and `ω`.
+    pub parameters: ControllerParameters,
+    /// Whether commands carry the stamp of the simulator's clock (lockstep) or of the wall.
+    pub stamp: Stamp,
+}
+
+/// Which time a command carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stamp {
+    /// The time at which it is sent.
+    Wall,
+    /// The simulated time of the step whose detection it answers.
+    Clock,
+}
+
+/// What a controller does.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Publish a command.
+    Command {
+        /// The command.
+        command: Command,
+        /// Its stamp in nanoseconds of simulated time; `None` is the time of sending.
+        stamp_ns: Option<u64>,
+    },
+    /// Publish a status.
+    Status(Status),
+}
+
+/// The controller of one robot.
+#[derive(Clone, Debug)]
+pub struct Controller {
+    robot: String,
+    settings: Settings,
+    bound: Option<Binding>,
+    /// Detections that wait for their step's clock, and clocks that wait for their detection.
+    detections: VecDeque<bool>,
+    clocks: VecDeque<u64>,
+    counter: u64,
+    last_said: Option<(RobotState, Duration)>,
+}
+
+#[derive(Clone, Debug)]
+struct Binding {
+    run_id: String,
+    epoch: u64,
+    state: LeaseState,
+    heard: Duration,
+}
+
+impl Controller {
+    /// A controller that belongs to no run.
+    pub fn new(robot: &str, settings: Settings) -> Self {
+        Self {
+            robot: robot.to_owned(),
+            settings,
+            bound: None,
+            detections: VecDeque::new(),
+            clocks: VecDeque::new(),
+            counter: 0,
+            last_said: None,
+        }
+    }
+
+    /// What the controller is set to.
+    pub fn settings(&self) -> Settings {
+        self.settings
+    }
+
+    /// Whether parameters may change: not while a run holds them.
+    pub fn is_armed(&self, now: Duration) -> bool {
+        self.bound.as_ref().is_some_and(|bound| {
+            matches!(bound.state, LeaseState::Armed | LeaseState::Running)
+                && now.saturating_sub(bound.heard) <= LEASE
+        })
+    }
+
+    /// Takes an event.
+    pub fn on_event(&mut self, event: Event, now: Duration) -> Vec<Action> {
+        let mut actions = Vec::new();
+        match event {
+            Event::Detection(detected) => {
+                self.detections.push_back(detected);
+                self.answer(&mut actions);
+            }
+            Event::Clock(stamp_ns) => {
+                if self.settings.stamp == Stamp::Clock {
+                    self.clocks.push_back(stamp_ns);
+                    self.answer(&mut actions);
+                }
+            }
+            Event::Lease(lease) => self.on_lease(&lease, now),
+            Event::Parameters(settings) => {
+                self.settings = settings;
+                self.forget_steps();
+                self.last_said = None;
+            }
+            Event::Tick => {}
+        }
+        actions.extend(self.status_due(now).map(Action::Status));
+        actions
+    }
+
+    /// One command for each detection; in lockstep the nth detection belongs to the nth clock.
+    fn answer(&mut self, actions: &mut Vec<Action>) {
+        while let Some(detected) = self.detections.front().copied() {
+            let stamp_ns = match self.settings.stamp {
+                Stamp::Wall => None,
+                Stamp::Clock => match self.clocks.pop_front() {
+                    Some(stamp_ns) => Some(stamp_ns),
+                    None => return,
+                },
+            };
+            self.detections.pop_front();
+            let command = decide(detected, self.settings.parameters);
+            actions.push(Action::Command { command, stamp_ns });
+        }
+    }
+
+    fn on_lease(&mut self, lease: &Lease, now: Duration) {
+        if lease.echo(&self.robot).is_none() {
+            return;
+        }
+        let highest = self.bound.as_ref().map_or(0, |bound| bound.epoch);
+        let new_run = lease.epoch > highest && lease.state == LeaseState::Armed;
+        let same_run = self
+            .bound
+            .as_ref()
+            .is_some_and(|bound| bound.epoch == lease.epoch && bound.run_id == lease.run_id);
+        if new_run {
+            self.forget_steps();
+        }
+        if new_run || same_run {
+            self.bound = Some(Binding {
+                run_id: lease.run_id.clone(),
+                epoch: lease.epoch,
+                state: lease.state,
+                heard: now,
+            });
+        }
+    }
+
+    /// Steps of an earlier run must not be paired with those of the next.
+    fn forget_steps(&mut self) {
+        self.detections.clear();
+        self.clocks.clear();
+    }
+
+    fn state(&self, now: Duration) -> RobotState {
+        match &self.bound {
+            None => RobotState::Idle,
+            Some(bound) if bound.state == LeaseState::Stopped => RobotState::Stopped,
+            Some(_) if !self.is_armed(now) => RobotState::Stopped,
+            Some(bound) if bound.state == LeaseState::Running => RobotState::Moving,
+            Some(_) => RobotState::Armed,
+        }
+    }
+
+    fn status_due(&mut self, now: Duration) -> Option<Status> {
+        let state = self.state(now);
+        let due = match self.last_said {
+            None => true,
+            Some((said, at)) => said != state || now.saturating_sub(at) >= BEAT,
+        };
+        if !due {
+            return None;
+        }
+        self.counter += 1;
+        self.last_said = Some((state, now));
+        Some(Status {
+            counter: self.counter,
+            epoch: self.bound.as_ref().map_or(0, |bound| bound.epoch),
+            parameter_digest: self.settings.parameters.digest(),
+            state,
+            stop_reason: String::new(),
+            battery_v: f32::NAN,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn controller(stamp: Stamp) -> Controller {
+        let parameters = ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
+        Controller::new("robot_1", Settings { parameters, stamp })
+    }
+
+    fn commands(actions: &[Action]) -> Vec<(f64, Option<u64>)> {
+        actions
+            .iter()
+            .filter_map(|action| match action {
+                Action::Command { command, stamp_ns } => {
+                    Some((command.turn_rate_rad_s, *stamp_ns))
+                }
+                Action::Status(_) => None,
+            })
+            .collect()
+    }
+
+    #[test]
+    fn each_detection_has_one_command() {
+        let mut controller = controller(Stamp::Wall);
+
+        let left = controller.on_event(Event::Detection(true), Duration::ZERO);
+        let right = controller.on_event(Event::Detection(false), Duration::ZERO);
+
+        assert_eq!(commands(&left), [(0.75, None)]);
+        assert_eq!(commands(&right), [(-0.75, None)]);
+    }
+
+    #[test]
+    fn in_lockstep_the_nth_detection_carries_the_nth_clock_in_whichever_order_they_come() {
+        let mut controller = controller(Stamp::Clock);
+
+        let early = controller.on_event(Event::Detection(true), Duration::ZERO);
+        let first = controller.on_event(Event::Clock(130), Duration::ZERO);
+        controller.on_event(Event::Clock(260), Duration::ZERO);
+        let second = controller.on_event(Event::Detection(false), Duration::ZERO);
+
+        assert_eq!(commands(&early), []);
+        assert_eq!(commands(&first), [(0.75, Some(130))]);
+        assert_eq!(commands(&second), [(-0.75, Some(260))]);
+    }
+}

@@ -1,0 +1,21 @@
+//! The fleet protocol, pure: one state machine for each node.
+//!
+//! Every machine takes events with the time at which they happened and returns actions; none opens
+//! a socket, reads a clock or sleeps. A driver of a few lines turns samples and timers into events.
+//! The tests drive the machines of a whole fleet under a seeded fake network.
+//!
+//! Times are [`std::time::Duration`]s on the wall-monotonic clock of the machine's own host, from
+//! any origin; no two hosts' times are ever compared.
+//!
+//! Reading order: what is said ([`message`]); who may move ([`robot`], the final gate); who decides
+//! ([`controller`]); the world's pace ([`simulator`]); who conducts ([`preflight`], [`runner`]);
+//! which robots there are ([`fleet_file`]) and what is run with them ([`experiment`]).
+
+pub mod message;
+pub mod timing;
+
+pub mod robot;
+pub mod controller;
+pub mod simulator;
+
+

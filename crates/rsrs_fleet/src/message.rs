@@ -1,0 +1,91 @@
+//! What the nodes say to each other, free of any wire format.
+
+use std::fmt;
+
+/// The runner's permission to move, repeated ten times a second.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Lease {
+    /// The run that it belongs to.
+    pub run_id: String,
+    /// Rises with every run; a robot never obeys an epoch lower than one it has heard.
+    pub epoch: u64,
+    /// What the robots may do.
+    pub state: LeaseState,
+    /// Digest of the controller parameters that the runner confirmed.
+    pub parameter_digest: u64,
+    /// The robots of the run, each with the counter of the last status the runner heard from it.
+    pub robots: Vec<Echo>,
+}
+
+/// One robot's place in a lease.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Echo {
+    /// The robot.
+    pub robot: String,
+    /// Counter of its last status that the runner heard; 0 if none.
+    pub counter: u64,
+}
+
+impl Lease {
+    /// The echo for one robot, if it is part of the run.
+    pub fn echo(&self, robot: &str) -> Option<u64> {
+        self.robots.iter().find(|echo| echo.robot == robot).map(|echo| echo.counter)
+    }
+}
+
+/// What a lease lets the robots do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LeaseState {
+    /// Nothing; the runner prepares.
+    Idle,
+    /// Bind to this epoch and stand still.
+    Armed,
+    /// Move.
+    Running,
+    /// Stand still for good.
+    Stopped,
+}
+
+/// What a robot, or its controller, says of itself, ten times a second and on change.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Status {
+    /// Rises with every status sent; the lease echoes it.
+    pub counter: u64,
+    /// The epoch obeyed; 0 is none.
+    pub epoch: u64,
+    /// Digest of its controller's parameters; 0 is unknown.
+    pub parameter_digest: u64,
+    /// What it does.
+    pub state: RobotState,
+    /// Why it stands; empty while it may move.
+    pub stop_reason: String,
+    /// Battery voltage; not a number if unknown.
+    pub battery_v: f32,
+}
+
+/// What a robot does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RobotState {
+    /// It belongs to no run.
+    Idle,
+    /// It is bound to an epoch and stands.
+    Armed,
+    /// It may move.
+    Moving,
+    /// It stands and stays so until a newer epoch arms it.
+    Stopped,
+    /// Its hardware has failed.
+    Fault,
+}
+
+impl fmt::Display for RobotState {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Idle => "idle",
+            Self::Armed => "armed",
+            Self::Moving => "moving",
+            Self::Stopped => "stopped",
+            Self::Fault => "fault",
+        })
+    }
+}

@@ -1,0 +1,436 @@
+//! The final gate in front of a robot's wheels, real or virtual.
+//!
+//! Invariants, held by the fake network: no robot moves without a fresh lease of one epoch and a
+//! confirmed parameter digest; no robot obeys two epochs; a stop latches until a newer epoch arms.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use rsrs_core::controller::Command;
+
+use crate::message::{Lease, LeaseState, RobotState, Status};
+use crate::timing::{BEAT, CONTROLLER, E_STOP_SILENCE, LEASE};
+
+/// What happens to a robot.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// A lease arrived.
+    Lease(Lease),
+    /// Its controller said which parameters it drives with.
+    Controller {
+        /// Their digest.
+        parameter_digest: u64,
+    },
+    /// A velocity command arrived.
+    Command(Command),
+    /// The e-stop topic said engaged or released.
+    EStop(bool),
+    /// The driver of its wheels or sensor failed.
+    Fault(String),
+    /// Time passed.
+    Tick,
+}
+
+/// How a robot's gate is set up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotOptions {
+    /// Name of the robot, as leases name it.
+    pub name: String,
+    /// Age at which a velocity command is stale.
+    pub command_timeout: Duration,
+    /// How long a lapse may last before it latches: zero on a floor, where a lapse is a stop; some
+    /// seconds in lockstep, where it freezes the world's time and nothing moves meanwhile.
+    pub lapse_grace: Duration,
+}
+
+/// Why a robot stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum StandReason {
+    /// It belongs to no run.
+    Idle,
+    /// It waits for the start.
+    Armed,
+    /// It hears a running lease but was not armed for it, as after a restart.
+    NotArmed,
+    /// No lease has echoed a recent enough status.
+    LeaseLapsed,
+    /// Its controller has been silent, or drives with other parameters than the runner confirmed.
+    ControllerUnconfirmed,
+    /// It stands until a newer epoch arms it.
+    Latched(String),
+    /// Its hardware failed.
+    Fault(String),
+}
+
+impl StandReason {
+    fn text(&self) -> String {
+        match self {
+            Self::Idle => "belongs to no run".to_owned(),
+            Self::Armed => "armed, waiting for the start".to_owned(),
+            Self::NotArmed => "not armed in this run".to_owned(),
+            Self::LeaseLapsed => "lease ran out".to_owned(),
+            Self::ControllerUnconfirmed => {
+                "controller silent or its parameters not the confirmed ones".to_owned()
+            }
+            Self::Latched(reason) => reason.clone(),
+            Self::Fault(reason) => format!("hardware fault: {reason}"),
+        }
+    }
+}
+
+/// The gate of one robot.
+#[derive(Clone, Debug)]
+pub struct Robot {
+    options: RobotOptions,
+    bound: Option<Binding>,
+    latched: Option<String>,
+    fault: Option<String>,
+    e_stop: EStop,
+    controller: Option<(u64, Duration)>,
+    command: Option<(Command, Duration)>,
+    lapsed_since: Option<Duration>,
+    counter: u64,
+    sent: VecDeque<(u64, Duration)>,
+    last_said: Option<(RobotState, Duration)>,
+}
+
+#[derive(Clone, Debug)]
+struct Binding {
+    run_id: String,
+    epoch: u64,
+    parameter_digest: u64,
+    running: bool,
+    fresh_until: Duration,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct EStop {
+    engaged: bool,
+    heard: Option<Duration>,
+}
+
+/// Statuses whose sending time is remembered: well over what a fresh lease can echo.
+const REMEMBERED: usize = 64;
+
+impl Robot {
+    /// A robot that belongs to no run.
+    pub fn new(options: RobotOptions) -> Self {
+        Self {
+            options,
+            bound: None,
+            latched: None,
+            fault: None,
+            e_stop: EStop::default(),
+            controller: None,
+            command: None,
+            lapsed_since: None,
+            counter: 0,
+            sent: VecDeque::new(),
+            last_said: None,
+        }
+    }
+
+    /// Takes an event.
+    ///
+    /// # Returns
+    ///
+    /// A status to publish, if it is time for one or the robot's state changed.
+    pub fn on_event(&mut self, event: Event, now: Duration) -> Option<Status> {
+        match event {
+            Event::Lease(lease) => self.on_lease(&lease, now),
+            Event::Controller { parameter_digest } => {
+                self.controller = Some((parameter_digest, now));
+            }
+            Event::Command(command) => self.command = Some((command, now)),
+            Event::EStop(engaged) => self.e_stop = EStop { engaged, heard: Some(now) },
+            Event::Fault(reason) => self.fault = Some(reason),
+            Event::Tick => {}
+        }
+        self.latch(now);
+        self.status_due(now)
+    }
+
+    fn on_lease(&mut self, lease: &Lease, now: Duration) {
+        let Some(echo) = lease.echo(&self.options.name) else { return };
+        let highest = self.bound.as_ref().map_or(0, |bound| bound.epoch);
+        if lease.epoch > highest && lease.state == LeaseState::Armed {
+            self.bind(lease, now);
+        }
+        let sent_at = self.sent.iter().find(|(counter, _)| *counter == echo).map(|(_, at)| *at);
+        let Some(bound) = &mut self.bound else { return };
+        if lease.epoch != bound.epoch || lease.run_id != bound.run_id {
+            return;
+        }
+        match lease.state {
+            LeaseState::Running => bound.running = true,
+            LeaseState::Stopped => {
+                self.latched.get_or_insert_with(|| "stopped by the runner".to_owned());
+            }
+            LeaseState::Idle | LeaseState::Armed => {}
+        }
+        if let Some(sent_at) = sent_at {
+            bound.fresh_until = bound.fresh_until.max(sent_at + LEASE);
+        }
+    }
+
+    fn bind(&mut self, lease: &Lease, now: Duration) {
+        self.bound = Some(Binding {
+            run_id: lease.run_id.clone(),
+            epoch: lease.epoch,
+            parameter_digest: lease.parameter_digest,
+            running: false,
+            fresh_until: now,
+        });
+        self.latched = None;
+        self.lapsed_since = None;
+        self.command = None;
+    }
+
+    /// Latches what must not heal by itself.
+    fn latch(&mut self, now: Duration) {
+        if self.e_stop_holds(now) && self.bound.is_some() {
+            self.latched.get_or_insert_with(|| "e-stop".to_owned());
+        }
+        let running = self.bound.as_ref().is_some_and(|bound| bound.running);
+        if !running || self.latched.is_some() {
+            return;
+        }
+        let lapse = [StandReason::LeaseLapsed, StandReason::ControllerUnconfirmed];
+        match self.standing(now) {
+            Some(reason) if lapse.contains(&reason) => {
+                let since = *self.lapsed_since.get_or_insert(now);
+                if now.saturating_sub(since) >= self.options.lapse_grace {
+                    self.latched = Some(reason.text());
+                }
+            }
+            _ => self.lapsed_since = None,
+        }
+    }
+
+    /// The lock of twist_mux: engaged by word, or by silence once it has been heard.
+    fn e_stop_holds(&self, now: Duration) -> bool {
+        self.e_stop.engaged
+            || self.e_stop.heard.is_some_and(|heard| now.saturating_sub(heard) > E_STOP_SILENCE)
+    }
+
+    /// Why the robot must stand now; `None` if it may move.
+    pub fn standing(&self, now: Duration) -> Option<StandReason> {
+        if let Some(reason) = &self.fault {
+            return Some(StandReason::Fault(reason.clone()));
+        }
+        if let Some(reason) = &self.latched {
+            return Some(StandReason::Latched(reason.clone()));
+        }
+        if self.e_stop_holds(now) {
+            return Some(StandReason::Latched("e-stop".to_owned()));
+        }
+        let Some(bound) = &self.bound else { return Some(StandReason::Idle) };
+        if !bound.running {
+            return Some(StandReason::Armed);
+        }
+        if now > bound.fresh_until {
+            return Some(StandReason::LeaseLapsed);
+        }
+        match self.controller {
+            Some((digest, heard))
+                if digest == bound.parameter_digest
+                    && now.saturating_sub(heard) <= CONTROLLER =>
+            {
+                None
+            }
+            _ => Some(StandReason::ControllerUnconfirmed),
+        }
+    }
+
+    /// What the wheels do now: the last command while it is fresh and the robot may move.
+    pub fn drive(&self, now: Duration) -> Command {
+        match self.command {
+            Some((command, heard))
+                if self.standing(now).is_none()
+                    && now.saturating_sub(heard) <= self.options.command_timeout =>
+            {
+                command
+            }
+            _ => Command::STOP,
+        }
+    }
+
+    /// The robot's state, as statuses report it.
+    pub fn state(&self, now: Duration) -> RobotState {
+        match self.standing(now) {
+            None => RobotState::Moving,
+            Some(StandReason::Idle) => RobotState::Idle,
+            Some(StandReason::Armed) => RobotState::Armed,
+            Some(StandReason::Fault(_)) => RobotState::Fault,
+            Some(_) => RobotState::Stopped,
+        }
+    }
+
+    /// The epoch that the robot obeys; 0 is none.
+    pub fn epoch(&self) -> u64 {
+        self.bound.as_ref().map_or(0, |bound| bound.epoch)
+    }
+
+    /// Whether the robot stands until a newer epoch arms it, and why.
+    pub fn latched(&self) -> Option<&str> {
+        self.latched.as_deref()
+    }
+
+    fn status_due(&mut self, now: Duration) -> Option<Status> {
+        let state = self.state(now);
+        let due = match self.last_said {
+            None => true,
+            Some((said, at)) => said != state || now.saturating_sub(at) >= BEAT,
+        };
+        if !due {
+            return None;
+        }
+        self.counter += 1;
+        self.sent.push_back((self.counter, now));
+        if self.sent.len() > REMEMBERED {
+            self.sent.pop_front();
+        }
+        self.last_said = Some((state, now));
+        Some(Status {
+            counter: self.counter,
+            epoch: self.epoch(),
+            parameter_digest: self.controller.map_or(0, |(digest, _)| digest),
+            state,
+            stop_reason: self.standing(now).map(|reason| reason.text()).unwrap_or_default(),
+            battery_v: f32::NAN,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::Echo;
+
+    const DIGEST: u64 = 7;
+
+    fn ms(milliseconds: u64) -> Duration {
+        Duration::from_millis(milliseconds)
+    }
+
+    fn robot() -> Robot {
+        Robot::new(RobotOptions {
+            name: "robot_1".to_owned(),
+            command_timeout: ms(325),
+            lapse_grace: Duration::ZERO,
+        })
+    }
+
+    fn lease(epoch: u64, state: LeaseState, counter: u64) -> Event {
+        Event::Lease(Lease {
+            run_id: format!("run {epoch}"),
+            epoch,
+            state,
+            parameter_digest: DIGEST,
+            robots: vec![Echo { robot: "robot_1".to_owned(), counter }],
+        })
+    }
+
+    /// A robot that moves at time 0 under epoch 1.
+    fn moving() -> Robot {
+        let mut robot = robot();
+        let status = robot.on_event(Event::Tick, ms(0)).expect("the first status is due");
+        robot.on_event(Event::Controller { parameter_digest: DIGEST }, ms(0));
+        robot.on_event(lease(1, LeaseState::Armed, status.counter), ms(0));
+        robot.on_event(lease(1, LeaseState::Running, status.counter), ms(0));
+        let forward = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
+        robot.on_event(Event::Command(forward), ms(0));
+        assert_eq!(robot.drive(ms(0)), forward);
+        robot
+    }
+
+    #[test]
+    fn a_robot_without_a_lease_stands() {
+        let mut robot = robot();
+
+        robot.on_event(Event::Command(Command { speed_m_s: 1.0, turn_rate_rad_s: 0.0 }), ms(0));
+
+        assert_eq!(robot.drive(ms(0)), Command::STOP);
+    }
+
+    #[test]
+    fn a_delayed_lease_cannot_stretch_itself() {
+        let mut robot = moving();
+        // Every beat brings a lease, but all of them echo the first status.
+        for beat in 1..=5 {
+            robot.on_event(Event::Controller { parameter_digest: DIGEST }, ms(beat * 100));
+            robot.on_event(lease(1, LeaseState::Running, 1), ms(beat * 100));
+            robot.on_event(
+                Event::Command(Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 }),
+                ms(beat * 100),
+            );
+        }
+
+        assert_ne!(robot.drive(ms(500)), Command::STOP);
+        assert_eq!(robot.drive(ms(501)), Command::STOP);
+    }
+
+    #[test]
+    fn a_lapse_latches_until_a_newer_epoch_arms() {
+        let mut robot = moving();
+        robot.on_event(Event::Tick, ms(600));
+        let counter = robot.counter;
+
+        robot.on_event(lease(1, LeaseState::Running, counter), ms(610));
+        assert_eq!(robot.state(ms(610)), RobotState::Stopped);
+
+        robot.on_event(lease(2, LeaseState::Armed, counter), ms(620));
+        assert_eq!(robot.state(ms(620)), RobotState::Armed);
+    }
+
+    #[test]
+    fn an_older_epoch_is_not_obeyed() {
+        let mut robot = moving();
+        robot.on_event(lease(3, LeaseState::Armed, 1), ms(10));
+
+        robot.on_event(lease(1, LeaseState::Running, 1), ms(20));
+
+        assert_eq!(robot.epoch(), 3);
+        assert_eq!(robot.state(ms(20)), RobotState::Armed);
+    }
+
+    #[test]
+    fn other_parameters_than_the_confirmed_ones_stop_the_robot() {
+        let mut robot = moving();
+
+        robot.on_event(Event::Controller { parameter_digest: DIGEST + 1 }, ms(50));
+
+        assert_eq!(robot.drive(ms(50)), Command::STOP);
+        assert_eq!(robot.latched(), Some("controller silent or its parameters not the confirmed ones"));
+    }
+
+    #[test]
+    fn a_stale_command_stops_the_wheels_without_a_latch() {
+        let mut robot = moving();
+        let status = robot.on_event(Event::Tick, ms(300)).expect("a status is due");
+        robot.on_event(Event::Controller { parameter_digest: DIGEST }, ms(300));
+        robot.on_event(lease(1, LeaseState::Running, status.counter), ms(300));
+
+        assert_eq!(robot.drive(ms(326)), Command::STOP);
+        assert_eq!(robot.latched(), None);
+    }
+
+    #[test]
+    fn a_silent_e_stop_publisher_locks() {
+        let mut robot = moving();
+        robot.on_event(Event::EStop(false), ms(0));
+
+        assert_ne!(robot.drive(ms(300)), Command::STOP);
+        assert!(robot.standing(ms(501)).is_some());
+    }
+
+    #[test]
+    fn a_rebooted_robot_does_not_join_a_running_lease() {
+        let mut robot = robot();
+        robot.on_event(Event::Controller { parameter_digest: DIGEST }, ms(0));
+
+        robot.on_event(lease(1, LeaseState::Running, 0), ms(0));
+
+        assert_eq!(robot.state(ms(0)), RobotState::Idle);
+    }
+}

@@ -1,0 +1,93 @@
+//! One run of a swarm under its controller, from the start to the end.
+
+use rsrs_core::conditions::Conditions;
+use rsrs_core::controller::{Command, decide};
+use rsrs_core::trajectory::Trajectory;
+
+use crate::draw::Seed;
+use crate::placement::PlacementError;
+use crate::world::World;
+
+/// Runs one episode and records it.
+///
+/// Sample `ℓ` is the pose that was sensed in step `ℓ` and the command that answered it. A longer
+/// run passes through the states of a shorter one.
+///
+/// # Arguments
+///
+/// * `conditions` — the world and its robots.
+/// * `seed` — which replicate.
+/// * `duration_s` — simulated time, in seconds; `floor(duration / Δt)` steps are made.
+///
+/// # Errors
+///
+/// [`PlacementError`] if the robots do not fit where they are to start.
+pub fn run_episode(
+    conditions: &Conditions,
+    seed: Seed,
+    duration_s: f64,
+) -> Result<Trajectory, PlacementError> {
+    let mut trajectory = Trajectory::new(conditions.period_s, conditions.robots);
+    run_episode_into(conditions, seed, duration_s, &mut trajectory)?;
+    Ok(trajectory)
+}
+
+/// As [`run_episode`], into a trajectory whose memory is used again.
+///
+/// # Errors
+///
+/// [`PlacementError`] if the robots do not fit where they are to start; `trajectory` is then as it
+/// was.
+pub fn run_episode_into(
+    conditions: &Conditions,
+    seed: Seed,
+    duration_s: f64,
+    trajectory: &mut Trajectory,
+) -> Result<(), PlacementError> {
+    let mut world = World::new(conditions, seed)?;
+    trajectory.period_s = conditions.period_s;
+    trajectory.n_robots = conditions.robots;
+    trajectory.poses.clear();
+    trajectory.commands.clear();
+    let mut commands = Vec::with_capacity(conditions.robots);
+    for _ in 0..conditions.steps(duration_s) {
+        decide_all(&mut world, conditions, &mut commands);
+        trajectory.poses.extend(world.poses());
+        trajectory.commands.extend_from_slice(&commands);
+        world.advance(&commands);
+    }
+    Ok(())
+}
+
+/// The digests of all states of one episode, each before its step is made.
+///
+/// # Returns
+///
+/// [`World::digest`] of the states that the samples of [`run_episode`] show; shape `[n_steps]`.
+///
+/// # Errors
+///
+/// [`PlacementError`] if the robots do not fit where they are to start.
+pub fn episode_digests(
+    conditions: &Conditions,
+    seed: Seed,
+    duration_s: f64,
+) -> Result<Vec<u64>, PlacementError> {
+    let mut world = World::new(conditions, seed)?;
+    let mut commands = Vec::with_capacity(conditions.robots);
+    let steps = 0..conditions.steps(duration_s);
+    Ok(steps
+        .map(|_| {
+            let digest = world.digest();
+            decide_all(&mut world, conditions, &mut commands);
+            world.advance(&commands);
+            digest
+        })
+        .collect())
+}
+
+fn decide_all(world: &mut World, conditions: &Conditions, commands: &mut Vec<Command>) {
+    commands.clear();
+    let decisions = world.sense().iter().map(|detected| decide(*detected, conditions.controller));
+    commands.extend(decisions);
+}

@@ -1,0 +1,33 @@
+//! The simulator, pure: the reference world, placement and the sweep.
+//!
+//! It opens no file, reads no clock and draws no ambient number: conditions, a seed and a duration
+//! go in, and what the swarm did comes out, with the same bits on every machine and for any number
+//! of threads.
+//!
+//! Reading order: the world ([`world`]) and its parts, what a robot sees ([`view`]), what stops it
+//! ([`contact`]), what disturbs it ([`disturbance`]) and where it starts ([`placement`]); its
+//! arithmetic ([`turn`], [`draw`]); one run ([`episode`]), and many ([`sweep`]).
+
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the world is single precision by definition, and its numbers are checked before"
+)]
+
+pub mod world;
+
+pub mod contact;
+mod detections;
+pub mod disturbance;
+pub mod placement;
+mod robots;
+pub mod view;
+
+pub mod draw;
+pub mod turn;
+
+pub mod episode;
+pub mod sweep;
+
+#[cfg(test)]
+mod example;

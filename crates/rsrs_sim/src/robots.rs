@@ -1,0 +1,248 @@
+//! The robots of a world: one entry for each in every column.
+
+use rsrs_core::conditions::{Conditions, GainDistribution};
+use rsrs_core::unicycle::Pose;
+
+use crate::contact::{Border, Contact};
+use crate::disturbance::{Gusts, yaw_share};
+use crate::draw::{Key, Purpose, RunKey, threshold};
+use crate::turn::turn;
+use crate::view::View;
+
+/// What is the same for all robots at all times, in single precision.
+pub struct Rules {
+    pub period_s: f32,
+    pub view: View,
+    pub contact: Contact,
+    pub border: Border,
+    /// Threshold of a draw, as [`threshold`] gives it.
+    pub true_positive: u32,
+    /// Threshold of a draw, as [`threshold`] gives it.
+    pub false_positive: u32,
+    pub rotates_while_blocked: bool,
+    pub speed_gain_step_sd: f32,
+    pub turn_gain_step_sd: f32,
+    pub heading_noise_sd_rad: f32,
+    pub gusts: Option<Gusts>,
+    pub yaw_share: Option<f32>,
+}
+
+impl Rules {
+    /// The rules of a world under these conditions.
+    pub fn new(conditions: &Conditions) -> Self {
+        let robot = &conditions.robot;
+        Self {
+            period_s: conditions.period_s as f32,
+            view: View::new(robot),
+            contact: Contact::new(robot),
+            border: Border::new(&conditions.arena, robot.radius_m),
+            true_positive: threshold(robot.true_positive),
+            false_positive: threshold(robot.false_positive),
+            rotates_while_blocked: robot.rotates_while_blocked,
+            speed_gain_step_sd: robot.speed_gain.step_sd as f32,
+            turn_gain_step_sd: robot.turn_gain.step_sd as f32,
+            heading_noise_sd_rad: robot.heading_noise_sd_rad as f32,
+            gusts: Gusts::new(robot, conditions.period_s),
+            yaw_share: yaw_share(robot, conditions.period_s),
+        }
+    }
+}
+
+/// The state and the character of every robot; all columns have the same length.
+pub struct Robots {
+    pub x_m: Vec<f32>,
+    pub y_m: Vec<f32>,
+    pub cosine: Vec<f32>,
+    pub sine: Vec<f32>,
+    pub gust_x_m_s: Vec<f32>,
+    pub gust_y_m_s: Vec<f32>,
+    pub yaw_rate_rad_s: Vec<f32>,
+    pub traits: Vec<Traits>,
+}
+
+/// What makes one robot differ from the next: its idiosyncrasy `θᵃ`, and its draws.
+#[derive(Clone, Copy)]
+pub struct Traits {
+    speed_gain: f32,
+    turn_gain: f32,
+    turn_bias_rad_s: f32,
+    pub detection: Key,
+    speed_gain_noise: Key,
+    turn_gain_noise: Key,
+    heading_noise: Key,
+    gust_x: Key,
+    gust_y: Key,
+}
+
+/// One robot's command in one step, and whether contact keeps it from driving.
+#[derive(Clone, Copy)]
+pub struct Drive {
+    pub speed_m_s: f32,
+    pub turn_rate_rad_s: f32,
+    pub is_blocked: bool,
+    pub step: u32,
+}
+
+impl Robots {
+    /// The robots at their starting poses.
+    pub fn new(conditions: &Conditions, run: RunKey, poses: &[Pose]) -> Self {
+        let n_robots = poses.len();
+        let column =
+            |value: fn(&Pose) -> f64| poses.iter().map(|pose| value(pose) as f32).collect();
+        Self {
+            x_m: column(|pose| pose.x_m),
+            y_m: column(|pose| pose.y_m),
+            cosine: column(|pose| libm::cos(pose.heading_rad)),
+            sine: column(|pose| libm::sin(pose.heading_rad)),
+            gust_x_m_s: vec![0.0; n_robots],
+            gust_y_m_s: vec![0.0; n_robots],
+            yaw_rate_rad_s: vec![0.0; n_robots],
+            traits: (0..n_robots).map(|robot| Traits::draw(conditions, run, robot)).collect(),
+        }
+    }
+
+    /// Finds out for every robot whether its view contains another, and whether one is in its way.
+    ///
+    /// # Arguments
+    ///
+    /// * `contact` — when a neighbour is in the way.
+    /// * `found` — seen and blocked, written for every robot; shape `[n_robots]` each.
+    /// * `sees` — the view, of forward and lateral distance and the squared distance; false for
+    ///   the robot itself, at distance zero.
+    #[inline]
+    pub fn sense_pairs(
+        &self,
+        contact: Contact,
+        found: (&mut [bool], &mut [bool]),
+        sees: impl Fn(f32, f32, f32) -> bool,
+    ) {
+        let (seen, blocked) = found;
+        let n_robots = self.x_m.len();
+        for robot in 0..n_robots {
+            let (x_m, y_m) = (self.x_m[robot], self.y_m[robot]);
+            let (cosine, sine) = (self.cosine[robot], self.sine[robot]);
+            // Numbers and not flags: so the compiler takes four neighbours at a time.
+            let (mut n_seen, mut n_blocking) = (0_u32, 0_u32);
+            for (other_x_m, other_y_m) in self.x_m.iter().zip(&self.y_m) {
+                let (dx_m, dy_m) = (other_x_m - x_m, other_y_m - y_m);
+                let d2_m2 = dx_m * dx_m + dy_m * dy_m;
+                let forward_m = dx_m * cosine + dy_m * sine;
+                let lateral_m = dy_m * cosine - dx_m * sine;
+                n_seen |= u32::from(sees(forward_m, lateral_m, d2_m2));
+                n_blocking |= u32::from(contact.blocks(forward_m, d2_m2));
+            }
+            seen[robot] = n_seen != 0;
+            blocked[robot] = n_blocking != 0;
+        }
+    }
+
+    /// Moves one robot by one control period, in the order that [`crate::world`] defines.
+    #[inline]
+    pub fn advance(&mut self, rules: &Rules, robot: usize, drive: Drive) {
+        let traits = self.traits[robot];
+        self.translate(rules, robot, (drive, traits));
+        let gain = with_noise(
+            traits.turn_gain,
+            (rules.turn_gain_step_sd, traits.turn_gain_noise),
+            drive.step,
+        );
+        let mut rate_rad_s = drive.turn_rate_rad_s * gain + traits.turn_bias_rad_s;
+        if let Some(share) = rules.yaw_share {
+            let yaw_rate_rad_s = self.yaw_rate_rad_s[robot];
+            rate_rad_s = yaw_rate_rad_s + (rate_rad_s - yaw_rate_rad_s) * share;
+            self.yaw_rate_rad_s[robot] = rate_rad_s;
+        }
+        if rules.rotates_while_blocked || !drive.is_blocked {
+            let noise = (rules.heading_noise_sd_rad, traits.heading_noise);
+            self.rotate(robot, with_noise(rate_rad_s * rules.period_s, noise, drive.step));
+        }
+    }
+
+    fn translate(&mut self, rules: &Rules, robot: usize, (drive, traits): (Drive, Traits)) {
+        let travel_m = if drive.is_blocked {
+            0.0
+        } else {
+            let noise = (rules.speed_gain_step_sd, traits.speed_gain_noise);
+            let gain = with_noise(traits.speed_gain, noise, drive.step);
+            drive.speed_m_s * gain * rules.period_s
+        };
+        let from_m = (self.x_m[robot], self.y_m[robot]);
+        let mut to_m =
+            (from_m.0 + travel_m * self.cosine[robot], from_m.1 + travel_m * self.sine[robot]);
+        if let Some(Gusts { decay, kick_m_s }) = rules.gusts {
+            let x_m_s =
+                decay * self.gust_x_m_s[robot] + kick_m_s * traits.gust_x.normal(drive.step);
+            let y_m_s =
+                decay * self.gust_y_m_s[robot] + kick_m_s * traits.gust_y.normal(drive.step);
+            to_m = (to_m.0 + x_m_s * rules.period_s, to_m.1 + y_m_s * rules.period_s);
+            (self.gust_x_m_s[robot], self.gust_y_m_s[robot]) = (x_m_s, y_m_s);
+        }
+        (self.x_m[robot], self.y_m[robot]) = rules.border.drive(from_m, to_m);
+    }
+
+    fn rotate(&mut self, robot: usize, angle_rad: f32) {
+        let (turned_cosine, turned_sine) = turn(angle_rad);
+        let (cosine, sine) = (self.cosine[robot], self.sine[robot]);
+        let new_cosine = cosine * turned_cosine - sine * turned_sine;
+        let new_sine = sine * turned_cosine + cosine * turned_sine;
+        let newton = 1.5 - 0.5 * (new_cosine * new_cosine + new_sine * new_sine);
+        self.cosine[robot] = new_cosine * newton;
+        self.sine[robot] = new_sine * newton;
+    }
+
+    /// Turns the order of the robots around, and nothing else.
+    #[cfg(test)]
+    pub fn reverse(&mut self) {
+        for column in [
+            &mut self.x_m,
+            &mut self.y_m,
+            &mut self.cosine,
+            &mut self.sine,
+            &mut self.gust_x_m_s,
+            &mut self.gust_y_m_s,
+            &mut self.yaw_rate_rad_s,
+        ] {
+            column.reverse();
+        }
+        self.traits.reverse();
+    }
+}
+
+/// A number with noise of a standard deviation; without one, nothing is drawn or added.
+#[inline]
+fn with_noise(number: f32, (sd, key): (f32, Key), step: u32) -> f32 {
+    if sd == 0.0 { number } else { number + sd * key.normal(step) }
+}
+
+impl Traits {
+    fn draw(conditions: &Conditions, run: RunKey, robot: usize) -> Self {
+        let simulated = &conditions.robot;
+        let normal = |purpose| run.stream(robot, purpose).truncated_normal();
+        // A robot may be weak, but it does not drive backward when told to drive forward.
+        let gain = |distribution: GainDistribution, purpose| {
+            let spread = if distribution.robot_sd == 0.0 {
+                0.0
+            } else {
+                distribution.robot_sd * normal(purpose)
+            };
+            (distribution.mean + spread).max(0.0) as f32
+        };
+        let turn_bias_rad_s = if simulated.turn_bias_sd_rad_s == 0.0 {
+            0.0
+        } else {
+            simulated.turn_bias_sd_rad_s * normal(Purpose::TurnBias)
+        };
+        let key = |purpose| run.key(robot, purpose);
+        Self {
+            speed_gain: gain(simulated.speed_gain, Purpose::SpeedGain),
+            turn_gain: gain(simulated.turn_gain, Purpose::TurnGain),
+            turn_bias_rad_s: turn_bias_rad_s as f32,
+            detection: key(Purpose::Detection),
+            speed_gain_noise: key(Purpose::SpeedGainNoise),
+            turn_gain_noise: key(Purpose::TurnGainNoise),
+            heading_noise: key(Purpose::HeadingNoise),
+            gust_x: key(Purpose::GustX),
+            gust_y: key(Purpose::GustY),
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! The laws of the simulator, from outside.
+
+mod acceptance;
+mod support;
+mod sweep;
+mod theory;
+mod world;

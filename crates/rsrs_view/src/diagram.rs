@@ -1,0 +1,253 @@
+//! The phase diagram as a picture for a paper.
+
+use rsrs_core::axis::{Axis, Cell};
+use rsrs_core::diagram::PhaseDiagram;
+use rsrs_core::phase::Phase;
+
+use crate::axes::{self, axes};
+use crate::header::header;
+use crate::legend::{self, Contents, Visibility, legend};
+use crate::overlay;
+use crate::palette::QUIET_INK;
+use crate::plot::{self, Plot, quantity};
+use crate::slice::Slice;
+use crate::svg::{Element, line_of_text};
+use crate::text::{Weight, wrap};
+
+pub use crate::slice::SliceError;
+
+const MARGIN_PX: f64 = 24.0;
+const BETWEEN_PX: f64 = 26.0;
+const NOTE_PX: f64 = 10.5;
+
+/// A two-dimensional slice of a phase diagram, and what to lay over it.
+///
+/// # Source
+///
+/// `fig:phase_plot2`.
+#[derive(Clone, Debug)]
+pub struct DiagramPicture<'a> {
+    /// The result of a sweep.
+    pub diagram: &'a PhaseDiagram,
+    /// The axis drawn to the right.
+    pub x: Axis,
+    /// The axis drawn upwards; `None` for a sweep of one axis.
+    pub y: Option<Axis>,
+    /// Values of the further axes, each in its own unit; an axis with one value needs none.
+    pub at: &'a [(Axis, f64)],
+    /// The title; any text.
+    pub title: String,
+    /// Under the title: profile, replicates, duration, how robots see; any text.
+    pub subtitle: String,
+    /// The recommended cell, to be marked.
+    pub chosen: Option<&'a Cell>,
+    /// Analytic boundaries, to be drawn as dashed lines.
+    pub boundaries: &'a [Boundary],
+    /// Real experiments, to be laid over the simulated cells.
+    pub experiments: &'a [ExperimentMark],
+    /// Under the picture: what a reader must not overlook; any text.
+    pub note: Option<String>,
+}
+
+/// A line in the plane of the picture that theory predicts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Boundary {
+    /// What happens on it; any text.
+    pub label: String,
+    /// Its points `(x, y)`, in the units of the picture's axes; finite; without a y-axis, `y` from
+    /// -0.5 to 0.5 spans the picture.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// How often real runs at one cell ended in one phase.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExperimentMark {
+    /// Where they ran; swept or not.
+    pub cell: Cell,
+    /// What the judge said.
+    pub phase: Phase,
+    /// Number of runs.
+    pub n: u64,
+}
+
+/// Why there is no picture.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PictureError {
+    /// The diagram has no such slice.
+    #[error(transparent)]
+    Slice(#[from] SliceError),
+    /// A boundary has a point nowhere.
+    #[error("boundary `{label}` has the point ({x}, {y}); expected finite numbers")]
+    BoundaryNotFinite {
+        /// The boundary.
+        label: String,
+        /// The point's value on the x-axis.
+        x: f64,
+        /// The point's value on the y-axis.
+        y: f64,
+    },
+}
+
+impl PictureError {
+    /// What to do next.
+    pub fn help(&self) -> Option<String> {
+        match self {
+            Self::Slice(error) => error.help(),
+            Self::BoundaryNotFinite { .. } => None,
+        }
+    }
+}
+
+/// Draws a phase diagram.
+///
+/// Hue is the most frequent phase of a cell, lightness its share, the number the share of stable
+/// milling `B_s`; hovering a cell shows its counts. Lines separate the phases. A real run is drawn
+/// as its phase's symbol, and takes the place of the cell's number.
+///
+/// # Returns
+///
+/// A self-contained SVG document; the same text for the same picture, on every machine.
+///
+/// # Errors
+///
+/// [`PictureError::Slice`] if the diagram is empty, an axis or value was not swept, or a further
+/// axis is left open; [`PictureError::BoundaryNotFinite`] if a boundary has such a point.
+///
+/// # Example
+///
+/// ```
+/// use rsrs_core::axis::Axis;
+/// use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
+/// use rsrs_core::phase::Phase;
+/// use rsrs_view::diagram::{DiagramPicture, svg};
+///
+/// let cell: rsrs_core::axis::Cell = "speed_m_s=0.15,turn_rate_rad_s=0.75".parse()?;
+/// let counts = PhaseCounts::of([Phase::StableMilling; 16]);
+/// let diagram = PhaseDiagram {
+///     axes: cell.axes(),
+///     cells: vec![DiagramCell { cell: cell.clone(), counts }],
+/// };
+/// let picture = DiagramPicture {
+///     diagram: &diagram,
+///     x: Axis::Speed,
+///     y: Some(Axis::TurnRate),
+///     at: &[],
+///     title: "Nine Flockbots".to_owned(),
+///     subtitle: "300 s, 16 replicates".to_owned(),
+///     chosen: Some(&cell),
+///     boundaries: &[],
+///     experiments: &[],
+///     note: None,
+/// };
+///
+/// assert!(svg(&picture)?.contains("16 replicates: 16 stable milling"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn svg(picture: &DiagramPicture) -> Result<String, PictureError> {
+    check_boundaries(picture.boundaries)?;
+    let slice = Slice::new(picture.diagram, picture.x, picture.y, picture.at)?;
+
+    let left_px = axes::left_of_cells_px(&slice).max(MARGIN_PX);
+    let legend_left_px = left_px + plot::size_px(&slice).0 + BETWEEN_PX;
+    let page_width_px = legend_left_px + legend::WIDTH_PX + MARGIN_PX;
+    let room_px = page_width_px - 2.0 * MARGIN_PX;
+
+    let (header, header_px) =
+        header(&picture.title, &subtitles(picture, &slice), MARGIN_PX, room_px);
+    let plot = Plot::new(&slice, left_px, header_px + 16.0);
+    let (lines, marks, contents) = overlays(picture, &plot);
+    let (legend, legend_bottom_px) = legend(&contents, legend_left_px, plot.top_px);
+    let body_bottom_px = legend_bottom_px.max(plot.bottom_px + axes::BELOW_PX);
+    let (note, bottom_px) = note(picture.note.as_deref(), room_px, body_bottom_px);
+
+    let is_covered = |column: usize, row: usize| {
+        picture
+            .experiments
+            .iter()
+            .any(|run| run.n > 0 && overlay::grid_cell(&plot, &run.cell) == Some((column, row)))
+    };
+    let page = Element::picture(page_width_px, bottom_px + 14.0, &picture.title)
+        .children(header)
+        .child(plot::heat_map(&plot))
+        .child(plot::region_lines(&plot))
+        .child(axes(&plot))
+        .children(lines)
+        .children(plot::numbers(&plot, is_covered))
+        .children(marks)
+        .children(legend)
+        .children(note);
+    Ok(format!("{page}\n"))
+}
+
+fn check_boundaries(boundaries: &[Boundary]) -> Result<(), PictureError> {
+    for boundary in boundaries {
+        for (x, y) in &boundary.points {
+            if !x.is_finite() || !y.is_finite() {
+                let label = boundary.label.clone();
+                return Err(PictureError::BoundaryNotFinite { label, x: *x, y: *y });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The caller's subtitle, and which slice this is if it is one of several.
+fn subtitles(picture: &DiagramPicture, slice: &Slice) -> Vec<String> {
+    let mut lines = vec![picture.subtitle.clone()];
+    if !slice.fixed.is_empty() {
+        let values: Vec<String> =
+            slice.fixed.iter().map(|(axis, value)| quantity(*axis, *value)).collect();
+        lines.push(format!("Slice at {}", values.join(" · ")));
+    }
+    lines
+}
+
+/// The lines under the numbers, the marks over them, and what the legend has to say about both.
+fn overlays(picture: &DiagramPicture, plot: &Plot) -> (Vec<Element>, Vec<Element>, Contents) {
+    let visibility =
+        |is_shown: bool| if is_shown { Visibility::Shown } else { Visibility::Outside };
+    let (lines, shown) = overlay::boundaries(plot, picture.boundaries);
+    let boundaries = picture
+        .boundaries
+        .iter()
+        .zip(shown)
+        .map(|(boundary, is_shown)| (boundary.label.clone(), visibility(is_shown)))
+        .collect();
+
+    let mut marks = Vec::new();
+    let chosen = picture.chosen.map(|cell| {
+        let (shape, mark) = overlay::chosen(plot, cell).unzip();
+        marks.extend(mark);
+        (cell.iter().map(|(axis, value)| quantity(axis, value)).collect(), shape)
+    });
+
+    let (symbols, n_experiments_elsewhere) = overlay::experiments(plot, picture.experiments);
+    marks.extend(symbols);
+    let n_shown = |phase: Phase| -> u64 {
+        let runs = picture.experiments.iter().filter(|run| run.phase == phase);
+        runs.filter(|run| overlay::position_px(plot, &run.cell).is_some()).map(|run| run.n).sum()
+    };
+    let experiments = Phase::ALL.map(|phase| (phase, n_shown(phase)));
+
+    let contents = Contents {
+        number_px: plot.number_px(),
+        chosen,
+        boundaries,
+        experiments: experiments.into_iter().filter(|(_, n)| *n > 0).collect(),
+        n_experiments_elsewhere,
+        has_holes: plot.slice.has_holes(),
+    };
+    (lines, marks, contents)
+}
+
+fn note(text: Option<&str>, room_px: f64, top_px: f64) -> (Vec<Element>, f64) {
+    let mut y_px = top_px + 6.0;
+    let mut elements = Vec::new();
+    for line in wrap(text.unwrap_or_default(), NOTE_PX, Weight::Regular, room_px) {
+        y_px += NOTE_PX * 1.45;
+        let text =
+            line_of_text(MARGIN_PX, y_px, &line).at("font-size", NOTE_PX).with("fill", QUIET_INK);
+        elements.push(text);
+    }
+    (elements, y_px)
+}

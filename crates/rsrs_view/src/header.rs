@@ -1,0 +1,42 @@
+//! The lines above a picture: what it shows.
+
+use crate::palette::{INK, QUIET_INK};
+use crate::svg::{Element, line_of_text};
+use crate::text::{Weight, wrap};
+
+const TITLE_PX: f64 = 16.0;
+const SUBTITLE_PX: f64 = 11.5;
+
+/// Draws a title and smaller lines under it, each wrapped to the room there is.
+///
+/// # Returns
+///
+/// The texts, and the height down to where they end, in pixels.
+pub fn header(
+    title: &str,
+    subtitles: &[String],
+    left_px: f64,
+    room_px: f64,
+) -> (Vec<Element>, f64) {
+    let mut texts = Vec::new();
+    let mut y_px = 14.0;
+    for line in wrap(title, TITLE_PX, Weight::Bold, room_px) {
+        y_px += TITLE_PX * 1.25;
+        let text = line_of_text(left_px, y_px, &line)
+            .at("font-size", TITLE_PX)
+            .with("font-weight", "bold")
+            .with("fill", INK);
+        texts.push(text);
+    }
+    y_px += 2.0;
+    for subtitle in subtitles {
+        for line in wrap(subtitle, SUBTITLE_PX, Weight::Regular, room_px) {
+            y_px += SUBTITLE_PX * 1.45;
+            let text = line_of_text(left_px, y_px, &line)
+                .at("font-size", SUBTITLE_PX)
+                .with("fill", QUIET_INK);
+            texts.push(text);
+        }
+    }
+    (texts, y_px + 4.0)
+}

@@ -1,0 +1,219 @@
+//! The heat map: where its cells lie, their colours, numbers and tooltips.
+
+use rsrs_core::axis::Axis;
+use rsrs_core::diagram::PhaseCounts;
+use rsrs_core::phase::Phase;
+
+use crate::palette::{INK, NOT_SWEPT, shade};
+use crate::scale::{Scale, label};
+use crate::slice::Slice;
+use crate::svg::{Element, line_of_text, number, rectangle};
+use crate::text::{Weight, width_px};
+
+/// The rectangle of cells on the page.
+#[derive(Clone, Debug)]
+pub struct Plot<'a> {
+    /// What is drawn.
+    pub slice: &'a Slice,
+    /// Values to pixels from left to right.
+    pub x: Scale,
+    /// Values to pixels from bottom to top.
+    pub y: Scale,
+    /// Left edge, in pixels.
+    pub left_px: f64,
+    /// Right edge, in pixels.
+    pub right_px: f64,
+    /// Upper edge, in pixels.
+    pub top_px: f64,
+    /// Lower edge, in pixels.
+    pub bottom_px: f64,
+}
+
+/// Width and height of the cells, in pixels: large cells for small grids, within bounds that leave
+/// room for the axes' labels.
+pub fn size_px(slice: &Slice) -> (f64, f64) {
+    let width_px = (slice.x_values.len() as f64 * 64.0).clamp(220.0, 528.0);
+    let height_px = match slice.y {
+        Some(_) => (slice.y_values.len() as f64 * 64.0).clamp(220.0, 400.0),
+        None => 90.0,
+    };
+    (width_px, height_px)
+}
+
+impl<'a> Plot<'a> {
+    /// Lays a slice out from its upper left corner, in pixels.
+    pub fn new(slice: &'a Slice, left_px: f64, top_px: f64) -> Self {
+        let (width_px, height_px) = size_px(slice);
+        let (right_px, bottom_px) = (left_px + width_px, top_px + height_px);
+        Self {
+            slice,
+            x: Scale::new(slice.x_values.clone(), left_px, right_px),
+            y: Scale::new(slice.y_values.clone(), bottom_px, top_px),
+            left_px,
+            right_px,
+            top_px,
+            bottom_px,
+        }
+    }
+
+    /// Columns and rows of all cells, row by row.
+    fn cells(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let n_columns = self.slice.x_values.len();
+        (0..self.slice.y_values.len())
+            .flat_map(move |row| (0..n_columns).map(move |column| (column, row)))
+    }
+
+    /// Left, top, width and height of a cell, in pixels.
+    pub fn cell_px(&self, column: usize, row: usize) -> (f64, f64, f64, f64) {
+        let (left_px, right_px) = self.x.span_px(column);
+        let (top_px, bottom_px) = self.y.span_px(row);
+        (left_px, top_px, right_px - left_px, bottom_px - top_px)
+    }
+
+    /// Font size at which `B_s` fits the cells, in pixels; `None` if they are too small for it.
+    pub fn number_px(&self) -> Option<f64> {
+        [11.0, 10.0, 9.0, 8.0, 7.0].into_iter().find(|size_px| {
+            let n_fitting = self.cells().filter(|cell| self.fits(*cell, *size_px)).count();
+            2 * n_fitting > self.cells().count()
+        })
+    }
+
+    fn fits(&self, (column, row): (usize, usize), size_px: f64) -> bool {
+        let (_, _, cell_width_px, cell_height_px) = self.cell_px(column, row);
+        width_px("0.00", size_px, Weight::Regular) + 5.0 <= cell_width_px
+            && size_px * 1.3 <= cell_height_px
+    }
+}
+
+/// Draws every cell in its colour, with its counts as tooltip.
+pub fn heat_map(plot: &Plot) -> Element {
+    let smallest_px = plot
+        .cells()
+        .map(|(column, row)| plot.cell_px(column, row))
+        .fold(f64::INFINITY, |least, (_, _, width_px, height_px)| {
+            least.min(width_px).min(height_px)
+        });
+    let has_rims = smallest_px >= 14.0;
+    let cells = plot.cells().map(|(column, row)| {
+        let (x_px, y_px, width_px, height_px) = plot.cell_px(column, row);
+        let fill = fill(plot.slice.counts(column, row));
+        // Light rims around large cells; small ones overlap a little, else seams would show.
+        let stroke = if has_rims { "#ffffff" } else { &fill };
+        rectangle(x_px, y_px, width_px, height_px)
+            .with("fill", &fill)
+            .with("stroke", stroke)
+            .child(Element::new("title").text(&tooltip(plot.slice, column, row)))
+    });
+    Element::new("g").at("stroke-width", 0.6).children(cells)
+}
+
+/// Writes `B_s` into every cell where it fits.
+///
+/// # Arguments
+///
+/// * `is_covered` — whether a mark lies on the cell of this column and row and takes the place of
+///   its number.
+pub fn numbers(plot: &Plot, is_covered: impl Fn(usize, usize) -> bool) -> Option<Element> {
+    let size_px = plot.number_px()?;
+    let texts = plot.cells().filter_map(|(column, row)| {
+        let is_free = plot.fits((column, row), size_px) && !is_covered(column, row);
+        let counts = plot.slice.counts(column, row).filter(|_| is_free)?;
+        cell_number(plot, (column, row), counts, size_px)
+    });
+    let group = Element::new("g")
+        .at("font-size", size_px)
+        .with("text-anchor", "middle")
+        .with("pointer-events", "none")
+        .at("stroke-width", 4.0)
+        .with("stroke-linejoin", "round")
+        .with("paint-order", "stroke");
+    Some(group.children(texts))
+}
+
+fn fill(counts: Option<PhaseCounts>) -> String {
+    match counts.map(|counts| (counts, counts.majority())) {
+        Some((counts, Some(phase))) => shade(phase, counts.share(phase)).hex(),
+        Some((_, None)) | None => NOT_SWEPT.to_owned(),
+    }
+}
+
+fn cell_number(
+    plot: &Plot,
+    (column, row): (usize, usize),
+    counts: PhaseCounts,
+    size_px: f64,
+) -> Option<Element> {
+    let phase = counts.majority()?;
+    let (x_px, y_px, width_px, height_px) = plot.cell_px(column, row);
+    let colour = shade(phase, counts.share(phase));
+    let text = match counts.get(Phase::StableMilling) {
+        0 => "0".to_owned(),
+        n if n == counts.total() => "1".to_owned(),
+        _ => format!("{:.2}", counts.share(Phase::StableMilling)),
+    };
+    let baseline_px = y_px + height_px / 2.0 + 0.36 * size_px;
+    let text = line_of_text(x_px + width_px / 2.0, baseline_px, &text);
+    // The stroke in the cell's colour interrupts a line that runs behind the number.
+    Some(text.with("fill", colour.ink()).with("stroke", &colour.hex()))
+}
+
+/// What a cell is and how its replicates ended, most frequent phase first.
+fn tooltip(slice: &Slice, column: usize, row: usize) -> String {
+    let mut values = vec![quantity(slice.x, slice.x_values[column])];
+    values.extend(slice.y.map(|y| quantity(y, slice.y_values[row])));
+    let place = values.join(", ");
+    let Some(counts) = slice.counts(column, row) else {
+        return format!("{place}\nnot swept");
+    };
+    let mut phases: Vec<Phase> =
+        Phase::ALL.into_iter().filter(|phase| counts.get(*phase) > 0).collect();
+    phases.sort_by_key(|phase| std::cmp::Reverse(counts.get(*phase)));
+    let endings: Vec<String> =
+        phases.iter().map(|phase| format!("{} {phase}", counts.get(*phase))).collect();
+    let plural = if counts.total() == 1 { "replicate" } else { "replicates" };
+    let total = counts.total();
+    if endings.is_empty() {
+        return format!("{place}\nno {plural}");
+    }
+    format!("{place}\n{total} {plural}: {}", endings.join(", "))
+}
+
+/// A value with its axis's name and unit: `speed 0.15 m/s`, `9 robots`.
+pub fn quantity(axis: Axis, value: f64) -> String {
+    let value = label(value);
+    if axis == Axis::Robots {
+        return format!("{value} robots");
+    }
+    let unit = axis.unit();
+    let name = axis.label().trim_end_matches(&format!(" ({unit})"));
+    if unit.is_empty() { format!("{name} {value}") } else { format!("{name} {value} {unit}") }
+}
+
+/// Draws a line wherever neighbouring cells end in different phases.
+pub fn region_lines(plot: &Plot) -> Element {
+    let majority = |column: usize, row: usize| {
+        (column < plot.slice.x_values.len() && row < plot.slice.y_values.len())
+            .then(|| plot.slice.counts(column, row).and_then(|counts| counts.majority()))
+            .flatten()
+    };
+    let differ =
+        |one: Option<Phase>, other: Option<Phase>| one.is_some() && other.is_some() && one != other;
+    let mut path: Vec<String> = Vec::new();
+    for (column, row) in plot.cells() {
+        let here = majority(column, row);
+        let (x_px, y_px, width_px, height_px) = plot.cell_px(column, row);
+        let (right, bottom) = (number(x_px + width_px), number(y_px + height_px));
+        if differ(here, majority(column + 1, row)) {
+            path.push(format!("M{right} {}V{bottom}", number(y_px)));
+        }
+        if differ(here, majority(column, row + 1)) {
+            path.push(format!("M{} {}H{right}", number(x_px), number(y_px)));
+        }
+    }
+    Element::new("path")
+        .with("d", &path.concat())
+        .with("fill", "none")
+        .with("stroke", INK)
+        .at("stroke-width", 1.2)
+        .with("stroke-linecap", "square")
+}

@@ -1,0 +1,165 @@
+//! SVG as a tree of elements: escaped texts, fixed decimals, one element a line.
+
+use std::fmt;
+
+/// The fonts of every picture. All but the last have about the widths that [`crate::text`] assumes.
+const FONT_FAMILY: &str = "DejaVu Sans, Verdana, Bitstream Vera Sans, Geneva, sans-serif";
+
+/// One element with its attributes and children.
+#[derive(Clone, Debug)]
+pub struct Element {
+    name: &'static str,
+    attributes: Vec<(&'static str, String)>,
+    children: Vec<Node>,
+}
+
+#[derive(Clone, Debug)]
+enum Node {
+    Element(Element),
+    Text(String),
+}
+
+impl Element {
+    /// An element without attributes and children.
+    pub fn new(name: &'static str) -> Self {
+        Self { name, attributes: Vec::new(), children: Vec::new() }
+    }
+
+    /// A whole picture on white, with its name for screen readers.
+    pub fn picture(width_px: f64, height_px: f64, title: &str) -> Self {
+        let background = rectangle(0.0, 0.0, width_px, height_px).with("fill", "#ffffff");
+        Self::new("svg")
+            .with("xmlns", "http://www.w3.org/2000/svg")
+            .at("width", width_px)
+            .at("height", height_px)
+            .with("viewBox", &format!("0 0 {} {}", number(width_px), number(height_px)))
+            .with("role", "img")
+            .with("font-family", FONT_FAMILY)
+            .child(Self::new("title").text(title))
+            .child(background)
+    }
+
+    /// Adds an attribute; its value is escaped.
+    pub fn with(mut self, name: &'static str, value: &str) -> Self {
+        self.attributes.push((name, escaped(value)));
+        self
+    }
+
+    /// Adds a numeric attribute, in pixels.
+    pub fn at(self, name: &'static str, value_px: f64) -> Self {
+        let value = number(value_px);
+        self.with(name, &value)
+    }
+
+    /// Adds an element inside this one.
+    pub fn child(mut self, child: Self) -> Self {
+        self.children.push(Node::Element(child));
+        self
+    }
+
+    /// Adds elements inside this one.
+    pub fn children(mut self, children: impl IntoIterator<Item = Self>) -> Self {
+        self.children.extend(children.into_iter().map(Node::Element));
+        self
+    }
+
+    /// Adds text inside this element; it is escaped.
+    pub fn text(mut self, text: &str) -> Self {
+        self.children.push(Node::Text(escaped(text)));
+        self
+    }
+
+    fn write(&self, out: &mut fmt::Formatter<'_>, depth: usize) -> fmt::Result {
+        write!(out, "<{}", self.name)?;
+        for (name, value) in &self.attributes {
+            write!(out, " {name}=\"{value}\"")?;
+        }
+        if self.children.is_empty() {
+            return write!(out, "/>");
+        }
+        write!(out, ">")?;
+        // White space between elements means nothing, but inside a text it shows.
+        let is_text = self.children.iter().any(|child| matches!(child, Node::Text(_)));
+        for child in &self.children {
+            if !is_text {
+                write!(out, "\n{:1$}", "", 2 * (depth + 1))?;
+            }
+            match child {
+                Node::Element(element) => element.write(out, depth + 1)?,
+                Node::Text(text) => out.write_str(text)?,
+            }
+        }
+        if !is_text {
+            write!(out, "\n{:1$}", "", 2 * depth)?;
+        }
+        write!(out, "</{}>", self.name)
+    }
+}
+
+impl fmt::Display for Element {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write(formatter, 0)
+    }
+}
+
+/// A rectangle by its upper left corner, in pixels.
+pub fn rectangle(x_px: f64, y_px: f64, width_px: f64, height_px: f64) -> Element {
+    Element::new("rect").at("x", x_px).at("y", y_px).at("width", width_px).at("height", height_px)
+}
+
+/// A line of text whose baseline starts at this point, in pixels.
+pub fn line_of_text(x_px: f64, y_px: f64, text: &str) -> Element {
+    Element::new("text").at("x", x_px).at("y", y_px).text(text)
+}
+
+/// A number as it stands in attributes and paths: two decimals, no trailing zeros, no minus zero.
+///
+/// # Panics
+///
+/// If the number is not finite: data are checked before anything is drawn.
+pub fn number(value: f64) -> String {
+    assert!(value.is_finite(), "{value} cannot be drawn");
+    let fixed = format!("{value:.2}");
+    let short = fixed.trim_end_matches('0').trim_end_matches('.');
+    if short == "-0" { "0".to_owned() } else { short.to_owned() }
+}
+
+/// Escapes what XML reads as markup, and replaces what XML 1.0 cannot hold at all.
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&apos;"),
+            '\n' | '\t' => out.push(character),
+            '\u{fffe}' | '\u{ffff}' => out.push('\u{fffd}'),
+            _ if character.is_control() => out.push('\u{fffd}'),
+            _ => out.push(character),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_never_minus_zero() {
+        assert_eq!(number(10.0), "10");
+        assert_eq!(number(0.125), "0.12");
+        assert_eq!(number(-0.001), "0");
+        assert_eq!(number(100.0), "100");
+        assert_eq!(number(-2.5), "-2.5");
+    }
+
+    #[test]
+    fn markup_in_texts_and_attributes_is_escaped() {
+        let element = Element::new("g").with("id", "\"a'").text("<b> & \u{1b}");
+
+        assert_eq!(element.to_string(), "<g id=\"&quot;a&apos;\">&lt;b&gt; &amp; \u{fffd}</g>");
+    }
+}

@@ -1,0 +1,84 @@
+//! A symbol per phase, so that a mark can be read without its colour.
+
+use rsrs_core::phase::Phase;
+
+use crate::palette::{INK, hue};
+use crate::svg::{Element, number};
+
+/// The mark of a real run: the phase's symbol in its hue, with a white rim.
+///
+/// # Arguments
+///
+/// * `(x_px, y_px)` — its centre, in pixels.
+/// * `radius_px` — about half its width, in pixels.
+pub fn mark(phase: Phase, (x_px, y_px): (f64, f64), radius_px: f64) -> Element {
+    let path = path(phase, (x_px, y_px), radius_px);
+    let outline = |stroke: &str, width_px: f64| {
+        Element::new("path")
+            .with("d", &path)
+            .with("fill", &hue(phase).hex())
+            .with("stroke", stroke)
+            .at("stroke-width", width_px)
+            .with("stroke-linejoin", "round")
+    };
+    Element::new("g").child(outline("#ffffff", 4.0)).child(outline(INK, 1.3))
+}
+
+/// Circle, diamond, square, triangle, cross: in the order of [`Phase::ALL`].
+fn path(phase: Phase, (x_px, y_px): (f64, f64), radius_px: f64) -> String {
+    let polygon = |corners: &[(f64, f64)]| {
+        let points: Vec<String> = corners
+            .iter()
+            .map(|(dx, dy)| {
+                format!("{} {}", number(x_px + dx * radius_px), number(y_px + dy * radius_px))
+            })
+            .collect();
+        format!("M{}Z", points.join("L"))
+    };
+    match phase {
+        Phase::StableMilling => {
+            let radius = number(radius_px);
+            let (left, right) = (number(x_px - radius_px), number(x_px + radius_px));
+            let y = number(y_px);
+            format!(
+                "M{left} {y}A{radius} {radius} 0 1 1 {right} {y}A{radius} {radius} 0 1 1 {left} {y}Z"
+            )
+        }
+        Phase::SemiStableMilling => {
+            polygon(&[(0.0, -1.25), (1.25, 0.0), (0.0, 1.25), (-1.25, 0.0)])
+        }
+        Phase::Unformed => polygon(&[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)]),
+        Phase::Dispersion => polygon(&[(0.0, -1.15), (1.15, 0.85), (-1.15, 0.85)]),
+        Phase::CollidingUnstable => {
+            let arm = 0.35;
+            polygon(&[
+                (0.0, -arm),
+                (0.75, -0.75 - arm),
+                (0.75 + arm, -0.75),
+                (arm, 0.0),
+                (0.75 + arm, 0.75),
+                (0.75, 0.75 + arm),
+                (0.0, arm),
+                (-0.75, 0.75 + arm),
+                (-0.75 - arm, 0.75),
+                (-arm, 0.0),
+                (-0.75 - arm, -0.75),
+                (-0.75, -0.75 - arm),
+            ])
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_phase_has_a_shape_of_its_own() {
+        let mut paths = Phase::ALL.map(|phase| path(phase, (0.0, 0.0), 5.0)).to_vec();
+        paths.sort();
+        paths.dedup();
+
+        assert_eq!(paths.len(), Phase::ALL.len());
+    }
+}

@@ -1,0 +1,312 @@
+//! One run from above: where every robot went, where it is now, and the ring if there is one.
+
+use rsrs_core::phase::Phase;
+use rsrs_core::trajectory::Trajectory;
+use rsrs_core::unicycle::Pose;
+
+use crate::header::header;
+use crate::palette::{INK, QUIET_INK, hue};
+use crate::scale::label;
+use crate::svg::{Element, line_of_text, number};
+use crate::track::{self, Point};
+
+const PAGE_PX: f64 = 480.0;
+const MARGIN_PX: f64 = 24.0;
+const FIELD_PX: f64 = PAGE_PX - 2.0 * MARGIN_PX;
+const CAPTION_PX: f64 = 11.0;
+
+/// One run and what to say about it.
+#[derive(Clone, Debug)]
+pub struct TrajectoryPicture<'a> {
+    /// What every robot did.
+    pub trajectory: &'a Trajectory,
+    /// Radius of a robot's body, in metres; positive.
+    pub radius_m: f64,
+    /// How much of the end is drawn strongly, and what a ring is fitted to, in seconds; positive.
+    pub tail_s: f64,
+    /// What the judge said; milling phases get a ring.
+    pub phase: Option<Phase>,
+    /// The title; any text.
+    pub title: String,
+    /// Under the title; any text.
+    pub subtitle: String,
+}
+
+/// Why there is no picture of a run.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TrajectoryPictureError {
+    /// There is no robot or no sample.
+    #[error("the trajectory has {n_samples} samples of {n_robots} robots; expected 1 of each")]
+    Empty {
+        /// Samples found.
+        n_samples: usize,
+        /// Robots found.
+        n_robots: usize,
+    },
+    /// A pose is nowhere.
+    #[error("robot {robot} is at ({x_m}, {y_m}) m in sample {sample}; expected finite numbers")]
+    PoseNotFinite {
+        /// The sample, from 0.
+        sample: usize,
+        /// The robot, from 0.
+        robot: usize,
+        /// Where it is to the right, in metres.
+        x_m: f64,
+        /// Where it is upwards, in metres.
+        y_m: f64,
+    },
+    /// A length or a time of the picture makes no sense.
+    #[error("{name} is {found}; expected a positive number")]
+    NotPositive {
+        /// Which one.
+        name: &'static str,
+        /// What it is.
+        found: f64,
+    },
+}
+
+/// Draws one run.
+///
+/// The earlier tracks are pale, the last `tail_s` seconds strong; robots stand where they ended,
+/// with a line towards where they head. A milling run also gets the circle about the centroid of
+/// the tail with the mean distance from it as radius.
+///
+/// # Returns
+///
+/// A self-contained SVG document of about 1 kB per robot and turn; the same text on every machine.
+///
+/// # Errors
+///
+/// [`TrajectoryPictureError`], each variant where its name says.
+pub fn svg(picture: &TrajectoryPicture) -> Result<String, TrajectoryPictureError> {
+    check(picture)?;
+    let trajectory = picture.trajectory;
+    let (header, header_px) = header(
+        &picture.title,
+        std::slice::from_ref(&picture.subtitle),
+        MARGIN_PX,
+        PAGE_PX - 2.0 * MARGIN_PX,
+    );
+    let field = Field::around(&trajectory.poses, picture.radius_m, header_px + 10.0);
+    let first_of_tail = first_of_tail(picture);
+    let ring = picture.phase.and_then(|phase| ring_of(phase, trajectory, first_of_tail));
+
+    let last = trajectory.poses_at(trajectory.n_samples() - 1);
+    let robots = last.iter().map(|pose| robot(&field, *pose, picture.radius_m));
+    let (caption, bottom_px) = caption(picture, ring, field.top_px + field.height_px + 12.0);
+    let page = Element::picture(PAGE_PX, bottom_px + 16.0, &picture.title)
+        .children(header)
+        .child(tracks(&field, trajectory, 0..first_of_tail + 1, ("#b9c3cc", 0.8)))
+        .child(tracks(&field, trajectory, first_of_tail..trajectory.n_samples(), (TAIL, 1.5)))
+        .children(ring.map(|ring| ring_circle(&field, ring)))
+        .children(robots)
+        .children(scale_bar(&field, bottom_px))
+        .children(caption);
+    Ok(format!("{page}\n"))
+}
+
+const TAIL: &str = "#0072b2";
+
+fn check(picture: &TrajectoryPicture) -> Result<(), TrajectoryPictureError> {
+    let trajectory = picture.trajectory;
+    for (name, found) in [
+        ("the body's radius in m", picture.radius_m),
+        ("the tail in s", picture.tail_s),
+        ("the period in s", trajectory.period_s),
+    ] {
+        if !(found.is_finite() && found > 0.0) {
+            return Err(TrajectoryPictureError::NotPositive { name, found });
+        }
+    }
+    let (n_samples, n_robots) = (trajectory.n_samples(), trajectory.n_robots);
+    if n_samples == 0 {
+        return Err(TrajectoryPictureError::Empty { n_samples, n_robots });
+    }
+    for (index, pose) in trajectory.poses.iter().enumerate() {
+        if ![pose.x_m, pose.y_m, pose.heading_rad].iter().all(|number| number.is_finite()) {
+            return Err(TrajectoryPictureError::PoseNotFinite {
+                sample: index / n_robots,
+                robot: index % n_robots,
+                x_m: pose.x_m,
+                y_m: pose.y_m,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The sample at which the tail begins.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "positive, and casts from floats saturate"
+)]
+fn first_of_tail(picture: &TrajectoryPicture) -> usize {
+    let n_tail = (picture.tail_s / picture.trajectory.period_s).ceil() as usize;
+    (picture.trajectory.n_samples() - 1).saturating_sub(n_tail)
+}
+
+/// From metres on the floor to pixels on the page.
+struct Field {
+    left_m: f64,
+    upper_m: f64,
+    top_px: f64,
+    height_px: f64,
+    px_per_m: f64,
+}
+
+impl Field {
+    /// Everything that is driven over, in the middle of the page.
+    fn around(poses: &[Pose], radius_m: f64, top_px: f64) -> Self {
+        let range = |number: fn(&Pose) -> f64| {
+            let (low, high) = poses
+                .iter()
+                .map(number)
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), number| {
+                    (low.min(number), high.max(number))
+                });
+            (low - 1.5 * radius_m, high + 1.5 * radius_m)
+        };
+        let (left_m, right_m) = range(|pose| pose.x_m);
+        let (lower_m, upper_m) = range(|pose| pose.y_m);
+        let px_per_m = FIELD_PX / (right_m - left_m).max(upper_m - lower_m);
+        let spare_m = FIELD_PX / px_per_m - (right_m - left_m);
+        let height_px = px_per_m * (upper_m - lower_m);
+        Self { left_m: left_m - spare_m / 2.0, upper_m, top_px, height_px, px_per_m }
+    }
+
+    fn point(&self, x_m: f64, y_m: f64) -> Point {
+        (
+            MARGIN_PX + (x_m - self.left_m) * self.px_per_m,
+            self.top_px + (self.upper_m - y_m) * self.px_per_m,
+        )
+    }
+}
+
+fn tracks(
+    field: &Field,
+    trajectory: &Trajectory,
+    samples: std::ops::Range<usize>,
+    (stroke, width_px): (&str, f64),
+) -> Element {
+    let paths = (0..trajectory.n_robots).map(|robot| {
+        let points: Vec<Point> = samples
+            .clone()
+            .map(|sample| trajectory.poses_at(sample)[robot])
+            .map(|pose| field.point(pose.x_m, pose.y_m))
+            .collect();
+        Element::new("path").with("d", &track::path(&track::simplified(&points, 0.3)))
+    });
+    Element::new("g")
+        .with("fill", "none")
+        .with("stroke", stroke)
+        .at("stroke-width", width_px)
+        .with("stroke-linecap", "round")
+        .with("stroke-linejoin", "round")
+        .children(paths)
+}
+
+fn robot(field: &Field, pose: Pose, radius_m: f64) -> Element {
+    let (x_px, y_px) = field.point(pose.x_m, pose.y_m);
+    // A robot on a wide floor would vanish.
+    let radius_px = (radius_m * field.px_per_m).max(3.0);
+    let (sine, cosine) = libm::sincos(pose.heading_rad);
+    let body = Element::new("circle")
+        .at("cx", x_px)
+        .at("cy", y_px)
+        .at("r", radius_px)
+        .with("fill", "#ffffff")
+        .with("fill-opacity", "0.92");
+    let heading = Element::new("line")
+        .at("x1", x_px)
+        .at("y1", y_px)
+        .at("x2", x_px + 1.35 * radius_px * cosine)
+        .at("y2", y_px - 1.35 * radius_px * sine)
+        .with("stroke-linecap", "round");
+    Element::new("g")
+        .with("stroke", INK)
+        .at("stroke-width", (radius_px / 8.0).clamp(1.2, 2.0))
+        .child(body)
+        .child(heading)
+}
+
+/// A circle on the floor, in metres.
+#[derive(Clone, Copy)]
+struct Ring {
+    centre_m: (f64, f64),
+    radius_m: f64,
+}
+
+/// Centroid and mean radius of the tail, if the phase has a ring.
+fn ring_of(phase: Phase, trajectory: &Trajectory, first_sample: usize) -> Option<Ring> {
+    match phase {
+        Phase::StableMilling | Phase::SemiStableMilling => {}
+        Phase::Unformed | Phase::Dispersion | Phase::CollidingUnstable => return None,
+    }
+    let poses = &trajectory.poses[first_sample * trajectory.n_robots..];
+    let mean =
+        |number: &dyn Fn(&Pose) -> f64| poses.iter().map(number).sum::<f64>() / poses.len() as f64;
+    let (x_m, y_m) = (mean(&|pose| pose.x_m), mean(&|pose| pose.y_m));
+    let radius_m = mean(&|pose| libm::hypot(pose.x_m - x_m, pose.y_m - y_m));
+    Some(Ring { centre_m: (x_m, y_m), radius_m })
+}
+
+fn ring_circle(field: &Field, ring: Ring) -> Element {
+    let (x_px, y_px) = field.point(ring.centre_m.0, ring.centre_m.1);
+    Element::new("circle")
+        .at("cx", x_px)
+        .at("cy", y_px)
+        .at("r", ring.radius_m * field.px_per_m)
+        .with("fill", "none")
+        .with("stroke", &hue(Phase::CollidingUnstable).hex())
+        .at("stroke-width", 1.8)
+        .with("stroke-dasharray", "7 4")
+}
+
+/// A bar of a round length of at most a quarter of the field.
+fn scale_bar(field: &Field, y_px: f64) -> [Element; 2] {
+    let length_m = round_length(FIELD_PX / field.px_per_m / 4.0);
+    let length_px = length_m * field.px_per_m;
+    let left_px = PAGE_PX - MARGIN_PX - length_px;
+    let (left, right) = (number(left_px), number(left_px + length_px));
+    let bar = Element::new("path")
+        .with("d", &format!("M{left} {}v4H{right}v-4", number(y_px - 4.0)))
+        .with("fill", "none")
+        .with("stroke", INK)
+        .at("stroke-width", 1.6);
+    let text =
+        line_of_text(left_px + length_px / 2.0, y_px - 6.0, &format!("{} m", label(length_m)))
+            .with("text-anchor", "middle")
+            .at("font-size", CAPTION_PX)
+            .with("fill", INK);
+    [bar, text]
+}
+
+/// The largest of 1, 2, 5 times a power of ten that is not above a length.
+fn round_length(most: f64) -> f64 {
+    let decade = libm::pow(10.0, libm::floor(libm::log10(most)));
+    [5.0, 2.0, 1.0]
+        .into_iter()
+        .map(|step| step * decade)
+        .find(|step| *step <= most)
+        .unwrap_or(decade)
+}
+
+/// What the strokes mean, a line each, beside the scale bar.
+fn caption(picture: &TrajectoryPicture, ring: Option<Ring>, top_px: f64) -> (Vec<Element>, f64) {
+    let shown_s = picture.tail_s.min(picture.trajectory.duration_s());
+    let mut lines: Vec<String> =
+        picture.phase.map(|phase| format!("phase: {phase}")).into_iter().collect();
+    lines.push(format!("blue: the last {} s", label(shown_s)));
+    lines.extend(ring.map(|ring| format!("dashed: mean radius {:.2} m", ring.radius_m)));
+    let mut y_px = top_px;
+    let mut texts = Vec::new();
+    for line in lines {
+        y_px += CAPTION_PX * 1.45;
+        let text = line_of_text(MARGIN_PX, y_px, &line)
+            .at("font-size", CAPTION_PX)
+            .with("fill", QUIET_INK);
+        texts.push(text);
+    }
+    (texts, y_px)
+}

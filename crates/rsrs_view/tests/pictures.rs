@@ -1,0 +1,340 @@
+//! Whole pictures, from data to pixels. Each test leaves its picture in the target directory's
+//! `tmp/pictures`, to be looked at.
+
+use std::path::Path;
+
+use resvg::tiny_skia::{Pixmap, PremultipliedColorU8};
+use rsrs_core::axis::{Axis, AxisValues, Cell};
+use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
+use rsrs_core::phase::Phase;
+use rsrs_view::diagram::{Boundary, DiagramPicture, ExperimentMark, svg};
+use rsrs_view::raster::png;
+
+/// A made-up world of 16 replicates per cell in which the mill has a best radius.
+fn counts(speed_m_s: f64, turn_rate_rad_s: f64) -> PhaseCounts {
+    let ring_m = speed_m_s / turn_rate_rad_s;
+    let off = libm::log(ring_m / 0.2).abs();
+    let mut counts = PhaseCounts::default();
+    let of_16 = |share: f64| (1_u64..=16).filter(|n| *n as f64 <= 16.0 * share).count();
+    let stable = of_16(1.3 - off * 2.2 - (speed_m_s - 0.15).abs() * 4.0) as u64;
+    let semi = (of_16(1.6 - off * 1.8) as u64).min(16 - stable);
+    let unformed = u64::from(semi > 3 && speed_m_s > 0.2) * (16 - stable - semi);
+    let rest = 16 - stable - semi - unformed;
+    counts.add_many(Phase::StableMilling, stable);
+    counts.add_many(Phase::SemiStableMilling, semi);
+    counts.add_many(Phase::Unformed, unformed);
+    let end = if ring_m > 0.2 { Phase::Dispersion } else { Phase::CollidingUnstable };
+    counts.add_many(end, rest);
+    counts
+}
+
+fn diagram(speeds: &[f64], turn_rates: &[f64]) -> PhaseDiagram {
+    let mut cells = Vec::new();
+    for speed in speeds {
+        for turn_rate in turn_rates {
+            let cell = Cell::new([(Axis::Speed, *speed), (Axis::TurnRate, *turn_rate)]);
+            let cell = cell.expect("two finite values");
+            cells.push(DiagramCell { cell, counts: counts(*speed, *turn_rate) });
+        }
+    }
+    PhaseDiagram { axes: vec![Axis::Speed, Axis::TurnRate], cells }
+}
+
+fn default_diagram() -> PhaseDiagram {
+    let speeds = AxisValues::evenly_spaced(0.05, 0.30, 11);
+    let turn_rates = AxisValues::evenly_spaced(0.25, 2.0, 8);
+    diagram(&speeds.0, &turn_rates.0)
+}
+
+fn plain(diagram: &PhaseDiagram) -> DiagramPicture<'_> {
+    DiagramPicture {
+        diagram,
+        x: Axis::Speed,
+        y: Some(Axis::TurnRate),
+        at: &[],
+        title: "Nine simulated Flockbots".to_owned(),
+        subtitle: "flockbot, harsher · 9 robots · 300 s · 16 replicates per cell · sees: body"
+            .to_owned(),
+        chosen: None,
+        boundaries: &[],
+        experiments: &[],
+        note: None,
+    }
+}
+
+fn cell(text: &str) -> Cell {
+    text.parse().expect("the tests write cells well")
+}
+
+/// Draws, checks what every picture must be, and leaves it to be looked at.
+fn draw(name: &str, picture: &DiagramPicture) -> (String, Pixmap) {
+    let svg = svg(picture).expect("the picture can be drawn");
+    (svg.clone(), rasterise(name, &svg))
+}
+
+fn rasterise(name: &str, svg: &str) -> Pixmap {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pictures");
+    std::fs::create_dir_all(&folder).expect("the target directory can be written");
+    std::fs::write(folder.join(name).with_extension("svg"), svg).expect("as above");
+    let png = png(svg, 1600).expect("the SVG can be rasterised");
+    std::fs::write(folder.join(name).with_extension("png"), &png).expect("as above");
+    let pixmap = Pixmap::decode_png(&png).expect("the PNG can be read");
+    assert_eq!(pixmap.width(), 1600);
+    pixmap
+}
+
+fn n_pixels_of(pixmap: &Pixmap, colour: [u8; 3]) -> usize {
+    let is_it =
+        |pixel: &&PremultipliedColorU8| [pixel.red(), pixel.green(), pixel.blue()] == colour;
+    pixmap.pixels().iter().filter(is_it).count()
+}
+
+#[test]
+fn a_full_picture_shows_all_there_is() {
+    let diagram = default_diagram();
+    let chosen = cell("speed_m_s=0.15,turn_rate_rad_s=0.75");
+    let experiment = |at: &str, phase, n| ExperimentMark { cell: cell(at), phase, n };
+    let line = |label: &str, slope: f64| Boundary {
+        label: label.to_owned(),
+        points: vec![(0.0, 0.0), (0.4, 0.4 * slope)],
+    };
+    let picture = DiagramPicture {
+        chosen: Some(&chosen),
+        boundaries: &[
+            line("ring radius equals the sensing range", 1.6),
+            line("neighbours on the ring touch", 8.5),
+        ],
+        experiments: &[
+            experiment("speed_m_s=0.15,turn_rate_rad_s=0.75", Phase::StableMilling, 3),
+            experiment("speed_m_s=0.15,turn_rate_rad_s=1", Phase::SemiStableMilling, 1),
+            experiment("speed_m_s=0.25,turn_rate_rad_s=0.75", Phase::Dispersion, 2),
+            experiment("speed_m_s=0.25,turn_rate_rad_s=0.75", Phase::StableMilling, 1),
+            experiment("speed_m_s=0.1,turn_rate_rad_s=1.5", Phase::CollidingUnstable, 1),
+            experiment("speed_m_s=0.2,turn_rate_rad_s=1.25", Phase::Unformed, 1),
+            experiment("speed_m_s=0.5,turn_rate_rad_s=1.25", Phase::Unformed, 2),
+        ],
+        note: Some("This sweep is not validated against trajectories of real robots.".to_owned()),
+        ..plain(&diagram)
+    };
+
+    let (svg, pixmap) = draw("full", &picture);
+
+    for text in [
+        "Nine simulated Flockbots",
+        "speed (m/s)",
+        "turning rate (rad/s)",
+        "chosen cell",
+        "speed 0.15 m/s",
+        "ring radius equals the",
+        "stable milling: 4",
+        "2 not shown",
+        "not validated",
+    ] {
+        assert!(svg.contains(text), "{text}");
+    }
+    let is_number = |line: &&str| {
+        line.contains("<text") && line.contains(" stroke=\"#") && !line.contains("stroke-width")
+    };
+    assert_eq!(svg.lines().filter(is_number).count(), 88 - 5, "marks replace five numbers");
+    for phase in Phase::ALL {
+        assert!(svg.contains(&format!(">{}<", phase.title())), "{phase}");
+        let in_legend = n_pixels_of(&pixmap, rsrs_view::palette::hue(phase).rgb);
+        assert!(in_legend > 300, "{phase}: {in_legend}");
+    }
+}
+
+#[test]
+fn the_readme_picture_is_clean() {
+    let diagram = default_diagram();
+    let chosen = cell("speed_m_s=0.15,turn_rate_rad_s=0.75");
+
+    let (svg, pixmap) =
+        draw("readme", &DiagramPicture { chosen: Some(&chosen), ..plain(&diagram) });
+
+    // Slow and turning fast, robots collide; fast and turning slowly, they disperse.
+    let at = |x_px: u32, y_px: u32| pixmap.pixel(x_px, y_px).map(PremultipliedColorU8::red);
+    assert_eq!((at(150, 140), at(1050, 825)), (Some(0xd5), Some(0xbb)));
+    assert!(!svg.contains("Theory") && !svg.contains("Real experiments"));
+    assert!(svg.contains("speed 0.15 m/s, turning rate 0.75 rad/s\n16 replicates:"));
+}
+
+#[test]
+fn many_small_cells_have_thinned_ticks_and_no_numbers() {
+    let speeds = AxisValues::evenly_spaced(0.05, 0.30, 60);
+    let turn_rates = AxisValues::evenly_spaced(0.25, 2.0, 50);
+    let diagram = diagram(&speeds.0, &turn_rates.0);
+    let chosen = diagram.cells[24 * 50 + 15].cell.clone();
+
+    let (svg, _) = draw("fine", &DiagramPicture { chosen: Some(&chosen), ..plain(&diagram) });
+
+    assert!(!svg.contains("share of stable milling"));
+    assert!(svg.contains("<circle"));
+}
+
+#[test]
+fn twenty_by_twenty_cells_still_have_numbers() {
+    let speeds = AxisValues::evenly_spaced(0.05, 0.30, 20);
+    let turn_rates = AxisValues::evenly_spaced(0.1, 2.0, 20);
+
+    let (svg, _) = draw("twenty", &plain(&diagram(&speeds.0, &turn_rates.0)));
+
+    assert!(svg.contains("share of stable milling"));
+}
+
+#[test]
+fn one_axis_gives_a_strip() {
+    let mut cells = Vec::new();
+    for robots in [3.0, 6.0, 9.0, 12.0, 15.0] {
+        let cell = Cell::new([(Axis::Robots, robots)]).expect("finite");
+        cells.push(DiagramCell { cell, counts: counts(0.02 * robots, 1.0) });
+    }
+    let diagram = PhaseDiagram { axes: vec![Axis::Robots], cells };
+    let chosen = cell("robots=9");
+    let picture =
+        DiagramPicture { x: Axis::Robots, y: None, chosen: Some(&chosen), ..plain(&diagram) };
+
+    let (svg, _) = draw("strip", &picture);
+
+    assert!(svg.contains("number of robots") && !svg.contains("rotate"));
+}
+
+#[test]
+fn one_column_and_irregular_rows_with_a_hole_are_drawn() {
+    let mut diagram = diagram(&[0.15], &[0.25, 0.5, 0.75, 1.0, 2.0]);
+    diagram.cells.push(DiagramCell {
+        cell: cell("speed_m_s=0.2,turn_rate_rad_s=0.5"),
+        counts: counts(0.2, 0.5),
+    });
+
+    let (svg, _) = draw("holes", &plain(&diagram));
+
+    assert!(svg.contains("no result") && svg.contains("not swept"));
+}
+
+#[test]
+fn hostile_texts_stay_texts() {
+    let diagram = default_diagram();
+    let hostile = "</text><script>alert(\"1\")</script> & \u{0} 'quoted' \u{fffe}";
+    let long = "a title that goes on and on about robots and the rings that they form ".repeat(4);
+    let picture = DiagramPicture {
+        title: long + hostile,
+        subtitle: hostile.to_owned(),
+        boundaries: &[Boundary { label: hostile.to_owned(), points: vec![(0.1, 0.0), (0.1, 3.0)] }],
+        note: Some(hostile.to_owned()),
+        ..plain(&diagram)
+    };
+
+    let (svg, _) = draw("hostile", &picture);
+
+    assert!(!svg.contains("<script") && svg.contains("&lt;script"));
+}
+
+#[test]
+fn the_same_picture_is_the_same_text() {
+    let diagram = default_diagram();
+
+    assert_eq!(svg(&plain(&diagram)).unwrap(), svg(&plain(&diagram.clone())).unwrap());
+}
+
+#[test]
+fn a_slice_of_three_axes_says_where_it_was_cut() {
+    let mut cells = Vec::new();
+    for robots in [6.0, 9.0] {
+        for entry in default_diagram().cells {
+            let cell = Cell::new([(Axis::Robots, robots)].into_iter().chain(entry.cell.iter()));
+            cells.push(DiagramCell { cell: cell.expect("three finite values"), ..entry });
+        }
+    }
+    let axes = vec![Axis::Robots, Axis::Speed, Axis::TurnRate];
+    let diagram = PhaseDiagram { axes, cells };
+    let chosen = cell("robots=6,speed_m_s=0.15,turn_rate_rad_s=0.75");
+    let picture = DiagramPicture {
+        at: &[(Axis::Robots, 9.0)],
+        chosen: Some(&chosen),
+        boundaries: &[Boundary { label: "far away".to_owned(), points: vec![(1.0, 1.0); 2] }],
+        ..plain(&diagram)
+    };
+
+    let (svg, _) = draw("slice", &picture);
+
+    assert!(svg.contains("Slice at 9 robots"));
+    assert!(svg.contains("chosen cell (not shown") && svg.contains("far away (not shown"));
+}
+
+#[test]
+fn a_boundary_without_a_place_is_refused() {
+    let diagram = default_diagram();
+    let boundary = Boundary { label: "limit".to_owned(), points: vec![(0.1, f64::NAN)] };
+
+    let error = svg(&DiagramPicture { boundaries: &[boundary], ..plain(&diagram) }).unwrap_err();
+
+    assert_eq!(
+        error.to_string(),
+        "boundary `limit` has the point (0.1, NaN); expected finite numbers"
+    );
+}
+
+#[test]
+fn axes_that_were_not_swept_are_refused_with_what_to_type() {
+    let diagram = default_diagram();
+
+    let error = svg(&DiagramPicture { x: Axis::Range, ..plain(&diagram) }).unwrap_err();
+
+    assert_eq!(error.help().as_deref(), Some("draw `--x speed_m_s --y turn_rate_rad_s`"));
+}
+
+#[test]
+fn a_tiny_diagram_is_exactly_this_text() {
+    let diagram = diagram(&[0.15, 0.2], &[0.75]);
+    let chosen = cell("speed_m_s=0.15,turn_rate_rad_s=0.75");
+    let picture = DiagramPicture {
+        title: "Two cells".to_owned(),
+        subtitle: String::new(),
+        chosen: Some(&chosen),
+        ..plain(&diagram)
+    };
+
+    let svg = svg(&picture).unwrap();
+    // The legend is the same in every picture.
+    let plot: Vec<&str> = svg.lines().take_while(|line| !line.contains("Most frequent")).collect();
+
+    insta::assert_snapshot!(plot.join("\n"), @r##"
+    <svg xmlns="http://www.w3.org/2000/svg" width="598.49" height="342" viewBox="0 0 598.49 342" role="img" font-family="DejaVu Sans, Verdana, Bitstream Vera Sans, Geneva, sans-serif">
+      <title>Two cells</title>
+      <rect x="0" y="0" width="598.49" height="342" fill="#ffffff"/>
+      <text x="24" y="34" font-size="16" font-weight="bold" fill="#1a1a1a">Two cells</text>
+      <g stroke-width="0.6">
+        <rect x="78.49" y="56" width="110" height="220" fill="#0072b2" stroke="#ffffff">
+          <title>speed 0.15 m/s, turning rate 0.75 rad/s
+    16 replicates: 16 stable milling</title>
+        </rect>
+        <rect x="188.49" y="56" width="110" height="220" fill="#f5f09a" stroke="#ffffff">
+          <title>speed 0.2 m/s, turning rate 0.75 rad/s
+    16 replicates: 9 semi-stable milling, 7 stable milling</title>
+        </rect>
+      </g>
+      <path d="M188.49 56V276" fill="none" stroke="#1a1a1a" stroke-width="1.2" stroke-linecap="square"/>
+      <g>
+        <rect x="78.49" y="56" width="220" height="220" fill="none" stroke="#1a1a1a" stroke-width="1"/>
+        <path d="M133.49 276v5M243.49 276v5" stroke="#1a1a1a" stroke-width="1"/>
+        <g font-size="11" text-anchor="middle" fill="#555555">
+          <text x="133.49" y="294">0.15</text>
+          <text x="243.49" y="294">0.20</text>
+        </g>
+        <text x="188.49" y="316" text-anchor="middle" font-size="12.5" fill="#1a1a1a">speed (m/s)</text>
+        <path d="M78.49 166h-5" stroke="#1a1a1a" stroke-width="1"/>
+        <g font-size="11" text-anchor="end" fill="#555555">
+          <text x="69.49" y="169.96">0.75</text>
+        </g>
+        <text x="33" y="166" text-anchor="middle" font-size="12.5" fill="#1a1a1a" transform="rotate(-90 33 166)">turning rate (rad/s)</text>
+      </g>
+      <g font-size="11" text-anchor="middle" pointer-events="none" stroke-width="4" stroke-linejoin="round" paint-order="stroke">
+        <text x="133.49" y="169.96" fill="#ffffff" stroke="#0072b2">1</text>
+        <text x="243.49" y="169.96" fill="#1a1a1a" stroke="#f5f09a">0.44</text>
+      </g>
+      <g pointer-events="none">
+        <rect x="78.99" y="56.5" width="109" height="219" stroke-linejoin="round" fill="none" stroke="#ffffff" stroke-width="6"/>
+        <rect x="78.99" y="56.5" width="109" height="219" stroke-linejoin="round" fill="none" stroke="#1a1a1a" stroke-width="3"/>
+      </g>
+    "##);
+}

@@ -1,0 +1,190 @@
+//! The table behind [`super::schema_text`]: one row per type, its text embedded from the file.
+
+/// A type.
+pub struct Definition {
+    /// Its full name.
+    pub type_name: &'static str,
+    /// Its own text, without the types in it.
+    pub text: &'static str,
+    /// RIHS01, by REP 2016; held against an independent implementation in `tests/oracle.rs`.
+    pub hash: &'static str,
+}
+
+/// All types, sorted by name.
+pub const DEFINITIONS: &[Definition] = &[
+    Definition {
+        type_name: "builtin_interfaces/msg/Duration",
+        text: include_str!("../../definitions/builtin_interfaces/msg/Duration.msg"),
+        hash: "RIHS01_e8d009f659816f758b75334ee1a9ca5b5c0b859843261f14c7f937349599d93b",
+    },
+    Definition {
+        type_name: "builtin_interfaces/msg/Time",
+        text: include_str!("../../definitions/builtin_interfaces/msg/Time.msg"),
+        hash: "RIHS01_b106235e25a4c5ed35098aa0a61a3ee9c9b18d197f398b0e4206cea9acf9c197",
+    },
+    Definition {
+        type_name: "diagnostic_msgs/msg/DiagnosticArray",
+        text: include_str!("../../definitions/diagnostic_msgs/msg/DiagnosticArray.msg"),
+        hash: "RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e",
+    },
+    Definition {
+        type_name: "diagnostic_msgs/msg/DiagnosticStatus",
+        text: include_str!("../../definitions/diagnostic_msgs/msg/DiagnosticStatus.msg"),
+        hash: "RIHS01_b0e3e692ea2d54a8af2f4ef1930e81556a2db55216b771f8a7d2724ed47bf0e4",
+    },
+    Definition {
+        type_name: "diagnostic_msgs/msg/KeyValue",
+        text: include_str!("../../definitions/diagnostic_msgs/msg/KeyValue.msg"),
+        hash: "RIHS01_d68081eaa540288c5440753baecef0c4e16e81a5f78ad68902ded5100413bb42",
+    },
+    Definition {
+        type_name: "geometry_msgs/msg/Point",
+        text: include_str!("../../definitions/geometry_msgs/msg/Point.msg"),
+        hash: "RIHS01_6963084842a9b04494d6b2941d11444708d892da2f4b09843b9c43f42a7f6881",
+    },
+    Definition {
+        type_name: "geometry_msgs/msg/Pose",
+        text: include_str!("../../definitions/geometry_msgs/msg/Pose.msg"),
+        hash: "RIHS01_d501954e9476cea2996984e812054b68026ae0bfae789d9a10b23daf35cc90fa",
+    },
+    Definition {
+        type_name: "geometry_msgs/msg/PoseStamped",
+        text: include_str!("../../definitions/geometry_msgs/msg/PoseStamped.msg"),
+        hash: "RIHS01_10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8",
+    },
+    Definition {
+        type_name: "geometry_msgs/msg/PoseWithCovariance",
+        text: include_str!("../../definitions/geometry_msgs/msg/PoseWithCovariance.msg"),
+        hash: "RIHS01_9a7c0fd234b7f45c6098745ecccd773ca1085670e64107135397aee31c02e1bb",
+    },
+    Definition {
+        type_name: "geometry_msgs/msg/Quaternion",
+        text: include_str!("../../definitions/geometry_msgs/msg/Quaternion.msg"),
+        hash: "RIHS01_8a765f66778c8ff7c8ab94afcc590a2ed5325a1d9a076ffff38fbce36f458684",
+    },
+    Definition {
+        type_name: "geometry_msgs/msg/Transform",
+        text: include_str!("../../definitions/geometry_msgs/msg/Transform.msg"),
+        hash: "RIHS01_beb83fbe698636351461f6f35d1abb20010c43d55374d81bd041f1ba2581fddc",
+    },
+    Definition {
+        type_name: "geometry_msgs/msg/TransformStamped",
+        text: include_str!("../../definitions/geometry_msgs/msg/TransformStamped.msg"),
+        hash: "RIHS01_0a241f87d04668d94099cbb5ba11691d5ad32c2f29682e4eb5653424bd275206",
+    },
+    Definition {
+        type_name: "geometry_msgs/msg/Twist",
+        text: include_str!("../../definitions/geometry_msgs/msg/Twist.msg"),
+        hash: "RIHS01_9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a",
+    },
+    Definition {
+        type_name: "geometry_msgs/msg/TwistStamped",
+        text: include_str!("../../definitions/geometry_msgs/msg/TwistStamped.msg"),
+        hash: "RIHS01_5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64",
+    },
+    Definition {
+        type_name: "geometry_msgs/msg/TwistWithCovariance",
+        text: include_str!("../../definitions/geometry_msgs/msg/TwistWithCovariance.msg"),
+        hash: "RIHS01_49f574f033f095d8b6cd1beaca5ca7925e296e84af1716d16c89d38b059c8c18",
+    },
+    Definition {
+        type_name: "geometry_msgs/msg/Vector3",
+        text: include_str!("../../definitions/geometry_msgs/msg/Vector3.msg"),
+        hash: "RIHS01_cc12fe83e4c02719f1ce8070bfd14aecd40f75a96696a67a2a1f37f7dbb0765d",
+    },
+    Definition {
+        type_name: "nav_msgs/msg/Odometry",
+        text: include_str!("../../definitions/nav_msgs/msg/Odometry.msg"),
+        hash: "RIHS01_3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0",
+    },
+    Definition {
+        type_name: "rcl_interfaces/msg/FloatingPointRange",
+        text: include_str!("../../definitions/rcl_interfaces/msg/FloatingPointRange.msg"),
+        hash: "RIHS01_e6af23a23c177fee5f3075c8b1e435162a9b63c863d78c06017460b49684262d",
+    },
+    Definition {
+        type_name: "rcl_interfaces/msg/IntegerRange",
+        text: include_str!("../../definitions/rcl_interfaces/msg/IntegerRange.msg"),
+        hash: "RIHS01_f7b7fdc0f65f07702e099218e13288c3963bcb9345bde78b560e6cd19800fc5a",
+    },
+    Definition {
+        type_name: "rcl_interfaces/msg/ListParametersResult",
+        text: include_str!("../../definitions/rcl_interfaces/msg/ListParametersResult.msg"),
+        hash: "RIHS01_237ae3428413dcbcfb452b510c42355f3a2b021dc091afa3e18526d57022f1cd",
+    },
+    Definition {
+        type_name: "rcl_interfaces/msg/Log",
+        text: include_str!("../../definitions/rcl_interfaces/msg/Log.msg"),
+        hash: "RIHS01_e28ce254ca8abc06abf92773b74602cdbf116ed34fbaf294fb9f81da9f318eac",
+    },
+    Definition {
+        type_name: "rcl_interfaces/msg/Parameter",
+        text: include_str!("../../definitions/rcl_interfaces/msg/Parameter.msg"),
+        hash: "RIHS01_ddfe6442cffc462317adb5c92536a7b6dd55858c5c3e1e328165a6b73c2831af",
+    },
+    Definition {
+        type_name: "rcl_interfaces/msg/ParameterDescriptor",
+        text: include_str!("../../definitions/rcl_interfaces/msg/ParameterDescriptor.msg"),
+        hash: "RIHS01_52175dbfda6c51153101d33d2a9da05743f66f02d5ab2ca9ec4709b46b73d704",
+    },
+    Definition {
+        type_name: "rcl_interfaces/msg/ParameterEvent",
+        text: include_str!("../../definitions/rcl_interfaces/msg/ParameterEvent.msg"),
+        hash: "RIHS01_043e627780fcad87a22d225bc2a037361dba713fca6a6b9f4b869a5aa0393204",
+    },
+    Definition {
+        type_name: "rcl_interfaces/msg/ParameterValue",
+        text: include_str!("../../definitions/rcl_interfaces/msg/ParameterValue.msg"),
+        hash: "RIHS01_115fc089a387e23c7ecd3525c9189c379109119d6ab82e8dfbde0fdf6a7f9b68",
+    },
+    Definition {
+        type_name: "rcl_interfaces/msg/SetParametersResult",
+        text: include_str!("../../definitions/rcl_interfaces/msg/SetParametersResult.msg"),
+        hash: "RIHS01_cfcc0fb0371ee5159b403960ef4300f8f9d2f1fd6117c8666b7f9654d528a9b1",
+    },
+    Definition {
+        type_name: "rosgraph_msgs/msg/Clock",
+        text: include_str!("../../definitions/rosgraph_msgs/msg/Clock.msg"),
+        hash: "RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564",
+    },
+    Definition {
+        type_name: "rsrs_msgs/msg/Recorded",
+        text: include_str!("../../msg/Recorded.msg"),
+        hash: "RIHS01_90ae77c635bda3eeff44b90488e6843a83f6c0b87d51f650d22db1f683eaa4bb",
+    },
+    Definition {
+        type_name: "rsrs_msgs/msg/RobotStatus",
+        text: include_str!("../../msg/RobotStatus.msg"),
+        hash: "RIHS01_61d7c6aa1dbf30f7a23b1642849918297774bebfbe8e5f17e7b7445d07331959",
+    },
+    Definition {
+        type_name: "rsrs_msgs/msg/RunLease",
+        text: include_str!("../../msg/RunLease.msg"),
+        hash: "RIHS01_bf84de2a9cf3ec29d752f4bfa9e32dcf0f96f9b71e5f5fe3c2bd3c30b6041463",
+    },
+    Definition {
+        type_name: "rsrs_msgs/msg/WorldDigest",
+        text: include_str!("../../msg/WorldDigest.msg"),
+        hash: "RIHS01_263acfc2b0a3d4e9721867a8f81baf10efa96839db306a44107e2c9bcdb2b482",
+    },
+    Definition {
+        type_name: "sensor_msgs/msg/Range",
+        text: include_str!("../../definitions/sensor_msgs/msg/Range.msg"),
+        hash: "RIHS01_b42b62562e93cbfe9d42b82fe5994dfa3d63d7d5c90a317981703f7388adff3a",
+    },
+    Definition {
+        type_name: "std_msgs/msg/Bool",
+        text: include_str!("../../definitions/std_msgs/msg/Bool.msg"),
+        hash: "RIHS01_feb91e995ff9ebd09c0cb3d2aed18b11077585839fb5db80193b62d74528f6c9",
+    },
+    Definition {
+        type_name: "std_msgs/msg/Header",
+        text: include_str!("../../definitions/std_msgs/msg/Header.msg"),
+        hash: "RIHS01_f49fb3ae2cf070f793645ff749683ac6b06203e41c891e17701b1cb597ce6a01",
+    },
+    Definition {
+        type_name: "tf2_msgs/msg/TFMessage",
+        text: include_str!("../../definitions/tf2_msgs/msg/TFMessage.msg"),
+        hash: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
+    },
+];

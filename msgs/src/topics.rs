@@ -1,0 +1,192 @@
+//! Every topic's name, type and quality of service: the one table.
+//!
+//! Matching in DDS goes by name and quality of service, and not every library compares types, so
+//! nobody else spells a topic.
+
+use crate::RosMessage;
+use crate::{
+    diagnostic_msgs, geometry_msgs, nav_msgs, rcl_interfaces, rosgraph_msgs, rsrs, sensor_msgs,
+    std_msgs, tf2_msgs,
+};
+
+/// Whether a lost sample is sent again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reliability {
+    /// It is.
+    Reliable,
+    /// It is not: the next one is better than an old one.
+    BestEffort,
+}
+
+/// Whether a late subscriber gets what was sent before it came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Durability {
+    /// It does not.
+    Volatile,
+    /// It gets the last `depth` samples.
+    TransientLocal,
+}
+
+/// Quality of service; the history is always "keep last".
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Qos {
+    /// Whether a lost sample is sent again.
+    pub reliability: Reliability,
+    /// Whether a late subscriber gets old samples.
+    pub durability: Durability,
+    /// Samples kept per endpoint; an unread sample is overwritten after so many, reliable or not.
+    pub depth: u32,
+}
+
+impl Qos {
+    /// Reliable and volatile, with this depth.
+    pub const fn reliable(depth: u32) -> Self {
+        Self { reliability: Reliability::Reliable, durability: Durability::Volatile, depth }
+    }
+
+    /// Best effort and volatile, with this depth.
+    pub const fn best_effort(depth: u32) -> Self {
+        Self { reliability: Reliability::BestEffort, durability: Durability::Volatile, depth }
+    }
+}
+
+/// A topic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Topic {
+    /// Relative to the robot's namespace (`detection`), or absolute (`/swarm/lease`).
+    pub name: &'static str,
+    /// The full name of its type, such as `std_msgs/msg/Bool`.
+    pub type_name: &'static str,
+    /// Its quality of service.
+    pub qos: Qos,
+}
+
+impl Topic {
+    /// The full name of this topic for one robot; absolute names belong to all robots and stay.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use rsrs_msgs::topics;
+    ///
+    /// assert_eq!(topics::DETECTION.for_robot("robot_3"), "/robot_3/detection");
+    /// assert_eq!(topics::LEASE.for_robot("robot_3"), "/swarm/lease");
+    /// ```
+    pub fn for_robot(&self, robot: &str) -> String {
+        if self.is_absolute() { self.name.to_owned() } else { format!("/{robot}/{}", self.name) }
+    }
+
+    /// Whether there is one such topic for the whole swarm.
+    pub fn is_absolute(&self) -> bool {
+        self.name.starts_with('/')
+    }
+}
+
+/// Names a topic whose messages are of type `M`.
+const fn topic<M: RosMessage>(name: &'static str, qos: Qos) -> Topic {
+    Topic { name, type_name: M::TYPE_NAME, qos }
+}
+
+/// Deeper than the most samples that lockstep leaves unread: W + K, with W = 20 steps between
+/// simulator and recorder.
+const LOCKSTEP_DEPTH: u32 = 200;
+
+/// Whether the robot sees another one; one sample per control period.
+pub const DETECTION: Topic = topic::<std_msgs::Bool>("detection", Qos::reliable(LOCKSTEP_DEPTH));
+/// The command that answers a detection; in lockstep, stamped with the detection's `/clock`.
+pub const CMD_VEL: Topic =
+    topic::<geometry_msgs::TwistStamped>("cmd_vel", Qos::reliable(LOCKSTEP_DEPTH));
+/// The command for drivers that take no stamp; the same name, and never both.
+pub const CMD_VEL_UNSTAMPED: Topic =
+    topic::<geometry_msgs::Twist>("cmd_vel", Qos::reliable(LOCKSTEP_DEPTH));
+/// Where the robot is: ground truth from the simulator, its own estimate from a robot.
+pub const ODOM: Topic = topic::<nav_msgs::Odometry>("odom", Qos::reliable(LOCKSTEP_DEPTH));
+/// Where a tracker sees the robot; best effort also hears trackers that are reliable.
+pub const POSE: Topic = topic::<geometry_msgs::PoseStamped>("pose", Qos::best_effort(10));
+/// The raw range reading behind a detection, when the driver has it.
+pub const RANGE: Topic = topic::<sensor_msgs::Range>("range", Qos::best_effort(10));
+/// What the robot says of itself.
+pub const STATUS: Topic = topic::<rsrs::RobotStatus>("status", Qos::best_effort(1));
+/// What the controller says of itself: robot and runner take its parameter digest from here.
+pub const CONTROLLER_STATUS: Topic =
+    topic::<rsrs::RobotStatus>("controller/status", Qos::best_effort(1));
+/// The runner's permission to move; an old one is worthless, so it is never sent again.
+pub const LEASE: Topic = topic::<rsrs::RunLease>("/swarm/lease", Qos::best_effort(1));
+/// Stops every robot; once heard, a silent publisher locks too.
+pub const E_STOP: Topic = topic::<std_msgs::Bool>("/swarm/e_stop", Qos::reliable(10));
+/// The fingerprint of the simulated world, after each lockstep step.
+pub const WORLD_DIGEST: Topic =
+    topic::<rsrs::WorldDigest>("/swarm/world_digest", Qos::reliable(LOCKSTEP_DEPTH));
+/// The recorder's acknowledgement in lockstep.
+pub const RECORDED: Topic = topic::<rsrs::Recorded>("/swarm/recorded", Qos::reliable(10));
+/// Simulated time, before the detections of each lockstep step.
+pub const CLOCK: Topic = topic::<rosgraph_msgs::Clock>("/clock", Qos::reliable(LOCKSTEP_DEPTH));
+/// The health of parts.
+pub const DIAGNOSTICS: Topic =
+    topic::<diagnostic_msgs::DiagnosticArray>("/diagnostics", Qos::reliable(10));
+/// The transform tree.
+pub const TF: Topic = topic::<tf2_msgs::TFMessage>("/tf", Qos::reliable(100));
+/// Changes of parameters.
+pub const PARAMETER_EVENTS: Topic =
+    topic::<rcl_interfaces::ParameterEvent>("/parameter_events", Qos::reliable(1000));
+/// Log lines.
+pub const ROSOUT: Topic = topic::<rcl_interfaces::Log>(
+    "/rosout",
+    Qos { reliability: Reliability::Reliable, durability: Durability::TransientLocal, depth: 1000 },
+);
+
+/// All of them.
+pub const ALL: &[Topic] = &[
+    DETECTION,
+    CMD_VEL,
+    CMD_VEL_UNSTAMPED,
+    ODOM,
+    POSE,
+    RANGE,
+    STATUS,
+    CONTROLLER_STATUS,
+    LEASE,
+    E_STOP,
+    WORLD_DIGEST,
+    RECORDED,
+    CLOCK,
+    DIAGNOSTICS,
+    TF,
+    PARAMETER_EVENTS,
+    ROSOUT,
+];
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+
+    #[test]
+    fn only_the_two_shapes_of_a_command_share_a_name() {
+        let mut types_of_name: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for topic in ALL {
+            types_of_name.entry(topic.name).or_default().push(topic.type_name);
+        }
+
+        types_of_name.retain(|_, types| types.len() > 1);
+
+        let expected = vec!["geometry_msgs/msg/TwistStamped", "geometry_msgs/msg/Twist"];
+        assert_eq!(types_of_name, BTreeMap::from([("cmd_vel", expected)]));
+    }
+
+    #[test]
+    fn every_topic_has_a_schema_so_that_a_bag_can_hold_it() {
+        for topic in ALL {
+            assert!(crate::schema::schema_text(topic.type_name).is_some(), "{}", topic.name);
+            assert!(crate::schema::type_hash(topic.type_name).is_some(), "{}", topic.name);
+        }
+    }
+
+    #[test]
+    fn what_lockstep_counts_on_is_reliable_and_deep() {
+        for topic in [DETECTION, CMD_VEL, ODOM, CLOCK, WORLD_DIGEST] {
+            assert_eq!(topic.qos, Qos::reliable(LOCKSTEP_DEPTH), "{}", topic.name);
+        }
+    }
+}

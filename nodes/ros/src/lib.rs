@@ -1,0 +1,23 @@
+//! The only crate that names the middleware: session, arguments, parameters, clock, raw topics.
+//!
+//! Everything that a driver needs from ROS 2 is here, so that another transport would change this
+//! crate and no other.
+//!
+//! * [`session`] — one participant with any number of nodes, publishers and subscriptions.
+//! * [`parameters`] — the six parameter services for many nodes, and a client for them.
+//! * [`clock`] — simulated time on `/clock`.
+//! * [`ros_args`] — `--ros-args`, parameter files, `ROS_DOMAIN_ID` and its kin.
+//! * [`confine`] and [`interfaces`] — where the packets may go.
+//! * [`shutdown`] and [`logging`] — how a node ends and what it says.
+//!
+//! What it does not do: lifecycle nodes, actions, discovery servers, static peers.
+
+pub mod clock;
+pub mod confine;
+pub mod interfaces;
+mod kernel;
+pub mod logging;
+pub mod parameters;
+pub mod ros_args;
+pub mod session;
+pub mod shutdown;

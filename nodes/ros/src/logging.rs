@@ -1,0 +1,117 @@
+//! What a node says on stderr.
+
+use std::str::FromStr;
+
+use log::LevelFilter;
+
+/// How much a node says; the names are those of ROS 2.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// For developers.
+    Debug,
+    /// For the curious.
+    #[default]
+    Info,
+    /// May go wrong.
+    Warn,
+    /// Went wrong.
+    Error,
+    /// The end.
+    Fatal,
+}
+
+/// A level that is not one of ROS 2's.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("log level `{found}`, expected debug, info, warn, error or fatal")]
+pub struct NoSuchLevel {
+    /// What was given.
+    pub found: String,
+}
+
+impl FromStr for Level {
+    type Err = NoSuchLevel;
+
+    fn from_str(text: &str) -> Result<Self, NoSuchLevel> {
+        match text.to_ascii_lowercase().as_str() {
+            "debug" => Ok(Self::Debug),
+            "info" => Ok(Self::Info),
+            "warn" => Ok(Self::Warn),
+            "error" => Ok(Self::Error),
+            "fatal" => Ok(Self::Fatal),
+            _ => Err(NoSuchLevel { found: text.to_owned() }),
+        }
+    }
+}
+
+impl Level {
+    /// The closest level of the `log` crate, which has no "fatal".
+    pub(crate) fn as_log(self) -> log::Level {
+        match self {
+            Self::Debug => log::Level::Debug,
+            Self::Info => log::Level::Info,
+            Self::Warn => log::Level::Warn,
+            Self::Error | Self::Fatal => log::Level::Error,
+        }
+    }
+}
+
+/// What the middleware may say. It calls much a warning that nobody can act upon, and at shutdown
+/// it complains about readers of a participant that has gone.
+const MIDDLEWARE: [(&str, LevelFilter); 6] = [
+    ("rustdds", LevelFilter::Error),
+    // A receive buffer that the kernel keeps small loses samples, and the text says what to do.
+    ("rustdds::network::udp_listener", LevelFilter::Warn),
+    ("rustdds::dds::pubsub", LevelFilter::Off),
+    ("rustdds::dds::participant", LevelFilter::Off),
+    ("ros2_client", LevelFilter::Error),
+    // What goes to `/rosout` is said on stderr by us already.
+    ("ros2_client::rosout", LevelFilter::Off),
+];
+
+/// Sends log lines of `level` and worse to stderr; `RUST_LOG` overrides it for developers.
+///
+/// A second call in one process changes nothing.
+///
+/// # Arguments
+///
+/// * `level` — for our own crates.
+/// * `developer_filter` — contents of `RUST_LOG`, if set.
+pub fn init(level: Level, developer_filter: Option<&str>) {
+    let mut builder = env_logger::Builder::new();
+    builder.filter_level(level.as_log().to_level_filter());
+    for (module, filter) in MIDDLEWARE {
+        builder.filter_module(module, filter);
+    }
+    if let Some(filter) = developer_filter {
+        builder.parse_filters(filter);
+    }
+    builder.target(env_logger::Target::Stderr).format_timestamp(None);
+    // It fails only if there is a logger already.
+    builder.try_init().ok();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_are_read_in_any_case() {
+        assert_eq!("WARN".parse(), Ok(Level::Warn));
+        assert_eq!("debug".parse(), Ok(Level::Debug));
+    }
+
+    #[test]
+    fn an_unknown_level_is_refused_with_the_known_ones() {
+        let error = "loud".parse::<Level>().unwrap_err();
+
+        assert_eq!(
+            error.to_string(),
+            "log level `loud`, expected debug, info, warn, error or fatal"
+        );
+    }
+
+    #[test]
+    fn fatal_is_the_worst_level() {
+        assert!(Level::Debug < Level::Info && Level::Error < Level::Fatal);
+    }
+}

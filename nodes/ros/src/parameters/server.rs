@@ -1,0 +1,286 @@
+//! Answers parameter services for many nodes of one session, and tells everybody what changed.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use futures::StreamExt;
+use ros2_client::service::{RmwRequestId, Server, ServiceMapping};
+use ros2_client::{Name, ServiceTypeName};
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::rcl_interfaces::{Parameter, ParameterEvent};
+use rsrs_msgs::topics;
+use rsrs_msgs::topics::Qos;
+use tokio::sync::mpsc;
+
+use super::service::{Answer, Request, Service, answer, reply};
+use super::store::{Arming, Refusal, Setter, Store};
+use super::value::{Descriptor, ParameterValue};
+use crate::session::{Bytes, NodeHandle, Publisher, Session, SessionError, Task, lock, profile};
+
+/// As for every service of ROS 2.
+pub(super) const SERVICE_QOS: Qos = Qos::reliable(10);
+
+/// A node and its parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeParameters {
+    /// Absolute, such as `/robot_3`.
+    pub namespace: String,
+    /// Such as `controller`.
+    pub name: String,
+    /// What there is, and its first value.
+    pub parameters: Vec<(Descriptor, ParameterValue)>,
+}
+
+/// Why a node has no parameters.
+#[derive(Debug, thiserror::Error)]
+pub enum ParameterServerError {
+    /// There is nothing to serve.
+    #[error("a parameter server needs at least one node, found none")]
+    NoNode,
+    /// The services or the topic of events cannot be made.
+    #[error("no parameter services")]
+    Session {
+        /// Why not.
+        #[from]
+        source: SessionError,
+    },
+    /// A parameter is not what its descriptor says, or is declared twice.
+    #[error("parameters of `{node}`")]
+    Declaration {
+        /// Full name of the node.
+        node: String,
+        /// What is wrong.
+        #[source]
+        source: Refusal,
+    },
+    /// A node that is not of this server.
+    #[error("node `{node}` has no parameters here")]
+    NoSuchNode {
+        /// Full name of the node.
+        node: String,
+    },
+}
+
+/// Whether a node agrees with changes that its descriptors allow.
+type Validator = dyn FnMut(&str, &[(String, ParameterValue)]) -> Result<(), String> + Send;
+
+/// What all services of a server share.
+struct State {
+    stores: BTreeMap<String, Store>,
+    validator: Box<Validator>,
+    events: mpsc::UnboundedSender<ParameterEvent>,
+}
+
+/// Answers the six parameter services of its nodes until it is dropped or the session is closed.
+pub struct ParameterServer {
+    state: Arc<Mutex<State>>,
+    _tasks: Vec<Task>,
+}
+
+impl ParameterServer {
+    /// Declares parameters and starts to answer.
+    ///
+    /// `use_sim_time` is not declared: nodes of ours follow `/clock` in lockstep or not at all, and
+    /// a foreign tool that switched it would stop their timers.
+    ///
+    /// # Arguments
+    ///
+    /// * `nodes` — each is made if the session does not have it.
+    /// * `validator` — is asked, with the full name of the node, before changes that the
+    ///   descriptors allow are made; must not call this server.
+    ///
+    /// # Errors
+    ///
+    /// [`ParameterServerError`].
+    pub fn start(
+        session: &Session,
+        nodes: Vec<NodeParameters>,
+        validator: impl FnMut(&str, &[(String, ParameterValue)]) -> Result<(), String> + Send + 'static,
+    ) -> Result<Self, ParameterServerError> {
+        let mut handles = Vec::new();
+        let mut stores = BTreeMap::new();
+        for NodeParameters { namespace, name, parameters } in nodes {
+            let handle = session.node(&namespace, &name)?;
+            let mut store = Store::default();
+            for (descriptor, value) in parameters {
+                store.declare(descriptor, value).map_err(|source| {
+                    let node = handle.full_name().to_owned();
+                    ParameterServerError::Declaration { node, source }
+                })?;
+            }
+            stores.insert(handle.full_name().to_owned(), store);
+            handles.push(handle);
+        }
+
+        let first = handles.first().ok_or(ParameterServerError::NoNode)?;
+        let topic = topics::PARAMETER_EVENTS;
+        let publisher = session.publish_on(first, topic.name, topic.qos)?;
+        let (events, receiver) = mpsc::unbounded_channel();
+        for (node, store) in &stores {
+            let declared = store.values().map(|(name, value)| (name.to_owned(), value.clone()));
+            let new_parameters = declared.map(parameter).collect();
+            send(&events, ParameterEvent { new_parameters, ..event(node) });
+        }
+        let validator = Box::new(validator);
+        let state = Arc::new(Mutex::new(State { stores, validator, events }));
+
+        let mut tasks = vec![session.run(publish_events(publisher, receiver))];
+        for handle in &handles {
+            for service in Service::ALL {
+                let server = endpoint(session, handle, service)?;
+                let node = handle.full_name().to_owned();
+                tasks.push(session.run(serve(node, service, server, Arc::clone(&state))));
+            }
+        }
+        Ok(Self { state, _tasks: tasks })
+    }
+
+    /// The value of a parameter; `None` if there is no such node or parameter.
+    pub fn get(&self, node: &str, name: &str) -> Option<ParameterValue> {
+        lock(&self.state).stores.get(node)?.get(name).cloned()
+    }
+
+    /// Sets a parameter in the name of its node, which may set what others may only read.
+    ///
+    /// The validator is not asked.
+    ///
+    /// # Errors
+    ///
+    /// [`ParameterServerError::NoSuchNode`], and [`ParameterServerError::Declaration`] if the value
+    /// breaks the descriptor.
+    pub fn set_local(
+        &self,
+        node: &str,
+        name: &str,
+        value: ParameterValue,
+    ) -> Result<(), ParameterServerError> {
+        let mut state = lock(&self.state);
+        let store = state.store(node)?;
+        let changes = [(name.to_owned(), value)];
+        store.check(&changes, Setter::Owner).map_err(|source| {
+            ParameterServerError::Declaration { node: node.to_owned(), source }
+        })?;
+        store.apply(&changes);
+        state.tell(node, changes.to_vec());
+        Ok(())
+    }
+
+    /// Locks the parameters of an armed robot, or unlocks them.
+    ///
+    /// # Errors
+    ///
+    /// [`ParameterServerError::NoSuchNode`].
+    pub fn set_arming(&self, node: &str, arming: Arming) -> Result<(), ParameterServerError> {
+        lock(&self.state).store(node)?.arming = arming;
+        Ok(())
+    }
+}
+
+impl State {
+    fn store(&mut self, node: &str) -> Result<&mut Store, ParameterServerError> {
+        self.stores
+            .get_mut(node)
+            .ok_or_else(|| ParameterServerError::NoSuchNode { node: node.to_owned() })
+    }
+
+    fn answer(&mut self, node: &str, request: Request) -> Vec<u8> {
+        let Self { stores, validator, .. } = self;
+        let store = stores.get_mut(node).expect("each service was started for one of the stores");
+        let Answer { body, changes } = answer(request, store, &mut |c| validator(node, c));
+        self.tell(node, changes);
+        body
+    }
+
+    /// Publishes changes, if there are any.
+    fn tell(&self, node: &str, changes: Vec<(String, ParameterValue)>) {
+        if !changes.is_empty() {
+            let changed_parameters = changes.into_iter().map(parameter).collect();
+            send(&self.events, ParameterEvent { changed_parameters, ..event(node) });
+        }
+    }
+}
+
+fn parameter((name, value): (String, ParameterValue)) -> Parameter {
+    Parameter { name, value: value.to_wire() }
+}
+
+/// An event of a node, now, without changes yet.
+fn event(node: &str) -> ParameterEvent {
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let now_ns = u64::try_from(since_1970.as_nanos()).expect("64 bits last until 2554");
+    ParameterEvent {
+        stamp: Time::from_nanos(now_ns),
+        node: node.to_owned(),
+        ..ParameterEvent::default()
+    }
+}
+
+/// Hands an event to the task that publishes; while the session closes, nobody listens any more.
+fn send(events: &mpsc::UnboundedSender<ParameterEvent>, event: ParameterEvent) {
+    if let Err(unsent) = events.send(event) {
+        log::debug!("a change of `{}` is not told any more", unsent.0.node);
+    }
+}
+
+async fn publish_events(
+    publisher: Publisher<ParameterEvent>,
+    mut events: mpsc::UnboundedReceiver<ParameterEvent>,
+) {
+    while let Some(event) = events.recv().await {
+        if let Err(error) = publisher.publish(event).await {
+            log::warn!("a change of parameters is not told: {error}");
+        }
+    }
+}
+
+type Endpoint = Server<Bytes, Bytes>;
+
+/// One service of one node; its mapping is ours to choose, since ros2-client only passes bytes.
+fn endpoint(
+    session: &Session,
+    node: &NodeHandle,
+    service: Service,
+) -> Result<Endpoint, SessionError> {
+    let service_name = format!("{}/{}", node.full_name(), service.name());
+    let name = Name::parse(&service_name).map_err(|error| SessionError::Name {
+        name: service_name.clone(),
+        reason: error.to_string(),
+    })?;
+    let type_name = ServiceTypeName::new("rcl_interfaces", service.type_name());
+    let qos = profile(SERVICE_QOS);
+    session.with_node(node, 2, |node| {
+        node.create_server(ServiceMapping::Enhanced, &name, &type_name, qos.clone(), qos)
+            .map_err(|error| SessionError::endpoint(&service_name, &error))
+    })
+}
+
+async fn serve(node: String, service: Service, endpoint: Endpoint, state: Arc<Mutex<State>>) {
+    let mut requests = endpoint.receive_request_stream();
+    while let Some(received) = requests.next().await {
+        match received {
+            Ok((id, Bytes(bytes))) => {
+                let vendor = vendor_of(id);
+                let Some((mapping, request)) = Request::decode(service, vendor, &bytes) else {
+                    log::warn!("`{node}/{}`: request of another type", service.name());
+                    continue;
+                };
+                let body = lock(&state).answer(&node, request);
+                let answer = Bytes(reply(mapping, &bytes, &body));
+                // The identity of the request goes along in both mappings, so that clients of the
+                // other one, who hear the answer too, know that it is not theirs.
+                if let Err(error) = endpoint.async_send_response(id, answer).await {
+                    log::warn!("`{node}/{}`: no answer: {error}", service.name());
+                }
+            }
+            Err(error) => log::warn!("`{node}/{}`: {error}", service.name()),
+        }
+        tokio::task::coop::consume_budget().await;
+    }
+}
+
+/// The vendor of the client.
+fn vendor_of(id: RmwRequestId) -> [u8; 2] {
+    let [first, second, ..] = id.writer_gid.to_bytes16();
+    [first, second]
+}

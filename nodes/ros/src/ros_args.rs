@@ -1,0 +1,249 @@
+//! What a person, a launch file and the environment say to a node, as ROS 2 programs understand it.
+//!
+//! `--ros-args -r __ns:=/robot_3 -r cmd_vel:=/base/cmd_vel -p speed:=0.15 --params-file x.yaml
+//! --log-level debug --`, and `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE` and
+//! `ROS_LOCALHOST_ONLY`. What cannot be honoured is an error, or a [`Note`] where ROS 2 programs
+//! usually run without it.
+
+mod discovery;
+mod error;
+mod overrides;
+mod remap;
+mod yaml;
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::Path;
+
+use crate::logging::Level;
+use crate::parameters::ParameterValue;
+
+pub use discovery::{DiscoveryRange, Note};
+pub use error::RosArgsError;
+use overrides::Overrides;
+use remap::Remaps;
+
+/// Starts the arguments that are meant for ROS 2.
+const START: &str = "--ros-args";
+/// Ends them.
+const END: &str = "--";
+
+/// What a process sees of its surroundings: variables and files.
+#[derive(Clone, Debug)]
+pub struct Environment {
+    variables: BTreeMap<String, String>,
+    read_file: fn(&Path) -> io::Result<String>,
+}
+
+impl Environment {
+    /// The real one. Variables that are not UTF-8 are not seen.
+    pub fn of_this_process() -> Self {
+        let variables = std::env::vars_os().filter_map(|(name, value)| {
+            Some((name.into_string().ok()?, value.into_string().ok()?))
+        });
+        Self { variables: variables.collect(), read_file: |path| std::fs::read_to_string(path) }
+    }
+
+    /// One made up.
+    pub fn new(variables: &[(&str, &str)], read_file: fn(&Path) -> io::Result<String>) -> Self {
+        let owned = |&(name, value): &(&str, &str)| (name.to_owned(), value.to_owned());
+        Self { variables: variables.iter().map(owned).collect(), read_file }
+    }
+
+    /// The value of a variable; `None` if it is not set.
+    pub fn variable(&self, name: &str) -> Option<&str> {
+        self.variables.get(name).map(String::as_str)
+    }
+}
+
+/// What was said to a node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RosArgs {
+    /// `ROS_DOMAIN_ID`; 0 to 232.
+    pub domain_id: u16,
+    /// How far to look for others.
+    pub discovery_range: DiscoveryRange,
+    /// What cannot be honoured, to be said to the person.
+    pub notes: Vec<Note>,
+    remaps: Remaps,
+    overrides: Overrides,
+    log_levels: Vec<(Option<String>, Level)>,
+}
+
+impl RosArgs {
+    /// Understands the arguments of a process, without its name, and its environment.
+    ///
+    /// # Returns
+    ///
+    /// What was said to ROS 2, and the arguments that are not meant for it.
+    ///
+    /// # Errors
+    ///
+    /// [`RosArgsError`].
+    pub fn parse(
+        arguments: &[String],
+        environment: &Environment,
+    ) -> Result<(Self, Vec<String>), RosArgsError> {
+        let discovery = discovery::read(environment)?;
+        let mut parsed = Self {
+            domain_id: discovery.domain_id,
+            discovery_range: discovery.range,
+            notes: discovery.notes,
+            remaps: Remaps::default(),
+            overrides: Overrides::default(),
+            log_levels: Vec::new(),
+        };
+        let mut rest = Vec::new();
+        let mut for_ros = false;
+        let mut arguments = arguments.iter();
+        while let Some(argument) = arguments.next() {
+            match (for_ros, argument.as_str()) {
+                // A second start within the arguments for ROS 2 is allowed there, too.
+                (_, START) => for_ros = true,
+                (true, END) => for_ros = false,
+                (true, flag) => parsed.take_flag(flag, arguments.next(), environment)?,
+                (false, other) => rest.push(other.to_owned()),
+            }
+        }
+        Ok((parsed, rest))
+    }
+
+    fn take_flag(
+        &mut self,
+        flag: &str,
+        value: Option<&String>,
+        environment: &Environment,
+    ) -> Result<(), RosArgsError> {
+        let known = ["-r", "--remap", "-p", "--param", "--params-file", "--log-level"];
+        if !known.contains(&flag) {
+            return Err(RosArgsError::UnknownFlag { flag: flag.to_owned() });
+        }
+        let missing = || RosArgsError::MissingValue { flag: flag.to_owned() };
+        let value = value.filter(|value| *value != END).ok_or_else(missing)?;
+        match flag {
+            "-r" | "--remap" => self.remaps.take(value),
+            "-p" | "--param" => self.overrides.take(value),
+            "--params-file" => self.overrides.take_file(Path::new(value), environment.read_file),
+            _ => self.take_log_level(value),
+        }
+    }
+
+    fn take_log_level(&mut self, value: &str) -> Result<(), RosArgsError> {
+        let (logger, level) = match value.split_once(":=") {
+            Some((logger, level)) => (Some(logger.to_owned()), level),
+            None => (None, value),
+        };
+        let level = level.parse().map_err(|source| RosArgsError::Level { source })?;
+        self.log_levels.push((logger, level));
+        Ok(())
+    }
+
+    /// Namespace and name of a node, after `__ns` and `__node`.
+    ///
+    /// # Arguments
+    ///
+    /// * `namespace`, `name` — what the node would be called otherwise.
+    pub fn node(&self, namespace: &str, name: &str) -> (String, String) {
+        self.remaps.node(namespace, name)
+    }
+
+    /// The full name of a topic, after remapping.
+    ///
+    /// # Arguments
+    ///
+    /// * `node` — namespace and name of the node, as [`RosArgs::node`] returned them.
+    /// * `topic` — relative (`cmd_vel`), private (`~/status`) or absolute (`/clock`).
+    pub fn topic(&self, node: (&str, &str), topic: &str) -> String {
+        self.remaps.topic(node, topic)
+    }
+
+    /// The values that parameters of a node were given; the last one counts.
+    ///
+    /// # Arguments
+    ///
+    /// * `node` — its full name, such as `/robot_3/controller`.
+    pub fn parameters(&self, node: &str) -> BTreeMap<String, ParameterValue> {
+        self.overrides.of(node)
+    }
+
+    /// How much to say; `None` if nobody said so.
+    ///
+    /// # Arguments
+    ///
+    /// * `logger` — such as `robot_3.controller`.
+    pub fn log_level(&self, logger: &str) -> Option<Level> {
+        let last = |wanted: Option<&str>| {
+            let mut levels = self.log_levels.iter().rev();
+            levels.find(|(name, _)| name.as_deref() == wanted).map(|(_, level)| *level)
+        };
+        last(Some(logger)).or_else(|| last(None))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(line: &str) -> Result<(RosArgs, Vec<String>), RosArgsError> {
+        let arguments: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
+        let environment = Environment::new(&[], |path| match path.to_str() {
+            Some("fleet.yaml") => Ok("/**: {ros__parameters: {speed: 0.2}}".to_owned()),
+            _ => Err(io::Error::from(io::ErrorKind::NotFound)),
+        });
+        RosArgs::parse(&arguments, &environment)
+    }
+
+    #[test]
+    fn arguments_outside_the_brackets_are_left_alone() {
+        let line = "node -r --ros-args -r __ns:=/robot_3 -- -p x --ros-args -p speed:=0.1";
+        let (args, rest) = parse(line).unwrap();
+
+        assert_eq!(rest, ["node", "-r", "-p", "x"]);
+        assert_eq!(args.node("/", "controller"), ("/robot_3".into(), "controller".into()));
+        assert_eq!(args.parameters("/a")["speed"], ParameterValue::Double(0.1));
+    }
+
+    #[test]
+    fn an_unknown_flag_is_named() {
+        let error = parse("--ros-args --use-sim-time").unwrap_err();
+
+        assert_eq!(error.to_string(), "unknown flag `--use-sim-time` after --ros-args");
+        assert!(error.help().is_some());
+    }
+
+    #[test]
+    fn a_flag_without_its_value_is_named() {
+        for line in ["--ros-args -r", "--ros-args --params-file --"] {
+            let error = parse(line).unwrap_err();
+
+            assert!(matches!(error, RosArgsError::MissingValue { .. }), "{line}: {error}");
+        }
+    }
+
+    #[test]
+    fn the_last_parameter_counts_whether_from_a_file_or_not() {
+        let (file_last, _) = parse("--ros-args -p speed:=0.1 --params-file fleet.yaml").unwrap();
+        let (flag_last, _) = parse("--ros-args --params-file fleet.yaml -p speed:=0.1").unwrap();
+
+        assert_eq!(file_last.parameters("/a")["speed"], ParameterValue::Double(0.2));
+        assert_eq!(flag_last.parameters("/a")["speed"], ParameterValue::Double(0.1));
+    }
+
+    #[test]
+    fn a_file_that_is_not_there_is_named() {
+        let error = parse("--ros-args --params-file missing.yaml").unwrap_err();
+
+        assert_eq!(error.to_string(), "parameter file `missing.yaml` cannot be read");
+    }
+
+    #[test]
+    fn a_level_of_one_logger_goes_before_that_of_all() {
+        let line = "--ros-args --log-level warn --log-level robot_3.controller:=debug";
+        let (args, _) = parse(line).unwrap();
+
+        assert_eq!(args.log_level("robot_3.controller"), Some(Level::Debug));
+        assert_eq!(args.log_level("robot_4.controller"), Some(Level::Warn));
+        assert_eq!(parse("").unwrap().0.log_level("any"), None);
+        assert!(matches!(parse("--ros-args --log-level loud"), Err(RosArgsError::Level { .. })));
+    }
+}

@@ -1,0 +1,181 @@
+//! Which domain, and how far to look for others.
+
+use std::fmt;
+
+use super::{Environment, RosArgsError};
+
+/// How far to look for others (`ROS_AUTOMATIC_DISCOVERY_RANGE`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DiscoveryRange {
+    /// On this machine only.
+    Localhost,
+    /// In this network.
+    Subnet,
+    /// Nowhere.
+    Off,
+    /// As the middleware does by itself: in this network.
+    #[default]
+    SystemDefault,
+}
+
+/// Something in the environment that is not honoured, or not a good idea.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Note {
+    /// `ROS_AUTOMATIC_DISCOVERY_RANGE=OFF`.
+    RangeOff,
+    /// `ROS_STATIC_PEERS`.
+    StaticPeers,
+    /// `ROS_LOCALHOST_ONLY=1`.
+    LocalhostOnly,
+    /// A domain whose ports the kernel may give to other programs.
+    EphemeralPorts {
+        /// The domain.
+        domain_id: u16,
+    },
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::RangeOff => formatter.write_str(
+                "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF is not honoured: \
+                 this middleware always discovers; LOCALHOST stays on this machine",
+            ),
+            Self::StaticPeers => formatter.write_str(
+                "ROS_STATIC_PEERS is not honoured: this middleware has no static peers",
+            ),
+            Self::LocalhostOnly => formatter.write_str(
+                "ROS_LOCALHOST_ONLY=1 is deprecated in ROS 2 and means \
+                 ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST; other programs that use it may not be found",
+            ),
+            Self::EphemeralPorts { domain_id } => write!(
+                formatter,
+                "ROS_DOMAIN_ID={domain_id} uses ports that other programs may be given; \
+                 those below 102 do not"
+            ),
+        }
+    }
+}
+
+/// What the environment says about discovery.
+#[derive(Debug)]
+pub(super) struct Discovery {
+    pub(super) domain_id: u16,
+    pub(super) range: DiscoveryRange,
+    pub(super) notes: Vec<Note>,
+}
+
+/// Highest domain whose ports exist (RTPS 9.6.2).
+const LAST_DOMAIN: u16 = 232;
+/// Domains whose ports Linux hands out to any program (`net.ipv4.ip_local_port_range`).
+const EPHEMERAL_DOMAINS: std::ops::RangeInclusive<u16> = 102..=214;
+
+pub(super) fn read(environment: &Environment) -> Result<Discovery, RosArgsError> {
+    let mut notes = Vec::new();
+    let domain_id = domain_id(environment.variable("ROS_DOMAIN_ID").unwrap_or_default())?;
+    if EPHEMERAL_DOMAINS.contains(&domain_id) {
+        notes.push(Note::EphemeralPorts { domain_id });
+    }
+
+    let mut range =
+        range(environment.variable("ROS_AUTOMATIC_DISCOVERY_RANGE").unwrap_or_default())?;
+    if environment.variable("ROS_LOCALHOST_ONLY") == Some("1") {
+        // It goes before the newer variable in ROS 2, too.
+        range = DiscoveryRange::Localhost;
+        notes.push(Note::LocalhostOnly);
+    }
+    if range == DiscoveryRange::Off {
+        notes.push(Note::RangeOff);
+    }
+    if environment.variable("ROS_STATIC_PEERS").is_some_and(|peers| !peers.is_empty()) {
+        notes.push(Note::StaticPeers);
+    }
+    Ok(Discovery { domain_id, range, notes })
+}
+
+fn domain_id(text: &str) -> Result<u16, RosArgsError> {
+    if text.is_empty() {
+        return Ok(0);
+    }
+    let domain_id = text.parse().ok().filter(|domain_id| *domain_id <= LAST_DOMAIN);
+    domain_id.ok_or_else(|| RosArgsError::Domain { found: text.to_owned() })
+}
+
+fn range(text: &str) -> Result<DiscoveryRange, RosArgsError> {
+    match text {
+        "LOCALHOST" => Ok(DiscoveryRange::Localhost),
+        "SUBNET" => Ok(DiscoveryRange::Subnet),
+        "OFF" => Ok(DiscoveryRange::Off),
+        "" | "SYSTEM_DEFAULT" => Ok(DiscoveryRange::SystemDefault),
+        _ => Err(RosArgsError::DiscoveryRange { found: text.to_owned() }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_variables(variables: &[(&str, &str)]) -> Result<Discovery, RosArgsError> {
+        read(&Environment::new(variables, |_| unreachable!("no file is asked for")))
+    }
+
+    #[test]
+    fn nothing_set_is_domain_zero_and_the_default_range() {
+        let discovery = read_variables(&[]).unwrap();
+
+        assert_eq!((discovery.domain_id, discovery.range), (0, DiscoveryRange::SystemDefault));
+        assert_eq!(discovery.notes, []);
+    }
+
+    #[test]
+    fn a_domain_that_does_not_exist_is_refused() {
+        for found in ["233", "-1", "one", "1.0", "70000"] {
+            let error = read_variables(&[("ROS_DOMAIN_ID", found)]).unwrap_err();
+
+            assert!(matches!(error, RosArgsError::Domain { .. }), "{found}: {error}");
+        }
+        assert_eq!(read_variables(&[("ROS_DOMAIN_ID", "101")]).unwrap().domain_id, 101);
+    }
+
+    #[test]
+    fn a_domain_among_the_ports_of_others_is_noted() {
+        let notes = |domain| read_variables(&[("ROS_DOMAIN_ID", domain)]).unwrap().notes;
+
+        assert_eq!(notes("102"), [Note::EphemeralPorts { domain_id: 102 }]);
+        assert_eq!(notes("215"), []);
+    }
+
+    #[test]
+    fn ranges_are_those_of_ros() {
+        let name = "ROS_AUTOMATIC_DISCOVERY_RANGE";
+        let range = |value| read_variables(&[(name, value)]).map(|discovery| discovery.range);
+
+        assert_eq!(range("LOCALHOST").unwrap(), DiscoveryRange::Localhost);
+        assert_eq!(range("SUBNET").unwrap(), DiscoveryRange::Subnet);
+        assert!(matches!(range("localhost"), Err(RosArgsError::DiscoveryRange { .. })));
+    }
+
+    #[test]
+    fn what_is_not_honoured_is_said() {
+        let variables = [
+            ("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"),
+            ("ROS_STATIC_PEERS", "10.0.0.1"),
+            ("ROS_LOCALHOST_ONLY", "0"),
+        ];
+
+        let notes = read_variables(&variables).unwrap().notes;
+
+        assert_eq!(notes, [Note::RangeOff, Note::StaticPeers]);
+        assert!(notes.iter().all(|note| note.to_string().contains("not honoured")));
+    }
+
+    #[test]
+    fn the_old_variable_goes_before_the_new_one() {
+        let variables = [("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET"), ("ROS_LOCALHOST_ONLY", "1")];
+
+        let discovery = read_variables(&variables).unwrap();
+
+        assert_eq!(discovery.range, DiscoveryRange::Localhost);
+        assert_eq!(discovery.notes, [Note::LocalhostOnly]);
+    }
+}

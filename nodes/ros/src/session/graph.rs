@@ -1,0 +1,131 @@
+//! Which node an endpoint belongs to, as the participants tell each other.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Mutex;
+
+use rsrs_msgs::topics::{Durability, Qos, Reliability};
+use rsrs_msgs::{RosMessage, cdr};
+use serde::{Deserialize, Serialize};
+
+use super::endpoint::{Prefix, prefix};
+use super::lock;
+
+/// The DDS topic on which participants tell their nodes; it has no ROS name.
+pub(super) const TOPIC: &str = "ros_discovery_info";
+/// Its type in DDS.
+pub(super) const DDS_TYPE: &str = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
+/// As in ROS 2, but deep: each participant's last word counts, and all may come at once.
+pub(super) const QOS: Qos =
+    Qos { reliability: Reliability::Reliable, durability: Durability::TransientLocal, depth: 1000 };
+
+/// `rmw_dds_common/msg/ParticipantEntitiesInfo` of ROS 2 Iron and later: GIDs of 16 bytes.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct ParticipantEntitiesInfo {
+    gid: [u8; 16],
+    nodes: Vec<NodeEntitiesInfo>,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct NodeEntitiesInfo {
+    namespace: String,
+    name: String,
+    readers: Vec<[u8; 16]>,
+    writers: Vec<[u8; 16]>,
+}
+
+impl RosMessage for ParticipantEntitiesInfo {
+    const TYPE_NAME: &'static str = "rmw_dds_common/msg/ParticipantEntitiesInfo";
+}
+
+impl NodeEntitiesInfo {
+    fn full_name(&self) -> String {
+        format!("{}/{}", self.namespace.trim_end_matches('/'), self.name)
+    }
+
+    fn has(&self, guid: [u8; 16]) -> bool {
+        self.readers.contains(&guid) || self.writers.contains(&guid)
+    }
+}
+
+/// The last word of each participant.
+#[derive(Debug, Default)]
+pub(super) struct Graph {
+    nodes_of_participant: Mutex<BTreeMap<Prefix, Vec<NodeEntitiesInfo>>>,
+}
+
+impl Graph {
+    /// Takes the word of a participant, as bytes with encapsulation.
+    ///
+    /// A participant of ROS 2 Humble writes longer GIDs, is not understood and has no names here;
+    /// its data flows all the same.
+    pub(super) fn update(&self, sample: &[u8]) {
+        match cdr::decode::<ParticipantEntitiesInfo>(sample) {
+            Ok(info) => {
+                lock(&self.nodes_of_participant).insert(prefix(info.gid), info.nodes);
+            }
+            Err(error) => log::debug!("names of nodes are not understood: {error}"),
+        }
+    }
+
+    /// Full names of the nodes of these participants.
+    pub(super) fn node_names(&self, participants: &BTreeSet<Prefix>) -> BTreeSet<String> {
+        lock(&self.nodes_of_participant)
+            .iter()
+            .filter(|(participant, _)| participants.contains(*participant))
+            .flat_map(|(_, nodes)| nodes.iter().map(NodeEntitiesInfo::full_name))
+            .collect()
+    }
+
+    /// Full name of the node that has this endpoint.
+    pub(super) fn node_of(&self, guid: [u8; 16]) -> Option<String> {
+        let nodes_of_participant = lock(&self.nodes_of_participant);
+        let nodes = nodes_of_participant.get(&prefix(guid))?;
+        nodes.iter().find(|node| node.has(guid)).map(NodeEntitiesInfo::full_name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn info(participant: u8, names: &[(&str, &str)]) -> Vec<u8> {
+        let nodes = names.iter().map(|(namespace, name)| NodeEntitiesInfo {
+            namespace: (*namespace).into(),
+            name: (*name).into(),
+            readers: vec![[participant; 16]],
+            writers: Vec::new(),
+        });
+        cdr::encode(&ParticipantEntitiesInfo { gid: [participant; 16], nodes: nodes.collect() })
+    }
+
+    #[test]
+    fn the_last_word_of_a_participant_counts() {
+        let graph = Graph::default();
+
+        graph.update(&info(1, &[("/", "a"), ("/robot_1", "b")]));
+        graph.update(&info(1, &[("/robot_1", "b")]));
+        graph.update(&info(2, &[("/", "c")]));
+
+        let both = BTreeSet::from([[1; 12], [2; 12]]);
+        assert_eq!(graph.node_names(&both), BTreeSet::from(["/robot_1/b".into(), "/c".into()]));
+        assert_eq!(graph.node_of([1; 16]).as_deref(), Some("/robot_1/b"));
+    }
+
+    #[test]
+    fn a_participant_that_has_gone_has_no_names() {
+        let graph = Graph::default();
+
+        graph.update(&info(1, &[("/", "a")]));
+
+        assert_eq!(graph.node_names(&BTreeSet::from([[2; 12]])), BTreeSet::new());
+    }
+
+    #[test]
+    fn bytes_that_are_no_graph_change_nothing() {
+        let graph = Graph::default();
+
+        graph.update(&[0, 1, 0, 0, 7]);
+
+        assert_eq!(graph.node_of([7; 16]), None);
+    }
+}

@@ -1,0 +1,49 @@
+//! A node's name and voice.
+
+use std::fmt;
+use std::sync::Arc;
+
+use ros2_client::builtin_interfaces::Time;
+use ros2_client::log::LogLevel;
+use ros2_client::rosout::{NodeLoggingHandle, RosoutRaw};
+
+use crate::logging::Level;
+
+/// A node of a [`Session`](super::Session).
+#[derive(Clone)]
+pub struct NodeHandle {
+    full_name: String,
+    rosout: Arc<NodeLoggingHandle>,
+}
+
+impl NodeHandle {
+    pub(super) fn new(full_name: String, node: &ros2_client::Node) -> Self {
+        Self { full_name, rosout: Arc::new(node.logging_handle()) }
+    }
+
+    /// Namespace and name, such as `/robot_3/controller`.
+    pub fn full_name(&self) -> &str {
+        &self.full_name
+    }
+
+    /// Says something on stderr and on `/rosout`.
+    pub fn say(&self, level: Level, text: &str) {
+        // The name of a logger in ROS 2: `robot_3.controller`.
+        let logger = self.full_name.trim_start_matches('/').replace('/', ".");
+        log::log!(level.as_log(), "[{logger}] {text}");
+        let level = match level {
+            Level::Debug => LogLevel::Debug,
+            Level::Info => LogLevel::Info,
+            Level::Warn => LogLevel::Warn,
+            Level::Error => LogLevel::Error,
+            Level::Fatal => LogLevel::Fatal,
+        };
+        self.rosout.rosout_raw(Time::now(), level, &logger, text, "", "", 0);
+    }
+}
+
+impl fmt::Debug for NodeHandle {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_tuple("NodeHandle").field(&self.full_name).finish()
+    }
+}

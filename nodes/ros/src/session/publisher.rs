@@ -1,0 +1,60 @@
+//! Sending messages, without losing one in silence.
+
+use std::time::Duration;
+
+use ros2_client::ros2::WriteError;
+use rsrs_msgs::RosMessage;
+
+use super::PublishError;
+
+/// How long a publisher waits for a reliable subscriber that acknowledges nothing. A healthy one
+/// acknowledges within milliseconds.
+pub(super) const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Sends messages of one type on one topic.
+pub struct Publisher<M: RosMessage> {
+    topic: String,
+    writer: ros2_client::Publisher<M>,
+}
+
+impl<M: RosMessage> Publisher<M> {
+    pub(super) fn new(topic: &str, writer: ros2_client::Publisher<M>) -> Self {
+        Self { topic: topic.to_owned(), writer }
+    }
+
+    /// The topic, absolute.
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// Sends a message; waits while 8,192 of them are not acknowledged by a reliable subscriber.
+    ///
+    /// Usually ready at once. A subscriber that does not read fast enough still loses samples on
+    /// its own side, reliable or not, once more than its depth are unread; its
+    /// [`Counts::lost`](super::Counts::lost) says how many.
+    ///
+    /// # Errors
+    ///
+    /// [`PublishError::Full`] after 5 s, and [`PublishError::Middleware`].
+    pub async fn publish(&self, message: M) -> Result<(), PublishError> {
+        let sent = tokio::time::timeout(PATIENCE, self.writer.async_publish(message)).await;
+        within_patience(&self.topic, sent)
+    }
+}
+
+/// Names the topic in an error, and takes a timeout for a full window.
+pub(super) fn within_patience<T, D>(
+    topic: &str,
+    sent: Result<Result<T, WriteError<D>>, tokio::time::error::Elapsed>,
+) -> Result<(), PublishError> {
+    let topic = || topic.to_owned();
+    match sent {
+        Ok(Ok(_)) => Ok(()),
+        Ok(Err(WriteError::WouldBlock { .. })) | Err(_) => {
+            Err(PublishError::Full { topic: topic(), waited_s: PATIENCE.as_secs_f64() })
+        }
+        Ok(Err(error)) => {
+            Err(PublishError::Middleware { topic: topic(), reason: error.to_string() })
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! Receiving messages, each topic in a task of its own.
+
+use std::collections::BTreeMap;
+use std::pin::pin;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+
+use futures::{Stream, StreamExt};
+use ros2_client::ReadError;
+use rsrs_msgs::RosMessage;
+use tokio::runtime::Handle;
+use tokio::task::{AbortHandle, JoinSet};
+
+use super::lock;
+use super::wire::Wire;
+
+/// A message and where it comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Received<T> {
+    /// The message.
+    pub message: T,
+    /// When it was published, in nanoseconds since 1970 on the publisher's clock, if it said so.
+    pub source_time_ns: Option<u64>,
+    /// The publisher's count of its samples, from 1.
+    pub sequence: u64,
+    /// Which publisher.
+    pub writer: [u8; 16],
+}
+
+/// A message of any type, as bytes with 4 bytes of encapsulation in front.
+pub type ReceivedRaw = Received<Vec<u8>>;
+
+/// What has come on a subscription so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Samples that were handed to `deliver`.
+    pub taken: u64,
+    /// Samples that were not what the topic's type says.
+    pub undecodable: u64,
+    /// Samples missing between two of one publisher.
+    pub lost: u64,
+}
+
+#[derive(Debug, Default)]
+struct Counters {
+    taken: AtomicU64,
+    undecodable: AtomicU64,
+    lost: AtomicU64,
+}
+
+/// Listens until it is dropped or the session is closed.
+#[derive(Debug)]
+pub struct Subscription {
+    counters: Arc<Counters>,
+    task: Task,
+}
+
+impl Subscription {
+    /// What has come so far.
+    pub fn counts(&self) -> Counts {
+        Counts {
+            taken: self.counters.taken.load(Ordering::Relaxed),
+            undecodable: self.counters.undecodable.load(Ordering::Relaxed),
+            lost: self.counters.lost.load(Ordering::Relaxed),
+        }
+    }
+
+    /// Listens until the session is closed, with nobody to hold this.
+    pub(super) fn until_close(self) {
+        self.task.until_close();
+    }
+}
+
+/// A task that ends when this is dropped.
+#[derive(Debug)]
+pub(crate) struct Task {
+    handle: AbortHandle,
+    ends_on_drop: bool,
+}
+
+impl Task {
+    fn until_close(mut self) {
+        self.ends_on_drop = false;
+    }
+}
+
+impl Drop for Task {
+    fn drop(&mut self) {
+        if self.ends_on_drop {
+            self.handle.abort();
+        }
+    }
+}
+
+/// All tasks of a session.
+pub(super) struct Tasks {
+    runtime: Handle,
+    running: Mutex<JoinSet<()>>,
+}
+
+impl Tasks {
+    pub(super) fn on(runtime: Handle) -> Self {
+        Self { runtime, running: Mutex::default() }
+    }
+
+    /// Starts a task.
+    pub(super) fn run(&self, future: impl Future<Output = ()> + Send + 'static) -> Task {
+        let handle = lock(&self.running).spawn_on(future, &self.runtime);
+        Task { handle, ends_on_drop: true }
+    }
+
+    /// Starts a task that hands every sample of a stream to `deliver`.
+    pub(super) fn deliver<T: Send + 'static>(
+        &self,
+        topic: &str,
+        samples: impl Stream<Item = Result<Received<T>, Failure>> + Send + 'static,
+        deliver: impl FnMut(Received<T>) + Send + 'static,
+    ) -> Subscription {
+        let counters = Arc::new(Counters::default());
+        let task = self.run(deliver_all(topic.to_owned(), samples, Arc::clone(&counters), deliver));
+        Subscription { counters, task }
+    }
+
+    /// Ends all tasks and waits for them.
+    pub(super) async fn stop(self) {
+        let mut running =
+            self.running.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        running.abort_all();
+        while let Some(ended) = running.join_next().await {
+            if let Err(error) = ended
+                && error.is_panic()
+            {
+                std::panic::resume_unwind(error.into_panic());
+            }
+        }
+    }
+}
+
+/// Why a sample did not become a message.
+pub(super) enum Failure {
+    /// It is not of the topic's type.
+    Undecodable(String),
+    /// The reader has failed and gives no more samples.
+    Broken(String),
+}
+
+async fn deliver_all<T>(
+    topic: String,
+    samples: impl Stream<Item = Result<Received<T>, Failure>>,
+    counters: Arc<Counters>,
+    mut deliver: impl FnMut(Received<T>),
+) {
+    let mut samples = pin!(samples);
+    let mut last: BTreeMap<[u8; 16], u64> = BTreeMap::new();
+    while let Some(sample) = samples.next().await {
+        match sample {
+            Ok(received) => {
+                let before = last.insert(received.writer, received.sequence);
+                let lost = before.map_or(0, |before| received.sequence.saturating_sub(before + 1));
+                counters.lost.fetch_add(lost, Ordering::Relaxed);
+                counters.taken.fetch_add(1, Ordering::Relaxed);
+                deliver(received);
+            }
+            Err(Failure::Undecodable(reason)) => {
+                let count = counters.undecodable.fetch_add(1, Ordering::Relaxed) + 1;
+                // The first, second, fourth, eighth…: a stream of them does not fill the disk.
+                if count.is_power_of_two() {
+                    log::warn!("`{topic}`: {count} samples of another type, last: {reason}");
+                }
+            }
+            Err(Failure::Broken(reason)) => {
+                log::error!("`{topic}` is not heard any more: {reason}");
+                return;
+            }
+        }
+        // The middleware's streams do not yield to other tasks by themselves.
+        tokio::task::coop::consume_budget().await;
+    }
+}
+
+/// The samples of a typed subscription.
+pub(super) fn typed<M: RosMessage>(
+    reader: ros2_client::Subscription<Wire<M>>,
+) -> impl Stream<Item = Result<Received<M>, Failure>> {
+    futures::stream::unfold(reader, async |reader| {
+        let sample = match reader.async_take().await {
+            Ok((Wire(message), info)) => Ok(Received {
+                message,
+                source_time_ns: info
+                    .source_timestamp()
+                    .and_then(|time| u64::try_from(time.to_nanos()).ok()),
+                sequence: info.sequence_number().unsigned_abs(),
+                writer: info.publisher_gid().to_bytes16(),
+            }),
+            Err(ReadError::Deserialization { reason }) => Err(Failure::Undecodable(reason)),
+            Err(error) => Err(Failure::Broken(error.to_string())),
+        };
+        Some((sample, reader))
+    })
+}

@@ -1,0 +1,89 @@
+//! How a node ends: on request, and never later than the process that started it.
+
+use std::io;
+use std::os::unix::process::parent_id;
+
+use tokio::signal::unix::{SignalKind, signal};
+
+use crate::kernel;
+
+/// Who asked a node to end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Request {
+    /// `SIGINT`, usually Ctrl-C.
+    Interrupt,
+    /// `SIGTERM`, usually another program.
+    Terminate,
+}
+
+/// Waits until this process is asked to end.
+///
+/// From the first poll on, neither signal kills the process any more; a node that died of one would
+/// be taken for alive by its peers for the better part of a minute.
+///
+/// # Errors
+///
+/// If the signals cannot be caught.
+pub async fn requested() -> io::Result<Request> {
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let mut terminate = signal(SignalKind::terminate())?;
+    tokio::select! {
+        _ = interrupt.recv() => Ok(Request::Interrupt),
+        _ = terminate.recv() => Ok(Request::Terminate),
+    }
+}
+
+/// Why this process would outlive its parent.
+#[derive(Debug, thiserror::Error)]
+pub enum ParentError {
+    /// It has gone already.
+    #[error("process {expected} has ended; this process now belongs to {found}")]
+    Gone {
+        /// Who started this process.
+        expected: u32,
+        /// Who adopted it.
+        found: u32,
+    },
+    /// The kernel refused.
+    #[error("the end of process {expected} cannot be watched")]
+    Kernel {
+        /// Who started this process.
+        expected: u32,
+        /// What the kernel said.
+        #[source]
+        source: io::Error,
+    },
+}
+
+/// Has the kernel send this process `SIGTERM` when its parent ends, however it ends.
+///
+/// The kernel watches the *thread* that started this process: start children from a thread that
+/// stays.
+///
+/// # Arguments
+///
+/// * `parent` — the process that started this one, as it said itself; a process that asked for its
+///   own parent could already have been adopted by another.
+///
+/// # Errors
+///
+/// [`ParentError::Gone`] if the parent ended before this call.
+pub fn die_with_parent(parent: u32) -> Result<(), ParentError> {
+    kernel::terminate_with_parent()
+        .map_err(|source| ParentError::Kernel { expected: parent, source })?;
+    let found = parent_id();
+    if found == parent { Ok(()) } else { Err(ParentError::Gone { expected: parent, found }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_parent_that_has_gone_is_noticed() {
+        let error = die_with_parent(u32::MAX).unwrap_err();
+
+        assert!(matches!(error, ParentError::Gone { expected: u32::MAX, .. }), "{error:?}");
+        die_with_parent(parent_id()).unwrap();
+    }
+}

@@ -1,0 +1,166 @@
+//! A stock ROS 2 Jazzy (rclpy over Fast DDS) uses our parameters and topics, and we use its.
+
+mod support;
+
+use std::cell::Cell;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::topics;
+use rsrs_ros::parameters::{
+    ClientOptions, Descriptor, NodeParameters, ParameterClient, ParameterKind, ParameterServer,
+    ParameterValue,
+};
+use rsrs_ros::session::Session;
+use serde_json::{Value, json};
+use support::{PATIENCE, eventually, in_own_network, session};
+
+/// A Python with rclpy, made once per target folder.
+///
+/// # Panics
+///
+/// If Python or the package index is not there: then this test cannot be run.
+fn python_with_rclpy() -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(".venv-rclpy");
+    if !folder.exists() {
+        // Made elsewhere and moved, so that it is complete or not there.
+        let fresh =
+            tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("a folder to write in");
+        let fresh = fresh.path().join("venv");
+        let mut make = Command::new("python3");
+        run(make.args(["-m", "venv"]).arg(&fresh));
+        let mut install = Command::new(fresh.join("bin/python"));
+        run(install.args([
+            "-m",
+            "pip",
+            "install",
+            "--quiet",
+            "ros-jazzy-rclpy[fastrtps]==7.1.6",
+            "ros-jazzy-std-msgs==5.3.6",
+        ]));
+        // Another test process may have been faster; its folder is as good.
+        if let Err(error) = std::fs::rename(&fresh, &folder) {
+            assert!(folder.exists(), "{} cannot be made: {error}", folder.display());
+        }
+    }
+    folder.join("bin/python")
+}
+
+fn run(command: &mut Command) {
+    let output = command.stdout(Stdio::null()).stderr(Stdio::piped()).output();
+    let output = output.unwrap_or_else(|error| panic!("this test needs Python 3: {error}"));
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "this test needs Python 3.10 to 3.13 and PyPI:\n{errors}");
+}
+
+fn controllers(session: &Session) -> ParameterServer {
+    let nodes = (1..=3).map(|robot| {
+        let mut speed = Descriptor::new("speed", ParameterKind::Double, "Forward speed, in m/s.");
+        speed.range = Some((0.0, 0.3));
+        let turn_rate = Descriptor::new("turn_rate", ParameterKind::Double, "In rad/s.");
+        NodeParameters {
+            namespace: format!("/robot_{robot}"),
+            name: "controller".into(),
+            parameters: vec![
+                (speed, ParameterValue::Double(0.15)),
+                (turn_rate, ParameterValue::Double(0.75)),
+            ],
+        }
+    });
+    ParameterServer::start(session, nodes.collect(), |_, _| Ok(())).expect("the services start")
+}
+
+/// Runs the client, while robot 3 detects something ten times a second and sets the client's gain;
+/// once that is answered, robot 2 detects something, too, which the client waits for.
+async fn run_client(python: &Path, robots: &Session) -> Value {
+    let node = robots.node("/robot_3", "controller").expect("the name is allowed");
+    let detection = |robot| {
+        let topic = topics::DETECTION.for_robot(robot);
+        let publisher = robots.publish_on(&node, &topic, topics::DETECTION.qos);
+        publisher.expect("the topic is allowed")
+    };
+    let (third, second) = (detection("robot_3"), detection("robot_2"));
+    let logs = tempfile::tempdir().expect("a folder to write in");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/rclpy_client.py");
+    let mut client = tokio::process::Command::new(python);
+    client.arg(script).env("ROS_DOMAIN_ID", "42").env("ROS_LOG_DIR", logs.path());
+    client.kill_on_drop(true);
+    let options = ClientOptions { patience: PATIENCE, mapping: None };
+    let visitor = ParameterClient::new(robots, &node, options);
+    let gain = [("gain".to_owned(), ParameterValue::Double(2.5))];
+
+    let gain_is_answered = Cell::new(false);
+    let set_gain = async {
+        let outcome = visitor.set_atomically("/visitor", &gain).await;
+        gain_is_answered.set(true);
+        outcome
+    };
+    let both = futures::future::join(client.output(), set_gain);
+    let mut both = std::pin::pin!(tokio::time::timeout(4 * PATIENCE, both));
+    let (output, gain_is_set) = loop {
+        third.publish(Bool { data: true }).await.expect("a healthy network");
+        if gain_is_answered.get() {
+            second.publish(Bool { data: true }).await.expect("a healthy network");
+        }
+        tokio::select! {
+            ended = &mut both => break ended.expect("rclpy ends"),
+            () = tokio::time::sleep(Duration::from_millis(100)) => {}
+        }
+    };
+
+    let output = output.expect("python starts");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "rclpy failed: {errors}");
+    gain_is_set.expect("rclpy lets its parameter be set");
+    serde_json::from_slice(&output.stdout).expect("the client prints JSON")
+}
+
+async fn what_rclpy_sees(python: &Path) -> Value {
+    let robots = session();
+    let server = controllers(&robots);
+
+    let seen = run_client(python, &robots).await;
+
+    let speed = server.get("/robot_3/controller", "speed");
+    assert_eq!(speed, Some(ParameterValue::Double(0.25)), "what rclpy set is what the node has");
+    eventually("the visitor has left", || !robots.node_names().contains(&"/visitor".to_owned()))
+        .await;
+    drop(server);
+    robots.close().await;
+    seen
+}
+
+#[test]
+fn rclpy_lists_gets_sets_and_describes_parameters_and_reads_a_topic() {
+    let name = "rclpy_lists_gets_sets_and_describes_parameters_and_reads_a_topic";
+    // Outside the network namespace, where the package index can be reached.
+    let python = python_with_rclpy();
+
+    in_own_network(name, async || {
+        let seen = what_rclpy_sees(&python).await;
+
+        assert_eq!(seen["listed"], json!(["speed", "turn_rate"]));
+        assert_eq!(seen["first"], json!([0.15, 0.75]));
+        assert_eq!(seen["described"], json!(["Forward speed, in m/s.", 3, 0.0, 0.3]));
+        assert_eq!(seen["set"], json!([true, ""]));
+        let refused = "parameter 'speed' must be between 0 and 0.3, found 0.5";
+        assert_eq!(seen["out of range"], json!([false, refused]));
+        assert_eq!(seen["wrong type"][0], json!(false));
+        assert_eq!(
+            seen["undeclared"],
+            json!([false, "parameter 'height' cannot be set because it was not declared"])
+        );
+        assert_eq!(seen["set one"], json!([true]));
+        assert_eq!(seen["last"], json!([0.25, 0.5]), "a refused set changes nothing");
+        assert_eq!(seen["detection"], json!(true));
+        assert_eq!(seen["changed"], json!(["speed"]));
+        assert_eq!(seen["gain"], json!(2.5), "our client sets its parameter");
+        let nodes =
+            ["/robot_1/controller", "/robot_2/controller", "/robot_3/controller", "/visitor"];
+        assert_eq!(seen["nodes"], json!(nodes));
+        assert_eq!(seen["services"].as_array().map(Vec::len), Some(6));
+        assert_eq!(seen["publishers"]["/robot_3/detection"], json!(["std_msgs/msg/Bool"]));
+    });
+}

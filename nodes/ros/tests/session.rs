@@ -1,0 +1,286 @@
+//! Sessions over real DDS, each test in a network of its own.
+
+mod support;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::geometry_msgs::TwistStamped;
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::topics::{self, Qos};
+use rsrs_msgs::{RosMessage, cdr};
+use rsrs_ros::clock::{ClockFollower, ClockPublisher};
+use rsrs_ros::session::{Endpoint, EndpointKind, Received, ReceivedRaw};
+use support::{PATIENCE, eventually, in_own_network, session};
+use tokio::sync::mpsc;
+
+/// A closure that puts what it is given into a channel.
+fn channel<T>() -> (impl FnMut(T) + Send + 'static, mpsc::UnboundedReceiver<T>)
+where
+    T: Send + 'static,
+{
+    let (sender, receiver) = mpsc::unbounded_channel();
+    let deliver = move |item| {
+        // The test has seen enough and does not listen any more.
+        sender.send(item).ok();
+    };
+    (deliver, receiver)
+}
+
+async fn next<T>(receiver: &mut mpsc::UnboundedReceiver<T>) -> T {
+    let received = tokio::time::timeout(PATIENCE, receiver.recv()).await;
+    received.expect("a sample comes in time").expect("the subscription is alive")
+}
+
+#[test]
+fn what_one_session_publishes_another_receives() {
+    in_own_network("what_one_session_publishes_another_receives", async || {
+        let (robot, controller) = (session(), session());
+        let topic = topics::CMD_VEL.for_robot("robot_3");
+        let (deliver, mut commands) = channel();
+        let node = robot.node("/robot_3", "robot").unwrap();
+        let _subscription = robot.subscribe(&node, &topic, topics::CMD_VEL.qos, deliver).unwrap();
+        let node = controller.node("/robot_3", "controller").unwrap();
+        let publisher = controller.publish_on(&node, &topic, topics::CMD_VEL.qos).unwrap();
+        controller.wait_for_readers(&topic, 1, PATIENCE).await.unwrap();
+        robot.wait_for_writers(&topic, 1, PATIENCE).await.unwrap();
+
+        let mut command = TwistStamped::default();
+        command.header.stamp = Time { sec: 3, nanosec: 4 };
+        command.twist.linear.x = 0.15;
+        publisher.publish(command.clone()).await.unwrap();
+
+        let received: Received<TwistStamped> = next(&mut commands).await;
+        assert_eq!(received.message, command);
+        assert_eq!(received.sequence, 1);
+        assert!(received.source_time_ns.unwrap() > 1_700_000_000_000_000_000);
+        drop(publisher);
+        controller.close().await;
+        robot.close().await;
+    });
+}
+
+#[test]
+fn raw_bytes_go_through_unchanged_in_both_directions() {
+    in_own_network("raw_bytes_go_through_unchanged_in_both_directions", async || {
+        let (typed, raw) = (session(), session());
+        let node = typed.node("/", "typed").unwrap();
+        let qos = Qos::reliable(10);
+        let (deliver, mut bytes) = channel::<ReceivedRaw>();
+        let listening = raw.subscribe_raw("/there", Bool::TYPE_NAME, qos, deliver).unwrap();
+        let (deliver, mut messages) = channel::<Received<Bool>>();
+        let _answers = typed.subscribe(&node, "/back", qos, deliver).unwrap();
+        let there = typed.publish_on(&node, "/there", qos).unwrap();
+        let back = raw.publish_raw("/back", Bool::TYPE_NAME, qos).unwrap();
+        typed.wait_for_readers("/there", 1, PATIENCE).await.unwrap();
+        raw.wait_for_readers("/back", 1, PATIENCE).await.unwrap();
+        raw.wait_for_writers("/there", 1, PATIENCE).await.unwrap();
+
+        there.publish(Bool { data: true }).await.unwrap();
+        let sample = next(&mut bytes).await;
+        back.publish(&cdr::encode(&Bool { data: true })).await.unwrap();
+
+        assert_eq!(cdr::decode::<Bool>(&sample.message).unwrap(), Bool { data: true });
+        assert_eq!(sample.message[..4], cdr::ENCAPSULATION);
+        assert!(next(&mut messages).await.message.data);
+        eventually("the writer belongs to a node", || {
+            let endpoints = raw.endpoints();
+            let writer = endpoints.iter().find(|endpoint| endpoint.guid == sample.writer);
+            writer.and_then(|writer| writer.node.as_deref()) == Some("/typed")
+        })
+        .await;
+        assert_eq!(listening.counts().taken, 1);
+        assert!(back.publish(&[0, 0, 0, 0, 1]).await.is_err());
+        drop((there, back));
+        raw.close().await;
+        typed.close().await;
+    });
+}
+
+#[test]
+fn a_sample_of_another_type_is_counted_and_not_delivered() {
+    in_own_network("a_sample_of_another_type_is_counted_and_not_delivered", async || {
+        let (one, other) = (session(), session());
+        let node = one.node("/", "one").unwrap();
+        let qos = Qos::reliable(10);
+        let (deliver, mut messages) = channel::<Received<Bool>>();
+        let subscription = one.subscribe(&node, "/topic", qos, deliver).unwrap();
+        let publisher = other.publish_raw("/topic", TwistStamped::TYPE_NAME, qos).unwrap();
+        other.wait_for_readers("/topic", 1, PATIENCE).await.unwrap();
+        one.wait_for_writers("/topic", 1, PATIENCE).await.unwrap();
+
+        publisher.publish(&cdr::encode(&TwistStamped::default())).await.unwrap();
+        publisher.publish(&cdr::encode(&Bool { data: true })).await.unwrap();
+
+        assert_eq!(next(&mut messages).await.sequence, 2);
+        assert_eq!(subscription.counts().undecodable, 1);
+        drop(publisher);
+        one.close().await;
+        other.close().await;
+    });
+}
+
+#[test]
+fn twenty_thousand_reliable_messages_arrive_in_order_when_the_sender_waits_for_the_reader() {
+    let name =
+        "twenty_thousand_reliable_messages_arrive_in_order_when_the_sender_waits_for_the_reader";
+    in_own_network(name, async || {
+        const N_MESSAGES: u64 = 20_000;
+        // As in lockstep: never more unread than the depth.
+        const WINDOW: u64 = 100;
+        let (sender, receiver) = (session(), session());
+        let node = receiver.node("/", "receiver").unwrap();
+        let topic = topics::DETECTION.for_robot("robot_1");
+        let taken = Arc::new(AtomicU64::new(0));
+        let count = Arc::clone(&taken);
+        let (mut report, mut reports) = channel();
+        let deliver = move |received: Received<Bool>| {
+            let so_far = count.fetch_add(1, Ordering::Relaxed) + 1;
+            assert_eq!(received.sequence, so_far, "out of order");
+            report(so_far);
+        };
+        let qos = topics::DETECTION.qos;
+        let subscription = receiver.subscribe(&node, &topic, qos, deliver).unwrap();
+        let node = sender.node("/", "sender").unwrap();
+        let publisher = sender.publish_on(&node, &topic, qos).unwrap();
+        sender.wait_for_readers(&topic, 1, PATIENCE).await.unwrap();
+        receiver.wait_for_writers(&topic, 1, PATIENCE).await.unwrap();
+
+        let mut seen = 0;
+        for sent in 0..N_MESSAGES {
+            publisher.publish(Bool { data: sent % 2 == 0 }).await.unwrap();
+            while sent >= seen + WINDOW {
+                seen = next(&mut reports).await;
+            }
+        }
+        while seen < N_MESSAGES {
+            seen = next(&mut reports).await;
+        }
+
+        assert_eq!(subscription.counts().taken, N_MESSAGES);
+        assert_eq!(subscription.counts().lost, 0);
+        drop(publisher);
+        sender.close().await;
+        receiver.close().await;
+    });
+}
+
+#[test]
+fn a_reader_that_is_flooded_says_how_much_it_lost() {
+    in_own_network("a_reader_that_is_flooded_says_how_much_it_lost", async || {
+        const N_MESSAGES: u64 = 5_000;
+        let (sender, receiver) = (session(), session());
+        let qos = Qos::reliable(10);
+        let (mut deliver, mut sequences) = channel();
+        let slow = move |received: ReceivedRaw| {
+            std::thread::sleep(std::time::Duration::from_micros(200));
+            deliver(received.sequence);
+        };
+        let subscription = receiver.subscribe_raw("/flood", Bool::TYPE_NAME, qos, slow).unwrap();
+        let publisher = sender.publish_raw("/flood", Bool::TYPE_NAME, qos).unwrap();
+        sender.wait_for_readers("/flood", 1, PATIENCE).await.unwrap();
+        receiver.wait_for_writers("/flood", 1, PATIENCE).await.unwrap();
+
+        let bytes = cdr::encode(&Bool { data: true });
+        for _ in 0..N_MESSAGES {
+            publisher.publish(&bytes).await.unwrap();
+        }
+        let first = next(&mut sequences).await;
+        while next(&mut sequences).await < N_MESSAGES {}
+
+        let counts = subscription.counts();
+        assert!(counts.lost > 0, "{counts:?}");
+        assert_eq!(first - 1 + counts.taken + counts.lost, N_MESSAGES, "{counts:?}");
+        drop(publisher);
+        sender.close().await;
+        receiver.close().await;
+    });
+}
+
+#[test]
+fn many_nodes_of_one_participant_are_listed_with_their_topics() {
+    in_own_network("many_nodes_of_one_participant_are_listed_with_their_topics", async || {
+        const N_ROBOTS: usize = 30;
+        let (fleet, observer) = (session(), session());
+        let mut publishers = Vec::new();
+        for robot in 1..=N_ROBOTS {
+            let namespace = format!("/robot_{robot}");
+            let node = fleet.node(&namespace, "controller").unwrap();
+            let topic = topics::CMD_VEL.for_robot(&namespace[1..]);
+            let publisher = fleet.publish_on::<TwistStamped>(&node, &topic, topics::CMD_VEL.qos);
+            publishers.push(publisher.unwrap());
+        }
+
+        let wanted = |endpoint: &Endpoint| {
+            endpoint.topic.ends_with("/cmd_vel")
+                && endpoint.type_name == TwistStamped::TYPE_NAME
+                && endpoint.kind == EndpointKind::Writer
+                && endpoint.node.as_deref().is_some_and(|node| node.ends_with("/controller"))
+        };
+        for session in [&observer, &fleet] {
+            eventually("all topics are listed", || {
+                session.endpoints().iter().filter(|&endpoint| wanted(endpoint)).count() == N_ROBOTS
+            })
+            .await;
+            let names = session.node_names();
+            assert!(names.contains(&"/robot_17/controller".to_owned()), "{names:?}");
+        }
+
+        drop(publishers);
+        fleet.close().await;
+        eventually("nodes that have gone are forgotten", || observer.node_names().is_empty()).await;
+        observer.close().await;
+    });
+}
+
+#[test]
+fn a_subscriber_that_never_comes_is_named_with_the_topic() {
+    in_own_network("a_subscriber_that_never_comes_is_named_with_the_topic", async || {
+        let alone = session();
+
+        let wait = alone.wait_for_readers("/nobody", 2, std::time::Duration::from_millis(100));
+        let error = wait.await.unwrap_err();
+
+        assert_eq!(
+            error.to_string(),
+            "topic `/nobody` has 0 subscribers after 0.1 s, expected at least 2"
+        );
+        alone.close().await;
+    });
+}
+
+#[test]
+fn the_clock_of_one_session_is_followed_by_another() {
+    in_own_network("the_clock_of_one_session_is_followed_by_another", async || {
+        let (simulator, robot) = (session(), session());
+        let clock = ClockPublisher::new(&simulator, &simulator.node("/", "sim").unwrap()).unwrap();
+        let mut follower = ClockFollower::new(&robot, &robot.node("/", "robot").unwrap()).unwrap();
+        simulator.wait_for_readers("/clock", 1, PATIENCE).await.unwrap();
+        robot.wait_for_writers("/clock", 1, PATIENCE).await.unwrap();
+        assert_eq!(follower.now_ns(), None);
+
+        for step in 1..=10_u64 {
+            clock.publish(step * 130_000_000).await.unwrap();
+        }
+
+        let reached = tokio::time::timeout(PATIENCE, follower.reached(1_300_000_000)).await;
+        assert_eq!(reached.expect("the clock moves"), Some(1_300_000_000));
+        drop((clock, follower));
+        simulator.close().await;
+        robot.close().await;
+    });
+}
+
+#[test]
+fn what_a_driver_holds_can_go_to_another_thread() {
+    fn is_send<T: Send + 'static>() {}
+
+    is_send::<rsrs_ros::session::Session>();
+    is_send::<rsrs_ros::session::Publisher<Bool>>();
+    is_send::<rsrs_ros::session::RawPublisher>();
+    is_send::<rsrs_ros::session::Subscription>();
+    is_send::<rsrs_ros::session::NodeHandle>();
+    is_send::<rsrs_ros::parameters::ParameterServer>();
+    is_send::<ClockFollower>();
+}

@@ -1,0 +1,70 @@
+//! Runs the body of a test in a process of its own, in a network of its own.
+
+use std::io::Write;
+use std::process::Command;
+use std::time::Duration;
+
+use rsrs_ros::confine;
+use rsrs_ros::interfaces::LOOPBACK;
+use rsrs_ros::session::{Session, SessionOptions};
+
+/// Set in the process that runs the body.
+const IS_CHILD: &str = "RSRS_TEST_IN_OWN_NETWORK";
+/// Printed at the end of the body, so that a child which ran no test is noticed.
+const DONE: &str = "the body of the test has run";
+
+/// Long enough for a busy machine.
+pub const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Runs `body` in a child that sees no network but its own.
+///
+/// # Arguments
+///
+/// * `test` — the name of the calling test, by which the child finds it.
+pub fn in_own_network(test: &str, body: impl AsyncFnOnce()) {
+    if std::env::var_os(IS_CHILD).is_none() {
+        run_child(test);
+        return;
+    }
+
+    assert!(confine::is_confined().expect("/proc is readable"), "the child sees the LAN");
+    rsrs_ros::logging::init(
+        rsrs_ros::logging::Level::Warn,
+        std::env::var("RUST_LOG").ok().as_deref(),
+    );
+    tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .expect("a runtime needs no rights")
+        .block_on(body());
+    writeln!(std::io::stdout(), "{DONE}").expect("the parent reads it");
+}
+
+fn run_child(test: &str) {
+    let executable = std::env::current_exe().expect("a running test has an executable");
+    let mut command = Command::new(executable);
+    command.args(["--exact", test, "--nocapture"]).env(IS_CHILD, "1");
+    let output = confine::start_in_own_network(&mut command).output().expect(
+        "tests need network namespaces: see `sysctl kernel.apparmor_restrict_unprivileged_userns`",
+    );
+
+    let text = String::from_utf8_lossy(&output.stdout);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && text.contains(DONE), "{test} failed:\n{text}\n{errors}");
+}
+
+/// A session on the loopback interface.
+pub fn session() -> Session {
+    assert!(confine::is_confined().expect("/proc is readable"), "a test would reach the LAN");
+    Session::open(&SessionOptions { domain_id: 42, interfaces: vec![LOOPBACK] })
+        .expect("the loopback interface is there")
+}
+
+/// Waits until `condition` holds.
+pub async fn eventually(what: &str, mut condition: impl FnMut() -> bool) {
+    let start = std::time::Instant::now();
+    while !condition() {
+        assert!(start.elapsed() < PATIENCE, "it never came true that {what}");
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+}
