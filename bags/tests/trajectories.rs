@@ -195,7 +195,7 @@ fn a_bag_without_poses_names_the_topics_it_has() {
         "the bag has no poses: expected /<robot>/odom, /<robot>/pose or /tf among its topics: \
          /r1/cmd_vel (geometry_msgs/msg/Twist)"
     );
-    assert!(error.help().unwrap().contains("--as PHASE --by WHO"));
+    assert!(error.help().unwrap().contains("record /<robot>/odom"));
 }
 
 #[test]

@@ -157,8 +157,8 @@ impl TrajectoryError {
         match self {
             Self::Bag(error) => error.help(),
             Self::NoPoses { .. } | Self::NoCommands { .. } => Some(
-                "without poses and commands only a person can label: \
-                 `rsrs label BAG --as PHASE --by WHO`",
+                "the judge needs poses and commands: record /<robot>/odom, or a tracker's \
+                 /<robot>/pose, and /<robot>/cmd_vel",
             ),
             Self::Frames { .. } => {
                 Some("take another source with `--poses odom` or `--poses pose`")

@@ -219,9 +219,7 @@ mod tests {
         actions
             .iter()
             .filter_map(|action| match action {
-                Action::Command { command, stamp_ns } => {
-                    Some((command.turn_rate_rad_s, *stamp_ns))
-                }
+                Action::Command { command, stamp_ns } => Some((command.turn_rate_rad_s, *stamp_ns)),
                 Action::Status(_) => None,
             })
             .collect()

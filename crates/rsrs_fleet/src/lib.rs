@@ -14,8 +14,12 @@
 pub mod message;
 pub mod timing;
 
-pub mod robot;
 pub mod controller;
+pub mod robot;
 pub mod simulator;
 
+pub mod preflight;
+pub mod runner;
 
+pub mod experiment;
+pub mod fleet_file;

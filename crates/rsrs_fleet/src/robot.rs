@@ -207,7 +207,7 @@ impl Robot {
         }
     }
 
-    /// The lock of twist_mux: engaged by word, or by silence once it has been heard.
+    /// The lock of `twist_mux`: engaged by word, or by silence once it has been heard.
     fn e_stop_holds(&self, now: Duration) -> bool {
         self.e_stop.engaged
             || self.e_stop.heard.is_some_and(|heard| now.saturating_sub(heard) > E_STOP_SILENCE)
@@ -233,8 +233,7 @@ impl Robot {
         }
         match self.controller {
             Some((digest, heard))
-                if digest == bound.parameter_digest
-                    && now.saturating_sub(heard) <= CONTROLLER =>
+                if digest == bound.parameter_digest && now.saturating_sub(heard) <= CONTROLLER =>
             {
                 None
             }
@@ -401,7 +400,10 @@ mod tests {
         robot.on_event(Event::Controller { parameter_digest: DIGEST + 1 }, ms(50));
 
         assert_eq!(robot.drive(ms(50)), Command::STOP);
-        assert_eq!(robot.latched(), Some("controller silent or its parameters not the confirmed ones"));
+        assert_eq!(
+            robot.latched(),
+            Some("controller silent or its parameters not the confirmed ones")
+        );
     }
 
     #[test]

@@ -151,16 +151,16 @@ impl Simulator {
             return Vec::new();
         }
         match &mut self.run {
-            Some(run) if !run.ended => run.on_event(event, now),
+            Some(run) if !run.ended => run.on_event(&event, now),
             _ => Vec::new(),
         }
     }
 }
 
 impl Run {
-    fn on_event(&mut self, event: Event, now: Duration) -> Vec<Action> {
+    fn on_event(&mut self, event: &Event, now: Duration) -> Vec<Action> {
         let mut actions = Vec::new();
-        match event {
+        match *event {
             Event::Permission(permitted) => {
                 self.permitted = permitted;
                 self.started |= permitted;
@@ -282,9 +282,7 @@ mod tests {
         let mut simulator = placed(2, 2);
         simulator.on_event(Event::Permission(true), Duration::ZERO);
 
-        let refusal = |simulator: &mut Simulator, event| {
-            simulator.on_event(event, Duration::ZERO)
-        };
+        let refusal = |simulator: &mut Simulator, event| simulator.on_event(event, Duration::ZERO);
 
         assert_eq!(
             refusal(&mut simulator, command(0, None)),

@@ -24,3 +24,24 @@ pub const COMMAND_AT_LEAST: Duration = Duration::from_millis(300);
 pub fn command_timeout(period_s: f64) -> Duration {
     COMMAND_AT_LEAST.max(Duration::from_secs_f64(2.5 * period_s))
 }
+
+/// How long a node may be silent before the runner takes it for gone.
+pub const SILENCE: Duration = Duration::from_secs(1);
+
+/// How long the runner looks for what an experiment needs.
+pub const DISCOVER: Duration = Duration::from_secs(10);
+
+/// How long setting, and then reading back, all parameters may take.
+pub const CONFIGURE: Duration = Duration::from_secs(5);
+
+/// When an unanswered or refused request for parameters is repeated.
+pub const RETRY: Duration = Duration::from_secs(1);
+
+/// How long the recorder may take to open, to catch up after the last step, and to close.
+pub const RECORDER: Duration = Duration::from_secs(10);
+
+/// How long the robots may take to arm.
+pub const ARM: Duration = Duration::from_secs(5);
+
+/// How long the robots may take to say that they stand.
+pub const STAND: Duration = Duration::from_secs(2);

@@ -1,0 +1,38 @@
+//! One file for each subcommand; each has its arguments and one `run`.
+
+pub mod choose;
+pub mod completions;
+pub mod diagram;
+pub mod label;
+pub mod sweep;
+
+use std::io::Write;
+
+use anyhow::Context;
+use clap::ValueEnum;
+use serde::Serialize;
+
+/// How a command reports its result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// For people.
+    Text,
+    /// For programs: `snake_case` keys with units.
+    Json,
+}
+
+/// Prints a result to standard output in the format asked for.
+///
+/// # Errors
+///
+/// If standard output cannot be written, as when a pipe is closed.
+pub fn report(format: Format, value: &impl Serialize, text: &str) -> anyhow::Result<()> {
+    let mut stdout = std::io::stdout().lock();
+    match format {
+        Format::Text => writeln!(stdout, "{}", text.trim_end()),
+        Format::Json => {
+            writeln!(stdout, "{}", serde_json::to_string_pretty(value).context("result as JSON")?)
+        }
+    }
+    .context("writing to standard output")
+}

@@ -1,0 +1,32 @@
+//! Ctrl-C and SIGTERM as a flag that long work looks at.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::Context;
+
+static REQUESTED: AtomicBool = AtomicBool::new(false);
+
+/// Listens for SIGINT and SIGTERM from now on.
+///
+/// # Returns
+///
+/// A flag that becomes true at the first signal; work then ends and leaves nothing half-written.
+///
+/// # Errors
+///
+/// If the signals cannot be listened for.
+pub fn listen() -> anyhow::Result<&'static AtomicBool> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("starting the signal listener")?;
+    std::thread::Builder::new()
+        .name("signals".to_owned())
+        .spawn(move || {
+            if runtime.block_on(rsrs_ros::shutdown::requested()).is_ok() {
+                REQUESTED.store(true, Ordering::Relaxed);
+            }
+        })
+        .context("starting the signal listener")?;
+    Ok(&REQUESTED)
+}

@@ -1,0 +1,131 @@
+//! The tidy table of replicates: one row each, as Parquet.
+
+use std::fs::File;
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::Context;
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::schema::parser::parse_message_type;
+use rsrs_core::axis::{Axis, Cell};
+use rsrs_core::order::Evidence;
+use rsrs_sim::sweep::ReplicateOutcome;
+
+/// A column of order parameters: its name, and how to read it.
+type Column = (&'static str, fn(&ReplicateOutcome) -> Option<f64>);
+
+const COLUMNS: [Column; 12] = [
+    ("lost", |row| row.evidence.lost),
+    ("blocked", |row| Some(row.evidence.blocked)),
+    ("stuck", |row| Some(row.evidence.stuck)),
+    ("rotation", |row| Some(row.evidence.rotation)),
+    ("orbit", |row| Some(row.evidence.orbit)),
+    ("fatness", |row| Some(row.evidence.fatness)),
+    ("tangentness", |row| Some(row.evidence.tangentness)),
+    ("circliness", |row| Some(row.evidence.circliness)),
+    ("mean_radius_m", |row| Some(row.evidence.mean_radius_m)),
+    ("contact_onsets_per_s", |row| row.evidence.contact_onsets_per_s),
+    ("circliness_ceiling", |row| Some(row.evidence.circliness_ceiling)),
+    ("converged_s", |row| row.converged_s),
+];
+
+// A new order parameter must not be forgotten here.
+const _: fn(Evidence) = |Evidence {
+                             lost: _,
+                             blocked: _,
+                             stuck: _,
+                             rotation: _,
+                             orbit: _,
+                             fatness: _,
+                             tangentness: _,
+                             circliness: _,
+                             mean_radius_m: _,
+                             contact_onsets_per_s: _,
+                             circliness_ceiling: _,
+                         }| {};
+
+/// Writes one row for each replicate: axes, replicate, seed, phase, order parameters, time to
+/// converge.
+///
+/// # Arguments
+///
+/// * `cells` — the swept cells; outcomes refer to them by index.
+///
+/// # Errors
+///
+/// If the file cannot be written.
+pub fn write(
+    path: &Path,
+    axes: &[Axis],
+    cells: &[Cell],
+    (seed, outcomes): (u64, &[ReplicateOutcome]),
+) -> anyhow::Result<()> {
+    let properties = WriterProperties::builder()
+        .set_created_by("rsrs".to_owned())
+        .set_compression(parquet::basic::Compression::SNAPPY)
+        .build();
+    let schema = parse_message_type(&schema(axes)).context("schema of the replicates")?;
+    let file = File::create(path).with_context(|| format!("cannot write {}", path.display()))?;
+    let mut writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties))?;
+    let mut group = writer.next_row_group()?;
+    for axis in axes {
+        let values = outcomes
+            .iter()
+            .map(|row| cells[row.cell].get(*axis).expect("every cell has every axis"));
+        doubles(&mut group, &values.collect::<Vec<_>>())?;
+    }
+    integers(&mut group, outcomes.iter().map(|row| row.replicate))?;
+    integers(&mut group, outcomes.iter().map(|_| seed))?;
+    phases(&mut group, outcomes)?;
+    for (_, read) in COLUMNS {
+        optional_doubles(&mut group, &outcomes.iter().map(read).collect::<Vec<_>>())?;
+    }
+    group.close()?;
+    writer.close()?;
+    Ok(())
+}
+
+fn schema(axes: &[Axis]) -> String {
+    let axes = axes.iter().map(|axis| format!("required double {axis};"));
+    let fixed = [
+        "required int64 replicate;".to_owned(),
+        "required int64 seed;".to_owned(),
+        "required binary phase (utf8);".to_owned(),
+    ];
+    let columns = COLUMNS.iter().map(|(name, _)| format!("optional double {name};"));
+    let fields: Vec<String> = axes.chain(fixed).chain(columns).collect();
+    format!("message replicate {{ {} }}", fields.join(" "))
+}
+
+type Group<'a> = SerializedRowGroupWriter<'a, File>;
+
+fn doubles(group: &mut Group<'_>, values: &[f64]) -> anyhow::Result<()> {
+    let mut column = group.next_column()?.context("a column for each axis")?;
+    column.typed::<DoubleType>().write_batch(values, None, None)?;
+    Ok(column.close()?)
+}
+
+fn optional_doubles(group: &mut Group<'_>, values: &[Option<f64>]) -> anyhow::Result<()> {
+    let present: Vec<f64> = values.iter().copied().flatten().collect();
+    let levels: Vec<i16> = values.iter().map(|value| i16::from(value.is_some())).collect();
+    let mut column = group.next_column()?.context("a column for each order parameter")?;
+    column.typed::<DoubleType>().write_batch(&present, Some(&levels), None)?;
+    Ok(column.close()?)
+}
+
+fn integers(group: &mut Group<'_>, values: impl Iterator<Item = u64>) -> anyhow::Result<()> {
+    let values: Vec<i64> = values.map(u64::cast_signed).collect();
+    let mut column = group.next_column()?.context("a column for each number")?;
+    column.typed::<Int64Type>().write_batch(&values, None, None)?;
+    Ok(column.close()?)
+}
+
+fn phases(group: &mut Group<'_>, outcomes: &[ReplicateOutcome]) -> anyhow::Result<()> {
+    let keys: Vec<ByteArray> =
+        outcomes.iter().map(|row| ByteArray::from(row.phase.key())).collect();
+    let mut column = group.next_column()?.context("a column for the phase")?;
+    column.typed::<ByteArrayType>().write_batch(&keys, None, None)?;
+    Ok(column.close()?)
+}

@@ -1,0 +1,82 @@
+//! A sweep with its profile: read from a person's files, or back from a result folder.
+
+use std::path::Path;
+
+use anyhow::Context;
+use rsrs_core::axis::Cell;
+use rsrs_core::conditions::Conditions;
+use rsrs_core::profile::{ProfileError, RobotProfile};
+use rsrs_core::sweep_file::{SweepFile, SweepFileError};
+use serde::{Deserialize, Serialize};
+
+use crate::failure::with_help;
+use crate::provenance::Provenance;
+
+/// A sweep that needs no other file: what `sweep.yaml` in a result folder holds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ResolvedSweep {
+    /// The sweep as written, defaults filled in.
+    pub sweep: SweepFile,
+    /// The measured robot.
+    pub profile: RobotProfile,
+    /// Where the results come from.
+    pub provenance: Provenance,
+}
+
+impl ResolvedSweep {
+    /// Reads a sweep file and the profile that it names.
+    ///
+    /// # Errors
+    ///
+    /// If a file cannot be read or is not what it should be, with file, line and column.
+    pub fn read(path: &Path) -> anyhow::Result<Self> {
+        let name = path.display().to_string();
+        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+        let sweep = SweepFile::parse(&name, &text).map_err(explain_sweep)?;
+        let profile = read_profile(&path.parent().unwrap_or(Path::new("")).join(&sweep.profile))?;
+        let provenance = Provenance::of(&profile);
+        Ok(Self { sweep, profile, provenance })
+    }
+
+    /// The cells with their conditions.
+    ///
+    /// # Errors
+    ///
+    /// If a cell cannot be simulated.
+    pub fn cells(&self, file: &str) -> anyhow::Result<Vec<(Cell, Conditions)>> {
+        self.sweep.resolve(file, &self.profile).map_err(explain_sweep)
+    }
+
+    /// Whether another sweep asks for the same results: everything but the program's version.
+    pub fn same_results(&self, other: &Self) -> bool {
+        self.sweep == other.sweep && self.profile == other.profile
+    }
+}
+
+/// Reads a profile.
+///
+/// # Errors
+///
+/// If the file cannot be read or does not describe a robot.
+pub fn read_profile(path: &Path) -> anyhow::Result<RobotProfile> {
+    let name = path.display().to_string();
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+    RobotProfile::parse(&name, &text).map_err(|error| match &error {
+        ProfileError::Document(document) => match document.help() {
+            Some(help) => with_help(error.to_string(), help),
+            None => error.into(),
+        },
+        _ => anyhow::Error::new(error).context(format!("{name} does not describe a robot")),
+    })
+}
+
+fn explain_sweep(error: SweepFileError) -> anyhow::Error {
+    match &error {
+        SweepFileError::Document(document) => match document.help() {
+            Some(help) => with_help(error.to_string(), help),
+            None => error.into(),
+        },
+        _ => error.into(),
+    }
+}

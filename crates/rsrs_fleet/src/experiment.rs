@@ -1,0 +1,369 @@
+//! The experiment file, and the record of one run that goes into its bag.
+
+use rsrs_core::axis::{Axis, Cell};
+use rsrs_core::circumstances::Circumstances;
+use rsrs_core::conditions::{Conditions, Placement, Settings};
+use rsrs_core::document::{self, DocumentError};
+use rsrs_core::sweep_file::SEED_LIMIT;
+use serde::{Deserialize, Serialize};
+
+/// An experiment as written by a person: what to run, with which robots, for how long.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExperimentFile {
+    /// Path of the fleet file, relative to this file.
+    pub fleet: String,
+    /// The cell to run; the command line may give another.
+    pub cell: Option<Cell>,
+    /// Or a sweep's folder with the choice beside it, relative to this file.
+    pub from: Option<String>,
+    /// Where the robots start.
+    pub placement: Placement,
+    /// How long the robots move, in seconds.
+    pub duration_s: f64,
+    /// Seed of the simulated world, below 2^63.
+    pub seed: u64,
+    /// What to do when a robot is lost during the run.
+    #[serde(default)]
+    pub robot_lost: RobotLost,
+    /// How the simulated backend runs it.
+    #[serde(default)]
+    pub simulator: SimulatorOptions,
+}
+
+/// What to do when a robot falls silent or stops during a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RobotLost {
+    /// Stop all robots and end the run.
+    #[default]
+    Abort,
+    /// Say so and go on with the others.
+    Note,
+}
+
+/// How the simulated backend runs an experiment.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SimulatorOptions {
+    /// The world's pace.
+    pub time: Time,
+    /// Which robots it moves.
+    pub profile: SimulatedProfile,
+}
+
+/// The pace of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Time {
+    /// The world steps when every controller has answered; nothing sleeps.
+    #[default]
+    Lockstep,
+    /// The world, or reality, goes by the clock on the wall.
+    RealTime,
+}
+
+/// Which robots the simulated backend moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SimulatedProfile {
+    /// The robots as measured.
+    #[default]
+    Measured,
+    /// The robots as swept: worse than measured.
+    Harsher,
+}
+
+/// Why an experiment cannot be run.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ExperimentError {
+    /// The text is not an experiment file.
+    #[error(transparent)]
+    Document(#[from] DocumentError),
+    /// Both `cell` and `from`.
+    #[error("{file}: both `cell` and `from` are given, expected one")]
+    CellTwice {
+        /// The file.
+        file: String,
+    },
+    /// A number outside what it can mean.
+    #[error("{file}: {key} is {found}, expected {expected}")]
+    OutOfRange {
+        /// The file.
+        file: String,
+        /// The key.
+        key: &'static str,
+        /// The number found.
+        found: f64,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// The cell cannot be run.
+    #[error("{file}: cell `{cell}`: {source}")]
+    Cell {
+        /// The file.
+        file: String,
+        /// The cell.
+        cell: Cell,
+        /// Why.
+        source: CellRefused,
+    },
+}
+
+/// Why a swept cell is not an experiment.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum CellRefused {
+    /// A property of the robots, which nobody can set on a fleet.
+    #[error("{axis} is a capability of the robots, not a setting")]
+    Capability {
+        /// The axis.
+        axis: Axis,
+    },
+    /// A setting without which there is no experiment.
+    #[error("no value for {axis}")]
+    Missing {
+        /// The axis.
+        axis: Axis,
+    },
+    /// The experiment's `placement` says where robots start, and the cell says otherwise.
+    #[error("placement_radius_m is {found_m} m, expected {expected_m} m as in `placement`")]
+    OtherPlacement {
+        /// In the cell, in metres.
+        found_m: f64,
+        /// In the experiment, in metres.
+        expected_m: f64,
+    },
+}
+
+impl ExperimentError {
+    /// What to do next.
+    pub fn help(&self) -> Option<String> {
+        match self {
+            Self::Document(error) => error.help(),
+            Self::CellTwice { .. } => Some("remove `cell:` or `from:`".to_owned()),
+            Self::Cell { source: CellRefused::Capability { .. }, .. } => {
+                Some("put capabilities into the robots' profile and sweep them there".to_owned())
+            }
+            Self::Cell { .. } | Self::OutOfRange { .. } => None,
+        }
+    }
+}
+
+impl ExperimentFile {
+    /// Reads an experiment file.
+    ///
+    /// # Arguments
+    ///
+    /// * `file` — name of the document, for errors only; nothing is opened.
+    /// * `text` — the document.
+    ///
+    /// # Errors
+    ///
+    /// [`ExperimentError`], the first problem found.
+    pub fn parse(file: &str, text: &str) -> Result<Self, ExperimentError> {
+        let experiment: Self = document::parse(file, text)?;
+        experiment.check(file)?;
+        Ok(experiment)
+    }
+
+    fn check(&self, file: &str) -> Result<(), ExperimentError> {
+        let out_of_range = |key, found, expected| {
+            Err(ExperimentError::OutOfRange { file: file.to_owned(), key, found, expected })
+        };
+        let Placement::DiscFacingOut { radius_m } = self.placement;
+        if !(radius_m > 0.0 && radius_m.is_finite()) {
+            return out_of_range("placement.radius_m", radius_m, "a finite length above 0 m");
+        }
+        if !(self.duration_s > 0.0 && self.duration_s.is_finite()) {
+            return out_of_range("duration_s", self.duration_s, "a finite time above 0 s");
+        }
+        if self.seed >= SEED_LIMIT {
+            return out_of_range("seed", self.seed as f64, "a whole number below 2^63");
+        }
+        match (&self.cell, &self.from) {
+            (Some(_), Some(_)) => Err(ExperimentError::CellTwice { file: file.to_owned() }),
+            (Some(cell), None) => self.settings(cell).map(drop).map_err(|source| {
+                ExperimentError::Cell { file: file.to_owned(), cell: cell.clone(), source }
+            }),
+            (None, _) => Ok(()),
+        }
+    }
+
+    /// The settings of one cell under this experiment's placement, ready to be resolved.
+    ///
+    /// # Errors
+    ///
+    /// [`CellRefused`] if the cell holds a capability or another placement, or lacks the speed, the
+    /// turning rate or the number of robots.
+    pub fn settings(&self, cell: &Cell) -> Result<Settings, CellRefused> {
+        if let Some(axis) = cell.axes().into_iter().find(|axis| axis.is_capability()) {
+            return Err(CellRefused::Capability { axis });
+        }
+        let required = [Axis::Speed, Axis::TurnRate, Axis::Robots];
+        if let Some(axis) = required.into_iter().find(|axis| cell.get(*axis).is_none()) {
+            return Err(CellRefused::Missing { axis });
+        }
+        let Placement::DiscFacingOut { radius_m: expected_m } = self.placement;
+        match cell.get(Axis::PlacementRadius) {
+            Some(found_m) if (found_m - expected_m).abs() > SAME * expected_m => {
+                return Err(CellRefused::OtherPlacement { found_m, expected_m });
+            }
+            _ => {}
+        }
+        let mut settings = Settings::default().with_cell(cell);
+        settings.values.push((Axis::PlacementRadius, expected_m));
+        Ok(settings)
+    }
+}
+
+/// Numbers that differ by less than this share were the same number before they were written.
+const SAME: f64 = 1e-9;
+
+/// Version of [`ExperimentRecord`]'s shape.
+pub const RECORD_SCHEMA_VERSION: u32 = 1;
+
+/// All that it takes to repeat one run; it goes into the run's bag.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExperimentRecord {
+    /// Names the run, in the bag and in its leases.
+    pub run_id: String,
+    /// Names of the robots, in the order of the world's rows.
+    pub robots: Vec<String>,
+    /// The resolved conditions, the paper's `E`.
+    pub conditions: Conditions,
+    /// How long the robots were to move, in seconds.
+    pub duration_s: f64,
+    /// Seed of the simulated world.
+    pub seed: u64,
+    /// Which replicate of the cell it is.
+    pub replicate: u64,
+    /// What was to be done about a lost robot.
+    pub robot_lost: RobotLost,
+    /// The pace.
+    pub time: Time,
+    /// Where it comes from.
+    pub provenance: Provenance,
+}
+
+/// Where a record comes from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// Version of the program.
+    pub version: String,
+    /// Digest of the robots' profile: 16 hexadecimal digits.
+    pub profile_digest: String,
+    /// Digest of the conditions: 16 hexadecimal digits.
+    pub conditions_digest: String,
+    /// Version of the record's shape.
+    pub schema_version: u32,
+}
+
+impl Provenance {
+    /// The provenance of a run under these conditions.
+    pub fn new(version: &str, profile_digest: &str, conditions: &Conditions) -> Self {
+        Self {
+            version: version.to_owned(),
+            profile_digest: profile_digest.to_owned(),
+            conditions_digest: format!("{:016x}", conditions.digest()),
+            schema_version: RECORD_SCHEMA_VERSION,
+        }
+    }
+}
+
+impl ExperimentRecord {
+    /// The record as JSON, on one line.
+    ///
+    /// # Panics
+    ///
+    /// Never: a record is plain data.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).expect("a record is plain data")
+    }
+
+    /// Reads a record back.
+    ///
+    /// # Errors
+    ///
+    /// The parser's, with line and column.
+    pub fn from_json(text: &str) -> Result<Self, serde_json::Error> {
+        serde_json::from_str(text)
+    }
+
+    /// What must be the same for the run to be compared with a simulated cell.
+    pub fn circumstances(&self) -> Circumstances {
+        Circumstances::of(&self.conditions, self.duration_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rsrs_core::profile::RobotProfile;
+
+    use super::*;
+
+    const SHIPPED: &str = include_str!("../../../launch_configs/experiments/flockbot_milling.yaml");
+    const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+
+    fn record() -> ExperimentRecord {
+        let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let experiment = ExperimentFile::parse("experiment.yaml", SHIPPED).unwrap();
+        let settings = experiment.settings(experiment.cell.as_ref().unwrap()).unwrap();
+        let conditions = Conditions::resolve(&profile, &settings).unwrap();
+        ExperimentRecord {
+            run_id: "run".to_owned(),
+            robots: (1..=9).map(|robot| format!("robot_{robot}")).collect(),
+            provenance: Provenance::new("0.1.0", &profile.digest(), &conditions),
+            conditions,
+            duration_s: experiment.duration_s,
+            seed: experiment.seed,
+            replicate: 0,
+            robot_lost: experiment.robot_lost,
+            time: experiment.simulator.time,
+        }
+    }
+
+    #[test]
+    fn a_record_reads_back_to_the_bit() {
+        let record = record();
+
+        let read = ExperimentRecord::from_json(&record.to_json()).unwrap();
+
+        assert_eq!(read, record);
+        assert_eq!(format!("{:016x}", read.conditions.digest()), read.provenance.conditions_digest);
+    }
+
+    #[test]
+    fn the_shipped_experiment_is_the_papers_best_cell() {
+        let circumstances = record().circumstances();
+
+        assert_eq!(circumstances.robots, 9);
+        assert_eq!(circumstances.placement, Placement::DiscFacingOut { radius_m: 0.825 });
+        assert_eq!(circumstances.controller.digest(), {
+            let best = rsrs_core::controller::ControllerParameters {
+                speed_m_s: 0.15,
+                turn_rate_rad_s: 0.75,
+            };
+            best.digest()
+        });
+    }
+
+    #[test]
+    fn what_cannot_be_run_is_refused() {
+        for (from, to, expected) in [
+            ("robots: 9}", "robots: 9, range_m: 0.5}", "range_m is a capability"),
+            (", robots: 9}", "}", "no value for robots"),
+            ("robots: 9}", "robots: 9, placement_radius_m: 0.6}", "is 0.6 m, expected 0.825 m"),
+            ("seed: 1", "seed: 9223372036854775808", "expected a whole number below 2^63"),
+            ("duration_s: 300", "duration_s: 0", "duration_s is 0"),
+            ("seed: 1", "seed: 1\nfrom: sweep", "both `cell` and `from`"),
+            ("robot_lost: abort", "robot_lost: pause", "pause"),
+        ] {
+            let error =
+                ExperimentFile::parse("experiment.yaml", &SHIPPED.replace(from, to)).unwrap_err();
+
+            assert!(error.to_string().contains(expected), "{error}");
+        }
+    }
+}

@@ -1,0 +1,375 @@
+//! The fleet file: which robots there are and how to reach them.
+
+use std::fmt;
+use std::marker::PhantomData;
+
+use rsrs_core::document::{self, DocumentError};
+use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
+
+/// A fleet, resolved: every robot with its own value of everything.
+///
+/// The file has the shape of Crazyswarm2's `crazyflies.yaml`: what holds for a robot overrides what
+/// holds for its type, which overrides what holds for `all`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FleetFile {
+    /// All robots, in the order of the file.
+    pub robots: Vec<FleetRobot>,
+}
+
+/// One robot of a fleet.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FleetRobot {
+    /// Its name, and its namespace in ROS.
+    pub name: String,
+    /// Whether experiments may use it.
+    pub enabled: bool,
+    /// Path of its measured profile, relative to the fleet file.
+    pub profile: String,
+    /// What moves it.
+    pub driver: Driver,
+    /// The type of its velocity commands.
+    pub cmd_vel: CmdVel,
+    /// Where its pose comes from.
+    pub pose: PoseSource,
+}
+
+/// What moves a robot.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Driver {
+    /// A microcontroller on a serial line.
+    Serial {
+        /// Path of the device.
+        port: String,
+        /// Symbols per second.
+        baud: u32,
+    },
+    /// Another node, which takes velocity commands.
+    Ros,
+    /// The simulator.
+    Virtual,
+}
+
+/// The type of a robot's velocity commands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CmdVel {
+    /// `geometry_msgs/TwistStamped`; lockstep needs the stamp.
+    #[default]
+    TwistStamped,
+    /// `geometry_msgs/Twist`.
+    Twist,
+}
+
+/// Where a robot's pose comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PoseSource {
+    /// `nav_msgs/Odometry` on `odom`.
+    #[default]
+    Odom,
+    /// A tracker's `geometry_msgs/PoseStamped` on `pose`.
+    Pose,
+}
+
+/// Why a fleet file cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FleetFileError {
+    /// The text is not a fleet file.
+    #[error(transparent)]
+    Document(#[from] DocumentError),
+    /// A version of the format that is not this one.
+    #[error("{file}: fileversion is {found}, expected {FILE_VERSION}")]
+    Version {
+        /// The file.
+        file: String,
+        /// The version found.
+        found: u32,
+    },
+    /// A name that ROS would not take as a namespace.
+    #[error("{file}: robot name `{name}`, expected a lower-case letter, then a-z, 0-9 and _")]
+    Name {
+        /// The file.
+        file: String,
+        /// The name found.
+        name: String,
+    },
+    /// A robot of a type that the file does not describe.
+    #[error("{file}: {robot} has type `{found}`, expected one of: {}", expected.join(", "))]
+    UnknownType {
+        /// The file.
+        file: String,
+        /// The robot.
+        robot: String,
+        /// The type found.
+        found: String,
+        /// The types of the file.
+        expected: Vec<String>,
+    },
+    /// Neither the robot, nor its type, nor `all` says it.
+    #[error("{file}: {robot} has no `{key}`, nor has its type or `all`")]
+    Missing {
+        /// The file.
+        file: String,
+        /// The robot.
+        robot: String,
+        /// The key.
+        key: &'static str,
+    },
+}
+
+impl FleetFileError {
+    /// What to do next.
+    pub fn help(&self) -> Option<String> {
+        match self {
+            Self::Document(error) => error.help(),
+            Self::Missing { key, .. } => {
+                Some(format!("give `{key}` under the robot, its type or `all`"))
+            }
+            Self::Version { .. } | Self::Name { .. } | Self::UnknownType { .. } => None,
+        }
+    }
+}
+
+/// An experiment with more robots than the fleet has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the fleet has {found} enabled robots, expected at least {expected}")]
+pub struct TooFewRobots {
+    /// Enabled robots in the fleet.
+    pub found: usize,
+    /// Robots that the cell asks for.
+    pub expected: usize,
+}
+
+/// The only version of the format.
+const FILE_VERSION: u32 = 1;
+
+impl FleetFile {
+    /// Reads a fleet file and resolves each robot.
+    ///
+    /// # Arguments
+    ///
+    /// * `file` — name of the document, for errors only; nothing is opened.
+    /// * `text` — the document.
+    ///
+    /// # Errors
+    ///
+    /// [`FleetFileError`], the first problem found.
+    pub fn parse(file: &str, text: &str) -> Result<Self, FleetFileError> {
+        let written: Written = document::parse(file, text)?;
+        if written.fileversion != FILE_VERSION {
+            return Err(FleetFileError::Version {
+                file: file.to_owned(),
+                found: written.fileversion,
+            });
+        }
+        let robots = written
+            .robots
+            .0
+            .iter()
+            .map(|(name, robot)| written.resolve(file, name, robot))
+            .collect::<Result<_, _>>()?;
+        Ok(Self { robots })
+    }
+
+    /// Names of the robots that experiments may use, in the order of the file.
+    pub fn enabled(&self) -> Vec<&str> {
+        self.robots.iter().filter(|robot| robot.enabled).map(|robot| robot.name.as_str()).collect()
+    }
+
+    /// The first enabled robots: those that a cell with `robots: n` takes.
+    ///
+    /// # Errors
+    ///
+    /// [`TooFewRobots`].
+    pub fn first(&self, n_robots: usize) -> Result<Vec<&FleetRobot>, TooFewRobots> {
+        let enabled: Vec<_> = self.robots.iter().filter(|robot| robot.enabled).collect();
+        if enabled.len() < n_robots {
+            return Err(TooFewRobots { found: enabled.len(), expected: n_robots });
+        }
+        Ok(enabled.into_iter().take(n_robots).collect())
+    }
+}
+
+/// The file as a person writes it.
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    fileversion: u32,
+    #[serde(default)]
+    all: Layer,
+    #[serde(default)]
+    robot_types: Ordered<Layer>,
+    robots: Ordered<WrittenRobot>,
+}
+
+/// What can be said for all robots, or for those of a type.
+#[derive(Clone, Default, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Layer {
+    profile: Option<String>,
+    driver: Option<Driver>,
+    cmd_vel: Option<CmdVel>,
+    pose: Option<PoseSource>,
+}
+
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenRobot {
+    enabled: bool,
+    #[serde(rename = "type")]
+    robot_type: Option<String>,
+    profile: Option<String>,
+    driver: Option<Driver>,
+    cmd_vel: Option<CmdVel>,
+    pose: Option<PoseSource>,
+}
+
+impl Written {
+    fn resolve(
+        &self,
+        file: &str,
+        name: &str,
+        robot: &WrittenRobot,
+    ) -> Result<FleetRobot, FleetFileError> {
+        if !is_name(name) {
+            return Err(FleetFileError::Name { file: file.to_owned(), name: name.to_owned() });
+        }
+        let unspecific = Layer::default();
+        let of_type = match &robot.robot_type {
+            None => &unspecific,
+            Some(found) => {
+                self.robot_types.get(found).ok_or_else(|| FleetFileError::UnknownType {
+                    file: file.to_owned(),
+                    robot: name.to_owned(),
+                    found: found.clone(),
+                    expected: self.robot_types.0.iter().map(|(key, _)| key.clone()).collect(),
+                })?
+            }
+        };
+        let missing =
+            |key| FleetFileError::Missing { file: file.to_owned(), robot: name.to_owned(), key };
+        let all = &self.all;
+        Ok(FleetRobot {
+            name: name.to_owned(),
+            enabled: robot.enabled,
+            profile: first_of([&robot.profile, &of_type.profile, &all.profile])
+                .ok_or_else(|| missing("profile"))?,
+            driver: first_of([&robot.driver, &of_type.driver, &all.driver])
+                .ok_or_else(|| missing("driver"))?,
+            cmd_vel: first_of([&robot.cmd_vel, &of_type.cmd_vel, &all.cmd_vel]).unwrap_or_default(),
+            pose: first_of([&robot.pose, &of_type.pose, &all.pose]).unwrap_or_default(),
+        })
+    }
+}
+
+fn first_of<T: Clone>(layers: [&Option<T>; 3]) -> Option<T> {
+    layers.into_iter().flatten().next().cloned()
+}
+
+fn is_name(name: &str) -> bool {
+    name.starts_with(|first: char| first.is_ascii_lowercase())
+        && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+}
+
+/// A map in the order of the file.
+struct Ordered<T>(Vec<(String, T)>);
+
+impl<T> Default for Ordered<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<T> Ordered<T> {
+    fn get(&self, key: &str) -> Option<&T> {
+        self.0.iter().find(|(other, _)| other == key).map(|(_, value)| value)
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Ordered<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Entries<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Entries<T> {
+            type Value = Ordered<T>;
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str("a map from names")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Ordered<T>, A::Error> {
+                let mut entries: Vec<(String, T)> = Vec::new();
+                while let Some((key, value)) = map.next_entry::<String, T>()? {
+                    if entries.iter().any(|(other, _)| *other == key) {
+                        return Err(de::Error::custom(format!("`{key}` is given twice")));
+                    }
+                    entries.push((key, value));
+                }
+                Ok(Ordered(entries))
+            }
+        }
+        deserializer.deserialize_map(Entries(PhantomData))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAYERED: &str = "\
+fileversion: 1
+all: {profile: p.yaml, driver: {kind: ros}, cmd_vel: twist, pose: pose}
+robot_types:
+  flockbot: {driver: {kind: serial, port: /dev/ttyACM0, baud: 115200}, cmd_vel: twist_stamped}
+robots:
+  zebra: {enabled: true, type: flockbot, driver: {kind: virtual}}
+  ant: {enabled: false}
+  bee: {enabled: true, type: flockbot}
+";
+
+    #[test]
+    fn a_robot_overrides_its_type_which_overrides_all() {
+        let fleet = FleetFile::parse("fleet.yaml", LAYERED).unwrap();
+
+        let [zebra, ant, bee] = &fleet.robots[..] else { panic!("three robots") };
+        assert_eq!((&zebra.driver, zebra.cmd_vel), (&Driver::Virtual, CmdVel::TwistStamped));
+        assert_eq!((&ant.driver, ant.cmd_vel), (&Driver::Ros, CmdVel::Twist));
+        assert!(matches!(bee.driver, Driver::Serial { baud: 115_200, .. }));
+        assert_eq!(bee.pose, PoseSource::Pose);
+    }
+
+    #[test]
+    fn the_first_robots_are_the_enabled_ones_in_the_order_of_the_file() {
+        let fleet = FleetFile::parse("fleet.yaml", LAYERED).unwrap();
+
+        assert_eq!(fleet.enabled(), ["zebra", "bee"]);
+        assert_eq!(fleet.first(1).unwrap()[0].name, "zebra");
+        assert_eq!(
+            fleet.first(3).unwrap_err().to_string(),
+            "the fleet has 2 enabled robots, expected at least 3"
+        );
+    }
+
+    #[test]
+    fn names_keys_types_and_versions_that_do_not_fit_are_refused() {
+        for (from, to, expected) in [
+            ("zebra:", "Zebra:", "robot name `Zebra`"),
+            ("enabled: false", "enable: false", "did you mean `enabled`?"),
+            ("type: flockbot}", "type: flocbot}", "type `flocbot`, expected one of: flockbot"),
+            ("fileversion: 1", "fileversion: 2", "fileversion is 2, expected 1"),
+            ("profile: p.yaml, ", "", "zebra has no `profile`"),
+        ] {
+            let error = FleetFile::parse("fleet.yaml", &LAYERED.replace(from, to)).unwrap_err();
+
+            assert!(error.to_string().contains(expected), "{error}");
+        }
+    }
+
+    #[test]
+    fn the_shipped_fleet_has_nine_virtual_robots() {
+        let text = include_str!("../../../launch_configs/fleets/nine_virtual.yaml");
+
+        let fleet = FleetFile::parse("nine_virtual.yaml", text).unwrap();
+
+        assert_eq!(fleet.enabled().len(), 9);
+        assert!(fleet.robots.iter().all(|robot| robot.driver == Driver::Virtual));
+    }
+}

@@ -1,0 +1,79 @@
+//! How a run ends.
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// All of it was run and recorded.
+    Completed,
+    /// It was run, but says nothing, for a cause that was known before anyone looked at the result.
+    Void {
+        /// The cause.
+        reason: String,
+    },
+    /// It was stopped before its end.
+    Aborted {
+        /// Why.
+        reason: String,
+    },
+    /// It could not be started, or not be recorded.
+    Failed {
+        /// Every problem.
+        problems: Vec<Failure>,
+    },
+}
+
+/// One of the things that a run must have its parameters from.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Target {
+    /// The controller of a robot.
+    Robot(String),
+    /// The simulator.
+    Simulator,
+}
+
+impl std::fmt::Display for Target {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Robot(name) => formatter.write_str(name),
+            Self::Simulator => formatter.write_str("simulator"),
+        }
+    }
+}
+
+/// One reason for which a run could not be started or recorded.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Failure {
+    /// Something is missing or wrong before anything is set.
+    #[error(transparent)]
+    Preflight(#[from] crate::preflight::Problem),
+    /// Parameters could not be set.
+    #[error("{target}: parameters not set: {reason}")]
+    NotSet {
+        /// Whose.
+        target: Target,
+        /// Why.
+        reason: String,
+    },
+    /// Parameters could not be read back, or are not those that were set.
+    #[error("{target}: parameters not confirmed: {reason}")]
+    NotConfirmed {
+        /// Whose.
+        target: Target,
+        /// Why.
+        reason: String,
+    },
+    /// A robot or controller did not arm.
+    #[error("{robot}: did not arm: {found}")]
+    NotArmed {
+        /// The robot.
+        robot: String,
+        /// What it says instead.
+        found: String,
+    },
+    /// The recorder did not do its work.
+    #[error("recorder: {reason}")]
+    Recorder {
+        /// What went wrong.
+        reason: String,
+    },
+}

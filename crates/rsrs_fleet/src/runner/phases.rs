@@ -1,0 +1,210 @@
+//! What the runner waits for in each phase, and for how long.
+
+use super::{
+    ARM, Action, Bond, CONFIGURE, DISCOVER, Duration, Failure, LOCKSTEP_GRACE, Outcome, Pace,
+    Phase, RECORDER, Requests, RobotLost, Runner, SILENCE, STAND, Seen, Target, preflight,
+};
+
+impl Runner {
+    /// Looks whether the phase is over.
+    pub(super) fn go_on(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        match self.phase {
+            Phase::Discover => self.discover(now, actions),
+            Phase::Configure => self.configure(now, actions),
+            Phase::ReadBack => self.read_back(now, actions),
+            Phase::Record => {
+                if self.elapsed(now) >= RECORDER {
+                    self.fail_recorder("did not open in time".to_owned(), now, actions);
+                }
+            }
+            Phase::Arm => self.await_armed(now, actions),
+            Phase::Run => self.watch(now, actions),
+            Phase::Stop => self.await_standing(now, actions),
+            Phase::Close => self.await_closed(now, actions),
+            Phase::Done => {}
+        }
+    }
+
+    fn discover(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        let seen = Seen {
+            graph: self.graph.clone(),
+            robots: self.roster.recent_robots(now),
+            controllers: self.roster.recent_controllers(now),
+            other_runs: self
+                .others
+                .iter()
+                .filter(|(_, (_, heard))| now.saturating_sub(*heard) <= SILENCE)
+                .map(|(run_id, _)| run_id.clone())
+                .collect(),
+            e_stop: self.e_stop,
+        };
+        let problems = preflight::problems(&self.options.expected, &seen);
+        // Another runner beats ten times a second: who has listened for less has not listened.
+        if problems.is_empty() && self.elapsed(now) >= SILENCE {
+            let robots = self.options.expected.robots.len();
+            actions.push(Action::Say(format!("found all {robots} robots; setting parameters")));
+            self.requests = Requests::new(self.targets());
+            self.enter(Phase::Configure, now);
+            self.configure(now, actions);
+        } else if self.elapsed(now) >= DISCOVER {
+            self.fail(problems.into_iter().map(Failure::from).collect(), now, actions);
+        }
+    }
+
+    fn targets(&self) -> Vec<Target> {
+        let expected = &self.options.expected;
+        let simulator = expected.simulator.then_some(Target::Simulator);
+        expected.robots.iter().cloned().map(Target::Robot).chain(simulator).collect()
+    }
+
+    fn configure(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        if self.requests.is_done() {
+            self.requests = Requests::new(self.targets());
+            self.enter(Phase::ReadBack, now);
+            self.read_back(now, actions);
+        } else if self.elapsed(now) >= CONFIGURE {
+            let problems = self.requests.problems().into_iter();
+            let failures =
+                problems.map(|(target, reason)| Failure::NotSet { target, reason }).collect();
+            self.fail(failures, now, actions);
+        } else {
+            actions.extend(self.requests.due(now).into_iter().map(Action::Configure));
+        }
+    }
+
+    fn read_back(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        if self.requests.is_done() {
+            actions.push(Action::Say("parameters confirmed; opening the recorder".to_owned()));
+            actions.push(Action::OpenRecorder);
+            self.recorder_opened = true;
+            self.enter(Phase::Record, now);
+        } else if self.elapsed(now) >= CONFIGURE {
+            let problems = self.requests.problems().into_iter();
+            let failures =
+                problems.map(|(target, reason)| Failure::NotConfirmed { target, reason }).collect();
+            self.fail(failures, now, actions);
+        } else {
+            actions.extend(self.requests.due(now).into_iter().map(Action::ReadBack));
+        }
+    }
+
+    /// Takes an epoch above all that were ever heard.
+    pub(super) fn arm(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        self.epoch = self.highest_epoch + 1;
+        actions.push(Action::Say(format!("arming, epoch {}", self.epoch)));
+        self.enter(Phase::Arm, now);
+    }
+
+    fn bond(&self) -> Bond {
+        Bond { epoch: self.epoch, parameter_digest: self.options.controller.digest() }
+    }
+
+    fn await_armed(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        if self.is_superseded(now, actions) {
+            return;
+        }
+        let waiting = self.roster.not_armed(self.bond(), now);
+        if waiting.is_empty() {
+            actions.push(Action::Say("running".to_owned()));
+            self.enter(Phase::Run, now);
+        } else if self.elapsed(now) >= ARM {
+            let failures =
+                waiting.into_iter().map(|(robot, found)| Failure::NotArmed { robot, found });
+            self.fail(failures.collect(), now, actions);
+        }
+    }
+
+    /// Robots that obey a higher epoch are another runner's.
+    fn is_superseded(&mut self, now: Duration, actions: &mut Vec<Action>) -> bool {
+        let superseded = self.highest_epoch > self.epoch;
+        if superseded {
+            let reason = format!(
+                "epoch {} was heard, expected at most {}: another runner has the robots",
+                self.highest_epoch, self.epoch
+            );
+            self.abort(reason, now, actions);
+        }
+        superseded
+    }
+
+    fn watch(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        if self.is_superseded(now, actions) {
+            return;
+        }
+        // In lockstep a lapse freezes the world and harms nothing; the simulator's word on it comes
+        // first. In real time a robot needs a moment to hear that it may move.
+        let patience = match self.options.pace {
+            Pace::Lockstep { .. } => LOCKSTEP_GRACE + SILENCE,
+            Pace::RealTime { .. } if self.elapsed(now) < SILENCE => SILENCE,
+            Pace::RealTime { .. } => Duration::ZERO,
+        };
+        for (robot, trouble) in self.roster.newly_lost(self.epoch, patience, now) {
+            actions.push(Action::Say(format!("lost {robot}: {trouble}")));
+            if self.options.robot_lost == RobotLost::Abort {
+                self.abort(format!("lost {robot}: {trouble}"), now, actions);
+                return;
+            }
+        }
+        if self.roster.all_lost() {
+            self.abort("lost every robot".to_owned(), now, actions);
+            return;
+        }
+        match self.options.pace {
+            Pace::RealTime { duration } => {
+                if self.elapsed(now) >= duration {
+                    self.end(Outcome::Completed, now, actions);
+                }
+            }
+            Pace::Lockstep { steps } => self.await_recorded(steps, now, actions),
+        }
+    }
+
+    fn await_recorded(&mut self, steps: u64, now: Duration, actions: &mut Vec<Action>) {
+        let Some(simulated_at) = self.simulated_at else { return };
+        if self.recorded >= steps {
+            self.end(Outcome::Completed, now, actions);
+        } else if now.saturating_sub(simulated_at) >= RECORDER {
+            let reason = format!("took step {}, expected {steps}", self.recorded);
+            self.fail_recorder(reason, now, actions);
+        }
+    }
+
+    fn await_standing(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        let since = self.since.unwrap_or(now);
+        self.not_standing = self.roster.not_standing(self.epoch, since);
+        if self.not_standing.is_empty() {
+            self.close(now, actions);
+        } else if self.elapsed(now) >= STAND {
+            actions.push(Action::Say(format!(
+                "not confirmed to stand after {} s: {}",
+                STAND.as_secs(),
+                self.not_standing.join(", ")
+            )));
+            self.close(now, actions);
+        }
+    }
+
+    pub(super) fn close(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        self.enter(Phase::Close, now);
+        if self.recorder_opened {
+            actions.push(Action::CloseRecorder);
+        } else {
+            self.finish(now, actions);
+        }
+    }
+
+    fn await_closed(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        if self.recorder_closed {
+            self.finish(now, actions);
+        } else if self.elapsed(now) >= RECORDER {
+            self.fail_recorder("did not close in time".to_owned(), now, actions);
+            self.finish(now, actions);
+        }
+    }
+
+    fn finish(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        self.enter(Phase::Done, now);
+        let outcome = self.outcome.clone().expect("only `end` leads to the phases after it");
+        actions.push(Action::Finish { outcome, not_standing: self.not_standing.clone() });
+    }
+}

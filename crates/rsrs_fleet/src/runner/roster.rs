@@ -1,0 +1,214 @@
+//! What the runner last heard of each robot and its controller.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+
+use crate::message::{Echo, RobotState, Status};
+use crate::timing::SILENCE;
+
+/// The robots of a run, in its order.
+#[derive(Clone, Debug)]
+pub(super) struct Roster {
+    members: Vec<Member>,
+}
+
+#[derive(Clone, Debug)]
+struct Member {
+    name: String,
+    robot: Option<Heard>,
+    controller: Option<Heard>,
+    /// Since when it is not as it should be during the run.
+    troubled_since: Option<Duration>,
+    lost: bool,
+}
+
+#[derive(Clone, Debug)]
+struct Heard {
+    status: Status,
+    at: Duration,
+}
+
+/// Statuses may overtake each other by this many; a counter lower than that is a restarted node's.
+const REORDERED: u64 = 20;
+
+impl Heard {
+    /// Keeps the newer of two statuses.
+    fn hear(slot: &mut Option<Self>, status: Status, at: Duration) {
+        let newer = slot.as_ref().is_none_or(|last| {
+            let (last, new) = (last.status.counter, status.counter);
+            new > last || new.saturating_add(REORDERED) < last
+        });
+        if newer {
+            *slot = Some(Self { status, at });
+        }
+    }
+
+    fn is_recent(&self, now: Duration) -> bool {
+        now.saturating_sub(self.at) <= SILENCE
+    }
+}
+
+/// What a run expects its robots to say.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bond {
+    pub epoch: u64,
+    pub parameter_digest: u64,
+}
+
+impl Roster {
+    pub(super) fn new(robots: &[String]) -> Self {
+        let members = robots
+            .iter()
+            .map(|name| Member {
+                name: name.clone(),
+                robot: None,
+                controller: None,
+                troubled_since: None,
+                lost: false,
+            })
+            .collect();
+        Self { members }
+    }
+
+    fn member(&mut self, name: &str) -> Option<&mut Member> {
+        self.members.iter_mut().find(|member| member.name == name)
+    }
+
+    pub(super) fn hear_robot(&mut self, name: &str, status: Status, now: Duration) {
+        if let Some(member) = self.member(name) {
+            Heard::hear(&mut member.robot, status, now);
+        }
+    }
+
+    pub(super) fn hear_controller(&mut self, name: &str, status: Status, now: Duration) {
+        if let Some(member) = self.member(name) {
+            Heard::hear(&mut member.controller, status, now);
+        }
+    }
+
+    /// Counters of the last statuses, for the lease.
+    pub(super) fn echoes(&self) -> Vec<Echo> {
+        self.members
+            .iter()
+            .map(|member| Echo {
+                robot: member.name.clone(),
+                counter: member.robot.as_ref().map_or(0, |heard| heard.status.counter),
+            })
+            .collect()
+    }
+
+    /// The last status of every robot that is heard now.
+    pub(super) fn recent_robots(&self, now: Duration) -> BTreeMap<String, Status> {
+        self.members
+            .iter()
+            .filter_map(|member| {
+                let heard = member.robot.as_ref().filter(|heard| heard.is_recent(now))?;
+                Some((member.name.clone(), heard.status.clone()))
+            })
+            .collect()
+    }
+
+    /// Robots whose controller is heard now.
+    pub(super) fn recent_controllers(&self, now: Duration) -> BTreeSet<String> {
+        self.members
+            .iter()
+            .filter(|member| member.controller.as_ref().is_some_and(|heard| heard.is_recent(now)))
+            .map(|member| member.name.clone())
+            .collect()
+    }
+
+    /// Who has not confirmed that it is armed under this bond, with what it says instead.
+    pub(super) fn not_armed(&self, bond: Bond, now: Duration) -> Vec<(String, String)> {
+        let mut waiting = Vec::new();
+        for member in &self.members {
+            let sides = [("", &member.robot), (" (controller)", &member.controller)];
+            for (side, heard) in sides {
+                if let Some(found) = unlike_armed(heard.as_ref(), bond, now) {
+                    waiting.push((format!("{}{side}", member.name), found));
+                }
+            }
+        }
+        waiting
+    }
+
+    /// Robots that were lost just now: not as they should be for longer than the patience.
+    ///
+    /// # Arguments
+    ///
+    /// * `patience` — how long trouble may last, but for a hardware fault, which is final.
+    pub(super) fn newly_lost(
+        &mut self,
+        epoch: u64,
+        patience: Duration,
+        now: Duration,
+    ) -> Vec<(String, String)> {
+        let mut lost = Vec::new();
+        for member in self.members.iter_mut().filter(|member| !member.lost) {
+            let Some(trouble) = member.trouble(epoch, now) else {
+                member.troubled_since = None;
+                continue;
+            };
+            let since = *member.troubled_since.get_or_insert(now);
+            let is_fault =
+                member.robot.as_ref().is_some_and(|heard| heard.status.state == RobotState::Fault);
+            if is_fault || now.saturating_sub(since) >= patience {
+                member.lost = true;
+                lost.push((member.name.clone(), trouble));
+            }
+        }
+        lost
+    }
+
+    pub(super) fn all_lost(&self) -> bool {
+        self.members.iter().all(|member| member.lost)
+    }
+
+    /// Robots that have not said since then that they stand.
+    pub(super) fn not_standing(&self, epoch: u64, since: Duration) -> Vec<String> {
+        self.members
+            .iter()
+            .filter(|member| {
+                !member.robot.as_ref().is_some_and(|heard| {
+                    let obeys = heard.status.epoch == epoch;
+                    heard.at > since && !(obeys && heard.status.state == RobotState::Moving)
+                })
+            })
+            .map(|member| member.name.clone())
+            .collect()
+    }
+}
+
+fn unlike_armed(heard: Option<&Heard>, bond: Bond, now: Duration) -> Option<String> {
+    let Some(heard) = heard.filter(|heard| heard.is_recent(now)) else {
+        return Some("silent".to_owned());
+    };
+    let status = &heard.status;
+    if status.parameter_digest != bond.parameter_digest {
+        return Some(format!(
+            "parameter digest {:016x}, expected {:016x}",
+            status.parameter_digest, bond.parameter_digest
+        ));
+    }
+    let armed = status.epoch == bond.epoch && status.state == RobotState::Armed;
+    (!armed).then(|| {
+        format!(
+            "{} in epoch {}, expected armed in epoch {}",
+            status.state, status.epoch, bond.epoch
+        )
+    })
+}
+
+impl Member {
+    fn trouble(&self, epoch: u64, now: Duration) -> Option<String> {
+        let Some(heard) = self.robot.as_ref().filter(|heard| heard.is_recent(now)) else {
+            return Some(format!("silent for more than {} s", SILENCE.as_secs()));
+        };
+        let status = &heard.status;
+        if status.state == RobotState::Moving && status.epoch == epoch {
+            return None;
+        }
+        let reason =
+            if status.stop_reason.is_empty() { "no reason given" } else { &status.stop_reason };
+        Some(format!("{} in epoch {}: {reason}", status.state, status.epoch))
+    }
+}

@@ -1,0 +1,194 @@
+//! The house keeps its rules: who may depend on whom, and what no source may contain.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The crates that touch nothing outside their arguments, with their folders.
+const PURE: [(&str, &str); 4] = [
+    ("rsrs_core", "crates/rsrs_core/src"),
+    ("rsrs_sim", "crates/rsrs_sim/src"),
+    ("rsrs_fleet", "crates/rsrs_fleet/src"),
+    ("rsrs_view", "crates/rsrs_view/src"),
+];
+/// What a pure crate must not reach, at any depth.
+const IMPURE: [&str; 5] = ["rustdds", "ros2-client", "tokio", "mcap", "clap"];
+/// What a pure crate must not name outside its tests: files, environment, clocks.
+const AMBIENT: [&str; 4] = ["std::fs", "std::env", "std::time::Instant", "SystemTime::now"];
+/// For each crate, the crates of ours that it may reach.
+const ONE_WAY: [(&str, &[&str]); 7] = [
+    ("rsrs_core", &[]),
+    ("rsrs_sim", &["rsrs_core"]),
+    ("rsrs_fleet", &["rsrs_core"]),
+    ("rsrs_view", &["rsrs_core", "rsrs_sim", "rsrs_fleet"]),
+    ("rsrs_msgs", &[]),
+    ("rsrs_bags", &["rsrs_core", "rsrs_msgs"]),
+    ("rsrs_ros", &["rsrs_msgs"]),
+];
+/// The most lines that a file of code may have.
+const MAX_LINES: usize = 450;
+
+#[test]
+fn pure_crates_reach_no_middleware_runtime_recorder_or_argument_parser() {
+    for (package, _) in PURE {
+        let reached = reached_by(package);
+        let wrong: Vec<_> = IMPURE.into_iter().filter(|name| reached.contains(*name)).collect();
+
+        assert!(wrong.is_empty(), "{package} is pure and must not reach {wrong:?}");
+    }
+}
+
+#[test]
+fn the_crate_that_hides_the_middleware_does_reach_it() {
+    let reached = reached_by("rsrs_ros");
+
+    for name in ["rustdds", "ros2-client"] {
+        assert!(reached.contains(name), "rsrs_ros does not reach {name}, found {reached:?}");
+    }
+}
+
+#[test]
+fn dependencies_point_one_way() {
+    for (package, allowed) in ONE_WAY {
+        let wrong: Vec<_> = reached_by(package)
+            .into_iter()
+            .filter(|name| name == "rsrs" || name.starts_with("rsrs_"))
+            .filter(|name| name != package && !allowed.contains(&name.as_str()))
+            .collect();
+
+        assert!(wrong.is_empty(), "{package} may reach {allowed:?}, found also {wrong:?}");
+    }
+}
+
+#[test]
+fn only_one_manifest_names_the_middleware() {
+    let names_it = |file: &PathBuf| {
+        text(file)
+            .lines()
+            .any(|line| line.starts_with("rustdds") || line.starts_with("ros2-client"))
+    };
+    let mut manifests = files();
+    manifests.retain(|file| file.ends_with("Cargo.toml") && file != Path::new("Cargo.toml"));
+
+    manifests.retain(names_it);
+
+    assert_eq!(manifests, [Path::new("nodes/ros/Cargo.toml")]);
+}
+
+#[test]
+fn pure_crates_name_no_file_environment_or_clock() {
+    for (package, folder) in PURE {
+        let wrong = ambient_lines(folder);
+
+        assert!(wrong.is_empty(), "{package} is pure and must not name:\n{}", wrong.join("\n"));
+    }
+}
+
+#[test]
+fn the_search_for_ambient_names_finds_them_where_they_are() {
+    let found = ambient_lines("nodes/ros/src");
+
+    assert!(found.iter().any(|line| line.contains("std::env")), "found only {found:?}");
+}
+
+#[test]
+fn no_source_contains_what_nobody_should_commit() {
+    // In two pieces, so that this file does not contain them either.
+    let tests_and_seams = [concat!("#[", "ignore"), concat!("todo", "!(")];
+    let paths_of_a_machine = [concat!("/wo", "rk/"), concat!("/ro", "ot/"), concat!("/ho", "me/")];
+    let unwelcome = [&tests_and_seams[..], &paths_of_a_machine[..]].concat();
+
+    let wrong: Vec<_> =
+        files().iter().flat_map(|file| lines_with(file, &text(file), &unwelcome)).collect();
+
+    assert!(wrong.is_empty(), "ignored tests, seams or paths:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn no_file_of_code_is_too_long() {
+    let mut code = files();
+    code.retain(|file| file.extension().is_some_and(|end| end == "rs" || end == "py"));
+    assert!(code.contains(&PathBuf::from("tests/tidy.rs")), "the search misses this file");
+
+    for file in code {
+        let n_lines = text(&file).lines().count();
+
+        assert!(n_lines <= MAX_LINES, "{file:?} has {n_lines} lines, at most {MAX_LINES}");
+    }
+}
+
+/// The names of all packages that a package reaches by normal dependencies, itself included.
+///
+/// The registry is asked only when the local cache does not know a package for another platform.
+fn reached_by(package: &str) -> BTreeSet<String> {
+    let tree = |more: &[&str]| {
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["tree", "--package", package, "--edges", "normal", "--prefix", "none"]);
+        cargo.args(more).current_dir(root()).output().expect("the cargo that built this starts")
+    };
+
+    let offline = tree(&["--offline"]);
+    let output = if offline.status.success() { offline } else { tree(&[]) };
+
+    assert!(output.status.success(), "cargo tree: {}", String::from_utf8_lossy(&output.stderr));
+    let names = String::from_utf8_lossy(&output.stdout);
+    names.lines().filter_map(|line| line.split_whitespace().next()).map(str::to_owned).collect()
+}
+
+/// Lines of code outside comments and unit tests that name a file, the environment or a clock.
+fn ambient_lines(folder: &str) -> Vec<String> {
+    let sources: Vec<_> = files().into_iter().filter(|file| file.starts_with(folder)).collect();
+    assert!(!sources.is_empty(), "{folder} has no sources");
+
+    sources
+        .iter()
+        .flat_map(|file| {
+            let whole = text(file);
+            let code = whole.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+            lines_with(file, code, &AMBIENT)
+        })
+        .filter(|line| !line.split_once(": ").is_some_and(|(_, code)| code.starts_with("//")))
+        .collect()
+}
+
+/// `file:line: text` of each line with one of the fragments.
+fn lines_with(file: &Path, text: &str, fragments: &[&str]) -> Vec<String> {
+    text.lines()
+        .enumerate()
+        .filter(|(_, line)| fragments.iter().any(|fragment| line.contains(fragment)))
+        .map(|(row, line)| format!("{}:{}: {}", file.display(), row + 1, line.trim()))
+        .collect()
+}
+
+/// Every file of the project that a person writes, relative to the root, sorted.
+fn files() -> Vec<PathBuf> {
+    let ends = ["rs", "toml", "yaml", "md", "py", "msg", "xml", "txt"];
+    let mut found = vec![PathBuf::from(".ci/run")];
+    let mut folders = vec![root()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).expect("a folder of the project can be listed") {
+            let path = entry.expect("an entry of a folder can be read").path();
+            let name = path.file_name().expect("an entry has a name").to_string_lossy();
+            let built = name.starts_with('.') || name.starts_with("target") || name == "results";
+            if path.is_dir() && !built {
+                folders.push(path);
+            } else if path.extension().is_some_and(|end| ends.iter().any(|known| end == *known)) {
+                found.push(path.strip_prefix(root()).expect("the root came first").to_owned());
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+fn text(file: &Path) -> String {
+    fs::read_to_string(root().join(file)).expect("a source of the project is text")
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../..")
+        .canonicalize()
+        .expect("the workspace exists")
+}
