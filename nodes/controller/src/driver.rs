@@ -1,0 +1,222 @@
+//! Samples and timers in, commands and statuses out.
+
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use rsrs_fleet::controller::{Action, Controller, Event};
+use rsrs_fleet::timing::BEAT;
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
+use rsrs_msgs::rosgraph_msgs::Clock;
+use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::topics;
+use rsrs_ros::logging::Level;
+use rsrs_ros::parameters::{Arming, ParameterServer};
+use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
+use rsrs_ros::shutdown;
+use rsrs_wire as wire;
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+
+use crate::options::Options;
+use crate::parameters::{self, NODE};
+
+/// What reaches the controllers: of one robot, or of all.
+enum Heard {
+    Of(usize, Event),
+    Lease(RunLease),
+    Clock(u64),
+    ParametersOf(String),
+}
+
+/// One hosted controller and its ends of the network.
+struct Hosted {
+    machine: Controller,
+    node: NodeHandle,
+    cmd_vel: CmdVel,
+    status: Publisher<RobotStatus>,
+    arming: Arming,
+}
+
+enum CmdVel {
+    Stamped(Publisher<TwistStamped>),
+    Unstamped(Publisher<Twist>),
+}
+
+/// Runs the controllers until SIGINT or SIGTERM.
+///
+/// # Errors
+///
+/// If the network cannot be used, or a reliable subscriber stops acknowledging.
+pub async fn run(options: Options) -> anyhow::Result<()> {
+    let session = Session::open(&options.session)?;
+    let (heard, mut events) = unbounded_channel();
+    let declared = options
+        .robots
+        .iter()
+        .map(|(robot, given)| parameters::declare(robot, given.clone()))
+        .collect::<Result<Vec<_>, _>>()?;
+    let changed = heard.clone();
+    let server = ParameterServer::start(&session, declared, move |node, _| {
+        changed
+            .send(Heard::ParametersOf(node.to_owned()))
+            .map_err(|_closed| "the node is shutting down".to_owned())
+    })?;
+    let mut hosted = Vec::new();
+    let mut subscriptions = Vec::new();
+    for (index, (robot, _)) in options.robots.iter().enumerate() {
+        hosted.push(host(&session, &server, robot)?);
+        subscriptions.push(listen(&session, &hosted[index].node, (index, robot), &heard)?);
+    }
+    if let Some(first) = hosted.first() {
+        subscriptions.extend(listen_to_all(&session, &first.node, &heard)?);
+        for note in &options.notes {
+            first.node.say(Level::Warn, note);
+        }
+        first.node.say(Level::Info, &format!("{} controllers ready", hosted.len()));
+    }
+    // The loop borrows the machines; the middleware is closed in order behind it.
+    let ended = serve(&mut hosted, &server, &mut events).await;
+    drop((subscriptions, hosted, server));
+    session.close().await;
+    ended
+}
+
+fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Result<Hosted> {
+    let node = session.node(&format!("/{robot}"), NODE)?;
+    let topic = topics::CMD_VEL.for_robot(robot);
+    let cmd_vel = if parameters::is_stamped(server, node.full_name()) {
+        CmdVel::Stamped(session.publish_on(&node, &topic, topics::CMD_VEL.qos)?)
+    } else {
+        CmdVel::Unstamped(session.publish_on(&node, &topic, topics::CMD_VEL_UNSTAMPED.qos)?)
+    };
+    let status = topics::CONTROLLER_STATUS;
+    let status = session.publish_on(&node, &status.for_robot(robot), status.qos)?;
+    let machine = Controller::new(robot, parameters::settings(server, node.full_name()));
+    Ok(Hosted { machine, node, cmd_vel, status, arming: Arming::Disarmed })
+}
+
+fn listen(
+    session: &Session,
+    node: &NodeHandle,
+    (index, robot): (usize, &str),
+    heard: &UnboundedSender<Heard>,
+) -> anyhow::Result<Subscription> {
+    let heard = heard.clone();
+    let topic = topics::DETECTION;
+    Ok(session.subscribe(node, &topic.for_robot(robot), topic.qos, move |sample| {
+        let detection: Bool = sample.message;
+        // The receiver is gone only while the node shuts down.
+        drop(heard.send(Heard::Of(index, Event::Detection(detection.data))));
+    })?)
+}
+
+fn listen_to_all(
+    session: &Session,
+    node: &NodeHandle,
+    heard: &UnboundedSender<Heard>,
+) -> anyhow::Result<[Subscription; 2]> {
+    let (to_lease, to_clock) = (heard.clone(), heard.clone());
+    let (lease, clock) = (topics::LEASE, topics::CLOCK);
+    Ok([
+        session.subscribe(node, lease.name, lease.qos, move |sample| {
+            drop(to_lease.send(Heard::Lease(sample.message)));
+        })?,
+        session.subscribe(node, clock.name, clock.qos, move |sample| {
+            let clock: Clock = sample.message;
+            if let Some(stamp_ns) = clock.clock.to_nanos() {
+                drop(to_clock.send(Heard::Clock(stamp_ns)));
+            }
+        })?,
+    ])
+}
+
+async fn serve(
+    hosted: &mut [Hosted],
+    server: &ParameterServer,
+    events: &mut UnboundedReceiver<Heard>,
+) -> anyhow::Result<()> {
+    let start = Instant::now();
+    let mut beat = tokio::time::interval(BEAT);
+    beat.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+    let mut asked_to_stop = std::pin::pin!(shutdown::requested());
+    loop {
+        tokio::select! {
+            request = &mut asked_to_stop => {
+                request?;
+                return Ok(());
+            }
+            Some(heard) = events.recv() => {
+                for (index, event) in for_whom(heard, hosted, server) {
+                    step(&mut hosted[index], server, (event, start.elapsed())).await?;
+                }
+            }
+            _ = beat.tick() => {
+                for controller in hosted.iter_mut() {
+                    step(controller, server, (Event::Tick, start.elapsed())).await?;
+                }
+            }
+        }
+    }
+}
+
+/// Which controllers an event is for.
+fn for_whom(heard: Heard, hosted: &[Hosted], server: &ParameterServer) -> Vec<(usize, Event)> {
+    let all = |event: Event| (0..hosted.len()).map(|index| (index, event.clone())).collect();
+    match heard {
+        Heard::Of(index, event) => vec![(index, event)],
+        Heard::Clock(stamp_ns) => all(Event::Clock(stamp_ns)),
+        Heard::Lease(message) => match wire::lease(message) {
+            Ok(lease) => all(Event::Lease(lease)),
+            Err(error) => {
+                if let Some(first) = hosted.first() {
+                    first.node.say(Level::Warn, &format!("refused: {error}"));
+                }
+                Vec::new()
+            }
+        },
+        Heard::ParametersOf(node) => hosted
+            .iter()
+            .position(|controller| controller.node.full_name() == node)
+            .map(|index| (index, Event::Parameters(parameters::settings(server, &node))))
+            .into_iter()
+            .collect(),
+    }
+}
+
+async fn step(
+    controller: &mut Hosted,
+    server: &ParameterServer,
+    (event, now): (Event, Duration),
+) -> anyhow::Result<()> {
+    for action in controller.machine.on_event(event, now) {
+        match action {
+            Action::Command { command, stamp_ns } => {
+                let stamp = stamp_ns.map_or_else(wall_time, Time::from_nanos);
+                match &controller.cmd_vel {
+                    CmdVel::Stamped(publisher) => {
+                        publisher.publish(wire::twist_stamped(command, stamp)).await?;
+                    }
+                    CmdVel::Unstamped(publisher) => {
+                        publisher.publish(wire::twist(command)).await?;
+                    }
+                }
+            }
+            Action::Status(status) => {
+                let message = wire::status_message(&status, wall_time());
+                controller.status.publish(message).await?;
+            }
+        }
+    }
+    let arming = if controller.machine.is_armed(now) { Arming::Armed } else { Arming::Disarmed };
+    if arming != controller.arming {
+        controller.arming = arming;
+        server.set_arming(controller.node.full_name(), arming)?;
+    }
+    Ok(())
+}
+
+/// The time of the wall, for stamps that people read; nothing is decided by it.
+fn wall_time() -> Time {
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    Time::from_nanos(u64::try_from(since_1970.as_nanos()).unwrap_or(u64::MAX))
+}

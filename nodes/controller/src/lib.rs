@@ -1,0 +1,39 @@
+//! The controller node: detection in, velocity command out.
+//!
+//! One process hosts the controllers of one robot or of many: each is a node `/<robot>/controller`
+//! with its own parameters, all on one participant. What a controller does is decided by
+//! [`rsrs_fleet::controller`]; here samples and timers become its events.
+
+mod driver;
+mod options;
+mod parameters;
+
+pub use options::{Options, OptionsError};
+
+use anyhow::Context;
+use rsrs_ros::logging::{self, Level};
+use rsrs_ros::ros_args::Environment;
+
+/// Runs the node until SIGINT or SIGTERM.
+///
+/// # Arguments
+///
+/// * `arguments` — those of the process, without its name: `[--interface NAME|IP]
+///   [--robots NAME,…] [--ros-args …]`. Without `--robots` the namespace (`-r __ns:=/robot_1`) names
+///   the one robot.
+///
+/// # Errors
+///
+/// If the arguments are wrong, no interface is chosen, or the network cannot be used.
+pub fn main(arguments: &[String]) -> anyhow::Result<()> {
+    let options = Options::parse(arguments, &Environment::of_this_process())?;
+    logging::init(
+        options.log_level.unwrap_or(Level::Info),
+        std::env::var("RUST_LOG").ok().as_deref(),
+    );
+    tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("starting the runtime")?
+        .block_on(driver::run(options))
+}

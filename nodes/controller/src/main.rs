@@ -1,0 +1,5 @@
+//! `controller_node`, for `ros2 run` and launch files.
+
+fn main() -> anyhow::Result<()> {
+    rsrs_controller_node::main(&std::env::args().skip(1).collect::<Vec<_>>())
+}

@@ -1,0 +1,201 @@
+//! The parameters of a controller: ROS names, with unit and range in their descriptors.
+
+use std::collections::BTreeMap;
+
+use rsrs_core::controller::ControllerParameters;
+use rsrs_fleet::controller::{Settings, Stamp};
+use rsrs_ros::parameters::{
+    Descriptor, NodeParameters, ParameterKind, ParameterServer, ParameterValue,
+};
+
+/// Name of the node in its robot's namespace.
+pub const NODE: &str = "controller";
+
+const SPEED: &str = "speed";
+const TURN_RATE: &str = "turn_rate";
+const STAMP_FROM_CLOCK: &str = "stamp_from_clock";
+const CMD_VEL_TYPE: &str = "cmd_vel_type";
+
+/// Greatest safe values where a start value does not say otherwise: those of the Flockbot.
+const LIMITS: [(&str, f64); 2] = [("speed_max", 0.30), ("turn_rate_max", 2.5)];
+
+/// A start value that does not fit its parameter.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum StartValueError {
+    /// There is no such parameter.
+    #[error("/{robot}/{NODE} has no parameter `{name}`")]
+    Unknown {
+        /// The robot.
+        robot: String,
+        /// The name.
+        name: String,
+    },
+    /// It has another type or lies outside its range.
+    #[error("/{robot}/{NODE}: `{name}` is {found:?}, expected {expected}")]
+    NotAllowed {
+        /// The robot.
+        robot: String,
+        /// The name.
+        name: &'static str,
+        /// The value.
+        found: ParameterValue,
+        /// What it may be.
+        expected: String,
+    },
+}
+
+/// Declares a controller's parameters. A robot that nobody configured stands: speed and turning
+/// rate start at 0.
+///
+/// # Arguments
+///
+/// * `robot` — its name.
+/// * `given` — start values by name, from the command line or a parameter file.
+///
+/// # Errors
+///
+/// [`StartValueError`].
+pub fn declare(
+    robot: &str,
+    mut given: BTreeMap<String, ParameterValue>,
+) -> Result<NodeParameters, StartValueError> {
+    let mut parameters = Vec::new();
+    for ((limit, default), (name, description)) in LIMITS.into_iter().zip([
+        (SPEED, "Forward speed v of the milling controller, in m/s."),
+        (TURN_RATE, "Turning rate of the milling controller, in rad/s."),
+    ]) {
+        let most = number(robot, limit, given.remove(limit), (default, f64::MAX))?;
+        let value = number(robot, name, given.remove(name), (0.0, most))?;
+        let mut descriptor = Descriptor::new(name, ParameterKind::Double, description);
+        descriptor.range = Some((0.0, most));
+        parameters.push((descriptor, ParameterValue::Double(value)));
+        let mut descriptor =
+            Descriptor::new(limit, ParameterKind::Double, "Greatest safe value, same unit.");
+        descriptor.read_only = true;
+        parameters.push((descriptor, ParameterValue::Double(most)));
+    }
+    let stamp = match given.remove(STAMP_FROM_CLOCK) {
+        None => false,
+        Some(ParameterValue::Bool(stamp)) => stamp,
+        Some(found) => return not_allowed(robot, STAMP_FROM_CLOCK, found, "true or false"),
+    };
+    let description = "Whether commands carry the simulator's clock (lockstep) or the wall's.";
+    parameters.push((
+        Descriptor::new(STAMP_FROM_CLOCK, ParameterKind::Bool, description),
+        ParameterValue::Bool(stamp),
+    ));
+    parameters.push(cmd_vel_type(robot, given.remove(CMD_VEL_TYPE))?);
+    match given.into_keys().next() {
+        Some(name) => Err(StartValueError::Unknown { robot: robot.to_owned(), name }),
+        None => {
+            Ok(NodeParameters { namespace: format!("/{robot}"), name: NODE.to_owned(), parameters })
+        }
+    }
+}
+
+fn cmd_vel_type(
+    robot: &str,
+    given: Option<ParameterValue>,
+) -> Result<(Descriptor, ParameterValue), StartValueError> {
+    let given = given.unwrap_or_else(|| ParameterValue::String("twist_stamped".to_owned()));
+    let is_known = matches!(&given, ParameterValue::String(kind)
+        if kind == "twist" || kind == "twist_stamped");
+    if !is_known {
+        return not_allowed(robot, CMD_VEL_TYPE, given, "`twist` or `twist_stamped`");
+    }
+    let description = "Type of cmd_vel: twist_stamped, or twist for Humble's drivers.";
+    let mut descriptor = Descriptor::new(CMD_VEL_TYPE, ParameterKind::String, description);
+    descriptor.read_only = true;
+    Ok((descriptor, given))
+}
+
+/// A number from 0 to `most`; `default` where none is given.
+fn number(
+    robot: &str,
+    name: &'static str,
+    given: Option<ParameterValue>,
+    (default, most): (f64, f64),
+) -> Result<f64, StartValueError> {
+    match given {
+        None => Ok(default),
+        Some(ParameterValue::Double(value)) if (0.0..=most).contains(&value) => Ok(value),
+        Some(found) => {
+            let range = if most < f64::MAX {
+                format!("a double from 0 to {most}")
+            } else {
+                "a double, 0 or more".to_owned()
+            };
+            not_allowed(robot, name, found, &range)
+        }
+    }
+}
+
+fn not_allowed<T>(
+    robot: &str,
+    name: &'static str,
+    found: ParameterValue,
+    expected: &str,
+) -> Result<T, StartValueError> {
+    let (robot, expected) = (robot.to_owned(), expected.to_owned());
+    Err(StartValueError::NotAllowed { robot, name, found, expected })
+}
+
+/// Reads what a controller is set to now.
+///
+/// # Panics
+///
+/// If the node's parameters were not declared by [`declare`].
+pub fn settings(server: &ParameterServer, node: &str) -> Settings {
+    let double = |name| match server.get(node, name) {
+        Some(ParameterValue::Double(value)) => value,
+        other => unreachable!("{name} was declared as a double, found {other:?}"),
+    };
+    let from_clock = server.get(node, STAMP_FROM_CLOCK) == Some(ParameterValue::Bool(true));
+    Settings {
+        parameters: ControllerParameters {
+            speed_m_s: double(SPEED),
+            turn_rate_rad_s: double(TURN_RATE),
+        },
+        stamp: if from_clock { Stamp::Clock } else { Stamp::Wall },
+    }
+}
+
+/// Whether a controller publishes stamped commands.
+pub fn is_stamped(server: &ParameterServer, node: &str) -> bool {
+    server.get(node, CMD_VEL_TYPE) != Some(ParameterValue::String("twist".to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn given(name: &str, value: ParameterValue) -> BTreeMap<String, ParameterValue> {
+        BTreeMap::from([(name.to_owned(), value)])
+    }
+
+    #[test]
+    fn a_speed_above_the_limit_is_refused_at_the_start() {
+        let error = declare("robot_1", given("speed", ParameterValue::Double(0.5))).unwrap_err();
+
+        assert!(error.to_string().contains("expected a double from 0 to 0.3"), "{error}");
+    }
+
+    #[test]
+    fn an_integer_is_not_a_double() {
+        assert!(declare("robot_1", given("speed", ParameterValue::Integer(0))).is_err());
+    }
+
+    #[test]
+    fn an_unknown_parameter_is_named() {
+        let error = declare("robot_1", given("sped", ParameterValue::Double(0.1))).unwrap_err();
+
+        assert_eq!(error.to_string(), "/robot_1/controller has no parameter `sped`");
+    }
+
+    #[test]
+    fn an_unknown_type_of_command_is_refused() {
+        let kind = ParameterValue::String("ackermann".to_owned());
+
+        assert!(declare("robot_1", given("cmd_vel_type", kind)).is_err());
+    }
+}

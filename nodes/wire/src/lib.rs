@@ -1,0 +1,218 @@
+//! The protocol's words to and from ROS messages, for every node that speaks it.
+//!
+//! The protocol knows no wire format and the messages know no protocol; this is where they meet.
+//! What a message cannot mean is refused here, so that no machine has to distrust its events.
+
+use rsrs_core::controller::Command;
+use rsrs_fleet::message::{Echo, Lease, LeaseState, RobotState, Status};
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::geometry_msgs::{Twist, TwistStamped, Vector3};
+use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::std_msgs::Header;
+
+/// Why a message does not mean anything in the protocol.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Meaningless {
+    /// A state that the protocol does not have.
+    #[error("{kind} with state {found}, expected 0 to {most}")]
+    State {
+        /// Which message.
+        kind: &'static str,
+        /// The state found.
+        found: u8,
+        /// The greatest there is.
+        most: u8,
+    },
+    /// A lease whose lists do not belong together.
+    #[error("lease for {robots} robots with {counters} echoed counters")]
+    Lengths {
+        /// Robots named.
+        robots: usize,
+        /// Counters echoed.
+        counters: usize,
+    },
+    /// A velocity that is not a number.
+    #[error("velocity command that is not finite")]
+    NotFinite,
+}
+
+/// Understands a lease.
+///
+/// # Errors
+///
+/// [`Meaningless`].
+pub fn lease(message: RunLease) -> Result<Lease, Meaningless> {
+    let state = match message.state {
+        RunLease::IDLE => LeaseState::Idle,
+        RunLease::ARMED => LeaseState::Armed,
+        RunLease::RUNNING => LeaseState::Running,
+        RunLease::STOPPED => LeaseState::Stopped,
+        found => {
+            return Err(Meaningless::State { kind: "lease", found, most: RunLease::STOPPED });
+        }
+    };
+    let (robots, counters) = (message.robots.len(), message.echoed_counter.len());
+    if robots != counters {
+        return Err(Meaningless::Lengths { robots, counters });
+    }
+    let echoes = message.robots.into_iter().zip(message.echoed_counter);
+    Ok(Lease {
+        run_id: message.run_id,
+        epoch: message.epoch,
+        state,
+        parameter_digest: message.parameter_digest,
+        robots: echoes.map(|(robot, counter)| Echo { robot, counter }).collect(),
+    })
+}
+
+/// Puts a lease into a message, sent at `stamp`.
+pub fn lease_message(lease: &Lease, stamp: Time) -> RunLease {
+    RunLease {
+        header: Header { stamp, frame_id: String::new() },
+        run_id: lease.run_id.clone(),
+        epoch: lease.epoch,
+        state: match lease.state {
+            LeaseState::Idle => RunLease::IDLE,
+            LeaseState::Armed => RunLease::ARMED,
+            LeaseState::Running => RunLease::RUNNING,
+            LeaseState::Stopped => RunLease::STOPPED,
+        },
+        parameter_digest: lease.parameter_digest,
+        robots: lease.robots.iter().map(|echo| echo.robot.clone()).collect(),
+        echoed_counter: lease.robots.iter().map(|echo| echo.counter).collect(),
+    }
+}
+
+/// Understands a status.
+///
+/// # Errors
+///
+/// [`Meaningless::State`].
+pub fn status(message: RobotStatus) -> Result<Status, Meaningless> {
+    let state = match message.state {
+        RobotStatus::IDLE => RobotState::Idle,
+        RobotStatus::ARMED => RobotState::Armed,
+        RobotStatus::MOVING => RobotState::Moving,
+        RobotStatus::STOPPED => RobotState::Stopped,
+        RobotStatus::FAULT => RobotState::Fault,
+        found => {
+            return Err(Meaningless::State { kind: "status", found, most: RobotStatus::FAULT });
+        }
+    };
+    Ok(Status {
+        counter: message.counter,
+        epoch: message.epoch,
+        parameter_digest: message.parameter_digest,
+        state,
+        stop_reason: message.stop_reason,
+        battery_v: message.battery_v,
+    })
+}
+
+/// Puts a status into a message, sent at `stamp`.
+pub fn status_message(status: &Status, stamp: Time) -> RobotStatus {
+    RobotStatus {
+        header: Header { stamp, frame_id: String::new() },
+        counter: status.counter,
+        epoch: status.epoch,
+        parameter_digest: status.parameter_digest,
+        state: match status.state {
+            RobotState::Idle => RobotStatus::IDLE,
+            RobotState::Armed => RobotStatus::ARMED,
+            RobotState::Moving => RobotStatus::MOVING,
+            RobotState::Stopped => RobotStatus::STOPPED,
+            RobotState::Fault => RobotStatus::FAULT,
+        },
+        stop_reason: status.stop_reason.clone(),
+        battery_v: status.battery_v,
+    }
+}
+
+/// Understands a velocity command: `x` of the linear part, `z` of the angular part (REP 103).
+///
+/// # Errors
+///
+/// [`Meaningless::NotFinite`].
+pub fn command(twist: &Twist) -> Result<Command, Meaningless> {
+    let command = Command { speed_m_s: twist.linear.x, turn_rate_rad_s: twist.angular.z };
+    if command.speed_m_s.is_finite() && command.turn_rate_rad_s.is_finite() {
+        Ok(command)
+    } else {
+        Err(Meaningless::NotFinite)
+    }
+}
+
+/// Puts a velocity command into a message.
+pub fn twist(command: Command) -> Twist {
+    Twist {
+        linear: Vector3 { x: command.speed_m_s, y: 0.0, z: 0.0 },
+        angular: Vector3 { x: 0.0, y: 0.0, z: command.turn_rate_rad_s },
+    }
+}
+
+/// Puts a velocity command into a stamped message.
+pub fn twist_stamped(command: Command, stamp: Time) -> TwistStamped {
+    TwistStamped {
+        header: Header { stamp, frame_id: "base_link".to_owned() },
+        twist: twist(command),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lease_comes_back_as_it_went() {
+        let said = Lease {
+            run_id: "run 7".to_owned(),
+            epoch: 7,
+            state: LeaseState::Running,
+            parameter_digest: 42,
+            robots: vec![Echo { robot: "robot_1".to_owned(), counter: 3 }],
+        };
+
+        assert_eq!(lease(lease_message(&said, Time::default())), Ok(said));
+    }
+
+    #[test]
+    fn a_status_comes_back_as_it_went() {
+        let said = Status {
+            counter: 3,
+            epoch: 7,
+            parameter_digest: 42,
+            state: RobotState::Fault,
+            stop_reason: "wheel".to_owned(),
+            battery_v: 7.4,
+        };
+
+        assert_eq!(status(status_message(&said, Time::default())), Ok(said));
+    }
+
+    #[test]
+    fn a_state_that_does_not_exist_is_refused() {
+        let message = RunLease { state: 9, ..RunLease::default() };
+
+        assert_eq!(
+            lease(message),
+            Err(Meaningless::State { kind: "lease", found: 9, most: RunLease::STOPPED })
+        );
+    }
+
+    #[test]
+    fn a_lease_with_lists_of_different_lengths_is_refused() {
+        let message = RunLease { robots: vec!["robot_1".to_owned()], ..RunLease::default() };
+
+        assert_eq!(lease(message), Err(Meaningless::Lengths { robots: 1, counters: 0 }));
+    }
+
+    #[test]
+    fn a_velocity_that_is_not_a_number_is_refused() {
+        let mut message = twist(Command { speed_m_s: 0.15, turn_rate_rad_s: -0.75 });
+        assert_eq!(command(&message), Ok(Command { speed_m_s: 0.15, turn_rate_rad_s: -0.75 }));
+
+        message.angular.z = f64::NAN;
+
+        assert_eq!(command(&message), Err(Meaningless::NotFinite));
+    }
+}
