@@ -8,9 +8,7 @@ use rsrs_core::controller::ControllerParameters;
 use crate::experiment::RobotLost;
 use crate::message::{Lease, LeaseState, Status};
 use crate::preflight::{self, Expected, Graph, Seen};
-use crate::timing::{
-    ARM, BEAT, CONFIGURE, DISCOVER, LOCKSTEP_GRACE, RECORDER, RETRY, SILENCE, STAND,
-};
+use crate::timing::{ARM, BEAT, CONFIGURE, DISCOVER, LOCKSTEP_GRACE, RECORDER, SILENCE, STAND};
 
 mod outcome;
 mod requests;
@@ -221,7 +219,9 @@ impl Runner {
         self.since.get_or_insert(now);
         self.take(event, now, &mut actions);
         self.go_on(now, &mut actions);
-        actions.extend(self.lease_due(now).map(Action::PublishLease));
+        if self.phase != Phase::Done {
+            actions.extend(self.lease_due(now).map(Action::PublishLease));
+        }
         actions
     }
 
@@ -243,10 +243,12 @@ impl Runner {
                 let confirmed = result.and_then(|found| self.confirm(&target, found));
                 self.requests.answer(&target, confirmed);
             }
-            // Answers to a request that was repeated, after its phase is over.
-            Event::ParametersSet { .. } | Event::ReadBack { .. } | Event::Tick => {}
             Event::RecorderReady if self.phase == Phase::Record => self.arm(now, actions),
-            Event::RecorderReady => {}
+            // Answers that come after their phase is over: to repeated requests, or too late.
+            Event::ParametersSet { .. }
+            | Event::ReadBack { .. }
+            | Event::RecorderReady
+            | Event::Tick => {}
             Event::Recorded { step } => self.recorded = self.recorded.max(step),
             Event::RecorderFailed { reason } => self.fail_recorder(reason, now, actions),
             Event::RecorderClosed => self.recorder_closed = true,
@@ -298,6 +300,7 @@ impl Runner {
 
     /// Data that is lost outweighs a run that went well until then.
     fn fail_recorder(&mut self, reason: String, now: Duration, actions: &mut Vec<Action>) {
+        actions.push(Action::Say(format!("recorder: {reason}")));
         let problems = vec![Failure::Recorder { reason }];
         if self.outcome == Some(Outcome::Completed) {
             self.outcome = Some(Outcome::Failed { problems });
@@ -334,7 +337,7 @@ impl Runner {
         match self.phase {
             Phase::Arm => LeaseState::Armed,
             Phase::Run => LeaseState::Running,
-            Phase::Stop | Phase::Close | Phase::Done if self.epoch > 0 => LeaseState::Stopped,
+            Phase::Stop | Phase::Close if self.epoch > 0 => LeaseState::Stopped,
             _ => LeaseState::Idle,
         }
     }

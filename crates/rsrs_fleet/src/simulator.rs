@@ -134,6 +134,7 @@ impl Simulator {
     }
 
     /// Takes an event.
+    #[expect(clippy::needless_pass_by_value, reason = "every machine takes its events by value")]
     pub fn on_event(&mut self, event: Event, now: Duration) -> Vec<Action> {
         if let Event::Placed { n_robots, steps, period_ns } = event {
             self.run = Some(Run {

@@ -116,11 +116,12 @@ impl Runner {
 
     /// Robots that obey a higher epoch are another runner's.
     fn is_superseded(&mut self, now: Duration, actions: &mut Vec<Action>) -> bool {
-        let superseded = self.highest_epoch > self.epoch;
+        let highest = self.roster.highest_epoch();
+        let superseded = highest > self.epoch;
         if superseded {
             let reason = format!(
-                "epoch {} was heard, expected at most {}: another runner has the robots",
-                self.highest_epoch, self.epoch
+                "a robot obeys epoch {highest}, expected at most {}: another runner has it",
+                self.epoch
             );
             self.abort(reason, now, actions);
         }

@@ -86,6 +86,12 @@ impl Roster {
         }
     }
 
+    /// The highest epoch that a robot or controller of this run obeys.
+    pub(super) fn highest_epoch(&self) -> u64 {
+        let sides = self.members.iter().flat_map(|member| [&member.robot, &member.controller]);
+        sides.flatten().map(|heard| heard.status.epoch).max().unwrap_or(0)
+    }
+
     /// Counters of the last statuses, for the lease.
     pub(super) fn echoes(&self) -> Vec<Echo> {
         self.members

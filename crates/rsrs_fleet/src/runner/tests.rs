@@ -1,1 +1,351 @@
+use std::collections::BTreeSet;
 
+use super::*;
+use crate::message::RobotState;
+
+const CONTROLLER: ControllerParameters =
+    ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
+const NAMES: [&str; 2] = ["robot_1", "robot_2"];
+
+/// A runner among robots that do as they are told, unless a test silences or changes them.
+struct Bench {
+    runner: Runner,
+    now_ms: u64,
+    counter: u64,
+    lease: Option<Lease>,
+    silent: BTreeSet<&'static str>,
+    stopped: BTreeSet<&'static str>,
+    parameter_digest: u64,
+    read_digest: u64,
+    simulated: bool,
+    opened: bool,
+    closed: bool,
+    configured: Vec<Target>,
+    finish: Option<(Outcome, Vec<String>)>,
+}
+
+impl Bench {
+    fn new(pace: Pace, robot_lost: RobotLost) -> Self {
+        let expected = Expected {
+            robots: NAMES.map(str::to_owned).to_vec(),
+            simulator: true,
+            topics: Vec::new(),
+        };
+        let runner = Runner::new(RunnerOptions {
+            run_id: "run".to_owned(),
+            expected,
+            controller: CONTROLLER,
+            simulator_digest: 7,
+            pace,
+            robot_lost,
+        });
+        Self {
+            runner,
+            now_ms: 0,
+            counter: 0,
+            lease: None,
+            silent: BTreeSet::new(),
+            stopped: BTreeSet::new(),
+            parameter_digest: CONTROLLER.digest(),
+            read_digest: CONTROLLER.digest(),
+            simulated: true,
+            opened: false,
+            closed: false,
+            configured: Vec::new(),
+            finish: None,
+        }
+    }
+
+    fn lockstep() -> Self {
+        Self::new(Pace::Lockstep { steps: 10 }, RobotLost::Abort)
+    }
+
+    fn real_time(robot_lost: RobotLost) -> Self {
+        Self::new(Pace::RealTime { duration: Duration::from_secs(4) }, robot_lost)
+    }
+
+    fn give(&mut self, event: Event) {
+        for action in self.runner.on_event(event, Duration::from_millis(self.now_ms)) {
+            match action {
+                Action::PublishLease(lease) => self.lease = Some(lease),
+                Action::Configure(target) => {
+                    self.configured.push(target.clone());
+                    self.give(Event::ParametersSet { target, result: Ok(()) });
+                }
+                Action::ReadBack(target) => {
+                    let digest = if target == Target::Simulator { 7 } else { self.read_digest };
+                    self.give(Event::ReadBack { target, result: Ok(digest) });
+                }
+                Action::OpenRecorder => {
+                    self.opened = true;
+                    self.give(Event::RecorderReady);
+                }
+                Action::CloseRecorder => {
+                    self.closed = true;
+                    self.give(Event::RecorderClosed);
+                }
+                Action::Say(_) => {}
+                Action::Finish { outcome, not_standing } => {
+                    assert!(self.finish.is_none(), "finished twice");
+                    self.finish = Some((outcome, not_standing));
+                }
+            }
+        }
+    }
+
+    /// One beat: every robot and controller speaks.
+    fn beat(&mut self) {
+        self.now_ms += 100;
+        self.counter += 1;
+        self.give(Event::Seen(Graph { publishers: Vec::new(), simulator: self.simulated }));
+        for name in NAMES {
+            if self.silent.contains(name) {
+                continue;
+            }
+            let (epoch, state) = match &self.lease {
+                Some(lease) if lease.epoch > 0 => (
+                    lease.epoch,
+                    match lease.state {
+                        _ if self.stopped.contains(name) => RobotState::Stopped,
+                        LeaseState::Running => RobotState::Moving,
+                        LeaseState::Stopped => RobotState::Stopped,
+                        LeaseState::Idle | LeaseState::Armed => RobotState::Armed,
+                    },
+                ),
+                _ => (3, RobotState::Idle),
+            };
+            let status = Status {
+                counter: self.counter,
+                epoch,
+                parameter_digest: self.parameter_digest,
+                state,
+                stop_reason: String::new(),
+                battery_v: f32::NAN,
+            };
+            let robot = name.to_owned();
+            self.give(Event::ControllerStatus { robot: robot.clone(), status: status.clone() });
+            self.give(Event::RobotStatus { robot, status });
+        }
+    }
+
+    fn state(&self) -> Option<LeaseState> {
+        self.lease.as_ref().map(|lease| lease.state)
+    }
+
+    fn run(&mut self) {
+        for _ in 0..40 {
+            if self.state() == Some(LeaseState::Running) {
+                return;
+            }
+            self.beat();
+        }
+        panic!("not running after 4 s: {:?}", self.finish);
+    }
+
+    fn end(&mut self) -> (Outcome, Vec<String>) {
+        for _ in 0..300 {
+            if let Some(finish) = &self.finish {
+                return finish.clone();
+            }
+            self.beat();
+        }
+        panic!("no end after 30 s");
+    }
+
+    fn problems(&mut self) -> Vec<String> {
+        match self.end().0 {
+            Outcome::Failed { problems } => problems.iter().map(ToString::to_string).collect(),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_lockstep_run_is_complete_when_the_recorder_has_taken_the_last_step() {
+    let mut bench = Bench::lockstep();
+    bench.run();
+
+    bench.give(Event::SimulatorComplete);
+    bench.give(Event::Recorded { step: 9 });
+    bench.beat();
+    assert_eq!(bench.state(), Some(LeaseState::Running));
+    bench.give(Event::Recorded { step: 10 });
+
+    assert_eq!(bench.end(), (Outcome::Completed, Vec::new()));
+    assert!(bench.closed);
+    let simulator_and_robots = bench.configured.iter().collect::<BTreeSet<_>>().len();
+    assert_eq!(simulator_and_robots, 3);
+}
+
+#[test]
+fn a_real_time_run_is_complete_when_its_time_is_over() {
+    let mut bench = Bench::real_time(RobotLost::Abort);
+    bench.run();
+    let start_ms = bench.now_ms;
+
+    let end = bench.end();
+
+    assert_eq!(end, (Outcome::Completed, Vec::new()));
+    assert!((4000..4500).contains(&(bench.now_ms - start_ms)), "{}", bench.now_ms - start_ms);
+}
+
+#[test]
+fn the_epoch_is_above_every_one_that_was_heard() {
+    let mut bench = Bench::lockstep();
+
+    bench.run();
+
+    assert_eq!(bench.runner.epoch(), 4);
+}
+
+#[test]
+fn nothing_is_set_while_anything_is_missing() {
+    let mut bench = Bench::lockstep();
+    bench.simulated = false;
+    bench.silent.insert("robot_2");
+
+    let problems = bench.problems();
+
+    assert_eq!(
+        problems,
+        [
+            "no simulator discovered",
+            "robot_2: no status heard",
+            "robot_2: no status of its controller heard"
+        ]
+    );
+    assert_eq!(bench.configured, []);
+}
+
+#[test]
+fn parameters_that_read_back_otherwise_are_refused_before_anything_is_recorded() {
+    let mut bench = Bench::lockstep();
+    bench.read_digest = 1;
+
+    let problems = bench.problems();
+
+    assert_eq!(problems.len(), 2);
+    assert!(problems[0].starts_with("robot_1: parameters not confirmed: digest 0000000000000001"));
+    assert!(!bench.opened);
+}
+
+#[test]
+fn a_robot_with_other_parameters_is_never_started() {
+    let mut bench = Bench::lockstep();
+    bench.parameter_digest = 1;
+
+    let problems = bench.problems();
+
+    assert!(problems[0].starts_with("robot_1: did not arm: parameter digest"), "{problems:?}");
+    assert!(bench.closed);
+}
+
+#[test]
+fn an_interrupt_at_any_moment_ends_in_a_closed_bag() {
+    for beats in 0..40 {
+        let mut bench = Bench::lockstep();
+        for _ in 0..beats {
+            bench.beat();
+        }
+
+        bench.give(Event::Interrupt);
+        let (outcome, not_standing) = bench.end();
+
+        assert_eq!(outcome, Outcome::Aborted { reason: "interrupted".to_owned() });
+        assert_eq!((bench.closed, not_standing), (bench.opened, Vec::new()));
+    }
+}
+
+#[test]
+fn the_e_stop_ends_the_run() {
+    let mut bench = Bench::lockstep();
+    bench.run();
+
+    bench.give(Event::EStop(true));
+
+    assert_eq!(bench.state(), Some(LeaseState::Stopped));
+    assert_eq!(bench.end().0, Outcome::Aborted { reason: "e-stop".to_owned() });
+}
+
+#[test]
+fn a_runner_that_hears_another_with_as_high_an_epoch_stops() {
+    let mut bench = Bench::lockstep();
+    bench.run();
+    let own = bench.lease.clone().expect("a running runner has published a lease");
+
+    bench.give(Event::LeaseHeard(own.clone()));
+    bench.give(Event::LeaseHeard(Lease { run_id: "low".to_owned(), epoch: 3, ..own.clone() }));
+    assert_eq!(bench.state(), Some(LeaseState::Running));
+    bench.give(Event::LeaseHeard(Lease { run_id: "other".to_owned(), ..own }));
+
+    assert_eq!(
+        bench.end().0,
+        Outcome::Aborted { reason: "another runner is active, run other".to_owned() }
+    );
+}
+
+#[test]
+fn a_silent_robot_aborts_the_run_and_is_named_at_its_end() {
+    let mut bench = Bench::real_time(RobotLost::Abort);
+    bench.run();
+    bench.beat();
+
+    bench.silent.insert("robot_2");
+    let (outcome, not_standing) = bench.end();
+
+    assert_eq!(
+        outcome,
+        Outcome::Aborted { reason: "lost robot_2: silent for more than 1 s".to_owned() }
+    );
+    assert_eq!(not_standing, ["robot_2"]);
+}
+
+#[test]
+fn a_lost_robot_may_be_noted_and_the_run_go_on() {
+    let mut bench = Bench::real_time(RobotLost::Note);
+    bench.run();
+
+    bench.silent.insert("robot_2");
+
+    assert_eq!(bench.end(), (Outcome::Completed, vec!["robot_2".to_owned()]));
+}
+
+#[test]
+fn in_lockstep_a_lapse_within_the_grace_is_waited_for() {
+    let mut bench = Bench::lockstep();
+    bench.run();
+
+    bench.stopped.insert("robot_1");
+    for _ in 0..50 {
+        bench.beat();
+    }
+    bench.stopped.clear();
+    for _ in 0..50 {
+        bench.beat();
+    }
+    assert_eq!(bench.state(), Some(LeaseState::Running));
+    bench.stopped.insert("robot_1");
+
+    assert!(matches!(bench.end().0, Outcome::Aborted { .. }));
+}
+
+#[test]
+fn a_void_run_is_closed_and_says_why() {
+    let mut bench = Bench::lockstep();
+    bench.run();
+
+    bench.give(Event::SimulatorVoid { reason: "frozen".to_owned() });
+
+    assert_eq!(bench.end().0, Outcome::Void { reason: "frozen".to_owned() });
+    assert!(bench.closed);
+}
+
+#[test]
+fn a_recorder_that_does_not_take_the_last_step_fails_the_run() {
+    let mut bench = Bench::lockstep();
+    bench.run();
+
+    bench.give(Event::SimulatorComplete);
+
+    assert_eq!(bench.problems(), ["recorder: took step 0, expected 10"]);
+}

@@ -1,0 +1,129 @@
+use super::*;
+use crate::message::Echo;
+
+const DIGEST: u64 = 7;
+
+fn ms(milliseconds: u64) -> Duration {
+    Duration::from_millis(milliseconds)
+}
+
+fn robot() -> Robot {
+    Robot::new(RobotOptions {
+        name: "robot_1".to_owned(),
+        command_timeout: ms(325),
+        lapse_grace: Duration::ZERO,
+    })
+}
+
+fn lease(epoch: u64, state: LeaseState, counter: u64) -> Event {
+    Event::Lease(Lease {
+        run_id: format!("run {epoch}"),
+        epoch,
+        state,
+        parameter_digest: DIGEST,
+        robots: vec![Echo { robot: "robot_1".to_owned(), counter }],
+    })
+}
+
+/// A robot that moves at time 0 under epoch 1.
+fn moving() -> Robot {
+    let mut robot = robot();
+    let status = robot.on_event(Event::Tick, ms(0)).expect("the first status is due");
+    robot.on_event(Event::Controller { parameter_digest: DIGEST }, ms(0));
+    robot.on_event(lease(1, LeaseState::Armed, status.counter), ms(0));
+    robot.on_event(lease(1, LeaseState::Running, status.counter), ms(0));
+    let forward = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
+    robot.on_event(Event::Command(forward), ms(0));
+    assert_eq!(robot.drive(ms(0)), forward);
+    robot
+}
+
+#[test]
+fn a_robot_without_a_lease_stands() {
+    let mut robot = robot();
+
+    robot.on_event(Event::Command(Command { speed_m_s: 1.0, turn_rate_rad_s: 0.0 }), ms(0));
+
+    assert_eq!(robot.drive(ms(0)), Command::STOP);
+}
+
+#[test]
+fn a_delayed_lease_cannot_stretch_itself() {
+    let mut robot = moving();
+    // Every beat brings a lease, but all of them echo the first status.
+    for beat in 1..=5 {
+        robot.on_event(Event::Controller { parameter_digest: DIGEST }, ms(beat * 100));
+        robot.on_event(lease(1, LeaseState::Running, 1), ms(beat * 100));
+        robot.on_event(
+            Event::Command(Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 }),
+            ms(beat * 100),
+        );
+    }
+
+    assert_ne!(robot.drive(ms(500)), Command::STOP);
+    assert_eq!(robot.drive(ms(501)), Command::STOP);
+}
+
+#[test]
+fn a_lapse_latches_until_a_newer_epoch_arms() {
+    let mut robot = moving();
+    robot.on_event(Event::Tick, ms(600));
+    let counter = robot.counter;
+
+    robot.on_event(lease(1, LeaseState::Running, counter), ms(610));
+    assert_eq!(robot.state(ms(610)), RobotState::Stopped);
+
+    robot.on_event(lease(2, LeaseState::Armed, counter), ms(620));
+    assert_eq!(robot.state(ms(620)), RobotState::Armed);
+}
+
+#[test]
+fn an_older_epoch_is_not_obeyed() {
+    let mut robot = moving();
+    robot.on_event(lease(3, LeaseState::Armed, 1), ms(10));
+
+    robot.on_event(lease(1, LeaseState::Running, 1), ms(20));
+
+    assert_eq!(robot.epoch(), 3);
+    assert_eq!(robot.state(ms(20)), RobotState::Armed);
+}
+
+#[test]
+fn other_parameters_than_the_confirmed_ones_stop_the_robot() {
+    let mut robot = moving();
+
+    robot.on_event(Event::Controller { parameter_digest: DIGEST + 1 }, ms(50));
+
+    assert_eq!(robot.drive(ms(50)), Command::STOP);
+    assert_eq!(robot.latched(), Some("controller silent or its parameters not the confirmed ones"));
+}
+
+#[test]
+fn a_stale_command_stops_the_wheels_without_a_latch() {
+    let mut robot = moving();
+    let status = robot.on_event(Event::Tick, ms(300)).expect("a status is due");
+    robot.on_event(Event::Controller { parameter_digest: DIGEST }, ms(300));
+    robot.on_event(lease(1, LeaseState::Running, status.counter), ms(300));
+
+    assert_eq!(robot.drive(ms(326)), Command::STOP);
+    assert_eq!(robot.latched(), None);
+}
+
+#[test]
+fn a_silent_e_stop_publisher_locks() {
+    let mut robot = moving();
+    robot.on_event(Event::EStop(false), ms(0));
+
+    assert_ne!(robot.drive(ms(300)), Command::STOP);
+    assert!(robot.standing(ms(501)).is_some());
+}
+
+#[test]
+fn a_rebooted_robot_does_not_join_a_running_lease() {
+    let mut robot = robot();
+    robot.on_event(Event::Controller { parameter_digest: DIGEST }, ms(0));
+
+    robot.on_event(lease(1, LeaseState::Running, 0), ms(0));
+
+    assert_eq!(robot.state(ms(0)), RobotState::Idle);
+}
