@@ -4,6 +4,7 @@ pub mod choose;
 pub mod completions;
 pub mod diagram;
 pub mod label;
+pub mod node;
 pub mod sweep;
 
 use std::io::Write;

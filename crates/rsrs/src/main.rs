@@ -38,6 +38,7 @@ enum Command {
     Diagram(commands::diagram::Arguments),
     Choose(commands::choose::Arguments),
     Label(commands::label::Arguments),
+    Node(commands::node::Arguments),
     Completions(commands::completions::Arguments),
 }
 
@@ -48,6 +49,7 @@ fn main() -> ExitCode {
         Command::Diagram(arguments) => commands::diagram::run(arguments),
         Command::Choose(arguments) => commands::choose::run(arguments),
         Command::Label(arguments) => commands::label::run(arguments),
+        Command::Node(arguments) => commands::node::run(arguments),
         Command::Completions(arguments) => Ok(commands::completions::run::<Arguments>(arguments)),
     };
     match result {

@@ -1,0 +1,39 @@
+//! The simulator node: the world behind the topics of a fleet, in lockstep.
+//!
+//! One process stands in for many robots, each with the topics, types and gate of a real one, all
+//! on one participant. The pace is decided by [`rsrs_fleet::simulator`], who may move by
+//! [`rsrs_fleet::robot`], and what happens by [`rsrs_sim::world`]: with a seed it passes through
+//! exactly the states of that replicate of a sweep.
+
+mod driver;
+mod options;
+mod parameters;
+mod robots;
+
+pub use options::{Options, OptionsError};
+pub use parameters::NODE;
+
+use anyhow::Context;
+use rsrs_ros::logging::{self, Level};
+use rsrs_ros::ros_args::Environment;
+
+/// Runs the node until SIGINT or SIGTERM.
+///
+/// # Arguments
+///
+/// * `arguments` — those of the process, without its name: `[--interface NAME|IP] --robots NAME,…
+///   [--ros-args …]`.
+///
+/// # Errors
+///
+/// If the arguments are wrong, no interface is chosen, or the network cannot be used.
+pub fn main(arguments: &[String]) -> anyhow::Result<()> {
+    let options = Options::parse(arguments, &Environment::of_this_process())?;
+    let level = options.log_level.unwrap_or(Level::Info);
+    logging::init(level, std::env::var("RUST_LOG").ok().as_deref());
+    tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("starting the runtime")?
+        .block_on(driver::run(options))
+}
