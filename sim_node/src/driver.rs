@@ -11,6 +11,7 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::clock::ClockPublisher;
 use rsrs_ros::logging::Level;
+use rsrs_ros::node_arguments::NodeArguments;
 use rsrs_ros::parameters::{Arming, ParameterServer};
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use rsrs_ros::shutdown;
@@ -18,7 +19,6 @@ use rsrs_sim::world::World;
 use rsrs_wire as wire;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
-use crate::options::Options;
 use crate::parameters::{self, NODE};
 use crate::robots::VirtualRobot;
 
@@ -55,7 +55,7 @@ struct Simulation {
 /// # Errors
 ///
 /// If the network cannot be used, or a reliable subscriber stops acknowledging.
-pub async fn run(options: Options) -> anyhow::Result<()> {
+pub async fn run(options: NodeArguments) -> anyhow::Result<()> {
     let session = Session::open(&options.session)?;
     let (heard, mut events) = unbounded_channel();
     let node = session.node("/", NODE)?;
@@ -85,8 +85,8 @@ pub async fn run(options: Options) -> anyhow::Result<()> {
         robots,
         server,
     };
-    for note in &options.notes {
-        simulation.node.say(Level::Warn, note);
+    for note in &options.ros.notes {
+        simulation.node.say(Level::Warn, &note.to_string());
     }
     simulation.node.say(Level::Info, &format!("{hosted} virtual robots ready"));
     let ended = simulation.serve(&mut events).await;

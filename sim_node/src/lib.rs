@@ -6,15 +6,14 @@
 //! exactly the states of that replicate of a sweep.
 
 mod driver;
-mod options;
 mod parameters;
 mod robots;
 
-pub use options::{Options, OptionsError};
 pub use parameters::NODE;
 
 use anyhow::Context;
 use rsrs_ros::logging::{self, Level};
+use rsrs_ros::node_arguments::NodeArguments;
 use rsrs_ros::ros_args::Environment;
 
 /// Runs the node until SIGINT or SIGTERM.
@@ -28,7 +27,7 @@ use rsrs_ros::ros_args::Environment;
 ///
 /// If the arguments are wrong, no interface is chosen, or the network cannot be used.
 pub fn main(arguments: &[String]) -> anyhow::Result<()> {
-    let options = Options::parse(arguments, &Environment::of_this_process())?;
+    let options = NodeArguments::parse(arguments, &Environment::of_this_process(), NODE)?;
     let level = options.log_level.unwrap_or(Level::Info);
     logging::init(level, std::env::var("RUST_LOG").ok().as_deref());
     tokio::runtime::Builder::new_current_thread()

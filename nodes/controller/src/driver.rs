@@ -11,13 +11,13 @@ use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::logging::Level;
+use rsrs_ros::node_arguments::NodeArguments;
 use rsrs_ros::parameters::{Arming, ParameterServer};
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use rsrs_ros::shutdown;
 use rsrs_wire as wire;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
-use crate::options::Options;
 use crate::parameters::{self, NODE};
 
 /// What reaches the controllers: of one robot, or of all.
@@ -47,13 +47,16 @@ enum CmdVel {
 /// # Errors
 ///
 /// If the network cannot be used, or a reliable subscriber stops acknowledging.
-pub async fn run(options: Options) -> anyhow::Result<()> {
+pub async fn run(options: NodeArguments) -> anyhow::Result<()> {
     let session = Session::open(&options.session)?;
     let (heard, mut events) = unbounded_channel();
     let declared = options
         .robots
         .iter()
-        .map(|(robot, given)| parameters::declare(robot, given.clone()))
+        .map(|robot| {
+            let given = options.ros.parameters(&format!("/{robot}/{NODE}"));
+            parameters::declare(robot, given)
+        })
         .collect::<Result<Vec<_>, _>>()?;
     let changed = heard.clone();
     let server = ParameterServer::start(&session, declared, move |node, _| {
@@ -63,14 +66,14 @@ pub async fn run(options: Options) -> anyhow::Result<()> {
     })?;
     let mut hosted = Vec::new();
     let mut subscriptions = Vec::new();
-    for (index, (robot, _)) in options.robots.iter().enumerate() {
+    for (index, robot) in options.robots.iter().enumerate() {
         hosted.push(host(&session, &server, robot)?);
         subscriptions.push(listen(&session, &hosted[index].node, (index, robot), &heard)?);
     }
     if let Some(first) = hosted.first() {
         subscriptions.extend(listen_to_all(&session, &first.node, &heard)?);
-        for note in &options.notes {
-            first.node.say(Level::Warn, note);
+        for note in &options.ros.notes {
+            first.node.say(Level::Warn, &note.to_string());
         }
         first.node.say(Level::Info, &format!("{} controllers ready", hosted.len()));
     }

@@ -17,6 +17,7 @@ pub mod confine;
 pub mod interfaces;
 mod kernel;
 pub mod logging;
+pub mod node_arguments;
 pub mod parameters;
 pub mod ros_args;
 pub mod session;

@@ -1,31 +1,26 @@
-//! What a controller process is told when it starts.
+//! What a node of ours is told when it starts: where to speak, and for which robots.
 
-use std::collections::BTreeMap;
+use crate::interfaces::{self, InterfaceError};
+use crate::logging::Level;
+use crate::ros_args::{Environment, RosArgs, RosArgsError};
+use crate::session::SessionOptions;
 
-use rsrs_ros::interfaces::{self, InterfaceError};
-use rsrs_ros::logging::Level;
-use rsrs_ros::parameters::ParameterValue;
-use rsrs_ros::ros_args::{Environment, RosArgs, RosArgsError};
-use rsrs_ros::session::SessionOptions;
-
-use crate::parameters::NODE;
-
-/// What a controller process is told when it starts.
+/// What a node of ours is told when it starts.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct NodeArguments {
     /// Where to speak.
     pub session: SessionOptions,
-    /// The robots, with the start values of their parameters.
-    pub robots: Vec<(String, BTreeMap<String, ParameterValue>)>,
+    /// The robots that it speaks for, in the order given.
+    pub robots: Vec<String>,
     /// From which level on to log.
     pub log_level: Option<Level>,
-    /// What cannot be honoured, to be said once the log is open.
-    pub notes: Vec<String>,
+    /// What was said to ROS 2, such as start values of parameters.
+    pub ros: RosArgs,
 }
 
-/// Why a controller process cannot start.
+/// Why a node cannot start.
 #[derive(Debug, thiserror::Error)]
-pub enum OptionsError {
+pub enum NodeArgumentsError {
     /// The arguments for ROS 2 are wrong.
     #[error(transparent)]
     Ros(#[from] RosArgsError),
@@ -49,42 +44,48 @@ pub enum OptionsError {
     NoRobot,
 }
 
-impl Options {
-    /// Understands the arguments of the process.
+impl NodeArguments {
+    /// Understands the arguments of the process: `[--interface NAME|IP] [--robots NAME,…]
+    /// [--ros-args …]`. Without `--robots` the namespace names the one robot.
+    ///
+    /// # Arguments
+    ///
+    /// * `node` — the node's name where none is given.
     ///
     /// # Errors
     ///
-    /// [`OptionsError`].
-    pub fn parse(arguments: &[String], environment: &Environment) -> Result<Self, OptionsError> {
+    /// [`NodeArgumentsError`].
+    pub fn parse(
+        arguments: &[String],
+        environment: &Environment,
+        node: &str,
+    ) -> Result<Self, NodeArgumentsError> {
         let (ros, rest) = RosArgs::parse(arguments, environment)?;
         let (mut interface, mut robots) = (None, Vec::new());
         let mut rest = rest.into_iter();
         while let Some(flag) = rest.next() {
-            let mut value = || rest.next().ok_or(OptionsError::NoValue { flag: flag.clone() });
+            let mut value =
+                || rest.next().ok_or(NodeArgumentsError::NoValue { flag: flag.clone() });
             match flag.as_str() {
                 "--interface" => interface = Some(value()?),
                 "--robots" => robots.extend(value()?.split(',').map(str::to_owned)),
-                _ => return Err(OptionsError::Unexpected { found: flag }),
+                _ => return Err(NodeArgumentsError::Unexpected { found: flag }),
             }
         }
         if robots.is_empty() {
-            let (namespace, _) = ros.node("/", NODE);
+            let (namespace, _) = ros.node("/", node);
             match namespace.trim_matches('/') {
-                "" => return Err(OptionsError::NoRobot),
+                "" => return Err(NodeArgumentsError::NoRobot),
                 robot => robots.push(robot.to_owned()),
             }
         }
         let address =
             interfaces::chosen(interface.as_deref(), environment.variable(interfaces::VARIABLE))?;
-        let with_parameters = |robot: String| {
-            let parameters = ros.parameters(&format!("/{robot}/{NODE}"));
-            (robot, parameters)
-        };
         Ok(Self {
             session: SessionOptions { domain_id: ros.domain_id, interfaces: vec![address] },
-            robots: robots.into_iter().map(with_parameters).collect(),
-            log_level: ros.log_level(NODE),
-            notes: ros.notes.iter().map(ToString::to_string).collect(),
+            robots,
+            log_level: ros.log_level(node),
+            ros,
         })
     }
 }
@@ -92,13 +93,14 @@ impl Options {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parameters::ParameterValue;
 
-    fn parse(arguments: &[&str]) -> Result<Options, OptionsError> {
+    fn parse(arguments: &[&str]) -> Result<NodeArguments, NodeArgumentsError> {
         let arguments: Vec<String> = arguments.iter().map(|text| (*text).to_owned()).collect();
         let environment = Environment::new(&[("RSRS_INTERFACE", "127.0.0.1")], |_| {
             Err(std::io::ErrorKind::NotFound.into())
         });
-        Options::parse(&arguments, &environment)
+        NodeArguments::parse(&arguments, &environment, "controller")
     }
 
     #[test]
@@ -106,21 +108,21 @@ mod tests {
         let options = parse(&["--ros-args", "-r", "__ns:=/robot_3", "-p", "speed:=0.15"]).unwrap();
 
         assert_eq!(options.robots.len(), 1);
-        assert_eq!(options.robots[0].0, "robot_3");
-        assert_eq!(options.robots[0].1["speed"], ParameterValue::Double(0.15));
+        assert_eq!(options.robots[0], "robot_3");
+        let parameters = options.ros.parameters("/robot_3/controller");
+        assert_eq!(parameters["speed"], ParameterValue::Double(0.15));
     }
 
     #[test]
     fn one_process_hosts_many_robots() {
         let options = parse(&["--robots", "robot_1,robot_2"]).unwrap();
 
-        let names: Vec<&str> = options.robots.iter().map(|(name, _)| name.as_str()).collect();
-        assert_eq!(names, ["robot_1", "robot_2"]);
+        assert_eq!(options.robots, ["robot_1", "robot_2"]);
     }
 
     #[test]
     fn a_process_without_a_robot_is_refused() {
-        assert!(matches!(parse(&[]), Err(OptionsError::NoRobot)));
+        assert!(matches!(parse(&[]), Err(NodeArgumentsError::NoRobot)));
     }
 
     #[test]
@@ -135,8 +137,8 @@ mod tests {
         let nobody_chose = Environment::new(&[], |_| Err(std::io::ErrorKind::NotFound.into()));
         let arguments = ["--robots".to_owned(), "robot_1".to_owned()];
 
-        let error = Options::parse(&arguments, &nobody_chose).unwrap_err();
+        let error = NodeArguments::parse(&arguments, &nobody_chose, "controller").unwrap_err();
 
-        assert!(matches!(error, OptionsError::Interface(InterfaceError::NotChosen { .. })));
+        assert!(matches!(error, NodeArgumentsError::Interface(InterfaceError::NotChosen { .. })));
     }
 }
