@@ -1,10 +1,9 @@
 //! Samples and timers in, steps of the world out.
 
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use rsrs_fleet::robot;
 use rsrs_fleet::simulator::{Action, Event, Simulator};
-use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
 use rsrs_msgs::std_msgs::Bool;
@@ -281,10 +280,4 @@ impl Simulation {
         }
         Ok(self.digest.publish(WorldDigest { step, digest }).await?)
     }
-}
-
-/// The time of the wall, for stamps that people read; nothing is decided by it.
-pub fn wall_time() -> Time {
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    Time::from_nanos(u64::try_from(since_1970.as_nanos()).unwrap_or(u64::MAX))
 }

@@ -12,6 +12,7 @@ use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::RobotStatus;
 use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics;
+use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
 use rsrs_wire as wire;
 
@@ -61,7 +62,7 @@ impl VirtualRobot {
     /// If the status cannot be published.
     pub async fn on_event(&mut self, event: Event, now: Duration) -> anyhow::Result<()> {
         if let Some(status) = self.gate.on_event(event, now) {
-            self.status.publish(wire::status_message(&status, crate::driver::wall_time())).await?;
+            self.status.publish(wire::status_message(&status, wall_time())).await?;
         }
         Ok(())
     }

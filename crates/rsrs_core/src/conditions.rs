@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::axis::{Axis, Cell};
 use crate::controller::ControllerParameters;
 use crate::digest::Digest;
-use crate::profile::{ProfileError, RobotProfile, Sees};
+use crate::profile::{ProfileError, RobotProfile, Sees, Sensing};
 use crate::trajectory::Bodies;
 
 /// All aspects of a world, resolved to numbers: the paper's `E`.
@@ -131,6 +131,21 @@ pub enum Region {
 }
 
 impl Region {
+    /// The region of a checked profile's sensor.
+    ///
+    /// # Panics
+    ///
+    /// If the profile has neither a cone nor a polygon: then it was not checked.
+    pub fn of(sensing: &Sensing) -> Self {
+        match (&sensing.cone, &sensing.polygon_m) {
+            (Some(cone), _) => {
+                Self::Cone { half_angle_rad: cone.half_angle_rad, range_m: cone.range_m }
+            }
+            (None, Some(corners)) => Self::Polygon { corners_m: corners.clone() },
+            (None, None) => unreachable!("a checked profile has a region"),
+        }
+    }
+
     /// The greatest distance at which a centre can lie in the region, in metres.
     pub fn range_m(&self) -> f64 {
         match self {
@@ -370,13 +385,7 @@ fn simulated_robot(robot: &RobotProfile, controller: ControllerParameters) -> Si
         gust_time_constant_s: robot.actuation.gust.time_constant_s,
         yaw_lag_s: robot.actuation.yaw_lag_s,
         sees: sensing.sees,
-        region: match (&sensing.cone, &sensing.polygon_m) {
-            (Some(cone), _) => {
-                Region::Cone { half_angle_rad: cone.half_angle_rad, range_m: cone.range_m }
-            }
-            (None, Some(corners)) => Region::Polygon { corners_m: corners.clone() },
-            (None, None) => unreachable!("a checked profile has a region"),
-        },
+        region: Region::of(sensing),
         true_positive: sensing.true_positive,
         false_positive: sensing.false_positive,
         latency_steps: sensing.latency_steps,

@@ -1,6 +1,6 @@
 //! Samples and timers in, commands and statuses out.
 
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use rsrs_fleet::controller::{Action, Controller, Event};
 use rsrs_fleet::timing::BEAT;
@@ -10,6 +10,7 @@ use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
+use rsrs_ros::clock::wall_time;
 use rsrs_ros::logging::Level;
 use rsrs_ros::node_arguments::NodeArguments;
 use rsrs_ros::parameters::{Arming, ParameterServer};
@@ -216,10 +217,4 @@ async fn step(
         server.set_arming(controller.node.full_name(), arming)?;
     }
     Ok(())
-}
-
-/// The time of the wall, for stamps that people read; nothing is decided by it.
-fn wall_time() -> Time {
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    Time::from_nanos(u64::try_from(since_1970.as_nanos()).unwrap_or(u64::MAX))
 }

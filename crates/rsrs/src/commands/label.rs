@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{PoseSource, TrajectoryOptions, read_trajectory};
+use rsrs_core::conditions::Region;
 use rsrs_core::order::Evidence;
 use rsrs_core::phase::{Phase, label};
 use rsrs_core::trajectory::Bodies;
@@ -65,13 +66,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         None => Bodies { radius_m: None, range_m: None },
         Some(path) => {
             let profile = read_profile(path)?;
-            let range_m = match (&profile.sensing.cone, &profile.sensing.polygon_m) {
-                (Some(cone), _) => Some(cone.range_m),
-                (None, Some(polygon)) => {
-                    Some(polygon.iter().map(|[x, y]| libm::hypot(*x, *y)).fold(0.0_f64, f64::max))
-                }
-                (None, None) => None,
-            };
+            let range_m = Some(Region::of(&profile.sensing).range_m());
             Bodies { radius_m: Some(profile.body.radius_m), range_m }
         }
     };
