@@ -110,6 +110,10 @@ pub const STATUS: Topic = topic::<rsrs::RobotStatus>("status", Qos::best_effort(
 /// What the controller says of itself: robot and runner take its parameter digest from here.
 pub const CONTROLLER_STATUS: Topic =
     topic::<rsrs::RobotStatus>("controller/status", Qos::best_effort(1));
+/// What the simulator says of itself: armed with a placed world, moving, stopped after its last step,
+/// or in fault; the digest names the placed world.
+pub const SIMULATOR_STATUS: Topic =
+    topic::<rsrs::RobotStatus>("/simulator/status", Qos::best_effort(1));
 /// The runner's permission to move; an old one is worthless, so it is never sent again.
 pub const LEASE: Topic = topic::<rsrs::RunLease>("/swarm/lease", Qos::best_effort(1));
 /// Stops every robot; once heard, a silent publisher locks too.
@@ -145,6 +149,7 @@ pub const ALL: &[Topic] = &[
     RANGE,
     STATUS,
     CONTROLLER_STATUS,
+    SIMULATOR_STATUS,
     LEASE,
     E_STOP,
     WORLD_DIGEST,

@@ -1,8 +1,7 @@
-//! The experiment file, and the record of one run that goes into its bag.
+//! The experiment file: what a person wants to run.
 
 use rsrs_core::axis::{Axis, Cell};
-use rsrs_core::circumstances::Circumstances;
-use rsrs_core::conditions::{Conditions, Placement, Settings};
+use rsrs_core::conditions::{Placement, Settings};
 use rsrs_core::document::{self, DocumentError};
 use rsrs_core::sweep_file::SEED_LIMIT;
 use serde::{Deserialize, Serialize};
@@ -219,135 +218,11 @@ impl ExperimentFile {
 /// Numbers that differ by less than this share were the same number before they were written.
 const SAME: f64 = 1e-9;
 
-/// Version of [`ExperimentRecord`]'s shape.
-pub const RECORD_SCHEMA_VERSION: u32 = 1;
-
-/// All that it takes to repeat one run; it goes into the run's bag.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ExperimentRecord {
-    /// Names the run, in the bag and in its leases.
-    pub run_id: String,
-    /// Names of the robots, in the order of the world's rows.
-    pub robots: Vec<String>,
-    /// The resolved conditions, the paper's `E`.
-    pub conditions: Conditions,
-    /// How long the robots were to move, in seconds.
-    pub duration_s: f64,
-    /// Seed of the simulated world.
-    pub seed: u64,
-    /// Which replicate of the cell it is.
-    pub replicate: u64,
-    /// What was to be done about a lost robot.
-    pub robot_lost: RobotLost,
-    /// The pace.
-    pub time: Time,
-    /// Where it comes from.
-    pub provenance: Provenance,
-}
-
-/// Where a record comes from.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Provenance {
-    /// Version of the program.
-    pub version: String,
-    /// Digest of the robots' profile: 16 hexadecimal digits.
-    pub profile_digest: String,
-    /// Digest of the conditions: 16 hexadecimal digits.
-    pub conditions_digest: String,
-    /// Version of the record's shape.
-    pub schema_version: u32,
-}
-
-impl Provenance {
-    /// The provenance of a run under these conditions.
-    pub fn new(version: &str, profile_digest: &str, conditions: &Conditions) -> Self {
-        Self {
-            version: version.to_owned(),
-            profile_digest: profile_digest.to_owned(),
-            conditions_digest: format!("{:016x}", conditions.digest()),
-            schema_version: RECORD_SCHEMA_VERSION,
-        }
-    }
-}
-
-impl ExperimentRecord {
-    /// The record as JSON, on one line.
-    ///
-    /// # Panics
-    ///
-    /// Never: a record is plain data.
-    pub fn to_json(&self) -> String {
-        serde_json::to_string(self).expect("a record is plain data")
-    }
-
-    /// Reads a record back.
-    ///
-    /// # Errors
-    ///
-    /// The parser's, with line and column.
-    pub fn from_json(text: &str) -> Result<Self, serde_json::Error> {
-        serde_json::from_str(text)
-    }
-
-    /// What must be the same for the run to be compared with a simulated cell.
-    pub fn circumstances(&self) -> Circumstances {
-        Circumstances::of(&self.conditions, self.duration_s)
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use rsrs_core::profile::RobotProfile;
-
     use super::*;
 
     const SHIPPED: &str = include_str!("../../../launch_configs/experiments/flockbot_milling.yaml");
-    const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
-
-    fn record() -> ExperimentRecord {
-        let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
-        let experiment = ExperimentFile::parse("experiment.yaml", SHIPPED).unwrap();
-        let settings = experiment.settings(experiment.cell.as_ref().unwrap()).unwrap();
-        let conditions = Conditions::resolve(&profile, &settings).unwrap();
-        ExperimentRecord {
-            run_id: "run".to_owned(),
-            robots: (1..=9).map(|robot| format!("robot_{robot}")).collect(),
-            provenance: Provenance::new("0.1.0", &profile.digest(), &conditions),
-            conditions,
-            duration_s: experiment.duration_s,
-            seed: experiment.seed,
-            replicate: 0,
-            robot_lost: experiment.robot_lost,
-            time: experiment.simulator.time,
-        }
-    }
-
-    #[test]
-    fn a_record_reads_back_to_the_bit() {
-        let record = record();
-
-        let read = ExperimentRecord::from_json(&record.to_json()).unwrap();
-
-        assert_eq!(read, record);
-        assert_eq!(format!("{:016x}", read.conditions.digest()), read.provenance.conditions_digest);
-    }
-
-    #[test]
-    fn the_shipped_experiment_is_the_papers_best_cell() {
-        let circumstances = record().circumstances();
-
-        assert_eq!(circumstances.robots, 9);
-        assert_eq!(circumstances.placement, Placement::DiscFacingOut { radius_m: 0.825 });
-        assert_eq!(circumstances.controller.digest(), {
-            let best = rsrs_core::controller::ControllerParameters {
-                speed_m_s: 0.15,
-                turn_rate_rad_s: 0.75,
-            };
-            best.digest()
-        });
-    }
 
     #[test]
     fn what_cannot_be_run_is_refused() {

@@ -9,7 +9,8 @@
 //!
 //! Reading order: what is said ([`message`]); who may move ([`robot`], the final gate); who decides
 //! ([`controller`]); the world's pace ([`simulator`]); who conducts ([`preflight`], [`runner`]);
-//! which robots there are ([`fleet_file`]) and what is run with them ([`experiment`]).
+//! which robots there are ([`fleet_file`]), what is run with them ([`experiment`]) and what was run
+//! ([`record`]).
 
 pub mod message;
 pub mod timing;
@@ -23,3 +24,4 @@ pub mod runner;
 
 pub mod experiment;
 pub mod fleet_file;
+pub mod record;

@@ -27,7 +27,8 @@ pub struct RunnerOptions {
     pub expected: Expected,
     /// What every controller is set to.
     pub controller: ControllerParameters,
-    /// Digest that the simulator must read back; unused without a simulator.
+    /// Digest of the world that the simulator must have placed
+    /// ([`crate::simulator::placement_digest`]); unused without a simulator.
     pub simulator_digest: u64,
     /// When the run is complete.
     pub pace: Pace,
@@ -203,6 +204,11 @@ impl Runner {
     /// The epoch of this run; 0 before it arms.
     pub fn epoch(&self) -> u64 {
         self.epoch
+    }
+
+    /// How the run ended; `None` while it goes on. It is known before the bag is closed.
+    pub fn outcome(&self) -> Option<&Outcome> {
+        self.outcome.as_ref()
     }
 
     /// Takes an event.

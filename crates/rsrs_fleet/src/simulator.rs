@@ -5,12 +5,28 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use rsrs_core::conditions::Conditions;
 use rsrs_core::controller::Command;
+use rsrs_core::digest::Digest;
 
 use crate::timing::LOCKSTEP_GRACE;
 
 /// Steps that the simulator may be ahead of the recorder.
 pub const RECORDER_WINDOW: u64 = 20;
+
+/// Names a placed world: the simulator reports it in its status, and the runner expects it.
+///
+/// # Arguments
+///
+/// * `seed`, `replicate` — which run of the conditions.
+/// * `steps` — how many steps the world is to make.
+pub fn placement_digest(conditions: &Conditions, seed: u64, replicate: u64, steps: u64) -> u64 {
+    let mut digest = Digest::new("placement");
+    for word in [conditions.digest(), seed, replicate, steps] {
+        digest.word(word);
+    }
+    digest.value()
+}
 
 /// What happens to the simulator.
 #[derive(Clone, Debug, PartialEq)]

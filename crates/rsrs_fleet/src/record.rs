@@ -1,0 +1,233 @@
+//! The record of one run: all that it takes to repeat it, and how it ended. Both go into its bag.
+
+use std::collections::BTreeMap;
+
+use rsrs_core::circumstances::Circumstances;
+use rsrs_core::conditions::Conditions;
+use serde::{Deserialize, Serialize};
+
+use crate::experiment::{RobotLost, Time};
+use crate::runner::Outcome;
+
+/// Name of the attachment of a bag that holds an [`ExperimentRecord`] as JSON.
+pub const ATTACHMENT: &str = "experiment.json";
+
+/// Name of the metadata record of a bag that holds an [`Ending`].
+pub const ENDING: &str = "rsrs_ending";
+
+/// Version of [`ExperimentRecord`]'s shape.
+pub const RECORD_SCHEMA_VERSION: u32 = 1;
+
+/// All that it takes to repeat one run; it goes into the run's bag.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExperimentRecord {
+    /// Names the run, in the bag and in its leases.
+    pub run_id: String,
+    /// Names of the robots, in the order of the world's rows.
+    pub robots: Vec<String>,
+    /// The resolved conditions, the paper's `E`.
+    pub conditions: Conditions,
+    /// How long the robots were to move, in seconds.
+    pub duration_s: f64,
+    /// Seed of the simulated world.
+    pub seed: u64,
+    /// Which replicate of the cell it is.
+    pub replicate: u64,
+    /// What was to be done about a lost robot.
+    pub robot_lost: RobotLost,
+    /// The pace.
+    pub time: Time,
+    /// Where it comes from.
+    pub provenance: Provenance,
+}
+
+/// Where a record comes from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// Version of the program.
+    pub version: String,
+    /// Commit that it was built from.
+    pub commit: String,
+    /// Digest of the robots' profile: 16 hexadecimal digits.
+    pub profile_digest: String,
+    /// Digest of the conditions: 16 hexadecimal digits.
+    pub conditions_digest: String,
+    /// Version of the record's shape.
+    pub schema_version: u32,
+}
+
+impl Provenance {
+    /// The provenance of a run under these conditions.
+    ///
+    /// # Arguments
+    ///
+    /// * `program` — its version, and the commit that it was built from.
+    /// * `profile_digest` — that of the measured robot.
+    pub fn new(program: (&str, &str), profile_digest: &str, conditions: &Conditions) -> Self {
+        let (version, commit) = program;
+        Self {
+            version: version.to_owned(),
+            commit: commit.to_owned(),
+            profile_digest: profile_digest.to_owned(),
+            conditions_digest: format!("{:016x}", conditions.digest()),
+            schema_version: RECORD_SCHEMA_VERSION,
+        }
+    }
+}
+
+impl ExperimentRecord {
+    /// The record as JSON, on one line.
+    ///
+    /// # Panics
+    ///
+    /// Never: a record is plain data.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).expect("a record is plain data")
+    }
+
+    /// Reads a record back.
+    ///
+    /// # Errors
+    ///
+    /// The parser's, with line and column.
+    pub fn from_json(text: &str) -> Result<Self, serde_json::Error> {
+        serde_json::from_str(text)
+    }
+
+    /// What must be the same for the run to be compared with a simulated cell.
+    pub fn circumstances(&self) -> Circumstances {
+        Circumstances::of(&self.conditions, self.duration_s)
+    }
+}
+
+/// How a run ended, decided before anyone looked at what the swarm did.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ending {
+    /// In a word.
+    pub kind: EndingKind,
+    /// Why, where it was not completed; else empty.
+    pub reason: String,
+}
+
+/// How a run ended, in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EndingKind {
+    /// All of it was run and recorded: it counts.
+    Completed,
+    /// It says nothing, for a cause that was known before its result.
+    Void,
+    /// It was stopped before its end.
+    Aborted,
+    /// It could not be started, or not be recorded.
+    Failed,
+}
+
+impl EndingKind {
+    const ALL: [Self; 4] = [Self::Completed, Self::Void, Self::Aborted, Self::Failed];
+
+    /// As it is written in bags.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Completed => "completed",
+            Self::Void => "void",
+            Self::Aborted => "aborted",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+impl Ending {
+    /// The ending that an outcome is.
+    pub fn of(outcome: &Outcome) -> Self {
+        let (kind, reason) = match outcome {
+            Outcome::Completed => (EndingKind::Completed, String::new()),
+            Outcome::Void { reason } => (EndingKind::Void, reason.clone()),
+            Outcome::Aborted { reason } => (EndingKind::Aborted, reason.clone()),
+            Outcome::Failed { problems } => {
+                let reasons: Vec<String> = problems.iter().map(ToString::to_string).collect();
+                (EndingKind::Failed, reasons.join("; "))
+            }
+        };
+        Self { kind, reason }
+    }
+
+    /// The ending as a bag's metadata holds it.
+    pub fn to_pairs(&self) -> BTreeMap<String, String> {
+        BTreeMap::from([
+            ("ending".to_owned(), self.kind.key().to_owned()),
+            ("reason".to_owned(), self.reason.clone()),
+        ])
+    }
+
+    /// Reads an ending back; `None` if it is none of ours.
+    pub fn from_pairs(pairs: &BTreeMap<String, String>) -> Option<Self> {
+        let key = pairs.get("ending")?;
+        let kind = EndingKind::ALL.into_iter().find(|kind| kind.key() == key)?;
+        Some(Self { kind, reason: pairs.get("reason").cloned().unwrap_or_default() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rsrs_core::conditions::Placement;
+    use rsrs_core::profile::RobotProfile;
+
+    use super::*;
+    use crate::experiment::ExperimentFile;
+
+    const SHIPPED: &str = include_str!("../../../launch_configs/experiments/flockbot_milling.yaml");
+    const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+
+    fn record() -> ExperimentRecord {
+        let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let experiment = ExperimentFile::parse("experiment.yaml", SHIPPED).unwrap();
+        let settings = experiment.settings(experiment.cell.as_ref().unwrap()).unwrap();
+        let conditions = Conditions::resolve(&profile, &settings).unwrap();
+        ExperimentRecord {
+            run_id: "run".to_owned(),
+            robots: (1..=9).map(|robot| format!("robot_{robot}")).collect(),
+            provenance: Provenance::new(("0.1.0", "unknown"), &profile.digest(), &conditions),
+            conditions,
+            duration_s: experiment.duration_s,
+            seed: experiment.seed,
+            replicate: 0,
+            robot_lost: experiment.robot_lost,
+            time: experiment.simulator.time,
+        }
+    }
+
+    #[test]
+    fn a_record_reads_back_to_the_bit() {
+        let record = record();
+
+        let read = ExperimentRecord::from_json(&record.to_json()).unwrap();
+
+        assert_eq!(read, record);
+        assert_eq!(format!("{:016x}", read.conditions.digest()), read.provenance.conditions_digest);
+    }
+
+    #[test]
+    fn the_shipped_experiment_is_the_papers_best_cell() {
+        let circumstances = record().circumstances();
+
+        assert_eq!(circumstances.robots, 9);
+        assert_eq!(circumstances.placement, Placement::DiscFacingOut { radius_m: 0.825 });
+        assert_eq!(circumstances.controller.digest(), {
+            let best = rsrs_core::controller::ControllerParameters {
+                speed_m_s: 0.15,
+                turn_rate_rad_s: 0.75,
+            };
+            best.digest()
+        });
+    }
+
+    #[test]
+    fn an_ending_reads_back() {
+        let ending = Ending::of(&Outcome::Void { reason: "frozen".to_owned() });
+
+        assert_eq!(Ending::from_pairs(&ending.to_pairs()), Some(ending));
+        assert_eq!(Ending::from_pairs(&BTreeMap::new()), None);
+    }
+}
