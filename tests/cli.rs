@@ -139,6 +139,18 @@ fn the_chosen_cell_is_confirmed_and_drawn() {
 }
 
 #[test]
+fn a_viable_share_is_from_0_to_1() {
+    let place = workplace();
+
+    for wrong in ["1.5", "-0.1", "NaN", "most"] {
+        let output = rsrs(place.path(), &["choose", "out", &format!("--viable={wrong}")]);
+
+        assert_eq!(code(&output), 2, "{wrong}: {}", stderr(&output));
+        assert!(stderr(&output).contains("--viable <SHARE>"), "{}", stderr(&output));
+    }
+}
+
+#[test]
 fn no_viable_cell_is_an_answer() {
     let place = workplace();
     write_sweep(place.path(), "blind.yaml", "true_positive: 0.2");

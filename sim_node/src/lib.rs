@@ -1,11 +1,12 @@
-//! The simulator node: the world behind the topics of a fleet, in lockstep.
+//! The simulator node: the world behind the topics of a fleet, in lockstep or in real time.
 //!
 //! One process stands in for many robots, each with the topics, types and gate of a real one, all
 //! on one participant. The pace is decided by [`rsrs_fleet::simulator`], who may move by
 //! [`rsrs_fleet::robot`], and what happens by [`rsrs_sim::world`]: with a seed it passes through
-//! exactly the states of that replicate of a sweep.
+//! exactly the states of that replicate of a sweep, as long as it goes in lockstep.
 
 mod driver;
+mod listening;
 mod parameters;
 mod robots;
 

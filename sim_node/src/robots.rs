@@ -2,10 +2,12 @@
 
 use std::time::Duration;
 
+use rsrs_core::controller::Command;
 use rsrs_core::unicycle::Pose;
-use rsrs_fleet::message::RobotState;
+use rsrs_fleet::experiment::Time as Pace;
 use rsrs_fleet::robot::{Event, Robot, RobotOptions};
-use rsrs_fleet::timing::{COMMAND_AT_LEAST, LOCKSTEP_GRACE};
+use rsrs_fleet::simulator::Gate;
+use rsrs_fleet::timing::{COMMAND_AT_LEAST, LOCKSTEP_GRACE, command_timeout};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{self, Point, PoseWithCovariance, Quaternion, TwistWithCovariance};
 use rsrs_msgs::nav_msgs::Odometry;
@@ -25,10 +27,22 @@ pub struct VirtualRobot {
     pub name: String,
     /// Its node.
     pub node: NodeHandle,
+    options: RobotOptions,
     gate: Robot,
+    /// What the e-stop said last, and when.
+    e_stop: Option<(bool, Duration)>,
     detection: Publisher<Bool>,
     odom: Publisher<Odometry>,
     status: Publisher<RobotStatus>,
+}
+
+/// Where a robot is and what it does there, in one step.
+#[derive(Clone, Copy)]
+pub struct Motion {
+    /// Ground truth.
+    pub pose: Pose,
+    /// The command that it obeys.
+    pub command: Command,
 }
 
 impl VirtualRobot {
@@ -40,19 +54,34 @@ impl VirtualRobot {
     pub fn new(session: &Session, name: &str) -> anyhow::Result<Self> {
         let node = session.node(&format!("/{name}"), NODE)?;
         let (detection, odom, status) = (topics::DETECTION, topics::ODOM, topics::STATUS);
-        let gate = Robot::new(RobotOptions {
-            name: name.to_owned(),
-            command_timeout: COMMAND_AT_LEAST,
-            lapse_grace: LOCKSTEP_GRACE,
-        });
+        let options = options(name, Pace::Lockstep, Duration::ZERO);
         Ok(Self {
             name: name.to_owned(),
-            gate,
+            gate: Robot::new(options.clone()),
+            options,
+            e_stop: None,
             detection: session.publish_on(&node, &detection.for_robot(name), detection.qos)?,
             odom: session.publish_on(&node, &odom.for_robot(name), odom.qos)?,
             status: session.publish_on(&node, &status.for_robot(name), status.qos)?,
             node,
         })
+    }
+
+    /// Becomes a robot of a world with this pace and period.
+    ///
+    /// A robot that has to change for it is switched off and on again, as a real one would be: it
+    /// has forgotten its runs, and counts its statuses from 1. It remembers the e-stop.
+    pub fn join(&mut self, pace: Pace, period: Duration) {
+        let options = options(&self.name, pace, period);
+        if options == self.options {
+            return;
+        }
+        self.gate = Robot::new(options.clone());
+        self.options = options;
+        if let Some((engaged, heard)) = self.e_stop {
+            // A first status in the past is nobody's; the next is due within a beat.
+            drop(self.gate.on_event(Event::EStop(engaged), heard));
+        }
     }
 
     /// Lets the gate take an event, and publishes the status that follows, if one does.
@@ -61,20 +90,18 @@ impl VirtualRobot {
     ///
     /// If the status cannot be published.
     pub async fn on_event(&mut self, event: Event, now: Duration) -> anyhow::Result<()> {
+        if let Event::EStop(engaged) = event {
+            self.e_stop = Some((engaged, now));
+        }
         if let Some(status) = self.gate.on_event(event, now) {
             self.status.publish(wire::status_message(&status, wall_time())).await?;
         }
         Ok(())
     }
 
-    /// Whether the gate lets the robot move.
-    pub fn may_move(&self, now: Duration) -> bool {
-        self.gate.standing(now).is_none()
-    }
-
-    /// Whether a run holds the robot, moving or about to.
-    pub fn is_bound(&self, now: Duration) -> bool {
-        matches!(self.gate.state(now), RobotState::Armed | RobotState::Moving)
+    /// What the gate says now.
+    pub fn gate(&self, now: Duration) -> Gate {
+        Gate { state: self.gate.state(now), drive: self.gate.drive(now) }
     }
 
     /// Publishes what the sensor reports in this step.
@@ -86,23 +113,36 @@ impl VirtualRobot {
         Ok(self.detection.publish(detection).await?)
     }
 
-    /// Publishes where the robot is: ground truth.
+    /// Publishes where the robot is and what it does: ground truth, and the command obeyed.
     ///
     /// # Errors
     ///
     /// If a reliable subscriber stops acknowledging.
-    pub async fn publish_pose(&self, pose: Pose, stamp_ns: u64) -> anyhow::Result<()> {
+    pub async fn publish_motion(&self, motion: Motion, stamp: Time) -> anyhow::Result<()> {
+        let Motion { pose, command } = motion;
         let (sine, cosine) = libm::sincos(pose.heading_rad / 2.0);
         let pose = geometry_msgs::Pose {
             position: Point { x: pose.x_m, y: pose.y_m, z: 0.0 },
             orientation: Quaternion { x: 0.0, y: 0.0, z: sine, w: cosine },
         };
         let odometry = Odometry {
-            header: Header { stamp: Time::from_nanos(stamp_ns), frame_id: "map".to_owned() },
+            header: Header { stamp, frame_id: "map".to_owned() },
             child_frame_id: format!("{}/base_link", self.name),
             pose: PoseWithCovariance { pose, ..PoseWithCovariance::default() },
-            twist: TwistWithCovariance::default(),
+            twist: TwistWithCovariance {
+                twist: wire::twist(command),
+                ..TwistWithCovariance::default()
+            },
         };
         Ok(self.odom.publish(odometry).await?)
     }
+}
+
+/// In lockstep a lapse freezes the world's time; on the wall's time it is a stop, as on a floor.
+fn options(name: &str, pace: Pace, period: Duration) -> RobotOptions {
+    let (command_timeout, lapse_grace) = match pace {
+        Pace::Lockstep => (COMMAND_AT_LEAST, LOCKSTEP_GRACE),
+        Pace::RealTime => (command_timeout(period.as_secs_f64()), Duration::ZERO),
+    };
+    RobotOptions { name: name.to_owned(), command_timeout, lapse_grace }
 }

@@ -1,10 +1,13 @@
 //! One file for each subcommand; each has its arguments and one `run`.
 
 pub mod choose;
+pub mod compare;
 pub mod completions;
 pub mod diagram;
+pub mod dry_run;
 pub mod label;
 pub mod node;
+pub mod run;
 pub mod sweep;
 
 use std::io::Write;

@@ -1,5 +1,6 @@
 //! How a command ends: its exit code, and what a person reads when it fails.
 
+use std::error::Error;
 use std::io::Write;
 
 /// How a command that did not fail ended.
@@ -19,27 +20,61 @@ pub struct WithHelp {
     pub message: String,
     /// What to do next.
     pub help: String,
+    /// What caused it, where there is more to say.
+    #[source]
+    pub cause: Option<Box<dyn Error + Send + Sync>>,
 }
 
 /// Makes an error that says what to do next.
 pub fn with_help(message: impl Into<String>, help: impl Into<String>) -> anyhow::Error {
-    WithHelp { message: message.into(), help: help.into() }.into()
+    WithHelp { message: message.into(), help: help.into(), cause: None }.into()
 }
 
-/// Says an error once, with its causes and the help that it carries.
-pub fn say(error: &anyhow::Error) {
-    let mut text = format!("error: {error}\n");
+/// Puts a message in front of an error, and what to do next behind it, where there is something.
+pub fn explained(
+    error: impl Error + Send + Sync + 'static,
+    message: String,
+    help: Option<&str>,
+) -> anyhow::Error {
+    match help {
+        Some(help) => {
+            WithHelp { message, help: help.to_owned(), cause: Some(Box::new(error)) }.into()
+        }
+        None => anyhow::Error::new(error).context(message),
+    }
+}
+
+/// The command to type next, where an error knows it.
+pub fn help_of(error: &anyhow::Error) -> Option<&str> {
+    let with_help = error.chain().find_map(|cause| cause.downcast_ref::<WithHelp>())?;
+    Some(&with_help.help)
+}
+
+/// An error with its causes, each said once.
+fn texts(error: &anyhow::Error) -> Vec<String> {
+    let mut texts = vec![error.to_string()];
     let mut said = error.to_string();
     for cause in error.chain().skip(1) {
         let cause = cause.to_string();
         // Some errors print their cause themselves.
         if !said.contains(&cause) {
-            text.extend(["  because ", &cause, "\n"]);
+            texts.push(cause.clone());
         }
         said = cause;
     }
-    if let Some(help) = error.chain().find_map(|cause| cause.downcast_ref::<WithHelp>()) {
-        text.extend(["help: ", &help.help, "\n"]);
+    texts
+}
+
+/// An error with its causes on one line, as one of several.
+pub fn in_one_line(error: &anyhow::Error) -> String {
+    texts(error).join(": ")
+}
+
+/// Says an error once, with its causes and the help that it carries.
+pub fn say(error: &anyhow::Error) {
+    let mut text = format!("error: {}\n", texts(error).join("\n  because "));
+    if let Some(help) = help_of(error) {
+        text.extend(["help: ", help, "\n"]);
     }
     // Nobody is left to tell when standard error is gone.
     drop(std::io::stderr().write_all(text.as_bytes()));

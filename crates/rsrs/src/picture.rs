@@ -4,7 +4,7 @@ use rsrs_core::axis::{Axis, Cell};
 use rsrs_core::conditions::Conditions;
 use rsrs_core::profile::Sees;
 use rsrs_core::theory::Ring;
-use rsrs_view::diagram::{Boundary, DiagramPicture};
+use rsrs_view::diagram::{Boundary, DiagramPicture, ExperimentMark};
 
 use crate::failure::with_help;
 use crate::result_folder::SweepResult;
@@ -23,6 +23,8 @@ pub struct Wish {
     pub at: Vec<(Axis, f64)>,
     /// The chosen cell.
     pub chosen: Option<Cell>,
+    /// Where experiments were run.
+    pub experiments: Vec<ExperimentMark>,
 }
 
 /// Draws a sweep as SVG.
@@ -54,7 +56,7 @@ pub fn of_sweep(result: &SweepResult, wish: &Wish) -> anyhow::Result<String> {
         subtitle: subtitle(result, conditions),
         chosen: wish.chosen.as_ref(),
         boundaries: &boundaries,
-        experiments: &[],
+        experiments: &wish.experiments,
         note: Some("simulated robots not validated against real trajectories".to_owned()),
     };
     rsrs_view::diagram::svg(&picture).map_err(|error| match error.help() {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use rsrs_core::axis::{Axis, Cell};
+use rsrs_core::choice::Choice;
 use rsrs_core::comparison::Share;
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_core::document;
@@ -18,6 +19,7 @@ use crate::sweep_source::ResolvedSweep;
 
 const SWEEP: &str = "sweep.yaml";
 const CELLS: &str = "cells.csv";
+const CHOICE: &str = "choice.json";
 
 /// A finished sweep.
 #[derive(Clone, Debug)]
@@ -160,6 +162,23 @@ pub fn read(folder: &Path) -> anyhow::Result<SweepResult> {
         bail!("{} does not hold the cells of {SWEEP}", path.display());
     }
     Ok(SweepResult { source, diagram: PhaseDiagram { axes, cells } })
+}
+
+/// Reads the choice that lies beside a sweep's files; `None` if there is none.
+///
+/// # Errors
+///
+/// If there is a file that is no choice.
+pub fn read_choice(folder: &Path) -> anyhow::Result<Option<Choice>> {
+    let path = folder.join(CHOICE);
+    if !path.exists() {
+        return Ok(None);
+    }
+    let text = std::fs::read_to_string(&path)
+        .with_context(|| format!("cannot read {}", path.display()))?;
+    let choice =
+        serde_json::from_str(&text).with_context(|| format!("{} is no choice", path.display()))?;
+    Ok(Some(choice))
 }
 
 fn read_source(folder: &Path) -> anyhow::Result<ResolvedSweep> {

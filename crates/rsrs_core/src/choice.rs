@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::axis::{Axis, Cell};
 use crate::comparison::Share;
-use crate::diagram::PhaseDiagram;
+use crate::diagram::{PhaseCounts, PhaseDiagram};
 use crate::harsher::tidy;
 
 /// A cell inside the milling region.
@@ -50,6 +50,9 @@ pub struct Choice {
     pub n_replicates: u64,
     /// How far each swept axis may drift.
     pub margin: BTreeMap<Axis, Margin>,
+    /// How the confirming replicates ended; `None` in a file that does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phases: Option<PhaseCounts>,
 }
 
 /// A cell belongs to the milling region when the lower bound of its `B_s` is at least this.
@@ -65,8 +68,9 @@ impl Choice {
     /// # Arguments
     ///
     /// * `candidate` — the winner of [`rank`].
-    /// * `confirmed` — milling replicates among fresh ones; those of the sweep do not count.
-    pub fn new(candidate: &Candidate, confirmed: Share) -> Self {
+    /// * `phases` — how fresh replicates ended; those of the sweep do not count.
+    pub fn new(candidate: &Candidate, phases: PhaseCounts) -> Self {
+        let confirmed = Share::milling(&phases);
         let interval = confirmed.interval();
         Self {
             cell: candidate.cell.clone(),
@@ -75,6 +79,7 @@ impl Choice {
             b_s_high: interval.high,
             n_replicates: confirmed.n,
             margin: candidate.margin.clone(),
+            phases: Some(phases),
         }
     }
 

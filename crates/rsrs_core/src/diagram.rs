@@ -1,12 +1,19 @@
 //! The phase diagram: how often each cell of a sweep ended in each phase.
 
+mod locate;
+
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::axis::{Axis, Cell};
 use crate::phase::Phase;
 
-/// How many replicates of one cell ended in each phase.
+pub use locate::NotSwept;
+
+/// How many replicates of one cell ended in each phase; in files `{"stable_milling": 16, …}`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "BTreeMap<Phase, u64>", into = "BTreeMap<Phase, u64>")]
 pub struct PhaseCounts {
     counts: [u64; Phase::ALL.len()],
 }
@@ -57,6 +64,22 @@ impl PhaseCounts {
     /// Share of the replicates in this phase; 0 if nothing was counted.
     pub fn share(&self, phase: Phase) -> f64 {
         if self.total() == 0 { 0.0 } else { self.get(phase) as f64 / self.total() as f64 }
+    }
+}
+
+impl From<BTreeMap<Phase, u64>> for PhaseCounts {
+    fn from(phases: BTreeMap<Phase, u64>) -> Self {
+        let mut counts = Self::default();
+        for (phase, n) in phases {
+            counts.add_many(phase, n);
+        }
+        counts
+    }
+}
+
+impl From<PhaseCounts> for BTreeMap<Phase, u64> {
+    fn from(counts: PhaseCounts) -> Self {
+        Phase::ALL.into_iter().map(|phase| (phase, counts.get(phase))).collect()
     }
 }
 

@@ -1,5 +1,7 @@
 //! The measured robot: what step 1 of the method finds out, as a file.
 
+mod check;
+
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
@@ -232,69 +234,6 @@ impl RobotProfile {
         Ok(profile)
     }
 
-    /// Checks every number against what it can mean.
-    ///
-    /// # Errors
-    ///
-    /// [`ProfileError`], the first problem found.
-    pub fn check(&self) -> Result<(), ProfileError> {
-        positive("body.radius_m", self.body.radius_m)?;
-        within("body.front_half_angle_rad", self.body.front_half_angle_rad, 0.0, 3.15)?;
-        self.check_actuation()?;
-        self.check_sensing()?;
-        positive("computation.period_s", self.computation.period_s)
-    }
-
-    fn check_actuation(&self) -> Result<(), ProfileError> {
-        let speed = &self.actuation.speed;
-        let turn = &self.actuation.turn;
-        limits("actuation.speed.limits_m_s", speed.limits_m_s)?;
-        limits("actuation.turn.limits_rad_s", turn.limits_rad_s)?;
-        gains(
-            "actuation.speed.gain_by_command",
-            speed.gain_by_command.iter().map(|gain| (gain.commanded_m_s, gain.mean)),
-        )?;
-        gains(
-            "actuation.turn.gain_by_command",
-            turn.gain_by_command.iter().map(|gain| (gain.commanded_rad_s, gain.mean)),
-        )?;
-        for (key, number) in [
-            ("actuation.speed.robot_sd", speed.robot_sd),
-            ("actuation.speed.step_sd", speed.step_sd),
-            ("actuation.turn.robot_sd", turn.robot_sd),
-            ("actuation.turn.step_sd", turn.step_sd),
-            ("actuation.turn.bias_sd_rad_s", turn.bias_sd_rad_s),
-            ("actuation.turn.heading_noise_sd_rad", turn.heading_noise_sd_rad),
-            ("actuation.gust.sd_m_s", self.actuation.gust.sd_m_s),
-            ("actuation.yaw_lag_s", self.actuation.yaw_lag_s),
-        ] {
-            not_negative(key, number)?;
-        }
-        positive("actuation.gust.time_constant_s", self.actuation.gust.time_constant_s)
-    }
-
-    fn check_sensing(&self) -> Result<(), ProfileError> {
-        let sensing = &self.sensing;
-        within("sensing.true_positive", sensing.true_positive, 0.0, 1.0)?;
-        within("sensing.false_positive", sensing.false_positive, 0.0, 1.0)?;
-        match (&sensing.cone, &sensing.polygon_m) {
-            (Some(cone), None) => {
-                positive("sensing.cone.range_m", cone.range_m)?;
-                if !(cone.half_angle_rad > 0.0 && cone.half_angle_rad <= MAX_HALF_ANGLE_RAD) {
-                    return Err(ProfileError::OutOfRange {
-                        key: "sensing.cone.half_angle_rad",
-                        found: cone.half_angle_rad,
-                        expected: "above 0 and at most 1.5 rad",
-                    });
-                }
-                Ok(())
-            }
-            (None, Some(polygon)) if is_convex(polygon) => Ok(()),
-            (None, Some(polygon)) => Err(ProfileError::Polygon { corners: polygon.len() }),
-            _ => Err(ProfileError::Region),
-        }
-    }
-
     /// Names this profile's content in provenance records: 16 hexadecimal digits.
     pub fn digest(&self) -> String {
         let mut digest = crate::digest::Digest::new("profile");
@@ -343,77 +282,6 @@ fn read_table(table: &[(f64, f64)], command: f64) -> GainAt {
     GainAt { mean: low.1 + share * (high.1 - low.1), held: false }
 }
 
-/// Widest cone: its edges must stay in front of the robot.
-const MAX_HALF_ANGLE_RAD: f64 = 1.5;
-
-fn positive(key: &'static str, found: f64) -> Result<(), ProfileError> {
-    if found > 0.0 && found.is_finite() {
-        return Ok(());
-    }
-    Err(ProfileError::OutOfRange { key, found, expected: "a finite number above 0" })
-}
-
-fn not_negative(key: &'static str, found: f64) -> Result<(), ProfileError> {
-    if found >= 0.0 && found.is_finite() {
-        return Ok(());
-    }
-    Err(ProfileError::OutOfRange { key, found, expected: "a finite number, 0 or more" })
-}
-
-fn within(key: &'static str, found: f64, least: f64, most: f64) -> Result<(), ProfileError> {
-    if (least..=most).contains(&found) {
-        return Ok(());
-    }
-    let expected = if most > 3.0 { "an angle from 0 to pi" } else { "a probability from 0 to 1" };
-    Err(ProfileError::OutOfRange { key, found, expected })
-}
-
-fn limits(key: &'static str, [least, most]: [f64; 2]) -> Result<(), ProfileError> {
-    if least >= 0.0 && most > least && most.is_finite() {
-        return Ok(());
-    }
-    Err(ProfileError::OutOfRange { key, found: most, expected: "limits with 0 <= least < most" })
-}
-
-fn gains(key: &'static str, table: impl Iterator<Item = (f64, f64)>) -> Result<(), ProfileError> {
-    let table: Vec<(f64, f64)> = table.collect();
-    let ascending = table.windows(2).all(|pair| pair[0].0 < pair[1].0);
-    if table.is_empty() || !ascending {
-        return Err(ProfileError::GainTable { key });
-    }
-    for (command, mean) in table {
-        positive(key, command)?;
-        positive(key, mean)?;
-    }
-    Ok(())
-}
-
-/// Whether corners form a convex polygon, counterclockwise, of a size that the simulator takes.
-///
-/// Every corner must turn left, and all turns together must be one full turn (a star turns left
-/// everywhere, but twice around).
-fn is_convex(corners: &[[f64; 2]]) -> bool {
-    let n = corners.len();
-    if !(3..=MAX_CORNERS).contains(&n) || corners.iter().flatten().any(|value| !value.is_finite()) {
-        return false;
-    }
-    let edge = |corner: usize| {
-        let (from, to) = (corners[corner % n], corners[(corner + 1) % n]);
-        (to[0] - from[0], to[1] - from[1])
-    };
-    let mut turned_rad = 0.0;
-    for corner in 0..n {
-        let (before, after) = (edge(corner), edge(corner + 1));
-        let cross = before.0 * after.1 - before.1 * after.0;
-        let dot = before.0 * after.0 + before.1 * after.1;
-        if cross <= 0.0 {
-            return false;
-        }
-        turned_rad += libm::atan2(cross, dot);
-    }
-    (turned_rad - std::f64::consts::TAU).abs() < 1e-6
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -432,19 +300,5 @@ mod tests {
         let between = read_table(&TABLE, 0.0375);
 
         assert!((between.mean - 0.925).abs() < 1e-12 && !between.held);
-    }
-
-    #[test]
-    fn a_star_is_not_convex() {
-        let star: Vec<[f64; 2]> = (0..5)
-            .map(|corner| {
-                let angle = f64::from(corner) * 2.0 * std::f64::consts::TAU / 5.0;
-                [libm::cos(angle), libm::sin(angle)]
-            })
-            .collect();
-
-        assert!(!is_convex(&star));
-        assert!(is_convex(&[[0.0, -0.1], [1.0, -0.1], [1.0, 0.1], [0.0, 0.1]]));
-        assert!(!is_convex(&[[0.0, 0.1], [1.0, 0.1], [1.0, -0.1], [0.0, -0.1]]));
     }
 }

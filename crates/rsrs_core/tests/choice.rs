@@ -2,7 +2,6 @@
 
 use rsrs_core::axis::{Axis, Cell};
 use rsrs_core::choice::{Choice, Margin, VIABLE_B_S_LOW, rank};
-use rsrs_core::comparison::Share;
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_core::phase::Phase;
 
@@ -17,9 +16,7 @@ fn diagram(rows: &[&str]) -> PhaseDiagram {
                 15 => 16,
                 milling => u64::from(milling),
             };
-            let mut counts = PhaseCounts::default();
-            counts.add_many(Phase::StableMilling, milling);
-            counts.add_many(Phase::Dispersion, 16 - milling);
+            let counts = confirmed(milling, 16);
             let values = [
                 (Axis::Speed, 0.05 + 0.05 * speed as f64),
                 (Axis::TurnRate, 0.25 + 0.25 * turn as f64),
@@ -28,6 +25,14 @@ fn diagram(rows: &[&str]) -> PhaseDiagram {
         }
     }
     PhaseDiagram { axes: vec![Axis::Speed, Axis::TurnRate], cells }
+}
+
+/// How many of so many fresh replicates milled; the others dispersed.
+fn confirmed(milling: u64, n: u64) -> PhaseCounts {
+    let mut counts = PhaseCounts::default();
+    counts.add_many(Phase::StableMilling, milling);
+    counts.add_many(Phase::Dispersion, n - milling);
+    counts
 }
 
 fn position(cell: &Cell) -> (f64, f64) {
@@ -116,8 +121,8 @@ fn a_point_that_was_not_simulated_is_outside() {
 fn the_choice_rests_on_the_confirmation_alone() {
     let ranked = rank(&diagram(&["fff", "fff", "fff"]));
 
-    let good = Choice::new(&ranked[0], Share { hits: 868, n: 1000 });
-    let poor = Choice::new(&ranked[0], Share { hits: 810, n: 1000 });
+    let good = Choice::new(&ranked[0], confirmed(868, 1000));
+    let poor = Choice::new(&ranked[0], confirmed(810, 1000));
 
     assert_eq!((good.n_replicates, good.b_s.to_bits()), (1000, 0.868_f64.to_bits()));
     assert!((good.b_s_low - 0.845_434_553_391_940_6).abs() < 1e-9);
@@ -128,14 +133,23 @@ fn the_choice_rests_on_the_confirmation_alone() {
 #[test]
 fn the_choice_serialises_as_the_contract_says() {
     let ranked = rank(&diagram(&["fff", "fff", "fff"]));
-    let choice = Choice::new(&ranked[0], Share { hits: 8, n: 8 });
+    let choice = Choice::new(&ranked[0], confirmed(8, 8));
 
     let json = serde_json::to_string(&choice).expect("a choice is plain data");
 
     let expected = format!(
-        r#"{{"cell":{{"speed_m_s":0.1,"turn_rate_rad_s":0.5}},"b_s":1.0,"b_s_low":{},"b_s_high":1.0,"n_replicates":8,"margin":{{"speed_m_s":{{"low":0.05,"high":0.05}},"turn_rate_rad_s":{{"low":0.25,"high":0.25}}}}}}"#,
+        r#"{{"cell":{{"speed_m_s":0.1,"turn_rate_rad_s":0.5}},"b_s":1.0,"b_s_low":{},"b_s_high":1.0,"n_replicates":8,"margin":{{"speed_m_s":{{"low":0.05,"high":0.05}},"turn_rate_rad_s":{{"low":0.25,"high":0.25}}}},"phases":{{"stable_milling":8,"semi_stable_milling":0,"unformed":0,"dispersion":0,"colliding_unstable":0}}}}"#,
         choice.b_s_low
     );
     assert_eq!(json, expected);
     assert_eq!(serde_json::from_str::<Choice>(&json).expect("it reads back"), choice);
+}
+
+#[test]
+fn a_choice_without_phases_reads_too() {
+    let json = r#"{"cell":{"speed_m_s":0.1},"b_s":1.0,"b_s_low":0.6,"b_s_high":1.0,"n_replicates":8,"margin":{}}"#;
+
+    let choice: Choice = serde_json::from_str(json).expect("it has every key of the contract");
+
+    assert_eq!(choice.phases, None);
 }

@@ -36,10 +36,22 @@ pub struct ExperimentRecord {
     pub replicate: u64,
     /// What was to be done about a lost robot.
     pub robot_lost: RobotLost,
+    /// What moved the robots.
+    pub backend: Backend,
     /// The pace.
     pub time: Time,
     /// Where it comes from.
     pub provenance: Provenance,
+}
+
+/// What moves the robots of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Backend {
+    /// The simulator, which stands in for every robot.
+    Simulator,
+    /// The robots.
+    Fleet,
 }
 
 /// Where a record comes from.
@@ -194,6 +206,7 @@ mod tests {
             seed: experiment.seed,
             replicate: 0,
             robot_lost: experiment.robot_lost,
+            backend: Backend::Simulator,
             time: experiment.simulator.time,
         }
     }

@@ -110,7 +110,10 @@ pub enum Event {
     /// The e-stop topic said engaged or released.
     EStop(bool),
     /// Someone wants the run to end now.
-    Interrupt,
+    Interrupt {
+        /// Why.
+        reason: String,
+    },
     /// Time passed.
     Tick,
 }
@@ -269,7 +272,7 @@ impl Runner {
                     self.abort("e-stop".to_owned(), now, actions);
                 }
             }
-            Event::Interrupt => self.abort("interrupted".to_owned(), now, actions),
+            Event::Interrupt { reason } => self.abort(reason, now, actions),
         }
     }
 

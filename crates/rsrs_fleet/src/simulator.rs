@@ -1,18 +1,32 @@
-//! The pace of a simulated fleet in lockstep: who must have spoken before the world may step.
+//! The pace of a simulated fleet: when its world senses, when it moves, and what it says of itself.
 //!
+//! In lockstep the world steps when every controller has answered and the recorder is close enough
+//! behind; in real time it steps every control period, with whatever the robots' gates let through.
 //! The machine owns no world. It says when to sense and when to advance; its driver does so.
 
-use std::collections::BTreeMap;
 use std::time::Duration;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::controller::Command;
 use rsrs_core::digest::Digest;
 
-use crate::timing::LOCKSTEP_GRACE;
+use crate::experiment::Time;
+use crate::message::{RobotState, Status};
+
+mod beat;
+mod lockstep;
+mod real_time;
+
+use beat::{Beat, Standing};
+use lockstep::Lockstep;
+use real_time::RealTime;
 
 /// Steps that the simulator may be ahead of the recorder.
 pub const RECORDER_WINDOW: u64 = 20;
+
+/// Greatest command that a world takes, in m/s and rad/s: what an axis of a sweep may ask for. Beyond
+/// it, single precision would overflow sooner or later.
+pub const MAX_COMMAND: f64 = 1e3;
 
 /// Names a placed world: the simulator reports it in its status, and the runner expects it.
 ///
@@ -28,20 +42,46 @@ pub fn placement_digest(conditions: &Conditions, seed: u64, replicate: u64, step
     digest.value()
 }
 
+/// A world whose robots stand at their start poses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Placed {
+    /// Its name, as [`placement_digest`] gives it.
+    pub digest: u64,
+    /// Number of robots.
+    pub n_robots: usize,
+    /// Steps to make in lockstep; in real time the runner ends the run, and this is only part of
+    /// the name.
+    pub steps: u64,
+    /// Length of one step, in nanoseconds; above 0.
+    pub period_ns: u64,
+    /// The pace.
+    pub time: Time,
+}
+
+/// What the gate of one robot says now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gate {
+    /// What the robot does.
+    pub state: RobotState,
+    /// What its wheels do: [`Command::STOP`] unless it moves.
+    pub drive: Command,
+}
+
 /// What happens to the simulator.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// The robots stand at their start poses and will make this many steps.
-    Placed {
-        /// Number of robots.
-        n_robots: usize,
-        /// Steps to make.
-        steps: u64,
-        /// Length of one step, in nanoseconds of simulated time.
-        period_ns: u64,
+    /// A world was placed; it takes the place of the one before.
+    Placed(Placed),
+    /// There is no world, because nobody asks for one.
+    Removed,
+    /// There is no world, because the one that was asked for cannot be placed.
+    NotPlaced {
+        /// Why not.
+        reason: String,
     },
-    /// Whether every robot of the run may move now.
-    Permission(bool),
+    /// The gates of all placed robots were looked at; shape `[n_robots]`. To be sent whenever
+    /// something has happened, and when [`Simulator::due`] has come.
+    Gates(Vec<Gate>),
     /// A velocity command arrived.
     Command {
         /// Index of the robot.
@@ -56,24 +96,30 @@ pub enum Event {
         /// The step.
         step: u64,
     },
-    /// Time passed.
-    Tick,
 }
 
 /// What the simulator does.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
-    /// Sense, and publish the clock, the detections, the poses and the digest of this step.
+    /// Sense, and publish the detections, the poses and the digest of this step; in lockstep, the
+    /// clock before them.
     Sense {
-        /// The step, from 1.
+        /// The step, from 1. In real time it repeats while the world stands.
         step: u64,
-        /// Its simulated time, in nanoseconds.
-        stamp_ns: u64,
+        /// Its simulated time, in nanoseconds; `None` in real time, where stamps are the wall's.
+        stamp_ns: Option<u64>,
     },
     /// Move all robots by one step.
     Advance {
         /// One command for each robot; shape `[n_robots]`.
         commands: Vec<Command>,
+    },
+    /// Give a command to a robot's gate.
+    Obey {
+        /// Index of the robot.
+        robot: usize,
+        /// The command.
+        command: Command,
     },
     /// Refuse a command, and say so in the log.
     Refuse {
@@ -82,17 +128,27 @@ pub enum Action {
         /// Why.
         reason: Refusal,
     },
-    /// All steps are made.
-    Complete,
+    /// Say in the log that the world does not keep up with the wall.
+    Overrun {
+        /// Periods that were left out since the run started.
+        missed: u64,
+    },
+    /// The run is over.
+    Complete {
+        /// Why.
+        reason: &'static str,
+    },
     /// The run cannot be completed and does not count.
     Void {
         /// Why.
         reason: String,
     },
+    /// Publish a status.
+    Status(Status),
 }
 
 /// Why a command was refused.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Refusal {
     /// It carries no stamp, so that nobody can say which step it belongs to.
     #[error("unstamped command: lockstep needs geometry_msgs/TwistStamped")]
@@ -108,34 +164,61 @@ pub enum Refusal {
     /// The robot has already answered this step.
     #[error("second command for one detection")]
     Second,
-    /// It is not a finite velocity.
-    #[error("command is not finite")]
-    NotFinite,
+    /// No robot could follow it, or it is not a number.
+    #[error(
+        "command of {} m/s and {} rad/s, expected at most {MAX_COMMAND} of each",
+        found.speed_m_s, found.turn_rate_rad_s
+    )]
+    TooGreat {
+        /// The command.
+        found: Command,
+    },
     /// No step waits for commands.
     #[error("no step waits for a command")]
     NotWaiting,
+    /// The robot is none of the placed ones.
+    #[error("the placed world has {n_robots} robots, and this is not one of them")]
+    NotPlaced {
+        /// Robots of the placed world.
+        n_robots: usize,
+    },
 }
 
-/// The lockstep of one run.
+/// The pace of a simulated fleet, and its word.
 #[derive(Clone, Debug, Default)]
 pub struct Simulator {
-    run: Option<Run>,
+    stage: Stage,
+    beat: Beat,
+}
+
+#[derive(Clone, Debug, Default)]
+enum Stage {
+    #[default]
+    Empty,
+    Refused(String),
+    Placed(Run),
 }
 
 #[derive(Clone, Debug)]
 struct Run {
-    n_robots: usize,
-    steps: u64,
-    period_ns: u64,
-    /// The step that has been sensed last.
-    step: u64,
-    /// Commands that have come for it; `None` while no step waits.
-    waiting: Option<BTreeMap<usize, Command>>,
-    recorded: u64,
-    permitted: bool,
-    started: bool,
-    frozen_since: Option<Duration>,
-    ended: bool,
+    placed: Placed,
+    progress: Progress,
+    pace: Pace,
+}
+
+/// How far a run has come.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Progress {
+    Waiting,
+    Started,
+    Complete(&'static str),
+    Void(String),
+}
+
+#[derive(Clone, Debug)]
+enum Pace {
+    Lockstep(Lockstep),
+    RealTime(RealTime),
 }
 
 impl Simulator {
@@ -146,211 +229,99 @@ impl Simulator {
 
     /// The step that has been sensed last; 0 before the first.
     pub fn step(&self) -> u64 {
-        self.run.as_ref().map_or(0, |run| run.step)
+        match &self.stage {
+            Stage::Placed(Run { pace: Pace::Lockstep(pace), .. }) => pace.step(),
+            Stage::Placed(Run { pace: Pace::RealTime(pace), .. }) => pace.step(),
+            Stage::Empty | Stage::Refused(_) => 0,
+        }
+    }
+
+    /// When the gates must be looked at even if nothing happens: the next period in real time.
+    pub fn due(&self) -> Option<Duration> {
+        match &self.stage {
+            Stage::Placed(Run { pace: Pace::RealTime(pace), .. }) => Some(pace.due()),
+            _ => None,
+        }
     }
 
     /// Takes an event.
-    #[expect(clippy::needless_pass_by_value, reason = "every machine takes its events by value")]
+    ///
+    /// # Returns
+    ///
+    /// What to do, in order; a status whenever one is due or something has changed.
     pub fn on_event(&mut self, event: Event, now: Duration) -> Vec<Action> {
-        if let Event::Placed { n_robots, steps, period_ns } = event {
-            self.run = Some(Run {
-                n_robots,
-                steps,
-                period_ns,
-                step: 0,
-                waiting: None,
-                recorded: 0,
-                permitted: false,
-                started: false,
-                frozen_since: None,
-                ended: false,
-            });
-            return Vec::new();
+        let mut actions = Vec::new();
+        match event {
+            Event::Placed(placed) => self.stage = Stage::Placed(Run::new(placed, now)),
+            Event::Removed => self.stage = Stage::Empty,
+            Event::NotPlaced { reason } => self.stage = Stage::Refused(reason),
+            Event::Gates(_) | Event::Command { .. } | Event::Recorded { .. } => {
+                if let Stage::Placed(run) = &mut self.stage {
+                    run.on_event(&event, now, &mut actions);
+                }
+            }
         }
-        match &mut self.run {
-            Some(run) if !run.ended => run.on_event(&event, now),
-            _ => Vec::new(),
-        }
+        actions.extend(self.beat.due(self.stage.standing(), now).map(Action::Status));
+        actions
+    }
+}
+
+impl Stage {
+    fn standing(&self) -> Standing<'_> {
+        let (state, digest, reason) = match self {
+            Self::Empty => (RobotState::Idle, 0, "no world is placed"),
+            Self::Refused(reason) => (RobotState::Fault, 0, reason.as_str()),
+            Self::Placed(Run { placed, progress, .. }) => {
+                let (state, reason) = match progress {
+                    Progress::Waiting => (RobotState::Armed, "placed, waiting for the start"),
+                    Progress::Started => (RobotState::Moving, ""),
+                    Progress::Complete(reason) => (RobotState::Stopped, *reason),
+                    Progress::Void(reason) => (RobotState::Fault, reason.as_str()),
+                };
+                (state, placed.digest, reason)
+            }
+        };
+        Standing { state, digest, reason }
     }
 }
 
 impl Run {
-    fn on_event(&mut self, event: &Event, now: Duration) -> Vec<Action> {
-        let mut actions = Vec::new();
-        match *event {
-            Event::Permission(permitted) => {
-                self.permitted = permitted;
-                self.started |= permitted;
-            }
-            Event::Command { robot, stamp_ns, command } => {
-                if let Err(reason) = self.take(robot, stamp_ns, command) {
-                    actions.push(Action::Refuse { robot, reason });
+    fn new(placed: Placed, now: Duration) -> Self {
+        assert!(placed.period_ns > 0, "time goes on with every step");
+        let pace = match placed.time {
+            Time::Lockstep => Pace::Lockstep(Lockstep::default()),
+            Time::RealTime => Pace::RealTime(RealTime::new(now)),
+        };
+        Self { placed, progress: Progress::Waiting, pace }
+    }
+
+    fn on_event(&mut self, event: &Event, now: Duration, actions: &mut Vec<Action>) {
+        let Self { placed, progress, pace } = self;
+        match pace {
+            Pace::Lockstep(lockstep) => {
+                if matches!(progress, Progress::Waiting | Progress::Started) {
+                    lockstep.on_event((placed, progress), event, now, actions);
                 }
             }
-            Event::Recorded { step } => self.recorded = self.recorded.max(step),
-            Event::Placed { .. } | Event::Tick => {}
-        }
-        self.freeze(now, &mut actions);
-        self.go_on(&mut actions);
-        actions
-    }
-
-    fn take(
-        &mut self,
-        robot: usize,
-        stamp_ns: Option<u64>,
-        command: Command,
-    ) -> Result<(), Refusal> {
-        let expected_ns = self.step * self.period_ns;
-        let found_ns = stamp_ns.ok_or(Refusal::Unstamped)?;
-        let waiting = self.waiting.as_mut().ok_or(Refusal::NotWaiting)?;
-        if found_ns != expected_ns {
-            return Err(Refusal::OtherStep { found_ns, expected_ns });
-        }
-        if !(command.speed_m_s.is_finite() && command.turn_rate_rad_s.is_finite()) {
-            return Err(Refusal::NotFinite);
-        }
-        if waiting.contains_key(&robot) {
-            return Err(Refusal::Second);
-        }
-        waiting.insert(robot, command);
-        Ok(())
-    }
-
-    /// A lapse freezes the world; if it lasts, the run is void: the world never steps with invented
-    /// commands, so the bits hold.
-    fn freeze(&mut self, now: Duration, actions: &mut Vec<Action>) {
-        if !self.started || self.permitted {
-            self.frozen_since = None;
-            return;
-        }
-        let since = *self.frozen_since.get_or_insert(now);
-        if now.saturating_sub(since) >= LOCKSTEP_GRACE {
-            self.ended = true;
-            let reason = format!(
-                "frozen for {} s at step {} of {}",
-                LOCKSTEP_GRACE.as_secs(),
-                self.step,
-                self.steps
-            );
-            actions.push(Action::Void { reason });
-        }
-    }
-
-    /// Advances when all have answered, and senses when the recorder is close enough behind.
-    fn go_on(&mut self, actions: &mut Vec<Action>) {
-        if !self.permitted || self.ended {
-            return;
-        }
-        if self.waiting.as_ref().is_some_and(|commands| commands.len() == self.n_robots) {
-            let commands = self.waiting.take().expect("checked in the line above");
-            actions.push(Action::Advance { commands: commands.into_values().collect() });
-            if self.step == self.steps {
-                self.ended = true;
-                actions.push(Action::Complete);
-                return;
+            Pace::RealTime(real_time) => {
+                real_time.on_event((placed, progress), event, now, actions);
             }
         }
-        if self.waiting.is_none() && self.step < self.recorded + RECORDER_WINDOW {
-            self.step += 1;
-            self.waiting = Some(BTreeMap::new());
-            actions.push(Action::Sense { step: self.step, stamp_ns: self.step * self.period_ns });
-        }
+    }
+}
+
+/// Refuses what no robot of the world can follow, at any pace.
+fn check(placed: &Placed, robot: usize, command: Command) -> Result<(), Refusal> {
+    if robot >= placed.n_robots {
+        return Err(Refusal::NotPlaced { n_robots: placed.n_robots });
+    }
+    let Command { speed_m_s, turn_rate_rad_s } = command;
+    if speed_m_s.abs() <= MAX_COMMAND && turn_rate_rad_s.abs() <= MAX_COMMAND {
+        Ok(())
+    } else {
+        Err(Refusal::TooGreat { found: command })
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const FORWARD: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
-
-    fn command(robot: usize, stamp_ns: Option<u64>) -> Event {
-        Event::Command { robot, stamp_ns, command: FORWARD }
-    }
-
-    fn placed(n_robots: usize, steps: u64) -> Simulator {
-        let mut simulator = Simulator::new();
-        simulator.on_event(Event::Placed { n_robots, steps, period_ns: 130 }, Duration::ZERO);
-        simulator
-    }
-
-    #[test]
-    fn the_world_steps_when_every_robot_has_answered_once() {
-        let mut simulator = placed(2, 2);
-
-        let start = simulator.on_event(Event::Permission(true), Duration::ZERO);
-        let one = simulator.on_event(command(1, Some(130)), Duration::ZERO);
-        let both = simulator.on_event(command(0, Some(130)), Duration::ZERO);
-
-        assert_eq!(start, [Action::Sense { step: 1, stamp_ns: 130 }]);
-        assert_eq!(one, []);
-        assert_eq!(
-            both,
-            [
-                Action::Advance { commands: vec![FORWARD; 2] },
-                Action::Sense { step: 2, stamp_ns: 260 }
-            ]
-        );
-    }
-
-    #[test]
-    fn a_command_that_is_unstamped_late_or_a_second_one_is_refused() {
-        let mut simulator = placed(2, 2);
-        simulator.on_event(Event::Permission(true), Duration::ZERO);
-
-        let refusal = |simulator: &mut Simulator, event| simulator.on_event(event, Duration::ZERO);
-
-        assert_eq!(
-            refusal(&mut simulator, command(0, None)),
-            [Action::Refuse { robot: 0, reason: Refusal::Unstamped }]
-        );
-        assert_eq!(
-            refusal(&mut simulator, command(0, Some(0))),
-            [Action::Refuse {
-                robot: 0,
-                reason: Refusal::OtherStep { found_ns: 0, expected_ns: 130 }
-            }]
-        );
-        assert_eq!(refusal(&mut simulator, command(0, Some(130))), []);
-        assert_eq!(
-            refusal(&mut simulator, command(0, Some(130))),
-            [Action::Refuse { robot: 0, reason: Refusal::Second }]
-        );
-    }
-
-    #[test]
-    fn the_world_waits_for_a_recorder_that_is_too_far_behind() {
-        let mut simulator = placed(1, 100);
-        simulator.on_event(Event::Permission(true), Duration::ZERO);
-        for step in 1..=RECORDER_WINDOW {
-            simulator.on_event(command(0, Some(step * 130)), Duration::ZERO);
-        }
-
-        assert_eq!(simulator.step(), RECORDER_WINDOW);
-        simulator.on_event(Event::Recorded { step: 1 }, Duration::ZERO);
-        assert_eq!(simulator.step(), RECORDER_WINDOW + 1);
-    }
-
-    #[test]
-    fn a_freeze_that_lasts_voids_the_run() {
-        let mut simulator = placed(1, 100);
-        simulator.on_event(Event::Permission(true), Duration::ZERO);
-        simulator.on_event(Event::Permission(false), Duration::from_secs(1));
-
-        assert_eq!(simulator.on_event(Event::Tick, Duration::from_millis(5900)), []);
-        let end = simulator.on_event(Event::Tick, Duration::from_secs(6));
-
-        assert!(matches!(end[..], [Action::Void { .. }]), "{end:?}");
-    }
-
-    #[test]
-    fn the_last_step_completes_the_run() {
-        let mut simulator = placed(1, 1);
-        simulator.on_event(Event::Permission(true), Duration::ZERO);
-
-        let end = simulator.on_event(command(0, Some(130)), Duration::ZERO);
-
-        assert_eq!(end, [Action::Advance { commands: vec![FORWARD] }, Action::Complete]);
-    }
-}
+mod tests;

@@ -204,7 +204,7 @@ impl Legend {
     }
 
     fn experiments(&mut self, contents: &Contents) {
-        self.heading("Real experiments");
+        self.heading("Experiments");
         for (phase, n) in &contents.experiments {
             let key = mark(*phase, (self.left_px + KEY_PX - 20.0, self.y_px + 9.5), MARK_PX);
             self.row(Some(key), &format!("{phase}: {n}"));

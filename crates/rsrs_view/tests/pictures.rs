@@ -154,7 +154,7 @@ fn the_readme_picture_is_clean() {
     // Slow and turning fast, robots collide; fast and turning slowly, they disperse.
     let at = |x_px: u32, y_px: u32| pixmap.pixel(x_px, y_px).map(PremultipliedColorU8::red);
     assert_eq!((at(150, 140), at(1050, 825)), (Some(0xd5), Some(0xbb)));
-    assert!(!svg.contains("Theory") && !svg.contains("Real experiments"));
+    assert!(!svg.contains("Theory") && !svg.contains("Experiments"));
     assert!(svg.contains("speed 0.15 m/s, turning rate 0.75 rad/s\n16 replicates:"));
 }
 

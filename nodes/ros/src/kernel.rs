@@ -151,6 +151,14 @@ pub(crate) fn terminate_with_parent() -> io::Result<()> {
     check(unsafe { libc::prctl(libc::PR_SET_PDEATHSIG, signal) })
 }
 
+/// Sends a process `SIGTERM`.
+pub(crate) fn terminate(pid: u32) -> io::Result<()> {
+    let pid = libc::pid_t::try_from(pid)
+        .map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))?;
+    // SAFETY: takes numbers and no pointers.
+    check(unsafe { libc::kill(pid, libc::SIGTERM) })
+}
+
 /// Every address of every interface that is up.
 pub(crate) fn interface_addresses() -> io::Result<Vec<(String, IpAddr)>> {
     let mut first: *mut libc::ifaddrs = std::ptr::null_mut();

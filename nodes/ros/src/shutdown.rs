@@ -33,6 +33,15 @@ pub async fn requested() -> io::Result<Request> {
     }
 }
 
+/// Asks another process to end, with `SIGTERM`.
+///
+/// # Errors
+///
+/// If there is no such process, or it belongs to somebody else.
+pub fn terminate(pid: u32) -> io::Result<()> {
+    kernel::terminate(pid)
+}
+
 /// Why this process would outlive its parent.
 #[derive(Debug, thiserror::Error)]
 pub enum ParentError {

@@ -1,10 +1,11 @@
 //! `rsrs choose`: the most robust milling cell, confirmed.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use rsrs_core::axis::Cell;
 use rsrs_core::choice::{Choice, VIABLE_B_S_LOW, rank};
-use rsrs_core::comparison::Share;
+use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::phase::Phase;
 use rsrs_sim::sweep::Runs;
 use serde::Serialize;
@@ -25,11 +26,12 @@ pub struct Arguments {
     /// Folder of a sweep.
     folder: PathBuf,
     /// Fresh runs that confirm the winner (default: 1000).
-    #[arg(long, value_name = "N", default_value_t = 1000, hide_default_value = true,
+    #[arg(long, value_name = "N", default_value_t = CONFIRM, hide_default_value = true,
           value_parser = clap::value_parser!(u64).range(1..))]
     confirm: u64,
     /// Least confirmed lower bound of `B_s` of a viable cell (default: 0.8).
-    #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true)]
+    #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true,
+          value_parser = share)]
     viable: f64,
     /// Write the choice into this file too.
     #[arg(short, long, value_name = "FILE")]
@@ -42,12 +44,48 @@ pub struct Arguments {
     format: Format,
 }
 
+/// Fresh runs that confirm the winner where nothing else is asked for.
+pub const CONFIRM: u64 = 1000;
+
+/// A share from 0 to 1, from the command line.
+fn share(text: &str) -> Result<f64, String> {
+    let share: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    if (0.0..=1.0).contains(&share) {
+        Ok(share)
+    } else {
+        Err("expected a share from 0 to 1".into())
+    }
+}
+
+/// How to choose.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Fresh runs that confirm the winner; at least 1.
+    pub confirm: u64,
+    /// Least confirmed lower bound of `B_s` of a viable cell, from 0 to 1.
+    pub viable: f64,
+    /// Threads to run on.
+    pub n_threads: usize,
+}
+
+/// What came of choosing.
+#[derive(Clone, Debug)]
+pub enum Chosen {
+    /// A viable cell, confirmed.
+    Viable(Choice),
+    /// No cell is good enough.
+    NoViableCell(NoViableCell),
+}
+
 /// What there was where nothing is viable.
-#[derive(Serialize)]
-struct NoViableCell {
-    cell: Option<rsrs_core::axis::Cell>,
-    reason: String,
-    best: Option<Choice>,
+#[derive(Clone, Debug, Serialize)]
+pub struct NoViableCell {
+    /// Always `None`: where a choice has its cell, there is none.
+    cell: Option<Cell>,
+    /// Why no cell is viable.
+    pub reason: String,
+    /// The best cell, if one was good enough to be confirmed.
+    pub best: Option<Choice>,
 }
 
 /// Runs the command.
@@ -56,47 +94,77 @@ struct NoViableCell {
 ///
 /// If the folder is not a sweep's or the choice cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let result = result_folder::read(&arguments.folder)?;
-    let Some(candidate) = rank(&result.diagram).into_iter().next() else {
-        let reason = best_swept(&result);
-        let text = format!("no viable cell: {reason}");
-        report(arguments.format, &NoViableCell { cell: None, reason, best: None }, &text)?;
-        return Ok(Outcome::NegativeAnswer);
+    let options = Options {
+        confirm: arguments.confirm,
+        viable: arguments.viable,
+        n_threads: threads(arguments.threads),
     };
-    let choice = Choice::new(&candidate, confirm(arguments, &result, candidate.index)?);
-    if !choice.is_viable(arguments.viable) {
-        let reason = format!(
-            "the best, {}, mills in {:.1} % of fresh runs, lower bound {:.1} %, wanted {:.1} %",
-            choice.cell,
-            100.0 * choice.b_s,
-            100.0 * choice.b_s_low,
-            100.0 * arguments.viable
-        );
-        let text = format!("no viable cell: {reason}");
-        let best = Some(choice);
-        report(arguments.format, &NoViableCell { cell: None, reason, best }, &text)?;
-        return Ok(Outcome::NegativeAnswer);
+    match choose(&arguments.folder, options)? {
+        Chosen::Viable(choice) => {
+            if let Some(path) = &arguments.output {
+                write(path, &choice)?;
+            }
+            report(arguments.format, &choice, &text(&choice))?;
+            Ok(Outcome::Done)
+        }
+        Chosen::NoViableCell(none) => {
+            report(arguments.format, &none, &format!("no viable cell: {}", none.reason))?;
+            Ok(Outcome::NegativeAnswer)
+        }
     }
-    if let Some(path) = &arguments.output {
-        let json = serde_json::to_string_pretty(&choice).context("the choice as JSON")?;
-        write_file(path, format!("{json}\n").as_bytes())?;
-    }
-    report(arguments.format, &choice, &text(&choice))?;
-    Ok(Outcome::Done)
 }
 
-fn confirm(arguments: &Arguments, result: &SweepResult, index: usize) -> anyhow::Result<Share> {
+/// Chooses the most robust milling cell of a sweep and confirms it on fresh seeds.
+///
+/// # Arguments
+///
+/// * `folder` — that of the sweep.
+///
+/// # Errors
+///
+/// If the folder is not a sweep's, or the confirmation is called off.
+pub fn choose(folder: &Path, options: Options) -> anyhow::Result<Chosen> {
+    let result = result_folder::read(folder)?;
+    let none = |reason, best| Ok(Chosen::NoViableCell(NoViableCell { cell: None, reason, best }));
+    let Some(candidate) = rank(&result.diagram).into_iter().next() else {
+        return none(best_swept(&result), None);
+    };
+    let choice = Choice::new(&candidate, confirm(options, &result, candidate.index)?);
+    if choice.is_viable(options.viable) {
+        return Ok(Chosen::Viable(choice));
+    }
+    let reason = format!(
+        "the best, {}, mills in {:.1} % of fresh runs, lower bound {:.1} %, wanted {:.1} %",
+        choice.cell,
+        100.0 * choice.b_s,
+        100.0 * choice.b_s_low,
+        100.0 * options.viable
+    );
+    none(reason, Some(choice))
+}
+
+/// Writes a choice into a file.
+///
+/// # Errors
+///
+/// If the file cannot be written.
+pub fn write(path: &Path, choice: &Choice) -> anyhow::Result<()> {
+    let json = serde_json::to_string_pretty(choice).context("the choice as JSON")?;
+    write_file(path, format!("{json}\n").as_bytes())
+}
+
+fn confirm(options: Options, result: &SweepResult, index: usize) -> anyhow::Result<PhaseCounts> {
     let sweep = &result.source.sweep;
     let cells = result.source.cells("sweep.yaml")?;
     let runs = Runs {
         seed: sweep.seed,
-        replicates: arguments.confirm,
+        replicates: options.confirm,
         duration_s: sweep.duration_s,
-        n_threads: threads(arguments.threads),
+        n_threads: options.n_threads,
     };
     let swept =
         watched("confirming", |watch| rsrs_sim::sweep::confirm(&cells[index].1, runs, watch))?;
-    Ok(Share::milling(&swept.counts(1)[0]))
+    Ok(swept.counts(1)[0])
 }
 
 fn best_swept(result: &SweepResult) -> String {

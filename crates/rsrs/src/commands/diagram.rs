@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use rsrs_core::axis::{Axis, Cell};
-use rsrs_core::choice::Choice;
 
 use crate::failure::{Outcome, with_help};
 use crate::picture::{PNG_WIDTH_PX, Wish, of_sweep};
@@ -49,7 +48,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         x: arguments.x,
         y: arguments.y,
         at: arguments.at.iter().flat_map(Cell::iter).collect(),
-        chosen: read_choice(arguments)?,
+        chosen: result_folder::read_choice(&arguments.folder)?.map(|choice| choice.cell),
+        experiments: Vec::new(),
     };
     let svg = of_sweep(&result, &wish)?;
     if ending == "svg" {
@@ -58,15 +58,4 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         write_file(&arguments.output, &rsrs_view::raster::png(&svg, PNG_WIDTH_PX)?)?;
     }
     Ok(Outcome::Done)
-}
-
-fn read_choice(arguments: &Arguments) -> anyhow::Result<Option<Cell>> {
-    let path = arguments.folder.join("choice.json");
-    if !path.exists() {
-        return Ok(None);
-    }
-    let text = std::fs::read_to_string(&path)?;
-    let choice: Choice = serde_json::from_str(&text)
-        .map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
-    Ok(Some(choice.cell))
 }

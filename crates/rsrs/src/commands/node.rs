@@ -12,8 +12,12 @@ use crate::failure::Outcome;
 #[command(after_help = "\
 Examples:
   rsrs node controller --interface wlan0 --ros-args -r __ns:=/robot_3 -p speed:=0.15
-  rsrs node sim --interface 127.0.0.1 --robots robot_1,robot_2")]
+  rsrs node sim --interface 127.0.0.1 --robots robot_1,robot_2
+  rsrs node runner --interface wlan0 --experiment milling.yaml")]
 pub struct Arguments {
+    /// Process that starts the node; the node ends with it.
+    #[arg(long, value_name = "PID", hide = true)]
+    parent: Option<u32>,
     /// Which node.
     #[arg(value_enum)]
     node: Node,
@@ -26,8 +30,10 @@ pub struct Arguments {
 enum Node {
     /// Detections in, velocity commands out.
     Controller,
-    /// The world behind the topics of a fleet, in lockstep.
+    /// The world behind the topics of a fleet.
     Sim,
+    /// One experiment: preflight, parameters, leases and the bag.
+    Runner,
 }
 
 /// Runs the command.
@@ -36,9 +42,13 @@ enum Node {
 ///
 /// If the arguments are wrong, no interface is chosen, or the network cannot be used.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    if let Some(parent) = arguments.parent {
+        rsrs_ros::shutdown::die_with_parent(parent)?;
+    }
     match arguments.node {
         Node::Controller => rsrs_controller_node::main(&arguments.arguments)?,
         Node::Sim => rsrs_sim_node::main(&arguments.arguments)?,
+        Node::Runner => rsrs_experiment_runner::main(&arguments.arguments)?,
     }
     Ok(Outcome::Done)
 }

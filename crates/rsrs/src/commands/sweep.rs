@@ -1,6 +1,6 @@
 //! `rsrs sweep`: step 3, exploration.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rsrs_core::axis::Cell;
 use rsrs_core::conditions::Conditions;
@@ -50,33 +50,45 @@ struct Report {
 /// If a file is wrong, a cell cannot be simulated, or the folder cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let source = ResolvedSweep::read(&arguments.sweep)?;
-    let cells = source.cells(&arguments.sweep.display().to_string())?;
-    let result = match result_folder::look(&arguments.output, &source)? {
-        Existing::SameSweep => result_folder::read(&arguments.output)?,
-        Existing::Nothing => sweep(arguments, source, cells)?,
-    };
+    let name = arguments.sweep.display().to_string();
+    let result = sweep_into(&arguments.output, (&name, source), threads(arguments.threads))?;
     report(arguments.format, &summary(arguments, &result), &text(arguments, &result))?;
     Ok(Outcome::Done)
 }
 
-fn sweep(
-    arguments: &Arguments,
-    source: ResolvedSweep,
-    cells: Vec<(Cell, Conditions)>,
+/// Sweeps into a folder; one that holds this very sweep is only read.
+///
+/// # Arguments
+///
+/// * `folder` — the folder to make.
+/// * `source` — the sweep, after a name for errors.
+/// * `n_threads` — how many to run on.
+///
+/// # Errors
+///
+/// If a cell cannot be simulated, the folder holds anything else, or it cannot be written.
+pub fn sweep_into(
+    folder: &Path,
+    (name, source): (&str, ResolvedSweep),
+    n_threads: usize,
 ) -> anyhow::Result<SweepResult> {
+    let cells = source.cells(name)?;
+    if result_folder::look(folder, &source)? == Existing::SameSweep {
+        return result_folder::read(folder);
+    }
     let (cells, conditions): (Vec<Cell>, Vec<Conditions>) = cells.into_iter().unzip();
     let runs = Runs {
         seed: source.sweep.seed,
         replicates: source.sweep.replicates,
         duration_s: source.sweep.duration_s,
-        n_threads: threads(arguments.threads),
+        n_threads,
     };
     let swept = watched("sweeping", |watch| rsrs_sim::sweep::sweep(&conditions, runs, watch))?;
     let counts = swept.counts(cells.len());
     let cells = cells.into_iter().zip(counts).map(|(cell, counts)| DiagramCell { cell, counts });
     let diagram = PhaseDiagram { axes: source.sweep.swept_axes(), cells: cells.collect() };
     let result = SweepResult { source, diagram };
-    result_folder::write(&arguments.output, &result, &swept)?;
+    result_folder::write(folder, &result, &swept)?;
     Ok(result)
 }
 
@@ -98,7 +110,8 @@ pub fn watched<E: std::error::Error + Send + Sync + 'static>(
     Ok(swept)
 }
 
-fn majorities(diagram: &PhaseDiagram) -> Vec<(Phase, usize)> {
+/// How many cells have which phase as their most frequent one.
+pub fn majorities(diagram: &PhaseDiagram) -> Vec<(Phase, usize)> {
     let n =
         |phase| diagram.cells.iter().filter(|entry| entry.counts.majority() == Some(phase)).count();
     Phase::ALL.into_iter().map(|phase| (phase, n(phase))).collect()
@@ -122,7 +135,7 @@ fn text(arguments: &Arguments, result: &SweepResult) -> String {
     let folder = arguments.output.display();
     format!(
         "{} cells × {} replicates of {} s: {}\n{folder}/diagram.svg\n{folder}/cells.csv\n\
-         {folder}/replicates.parquet\nnext: rsrs choose {folder}",
+         {folder}/replicates.parquet\nnext: rsrs choose {folder} -o {folder}/choice.json",
         result.diagram.cells.len(),
         result.source.sweep.replicates,
         result.source.sweep.duration_s,

@@ -248,7 +248,7 @@ fn an_interrupt_at_any_moment_ends_in_a_closed_bag() {
             bench.beat();
         }
 
-        bench.give(Event::Interrupt);
+        bench.give(Event::Interrupt { reason: "interrupted".to_owned() });
         let (outcome, not_standing) = bench.end();
 
         assert_eq!(outcome, Outcome::Aborted { reason: "interrupted".to_owned() });

@@ -173,7 +173,8 @@ impl Fleet {
             self.witnesses[robot].reboot();
         }
         if steps(scenario.interrupt_ms) == now {
-            self.tell_runner(0, runner::Event::Interrupt);
+            let reason = "interrupted".to_owned();
+            self.tell_runner(0, runner::Event::Interrupt { reason });
         }
         if scenario.e_stop_ms.is_some_and(|at_ms| self.now_ms >= at_ms)
             && self.now_ms.is_multiple_of(100)

@@ -1,0 +1,177 @@
+//! `rsrs compare`: reality against the simulator.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use rsrs_core::choice::Choice;
+use rsrs_core::comparison::{CellRuns, Comparison, Verdict};
+use rsrs_core::diagram::PhaseCounts;
+use rsrs_fleet::record::EndingKind;
+
+use crate::admission::{Admitted, LABEL, admit, refuse};
+use crate::commands::{Format, report};
+use crate::comparison_report::{Report, Runs, Simulated};
+use crate::failure::{Outcome, explained, with_help};
+use crate::labelling::{LabelOptions, Labelled, label_bag};
+use crate::result_folder::{self, SweepResult};
+
+/// Hold recorded runs against the sweep that predicts them: do robots mill as often as simulated?
+///
+/// Every bag is labelled by the judge and belongs to the swept cell whose speed, turning rate and
+/// other settings it was run with. A bag of another experiment is refused: another number of robots,
+/// placement, arena, duration, or a cell that was not swept. A run that did not complete is listed
+/// with its cause and does not count.
+///
+/// The claim is that real robots mill at least as often as simulated ones, because those are
+/// deliberately worse. It is `violated` if so few real mills would be improbable (below 0.05) if it
+/// held, `supported` if it holds with a probability of 0.95 or more, give or take 10 percentage
+/// points, and else `undecided`. Exit code 3 says that it is violated.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs compare results/flockbot --bags runs/monday_*
+  rsrs compare results/flockbot --bags runs/one runs/two --format json")]
+pub struct Arguments {
+    /// Folder of a sweep; with `choice.json` in it, the chosen cell is compared with its fresh runs.
+    folder: PathBuf,
+    /// Bags of runs: rosbag2 folders or single .mcap files.
+    #[arg(long, required = true, num_args = 1.., value_name = "BAG")]
+    bags: Vec<PathBuf>,
+    /// How to report.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// As [`compare`].
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let result = compare(&arguments.folder, &arguments.bags)?;
+    report(arguments.format, &result, &result.to_string())?;
+    Ok(match result.verdict {
+        Verdict::Violated => Outcome::NegativeAnswer,
+        Verdict::Supported | Verdict::Undecided => Outcome::Done,
+    })
+}
+
+/// Compares recorded runs with the cells of a sweep that they belong to.
+///
+/// Whether a run counts is decided by what was recorded of its ending, before any bag is labelled.
+///
+/// # Arguments
+///
+/// * `folder` — that of the sweep.
+///
+/// # Errors
+///
+/// If the folder is not a sweep's; if bags are of another experiment, cannot be read, or cannot be
+/// labelled: all of them, each with its reason.
+pub fn compare(folder: &Path, bags: &[PathBuf]) -> anyhow::Result<Report> {
+    let result = result_folder::read(folder)?;
+    let prediction = Prediction::of(folder, &result)?;
+    let (counted, others): (Vec<Admitted>, Vec<Admitted>) =
+        admit(&result, bags)?.into_iter().partition(|run| run.ending.kind == EndingKind::Completed);
+    let labelled = label_all(&counted)?;
+
+    let mut real: BTreeMap<usize, PhaseCounts> = BTreeMap::new();
+    for (run, labelled) in counted.iter().zip(&labelled) {
+        real.entry(run.cell).or_default().add(labelled.phase);
+    }
+    let cell = |index: usize| result.diagram.cells[index].cell.clone();
+    let simulated = real
+        .keys()
+        .map(|index| prediction.of_cell(*index))
+        .collect::<anyhow::Result<Vec<Simulated>>>()?;
+    let cells: Vec<CellRuns> = real
+        .into_iter()
+        .zip(&simulated)
+        .map(|((index, real), simulated)| CellRuns {
+            cell: cell(index),
+            real,
+            simulated: simulated.phases,
+        })
+        .collect();
+    let comparison = Comparison::of(&cells);
+    let counted =
+        counted.into_iter().zip(labelled).map(|(run, label)| (cell(run.cell), run, label));
+    let runs = Runs { counted: counted.collect(), others };
+    let mut report = Report::new(&comparison, (&cells, &simulated), runs);
+    report.notes.extend(prediction.note());
+    Ok(report)
+}
+
+fn label_all(runs: &[Admitted]) -> anyhow::Result<Vec<Labelled>> {
+    let mut labelled = Vec::new();
+    let mut refusals = Vec::new();
+    for run in runs {
+        match label_bag(&run.bag, LabelOptions::default()) {
+            Ok(label) => labelled.push(label),
+            Err(refusal) => refusals.push(refusal),
+        }
+    }
+    refuse(LABEL, &refusals, runs.len())?;
+    Ok(labelled)
+}
+
+/// What a sweep says of its cells.
+struct Prediction<'a> {
+    folder: &'a Path,
+    result: &'a SweepResult,
+    /// The chosen cell, by its index in the diagram.
+    chosen: Option<(usize, Choice)>,
+}
+
+impl<'a> Prediction<'a> {
+    fn of(folder: &'a Path, result: &'a SweepResult) -> anyhow::Result<Self> {
+        let chosen = match result_folder::read_choice(folder)? {
+            None => None,
+            Some(choice) => {
+                let index = result.diagram.locate(&choice.cell).map_err(|error| {
+                    let message =
+                        format!("choice.json in {} is of another sweep: {error}", folder.display());
+                    explained(error, message, Some(&choose_again(folder)))
+                })?;
+                Some((index, choice))
+            }
+        };
+        Ok(Self { folder, result, chosen })
+    }
+
+    fn note(&self) -> Option<String> {
+        let folder = self.folder.display();
+        self.chosen.is_none().then(|| {
+            format!(
+                "{folder} has no choice.json; a cell that was picked from this sweep looks better \
+                 than it is, until `rsrs choose {folder} -o {folder}/choice.json` confirms it"
+            )
+        })
+    }
+
+    /// Replicates of the sweep; of the chosen cell its fresh ones, because those of the sweep have
+    /// chosen it and flatter it.
+    fn of_cell(&self, index: usize) -> anyhow::Result<Simulated> {
+        match &self.chosen {
+            Some((chosen, choice)) if *chosen == index => match choice.phases {
+                Some(phases) => Ok(Simulated { phases, is_confirmed: true }),
+                None => Err(with_help(
+                    format!(
+                        "choice.json in {} does not say how its fresh runs ended",
+                        self.folder.display()
+                    ),
+                    choose_again(self.folder),
+                )),
+            },
+            _ => Ok(Simulated {
+                phases: self.result.diagram.cells[index].counts,
+                is_confirmed: false,
+            }),
+        }
+    }
+}
+
+fn choose_again(folder: &Path) -> String {
+    let folder = folder.display();
+    format!("choose again: `rsrs choose {folder} -o {folder}/choice.json`")
+}

@@ -1,0 +1,293 @@
+//! `rsrs dry-run`: the whole loop on this machine, without robots.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use rsrs_core::choice::{Choice, VIABLE_B_S_LOW};
+use rsrs_core::phase::Phase;
+use rsrs_experiment_runner::plan::{Plan, Request};
+use rsrs_fleet::record::{Backend, EndingKind};
+use rsrs_ros::logging::{self, Level};
+use rsrs_view::diagram::ExperimentMark;
+use serde::Serialize;
+
+use crate::commands::choose::{self, Chosen};
+use crate::commands::compare::compare;
+use crate::commands::run::{RunSummary, on_simulated_fleet, runtime, say_note};
+use crate::commands::sweep::{majorities, sweep_into};
+use crate::commands::{Format, report};
+use crate::comparison_report::Report as Comparison;
+use crate::failure::{Outcome, with_help};
+use crate::own_network::OwnNetwork;
+use crate::picture::{self, Wish};
+use crate::progress::threads;
+use crate::result_folder::{SweepResult, write_file};
+use crate::simulated_fleet::SimulatedFleet;
+use crate::starter_files::StarterFiles;
+use crate::sweep_source::ResolvedSweep;
+
+/// Go through the whole loop on this machine: no robots, no LAN.
+///
+/// From the measured profile over a simulator that is made worse to the phase diagram, the chosen
+/// cell, experiments over ROS 2, bags, labels, and the comparison of real with simulated runs. The
+/// measured profile, moved by the simulator, stands in for the real robots. Every file that was used
+/// is left in the folder, to be changed and run again.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Experiments to run, each with a seed of its own (default: 3).
+    #[arg(long, value_name = "N", default_value_t = 3, hide_default_value = true,
+          value_parser = clap::value_parser!(u64).range(1..=1000))]
+    experiments: u64,
+    /// Folder to make; it must not exist (default: `results/dry-run`, with a number if taken).
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// How to report.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// What a dry run leaves.
+#[derive(Serialize)]
+struct Summary {
+    folder: PathBuf,
+    launch_configs: PathBuf,
+    sweep: PathBuf,
+    diagram: PathBuf,
+    choice: Choice,
+    experiments: Vec<RunSummary>,
+    comparison: Comparison,
+}
+
+/// The whole loop, and where it leaves its results.
+struct DryRun<'a> {
+    arguments: &'a Arguments,
+    folder: PathBuf,
+    network: OwnNetwork,
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// If the folder exists, or a step fails.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let folder = match &arguments.output {
+        Some(folder) if folder.exists() => {
+            return Err(with_help(
+                format!("{} exists", folder.display()),
+                "give another folder with `-o`, or remove this one",
+            ));
+        }
+        Some(folder) => folder.clone(),
+        None => free_folder(),
+    };
+    // Before the first thread is started.
+    let network = OwnNetwork::enter()?;
+    logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+    let dry_run = DryRun { arguments, folder, network };
+    let summary = dry_run.whole_loop()?;
+    if arguments.format == Format::Json {
+        report(Format::Json, &summary, "")?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// The first of `results/dry-run`, `results/dry-run-2`, … that does not exist.
+fn free_folder() -> PathBuf {
+    let numbered = (2..).map(|number| PathBuf::from(format!("results/dry-run-{number}")));
+    std::iter::once(PathBuf::from("results/dry-run"))
+        .chain(numbered)
+        .find(|folder| !folder.exists())
+        .expect("the numbers do not end before the disk does")
+}
+
+impl DryRun<'_> {
+    fn whole_loop(&self) -> anyhow::Result<Summary> {
+        let launch_configs = self.folder.join("launch_configs");
+        let files = StarterFiles::write(&launch_configs)?;
+        let source = ResolvedSweep::read(&files.sweep)?;
+        self.tell(&measured_and_harsher(&source)?)?;
+
+        let sweep = self.folder.join("sweep");
+        let name = files.sweep.display().to_string();
+        let result = sweep_into(&sweep, (&name, source), threads(None))?;
+        self.tell(&swept(&result))?;
+        let choice = choose_cell(&sweep)?;
+        self.tell(&chosen(&choice))?;
+
+        let experiments = self.run_experiments(&files, &sweep)?;
+        let bags: Vec<PathBuf> =
+            experiments.iter().filter_map(|summary| summary.bag.clone()).collect();
+        let comparison = compare(&sweep, &bags)?;
+        self.tell(&format!("\n{comparison}"))?;
+        let json = serde_json::to_string_pretty(&comparison).context("the comparison as JSON")?;
+        write_file(&self.folder.join("comparison.json"), format!("{json}\n").as_bytes())?;
+
+        let diagram = self.draw(&result, (&choice, &comparison))?;
+        self.tell(&self.files(&bags))?;
+        let folder = self.folder.clone();
+        Ok(Summary { folder, launch_configs, sweep, diagram, choice, experiments, comparison })
+    }
+
+    /// Says in text how far it is; JSON comes whole at the end.
+    fn tell(&self, text: &str) -> anyhow::Result<()> {
+        match self.arguments.format {
+            Format::Json => Ok(()),
+            Format::Text => {
+                writeln!(std::io::stdout(), "{text}").context("writing to standard output")
+            }
+        }
+    }
+
+    fn run_experiments(
+        &self,
+        files: &StarterFiles,
+        sweep: &Path,
+    ) -> anyhow::Result<Vec<RunSummary>> {
+        let plans = (1..=self.arguments.experiments)
+            .map(|number| {
+                Plan::read(&Request {
+                    experiment: files.experiment.clone(),
+                    cell: None,
+                    from: Some(sweep.to_path_buf()),
+                    backend: Backend::Simulator,
+                    bag: Some(self.folder.join(format!("bags/experiment_{number}"))),
+                    seed: Some(number),
+                })
+            })
+            .collect::<anyhow::Result<Vec<Plan>>>()?;
+        say_note(&self.network.note);
+        runtime()?.block_on(async {
+            let mut fleet = SimulatedFleet::start(&self.network, &plans[0].record.robots)?;
+            let summaries = self.run_all(&plans, &mut fleet).await;
+            fleet.stop().await?;
+            summaries
+        })
+    }
+
+    async fn run_all(
+        &self,
+        plans: &[Plan],
+        fleet: &mut SimulatedFleet,
+    ) -> anyhow::Result<Vec<RunSummary>> {
+        let mut summaries = Vec::new();
+        for (plan, number) in plans.iter().zip(1..) {
+            let summary = on_simulated_fleet(plan, &self.network, fleet).await?;
+            if summary.ending != EndingKind::Completed.key() {
+                return Err(with_help(
+                    format!("experiment {number} {}: {}", summary.ending, summary.reason),
+                    format!("what there is so far is in {}", self.folder.display()),
+                ));
+            }
+            let pace = summary
+                .real_time_factor
+                .map_or_else(String::new, |factor| format!(", {factor:.0} times real time"));
+            self.tell(&format!(
+                "experiment {number} of {}: seed {}, {} s over DDS{pace}, {} messages recorded",
+                plans.len(),
+                plan.record.seed,
+                summary.duration_s,
+                summary.n_messages
+            ))?;
+            summaries.push(summary);
+        }
+        Ok(summaries)
+    }
+
+    /// The diagram with the chosen cell and the experiments on it.
+    fn draw(
+        &self,
+        result: &SweepResult,
+        (choice, comparison): (&Choice, &Comparison),
+    ) -> anyhow::Result<PathBuf> {
+        let marks = comparison.cells.iter().flat_map(|cell| {
+            Phase::ALL.into_iter().filter_map(|phase| {
+                let n = cell.real.get(phase);
+                (n > 0).then(|| ExperimentMark { cell: cell.cell.clone(), phase, n })
+            })
+        });
+        let experiments = marks.collect();
+        let wish = Wish { chosen: Some(choice.cell.clone()), experiments, ..Wish::default() };
+        let svg = picture::of_sweep(result, &wish)?;
+        let path = self.folder.join("diagram.png");
+        write_file(&path, &rsrs_view::raster::png(&svg, picture::PNG_WIDTH_PX)?)?;
+        write_file(&self.folder.join("diagram.svg"), svg.as_bytes())?;
+        Ok(path)
+    }
+
+    fn files(&self, bags: &[PathBuf]) -> String {
+        let folder = self.folder.display();
+        let mut lines = vec![
+            String::new(),
+            format!("{folder}/launch_configs   the files behind it: change them and run again"),
+            format!("{folder}/sweep            cells.csv, replicates.parquet, choice.json"),
+            format!("{folder}/diagram.png      the phase diagram (also as .svg)"),
+            format!("{folder}/comparison.json"),
+        ];
+        lines.extend(bags.iter().map(|bag| bag.display().to_string()));
+        lines.push(format!(
+            "next: rsrs run {folder}/launch_configs/experiments/flockbot_milling.yaml --cell \
+             speed_m_s=0.15,turn_rate_rad_s=0.75,robots=9"
+        ));
+        lines.join("\n")
+    }
+}
+
+fn choose_cell(sweep: &Path) -> anyhow::Result<Choice> {
+    let options = choose::Options {
+        confirm: choose::CONFIRM,
+        viable: VIABLE_B_S_LOW,
+        n_threads: threads(None),
+    };
+    match choose::choose(sweep, options)? {
+        Chosen::Viable(choice) => {
+            choose::write(&sweep.join("choice.json"), &choice)?;
+            Ok(choice)
+        }
+        Chosen::NoViableCell(none) => Err(anyhow::anyhow!("no viable cell: {}", none.reason)),
+    }
+}
+
+fn measured_and_harsher(source: &ResolvedSweep) -> anyhow::Result<String> {
+    let measured = &source.profile;
+    let simulated = source.sweep.factors().apply(measured)?;
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    Ok(format!(
+        "profile: {}, as measured; simulated worse: spread of the gains {} to {}, missed detections \
+         {} to {}, false ones {} to {}",
+        measured.name,
+        percent(measured.actuation.speed.robot_sd),
+        percent(simulated.actuation.speed.robot_sd),
+        percent(1.0 - measured.sensing.true_positive),
+        percent(1.0 - simulated.sensing.true_positive),
+        percent(measured.sensing.false_positive),
+        percent(simulated.sensing.false_positive),
+    ))
+}
+
+fn swept(result: &SweepResult) -> String {
+    let phases: Vec<String> = majorities(&result.diagram)
+        .into_iter()
+        .filter(|(_, n)| *n > 0)
+        .map(|(phase, n)| format!("{n} {phase}"))
+        .collect();
+    format!(
+        "sweep: {} cells, {} runs of {} s each: {}",
+        result.diagram.cells.len(),
+        result.source.sweep.replicates,
+        result.source.sweep.duration_s,
+        phases.join(", ")
+    )
+}
+
+fn chosen(choice: &Choice) -> String {
+    format!(
+        "chosen: {}, which mills in {:.1} % of {} fresh runs (95 % interval {:.1} to {:.1} %)",
+        choice.cell,
+        100.0 * choice.b_s,
+        choice.n_replicates,
+        100.0 * choice.b_s_low,
+        100.0 * choice.b_s_high
+    )
+}

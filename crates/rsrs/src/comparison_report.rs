@@ -1,0 +1,207 @@
+//! What a comparison says.
+
+mod text;
+
+use std::path::PathBuf;
+
+use rsrs_core::axis::Cell;
+use rsrs_core::comparison::{CellComparison, CellRuns, Comparison, MARGIN, Tally, Verdict};
+use rsrs_core::diagram::PhaseCounts;
+use rsrs_fleet::record::Backend;
+use serde::Serialize;
+
+use crate::admission::Admitted;
+use crate::labelling::Labelled;
+
+/// Recorded runs, held against a sweep.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Violated if any cell is; supported if all are.
+    pub verdict: Verdict,
+    /// What it means, or rests on, in a few words.
+    pub summary: String,
+    /// Who labelled the runs.
+    pub labels: &'static str,
+    /// Cell by cell, in the order of the sweep.
+    pub cells: Vec<ComparedCell>,
+    /// Run by run, beside the phase that most simulated runs ended in.
+    pub tally: Tally,
+    /// The runs that count.
+    pub bags: Vec<ComparedBag>,
+    /// The runs that do not.
+    pub not_counted: Vec<NotCounted>,
+    /// What a reader must know besides.
+    pub notes: Vec<String>,
+}
+
+/// One cell, compared.
+#[derive(Clone, Debug, Serialize)]
+pub struct ComparedCell {
+    /// The cell.
+    pub cell: Cell,
+    /// What follows from its runs.
+    pub verdict: Verdict,
+    /// Number of real runs.
+    pub n_real: u64,
+    /// Share of real runs in stable milling.
+    pub b_r: f64,
+    /// Lower bound of its 95 % interval.
+    pub b_r_low: f64,
+    /// Upper bound.
+    pub b_r_high: f64,
+    /// How real runs ended.
+    pub real: PhaseCounts,
+    /// Number of simulated runs.
+    pub n_simulated: u64,
+    /// Share of simulated runs in stable milling.
+    pub b_s: f64,
+    /// Lower bound of its 95 % interval.
+    pub b_s_low: f64,
+    /// Upper bound.
+    pub b_s_high: f64,
+    /// How simulated runs ended.
+    pub simulated: PhaseCounts,
+    /// Whether the simulated runs are fresh ones, which did not choose the cell.
+    pub is_confirmed: bool,
+    /// Probability of so few real mills if real robots milled as often as simulated ones.
+    pub p_value: f64,
+    /// The same, corrected for the number of cells.
+    pub p_corrected: f64,
+    /// Probability that `B_r >= B_s - 0.1`.
+    pub p_supported: f64,
+    /// If undecided: further real runs that would support the claim if all of them mill.
+    pub further_runs: Option<u64>,
+}
+
+/// One run that counts.
+#[derive(Clone, Debug, Serialize)]
+pub struct ComparedBag {
+    /// Its cell.
+    pub cell: Cell,
+    /// Its label.
+    #[serde(flatten)]
+    pub labelled: Labelled,
+}
+
+/// One run that does not count.
+#[derive(Clone, Debug, Serialize)]
+pub struct NotCounted {
+    /// Its bag.
+    pub bag: PathBuf,
+    /// How it ended: `void`, `aborted` or `failed`.
+    pub ending: &'static str,
+    /// The cause that was recorded at its end.
+    pub reason: String,
+}
+
+/// Simulated runs of one cell.
+#[derive(Clone, Copy, Debug)]
+pub struct Simulated {
+    /// How they ended.
+    pub phases: PhaseCounts,
+    /// Whether they are fresh ones, which did not choose the cell.
+    pub is_confirmed: bool,
+}
+
+/// The runs of a comparison.
+#[derive(Clone, Debug)]
+pub struct Runs {
+    /// Those that count, with cell and label.
+    pub counted: Vec<(Cell, Admitted, Labelled)>,
+    /// Those that do not.
+    pub others: Vec<Admitted>,
+}
+
+impl Report {
+    /// Gathers what a comparison says.
+    ///
+    /// # Arguments
+    ///
+    /// * `comparison` — the statistics.
+    /// * `cells` — what they rest on, cell by cell; shape `[n_cells]` each.
+    /// * `runs` — the runs behind it.
+    pub fn new(
+        comparison: &Comparison,
+        (cells, simulated): (&[CellRuns], &[Simulated]),
+        runs: Runs,
+    ) -> Self {
+        let compared = comparison.cells.iter().zip(cells.iter().zip(simulated));
+        let notes = notes(&runs);
+        let not_counted = runs.others.into_iter().map(|run| NotCounted {
+            bag: run.bag,
+            ending: run.ending.kind.key(),
+            reason: run.ending.reason,
+        });
+        let bags =
+            runs.counted.into_iter().map(|(cell, _, labelled)| ComparedBag { cell, labelled });
+        Self {
+            verdict: comparison.verdict,
+            summary: summary(comparison),
+            labels: "judge",
+            cells: compared
+                .map(|(cell, (runs, simulated))| of_cell(cell, runs, *simulated))
+                .collect(),
+            tally: comparison.tally,
+            bags: bags.collect(),
+            not_counted: not_counted.collect(),
+            notes,
+        }
+    }
+}
+
+fn of_cell(cell: &CellComparison, runs: &CellRuns, simulated: Simulated) -> ComparedCell {
+    ComparedCell {
+        cell: cell.cell.clone(),
+        verdict: cell.verdict,
+        n_real: cell.real.n,
+        b_r: cell.real.value(),
+        b_r_low: cell.real_interval.low,
+        b_r_high: cell.real_interval.high,
+        real: runs.real,
+        n_simulated: cell.simulated.n,
+        b_s: cell.simulated.value(),
+        b_s_low: cell.simulated_interval.low,
+        b_s_high: cell.simulated_interval.high,
+        simulated: runs.simulated,
+        is_confirmed: simulated.is_confirmed,
+        p_value: cell.p_value,
+        p_corrected: cell.p_corrected,
+        p_supported: cell.p_supported,
+        further_runs: cell.further_runs,
+    }
+}
+
+fn summary(comparison: &Comparison) -> String {
+    let n_cells = comparison.cells.len();
+    let verdict = comparison.verdict;
+    let n = comparison.cells.iter().filter(|cell| cell.verdict == verdict).count();
+    let what = match verdict {
+        Verdict::Violated => "real robots mill less often than simulated ones".to_owned(),
+        Verdict::Supported => format!(
+            "real robots mill as often as simulated ones, or at most {:.0} percentage points less \
+             often",
+            100.0 * MARGIN
+        ),
+        Verdict::Undecided if n_cells == 0 => "no run counts".to_owned(),
+        Verdict::Undecided => "too few real runs to say".to_owned(),
+    };
+    if n_cells > 1 { format!("{what}, in {n} of {n_cells} cells") } else { what }
+}
+
+fn notes(runs: &Runs) -> Vec<String> {
+    let is_simulated =
+        |(_, run, _): &&(Cell, Admitted, Labelled)| run.record.backend == Backend::Simulator;
+    let n_simulated = runs.counted.iter().filter(is_simulated).count();
+    let mut notes = Vec::new();
+    if n_simulated > 0 {
+        notes.push(format!(
+            "in {n_simulated} of {} the simulator stood in for real robots",
+            counted(runs.counted.len() as u64, "run")
+        ));
+    }
+    notes
+}
+
+fn counted(n: u64, what: &str) -> String {
+    if n == 1 { format!("{n} {what}") } else { format!("{n} {what}s") }
+}

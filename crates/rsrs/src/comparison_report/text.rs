@@ -1,0 +1,108 @@
+//! A comparison as a person reads it.
+
+use std::fmt::{Display, Formatter, Result};
+
+use rsrs_core::comparison::{MARGIN, SIGNIFICANCE, SUPPORT, Tally, Verdict};
+use rsrs_core::diagram::PhaseCounts;
+use rsrs_core::phase::Phase;
+
+use super::{ComparedCell, Report, counted};
+
+impl Display for Report {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> Result {
+        writeln!(formatter, "claim: real robots mill at least as often as simulated ones")?;
+        for cell in &self.cells {
+            self.write_cell(cell, formatter)?;
+        }
+        if !self.cells.is_empty() {
+            let Tally { same, easier, harder } = self.tally;
+            writeln!(
+                formatter,
+                "run by run: {same} ended as most simulated runs did, {easier} closer to stable \
+                 milling, {harder} further from it"
+            )?;
+        }
+        for run in &self.not_counted {
+            let bag = run.bag.display();
+            writeln!(formatter, "not counted: {bag} ({}: {})", run.ending, run.reason)?;
+        }
+        for note in &self.notes {
+            writeln!(formatter, "note: {note}")?;
+        }
+        write!(formatter, "verdict: {} ({})", word(self.verdict), self.summary)
+    }
+}
+
+impl Report {
+    fn write_cell(&self, cell: &ComparedCell, formatter: &mut Formatter<'_>) -> Result {
+        writeln!(formatter, "{}", cell.cell)?;
+        let real = share([cell.b_r, cell.b_r_low, cell.b_r_high], (&cell.real, "run"));
+        writeln!(formatter, "  real       {real}")?;
+        for bag in self.bags.iter().filter(|bag| bag.cell == cell.cell) {
+            writeln!(formatter, "    {}: {}", bag.labelled.bag.display(), bag.labelled.phase)?;
+        }
+        let which = if cell.is_confirmed { "fresh run" } else { "run" };
+        let simulated = share([cell.b_s, cell.b_s_low, cell.b_s_high], (&cell.simulated, which));
+        writeln!(formatter, "  simulated  {simulated}")?;
+        write_chances(cell, formatter)?;
+        write!(formatter, "  {}", word(cell.verdict))?;
+        if let Some(n) = cell.further_runs {
+            let runs = counted(n, "further real run");
+            write!(formatter, ": {runs} would support the claim if every one of them mills")?;
+        }
+        writeln!(formatter)
+    }
+}
+
+fn write_chances(cell: &ComparedCell, formatter: &mut Formatter<'_>) -> Result {
+    let corrected = if cell.p_corrected > cell.p_value {
+        format!(", {} corrected for the number of cells", chance(cell.p_corrected))
+    } else {
+        String::new()
+    };
+    writeln!(
+        formatter,
+        "  chance of so few real mills if both mill equally often: {}{corrected} (below \
+         {SIGNIFICANCE} violates the claim)",
+        chance(cell.p_value)
+    )?;
+    writeln!(
+        formatter,
+        "  chance that real robots mill as often, or at most {:.0} percentage points less often: {} ({SUPPORT} \
+         supports it)",
+        100.0 * MARGIN,
+        chance(cell.p_supported)
+    )
+}
+
+/// How often a cell mills, and what else came of it.
+fn share(percents: [f64; 3], (phases, run): (&PhaseCounts, &str)) -> String {
+    let [share, low, high] = percents.map(|share| 100.0 * share);
+    let others: Vec<String> = Phase::ALL
+        .into_iter()
+        .filter(|phase| *phase != Phase::StableMilling && phases.get(*phase) > 0)
+        .map(|phase| format!("{} {phase}", phases.get(phase)))
+        .collect();
+    let others = if others.is_empty() {
+        String::new()
+    } else {
+        format!("; otherwise {}", others.join(", "))
+    };
+    format!(
+        "{} of {} milled: {share:.1} % (95 % interval {low:.1} to {high:.1} %){others}",
+        phases.get(Phase::StableMilling),
+        counted(phases.total(), run)
+    )
+}
+
+fn chance(probability: f64) -> String {
+    if probability < 0.001 { "under 0.001".to_owned() } else { format!("{probability:.3}") }
+}
+
+fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Violated => "violated",
+        Verdict::Supported => "supported",
+        Verdict::Undecided => "undecided",
+    }
+}

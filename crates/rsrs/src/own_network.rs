@@ -1,0 +1,73 @@
+//! A network in which a run without robots is alone.
+
+use std::process::Command;
+
+use anyhow::{Context, bail};
+use rsrs_ros::confine::{self, ConfineError};
+use rsrs_ros::interfaces::{self, LOOPBACK};
+use rsrs_ros::session::SessionOptions;
+
+/// Where a run without robots happens, and how a person looks inside.
+#[derive(Clone, Debug)]
+pub struct OwnNetwork {
+    /// For sessions of this process.
+    pub session: SessionOptions,
+    /// For people: how to look inside, or why it is not a network of its own.
+    pub note: String,
+}
+
+/// The variable that says where ROS 2 speaks.
+const DOMAIN: &str = "ROS_DOMAIN_ID";
+
+/// What else ROS 2 reads about whom to speak to; it does not hold in here.
+const DISCOVERY: [&str; 3] =
+    ["ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY"];
+
+impl OwnNetwork {
+    /// Moves this process into a network of its own; where that is forbidden, picks a domain of the
+    /// loopback interface in which nobody is.
+    ///
+    /// Call this before any thread is started.
+    ///
+    /// # Errors
+    ///
+    /// If there is neither.
+    pub fn enter() -> anyhow::Result<Self> {
+        match confine::into_own_network() {
+            Ok(confinement) => Ok(Self {
+                session: SessionOptions { domain_id: 0, interfaces: vec![LOOPBACK] },
+                note: format!(
+                    "no packet leaves this machine; to look inside:\n  {} env {DOMAIN}=0 rviz2",
+                    confinement.enter_command()
+                ),
+            }),
+            Err(error @ ConfineError::Forbidden { .. }) => Self::on_loopback(&error),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    fn on_loopback(error: &ConfineError) -> anyhow::Result<Self> {
+        let domain =
+            confine::free_loopback_domain().context("looking for a domain that nobody uses")?;
+        let Some(domain_id) = domain else {
+            bail!("{error}, and every domain from 1 to 101 is in use on this machine");
+        };
+        let help = error.help().unwrap_or("run as root");
+        Ok(Self {
+            session: SessionOptions { domain_id, interfaces: vec![LOOPBACK] },
+            note: format!(
+                "{error}: using the loopback interface in domain {domain_id}, where nobody else is; \
+                 {help}"
+            ),
+        })
+    }
+
+    /// Tells a node where it is.
+    pub fn tell<'a>(&self, node: &'a mut Command) -> &'a mut Command {
+        for variable in DISCOVERY {
+            node.env_remove(variable);
+        }
+        node.env(DOMAIN, self.session.domain_id.to_string())
+            .env(interfaces::VARIABLE, LOOPBACK.to_string())
+    }
+}

@@ -1,0 +1,260 @@
+//! Whether conditions make a world: every number against what it can mean.
+
+use std::fmt;
+
+use super::{Conditions, GainDistribution, MAX_ROBOTS, Placement, Region, SimulatedRobot};
+use crate::profile::MAX_CORNERS;
+
+/// The least and the greatest value that a number may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounds {
+    least: f64,
+    most: f64,
+}
+
+/// Number of robots.
+pub(super) const ROBOTS: Bounds = Bounds { least: 0.0, most: MAX_ROBOTS as f64 };
+/// A probability.
+pub(super) const PROBABILITY: Bounds = Bounds { least: 0.0, most: 1.0 };
+/// Half of a cone's opening angle, in radians: its edges must stay in front of the robot.
+pub(super) const HALF_ANGLE: Bounds = Bounds { least: 1e-6, most: 1.5 };
+/// What may be nothing: speeds, deviations, delays.
+pub(super) const AMOUNT: Bounds = Bounds { least: 0.0, most: 1e3 };
+/// What has an extent: lengths in metres, and times over which something fades, in seconds.
+pub(super) const SIZE: Bounds = Bounds { least: 1e-6, most: 1e6 };
+/// A control period, in seconds.
+pub(super) const PERIOD: Bounds = Bounds { least: 1e-6, most: 60.0 };
+/// The front sector of contact, in radians: up to all around.
+const FRONT: Bounds = Bounds { least: 0.0, most: 3.15 };
+/// A coordinate of a corner, in metres.
+const COORDINATE: Bounds = Bounds { least: -1e6, most: 1e6 };
+
+impl Bounds {
+    /// Whether a number lies within; what is not a number does not.
+    pub fn contains(self, found: f64) -> bool {
+        (self.least..=self.most).contains(&found)
+    }
+}
+
+impl fmt::Display for Bounds {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "from {} to {}", self.least, self.most)
+    }
+}
+
+/// Why conditions make no world.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Impossible {
+    /// A number lies outside what it can mean, or what single precision can take.
+    #[error("{key} is {found}, expected a number from {least} to {most}")]
+    Number {
+        /// Dotted path of the key; its last part names the unit.
+        key: &'static str,
+        /// The number found.
+        found: f64,
+        /// The least that it may be.
+        least: f64,
+        /// The greatest that it may be.
+        most: f64,
+    },
+    /// The sensor's polygon is no region.
+    #[error(
+        "robot.region.polygon.corners_m has {corners} corners, expected 3 to {MAX_CORNERS}, \
+         convex and counterclockwise"
+    )]
+    Polygon {
+        /// Corners found.
+        corners: usize,
+    },
+}
+
+impl Conditions {
+    /// Checks every number, so that a world can be made of conditions that come from elsewhere and
+    /// stays free of infinities, whatever its robots are commanded.
+    ///
+    /// [`Conditions::resolve`] has done so already.
+    ///
+    /// # Errors
+    ///
+    /// [`Impossible`], the first problem found.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// # use rsrs_core::conditions::Conditions;
+    /// # fn example(mut conditions: Conditions) {
+    /// conditions.period_s = 0.0;
+    /// let error = conditions.check().unwrap_err();
+    /// assert_eq!(error.to_string(), "period_s is 0, expected a number from 0.000001 to 60");
+    /// # }
+    /// ```
+    pub fn check(&self) -> Result<(), Impossible> {
+        let Placement::DiscFacingOut { radius_m } = self.placement;
+        for (key, found, bounds) in [
+            ("robots", self.robots as f64, ROBOTS),
+            ("controller.speed_m_s", self.controller.speed_m_s, AMOUNT),
+            ("controller.turn_rate_rad_s", self.controller.turn_rate_rad_s, AMOUNT),
+            ("placement.radius_m", radius_m, SIZE),
+            ("arena.side_m", self.arena.side_m, SIZE),
+            ("period_s", self.period_s, PERIOD),
+        ] {
+            within(key, found, bounds)?;
+        }
+        check_robot(&self.robot)?;
+        check_region(&self.robot.region)
+    }
+}
+
+fn check_robot(robot: &SimulatedRobot) -> Result<(), Impossible> {
+    let GainDistribution { mean: speed_mean, robot_sd: speed_sd, step_sd: speed_step_sd } =
+        robot.speed_gain;
+    let GainDistribution { mean: turn_mean, robot_sd: turn_sd, step_sd: turn_step_sd } =
+        robot.turn_gain;
+    for (key, found, bounds) in [
+        ("robot.radius_m", robot.radius_m, SIZE),
+        ("robot.front_half_angle_rad", robot.front_half_angle_rad, FRONT),
+        ("robot.speed_gain.mean", speed_mean, AMOUNT),
+        ("robot.speed_gain.robot_sd", speed_sd, AMOUNT),
+        ("robot.speed_gain.step_sd", speed_step_sd, AMOUNT),
+        ("robot.turn_gain.mean", turn_mean, AMOUNT),
+        ("robot.turn_gain.robot_sd", turn_sd, AMOUNT),
+        ("robot.turn_gain.step_sd", turn_step_sd, AMOUNT),
+        ("robot.turn_bias_sd_rad_s", robot.turn_bias_sd_rad_s, AMOUNT),
+        ("robot.heading_noise_sd_rad", robot.heading_noise_sd_rad, AMOUNT),
+        ("robot.gust_sd_m_s", robot.gust_sd_m_s, AMOUNT),
+        ("robot.gust_time_constant_s", robot.gust_time_constant_s, SIZE),
+        ("robot.yaw_lag_s", robot.yaw_lag_s, AMOUNT),
+        ("robot.true_positive", robot.true_positive, PROBABILITY),
+        ("robot.false_positive", robot.false_positive, PROBABILITY),
+        ("robot.latency_steps", f64::from(robot.latency_steps), AMOUNT),
+    ] {
+        within(key, found, bounds)?;
+    }
+    Ok(())
+}
+
+fn check_region(region: &Region) -> Result<(), Impossible> {
+    match region {
+        Region::Cone { half_angle_rad, range_m } => {
+            within("robot.region.cone.half_angle_rad", *half_angle_rad, HALF_ANGLE)?;
+            within("robot.region.cone.range_m", *range_m, SIZE)
+        }
+        Region::Polygon { corners_m } => {
+            for coordinate in corners_m.iter().flatten() {
+                within("robot.region.polygon.corners_m", *coordinate, COORDINATE)?;
+            }
+            if is_region(corners_m) {
+                return Ok(());
+            }
+            Err(Impossible::Polygon { corners: corners_m.len() })
+        }
+    }
+}
+
+/// Whether every corner lies to the left of every side that it is not part of: that is where the
+/// world looks for a neighbour.
+fn is_region(corners: &[[f64; 2]]) -> bool {
+    let n = corners.len();
+    let lies_left = |[from_x, from_y]: [f64; 2], [to_x, to_y]: [f64; 2], [x, y]: [f64; 2]| {
+        (to_x - from_x) * (y - from_y) - (to_y - from_y) * (x - from_x) > 0.0
+    };
+    (3..=MAX_CORNERS).contains(&n)
+        && (0..n).all(|side| {
+            let (from, to) = (corners[side], corners[(side + 1) % n]);
+            (2..n).all(|further| lies_left(from, to, corners[(side + further) % n]))
+        })
+}
+
+fn within(key: &'static str, found: f64, bounds: Bounds) -> Result<(), Impossible> {
+    if bounds.contains(found) {
+        return Ok(());
+    }
+    Err(Impossible::Number { key, found, least: bounds.least, most: bounds.most })
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+    use crate::axis::Axis;
+    use crate::conditions::Settings;
+    use crate::profile::RobotProfile;
+
+    const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+
+    fn conditions() -> Conditions {
+        let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let values = vec![(Axis::Speed, 0.15), (Axis::TurnRate, 0.75), (Axis::Robots, 9.0)];
+        Conditions::resolve(&profile, &Settings { values, ..Settings::default() }).unwrap()
+    }
+
+    /// Every path to a number in a document, outermost key first.
+    fn numbers(value: &Value, path: &str) -> Vec<String> {
+        match value {
+            Value::Number(_) => vec![path.to_owned()],
+            Value::Object(map) => map
+                .iter()
+                .flat_map(|(key, inner)| numbers(inner, &format!("{path}/{key}")))
+                .collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    #[test]
+    fn every_number_is_checked_and_named() {
+        let document = serde_json::to_value(conditions()).unwrap();
+        let paths = numbers(&document, "");
+        assert_eq!(paths.len(), 24, "{paths:?}");
+
+        for path in paths {
+            for impossible in [json!(-1e9), json!(1e9)] {
+                let mut document = document.clone();
+                *document.pointer_mut(&path).unwrap() = impossible.clone();
+                let is_count = path.ends_with("robots") || path.ends_with("latency_steps");
+                if is_count {
+                    *document.pointer_mut(&path).unwrap() = json!(1_000_000_000);
+                }
+
+                let conditions: Conditions = serde_json::from_value(document).unwrap();
+                let error = conditions.check().unwrap_err().to_string();
+
+                let key = path.trim_start_matches('/').replace('/', ".");
+                assert!(error.starts_with(&format!("{key} is ")), "{path}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_refused() {
+        let conditions = Conditions { period_s: f64::NAN, ..conditions() };
+
+        let error = conditions.check().unwrap_err();
+
+        let expected = "period_s is NaN, expected a number from 0.000001 to 60";
+        assert_eq!(error.to_string(), expected);
+    }
+
+    #[test]
+    fn a_polygon_must_be_convex_counterclockwise_and_small() {
+        let check = |corners_m: &[[f64; 2]]| {
+            check_region(&Region::Polygon { corners_m: corners_m.to_vec() })
+        };
+        let square = [[0.0, -0.1], [1.0, -0.1], [1.0, 0.1], [0.0, 0.1]];
+        let clockwise: Vec<_> = square.into_iter().rev().collect();
+        let star: Vec<[f64; 2]> = (0..5)
+            .map(|corner| {
+                let angle_rad = f64::from(corner) * 2.0 * std::f64::consts::TAU / 5.0;
+                [libm::cos(angle_rad), libm::sin(angle_rad)]
+            })
+            .collect();
+
+        assert_eq!(check(&square), Ok(()));
+        assert_eq!(check(&clockwise), Err(Impossible::Polygon { corners: 4 }));
+        assert_eq!(check(&star), Err(Impossible::Polygon { corners: 5 }));
+        assert_eq!(check(&[]), Err(Impossible::Polygon { corners: 0 }));
+        assert_eq!(check(&[[0.5, 0.5]; 3]), Err(Impossible::Polygon { corners: 3 }));
+        let far = check(&[[0.0, 0.0], [1e7, 0.0], [1.0, 1.0]]).unwrap_err();
+        assert!(far.to_string().contains("corners_m is 10000000"), "{far}");
+    }
+}

@@ -1,0 +1,388 @@
+//! Samples, answers and timers in; leases, requests and a bag out.
+
+use std::pin::Pin;
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use futures::StreamExt;
+use futures::stream::FuturesUnordered;
+use rsrs_bags::BagSummary;
+use rsrs_fleet::message::{RobotState, Status};
+use rsrs_fleet::record::Ending;
+use rsrs_fleet::runner::{Action, Event, Outcome, Runner, Target};
+use rsrs_fleet::timing::{CONFIGURE, SILENCE};
+use rsrs_msgs::cdr;
+use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease};
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::topics::{self, Reliability};
+use rsrs_ros::clock::wall_time;
+use rsrs_ros::logging::Level;
+use rsrs_ros::parameters::{ClientOptions, ParameterClient};
+use rsrs_ros::session::{NodeHandle, Publisher, Session, SessionOptions, Subscription};
+use rsrs_wire as wire;
+use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+
+use crate::ears::{self, Ear, Role, Sample};
+use crate::expectation::{self, Heard};
+use crate::parameters;
+use crate::plan::Plan;
+use crate::recorder::Recorder;
+
+/// Name of the runner's node.
+pub const NODE: &str = "experiment_runner";
+
+/// How often time passes for the machine while nothing arrives.
+const GLANCE: Duration = Duration::from_millis(20);
+/// How often the discovery database is looked at.
+const LOOK: Duration = Duration::from_millis(100);
+/// How long one request for parameters is tried before the machine asks again.
+const ONE_REQUEST: Duration = CONFIGURE;
+
+/// How far a run is, for those who watch.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Progress {
+    /// Something to tell the operator.
+    Say(String),
+    /// Steps that are recorded, of all; in real time, seconds that have passed.
+    Done {
+        /// So many are done.
+        done: u64,
+        /// So many there are.
+        of: u64,
+    },
+}
+
+/// What came of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunReport {
+    /// How it ended.
+    pub ending: Ending,
+    /// Robots that did not say that they stand; someone should go and look.
+    pub not_standing: Vec<String>,
+    /// The bag; `None` if none was opened.
+    pub bag: Option<BagSummary>,
+    /// Messages that the middleware lost on topics that are to lose none.
+    pub n_lost: u64,
+    /// Time on the wall from the first recorded step to the last, in seconds; in lockstep alone.
+    pub stepping_s: Option<f64>,
+}
+
+/// Answers to requests for parameters, and the requests that are under way.
+type Requests<'a> = FuturesUnordered<Pin<Box<dyn Future<Output = Event> + 'a>>>;
+
+/// A run and its ends of the network.
+struct Run<'a> {
+    plan: &'a Plan,
+    session: &'a Session,
+    client: &'a ParameterClient<'a>,
+    node: NodeHandle,
+    ears: Vec<Ear>,
+    lease: Publisher<RunLease>,
+    recorded: Publisher<Recorded>,
+    machine: Runner,
+    start: Instant,
+    recorder: Option<Recorder>,
+    /// What came before the bag was open, and belongs to its beginning.
+    early: Vec<Sample>,
+    recorded_step: u64,
+    stepping: Option<(Instant, Instant)>,
+    /// The simulator's last word, and when it came.
+    simulator: Option<(Status, Instant)>,
+    /// Whether the simulator's next word answers the machine's question.
+    asks_simulator: bool,
+    bag: Option<BagSummary>,
+    finished: Option<(Outcome, Vec<String>)>,
+    watch: &'a mut dyn FnMut(Progress),
+}
+
+/// Conducts one run from preflight to the closed bag.
+///
+/// # Arguments
+///
+/// * `network` — where the robots are.
+/// * `watch` — told how far the run is.
+/// * `stop` — when it completes, the run is stopped in order, for the reason that it gives.
+///
+/// # Errors
+///
+/// If the network cannot be used. A run that fails is an [`Ending`], not an error.
+pub async fn run(
+    plan: &Plan,
+    network: &SessionOptions,
+    watch: &mut dyn FnMut(Progress),
+    stop: impl Future<Output = String>,
+) -> anyhow::Result<RunReport> {
+    let session = Session::open(network)?;
+    let node = session.node("/", NODE)?;
+    let ears = ears::ears(&plan.robots);
+    let (sender, mut samples) = unbounded_channel();
+    let subscriptions = ears::listen(&session, &ears, &sender)?;
+    let options = ClientOptions { patience: ONE_REQUEST, mapping: None };
+    let client = ParameterClient::new(&session, &node, options);
+    let (lease, recorded) = (topics::LEASE, topics::RECORDED);
+    let mut run = Run {
+        lease: session.publish_on(&node, lease.name, lease.qos)?,
+        recorded: session.publish_on(&node, recorded.name, recorded.qos)?,
+        machine: Runner::new(expectation::runner_options(plan, &ears)),
+        plan,
+        session: &session,
+        client: &client,
+        node,
+        ears,
+        start: Instant::now(),
+        recorder: None,
+        early: Vec::new(),
+        recorded_step: 0,
+        stepping: None,
+        simulator: None,
+        asks_simulator: false,
+        bag: None,
+        finished: None,
+        watch,
+    };
+    let ended = run.serve(&mut samples, stop).await;
+    let report = ended.and_then(|()| run.report(&subscriptions));
+    drop(run);
+    drop((client, subscriptions));
+    session.close().await;
+    report
+}
+
+impl<'a> Run<'a> {
+    async fn serve(
+        &mut self,
+        samples: &mut UnboundedReceiver<Sample>,
+        stop: impl Future<Output = String>,
+    ) -> anyhow::Result<()> {
+        let mut requests: Requests<'a> = FuturesUnordered::new();
+        let mut glance = tokio::time::interval(GLANCE);
+        glance.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+        let mut look = tokio::time::interval(LOOK);
+        look.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+        let mut stop = std::pin::pin!(stop);
+        let mut is_stopped = false;
+        while self.finished.is_none() {
+            tokio::select! {
+                reason = &mut stop, if !is_stopped => {
+                    is_stopped = true;
+                    self.advance(Event::Interrupt { reason }, &mut requests).await?;
+                }
+                Some(sample) = samples.recv() => self.hear(sample, &mut requests).await?,
+                Some(answer) = requests.next() => self.advance(answer, &mut requests).await?,
+                _ = look.tick() => {
+                    let graph = expectation::graph(self.session, self.simulator_is());
+                    self.advance(Event::Seen(graph), &mut requests).await?;
+                }
+                _ = glance.tick() => self.advance(Event::Tick, &mut requests).await?,
+            }
+        }
+        Ok(())
+    }
+
+    fn simulator_is(&self) -> Heard {
+        match &self.simulator {
+            Some((_, at)) if at.elapsed() <= SILENCE => Heard::Recently,
+            _ => Heard::Not,
+        }
+    }
+
+    /// Keeps a sample, and tells the machine what it means.
+    async fn hear(&mut self, sample: Sample, requests: &mut Requests<'a>) -> anyhow::Result<()> {
+        if let Some(event) = self.record(&sample).await? {
+            self.advance(event, requests).await?;
+        }
+        let role = self.ears[sample.ear].role;
+        let event = match self.understand(role, &sample.received.message) {
+            Ok(event) => event,
+            Err(reason) => {
+                let topic = &self.ears[sample.ear].name;
+                self.node.say(Level::Warn, &format!("refused a message on {topic}: {reason}"));
+                None
+            }
+        };
+        if role == Role::ParameterEvents && self.recorder.is_none() {
+            self.early.push(sample);
+        }
+        match event {
+            Some(event) => self.advance(event, requests).await,
+            None => Ok(()),
+        }
+    }
+
+    /// Writes a sample into the bag, if one is open.
+    async fn record(&mut self, sample: &Sample) -> anyhow::Result<Option<Event>> {
+        let Some(recorder) = &mut self.recorder else {
+            return Ok(None);
+        };
+        let ear = (sample.ear, &self.ears[sample.ear]);
+        if let Err(error) = recorder.take(ear, &sample.received) {
+            return Ok(Some(Event::RecorderFailed { reason: error.to_string() }));
+        }
+        let step = recorder.step();
+        if step == self.recorded_step {
+            return Ok(None);
+        }
+        self.recorded_step = step;
+        let now = Instant::now();
+        self.stepping.get_or_insert((now, now)).1 = now;
+        self.recorded.publish(Recorded { step }).await?;
+        (self.watch)(Progress::Done { done: step, of: self.plan.steps() });
+        Ok(Some(Event::Recorded { step }))
+    }
+
+    /// What a sample says to the machine, if anything.
+    fn understand(&mut self, role: Role, data: &[u8]) -> Result<Option<Event>, String> {
+        let robot = |index: usize| self.plan.record.robots[index].clone();
+        Ok(match role {
+            Role::Robot(index) => {
+                Some(Event::RobotStatus { robot: robot(index), status: status(data)? })
+            }
+            Role::Controller(index) => {
+                Some(Event::ControllerStatus { robot: robot(index), status: status(data)? })
+            }
+            Role::Lease => {
+                let message: RunLease = cdr::decode(data).map_err(|error| error.to_string())?;
+                let lease = wire::lease(message).map_err(|error| error.to_string())?;
+                Some(Event::LeaseHeard(lease))
+            }
+            Role::EStop => {
+                let message: Bool = cdr::decode(data).map_err(|error| error.to_string())?;
+                Some(Event::EStop(message.data))
+            }
+            Role::Simulator => {
+                let status = status(data)?;
+                self.simulator = Some((status.clone(), Instant::now()));
+                self.simulator_says(&status)
+            }
+            Role::Detection
+            | Role::Command
+            | Role::Odometry
+            | Role::WorldDigest
+            | Role::Clock
+            | Role::ParameterEvents
+            | Role::Other => None,
+        })
+    }
+
+    fn simulator_says(&mut self, status: &Status) -> Option<Event> {
+        if std::mem::take(&mut self.asks_simulator) {
+            let result = if status.state == RobotState::Fault {
+                Err(status.stop_reason.clone())
+            } else {
+                Ok(status.parameter_digest)
+            };
+            return Some(Event::ReadBack { target: Target::Simulator, result });
+        }
+        // Before the recorder is open, it still speaks of the run before.
+        self.recorder.as_ref()?;
+        match status.state {
+            RobotState::Stopped => Some(Event::SimulatorComplete),
+            RobotState::Fault => Some(Event::SimulatorVoid { reason: status.stop_reason.clone() }),
+            RobotState::Idle | RobotState::Armed | RobotState::Moving => None,
+        }
+    }
+
+    /// Lets the machine take an event, and does what follows.
+    async fn advance(&mut self, event: Event, requests: &mut Requests<'a>) -> anyhow::Result<()> {
+        let mut events = vec![event];
+        while let Some(event) = events.pop() {
+            for action in self.machine.on_event(event, self.start.elapsed()) {
+                events.extend(self.act(action, requests).await?);
+            }
+        }
+        Ok(())
+    }
+
+    async fn act(
+        &mut self,
+        action: Action,
+        requests: &mut Requests<'a>,
+    ) -> anyhow::Result<Option<Event>> {
+        match action {
+            Action::PublishLease(lease) => {
+                self.lease.publish(wire::lease_message(&lease, wall_time())).await?;
+            }
+            Action::Configure(target) => {
+                let (client, plan) = (self.client, self.plan);
+                requests.push(Box::pin(async move {
+                    let result = parameters::configure(client, plan, &target).await;
+                    Event::ParametersSet { target, result }
+                }));
+            }
+            Action::ReadBack(Target::Simulator) => self.asks_simulator = true,
+            Action::ReadBack(Target::Robot(robot)) => {
+                let client = self.client;
+                requests.push(Box::pin(async move {
+                    let result = parameters::read_back(client, &robot).await;
+                    Event::ReadBack { target: Target::Robot(robot), result }
+                }));
+            }
+            Action::OpenRecorder => return Ok(Some(self.open_recorder())),
+            Action::CloseRecorder => return Ok(Some(self.close_recorder())),
+            Action::Say(text) => {
+                self.node.say(Level::Info, &text);
+                (self.watch)(Progress::Say(text));
+            }
+            Action::Finish { outcome, not_standing } => {
+                self.finished = Some((outcome, not_standing));
+            }
+        }
+        Ok(None)
+    }
+
+    fn open_recorder(&mut self) -> Event {
+        let opened = Recorder::open(&self.plan.bag, self.plan, &self.ears);
+        let begun = opened.and_then(|mut recorder| {
+            for Sample { ear, received } in self.early.drain(..) {
+                recorder.take((ear, &self.ears[ear]), &received)?;
+            }
+            Ok(recorder)
+        });
+        match begun {
+            Ok(recorder) => {
+                self.recorder = Some(recorder);
+                Event::RecorderReady
+            }
+            Err(error) => Event::RecorderFailed { reason: error.to_string() },
+        }
+    }
+
+    fn close_recorder(&mut self) -> Event {
+        let ending = self.machine.outcome().map(Ending::of);
+        let ending = ending.expect("the recorder is closed when the run has ended");
+        let Some(recorder) = self.recorder.take() else {
+            return Event::RecorderClosed;
+        };
+        match recorder.close(&ending) {
+            Ok(summary) => {
+                self.bag = Some(summary);
+                Event::RecorderClosed
+            }
+            Err(error) => Event::RecorderFailed { reason: error.to_string() },
+        }
+    }
+
+    fn report(&mut self, subscriptions: &[Subscription]) -> anyhow::Result<RunReport> {
+        let (outcome, not_standing) =
+            self.finished.take().context("the run ends when the machine says so")?;
+        Ok(RunReport {
+            ending: Ending::of(&outcome),
+            not_standing,
+            bag: self.bag.take(),
+            n_lost: subscriptions
+                .iter()
+                .zip(&self.ears)
+                .filter(|(_, ear)| ear.topic.qos.reliability == Reliability::Reliable)
+                .map(|(subscription, _)| subscription.counts().lost)
+                .sum(),
+            stepping_s: self
+                .stepping
+                .map(|(first, last)| last.saturating_duration_since(first).as_secs_f64()),
+        })
+    }
+}
+
+fn status(data: &[u8]) -> Result<Status, String> {
+    let message: RobotStatus = cdr::decode(data).map_err(|error| error.to_string())?;
+    wire::status(message).map_err(|error| error.to_string())
+}

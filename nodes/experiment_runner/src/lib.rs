@@ -1,0 +1,63 @@
+//! The experiment runner: one run from preflight to the closed bag.
+//!
+//! What it decides is [`rsrs_fleet::runner`]; here samples, answers and timers become its events.
+//! The recorder listens on the same subscriptions, so that a run whose data would be lost does not
+//! start, and in lockstep the simulator does not step ahead of the bag.
+
+mod arguments;
+mod driver;
+mod ears;
+mod expectation;
+mod parameters;
+pub mod plan;
+mod recorder;
+
+pub use driver::{NODE, Progress, RunReport, run};
+pub use recorder::RecorderError;
+
+use anyhow::{Context, bail};
+use rsrs_fleet::record::{Ending, EndingKind};
+use rsrs_ros::logging::{self, Level};
+use rsrs_ros::ros_args::Environment;
+use rsrs_ros::shutdown;
+
+use arguments::RunnerArguments;
+use plan::Plan;
+
+/// Runs the node: one experiment, then it ends.
+///
+/// # Arguments
+///
+/// * `arguments` — those of the process, without its name: `--experiment FILE [--from DIR]
+///   [--cell CELL] [--output BAG] [--backend sim|fleet] [--interface NAME|IP] [--ros-args …]`.
+///
+/// # Errors
+///
+/// If the arguments or the experiment are wrong, the network cannot be used, or the run was not
+/// completed.
+pub fn main(arguments: &[String]) -> anyhow::Result<()> {
+    let options = RunnerArguments::parse(arguments, &Environment::of_this_process())?;
+    logging::init(
+        options.log_level.unwrap_or(Level::Info),
+        std::env::var("RUST_LOG").ok().as_deref(),
+    );
+    let plan = Plan::read(&options.request)?;
+    let stop = async {
+        match shutdown::requested().await {
+            Ok(_) => "interrupted".to_owned(),
+            Err(error) => format!("signals cannot be heard: {error}"),
+        }
+    };
+    // What it says goes to the log by itself.
+    let mut watch = |_| {};
+    let report = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("starting the runtime")?
+        .block_on(run(&plan, &options.session, &mut watch, stop))?;
+    let Ending { kind, reason } = report.ending;
+    if kind != EndingKind::Completed {
+        bail!("run {}: {reason}", kind.key());
+    }
+    Ok(())
+}

@@ -1,0 +1,75 @@
+//! What is set before a run, and what is read back.
+
+use rsrs_core::controller::ControllerParameters;
+use rsrs_fleet::experiment::Time;
+use rsrs_fleet::runner::Target;
+use rsrs_ros::parameters::{ParameterClient, ParameterValue};
+
+use crate::plan::Plan;
+
+const SPEED: &str = "speed";
+const TURN_RATE: &str = "turn_rate";
+
+/// Sets all parameters of a target at once.
+///
+/// # Errors
+///
+/// What the target answered, or that it did not.
+pub async fn configure(
+    client: &ParameterClient<'_>,
+    plan: &Plan,
+    target: &Target,
+) -> Result<(), String> {
+    let (node, values) = match target {
+        Target::Robot(name) => (controller(name), of_controller(plan)),
+        Target::Simulator => ("/simulator".to_owned(), of_simulator(plan)),
+    };
+    client.set_atomically(&node, &values).await.map_err(|error| error.to_string())
+}
+
+/// Reads a controller's parameters back, and digests them.
+///
+/// # Errors
+///
+/// What is wrong with the answer, or that there is none.
+pub async fn read_back(client: &ParameterClient<'_>, robot: &str) -> Result<u64, String> {
+    let values = client.get(&controller(robot), &[SPEED, TURN_RATE]).await;
+    match values.map_err(|error| error.to_string())?.as_slice() {
+        [ParameterValue::Double(speed_m_s), ParameterValue::Double(turn_rate_rad_s)] => {
+            let (speed_m_s, turn_rate_rad_s) = (*speed_m_s, *turn_rate_rad_s);
+            Ok(ControllerParameters { speed_m_s, turn_rate_rad_s }.digest())
+        }
+        other => Err(format!("{SPEED} and {TURN_RATE} are {other:?}, expected two doubles")),
+    }
+}
+
+fn controller(robot: &str) -> String {
+    format!("/{robot}/controller")
+}
+
+fn of_controller(plan: &Plan) -> Vec<(String, ParameterValue)> {
+    let ControllerParameters { speed_m_s, turn_rate_rad_s } = plan.record.conditions.controller;
+    let lockstep = plan.record.time == Time::Lockstep;
+    vec![
+        (SPEED.to_owned(), ParameterValue::Double(speed_m_s)),
+        (TURN_RATE.to_owned(), ParameterValue::Double(turn_rate_rad_s)),
+        ("stamp_from_clock".to_owned(), ParameterValue::Bool(lockstep)),
+    ]
+}
+
+fn of_simulator(plan: &Plan) -> Vec<(String, ParameterValue)> {
+    let record = &plan.record;
+    let conditions = serde_json::to_string(&record.conditions).expect("conditions are plain data");
+    let time = match record.time {
+        Time::Lockstep => "lockstep",
+        Time::RealTime => "real_time",
+    };
+    let integer = |value: u64| ParameterValue::Integer(value.cast_signed());
+    vec![
+        ("conditions".to_owned(), ParameterValue::String(conditions)),
+        ("seed".to_owned(), integer(record.seed)),
+        ("replicate".to_owned(), integer(record.replicate)),
+        ("steps".to_owned(), integer(plan.steps())),
+        ("time".to_owned(), ParameterValue::String(time.to_owned())),
+    ]
+}

@@ -1,0 +1,220 @@
+//! What one run is: an experiment file with everything that it names, resolved.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow, bail};
+use jiff::Timestamp;
+use rsrs_core::axis::Cell;
+use rsrs_core::conditions::Conditions;
+use rsrs_core::profile::RobotProfile;
+use rsrs_fleet::experiment::{ExperimentFile, SimulatedProfile, Time};
+use rsrs_fleet::fleet_file::{CmdVel, FleetFile, FleetRobot};
+use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
+
+mod swept;
+
+pub use swept::SweptCell;
+
+/// What a person asks for.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// The experiment file.
+    pub experiment: PathBuf,
+    /// The cell, where the experiment file does not count.
+    pub cell: Option<Cell>,
+    /// Folder of a sweep; its chosen cell is run if no other one of it is named.
+    pub from: Option<PathBuf>,
+    /// What moves the robots.
+    pub backend: Backend,
+    /// Where the bag goes; named after the run in the current folder if not said.
+    pub bag: Option<PathBuf>,
+    /// Seed of the simulated world, where the experiment file's does not count.
+    pub seed: Option<u64>,
+}
+
+/// One run, resolved.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// What goes into the bag.
+    pub record: ExperimentRecord,
+    /// The robots of the run.
+    pub robots: Vec<FleetRobot>,
+    /// Where the bag goes.
+    pub bag: PathBuf,
+    /// The files that it was read from, by the name that they get in the bag.
+    pub files: Vec<(&'static str, String)>,
+}
+
+/// Version of the program, and the commit that it was built from.
+const PROGRAM: (&str, &str) = (env!("CARGO_PKG_VERSION"), env!("RSRS_COMMIT"));
+
+impl Plan {
+    /// Reads an experiment file and all that it names.
+    ///
+    /// # Errors
+    ///
+    /// If a file cannot be read or is wrong, the fleet is too small, the cell cannot be run, or the
+    /// bag exists already.
+    pub fn read(request: &Request) -> anyhow::Result<Self> {
+        let (name, text) = read(&request.experiment)?;
+        let experiment =
+            ExperimentFile::parse(&name, &text).map_err(|error| explained(&error, error.help()))?;
+        let beside = request.experiment.parent().unwrap_or(Path::new(""));
+        let (cell, swept) = cell(request, &experiment, beside)?;
+        let settings = experiment.settings(&cell).with_context(|| format!("cell `{cell}`"))?;
+
+        let fleet_path = beside.join(&experiment.fleet);
+        let (fleet_name, fleet_text) = read(&fleet_path)?;
+        let fleet = FleetFile::parse(&fleet_name, &fleet_text)
+            .map_err(|error| explained(&error, error.help()))?;
+        let n_robots =
+            Conditions::resolve(&profile_of_first(&fleet, &fleet_path)?.1, &settings)?.robots;
+        let robots: Vec<FleetRobot> =
+            fleet.first(n_robots).context(fleet_name)?.into_iter().cloned().collect();
+        let (profile_text, measured) = common_profile(&robots, &fleet_path)?;
+
+        let (time, moved) =
+            pace_and_profile(request.backend, &experiment, &measured, swept.as_ref())?;
+        if time == Time::Lockstep {
+            refuse_unstamped(&robots)?;
+        }
+        let conditions = Conditions::resolve(&moved, &settings)?;
+        let run_id = run_id(&request.experiment);
+        let record = ExperimentRecord {
+            robots: robots.iter().map(|robot| robot.name.clone()).collect(),
+            provenance: Provenance::new(PROGRAM, &measured.digest(), &conditions),
+            conditions,
+            duration_s: experiment.duration_s,
+            seed: request.seed.unwrap_or(experiment.seed),
+            replicate: 0,
+            robot_lost: experiment.robot_lost,
+            backend: request.backend,
+            time,
+            run_id: run_id.clone(),
+        };
+        if let Some(swept) = &swept {
+            swept.circumstances.admit(&record.circumstances()).with_context(|| {
+                format!("{} could not be compared with the sweep", request.experiment.display())
+            })?;
+        }
+        let bag = request.bag.clone().unwrap_or_else(|| PathBuf::from(&run_id));
+        if bag.exists() {
+            bail!("{} exists already; give another folder for the bag", bag.display());
+        }
+        let files = vec![
+            ("experiment.yaml", text),
+            ("fleet.yaml", fleet_text),
+            ("profile.yaml", profile_text),
+        ];
+        Ok(Self { record, robots, bag, files })
+    }
+
+    /// Steps of the run.
+    pub fn steps(&self) -> u64 {
+        self.record.conditions.steps(self.record.duration_s)
+    }
+}
+
+/// The cell to run, and the swept one that it is held against, if there is one.
+fn cell(
+    request: &Request,
+    experiment: &ExperimentFile,
+    beside: &Path,
+) -> anyhow::Result<(Cell, Option<SweptCell>)> {
+    if let Some(folder) = &request.from {
+        let swept = SweptCell::find(folder, request.cell.as_ref())?;
+        return Ok((swept.cell.clone(), Some(swept)));
+    }
+    if let Some(cell) = &request.cell {
+        return Ok((cell.clone(), None));
+    }
+    match (&experiment.cell, &experiment.from) {
+        (Some(cell), _) => Ok((cell.clone(), None)),
+        (None, Some(from)) => {
+            let swept = SweptCell::find(&beside.join(from), None)?;
+            Ok((swept.cell.clone(), Some(swept)))
+        }
+        (None, None) => bail!(
+            "{}: neither `cell` nor `from`, expected one of them here or on the command line",
+            request.experiment.display()
+        ),
+    }
+}
+
+/// The pace of the run, and the robot that the simulator moves.
+fn pace_and_profile(
+    backend: Backend,
+    experiment: &ExperimentFile,
+    measured: &RobotProfile,
+    swept: Option<&SweptCell>,
+) -> anyhow::Result<(Time, RobotProfile)> {
+    match backend {
+        Backend::Fleet => Ok((Time::RealTime, measured.clone())),
+        Backend::Simulator => {
+            let moved = match experiment.simulator.profile {
+                SimulatedProfile::Measured => measured.clone(),
+                SimulatedProfile::Harsher => {
+                    swept.map(|swept| swept.factors).unwrap_or_default().apply(measured)?
+                }
+            };
+            Ok((experiment.simulator.time, moved))
+        }
+    }
+}
+
+fn profile_of_first(fleet: &FleetFile, path: &Path) -> anyhow::Result<(String, RobotProfile)> {
+    let first = fleet.first(1).with_context(|| path.display().to_string())?;
+    common_profile(&first.into_iter().cloned().collect::<Vec<_>>(), path)
+}
+
+/// The one profile of all robots, with its text.
+fn common_profile(robots: &[FleetRobot], fleet: &Path) -> anyhow::Result<(String, RobotProfile)> {
+    let first = robots.first().context("a cell has at least one robot")?;
+    if let Some(other) = robots.iter().find(|robot| robot.profile != first.profile) {
+        bail!(
+            "{}: {} has profile `{}` and {} has `{}`, expected one for all robots of a run",
+            fleet.display(),
+            first.name,
+            first.profile,
+            other.name,
+            other.profile
+        );
+    }
+    let path = fleet.parent().unwrap_or(Path::new("")).join(&first.profile);
+    let (name, text) = read(&path)?;
+    let profile = RobotProfile::parse(&name, &text)
+        .with_context(|| format!("{name} does not describe a robot"))?;
+    Ok((text, profile))
+}
+
+fn refuse_unstamped(robots: &[FleetRobot]) -> anyhow::Result<()> {
+    match robots.iter().find(|robot| robot.cmd_vel == CmdVel::Twist) {
+        None => Ok(()),
+        Some(robot) => Err(anyhow!(
+            "{} takes `cmd_vel: twist`, lockstep needs `twist_stamped`; or say `time: real_time` in \
+             the experiment",
+            robot.name
+        )),
+    }
+}
+
+/// A name that no two runs share: the experiment, when, and by which process.
+fn run_id(experiment: &Path) -> String {
+    let stem = experiment.file_stem().map_or_else(|| "run".into(), |stem| stem.to_string_lossy());
+    let now = Timestamp::now().strftime("%Y%m%dT%H%M%S.%3fZ");
+    format!("{stem}_{now}_{:x}", std::process::id()).replace('.', "_")
+}
+
+fn read(path: &Path) -> anyhow::Result<(String, String)> {
+    let name = path.display().to_string();
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+    Ok((name, text))
+}
+
+/// An error with what to do about it.
+fn explained(error: &impl std::error::Error, help: Option<String>) -> anyhow::Error {
+    match help {
+        Some(help) => anyhow!("{error}; {help}"),
+        None => anyhow!("{error}"),
+    }
+}

@@ -1,0 +1,213 @@
+//! The bag of a run while it is written: what came when, and whether a step is complete.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use rsrs_bags::{BagError, BagOptions, BagSummary, BagWriter, ChannelId, Sample as Message};
+use rsrs_fleet::experiment::Time;
+use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending};
+use rsrs_msgs::cdr::{self, CdrError, ENCAPSULATION};
+use rsrs_msgs::rosgraph_msgs::Clock;
+use rsrs_msgs::rsrs::WorldDigest;
+use rsrs_ros::clock::wall_time;
+use rsrs_ros::session::ReceivedRaw;
+
+use crate::ears::{Ear, Role};
+use crate::plan::Plan;
+
+/// Why a bag is not what the run was.
+#[derive(Debug, thiserror::Error)]
+pub enum RecorderError {
+    /// The bag cannot be written.
+    #[error(transparent)]
+    Bag(#[from] BagError),
+    /// A topic of the lockstep has skipped or repeated a step.
+    #[error("{topic}: message {count} is of step {found}, expected step {count}")]
+    OutOfStep {
+        /// The topic.
+        topic: String,
+        /// Which message of the topic it is, from 1.
+        count: u64,
+        /// The step that it says it is of.
+        found: u64,
+    },
+    /// A message that does not say when it was sent.
+    #[error("{topic}: {n_bytes} bytes without a stamp")]
+    Unstamped {
+        /// The topic.
+        topic: String,
+        /// Length of the message.
+        n_bytes: usize,
+    },
+    /// A message that is not of its topic's type.
+    #[error("{topic}: not of its type")]
+    Undecodable {
+        /// The topic.
+        topic: String,
+        /// What is wrong with it.
+        #[source]
+        source: CdrError,
+    },
+}
+
+/// The recorder of one run.
+pub struct Recorder {
+    writer: BagWriter,
+    /// A topic is added with its first message, so that the bag lists no topic that nobody used.
+    channels: BTreeMap<usize, ChannelId>,
+    pace: Pace,
+}
+
+/// What time it is in the bag.
+enum Pace {
+    /// The time of the wall.
+    Wall,
+    /// Simulated time, and how many steps each topic of the lockstep has made.
+    Lockstep { period_ns: u64, now_ns: u64, steps: BTreeMap<usize, u64> },
+}
+
+impl Recorder {
+    /// Opens the bag, with all in it that it takes to repeat the run.
+    ///
+    /// # Errors
+    ///
+    /// [`RecorderError::Bag`], among others if the folder exists.
+    pub fn open(folder: &Path, plan: &Plan, ears: &[Ear]) -> Result<Self, RecorderError> {
+        let record = &plan.record;
+        let custom_data = BTreeMap::from([
+            ("run_id".to_owned(), record.run_id.clone()),
+            ("rsrs_version".to_owned(), record.provenance.version.clone()),
+        ]);
+        let mut writer = BagWriter::create(folder, BagOptions { custom_data })?;
+        writer.attach(ATTACHMENT, "application/json", record.to_json().as_bytes())?;
+        for (name, text) in &plan.files {
+            writer.attach(name, "application/yaml", text.as_bytes())?;
+        }
+        let pace = match record.time {
+            Time::RealTime => Pace::Wall,
+            Time::Lockstep => Pace::Lockstep {
+                period_ns: period_ns(record.conditions.period_s),
+                now_ns: 0,
+                steps: ears
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, ear)| makes_a_step(ear.role))
+                    .map(|(index, _)| (index, 0))
+                    .collect(),
+            },
+        };
+        Ok(Self { writer, channels: BTreeMap::new(), pace })
+    }
+
+    /// Takes a message.
+    ///
+    /// # Errors
+    ///
+    /// [`RecorderError`]; in lockstep a message that is missing shows with the next one.
+    pub fn take(
+        &mut self,
+        (index, ear): (usize, &Ear),
+        received: &ReceivedRaw,
+    ) -> Result<(), RecorderError> {
+        let data = &received.message;
+        let log_time_ns = self.pace.log_time_ns((index, ear), data)?;
+        let publish_time_ns = match self.pace {
+            Pace::Wall => received.source_time_ns.unwrap_or(log_time_ns),
+            Pace::Lockstep { .. } => log_time_ns,
+        };
+        let channel = if let Some(channel) = self.channels.get(&index) {
+            *channel
+        } else {
+            let added = self.writer.add_topic(&ear.name, ear.topic.type_name, ear.topic.qos)?;
+            self.channels.insert(index, added);
+            added
+        };
+        // The field of the file has 32 bits; counts beyond them start over.
+        let sequence = u32::try_from(received.sequence & u64::from(u32::MAX))
+            .expect("the mask leaves 32 bits");
+        self.writer.write(channel, Message { log_time_ns, publish_time_ns, sequence, data })?;
+        Ok(())
+    }
+
+    /// The last step that every topic of the lockstep has made; 0 in real time.
+    pub fn step(&self) -> u64 {
+        match &self.pace {
+            Pace::Wall => 0,
+            Pace::Lockstep { steps, .. } => steps.values().copied().min().unwrap_or(0),
+        }
+    }
+
+    /// Closes the bag, which says how the run ended.
+    ///
+    /// # Errors
+    ///
+    /// [`BagError`].
+    pub fn close(mut self, ending: &Ending) -> Result<BagSummary, BagError> {
+        self.writer.metadata(ENDING, ending.to_pairs())?;
+        self.writer.finish()
+    }
+}
+
+/// Whether a topic has exactly one message for each step of the lockstep.
+fn makes_a_step(role: Role) -> bool {
+    matches!(
+        role,
+        Role::Detection | Role::Command | Role::Odometry | Role::WorldDigest | Role::Clock
+    )
+}
+
+impl Pace {
+    /// When a message counts as received: in lockstep, the time of its step.
+    fn log_time_ns(
+        &mut self,
+        (index, ear): (usize, &Ear),
+        data: &[u8],
+    ) -> Result<u64, RecorderError> {
+        let Self::Lockstep { period_ns, now_ns, steps } = self else {
+            return Ok(wall_time().to_nanos().unwrap_or(0));
+        };
+        let Some(count) = steps.get_mut(&index) else {
+            return Ok(*now_ns);
+        };
+        *count += 1;
+        let unstamped =
+            || RecorderError::Unstamped { topic: ear.name.clone(), n_bytes: data.len() };
+        let undecodable = |source| RecorderError::Undecodable { topic: ear.name.clone(), source };
+        let stamped_ns = match ear.role {
+            // Its type has no stamp; the simulator publishes one for each step, and reliably.
+            Role::Detection => *count * *period_ns,
+            Role::WorldDigest => {
+                let message: WorldDigest = cdr::decode(data).map_err(undecodable)?;
+                message.step * *period_ns
+            }
+            Role::Clock => {
+                let message: Clock = cdr::decode(data).map_err(undecodable)?;
+                message.clock.to_nanos().ok_or_else(unstamped)?
+            }
+            _ => header_stamp_ns(data).ok_or_else(unstamped)?,
+        };
+        if stamped_ns != *count * *period_ns {
+            return Err(RecorderError::OutOfStep {
+                topic: ear.name.clone(),
+                count: *count,
+                found: stamped_ns / *period_ns,
+            });
+        }
+        *now_ns = (*now_ns).max(stamped_ns);
+        Ok(stamped_ns)
+    }
+}
+
+/// The stamp of a message that starts with a `std_msgs/Header`, without looking at the rest.
+fn header_stamp_ns(data: &[u8]) -> Option<u64> {
+    let body = data.strip_prefix(&ENCAPSULATION)?;
+    let seconds = i32::from_le_bytes(*body.first_chunk::<4>()?);
+    let nanoseconds = u32::from_le_bytes(*body.get(4..)?.first_chunk::<4>()?);
+    Some(u64::try_from(seconds).ok()? * 1_000_000_000 + u64::from(nanoseconds))
+}
+
+/// The period as a whole number of nanoseconds, as the simulator stamps it.
+fn period_ns(period_s: f64) -> u64 {
+    u64::try_from(std::time::Duration::from_secs_f64(period_s).as_nanos())
+        .expect("conditions allow at most 60 s")
+}

@@ -1,0 +1,165 @@
+//! What the simulator hears, and from which topics.
+
+use rsrs_fleet::experiment::Time as Pace;
+use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
+use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease};
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::topics::{self, Topic};
+use rsrs_ros::session::{EndpointKind, NodeHandle, Session, Subscription};
+use tokio::sync::mpsc::UnboundedSender;
+
+use crate::robots::VirtualRobot;
+
+/// What reaches the simulator.
+pub enum Heard {
+    /// A lease.
+    Lease(RunLease),
+    /// The e-stop.
+    EStop(bool),
+    /// A status of the controller of a robot.
+    Controller(usize, RobotStatus),
+    /// A velocity command for a robot, and its stamp in nanoseconds, if it has one.
+    Command {
+        /// Index of the robot.
+        robot: usize,
+        /// The stamp.
+        stamp_ns: Option<u64>,
+        /// The command.
+        twist: Twist,
+    },
+    /// The recorder has taken every topic up to this step.
+    Recorded(u64),
+    /// Parameters were changed.
+    Parameters,
+}
+
+/// Everything that the simulator listens to, until it is dropped.
+pub struct Ears {
+    heard: UnboundedSender<Heard>,
+    commands: Vec<Commands>,
+    _others: Vec<Subscription>,
+}
+
+/// The velocity commands of one robot. They have one of two types, and the middleware matches
+/// topics by name alone, so only one of them is listened to at a time.
+struct Commands {
+    topic: Topic,
+    _subscription: Subscription,
+}
+
+impl Ears {
+    /// Listens for the swarm and for each robot, whose commands are stamped until
+    /// [`Ears::follow_types`] says otherwise.
+    ///
+    /// # Errors
+    ///
+    /// If a topic cannot be made.
+    pub fn new(
+        session: &Session,
+        node: &NodeHandle,
+        robots: &[VirtualRobot],
+        heard: UnboundedSender<Heard>,
+    ) -> anyhow::Result<Self> {
+        let mut others = listen(session, node, &heard)?;
+        let mut commands = Vec::new();
+        for (index, robot) in robots.iter().enumerate() {
+            commands.push(listen_to_commands(session, (index, robot), topics::CMD_VEL, &heard)?);
+            others.push(listen_to_controller(session, (index, robot), &heard)?);
+        }
+        Ok(Self { heard, commands, _others: others })
+    }
+
+    /// Listens to commands of the type that each robot's controller publishes: in real time, with
+    /// or without a stamp; in lockstep, with one.
+    ///
+    /// # Errors
+    ///
+    /// If a topic cannot be made.
+    pub fn follow_types(
+        &mut self,
+        session: &Session,
+        robots: &[VirtualRobot],
+        pace: Pace,
+    ) -> anyhow::Result<()> {
+        let endpoints = match pace {
+            Pace::Lockstep => Vec::new(),
+            Pace::RealTime => session.endpoints(),
+        };
+        for (index, robot) in robots.iter().enumerate() {
+            let name = topics::CMD_VEL.for_robot(&robot.name);
+            let is_published = |topic: Topic| {
+                endpoints.iter().any(|endpoint| {
+                    endpoint.kind == EndpointKind::Writer
+                        && endpoint.topic == name
+                        && endpoint.type_name == topic.type_name
+                })
+            };
+            let is_unstamped =
+                is_published(topics::CMD_VEL_UNSTAMPED) && !is_published(topics::CMD_VEL);
+            let wanted = if is_unstamped { topics::CMD_VEL_UNSTAMPED } else { topics::CMD_VEL };
+            if self.commands[index].topic != wanted {
+                self.commands[index] =
+                    listen_to_commands(session, (index, robot), wanted, &self.heard)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+// In all of these, the receiver is gone only while the node shuts down.
+
+fn listen(
+    session: &Session,
+    node: &NodeHandle,
+    heard: &UnboundedSender<Heard>,
+) -> anyhow::Result<Vec<Subscription>> {
+    let (to_lease, to_stop, to_recorded) = (heard.clone(), heard.clone(), heard.clone());
+    let (lease, e_stop, recorded) = (topics::LEASE, topics::E_STOP, topics::RECORDED);
+    Ok(vec![
+        session.subscribe(node, lease.name, lease.qos, move |sample| {
+            drop(to_lease.send(Heard::Lease(sample.message)));
+        })?,
+        session.subscribe(node, e_stop.name, e_stop.qos, move |sample| {
+            let engaged: Bool = sample.message;
+            drop(to_stop.send(Heard::EStop(engaged.data)));
+        })?,
+        session.subscribe(node, recorded.name, recorded.qos, move |sample| {
+            let recorded: Recorded = sample.message;
+            drop(to_recorded.send(Heard::Recorded(recorded.step)));
+        })?,
+    ])
+}
+
+fn listen_to_controller(
+    session: &Session,
+    (index, robot): (usize, &VirtualRobot),
+    heard: &UnboundedSender<Heard>,
+) -> anyhow::Result<Subscription> {
+    let (heard, topic) = (heard.clone(), topics::CONTROLLER_STATUS);
+    let name = topic.for_robot(&robot.name);
+    Ok(session.subscribe(&robot.node, &name, topic.qos, move |sample| {
+        drop(heard.send(Heard::Controller(index, sample.message)));
+    })?)
+}
+
+fn listen_to_commands(
+    session: &Session,
+    (index, robot): (usize, &VirtualRobot),
+    topic: Topic,
+    heard: &UnboundedSender<Heard>,
+) -> anyhow::Result<Commands> {
+    let (heard, name) = (heard.clone(), topic.for_robot(&robot.name));
+    let subscription = if topic == topics::CMD_VEL_UNSTAMPED {
+        session.subscribe(&robot.node, &name, topic.qos, move |sample| {
+            let twist: Twist = sample.message;
+            drop(heard.send(Heard::Command { robot: index, stamp_ns: None, twist }));
+        })?
+    } else {
+        session.subscribe(&robot.node, &name, topic.qos, move |sample| {
+            let TwistStamped { header, twist } = sample.message;
+            let stamp_ns = header.stamp.to_nanos();
+            drop(heard.send(Heard::Command { robot: index, stamp_ns, twist }));
+        })?
+    };
+    Ok(Commands { topic, _subscription: subscription })
+}

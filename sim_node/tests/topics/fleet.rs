@@ -1,0 +1,193 @@
+//! The simulator's process, its world, and what is heard of it.
+
+use std::collections::BTreeMap;
+use std::process::{Child, Command as Process, Stdio};
+use std::sync::{Arc, Mutex};
+
+use rsrs_core::axis::Axis;
+use rsrs_core::conditions::{Conditions, Settings};
+use rsrs_core::controller::Command;
+use rsrs_core::profile::RobotProfile;
+use rsrs_fleet::simulator::placement_digest;
+use rsrs_msgs::RosMessage;
+use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::topics::{self, Topic};
+use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
+use rsrs_ros::session::{NodeHandle, Publisher, Received, Session, Subscription};
+use rsrs_sim::draw::Seed;
+
+use crate::support::{PATIENCE, eventually};
+
+pub const ROBOTS: [&str; 3] = ["robot_1", "robot_2", "robot_3"];
+pub const SEED: Seed = Seed { seed: 11, replicate: 4 };
+/// What every robot is commanded where nobody decides.
+pub const FORWARD: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
+
+const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+
+/// The node's process, ended with the test whatever happens.
+pub struct Node(Child);
+
+impl Drop for Node {
+    fn drop(&mut self) {
+        drop(self.0.kill());
+        drop(self.0.wait());
+    }
+}
+
+pub fn start() -> Node {
+    let child = Process::new(env!("CARGO_BIN_EXE_sim_node"))
+        .args(["--interface", "127.0.0.1", "--robots", &ROBOTS.join(",")])
+        .env("ROS_DOMAIN_ID", "42")
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("the node was built for this test");
+    Node(child)
+}
+
+/// Three Flockbots as measured.
+pub fn conditions() -> Conditions {
+    let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("the profile is good");
+    let values = vec![
+        (Axis::Speed, FORWARD.speed_m_s),
+        (Axis::TurnRate, FORWARD.turn_rate_rad_s),
+        (Axis::Robots, 3.0),
+    ];
+    Conditions::resolve(&profile, &Settings { values, ..Settings::default() })
+        .expect("three robots can be simulated")
+}
+
+/// What the simulator is asked to place.
+pub struct World {
+    pub conditions: Conditions,
+    pub steps: u64,
+    pub time: &'static str,
+}
+
+impl World {
+    pub fn digest(&self) -> u64 {
+        placement_digest(&self.conditions, SEED.seed, SEED.replicate, self.steps)
+    }
+
+    /// Sets the simulator's parameters, all at once; the answer if it refuses.
+    pub async fn place(&self, session: &Session, node: &NodeHandle) -> Result<(), String> {
+        let json = serde_json::to_string(&self.conditions).expect("conditions are plain data");
+        set(session, node, &json, (self.steps, self.time)).await
+    }
+}
+
+/// Sets the simulator's parameters to a text of conditions.
+pub async fn set(
+    session: &Session,
+    node: &NodeHandle,
+    conditions: &str,
+    (steps, time): (u64, &str),
+) -> Result<(), String> {
+    let client =
+        ParameterClient::new(session, node, ClientOptions { patience: PATIENCE, mapping: None });
+    let integer = |value: u64| ParameterValue::Integer(value.cast_signed());
+    let values = [
+        ("conditions".to_owned(), ParameterValue::String(conditions.to_owned())),
+        ("seed".to_owned(), integer(SEED.seed)),
+        ("replicate".to_owned(), integer(SEED.replicate)),
+        ("steps".to_owned(), integer(steps)),
+        ("time".to_owned(), ParameterValue::String(time.to_owned())),
+    ];
+    client.set_atomically("/simulator", &values).await.map_err(|error| format!("{error:?}"))
+}
+
+/// The newest message of every topic that a test listens to.
+pub struct Latest<M> {
+    messages: Arc<Mutex<BTreeMap<String, M>>>,
+    _subscriptions: Vec<Subscription>,
+}
+
+impl<M: RosMessage + Clone + Send + 'static> Latest<M> {
+    /// Listens to a topic of every robot, or to the one of the swarm.
+    pub fn of(session: &Session, node: &NodeHandle, topic: Topic) -> Self {
+        let messages = Arc::new(Mutex::new(BTreeMap::new()));
+        let robots = if topic.is_absolute() { &ROBOTS[..1] } else { &ROBOTS[..] };
+        let subscribe = |robot: &&str| {
+            let (messages, key) = (Arc::clone(&messages), (*robot).to_owned());
+            let deliver = move |sample: Received<M>| {
+                let mut messages = messages.lock().expect("no test panics while it looks");
+                messages.insert(key.clone(), sample.message);
+            };
+            session.subscribe(node, &topic.for_robot(robot), topic.qos, deliver)
+        };
+        let subscriptions = robots.iter().map(subscribe).collect::<Result<_, _>>();
+        Self { messages, _subscriptions: subscriptions.expect("the topics are allowed") }
+    }
+
+    /// The newest message of a robot's topic.
+    pub fn get(&self, robot: &str) -> Option<M> {
+        self.messages.lock().expect("no test panics while it looks").get(robot).cloned()
+    }
+
+    /// The newest message of the swarm's topic.
+    pub fn only(&self) -> Option<M> {
+        self.get(ROBOTS[0])
+    }
+}
+
+impl Latest<RobotStatus> {
+    /// Waits until the simulator says that it is in a state, and returns what it says.
+    pub async fn in_state(&self, state: u8) -> RobotStatus {
+        let says_so = || self.only().is_some_and(|status| status.state == state);
+        eventually(&format!("the simulator is in state {state}"), says_so).await;
+        self.only().expect("it has just been there")
+    }
+
+    /// Whether every robot is in a state.
+    pub fn all_in_state(&self, state: u8) -> bool {
+        ROBOTS.iter().all(|robot| self.get(robot).is_some_and(|status| status.state == state))
+    }
+}
+
+impl Latest<Odometry> {
+    /// Position and orientation of a robot.
+    pub fn place(&self, robot: &str) -> Option<[f64; 4]> {
+        let pose = self.get(robot)?.pose.pose;
+        Some([pose.position.x, pose.position.y, pose.orientation.z, pose.orientation.w])
+    }
+
+    /// Position and orientation of every robot.
+    pub fn places(&self) -> Vec<Option<[f64; 4]>> {
+        ROBOTS.iter().map(|robot| self.place(robot)).collect()
+    }
+}
+
+pub fn publisher<M: RosMessage>(
+    session: &Session,
+    node: &NodeHandle,
+    (topic, robot): (Topic, &str),
+) -> Publisher<M> {
+    session.publish_on(node, &topic.for_robot(robot), topic.qos).expect("the topic is allowed")
+}
+
+/// A lease that arms every robot.
+pub fn armed_lease() -> RunLease {
+    RunLease {
+        run_id: "run".to_owned(),
+        epoch: 1,
+        state: RunLease::ARMED,
+        parameter_digest: conditions().controller.digest(),
+        robots: ROBOTS.iter().map(|robot| (*robot).to_owned()).collect(),
+        echoed_counter: vec![0; ROBOTS.len()],
+        ..RunLease::default()
+    }
+}
+
+/// Waits until the simulator listens to all that a conductor says.
+pub async fn until_it_listens(session: &Session) {
+    for topic in [topics::LEASE, topics::RECORDED] {
+        session.wait_for_readers(topic.name, 1, PATIENCE).await.expect("the simulator listens");
+    }
+    for robot in ROBOTS {
+        for topic in [topics::CMD_VEL, topics::CONTROLLER_STATUS] {
+            let name = topic.for_robot(robot);
+            session.wait_for_readers(&name, 1, PATIENCE).await.expect("the simulator listens");
+        }
+    }
+}

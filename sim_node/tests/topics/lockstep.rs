@@ -1,0 +1,203 @@
+//! A run in lockstep, with the test as every controller, the runner and the recorder.
+
+use std::time::Duration;
+
+use rsrs_core::controller::{Command, decide};
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::geometry_msgs::TwistStamped;
+use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
+use rsrs_msgs::std_msgs::{Bool, Header};
+use rsrs_msgs::topics;
+use rsrs_ros::session::{NodeHandle, Publisher, Received, Session, Subscription};
+use rsrs_sim::episode::episode_digests;
+use rsrs_wire as wire;
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+
+use crate::fleet::{
+    Latest, ROBOTS, SEED, World, armed_lease, conditions, publisher, start, until_it_listens,
+};
+use crate::support::{PATIENCE, in_own_network, session};
+
+const STEPS: u64 = 50;
+/// The Flockbot's.
+const PERIOD_NS: u64 = 130_000_000;
+
+#[test]
+fn in_lockstep_the_world_passes_through_the_states_of_the_replicate() {
+    in_own_network(
+        "lockstep::in_lockstep_the_world_passes_through_the_states_of_the_replicate",
+        run,
+    );
+}
+
+enum Heard {
+    Detection(usize, bool),
+    Digest(WorldDigest),
+    /// The command in the first robot's odometry.
+    Obeyed(Command),
+}
+
+fn listen(
+    session: &Session,
+    node: &NodeHandle,
+    heard: &UnboundedSender<Heard>,
+) -> Vec<Subscription> {
+    let mut subscriptions = Vec::new();
+    for (index, robot) in ROBOTS.iter().enumerate() {
+        let (to_heard, topic) = (heard.clone(), topics::DETECTION);
+        // The test has ended when nobody listens.
+        let deliver = move |sample: Received<Bool>| {
+            drop(to_heard.send(Heard::Detection(index, sample.message.data)));
+        };
+        subscriptions.push(session.subscribe(node, &topic.for_robot(robot), topic.qos, deliver));
+    }
+    let (to_heard, topic) = (heard.clone(), topics::WORLD_DIGEST);
+    let deliver = move |sample: Received<WorldDigest>| {
+        drop(to_heard.send(Heard::Digest(sample.message)));
+    };
+    subscriptions.push(session.subscribe(node, topic.name, topic.qos, deliver));
+    let (to_heard, topic) = (heard.clone(), topics::ODOM);
+    let deliver = move |sample: Received<Odometry>| {
+        drop(to_heard.send(Heard::Obeyed(command_of(&sample.message))));
+    };
+    subscriptions.push(session.subscribe(node, &topic.for_robot(ROBOTS[0]), topic.qos, deliver));
+    subscriptions.into_iter().map(|made| made.expect("the topics are allowed")).collect()
+}
+
+async fn run() {
+    let _simulator = start();
+    let session = session();
+    let node = session.node("/", "conductor").expect("the name is allowed");
+    let simulator = Latest::<RobotStatus>::of(&session, &node, topics::SIMULATOR_STATUS);
+    let robots = Latest::<RobotStatus>::of(&session, &node, topics::STATUS);
+    let (to_heard, mut heard) = unbounded_channel();
+    let subscriptions = listen(&session, &node, &to_heard);
+    let world = World { conditions: conditions(), steps: STEPS, time: "lockstep" };
+    let duration_s = STEPS as f64 * world.conditions.period_s;
+    let expected = episode_digests(&world.conditions, SEED, duration_s).expect("the robots fit");
+    until_it_listens(&session).await;
+    for topic in [topics::DETECTION, topics::ODOM] {
+        let name = topic.for_robot(ROBOTS[0]);
+        session.wait_for_writers(&name, 1, PATIENCE).await.expect("the simulator speaks");
+    }
+    world.place(&session, &node).await.expect("the world can be placed");
+    let armed = simulator.in_state(RobotStatus::ARMED).await;
+    assert_eq!(armed.parameter_digest, world.digest());
+
+    let mut conductor = Conductor::new(&session, &node, &robots);
+    let run = conductor.conduct(&mut heard);
+    tokio::time::timeout(PATIENCE, run).await.expect("the run ends");
+
+    let stopped = simulator.in_state(RobotStatus::STOPPED).await;
+    assert_eq!(stopped.stop_reason, "all steps are made");
+    assert_eq!(stopped.parameter_digest, world.digest());
+    let bits: Vec<u64> = conductor.digests.iter().map(|digest| digest.digest).collect();
+    assert!(bits == expected, "the states differ from those of the replicate");
+    // The pose of a step comes with the command that led to it.
+    let (obeyed, commanded) = (&conductor.obeyed, &conductor.commanded);
+    assert_eq!(obeyed[0], Command::STOP);
+    assert_eq!(obeyed[1..], commanded[..obeyed.len() - 1]);
+    drop(subscriptions);
+    session.close().await;
+}
+
+fn command_of(odometry: &Odometry) -> Command {
+    assert_eq!(odometry.child_frame_id, "robot_1/base_link");
+    wire::command(&odometry.twist.twist).expect("the twist is finite")
+}
+
+/// The runner, the controllers and the recorder in one.
+struct Conductor<'a> {
+    robots: &'a Latest<RobotStatus>,
+    leases: Publisher<RunLease>,
+    recorded: Publisher<Recorded>,
+    controllers: Vec<Publisher<RobotStatus>>,
+    commands: Vec<Publisher<TwistStamped>>,
+    steps_answered: [u64; ROBOTS.len()],
+    digests: Vec<WorldDigest>,
+    /// What the first robot obeyed, by its odometry.
+    obeyed: Vec<Command>,
+    /// What it was commanded.
+    commanded: Vec<Command>,
+}
+
+impl<'a> Conductor<'a> {
+    fn new(session: &Session, node: &NodeHandle, robots: &'a Latest<RobotStatus>) -> Self {
+        let of_each = |topic| move |robot: &&'static str| (topic, *robot);
+        Self {
+            robots,
+            leases: publisher(session, node, (topics::LEASE, ROBOTS[0])),
+            recorded: publisher(session, node, (topics::RECORDED, ROBOTS[0])),
+            controllers: ROBOTS
+                .iter()
+                .map(of_each(topics::CONTROLLER_STATUS))
+                .map(|end| publisher(session, node, end))
+                .collect(),
+            commands: ROBOTS
+                .iter()
+                .map(of_each(topics::CMD_VEL))
+                .map(|end| publisher(session, node, end))
+                .collect(),
+            steps_answered: [0; ROBOTS.len()],
+            digests: Vec::new(),
+            obeyed: Vec::new(),
+            commanded: Vec::new(),
+        }
+    }
+
+    /// Leads the run until every digest has come, and every detection was answered.
+    async fn conduct(&mut self, heard: &mut UnboundedReceiver<Heard>) {
+        let mut lease = armed_lease();
+        let mut beat = tokio::time::interval(Duration::from_millis(50));
+        while (self.digests.len() as u64) < STEPS || self.steps_answered != [STEPS; ROBOTS.len()] {
+            tokio::select! {
+                Some(heard) = heard.recv() => self.hear(heard).await,
+                _ = beat.tick() => self.beat(&mut lease).await,
+            }
+        }
+        // The pose is published before the digest, but on another topic.
+        while (self.obeyed.len() as u64) < STEPS {
+            self.hear(heard.recv().await.expect("the subscriptions live")).await;
+        }
+    }
+
+    async fn hear(&mut self, heard: Heard) {
+        match heard {
+            Heard::Detection(robot, detected) => {
+                let command = decide(detected, conditions().controller);
+                self.steps_answered[robot] += 1;
+                let step = self.steps_answered[robot];
+                let stamp = Time::from_nanos(step * PERIOD_NS);
+                let header = Header { stamp, ..Header::default() };
+                let twist = wire::twist(command);
+                let publisher = &self.commands[robot];
+                publisher.publish(TwistStamped { header, twist }).await.expect("a healthy network");
+                if robot == 0 {
+                    self.commanded.push(command);
+                }
+            }
+            Heard::Digest(digest) => {
+                self.digests.push(digest);
+                let step = digest.step;
+                self.recorded.publish(Recorded { step }).await.expect("a healthy network");
+            }
+            Heard::Obeyed(command) => self.obeyed.push(command),
+        }
+    }
+
+    async fn beat(&mut self, lease: &mut RunLease) {
+        let parameter_digest = lease.parameter_digest;
+        for controller in &self.controllers {
+            let status = RobotStatus { parameter_digest, ..RobotStatus::default() };
+            controller.publish(status).await.expect("a healthy network");
+        }
+        for (robot, echo) in ROBOTS.iter().zip(&mut lease.echoed_counter) {
+            *echo = self.robots.get(robot).map_or(0, |status| status.counter);
+        }
+        if self.robots.all_in_state(RobotStatus::ARMED) {
+            lease.state = RunLease::RUNNING;
+        }
+        self.leases.publish(lease.clone()).await.expect("a healthy network");
+    }
+}

@@ -1,0 +1,9 @@
+//! The simulator node as a process, over real DDS in a network of its own.
+
+#[path = "../../../nodes/ros/tests/support/mod.rs"]
+mod support;
+
+mod fleet;
+mod lockstep;
+mod real_time;
+mod status;

@@ -1,0 +1,59 @@
+//! What the simulator says of itself, and what it refuses.
+
+use rsrs_core::conditions::Placement;
+use rsrs_msgs::rsrs::RobotStatus;
+use rsrs_msgs::topics;
+
+use crate::fleet::{Latest, World, conditions, set, start};
+use crate::support::{in_own_network, session};
+
+#[test]
+fn the_status_tells_what_is_placed_and_why_nothing_is() {
+    in_own_network("status::the_status_tells_what_is_placed_and_why_nothing_is", placing);
+}
+
+async fn placing() {
+    let _simulator = start();
+    let session = session();
+    let node = session.node("/", "visitor").expect("the name is allowed");
+    let statuses = Latest::<RobotStatus>::of(&session, &node, topics::SIMULATOR_STATUS);
+    let mut world = World { conditions: conditions(), steps: 3, time: "lockstep" };
+
+    let idle = statuses.in_state(RobotStatus::IDLE).await;
+    assert_eq!((idle.parameter_digest, idle.battery_v.is_nan()), (0, true));
+    assert_eq!(idle.stop_reason, "no world is placed");
+
+    // What makes no world is refused by name, and changes nothing.
+    world.conditions.robot.true_positive = 1.5;
+    let refusal = world.place(&session, &node).await.expect_err("it makes no world");
+    assert!(refusal.contains("robot.true_positive is 1.5"), "{refusal}");
+    world.conditions = conditions();
+    world.conditions.robots = 4;
+    let refusal = world.place(&session, &node).await.expect_err("it makes no world");
+    assert!(refusal.contains("robots is 4, expected 1 to 3"), "{refusal}");
+    let refusal = set(&session, &node, "{\"robots\": 3", (3, "lockstep"))
+        .await
+        .expect_err("it makes no world");
+    assert!(refusal.contains("`conditions` is not an experiment's"), "{refusal}");
+    let refusal = set(&session, &node, "", (3, "slow")).await.expect_err("it makes no world");
+    assert!(refusal.contains("`time` is `slow`"), "{refusal}");
+    assert_eq!(statuses.in_state(RobotStatus::IDLE).await.parameter_digest, 0);
+
+    // Only placing shows that robots do not fit.
+    world.conditions = conditions();
+    world.conditions.placement = Placement::DiscFacingOut { radius_m: 0.01 };
+    world.place(&session, &node).await.expect("every number is possible");
+    let fault = statuses.in_state(RobotStatus::FAULT).await;
+    assert_eq!(fault.parameter_digest, 0);
+    assert!(fault.stop_reason.contains("3 robots do not fit"), "{}", fault.stop_reason);
+
+    world.conditions = conditions();
+    world.place(&session, &node).await.expect("the world can be placed");
+    let armed = statuses.in_state(RobotStatus::ARMED).await;
+    assert_eq!(armed.parameter_digest, world.digest());
+    assert!(armed.counter > fault.counter);
+
+    set(&session, &node, "", (0, "lockstep")).await.expect("no world is a choice");
+    statuses.in_state(RobotStatus::IDLE).await;
+    session.close().await;
+}

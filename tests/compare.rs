@@ -1,0 +1,338 @@
+//! Reality against the simulator, as a person in the laboratory sees it: bags in, verdict out.
+
+mod floor;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use floor::{Part, Run, cut_in_half, ended};
+use rsrs_fleet::experiment::Time;
+use rsrs_fleet::record::EndingKind;
+use serde_json::Value;
+
+fn rsrs(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rsrs"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .expect("the binary was built for this test")
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().expect("the program ended by itself")
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).expect("messages are UTF-8")
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).expect("results are UTF-8")
+}
+
+fn json(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|error| panic!("{error}: {}{}", stdout(output), stderr(output)))
+}
+
+/// A folder with a small sweep, and the cell that mills in it confirmed.
+///
+/// Of four cells one mills always, at (0.15 m/s, 0.75 rad/s), and one never, at (0.30, 0.25).
+fn laboratory() -> tempfile::TempDir {
+    let folder = laboratory_with("speed_m_s: [0.15, 0.30]", "true_positive: 0.8");
+    let choose =
+        rsrs(folder.path(), &["choose", "out", "--confirm", "200", "-o", "out/choice.json"]);
+    assert_eq!(code(&choose), 0, "{}{}", stdout(&choose), stderr(&choose));
+    folder
+}
+
+fn laboratory_with(axis: &str, fixed: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let profile =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../launch_configs/profiles/flockbot.yaml");
+    std::fs::copy(profile, folder.path().join("flockbot.yaml")).expect("the profile is there");
+    let sweep = format!(
+        "profile: flockbot.yaml\n\
+         axes:\n  {axis}\n  turn_rate_rad_s: [0.25, 0.75]\n\
+         fixed: {{robots: 9, placement_radius_m: 0.60, arena_m: 15, {fixed}}}\n\
+         replicates: 16\nduration_s: 120\nseed: 7\n"
+    );
+    std::fs::write(folder.path().join("sweep.yaml"), sweep).expect("the folder is writable");
+    let sweep = rsrs(folder.path(), &["sweep", "sweep.yaml", "-o", "out"]);
+    assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
+    folder
+}
+
+fn compare(folder: &Path, more: &[&str], bags: &[&str]) -> Output {
+    rsrs(folder, &[&["compare", "out"], more, &["--bags"], bags].concat())
+}
+
+#[test]
+fn a_bag_is_labelled_by_the_body_and_the_range_in_its_record() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    Run::new(1).record(place.path(), "ours");
+    Run { lacks: Some(Part::Record), ..Run::new(1) }.record(place.path(), "foreign");
+
+    let labels = json(&rsrs(place.path(), &["label", "ours", "foreign", "--format", "json"]));
+
+    assert_eq!(labels[0]["phase"], "stable_milling");
+    assert_eq!((&labels[0]["n_robots"], &labels[0]["by"]), (&9.into(), &"judge".into()));
+    assert_eq!(labels[0]["evidence"]["lost"], 0.0);
+    assert!(labels[0]["evidence"]["contact_onsets_per_s"].is_number());
+    assert_eq!(labels[1]["evidence"]["lost"], Value::Null);
+    assert_eq!(labels[1]["evidence"]["contact_onsets_per_s"], Value::Null);
+}
+
+#[test]
+fn a_profile_counts_before_the_record() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    Run::new(1).record(place.path(), "ours");
+    let profile = include_str!("../launch_configs/profiles/flockbot.yaml");
+    let myopic = profile.replace("range_m: 0.75", "range_m: 0.01");
+    assert_ne!(myopic, profile);
+    std::fs::write(place.path().join("myopic.yaml"), myopic).expect("the folder is writable");
+
+    let output =
+        rsrs(place.path(), &["label", "ours", "--profile", "myopic.yaml", "--format", "json"]);
+
+    // Nobody has a neighbour within a centimetre.
+    let labels = json(&output);
+    assert_eq!(labels[0]["evidence"]["lost"], 1.0);
+    assert_eq!(labels[0]["phase"], "dispersion");
+}
+
+#[test]
+fn a_record_that_does_not_read_is_an_error_that_names_the_bag() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    Run::new(1).record_with(place.path(), "spoilt", "{\"run_id\": \"spoilt\"}");
+
+    let output = rsrs(place.path(), &["label", "spoilt"]);
+
+    assert_eq!(code(&output), 1);
+    let said = stderr(&output);
+    assert!(
+        said.starts_with("error: spoilt: its record, experiment.json, does not read"),
+        "{said}"
+    );
+    assert!(said.contains("missing field"), "{said}");
+}
+
+#[test]
+fn one_mill_is_undecided_and_says_how_many_more_would_do() {
+    let place = laboratory();
+    Run::new(1).record(place.path(), "monday");
+
+    let output = compare(place.path(), &[], &["monday"]);
+
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    insta::assert_snapshot!(stdout(&output), @r"
+    claim: real robots mill at least as often as simulated ones
+    speed_m_s=0.15,turn_rate_rad_s=0.75
+      real       1 of 1 run milled: 100.0 % (95 % interval 2.5 to 100.0 %)
+        monday: stable milling
+      simulated  197 of 200 fresh runs milled: 98.5 % (95 % interval 95.7 to 99.7 %); otherwise 2 semi-stable milling, 1 unformed
+      chance of so few real mills if both mill equally often: 1.000 (below 0.05 violates the claim)
+      chance that real robots mill as often, or at most 10 percentage points less often: 0.225 (0.95 supports it)
+      undecided: 22 further real runs would support the claim if every one of them mills
+    run by run: 1 ended as most simulated runs did, 0 closer to stable milling, 0 further from it
+    verdict: undecided (too few real runs to say)
+    ");
+}
+
+#[test]
+fn robots_that_do_not_mill_where_simulated_ones_do_violate_the_claim() {
+    let place = laboratory();
+    for seed in 1..=2 {
+        let blind = Run { sight: 0.0, ..Run::new(seed) };
+        blind.record(place.path(), &format!("blind_{seed}"));
+    }
+
+    let text = compare(place.path(), &[], &["blind_1", "blind_2"]);
+    let output = compare(place.path(), &["--format", "json"], &["blind_1", "blind_2"]);
+
+    assert_eq!((code(&text), code(&output)), (3, 3), "{}", stderr(&output));
+    assert!(
+        stdout(&text)
+            .ends_with("verdict: violated (real robots mill less often than simulated ones)\n"),
+        "{}",
+        stdout(&text)
+    );
+    let report = json(&output);
+    assert_eq!(report["verdict"], "violated");
+    let cell = &report["cells"][0];
+    assert_eq!((&cell["n_real"], &cell["n_simulated"]), (&2.into(), &200.into()));
+    assert_eq!(cell["is_confirmed"], true);
+    assert_eq!(cell["real"]["stable_milling"], 0);
+    assert_eq!(report["tally"]["harder"], 2);
+    assert_ne!(report["bags"][0]["phase"], "stable_milling");
+    assert_eq!(report["bags"][0]["cell"]["speed_m_s"], 0.15);
+}
+
+#[test]
+fn a_cell_that_was_not_chosen_is_held_against_the_sweep() {
+    let place = laboratory();
+    let bags: Vec<String> = (1..=5).map(|seed| format!("fast_{seed}")).collect();
+    for (seed, bag) in (1..).zip(&bags) {
+        let fast = Run { speed_m_s: 0.30, turn_rate_rad_s: 0.25, ..Run::new(seed) };
+        fast.record(place.path(), bag);
+    }
+    let bags: Vec<&str> = bags.iter().map(String::as_str).collect();
+
+    let output = compare(place.path(), &["--format", "json"], &bags);
+
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let report = json(&output);
+    let cell = &report["cells"][0];
+    assert_eq!((&cell["n_real"], &cell["n_simulated"]), (&5.into(), &16.into()));
+    assert_eq!((&cell["b_s"], &cell["is_confirmed"]), (&0.0.into(), &false.into()));
+    // Five of five cannot mill less often than none of sixteen; mpmath gives 0.9599 if none mills.
+    assert!(cell["p_supported"].as_f64().expect("a number") >= 0.9599);
+    assert_eq!((&cell["verdict"], &report["verdict"]), (&"supported".into(), &"supported".into()));
+}
+
+#[test]
+fn bags_of_other_experiments_are_refused_all_at_once() {
+    let place = laboratory();
+    let here = place.path();
+    let brief = |seed| Run { recorded_s: 13.0, ..Run::new(seed) };
+    brief(1).record(here, "good");
+    Run { placement_radius_m: 0.75, ..brief(2) }.record(here, "wide");
+    Run { robots: 8, ..brief(3) }.record(here, "eight");
+    Run { turn_rate_rad_s: 0.70, ..brief(4) }.record(here, "between");
+    Run { duration_s: 90.0, ..brief(5) }.record(here, "short");
+    Run { lacks: Some(Part::Record), ..brief(6) }.record(here, "foreign");
+    Run { lacks: Some(Part::Ending), ..brief(7) }.record(here, "endless");
+    cut_in_half(&brief(8).record(here, "killed"));
+    let bags =
+        ["good", "wide", "eight", "between", "short", "foreign", "endless", "killed", "nowhere"];
+
+    let output = compare(here, &[], &bags);
+
+    assert_eq!((code(&output), stdout(&output).as_str()), (1, ""));
+    let said = stderr(&output);
+    // How much of a cut file can be read depends on how well it was compressed.
+    let (killed, others): (Vec<&str>, Vec<&str>) =
+        said.lines().partition(|line| line.starts_with("  killed: "));
+    assert!(killed[0].contains("the recording breaks off after"), "{said}");
+    insta::assert_snapshot!(others.join("\n"), @r"
+    error: 8 of 9 bags cannot be compared with this sweep
+      wide: the placement radius is 0.75 m, expected 0.6 m as simulated
+      eight: the number of robots is 8, expected 9 as simulated
+      between: cell speed_m_s=0.15,turn_rate_rad_s=0.7 is not on the swept grid; the nearest swept cell is speed_m_s=0.15,turn_rate_rad_s=0.75
+      short: the duration is 90 s, expected 120 s as simulated
+      foreign: holds no record of its experiment, so nobody knows what was run
+      endless: does not say how its run ended
+      cannot open nowhere: No such file or directory (os error 2)
+    help: leave such bags out, or compare them with the sweep that simulates their experiment
+    ");
+}
+
+#[test]
+fn a_run_that_cannot_be_labelled_is_refused() {
+    let place = laboratory();
+    Run::new(1).record(place.path(), "good");
+    Run { lacks: Some(Part::Poses), ..Run::new(2) }.record(place.path(), "unseen");
+    Run { recorded_s: 30.0, ..Run::new(3) }.record(place.path(), "hasty");
+
+    let output = compare(place.path(), &[], &["good", "unseen", "hasty"]);
+
+    assert_eq!(code(&output), 1);
+    let said = stderr(&output);
+    assert!(said.contains("\n  unseen: the bag has no poses"), "{said}");
+    assert!(said.contains("\n  hasty: 29.9 s recorded, expected at least 60 s"), "{said}");
+    assert!(!said.contains("good"), "{said}");
+}
+
+#[test]
+fn a_void_run_is_listed_and_not_counted() {
+    let place = laboratory();
+    Run::new(1).record(place.path(), "good");
+    let void = ended(EndingKind::Void, "robot_3 was carried off");
+    Run { ending: void, sight: 0.0, ..Run::new(2) }.record(place.path(), "carried");
+
+    let both = compare(place.path(), &["--format", "json"], &["good", "carried"]);
+    let alone = compare(place.path(), &[], &["carried"]);
+
+    let report = json(&both);
+    assert_eq!(report["cells"][0]["n_real"], 1);
+    let not_counted = &report["not_counted"][0];
+    assert_eq!((&not_counted["bag"], &not_counted["ending"]), (&"carried".into(), &"void".into()));
+    assert_eq!((code(&both), code(&alone)), (0, 0));
+    assert_eq!(
+        stdout(&alone),
+        "claim: real robots mill at least as often as simulated ones\n\
+         not counted: carried (void: robot_3 was carried off)\n\
+         verdict: undecided (no run counts)\n"
+    );
+}
+
+#[test]
+fn a_run_counts_once() {
+    let place = laboratory();
+    let here = place.path();
+    Run::new(1).record(here, "one");
+    copy(&here.join("one"), &here.join("copy"));
+    let lockstep = Run { time: Time::Lockstep, ..Run::new(2) };
+    let frozen = ended(EndingKind::Void, "the lease lapsed");
+    Run { ending: frozen, ..lockstep.clone() }.record(here, "frozen");
+    lockstep.record(here, "two");
+    lockstep.record(here, "again");
+
+    let copied = compare(here, &[], &["one", "copy"]);
+    let repeated = compare(here, &[], &["one", "two", "again"]);
+    let made_up_for = compare(here, &["--format", "json"], &["one", "frozen", "two"]);
+
+    assert_eq!((code(&copied), code(&repeated), code(&made_up_for)), (1, 1, 0));
+    assert_eq!(json(&made_up_for)["cells"][0]["n_real"], 2);
+    let said = stderr(&copied);
+    assert!(said.contains("copy: is the same run as one"), "{said}");
+    let said = stderr(&repeated);
+    assert!(said.contains("again: repeats two, a simulated run with the same seed, 2"), "{said}");
+}
+
+/// Copies a bag whose file keeps its name.
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir(to).expect("the folder is writable");
+    for entry in from.read_dir().expect("the bag is there") {
+        let path: PathBuf = entry.expect("it can be listed").path();
+        let name = path.file_name().expect("a file has a name");
+        std::fs::copy(&path, to.join(name)).expect("the folder is writable");
+    }
+}
+
+#[test]
+fn a_sweep_over_what_robots_are_has_no_cell_for_a_bag_unless_it_has_one_value() {
+    let several = laboratory_with("true_positive: [0.7, 0.8]", "speed_m_s: 0.15");
+    let single = laboratory_with("true_positive: [0.8]", "speed_m_s: 0.15");
+    Run::new(1).record(several.path(), "monday");
+    Run::new(1).record(single.path(), "monday");
+
+    let refused = compare(several.path(), &[], &["monday"]);
+    let compared = compare(single.path(), &["--format", "json"], &["monday"]);
+
+    assert_eq!((code(&refused), code(&compared)), (1, 0), "{}", stderr(&compared));
+    let said = stderr(&refused);
+    assert!(said.starts_with("error: the sweep varies true_positive (0.7, 0.8)"), "{said}");
+    assert!(said.contains("help: "), "{said}");
+    assert_eq!(json(&compared)["cells"][0]["cell"]["true_positive"], 0.8);
+}
+
+#[test]
+fn a_choice_of_another_sweep_or_without_its_phases_is_refused() {
+    let place = laboratory();
+    Run::new(1).record(place.path(), "monday");
+    let path = place.path().join("out/choice.json");
+    let choice = std::fs::read_to_string(&path).expect("the choice was written");
+
+    std::fs::write(&path, choice.replace("0.75", "0.80")).expect("the folder is writable");
+    let other = compare(place.path(), &[], &["monday"]);
+    let mut without: Value = serde_json::from_str(&choice).expect("the choice is JSON");
+    without.as_object_mut().expect("it is an object").remove("phases");
+    std::fs::write(&path, without.to_string()).expect("the folder is writable");
+    let bare = compare(place.path(), &[], &["monday"]);
+
+    assert_eq!((code(&other), code(&bare)), (1, 1));
+    assert!(stderr(&other).contains("is of another sweep"), "{}", stderr(&other));
+    assert!(stderr(&bare).contains("does not say how its fresh runs ended"), "{}", stderr(&bare));
+    assert!(stderr(&bare).contains("rsrs choose out -o out/choice.json"), "{}", stderr(&bare));
+}

@@ -1,0 +1,49 @@
+//! The shipped fleet: its robots, its experiment, and its nodes as processes.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use crate::processes::{Process, rsrs};
+
+/// Names of the robots of the shipped fleet.
+pub const ROBOTS: [&str; 9] = [
+    "robot_1", "robot_2", "robot_3", "robot_4", "robot_5", "robot_6", "robot_7", "robot_8",
+    "robot_9",
+];
+
+/// Copies the shipped files, with another duration of the experiment and other changes.
+///
+/// # Returns
+///
+/// Path of the experiment file.
+pub fn experiment(folder: &Path, duration_s: u64, changes: &[(&str, &str)]) -> PathBuf {
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../launch_configs");
+    for file in
+        ["profiles/flockbot.yaml", "fleets/nine_virtual.yaml", "experiments/flockbot_milling.yaml"]
+    {
+        let text = std::fs::read_to_string(shipped.join(file)).expect("the file is shipped");
+        let mut text = text.replace("duration_s: 300", &format!("duration_s: {duration_s}"));
+        for (from, to) in changes {
+            text = text.replace(from, to);
+        }
+        let path = folder.join(file);
+        std::fs::create_dir_all(path.parent().expect("it has a folder")).expect("writable");
+        std::fs::write(path, text).expect("writable");
+    }
+    folder.join("experiments/flockbot_milling.yaml")
+}
+
+/// Starts a node in the network of this process.
+pub fn node(node: &str, robots: &[&str]) -> Process {
+    let mut command = rsrs();
+    command.args(["node", node, "--interface", "127.0.0.1", "--robots", &robots.join(",")]);
+    command.stdout(Stdio::null());
+    Process(command.spawn().expect("the program was built for this test"))
+}
+
+/// Sends a process a signal, by its name.
+pub fn signal(process: &Process, name: &str) {
+    let pid = process.0.id().to_string();
+    let status = Command::new("kill").args(["-s", name, &pid]).status();
+    assert!(status.expect("every system has `kill`").success());
+}

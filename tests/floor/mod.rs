@@ -1,0 +1,251 @@
+//! A laboratory's floor for tests: bags of runs that never were, made from simulated episodes.
+
+use std::path::{Path, PathBuf};
+
+use rsrs_bags::{BagOptions, BagWriter, ChannelId, Sample};
+use rsrs_core::axis::Axis;
+use rsrs_core::conditions::{Conditions, Settings};
+use rsrs_core::controller::Command;
+use rsrs_core::profile::RobotProfile;
+use rsrs_core::unicycle::Pose;
+use rsrs_fleet::experiment::{RobotLost, Time};
+use rsrs_fleet::record::{
+    ATTACHMENT, Backend, ENDING, Ending, EndingKind, ExperimentRecord, Provenance,
+};
+use rsrs_msgs::builtin_interfaces::Time as Stamp;
+use rsrs_msgs::geometry_msgs::{Quaternion, TwistStamped};
+use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::topics::Topic;
+use rsrs_msgs::{RosMessage, cdr, topics};
+use rsrs_sim::draw::Seed;
+use rsrs_sim::episode::run_episode;
+
+/// The Flockbot's control period, in nanoseconds.
+const PERIOD_NS: u64 = 130_000_000;
+
+/// What one run was, and what its bag holds.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// Speed of every robot, in metres per second.
+    pub speed_m_s: f64,
+    /// Turning rate of every robot, in radians per second.
+    pub turn_rate_rad_s: f64,
+    /// Number of robots.
+    pub robots: u32,
+    /// Radius of the disc in which they start, in metres.
+    pub placement_radius_m: f64,
+    /// How long the run was set to last, in seconds.
+    pub duration_s: f64,
+    /// How long it was recorded, in seconds.
+    pub recorded_s: f64,
+    /// Seed of the world that stands in for the floor.
+    pub seed: u64,
+    /// The pace that the record tells of.
+    pub time: Time,
+    /// Probability that a robot sees what is there; real ones are as measured, blind ones have 0.
+    pub sight: f64,
+    /// How the run ended.
+    pub ending: Ending,
+    /// What the bag lacks.
+    pub lacks: Option<Part>,
+}
+
+/// A part of a bag.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The record of the experiment.
+    Record,
+    /// How the run ended.
+    Ending,
+    /// Where the robots were.
+    Poses,
+}
+
+impl Run {
+    /// A completed run of nine Flockbots in the cell that mills, 120 s long.
+    pub fn new(seed: u64) -> Self {
+        Self {
+            speed_m_s: 0.15,
+            turn_rate_rad_s: 0.75,
+            robots: 9,
+            placement_radius_m: 0.60,
+            duration_s: 120.0,
+            recorded_s: 120.0,
+            seed,
+            time: Time::RealTime,
+            sight: 0.98,
+            ending: ended(EndingKind::Completed, ""),
+            lacks: None,
+        }
+    }
+
+    /// Makes the bag of this run.
+    pub fn record(&self, folder: &Path, name: &str) -> PathBuf {
+        let record = self.experiment(name).to_json();
+        self.write(folder, name, (self.lacks != Some(Part::Record)).then_some(record.as_str()))
+    }
+
+    /// Makes the bag of this run, with another text where the record of the experiment belongs.
+    pub fn record_with(&self, folder: &Path, name: &str, record: &str) -> PathBuf {
+        self.write(folder, name, Some(record))
+    }
+
+    fn write(&self, folder: &Path, name: &str, record: Option<&str>) -> PathBuf {
+        let conditions = self.conditions();
+        let bag = folder.join(name);
+        let mut floor = Floor::new(&bag, &conditions, self.lacks);
+        if let Some(record) = record {
+            floor.attach(record);
+        }
+        floor.run(self, &conditions);
+        if self.lacks != Some(Part::Ending) {
+            let pairs = self.ending.to_pairs();
+            floor.writer.metadata(ENDING, pairs).expect("the disk has room");
+        }
+        floor.writer.finish().expect("the disk has room");
+        bag
+    }
+
+    /// The world that stands in for the floor.
+    fn conditions(&self) -> Conditions {
+        let values = vec![
+            (Axis::Speed, self.speed_m_s),
+            (Axis::TurnRate, self.turn_rate_rad_s),
+            (Axis::Robots, f64::from(self.robots)),
+            (Axis::PlacementRadius, self.placement_radius_m),
+            (Axis::TruePositive, self.sight),
+        ];
+        Conditions::resolve(&flockbot(), &Settings { values, ..Settings::default() })
+            .expect("the run is possible")
+    }
+
+    fn experiment(&self, name: &str) -> ExperimentRecord {
+        let conditions = self.conditions();
+        ExperimentRecord {
+            run_id: name.to_owned(),
+            robots: (1..=self.robots).map(|robot| format!("robot_{robot}")).collect(),
+            provenance: Provenance::new(("0.1.0", "unknown"), &flockbot().digest(), &conditions),
+            conditions,
+            duration_s: self.duration_s,
+            seed: self.seed,
+            replicate: 0,
+            robot_lost: RobotLost::Abort,
+            // The floor runs in real time.
+            backend: match self.time {
+                Time::Lockstep => Backend::Simulator,
+                Time::RealTime => Backend::Fleet,
+            },
+            time: self.time,
+        }
+    }
+}
+
+/// An ending.
+pub fn ended(kind: EndingKind, reason: &str) -> Ending {
+    Ending { kind, reason: reason.to_owned() }
+}
+
+/// Cuts the recording of a bag in two and keeps the first half, as a full disk would.
+pub fn cut_in_half(bag: &Path) {
+    let name = bag.file_name().expect("the bag has a name").to_string_lossy();
+    let path = bag.join(format!("{name}_0.mcap"));
+    let bytes = std::fs::read(&path).expect("the bag was recorded");
+    std::fs::write(&path, &bytes[..bytes.len() / 2]).expect("the folder is writable");
+    std::fs::remove_file(bag.join("metadata.yaml")).expect("the bag was finished");
+}
+
+fn flockbot() -> RobotProfile {
+    let text = include_str!("../../launch_configs/profiles/flockbot.yaml");
+    RobotProfile::parse("flockbot.yaml", text).expect("the shipped profile is good")
+}
+
+/// The topics of one robot.
+struct Robot {
+    odom: Option<ChannelId>,
+    cmd_vel: ChannelId,
+}
+
+/// A bag that is being recorded.
+struct Floor {
+    writer: BagWriter,
+    lease: ChannelId,
+    robots: Vec<Robot>,
+}
+
+impl Floor {
+    fn new(bag: &Path, conditions: &Conditions, lacks: Option<Part>) -> Self {
+        let mut writer = BagWriter::create(bag, BagOptions::default()).expect("the bag is new");
+        let mut add = |topic: Topic, robot: &str| {
+            writer
+                .add_topic(&topic.for_robot(robot), topic.type_name, topic.qos)
+                .expect("the topic is new")
+        };
+        let lease = add(topics::LEASE, "");
+        let robots = (1..=conditions.robots).map(|robot| {
+            let name = format!("robot_{robot}");
+            Robot {
+                odom: (lacks != Some(Part::Poses)).then(|| add(topics::ODOM, &name)),
+                cmd_vel: add(topics::CMD_VEL, &name),
+            }
+        });
+        let robots = robots.collect();
+        Self { writer, lease, robots }
+    }
+
+    fn attach(&mut self, record: &str) {
+        let attached = self.writer.attach(ATTACHMENT, "application/json", record.as_bytes());
+        attached.expect("the disk has room");
+    }
+
+    fn run(&mut self, run: &Run, conditions: &Conditions) {
+        let seed = Seed { seed: run.seed, replicate: 0 };
+        let episode =
+            run_episode(conditions, seed, run.recorded_s).expect("the robots fit on the floor");
+        self.lease(0, RunLease::RUNNING);
+        for sample in 0..episode.n_samples() {
+            let time_ns = sample as u64 * PERIOD_NS;
+            let commands = episode.commands_at(sample);
+            for (robot, (pose, command)) in
+                episode.poses_at(sample).iter().zip(commands).enumerate()
+            {
+                let Robot { odom, cmd_vel } = self.robots[robot];
+                if let Some(odom) = odom {
+                    self.put(odom, time_ns, &odometry(*pose, time_ns));
+                }
+                self.put(cmd_vel, time_ns, &twist(*command, time_ns));
+            }
+        }
+        self.lease(episode.n_samples() as u64 * PERIOD_NS, RunLease::STOPPED);
+    }
+
+    fn lease(&mut self, time_ns: u64, state: u8) {
+        self.put(self.lease, time_ns, &RunLease { state, epoch: 1, ..RunLease::default() });
+    }
+
+    fn put<M: RosMessage>(&mut self, channel: ChannelId, time_ns: u64, message: &M) {
+        let data = cdr::encode(message);
+        let sample =
+            Sample { log_time_ns: time_ns, publish_time_ns: time_ns, sequence: 0, data: &data };
+        self.writer.write(channel, sample).expect("the disk has room");
+    }
+}
+
+fn odometry(pose: Pose, time_ns: u64) -> Odometry {
+    let mut message = Odometry::default();
+    message.header.stamp = Stamp::from_nanos(time_ns);
+    "map".clone_into(&mut message.header.frame_id);
+    message.pose.pose.position.x = pose.x_m;
+    message.pose.pose.position.y = pose.y_m;
+    let (z, w) = libm::sincos(pose.heading_rad / 2.0);
+    message.pose.pose.orientation = Quaternion { x: 0.0, y: 0.0, z, w };
+    message
+}
+
+fn twist(command: Command, time_ns: u64) -> TwistStamped {
+    let mut message = TwistStamped::default();
+    message.header.stamp = Stamp::from_nanos(time_ns);
+    message.twist.linear.x = command.speed_m_s;
+    message.twist.angular.z = command.turn_rate_rad_s;
+    message
+}

@@ -1,0 +1,78 @@
+//! The program under test as a process.
+
+use std::io::Read;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use rsrs_ros::confine;
+
+/// The program under test.
+pub fn rsrs() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rsrs"));
+    for variable in ["RSRS_INTERFACE", "ROS_AUTOMATIC_DISCOVERY_RANGE", "RUST_LOG"] {
+        command.env_remove(variable);
+    }
+    command.env("ROS_DOMAIN_ID", "42");
+    command
+}
+
+/// The program in a network of its own, whatever it does itself.
+pub fn confined_rsrs() -> Command {
+    let mut command = rsrs();
+    confine::start_in_own_network(&mut command);
+    command
+}
+
+/// A process that does not outlive its test.
+pub struct Process(pub Child);
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // It may have ended already.
+        drop(self.0.kill());
+        drop(self.0.wait());
+    }
+}
+
+impl Process {
+    /// Starts a program whose standard error can be read at its end.
+    pub fn start(command: &mut Command) -> Self {
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        Self(command.spawn().expect("the program was built for this test"))
+    }
+
+    /// Waits for the end.
+    ///
+    /// # Returns
+    ///
+    /// How it ended, and what it wrote to standard error.
+    pub fn wait(&mut self, patience: Duration) -> (ExitStatus, String) {
+        let start = Instant::now();
+        let status = loop {
+            if let Some(status) = self.0.try_wait().expect("it is our child") {
+                break status;
+            }
+            assert!(start.elapsed() < patience, "the program does not end");
+            std::thread::sleep(Duration::from_millis(20));
+        };
+        let mut errors = String::new();
+        if let Some(stderr) = &mut self.0.stderr {
+            stderr.read_to_string(&mut errors).expect("errors are text");
+        }
+        (status, errors)
+    }
+}
+
+/// Processes that a program has started as its nodes and that run now.
+pub fn nodes_of(pid: u32) -> Vec<u32> {
+    let wanted = format!("--parent\0{pid}\0");
+    std::fs::read_dir("/proc")
+        .expect("/proc is there")
+        .filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok())
+        .filter(|process: &u32| {
+            // A process may end while we look.
+            std::fs::read(format!("/proc/{process}/cmdline"))
+                .is_ok_and(|line| String::from_utf8_lossy(&line).contains(&wanted))
+        })
+        .collect()
+}
