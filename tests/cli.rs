@@ -186,3 +186,37 @@ fn a_file_that_is_no_bag_is_not_labelled() {
     assert_eq!(code(&output), 1);
     assert!(stderr(&output).starts_with("error: "), "{}", stderr(&output));
 }
+
+#[test]
+fn a_run_of_a_cell_that_was_not_swept_names_the_nearest() {
+    let place = workplace();
+    let swept = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "swept"]);
+    let experiment = repository().join("launch_configs/experiments/flockbot_milling.yaml");
+    let experiment = experiment.to_str().expect("the path is text");
+    let beside = "speed_m_s=0.2,turn_rate_rad_s=0.75";
+
+    let off = rsrs(place.path(), &["run", experiment, "--from", "swept", "--cell", beside]);
+    let unchosen = rsrs(place.path(), &["run", experiment, "--from", "swept"]);
+
+    assert_eq!((code(&swept), code(&off), code(&unchosen)), (0, 1, 1));
+    let errors = stderr(&off);
+    let nearest = "the nearest swept cell is speed_m_s=0.15,turn_rate_rad_s=0.75";
+    assert!(errors.contains(nearest), "{errors}");
+    let errors = stderr(&unchosen);
+    assert!(errors.contains("`rsrs choose swept -o swept/choice.json`"), "{errors}");
+}
+
+#[test]
+fn a_run_that_could_not_be_compared_with_its_sweep_is_refused_before_it_starts() {
+    let place = workplace();
+    let swept = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "swept"]);
+    let experiment = repository().join("launch_configs/experiments/flockbot_milling.yaml");
+    let experiment = experiment.to_str().expect("the path is text");
+    let cell = "speed_m_s=0.15,turn_rate_rad_s=0.75";
+
+    let other = rsrs(place.path(), &["run", experiment, "--from", "swept", "--cell", cell]);
+
+    assert_eq!((code(&swept), code(&other)), (0, 1));
+    let errors = stderr(&other);
+    assert!(errors.contains("the placement radius is 0.825 m, expected 0.6 m"), "{errors}");
+}

@@ -200,7 +200,7 @@ impl<'a> Run<'a> {
                 None
             }
         };
-        if role == Role::ParameterEvents && self.recorder.is_none() {
+        if role == Role::Preparation && self.recorder.is_none() {
             self.early.push(sample);
         }
         match event {
@@ -259,7 +259,7 @@ impl<'a> Run<'a> {
             | Role::Odometry
             | Role::WorldDigest
             | Role::Clock
-            | Role::ParameterEvents
+            | Role::Preparation
             | Role::Other => None,
         })
     }

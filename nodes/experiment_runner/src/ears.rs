@@ -28,8 +28,9 @@ pub enum Role {
     Lease,
     /// The e-stop.
     EStop,
-    /// Changes of parameters, kept also from before the bag is open: they say how a run was set up.
-    ParameterEvents,
+    /// Changes of parameters and what nodes say, kept also from before the bag is open: they tell how
+    /// a run was set up.
+    Preparation,
     /// Kept, and not looked at.
     Other,
 }
@@ -86,8 +87,8 @@ pub fn ears(robots: &[FleetRobot]) -> Vec<Ear> {
         (topics::E_STOP, Role::EStop),
         (topics::DIAGNOSTICS, Role::Other),
         (topics::TF, Role::Other),
-        (topics::PARAMETER_EVENTS, Role::ParameterEvents),
-        (topics::ROSOUT, Role::Other),
+        (topics::PARAMETER_EVENTS, Role::Preparation),
+        (topics::ROSOUT, Role::Preparation),
     ] {
         ears.push(Ear { name: topic.name.to_owned(), topic, role });
     }

@@ -2,9 +2,12 @@
 
 mod support;
 
+#[path = "../../../msgs/tests/venv/mod.rs"]
+mod venv;
+
 use std::cell::Cell;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::path::Path;
+use std::process::Stdio;
 use std::time::Duration;
 
 use rsrs_msgs::std_msgs::Bool;
@@ -16,44 +19,14 @@ use rsrs_ros::parameters::{
 use rsrs_ros::session::Session;
 use serde_json::{Value, json};
 use support::{PATIENCE, eventually, in_own_network, session};
+use venv::python_with;
 
-/// A Python with rclpy, made once per target folder.
-///
-/// # Panics
-///
-/// If Python or the package index is not there: then this test cannot be run.
-fn python_with_rclpy() -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(".venv-rclpy");
-    if !folder.exists() {
-        // Made elsewhere and moved, so that it is complete or not there.
-        let fresh =
-            tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("a folder to write in");
-        let fresh = fresh.path().join("venv");
-        let mut make = Command::new("python3");
-        run(make.args(["-m", "venv"]).arg(&fresh));
-        let mut install = Command::new(fresh.join("bin/python"));
-        run(install.args([
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "ros-jazzy-rclpy[fastrtps]==7.1.6",
-            "ros-jazzy-std-msgs==5.3.6",
-        ]));
-        // Another test process may have been faster; its folder is as good.
-        if let Err(error) = std::fs::rename(&fresh, &folder) {
-            assert!(folder.exists(), "{} cannot be made: {error}", folder.display());
-        }
-    }
-    folder.join("bin/python")
-}
-
-fn run(command: &mut Command) {
-    let output = command.stdout(Stdio::null()).stderr(Stdio::piped()).output();
-    let output = output.unwrap_or_else(|error| panic!("this test needs Python 3: {error}"));
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "this test needs Python 3.10 to 3.13 and PyPI:\n{errors}");
-}
+/// Other tests with rclpy ask for the same packages, and share the environment.
+const PACKAGES: [&str; 3] = [
+    "ros-jazzy-rclpy[fastrtps]==7.1.6",
+    "ros-jazzy-std-msgs==5.3.6",
+    "ros-jazzy-geometry-msgs==5.3.6",
+];
 
 fn controllers(session: &Session) -> ParameterServer {
     let nodes = (1..=3).map(|robot| {
@@ -136,7 +109,7 @@ async fn what_rclpy_sees(python: &Path) -> Value {
 fn rclpy_lists_gets_sets_and_describes_parameters_and_reads_a_topic() {
     let name = "rclpy_lists_gets_sets_and_describes_parameters_and_reads_a_topic";
     // Outside the network namespace, where the package index can be reached.
-    let python = python_with_rclpy();
+    let python = python_with("rclpy", &PACKAGES, &[]);
 
     in_own_network(name, async || {
         let seen = what_rclpy_sees(&python).await;
