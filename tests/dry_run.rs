@@ -48,17 +48,19 @@ fn the_whole_loop_leaves_bags_that_pass_through_the_states_of_the_replicates() {
 
 /// Checks that a bag lost nothing and that its states are those of the replicate with its seed.
 fn check_bag(path: &Path) -> ExperimentRecord {
-    let bag = Bag::open(path).unwrap();
+    let bag = Bag::open(path).expect("the bag is whole");
     assert_eq!(bag.damage().len(), 0);
-    let record = bag.attachment(ATTACHMENT).unwrap();
-    let record = ExperimentRecord::from_json(std::str::from_utf8(&record.data).unwrap()).unwrap();
+    let record = bag.attachment(ATTACHMENT).expect("a bag of ours has a record");
+    let record = std::str::from_utf8(&record.data).expect("JSON is text");
+    let record = ExperimentRecord::from_json(record).expect("the record reads back");
     let seed = Seed { seed: record.seed, replicate: record.replicate };
-    let expected = episode_digests(&record.conditions, seed, record.duration_s).unwrap();
+    let expected =
+        episode_digests(&record.conditions, seed, record.duration_s).expect("the robots fit");
     let n_steps = expected.len();
 
     let digests: Vec<WorldDigest> = messages(&bag, "/swarm/world_digest")
         .into_iter()
-        .map(|(_, data)| cdr::decode(&data).unwrap())
+        .map(|(_, data)| cdr::decode(&data).expect("it is a digest"))
         .collect();
     let steps: Vec<u64> = digests.iter().map(|digest| digest.step).collect();
     assert_eq!(steps, (1..=n_steps as u64).collect::<Vec<_>>());
@@ -77,12 +79,13 @@ fn check_bag(path: &Path) -> ExperimentRecord {
 }
 
 fn check_poses_and_commands(bag: &Bag, record: &ExperimentRecord, seed: Seed) {
-    let expected = run_episode(&record.conditions, seed, record.duration_s).unwrap();
+    let expected =
+        run_episode(&record.conditions, seed, record.duration_s).expect("the robots fit");
     for (index, robot) in record.robots.iter().enumerate() {
         let of_robot = |row: usize| row * record.robots.len() + index;
         let poses = messages(bag, &format!("/{robot}/odom"));
         for (step, (_, bytes)) in poses.into_iter().enumerate() {
-            let found = cdr::decode::<Odometry>(&bytes).unwrap().pose.pose;
+            let found = cdr::decode::<Odometry>(&bytes).expect("it is a pose").pose.pose;
             let pose = expected.poses[of_robot(step)];
             assert_eq!((found.position.x, found.position.y), (pose.x_m, pose.y_m));
             let heading_rad = 2.0 * libm::atan2(found.orientation.z, found.orientation.w);
@@ -92,7 +95,7 @@ fn check_poses_and_commands(bag: &Bag, record: &ExperimentRecord, seed: Seed) {
         }
         let commands = messages(bag, &format!("/{robot}/cmd_vel"));
         for (step, (_, bytes)) in commands.into_iter().enumerate() {
-            let found = cdr::decode::<TwistStamped>(&bytes).unwrap().twist;
+            let found = cdr::decode::<TwistStamped>(&bytes).expect("it is a command").twist;
             let command = expected.commands[of_robot(step)];
             assert_eq!(
                 (found.linear.x, found.angular.z),
@@ -107,5 +110,5 @@ fn messages(bag: &Bag, topic: &str) -> Vec<(u64, Vec<u8>)> {
     bag.messages_on([topic])
         .map(|message| message.map(|message| (message.log_time_ns, message.bytes)))
         .collect::<Result<_, _>>()
-        .unwrap()
+        .expect("the bag is whole")
 }

@@ -35,7 +35,7 @@ fn wait_until_it_runs(folder: &Path, process: &mut Process) {
     let bag = folder.join("bag/bag_0.mcap");
     while !std::fs::metadata(&bag).is_ok_and(|file| file.len() > 100_000) {
         assert!(start.elapsed() < PATIENCE, "the run does not start");
-        if let Some(status) = process.0.try_wait().unwrap() {
+        if let Some(status) = process.0.try_wait().expect("it is our child") {
             let (_, errors) = process.wait(PATIENCE);
             panic!("the run ended: {status}\n{errors}");
         }
@@ -44,9 +44,10 @@ fn wait_until_it_runs(folder: &Path, process: &mut Process) {
 }
 
 fn ending_of(bag: &Path) -> Ending {
-    let bag = Bag::open(bag).unwrap();
+    let bag = Bag::open(bag).expect("the bag is whole");
     assert_eq!(bag.damage().len(), 0);
-    Ending::from_pairs(bag.metadata(ENDING).unwrap()).unwrap()
+    let pairs = bag.metadata(ENDING).expect("a bag that was closed says how it ended");
+    Ending::from_pairs(pairs).expect("it is an ending")
 }
 
 #[test]
@@ -139,7 +140,7 @@ fn a_robot_that_is_missing_is_named_at_preflight() {
 }
 
 async fn missing_robot() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("a temporary folder");
     let experiment = experiment(folder.path(), ENDLESS_S, &[]);
     let _simulator = node("sim", &ROBOTS[..8]);
     let _controllers = node("controller", &ROBOTS[..8]);
@@ -171,10 +172,10 @@ fn without_its_runner_every_robot_stands_and_the_bag_reads_to_its_last_second() 
 
 /// A robot stands 500 ms after the status that the last lease echoed; the rest is for the status to
 /// arrive on a busy machine.
-const STANDS_WITHIN: Duration = Duration::from_millis(2000);
+const STANDS_WITHIN: Duration = Duration::from_secs(2);
 
 async fn killed_runner() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("a temporary folder");
     let experiment = experiment(folder.path(), ENDLESS_S, &[]);
     let _simulator = node("sim", &ROBOTS);
     let _controllers = node("controller", &ROBOTS);

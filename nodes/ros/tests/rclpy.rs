@@ -7,7 +7,6 @@ mod venv;
 
 use std::cell::Cell;
 use std::path::Path;
-use std::process::Stdio;
 use std::time::Duration;
 
 use rsrs_msgs::std_msgs::Bool;

@@ -23,7 +23,7 @@ pub struct Arguments {
     node: Node,
     /// Its arguments.
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]
-    arguments: Vec<String>,
+    rest: Vec<String>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -46,9 +46,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         rsrs_ros::shutdown::die_with_parent(parent)?;
     }
     match arguments.node {
-        Node::Controller => rsrs_controller_node::main(&arguments.arguments)?,
-        Node::Sim => rsrs_sim_node::main(&arguments.arguments)?,
-        Node::Runner => rsrs_experiment_runner::main(&arguments.arguments)?,
+        Node::Controller => rsrs_controller_node::main(&arguments.rest)?,
+        Node::Sim => rsrs_sim_node::main(&arguments.rest)?,
+        Node::Runner => rsrs_experiment_runner::main(&arguments.rest)?,
     }
     Ok(Outcome::Done)
 }

@@ -248,11 +248,11 @@ fn finish(format: Format, summary: &RunSummary) -> anyhow::Result<Outcome> {
 
 fn text(summary: &RunSummary) -> String {
     let bag = summary.bag.as_ref().map_or_else(String::new, |bag| bag.display().to_string());
-    let mut lines =
-        vec![format!("{bag}: {} s, {} messages", summary.duration_s, summary.n_messages)];
-    if let Some(factor) = summary.real_time_factor {
-        lines[0].push_str(&format!(", {factor:.0} times real time"));
-    }
+    let pace = summary
+        .real_time_factor
+        .map_or_else(String::new, |factor| format!(", {factor:.0} times real time"));
+    let (duration_s, n_messages) = (summary.duration_s, summary.n_messages);
+    let mut lines = vec![format!("{bag}: {duration_s} s, {n_messages} messages{pace}")];
     if summary.ending != EndingKind::Completed.key() {
         lines.push(format!("{}: {}", summary.ending, summary.reason));
     }
