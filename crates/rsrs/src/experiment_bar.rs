@@ -1,23 +1,26 @@
 //! Progress of an experiment on standard error.
 
+use std::cell::Cell;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use rsrs_experiment_runner::Progress;
 
-/// A bar that counts steps, or seconds.
+/// What is being prepared, and then a bar that counts steps, or seconds in real time.
 pub struct ExperimentBar {
     bar: ProgressBar,
+    counts: Cell<bool>,
 }
 
 impl ExperimentBar {
-    /// Shows a bar with the name of the experiment in front.
+    /// Shows the name of the experiment.
     pub fn new(name: &str) -> Self {
-        let bar = ProgressBar::new(0).with_message(name.to_owned());
-        let style = "{msg} {bar:30} {human_pos}/{human_len} {prefix}  {eta} left";
-        bar.set_style(ProgressStyle::with_template(style).expect("the template is well-formed"));
+        let bar = ProgressBar::new_spinner();
+        bar.set_style(style("{msg}: {prefix}"));
+        bar.set_message(name.to_owned());
+        bar.set_prefix("looking for the robots");
         bar.enable_steady_tick(Duration::from_millis(100));
-        Self { bar }
+        Self { bar, counts: Cell::new(false) }
     }
 
     /// Shows how far the experiment has come.
@@ -25,11 +28,22 @@ impl ExperimentBar {
         match progress {
             Progress::Say(text) => self.bar.set_prefix(text.clone()),
             Progress::Done { done, of } => {
-                self.bar.set_length(*of);
+                if !self.counts.replace(true) {
+                    self.bar.set_length(*of);
+                    self.bar.set_style(style(
+                        "{msg}: {prefix} {bar:30} {human_pos}/{human_len}  {eta} left",
+                    ));
+                    // What came before the first step says nothing about the pace.
+                    self.bar.reset_eta();
+                }
                 self.bar.set_position(*done);
             }
         }
     }
+}
+
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).expect("the template is well-formed")
 }
 
 impl Drop for ExperimentBar {

@@ -1,28 +1,40 @@
 //! Progress on standard error: a bar for people, nothing for pipes.
 
+use std::sync::Once;
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use rsrs_sim::sweep::Progress;
 
 /// A bar that counts replicates, with their rate and the time left.
 pub struct ReplicateBar {
     bar: ProgressBar,
+    /// There is nothing to show before it is known how much there is to do.
+    shown: Once,
+}
+
+fn write_rate(state: &ProgressState, writer: &mut dyn std::fmt::Write) {
+    write!(writer, "{:.0}", state.per_sec()).expect("a string takes any text");
 }
 
 impl ReplicateBar {
     /// Shows a bar with what is being done in front.
     pub fn new(doing: &str) -> Self {
-        let bar = ProgressBar::new(0).with_message(doing.to_owned());
-        let style = "{msg} {bar:30} {human_pos}/{human_len} runs  {per_sec}  {eta} left";
-        bar.set_style(ProgressStyle::with_template(style).expect("the template is well-formed"));
-        bar.enable_steady_tick(Duration::from_millis(100));
-        Self { bar }
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
+        let style = "{msg} {bar:30} {human_pos}/{human_len} runs  {rate} a second  {eta} left";
+        let style = ProgressStyle::with_template(style).expect("the template is well-formed");
+        bar.set_style(style.with_key("rate", write_rate));
+        bar.set_message(doing.to_owned());
+        Self { bar, shown: Once::new() }
     }
 
     /// Shows how far the work has come.
     pub fn show(&self, progress: Progress) {
-        self.bar.set_length(progress.total as u64);
+        self.shown.call_once(|| {
+            self.bar.set_length(progress.total as u64);
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+            self.bar.enable_steady_tick(Duration::from_millis(100));
+        });
         self.bar.set_position(progress.done as u64);
     }
 }
