@@ -70,6 +70,12 @@ pub enum BagError {
         /// The file.
         path: PathBuf,
     },
+    /// A bag in the format that ROS 2 used before MCAP.
+    #[error("{} is in SQLite format, expected MCAP", .path.display())]
+    Sqlite {
+        /// The bag or file.
+        path: PathBuf,
+    },
     /// An MCAP file of another world than ROS 2.
     #[error("{} has MCAP profile {found:?}, expected \"ros2\"", .path.display())]
     Profile {
@@ -85,6 +91,12 @@ pub enum BagError {
         path: PathBuf,
         /// Where and why.
         source: Box<serde_saphyr::Error>,
+    },
+    /// Nothing of a damaged bag could be saved.
+    #[error("{} holds nothing that could be saved", .path.display())]
+    NothingSaved {
+        /// The bag.
+        path: PathBuf,
     },
     /// The end of a file is missing or damaged; everything before it was read.
     #[error(
@@ -112,9 +124,9 @@ impl BagError {
             Self::NoFiles { .. } => {
                 Some("give the folder that holds metadata.yaml, or the .mcap file itself")
             }
-            Self::NotMcap { .. } => Some(
-                "bags in SQLite format become MCAP with \
-                 `ros2 bag convert --input BAG --output-options FILE`",
+            Self::Sqlite { .. } => Some(
+                "convert it: `echo 'output_bags: [{uri: BAG_mcap, storage_id: mcap, all: true}]' \
+                 > convert.yaml && ros2 bag convert -i BAG -o convert.yaml`",
             ),
             Self::Incomplete { .. } => {
                 Some("what was recorded before the break can be used as it is")
@@ -125,6 +137,8 @@ impl BagError {
             | Self::UnknownType { .. }
             | Self::DuplicateTopic { .. }
             | Self::Empty { .. }
+            | Self::NothingSaved { .. }
+            | Self::NotMcap { .. }
             | Self::Profile { .. }
             | Self::Metadata { .. } => None,
         }

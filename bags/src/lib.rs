@@ -4,18 +4,27 @@
 //! it; every tool that knows rosbag2 opens ours, and [`reader::Bag`] opens any laboratory's.
 //!
 //! * [`writer`] — records a run; what was recorded up to a second ago survives `kill -9`.
+//! * [`definitions`] — definitions of message types, from the user's own folders.
 //! * [`reader`] — messages in order of time, attachments, metadata; also out of a bag cut short.
+//! * [`info`] — what is in a bag, at a glance.
+//! * [`mod@recover`] — a new bag out of a damaged one, and what was lost.
 //! * [`trajectory`] — poses and commands of the swarm, as the judge takes them.
 //!
-//! It does not play bags back, and it neither splits nor compresses whole files.
+//! It does not play bags back, and it does not read `SQLite` bags.
 
+pub mod definitions;
 pub mod error;
+pub mod info;
 mod metadata;
 mod qos;
 pub mod reader;
+pub mod recover;
 pub mod trajectory;
 pub mod writer;
 
 pub use error::BagError;
+pub use info::BagInfo;
+pub use qos::OfferedQos;
 pub use reader::{Attachment, Bag, BagMessage, Damage, TopicInfo};
-pub use writer::{BagOptions, BagSummary, BagWriter, ChannelId, Sample};
+pub use recover::{Loss, LossKind, LostMessages, Recovered, recover, recover_into};
+pub use writer::{BagOptions, BagSummary, BagWriter, ChannelId, Compression, Packing, Sample};

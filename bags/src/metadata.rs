@@ -1,18 +1,31 @@
-//! `metadata.yaml`, the table of contents of a bag.
+//! `metadata.yaml`, the table of contents of a bag, as it is written.
+
+mod contents;
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::BagError;
+
+pub use contents::{Contents, read, read_record};
 
 /// The name of the file, fixed by rosbag2.
 pub const FILE_NAME: &str = "metadata.yaml";
 
+/// The record that rosbag2 keeps the same contents in, inside the `.mcap` file.
+pub const RECORD: &str = "rosbag2";
+
+/// The key of the contents in that record.
+const RECORD_KEY: &str = "serialized_metadata";
+
 /// The version whose quality of service every ROS 2 since Humble reads.
 const VERSION: u32 = 8;
+
+/// What rosbag2 writes as the start of a file without messages: its largest time.
+const NEVER_NS: u64 = i64::MAX as u64;
 
 /// The file as a whole.
 #[derive(Serialize)]
@@ -63,64 +76,83 @@ pub struct TopicMetadata {
     pub name: String,
     /// Its type, such as `std_msgs/msg/Bool`.
     pub r#type: String,
-    /// Always `cdr`.
-    pub serialization_format: &'static str,
+    /// `cdr`, unless another program than ROS wrote it.
+    pub serialization_format: String,
     /// YAML within YAML.
     pub offered_qos_profiles: String,
     /// RIHS01.
     pub type_description_hash: String,
 }
 
+/// One file of a bag.
 #[derive(Clone, Debug, Serialize)]
-struct FileInformation {
+pub struct FileInformation {
     path: String,
     starting_time: StartingTime,
     duration: Duration,
     message_count: u64,
+    #[serde(skip)]
+    bounds_ns: Option<(u64, u64)>,
 }
 
-impl Information {
-    /// Describes a bag of one file.
+impl FileInformation {
+    /// Describes a file.
     ///
     /// # Arguments
     ///
-    /// * `file_name` — of the `.mcap` file.
-    /// * `bounds_ns` — first and last log time, in nanoseconds; `None` for a bag without messages.
+    /// * `path` — its name in the folder.
+    /// * `bounds_ns` — first and last log time, in nanoseconds; `None` without messages.
+    pub fn new(path: &str, bounds_ns: Option<(u64, u64)>, message_count: u64) -> Self {
+        let (starting_time, duration) = span(bounds_ns);
+        Self { path: path.to_owned(), starting_time, duration, message_count, bounds_ns }
+    }
+}
+
+/// Start and length of what lies between two times, in nanoseconds.
+fn span(bounds_ns: Option<(u64, u64)>) -> (StartingTime, Duration) {
+    let (first_ns, last_ns) = bounds_ns.unwrap_or((NEVER_NS, NEVER_NS));
+    let starting_time = StartingTime { nanoseconds_since_epoch: first_ns };
+    (starting_time, Duration { nanoseconds: last_ns - first_ns })
+}
+
+impl Information {
+    /// Describes a bag.
+    ///
+    /// # Arguments
+    ///
+    /// * `files` — all of its files, in order.
+    /// * `topics` — all of its topics; none while it is being opened, as rosbag2 has it.
     pub fn new(
-        file_name: &str,
-        bounds_ns: Option<(u64, u64)>,
+        files: Vec<FileInformation>,
         topics: Vec<TopicWithCount>,
         custom_data: BTreeMap<String, String>,
     ) -> Self {
-        let (first_ns, last_ns) = bounds_ns.unwrap_or((0, 0));
-        let duration = Duration { nanoseconds: last_ns - first_ns };
-        let starting_time = StartingTime { nanoseconds_since_epoch: first_ns };
-        let message_count = topics.iter().map(|topic| topic.message_count).sum();
+        let bounds_ns = files.iter().filter_map(|file| file.bounds_ns).reduce(|all, file| {
+            let (first_ns, last_ns) = file;
+            (all.0.min(first_ns), all.1.max(last_ns))
+        });
+        let (starting_time, duration) = span(bounds_ns);
         Self {
             version: VERSION,
             storage_identifier: "mcap",
             duration,
             starting_time,
-            message_count,
+            message_count: topics.iter().map(|topic| topic.message_count).sum(),
             topics_with_message_count: topics,
             // Chunks are compressed, which is MCAP's own business; these two mean whole files.
             compression_format: "",
             compression_mode: "",
-            relative_file_paths: vec![file_name.to_owned()],
-            files: vec![FileInformation {
-                path: file_name.to_owned(),
-                starting_time,
-                duration,
-                message_count,
-            }],
+            relative_file_paths: files.iter().map(|file| file.path.clone()).collect(),
+            files,
             custom_data,
             ros_distro: "jazzy",
         }
     }
 
-    /// The YAML that rosbag2 also keeps inside the `.mcap` file.
-    pub fn to_yaml(&self) -> String {
-        serde_saphyr::to_string(self).expect("strings and numbers have a YAML form")
+    /// The pairs of the record that rosbag2 keeps inside the `.mcap` file.
+    pub fn to_record(&self) -> BTreeMap<String, String> {
+        let yaml = serde_saphyr::to_string(self).expect("strings and numbers have a YAML form");
+        BTreeMap::from([(RECORD_KEY.to_owned(), yaml)])
     }
 
     /// Writes `metadata.yaml` into the folder, whole or not at all.
@@ -139,42 +171,6 @@ impl Information {
     }
 }
 
-/// What the reader needs of a bag's `metadata.yaml`, of any version.
-#[derive(Debug, Deserialize)]
-pub struct Contents {
-    /// The files of the bag, in order, relative to the folder.
-    pub relative_file_paths: Vec<String>,
-    /// Pairs that the recorder was given.
-    pub custom_data: Option<BTreeMap<String, String>>,
-}
-
-#[derive(Deserialize)]
-struct ReadDocument {
-    rosbag2_bagfile_information: Contents,
-}
-
-/// Reads a folder's `metadata.yaml`.
-///
-/// # Returns
-///
-/// `None` if there is none.
-///
-/// # Errors
-///
-/// [`BagError::Io`] and [`BagError::Metadata`].
-pub fn read(folder: &Path) -> Result<Option<Contents>, BagError> {
-    let path = folder.join(FILE_NAME);
-    let text = match fs::read_to_string(&path) {
-        Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        Err(source) => return Err(BagError::Io { action: "read", path, source }),
-    };
-    match serde_saphyr::from_str::<ReadDocument>(&text) {
-        Ok(document) => Ok(Some(document.rosbag2_bagfile_information)),
-        Err(source) => Err(BagError::Metadata { path, source: Box::new(source) }),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -186,44 +182,26 @@ mod tests {
             ("seed".to_owned(), "42".to_owned()),
             ("note: \"quoted\"".to_owned(), "two\nlines # no comment".to_owned()),
         ]);
-        let information = Information::new("run_0.mcap", Some((5, 9)), Vec::new(), awkward.clone());
+        let files = vec![FileInformation::new("run_0.mcap", Some((5, 9)), 2)];
+        let information = Information::new(files, Vec::new(), awkward.clone());
 
         information.write_into(folder.path()).unwrap();
 
         let contents = read(folder.path()).unwrap().unwrap();
         assert_eq!(contents.relative_file_paths, ["run_0.mcap"]);
         assert_eq!(contents.custom_data, Some(awkward));
+        let in_record = read_record(&information.to_record()).unwrap();
+        assert_eq!(in_record.custom_data, contents.custom_data);
     }
 
     #[test]
-    fn the_file_of_a_real_recorder_reads() {
-        let folder = tempfile::tempdir().unwrap();
-        let text = "\
-rosbag2_bagfile_information:
-  version: 9
-  storage_identifier: mcap
-  relative_file_paths:
-    - talk_0.mcap
-    - talk_1.mcap
-  custom_data: ~
-  ros_distro: jazzy
-";
-        fs::write(folder.path().join(FILE_NAME), text).unwrap();
+    fn a_bag_lasts_from_its_first_to_its_last_file() {
+        let files = [("a_0.mcap", Some((5, 9))), ("a_1.mcap", None), ("a_2.mcap", Some((9, 30)))];
+        let files = files.map(|(path, bounds_ns)| FileInformation::new(path, bounds_ns, 0));
 
-        let contents = read(folder.path()).unwrap().unwrap();
+        let information = Information::new(files.to_vec(), Vec::new(), BTreeMap::new());
 
-        assert_eq!(contents.relative_file_paths, ["talk_0.mcap", "talk_1.mcap"]);
-        assert_eq!(contents.custom_data, None);
-    }
-
-    #[test]
-    fn a_file_without_the_list_of_files_is_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join(FILE_NAME), "rosbag2_bagfile_information:\n  version: 9\n")
-            .unwrap();
-
-        let error = read(folder.path()).unwrap_err();
-
-        assert!(matches!(error, BagError::Metadata { .. }), "{error}");
+        assert_eq!(information.starting_time.nanoseconds_since_epoch, 5);
+        assert_eq!(information.duration.nanoseconds, 25);
     }
 }

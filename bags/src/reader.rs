@@ -2,20 +2,26 @@
 
 mod file;
 mod messages;
+mod scan;
+mod source;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 pub use messages::{BagMessage, Messages};
 
-use crate::{BagError, metadata};
-use file::BagFile;
+use crate::BagError;
+use crate::metadata::{self, Contents};
+pub(crate) use file::{BagFile, read_summary};
+pub(crate) use messages::plain;
+pub(crate) use source::{Source, open, read_some};
 
 /// A bag that was opened; its messages are still on disk.
 #[derive(Debug)]
 pub struct Bag {
     path: PathBuf,
     files: Vec<BagFile>,
+    contents: Option<Contents>,
     custom_data: BTreeMap<String, String>,
 }
 
@@ -48,7 +54,7 @@ pub struct Attachment {
 }
 
 /// Where a bag breaks off.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Damage {
     /// In which file.
     pub path: PathBuf,
@@ -77,24 +83,23 @@ impl Bag {
     /// [`BagError::NotMcap`], [`BagError::Profile`], and [`BagError::Incomplete`] if a file breaks
     /// off before its first record ends.
     pub fn open(path: &Path) -> Result<Self, BagError> {
-        let is_folder = path
-            .metadata()
-            .map_err(|source| BagError::Io { action: "open", path: path.to_owned(), source })?
-            .is_dir();
-        let contents = if is_folder { metadata::read(path)? } else { None };
-        let (paths, custom_data) = match contents {
-            Some(contents) => {
-                let files = contents.relative_file_paths.iter().map(|file| path.join(file));
-                (files.collect(), contents.custom_data.unwrap_or_default())
-            }
-            None if is_folder => (mcap_files_in(path)?, BTreeMap::new()),
-            None => (vec![path.to_owned()], BTreeMap::new()),
-        };
-        if paths.is_empty() {
-            return Err(BagError::NoFiles { path: path.to_owned() });
-        }
-        let files = paths.into_iter().map(BagFile::open).collect::<Result<_, _>>()?;
-        Ok(Self { path: path.to_owned(), files, custom_data })
+        let (paths, contents) = files_of(path)?;
+        let files = paths.into_iter().map(BagFile::open).collect::<Result<Vec<_>, _>>()?;
+        let custom_data = contents
+            .as_ref()
+            .and_then(|contents| contents.custom_data.clone())
+            .or_else(|| recorded_custom_data(&files))
+            .unwrap_or_default();
+        Ok(Self { path: path.to_owned(), files, contents, custom_data })
+    }
+
+    pub(crate) fn files(&self) -> &[BagFile] {
+        &self.files
+    }
+
+    /// The table of contents beside the files, if there is one.
+    pub(crate) fn contents(&self) -> Option<&Contents> {
+        self.contents.as_ref()
     }
 
     /// The path it was opened by.
@@ -167,24 +172,86 @@ impl Bag {
         records.rfind(|record| record.name == name).map(|record| &record.metadata)
     }
 
-    /// The pairs that the recorder was given, out of `metadata.yaml`.
+    /// The definition of a type, as the bag has it: its `.msg` text and that of the types in it.
+    pub fn schema(&self, type_name: &str) -> Option<&[u8]> {
+        self.files.iter().find_map(|file| file.schemas.get(type_name)).map(Vec::as_slice)
+    }
+
+    /// The pairs that the recorder was given, out of `metadata.yaml` or else out of the file.
     pub fn custom_data(&self) -> &BTreeMap<String, String> {
         &self.custom_data
     }
 }
 
+/// The pairs in the last of rosbag2's own records, for a bag without `metadata.yaml`.
+fn recorded_custom_data(files: &[BagFile]) -> Option<BTreeMap<String, String>> {
+    let mut records = files.iter().flat_map(|file| &file.metadata);
+    let record = records.rfind(|record| record.name == metadata::RECORD)?;
+    metadata::read_record(&record.metadata)?.custom_data
+}
+
+/// The files of a bag, in order, and its table of contents.
+pub(crate) fn files_of(path: &Path) -> Result<(Vec<PathBuf>, Option<Contents>), BagError> {
+    let is_folder = path
+        .metadata()
+        .map_err(|source| BagError::Io { action: "open", path: path.to_owned(), source })?
+        .is_dir();
+    let contents = if is_folder { metadata::read(path)? } else { None };
+    let paths = match &contents {
+        Some(contents) => listed_files(path, contents)?,
+        None if is_folder => mcap_files_in(path)?,
+        None => vec![path.to_owned()],
+    };
+    if paths.is_empty() {
+        return Err(BagError::NoFiles { path: path.to_owned() });
+    }
+    Ok((paths, contents))
+}
+
+/// The files that the table of contents lists.
+fn listed_files(folder: &Path, contents: &Contents) -> Result<Vec<PathBuf>, BagError> {
+    if contents.storage_identifier == "sqlite3" {
+        return Err(BagError::Sqlite { path: folder.to_owned() });
+    }
+    Ok(contents.relative_file_paths.iter().map(|file| present(folder.join(file))).collect())
+}
+
+/// A listed file, or the same one with or without the compression around it: rosbag2 unpacks files
+/// beside themselves to play them.
+fn present(path: PathBuf) -> PathBuf {
+    if path.exists() {
+        return path;
+    }
+    let packed = PathBuf::from(format!("{}.zstd", path.display()));
+    let unpacked = path.with_extension("");
+    let is_packed = path.extension().is_some_and(|extension| extension == "zstd");
+    match (is_packed, packed.exists(), unpacked.exists()) {
+        (true, _, true) => unpacked,
+        (false, true, _) => packed,
+        _ => path,
+    }
+}
+
 /// The `.mcap` files of a folder without table of contents, `run_2.mcap` before `run_10.mcap`.
-fn mcap_files_in(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
+pub(crate) fn mcap_files_in(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
     let io = |source| BagError::Io { action: "list", path: folder.to_owned(), source };
     let mut files = Vec::new();
+    let mut is_sqlite = false;
     for entry in folder.read_dir().map_err(io)? {
         let path = entry.map_err(io)?.path();
-        if path.extension().is_some_and(|extension| extension == "mcap") {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        is_sqlite |= name.ends_with(".db3") || name.ends_with(".db3.zstd");
+        let is_double = || path.with_extension("").exists();
+        if name.ends_with(".mcap") || (name.ends_with(".mcap.zstd") && !is_double()) {
             files.push(path);
         }
     }
+    if files.is_empty() && is_sqlite {
+        return Err(BagError::Sqlite { path: folder.to_owned() });
+    }
     files.sort_by_cached_key(|path| {
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let stem = name.split(".mcap").next().unwrap_or_default().to_owned();
         let (name, number) = stem.rsplit_once('_').unwrap_or((&stem, ""));
         (name.to_owned(), number.parse::<u64>().ok(), stem)
     });

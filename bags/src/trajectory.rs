@@ -1,13 +1,20 @@
 //! What a swarm did, out of a bag: the poses and commands that the judge wants.
 //!
-//! It takes any laboratory's bag that has a pose source for each robot and its commands. It does
-//! not resample: robots must have been recorded in step, to within half a period.
+//! It takes any laboratory's bag that has a pose source for each robot and its commands. Robots that
+//! were recorded in step, to within half a period, are taken as they are; others are resampled. What
+//! was mended on the way is said in [`RecordedTrajectory::findings`], and what cannot be mended is
+//! refused by name: a trajectory is never made up.
 
 mod align;
+mod arrays;
 mod collect;
 mod command;
 mod error;
+mod finding;
+mod jumps;
 mod pose;
+mod resample;
+mod tidy;
 mod window;
 
 use std::fmt;
@@ -17,6 +24,7 @@ use rsrs_core::trajectory::Trajectory;
 use crate::{Bag, Damage};
 
 pub use error::TrajectoryError;
+pub use finding::Finding;
 pub use window::{RunningWindow, WindowSource};
 
 /// Where poses come from.
@@ -27,6 +35,12 @@ pub enum PoseSource {
     Odom,
     /// `geometry_msgs/PoseStamped` on `/<robot>/pose`: a tracker.
     Pose,
+    /// `motion_capture_tracking_interfaces/msg/NamedPoseArray`, on `/poses` if there are several: a
+    /// tracker of all robots.
+    NamedPoses,
+    /// `geometry_msgs/PoseArray`, on `/poses` if there are several: a tracker that knows robots by
+    /// number; they are those of the lease, or else those that were commanded, in their order.
+    PoseArray,
     /// `tf2_msgs/TFMessage` on `/tf`: transforms to `<robot>/base_link` or `<robot>/base_footprint`
     /// from one frame that all robots share.
     Tf,
@@ -34,7 +48,8 @@ pub enum PoseSource {
 
 impl PoseSource {
     /// All of them, the first choice first.
-    pub const ALL: [Self; 3] = [Self::Odom, Self::Pose, Self::Tf];
+    pub const ALL: [Self; 5] =
+        [Self::Odom, Self::Pose, Self::NamedPoses, Self::PoseArray, Self::Tf];
 }
 
 impl fmt::Display for PoseSource {
@@ -42,6 +57,8 @@ impl fmt::Display for PoseSource {
         formatter.write_str(match self {
             Self::Odom => "odom",
             Self::Pose => "pose",
+            Self::NamedPoses => "named-poses",
+            Self::PoseArray => "pose-array",
             Self::Tf => "tf",
         })
     }
@@ -67,6 +84,8 @@ pub struct RecordedTrajectory {
     pub window: RunningWindow,
     /// Time of the first sample, in nanoseconds, by the stamps of the poses.
     pub start_ns: u64,
+    /// What was mended on the way; empty for a bag that needed nothing.
+    pub findings: Vec<Finding>,
     /// Where the bag breaks off; empty for a whole bag.
     pub damage: Vec<Damage>,
 }
@@ -76,14 +95,20 @@ pub struct RecordedTrajectory {
 /// Sample `k` of a robot is its `k`th pose within the running window, with the command that
 /// answered it: the latest command up to half a period after the pose. A command older than
 /// 2.5 periods (and 300 ms) has run out on the robot, which stands still then. The period is the
-/// median distance of pose stamps.
+/// median distance of commands if they come regularly, else that of pose stamps.
+///
+/// Robots that are not in step, of which poses are missing or which came a little late are
+/// interpolated at every period, over gaps of at most 1 s and at most 20 % of a robot's poses. Single
+/// poses out of all reach are left out, and robots that a tracker took for one another are set
+/// right.
 ///
 /// A bag that breaks off is read up to there; [`RecordedTrajectory::damage`] says so.
 ///
 /// # Errors
 ///
-/// [`TrajectoryError`]: no poses, no commands, no running time, poses that are not numbers, or
-/// robots that were not recorded in step.
+/// [`TrajectoryError`]: no poses or none of some robot, no commands, no running time, poses that are
+/// not numbers, too many missing, clocks that go back, jumps that nothing explains, robots that came
+/// or left in the middle.
 ///
 /// # Source
 ///
@@ -92,16 +117,32 @@ pub fn read_trajectory(
     bag: &Bag,
     options: &TrajectoryOptions,
 ) -> Result<RecordedTrajectory, TrajectoryError> {
-    let collected = collect::collect(bag, options)?;
-    let period_ns = align::median_period_ns(&collected.robots)?;
+    let mut collected = collect::collect(bag, options)?;
+    for robot in &mut collected.robots {
+        tidy::tidy(robot)?;
+    }
+    let recorded_ns = align::median_period_ns(&collected.robots)?;
+    let period_ns = align::period_ns(&collected.robots, recorded_ns);
     let window = window::running_window(&collected, period_ns)?;
-    let (trajectory, start_ns) = align::align(&collected, &window, period_ns)?;
+    window::cut(&mut collected, &window)?;
+    let mut findings = std::mem::take(&mut collected.findings);
+    findings.extend(jumps::mend(&mut collected.robots, recorded_ns)?);
+
+    let in_step = if period_ns == recorded_ns { align::align(&collected, period_ns) } else { None };
+    let (trajectory, start_ns) = if let Some(aligned) = in_step {
+        aligned
+    } else {
+        let (robots, breaks_off) = (&collected.robots[..], collected.breaks_off);
+        let run = resample::Run { robots, recorded_ns, period_ns, breaks_off };
+        resample::resample(&run, &mut findings)?
+    };
     Ok(RecordedTrajectory {
         trajectory,
         robots: collected.robots.into_iter().map(|robot| robot.name).collect(),
         poses: collected.poses,
         window,
         start_ns,
+        findings,
         damage: bag.damage(),
     })
 }

@@ -1,25 +1,22 @@
 //! Records a run into a rosbag2 folder.
 
-use std::borrow::Cow;
+mod channel;
+mod packing;
+mod part;
+
 use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::{BufWriter, ErrorKind};
+use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use mcap::records::MessageHeader;
-use mcap::{Compression, WriteOptions, Writer};
-use rsrs_msgs::schema;
 use rsrs_msgs::topics::Qos;
 
 use crate::BagError;
-use crate::metadata::{Information, TopicMetadata, TopicWithCount};
-use crate::qos::offered_qos_profiles;
-
-/// After so much recorded time everything so far is handed to the system.
-const FLUSH_PERIOD_NS: u64 = 1_000_000_000;
-
-/// The record that rosbag2 keeps its own metadata in.
-const ROSBAG2_RECORD: &str = "rosbag2";
+use crate::definitions::Definition;
+use crate::metadata::{self, FileInformation, Information, TopicWithCount};
+pub use channel::ChannelDescription;
+pub use packing::{Compression, Packing};
+use part::Part;
 
 /// What a bag holds besides messages.
 #[derive(Clone, Debug, Default)]
@@ -50,8 +47,10 @@ pub struct Sample<'a> {
 pub struct BagSummary {
     /// The folder.
     pub folder: PathBuf,
-    /// The `.mcap` file in it.
+    /// The first `.mcap` file in it.
     pub file: PathBuf,
+    /// All `.mcap` files in it, in order.
+    pub files: Vec<PathBuf>,
     /// Messages on all topics.
     pub n_messages: u64,
     /// Messages by topic.
@@ -67,23 +66,26 @@ pub struct BagSummary {
 /// sees that the run did not end as planned.
 pub struct BagWriter {
     folder: PathBuf,
-    file: PathBuf,
-    file_name: String,
-    writer: Writer<BufWriter<File>>,
+    name: String,
+    packing: Packing,
+    custom_data: BTreeMap<String, String>,
     topics: Vec<Topic>,
+    closed: Vec<FileInformation>,
+    paths: Vec<PathBuf>,
     bounds_ns: Option<(u64, u64)>,
+    part: Part,
     next_flush_ns: Option<u64>,
-    options: BagOptions,
 }
 
-/// A topic with its place in the file.
+/// A topic with its place in the current file.
 struct Topic {
+    description: ChannelDescription,
     channel_id: u16,
-    information: TopicWithCount,
+    n_messages: u64,
 }
 
 impl BagWriter {
-    /// Starts a bag.
+    /// Starts a bag of one file, as [`Packing::default`] has it.
     ///
     /// # Arguments
     ///
@@ -93,6 +95,25 @@ impl BagWriter {
     ///
     /// [`BagError::Exists`], [`BagError::NoName`], [`BagError::Io`] and [`BagError::Write`].
     pub fn create(folder: &Path, options: BagOptions) -> Result<Self, BagError> {
+        Self::create_packed(folder, options, Packing::default())
+    }
+
+    /// Starts a bag that is compressed and split as asked for.
+    ///
+    /// Files are named as rosbag2 names them, `run_0.mcap`, `run_1.mcap`, and each has all topics.
+    ///
+    /// # Arguments
+    ///
+    /// * `folder` — where; it must not exist, and its name becomes that of the files in it.
+    ///
+    /// # Errors
+    ///
+    /// As [`BagWriter::create`].
+    pub fn create_packed(
+        folder: &Path,
+        options: BagOptions,
+        packing: Packing,
+    ) -> Result<Self, BagError> {
         let name = folder.file_name().and_then(|name| name.to_str());
         let name = name.ok_or_else(|| BagError::NoName { path: folder.to_owned() })?;
         let io = |action, path: &Path| {
@@ -107,27 +128,21 @@ impl BagWriter {
             _ => io("create", folder)(source),
         })?;
 
-        let file_name = format!("{name}_0.mcap");
-        let path = folder.join(&file_name);
-        let file = File::create_new(&path).map_err(io("create", &path))?;
-        let writer = WriteOptions::new()
-            .profile("ros2")
-            .library(concat!("rsrs ", env!("CARGO_PKG_VERSION")))
-            .compression(Some(Compression::Zstd))
-            // Chunks of a second are small; threads of their own would cost more than they save.
-            .compression_threads(0)
-            .create(BufWriter::new(file))
-            .map_err(|source| BagError::Write { path: path.clone(), source })?;
-        Ok(Self {
+        let part = Part::create(folder, format!("{name}_0.mcap"), &packing)?;
+        let mut writer = Self {
             folder: folder.to_owned(),
-            file: path,
-            file_name,
-            writer,
+            name: name.to_owned(),
+            packing,
+            custom_data: options.custom_data,
             topics: Vec::new(),
+            closed: Vec::new(),
+            paths: vec![part.path().to_owned()],
             bounds_ns: None,
+            part,
             next_flush_ns: None,
-            options,
-        })
+        };
+        writer.describe(Vec::new())?;
+        Ok(writer)
     }
 
     /// Adds a topic, with the definition of its type.
@@ -147,35 +162,53 @@ impl BagWriter {
         type_name: &str,
         qos: Qos,
     ) -> Result<ChannelId, BagError> {
-        if self.topics.iter().any(|topic| topic.information.topic_metadata.name == name) {
-            return Err(BagError::DuplicateTopic { topic: name.to_owned() });
-        }
-        let (Some(text), Some(hash)) =
-            (schema::schema_text(type_name), schema::type_hash(type_name))
-        else {
+        self.refuse_duplicate(name)?;
+        let Some(definition) = Definition::of_known_type(type_name) else {
             let (topic, type_name) = (name.to_owned(), type_name.to_owned());
             return Err(BagError::UnknownType { topic, type_name });
         };
-        let qos = offered_qos_profiles(qos);
-        let channel_metadata = BTreeMap::from([
-            ("offered_qos_profiles".to_owned(), qos.clone()),
-            ("topic_type_hash".to_owned(), hash.to_owned()),
-        ]);
-        let added =
-            self.writer.add_schema(type_name, "ros2msg", text.as_bytes()).and_then(|schema_id| {
-                self.writer.add_channel(schema_id, name, "cdr", &channel_metadata)
-            });
-        let channel_id = added.map_err(|source| self.write_error(source))?;
+        self.add_channel(ChannelDescription::new(name, qos, &definition))
+    }
 
-        let topic_metadata = TopicMetadata {
-            name: name.to_owned(),
-            r#type: type_name.to_owned(),
-            serialization_format: "cdr",
-            offered_qos_profiles: qos,
-            type_description_hash: hash.to_owned(),
-        };
-        let information = TopicWithCount { topic_metadata, message_count: 0 };
-        self.topics.push(Topic { channel_id, information });
+    /// Adds a topic whose type is defined elsewhere, such as in the user's workspace.
+    ///
+    /// # Arguments
+    ///
+    /// * `name` — its full name, such as `/robot_3/battery`.
+    /// * `qos` — what its publisher offers.
+    /// * `definition` — what [`crate::definitions::Definitions::find`] found.
+    ///
+    /// # Errors
+    ///
+    /// [`BagError::DuplicateTopic`] and [`BagError::Write`].
+    pub fn add_topic_with_schema(
+        &mut self,
+        name: &str,
+        qos: Qos,
+        definition: &Definition,
+    ) -> Result<ChannelId, BagError> {
+        self.refuse_duplicate(name)?;
+        self.add_channel(ChannelDescription::new(name, qos, definition))
+    }
+
+    fn refuse_duplicate(&self, name: &str) -> Result<(), BagError> {
+        if self.topics.iter().any(|topic| topic.description.topic == name) {
+            return Err(BagError::DuplicateTopic { topic: name.to_owned() });
+        }
+        Ok(())
+    }
+
+    /// Adds a channel as another bag has it; the same one twice is one.
+    pub(crate) fn add_channel(
+        &mut self,
+        description: ChannelDescription,
+    ) -> Result<ChannelId, BagError> {
+        let known = self.topics.iter().position(|topic| topic.description == description);
+        if let Some(index) = known {
+            return Ok(ChannelId(index));
+        }
+        let channel_id = self.part.add_channel(&description)?;
+        self.topics.push(Topic { description, channel_id, n_messages: 0 });
         Ok(ChannelId(self.topics.len() - 1))
     }
 
@@ -183,34 +216,51 @@ impl BagWriter {
     ///
     /// # Errors
     ///
-    /// [`BagError::Write`], for instance when the disk is full.
+    /// [`BagError::Write`], for instance when the disk is full, and [`BagError::Io`] if the next
+    /// file of a bag that is split cannot be opened.
     ///
     /// # Panics
     ///
     /// If `channel` belongs to another bag with more topics.
     pub fn write(&mut self, channel: ChannelId, sample: Sample) -> Result<(), BagError> {
         let time_ns = sample.log_time_ns;
-        match self.next_flush_ns {
-            Some(due_ns) if time_ns >= due_ns => {
-                self.flush()?;
-                self.next_flush_ns = Some(time_ns.saturating_add(FLUSH_PERIOD_NS));
-            }
-            Some(_) => {}
-            None => self.next_flush_ns = Some(time_ns.saturating_add(FLUSH_PERIOD_NS)),
+        if self.part.is_full(&self.packing, time_ns) {
+            self.split()?;
         }
-
+        self.flush_if_due(time_ns)?;
         let topic = &mut self.topics[channel.0];
-        let header = MessageHeader {
-            channel_id: topic.channel_id,
-            sequence: sample.sequence,
-            log_time: time_ns,
-            publish_time: sample.publish_time_ns,
-        };
-        let written = self.writer.write_to_known_channel(&header, sample.data);
-        written.map_err(|source| BagError::Write { path: self.file.clone(), source })?;
-        topic.information.message_count += 1;
+        self.part.write(topic.channel_id, &sample)?;
+        topic.n_messages += 1;
         let (first_ns, last_ns) = self.bounds_ns.unwrap_or((time_ns, time_ns));
         self.bounds_ns = Some((first_ns.min(time_ns), last_ns.max(time_ns)));
+        Ok(())
+    }
+
+    fn flush_if_due(&mut self, time_ns: u64) -> Result<(), BagError> {
+        let Some(period_ns) = self.packing.flush_period_ns else { return Ok(()) };
+        if self.next_flush_ns.is_some_and(|due_ns| time_ns < due_ns) {
+            return Ok(());
+        }
+        if self.next_flush_ns.is_some() {
+            self.flush()?;
+        }
+        self.next_flush_ns = Some(time_ns.saturating_add(period_ns));
+        Ok(())
+    }
+
+    /// Closes the current file and goes on in the next one.
+    fn split(&mut self) -> Result<(), BagError> {
+        let file_name = format!("{}_{}.mcap", self.name, self.closed.len() + 1);
+        self.describe(self.topics_with_counts())?;
+        let next = Part::create(&self.folder, file_name, &self.packing)?;
+        let full = std::mem::replace(&mut self.part, next);
+        self.closed.push(full.information());
+        self.paths.push(self.part.path().to_owned());
+        full.finish()?;
+        self.describe(Vec::new())?;
+        for topic in &mut self.topics {
+            topic.channel_id = self.part.add_channel(&topic.description)?;
+        }
         Ok(())
     }
 
@@ -222,15 +272,7 @@ impl BagWriter {
     ///
     /// [`BagError::Write`].
     pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), BagError> {
-        let time_ns = self.bounds_ns.map_or(0, |(_, last_ns)| last_ns);
-        let attachment = mcap::Attachment {
-            log_time: time_ns,
-            create_time: time_ns,
-            name: name.to_owned(),
-            media_type: media_type.to_owned(),
-            data: Cow::Borrowed(data),
-        };
-        self.writer.attach(&attachment).map_err(|source| self.write_error(source))?;
+        self.part.attach(name, media_type, data)?;
         self.flush()
     }
 
@@ -246,9 +288,13 @@ impl BagWriter {
         name: &str,
         pairs: BTreeMap<String, String>,
     ) -> Result<(), BagError> {
-        let record = mcap::records::Metadata { name: name.to_owned(), metadata: pairs };
-        self.writer.write_metadata(&record).map_err(|source| self.write_error(source))?;
+        self.part.metadata(name, pairs)?;
         self.flush()
+    }
+
+    /// Adds pairs for `metadata.yaml` to those of [`BagOptions::custom_data`]; later ones win.
+    pub fn add_custom_data(&mut self, pairs: impl IntoIterator<Item = (String, String)>) {
+        self.custom_data.extend(pairs);
     }
 
     /// Hands everything so far to the system; a crash of this program cannot take it any more.
@@ -259,7 +305,7 @@ impl BagWriter {
     ///
     /// [`BagError::Write`].
     pub fn flush(&mut self) -> Result<(), BagError> {
-        self.writer.flush().map_err(|source| self.write_error(source))
+        self.part.flush()
     }
 
     /// Closes the bag and writes its table of contents.
@@ -268,32 +314,37 @@ impl BagWriter {
     ///
     /// [`BagError::Write`] and [`BagError::Io`].
     pub fn finish(mut self) -> Result<BagSummary, BagError> {
-        let topics: Vec<TopicWithCount> =
-            self.topics.iter().map(|topic| topic.information.clone()).collect();
-        let n_messages_of_topic: BTreeMap<String, u64> = topics
-            .iter()
-            .map(|topic| (topic.topic_metadata.name.clone(), topic.message_count))
-            .collect();
-        let custom_data = std::mem::take(&mut self.options.custom_data);
-        let information = Information::new(&self.file_name, self.bounds_ns, topics, custom_data);
-
-        let own_record =
-            BTreeMap::from([("serialized_metadata".to_owned(), information.to_yaml())]);
-        self.metadata(ROSBAG2_RECORD, own_record)?;
-        self.writer.finish().map_err(|source| self.write_error(source))?;
-        let Self { writer, folder, file, bounds_ns, .. } = self;
-        let synced = writer
-            .into_inner()
-            .into_inner()
-            .map_err(std::io::IntoInnerError::into_error)
-            .and_then(|file| file.sync_all());
-        synced.map_err(|source| BagError::Io { action: "close", path: file.clone(), source })?;
-        information.write_into(&folder)?;
-        let n_messages = n_messages_of_topic.values().sum();
-        Ok(BagSummary { folder, file, n_messages, n_messages_of_topic, bounds_ns })
+        let topics = self.topics_with_counts();
+        let mut n_messages_of_topic: BTreeMap<String, u64> = BTreeMap::new();
+        for topic in &self.topics {
+            *n_messages_of_topic.entry(topic.description.topic.clone()).or_default() +=
+                topic.n_messages;
+        }
+        let information = self.describe(topics)?;
+        self.part.finish()?;
+        information.write_into(&self.folder)?;
+        Ok(BagSummary {
+            folder: self.folder,
+            file: self.paths[0].clone(),
+            files: self.paths,
+            n_messages: n_messages_of_topic.values().sum(),
+            n_messages_of_topic,
+            bounds_ns: self.bounds_ns,
+        })
     }
 
-    fn write_error(&self, source: mcap::McapError) -> BagError {
-        BagError::Write { path: self.file.clone(), source }
+    fn topics_with_counts(&self) -> Vec<TopicWithCount> {
+        self.topics.iter().map(|topic| topic.description.with_count(topic.n_messages)).collect()
+    }
+
+    /// Puts what rosbag2 says of the bag into the current file.
+    ///
+    /// On opening, too, as rosbag2 does it: a file that breaks off still says what it was to be.
+    fn describe(&mut self, topics: Vec<TopicWithCount>) -> Result<Information, BagError> {
+        let mut files = self.closed.clone();
+        files.push(self.part.information());
+        let information = Information::new(files, topics, self.custom_data.clone());
+        self.metadata(metadata::RECORD, information.to_record())?;
+        Ok(information)
     }
 }

@@ -158,7 +158,7 @@ fn other_tools_decode_every_message_of_every_type() {
     }
     assert_eq!(report.custom_data, custom_data);
     assert_eq!(report.attachments["experiment.yaml"], "seed: 42\n");
-    assert_eq!(report.metadata, ["rsrs.experiment", "rosbag2"]);
+    assert_eq!(report.metadata, ["rosbag2", "rsrs.experiment", "rosbag2"]);
 }
 
 #[test]

@@ -2,14 +2,15 @@
 
 use std::collections::{BTreeSet, HashMap};
 use std::fs::File;
-use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::io::{Read, Seek, SeekFrom};
 use std::sync::Arc;
 
-use mcap::McapResult;
 use mcap::records::MessageHeader;
 use mcap::sans_io::{IndexedReadEvent, IndexedReader, IndexedReaderOptions};
+use mcap::{McapError, McapResult};
 
-use super::file::{BagFile, linear_options, open, record_limit};
+use super::file::BagFile;
+use super::source::{self, ZSTD_MAGIC, open, record_limit};
 use crate::BagError;
 
 /// A message out of a bag.
@@ -84,7 +85,7 @@ enum Source {
     /// By its index, in order of log time.
     Indexed { reader: Box<IndexedReader>, file: File },
     /// From front to back.
-    Linear(Box<mcap::io::MessageReader<BufReader<File>>>),
+    Linear(Box<mcap::io::MessageReader<source::Source>>),
 }
 
 /// Topic and type of each channel, shared by its messages.
@@ -92,16 +93,16 @@ type Names = HashMap<u16, (Arc<str>, Arc<str>)>;
 
 impl<'a> OpenFile<'a> {
     fn new(file: &'a BagFile, topics: Option<&BTreeSet<String>>) -> Result<Self, BagError> {
-        let source = open(&file.path)?;
         let io = |source| BagError::Io { action: "read", path: file.path.clone(), source };
         let mut opened = match &file.summary {
             None => {
-                let options = linear_options(&source).map_err(io)?;
-                let source = BufReader::new(source);
+                let source = source::Source::open(&file.path)?;
+                let options = source.options().map_err(io)?;
                 let reader = mcap::io::MessageReader::new_with_options(source, options);
                 Self::at_start(file, Source::Linear(Box::new(reader)))
             }
             Some(summary) => {
+                let source = open(&file.path)?;
                 let mut options = IndexedReaderOptions::new()
                     .with_record_length_limit(record_limit(&source).map_err(io)?);
                 if let Some(topics) = topics {
@@ -156,9 +157,9 @@ fn next_indexed(
         let offset = match reader.next_event().transpose()? {
             None => return Ok(None),
             Some(IndexedReadEvent::Message { header, data }) => {
-                let unknown = mcap::McapError::UnknownChannel(header.sequence, header.channel_id);
+                let unknown = McapError::UnknownChannel(header.sequence, header.channel_id);
                 let names = names.get(&header.channel_id).ok_or(unknown)?;
-                return Ok(Some(message(names, header, data.to_vec())));
+                return message(names, header, data.to_vec()).map(Some);
             }
             Some(IndexedReadEvent::ReadChunkRequest { offset, length }) => {
                 file.seek(SeekFrom::Start(offset))?;
@@ -172,7 +173,7 @@ fn next_indexed(
 }
 
 fn next_linear(
-    reader: &mut mcap::io::MessageReader<BufReader<File>>,
+    reader: &mut mcap::io::MessageReader<source::Source>,
     names: &mut Names,
 ) -> McapResult<Option<BagMessage>> {
     let Some(read) = reader.next().transpose()? else {
@@ -186,7 +187,7 @@ fn next_linear(
         log_time: read.log_time,
         publish_time: read.publish_time,
     };
-    Ok(Some(message(names, header, read.data.into_owned())))
+    message(names, header, read.data.into_owned()).map(Some)
 }
 
 fn channel_names(channel: &mcap::Channel) -> (Arc<str>, Arc<str>) {
@@ -194,13 +195,29 @@ fn channel_names(channel: &mcap::Channel) -> (Arc<str>, Arc<str>) {
     (channel.topic.as_str().into(), type_name.into())
 }
 
-fn message(names: &(Arc<str>, Arc<str>), header: MessageHeader, bytes: Vec<u8>) -> BagMessage {
-    BagMessage {
+fn message(
+    names: &(Arc<str>, Arc<str>),
+    header: MessageHeader,
+    bytes: Vec<u8>,
+) -> McapResult<BagMessage> {
+    Ok(BagMessage {
         topic: names.0.clone(),
         type_name: names.1.clone(),
         log_time_ns: header.log_time,
         publish_time_ns: header.publish_time,
         sequence: header.sequence,
-        bytes,
+        bytes: plain(bytes)?,
+    })
+}
+
+/// A message without the compression that rosbag2 may have put around it.
+///
+/// Metadata says whether it did, but a recorder that was killed left none; CDR starts with a zero,
+/// so that the two cannot be confused.
+pub fn plain(bytes: Vec<u8>) -> McapResult<Vec<u8>> {
+    if !bytes.starts_with(&ZSTD_MAGIC) {
+        return Ok(bytes);
     }
+    zstd::stream::decode_all(&*bytes)
+        .map_err(|error| McapError::DecompressionError(error.to_string()))
 }

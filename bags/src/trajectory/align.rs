@@ -1,4 +1,4 @@
-//! Rows out of robots: the same instant of all robots in one sample.
+//! Rows out of robots that were recorded in step: the same instant of all robots in one sample.
 
 use rsrs_core::controller::Command;
 use rsrs_core::trajectory::Trajectory;
@@ -7,30 +7,26 @@ use super::TrajectoryError;
 use super::collect::{Collected, RecordedRobot};
 use super::command;
 use super::pose::PoseSample;
-use super::window::RunningWindow;
 
-/// A robot whose share of the window was cut out.
-struct Row<'a> {
-    robot: &'a RecordedRobot,
+/// Fewer commands than this do not show how regular they are.
+const MIN_COMMANDS: usize = 10;
+
+/// Poses and commands are of one rate if their periods differ by less than one in so many.
+const SAME_RATE: u64 = 4;
+
+/// A robot with the commands that answered its poses.
+struct Row {
     poses: Vec<PoseSample>,
     commands: Vec<Command>,
 }
 
-impl Row<'_> {
-    fn check_length(&self) -> Result<(), TrajectoryError> {
-        if self.poses.len() < 2 {
-            let (robot, n_samples) = (self.robot.name.clone(), self.poses.len());
-            return Err(TrajectoryError::TooFewPoses { robot, n_samples });
-        }
-        Ok(())
-    }
-
-    /// Time of its first pose, in nanoseconds; its length was checked.
+impl Row {
+    /// Time of its first pose, in nanoseconds.
     fn first_ns(&self) -> u64 {
         self.poses[0].stamp_ns
     }
 
-    /// Time of its last pose, in nanoseconds; its length was checked.
+    /// Time of its last pose, in nanoseconds.
     fn last_ns(&self) -> u64 {
         self.poses[self.poses.len() - 1].stamp_ns
     }
@@ -64,99 +60,92 @@ pub fn median_period_ns(robots: &[RecordedRobot]) -> Result<u64, TrajectoryError
     }
 }
 
-/// Puts the robots' samples within the window side by side.
+/// The period of the trajectory, in nanoseconds: that of the commands if they come regularly and at
+/// a lower rate than the poses, for the controller thinks once per command; else that of the poses.
+///
+/// Commands are regular if the distances of nine in ten are within a factor of 1.5 of the median.
+pub fn period_ns(robots: &[RecordedRobot], recorded_ns: u64) -> u64 {
+    let mut distances_ns: Vec<u64> = robots
+        .iter()
+        .flat_map(|robot| robot.commands.windows(2))
+        .map(|pair| pair[1].log_ns.saturating_sub(pair[0].log_ns))
+        .collect();
+    distances_ns.sort_unstable();
+    let n_distances = distances_ns.len();
+    if n_distances < MIN_COMMANDS * robots.len() {
+        return recorded_ns;
+    }
+    let at_percent = |percent: usize| distances_ns[(n_distances - 1) * percent / 100];
+    let (low_ns, middle_ns, high_ns) = (at_percent(5), at_percent(50), at_percent(95));
+    let is_regular = low_ns > middle_ns * 2 / 3 && high_ns < middle_ns * 3 / 2;
+    // Poses that are rarer than commands are no reason to invent more of them.
+    if is_regular && middle_ns > recorded_ns + recorded_ns / SAME_RATE {
+        middle_ns
+    } else {
+        recorded_ns
+    }
+}
+
+/// Puts the robots' samples side by side.
 ///
 /// The edge of the window may fall between the robots of one sample, so the first and the last
 /// sample are dropped where a robot lacks them; a bag that breaks off may lack more at its end.
 ///
 /// # Returns
 ///
-/// The trajectory and the time of its first sample, in nanoseconds.
-///
-/// # Errors
-///
-/// [`TrajectoryError::TooFewPoses`], [`TrajectoryError::TooClose`], [`TrajectoryError::Gap`],
-/// [`TrajectoryError::Span`] and [`TrajectoryError::OutOfStep`].
-pub fn align(
-    collected: &Collected,
-    window: &RunningWindow,
-    period_ns: u64,
-) -> Result<(Trajectory, u64), TrajectoryError> {
+/// The trajectory and the time of its first sample, in nanoseconds; `None` if the robots were not
+/// recorded in step.
+pub fn align(collected: &Collected, period_ns: u64) -> Option<(Trajectory, u64)> {
     let mut rows: Vec<Row> = collected
         .robots
         .iter()
-        .map(|robot| {
-            let commands = command::answers(&robot.poses, &robot.commands, period_ns);
-            let inside = robot.poses.iter().zip(commands);
-            let inside = inside.filter(|(pose, _)| window.contains(pose.log_ns));
-            let (poses, commands) = inside.unzip();
-            Row { robot, poses, commands }
+        .map(|robot| Row {
+            poses: robot.poses.clone(),
+            commands: command::answers(&robot.poses, &robot.commands, period_ns),
         })
         .collect();
-    for row in &rows {
-        check_steps(row, period_ns)?;
+    let is_regular = rows.iter().all(|row| has_no_gaps(row, period_ns));
+    if !is_regular || comes_or_leaves(&rows, period_ns, collected) {
+        return None;
     }
-    refuse_late_and_early(&rows, period_ns, collected)?;
     trim_to_common_span(&mut rows, period_ns)?;
-    check_side_by_side(&rows, period_ns)?;
+    if !are_side_by_side(&rows, period_ns) {
+        return None;
+    }
 
     let n_samples = rows[0].poses.len();
-    let mut trajectory = Trajectory::new(seconds(period_ns), rows.len());
+    let mut trajectory = Trajectory::new(period_ns as f64 / 1e9, rows.len());
     for sample in 0..n_samples {
         for row in &rows {
             trajectory.poses.push(row.poses[sample].pose);
             trajectory.commands.push(row.commands[sample]);
         }
     }
-    Ok((trajectory, rows[0].poses[0].stamp_ns))
+    Some((trajectory, rows[0].first_ns()))
 }
 
-/// Refuses a robot with gaps, or with two poses in one period.
-fn check_steps(row: &Row, period_ns: u64) -> Result<(), TrajectoryError> {
-    row.check_length()?;
-    let period_s = seconds(period_ns);
-    for pair in row.poses.windows(2) {
-        let distance_s = seconds(pair[1].stamp_ns) - seconds(pair[0].stamp_ns);
+/// Whether there is one pose in every period.
+fn has_no_gaps(row: &Row, period_ns: u64) -> bool {
+    row.poses.windows(2).all(|pair| {
         let distance_ns = pair[1].stamp_ns.saturating_sub(pair[0].stamp_ns);
-        if (period_ns / 2..=period_ns + period_ns / 2).contains(&distance_ns) {
-            continue;
-        }
-        let (robot, time_s) = (row.robot.name.clone(), seconds(pair[1].stamp_ns));
-        if distance_ns < period_ns / 2 {
-            return Err(TrajectoryError::TooClose { robot, time_s, distance_s, period_s });
-        }
-        return Err(TrajectoryError::Gap { robot, time_s, distance_s, period_s });
-    }
-    Ok(())
+        (period_ns / 2..=period_ns + period_ns / 2).contains(&distance_ns)
+    })
 }
 
-/// Refuses a robot that came or left more than one sample apart from the others.
-fn refuse_late_and_early(
-    rows: &[Row],
-    period_ns: u64,
-    collected: &Collected,
-) -> Result<(), TrajectoryError> {
+/// Whether a robot came or left more than one sample apart from the others.
+fn comes_or_leaves(rows: &[Row], period_ns: u64, collected: &Collected) -> bool {
     let earliest_ns = rows.iter().map(Row::first_ns).min().unwrap_or(0);
     let latest_ns = rows.iter().map(Row::last_ns).max().unwrap_or(0);
     let most_ns = period_ns + period_ns / 2;
-    for row in rows {
+    rows.iter().any(|row| {
         let late = row.first_ns() - earliest_ns > most_ns;
-        let early = latest_ns - row.last_ns() > most_ns && !collected.breaks_off;
-        if late || early {
-            return Err(TrajectoryError::Span {
-                robot: row.robot.name.clone(),
-                first_s: seconds(row.first_ns()),
-                last_s: seconds(row.last_ns()),
-                expected_first_s: seconds(earliest_ns),
-                expected_last_s: seconds(latest_ns),
-            });
-        }
-    }
-    Ok(())
+        late || (latest_ns - row.last_ns() > most_ns && !collected.breaks_off)
+    })
 }
 
-/// Drops what some robots have before the first or after the last pose of another.
-fn trim_to_common_span(rows: &mut [Row], period_ns: u64) -> Result<(), TrajectoryError> {
+/// Drops what some robots have before the first or after the last pose of another; `None` if less
+/// than two poses are left of one.
+fn trim_to_common_span(rows: &mut [Row], period_ns: u64) -> Option<()> {
     let half_ns = period_ns / 2;
     let start_ns = rows.iter().map(Row::first_ns).max().unwrap_or(0);
     let end_ns = rows.iter().map(Row::last_ns).min().unwrap_or(0);
@@ -166,40 +155,25 @@ fn trim_to_common_span(rows: &mut [Row], period_ns: u64) -> Result<(), Trajector
         };
         let from = row.poses.iter().position(common).unwrap_or(row.poses.len());
         let n_common = row.poses[from..].iter().take_while(|pose| common(pose)).count();
+        if n_common < 2 {
+            return None;
+        }
         row.poses = row.poses[from..from + n_common].to_vec();
         row.commands = row.commands[from..from + n_common].to_vec();
-        row.check_length()?;
     }
-    Ok(())
+    Some(())
 }
 
-/// Refuses robots whose nth poses are not of one time.
-fn check_side_by_side(rows: &[Row], period_ns: u64) -> Result<(), TrajectoryError> {
+/// Whether the robots' nth poses are of one time.
+fn are_side_by_side(rows: &[Row], period_ns: u64) -> bool {
     let reference = &rows[0];
-    for row in &rows[1..] {
-        for (pose, expected) in row.poses.iter().zip(&reference.poses) {
-            if pose.stamp_ns.abs_diff(expected.stamp_ns) > period_ns / 2 {
-                return Err(TrajectoryError::OutOfStep {
-                    robot: row.robot.name.clone(),
-                    time_s: seconds(pose.stamp_ns),
-                    reference: reference.robot.name.clone(),
-                    expected_s: seconds(expected.stamp_ns),
-                });
-            }
-        }
-        if row.poses.len() != reference.poses.len() {
-            let n_both = row.poses.len().min(reference.poses.len());
-            let (longer, shorter) =
-                if row.poses.len() > n_both { (row, reference) } else { (reference, row) };
-            return Err(TrajectoryError::OutOfStep {
-                robot: longer.robot.name.clone(),
-                time_s: seconds(longer.poses[n_both].stamp_ns),
-                reference: shorter.robot.name.clone(),
-                expected_s: seconds(shorter.poses[n_both - 1].stamp_ns),
-            });
-        }
-    }
-    Ok(())
+    rows[1..].iter().all(|row| {
+        let mut pairs = row.poses.iter().zip(&reference.poses);
+        let near = |(one, other): (&PoseSample, &PoseSample)| {
+            one.stamp_ns.abs_diff(other.stamp_ns) <= period_ns / 2
+        };
+        row.poses.len() == reference.poses.len() && pairs.all(near)
+    })
 }
 
 fn seconds(time_ns: u64) -> f64 {

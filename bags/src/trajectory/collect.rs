@@ -6,7 +6,9 @@ use rsrs_msgs::geometry_msgs::{PoseStamped, Twist, TwistStamped};
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::{RosMessage, cdr, topics};
 
+use super::arrays::{self, NamedPoseArray, PoseArray};
 use super::command::CommandSample;
+use super::finding::Finding;
 use super::pose::{self, PoseSample, RawPose};
 use super::{PoseSource, TrajectoryError, TrajectoryOptions};
 use crate::{Bag, BagError, BagMessage, TopicInfo};
@@ -42,6 +44,8 @@ pub struct Collected {
     pub poses: PoseSource,
     /// Whether the bag ends before the run did, perhaps.
     pub breaks_off: bool,
+    /// What was passed over.
+    pub findings: Vec<Finding>,
 }
 
 /// Poses and commands by robot, as they are found.
@@ -50,6 +54,10 @@ struct Found {
     poses: BTreeMap<String, Vec<PoseSample>>,
     commands: BTreeMap<String, Vec<CommandSample>>,
     lease: Vec<LeaseSample>,
+    /// The robots that the lease names.
+    members: BTreeSet<String>,
+    /// The most poses in one message without names.
+    n_unnamed: usize,
     /// The frame of all transforms.
     frame: Option<String>,
 }
@@ -58,6 +66,9 @@ struct Found {
 pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, TrajectoryError> {
     let topics = bag.topics();
     let source = choose(&topics, options.poses)?;
+    if let Some(topic) = arrays::topic(&topics, source) {
+        arrays::check_layout(bag, topic)?;
+    }
     let wanted = wanted_topics(&topics, source)?;
 
     let mut found = Found::default();
@@ -73,29 +84,26 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
     if found.poses.is_empty() {
         return Err(TrajectoryError::NoPoses { asked: options.poses, topics: described(&topics) });
     }
-    let has_lease = topics.iter().any(|topic| topic.name == topics::LEASE.name);
-    let mut robots = Vec::new();
-    for (name, mut poses) in found.poses {
-        pose::fill_missing_stamps(&mut poses);
-        let Some(commands) = found.commands.remove(&name) else {
-            let expected = topics::CMD_VEL.for_robot(&name);
-            let topics = described(&topics);
-            return Err(TrajectoryError::NoCommands { robot: name, expected, topics });
-        };
-        robots.push(RecordedRobot { name, poses, commands });
+    if source == PoseSource::PoseArray {
+        let topic = arrays::topic(&topics, source).map(|topic| topic.name.clone());
+        found.name_by_number(topic.unwrap_or_default())?;
     }
-    robots.sort_by_cached_key(|robot| natural_key(&robot.name));
+    found.check_members()?;
+    let has_lease = topics.iter().any(|topic| topic.name == topics::LEASE.name);
+    let (robots, findings) = found.robots(source, &topics)?;
     Ok(Collected {
         robots,
         lease: has_lease.then_some(found.lease),
         poses: source,
         breaks_off: !bag.damage().is_empty(),
+        findings,
     })
 }
 
 /// The source that was asked for, or the first that is there.
 fn choose(topics: &[TopicInfo], asked: Option<PoseSource>) -> Result<PoseSource, TrajectoryError> {
-    let is_there = |source: &PoseSource| topics.iter().any(|topic| has_poses(topic, *source));
+    let is_there =
+        |source: &PoseSource| topics.iter().any(|topic| has_poses(topics, topic, *source));
     let candidates = asked.map_or(PoseSource::ALL.to_vec(), |source| vec![source]);
     candidates
         .into_iter()
@@ -103,8 +111,11 @@ fn choose(topics: &[TopicInfo], asked: Option<PoseSource>) -> Result<PoseSource,
         .ok_or_else(|| TrajectoryError::NoPoses { asked, topics: described(topics) })
 }
 
-fn has_poses(topic: &TopicInfo, source: PoseSource) -> bool {
+fn has_poses(topics: &[TopicInfo], topic: &TopicInfo, source: PoseSource) -> bool {
     match source {
+        PoseSource::NamedPoses | PoseSource::PoseArray => {
+            arrays::topic(topics, source).is_some_and(|chosen| chosen.name == topic.name)
+        }
         PoseSource::Odom | PoseSource::Pose => pose::robot_of_topic(topic, source).is_some(),
         PoseSource::Tf => is_same(topic, topics::TF),
     }
@@ -128,7 +139,7 @@ fn wanted_topics(
     let wanted: Vec<&TopicInfo> = topics
         .iter()
         .filter(|topic| {
-            has_poses(topic, source) || has_commands(topic) || is_same(topic, topics::LEASE)
+            has_poses(topics, topic, source) || has_commands(topic) || is_same(topic, topics::LEASE)
         })
         .collect();
     for topic in &wanted {
@@ -150,8 +161,12 @@ impl Found {
         let topic = &*message.topic;
         let log_ns = message.log_time_ns;
         if topic == topics::LEASE.name {
-            let running = decode::<RunLease>(message)?.state == RunLease::RUNNING;
+            let lease = decode::<RunLease>(message)?;
+            let running = lease.state == RunLease::RUNNING;
             self.lease.push(LeaseSample { log_ns, running });
+            if running {
+                self.members.extend(lease.robots);
+            }
         } else if let Some(robot) = pose::robot_before(topic, topics::CMD_VEL.name) {
             let command = if &*message.type_name == Twist::TYPE_NAME {
                 CommandSample::of_unstamped(&robot, decode::<Twist>(message)?, log_ns)?
@@ -160,7 +175,7 @@ impl Found {
             };
             self.commands.entry(robot).or_default().push(command);
         } else {
-            for raw in raw_poses(source, message)? {
+            for raw in self.raw_poses(source, message)? {
                 self.take_pose(source, raw, log_ns)?;
             }
         }
@@ -185,20 +200,104 @@ impl Found {
         poses.push(raw.sample(log_ns)?);
         Ok(())
     }
-}
 
-fn raw_poses(source: PoseSource, message: &BagMessage) -> Result<Vec<RawPose>, TrajectoryError> {
-    let robot = |relative| {
-        pose::robot_before(&message.topic, relative).expect("only such topics were asked for")
-    };
-    Ok(match source {
-        PoseSource::Odom => vec![pose::of_odometry(&robot(topics::ODOM.name), decode(message)?)],
-        PoseSource::Pose => {
-            let decoded = decode::<PoseStamped>(message)?;
-            vec![pose::of_pose_stamped(&robot(topics::POSE.name), decoded)]
+    fn raw_poses(
+        &mut self,
+        source: PoseSource,
+        message: &BagMessage,
+    ) -> Result<Vec<RawPose>, TrajectoryError> {
+        let robot = |relative| {
+            pose::robot_before(&message.topic, relative).expect("only such topics were asked for")
+        };
+        Ok(match source {
+            PoseSource::Odom => {
+                vec![pose::of_odometry(&robot(topics::ODOM.name), decode(message)?)]
+            }
+            PoseSource::Pose => {
+                let decoded = decode::<PoseStamped>(message)?;
+                vec![pose::of_pose_stamped(&robot(topics::POSE.name), decoded)]
+            }
+            PoseSource::NamedPoses => decode::<NamedPoseArray>(message)?.into_raw(),
+            PoseSource::PoseArray => {
+                let array = decode::<PoseArray>(message)?;
+                self.n_unnamed = self.n_unnamed.max(array.n_bodies());
+                array.into_raw()
+            }
+            PoseSource::Tf => pose::of_transforms(decode(message)?),
+        })
+    }
+
+    /// Gives poses without names the names of the robots, in their order.
+    fn name_by_number(&mut self, topic: String) -> Result<(), TrajectoryError> {
+        let commanded = || self.commands.keys().cloned().collect();
+        let mut names: Vec<String> = if self.members.is_empty() {
+            commanded()
+        } else {
+            self.members.iter().cloned().collect()
+        };
+        if names.len() != self.n_unnamed {
+            let (n_poses, n_robots) = (self.n_unnamed, names.len());
+            return Err(TrajectoryError::Unnamed { topic, n_poses, n_robots });
         }
-        PoseSource::Tf => pose::of_transforms(decode(message)?),
-    })
+        names.sort_by_cached_key(|name| natural_key(name));
+        let numbered = std::mem::take(&mut self.poses);
+        self.poses = numbered
+            .into_iter()
+            .map(|(number, poses)| {
+                let number: usize = number.parse().expect("the array was named by numbers");
+                (names[number].clone(), poses)
+            })
+            .collect();
+        Ok(())
+    }
+
+    /// Refuses a run of which some robots have no poses.
+    fn check_members(&self) -> Result<(), TrajectoryError> {
+        let moved = self
+            .commands
+            .iter()
+            .filter(|(_, commands)| commands.iter().any(CommandSample::moves))
+            .map(|(robot, _)| robot.clone());
+        let members: BTreeSet<String> =
+            if self.members.is_empty() { moved.collect() } else { self.members.clone() };
+        let is_missing = |robot: &String| !self.poses.contains_key(robot);
+        let mut robots: Vec<String> = members.into_iter().filter(is_missing).collect();
+        if robots.is_empty() {
+            return Ok(());
+        }
+        robots.sort_by_cached_key(|robot| natural_key(robot));
+        Err(TrajectoryError::MissingRobots { robots })
+    }
+
+    /// The robots of the run, in order, and what has poses and is none of them.
+    fn robots(
+        &mut self,
+        source: PoseSource,
+        topics: &[TopicInfo],
+    ) -> Result<(Vec<RecordedRobot>, Vec<Finding>), TrajectoryError> {
+        // A tracker sees more than robots; a topic in a robot's name is a robot's.
+        let may_be_others = !matches!(source, PoseSource::Odom | PoseSource::Pose);
+        let has_robots = self.poses.keys().any(|name| self.commands.contains_key(name));
+        let mut robots = Vec::new();
+        let mut findings = Vec::new();
+        for (name, mut poses) in std::mem::take(&mut self.poses) {
+            let is_other = !self.members.is_empty() && !self.members.contains(&name);
+            let commands = self.commands.remove(&name);
+            if is_other || (may_be_others && commands.is_none() && has_robots) {
+                findings.push(Finding::Ignored { name });
+                continue;
+            }
+            let Some(commands) = commands else {
+                let expected = topics::CMD_VEL.for_robot(&name);
+                let topics = described(topics);
+                return Err(TrajectoryError::NoCommands { robot: name, expected, topics });
+            };
+            pose::fill_missing_stamps(&mut poses);
+            robots.push(RecordedRobot { name, poses, commands });
+        }
+        robots.sort_by_cached_key(|robot: &RecordedRobot| natural_key(&robot.name));
+        Ok((robots, findings))
+    }
 }
 
 fn decode<M: RosMessage>(message: &BagMessage) -> Result<M, TrajectoryError> {

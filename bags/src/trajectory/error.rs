@@ -77,6 +77,69 @@ pub enum TrajectoryError {
         /// The frame of the poses before.
         expected: String,
     },
+    /// Robots of the run have no poses.
+    #[error("robots of the run without poses: {}", list(.robots))]
+    MissingRobots {
+        /// Their names.
+        robots: Vec<String>,
+    },
+    /// Poses without names, and not as many as robots.
+    #[error("{topic} has {n_poses} poses without names for {n_robots} robots")]
+    Unnamed {
+        /// The topic.
+        topic: String,
+        /// Poses in one message.
+        n_poses: usize,
+        /// Robots that were commanded.
+        n_robots: usize,
+    },
+    /// A message of a known name with other fields.
+    #[error("the poses on {topic} have the fields {}, expected string name, geometry_msgs/Pose pose", list(.found))]
+    Layout {
+        /// The topic.
+        topic: String,
+        /// Its fields.
+        found: Vec<String>,
+    },
+    /// The stamps of a robot's poses go back.
+    #[error("the stamps of robot {robot} go back by {by_s:.3} s at {time_s:.3} s")]
+    ClockBackwards {
+        /// The robot.
+        robot: String,
+        /// When, in seconds.
+        time_s: f64,
+        /// How far, in seconds.
+        by_s: f64,
+    },
+    /// A robot was where it cannot have gone.
+    #[error(
+        "robot {robot} jumped by {distance_m:.2} m at {time_s:.3} s, expected at most {limit_m:.2} m, and no exchange of robots explains it"
+    )]
+    Jump {
+        /// The robot.
+        robot: String,
+        /// When, in seconds.
+        time_s: f64,
+        /// How far, in metres.
+        distance_m: f64,
+        /// How far it may have gone, in metres.
+        limit_m: f64,
+    },
+    /// Too many poses of a robot are missing.
+    #[error(
+        "{:.0} % of the poses of robot {robot} are missing, up to {longest_s:.2} s at a time, expected at most {:.0} %",
+        .share * 100.0, .limit * 100.0
+    )]
+    TooManyMissing {
+        /// The robot.
+        robot: String,
+        /// The share that is missing, within [0, 1].
+        share: f64,
+        /// The share that may be missing, within [0, 1].
+        limit: f64,
+        /// The longest time without a pose, in seconds.
+        longest_s: f64,
+    },
     /// The lease was recorded and never said RUNNING.
     #[error("the run lease in the bag never says RUNNING")]
     NeverRunning,
@@ -163,6 +226,12 @@ impl TrajectoryError {
             Self::Frames { .. } => {
                 Some("take another source with `--poses odom` or `--poses pose`")
             }
+            Self::MissingRobots { .. } => {
+                Some("record the poses of every robot, or take another source with `--poses`")
+            }
+            Self::Jump { .. } => {
+                Some("judge the run by eye instead: `rsrs label BAG --as PHASE --by WHO`")
+            }
             _ => None,
         }
     }
@@ -171,9 +240,13 @@ impl TrajectoryError {
 /// What was looked for.
 fn wanted(asked: Option<PoseSource>) -> &'static str {
     match asked {
-        None => "expected /<robot>/odom, /<robot>/pose or /tf",
+        None => "expected /<robot>/odom, /<robot>/pose, /poses or /tf",
         Some(PoseSource::Odom) => "expected nav_msgs/msg/Odometry on /<robot>/odom",
         Some(PoseSource::Pose) => "expected geometry_msgs/msg/PoseStamped on /<robot>/pose",
+        Some(PoseSource::NamedPoses) => {
+            "expected a topic of motion_capture_tracking_interfaces/msg/NamedPoseArray"
+        }
+        Some(PoseSource::PoseArray) => "expected a topic of geometry_msgs/msg/PoseArray",
         Some(PoseSource::Tf) => "expected transforms to <robot>/base_link on /tf",
     }
 }

@@ -2,8 +2,9 @@
 
 use rsrs_core::unicycle::Pose;
 use rsrs_msgs::builtin_interfaces::Time;
-use rsrs_msgs::geometry_msgs::{Point, PoseStamped, Quaternion, Vector3};
+use rsrs_msgs::geometry_msgs::{Point, Pose as Pose3, PoseStamped, Quaternion, Vector3};
 use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::std_msgs::Header;
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::{RosMessage, topics};
 
@@ -44,7 +45,7 @@ pub fn robot_of_topic(topic: &TopicInfo, source: PoseSource) -> Option<String> {
     let (relative, type_name) = match source {
         PoseSource::Odom => (topics::ODOM.name, Odometry::TYPE_NAME),
         PoseSource::Pose => (topics::POSE.name, PoseStamped::TYPE_NAME),
-        PoseSource::Tf => return None,
+        PoseSource::Tf | PoseSource::NamedPoses | PoseSource::PoseArray => return None,
     };
     if topic.type_name == type_name { robot_before(&topic.name, relative) } else { None }
 }
@@ -75,6 +76,17 @@ pub fn of_pose_stamped(robot: &str, message: PoseStamped) -> RawPose {
         stamp: message.header.stamp,
         position: vector(message.pose.position),
         orientation: message.pose.orientation,
+    }
+}
+
+/// One pose of a message with the poses of all robots.
+pub fn of_array(header: &Header, (robot, pose): (String, Pose3)) -> RawPose {
+    RawPose {
+        robot,
+        frame: header.frame_id.clone(),
+        stamp: header.stamp,
+        position: vector(pose.position),
+        orientation: pose.orientation,
     }
 }
 
@@ -135,7 +147,6 @@ fn vector(point: Point) -> Vector3 {
 #[cfg(test)]
 mod tests {
     use rsrs_msgs::geometry_msgs::{Transform, TransformStamped};
-    use rsrs_msgs::std_msgs::Header;
 
     use super::*;
 

@@ -61,6 +61,22 @@ pub fn running_window(
     })
 }
 
+/// Keeps the poses of the running time.
+///
+/// # Errors
+///
+/// [`TrajectoryError::TooFewPoses`] if a robot has less than two.
+pub fn cut(collected: &mut Collected, window: &RunningWindow) -> Result<(), TrajectoryError> {
+    for robot in &mut collected.robots {
+        robot.poses.retain(|pose| window.contains(pose.log_ns));
+        if robot.poses.len() < 2 {
+            let (robot, n_samples) = (robot.name.clone(), robot.poses.len());
+            return Err(TrajectoryError::TooFewPoses { robot, n_samples });
+        }
+    }
+    Ok(())
+}
+
 /// The longest span that starts with RUNNING and ends with something else, or with the bag.
 fn longest_running(lease: &[LeaseSample]) -> Option<(u64, u64)> {
     let mut spans: Vec<(u64, u64)> = Vec::new();

@@ -2,15 +2,22 @@
 
 #![allow(dead_code, reason = "each test file uses some of it")]
 
+pub mod outcome;
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
 use std::path::Path;
 
+use mcap::WriteOptions;
+use mcap::records::MessageHeader;
 use rsrs_bags::{BagOptions, BagWriter, ChannelId, Sample};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{Quaternion, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::std_msgs::Bool;
-use rsrs_msgs::{RosMessage, cdr, topics};
+use rsrs_msgs::{RosMessage, cdr, schema, topics};
 
 /// Control period, in nanoseconds.
 pub const PERIOD_NS: u64 = 130_000_000;
@@ -36,7 +43,12 @@ struct RobotChannels {
 impl Recording {
     /// Starts a bag with these robots.
     pub fn new(folder: &Path, robots: &[&str]) -> Self {
-        let mut writer = BagWriter::create(folder, BagOptions::default()).expect("it is new");
+        let writer = BagWriter::create(folder, BagOptions::default()).expect("it is new");
+        Self::with(writer, robots)
+    }
+
+    /// Adds these robots to a bag.
+    pub fn with(mut writer: BagWriter, robots: &[&str]) -> Self {
         let lease = add(&mut writer, topics::LEASE, "");
         let robots = robots
             .iter()
@@ -90,6 +102,22 @@ impl Recording {
         let message = RunLease { state, epoch: 1, ..RunLease::default() };
         self.put(self.lease, step * PERIOD_NS, &message);
     }
+}
+
+/// A file by another recorder: one detection a nanosecond, and no chunks.
+pub fn unchunked_file(path: &Path, n_messages: u64) {
+    let file = BufWriter::new(File::create(path).expect("room"));
+    let options = WriteOptions::new().profile("ros2").use_chunks(false);
+    let mut writer = options.create(file).expect("room");
+    let text = schema::schema_text("std_msgs/msg/Bool").expect("known");
+    let id = writer.add_schema("std_msgs/msg/Bool", "ros2msg", text.as_bytes()).expect("room");
+    let channel_id = writer.add_channel(id, "/detection", "cdr", &BTreeMap::new()).expect("room");
+    for log_time in 0..n_messages {
+        let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time: 1 };
+        let data = cdr::encode(&Bool { data: true });
+        writer.write_to_known_channel(&header, &data).expect("room");
+    }
+    writer.finish().expect("room");
 }
 
 fn add(writer: &mut BagWriter, topic: topics::Topic, robot: &str) -> ChannelId {

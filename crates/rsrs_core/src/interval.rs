@@ -44,10 +44,28 @@ impl Interval {
     /// assert_eq!(format!("{:.2} to {:.2}", interval.low, interval.high), "0.79 to 1.00");
     /// ```
     pub fn clopper_pearson(hits: u64, n: u64) -> Self {
+        Self::with_tails(hits, n, TAIL)
+    }
+
+    /// Bounds of Clopper and Pearson, each of which errs with at most a given probability.
+    ///
+    /// # Arguments
+    ///
+    /// * `tail` — probability that the truth lies below the lower bound, and again above the upper
+    ///   one; strictly between 0 and 0.5.
+    ///
+    /// # Panics
+    ///
+    /// If there are more hits than runs.
+    ///
+    /// # Source
+    ///
+    /// As [`Self::clopper_pearson`].
+    pub fn with_tails(hits: u64, n: u64, tail: f64) -> Self {
         assert!(hits <= n, "{hits} hits of {n} runs");
         let (hit, missed) = (hits as f64, (n - hits) as f64);
-        let low = if hits == 0 { 0.0 } else { beta::quantile(hit, missed + 1.0, TAIL) };
-        let high = if hits == n { 1.0 } else { beta::quantile(hit + 1.0, missed, 1.0 - TAIL) };
+        let low = if hits == 0 { 0.0 } else { beta::quantile(hit, missed + 1.0, tail) };
+        let high = if hits == n { 1.0 } else { beta::quantile(hit + 1.0, missed, 1.0 - tail) };
         Self { low, high }
     }
 }

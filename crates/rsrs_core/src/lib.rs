@@ -5,7 +5,9 @@
 //! the real fleet. This crate holds what those steps *mean*. It draws no random number, opens no
 //! file, reads no clock, and knows neither the simulator nor the middleware.
 //!
-//! Reading order: what a robot is ([`profile`]), how it is made worse ([`harsher`]), the conditions
+//! Reading order: how a robot is measured ([`plan`], [`trial`], [`fit`], [`gain`], [`variance`]); what
+//! it is ([`profile`]), how it is made worse ([`harsher`]) and whether
+//! it is ([`capability`], [`validation`]); the conditions
 //! of one experiment ([`conditions`], the paper's `E`) and how a sweep file spans them ([`axis`],
 //! [`sweep_file`]); what a robot does ([`controller`], [`unicycle`]); what a swarm did
 //! ([`trajectory`], [`order`], [`phase`]) and what geometry expects of it ([`theory`]); what follows
@@ -32,6 +34,14 @@ pub mod harsher;
 pub mod profile;
 pub mod sweep_file;
 
+pub mod capability;
+pub mod fit;
+pub mod gain;
+pub mod plan;
+pub mod trial;
+pub mod validation;
+pub mod variance;
+
 pub mod controller;
 pub mod unicycle;
 
@@ -47,6 +57,7 @@ pub mod comparison;
 pub mod diagram;
 pub mod interval;
 mod posterior;
+mod quantile;
 
 pub mod digest;
 pub mod document;

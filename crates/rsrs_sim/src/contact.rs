@@ -5,8 +5,8 @@ use rsrs_core::conditions::{Arena, SimulatedRobot, Walls};
 /// When a neighbour keeps a robot from driving on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    diameter_squared_m2: f32,
-    front: f32,
+    pub(crate) diameter_squared_m2: f32,
+    pub(crate) front: f32,
 }
 
 impl Contact {
@@ -38,8 +38,8 @@ impl Contact {
 /// The border of the arena, as the centres of robots meet it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Border {
-    walls: Walls,
-    limit_m: f32,
+    pub(crate) walls: Walls,
+    pub(crate) limit_m: f32,
 }
 
 impl Border {

@@ -55,8 +55,8 @@ pub struct RunKey {
 /// Who draws and why, as two words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Key {
-    low: u32,
-    high: u32,
+    pub(crate) low: u32,
+    pub(crate) high: u32,
 }
 
 impl RunKey {

@@ -6,7 +6,8 @@
 //!
 //! Reading order: the world ([`world`]) and its parts, what a robot sees ([`view`]), what stops it
 //! ([`contact`]), what disturbs it ([`disturbance`]) and where it starts ([`placement`]); its
-//! arithmetic ([`turn`], [`draw`]); one run ([`episode`]), and many ([`sweep`]).
+//! arithmetic ([`turn`], [`draw`]); one run ([`episode`]), some at once ([`batch`]), and many
+//! ([`sweep`]).
 
 #![expect(
     clippy::cast_possible_truncation,
@@ -19,6 +20,7 @@ pub mod world;
 pub mod contact;
 mod detections;
 pub mod disturbance;
+mod grid;
 pub mod placement;
 mod robots;
 pub mod view;
@@ -26,7 +28,9 @@ pub mod view;
 pub mod draw;
 pub mod turn;
 
+pub mod batch;
 pub mod episode;
+pub mod reach;
 pub mod sweep;
 
 #[cfg(test)]

@@ -58,19 +58,72 @@ pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, Placemen
     }
     let border = Border::new(&conditions.arena, conditions.robot.radius_m);
     let mut poses: Vec<Pose> = Vec::with_capacity(conditions.robots);
+    let mut taken = Taken::new(radius_m, spacing_m, conditions.robots);
     for robot in 0..conditions.robots {
         let mut stream = run.stream(robot, Purpose::Placement);
         let place = (0..MAX_TRIES)
             .map(|_| facing_out(radius_m, stream.uniform(), stream.uniform()))
             .find(|pose| {
                 border.admits(pose.x_m as f32, pose.y_m as f32)
-                    && poses.iter().all(|other| {
+                    && taken.near(pose).all(|other| {
+                        let other = &poses[other];
                         libm::hypot(pose.x_m - other.x_m, pose.y_m - other.y_m) >= spacing_m
                     })
             });
-        poses.push(place.ok_or_else(|| refuse(poses.len()))?);
+        let pose = place.ok_or_else(|| refuse(poses.len()))?;
+        taken.add(&pose);
+        poses.push(pose);
     }
     Ok(poses)
+}
+
+/// Which places are taken, by cells at least as wide as the spacing: so that a robot is held
+/// against those around it only.
+struct Taken {
+    corner_m: f64,
+    cell_m: f64,
+    per_side: usize,
+    /// The last robot in each cell, and for each robot the one before it in its cell.
+    last: Vec<Option<usize>>,
+    before: Vec<Option<usize>>,
+}
+
+impl Taken {
+    fn new(radius_m: f64, spacing_m: f64, robots: usize) -> Self {
+        // A little wider, for rounding; and no more cells than a few for each robot.
+        let per_side_at_most = 2.0 * (robots as f64).sqrt() + 1.0;
+        let cell_m = (spacing_m * (1.0 + 1e-9)).max(2.0 * radius_m / per_side_at_most);
+        let per_side = (2.0 * radius_m / cell_m).ceil() as usize + 1;
+        Self {
+            corner_m: -radius_m,
+            cell_m,
+            per_side,
+            last: vec![None; per_side * per_side],
+            before: Vec::with_capacity(robots),
+        }
+    }
+
+    fn add(&mut self, pose: &Pose) {
+        let cell = self.index(pose.y_m) * self.per_side + self.index(pose.x_m);
+        self.before.push(self.last[cell]);
+        self.last[cell] = Some(self.before.len() - 1);
+    }
+
+    /// All robots within the spacing, and some more.
+    fn near(&self, pose: &Pose) -> impl Iterator<Item = usize> + '_ {
+        let around = |coordinate_m| {
+            let index = self.index(coordinate_m);
+            index.saturating_sub(1)..=(index + 1).min(self.per_side - 1)
+        };
+        let columns = around(pose.x_m);
+        let cells = around(pose.y_m)
+            .flat_map(move |row| columns.clone().map(move |column| row * self.per_side + column));
+        cells.flat_map(|cell| std::iter::successors(self.last[cell], |robot| self.before[*robot]))
+    }
+
+    fn index(&self, coordinate_m: f64) -> usize {
+        (((coordinate_m - self.corner_m) / self.cell_m) as usize).min(self.per_side - 1)
+    }
 }
 
 /// A pose in a disc, facing away from its centre; uniform in the disc for uniform numbers.
@@ -161,5 +214,32 @@ mod tests {
         let poses = place(&conditions, run(0)).unwrap();
 
         assert!(poses.iter().all(|pose| pose.x_m.abs() <= 0.525 && pose.y_m.abs() <= 0.525));
+    }
+
+    #[test]
+    fn the_cells_change_no_place() {
+        let conditions = Conditions { robots: 60, ..flockbot_conditions() };
+        let poses = place(&conditions, run(0)).unwrap();
+
+        for (robot, pose) in poses.iter().enumerate() {
+            let mut stream = run(0).stream(robot, Purpose::Placement);
+            let first_free = (0..MAX_TRIES)
+                .map(|_| facing_out(0.825, stream.uniform(), stream.uniform()))
+                .find(|place| {
+                    poses[..robot].iter().all(|other| {
+                        libm::hypot(place.x_m - other.x_m, place.y_m - other.y_m) >= 0.165
+                    })
+                });
+            assert_eq!(first_free, Some(*pose));
+        }
+    }
+
+    #[test]
+    fn many_robots_find_their_places_soon() {
+        let mut conditions = Conditions { robots: 20_000, ..flockbot_conditions() };
+        conditions.placement = Placement::DiscFacingOut { radius_m: 39.0 };
+        conditions.arena.side_m = 100.0;
+
+        assert_eq!(place(&conditions, run(0)).unwrap().len(), 20_000);
     }
 }

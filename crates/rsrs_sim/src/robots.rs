@@ -63,15 +63,15 @@ pub struct Robots {
 /// What makes one robot differ from the next: its idiosyncrasy `θᵃ`, and its draws.
 #[derive(Clone, Copy)]
 pub struct Traits {
-    speed_gain: f32,
-    turn_gain: f32,
-    turn_bias_rad_s: f32,
+    pub speed_gain: f32,
+    pub turn_gain: f32,
+    pub turn_bias_rad_s: f32,
     pub detection: Key,
-    speed_gain_noise: Key,
-    turn_gain_noise: Key,
-    heading_noise: Key,
-    gust_x: Key,
-    gust_y: Key,
+    pub speed_gain_noise: Key,
+    pub turn_gain_noise: Key,
+    pub heading_noise: Key,
+    pub gust_x: Key,
+    pub gust_y: Key,
 }
 
 /// One robot's command in one step, and whether contact keeps it from driving.

@@ -1,5 +1,6 @@
 //! Many runs: every cell of a sweep, every replicate of a cell, on any number of threads.
 
+use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -7,11 +8,9 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::digest::mix;
 use rsrs_core::order::Evidence;
-use rsrs_core::phase::{self, JudgeError, Phase};
-use rsrs_core::trajectory::Trajectory;
+use rsrs_core::phase::{JudgeError, Phase};
 
-use crate::draw::Seed;
-use crate::episode::run_episode_into;
+use crate::batch::{Batch, BatchError, Judged};
 use crate::placement::PlacementError;
 
 /// How every cell is run.
@@ -30,9 +29,9 @@ pub struct Runs {
 /// Who looks on, and may call off.
 #[derive(Clone, Copy)]
 pub struct Watch<'a> {
-    /// Called after each replicate, from any thread.
+    /// Called for each replicate that is done, from any thread; replicates are done some at a time.
     pub progress: &'a (dyn Fn(Progress) + Sync),
-    /// Once it is true, no further replicate is begun.
+    /// Once it is true, no further replicates are begun.
     pub cancel: &'a AtomicBool,
 }
 
@@ -90,9 +89,14 @@ pub enum SweepError {
     },
 }
 
-/// Replicates that one thread runs before it asks for more work: few enough that the threads end
-/// together, and the 1,000 of a confirmation are shared.
-const UNIT: u64 = 8;
+impl SweepError {
+    fn new(cell: usize, error: BatchError) -> Self {
+        match error {
+            BatchError::Placement(source) => Self::Placement { cell, source },
+            BatchError::Judge(source) => Self::Judge { cell, source },
+        }
+    }
+}
 
 /// Runs and judges every replicate of every cell.
 ///
@@ -109,9 +113,14 @@ const UNIT: u64 = 8;
 ///
 /// [`SweepError`] of the first cell that cannot be run.
 pub fn sweep(conditions: &[Conditions], runs: Runs, watch: Watch<'_>) -> Result<Swept, SweepError> {
+    let batch = Batch::new();
     let units: Vec<Unit> = (0..conditions.len())
         .flat_map(|cell| {
-            (0..runs.replicates).step_by(UNIT as usize).map(move |first| Unit { cell, first })
+            let at_once = batch.at_once(&conditions[cell], runs.duration_s) as u64;
+            (0..runs.replicates).step_by(at_once as usize).map(move |first| {
+                let last = runs.replicates.min(first + at_once);
+                Unit { cell, replicates: first..last }
+            })
         })
         .collect();
     let floor = Floor {
@@ -173,10 +182,11 @@ impl Swept {
     }
 }
 
-/// A few replicates of one cell, from number `first` on.
+/// Replicates of one cell that one thread runs together: few, so that the threads end together and
+/// the 1,000 of a confirmation are shared.
 struct Unit {
     cell: usize,
-    first: u64,
+    replicates: Range<u64>,
 }
 
 type UnitResult = Result<Vec<ReplicateOutcome>, SweepError>;
@@ -196,61 +206,40 @@ struct Floor<'a> {
 impl Floor<'_> {
     /// Takes units in order until there are none, one has failed, or the sweep is called off.
     fn work(&self) {
-        let mut trajectory = Trajectory::new(1.0, 0);
+        let mut batch = Batch::new();
         while !self.has_failed.load(Ordering::Relaxed) && !self.is_cancelled() {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
             let Some(unit) = self.units.get(index) else {
                 return;
             };
-            let result = self.run_unit(unit, &mut trajectory);
+            let result = self.run_unit(unit, &mut batch);
             if result.is_err() {
                 self.has_failed.store(true, Ordering::Relaxed);
             }
             let mut finished = self.finished.lock().expect("no thread panics while holding it");
-            finished[index] = result.transpose();
+            finished[index] = Some(result);
         }
     }
 
-    /// `None` if the sweep was called off meanwhile.
-    fn run_unit(
-        &self,
-        unit: &Unit,
-        trajectory: &mut Trajectory,
-    ) -> Result<Option<Vec<ReplicateOutcome>>, SweepError> {
-        let last = self.runs.replicates.min(unit.first + UNIT);
-        let mut outcomes = Vec::with_capacity(UNIT as usize);
-        for replicate in unit.first..last {
-            if self.is_cancelled() {
-                return Ok(None);
-            }
-            outcomes.push(self.run_replicate(unit.cell, replicate, trajectory)?);
+    fn run_unit(&self, unit: &Unit, batch: &mut Batch) -> UnitResult {
+        let (cell, replicates) = (unit.cell, unit.replicates.clone());
+        let runs = (self.runs.seed, replicates.clone());
+        let judged = batch
+            .judge(&self.conditions[cell], runs, self.runs.duration_s)
+            .map_err(|error| SweepError::new(cell, error))?;
+        let total = self.conditions.len() * self.runs.replicates as usize;
+        for _ in replicates.clone() {
             let done = self.n_done.fetch_add(1, Ordering::Relaxed) + 1;
-            let total = self.conditions.len() * self.runs.replicates as usize;
             (self.watch.progress)(Progress { done, total });
         }
-        Ok(Some(outcomes))
-    }
-
-    fn run_replicate(
-        &self,
-        cell: usize,
-        replicate: u64,
-        trajectory: &mut Trajectory,
-    ) -> Result<ReplicateOutcome, SweepError> {
-        let conditions = &self.conditions[cell];
-        let seed = Seed { seed: self.runs.seed, replicate };
-        run_episode_into(conditions, seed, self.runs.duration_s, trajectory)
-            .map_err(|source| SweepError::Placement { cell, source })?;
-        let bodies = conditions.bodies();
-        let verdict = phase::label(trajectory, &bodies)
-            .map_err(|source| SweepError::Judge { cell, source })?;
-        Ok(ReplicateOutcome {
+        let outcome = |(replicate, judged): (u64, Judged)| ReplicateOutcome {
             cell,
             replicate,
-            phase: verdict.phase,
-            evidence: verdict.evidence,
-            converged_s: phase::converged_s(trajectory, &bodies, verdict.phase),
-        })
+            phase: judged.verdict.phase,
+            evidence: judged.verdict.evidence,
+            converged_s: judged.converged_s,
+        };
+        Ok(replicates.zip(judged).map(outcome).collect())
     }
 
     fn is_cancelled(&self) -> bool {

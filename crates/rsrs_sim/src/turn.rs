@@ -1,14 +1,20 @@
 //! Cosine and sine in single precision, with the same bits on every machine.
 
 /// An angle beyond this many radians is first brought into one turn by an exact remainder.
-const LIMIT_RAD: f32 = 4096.0;
+pub const LIMIT_RAD: f32 = 4096.0;
 
 /// Adding and subtracting this rounds a small number to the nearest whole one, ties to even.
-const ROUNDER: f32 = 12_582_912.0;
+pub(crate) const ROUNDER: f32 = 12_582_912.0;
 
 /// Pi/2 in three parts. The first two have so few bits that their products with a whole number
 /// below 2^12 are exact.
-const HALF_PI: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
+pub(crate) const HALF_PI: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
+
+/// Coefficients of the sine's series, from the third power of the angle on.
+pub(crate) const SINE: [f32; 3] = [-1.666_665_5e-1, 8.332_161e-3, -1.951_529_6e-4];
+
+/// Coefficients of the cosine's series, from the fourth power of the angle on.
+pub(crate) const COSINE: [f32; 3] = [4.166_664_6e-2, -1.388_731_6e-3, 2.443_315_7e-5];
 
 /// The cosine and sine of an angle.
 ///
@@ -37,10 +43,9 @@ pub fn turn(angle_rad: f32) -> (f32, f32) {
     let rest =
         ((angle_rad - quarters * HALF_PI[0]) - quarters * HALF_PI[1]) - quarters * HALF_PI[2];
     let square = rest * rest;
-    let sine = rest
-        + rest * square * (-1.666_665_5e-1 + square * (8.332_161e-3 + square * -1.951_529_6e-4));
+    let sine = rest + rest * square * (SINE[0] + square * (SINE[1] + square * SINE[2]));
     let cosine = 1.0 - 0.5 * square
-        + square * square * (4.166_664_6e-2 + square * (-1.388_731_6e-3 + square * 2.443_315_7e-5));
+        + square * square * (COSINE[0] + square * (COSINE[1] + square * COSINE[2]));
     // The cast is exact: `quarters` is a whole number of at most 13 bits.
     let quadrant = quarters as i32;
     let (cosine, sine) = if quadrant & 1 == 0 { (cosine, sine) } else { (sine, cosine) };

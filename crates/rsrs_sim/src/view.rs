@@ -17,25 +17,53 @@ pub enum View {
 /// A cone: `|lateral| <= forward * slope + offset_m`, in front, within reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConeView {
-    slope: f32,
-    offset_m: f32,
-    reach_squared_m2: f32,
+    pub(crate) slope: f32,
+    pub(crate) offset_m: f32,
+    pub(crate) reach_squared_m2: f32,
 }
 
 /// A convex polygon as half-planes `normal . point <= limit`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PolygonView {
-    sides: Vec<Side>,
+    pub(crate) sides: Vec<Side>,
 }
 
+/// One side of a polygon: what lies inside has `normal . point <= limit`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Side {
-    normal_x: f32,
-    normal_y: f32,
-    limit_m: f32,
+pub(crate) struct Side {
+    pub(crate) normal_x: f32,
+    pub(crate) normal_y: f32,
+    pub(crate) limit_m: f32,
 }
+
+/// How far a view reaches from the robot: no centre beyond is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Extent {
+    /// Greatest distance, in metres.
+    pub(crate) reach_m: f32,
+    /// Half of the view's width at the robot and at its reach, in metres; `None` if it is not known
+    /// to lie in front.
+    pub(crate) edge: Option<(f32, f32)>,
+}
+
+/// A polygon with a corner sharper than this is not given an extent: rounding moves its tip.
+const SHARPEST_SINE: f64 = 1e-2;
 
 impl View {
+    /// How far the view reaches; `None` if nothing useful can be said.
+    pub(crate) fn extent(&self) -> Option<Extent> {
+        match self {
+            Self::Cone(cone) => {
+                let reach_m = cone.reach_squared_m2.sqrt();
+                let far_m = reach_m * cone.slope + cone.offset_m;
+                Some(Extent { reach_m, edge: Some((cone.offset_m, far_m)) })
+            }
+            Self::PolygonCentre(polygon) | Self::PolygonBody(polygon) => {
+                Some(Extent { reach_m: polygon.reach_m()?, edge: None })
+            }
+        }
+    }
+
     /// The view of a simulated robot upon robots of its own kind.
     ///
     /// A body of radius `r` touches a half-plane when its centre lies within `r` of it. Moving each
@@ -92,6 +120,26 @@ impl PolygonView {
             }
         };
         Self { sides: (0..corners_m.len()).map(side).collect() }
+    }
+
+    /// The greatest distance of a corner from the robot, in metres, and a little more; `None` if a
+    /// corner is too sharp to tell.
+    fn reach_m(&self) -> Option<f32> {
+        let mut reach_m = 0.0_f64;
+        for (index, side) in self.sides.iter().enumerate() {
+            let next = &self.sides[(index + 1) % self.sides.len()];
+            let [x, y, limit] = [side.normal_x, side.normal_y, side.limit_m].map(f64::from);
+            let [next_x, next_y, next_limit] =
+                [next.normal_x, next.normal_y, next.limit_m].map(f64::from);
+            let sine = x * next_y - y * next_x;
+            if sine < SHARPEST_SINE {
+                return None;
+            }
+            let corner_x = (limit * next_y - next_limit * y) / sine;
+            let corner_y = (next_limit * x - limit * next_x) / sine;
+            reach_m = reach_m.max(libm::hypot(corner_x, corner_y));
+        }
+        Some((reach_m * 1.001) as f32)
     }
 
     /// Whether a point lies on the inner side of all sides.

@@ -39,8 +39,10 @@ use rsrs_core::controller::Command;
 use rsrs_core::digest::Digest;
 use rsrs_core::unicycle::Pose;
 
+use crate::contact::Contact;
 use crate::detections::Detections;
 use crate::draw::{RunKey, Seed};
+use crate::grid::{self, Grid};
 use crate::placement::{self, PlacementError};
 use crate::robots::{Drive, Robots, Rules};
 use crate::view::View;
@@ -68,6 +70,8 @@ pub struct World {
     blocked: Vec<bool>,
     detections: Detections,
     is_sensed: bool,
+    /// For swarms that are worth it.
+    grid: Option<Grid>,
 }
 
 impl World {
@@ -80,14 +84,17 @@ impl World {
         let run = RunKey::new(seed, conditions.digest());
         let poses = placement::place(conditions, run)?;
         let n_robots = conditions.robots;
+        let rules = Rules::new(conditions);
+        let grid = (n_robots >= grid::WORTH_FROM).then(|| Grid::new(&rules.view, rules.contact));
         Ok(Self {
-            rules: Rules::new(conditions),
+            rules,
             step: 0,
             robots: Robots::new(conditions, run, &poses),
             seen: vec![false; n_robots],
             blocked: vec![false; n_robots],
             detections: Detections::new(n_robots, conditions.robot.latency_steps),
             is_sensed: false,
+            grid: grid.flatten(),
         })
     }
 
@@ -107,22 +114,20 @@ impl World {
     ///
     /// What each sensor reports now: `y`, shape `[n_robots]`.
     pub fn sense(&mut self) -> &[bool] {
-        let found = (self.seen.as_mut_slice(), self.blocked.as_mut_slice());
-        let (robots, contact) = (&self.robots, self.rules.contact);
-        match &self.rules.view {
-            View::Cone(cone) => robots.sense_pairs(contact, found, |forward, lateral, d2| {
-                cone.sees(forward, lateral, d2)
+        let Self { rules, robots, seen, blocked, grid, .. } = self;
+        let found = (seen.as_mut_slice(), blocked.as_mut_slice());
+        let around = (&*robots, rules.contact, grid.as_mut());
+        match &rules.view {
+            View::Cone(cone) => {
+                let sees = |forward, lateral, d2| cone.sees(forward, lateral, d2);
+                sense_with(around, found, sees);
+            }
+            View::PolygonCentre(polygon) => sense_with(around, found, |forward, lateral, d2| {
+                (d2 > 0.0) & polygon.contains(forward, lateral)
             }),
-            View::PolygonCentre(polygon) => {
-                robots.sense_pairs(contact, found, |forward, lateral, d2| {
-                    (d2 > 0.0) & polygon.contains(forward, lateral)
-                });
-            }
-            View::PolygonBody(polygon) => {
-                robots.sense_pairs(contact, found, |forward, lateral, _| {
-                    (forward > 0.0) & polygon.contains(forward, lateral)
-                });
-            }
+            View::PolygonBody(polygon) => sense_with(around, found, |forward, lateral, _| {
+                (forward > 0.0) & polygon.contains(forward, lateral)
+            }),
         }
         let row = self.detections.row_mut(self.step);
         for ((detection, traits), seen) in row.iter_mut().zip(&self.robots.traits).zip(&self.seen) {
@@ -172,8 +177,6 @@ impl World {
     /// It covers the step, position and heading of every robot to the bit, and what a pose does not
     /// show: gusts, lagging turning rates and detections under way, where there are any.
     pub fn digest(&self) -> u64 {
-        let mut digest = Digest::new("world");
-        digest.word(self.step);
         let robots = &self.robots;
         let mut columns = vec![&robots.x_m, &robots.y_m, &robots.cosine, &robots.sine];
         if self.rules.gusts.is_some() {
@@ -182,13 +185,8 @@ impl World {
         if self.rules.yaw_share.is_some() {
             columns.push(&robots.yaw_rate_rad_s);
         }
-        for number in columns.into_iter().flatten() {
-            digest.bytes(&number.to_bits().to_le_bytes());
-        }
-        for detection in self.detections.under_way(self.step) {
-            digest.bytes(&[u8::from(*detection)]);
-        }
-        digest.value()
+        let numbers = columns.into_iter().flatten().copied();
+        digest(self.step, numbers, self.detections.under_way(self.step).copied())
     }
 
     /// Position and heading of every robot, the heading from -π to π.
@@ -205,11 +203,44 @@ impl World {
     }
 }
 
+/// Senses with a grid, if there is one.
+fn sense_with(
+    (robots, contact, grid): (&Robots, Contact, Option<&mut Grid>),
+    found: (&mut [bool], &mut [bool]),
+    sees: impl Fn(f32, f32, f32) -> bool,
+) {
+    match grid {
+        Some(grid) => grid.sense(robots, contact, found, sees),
+        None => robots.sense_pairs(contact, found, sees),
+    }
+}
+
+/// Names a state: the step, the numbers of all robots column by column, and the detections under
+/// way.
+pub(crate) fn digest(
+    step: u64,
+    numbers: impl Iterator<Item = f32>,
+    under_way: impl Iterator<Item = bool>,
+) -> u64 {
+    let mut digest = Digest::new("world");
+    digest.word(step);
+    for number in numbers {
+        digest.bytes(&number.to_bits().to_le_bytes());
+    }
+    for detection in under_way {
+        digest.bytes(&[u8::from(detection)]);
+    }
+    digest.value()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::example::flockbot_conditions;
+    use proptest::prelude::*;
+    use rsrs_core::conditions::{Arena, Placement, Region, Walls};
     use rsrs_core::controller::decide;
+    use rsrs_core::profile::Sees;
 
     fn run(world: &mut World, conditions: &Conditions, n_steps: usize) {
         for _ in 0..n_steps {
@@ -220,6 +251,18 @@ mod tests {
                 .collect();
             world.advance(&commands);
         }
+    }
+
+    /// A world that holds every robot against all others.
+    fn without_grid(conditions: &Conditions, seed: Seed) -> World {
+        World { grid: None, ..World::new(conditions, seed).unwrap() }
+    }
+
+    /// A world with a grid, however few its robots are.
+    fn with_grid(conditions: &Conditions, seed: Seed) -> World {
+        let world = World::new(conditions, seed).unwrap();
+        let grid = Grid::new(&world.rules.view, world.rules.contact);
+        World { grid, ..world }
     }
 
     #[test]
@@ -238,5 +281,63 @@ mod tests {
         backward.robots.reverse();
 
         assert_eq!(backward.digest(), forward.digest());
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(60))]
+
+        #[test]
+        fn the_grid_changes_no_bit(
+            robots in 1_usize..400,
+            crowding in 0.6..3.0,
+            (half_angle_rad, range_m) in (0.05..1.5, 0.05..3.0),
+            kind in 0..4,
+            (speed_m_s, gust_sd_m_s) in (0.0..1.0, 0.0..0.3),
+            front_half_angle_rad in 0.1..3.1,
+        ) {
+            let mut conditions = flockbot_conditions();
+            conditions.robots = robots;
+            // Small bodies find room in a crowd; a wide sensor sees many of them.
+            conditions.robot.radius_m = 0.02;
+            let radius_m = crowding * 0.06 * (robots as f64).sqrt();
+            conditions.placement = Placement::DiscFacingOut { radius_m };
+            conditions.arena = Arena { side_m: 3.0 * radius_m + 0.1, walls: Walls::Clamp };
+            conditions.controller.speed_m_s = speed_m_s;
+            conditions.robot.gust_sd_m_s = gust_sd_m_s;
+            conditions.robot.front_half_angle_rad = front_half_angle_rad;
+            conditions.robot.sees = if kind % 2 == 0 { Sees::Body } else { Sees::Centre };
+            conditions.robot.region = if kind < 2 {
+                Region::Cone { half_angle_rad, range_m }
+            } else {
+                let (near_m, far_m) = (0.1 * range_m, 0.5 * range_m);
+                let corners_m =
+                    vec![[0.0, -near_m], [range_m, -far_m], [range_m, far_m], [0.0, near_m]];
+                Region::Polygon { corners_m }
+            };
+            let seed = Seed { seed: 1, replicate: robots as u64 };
+            let (mut plain, mut grid) =
+                (without_grid(&conditions, seed), with_grid(&conditions, seed));
+
+            for step in 0..40 {
+                run(&mut plain, &conditions, 1);
+                run(&mut grid, &conditions, 1);
+
+                prop_assert_eq!(&plain.seen, &grid.seen, "{}", step);
+                prop_assert_eq!(&plain.blocked, &grid.blocked, "{}", step);
+                prop_assert_eq!(plain.digest(), grid.digest(), "{}", step);
+            }
+        }
+    }
+
+    #[test]
+    fn a_large_swarm_has_a_grid_and_a_small_one_does_not() {
+        let seed = Seed { seed: 1, replicate: 0 };
+        let mut conditions = flockbot_conditions();
+        conditions.placement = Placement::DiscFacingOut { radius_m: 10.0 };
+
+        for (robots, expected) in [(9, false), (1000, true)] {
+            conditions.robots = robots;
+            assert_eq!(World::new(&conditions, seed).unwrap().grid.is_some(), expected);
+        }
     }
 }

@@ -5,6 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::support::{HARSHER, flockbots, quietly};
 use rsrs_core::conditions::Conditions;
+use rsrs_core::phase;
+use rsrs_sim::draw::Seed;
+use rsrs_sim::episode::run_episode;
 use rsrs_sim::sweep::{Progress, Runs, SweepError, Watch, confirm, sweep};
 
 const RUNS: Runs = Runs { seed: 7, replicates: 20, duration_s: 60.0, n_threads: 1 };
@@ -22,6 +25,21 @@ fn the_number_of_threads_does_not_matter() {
     assert_eq!(one.outcomes.len(), 60);
     assert_eq!(one, two);
     assert_eq!(one, many);
+}
+
+#[test]
+fn a_sweep_says_of_every_replicate_what_the_judge_says_of_its_run() {
+    let cells = cells();
+    let swept = quietly(&cells, Runs { n_threads: 2, ..RUNS });
+
+    for (index, row) in swept.outcomes.iter().enumerate() {
+        assert_eq!((row.cell, row.replicate), (index / 20, index as u64 % 20));
+        let seed = Seed { seed: RUNS.seed, replicate: row.replicate };
+        let conditions = &cells[row.cell];
+        let run = run_episode(conditions, seed, RUNS.duration_s).expect("the robots fit");
+        let verdict = phase::label(&run, &conditions.bodies()).expect("long enough");
+        assert_eq!((row.phase, row.evidence), (verdict.phase, verdict.evidence), "{index}");
+    }
 }
 
 #[test]

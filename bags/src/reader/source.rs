@@ -1,0 +1,159 @@
+//! The bytes of a file, whether rosbag2 compressed it or not.
+
+use std::fs::File;
+use std::io::{self, BufReader, ErrorKind, Read};
+use std::path::Path;
+
+use mcap::McapError;
+use mcap::records::Record;
+use mcap::sans_io::LinearReaderOptions;
+
+use crate::BagError;
+
+/// Records of this size and less are read in any file; larger ones only if the file is larger.
+const MIN_RECORD_LIMIT: usize = 64 << 20;
+
+/// Text and numbers hardly compress better than this.
+const MAX_COMPRESSION: usize = 64;
+
+/// Opcode and length stand in front of each record.
+const RECORD_HEAD: usize = 9;
+
+/// A profile and a library name take far less than this.
+const MAX_HEADER: u64 = 1 << 20;
+
+/// What a zstd frame starts with.
+pub const ZSTD_MAGIC: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+
+/// What a database of `SQLite` starts with.
+const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
+
+/// A file from front to back, without the compression that rosbag2 put around it.
+pub enum Source {
+    /// As it is on disk.
+    Plain(BufReader<File>),
+    /// A file that was compressed as a whole.
+    Zstd(zstd::stream::read::Decoder<'static, BufReader<File>>),
+}
+
+impl Source {
+    /// Opens a file at its start.
+    ///
+    /// # Errors
+    ///
+    /// [`BagError::Io`].
+    pub fn open(path: &Path) -> Result<Self, BagError> {
+        let io = |source| BagError::Io { action: "read", path: path.to_owned(), source };
+        let mut file = open(path)?;
+        if starts_with_zstd(&mut file).map_err(io)? {
+            let decoder = zstd::stream::read::Decoder::new(open(path)?).map_err(io)?;
+            return Ok(Self::Zstd(decoder));
+        }
+        Ok(Self::Plain(BufReader::new(open(path)?)))
+    }
+
+    /// Whether rosbag2 compressed the whole file.
+    pub fn is_compressed(&self) -> bool {
+        matches!(self, Self::Zstd(_))
+    }
+
+    /// How it is read from front to back.
+    pub fn options(&self) -> io::Result<LinearReaderOptions> {
+        let limit = match self {
+            Self::Plain(source) => record_limit(source.get_ref())?,
+            Self::Zstd(source) => {
+                record_limit(source.get_ref().get_ref())?.saturating_mul(MAX_COMPRESSION)
+            }
+        };
+        Ok(LinearReaderOptions::default()
+            .with_validate_chunk_crcs(true)
+            .with_record_length_limit(limit))
+    }
+}
+
+impl Read for Source {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self {
+            Self::Plain(source) => source.read(buffer),
+            Self::Zstd(source) => source.read(buffer),
+        }
+    }
+}
+
+/// The longest record that a sound file of this size could hold.
+pub fn record_limit(file: &File) -> io::Result<usize> {
+    let n_bytes = usize::try_from(file.metadata()?.len()).unwrap_or(usize::MAX);
+    Ok(n_bytes.max(MIN_RECORD_LIMIT))
+}
+
+/// Opens a file to be read.
+pub fn open(path: &Path) -> Result<File, BagError> {
+    File::open(path).map_err(|source| BagError::Io {
+        action: "open",
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// Reads some bytes; zero only at the end.
+pub fn read_some(source: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
+    loop {
+        match source.read(buffer) {
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            outcome => return outcome,
+        }
+    }
+}
+
+fn starts_with_zstd(file: &mut File) -> io::Result<bool> {
+    let mut head = Vec::new();
+    file.take(ZSTD_MAGIC.len() as u64).read_to_end(&mut head)?;
+    Ok(head == ZSTD_MAGIC)
+}
+
+/// Refuses what is not an MCAP file of ROS 2.
+///
+/// # Returns
+///
+/// The name of the program that wrote it.
+pub fn check_header(source: &mut Source, path: &Path) -> Result<String, BagError> {
+    let path = path.to_owned();
+    let mut head = Vec::new();
+    let head_length = mcap::MAGIC.len() + RECORD_HEAD;
+    if let Err(source) = source.by_ref().take(head_length as u64).read_to_end(&mut head) {
+        return Err(BagError::Io { action: "read", path, source });
+    }
+    if head.is_empty() {
+        return Err(BagError::Empty { path });
+    }
+    if head.starts_with(&SQLITE_MAGIC[..head_length.min(SQLITE_MAGIC.len())]) {
+        return Err(BagError::Sqlite { path });
+    }
+    let Some(record_head) = head.strip_prefix(mcap::MAGIC) else {
+        return Err(BagError::NotMcap { path });
+    };
+    let incomplete = |source| BagError::Incomplete {
+        path: path.clone(),
+        n_messages: 0,
+        last_log_time_ns: None,
+        source,
+    };
+    let Some((&opcode, length)) = record_head.split_first() else {
+        return Err(incomplete(McapError::UnexpectedEof));
+    };
+    let Ok(length) = length.try_into().map(u64::from_le_bytes) else {
+        return Err(incomplete(McapError::UnexpectedEof));
+    };
+    let mut body = Vec::new();
+    if let Err(source) = source.by_ref().take(length.min(MAX_HEADER)).read_to_end(&mut body) {
+        return Err(BagError::Io { action: "read", path, source });
+    }
+    if body.len() as u64 != length {
+        return Err(incomplete(McapError::UnexpectedEof));
+    }
+    match mcap::parse_record(opcode, &body).map_err(incomplete)? {
+        Record::Header(header) if header.profile == "ros2" => Ok(header.library),
+        Record::Header(header) => Err(BagError::Profile { path, found: header.profile }),
+        _ => Err(BagError::NotMcap { path }),
+    }
+}

@@ -1,0 +1,258 @@
+//! Saves what can be saved of a bag that was cut, damaged or never closed.
+//!
+//! The damaged bag is left as it is; a new one is written beside it. Nothing is made up: of a chunk
+//! that fails its checksum no message is taken, and what stands outside of chunks must be a record
+//! to the last byte.
+
+mod bytes;
+mod chunk;
+mod frame;
+mod loss;
+mod scan;
+mod search;
+mod sink;
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+
+use mcap::Summary;
+use serde::Serialize;
+
+pub use loss::{Loss, LossKind, LostMessages};
+
+use crate::metadata::Contents;
+use crate::reader::{Source, files_of, open, read_summary};
+use crate::{BagError, BagSummary};
+use bytes::Bytes;
+use sink::Sink;
+
+/// The record in a recovered bag that says where it came from.
+const RECORD: &str = "rsrs.recovered";
+
+/// What was saved, and what was not.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Recovered {
+    /// The new bag.
+    pub folder: PathBuf,
+    /// Messages in it.
+    pub n_messages: u64,
+    /// Messages in it, by topic.
+    pub n_messages_of_topic: BTreeMap<String, u64>,
+    /// First and last log time in it, in nanoseconds; `None` without messages.
+    pub bounds_ns: Option<(u64, u64)>,
+    /// Attachments in it.
+    pub n_attachments: u64,
+    /// Metadata records in it, without those that every bag has.
+    pub n_metadata: u64,
+    /// What could not be saved, in the order of the files; empty for a bag that was whole.
+    pub losses: Vec<Loss>,
+    /// Messages that could not be saved.
+    pub lost: LostMessages,
+}
+
+impl Recovered {
+    /// Bytes of the old bag of which nothing was saved.
+    pub fn n_bytes_lost(&self) -> u64 {
+        self.losses.iter().map(|loss| loss.n_bytes).sum()
+    }
+
+    /// Whether everything that was recorded is in the new bag.
+    pub fn is_complete(&self) -> bool {
+        let is_recorded = |loss: &Loss| loss.kind != LossKind::TableOfContents;
+        self.lost.is_exact && self.lost.total() == 0 && !self.losses.iter().any(is_recorded)
+    }
+}
+
+/// Saves a bag into a new one beside it, `run` into `run_recovered`.
+///
+/// # Arguments
+///
+/// * `path` — a folder as rosbag2 makes it, or one `.mcap` file.
+///
+/// # Errors
+///
+/// As [`recover_into`].
+pub fn recover(path: &Path) -> Result<Recovered, BagError> {
+    let name = path.file_name().and_then(|name| name.to_str());
+    let name = name.ok_or_else(|| BagError::NoName { path: path.to_owned() })?;
+    let stem = name.split(".mcap").next().unwrap_or(name);
+    recover_into(path, &path.with_file_name(format!("{stem}_recovered")))
+}
+
+/// Saves a bag into a new one.
+///
+/// Messages, attachments and metadata records go into one file, in the order in which they were
+/// recorded. Whole files and messages that rosbag2 compressed are unpacked.
+///
+/// # Arguments
+///
+/// * `path` — a folder as rosbag2 makes it, or one `.mcap` file.
+/// * `folder` — the new bag; it must not exist.
+///
+/// # Errors
+///
+/// [`BagError::Exists`], [`BagError::NothingSaved`], [`BagError::NoFiles`], [`BagError::Sqlite`],
+/// [`BagError::NotMcap`], [`BagError::Profile`], [`BagError::Empty`], and those of reading and
+/// writing.
+pub fn recover_into(path: &Path, folder: &Path) -> Result<Recovered, BagError> {
+    if folder.exists() {
+        return Err(BagError::Exists { path: folder.to_owned() });
+    }
+    let (paths, contents) = match files_of(path) {
+        // A damaged table of contents is not needed.
+        Err(BagError::Metadata { .. }) => (crate::reader::mcap_files_in(path)?, None),
+        found => found?,
+    };
+    let mut sink = Sink::new(folder.to_owned());
+    if let Some(pairs) = contents.as_ref().and_then(|contents| contents.custom_data.clone()) {
+        sink.add_custom_data(pairs);
+    }
+    let mut losses = Vec::new();
+    let mut lost = LostMessages { is_exact: true, ..LostMessages::default() };
+    for file in &paths {
+        match salvage(file, folder, &mut sink) {
+            Ok(found) => {
+                losses.extend(found.0);
+                lost.add(found.1);
+            }
+            Err(error) if paths.len() == 1 || is_of_writing(&error) => return Err(error),
+            Err(error) => {
+                losses.push(whole_file(file, &error));
+                lost.is_exact = false;
+            }
+        }
+    }
+    sink.describe(RECORD, &losses)?;
+    let (n_attachments, n_metadata) = (sink.n_attachments, sink.n_metadata);
+    let Some(summary) = sink.finish()? else {
+        return Err(BagError::NothingSaved { path: path.to_owned() });
+    };
+    if !lost.is_exact {
+        lost = by_table_of_contents(contents.as_ref(), &summary).unwrap_or(lost);
+    }
+    let BagSummary { folder, n_messages, n_messages_of_topic, bounds_ns, .. } = summary;
+    Ok(Recovered {
+        folder,
+        n_messages,
+        n_messages_of_topic,
+        bounds_ns,
+        n_attachments,
+        n_metadata,
+        losses,
+        lost,
+    })
+}
+
+/// Saves what is in one file.
+fn salvage(
+    path: &Path,
+    folder: &Path,
+    sink: &mut Sink,
+) -> Result<(Vec<Loss>, LostMessages), BagError> {
+    let io = |source| BagError::Io { action: "read", path: path.to_owned(), source };
+    let source = Source::open(path)?;
+    let unpacked = match source {
+        Source::Plain(_) => None,
+        Source::Zstd(decoder) => Some(Unpacked::new(decoder, folder)?),
+    };
+    let mut file = open(unpacked.as_ref().map_or(path, |unpacked| &unpacked.path))?;
+    if file.metadata().map_err(io)?.len() == 0 {
+        return Err(BagError::Empty { path: path.to_owned() });
+    }
+    // A damaged table of contents is as good as none.
+    let summary = read_summary(&mut file).ok().flatten();
+    let expected = summary.as_ref().and_then(counted);
+    sink.next_file(summary);
+    let mut bytes = Bytes::new(file).map_err(io)?;
+    let found = scan::scan(path, &mut bytes, sink)?;
+    match found.profile {
+        Some(profile) if profile == "ros1" => {
+            return Err(BagError::Profile { path: path.to_owned(), found: profile });
+        }
+        _ if !found.has_records => return Err(BagError::NotMcap { path: path.to_owned() }),
+        _ => {}
+    }
+
+    let lost = if let Some(expected) = expected {
+        LostMessages::against(&sink.by_topic(&expected), &sink.saved())
+    } else {
+        let is_known = |loss: &Loss| loss.n_messages.is_some();
+        let is_exact = found.is_closed && found.losses.iter().all(is_known);
+        LostMessages { of_topic: found.missing, is_exact }
+    };
+    Ok((found.losses, lost))
+}
+
+/// Messages by channel, as the recorder counted them; `None` if its counts disagree.
+fn counted(summary: &Summary) -> Option<BTreeMap<u16, u64>> {
+    let stats = summary.stats.as_ref()?;
+    let counts = &stats.channel_message_counts;
+    let total = counts.values().try_fold(0_u64, |sum, count| sum.checked_add(*count));
+    let is_known = counts.keys().all(|id| summary.channels.contains_key(id));
+    (total == Some(stats.message_count) && is_known).then(|| counts.clone())
+}
+
+/// What is missing of the messages that `metadata.yaml` names.
+fn by_table_of_contents(contents: Option<&Contents>, saved: &BagSummary) -> Option<LostMessages> {
+    let topics = &contents?.topics_with_message_count;
+    let expected = topics
+        .iter()
+        .map(|topic| (topic.topic_metadata.name.clone(), topic.message_count))
+        .collect::<BTreeMap<_, _>>();
+    let lost = LostMessages::against(&expected, &saved.n_messages_of_topic);
+    (!expected.is_empty()).then_some(lost)
+}
+
+fn whole_file(path: &Path, error: &BagError) -> Loss {
+    Loss {
+        path: path.to_owned(),
+        at_byte: 0,
+        n_bytes: path.metadata().map_or(0, |metadata| metadata.len()),
+        kind: LossKind::File,
+        reason: error.to_string(),
+        n_messages: None,
+        bounds_ns: None,
+    }
+}
+
+/// Whether the new bag, and not the old one, is at fault.
+fn is_of_writing(error: &BagError) -> bool {
+    matches!(error, BagError::Write { .. } | BagError::Exists { .. })
+        || matches!(error, BagError::Io { action, .. } if *action != "read" && *action != "open")
+}
+
+/// A file that rosbag2 compressed as a whole, unpacked as far as it goes; gone when dropped.
+struct Unpacked {
+    path: PathBuf,
+}
+
+impl Unpacked {
+    fn new(mut packed: impl Read, folder: &Path) -> Result<Self, BagError> {
+        let mut name = folder.file_name().unwrap_or_default().to_owned();
+        name.push(".unpacked.part");
+        let unpacked = Self { path: folder.with_file_name(name) };
+        let io = |action| {
+            let path = unpacked.path.clone();
+            move |source| BagError::Io { action, path, source }
+        };
+        let mut file = File::create(&unpacked.path).map_err(io("create"))?;
+        let mut buffer = vec![0; 1 << 20];
+        // Where unpacking fails, the file breaks off: the scan says so.
+        while let Ok(n_bytes) = crate::reader::read_some(&mut packed, &mut buffer) {
+            if n_bytes == 0 {
+                break;
+            }
+            file.write_all(&buffer[..n_bytes]).map_err(io("write"))?;
+        }
+        Ok(unpacked)
+    }
+}
+
+impl Drop for Unpacked {
+    fn drop(&mut self) {
+        // Nothing is wrong with a bag because a file beside it stayed.
+        let _removed: io::Result<()> = fs::remove_file(&self.path);
+    }
+}

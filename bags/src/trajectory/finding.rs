@@ -1,0 +1,89 @@
+//! What was mended on the way from a bag to a trajectory.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// Something in a bag that the trajectory does not show any more. Times are in seconds, on the
+/// clock of the pose stamps.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "what", rename_all = "snake_case")]
+pub enum Finding {
+    /// Poses came at other times than the trajectory's, and were interpolated.
+    Resampled {
+        /// The median distance of poses, in seconds.
+        recorded_s: f64,
+        /// The period of the trajectory, in seconds.
+        period_s: f64,
+    },
+    /// Poses of a robot were missing here and there, and were interpolated.
+    Missing {
+        /// The robot.
+        robot: String,
+        /// The share of its poses, within [0, 1].
+        share: f64,
+        /// The longest time without a pose, in seconds.
+        longest_s: f64,
+    },
+    /// Single poses far away from those before and behind were left out.
+    Outliers {
+        /// The robot.
+        robot: String,
+        /// How many.
+        n_poses: usize,
+    },
+    /// The tracker took robots for one another; their poses were exchanged back.
+    Swap {
+        /// The robots.
+        robots: Vec<String>,
+        /// When.
+        time_s: f64,
+    },
+    /// A robot had poses only later than the others; what was before is left out.
+    LateStart {
+        /// The robot.
+        robot: String,
+        /// How much later, in seconds.
+        by_s: f64,
+    },
+    /// A robot had no poses at the end; what was after it is left out.
+    EarlyEnd {
+        /// The robot.
+        robot: String,
+        /// How much earlier, in seconds.
+        by_s: f64,
+    },
+    /// Something has poses and is no robot of this run.
+    Ignored {
+        /// Its name.
+        name: String,
+    },
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Resampled { recorded_s, period_s } => {
+                write!(formatter, "poses every {recorded_s:.3} s, resampled to {period_s:.3} s")
+            }
+            Self::Missing { robot, share, longest_s } => write!(
+                formatter,
+                "{robot}: {:.1} % of poses missing, at most {longest_s:.2} s at a time, interpolated",
+                share * 100.0
+            ),
+            Self::Outliers { robot, n_poses } => {
+                write!(formatter, "{robot}: {n_poses} poses far from all others, left out")
+            }
+            Self::Swap { robots, time_s } => {
+                write!(formatter, "{} exchanged at {time_s:.2} s, set right", robots.join(" and "))
+            }
+            Self::LateStart { robot, by_s } => {
+                write!(formatter, "{robot}: first pose {by_s:.2} s after the others")
+            }
+            Self::EarlyEnd { robot, by_s } => {
+                write!(formatter, "{robot}: last pose {by_s:.2} s before the others")
+            }
+            Self::Ignored { name } => write!(formatter, "{name}: no robot of this run, ignored"),
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! One `.mcap` file that is being written.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, IntoInnerError, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use mcap::Writer;
+use mcap::records::{MessageHeader, Metadata};
+
+use super::channel::ChannelDescription;
+use super::{Packing, Sample};
+use crate::BagError;
+use crate::metadata::FileInformation;
+
+/// What the system is given at once.
+const BUFFER_BYTES: usize = 64 << 10;
+
+/// One `.mcap` file that is being written.
+pub struct Part {
+    path: PathBuf,
+    file_name: String,
+    writer: Writer<BufWriter<Counted>>,
+    n_bytes: Arc<AtomicU64>,
+    n_messages: u64,
+    bounds_ns: Option<(u64, u64)>,
+}
+
+impl Part {
+    /// Starts a file that must not exist.
+    pub fn create(folder: &Path, file_name: String, packing: &Packing) -> Result<Self, BagError> {
+        let path = folder.join(&file_name);
+        let file = File::create_new(&path).map_err(|source| BagError::Io {
+            action: "create",
+            path: path.clone(),
+            source,
+        })?;
+        let n_bytes = Arc::new(AtomicU64::new(0));
+        let counted = Counted { file, n_bytes: n_bytes.clone() };
+        let writer = packing
+            .write_options()
+            .create(BufWriter::with_capacity(BUFFER_BYTES, counted))
+            .map_err(|source| BagError::Write { path: path.clone(), source })?;
+        Ok(Self { path, file_name, writer, n_bytes, n_messages: 0, bounds_ns: None })
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What the table of contents says of it.
+    pub fn information(&self) -> FileInformation {
+        FileInformation::new(&self.file_name, self.bounds_ns, self.n_messages)
+    }
+
+    /// Whether a message at this time, in nanoseconds, belongs into the next file.
+    pub fn is_full(&self, packing: &Packing, time_ns: u64) -> bool {
+        let Some((first_ns, _)) = self.bounds_ns else { return false };
+        let too_large =
+            packing.max_file_bytes.is_some_and(|most| self.n_bytes.load(Ordering::Relaxed) >= most);
+        let too_long = packing
+            .max_file_duration_ns
+            .is_some_and(|most_ns| time_ns.saturating_sub(first_ns) >= most_ns);
+        too_large || too_long
+    }
+
+    /// Adds a channel and gives the number that the file has for it.
+    pub fn add_channel(&mut self, channel: &ChannelDescription) -> Result<u16, BagError> {
+        let ChannelDescription { type_name, schema_encoding, schema, .. } = channel;
+        let schema_id = if type_name.is_empty() {
+            Ok(0)
+        } else {
+            self.writer.add_schema(type_name, schema_encoding, schema)
+        };
+        let added = schema_id.and_then(|schema_id| {
+            let ChannelDescription { topic, message_encoding, metadata, .. } = channel;
+            self.writer.add_channel(schema_id, topic, message_encoding, metadata)
+        });
+        added.map_err(|source| self.error(source))
+    }
+
+    /// Records a message.
+    pub fn write(&mut self, channel_id: u16, sample: &Sample) -> Result<(), BagError> {
+        let time_ns = sample.log_time_ns;
+        let header = MessageHeader {
+            channel_id,
+            sequence: sample.sequence,
+            log_time: time_ns,
+            publish_time: sample.publish_time_ns,
+        };
+        let written = self.writer.write_to_known_channel(&header, sample.data);
+        written.map_err(|source| self.error(source))?;
+        self.n_messages += 1;
+        let (first_ns, last_ns) = self.bounds_ns.unwrap_or((time_ns, time_ns));
+        self.bounds_ns = Some((first_ns.min(time_ns), last_ns.max(time_ns)));
+        Ok(())
+    }
+
+    /// Records a file.
+    pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), BagError> {
+        let time_ns = self.bounds_ns.map_or(0, |(_, last_ns)| last_ns);
+        let attachment = mcap::Attachment {
+            log_time: time_ns,
+            create_time: time_ns,
+            name: name.to_owned(),
+            media_type: media_type.to_owned(),
+            data: Cow::Borrowed(data),
+        };
+        self.writer.attach(&attachment).map_err(|source| self.error(source))
+    }
+
+    /// Records pairs of strings.
+    pub fn metadata(
+        &mut self,
+        name: &str,
+        metadata: BTreeMap<String, String>,
+    ) -> Result<(), BagError> {
+        let record = Metadata { name: name.to_owned(), metadata };
+        self.writer.write_metadata(&record).map_err(|source| self.error(source))
+    }
+
+    /// Hands everything so far to the system.
+    pub fn flush(&mut self) -> Result<(), BagError> {
+        self.writer.flush().map_err(|source| self.error(source))
+    }
+
+    /// Ends the file; it is on the disk on return.
+    pub fn finish(mut self) -> Result<(), BagError> {
+        self.writer.finish().map_err(|source| self.error(source))?;
+        let Self { path, writer, .. } = self;
+        let buffered = writer.into_inner().into_inner();
+        let synced = buffered
+            .map_err(IntoInnerError::into_error)
+            .and_then(|counted| counted.file.sync_all());
+        synced.map_err(|source| BagError::Io { action: "close", path, source })
+    }
+
+    fn error(&self, source: mcap::McapError) -> BagError {
+        BagError::Write { path: self.path.clone(), source }
+    }
+}
+
+/// A file that says how much was written to it.
+struct Counted {
+    file: File,
+    n_bytes: Arc<AtomicU64>,
+}
+
+impl Write for Counted {
+    fn write(&mut self, buffer: &[u8]) -> std::io::Result<usize> {
+        let n_written = self.file.write(buffer)?;
+        self.n_bytes.fetch_add(n_written as u64, Ordering::Relaxed);
+        Ok(n_written)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// The MCAP library asks for the position at the end; nothing is written twice.
+impl Seek for Counted {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        self.file.seek(to)
+    }
+}

@@ -1,0 +1,222 @@
+//! Bags that are split or compressed in other ways, and topics of types that are not ours.
+
+mod recording;
+#[path = "../../msgs/tests/venv/mod.rs"]
+mod venv;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use recording::{PERIOD_NS, Recording};
+use rsrs_bags::definitions::{Definition, DefinitionError, Definitions};
+use rsrs_bags::{Bag, BagMessage, BagOptions, BagWriter, Compression, Packing, Sample};
+use rsrs_msgs::topics::Qos;
+
+fn temporary() -> tempfile::TempDir {
+    tempfile::tempdir().expect("there is room for a temporary folder")
+}
+
+fn messages(path: &Path) -> Vec<BagMessage> {
+    let bag = Bag::open(path).expect("it opens");
+    bag.messages().collect::<Result<_, _>>().expect("the bag is whole")
+}
+
+fn recorded(path: &Path, packing: Packing, n_steps: u64) -> Vec<String> {
+    let custom_data = BTreeMap::from([("run_id".to_owned(), "7".to_owned())]);
+    let writer = BagWriter::create_packed(path, BagOptions { custom_data }, packing).expect("new");
+    let mut recording = Recording::with(writer, &["robot_1", "robot_2"]);
+    recording.writer.attach("experiment.json", "application/json", b"{}").expect("room");
+    (0..n_steps).for_each(|step| recording.step(step));
+    let summary = recording.writer.finish().expect("room");
+    let names =
+        summary.files.iter().map(|file| file.file_name().expect("a file").to_string_lossy());
+    names.map(String::from).collect()
+}
+
+/// What `rosbags` counts in a bag, by topic.
+fn counted_by_rosbags(path: &Path) -> BTreeMap<String, u64> {
+    let python = venv::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let script = "
+import json, sys
+from collections import Counter
+from pathlib import Path
+from rosbags.highlevel import AnyReader
+counts = Counter()
+with AnyReader([Path(sys.argv[1])]) as reader:
+    for connection, _, data in reader.messages():
+        reader.deserialize(data, connection.msgtype)
+        counts[connection.topic] += 1
+print(json.dumps(counts))
+";
+    let printed = venv::must_run(Command::new(python).args(["-c", script]).arg(path));
+    serde_json::from_str(&printed).expect("the script answers in JSON")
+}
+
+#[test]
+fn a_bag_is_split_by_time_as_rosbag2_splits_it() {
+    let folder = temporary();
+    let path = folder.path().join("run");
+    let packing = Packing { max_file_duration_ns: Some(20 * PERIOD_NS), ..Packing::default() };
+
+    let names = recorded(&path, packing, 50);
+
+    assert_eq!(names, ["run_0.mcap", "run_1.mcap", "run_2.mcap"]);
+    let info = Bag::open(&path).unwrap().info();
+    let n_messages: Vec<u64> = info.files.iter().map(|file| file.n_messages).collect();
+    assert_eq!(n_messages, [120, 120, 60]);
+    assert!(info.has_experiment);
+    assert_eq!(info.files[1].bounds_ns, Some((20 * PERIOD_NS, 39 * PERIOD_NS)));
+    let whole = folder.path().join("whole");
+    recorded(&whole, Packing::default(), 50);
+    assert_eq!(messages(&path), messages(&whole));
+    let counted = counted_by_rosbags(&path);
+    assert_eq!(counted["/robot_2/odom"], 50);
+    assert_eq!(counted.values().sum::<u64>(), 300);
+    // One part alone says what it belongs to, and has all topics.
+    let part = Bag::open(&path.join("run_1.mcap")).unwrap();
+    assert_eq!(part.custom_data()["run_id"], "7");
+    assert_eq!(part.topics().len(), 7);
+}
+
+#[test]
+fn a_bag_is_split_by_size_within_a_chunk() {
+    let folder = temporary();
+    let path = folder.path().join("run");
+    let packing = Packing {
+        compression: Compression::None,
+        max_file_bytes: Some(100_000),
+        ..Packing::default()
+    };
+
+    let names = recorded(&path, packing, 200);
+
+    assert!(names.len() > 2, "{names:?}");
+    for file in &Bag::open(&path).unwrap().info().files {
+        // A second of this bag takes about 14 kB, and the index behind the data some more.
+        assert!(file.n_bytes < 140_000, "{} bytes", file.n_bytes);
+    }
+    assert_eq!(messages(&path).len(), 1200);
+}
+
+#[test]
+fn every_compression_is_read_by_others_and_named() {
+    let folder = temporary();
+    let named = [
+        (Compression::None, vec![]),
+        (Compression::Zstd, vec!["zstd"]),
+        (Compression::Lz4, vec!["lz4"]),
+    ];
+    for (compression, expected) in named {
+        let path = folder.path().join(format!("{compression:?}"));
+        recorded(&path, Packing { compression, ..Packing::default() }, 30);
+
+        let info = Bag::open(&path).unwrap().info();
+
+        assert_eq!(info.compression.chunks, expected);
+        assert_eq!(counted_by_rosbags(&path).values().sum::<u64>(), 180);
+    }
+}
+
+#[test]
+fn a_bag_that_was_killed_when_it_had_just_begun_is_a_bag() {
+    let folder = temporary();
+    let path = folder.path().join("run");
+    let custom_data = BTreeMap::from([("run_id".to_owned(), "7".to_owned())]);
+    let options = BagOptions { custom_data: custom_data.clone() };
+    std::mem::forget(BagWriter::create(&path, options).unwrap());
+
+    let bag = Bag::open(&path).unwrap();
+
+    assert_eq!(bag.custom_data(), &custom_data);
+    assert_eq!((bag.n_messages(), bag.damage().len()), (0, 1));
+    assert_eq!(bag.info().duration_s.to_bits(), 0.0_f64.to_bits());
+}
+
+/// A workspace with a package of messages, as colcon and ament lay it out.
+fn workspace(folder: &Path) {
+    let files = [
+        (
+            "src/robots/lab_msgs/msg/Battery.msg",
+            "# The battery.\nstd_msgs/Header header\nCell[] cells\n",
+        ),
+        ("src/robots/lab_msgs/msg/Cell.msg", "float32 voltage_v # each\nuint8 OK=0\nuint8 state\n"),
+        (
+            "install/more_msgs/share/more_msgs/msg/Pair.msg",
+            "lab_msgs/Cell a\ngeometry_msgs/Point b\n",
+        ),
+        ("src/robots/lab_msgs/msg/Bad.msg", "bool\n"),
+        ("src/robots/lab_msgs/msg/Lost.msg", "nowhere_msgs/Thing thing\n"),
+    ];
+    for (file, text) in files {
+        let path = folder.join(file);
+        fs::create_dir_all(path.parent().expect("it is in a folder")).expect("room");
+        fs::write(path, text).expect("room");
+    }
+}
+
+#[test]
+fn definitions_of_a_workspace_are_found_with_all_that_is_in_them() {
+    let folder = temporary();
+    workspace(folder.path());
+    let definitions = Definitions::new(vec![folder.path().to_owned()]);
+
+    let battery = definitions.find("lab_msgs/msg/Battery").unwrap();
+    let pair = definitions.find("more_msgs/msg/Pair").unwrap();
+
+    let parts = |definition: &Definition| -> Vec<String> {
+        let lines = definition.text.lines();
+        lines.filter_map(|line| line.strip_prefix("MSG: ")).map(str::to_owned).collect()
+    };
+    assert!(battery.text.starts_with("# The battery.\n"));
+    assert_eq!(parts(&battery), ["lab_msgs/Cell", "std_msgs/Header", "builtin_interfaces/Time"]);
+    assert_eq!(parts(&pair), ["geometry_msgs/Point", "lab_msgs/Cell"]);
+    assert_eq!(battery.type_hash, None);
+    let stock = Definitions::new(Vec::new()).find("nav_msgs/msg/Odometry").unwrap();
+    assert_eq!(Some(stock), Definition::of_known_type("nav_msgs/msg/Odometry"));
+}
+
+#[test]
+fn a_definition_that_is_not_there_or_not_sound_is_named() {
+    let folder = temporary();
+    workspace(folder.path());
+    let definitions = Definitions::new(vec![folder.path().to_owned()]);
+    let refused = |type_name: &str| definitions.find(type_name).unwrap_err().to_string();
+
+    let shown = folder.path().display();
+    assert_eq!(refused("lab_msgs/msg/None"), format!("no file lab_msgs/msg/None.msg in {shown}"));
+    assert_eq!(
+        refused("lab_msgs/msg/Lost"),
+        format!("no file nowhere_msgs/msg/Thing.msg in {shown}, needed by lab_msgs/msg/Lost")
+    );
+    assert!(
+        refused("lab_msgs/msg/Bad").ends_with("Bad.msg:1: \"bool\" is neither field nor constant")
+    );
+    assert!(matches!(definitions.find("Battery"), Err(DefinitionError::TypeName { .. })));
+}
+
+#[test]
+fn others_decode_a_topic_of_the_users_own_type() {
+    let folder = temporary();
+    workspace(folder.path());
+    let definitions = Definitions::new(vec![folder.path().to_owned()]);
+    let battery = definitions.find("lab_msgs/msg/Battery").unwrap();
+    let path = folder.path().join("run");
+    let mut writer = BagWriter::create(&path, BagOptions::default()).unwrap();
+    let channel = writer.add_topic_with_schema("/r1/battery", Qos::reliable(3), &battery).unwrap();
+    // Stamp, empty frame, one cell of 3.7 V in state 2.
+    let mut data = vec![0, 1, 0, 0];
+    data.extend([7_u32, 8, 1].map(u32::to_le_bytes).concat());
+    data.extend([0, 0, 0, 0]);
+    data.extend(1_u32.to_le_bytes());
+    data.extend(3.7_f32.to_le_bytes());
+    data.push(2);
+    let sample = Sample { log_time_ns: 5, publish_time_ns: 5, sequence: 0, data: &data };
+    writer.write(channel, sample).unwrap();
+    writer.finish().unwrap();
+
+    assert_eq!(counted_by_rosbags(&path), BTreeMap::from([("/r1/battery".to_owned(), 1)]));
+    let bag = Bag::open(&path).unwrap();
+    assert_eq!(bag.schema("lab_msgs/msg/Battery"), Some(battery.text.as_bytes()));
+}

@@ -1,0 +1,402 @@
+//! What can be saved of bags in every state of disrepair, and that it is told what was lost.
+
+mod recording;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+use proptest::prelude::*;
+use recording::{PERIOD_NS, Recording};
+use rsrs_bags::{
+    Bag, BagError, BagMessage, BagOptions, BagWriter, Compression, LossKind, Packing, Recovered,
+    Sample, recover, recover_into,
+};
+use rsrs_msgs::cdr;
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::topics::Qos;
+
+fn temporary() -> tempfile::TempDir {
+    tempfile::tempdir().expect("there is room for a temporary folder")
+}
+
+fn messages(path: &Path) -> Vec<BagMessage> {
+    let bag = Bag::open(path).expect("it opens");
+    bag.messages().collect::<Result<_, _>>().expect("the bag is whole")
+}
+
+/// A bag with an attachment and a metadata record, flushed after each second.
+fn bag_of(folder: &Path, compression: Compression, n_steps: u64) -> PathBuf {
+    let path = folder.join("run");
+    let packing = Packing { compression, ..Packing::default() };
+    let writer = BagWriter::create_packed(&path, BagOptions::default(), packing).expect("new");
+    let mut recording = Recording::with(writer, &["robot_1", "robot_2"]);
+    recording.writer.attach("experiment.json", "application/json", b"{}").expect("room");
+    let pairs = BTreeMap::from([("seed".to_owned(), "42".to_owned())]);
+    recording.writer.metadata("lab.note", pairs).expect("room");
+    (0..n_steps).for_each(|step| recording.step(step));
+    recording.writer.finish().expect("room");
+    path
+}
+
+/// The only file of a bag.
+fn file_of(bag: &Path) -> PathBuf {
+    bag.join("run_0.mcap")
+}
+
+/// Writes these bytes as a file and recovers it.
+fn recover_bytes(folder: &Path, bytes: &[u8]) -> Result<(Recovered, Vec<BagMessage>), BagError> {
+    let path = folder.join("damaged.mcap");
+    let into = folder.join("saved");
+    fs::write(&path, bytes).expect("room");
+    if into.exists() {
+        fs::remove_dir_all(&into).expect("it is ours");
+    }
+    let recovered = recover_into(&path, &into)?;
+    let saved = messages(&into);
+    assert_eq!(recovered.n_messages, saved.len() as u64);
+    Ok((recovered, saved))
+}
+
+/// Where records start in a sound file, with their opcodes.
+fn records(bytes: &[u8]) -> Vec<(usize, u8, usize)> {
+    let mut at = mcap::MAGIC.len();
+    let mut found = Vec::new();
+    while at + 9 <= bytes.len() && !bytes[at..].starts_with(mcap::MAGIC) {
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().expect("eight bytes"));
+        let end = at + 9 + usize::try_from(length).expect("it is in memory");
+        found.push((at, bytes[at], end));
+        at = end;
+    }
+    found
+}
+
+const CHUNK: u8 = 6;
+
+fn chunks(bytes: &[u8]) -> Vec<(usize, usize)> {
+    let of_chunks = records(bytes).into_iter().filter(|record| record.1 == CHUNK);
+    of_chunks.map(|(start, _, end)| (start, end)).collect()
+}
+
+#[test]
+fn a_whole_bag_is_copied_and_nothing_is_lost() {
+    let folder = temporary();
+    let path = bag_of(folder.path(), Compression::Zstd, 40);
+
+    let recovered = recover(&path).unwrap();
+
+    assert_eq!(recovered.folder, folder.path().join("run_recovered"));
+    assert!(recovered.is_complete(), "{recovered:?}");
+    assert_eq!((recovered.n_attachments, recovered.n_metadata), (1, 1));
+    assert_eq!(messages(&recovered.folder), messages(&path));
+    let (old, new) = (Bag::open(&path).unwrap(), Bag::open(&recovered.folder).unwrap());
+    assert_eq!(new.topics(), old.topics());
+    assert_eq!(new.attachment("experiment.json"), old.attachment("experiment.json"));
+    assert_eq!(new.metadata("lab.note"), old.metadata("lab.note"));
+}
+
+#[test]
+fn a_killed_recorder_leaves_everything_but_its_last_second() {
+    let folder = temporary();
+    let path = folder.path().join("run");
+    let custom_data = BTreeMap::from([("run_id".to_owned(), "7".to_owned())]);
+    let writer =
+        BagWriter::create(&path, BagOptions { custom_data: custom_data.clone() }).expect("new");
+    let mut recording = Recording::with(writer, &["robot_1"]);
+    (0..100).for_each(|step| recording.step(step));
+    std::mem::forget(recording);
+
+    let recovered = recover(&path).unwrap();
+
+    let last_ns = recovered.bounds_ns.unwrap().1;
+    assert!(99 * PERIOD_NS - last_ns < 1_000_000_000, "saved up to {last_ns} ns");
+    let loss = &recovered.losses[0];
+    assert_eq!((loss.kind, loss.n_bytes), (LossKind::EndOfFile, 0));
+    assert!(!recovered.lost.is_exact);
+    assert_eq!(Bag::open(&recovered.folder).unwrap().custom_data(), &custom_data);
+}
+
+#[test]
+fn a_chunk_that_fails_its_checksum_is_lost_and_counted_and_all_others_are_saved() {
+    let folder = temporary();
+    for compression in [Compression::None, Compression::Zstd, Compression::Lz4] {
+        let path = bag_of(&folder.path().join(format!("{compression:?}")), compression, 40);
+        let mut bytes = fs::read(file_of(&path)).unwrap();
+        let (start, end) = chunks(&bytes)[2];
+        bytes[end - 20] ^= 0x10;
+
+        let (recovered, saved) = recover_bytes(folder.path(), &bytes).unwrap();
+
+        let whole = messages(&path);
+        let n_lost = whole.len() - saved.len();
+        assert!((1..=60).contains(&n_lost), "{compression:?}: {n_lost}");
+        assert!(saved.iter().all(|message| whole.contains(message)));
+        assert_eq!(recovered.losses.len(), 1, "{:?}", recovered.losses);
+        let loss = &recovered.losses[0];
+        assert_eq!((loss.kind, loss.at_byte), (LossKind::Chunk, start as u64));
+        assert_eq!((loss.n_bytes, loss.n_messages), ((end - start) as u64, Some(n_lost as u64)));
+        assert!(recovered.lost.is_exact);
+        assert_eq!(recovered.lost.total(), n_lost as u64);
+        let lost_times = loss.bounds_ns.unwrap();
+        assert!(
+            saved
+                .iter()
+                .all(|message| { !(lost_times.0..=lost_times.1).contains(&message.log_time_ns) })
+        );
+    }
+}
+
+#[test]
+fn recording_goes_on_behind_garbage() {
+    let folder = temporary();
+    let path = bag_of(folder.path(), Compression::Zstd, 60);
+    let whole = messages(&path);
+    let mut bytes = fs::read(file_of(&path)).unwrap();
+    let (start, end) = chunks(&bytes)[3];
+    bytes[start..end].fill(0xaa);
+
+    let (recovered, saved) = recover_bytes(folder.path(), &bytes).unwrap();
+
+    let loss = &recovered.losses[0];
+    assert_eq!((loss.kind, loss.at_byte), (LossKind::Garbage, start as u64));
+    assert_eq!(loss.n_bytes, (end - start) as u64);
+    assert_eq!(loss.n_messages, Some((whole.len() - saved.len()) as u64));
+    assert_eq!(saved.last(), whole.last());
+    assert_eq!(saved.first(), whole.first());
+}
+
+#[test]
+fn bytes_inserted_between_records_cost_nothing() {
+    let folder = temporary();
+    let path = bag_of(folder.path(), Compression::Zstd, 30);
+    let mut bytes = fs::read(file_of(&path)).unwrap();
+    let (start, _) = chunks(&bytes)[1];
+    bytes.splice(start..start, [0x55; 1000]);
+
+    let (recovered, saved) = recover_bytes(folder.path(), &bytes).unwrap();
+
+    assert_eq!(saved, messages(&path));
+    assert_eq!((recovered.losses[0].at_byte, recovered.losses[0].n_bytes), (start as u64, 1000));
+}
+
+#[test]
+fn definitions_that_went_down_with_the_first_chunk_are_taken_from_the_end_of_the_file() {
+    let folder = temporary();
+    let path = bag_of(folder.path(), Compression::Zstd, 40);
+    let whole = messages(&path);
+    let mut bytes = fs::read(file_of(&path)).unwrap();
+    let (start, end) = chunks(&bytes)[0];
+    bytes[start..end].fill(0xff);
+    let without_end = bytes[..bytes.len() - 1].to_vec();
+
+    let (recovered, saved) = recover_bytes(folder.path(), &bytes).unwrap();
+    let (homeless, _) = match recover_bytes(folder.path(), &without_end) {
+        Ok(saved) => saved,
+        Err(error) => panic!("{error}"),
+    };
+
+    assert!(saved.len() > whole.len() / 2);
+    assert_eq!(recovered.lost.total(), (whole.len() - saved.len()) as u64);
+    // Without them messages are counted, and not guessed at.
+    assert_eq!(homeless.n_messages, 0);
+    assert!(homeless.losses.iter().any(|loss| loss.kind == LossKind::Messages));
+}
+
+#[test]
+fn the_beginning_of_a_chunk_without_its_end_is_saved() {
+    let folder = temporary();
+    let path = bag_of(folder.path(), Compression::None, 20);
+    let whole = messages(&path);
+    let bytes = fs::read(file_of(&path)).unwrap();
+    let (start, end) = chunks(&bytes)[1];
+    let half = usize::midpoint(start, end);
+
+    let (cut, saved) = recover_bytes(folder.path(), &bytes[..half]).unwrap();
+    let zeros = [&bytes[..half], &vec![0; 5000]].concat();
+    let (lost_power, saved_of_zeros) = recover_bytes(folder.path(), &zeros).unwrap();
+
+    // The first chunk has definitions only.
+    assert!(saved.len() > 10, "{} messages", saved.len());
+    assert_eq!(saved, whole[..saved.len()]);
+    assert_eq!(cut.losses[0].kind, LossKind::EndOfChunk);
+    // Where data ends and zeros begin, the last message may be half zeros, and is not believed.
+    assert!(saved.len() - saved_of_zeros.len() <= 1);
+    assert_eq!(saved_of_zeros, whole[..saved_of_zeros.len()]);
+    assert_eq!(lost_power.losses[0].kind, LossKind::EndOfChunk);
+}
+
+#[test]
+fn the_beginning_of_a_large_compressed_chunk_is_saved_too() {
+    let folder = temporary();
+    for compression in [Compression::Zstd, Compression::Lz4] {
+        let path = folder.path().join(format!("{compression:?}/run"));
+        let packing = Packing { compression, flush_period_ns: None, ..Packing::default() };
+        let mut writer = BagWriter::create_packed(&path, BagOptions::default(), packing).unwrap();
+        let channel = writer.add_topic("/a", "std_msgs/msg/Bool", Qos::reliable(1)).unwrap();
+        for log_time_ns in 0..20_000_u64 {
+            let data = cdr::encode(&Bool { data: log_time_ns % 3 == 0 });
+            let publish_time_ns = log_time_ns.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            let sample = Sample { log_time_ns, publish_time_ns, sequence: 0, data: &data };
+            writer.write(channel, sample).unwrap();
+        }
+        writer.finish().unwrap();
+        let whole = messages(&path);
+        let bytes = fs::read(file_of(&path)).unwrap();
+        let (start, end) = chunks(&bytes)[0];
+
+        let cut = &bytes[..start + (end - start) / 2];
+        let (recovered, saved) = recover_bytes(folder.path(), cut).unwrap();
+
+        assert!(saved.len() > whole.len() / 5, "{compression:?}: {}", saved.len());
+        assert_eq!(saved, whole[..saved.len()]);
+        assert_eq!(recovered.losses[0].kind, LossKind::EndOfChunk);
+    }
+}
+
+#[test]
+fn files_without_chunks_are_saved_message_by_message() {
+    let folder = temporary();
+    let path = folder.path().join("loose.mcap");
+    recording::unchunked_file(&path, 50);
+    let whole = messages(&path);
+    let bytes = fs::read(&path).unwrap();
+    let of_messages: Vec<_> = records(&bytes).into_iter().filter(|record| record.1 == 5).collect();
+    let mut with_hole = bytes.clone();
+    let (start, _, end) = of_messages[20];
+    with_hole[start..end].fill(0xee);
+    let mut with_length = bytes.clone();
+    with_length[of_messages[30].0 + 1] ^= 0x40;
+
+    let (_, saved) = recover_bytes(folder.path(), &with_hole).unwrap();
+    let (_, around) = recover_bytes(folder.path(), &with_length).unwrap();
+    let (_, cut) = recover_bytes(folder.path(), &bytes[..of_messages[40].2 - 1]).unwrap();
+
+    let without = |index: usize| [&whole[..index], &whole[index + 1..]].concat();
+    assert_eq!(saved, without(20));
+    assert_eq!(around, without(30));
+    assert_eq!(cut, whole[..40]);
+}
+
+#[test]
+fn silent_changes_outside_of_chunks_are_told_by_the_checksum_over_all() {
+    let folder = temporary();
+    let path = folder.path().join("loose.mcap");
+    recording::unchunked_file(&path, 10);
+    let mut bytes = fs::read(&path).unwrap();
+    let last = records(&bytes).into_iter().rfind(|record| record.1 == 5).unwrap();
+    bytes[last.2 - 1] ^= 1;
+
+    let (recovered, saved) = recover_bytes(folder.path(), &bytes).unwrap();
+
+    assert_eq!(saved.len(), 10);
+    assert_eq!(recovered.losses[0].kind, LossKind::Unlocated);
+    assert!(!recovered.is_complete());
+}
+
+#[test]
+fn a_file_that_is_missing_or_spoilt_does_not_take_the_others_with_it() {
+    let folder = temporary();
+    let path = folder.path().join("run");
+    let packing = Packing { max_file_duration_ns: Some(1_000_000_000), ..Packing::default() };
+    let writer = BagWriter::create_packed(&path, BagOptions::default(), packing).unwrap();
+    let mut recording = Recording::with(writer, &["robot_1"]);
+    (0..40).for_each(|step| recording.step(step));
+    let summary = recording.writer.finish().unwrap();
+    let whole = messages(&path);
+    fs::remove_file(&summary.files[1]).unwrap();
+    fs::write(&summary.files[3], b"not a bag at all, not even nearly").unwrap();
+
+    let recovered = recover(&path).unwrap();
+
+    let kinds: Vec<LossKind> = recovered.losses.iter().map(|loss| loss.kind).collect();
+    assert_eq!(kinds, [LossKind::File, LossKind::File]);
+    assert!(recovered.n_messages > 0);
+    // The table of contents says how many there were.
+    assert!(recovered.lost.is_exact);
+    assert_eq!(recovered.lost.total() + recovered.n_messages, whole.len() as u64);
+}
+
+#[test]
+fn what_cannot_be_saved_is_refused_by_name() {
+    let folder = temporary();
+    let refused = |bytes: &[u8]| recover_bytes(folder.path(), bytes).unwrap_err();
+
+    assert!(matches!(refused(b""), BagError::Empty { .. }));
+    assert!(matches!(refused(b"a text that is not a bag"), BagError::NotMcap { .. }));
+    assert!(matches!(refused(b"SQLite format 3\0 and more"), BagError::NotMcap { .. }));
+    assert!(matches!(refused(mcap::MAGIC), BagError::NotMcap { .. }));
+    fs::create_dir(folder.path().join("there")).unwrap();
+    let into = recover_into(&folder.path().join("damaged.mcap"), &folder.path().join("there"));
+    assert!(matches!(into, Err(BagError::Exists { .. })));
+}
+
+/// Messages that the beginning of a file holds in whole chunks.
+fn n_flushed(bytes: &[u8], n_bytes: usize) -> usize {
+    const MESSAGE_INDEX: u8 = 7;
+    let mut n_messages = 0;
+    let mut complete = false;
+    for (start, opcode, end) in records(bytes) {
+        match opcode {
+            CHUNK => complete = end <= n_bytes,
+            MESSAGE_INDEX if complete => n_messages += (end - start - 9 - 6) / 16,
+            _ => {}
+        }
+    }
+    n_messages
+}
+
+#[test]
+fn a_bag_cut_at_any_byte_keeps_all_that_was_flushed() {
+    let folder = temporary();
+    for (compression, stride) in [(Compression::Zstd, 7), (Compression::None, 101)] {
+        let path = bag_of(&folder.path().join(format!("{compression:?}")), compression, 18);
+        let whole = messages(&path);
+        let bytes = fs::read(file_of(&path)).unwrap();
+
+        for n_bytes in (0..bytes.len()).step_by(stride) {
+            let n_flushed = n_flushed(&bytes, n_bytes);
+            match recover_bytes(folder.path(), &bytes[..n_bytes]) {
+                Ok((recovered, saved)) => {
+                    assert!(saved.len() >= n_flushed, "{n_bytes} bytes: {}", saved.len());
+                    assert_eq!(saved, whole[..saved.len()], "{n_bytes} bytes");
+                    assert!(!recovered.losses.is_empty(), "{n_bytes} bytes");
+                }
+                Err(error) => assert_eq!(n_flushed, 0, "{n_bytes} bytes: {error}"),
+            }
+        }
+    }
+}
+
+/// A small bag, made once: its messages and its bytes.
+static WHOLE: LazyLock<(Vec<BagMessage>, Vec<u8>)> = LazyLock::new(|| {
+    let folder = temporary();
+    let path = bag_of(folder.path(), Compression::Zstd, 18);
+    (messages(&path), fs::read(file_of(&path)).expect("it was just written"))
+});
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn a_changed_byte_never_panics_and_costs_at_most_one_chunk(
+        at in any::<prop::sample::Index>(),
+        mask in 1_u8..,
+    ) {
+        let folder = temporary();
+        let (whole, mut bytes) = (&WHOLE.0, WHOLE.1.clone());
+        let at = at.index(bytes.len());
+        bytes[at] ^= mask;
+        let n_before = n_flushed(&WHOLE.1, at);
+
+        if let Ok((recovered, saved)) = recover_bytes(folder.path(), &bytes) {
+            prop_assert!(saved.len() >= n_before.min(whole.len()));
+            prop_assert!(saved.iter().all(|message| whole.contains(message)), "byte {}", at);
+            prop_assert!(recovered.is_complete() || !recovered.losses.is_empty());
+            prop_assert!(!recovered.is_complete() || saved == *whole, "byte {}", at);
+            prop_assert_eq!(recovered.lost.total(), (whole.len() - saved.len()) as u64);
+        } else {
+            prop_assert!(n_before == 0);
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! What the benchmarks run: the default world for any number of robots, and the loop that one would
+//! write first, as the yardstick.
+//!
+//! `cargo bench -p rsrs_benches` runs everything; `--bench step n9` a part. Items are agent-steps,
+//! so the item rate is agent-steps per second on one core. Compare within one run only: the same
+//! program differs by a factor of two between machines and between minutes.
+
+pub mod plain;
+
+use rsrs_core::conditions::{
+    Arena, Conditions, GainDistribution, Placement, Region, SimulatedRobot, Walls,
+};
+use rsrs_core::controller::ControllerParameters;
+use rsrs_core::profile::Sees;
+
+/// Steps of a run of 300 s.
+pub const STEPS: u64 = 2307;
+
+/// Harsher Flockbots at the paper's best cell, as densely placed as nine are by default.
+pub fn flockbots(robots: usize) -> Conditions {
+    let gain = GainDistribution { mean: 0.97, robot_sd: 0.05, step_sd: 0.0 };
+    let radius_m = 0.825 * (robots as f64 / 9.0).sqrt();
+    Conditions {
+        robots,
+        controller: ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 },
+        placement: Placement::DiscFacingOut { radius_m },
+        arena: Arena { side_m: 15_f64.max(4.0 * radius_m), walls: Walls::Stop },
+        robot: SimulatedRobot {
+            radius_m: 0.075,
+            front_half_angle_rad: 70_f64.to_radians(),
+            rotates_while_blocked: true,
+            speed_gain: gain,
+            turn_gain: gain,
+            turn_bias_sd_rad_s: 0.0,
+            heading_noise_sd_rad: 0.0,
+            gust_sd_m_s: 0.0,
+            gust_time_constant_s: 2.0,
+            yaw_lag_s: 0.0,
+            sees: Sees::Body,
+            region: Region::Cone { half_angle_rad: 0.2, range_m: 0.75 },
+            true_positive: 0.80,
+            false_positive: 0.08,
+            latency_steps: 0,
+        },
+        period_s: 0.13,
+    }
+}
+
+/// A grid of cells over speed and turning rate, 0.05 to 0.30 m/s and 0.25 to 2.00 rad/s.
+pub fn diagram(n_per_axis: usize) -> Vec<Conditions> {
+    let at = |index: usize, from: f64, to: f64| {
+        from + (to - from) * index as f64 / (n_per_axis - 1).max(1) as f64
+    };
+    (0..n_per_axis * n_per_axis)
+        .map(|cell| {
+            let mut conditions = flockbots(9);
+            conditions.controller.speed_m_s = at(cell % n_per_axis, 0.05, 0.30);
+            conditions.controller.turn_rate_rad_s = at(cell / n_per_axis, 0.25, 2.00);
+            conditions
+        })
+        .collect()
+}

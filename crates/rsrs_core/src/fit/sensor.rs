@@ -1,0 +1,162 @@
+//! What detection trials say of a sensor: a map, its 80 % contour, and how often it is wrong.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::FitError;
+use super::contour::contour;
+use super::inscribed::inscribed;
+use crate::interval::Interval;
+use crate::trial::{DetectionTrial, Neighbour, Trials};
+
+/// How often a sensor detected a neighbour at one place.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SensorNode {
+    /// Distance of the centres, in metres.
+    pub distance_m: f64,
+    /// Bearing of the neighbour's centre, in radians; left is positive.
+    pub bearing_rad: f64,
+    /// What was counted there.
+    pub rate: Rate,
+}
+
+/// A share of readings, with the interval of Clopper and Pearson.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Rate {
+    /// Readings.
+    pub samples: u64,
+    /// Readings that said "detected".
+    pub detections: u64,
+    /// Their share.
+    pub value: f64,
+    /// Lower bound.
+    pub low: f64,
+    /// Upper bound.
+    pub high: f64,
+}
+
+/// A sensor as it was measured.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SensorMap {
+    /// Places that were tried, by bearing and then by distance.
+    pub nodes: Vec<SensorNode>,
+    /// Where a neighbour's centre is detected at least 80 % of the time: a simple polygon,
+    /// counterclockwise, in the robot's frame, in metres.
+    pub contour_m: Vec<[f64; 2]>,
+    /// The simpler convex polygon inside it that the simulator uses.
+    pub polygon_m: Vec<[f64; 2]>,
+    /// Detections while a neighbour stood inside that polygon.
+    pub true_positive: Rate,
+    /// Detections while none was near.
+    pub false_positive: Rate,
+    /// Bearings at which detections are reliable, but apart from the contour, which leaves them out.
+    pub left_out_rad: Vec<f64>,
+}
+
+impl Rate {
+    /// A share with its interval.
+    ///
+    /// # Panics
+    ///
+    /// If there are more detections than samples, or no samples.
+    pub fn new(detections: u64, samples: u64) -> Self {
+        assert!(samples > 0, "a share of nothing");
+        let Interval { low, high } = Interval::clopper_pearson(detections, samples);
+        Self { samples, detections, value: detections as f64 / samples as f64, low, high }
+    }
+
+    fn sum(rates: impl Iterator<Item = (u64, u64)>) -> Option<Self> {
+        let (detections, samples) =
+            rates.fold((0, 0), |sum, rate| (sum.0 + rate.0, sum.1 + rate.1));
+        (samples > 0).then(|| Self::new(detections, samples))
+    }
+}
+
+impl SensorNode {
+    /// The neighbour's place in the robot's frame, in metres.
+    pub fn place_m(&self) -> [f64; 2] {
+        place_m(self.distance_m, self.bearing_rad)
+    }
+}
+
+pub(super) fn place_m(distance_m: f64, bearing_rad: f64) -> [f64; 2] {
+    let (sine, cosine) = libm::sincos(bearing_rad);
+    [distance_m * cosine, distance_m * sine]
+}
+
+/// Maps a sensor.
+///
+/// # Arguments
+///
+/// * `trials` — readings of all robots; they are pooled.
+/// * `radius_m` — radius of a robot's body, in metres: no centre comes closer than two of them.
+///
+/// # Errors
+///
+/// [`FitError`] if false positives were not measured, or if no region is reliable.
+pub fn sensor_map(trials: &Trials<DetectionTrial>, radius_m: f64) -> Result<SensorMap, FitError> {
+    let file = || trials.file.clone();
+    let alone = trials.rows.iter().filter(|trial| trial.neighbour.is_none());
+    let false_positive = Rate::sum(alone.map(|trial| (trial.detections, trial.samples)))
+        .ok_or_else(|| FitError::NoFalsePositives { file: file() })?;
+    let nodes = nodes(trials);
+    let best = nodes.iter().map(|node| node.rate.value).fold(0.0, f64::max);
+    let contour = contour(&nodes, 2.0 * radius_m).ok_or_else(|| FitError::NoRegion {
+        file: file(),
+        n_places: nodes.len(),
+        best,
+    })?;
+    let polygon_m = inscribed(&contour.corners_m).ok_or_else(|| FitError::NoRegion {
+        file: file(),
+        n_places: nodes.len(),
+        best,
+    })?;
+    let inside = nodes.iter().filter(|node| contains(&polygon_m, node.place_m()));
+    let reliable = nodes.iter().filter(|node| node.rate.value >= super::contour::RELIABLE);
+    let true_positive = Rate::sum(inside.map(counts))
+        .or_else(|| Rate::sum(reliable.map(counts)))
+        .expect("a contour goes around a reliable place");
+    Ok(SensorMap {
+        nodes,
+        contour_m: contour.corners_m,
+        polygon_m,
+        true_positive,
+        false_positive,
+        left_out_rad: contour.left_out_rad,
+    })
+}
+
+fn counts(node: &SensorNode) -> (u64, u64) {
+    (node.rate.detections, node.rate.samples)
+}
+
+/// Pools readings at the same place.
+fn nodes(trials: &Trials<DetectionTrial>) -> Vec<SensorNode> {
+    let mut places: BTreeMap<(i64, i64), (Neighbour, u64, u64)> = BTreeMap::new();
+    for trial in &trials.rows {
+        let Some(neighbour) = trial.neighbour else { continue };
+        // Spreadsheets that compute bearings differ in the last digits.
+        let key = |number: f64| (number * 1e6).round() as i64;
+        let entry = places
+            .entry((key(neighbour.bearing_rad), key(neighbour.distance_m)))
+            .or_insert((neighbour, 0, 0));
+        entry.1 += trial.detections;
+        entry.2 += trial.samples;
+    }
+    let node = |(neighbour, detections, samples): (Neighbour, u64, u64)| SensorNode {
+        distance_m: neighbour.distance_m,
+        bearing_rad: neighbour.bearing_rad,
+        rate: Rate::new(detections, samples),
+    };
+    places.into_values().map(node).collect()
+}
+
+/// Whether a point lies in a convex, counterclockwise polygon, or on its border.
+pub(crate) fn contains(polygon_m: &[[f64; 2]], [x_m, y_m]: [f64; 2]) -> bool {
+    (0..polygon_m.len()).all(|corner| {
+        let [from_x, from_y] = polygon_m[corner];
+        let [to_x, to_y] = polygon_m[(corner + 1) % polygon_m.len()];
+        (to_x - from_x) * (y_m - from_y) - (to_y - from_y) * (x_m - from_x) >= -1e-9
+    })
+}

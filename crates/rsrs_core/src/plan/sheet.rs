@@ -1,0 +1,99 @@
+//! A plan on paper, and as tables to fill in.
+
+use std::fmt::Write as _;
+
+use super::Plan;
+
+impl Plan {
+    /// The sheet to print.
+    pub fn text(&self) -> String {
+        let list = |numbers: &[f64], unit: &str| {
+            let numbers: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+            format!("{} {unit}", numbers.join(", "))
+        };
+        let n_robots = self.robots.len();
+        let n_straight = n_robots * self.speeds_m_s.len() * self.repetitions;
+        let n_turns = n_robots * self.turn_rates_rad_s.len() * self.repetitions;
+        let n_places = self.distances_m.len() * self.bearings_rad.len();
+        let request = &self.request;
+        let mut text = String::new();
+        let mut line = |words: String| {
+            writeln!(text, "{words}").expect("a string takes all");
+        };
+        line(format!("Trials of {n_robots} robots: {}", self.robots.join(", ")));
+        line(String::new());
+        line(format!("1  Straight runs: {n_straight}, over a track of {} m", request.track_m));
+        line(format!("   speeds: {}", list(&self.speeds_m_s, "m/s")));
+        line(format!(
+            "   {} times each; write down the time, and where the robot ended:",
+            self.repetitions
+        ));
+        line("   lateral_m beside the line (left is positive), heading_change_rad (left is positive)".to_owned());
+        line(format!("2  Turns in place: {n_turns}, a full circle (6.2832 rad) each"));
+        line(format!("   rates: {}", list(&self.turn_rates_rad_s, "rad/s")));
+        line(format!("   {} times each; write down the time", self.repetitions));
+        line(format!(
+            "3  Detections: one robot, another at {n_places} places, {} readings each",
+            self.samples
+        ));
+        line(format!("   distances, centre to centre: {}", list(&self.distances_m, "m")));
+        line(format!("   bearings, left is positive: {}", list(&self.bearings_rad, "rad")));
+        line(format!(
+            "4  False positives: {} readings of each robot alone, {:.0} s in all",
+            self.samples_alone, self.false_positive_s
+        ));
+        line("5  Period: 20 control periods of each robot, from its log or a bag".to_owned());
+        line(String::new());
+        line(format!("About {:.1} h of driving and reading.", self.duration_s / 3600.0));
+        line(format!(
+            "Expected precision: each gain to ±{} (if trials of a robot differ by {}), each rate to ±{}, at 95 %.",
+            request.gain_precision, request.trial_sd, request.rate_precision
+        ));
+        text
+    }
+
+    /// The table of straight runs, to fill in.
+    pub fn speed_csv(&self) -> String {
+        let rows = self.repeated(&self.speeds_m_s);
+        let rows =
+            rows.map(|(robot, speed)| format!("{robot},{speed},{},,,\n", self.request.track_m));
+        "robot,commanded_m_s,distance_m,duration_s,lateral_m,heading_change_rad\n".to_owned()
+            + &rows.collect::<String>()
+    }
+
+    /// The table of turns in place, to fill in.
+    pub fn turn_csv(&self) -> String {
+        let rows = self.repeated(&self.turn_rates_rad_s);
+        let rows = rows.map(|(robot, rate)| format!("{robot},{rate},6.283185,\n"));
+        "robot,commanded_rad_s,angle_rad,duration_s\n".to_owned() + &rows.collect::<String>()
+    }
+
+    /// The table of detections, to fill in; the last rows are without a neighbour.
+    pub fn detection_csv(&self) -> String {
+        let (first, samples) = (&self.robots[0], self.samples);
+        let places = self.bearings_rad.iter().flat_map(|bearing_rad| {
+            self.distances_m
+                .iter()
+                .map(move |distance_m| format!("{first},{distance_m},{bearing_rad},{samples},\n"))
+        });
+        let n_alone = self.samples_alone;
+        let alone = self.robots.iter().map(|robot| format!("{robot},,,{n_alone},\n"));
+        "robot,distance_m,bearing_rad,samples,detections\n".to_owned()
+            + &places.chain(alone).collect::<String>()
+    }
+
+    /// The table of control periods, to fill in.
+    pub fn period_csv(&self) -> String {
+        let rows = self.robots.iter().map(|robot| format!("{robot},\n").repeat(20));
+        "robot,period_s\n".to_owned() + &rows.collect::<String>()
+    }
+
+    /// Every robot with every command, as often as planned, in the order in which they are driven:
+    /// all commands once, then again, so that a battery running down spreads over all of them.
+    fn repeated<'a>(&'a self, commands: &'a [f64]) -> impl Iterator<Item = (&'a str, f64)> {
+        self.robots.iter().flat_map(move |robot| {
+            (0..self.repetitions)
+                .flat_map(move |_| commands.iter().map(move |command| (robot.as_str(), *command)))
+        })
+    }
+}

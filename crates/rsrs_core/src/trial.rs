@@ -1,0 +1,282 @@
+//! Trials on the floor: what was commanded, and what a tape, a stopwatch or a tracker saw.
+//!
+//! Each kind of trial is a CSV table with its header first; columns may stand in any order, rows
+//! too. A table from a spreadsheet is read as it comes: with a byte order mark, `CRLF`, semicolons
+//! or quotes. What cannot be true is refused with file, line and column, and numbers that look like
+//! millimetres or degrees with that guess: a gain that is a thousand times too large would
+//! otherwise go into a profile unseen.
+
+use std::collections::BTreeMap;
+
+pub use driven::{DrivenSample, DrivenTrial, driven_trials};
+pub use error::{TrialError, TrialProblem};
+pub use reduced::{Reduced, reduced};
+use table::{Row, Table};
+
+mod driven;
+mod error;
+mod reduced;
+mod table;
+
+/// All trials of one table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trials<T> {
+    /// Name of the table, for errors and reports.
+    pub file: String,
+    /// Names of the robots; trials refer to them by position.
+    pub robots: Vec<String>,
+    /// The trials, in the order of the table.
+    pub rows: Vec<T>,
+}
+
+/// One straight run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedTrial {
+    /// Position of the robot's name.
+    pub robot: usize,
+    /// Line of the table, from 1.
+    pub line: u64,
+    /// Commanded speed, in metres per second; positive.
+    pub commanded_m_s: f64,
+    /// Distance driven along the commanded line, in metres; not negative.
+    pub distance_m: f64,
+    /// Time taken, in seconds; positive.
+    pub duration_s: f64,
+    /// Where it ended beside the line, in metres; left is positive.
+    pub lateral_m: Option<f64>,
+    /// How much the heading changed, in radians; counterclockwise is positive.
+    pub heading_change_rad: Option<f64>,
+}
+
+/// One turn in place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TurnTrial {
+    /// Position of the robot's name.
+    pub robot: usize,
+    /// Line of the table, from 1.
+    pub line: u64,
+    /// Commanded turning rate, in radians per second; counterclockwise is positive, not zero.
+    pub commanded_rad_s: f64,
+    /// Angle turned, in radians, with the command's sign; a full circle is 2π.
+    pub angle_rad: f64,
+    /// Time taken, in seconds; positive.
+    pub duration_s: f64,
+}
+
+/// A neighbour's place in the robot's frame, centre to centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Neighbour {
+    /// Distance of the centres, in metres; positive.
+    pub distance_m: f64,
+    /// Bearing of its centre, in radians from -π to π; left is positive.
+    pub bearing_rad: f64,
+}
+
+/// How often a sensor reported something while a neighbour stood at one place, or while none did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DetectionTrial {
+    /// Position of the robot's name.
+    pub robot: usize,
+    /// Line of the table, from 1.
+    pub line: u64,
+    /// Where the neighbour stood; `None` if there was none, so that detections are false.
+    pub neighbour: Option<Neighbour>,
+    /// Readings taken; 1 or more.
+    pub samples: u64,
+    /// Readings that said "detected"; at most `samples`.
+    pub detections: u64,
+}
+
+/// One measured control period.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PeriodTrial {
+    /// Position of the robot's name.
+    pub robot: usize,
+    /// Line of the table, from 1.
+    pub line: u64,
+    /// Time from one decision to the next, in seconds; positive.
+    pub period_s: f64,
+}
+
+/// Reads straight runs: `robot,commanded_m_s,distance_m,duration_s[,lateral_m,heading_change_rad]`.
+///
+/// # Arguments
+///
+/// * `file` — name for errors; nothing is opened.
+/// * `text` — the table.
+///
+/// # Errors
+///
+/// [`TrialError`], the first problem found.
+pub fn speed_trials(file: &str, text: &str) -> Result<Trials<SpeedTrial>, TrialError> {
+    let required = ["robot", "commanded_m_s", "distance_m", "duration_s"];
+    let mut table = Table::open(file, text, &required, &["lateral_m", "heading_change_rad"])?;
+    table.read(|row, robot| {
+        let commanded_m_s = row.positive(1)?;
+        row.below(1, commanded_m_s, MAX_SPEED_M_S, "mm/s")?;
+        let distance_m = row.not_negative(2)?;
+        let duration_s = row.positive(3)?;
+        let ratio = distance_m / duration_s / commanded_m_s;
+        if ratio > 20.0 {
+            return Err(row.unit(2, distance_m, "mm"));
+        }
+        // Half to twice a hundredth: 2.5 cm/s that was driven as 0.025 m/s.
+        if commanded_m_s >= 1.0 && (0.005..=0.02).contains(&ratio) {
+            return Err(row.unit(1, commanded_m_s, "cm/s"));
+        }
+        let lateral_m = row.optional(4)?;
+        // Nobody ends further beside a line than they drove.
+        if let Some(lateral_m) = lateral_m.filter(|lateral_m| lateral_m.abs() > distance_m + 1.0) {
+            return Err(row.unit(4, lateral_m, "mm"));
+        }
+        let heading_change_rad = row.optional(5)?;
+        if let Some(change) = heading_change_rad {
+            row.below(5, change, std::f64::consts::TAU, "degrees")?;
+        }
+        let line = row.line;
+        Ok(SpeedTrial {
+            robot,
+            line,
+            commanded_m_s,
+            distance_m,
+            duration_s,
+            lateral_m,
+            heading_change_rad,
+        })
+    })
+}
+
+/// Reads turns in place: `robot,commanded_rad_s,angle_rad,duration_s`.
+///
+/// # Errors
+///
+/// [`TrialError`], the first problem found.
+pub fn turn_trials(file: &str, text: &str) -> Result<Trials<TurnTrial>, TrialError> {
+    let required = ["robot", "commanded_rad_s", "angle_rad", "duration_s"];
+    let mut table = Table::open(file, text, &required, &[])?;
+    table.read(|row, robot| {
+        let commanded_rad_s = row.number(1)?;
+        if commanded_rad_s == 0.0 {
+            return Err(row.out_of_range(1, commanded_rad_s, "a turning rate that is not 0"));
+        }
+        row.below(1, commanded_rad_s, MAX_TURN_RATE_RAD_S, "degrees per second")?;
+        let angle_rad = row.number(2)?;
+        let duration_s = row.positive(3)?;
+        let ratio = angle_rad / duration_s / commanded_rad_s;
+        if ratio < 0.0 {
+            return Err(row.out_of_range(
+                2,
+                angle_rad,
+                "an angle with the sign of commanded_rad_s (counterclockwise is positive)",
+            ));
+        }
+        let degrees = 180.0 / std::f64::consts::PI;
+        let is_round = angle_rad.abs() >= 90.0 && angle_rad % 90.0 == 0.0;
+        if is_round || (degrees / 2.0..=degrees * 2.0).contains(&ratio) {
+            return Err(row.unit(2, angle_rad, "degrees"));
+        }
+        if (0.5 / degrees..=2.0 / degrees).contains(&ratio) {
+            return Err(row.unit(1, commanded_rad_s, "degrees per second"));
+        }
+        Ok(TurnTrial { robot, line: row.line, commanded_rad_s, angle_rad, duration_s })
+    })
+}
+
+/// Reads detections: `robot,distance_m,bearing_rad,samples,detections`, centre to centre; an empty
+/// distance means that there was no neighbour.
+///
+/// # Errors
+///
+/// [`TrialError`], the first problem found.
+pub fn detection_trials(file: &str, text: &str) -> Result<Trials<DetectionTrial>, TrialError> {
+    let required = ["robot", "distance_m", "bearing_rad", "samples", "detections"];
+    let mut table = Table::open(file, text, &required, &[])?;
+    table.read(|row, robot| {
+        let neighbour = if row.optional(1)?.is_some() {
+            let distance_m = row.positive(1)?;
+            row.below(1, distance_m, MAX_SENSING_M, "mm or cm")?;
+            let bearing_rad = row.number(2)?;
+            row.below(2, bearing_rad, 3.15, "degrees")?;
+            Some(Neighbour { distance_m, bearing_rad })
+        } else {
+            if let Some(bearing_rad) = row.optional(2)? {
+                return Err(row.out_of_range(
+                    2,
+                    bearing_rad,
+                    "no bearing where distance_m is empty (no neighbour)",
+                ));
+            }
+            None
+        };
+        let samples = row.count(3)?;
+        let detections = row.count(4)?;
+        if samples == 0 {
+            return Err(row.out_of_range(3, 0.0, "1 or more"));
+        }
+        if detections > samples {
+            return Err(row.out_of_range(4, detections as f64, "at most samples"));
+        }
+        Ok(DetectionTrial { robot, line: row.line, neighbour, samples, detections })
+    })
+}
+
+/// Reads control periods: `robot,period_s`, one measured period in each row.
+///
+/// # Errors
+///
+/// [`TrialError`], the first problem found.
+pub fn period_trials(file: &str, text: &str) -> Result<Trials<PeriodTrial>, TrialError> {
+    let mut table = Table::open(file, text, &["robot", "period_s"], &[])?;
+    table.read(|row, robot| {
+        let period_s = row.positive(1)?;
+        row.below(1, period_s, MAX_PERIOD_S, "ms")?;
+        Ok(PeriodTrial { robot, line: row.line, period_s })
+    })
+}
+
+/// A robot of this method is small: a larger command is one in millimetres per second.
+const MAX_SPEED_M_S: f64 = 5.0;
+/// One and a half turns a second; a larger command is one in degrees per second.
+const MAX_TURN_RATE_RAD_S: f64 = 10.0;
+/// A binary sensor of a small robot does not reach further.
+const MAX_SENSING_M: f64 = 20.0;
+/// A robot that decides every five seconds cannot mill; the paper's decide every 130 ms.
+const MAX_PERIOD_S: f64 = 5.0;
+
+impl Table<'_> {
+    /// Reads every row; the first column is the robot's name.
+    fn read<T>(
+        &mut self,
+        mut trial: impl FnMut(&Row, usize) -> Result<T, TrialError>,
+    ) -> Result<Trials<T>, TrialError> {
+        let mut robots = Names::default();
+        let mut rows = Vec::new();
+        while let Some(row) = self.next_row()? {
+            let robot = robots.position(row.name(0)?);
+            rows.push(trial(&row, robot)?);
+        }
+        if rows.is_empty() {
+            return Err(self.refuse(TrialProblem::NoRows));
+        }
+        Ok(Trials { file: self.file().to_owned(), robots: robots.names, rows })
+    }
+}
+
+/// Names by position, each held once.
+#[derive(Default)]
+struct Names {
+    names: Vec<String>,
+    positions: BTreeMap<String, usize>,
+}
+
+impl Names {
+    fn position(&mut self, name: &str) -> usize {
+        if let Some(position) = self.positions.get(name) {
+            return *position;
+        }
+        let position = self.names.len();
+        self.names.push(name.to_owned());
+        self.positions.insert(name.to_owned(), position);
+        position
+    }
+}

@@ -1,0 +1,118 @@
+//! The statistics of a fit are those of scipy and statsmodels on the same data.
+
+#[path = "../examples/make_trials/draw.rs"]
+mod draw;
+#[path = "../../../msgs/tests/venv/mod.rs"]
+mod venv;
+
+use std::path::Path;
+use std::process::Command;
+
+use draw::Draw;
+use rsrs_core::fit::{Fit, Tables, Unmeasured, fit};
+use rsrs_core::trial::{PeriodTrial, SpeedTrial, Trials, TurnTrial, detection_trials};
+use serde_json::{Value, json};
+
+const DETECTION: &str = "robot,distance_m,bearing_rad,samples,detections\n\
+    a,0.3,-0.2,40,38\na,0.3,0,40,40\na,0.3,0.2,40,39\n\
+    a,0.5,-0.2,40,36\na,0.5,0,40,37\na,0.5,0.2,40,10\na,,,700,47\n";
+
+/// How many robots, commands and trials; whether some are missing.
+#[derive(Clone, Copy)]
+struct Design {
+    seed: u64,
+    n_robots: usize,
+    n_commands: usize,
+    n_trials: usize,
+    is_uneven: bool,
+}
+
+fn case(design: Design) -> Value {
+    let mut draw = Draw::new(design.seed);
+    let mut rows = Vec::new();
+    for robot in 0..design.n_robots {
+        let differs = draw.normal(0.0, 0.03);
+        for command in 0..design.n_commands {
+            let n_fewer = if design.is_uneven { (robot + command) % 3 } else { 0 };
+            for _ in n_fewer..design.n_trials {
+                let commanded_m_s = 0.05 * (command as f64 + 1.0);
+                let gain = 0.95 + differs + draw.normal(0.0, 0.01);
+                rows.push(SpeedTrial {
+                    robot,
+                    line: rows.len() as u64 + 2,
+                    commanded_m_s,
+                    distance_m: 2.0,
+                    duration_s: 2.0 / (gain * commanded_m_s),
+                    lateral_m: None,
+                    heading_change_rad: None,
+                });
+            }
+        }
+    }
+    // One trial that is not like the others.
+    rows[0].duration_s *= 1.07;
+    let names: Vec<String> = (0..design.n_robots).map(|robot| format!("robot_{robot}")).collect();
+    let speed = Trials { file: "speed.csv".to_owned(), robots: names.clone(), rows };
+    let periods = (0..12)
+        .map(|line| PeriodTrial {
+            robot: line % design.n_robots,
+            line: line as u64 + 2,
+            period_s: draw.normal(0.13, 0.004),
+        })
+        .collect();
+    let period = Trials { file: "period.csv".to_owned(), robots: names, rows: periods };
+    let fitted = fitted(&speed, &period);
+    json!({
+        "trials": speed.rows.iter().map(|trial| json!({
+            "robot": trial.robot,
+            "line": trial.line,
+            "commanded_m_s": trial.commanded_m_s,
+            "speed_m_s": trial.distance_m / trial.duration_s,
+        })).collect::<Vec<_>>(),
+        "periods": period.rows.iter().map(|trial| json!([trial.robot, trial.period_s]))
+            .collect::<Vec<_>>(),
+        "report": fitted,
+        "details": fitted.details,
+    })
+}
+
+fn fitted(speed: &Trials<SpeedTrial>, period: &Trials<PeriodTrial>) -> Fit {
+    let turn = TurnTrial {
+        robot: 0,
+        line: 2,
+        commanded_rad_s: 0.75,
+        angle_rad: std::f64::consts::TAU,
+        duration_s: 8.6,
+    };
+    let turn = Trials {
+        file: "turn.csv".to_owned(),
+        robots: vec!["robot_0".to_owned()],
+        rows: vec![turn],
+    };
+    let detection = detection_trials("detection.csv", DETECTION).expect("valid");
+    let tables =
+        Tables { speed, turn: &turn, detection: &detection, period: Some(period), driven: &[] };
+    fit(tables, &Unmeasured::default()).expect("there is a region")
+}
+
+#[test]
+fn intervals_variance_components_and_outliers_agree_with_scipy_and_statsmodels() {
+    let design = Design { seed: 1, n_robots: 5, n_commands: 1, n_trials: 6, is_uneven: false };
+    let cases: Vec<Value> = [
+        design,
+        Design { seed: 2, n_commands: 3, ..design },
+        Design { seed: 3, n_robots: 3, n_commands: 2, n_trials: 4, is_uneven: true },
+        Design { seed: 4, n_robots: 12, n_commands: 1, n_trials: 3, is_uneven: false },
+    ]
+    .map(case)
+    .into();
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fit_oracle.json");
+    let text = serde_json::to_string(&cases).expect("plain data");
+    std::fs::write(&file, text).expect("the target directory can be written");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fit_oracle.py");
+
+    let python = venv::python_with("scipy", &["scipy==1.17.*", "statsmodels==0.14.*"], &[]);
+    let printed = venv::must_run(Command::new(python).arg(script).arg(&file));
+
+    assert_eq!(printed.trim(), "4 cases agree");
+}

@@ -1,0 +1,290 @@
+//! Step 1 as a user meets it: tables in, a profile out, and what is refused.
+
+#[path = "../examples/make_trials/draw.rs"]
+mod draw;
+#[path = "../examples/make_trials/generate.rs"]
+mod generate;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use rsrs_core::fit::{Fit, FitError, Tables, Unmeasured, fit};
+use rsrs_core::profile::RobotProfile;
+use rsrs_core::trial::{detection_trials, period_trials, speed_trials, turn_trials};
+use serde_json::Value;
+
+const SPEED: &str = include_str!("../../../launch_configs/profiles/flockbot_trials/speed.csv");
+const TURN: &str = include_str!("../../../launch_configs/profiles/flockbot_trials/turn.csv");
+const DETECTION: &str =
+    include_str!("../../../launch_configs/profiles/flockbot_trials/detection.csv");
+const PERIOD: &str = include_str!("../../../launch_configs/profiles/flockbot_trials/period.csv");
+
+fn flockbot() -> Fit {
+    fit_texts([SPEED, TURN, DETECTION, PERIOD]).expect("the trials that ship can be fitted")
+}
+
+fn fit_texts([speed, turn, detection, period]: [&str; 4]) -> Result<Fit, FitError> {
+    let tables = Tables {
+        speed: &speed_trials("speed.csv", speed).expect("valid"),
+        turn: &turn_trials("turn.csv", turn).expect("valid"),
+        detection: &detection_trials("detection.csv", detection).expect("valid"),
+        period: Some(&period_trials("period.csv", period).expect("valid")),
+        driven: &[],
+    };
+    fit(tables, &Unmeasured::default())
+}
+
+#[test]
+fn the_committed_trials_are_what_the_example_makes() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../launch_configs/profiles");
+
+    let files = generate::files();
+
+    assert_eq!(files.len(), 3 * 5 + 2);
+    for (name, text) in files {
+        let committed = std::fs::read_to_string(folder.join(&name)).expect("it is committed");
+        assert!(committed == text, "{name}: run `cargo run -p rsrs_core --example make_trials`");
+    }
+}
+
+#[test]
+fn the_flockbots_trials_give_the_gains_of_the_papers_table() {
+    let report = flockbot();
+
+    let gains: Vec<(String, String)> = report
+        .speed
+        .iter()
+        .map(|speed| (format!("{:.3}", speed.commanded_m_s), format!("{:.2}", speed.gain)))
+        .collect();
+    // tab:speed1, by robot and then by command.
+    let expected = [
+        ("0.025", "0.89"),
+        ("0.050", "0.97"),
+        ("0.025", "0.86"),
+        ("0.050", "0.97"),
+        ("0.025", "0.89"),
+        ("0.050", "0.97"),
+    ];
+    assert_eq!(gains, expected.map(|(command, gain)| (command.to_owned(), gain.to_owned())));
+    for (speed, sd_mm_s) in report.speed.iter().zip([0.57, 0.38, 0.04, 0.12, 0.46, 0.20]) {
+        // Stopwatch times are written to a hundredth of a second.
+        assert!((speed.sd_m_s.unwrap() * 1000.0 - sd_mm_s).abs() < 0.01, "{speed:?}");
+        assert!(speed.gain_low.unwrap() < speed.gain && speed.gain < speed.gain_high.unwrap());
+    }
+}
+
+#[test]
+fn the_report_has_the_keys_of_the_contract() {
+    let report = serde_json::to_value(flockbot()).unwrap();
+
+    let keys = |value: &Value| -> Vec<String> {
+        let object = value.as_object().expect("an object");
+        object.keys().cloned().collect::<BTreeSet<_>>().into_iter().collect()
+    };
+    assert_eq!(keys(&report), ["period_s", "sensor", "speed", "turn"]);
+    assert_eq!(
+        keys(&report["speed"][0]),
+        [
+            "commanded_m_s",
+            "gain",
+            "gain_high",
+            "gain_low",
+            "mean_m_s",
+            "n_trials",
+            "robot",
+            "sd_m_s"
+        ]
+    );
+    assert_eq!(
+        keys(&report["turn"][0]),
+        [
+            "commanded_rad_s",
+            "gain",
+            "gain_high",
+            "gain_low",
+            "mean_rad_s",
+            "n_trials",
+            "robot",
+            "sd_rad_s"
+        ]
+    );
+    assert_eq!(
+        keys(&report["sensor"]),
+        [
+            "false_positive",
+            "false_positive_high",
+            "false_positive_low",
+            "polygon_m",
+            "true_positive",
+            "true_positive_high",
+            "true_positive_low"
+        ]
+    );
+    assert!(report["period_s"].as_f64().is_some_and(|period_s| (period_s - 0.13).abs() < 0.005));
+}
+
+/// Dotted paths of all numbers, entries of lists by their position.
+fn numbers(value: &Value, path: &str, found: &mut BTreeSet<String>) {
+    let below = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    match value {
+        Value::Number(_) => {
+            found.insert(path.to_owned());
+        }
+        Value::Array(entries) => {
+            for (position, entry) in entries.iter().enumerate() {
+                numbers(entry, &below(&position.to_string()), found);
+            }
+        }
+        Value::Object(entries) => {
+            for (key, entry) in entries {
+                numbers(entry, &below(key), found);
+            }
+        }
+        Value::Null | Value::Bool(_) | Value::String(_) => {}
+    }
+}
+
+#[test]
+fn every_number_of_a_fitted_profile_says_where_it_comes_from() {
+    let profile = flockbot().profile("flockbot", &Unmeasured::default());
+
+    let mut found = BTreeSet::new();
+    numbers(&serde_json::to_value(&profile).unwrap(), "", &mut found);
+    let explained: BTreeSet<String> = profile.provenance.numbers.keys().cloned().collect();
+    assert_eq!(found, explained);
+    profile.check().expect("a fitted profile describes a robot");
+}
+
+#[test]
+fn a_fitted_profile_survives_being_written_and_read() {
+    let profile = flockbot().profile("flockbot", &Unmeasured::default());
+
+    let text = serde_saphyr::to_string(&profile).unwrap();
+
+    assert_eq!(RobotProfile::parse("p.yaml", &text).unwrap(), profile);
+}
+
+#[test]
+fn the_fitted_flockbot_is_the_one_of_the_paper() {
+    let profile = flockbot().profile("flockbot", &Unmeasured::default());
+
+    let gains = &profile.actuation.speed.gain_by_command;
+    assert!((gains[0].mean - 0.879).abs() < 1e-3 && (gains[1].mean - 0.971).abs() < 1e-3);
+    assert!(profile.sensing.true_positive > 0.95 && profile.sensing.true_positive < 1.0);
+    assert!((0.05..=0.08).contains(&profile.sensing.false_positive));
+}
+
+#[test]
+fn the_polygon_lies_inside_the_measured_contour_and_covers_most_of_it() {
+    let map = flockbot().details.sensor;
+
+    let area = |polygon: &[[f64; 2]]| -> f64 {
+        polygon
+            .iter()
+            .zip(polygon.iter().cycle().skip(1))
+            .map(|([x, y], [next_x, next_y])| (x * next_y - next_x * y) / 2.0)
+            .sum()
+    };
+    // The winding number of points along the polygon's border, a hair inside it.
+    let centre = map.polygon_m.iter().fold([0.0, 0.0], |sum, corner| {
+        let n = map.polygon_m.len() as f64;
+        [sum[0] + corner[0] / n, sum[1] + corner[1] / n]
+    });
+    for (from, to) in map.polygon_m.iter().zip(map.polygon_m.iter().cycle().skip(1)) {
+        for step in 0..=20 {
+            let share = f64::from(step) / 20.0;
+            let point = [0, 1].map(|axis| {
+                let border = from[axis] + share * (to[axis] - from[axis]);
+                border + 0.002 * (centre[axis] - border)
+            });
+            assert!(is_in_simple_polygon(&map.contour_m, point), "{point:?}");
+        }
+    }
+    assert!(map.polygon_m.len() <= 8);
+    let share = area(&map.polygon_m) / area(&map.contour_m);
+    assert!((0.6..=1.0).contains(&share), "{share}");
+}
+
+fn is_in_simple_polygon(polygon: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
+    let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
+    let crossings = edges.filter(|([from_x, from_y], [to_x, to_y])| {
+        (*from_y > y) != (*to_y > y)
+            && x < (to_x - from_x) * (y - from_y) / (to_y - from_y) + from_x
+    });
+    crossings.count() % 2 == 1
+}
+
+#[test]
+fn the_order_of_the_rows_does_not_matter_to_the_report() {
+    let mut rows: Vec<&str> = SPEED.lines().skip(1).collect();
+    rows.reverse();
+    let reversed = format!("{}\n{}\n", SPEED.lines().next().unwrap(), rows.join("\n"));
+
+    let (one, other) = (flockbot(), fit_texts([&reversed, TURN, DETECTION, PERIOD]).unwrap());
+
+    for (one, other) in one.speed.iter().zip(&other.speed) {
+        assert_eq!((&one.robot, one.n_trials), (&other.robot, other.n_trials));
+        assert!((one.gain - other.gain).abs() < 1e-12, "{one:?} {other:?}");
+    }
+}
+
+#[test]
+fn few_trials_are_fitted_as_far_as_they_go_and_said_so() {
+    let speed = "robot,commanded_m_s,distance_m,duration_s\na,0.1,2,21\n";
+    let turn = "robot,commanded_rad_s,angle_rad,duration_s\na,0.75,6.2832,8.6\n";
+
+    let report = fit_texts([speed, turn, DETECTION, PERIOD]).unwrap();
+
+    let only = &report.speed[0];
+    assert_eq!((only.sd_m_s, only.gain_low, only.gain_high), (None, None, None));
+    let cautions: Vec<String> = report.details.cautions.iter().map(ToString::to_string).collect();
+    assert!(cautions.iter().any(|caution| caution.contains("one robot only")), "{cautions:?}");
+    assert!(cautions.iter().any(|caution| caution.contains("one command only (0.1 m/s)")));
+    assert!(cautions.iter().any(|caution| caution.contains("no robot repeated")));
+    report.profile("few", &Unmeasured::default()).check().expect("it still is a robot");
+}
+
+#[test]
+fn an_outlier_is_named_and_still_counts() {
+    let wild = SPEED.replacen(SPEED.lines().nth(1).unwrap(), "made_up_1,0.025,2,150,0,0", 1);
+
+    let report = fit_texts([&wild, TURN, DETECTION, PERIOD]).unwrap();
+
+    let cautions: Vec<String> = report.details.cautions.iter().map(ToString::to_string).collect();
+    assert!(
+        cautions
+            .iter()
+            .any(|caution| caution.starts_with("speed.csv:2: made_up_1 has a gain of 0.533")),
+        "{cautions:?}"
+    );
+    assert_eq!(report.speed[0].n_trials, 5);
+    assert!(report.speed[0].gain < 0.85, "{:?}", report.speed[0]);
+}
+
+#[test]
+fn a_sensor_that_is_nowhere_reliable_is_refused() {
+    let without =
+        DETECTION.lines().filter(|row| !row.contains(",,")).collect::<Vec<_>>().join("\n");
+    let weak = "robot,distance_m,bearing_rad,samples,detections\na,0.3,0,100,70\na,,,100,5\n";
+
+    let refused = |detection: &str| {
+        fit_texts([SPEED, TURN, detection, PERIOD]).expect_err("this is refused").to_string()
+    };
+
+    insta::assert_snapshot!(refused(&without), @"detection.csv: no row has an empty distance_m, expected readings without a neighbour (false positives)");
+    insta::assert_snapshot!(refused(weak), @"detection.csv: no region with detections in 80 % of the readings: 1 places, the best with 70 %; expected some at two or more bearings");
+}
+
+#[test]
+fn trajectories_without_turns_are_refused() {
+    let speed = speed_trials("speed.csv", SPEED).expect("valid");
+    let mut turn = turn_trials("turn.csv", TURN).expect("valid");
+    turn.rows.clear();
+    let detection = detection_trials("detection.csv", DETECTION).expect("valid");
+    let tables =
+        Tables { speed: &speed, turn: &turn, detection: &detection, period: None, driven: &[] };
+
+    let error = fit(tables, &Unmeasured::default()).expect_err("there is nothing to fit");
+
+    assert_eq!(error.to_string(), "turn.csv: no turns in place, expected 1 or more");
+}

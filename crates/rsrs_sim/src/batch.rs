@@ -1,0 +1,292 @@
+//! Many worlds at once: the sweep's kernel.
+//!
+//! A lane of a vector is a world, so that a robot's step in 4, 8 or 16 replicates of a cell costs
+//! as many instructions as in one. The bits are those of [`crate::world`]: the same operations in
+//! the same order, whatever the width, for every feature of a profile. Replicates are judged where
+//! they are simulated, by the arithmetic of [`rsrs_core::order`] in the same order, and a test holds
+//! both to the reference, bit by bit.
+//!
+//! What makes it quick, besides the lanes: each pair of robots is looked at once for both of them;
+//! contact, which is rare, is looked into only where something touches; in worlds without noise from
+//! step to step a robot's turn is one of two constants; and of a run's past only the window that
+//! the judge reads is kept.
+//!
+//! The vector unit is chosen when the program runs, not when it is built. AVX2 and AVX-512 have
+//! vectors of their own; all else (SSE2, NEON) is plain Rust over arrays of four.
+
+#![expect(
+    clippy::inline_always,
+    reason = "what is not inlined into the function of a vector unit does without its instructions"
+)]
+
+use std::ops::Range;
+
+use rsrs_core::conditions::Conditions;
+use rsrs_core::phase::{self, JudgeError, Verdict, WINDOW_S};
+use rsrs_core::trajectory::Trajectory;
+
+use crate::draw::{RunKey, Seed};
+use crate::episode::run_episode_into;
+use crate::placement::PlacementError;
+use crate::turn::LIMIT_RAD;
+
+mod advance;
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod engine;
+mod evidence;
+mod noise;
+mod portable;
+mod quick;
+mod rows;
+mod sense;
+mod simd;
+mod swarms;
+mod trigonometry;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use engine::{Engine, UnitEngine};
+
+/// A vector unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// Four worlds at a time, on any machine: SSE2, NEON.
+    Portable,
+    /// Eight worlds at a time.
+    Avx2,
+    /// Sixteen worlds at a time.
+    Avx512,
+}
+
+impl Unit {
+    /// The units that this machine has, the widest first.
+    pub fn available() -> Vec<Self> {
+        [Self::Avx512, Self::Avx2, Self::Portable]
+            .into_iter()
+            .filter(|unit| unit.engine().is_some())
+            .collect()
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    fn engine(self) -> Option<Box<dyn Engine>> {
+        match self {
+            Self::Portable => Some(Box::new(UnitEngine::new(portable::Portable))),
+            Self::Avx2 => Some(Box::new(UnitEngine::new(avx2::Avx2::find()?))),
+            Self::Avx512 => Some(Box::new(UnitEngine::new(avx512::Avx512::find()?))),
+        }
+    }
+
+    #[cfg(not(target_arch = "x86_64"))]
+    fn engine(self) -> Option<Box<dyn Engine>> {
+        (self == Self::Portable).then(|| Box::new(UnitEngine::new(portable::Portable)) as _)
+    }
+}
+
+/// What the judge says about one replicate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judged {
+    /// Phase and order parameters.
+    pub verdict: Verdict,
+    /// When stable milling began, in seconds; `None` if the replicate did not end in it.
+    pub converged_s: Option<f64>,
+}
+
+/// Why replicates of a cell could not be run and judged.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BatchError {
+    /// The robots do not fit where they are to start.
+    #[error(transparent)]
+    Placement(#[from] PlacementError),
+    /// The runs cannot be judged.
+    #[error(transparent)]
+    Judge(#[from] JudgeError),
+}
+
+/// The vector units of this machine, and the memory they work in.
+///
+/// One for each thread; it is used again from cell to cell.
+pub struct Batch {
+    /// The widest first.
+    engines: Vec<Box<dyn Engine>>,
+    trajectory: Trajectory,
+}
+
+impl Default for Batch {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Batch {
+    /// A batch on all units of this machine: the narrowest that has a lane for each replicate runs
+    /// them.
+    pub fn new() -> Self {
+        Self::of(&Unit::available())
+    }
+
+    /// A batch on one unit; `None` if this machine does not have it.
+    pub fn on(unit: Unit) -> Option<Self> {
+        unit.engine().map(|_| Self::of(&[unit]))
+    }
+
+    fn of(units: &[Unit]) -> Self {
+        Self {
+            engines: units.iter().filter_map(|unit| unit.engine()).collect(),
+            trajectory: Trajectory::new(1.0, 0),
+        }
+    }
+
+    /// Replicates that are run at once: the lanes of the widest unit.
+    pub fn lanes(&self) -> usize {
+        self.engines[0].lanes()
+    }
+
+    /// How many replicates of a cell are best run together: the lanes of the widest unit, or 1 for
+    /// a cell that is run one world at a time.
+    pub fn at_once(&self, conditions: &Conditions, duration_s: f64) -> usize {
+        if can_run(conditions, duration_s) { self.lanes() } else { 1 }
+    }
+
+    /// Runs and judges replicates of one cell.
+    ///
+    /// # Arguments
+    ///
+    /// * `conditions` — the cell.
+    /// * `seed`, `replicates` — seed of the sweep, and which replicates of the cell.
+    /// * `duration_s` — simulated time of each, in seconds.
+    ///
+    /// # Returns
+    ///
+    /// One entry for each replicate: what [`phase::label`] and [`phase::converged_s`] say about
+    /// [`crate::episode::run_episode`], to the bit.
+    ///
+    /// # Errors
+    ///
+    /// [`BatchError`] of the first replicate that cannot be placed or judged.
+    pub fn judge(
+        &mut self,
+        conditions: &Conditions,
+        (seed, replicates): (u64, Range<u64>),
+        duration_s: f64,
+    ) -> Result<Vec<Judged>, BatchError> {
+        let digest = conditions.digest();
+        let all: Vec<u64> = replicates.collect();
+        let mut judged = Vec::with_capacity(all.len());
+        for replicates in all.chunks(self.lanes()) {
+            let run = |replicate: &u64| RunKey::new(Seed { seed, replicate: *replicate }, digest);
+            let runs: Vec<RunKey> = replicates.iter().map(run).collect();
+            let in_lanes = if can_run(conditions, duration_s) {
+                // A replicate that cannot be placed is left to the reference, which says which.
+                self.engine_for(runs.len()).judge(conditions, &runs, duration_s).ok().flatten()
+            } else {
+                None
+            };
+            if let Some(in_lanes) = in_lanes {
+                judged.extend(in_lanes);
+                continue;
+            }
+            for replicate in replicates {
+                let seed = Seed { seed, replicate: *replicate };
+                judged.push(self.judge_by_reference(conditions, seed, duration_s)?);
+            }
+        }
+        Ok(judged)
+    }
+
+    fn judge_by_reference(
+        &mut self,
+        conditions: &Conditions,
+        seed: Seed,
+        duration_s: f64,
+    ) -> Result<Judged, BatchError> {
+        run_episode_into(conditions, seed, duration_s, &mut self.trajectory)?;
+        let bodies = conditions.bodies();
+        let verdict = phase::label(&self.trajectory, &bodies)?;
+        let converged_s = phase::converged_s(&self.trajectory, &bodies, verdict.phase);
+        Ok(Judged { verdict, converged_s })
+    }
+
+    /// The digests of all states of replicates, each before its step is made, as
+    /// [`crate::episode::episode_digests`] gives them for one; shape `[n_replicates][n_steps]`.
+    ///
+    /// # Errors
+    ///
+    /// [`PlacementError`] if the robots do not fit where they are to start.
+    pub fn digests(
+        &mut self,
+        conditions: &Conditions,
+        (seed, replicates): (u64, Range<u64>),
+        n_steps: u64,
+    ) -> Result<Vec<Vec<u64>>, PlacementError> {
+        let runs = runs(conditions, (seed, replicates));
+        let mut digests = Vec::with_capacity(runs.len());
+        for runs in runs.chunks(self.lanes()) {
+            digests.extend(self.engine_for(runs.len()).digests(conditions, runs, n_steps)?);
+        }
+        Ok(digests)
+    }
+
+    /// Makes steps of replicates and looks at nothing: the kernel alone, for benchmarks.
+    ///
+    /// # Errors
+    ///
+    /// [`PlacementError`] if the robots do not fit where they are to start.
+    pub fn step_only(
+        &mut self,
+        conditions: &Conditions,
+        (seed, replicates): (u64, Range<u64>),
+        n_steps: u64,
+    ) -> Result<(), PlacementError> {
+        let runs = runs(conditions, (seed, replicates));
+        runs.chunks(self.lanes())
+            .try_for_each(|runs| self.engine_for(runs.len()).step_only(conditions, runs, n_steps))
+    }
+
+    /// The narrowest unit with a lane for each of so many replicates.
+    fn engine_for(&mut self, n_runs: usize) -> &mut dyn Engine {
+        let index = self.engines.iter().rposition(|engine| engine.lanes() >= n_runs);
+        self.engines[index.expect("no more runs than the widest unit has lanes")].as_mut()
+    }
+}
+
+fn runs(conditions: &Conditions, (seed, replicates): (u64, Range<u64>)) -> Vec<RunKey> {
+    let digest = conditions.digest();
+    replicates.map(|replicate| RunKey::new(Seed { seed, replicate }, digest)).collect()
+}
+
+/// Whole periods in a time, at least one, as [`rsrs_core::phase`] counts them.
+fn samples_in(time_s: f64, period_s: f64) -> usize {
+    ((time_s / period_s + 1e-9).floor() as usize).max(1)
+}
+
+/// More robots than this are run one world at a time, with a grid.
+const MOST_ROBOTS: usize = 256;
+
+/// More states than this are not kept for the judge; the reference keeps them all.
+const MOST_STATES: usize = 1 << 20;
+
+/// The greatest number that [`crate::draw::Key::normal`] gives, rounded up.
+const MOST_NORMAL: f64 = 6.0;
+
+/// Whether the lanes can run and judge a cell. What they cannot is left to the reference: it is
+/// what is refused, or far from what robots do.
+fn can_run(conditions: &Conditions, duration_s: f64) -> bool {
+    let robot = &conditions.robot;
+    let controller = conditions.controller;
+    let n_window = samples_in(WINDOW_S, conditions.period_s);
+    let most = |gain: rsrs_core::conditions::GainDistribution| {
+        gain.mean.abs() + MOST_NORMAL * (gain.robot_sd + gain.step_sd)
+    };
+    let rate_rad_s = controller.turn_rate_rad_s.abs() * most(robot.turn_gain)
+        + MOST_NORMAL * robot.turn_bias_sd_rad_s;
+    let angle_rad = rate_rad_s * conditions.period_s + MOST_NORMAL * robot.heading_noise_sd_rad;
+    let way_m = controller.speed_m_s.abs() * most(robot.speed_gain) * conditions.period_s;
+    (1..=MOST_ROBOTS).contains(&conditions.robots)
+        && conditions.robots.saturating_mul(n_window) <= MOST_STATES
+        && conditions.steps(duration_s) >= n_window as u64
+        && angle_rad < f64::from(LIMIT_RAD)
+        && way_m < 1e6
+}

@@ -1,0 +1,250 @@
+//! Moving in lanes: what [`crate::world`] defines under "advance", for many worlds at once.
+
+use rsrs_core::conditions::Walls;
+
+use super::noise::{LaneKey, turn};
+use super::sense::Body;
+use super::simd::{Number, Simd};
+use crate::contact::Border;
+use crate::robots::{Rules, Traits};
+use crate::turn;
+
+/// What is the same for all robots at all times, in all lanes.
+#[derive(Clone, Copy)]
+pub struct LaneRules<S: Simd> {
+    true_positive: S::U,
+    false_positive: S::U,
+    walls: Walls,
+    limit_m: S::F,
+    minus_limit_m: S::F,
+    rotates_while_blocked: bool,
+    period_s: S::F,
+    speed_m_s: S::F,
+    left_rad_s: S::F,
+    right_rad_s: S::F,
+    speed_gain_step_sd: Option<S::F>,
+    turn_gain_step_sd: Option<S::F>,
+    heading_noise_sd_rad: Option<S::F>,
+    /// Decay and kick.
+    gusts: Option<(S::F, S::F)>,
+    yaw_share: Option<S::F>,
+}
+
+impl<S: Simd> LaneRules<S> {
+    /// The rules of a world, whose robots are told to drive and turn so.
+    pub fn new(simd: S, rules: &Rules, (speed_m_s, turn_rate_rad_s): (f32, f32)) -> Self {
+        let one = |number| simd.single(number);
+        let noise = |sd: f32| (sd != 0.0).then(|| one(sd));
+        let Border { walls, limit_m } = rules.border;
+        Self {
+            true_positive: simd.word(rules.true_positive),
+            false_positive: simd.word(rules.false_positive),
+            walls,
+            limit_m: one(limit_m),
+            minus_limit_m: one(-limit_m),
+            rotates_while_blocked: rules.rotates_while_blocked,
+            period_s: one(rules.period_s),
+            speed_m_s: one(speed_m_s),
+            left_rad_s: one(turn_rate_rad_s),
+            right_rad_s: one(-turn_rate_rad_s),
+            speed_gain_step_sd: noise(rules.speed_gain_step_sd),
+            turn_gain_step_sd: noise(rules.turn_gain_step_sd),
+            heading_noise_sd_rad: noise(rules.heading_noise_sd_rad),
+            gusts: rules.gusts.map(|gusts| (one(gusts.decay), one(gusts.kick_m_s))),
+            yaw_share: rules.yaw_share.map(one),
+        }
+    }
+
+    /// Whether a robot's step follows from what it detects alone, so that it can be tabulated.
+    pub fn is_plain(&self) -> bool {
+        let is_turn_plain = !self.turn_varies() && self.rotates_while_blocked;
+        is_turn_plain && self.speed_gain_step_sd.is_none() && self.gusts.is_none()
+    }
+
+    fn turn_varies(&self) -> bool {
+        self.turn_gain_step_sd.is_some()
+            || self.heading_noise_sd_rad.is_some()
+            || self.yaw_share.is_some()
+    }
+
+    /// Whether any robot drifts: has a state that its pose does not show.
+    pub fn has_drift(&self) -> (bool, bool) {
+        (self.gusts.is_some(), self.yaw_share.is_some())
+    }
+}
+
+/// One robot's step in every world, as far as it is known before the run.
+#[derive(Clone, Copy)]
+pub struct Habit<S: Simd> {
+    detection: LaneKey<S::U>,
+    travel_m: S::F,
+    left: (S::F, S::F),
+    right: (S::F, S::F),
+}
+
+/// The rest of one robot's character, for worlds in which steps vary.
+#[derive(Clone, Copy)]
+pub struct Whims<S: Simd> {
+    speed_gain: S::F,
+    turn_gain: S::F,
+    turn_bias_rad_s: S::F,
+    speed_gain_noise: LaneKey<S::U>,
+    turn_gain_noise: LaneKey<S::U>,
+    heading_noise: LaneKey<S::U>,
+    gust_x: LaneKey<S::U>,
+    gust_y: LaneKey<S::U>,
+}
+
+/// What a pose does not show of one robot's state.
+#[derive(Clone, Copy)]
+pub struct Drift<F> {
+    pub gust_m_s: (F, F),
+    pub yaw_rate_rad_s: F,
+}
+
+impl<S: Simd> Habit<S> {
+    /// The step of a robot with these traits, one for each lane.
+    pub fn new<'a>(
+        simd: S,
+        rules: &Rules,
+        (speed_m_s, turn_rate_rad_s): (f32, f32),
+        traits: impl Fn(usize) -> &'a Traits,
+    ) -> Self {
+        let turned = |rate_rad_s: f32| {
+            let of = |lane| {
+                let traits = traits(lane);
+                let rate_rad_s = rate_rad_s * traits.turn_gain + traits.turn_bias_rad_s;
+                turn::turn(rate_rad_s * rules.period_s)
+            };
+            (simd.singles(|lane| of(lane).0), simd.singles(|lane| of(lane).1))
+        };
+        Self {
+            detection: LaneKey::new(simd, |lane| traits(lane).detection),
+            travel_m: simd.singles(|lane| speed_m_s * traits(lane).speed_gain * rules.period_s),
+            left: turned(turn_rate_rad_s),
+            right: turned(-turn_rate_rad_s),
+        }
+    }
+
+    /// Whether each sensor reports a detection.
+    #[inline(always)]
+    pub fn detects(&self, simd: S, rules: &LaneRules<S>, (seen, step): (S::M, S::U)) -> S::M {
+        let limit = simd.select(seen, rules.true_positive, rules.false_positive);
+        simd.less(self.detection.uniform24(simd, step), limit)
+    }
+
+    /// One step of a robot, in worlds where it does not vary.
+    #[inline(always)]
+    pub fn step(
+        &self,
+        simd: S,
+        rules: &LaneRules<S>,
+        from: &Body<S::F>,
+        (detected, blocked): (S::M, S::M),
+    ) -> Body<S::F> {
+        let travel_m = self.travel_m.unless(blocked);
+        let to_m = (from.x_m + travel_m * from.cosine, from.y_m + travel_m * from.sine);
+        let (x_m, y_m) = rules.border((from.x_m, from.y_m), to_m);
+        let turned = (
+            S::F::select(detected, self.left.0, self.right.0),
+            S::F::select(detected, self.left.1, self.right.1),
+        );
+        let (cosine, sine) = rotate(simd, (from.cosine, from.sine), turned);
+        Body { x_m, y_m, cosine, sine }
+    }
+
+    /// One step of a robot, in worlds where it may vary.
+    #[inline(always)]
+    pub fn step_of_whim(
+        &self,
+        (simd, rules, step): (S, &LaneRules<S>, S::U),
+        (whims, drift): (&Whims<S>, &mut Drift<S::F>),
+        from: &Body<S::F>,
+        (detected, blocked): (S::M, S::M),
+    ) -> Body<S::F> {
+        let with_noise = |number: S::F, sd: Option<S::F>, key: &LaneKey<S::U>| match sd {
+            Some(sd) => number + sd * key.normal(simd, step),
+            None => number,
+        };
+        let gain = with_noise(whims.speed_gain, rules.speed_gain_step_sd, &whims.speed_gain_noise);
+        let travel_m = (rules.speed_m_s * gain * rules.period_s).unless(blocked);
+        let mut to_m = (from.x_m + travel_m * from.cosine, from.y_m + travel_m * from.sine);
+        if let Some((decay, kick_m_s)) = rules.gusts {
+            let gusted = |gust_m_s: S::F, key: &LaneKey<S::U>| {
+                decay * gust_m_s + kick_m_s * key.normal(simd, step)
+            };
+            drift.gust_m_s.0 = gusted(drift.gust_m_s.0, &whims.gust_x);
+            drift.gust_m_s.1 = gusted(drift.gust_m_s.1, &whims.gust_y);
+            to_m.0 = to_m.0 + drift.gust_m_s.0 * rules.period_s;
+            to_m.1 = to_m.1 + drift.gust_m_s.1 * rules.period_s;
+        }
+        let (x_m, y_m) = rules.border((from.x_m, from.y_m), to_m);
+        let turned = if rules.turn_varies() {
+            let gain = with_noise(whims.turn_gain, rules.turn_gain_step_sd, &whims.turn_gain_noise);
+            let told_rad_s = S::F::select(detected, rules.left_rad_s, rules.right_rad_s);
+            let mut rate_rad_s = told_rad_s * gain + whims.turn_bias_rad_s;
+            if let Some(share) = rules.yaw_share {
+                rate_rad_s = drift.yaw_rate_rad_s + (rate_rad_s - drift.yaw_rate_rad_s) * share;
+                drift.yaw_rate_rad_s = rate_rad_s;
+            }
+            let sd = rules.heading_noise_sd_rad;
+            turn(simd, with_noise(rate_rad_s * rules.period_s, sd, &whims.heading_noise))
+        } else {
+            (
+                S::F::select(detected, self.left.0, self.right.0),
+                S::F::select(detected, self.left.1, self.right.1),
+            )
+        };
+        let (mut cosine, mut sine) = rotate(simd, (from.cosine, from.sine), turned);
+        if !rules.rotates_while_blocked {
+            cosine = S::F::select(blocked, from.cosine, cosine);
+            sine = S::F::select(blocked, from.sine, sine);
+        }
+        Body { x_m, y_m, cosine, sine }
+    }
+}
+
+impl<S: Simd> Whims<S> {
+    /// The character of a robot with these traits, one for each lane.
+    pub fn new<'a>(simd: S, traits: impl Fn(usize) -> &'a Traits) -> Self {
+        Self {
+            speed_gain: simd.singles(|lane| traits(lane).speed_gain),
+            turn_gain: simd.singles(|lane| traits(lane).turn_gain),
+            turn_bias_rad_s: simd.singles(|lane| traits(lane).turn_bias_rad_s),
+            speed_gain_noise: LaneKey::new(simd, |lane| traits(lane).speed_gain_noise),
+            turn_gain_noise: LaneKey::new(simd, |lane| traits(lane).turn_gain_noise),
+            heading_noise: LaneKey::new(simd, |lane| traits(lane).heading_noise),
+            gust_x: LaneKey::new(simd, |lane| traits(lane).gust_x),
+            gust_y: LaneKey::new(simd, |lane| traits(lane).gust_y),
+        }
+    }
+}
+
+impl<S: Simd> LaneRules<S> {
+    #[inline(always)]
+    fn border(&self, from: (S::F, S::F), to: (S::F, S::F)) -> (S::F, S::F) {
+        match self.walls {
+            Walls::None => to,
+            Walls::Stop => {
+                let is_inside = to.0.abs().le(self.limit_m) & to.1.abs().le(self.limit_m);
+                (S::F::select(is_inside, to.0, from.0), S::F::select(is_inside, to.1, from.1))
+            }
+            Walls::Clamp => (self.clamp(to.0), self.clamp(to.1)),
+        }
+    }
+
+    #[inline(always)]
+    fn clamp(&self, coordinate_m: S::F) -> S::F {
+        let least_m = self.minus_limit_m;
+        let above = S::F::select(coordinate_m.lt(least_m), least_m, coordinate_m);
+        S::F::select(above.gt(self.limit_m), self.limit_m, above)
+    }
+}
+
+#[inline(always)]
+fn rotate<S: Simd>(simd: S, heading: (S::F, S::F), turned: (S::F, S::F)) -> (S::F, S::F) {
+    let cosine = heading.0 * turned.0 - heading.1 * turned.1;
+    let sine = heading.1 * turned.0 + heading.0 * turned.1;
+    let newton = simd.single(1.5) - simd.single(0.5) * (cosine * cosine + sine * sine);
+    (cosine * newton, sine * newton)
+}

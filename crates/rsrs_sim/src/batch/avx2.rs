@@ -1,0 +1,268 @@
+//! Eight worlds at a time: AVX2.
+
+// Tests may import so, and there the lint is silent.
+#[cfg_attr(not(test), expect(clippy::wildcard_imports, reason = "some sixty instructions"))]
+use std::arch::x86_64::*;
+use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
+
+use super::simd::{Mask, Number, Simd, Word, Work};
+use super::x86::operator;
+
+/// The proof that this machine has AVX2.
+#[derive(Clone, Copy)]
+pub struct Avx2(());
+
+/// Eight numbers in single precision.
+#[derive(Clone, Copy)]
+pub struct Singles(__m256);
+/// Eight answers: all bits of a lane, or none.
+#[derive(Clone, Copy)]
+pub struct Answers(__m256);
+/// Eight words.
+#[derive(Clone, Copy)]
+pub struct Words(__m256i);
+/// Four numbers in double precision.
+#[derive(Clone, Copy)]
+pub struct Doubles(__m256d);
+/// Four answers: all bits of a lane, or none.
+#[derive(Clone, Copy)]
+pub struct DoubleAnswers(__m256d);
+
+impl Avx2 {
+    /// The unit, if this machine has it.
+    pub fn find() -> Option<Self> {
+        is_x86_feature_detected!("avx2").then_some(Self(()))
+    }
+}
+
+operator!(Singles, Add, add, _mm256_add_ps);
+operator!(Singles, Sub, sub, _mm256_sub_ps);
+operator!(Singles, Mul, mul, _mm256_mul_ps);
+operator!(Singles, Div, div, _mm256_div_ps);
+operator!(Doubles, Add, add, _mm256_add_pd);
+operator!(Doubles, Sub, sub, _mm256_sub_pd);
+operator!(Doubles, Mul, mul, _mm256_mul_pd);
+operator!(Doubles, Div, div, _mm256_div_pd);
+operator!(Answers, BitAnd, bitand, _mm256_and_ps);
+operator!(Answers, BitOr, bitor, _mm256_or_ps);
+operator!(DoubleAnswers, BitAnd, bitand, _mm256_and_pd);
+operator!(DoubleAnswers, BitOr, bitor, _mm256_or_pd);
+operator!(Words, Add, add, _mm256_add_epi32);
+operator!(Words, Mul, mul, _mm256_mullo_epi32);
+operator!(Words, BitXor, bitxor, _mm256_xor_si256);
+operator!(Words, BitAnd, bitand, _mm256_and_si256);
+operator!(Words, BitOr, bitor, _mm256_or_si256);
+
+macro_rules! number {
+    ($vector:ident, $answers:ident, $scalar:ty, $n:literal, $set:ident, $andnot:ident, $sqrt:ident,
+     $min:ident, $max:ident, $cmp:ident, $blend:ident, $movemask:ident) => {
+        impl Mask for $answers {
+            #[inline(always)]
+            fn bits(self) -> u32 {
+                // SAFETY: vectors come from a unit that was found on this machine.
+                unsafe { $movemask(self.0) }.cast_unsigned()
+            }
+        }
+
+        impl Number for $vector {
+            type Scalar = $scalar;
+            type Mask = $answers;
+            #[inline(always)]
+            fn abs(self) -> Self {
+                // SAFETY: as above.
+                Self(unsafe { $andnot($set(-0.0), self.0) })
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                // SAFETY: as above.
+                Self(unsafe { $sqrt(self.0) })
+            }
+            #[inline(always)]
+            fn least(self, other: Self) -> Self {
+                // SAFETY: as above.
+                Self(unsafe { $min(self.0, other.0) })
+            }
+            #[inline(always)]
+            fn most(self, other: Self) -> Self {
+                // SAFETY: as above.
+                Self(unsafe { $max(self.0, other.0) })
+            }
+            #[inline(always)]
+            fn lt(self, other: Self) -> Self::Mask {
+                // SAFETY: as above.
+                $answers(unsafe { $cmp::<_CMP_LT_OQ>(self.0, other.0) })
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> Self::Mask {
+                // SAFETY: as above.
+                $answers(unsafe { $cmp::<_CMP_LE_OQ>(self.0, other.0) })
+            }
+            #[inline(always)]
+            fn gt(self, other: Self) -> Self::Mask {
+                // SAFETY: as above.
+                $answers(unsafe { $cmp::<_CMP_GT_OQ>(self.0, other.0) })
+            }
+            #[inline(always)]
+            fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
+                // SAFETY: as above.
+                Self(unsafe { $blend(no.0, yes.0, mask.0) })
+            }
+            #[inline(always)]
+            fn unless(self, mask: Self::Mask) -> Self {
+                // SAFETY: as above.
+                Self(unsafe { $andnot(mask.0, self.0) })
+            }
+            #[inline(always)]
+            fn lane(self, lane: usize) -> $scalar {
+                // SAFETY: both are the same number of plain numbers.
+                let numbers: [$scalar; $n] = unsafe { std::mem::transmute(self.0) };
+                numbers[lane]
+            }
+        }
+    };
+}
+
+number!(
+    Singles,
+    Answers,
+    f32,
+    8,
+    _mm256_set1_ps,
+    _mm256_andnot_ps,
+    _mm256_sqrt_ps,
+    _mm256_min_ps,
+    _mm256_max_ps,
+    _mm256_cmp_ps,
+    _mm256_blendv_ps,
+    _mm256_movemask_ps
+);
+number!(
+    Doubles,
+    DoubleAnswers,
+    f64,
+    4,
+    _mm256_set1_pd,
+    _mm256_andnot_pd,
+    _mm256_sqrt_pd,
+    _mm256_min_pd,
+    _mm256_max_pd,
+    _mm256_cmp_pd,
+    _mm256_blendv_pd,
+    _mm256_movemask_pd
+);
+
+impl Word for Words {
+    #[inline(always)]
+    fn shr(self, bits: u32) -> Self {
+        // SAFETY: vectors come from a unit that was found on this machine.
+        Self(unsafe { _mm256_srlv_epi32(self.0, _mm256_set1_epi32(bits.cast_signed())) })
+    }
+    #[inline(always)]
+    fn shl(self, bits: u32) -> Self {
+        // SAFETY: as above.
+        Self(unsafe { _mm256_sllv_epi32(self.0, _mm256_set1_epi32(bits.cast_signed())) })
+    }
+}
+
+impl Simd for Avx2 {
+    const LANES: usize = 8;
+    type F = Singles;
+    type M = Answers;
+    type U = Words;
+    type D = Doubles;
+    type N = DoubleAnswers;
+
+    #[inline(always)]
+    fn single(self, number: f32) -> Singles {
+        // SAFETY: `self` is the proof that this machine has the unit; so below.
+        Singles(unsafe { _mm256_set1_ps(number) })
+    }
+    #[inline(always)]
+    fn double(self, number: f64) -> Doubles {
+        // SAFETY: as above.
+        Doubles(unsafe { _mm256_set1_pd(number) })
+    }
+    #[inline(always)]
+    fn word(self, word: u32) -> Words {
+        // SAFETY: as above.
+        Words(unsafe { _mm256_set1_epi32(word.cast_signed()) })
+    }
+    #[inline(always)]
+    fn no(self) -> Answers {
+        // SAFETY: as above.
+        Answers(unsafe { _mm256_setzero_ps() })
+    }
+    #[inline(always)]
+    fn no_double(self) -> DoubleAnswers {
+        // SAFETY: as above.
+        DoubleAnswers(unsafe { _mm256_setzero_pd() })
+    }
+    #[inline(always)]
+    fn singles(self, number: impl FnMut(usize) -> f32) -> Singles {
+        let numbers: [f32; 8] = std::array::from_fn(number);
+        // SAFETY: both are the same number of plain numbers.
+        Singles(unsafe { std::mem::transmute::<[f32; 8], __m256>(numbers) })
+    }
+    #[inline(always)]
+    fn doubles(self, number: impl FnMut(usize) -> f64) -> Doubles {
+        let numbers: [f64; 4] = std::array::from_fn(number);
+        // SAFETY: both are the same number of plain numbers.
+        Doubles(unsafe { std::mem::transmute::<[f64; 4], __m256d>(numbers) })
+    }
+    #[inline(always)]
+    fn words(self, word: impl FnMut(usize) -> u32) -> Words {
+        let words: [u32; 8] = std::array::from_fn(word);
+        // SAFETY: both are the same number of plain words.
+        Words(unsafe { std::mem::transmute::<[u32; 8], __m256i>(words) })
+    }
+    #[inline(always)]
+    fn half<const HALF: usize>(self, numbers: Singles) -> Doubles {
+        // SAFETY: as above.
+        Doubles(unsafe {
+            _mm256_cvtps_pd(if HALF == 0 {
+                _mm256_castps256_ps128(numbers.0)
+            } else {
+                _mm256_extractf128_ps::<1>(numbers.0)
+            })
+        })
+    }
+    #[inline(always)]
+    fn bits(self, numbers: Singles) -> Words {
+        // SAFETY: as above.
+        Words(unsafe { _mm256_castps_si256(numbers.0) })
+    }
+    #[inline(always)]
+    fn with_bits(self, words: Words) -> Singles {
+        // SAFETY: as above.
+        Singles(unsafe { _mm256_castsi256_ps(words.0) })
+    }
+    #[inline(always)]
+    fn to_singles(self, words: Words) -> Singles {
+        // SAFETY: as above.
+        Singles(unsafe { _mm256_cvtepi32_ps(words.0) })
+    }
+    #[inline(always)]
+    fn to_words(self, numbers: Singles) -> Words {
+        // SAFETY: as above.
+        Words(unsafe { _mm256_cvttps_epi32(numbers.0) })
+    }
+    #[inline(always)]
+    fn less(self, words: Words, than: Words) -> Answers {
+        // SAFETY: as above.
+        Answers(unsafe { _mm256_castsi256_ps(_mm256_cmpgt_epi32(than.0, words.0)) })
+    }
+    #[inline(always)]
+    fn select(self, mask: Answers, yes: Words, no: Words) -> Words {
+        // SAFETY: as above.
+        Words(unsafe { _mm256_blendv_epi8(no.0, yes.0, _mm256_castps_si256(mask.0)) })
+    }
+    #[inline]
+    fn vectorize<W: Work>(self, work: W) -> W::Output {
+        #[target_feature(enable = "avx2")]
+        fn with_unit<W: Work>(work: W) -> W::Output {
+            work.run()
+        }
+        // SAFETY: as above.
+        unsafe { with_unit(work) }
+    }
+}

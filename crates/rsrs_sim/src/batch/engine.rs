@@ -1,0 +1,272 @@
+//! Runs and judges many replicates on one vector unit.
+
+use rsrs_core::conditions::Conditions;
+use rsrs_core::order::Evidence;
+use rsrs_core::phase::{Phase, Thresholds, Verdict, WINDOW_S};
+
+use super::evidence::{Commanded, Scratch, Window, gather};
+use super::quick::{Answer, Memory, Quick};
+use super::rows::Rows;
+use super::simd::{Number, Simd};
+use super::swarms::Swarms;
+use super::{Judged, samples_in};
+use crate::draw::RunKey;
+use crate::placement::PlacementError;
+
+/// The length of the blocks in which convergence is looked for, in seconds, and how many good ones
+/// in a row are a mill that has formed: as in [`rsrs_core::phase`].
+const BLOCK_S: f64 = 10.0;
+const GOOD_BLOCKS: u32 = 3;
+
+/// One vector unit with its memory.
+pub trait Engine: Send {
+    /// Replicates that are run at once.
+    fn lanes(&self) -> usize;
+
+    /// Runs and judges replicates of one cell.
+    ///
+    /// # Arguments
+    ///
+    /// * `conditions` — as [`super::can_run`] asks.
+    /// * `runs` — one to [`Self::lanes`] replicates.
+    ///
+    /// # Returns
+    ///
+    /// One entry for each replicate; `None` if a number did not stay finite.
+    fn judge(
+        &mut self,
+        conditions: &Conditions,
+        runs: &[RunKey],
+        duration_s: f64,
+    ) -> Result<Option<Vec<Judged>>, PlacementError>;
+
+    /// The digests of all states before each of so many steps; shape `[n_runs][n_steps]`.
+    fn digests(
+        &mut self,
+        conditions: &Conditions,
+        runs: &[RunKey],
+        n_steps: u64,
+    ) -> Result<Vec<Vec<u64>>, PlacementError>;
+
+    /// Makes steps and looks at nothing.
+    fn step_only(
+        &mut self,
+        conditions: &Conditions,
+        runs: &[RunKey],
+        n_steps: u64,
+    ) -> Result<(), PlacementError>;
+}
+
+/// The engine of a vector unit.
+pub struct UnitEngine<S: Simd> {
+    simd: S,
+    rows: Rows<S::F>,
+    scratch: Scratch<S>,
+    memory: Memory<S>,
+    commanded: Option<(CommandKey, [Commanded; 2])>,
+}
+
+/// What the sums of commands depend on.
+#[derive(Clone, Copy, PartialEq)]
+struct CommandKey {
+    told: (f64, f64),
+    period_s: f64,
+    n_robots: usize,
+}
+
+impl<S: Simd> UnitEngine<S> {
+    /// The engine of this unit.
+    pub fn new(simd: S) -> Self {
+        Self {
+            simd,
+            rows: Rows::new(),
+            scratch: Scratch::new(),
+            memory: Memory::new(),
+            commanded: None,
+        }
+    }
+
+    fn place(
+        &mut self,
+        conditions: &Conditions,
+        runs: &[RunKey],
+        n_rows: usize,
+    ) -> Result<Swarms<S>, PlacementError> {
+        assert!((1..=S::LANES).contains(&runs.len()), "a lane for each run");
+        self.rows.resize(conditions.robots, n_rows, self.simd.single(0.0));
+        Swarms::new(self.simd, conditions, runs, &mut self.rows)
+    }
+
+    /// What is commanded in a window and in a block.
+    fn commanded(&mut self, conditions: &Conditions) -> [Commanded; 2] {
+        let controller = conditions.controller;
+        let key = CommandKey {
+            told: (controller.speed_m_s, controller.turn_rate_rad_s),
+            period_s: conditions.period_s,
+            n_robots: conditions.robots,
+        };
+        match self.commanded {
+            Some((known, commanded)) if known == key => commanded,
+            _ => {
+                let commanded = [WINDOW_S, BLOCK_S].map(|time_s| {
+                    let n_samples = samples_in(time_s, key.period_s);
+                    Commanded::new(key.told, key.period_s, (n_samples, key.n_robots))
+                });
+                self.commanded = Some((key, commanded));
+                commanded
+            }
+        }
+    }
+
+    /// Whether all places and headings in the last row are finite. What is not finite once never
+    /// becomes so again, but for a place that walls hold.
+    fn is_finite(&self, step: u64) -> bool {
+        self.rows.at(step).iter().all(|body| {
+            let sum = body.x_m + body.y_m + body.cosine + body.sine;
+            (0..S::LANES).all(|lane| sum.lane(lane).is_finite())
+        })
+    }
+
+    /// Looks at the last block: which lanes were stable mills in it.
+    fn look(&mut self, window: (u64, u64), around: &Around<'_>, converging: &mut Converging) {
+        let simd = self.simd;
+        let window = Window {
+            rows: &self.rows,
+            start: window.0,
+            end: window.1,
+            commanded: &around.commanded[1],
+            bodies: around.conditions.bodies(),
+        };
+        let open = converging.open();
+        let bits = open.iter().fold(0, |bits, lane| bits | 1 << lane);
+        let memory = &mut self.memory;
+        let answers = simd.vectorize(Quick { simd, window, open: bits, memory });
+        let mut exact: Option<Vec<Evidence>> = None;
+        for lane in open {
+            let is_good = match answers[lane] {
+                Answer::Yes => true,
+                Answer::No => false,
+                Answer::Unclear => {
+                    let gather = || gather(simd, window, &mut self.scratch, 0..S::LANES);
+                    is_stable(&exact.get_or_insert_with(gather)[lane])
+                }
+            };
+            if is_good {
+                converging.extend(lane, window.start, around);
+            } else {
+                converging.good_blocks[lane] = 0;
+            }
+        }
+    }
+}
+
+/// What a run is judged by.
+struct Around<'a> {
+    conditions: &'a Conditions,
+    n_block: u64,
+    commanded: [Commanded; 2],
+}
+
+/// When each lane began to be a stable mill.
+struct Converging {
+    good_blocks: Vec<u32>,
+    converged_s: Vec<Option<f64>>,
+}
+
+impl Converging {
+    /// The lanes that have not yet become one.
+    fn open(&self) -> Vec<usize> {
+        let lanes = 0..self.converged_s.len();
+        lanes.filter(|lane| self.converged_s[*lane].is_none()).collect()
+    }
+
+    /// A lane was a stable mill in the block from this sample on.
+    fn extend(&mut self, lane: usize, block_start: u64, around: &Around<'_>) {
+        self.good_blocks[lane] += 1;
+        if self.good_blocks[lane] == GOOD_BLOCKS {
+            let first = block_start - u64::from(GOOD_BLOCKS - 1) * around.n_block;
+            self.converged_s[lane] = Some(first as f64 * around.conditions.period_s);
+        }
+    }
+}
+
+/// The rule of stable milling alone. What is stable by it is neither dispersed nor colliding.
+fn is_stable(evidence: &Evidence) -> bool {
+    Thresholds::default().phase(evidence, None) == Phase::StableMilling
+}
+
+impl<S: Simd> Engine for UnitEngine<S> {
+    fn lanes(&self) -> usize {
+        S::LANES
+    }
+
+    fn judge(
+        &mut self,
+        conditions: &Conditions,
+        runs: &[RunKey],
+        duration_s: f64,
+    ) -> Result<Option<Vec<Judged>>, PlacementError> {
+        let n_samples = conditions.steps(duration_s);
+        let n_window = samples_in(WINDOW_S, conditions.period_s);
+        let n_block = samples_in(BLOCK_S, conditions.period_s) as u64;
+        let mut swarms = self.place(conditions, runs, n_window.max(2))?;
+        let around = Around { conditions, n_block, commanded: self.commanded(conditions) };
+        let mut converging =
+            Converging { good_blocks: vec![0; runs.len()], converged_s: vec![None; runs.len()] };
+        for block in 0..n_samples / n_block {
+            let window = (block * n_block, (block + 1) * n_block);
+            swarms.run(&mut self.rows, window.1 - 1 - swarms.step_index());
+            if !converging.open().is_empty() {
+                self.look(window, &around, &mut converging);
+            }
+        }
+        swarms.run(&mut self.rows, n_samples - 1 - swarms.step_index());
+        if !self.is_finite(n_samples - 1) {
+            return Ok(None);
+        }
+        let window = Window {
+            rows: &self.rows,
+            start: n_samples - n_window as u64,
+            end: n_samples,
+            commanded: &around.commanded[0],
+            bodies: conditions.bodies(),
+        };
+        let evidence = gather(self.simd, window, &mut self.scratch, 0..runs.len());
+        let judged =
+            evidence.into_iter().zip(converging.converged_s).map(|(evidence, converged_s)| {
+                let phase = Thresholds::default().phase(&evidence, None);
+                let duration_s = n_samples as f64 * conditions.period_s;
+                let verdict = Verdict { phase, evidence, n_robots: conditions.robots, duration_s };
+                let converged_s = converged_s.filter(|_| phase == Phase::StableMilling);
+                Judged { verdict, converged_s }
+            });
+        Ok(Some(judged.collect()))
+    }
+
+    fn digests(
+        &mut self,
+        conditions: &Conditions,
+        runs: &[RunKey],
+        n_steps: u64,
+    ) -> Result<Vec<Vec<u64>>, PlacementError> {
+        let mut swarms = self.place(conditions, runs, 2)?;
+        let mut digests = vec![Vec::with_capacity(n_steps as usize); runs.len()];
+        for _ in 0..n_steps {
+            for (lane, digests) in digests.iter_mut().enumerate() {
+                digests.push(swarms.digest(&self.rows, lane));
+            }
+            swarms.run(&mut self.rows, 1);
+        }
+        Ok(digests)
+    }
+
+    fn step_only(
+        &mut self,
+        conditions: &Conditions,
+        runs: &[RunKey],
+        n_steps: u64,
+    ) -> Result<(), PlacementError> {
+        self.place(conditions, runs, 2)?.run(&mut self.rows, n_steps);
+        Ok(())
+    }
+}

@@ -1,0 +1,190 @@
+//! Sensing in lanes: what [`crate::view`] and [`crate::contact`] define, for many worlds at once.
+//!
+//! Each pair is looked at once, for both of its robots. What one sees of the other lies at
+//! `(forward, lateral)`; what the difference of their places is to the other robot has the opposite
+//! sign, and that is exact: `-a + -b` is `-(a + b)` to the bit, save for the sign of zero, which no
+//! comparison below tells apart.
+
+use crate::contact::Contact;
+use crate::view::{ConeView, PolygonView};
+
+use super::simd::{Mask, Number, Simd};
+
+/// Place and heading of one robot in every world.
+#[derive(Clone, Copy)]
+pub struct Body<F> {
+    pub x_m: F,
+    pub y_m: F,
+    pub cosine: F,
+    pub sine: F,
+}
+
+/// A view in lanes.
+pub trait LaneView<S: Simd>: Copy {
+    /// Whether a neighbour is seen at these distances and this squared distance.
+    fn sees(self, forward: S::F, lateral: S::F, d2: S::F) -> S::M;
+    /// Whether one is seen at minus these distances.
+    fn sees_opposite(self, forward: S::F, lateral: S::F, d2: S::F) -> S::M;
+}
+
+/// [`ConeView`] in lanes.
+#[derive(Clone, Copy)]
+pub struct Cone<F> {
+    zero: F,
+    slope: F,
+    offset_m: F,
+    reach_squared_m2: F,
+}
+
+impl<F: Copy> Cone<F> {
+    pub fn new<S: Simd<F = F>>(simd: S, view: ConeView) -> Self {
+        Self {
+            zero: simd.single(0.0),
+            slope: simd.single(view.slope),
+            offset_m: simd.single(view.offset_m),
+            reach_squared_m2: simd.single(view.reach_squared_m2),
+        }
+    }
+}
+
+impl<S: Simd> LaneView<S> for Cone<S::F> {
+    #[inline(always)]
+    fn sees(self, forward: S::F, lateral: S::F, d2: S::F) -> S::M {
+        forward.gt(self.zero)
+            & d2.le(self.reach_squared_m2)
+            & lateral.abs().le(forward * self.slope + self.offset_m)
+    }
+
+    #[inline(always)]
+    fn sees_opposite(self, forward: S::F, lateral: S::F, d2: S::F) -> S::M {
+        forward.lt(self.zero)
+            & d2.le(self.reach_squared_m2)
+            & lateral.abs().le(self.offset_m - forward * self.slope)
+    }
+}
+
+/// One side of a polygon: `normal . point <= limit`, which is `-normal . point >= -limit`.
+#[derive(Clone, Copy)]
+pub struct Side<F> {
+    normal_x: F,
+    normal_y: F,
+    limit_m: F,
+    minus_limit_m: F,
+}
+
+/// The sides of a polygon in lanes.
+pub fn sides<S: Simd>(simd: S, view: &PolygonView) -> Vec<Side<S::F>> {
+    view.sides
+        .iter()
+        .map(|side| Side {
+            normal_x: simd.single(side.normal_x),
+            normal_y: simd.single(side.normal_y),
+            limit_m: simd.single(side.limit_m),
+            minus_limit_m: simd.single(-side.limit_m),
+        })
+        .collect()
+}
+
+/// [`PolygonView`] in lanes; with `IN_FRONT` it sees bodies in front, else centres around.
+#[derive(Clone, Copy)]
+pub struct Polygon<'a, F, const IN_FRONT: bool> {
+    pub zero: F,
+    pub sides: &'a [Side<F>],
+}
+
+impl<S: Simd, const IN_FRONT: bool> LaneView<S> for Polygon<'_, S::F, IN_FRONT> {
+    #[inline(always)]
+    fn sees(self, forward: S::F, lateral: S::F, d2: S::F) -> S::M {
+        let start = if IN_FRONT { forward.gt(self.zero) } else { d2.gt(self.zero) };
+        self.sides.iter().fold(start, |inside, side| {
+            inside & (forward * side.normal_x + lateral * side.normal_y).le(side.limit_m)
+        })
+    }
+
+    #[inline(always)]
+    fn sees_opposite(self, forward: S::F, lateral: S::F, d2: S::F) -> S::M {
+        let start = if IN_FRONT { forward.lt(self.zero) } else { d2.gt(self.zero) };
+        self.sides.iter().fold(start, |inside, side| {
+            inside & side.minus_limit_m.le(forward * side.normal_x + lateral * side.normal_y)
+        })
+    }
+}
+
+/// [`Contact`] in lanes.
+#[derive(Clone, Copy)]
+pub struct LaneContact<F> {
+    diameter_squared_m2: F,
+    front: F,
+}
+
+impl<F: Copy> LaneContact<F> {
+    pub fn new<S: Simd<F = F>>(simd: S, contact: Contact) -> Self {
+        Self {
+            diameter_squared_m2: simd.single(contact.diameter_squared_m2),
+            front: simd.single(contact.front),
+        }
+    }
+}
+
+/// What robots found out about each other so far in a step, a mask for each robot.
+pub struct Found<'a, M> {
+    /// Who sees another.
+    pub seen: &'a mut [M],
+    /// Who has another in its way.
+    pub blocked: &'a mut [M],
+}
+
+/// Looks at one robot and all after it; what they find is added.
+///
+/// # Arguments
+///
+/// * `bodies` — all robots; shape `[n_robots]`, as what is found.
+#[inline(always)]
+pub fn sense<S: Simd, V: LaneView<S>>(
+    simd: S,
+    (view, contact): (V, LaneContact<S::F>),
+    (robot, bodies): (usize, &[Body<S::F>]),
+    found: &mut Found<'_, S::M>,
+) {
+    let me = bodies[robot];
+    let others = &bodies[robot + 1..];
+    let mut nearest_m2 = simd.single(f32::INFINITY);
+    let mut my_seen = found.seen[robot];
+    let others_seen = &mut found.seen[robot + 1..][..others.len()];
+    for (other, other_seen) in others.iter().zip(others_seen) {
+        let (dx_m, dy_m) = (me.x_m - other.x_m, me.y_m - other.y_m);
+        let d2_m2 = dx_m * dx_m + dy_m * dy_m;
+        nearest_m2 = nearest_m2.least(d2_m2);
+        let forward_m = dx_m * me.cosine + dy_m * me.sine;
+        let lateral_m = dy_m * me.cosine - dx_m * me.sine;
+        my_seen = my_seen | view.sees_opposite(forward_m, lateral_m, d2_m2);
+        let forward_m = dx_m * other.cosine + dy_m * other.sine;
+        let lateral_m = dy_m * other.cosine - dx_m * other.sine;
+        *other_seen = *other_seen | view.sees(forward_m, lateral_m, d2_m2);
+    }
+    found.seen[robot] = my_seen;
+    // Contact is rare, so only who is touched is asked where.
+    if nearest_m2.lt(contact.diameter_squared_m2).any() {
+        let (mine, theirs) = found.blocked[robot..].split_first_mut().expect("the robot itself");
+        block_each_other(contact, (me, others), (mine, theirs));
+    }
+}
+
+#[inline(always)]
+fn block_each_other<F: Number>(
+    contact: LaneContact<F>,
+    (me, others): (Body<F>, &[Body<F>]),
+    (my_blocked, others_blocked): (&mut F::Mask, &mut [F::Mask]),
+) {
+    for (other, other_blocked) in others.iter().zip(others_blocked) {
+        let (dx_m, dy_m) = (other.x_m - me.x_m, other.y_m - me.y_m);
+        let d2_m2 = dx_m * dx_m + dy_m * dy_m;
+        let touches = d2_m2.lt(contact.diameter_squared_m2);
+        let sector_m2 = contact.front * d2_m2;
+        let forward_m = dx_m * me.cosine + dy_m * me.sine;
+        *my_blocked = *my_blocked | (touches & (forward_m * forward_m.abs()).gt(sector_m2));
+        let (dx_m, dy_m) = (me.x_m - other.x_m, me.y_m - other.y_m);
+        let forward_m = dx_m * other.cosine + dy_m * other.sine;
+        *other_blocked = *other_blocked | (touches & (forward_m * forward_m.abs()).gt(sector_m2));
+    }
+}

@@ -1,0 +1,212 @@
+//! The state of many worlds, a lane each, and its steps.
+
+use rsrs_core::conditions::Conditions;
+
+use super::advance::{Drift, Habit, LaneRules, Whims};
+use super::rows::Rows;
+use super::sense::{Body, Cone, Found, LaneContact, LaneView, Polygon, Side, sense, sides};
+use super::simd::{Mask, Number, Simd, Work};
+use crate::draw::RunKey;
+use crate::placement::{self, PlacementError};
+use crate::robots::{Robots, Rules};
+use crate::view::View;
+use crate::world;
+
+/// Replicates of one cell, a lane each. Lanes that nobody needs repeat the last replicate.
+pub struct Swarms<S: Simd> {
+    simd: S,
+    n_robots: usize,
+    step: u64,
+    rules: LaneRules<S>,
+    view: ViewInLanes<S>,
+    contact: LaneContact<S::F>,
+    habits: Vec<Habit<S>>,
+    whims: Vec<Whims<S>>,
+    drifts: Vec<Drift<S::F>>,
+    /// A ring of `latency + 1` rows.
+    detections: Vec<S::M>,
+    latency_steps: u64,
+    seen: Vec<S::M>,
+    blocked: Vec<S::M>,
+}
+
+enum ViewInLanes<S: Simd> {
+    Cone(Cone<S::F>),
+    PolygonCentre(Vec<Side<S::F>>),
+    PolygonBody(Vec<Side<S::F>>),
+}
+
+impl<S: Simd> Swarms<S> {
+    /// Places the robots of every replicate, in row 0.
+    ///
+    /// # Arguments
+    ///
+    /// * `runs` — one to `LANES` replicates.
+    ///
+    /// # Errors
+    ///
+    /// [`PlacementError`] of the first replicate whose robots do not fit.
+    pub fn new(
+        simd: S,
+        conditions: &Conditions,
+        runs: &[RunKey],
+        rows: &mut Rows<S::F>,
+    ) -> Result<Self, PlacementError> {
+        let worlds = runs
+            .iter()
+            .map(|run| Ok(Robots::new(conditions, *run, &placement::place(conditions, *run)?)))
+            .collect::<Result<Vec<Robots>, PlacementError>>()?;
+        let world = |lane: usize| &worlds[lane.min(worlds.len() - 1)];
+        let n_robots = conditions.robots;
+        for (robot, body) in rows.at_mut(0).iter_mut().enumerate() {
+            *body = Body {
+                x_m: simd.singles(|lane| world(lane).x_m[robot]),
+                y_m: simd.singles(|lane| world(lane).y_m[robot]),
+                cosine: simd.singles(|lane| world(lane).cosine[robot]),
+                sine: simd.singles(|lane| world(lane).sine[robot]),
+            };
+        }
+        let rules = Rules::new(conditions);
+        let controller = conditions.controller;
+        let told = (controller.speed_m_s as f32, controller.turn_rate_rad_s as f32);
+        let habit = |robot: usize| Habit::new(simd, &rules, told, |l| &world(l).traits[robot]);
+        let whims = |robot: usize| Whims::new(simd, |lane| &world(lane).traits[robot]);
+        let zero = simd.single(0.0);
+        let still = Drift { gust_m_s: (zero, zero), yaw_rate_rad_s: zero };
+        let latency_steps = u64::from(conditions.robot.latency_steps);
+        let lane_rules = LaneRules::new(simd, &rules, told);
+        let n_whims = if lane_rules.is_plain() && latency_steps == 0 { 0 } else { n_robots };
+        Ok(Self {
+            simd,
+            n_robots,
+            step: 0,
+            rules: lane_rules,
+            view: ViewInLanes::new(simd, &rules.view),
+            contact: LaneContact::new(simd, rules.contact),
+            habits: (0..n_robots).map(habit).collect(),
+            whims: (0..n_whims).map(whims).collect(),
+            drifts: vec![still; n_whims],
+            detections: vec![simd.no(); (latency_steps as usize + 1) * n_robots],
+            latency_steps,
+            seen: vec![simd.no(); n_robots],
+            blocked: vec![simd.no(); n_robots],
+        })
+    }
+
+    /// Steps made so far; row `step` shows the state after them.
+    pub fn step_index(&self) -> u64 {
+        self.step
+    }
+
+    /// Makes steps, each from its row to the next.
+    pub fn run(&mut self, rows: &mut Rows<S::F>, n_steps: u64) {
+        let simd = self.simd;
+        let zero = simd.single(0.0);
+        // So that the view can be borrowed beside the rest.
+        let view = std::mem::replace(&mut self.view, ViewInLanes::PolygonBody(Vec::new()));
+        match &view {
+            ViewInLanes::Cone(cone) => self.run_with(*cone, rows, n_steps),
+            ViewInLanes::PolygonCentre(sides) => {
+                self.run_with(Polygon::<_, false> { zero, sides }, rows, n_steps);
+            }
+            ViewInLanes::PolygonBody(sides) => {
+                self.run_with(Polygon::<_, true> { zero, sides }, rows, n_steps);
+            }
+        }
+        self.view = view;
+    }
+
+    fn run_with<V: LaneView<S>>(&mut self, view: V, rows: &mut Rows<S::F>, n_steps: u64) {
+        let simd = self.simd;
+        if self.whims.is_empty() {
+            simd.vectorize(Steps::<S, V, true> { swarms: self, view, rows, count: n_steps });
+        } else {
+            simd.vectorize(Steps::<S, V, false> { swarms: self, view, rows, count: n_steps });
+        }
+    }
+
+    /// Names the state of one lane, as [`world::World::digest`] does.
+    pub fn digest(&self, rows: &Rows<S::F>, lane: usize) -> u64 {
+        let bodies = rows.at(self.step);
+        let column = |number: fn(&Body<S::F>) -> S::F| bodies.iter().map(number);
+        let poses = column(|body| body.x_m)
+            .chain(column(|body| body.y_m))
+            .chain(column(|body| body.cosine))
+            .chain(column(|body| body.sine));
+        let (has_gusts, has_lag) = self.rules.has_drift();
+        let column = |is_there: bool, number: fn(&Drift<S::F>) -> S::F| {
+            self.drifts.iter().filter(move |_| is_there).map(number)
+        };
+        let hidden = column(has_gusts, |drift| drift.gust_m_s.0)
+            .chain(column(has_gusts, |drift| drift.gust_m_s.1))
+            .chain(column(has_lag, |drift| drift.yaw_rate_rad_s));
+        let numbers = poses.chain(hidden).map(|number| number.lane(lane));
+        let under_way = (1..=self.latency_steps)
+            .flat_map(|age| &self.detections[self.detection_row(self.step + age)])
+            .map(|detected| detected.bits() >> lane & 1 == 1);
+        world::digest(self.step, numbers, under_way)
+    }
+
+    fn detection_row(&self, step: u64) -> std::ops::Range<usize> {
+        let row = (step % (self.latency_steps + 1)) as usize;
+        row * self.n_robots..(row + 1) * self.n_robots
+    }
+
+    /// One step. A robot moves as soon as it has looked at all others: they are seen where they
+    /// were, as the next state has a row of its own.
+    #[inline(always)]
+    fn step<V: LaneView<S>, const PLAIN: bool>(&mut self, view: V, rows: &mut Rows<S::F>) {
+        let (simd, n_robots) = (self.simd, self.n_robots);
+        let made = self.detection_row(self.step).start;
+        let arriving = self.detection_row(self.step + 1).start;
+        let Self { rules, contact, habits, whims, drifts, detections, seen, blocked, .. } = self;
+        let (from, to) = rows.step(self.step);
+        let (from, to) = (&from[..n_robots], &mut to[..n_robots]);
+        let mut found = Found { seen: &mut seen[..n_robots], blocked: &mut blocked[..n_robots] };
+        let counter = simd.word(self.step as u32);
+        for (robot, habit) in habits[..n_robots].iter().enumerate() {
+            sense(simd, (view, *contact), (robot, from), &mut found);
+            let detected = habit.detects(simd, rules, (found.seen[robot], counter));
+            let is_blocked = found.blocked[robot];
+            to[robot] = if PLAIN {
+                habit.step(simd, rules, &from[robot], (detected, is_blocked))
+            } else {
+                detections[made + robot] = detected;
+                let found = (detections[arriving + robot], is_blocked);
+                let whims = (&whims[robot], &mut drifts[robot]);
+                habit.step_of_whim((simd, rules, counter), whims, &from[robot], found)
+            };
+            (found.seen[robot], found.blocked[robot]) = (simd.no(), simd.no());
+        }
+        self.step += 1;
+    }
+}
+
+impl<S: Simd> ViewInLanes<S> {
+    fn new(simd: S, view: &View) -> Self {
+        match view {
+            View::Cone(cone) => Self::Cone(Cone::new(simd, *cone)),
+            View::PolygonCentre(polygon) => Self::PolygonCentre(sides(simd, polygon)),
+            View::PolygonBody(polygon) => Self::PolygonBody(sides(simd, polygon)),
+        }
+    }
+}
+
+/// Steps, as work for a vector unit.
+struct Steps<'a, S: Simd, V, const PLAIN: bool> {
+    swarms: &'a mut Swarms<S>,
+    view: V,
+    rows: &'a mut Rows<S::F>,
+    count: u64,
+}
+
+impl<S: Simd, V: LaneView<S>, const PLAIN: bool> Work for Steps<'_, S, V, PLAIN> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for _ in 0..self.count {
+            self.swarms.step::<V, PLAIN>(self.view, self.rows);
+        }
+    }
+}

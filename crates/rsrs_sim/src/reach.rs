@@ -1,0 +1,265 @@
+//! Step 2 of the method: the simulated reach under the commands that were sent, and whether real
+//! trajectories lie in it.
+//!
+//! Simulated robots drive every sequence of commands of the trials, one sequence after the other as
+//! real ones do, each as often as a real robot drove it. Half of them say where simulated robots
+//! can be; the other half say how far from them is far: the region at a time is where no more than
+//! 1 % of simulated robots would be further out. So the region holds 99 % of simulated robots
+//! whatever its shape (a point, a line, a banana, a ring), and both halves keep the gains of one
+//! robot through all of its trials.
+//!
+//! # Source
+//!
+//! `eq:simulatorreq`. The score is the distance to the k-th nearest neighbour; its calibration on
+//! held out draws is split conformal prediction: J. Lei, M. G'Sell, A. Rinaldo, R. J. Tibshirani,
+//! L. Wasserman, "Distribution-free predictive inference for regression", JASA 113, 2018.
+
+use std::collections::BTreeMap;
+
+use rsrs_core::axis::Axis;
+use rsrs_core::conditions::{Conditions, ConditionsError, Settings, Walls};
+use rsrs_core::controller::Command;
+use rsrs_core::harsher::NotHarsher;
+use rsrs_core::profile::RobotProfile;
+use rsrs_core::trial::DrivenTrial;
+use rsrs_core::unicycle::Pose;
+use rsrs_core::validation::Validation;
+
+use crate::draw::Seed;
+use crate::placement::PlacementError;
+use crate::world::World;
+use regions::Regions;
+
+pub use factors::{SmallestFactors, smallest_factors};
+
+mod drive;
+mod factors;
+mod judgement;
+mod region;
+mod regions;
+
+/// How reach is simulated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReachOptions {
+    /// Simulated robots, 200 or more: half for the region, half to calibrate it.
+    pub n_robots: usize,
+    /// Share of the simulated robots that each region holds, above 0.5 and below 1.
+    pub share: f64,
+    /// Times at which regions are made, evenly spaced over the longest trial of its kind.
+    pub n_horizons: usize,
+    /// How far measured positions may be off, in metres.
+    pub tolerance_m: f64,
+    /// How far measured headings may be off, in radians.
+    pub tolerance_rad: f64,
+    /// Seed of the simulated robots, below 2^63.
+    pub seed: u64,
+}
+
+impl Default for ReachOptions {
+    fn default() -> Self {
+        Self {
+            n_robots: 2000,
+            share: 0.99,
+            n_horizons: 10,
+            tolerance_m: 0.005,
+            tolerance_rad: 0.01,
+            seed: 1,
+        }
+    }
+}
+
+/// Why trajectories cannot be held against a simulator.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ReachError {
+    /// There is nothing to hold against it.
+    #[error("no trajectories, expected 1 or more")]
+    NoTrials,
+    /// An option outside what it can mean.
+    #[error("{name} is {found}, expected {expected}")]
+    Option {
+        /// Which one.
+        name: &'static str,
+        /// What it is.
+        found: f64,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// A trial that is over before a robot decides twice.
+    #[error(
+        "trial `{trial}` of {robot} lasts {duration_s} s, expected two control periods of {period_s} s or more"
+    )]
+    TooShort {
+        /// The robot.
+        robot: String,
+        /// The trial.
+        trial: String,
+        /// Its duration, in seconds.
+        duration_s: f64,
+        /// The control period, in seconds.
+        period_s: f64,
+    },
+    /// The robot cannot be simulated.
+    #[error(transparent)]
+    Conditions(#[from] ConditionsError),
+    /// The robot cannot be placed.
+    #[error(transparent)]
+    Placement(#[from] PlacementError),
+    /// Factors that would make a better robot.
+    #[error(transparent)]
+    NotHarsher(#[from] NotHarsher),
+}
+
+/// Trials under the same commands.
+struct Kind<'a> {
+    /// The longest of them; its commands are sent.
+    longest: &'a DrivenTrial,
+    horizons_s: Vec<f64>,
+    /// Most trials of one robot.
+    n_repeats: usize,
+}
+
+/// One robot's displacement since a start, at each horizon; shape `[n_horizons]`.
+type Path = Vec<Pose>;
+
+/// What one simulated robot drove; shape `[n_kinds][n_repeats]`.
+type Drives = Vec<Vec<Path>>;
+
+/// Holds real trajectories against the simulated reach.
+///
+/// # Arguments
+///
+/// * `robot` — the simulated robot: the measured profile with the sweep's factors applied.
+/// * `settings` — the sweep's fixed values; speed, turning rate, number of robots and walls are not
+///   taken from them, because trials drive alone under their own commands.
+/// * `trials` — real trajectories; 1 or more.
+/// * `options` — how reach is simulated.
+///
+/// # Returns
+///
+/// Regions, coverage and the trials outside. Robots of the simulated population are refused
+/// ([`Validation::is_contained`] is false) with a probability of at most 5 %, because what is
+/// compared is how many trials of how many robots leave, and the simulated robots say how often
+/// that happens to them.
+///
+/// # Errors
+///
+/// [`ReachError`], the first problem found.
+pub fn validate(
+    robot: &RobotProfile,
+    settings: &Settings,
+    trials: &[DrivenTrial],
+    options: &ReachOptions,
+) -> Result<Validation, ReachError> {
+    check(options)?;
+    let (kinds, kind_of) = kinds(trials, (options, robot.computation.period_s))?;
+    let conditions = conditions(robot, settings, trials)?;
+    let driver = drive::Driver::new(robot, &conditions);
+    let mut simulated = Vec::with_capacity(options.n_robots);
+    for replicate in 0..options.n_robots as u64 {
+        let mut world = World::new(&conditions, Seed { seed: options.seed, replicate })?;
+        simulated.push(driver.all(&mut world, &kinds));
+    }
+    let (reference, calibration) = simulated.split_at(options.n_robots / 2);
+    let regions: Vec<Regions> = (0..kinds.len())
+        .map(|kind| Regions::new(kind, (reference, calibration), options))
+        .collect();
+    let places = judgement::places(trials, (&kinds, &kind_of), &regions);
+    let tubes = kinds.iter().zip(&regions).enumerate();
+    let tubes = tubes
+        .map(|(kind, (of, regions))| {
+            judgement::tube(of, regions, &judgement::places_of(kind, trials, &places))
+        })
+        .collect();
+    let chances =
+        judgement::chances(trials, &kind_of, calibration, |path, kind| regions[kind].contain(path));
+    Ok(judgement::summary(places, tubes, &chances, options.share))
+}
+
+fn check(options: &ReachOptions) -> Result<(), ReachError> {
+    let refuse = |name, found, expected| Err(ReachError::Option { name, found, expected });
+    if options.n_robots < 200 {
+        return refuse("the number of simulated robots", options.n_robots as f64, "200 or more");
+    }
+    if !(options.share > 0.5 && options.share < 1.0) {
+        return refuse("the share of a region", options.share, "above 0.5 and below 1");
+    }
+    if options.n_horizons == 0 {
+        return refuse("the number of horizons", 0.0, "1 or more");
+    }
+    for (name, found) in [
+        ("the tolerance of positions in m", options.tolerance_m),
+        ("the tolerance of headings in rad", options.tolerance_rad),
+    ] {
+        if !(found > 0.0 && found.is_finite()) {
+            return refuse(name, found, "a number above 0");
+        }
+    }
+    Ok(())
+}
+
+/// Sorts trials by their commands and, roughly, by their duration, so that every trial reaches at
+/// least the middle of the horizons of its kind.
+fn kinds<'a>(
+    trials: &'a [DrivenTrial],
+    (options, period_s): (&ReachOptions, f64),
+) -> Result<(Vec<Kind<'a>>, Vec<usize>), ReachError> {
+    let mut members: BTreeMap<Vec<u64>, Vec<usize>> = BTreeMap::new();
+    for (index, trial) in trials.iter().enumerate() {
+        let duration_s = trial.duration_s();
+        if duration_s < 2.0 * period_s {
+            let (robot, trial) = (trial.robot.clone(), trial.trial.clone());
+            return Err(ReachError::TooShort { robot, trial, duration_s, period_s });
+        }
+        members.entry(signature(trial)).or_default().push(index);
+    }
+    let mut kinds = Vec::new();
+    let mut kind_of = vec![0; trials.len()];
+    for indices in members.into_values() {
+        let mut by_robot: BTreeMap<&str, usize> = BTreeMap::new();
+        for index in &indices {
+            kind_of[*index] = kinds.len();
+            *by_robot.entry(&trials[*index].robot).or_default() += 1;
+        }
+        let longest = indices
+            .iter()
+            .map(|index| &trials[*index])
+            .max_by(|left, right| left.duration_s().total_cmp(&right.duration_s()))
+            .ok_or(ReachError::NoTrials)?;
+        let n = options.n_horizons;
+        let horizon_s = |step: usize| longest.duration_s() * (step + 1) as f64 / n as f64;
+        let n_repeats = by_robot.into_values().max().unwrap_or(1);
+        kinds.push(Kind { longest, horizons_s: (0..n).map(horizon_s).collect(), n_repeats });
+    }
+    if kinds.is_empty() { Err(ReachError::NoTrials) } else { Ok((kinds, kind_of)) }
+}
+
+/// What trials of one kind have in common: a constant command, or all of them with their times.
+fn signature(trial: &DrivenTrial) -> Vec<u64> {
+    let bits = |command: Command| [command.speed_m_s, command.turn_rate_rad_s].map(f64::to_bits);
+    let mut signature = bits(trial.samples[0].command).to_vec();
+    signature.push(libm::log2(trial.duration_s()).floor().to_bits());
+    if trial.constant_command().is_none() {
+        for sample in &trial.samples[..trial.samples.len() - 1] {
+            signature.push((sample.time_s - trial.samples[0].time_s).to_bits());
+            signature.extend(bits(sample.command));
+        }
+    }
+    signature
+}
+
+/// One robot without walls; its gains are those at the first trial's command, and the driver
+/// converts the others to it.
+fn conditions(
+    robot: &RobotProfile,
+    settings: &Settings,
+    trials: &[DrivenTrial],
+) -> Result<Conditions, ReachError> {
+    let command = trials[0].samples[0].command;
+    let mut values = settings.values.clone();
+    values.extend([
+        (Axis::Speed, command.speed_m_s.abs()),
+        (Axis::TurnRate, command.turn_rate_rad_s.abs()),
+        (Axis::Robots, 1.0),
+    ]);
+    Ok(Conditions::resolve(robot, &Settings { values, walls: Walls::None })?)
+}

@@ -1,0 +1,86 @@
+//! Which factors would contain real trajectories.
+
+use rsrs_core::conditions::Settings;
+use rsrs_core::harsher::HarsherFactors;
+use rsrs_core::profile::RobotProfile;
+use rsrs_core::trial::DrivenTrial;
+
+use super::{ReachError, ReachOptions, validate};
+
+/// The smallest factors with which trajectories are contained.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SmallestFactors {
+    /// The factors; only those of motion differ from what was given.
+    pub factors: HarsherFactors,
+    /// Probability that as many simulated trials leave, with them.
+    pub p_value: f64,
+}
+
+/// Largest factor that is tried: a gain that varies by more says nothing any more.
+const MOST_FACTOR: f64 = 64.0;
+
+/// Searches the smallest spread of gains, then of gusts, that contains real trajectories.
+///
+/// One factor at a time is raised: the spread of the gains first, and if no spread helps, the gusts
+/// (where the robot has any). Both are found to 5 %.
+///
+/// # Arguments
+///
+/// * `measured` — the measured robot and the factors that the others are taken from.
+/// * `settings`, `trials`, `options` — as for [`validate`].
+///
+/// # Returns
+///
+/// `None` if neither helps up to a factor of 64: then the robots do what the profile has no
+/// disturbance for (no bias, no heading noise, no lag), and no factor can widen what is not there.
+///
+/// # Errors
+///
+/// [`ReachError`], as [`validate`].
+pub fn smallest_factors(
+    (measured, factors): (&RobotProfile, HarsherFactors),
+    settings: &Settings,
+    trials: &[DrivenTrial],
+    options: &ReachOptions,
+) -> Result<Option<SmallestFactors>, ReachError> {
+    let with_gains =
+        |factor| HarsherFactors { gain_sd_factor: factor, gust_factor: 1.0, ..factors };
+    let with_gusts = |factor| HarsherFactors { gust_factor: factor, ..factors };
+    let tried = |factors: HarsherFactors| {
+        let robot = factors.apply(measured)?;
+        let found = validate(&robot, settings, trials, options)?;
+        Ok(found.is_contained.then_some(SmallestFactors { factors, p_value: found.p_value }))
+    };
+    let found = smallest(|factor| tried(with_gains(factor)))?;
+    if found.is_some() || measured.actuation.gust.sd_m_s == 0.0 {
+        return Ok(found);
+    }
+    smallest(|factor| tried(with_gusts(factor)))
+}
+
+/// Doubles a factor from 1 until it helps, then halves the gap until it is 5 %.
+fn smallest(
+    tried: impl Fn(f64) -> Result<Option<SmallestFactors>, ReachError>,
+) -> Result<Option<SmallestFactors>, ReachError> {
+    let (mut low, mut high) = (1.0, 1.0);
+    let mut best = tried(high)?;
+    if best.is_some() {
+        return Ok(best);
+    }
+    while best.is_none() {
+        if high >= MOST_FACTOR {
+            return Ok(None);
+        }
+        low = high;
+        high *= 2.0;
+        best = tried(high)?;
+    }
+    while high / low > 1.05 {
+        let middle = (low * high).sqrt();
+        match tried(middle)? {
+            None => low = middle,
+            found => (best, high) = (found, middle),
+        }
+    }
+    Ok(best)
+}

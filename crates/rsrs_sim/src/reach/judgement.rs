@@ -1,0 +1,180 @@
+//! Where real trials were, and how surprising that is.
+
+use std::collections::BTreeMap;
+
+use rsrs_core::interval::Interval;
+use rsrs_core::trial::DrivenTrial;
+use rsrs_core::unicycle::Pose;
+use rsrs_core::validation::{
+    Exit, Horizon, LEVEL, RobotCoverage, TrialPlace, Tube, Validation, at_least_outside,
+};
+
+use super::regions::Regions;
+use super::{Drives, Kind, Path};
+
+/// Where every trial was.
+pub(super) fn places(
+    trials: &[DrivenTrial],
+    (kinds, kind_of): (&[Kind], &[usize]),
+    regions: &[Regions],
+) -> Vec<TrialPlace> {
+    let place = |(trial, kind): (&DrivenTrial, &usize)| TrialPlace {
+        robot: trial.robot.clone(),
+        trial: trial.trial.clone(),
+        tube: *kind,
+        exits: reached(&kinds[*kind], trial)
+            .filter_map(|(horizon, time_s)| {
+                exit(&regions[*kind], (horizon, time_s), trial.displacement_at(time_s))
+            })
+            .collect(),
+    };
+    trials.iter().zip(kind_of).map(place).collect()
+}
+
+/// The horizons that a trial lasts to.
+fn reached<'a>(
+    kind: &'a Kind,
+    trial: &DrivenTrial,
+) -> impl Iterator<Item = (usize, f64)> + use<'a> {
+    let duration_s = trial.duration_s() + 1e-9;
+    let horizons = kind.horizons_s.iter().copied().enumerate();
+    horizons.take_while(move |(_, time_s)| *time_s <= duration_s)
+}
+
+fn exit(regions: &Regions, (horizon, time_s): (usize, f64), pose: Pose) -> Option<Exit> {
+    let region = &regions.positions[horizon];
+    let by_position = !region.contains([pose.x_m, pose.y_m]);
+    let by_heading = !regions.heading_is_inside(horizon, pose.heading_rad);
+    if !by_position && !by_heading {
+        return None;
+    }
+    let [least_rad, most_rad] = regions.headings_rad[horizon];
+    let heading_rad = f64::midpoint(least_rad, most_rad);
+    let (sine, cosine) = libm::sincos(heading_rad);
+    let (dx_m, dy_m) = (pose.x_m - region.mean_m[0], pose.y_m - region.mean_m[1]);
+    Some(Exit {
+        time_s,
+        by_position,
+        by_heading,
+        ahead_m: dx_m * cosine + dy_m * sine,
+        left_m: dy_m * cosine - dx_m * sine,
+        turned_rad: pose.heading_rad - heading_rad,
+    })
+}
+
+/// The regions of one kind, with the trials inside.
+pub(super) fn tube(
+    kind: &Kind,
+    regions: &Regions,
+    members: &[(&DrivenTrial, &TrialPlace)],
+) -> Tube {
+    let horizon = |(index, time_s): (usize, &f64)| {
+        let lasting: Vec<_> = members
+            .iter()
+            .filter(|(trial, _)| reached(kind, trial).any(|(reached, _)| reached == index))
+            .collect();
+        let is_inside = |place: &TrialPlace| {
+            place.exits.iter().all(|exit| exit.time_s.to_bits() != time_s.to_bits())
+        };
+        let n_inside = lasting.iter().filter(|(_, place)| is_inside(place)).count();
+        let position = &regions.positions[index];
+        let (region, area_m2) = position.mask();
+        Horizon {
+            time_s: *time_s,
+            area_m2,
+            mean_m: position.mean_m,
+            heading_rad: regions.headings_rad[index],
+            n_trials: lasting.len(),
+            n_inside,
+            coverage: Interval::clopper_pearson(n_inside as u64, lasting.len() as u64),
+            region,
+        }
+    };
+    Tube {
+        command: kind.longest.constant_command(),
+        duration_s: kind.longest.duration_s(),
+        horizons: kind.horizons_s.iter().enumerate().map(horizon).collect(),
+    }
+}
+
+/// For each real robot: how probable it is that 0, 1, 2 … of its trials would be outside if it were
+/// a simulated one.
+pub(super) fn chances(
+    trials: &[DrivenTrial],
+    kind_of: &[usize],
+    simulated: &[Drives],
+    contains: impl Fn(&[Pose], usize) -> bool,
+) -> Vec<Vec<f64>> {
+    // Whether each simulated robot's drive of a kind is outside; shape [robot][kind][repeat].
+    let is_outside: Vec<Vec<Vec<bool>>> = simulated
+        .iter()
+        .map(|drives| {
+            let of_kind = |(kind, repeats): (usize, &Vec<Path>)| {
+                repeats.iter().map(|path| !contains(path, kind)).collect()
+            };
+            drives.iter().enumerate().map(of_kind).collect()
+        })
+        .collect();
+    let mut robots: BTreeMap<&str, BTreeMap<usize, usize>> = BTreeMap::new();
+    for (trial, kind) in trials.iter().zip(kind_of) {
+        *robots.entry(&trial.robot).or_default().entry(*kind).or_default() += 1;
+    }
+    let chance = |driven: &BTreeMap<usize, usize>| {
+        let n_trials: usize = driven.values().sum();
+        let mut chances = vec![0.0; n_trials + 1];
+        for drives in &is_outside {
+            let outside = driven.iter().flat_map(|(kind, n)| &drives[*kind][..*n]);
+            chances[outside.filter(|is_outside| **is_outside).count()] +=
+                1.0 / is_outside.len() as f64;
+        }
+        chances
+    };
+    robots.values().map(chance).collect()
+}
+
+/// The answer.
+pub(super) fn summary(
+    trials: Vec<TrialPlace>,
+    tubes: Vec<Tube>,
+    chances: &[Vec<f64>],
+    share: f64,
+) -> Validation {
+    let n_inside_of =
+        |places: &[&TrialPlace]| places.iter().filter(|place| place.exits.is_empty()).count();
+    let mut by_robot: BTreeMap<&str, Vec<&TrialPlace>> = BTreeMap::new();
+    for place in &trials {
+        by_robot.entry(&place.robot).or_default().push(place);
+    }
+    let robots = by_robot
+        .iter()
+        .map(|(robot, places)| {
+            let n_inside = n_inside_of(places);
+            let coverage = Interval::clopper_pearson(n_inside as u64, places.len() as u64);
+            let robot = (*robot).to_owned();
+            RobotCoverage { robot, n_trials: places.len(), n_inside, coverage }
+        })
+        .collect();
+    let n_trials = trials.len();
+    let n_inside = n_inside_of(&trials.iter().collect::<Vec<_>>());
+    let p_value = at_least_outside(chances, n_trials - n_inside);
+    Validation {
+        share,
+        is_contained: p_value >= LEVEL,
+        p_value,
+        n_trials,
+        n_inside,
+        coverage: Interval::clopper_pearson(n_inside as u64, n_trials as u64),
+        robots,
+        tubes,
+        trials,
+    }
+}
+
+/// Trials of one kind with their places.
+pub(super) fn places_of<'a>(
+    kind: usize,
+    trials: &'a [DrivenTrial],
+    places: &'a [TrialPlace],
+) -> Vec<(&'a DrivenTrial, &'a TrialPlace)> {
+    trials.iter().zip(places).filter(|(_, place)| place.tube == kind).collect()
+}

@@ -1,0 +1,213 @@
+//! The batch kernel against the reference world, and its judge against the judge: bit by bit.
+
+use proptest::prelude::*;
+use rsrs_core::conditions::{Conditions, GainDistribution, Placement, Region, Walls};
+use rsrs_core::phase;
+use rsrs_core::profile::Sees;
+use rsrs_sim::batch::{Batch, Judged, Unit};
+use rsrs_sim::draw::Seed;
+use rsrs_sim::episode::{episode_digests, run_episode};
+
+use crate::support::{HARSHER, PERFECT, flockbots};
+
+fn batch(unit: Unit) -> Batch {
+    Batch::on(unit).expect("an available unit")
+}
+
+/// What the reference world passes through.
+fn reference(conditions: &Conditions, seed: Seed, n_steps: u64) -> Vec<u64> {
+    // Half a period more, so that no rounding takes a step away.
+    let duration_s = (n_steps as f64 + 0.5) * conditions.period_s;
+    episode_digests(conditions, seed, duration_s).expect("the robots fit")
+}
+
+/// Replicates of the batch that do not pass through the states of the reference.
+fn strays(conditions: &Conditions, seed: u64, n_steps: u64) -> Vec<(Unit, u64)> {
+    let mut strays = Vec::new();
+    for unit in Unit::available() {
+        let mut batch = batch(unit);
+        let n_replicates = batch.lanes() as u64 + 2;
+        let digests =
+            batch.digests(conditions, (seed, 0..n_replicates), n_steps).expect("the robots fit");
+        for (replicate, digests) in (0..).zip(digests) {
+            if digests != reference(conditions, Seed { seed, replicate }, n_steps) {
+                strays.push((unit, replicate));
+            }
+        }
+    }
+    strays
+}
+
+fn judged_by_reference(conditions: &Conditions, seed: Seed, duration_s: f64) -> Judged {
+    let trajectory = run_episode(conditions, seed, duration_s).expect("the robots fit");
+    let bodies = conditions.bodies();
+    let verdict = phase::label(&trajectory, &bodies).expect("long enough");
+    Judged { verdict, converged_s: phase::converged_s(&trajectory, &bodies, verdict.phase) }
+}
+
+/// Every number to the bit, as `==` would take plus zero for minus zero.
+fn bits(judged: &Judged) -> String {
+    format!("{judged:?}")
+}
+
+#[test]
+fn every_machine_has_a_unit_and_this_ones_are_tested() {
+    let units = Unit::available();
+
+    assert!(units.contains(&Unit::Portable), "{units:?}");
+    #[cfg(target_arch = "x86_64")]
+    assert_eq!(units.contains(&Unit::Avx2), is_x86_feature_detected!("avx2"));
+}
+
+#[test]
+fn all_units_pass_through_the_states_of_the_reference() {
+    let conditions = flockbots(0.15, 0.75, &HARSHER);
+
+    assert_eq!(strays(&conditions, 1, 2307), []);
+}
+
+#[test]
+fn the_comparison_finds_a_difference_of_one_bit() {
+    let conditions = flockbots(0.15, 0.75, &HARSHER);
+    let mut other = conditions.clone();
+    other.robot.true_positive += 1.0 / 16_777_216.0;
+
+    let digests = |conditions: &Conditions| {
+        batch(Unit::Portable).digests(conditions, (1, 0..1), 1).expect("the robots fit")
+    };
+
+    assert_ne!(digests(&conditions), digests(&other));
+}
+
+#[test]
+fn crowds_and_jams_pass_through_the_states_of_the_reference() {
+    for (robots, radius_m) in [(1, 0.1), (2, 0.2), (30, 0.8), (128, 2.0)] {
+        let mut conditions = flockbots(0.25, 0.25, &HARSHER);
+        conditions.robots = robots;
+        conditions.placement = Placement::DiscFacingOut { radius_m };
+        conditions.robot.region = Region::Cone { half_angle_rad: 1.4, range_m: 0.5 };
+
+        assert_eq!(strays(&conditions, 3, 300), [], "{robots} robots");
+    }
+}
+
+#[test]
+fn the_judge_of_the_lanes_is_the_judge() {
+    let cells = [(0.15, 0.75), (0.05, 1.5), (0.30, 0.25), (0.25, 2.0), (0.175, 0.25), (0.0, 0.5)];
+    for (speed_m_s, turn_rate_rad_s) in cells {
+        for imperfection in [&HARSHER, &PERFECT] {
+            let conditions = flockbots(speed_m_s, turn_rate_rad_s, imperfection);
+            for unit in Unit::available() {
+                let judged =
+                    batch(unit).judge(&conditions, (5, 0..18), 150.0).expect("fit and long");
+
+                for (replicate, judged) in (0..).zip(&judged) {
+                    let expected =
+                        judged_by_reference(&conditions, Seed { seed: 5, replicate }, 150.0);
+                    assert_eq!(
+                        bits(judged),
+                        bits(&expected),
+                        "{unit:?} {replicate} {conditions:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+prop_compose! {
+    fn gain()(mean in 0.5..1.2, robot_sd in sometimes(0.2), step_sd in sometimes(0.2))
+        -> GainDistribution
+    {
+        GainDistribution { mean, robot_sd, step_sd }
+    }
+}
+
+/// Zero, or a number up to `most`.
+fn sometimes(most: f64) -> impl Strategy<Value = f64> {
+    prop_oneof![Just(0.0), 0.0..most]
+}
+
+/// A cone, or a convex polygon of three to eight corners around a point in front.
+fn region() -> impl Strategy<Value = Region> {
+    let cone = (0.02..1.5, 0.1..2.0)
+        .prop_map(|(half_angle_rad, range_m)| Region::Cone { half_angle_rad, range_m });
+    let polygon =
+        (3_usize..=8, 0.05..0.8, -0.2..0.6, -0.2..0.2).prop_map(|(n, size_m, x_m, y_m)| {
+            let corner = |corner: usize| {
+                let (sine, cosine) = libm::sincos(std::f64::consts::TAU * corner as f64 / n as f64);
+                [x_m + size_m * cosine, y_m + size_m * sine]
+            };
+            Region::Polygon { corners_m: (0..n).map(corner).collect() }
+        });
+    prop_oneof![cone, polygon]
+}
+
+prop_compose! {
+    fn robot_with_whims()(
+        (speed_gain, turn_gain) in (gain(), gain()),
+        (turn_bias, heading_noise, gust, yaw_lag) in
+            (sometimes(0.1), sometimes(0.05), sometimes(0.1), sometimes(2.0)),
+        (region, sees, rotates, front) in (
+            region(),
+            prop_oneof![Just(Sees::Body), Just(Sees::Centre)],
+            any::<bool>(),
+            0.1..3.1,
+        ),
+        (true_positive, false_positive, latency_steps) in (0.0..=1.0, 0.0..=1.0, 0_u32..5),
+        (speed, turn_rate, robots, radius, walls, side) in (
+            0.0..0.5,
+            0.0..2.5,
+            1_usize..16,
+            0.5..1.5,
+            prop_oneof![Just(Walls::None), Just(Walls::Stop), Just(Walls::Clamp)],
+            2.0..6.0,
+        ),
+    ) -> Conditions {
+        let mut conditions = flockbots(speed, turn_rate, &PERFECT);
+        conditions.robots = robots;
+        conditions.placement = Placement::DiscFacingOut { radius_m: radius };
+        (conditions.arena.walls, conditions.arena.side_m) = (walls, side);
+        let robot = &mut conditions.robot;
+        (robot.speed_gain, robot.turn_gain) = (speed_gain, turn_gain);
+        robot.turn_bias_sd_rad_s = turn_bias;
+        robot.heading_noise_sd_rad = heading_noise;
+        robot.gust_sd_m_s = gust;
+        robot.yaw_lag_s = yaw_lag;
+        (robot.region, robot.sees) = (region, sees);
+        robot.rotates_while_blocked = rotates;
+        robot.front_half_angle_rad = front;
+        (robot.true_positive, robot.false_positive) = (true_positive, false_positive);
+        robot.latency_steps = latency_steps;
+        conditions
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn any_robots_pass_through_the_states_of_the_reference(
+        conditions in robot_with_whims(),
+        seed in 0_u64..1000,
+    ) {
+        prop_assert_eq!(strays(&conditions, seed, 120), []);
+    }
+
+    #[test]
+    fn any_run_is_judged_as_the_judge_judges(
+        conditions in robot_with_whims(),
+        seed in 0_u64..1000,
+        duration_s in 60.0..100.0,
+    ) {
+        for unit in Unit::available() {
+            let judged = batch(unit).judge(&conditions, (seed, 0..3), duration_s).expect("fits");
+
+            for (replicate, judged) in (0..).zip(&judged) {
+                let expected =
+                    judged_by_reference(&conditions, Seed { seed, replicate }, duration_s);
+                prop_assert_eq!(bits(judged), bits(&expected), "{:?} {}", unit, replicate);
+            }
+        }
+    }
+}

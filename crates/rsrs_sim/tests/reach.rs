@@ -1,0 +1,237 @@
+//! Step 2: which real trajectories a simulated robot's reach contains.
+
+use rsrs_core::axis::Axis;
+use rsrs_core::conditions::{Conditions, Settings, Walls};
+use rsrs_core::controller::Command;
+use rsrs_core::harsher::HarsherFactors;
+use rsrs_core::profile::RobotProfile;
+use rsrs_core::trial::{DrivenSample, DrivenTrial};
+use rsrs_core::unicycle::{ActuationGain, Pose, step};
+use rsrs_core::validation::Validation;
+use rsrs_sim::draw::Seed;
+use rsrs_sim::reach::{ReachError, ReachOptions, smallest_factors, validate};
+use rsrs_sim::world::World;
+
+const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+
+const STRAIGHT: Command = Command { speed_m_s: 0.05, turn_rate_rad_s: 0.0 };
+const CURVE: Command = Command { speed_m_s: 0.05, turn_rate_rad_s: 0.2 };
+
+/// A Flockbot that also strays: bias and heading noise make its reach two-dimensional.
+fn measured() -> RobotProfile {
+    let mut profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("it is valid");
+    profile.actuation.turn.bias_sd_rad_s = 0.004;
+    profile.actuation.turn.heading_noise_sd_rad = 0.01;
+    profile
+}
+
+fn harsher() -> RobotProfile {
+    HarsherFactors::default().apply(&measured()).expect("the default factors are harsher")
+}
+
+fn options() -> ReachOptions {
+    ReachOptions { n_robots: 1000, n_horizons: 5, ..ReachOptions::default() }
+}
+
+fn held_against(robot: &RobotProfile, trials: &[DrivenTrial]) -> Validation {
+    validate(robot, &Settings::default(), trials, &options()).expect("it can be simulated")
+}
+
+/// Trials of robots that are drawn from a profile: each drives straight and a curve, twice each.
+fn drawn(profile: &RobotProfile, n_robots: u64, seed: u64) -> Vec<DrivenTrial> {
+    let values = vec![
+        (Axis::Speed, STRAIGHT.speed_m_s),
+        (Axis::TurnRate, CURVE.turn_rate_rad_s),
+        (Axis::Robots, 1.0),
+    ];
+    let settings = Settings { values, walls: Walls::None };
+    let conditions = Conditions::resolve(profile, &settings).expect("it can be simulated");
+    let mut trials = Vec::new();
+    for replicate in 0..n_robots {
+        // Far from the seed with which reach is simulated.
+        let seed = Seed { seed: 1_000_000 + seed, replicate };
+        let mut world = World::new(&conditions, seed).expect("one robot has room");
+        for (trial, command) in [STRAIGHT, CURVE, STRAIGHT, CURVE].into_iter().enumerate() {
+            trials.push(DrivenTrial {
+                robot: format!("robot_{replicate}"),
+                trial: trial.to_string(),
+                samples: driven(command, conditions.period_s, |pose: &mut Pose| {
+                    let now = world.poses().next().expect("one robot");
+                    let turns = (now.heading_rad - pose.heading_rad) / std::f64::consts::TAU;
+                    *pose = now;
+                    pose.heading_rad -= turns.round() * std::f64::consts::TAU;
+                    world.sense();
+                    world.advance(&[command]);
+                }),
+            });
+        }
+    }
+    trials
+}
+
+/// 154 control periods: 20 seconds, a metre.
+fn driven(command: Command, period_s: f64, mut next: impl FnMut(&mut Pose)) -> Vec<DrivenSample> {
+    let mut pose = Pose::default();
+    (0..155)
+        .map(|sample| {
+            next(&mut pose);
+            DrivenSample { time_s: f64::from(sample) * period_s, pose, command }
+        })
+        .collect()
+}
+
+/// Trials of robots without noise that all have the same gain, and turn on their own.
+fn exact(n_robots: usize, gain: ActuationGain, bias_rad_s: f64) -> Vec<DrivenTrial> {
+    let trial = |(robot, (trial, command)): (usize, (usize, Command))| {
+        let with_bias =
+            Command { turn_rate_rad_s: command.turn_rate_rad_s + bias_rad_s, ..command };
+        let mut next_pose = Pose::default();
+        DrivenTrial {
+            robot: format!("robot_{robot}"),
+            trial: trial.to_string(),
+            samples: driven(command, 0.13, |pose| {
+                *pose = next_pose;
+                next_pose = step(next_pose, with_bias, gain, 0.13);
+            }),
+        }
+    };
+    let robots = (0..n_robots).flat_map(|robot| {
+        [STRAIGHT, CURVE].into_iter().enumerate().map(move |drive| (robot, drive))
+    });
+    robots.map(trial).collect()
+}
+
+const MEAN: ActuationGain = ActuationGain { speed: 0.971, turn: 0.97 };
+
+#[test]
+fn robots_within_the_measured_profile_are_contained_at_every_sample_size() {
+    for (n_robots, seed) in [(1, 1), (1, 2), (3, 3), (3, 4), (10, 5), (10, 6), (30, 7)] {
+        let found = held_against(&harsher(), &drawn(&measured(), n_robots, seed));
+
+        assert!(found.is_contained, "{n_robots} robots, seed {seed}: {}", found.p_value);
+        assert_eq!(found.n_trials as u64, 4 * n_robots);
+    }
+}
+
+#[test]
+fn robots_of_the_simulated_population_are_refused_in_at_most_five_of_a_hundred_cases() {
+    let robot = harsher();
+    let options = ReachOptions { n_robots: 400, n_horizons: 5, ..ReachOptions::default() };
+    for n_robots in [1, 4] {
+        let n_refused = (0..120)
+            .filter(|seed| {
+                // Regions are drawn anew each time, as they would be by other people.
+                let options = ReachOptions { seed: 1 + seed, ..options };
+                let trials = drawn(&robot, n_robots, *seed);
+                let found = validate(&robot, &Settings::default(), &trials, &options);
+                !found.expect("it can be simulated").is_contained
+            })
+            .count();
+
+        // Of 120 cases, 5 % are 6; more than 12 have a probability of 0.7 %.
+        assert!(n_refused <= 12, "{n_robots} robots: {n_refused}");
+    }
+}
+
+#[test]
+fn robots_beyond_the_edge_by_a_tenth_are_refused_at_every_sample_size() {
+    // The 99 % edges of the gain: 2.58 standard deviations of 0.05 about the mean.
+    let (fastest, slowest) = (0.971 + 2.58 * 0.05, 0.971 - 2.58 * 0.05);
+    // The same edge of the heading after 20 s on a curve: bias, heading noise and turn gain.
+    let bias_rad = 0.004 * 20.0;
+    let noise_rad = 0.01 * (20.0_f64 / 0.13).sqrt();
+    let gain_rad = 0.05 * CURVE.turn_rate_rad_s * 20.0;
+    let sd_rad = libm::hypot(libm::hypot(bias_rad, noise_rad), gain_rad);
+    let curving_rad_s = 1.1 * (2.58 * sd_rad + options().tolerance_rad) / 20.0;
+    for n_robots in [1, 2, 5, 20] {
+        let faster = exact(n_robots, ActuationGain { speed: fastest * 1.1, ..MEAN }, 0.0);
+        let slower = exact(n_robots, ActuationGain { speed: slowest * 0.9, ..MEAN }, 0.0);
+        let curving = exact(n_robots, MEAN, curving_rad_s);
+        for (how, trials) in [("faster", faster), ("slower", slower), ("curving", curving)] {
+            let found = held_against(&harsher(), &trials);
+
+            assert!(!found.is_contained, "{n_robots} {how}: {}", found.p_value);
+            assert_eq!(found.outside().count(), trials.len(), "{n_robots} {how}");
+            let exit = found.trials[0].exits.last().expect("the trial is outside");
+            match how {
+                "faster" => assert!(exit.by_position && exit.ahead_m > 0.1, "{exit:?}"),
+                "slower" => assert!(exit.by_position && exit.ahead_m < -0.1, "{exit:?}"),
+                _ => assert!(exit.by_heading && exit.turned_rad > 0.1, "{exit:?}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn the_area_of_the_reach_grows_and_is_two_dimensional_also_when_driving_straight() {
+    let found = held_against(&harsher(), &exact(2, MEAN, 0.0));
+
+    let straight = found.tubes.iter().find(|tube| tube.command == Some(STRAIGHT)).unwrap();
+    let areas_m2: Vec<f64> = straight.horizons.iter().map(|horizon| horizon.area_m2).collect();
+    assert!(areas_m2.windows(2).all(|pair| pair[0] < pair[1]), "{areas_m2:?}");
+    // Ahead, ±0.13 of a metre; beside, ±2.58 of what bias (4 cm) and noise (7 cm) add up to.
+    let last = straight.horizons.last().unwrap();
+    assert!((0.05..0.25).contains(&last.area_m2), "{areas_m2:?}");
+    assert!((last.time_s - 20.02).abs() < 1e-6 && (last.mean_m[0] - 0.97).abs() < 0.02);
+    assert_eq!((last.n_trials, last.n_inside), (2, 2));
+}
+
+#[test]
+fn a_robot_without_noise_reaches_a_line_and_its_trials_must_be_on_it() {
+    let flockbot = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("it is valid");
+    let robot = HarsherFactors::default().apply(&flockbot).expect("harsher");
+
+    let on_line = held_against(&robot, &exact(5, MEAN, 0.0));
+    let beside = held_against(&robot, &exact(5, MEAN, 0.004));
+
+    assert!(on_line.is_contained && !beside.is_contained);
+    assert!(on_line.tubes[0].horizons[4].area_m2 < 0.02);
+}
+
+#[test]
+fn the_smallest_factors_contain_faster_robots_and_name_none_for_curving_ones() {
+    let measured = measured();
+    let base = HarsherFactors::default();
+    let settings = Settings::default();
+    // Three standard deviations of the measured robots beyond what the default factors contain.
+    let faster = exact(5, ActuationGain { speed: 1.16, ..MEAN }, 0.0);
+    let curving = exact(5, MEAN, 0.2);
+
+    let found = smallest_factors((&measured, base), &settings, &faster, &options()).unwrap();
+    let none = smallest_factors((&measured, base), &settings, &curving, &options()).unwrap();
+
+    let factors = found.expect("a spread contains them").factors;
+    assert!((2.5..8.0).contains(&factors.gain_sd_factor), "{factors:?}");
+    assert!(held_against(&factors.apply(&measured).unwrap(), &faster).is_contained);
+    assert_eq!(none, None);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_answer() {
+    let trials = drawn(&measured(), 3, 1);
+
+    assert_eq!(held_against(&harsher(), &trials), held_against(&harsher(), &trials));
+}
+
+#[test]
+fn what_cannot_be_held_against_a_simulator_is_refused() {
+    let robot = harsher();
+    let settings = Settings::default();
+    let mut short = exact(1, MEAN, 0.0);
+    short[0].samples.truncate(2);
+
+    let nothing = validate(&robot, &settings, &[], &options());
+    let too_short = validate(&robot, &settings, &short, &options());
+    let few = ReachOptions { n_robots: 10, ..options() };
+    let too_few = validate(&robot, &settings, &exact(1, MEAN, 0.0), &few);
+
+    assert_eq!(nothing, Err(ReachError::NoTrials));
+    assert_eq!(
+        too_short.expect_err("a tenth of a second is no drive").to_string(),
+        "trial `0` of robot_0 lasts 0.13 s, expected two control periods of 0.13 s or more"
+    );
+    assert_eq!(
+        too_few.expect_err("ten robots have no 99 %").to_string(),
+        "the number of simulated robots is 10, expected 200 or more"
+    );
+}

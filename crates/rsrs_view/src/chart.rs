@@ -1,0 +1,202 @@
+//! A frame with two linear axes and round ticks.
+
+use crate::palette::{INK, QUIET_INK};
+use crate::scale::{labels, widest_px};
+use crate::svg::{Element, line_of_text, number, rectangle};
+
+/// Size of the numbers at the ticks, in pixels.
+const TICK_PX: f64 = 11.0;
+/// Size of the axes' names, in pixels.
+const NAME_PX: f64 = 12.5;
+
+/// Room for the x-axis below a chart, in pixels.
+pub const BELOW_PX: f64 = 46.0;
+/// Room for the y-axis left of a chart, in pixels.
+pub const LEFT_PX: f64 = 64.0;
+
+/// A rectangle on the page with values from left to right and from bottom to top.
+#[derive(Clone, Copy, Debug)]
+pub struct Chart {
+    /// Left edge, in pixels.
+    pub left_px: f64,
+    /// Upper edge, in pixels.
+    pub top_px: f64,
+    /// Width, in pixels.
+    pub width_px: f64,
+    /// Height, in pixels.
+    pub height_px: f64,
+    /// Least and greatest value from left to right.
+    pub x: [f64; 2],
+    /// Least and greatest value from bottom to top.
+    pub y: [f64; 2],
+}
+
+impl Chart {
+    /// A chart in which a metre is as long to the right as upwards.
+    ///
+    /// # Arguments
+    ///
+    /// * `(left_px, top_px)` — its upper left corner.
+    /// * `(widest_px, highest_px)` — what it may take.
+    /// * `x`, `y` — values that it must show.
+    pub fn to_scale(
+        (left_px, top_px): (f64, f64),
+        (widest_px, highest_px): (f64, f64),
+        x: [f64; 2],
+        y: [f64; 2],
+    ) -> Self {
+        let px_per_m = (widest_px / (x[1] - x[0])).min(highest_px / (y[1] - y[0]));
+        let width_px = px_per_m * (x[1] - x[0]);
+        let height_px = px_per_m * (y[1] - y[0]);
+        Self { left_px, top_px, width_px, height_px, x, y }
+    }
+
+    /// Where a value lies from left to right, in pixels.
+    pub fn x_px(&self, value: f64) -> f64 {
+        self.left_px + self.width_px * (value - self.x[0]) / (self.x[1] - self.x[0])
+    }
+
+    /// Where a value lies from top to bottom, in pixels.
+    pub fn y_px(&self, value: f64) -> f64 {
+        self.top_px + self.height_px * (self.y[1] - value) / (self.y[1] - self.y[0])
+    }
+
+    /// Lower edge, in pixels.
+    pub fn bottom_px(&self) -> f64 {
+        self.top_px + self.height_px
+    }
+
+    /// A closed line through points, as an SVG path.
+    pub fn polygon(&self, points: &[[f64; 2]]) -> String {
+        let places: Vec<String> = points
+            .iter()
+            .map(|[x, y]| format!("{} {}", number(self.x_px(*x)), number(self.y_px(*y))))
+            .collect();
+        format!("M{}Z", places.join("L"))
+    }
+
+    /// The frame with ticks and name of the x-axis.
+    pub fn frame(&self, x_name: &str) -> Element {
+        let border = rectangle(self.left_px, self.top_px, self.width_px, self.height_px)
+            .with("fill", "none")
+            .with("stroke", INK)
+            .at("stroke-width", 1.0);
+        let ticks = ticks(self.x, |texts| self.width_px / (widest_px(texts, TICK_PX) + 12.0));
+        let bottom_px = self.bottom_px();
+        let lines: String = ticks
+            .iter()
+            .map(|(value, _)| format!("M{} {}v5", number(self.x_px(*value)), number(bottom_px)))
+            .collect::<Vec<_>>()
+            .concat();
+        let texts = ticks
+            .iter()
+            .map(|(value, text)| line_of_text(self.x_px(*value), bottom_px + 18.0, text));
+        let name = line_of_text(self.left_px + self.width_px / 2.0, bottom_px + 38.0, x_name)
+            .with("text-anchor", "middle")
+            .at("font-size", NAME_PX)
+            .with("fill", INK);
+        Element::new("g")
+            .child(border)
+            .child(tick_lines(&lines))
+            .child(tick_texts("middle").children(texts))
+            .child(name)
+    }
+
+    /// Ticks and name of the y-axis.
+    pub fn y_axis(&self, y_name: &str) -> Element {
+        let ticks = ticks(self.y, |_| self.height_px / 20.0);
+        let lines: String = ticks
+            .iter()
+            .map(|(value, _)| format!("M{} {}h-5", number(self.left_px), number(self.y_px(*value))))
+            .collect::<Vec<_>>()
+            .concat();
+        let texts = ticks.iter().map(|(value, text)| {
+            line_of_text(self.left_px - 9.0, self.y_px(*value) + 0.36 * TICK_PX, text)
+        });
+        let (x_px, y_px) = (self.left_px - 46.0, self.top_px + self.height_px / 2.0);
+        let name = line_of_text(x_px, y_px, y_name)
+            .with("text-anchor", "middle")
+            .at("font-size", NAME_PX)
+            .with("fill", INK)
+            .with("transform", &format!("rotate(-90 {} {})", number(x_px), number(y_px)));
+        Element::new("g")
+            .child(tick_lines(&lines))
+            .child(tick_texts("end").children(texts))
+            .child(name)
+    }
+}
+
+fn tick_lines(path: &str) -> Element {
+    Element::new("path").with("d", path).with("stroke", INK).at("stroke-width", 1.0)
+}
+
+fn tick_texts(anchor: &str) -> Element {
+    Element::new("g").at("font-size", TICK_PX).with("text-anchor", anchor).with("fill", QUIET_INK)
+}
+
+/// Multiples of the smallest 1, 2 or 5 times a power of ten of which there are few enough.
+fn ticks([low, high]: [f64; 2], most: impl Fn(&[String]) -> f64) -> Vec<(f64, String)> {
+    let decade = libm::pow(10.0, libm::floor(libm::log10((high - low) / 100.0)));
+    let steps = (0..5).flat_map(|power| {
+        [1.0, 2.0, 5.0].map(|digit| digit * decade * libm::pow(10.0, f64::from(power)))
+    });
+    for step in steps {
+        let first = libm::ceil(low / step - 1e-9);
+        let values: Vec<f64> = (0..200)
+            .map(|index| (first + f64::from(index)) * step)
+            .take_while(|value| *value <= high + 1e-9 * step)
+            .collect();
+        let texts = labels(&values);
+        if (values.len() as f64) <= most(&texts) {
+            return values.into_iter().zip(texts).collect();
+        }
+    }
+    Vec::new()
+}
+
+/// A mark and what it means, one a line.
+///
+/// # Returns
+///
+/// The lines, and where they end, in pixels.
+pub fn legend(entries: &[(Element, String)], (left_px, top_px): (f64, f64)) -> (Vec<Element>, f64) {
+    let mut elements = Vec::new();
+    let mut y_px = top_px;
+    for (mark, text) in entries {
+        y_px += 17.0;
+        let place = format!("translate({} {})", number(left_px), number(y_px));
+        elements.push(Element::new("g").with("transform", &place).child(mark.clone()));
+        elements.push(
+            line_of_text(left_px + 30.0, y_px + 4.0, text)
+                .at("font-size", TICK_PX)
+                .with("fill", INK),
+        );
+    }
+    (elements, y_px + 8.0)
+}
+
+/// A short stroke for a legend, from the left of its line.
+pub fn stroke_mark(stroke: &str, width_px: f64) -> Element {
+    Element::new("path").with("d", "M0 0h22").with("stroke", stroke).at("stroke-width", width_px)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_few_enough() {
+        let ticks = ticks([-0.13, 0.42], |_| 6.0);
+
+        let texts: Vec<&str> = ticks.iter().map(|(_, text)| text.as_str()).collect();
+        assert_eq!(texts, ["\u{2212}0.1", "0.0", "0.1", "0.2", "0.3", "0.4"]);
+    }
+
+    #[test]
+    fn a_chart_to_scale_has_one_scale() {
+        let chart = Chart::to_scale((10.0, 20.0), (400.0, 300.0), [0.0, 2.0], [-1.0, 1.0]);
+
+        assert!((chart.width_px - 300.0).abs() < 1e-9 && (chart.height_px - 300.0).abs() < 1e-9);
+        assert!((chart.x_px(1.0) - 160.0).abs() < 1e-9 && (chart.y_px(1.0) - 20.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,201 @@
+//! How fast every robot was at every command: the paper's `fig:distribution`.
+
+use rsrs_core::fit::SpeedFit;
+
+use crate::chart::{BELOW_PX, Chart, legend, stroke_mark};
+use crate::header::header;
+use crate::palette::{INK, QUIET_INK};
+use crate::svg::{Element, line_of_text, number};
+use crate::text::{Weight, width_px};
+
+const PAGE_PX: f64 = 640.0;
+const MARGIN_PX: f64 = 24.0;
+const ROW_PX: f64 = 34.0;
+const NAME_PX: f64 = 11.5;
+const BLUE: &str = "#0072b2";
+const VERMILION: &str = "#d55e00";
+
+/// Speeds of robots and what to say about them.
+#[derive(Clone, Debug)]
+pub struct DistributionPicture<'a> {
+    /// Every robot at every command, as a fit has them.
+    pub speeds: &'a [SpeedFit],
+    /// The title; any text.
+    pub title: String,
+    /// Under the title; any text.
+    pub subtitle: String,
+}
+
+/// Why there is no picture of distributions.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DistributionPictureError {
+    /// There is nothing to draw.
+    #[error("no speeds, expected those of 1 robot or more")]
+    Empty,
+    /// A speed is no number.
+    #[error("{robot} at {commanded_m_s} m/s has a mean of {mean_m_s} m/s, expected finite numbers")]
+    NotFinite {
+        /// The robot.
+        robot: String,
+        /// The command, in metres per second.
+        commanded_m_s: f64,
+        /// Its mean, in metres per second.
+        mean_m_s: f64,
+    },
+}
+
+/// Draws the normal distribution of every robot's speed, a panel for each command.
+///
+/// Every curve is as high as its row, because robots whose trials hardly differ would hide all
+/// others. A robot with one trial gets a stroke. Speeds are in mm/s, as in `tab:speed1`.
+///
+/// # Errors
+///
+/// [`DistributionPictureError`], each variant where its name says.
+///
+/// # Source
+///
+/// `fig:distribution`, §IV step 1.
+pub fn svg(picture: &DistributionPicture) -> Result<String, DistributionPictureError> {
+    check(picture)?;
+    let room_px = PAGE_PX - 2.0 * MARGIN_PX;
+    let (texts, header_px) =
+        header(&picture.title, std::slice::from_ref(&picture.subtitle), MARGIN_PX, room_px);
+    let names_px = picture
+        .speeds
+        .iter()
+        .map(|speed| width_px(&speed.robot, NAME_PX, Weight::Regular))
+        .fold(0.0, f64::max)
+        .min(180.0);
+    let left_px = MARGIN_PX + names_px + 10.0;
+    let mut top_px = header_px + 14.0;
+    let mut panels = Vec::new();
+    for rows in panels_of(picture.speeds) {
+        let chart = chart(&rows, left_px, top_px);
+        panels.push(panel(&rows, chart));
+        top_px = chart.bottom_px() + BELOW_PX + 16.0;
+    }
+    let entries = [
+        (stroke_mark(BLUE, 1.8), "normal distribution of the trials, each as high as its row"),
+        (stroke_mark(VERMILION, 1.8).with("stroke-dasharray", "5 3"), "commanded"),
+    ]
+    .map(|(mark, text)| (mark, text.to_owned()));
+    let (legend, bottom_px) = legend(&entries, (left_px, top_px - 16.0));
+    let page = Element::picture(PAGE_PX, bottom_px + 12.0, &picture.title)
+        .children(texts)
+        .children(panels)
+        .children(legend);
+    Ok(format!("{page}\n"))
+}
+
+fn check(picture: &DistributionPicture) -> Result<(), DistributionPictureError> {
+    if picture.speeds.is_empty() {
+        return Err(DistributionPictureError::Empty);
+    }
+    for speed in picture.speeds {
+        let numbers = [speed.commanded_m_s, speed.mean_m_s, speed.sd_m_s.unwrap_or(0.0)];
+        if !numbers.iter().all(|number| number.is_finite()) {
+            return Err(DistributionPictureError::NotFinite {
+                robot: speed.robot.clone(),
+                commanded_m_s: speed.commanded_m_s,
+                mean_m_s: speed.mean_m_s,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Speeds by command, ascending.
+fn panels_of(speeds: &[SpeedFit]) -> Vec<Vec<&SpeedFit>> {
+    let mut commands: Vec<f64> = speeds.iter().map(|speed| speed.commanded_m_s).collect();
+    commands.sort_by(f64::total_cmp);
+    commands.dedup_by(|left, right| left.total_cmp(right).is_eq());
+    let at = |command: &f64| {
+        speeds.iter().filter(|speed| speed.commanded_m_s.total_cmp(command).is_eq()).collect()
+    };
+    commands.iter().map(at).collect()
+}
+
+fn chart(rows: &[&SpeedFit], left_px: f64, top_px: f64) -> Chart {
+    let ends = rows.iter().flat_map(|speed| {
+        let away_m_s = 3.2 * speed.sd_m_s.unwrap_or(0.0);
+        [speed.mean_m_s - away_m_s, speed.mean_m_s + away_m_s, speed.commanded_m_s]
+    });
+    let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), end| {
+        (low.min(end * 1000.0), high.max(end * 1000.0))
+    });
+    let spare = (0.04 * (high - low)).max(0.001 * high.abs()).max(1e-6);
+    Chart {
+        left_px,
+        top_px,
+        width_px: PAGE_PX - MARGIN_PX - left_px,
+        height_px: ROW_PX * rows.len() as f64 + 6.0,
+        x: [low - spare, high + spare],
+        y: [0.0, rows.len() as f64],
+    }
+}
+
+fn panel(rows: &[&SpeedFit], chart: Chart) -> Element {
+    let commanded = rows[0].commanded_m_s * 1000.0;
+    let command = Element::new("path")
+        .with(
+            "d",
+            &format!(
+                "M{} {}V{}",
+                number(chart.x_px(commanded)),
+                number(chart.top_px),
+                number(chart.bottom_px())
+            ),
+        )
+        .with("stroke", VERMILION)
+        .at("stroke-width", 1.5)
+        .with("stroke-dasharray", "5 3");
+    let curves = rows.iter().enumerate().flat_map(|(row, speed)| {
+        let base_px = chart.top_px + ROW_PX * (row as f64 + 1.0);
+        [curve(chart, base_px, speed), name(chart, base_px, speed)]
+    });
+    Element::new("g")
+        .child(command)
+        .children(curves)
+        .child(chart.frame(&format!("measured speed (mm/s), commanded {commanded} mm/s")))
+}
+
+fn curve(chart: Chart, base_px: f64, speed: &SpeedFit) -> Element {
+    let high_px = ROW_PX - 8.0;
+    let mean = speed.mean_m_s * 1000.0;
+    let path = match speed.sd_m_s.map(|sd_m_s| sd_m_s * 1000.0) {
+        Some(sd) if chart.x_px(mean + sd) - chart.x_px(mean) > 0.3 => {
+            let points: Vec<String> = (-32..=32)
+                .map(|step| {
+                    let z = f64::from(step) / 10.0;
+                    let y_px = base_px - high_px * libm::exp(-z * z / 2.0);
+                    format!("{} {}", number(chart.x_px(mean + z * sd)), number(y_px))
+                })
+                .collect();
+            format!("M{}", points.join("L"))
+        }
+        _ => format!("M{} {}v{}", number(chart.x_px(mean)), number(base_px), number(-high_px)),
+    };
+    let sd = speed.sd_m_s.map_or("one trial".to_owned(), |sd_m_s| {
+        format!("standard deviation {:.2} mm/s", sd_m_s * 1000.0)
+    });
+    let tooltip = format!("{}: mean {mean:.2} mm/s, {sd}, {} trials", speed.robot, speed.n_trials);
+    Element::new("path")
+        .with("d", &path)
+        .with("fill", BLUE)
+        .with("fill-opacity", "0.15")
+        .with("stroke", BLUE)
+        .at("stroke-width", 1.8)
+        .child(Element::new("title").text(&tooltip))
+}
+
+fn name(chart: Chart, base_px: f64, speed: &SpeedFit) -> Element {
+    let gain = format!("gain {:.2}", speed.gain);
+    let robot = line_of_text(chart.left_px - 8.0, base_px - 11.0, &speed.robot)
+        .with("text-anchor", "end")
+        .with("fill", INK);
+    let gain = line_of_text(chart.left_px - 8.0, base_px + 2.0, &gain)
+        .with("text-anchor", "end")
+        .with("fill", QUIET_INK);
+    Element::new("g").at("font-size", NAME_PX).child(robot).child(gain)
+}

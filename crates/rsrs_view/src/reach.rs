@@ -1,0 +1,229 @@
+//! Where simulated robots can be under one command, with real trajectories over it.
+
+use rsrs_core::trial::DrivenTrial;
+use rsrs_core::validation::{Horizon, RegionMask, Tube};
+
+use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
+use crate::header::header;
+use crate::palette::{INK, QUIET_INK};
+use crate::svg::{Element, line_of_text, number};
+use crate::track;
+
+const PAGE_PX: f64 = 640.0;
+const MARGIN_PX: f64 = 24.0;
+const HIGHEST_PX: f64 = 460.0;
+const REGION: &str = "#e69f00";
+const INSIDE: &str = "#0072b2";
+const OUTSIDE: &str = "#c1121f";
+/// Samples along a real trajectory: more would not be seen.
+const SAMPLES: u32 = 200;
+
+/// A tube, real trajectories, and what to say about them.
+#[derive(Clone, Debug)]
+pub struct ReachPicture<'a> {
+    /// The simulated reach.
+    pub tube: &'a Tube,
+    /// Real trajectories under its commands, and whether each left it.
+    pub trials: &'a [(&'a DrivenTrial, Place)],
+    /// The title; any text.
+    pub title: String,
+    /// Under the title; any text.
+    pub subtitle: String,
+}
+
+/// Whether a trajectory stayed in the tube.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// It was inside at every horizon.
+    Inside,
+    /// It was outside at some horizon.
+    Outside,
+}
+
+/// Why there is no picture of a tube.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ReachPictureError {
+    /// There is nothing to draw.
+    #[error("the tube has no horizons, expected 1 or more")]
+    Empty,
+    /// A region is nowhere.
+    #[error("the region at {time_s} s has no finite place")]
+    NotFinite {
+        /// The time, in seconds.
+        time_s: f64,
+    },
+}
+
+/// Draws the region at each horizon in the frame of the start, and the trajectories.
+///
+/// # Errors
+///
+/// [`ReachPictureError`], each variant where its name says.
+///
+/// # Source
+///
+/// `eq:simulatorreq`, `fig:gap`.
+pub fn svg(picture: &ReachPicture) -> Result<String, ReachPictureError> {
+    check(picture.tube)?;
+    let room_px = PAGE_PX - 2.0 * MARGIN_PX;
+    let (texts, header_px) =
+        header(&picture.title, std::slice::from_ref(&picture.subtitle), MARGIN_PX, room_px);
+    let paths: Vec<(Vec<[f64; 2]>, Place)> =
+        picture.trials.iter().map(|(trial, place)| (places_m(trial), *place)).collect();
+    let [x, y] = bounds(picture.tube, &paths);
+    let chart = Chart::to_scale(
+        (MARGIN_PX + LEFT_PX, header_px + 12.0),
+        (room_px - LEFT_PX, HIGHEST_PX),
+        x,
+        y,
+    );
+    let (legend, bottom_px) =
+        legend(&entries(picture), (chart.left_px, chart.bottom_px() + BELOW_PX));
+    let regions = picture.tube.horizons.iter().map(|horizon| region(&chart, horizon));
+    let page = Element::picture(PAGE_PX, bottom_px + 10.0, &picture.title)
+        .children(texts)
+        .child(Element::new("g").children(regions))
+        .children(paths.iter().map(|(places_m, place)| path(&chart, places_m, *place)))
+        .child(chart.frame("ahead of the start (m)"))
+        .child(chart.y_axis("left of the start (m)"))
+        .children(last_time(&chart, picture.tube))
+        .children(legend);
+    Ok(format!("{page}\n"))
+}
+
+fn check(tube: &Tube) -> Result<(), ReachPictureError> {
+    if tube.horizons.is_empty() {
+        return Err(ReachPictureError::Empty);
+    }
+    for horizon in &tube.horizons {
+        let RegionMask { low_m, cell_m, n_ahead, .. } = &horizon.region;
+        let is_finite = low_m.iter().chain([cell_m]).all(|number| number.is_finite());
+        if !is_finite || *cell_m <= 0.0 || *n_ahead == 0 {
+            return Err(ReachPictureError::NotFinite { time_s: horizon.time_s });
+        }
+    }
+    Ok(())
+}
+
+fn places_m(trial: &DrivenTrial) -> Vec<[f64; 2]> {
+    let duration_s = trial.duration_s();
+    (0..=SAMPLES)
+        .map(|sample| {
+            let after_s = duration_s * f64::from(sample) / f64::from(SAMPLES);
+            let pose = trial.displacement_at(after_s);
+            [pose.x_m, pose.y_m]
+        })
+        .collect()
+}
+
+/// Everything that is drawn, the start included, with a margin; at least a tenth as high as wide.
+fn bounds(tube: &Tube, paths: &[(Vec<[f64; 2]>, Place)]) -> [[f64; 2]; 2] {
+    let corners = tube.horizons.iter().flat_map(|horizon| {
+        let RegionMask { low_m, cell_m, n_ahead, inside } = &horizon.region;
+        let n_left = inside.len() / n_ahead;
+        let high_m = [low_m[0] + cell_m * *n_ahead as f64, low_m[1] + cell_m * n_left as f64];
+        [*low_m, high_m]
+    });
+    let points: Vec<[f64; 2]> = corners
+        .chain(paths.iter().flat_map(|(places_m, _)| places_m.iter().copied()))
+        .chain([[0.0, 0.0]])
+        .collect();
+    let spans = [0, 1].map(|axis| {
+        let low = points.iter().map(|point| point[axis]).fold(f64::INFINITY, f64::min);
+        let high = points.iter().map(|point| point[axis]).fold(f64::NEG_INFINITY, f64::max);
+        [low, high]
+    });
+    let widest = spans.iter().map(|[low, high]| high - low).fold(1e-6, f64::max);
+    spans.map(|[low, high]| {
+        let spare = 0.03 * widest + (0.1 * widest - (high - low)).max(0.0) / 2.0;
+        [low - spare, high + spare]
+    })
+}
+
+/// A region as rows of rectangles.
+fn region(chart: &Chart, horizon: &Horizon) -> Element {
+    let RegionMask { low_m, cell_m, n_ahead, inside } = &horizon.region;
+    let mut rectangles = Vec::new();
+    for (row, cells) in inside.chunks(*n_ahead).enumerate() {
+        let top_px = chart.y_px(low_m[1] + (row as f64 + 1.0) * cell_m);
+        let height_px = chart.y_px(low_m[1] + row as f64 * cell_m) - top_px;
+        let mut column = 0;
+        while column < cells.len() {
+            let n = cells[column..].iter().take_while(|is_inside| **is_inside).count();
+            if n > 0 {
+                let left_px = chart.x_px(low_m[0] + column as f64 * cell_m);
+                let right_px = chart.x_px(low_m[0] + (column + n) as f64 * cell_m);
+                let (width, height) = (number(right_px - left_px), number(height_px));
+                let (left, top) = (number(left_px), number(top_px));
+                rectangles.push(format!("M{left} {top}h{width}v{height}h-{width}z"));
+            }
+            column += n.max(1);
+        }
+    }
+    let tooltip = format!(
+        "after {:.1} s: {:.4} m², {} of {} trials inside",
+        horizon.time_s, horizon.area_m2, horizon.n_inside, horizon.n_trials
+    );
+    Element::new("path")
+        .with("d", &rectangles.concat())
+        .with("fill", REGION)
+        .with("fill-opacity", "0.45")
+        .child(Element::new("title").text(&tooltip))
+}
+
+fn path(chart: &Chart, places_m: &[[f64; 2]], place: Place) -> Element {
+    let points: Vec<track::Point> =
+        places_m.iter().map(|[x, y]| (chart.x_px(*x), chart.y_px(*y))).collect();
+    Element::new("path")
+        .with("d", &track::path(&track::simplified(&points, 0.2)))
+        .with("fill", "none")
+        .with("stroke", if place == Place::Inside { INSIDE } else { OUTSIDE })
+        .at("stroke-width", 1.4)
+}
+
+/// Says beside the last region when it is.
+fn last_time(chart: &Chart, tube: &Tube) -> Option<Element> {
+    let last = tube.horizons.last()?;
+    let [ahead_m, left_m] = last.mean_m;
+    let text = format!("{:.0} s", last.time_s);
+    Some(
+        line_of_text(chart.x_px(ahead_m), chart.y_px(left_m) - 4.0, &text)
+            .with("text-anchor", "middle")
+            .at("font-size", 11.0)
+            .with("fill", INK)
+            .with("stroke", "#ffffff")
+            .at("stroke-width", 3.0)
+            .with("paint-order", "stroke"),
+    )
+}
+
+fn entries(picture: &ReachPicture) -> Vec<(Element, String)> {
+    let n_outside = picture.trials.iter().filter(|(_, place)| *place == Place::Outside).count();
+    let n_inside = picture.trials.len() - n_outside;
+    let last = &picture.tube.horizons[picture.tube.horizons.len() - 1];
+    let area = format!(
+        "simulated reach at {} times; {:.3} m² at the last, after {:.0} s",
+        picture.tube.horizons.len(),
+        last.area_m2,
+        last.time_s
+    );
+    let mut entries = vec![
+        (stroke_mark(REGION, 9.0).with("stroke-opacity", "0.6"), area),
+        (stroke_mark(INSIDE, 1.8), format!("{} inside at every time", trials(n_inside))),
+    ];
+    if n_outside > 0 {
+        entries.push((
+            stroke_mark(OUTSIDE, 1.8),
+            format!("{} outside at some time", trials(n_outside)),
+        ));
+    }
+    if picture.trials.is_empty() {
+        entries.truncate(1);
+        entries.push((stroke_mark(QUIET_INK, 0.0), "no real trials".to_owned()));
+    }
+    entries
+}
+
+fn trials(n: usize) -> String {
+    if n == 1 { "1 trial".to_owned() } else { format!("{n} trials") }
+}
