@@ -22,6 +22,7 @@ mod contour;
 mod drift;
 mod inscribed;
 mod motion;
+mod observation;
 mod outlier;
 mod period;
 mod profile;
@@ -29,7 +30,7 @@ mod report;
 mod sensor;
 mod steps;
 
-use motion::Observation;
+use observation::Observation;
 
 pub(crate) use sensor::contains as polygon_contains;
 

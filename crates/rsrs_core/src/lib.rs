@@ -58,6 +58,7 @@ pub mod diagram;
 pub mod interval;
 mod posterior;
 mod quantile;
+pub mod share;
 
 pub mod digest;
 pub mod document;

@@ -1,7 +1,7 @@
 //! How probable it is that one share is at least another, after so many runs of each.
 
 use crate::beta;
-use crate::comparison::Share;
+use crate::share::Share;
 
 /// `P(B_r >= B_s - margin)` after both were counted, with uniform priors.
 ///

@@ -4,21 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
+use super::observation::Observation;
 use super::outlier::{Outlier, outliers};
 use crate::variance::{Estimate, MeanSquare, mean, sd, squared_deviations};
-
-/// One trial, as a gain.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Observation {
-    /// Position of the robot's name.
-    pub robot: usize,
-    /// Line of the table.
-    pub line: u64,
-    /// The command; its sign is the sense of a turn.
-    pub command: f64,
-    /// Delivered over commanded; dimensionless.
-    pub gain: f64,
-}
 
 /// What one robot delivered at one command.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::motion::Observation;
+use super::observation::Observation;
 use crate::quantile::{student, student_two_sided};
 use crate::variance::{mean, squared_deviations};
 
