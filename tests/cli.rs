@@ -1,5 +1,10 @@
 //! The command line, at the boundary of its process: texts, exit codes, and what is left on disk.
 
+#[path = "../msgs/tests/venv/mod.rs"]
+mod venv;
+
+mod placing;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -78,7 +83,9 @@ fn the_same_sweep_is_not_computed_again_and_another_one_is_refused() {
 
     assert_eq!(code(&again), 0);
     assert_eq!(code(&other), 1);
-    assert!(stderr(&other).contains("out exists and holds another sweep"), "{}", stderr(&other));
+    let difference =
+        "out exists and holds another sweep: fixed.true_positive is 0.8 there, and 0.9 here";
+    assert!(stderr(&other).contains(difference), "{}", stderr(&other));
     assert_eq!(bytes(&place.path().join("out"), "cells.csv"), before);
 }
 
@@ -110,7 +117,7 @@ fn a_wrong_key_is_answered_with_file_line_column_and_the_nearest_key() {
         stderr(&output),
         "error: wrong.yaml:7:1: unknown key `duration`; did you mean `duration_s`?\n\
          help: the keys here are: profile, harsher, axes, fixed, cells, replicates, duration_s, \
-         seed\n"
+         seed, adaptive\n"
     );
     assert!(!place.path().join("out").exists());
 }
@@ -219,4 +226,149 @@ fn a_run_that_could_not_be_compared_with_its_sweep_is_refused_before_it_starts()
     assert_eq!((code(&swept), code(&other)), (0, 1));
     let errors = stderr(&other);
     assert!(errors.contains("the placement radius is 0.825 m, expected 0.6 m"), "{errors}");
+}
+
+/// Writes a sweep file of the Flockbot with these lines about its cells and replicates.
+fn write_lines(folder: &Path, name: &str, lines: &str) {
+    let sweep = format!(
+        "profile: flockbot.yaml\nduration_s: 60\nseed: 7\n{lines}\n\
+         fixed: {{speed_m_s: 0.15, turn_rate_rad_s: 0.75, robots: 9, placement_radius_m: 0.825, \
+         arena_m: 15}}\n"
+    );
+    std::fs::write(folder.join(name), sweep).expect("the folder is writable");
+}
+
+#[test]
+fn sweeps_of_nothing_or_of_what_is_no_number_are_refused_before_a_folder_is_made() {
+    let place = workplace();
+    let too_many = "axes: {speed_m_s: {from: 0, to: 1, steps: 2000}, \
+                    turn_rate_rad_s: {from: 0, to: 1, steps: 2000}}\nreplicates: 1";
+
+    for (lines, expected) in [
+        ("axes: {}\nreplicates: 1", "give either `axes` or `cells`"),
+        ("replicates: 1", "give either `axes` or `cells`"),
+        ("axes: {speed_m_s: []}\nreplicates: 1", "`speed_m_s` has no values"),
+        (
+            "axes: {speed_m_s: {from: 0, to: 1, steps: 0}}\nreplicates: 1",
+            "`speed_m_s` has no values",
+        ),
+        ("cells: []\nreplicates: 1", "`cells` has no values"),
+        ("cells: [{}]\nreplicates: 1", "`cells[0]` has no values"),
+        (
+            "axes: {speed_m_s: [.nan]}\nreplicates: 1",
+            "`speed_m_s` has the value NaN, which is not a finite number",
+        ),
+        (
+            "axes: {speed_m_s: [0.1, .inf]}\nreplicates: 1",
+            "`speed_m_s` has the value inf, which is not a finite number",
+        ),
+        (
+            "axes: {speed_m_s: [0.1, 0.2, 0.1]}\nreplicates: 1",
+            "`speed_m_s` has the value 0.1, which occurs twice",
+        ),
+        (too_many, "the axes span 4e6 cells, expected at most 1000000"),
+        ("axes: {speed_m_s: [0.1]}\nreplicates: 0", "replicates is 0, expected 1 to 10^12"),
+        (
+            "axes: {robots: [9, 0]}\nreplicates: 1",
+            "cell `robots=0` cannot be judged: no robots, expected at least 1",
+        ),
+        ("axes: {robots: [9, 500]}\nreplicates: 1", "cell `robots=500`: 500 robots do not fit"),
+        (
+            "axes: {robots: [9]}\nreplicates: 16\nadaptive: {most_replicates: 8}",
+            "adaptive.most_replicates is 8, expected at least `replicates`",
+        ),
+        (
+            "axes: {robots: [9]}\nreplicates: 16\nadaptive: {width: 0}",
+            "adaptive.width is 0, expected a share between 0 and 1",
+        ),
+    ] {
+        write_lines(place.path(), "odd.yaml", lines);
+
+        let output = rsrs(place.path(), &["sweep", "odd.yaml", "-o", "out"]);
+
+        assert_eq!(code(&output), 1, "{lines}: {}", stdout(&output));
+        assert!(stderr(&output).contains(expected), "{lines}: {}", stderr(&output));
+        assert!(!place.path().join("out").exists(), "{lines}");
+    }
+}
+
+#[test]
+fn one_robot_and_two_robots_and_one_replicate_are_swept_like_any() {
+    let place = workplace();
+    write_lines(place.path(), "few.yaml", "axes: {robots: [1, 2]}\nreplicates: 1");
+
+    let sweep = rsrs(place.path(), &["sweep", "few.yaml", "-o", "few"]);
+    let choose = rsrs(place.path(), &["choose", "few", "--format", "json"]);
+
+    assert_eq!((code(&sweep), code(&choose)), (0, 3), "{}{}", stderr(&sweep), stderr(&choose));
+    let cells = String::from_utf8(bytes(&place.path().join("few"), "cells.csv")).expect("UTF-8");
+    assert_eq!(cells.lines().count(), 3);
+    assert!(!cells.contains("NaN"), "{cells}");
+    let answer: serde_json::Value = serde_json::from_str(&stdout(&choose)).expect("JSON");
+    assert_eq!(answer["cell"], serde_json::Value::Null);
+    assert_eq!(answer["best_swept"]["n_replicates"], 1);
+    assert_eq!(answer["best_swept"]["cell"]["robots"], 1.0);
+}
+
+#[test]
+fn an_adaptive_sweep_has_as_many_replicates_as_each_cell_needs() {
+    let place = workplace();
+
+    let sweep = rsrs(
+        place.path(),
+        &["sweep", "sweep.yaml", "-o", "out", "--adaptive", "--width", "0.15", "--format", "json"],
+    );
+    let choose = rsrs(place.path(), &["choose", "out", "--confirm", "200", "--format", "json"]);
+    let again = rsrs(place.path(), &["sweep", "out/sweep.yaml", "-o", "again", "--threads", "1"]);
+
+    assert_eq!((code(&sweep), code(&choose), code(&again)), (0, 0, 0), "{}", stderr(&sweep));
+    let report: serde_json::Value = serde_json::from_str(&stdout(&sweep)).expect("JSON");
+    assert_eq!(report["adaptive"]["exhausted"], 0, "{report}");
+    let folder = place.path().join("out");
+    let cells = String::from_utf8(bytes(&folder, "cells.csv")).expect("UTF-8");
+    let rows: Vec<Vec<&str>> = cells.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows[0].last(), Some(&"interval"));
+    assert!(rows[1..].iter().all(|row| row.last() == Some(&"anytime_valid")), "{cells}");
+    let n: Vec<u64> = rows[1..].iter().map(|row| row[2].parse().expect("a count")).collect();
+    assert_eq!(report["runs"], n.iter().sum::<u64>());
+    assert!(n.iter().max() > n.iter().min(), "every cell has {n:?}");
+    assert!(n.iter().all(|n| *n >= 16), "{n:?}");
+    let confirmed: serde_json::Value = serde_json::from_str(&stdout(&choose)).expect("JSON");
+    assert_eq!(confirmed["n_replicates"], 200);
+    for file in ["sweep.yaml", "cells.csv", "replicates.parquet", "diagram.svg", "diagram.png"] {
+        assert!(bytes(&folder, file) == bytes(&place.path().join("again"), file), "{file}");
+    }
+}
+
+#[test]
+fn pyarrow_reads_a_row_for_each_replicate() {
+    let place = workplace();
+    let sweep = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
+    assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
+    let python = venv::python_with("parquet", &["pyarrow==26.0.1"], &[]);
+    let script = "import sys, pyarrow.parquet, pyarrow.compute as compute\n\
+                  table = pyarrow.parquet.read_table(sys.argv[1])\n\
+                  table.validate(full=True)\n\
+                  milling = table.filter(compute.equal(table['phase'], 'stable_milling'))\n\
+                  others = table.filter(compute.not_equal(table['phase'], 'stable_milling'))\n\
+                  print(table.num_rows, table['seed'].unique().to_pylist(), milling.num_rows)\n\
+                  print(others['converged_s'].null_count == others.num_rows)\n\
+                  print(table.column_names)";
+
+    let printed = venv::must_run(
+        Command::new(python).args(["-c", script]).arg(place.path().join("out/replicates.parquet")),
+    );
+
+    let cells = String::from_utf8(bytes(&place.path().join("out"), "cells.csv")).expect("UTF-8");
+    let milling = cells
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').nth(3).expect("a column").parse::<u64>().expect("a count"));
+    let expected = format!(
+        "64 [7] {}\nTrue\n['speed_m_s', 'turn_rate_rad_s', 'replicate', 'seed', 'phase', 'lost', \
+         'blocked', 'stuck', 'rotation', 'orbit', 'fatness', 'tangentness', 'circliness', \
+         'mean_radius_m', 'contact_onsets_per_s', 'circliness_ceiling', 'converged_s']\n",
+        milling.sum::<u64>()
+    );
+    assert_eq!(printed, expected);
 }

@@ -224,8 +224,15 @@ fn rclpy_uses_a_robots_parameters_and_sees_its_commands_follow_its_detections() 
 }
 
 fn check_before(before: &Value) {
-    let names =
-        ["cmd_vel_type", "speed", "speed_max", "stamp_from_clock", "turn_rate", "turn_rate_max"];
+    let names = [
+        "cmd_vel_type",
+        "constant",
+        "speed",
+        "speed_max",
+        "stamp_from_clock",
+        "turn_rate",
+        "turn_rate_max",
+    ];
     assert_eq!(before["listed"], json!(names));
     assert_eq!(before["at_first"], json!([0.0, 0.0]), "a robot that nobody configured stands");
     let (description, double) = ("Forward speed v of the milling controller, in m/s.", 3);

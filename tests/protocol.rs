@@ -5,6 +5,7 @@ mod support;
 
 mod fleet;
 mod processes;
+mod stopping;
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -104,7 +105,7 @@ fn a_run_whose_simulator_dies_says_so_and_closes_its_bag() {
     assert!(killed.unwrap().success());
     let (status, errors) = process.wait(PATIENCE);
     assert_eq!(status.code(), Some(1), "{errors}");
-    assert!(errors.contains("the process of the simulator ended"), "{errors}");
+    assert!(errors.contains("the process of the node `sim` ended"), "{errors}");
     assert_eq!(ending_of(&folder.path().join("bag")).kind, EndingKind::Aborted);
 }
 

@@ -1,4 +1,4 @@
-//! Package `sensor_msgs`: one range reading.
+//! Package `sensor_msgs`: readings of distance sensors.
 
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +31,32 @@ impl Range {
     pub const INFRARED: u8 = 1;
 }
 
+/// One sweep of a laser scanner in a plane.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LaserScan {
+    /// When the first ray was measured, and the frame of the scanner.
+    pub header: Header,
+    /// Direction of the first ray, in radians counterclockwise from the x axis.
+    pub angle_min: f32,
+    /// Direction of the last ray, in radians.
+    pub angle_max: f32,
+    /// From one ray to the next, in radians; may be negative.
+    pub angle_increment: f32,
+    /// From one ray to the next, in seconds.
+    pub time_increment: f32,
+    /// From one scan to the next, in seconds.
+    pub scan_time: f32,
+    /// Readings below this are not to be used, in metres.
+    pub range_min: f32,
+    /// Readings above this are not to be used, in metres.
+    pub range_max: f32,
+    /// The readings, in metres; shape `[n_rays]`.
+    pub ranges: Vec<f32>,
+    /// How much light came back, in the device's unit; shape `[n_rays]`, or empty.
+    pub intensities: Vec<f32>,
+}
+
 ros_messages! {
+    LaserScan => "sensor_msgs/msg/LaserScan",
     Range => "sensor_msgs/msg/Range",
 }

@@ -105,6 +105,22 @@ pub const ODOM: Topic = topic::<nav_msgs::Odometry>("odom", Qos::reliable(LOCKST
 pub const POSE: Topic = topic::<geometry_msgs::PoseStamped>("pose", Qos::best_effort(10));
 /// The raw range reading behind a detection, when the driver has it.
 pub const RANGE: Topic = topic::<sensor_msgs::Range>("range", Qos::best_effort(10));
+/// What a tracked real robot would see of virtual ones, from the simulator.
+pub const VIRTUAL_DETECTION: Topic =
+    topic::<std_msgs::Bool>("virtual_detection", Qos::reliable(10));
+/// What the gate of a robot lets through to somebody else's base driver, which has a watchdog of
+/// its own: only the newest counts.
+pub const HARDWARE_CMD_VEL: Topic =
+    topic::<geometry_msgs::TwistStamped>("hardware/cmd_vel", Qos::reliable(1));
+/// The same for base drivers that take no stamp; the same name, and never both.
+pub const HARDWARE_CMD_VEL_UNSTAMPED: Topic =
+    topic::<geometry_msgs::Twist>("hardware/cmd_vel", Qos::reliable(1));
+/// The readings of somebody else's distance sensor; best effort also hears reliable publishers.
+pub const HARDWARE_RANGE: Topic =
+    topic::<sensor_msgs::Range>("hardware/range", Qos::best_effort(10));
+/// The readings of somebody else's laser scanner.
+pub const HARDWARE_SCAN: Topic =
+    topic::<sensor_msgs::LaserScan>("hardware/scan", Qos::best_effort(10));
 /// What the robot says of itself.
 pub const STATUS: Topic = topic::<rsrs::RobotStatus>("status", Qos::best_effort(1));
 /// What the controller says of itself: robot and runner take its parameter digest from here.
@@ -147,6 +163,11 @@ pub const ALL: &[Topic] = &[
     ODOM,
     POSE,
     RANGE,
+    VIRTUAL_DETECTION,
+    HARDWARE_CMD_VEL,
+    HARDWARE_CMD_VEL_UNSTAMPED,
+    HARDWARE_RANGE,
+    HARDWARE_SCAN,
     STATUS,
     CONTROLLER_STATUS,
     SIMULATOR_STATUS,
@@ -177,7 +198,8 @@ mod tests {
         types_of_name.retain(|_, types| types.len() > 1);
 
         let expected = vec!["geometry_msgs/msg/TwistStamped", "geometry_msgs/msg/Twist"];
-        assert_eq!(types_of_name, BTreeMap::from([("cmd_vel", expected)]));
+        let of_commands = [("cmd_vel", expected.clone()), ("hardware/cmd_vel", expected)];
+        assert_eq!(types_of_name, BTreeMap::from(of_commands));
     }
 
     #[test]

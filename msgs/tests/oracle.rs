@@ -123,6 +123,7 @@ fn all_cases() -> Vec<Case> {
         TransformStamped,
         nav_msgs::Odometry,
         rosgraph_msgs::Clock,
+        sensor_msgs::LaserScan,
         sensor_msgs::Range,
         tf2_msgs::TFMessage,
         DiagnosticArray,

@@ -221,7 +221,8 @@ impl TrajectoryError {
             Self::Bag(error) => error.help(),
             Self::NoPoses { .. } | Self::NoCommands { .. } => Some(
                 "the judge needs poses and commands: record /<robot>/odom, or a tracker's \
-                 /<robot>/pose, and /<robot>/cmd_vel",
+                 /<robot>/pose, and /<robot>/cmd_vel; or judge the run by eye: `rsrs label BAG --as \
+                 PHASE --by WHO`",
             ),
             Self::Frames { .. } => {
                 Some("take another source with `--poses odom` or `--poses pose`")

@@ -1,14 +1,22 @@
 //! One file for each subcommand; each has its arguments and one `run`.
 
+pub mod bag;
 pub mod choose;
 pub mod compare;
 pub mod completions;
 pub mod diagram;
 pub mod dry_run;
+pub mod episode;
 pub mod label;
+pub mod measure;
 pub mod node;
+pub mod place;
+pub mod replay;
+pub mod report;
 pub mod run;
+pub mod stop;
 pub mod sweep;
+pub mod validate;
 
 use std::io::Write;
 

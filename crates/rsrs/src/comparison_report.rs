@@ -11,6 +11,8 @@ use rsrs_fleet::record::Backend;
 use serde::Serialize;
 
 use crate::admission::Admitted;
+use crate::failure::Outcome;
+use crate::human_labels::JUDGE;
 use crate::labelling::Labelled;
 
 /// Recorded runs, held against a sweep.
@@ -21,7 +23,7 @@ pub struct Report {
     /// What it means, or rests on, in a few words.
     pub summary: String,
     /// Who labelled the runs.
-    pub labels: &'static str,
+    pub labels: String,
     /// Cell by cell, in the order of the sweep.
     pub cells: Vec<ComparedCell>,
     /// Run by run, beside the phase that most simulated runs ended in.
@@ -137,7 +139,7 @@ impl Report {
         Self {
             verdict: comparison.verdict,
             summary: summary(comparison),
-            labels: "judge",
+            labels: JUDGE.to_owned(),
             cells: compared
                 .map(|(cell, (runs, simulated))| of_cell(cell, runs, *simulated))
                 .collect(),
@@ -145,6 +147,14 @@ impl Report {
             bags: bags.collect(),
             not_counted: not_counted.collect(),
             notes,
+        }
+    }
+
+    /// How a command that reports this comparison ends.
+    pub fn outcome(&self) -> Outcome {
+        match self.verdict {
+            Verdict::Violated => Outcome::NegativeAnswer,
+            Verdict::Supported | Verdict::Undecided => Outcome::Done,
         }
     }
 }

@@ -6,26 +6,41 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use rsrs_experiment_runner::Progress;
 
+use crate::commands::run::say_note;
+
 /// What is being prepared, and then a bar that counts steps, or seconds in real time.
 pub struct ExperimentBar {
     bar: ProgressBar,
     counts: Cell<bool>,
+    voice: Voice,
+}
+
+/// How what is said is shown.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Voice {
+    /// The last word beside the bar.
+    Quiet,
+    /// Every word on a line of its own, for somebody who stands beside robots.
+    Aloud,
 }
 
 impl ExperimentBar {
     /// Shows the name of the experiment.
-    pub fn new(name: &str) -> Self {
+    pub fn new(name: &str, voice: Voice) -> Self {
         let bar = ProgressBar::new_spinner();
         bar.set_style(style("{msg}: {prefix}"));
         bar.set_message(name.to_owned());
         bar.set_prefix("looking for the robots");
         bar.enable_steady_tick(Duration::from_millis(100));
-        Self { bar, counts: Cell::new(false) }
+        Self { bar, counts: Cell::new(false), voice }
     }
 
     /// Shows how far the experiment has come.
     pub fn show(&self, progress: &Progress) {
         match progress {
+            Progress::Say(text) if self.voice == Voice::Aloud => {
+                self.bar.suspend(|| say_note(text));
+            }
             Progress::Say(text) => self.bar.set_prefix(text.clone()),
             Progress::Done { done, of } => {
                 if !self.counts.replace(true) {

@@ -1,16 +1,20 @@
-//! The label of one bag, by the one judge.
+//! The label of one bag: by the one judge, or by a person.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rsrs_bags::Bag;
-use rsrs_bags::trajectory::{PoseSource, TrajectoryOptions, read_trajectory};
+use rsrs_bags::trajectory::{
+    Finding, PoseSource, RecordedTrajectory, TrajectoryOptions, read_trajectory,
+};
+use rsrs_core::certainty::Certainty;
 use rsrs_core::order::Evidence;
-use rsrs_core::phase::{Phase, label};
+use rsrs_core::phase::{Phase, Thresholds, label};
 use rsrs_core::trajectory::Bodies;
 use serde::Serialize;
 
-use crate::failure::explained;
+use crate::failure::{explained, with_help};
+use crate::human_labels::{self, HumanLabel, JUDGE};
 use crate::recorded_run;
 
 /// What to label a bag by.
@@ -29,18 +33,49 @@ pub struct Labelled {
     pub bag: PathBuf,
     /// What its swarm settled into.
     pub phase: Phase,
-    /// The order parameters behind it.
-    pub evidence: Evidence,
-    /// Number of robots.
-    pub n_robots: usize,
-    /// Time that was recorded while the swarm was running, in seconds.
-    pub duration_s: f64,
-    /// Who labelled it.
-    pub by: &'static str,
+    /// The order parameters behind it; `None` for a person's label.
+    pub evidence: Option<Evidence>,
+    /// How sure it is; not there for a person's label.
+    #[serde(flatten)]
+    pub certainty: Option<Certainty>,
+    /// Number of robots; `None` for a person's label.
+    pub n_robots: Option<usize>,
+    /// Time that was recorded while the swarm was running, in seconds; `None` for a person's label.
+    pub duration_s: Option<f64>,
+    /// Who labelled it: the judge, or a person's name.
+    pub by: String,
+    /// Where the poses came from; not there for a person's label.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub poses: Option<String>,
+    /// What was mended on the way from the bag to the judge.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub findings: Vec<Finding>,
+    /// What people said of the bag.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub labels: Vec<HumanLabel>,
     /// Where the recording breaks off; the judge has seen what came before. Not there for a whole
     /// bag.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damage: Option<String>,
+}
+
+impl Labelled {
+    /// A bag with the label of a person, which is one of `labels`.
+    pub fn by_hand(bag: &Path, label: &HumanLabel, labels: Vec<HumanLabel>) -> Self {
+        Self {
+            bag: bag.to_path_buf(),
+            phase: label.phase,
+            evidence: None,
+            certainty: None,
+            n_robots: None,
+            duration_s: None,
+            by: label.by.clone(),
+            poses: None,
+            findings: Vec::new(),
+            labels,
+            damage: None,
+        }
+    }
 }
 
 /// Labels one bag with the phase that its swarm settled into.
@@ -53,6 +88,19 @@ pub struct Labelled {
 /// If the bag or its record cannot be read, or it has no poses, no commands, or too little time;
 /// the error names the bag.
 pub fn label_bag(path: &Path, options: LabelOptions) -> anyhow::Result<Labelled> {
+    Ok(judge(path, options)?.0)
+}
+
+/// As [`label_bag`], with what the judge saw.
+///
+/// # Errors
+///
+/// As [`label_bag`].
+pub fn judge(
+    path: &Path,
+    options: LabelOptions,
+) -> anyhow::Result<(Labelled, RecordedTrajectory, Bodies)> {
+    let labels = human_labels::read(path)?;
     let bag = recorded_run::open(path)?;
     let bodies = match options.bodies {
         Some(bodies) => bodies,
@@ -63,17 +111,40 @@ pub fn label_bag(path: &Path, options: LabelOptions) -> anyhow::Result<Labelled>
             let (message, help) = (format!("{}: {error}", path.display()), error.help());
             explained(error, message, help)
         })?;
-    let verdict =
-        label(&recorded.trajectory, &bodies).with_context(|| path.display().to_string())?;
-    Ok(Labelled {
+    let trajectory = &recorded.trajectory;
+    let verdict = label(trajectory, &bodies).with_context(|| path.display().to_string())?;
+    let certainty = Certainty::of((trajectory, &bodies), &verdict, &Thresholds::default());
+    let labelled = Labelled {
         bag: path.to_path_buf(),
         phase: verdict.phase,
-        evidence: verdict.evidence,
-        n_robots: verdict.n_robots,
-        duration_s: verdict.duration_s,
-        by: "judge",
+        evidence: Some(verdict.evidence),
+        certainty: Some(certainty),
+        n_robots: Some(verdict.n_robots),
+        duration_s: Some(verdict.duration_s),
+        by: JUDGE.to_owned(),
+        poses: Some(recorded.poses.to_string()),
+        findings: recorded.findings.clone(),
+        labels,
         damage: recorded_run::break_in(&bag),
-    })
+    };
+    Ok((labelled, recorded, bodies))
+}
+
+/// Takes the label that a person has given to a bag.
+///
+/// # Errors
+///
+/// If the file with the labels does not read, or has none of this person.
+pub fn label_by(path: &Path, who: &str) -> anyhow::Result<Labelled> {
+    let labels = human_labels::read(path)?;
+    let name = path.display();
+    match human_labels::by(&labels, who) {
+        Some(label) => Ok(Labelled::by_hand(path, label, labels.clone())),
+        None => Err(with_help(
+            format!("{name}: has no label by {who}"),
+            format!("watch it and say what it shows: `rsrs label {name} --as PHASE --by {who}`"),
+        )),
+    }
 }
 
 fn recorded_bodies(bag: &Bag) -> anyhow::Result<Bodies> {

@@ -1,12 +1,17 @@
 //! The command line of RSRS: one file for each subcommand.
 
 mod admission;
+mod bag_trials;
+mod boundaries;
 mod commands;
 mod comparison_report;
+mod episode_bag;
 mod experiment_bar;
 mod failure;
+mod human_labels;
 mod interrupt;
 mod labelling;
+mod node_process;
 mod own_network;
 mod picture;
 mod progress;
@@ -17,6 +22,11 @@ mod result_folder;
 mod simulated_fleet;
 mod starter_files;
 mod sweep_source;
+mod sweeping;
+mod table_text;
+mod trial_files;
+mod validation_file;
+mod wording;
 
 use std::process::ExitCode;
 
@@ -45,12 +55,20 @@ Exit codes: 0 done, 1 failed, 2 bad arguments, 3 done with a negative answer.";
 #[derive(Subcommand)]
 enum Command {
     DryRun(commands::dry_run::Arguments),
+    Measure(commands::measure::Arguments),
+    Validate(commands::validate::Arguments),
     Sweep(commands::sweep::Arguments),
     Diagram(commands::diagram::Arguments),
+    Episode(commands::episode::Arguments),
     Choose(commands::choose::Arguments),
     Run(commands::run::Arguments),
+    Place(commands::place::Arguments),
+    Stop(commands::stop::Arguments),
     Label(commands::label::Arguments),
+    Bag(commands::bag::Arguments),
+    Replay(commands::replay::Arguments),
     Compare(commands::compare::Arguments),
+    Report(commands::report::Arguments),
     Node(commands::node::Arguments),
     Completions(commands::completions::Arguments),
 }
@@ -59,12 +77,20 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match &arguments.command {
         Command::DryRun(arguments) => commands::dry_run::run(arguments),
+        Command::Measure(arguments) => commands::measure::run(arguments),
+        Command::Validate(arguments) => commands::validate::run(arguments),
         Command::Sweep(arguments) => commands::sweep::run(arguments),
         Command::Diagram(arguments) => commands::diagram::run(arguments),
+        Command::Episode(arguments) => commands::episode::run(arguments),
         Command::Choose(arguments) => commands::choose::run(arguments),
         Command::Run(arguments) => commands::run::run(arguments),
+        Command::Place(arguments) => commands::place::run(arguments),
+        Command::Stop(arguments) => commands::stop::run(arguments),
         Command::Label(arguments) => commands::label::run(arguments),
+        Command::Bag(arguments) => commands::bag::run(arguments),
+        Command::Replay(arguments) => commands::replay::run(arguments),
         Command::Compare(arguments) => commands::compare::run(arguments),
+        Command::Report(arguments) => commands::report::run(arguments),
         Command::Node(arguments) => commands::node::run(arguments),
         Command::Completions(arguments) => Ok(commands::completions::run::<Arguments>(arguments)),
     };

@@ -2,15 +2,20 @@
 
 use rsrs_core::axis::{Axis, Cell};
 use rsrs_core::conditions::Conditions;
+use rsrs_core::diagram::DiagramCell;
+use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::profile::Sees;
-use rsrs_core::theory::Ring;
-use rsrs_view::diagram::{Boundary, DiagramPicture, ExperimentMark};
+use rsrs_view::diagram::{DiagramPicture, ExperimentMark};
 
+use crate::boundaries::{Plane, boundaries};
 use crate::failure::with_help;
 use crate::result_folder::SweepResult;
 
 /// Width of PNG pictures, in pixels: sharp in print across a column.
 pub const PNG_WIDTH_PX: u32 = 1600;
+
+/// What a picture says of a simulator that nobody held against real robots.
+const NOT_VALIDATED: &str = "simulated robots not validated against real trajectories";
 
 /// What a person asked of the picture.
 #[derive(Clone, Debug, Default)]
@@ -25,6 +30,8 @@ pub struct Wish {
     pub chosen: Option<Cell>,
     /// Where experiments were run.
     pub experiments: Vec<ExperimentMark>,
+    /// What `rsrs validate` said of the simulated robots, if it was asked.
+    pub validation: Option<String>,
 }
 
 /// Draws a sweep as SVG.
@@ -45,19 +52,19 @@ pub fn of_sweep(result: &SweepResult, wish: &Wish) -> anyhow::Result<String> {
             .find(|axis| *axis != x && wish.at.iter().all(|(at, _)| at != axis))
     });
     let cells = result.source.cells("sweep.yaml")?;
-    let (_, conditions) = cells.first().expect("a sweep has cells");
-    let boundaries = turn_balance(&diagram.values(Axis::TurnRate), conditions, (x, y));
+    let (plane, conditions) = plane(diagram, &cells, (x, y, &wish.at));
+    let boundaries = boundaries(&conditions, plane);
     let picture = DiagramPicture {
         diagram,
         x,
         y,
         at: &wish.at,
         title: format!("Phases of a milling swarm: {}", result.source.profile.name),
-        subtitle: subtitle(result, conditions),
+        subtitle: subtitle(result, &conditions),
         chosen: wish.chosen.as_ref(),
         boundaries: &boundaries,
         experiments: &wish.experiments,
-        note: Some("simulated robots not validated against real trajectories".to_owned()),
+        note: Some(wish.validation.clone().unwrap_or_else(|| NOT_VALIDATED.to_owned())),
     };
     rsrs_view::diagram::svg(&picture).map_err(|error| match error.help() {
         Some(help) => with_help(error.to_string(), help),
@@ -76,38 +83,26 @@ fn subtitle(result: &SweepResult, conditions: &Conditions) -> String {
     } else {
         format!("N = {}, ", conditions.robots)
     };
-    format!("{robots}{} s, {} replicates per cell, {sees}", sweep.duration_s, sweep.replicates)
+    let n = |entry: &DiagramCell| entry.counts.total();
+    let least = result.diagram.cells.iter().map(n).min().unwrap_or(0);
+    let most = result.diagram.cells.iter().map(n).max().unwrap_or(0);
+    let replicates = if least == most { least.to_string() } else { format!("{least} to {most}") };
+    format!("{robots}{} s, {replicates} replicates per cell, {sees}", sweep.duration_s)
 }
 
-/// The line beyond which robots turn too slowly for their speed to balance left and right
-/// (`theory::Ring::greatest_speed_m_s`), where speed and turning rate are the picture's axes.
-fn turn_balance(
-    turn_rates: &[f64],
-    conditions: &Conditions,
-    axes: (Axis, Option<Axis>),
-) -> Vec<Boundary> {
-    let is_flipped = match axes {
-        (Axis::Speed, Some(Axis::TurnRate)) => false,
-        (Axis::TurnRate, Some(Axis::Speed)) => true,
-        _ => return Vec::new(),
+/// The plane of the picture, and the conditions of a cell in it.
+fn plane(
+    diagram: &PhaseDiagram,
+    cells: &[(Cell, Conditions)],
+    (x, y, at): (Axis, Option<Axis>, &[(Axis, f64)]),
+) -> (Plane, Conditions) {
+    let span = |axis: Axis| {
+        let values = diagram.values(axis);
+        Some((axis, *values.first()?, *values.last()?))
     };
-    let (Some(ring), Some(low), Some(high)) =
-        (Ring::of(conditions), turn_rates.first(), turn_rates.last())
-    else {
-        return Vec::new();
-    };
-    let points = (0..=SEGMENTS).filter_map(|segment| {
-        // The plot reaches beyond the outermost cells' centres.
-        let turn_rate = 0.5 * low + (1.5 * high - 0.5 * low) * f64::from(segment) / SEGMENTS_F;
-        let speed = ring.greatest_speed_m_s(turn_rate)?;
-        Some(if is_flipped { (turn_rate, speed) } else { (speed, turn_rate) })
-    });
-    let points: Vec<(f64, f64)> = points.collect();
-    if points.len() < 2 {
-        return Vec::new();
-    }
-    vec![Boundary { label: "turn balance, analytic".to_owned(), points }]
+    let is_here = |cell: &Cell| at.iter().all(|(axis, value)| cell.get(*axis) == Some(*value));
+    let here = cells.iter().find(|(cell, _)| is_here(cell));
+    let (_, conditions) = here.or(cells.first()).expect("a sweep has cells");
+    let x = span(x).unwrap_or((x, 0.0, 0.0));
+    (Plane { x, y: y.and_then(span) }, conditions.clone())
 }
-
-const SEGMENTS: u32 = 100;
-const SEGMENTS_F: f64 = 100.0;

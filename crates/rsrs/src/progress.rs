@@ -28,14 +28,28 @@ impl ReplicateBar {
         Self { bar, shown: Once::new() }
     }
 
+    /// Shows how much was done before, and how much there is in all; what was done before does not
+    /// count towards the rate.
+    pub fn begin(&self, doing: &str, start: Progress) {
+        self.bar.set_message(doing.to_owned());
+        self.bar.set_length(start.total as u64);
+        self.bar.set_position(start.done as u64);
+        self.bar.reset_eta();
+        self.reveal();
+    }
+
     /// Shows how far the work has come.
     pub fn show(&self, progress: Progress) {
+        self.bar.set_length(progress.total as u64);
+        self.reveal();
+        self.bar.set_position(progress.done as u64);
+    }
+
+    fn reveal(&self) {
         self.shown.call_once(|| {
-            self.bar.set_length(progress.total as u64);
             self.bar.set_draw_target(ProgressDrawTarget::stderr());
             self.bar.enable_steady_tick(Duration::from_millis(100));
         });
-        self.bar.set_position(progress.done as u64);
     }
 }
 

@@ -3,6 +3,9 @@
 use rsrs_core::profile::RobotProfile;
 use serde::{Deserialize, Serialize};
 
+/// The commit that this program was built from.
+pub const COMMIT: &str = env!("RSRS_COMMIT");
+
 /// Version of the shapes of files that this program writes.
 pub const SCHEMA_VERSION: u32 = 1;
 
@@ -25,7 +28,7 @@ impl Provenance {
     pub fn of(profile: &RobotProfile) -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            commit: env!("RSRS_COMMIT").to_owned(),
+            commit: COMMIT.to_owned(),
             profile_digest: profile.digest(),
             schema_version: SCHEMA_VERSION,
         }

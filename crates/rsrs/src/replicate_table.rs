@@ -9,7 +9,8 @@ use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::parser::parse_message_type;
-use rsrs_core::axis::{Axis, Cell};
+use rsrs_core::axis::Axis;
+use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::order::Evidence;
 use rsrs_sim::sweep::ReplicateOutcome;
 
@@ -46,45 +47,96 @@ const _: fn(Evidence) = |Evidence {
                              circliness_ceiling: _,
                          }| {};
 
-/// Writes one row for each replicate: axes, replicate, seed, phase, order parameters, time to
-/// converge.
+/// Rows of a group: as many as are held in memory.
+const GROUP_ROWS: usize = 65_536;
+
+/// A table that is being written: one row for each replicate with axes, number, seed, phase, order
+/// parameters and time to converge.
 ///
-/// # Arguments
-///
-/// * `cells` — the swept cells; outcomes refer to them by index.
-///
-/// # Errors
-///
-/// If the file cannot be written.
-pub fn write(
-    path: &Path,
-    axes: &[Axis],
-    cells: &[Cell],
-    (seed, outcomes): (u64, &[ReplicateOutcome]),
-) -> anyhow::Result<()> {
-    let properties = WriterProperties::builder()
-        .set_created_by("rsrs".to_owned())
-        .set_compression(parquet::basic::Compression::SNAPPY)
-        .build();
-    let schema = parse_message_type(&schema(axes)).context("schema of the replicates")?;
-    let file = File::create(path).with_context(|| format!("cannot write {}", path.display()))?;
-    let mut writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties))?;
-    let mut group = writer.next_row_group()?;
-    for axis in axes {
-        let values = outcomes
-            .iter()
-            .map(|row| cells[row.cell].get(*axis).expect("every cell has every axis"));
-        doubles(&mut group, &values.collect::<Vec<_>>())?;
+/// Its bytes follow from its rows, however they are appended, and so does its memory: that of one
+/// group of rows.
+pub struct ReplicateTable<'a> {
+    path: &'a Path,
+    diagram: &'a PhaseDiagram,
+    seed: u64,
+    writer: SerializedFileWriter<File>,
+    rows: Vec<ReplicateOutcome>,
+}
+
+impl<'a> ReplicateTable<'a> {
+    /// Begins a table.
+    ///
+    /// # Arguments
+    ///
+    /// * `diagram` — the swept axes and cells; outcomes refer to the cells by index.
+    /// * `seed` — of the sweep.
+    ///
+    /// # Errors
+    ///
+    /// If the file cannot be written.
+    pub fn create(path: &'a Path, diagram: &'a PhaseDiagram, seed: u64) -> anyhow::Result<Self> {
+        let properties = WriterProperties::builder()
+            .set_created_by("rsrs".to_owned())
+            .set_compression(parquet::basic::Compression::SNAPPY)
+            .set_max_row_group_row_count(Some(GROUP_ROWS))
+            .build();
+        let schema = parse_message_type(&schema(&diagram.axes)).context("schema of the rows")?;
+        let file = File::create(path).with_context(|| cannot_write(path))?;
+        let writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties))
+            .with_context(|| cannot_write(path))?;
+        Ok(Self { path, diagram, seed, writer, rows: Vec::new() })
     }
-    integers(&mut group, outcomes.iter().map(|row| row.replicate))?;
-    integers(&mut group, outcomes.iter().map(|_| seed))?;
-    phases(&mut group, outcomes)?;
-    for (_, read) in COLUMNS {
-        optional_doubles(&mut group, &outcomes.iter().map(read).collect::<Vec<_>>())?;
+
+    /// Appends rows.
+    ///
+    /// # Errors
+    ///
+    /// If they cannot be written.
+    pub fn append(&mut self, outcomes: &[ReplicateOutcome]) -> anyhow::Result<()> {
+        self.rows.extend_from_slice(outcomes);
+        while self.rows.len() >= GROUP_ROWS {
+            let group: Vec<ReplicateOutcome> = self.rows.drain(..GROUP_ROWS).collect();
+            self.write_group(&group).with_context(|| cannot_write(self.path))?;
+        }
+        Ok(())
     }
-    group.close()?;
-    writer.close()?;
-    Ok(())
+
+    /// Writes what is left, and the file's end.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be written.
+    pub fn finish(mut self) -> anyhow::Result<()> {
+        let group = std::mem::take(&mut self.rows);
+        if !group.is_empty() {
+            self.write_group(&group).with_context(|| cannot_write(self.path))?;
+        }
+        self.writer.close().with_context(|| cannot_write(self.path))?;
+        Ok(())
+    }
+
+    fn write_group(&mut self, rows: &[ReplicateOutcome]) -> anyhow::Result<()> {
+        let (diagram, seed) = (self.diagram, self.seed);
+        let mut group = self.writer.next_row_group()?;
+        for axis in &diagram.axes {
+            let value = |row: &ReplicateOutcome| {
+                diagram.cells[row.cell].cell.get(*axis).expect("every cell has every axis")
+            };
+            doubles(&mut group, &rows.iter().map(value).collect::<Vec<_>>())?;
+        }
+        integers(&mut group, rows.iter().map(|row| row.replicate))?;
+        integers(&mut group, rows.iter().map(|_| seed))?;
+        phases(&mut group, rows)?;
+        for (_, read) in COLUMNS {
+            optional_doubles(&mut group, &rows.iter().map(read).collect::<Vec<_>>())?;
+        }
+        group.close()?;
+        Ok(())
+    }
+}
+
+fn cannot_write(path: &Path) -> String {
+    format!("cannot write {}", path.display())
 }
 
 fn schema(axes: &[Axis]) -> String {

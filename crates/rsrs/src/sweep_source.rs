@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::Context;
 use rsrs_core::axis::Cell;
 use rsrs_core::conditions::Conditions;
+use rsrs_core::document;
 use rsrs_core::profile::{ProfileError, RobotProfile};
 use rsrs_core::sweep_file::{SweepFile, SweepFileError};
 use serde::{Deserialize, Serialize};
@@ -39,6 +40,24 @@ impl ResolvedSweep {
         Ok(Self { sweep, profile, provenance })
     }
 
+    /// Reads a sweep file and its profile, or what a sweep has left of both in its result folder.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::read`].
+    pub fn read_either(path: &Path) -> anyhow::Result<Self> {
+        let name = path.display().to_string();
+        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+        // No key of a sweep file is called so.
+        if !text.lines().any(|line| line.starts_with("sweep:")) {
+            return Self::read(path);
+        }
+        let Self { sweep, profile, .. } = document::parse(&name, &text)?;
+        sweep.check(&name).map_err(explain_sweep)?;
+        let provenance = Provenance::of(&profile);
+        Ok(Self { sweep, profile, provenance })
+    }
+
     /// The cells with their conditions.
     ///
     /// # Errors
@@ -46,11 +65,6 @@ impl ResolvedSweep {
     /// If a cell cannot be simulated.
     pub fn cells(&self, file: &str) -> anyhow::Result<Vec<(Cell, Conditions)>> {
         self.sweep.resolve(file, &self.profile).map_err(explain_sweep)
-    }
-
-    /// Whether another sweep asks for the same results: everything but the program's version.
-    pub fn same_results(&self, other: &Self) -> bool {
-        self.sweep == other.sweep && self.profile == other.profile
     }
 }
 

@@ -327,6 +327,9 @@ impl Serialize for AxisValues {
     }
 }
 
+/// More values of one axis than this are nobody's intention, and would not fit into memory.
+const MOST_STEPS: usize = 1_000_000;
+
 #[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Spaced {
@@ -352,6 +355,12 @@ impl<'de> Deserialize<'de> for AxisValues {
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<AxisValues, A::Error> {
                 let spaced = Spaced::deserialize(de::value::MapAccessDeserializer::new(map))?;
+                if spaced.steps > MOST_STEPS {
+                    return Err(de::Error::custom(format!(
+                        "`steps` is {}, expected at most {MOST_STEPS}",
+                        spaced.steps
+                    )));
+                }
                 Ok(AxisValues::evenly_spaced(spaced.from, spaced.to, spaced.steps))
             }
         }

@@ -45,7 +45,8 @@ pub fn quantile(a: f64, b: f64, probability: f64) -> f64 {
     }
 }
 
-fn log_beta(a: f64, b: f64) -> f64 {
+/// The logarithm of the beta function.
+pub fn log_beta(a: f64, b: f64) -> f64 {
     libm::lgamma(a) + libm::lgamma(b) - libm::lgamma(a + b)
 }
 

@@ -180,8 +180,9 @@ fn region(measured: &SimulatedRobot, simulated: &SimulatedRobot) -> Option<Capab
     })
 }
 
-/// Points that a convex region must contain in order to contain this one.
-fn border_m(region: &Region) -> Vec<[f64; 2]> {
+/// Points that a convex region must contain in order to contain this one; also its outline for a
+/// picture, counterclockwise, in metres.
+pub fn border_m(region: &Region) -> Vec<[f64; 2]> {
     match region {
         Region::Polygon { corners_m } => corners_m.clone(),
         Region::Cone { half_angle_rad, range_m } => {

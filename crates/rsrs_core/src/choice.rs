@@ -8,6 +8,7 @@ use crate::axis::{Axis, Cell};
 use crate::comparison::Share;
 use crate::diagram::{PhaseCounts, PhaseDiagram};
 use crate::harsher::tidy;
+use crate::interval::IntervalKind;
 
 /// A cell inside the milling region.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,11 +99,16 @@ impl Choice {
 /// is outside. Equally deep cells are ranked by `B_s`, then by nearness to the centroid of the
 /// region, then by their order in the sweep.
 ///
+/// # Arguments
+///
+/// * `kind` — of the intervals whose lower bound makes the region: those of a sweep that decided by
+///   itself when to stop must be valid at any time.
+///
 /// # Returns
 ///
 /// Every cell of the region; empty if no cell mills well enough.
-pub fn rank(diagram: &PhaseDiagram) -> Vec<Candidate> {
-    let grid = Grid::of(diagram);
+pub fn rank(diagram: &PhaseDiagram, kind: IntervalKind) -> Vec<Candidate> {
+    let grid = Grid::of(diagram, kind);
     let centroid = grid.centroid();
     let mut ranked: Vec<(f64, Candidate)> = grid
         .region
@@ -139,11 +145,12 @@ struct Grid {
 }
 
 impl Grid {
-    fn of(diagram: &PhaseDiagram) -> Self {
+    fn of(diagram: &PhaseDiagram, kind: IntervalKind) -> Self {
         let axes: Vec<(Axis, Vec<f64>)> =
             diagram.axes.iter().map(|axis| (*axis, diagram.values(*axis))).collect();
         let mills = |index: &usize| {
-            Share::milling(&diagram.cells[*index].counts).interval().low >= REGION_B_S_LOW
+            let share = Share::milling(&diagram.cells[*index].counts);
+            kind.interval(share.hits, share.n).low >= REGION_B_S_LOW
         };
         let point = |cell: &Cell| -> Point {
             let position = |(axis, values): &(Axis, Vec<f64>)| {

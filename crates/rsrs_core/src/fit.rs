@@ -14,7 +14,7 @@ pub use outlier::Outlier;
 pub use period::PeriodFit;
 pub use profile::Unmeasured;
 pub use report::{SensorFit, SpeedFit, TurnFit};
-pub use sensor::{Rate, SensorMap, SensorNode};
+pub use sensor::{Rate, SensorMap, SensorNode, sensor_map};
 pub use steps::{StepNoise, step_noise};
 
 mod caution;
@@ -182,7 +182,7 @@ pub fn fit(tables: Tables, unmeasured: &Unmeasured) -> Result<Fit, FitError> {
     }
     let speed = speed_observations(tables.speed);
     let turn = turn_observations(tables.turn);
-    let sensor = sensor::sensor_map(tables.detection, unmeasured.radius_m)?;
+    let sensor = sensor_map(tables.detection, unmeasured.radius_m)?;
     let period = tables.period.map(period::period);
     let period_s = period.map_or(unmeasured.period_s, |period| period.period_s.value);
     let gust_time_constant_s = unmeasured.gust_time_constant_s;

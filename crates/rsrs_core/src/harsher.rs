@@ -30,6 +30,8 @@ pub struct HarsherFactors {
     pub latency_extra_steps: u32,
     /// Times the gusts (default: 1).
     pub gust_factor: f64,
+    /// Times the turn bias and the heading noise (default: 1).
+    pub drift_factor: f64,
 }
 
 impl Default for HarsherFactors {
@@ -41,6 +43,7 @@ impl Default for HarsherFactors {
             polygon_scale: 1.0,
             latency_extra_steps: 0,
             gust_factor: 1.0,
+            drift_factor: 1.0,
         }
     }
 }
@@ -68,6 +71,7 @@ impl HarsherFactors {
         polygon_scale: 1.0,
         latency_extra_steps: 0,
         gust_factor: 1.0,
+        drift_factor: 1.0,
     };
 
     /// Makes a measured robot worse.
@@ -92,6 +96,9 @@ impl HarsherFactors {
             *sd = tidy(*sd * self.gain_sd_factor);
         }
         actuation.gust.sd_m_s = tidy(actuation.gust.sd_m_s * self.gust_factor);
+        for sd in [&mut actuation.turn.bias_sd_rad_s, &mut actuation.turn.heading_noise_sd_rad] {
+            *sd = tidy(*sd * self.drift_factor);
+        }
         let sensing = &mut simulated.sensing;
         let miss = (1.0 - sensing.true_positive) * self.miss_factor;
         sensing.true_positive = tidy((1.0 - miss).clamp(0.0, 1.0));
@@ -112,6 +119,7 @@ impl HarsherFactors {
             ("miss_factor", self.miss_factor),
             ("false_positive_factor", self.false_positive_factor),
             ("gust_factor", self.gust_factor),
+            ("drift_factor", self.drift_factor),
         ] {
             if !(found >= 1.0 && found.is_finite()) {
                 return Err(NotHarsher { key, found, expected: "1 or more" });
@@ -165,5 +173,57 @@ impl<'de> serde::de::Visitor<'de> for HarsherVisitor {
 
     fn visit_map<A: serde::de::MapAccess<'de>>(self, map: A) -> Result<Harsher, A::Error> {
         HarsherFactors::deserialize(serde::de::value::MapAccessDeserializer::new(map)).map(Harsher)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+
+    fn drifting() -> RobotProfile {
+        let mut profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        profile.actuation.turn.bias_sd_rad_s = 0.004;
+        profile.actuation.turn.heading_noise_sd_rad = 0.01;
+        profile
+    }
+
+    #[test]
+    fn the_drift_factor_widens_bias_and_heading_noise_and_nothing_else() {
+        let factors = HarsherFactors { drift_factor: 3.0, ..HarsherFactors::NONE };
+
+        let simulated = factors.apply(&drifting()).unwrap();
+
+        let mut expected = drifting();
+        expected.actuation.turn.bias_sd_rad_s = 0.012;
+        expected.actuation.turn.heading_noise_sd_rad = 0.03;
+        assert_eq!(simulated, expected);
+    }
+
+    #[test]
+    fn without_a_drift_factor_drift_is_as_measured() {
+        let factors: HarsherFactors = serde_json::from_str("{}").unwrap();
+
+        let simulated = factors.apply(&drifting()).unwrap();
+
+        let turn = |profile: &RobotProfile| {
+            let turn = &profile.actuation.turn;
+            (turn.bias_sd_rad_s.to_bits(), turn.heading_noise_sd_rad.to_bits())
+        };
+        assert_eq!(turn(&simulated), turn(&drifting()));
+    }
+
+    #[test]
+    fn a_drift_factor_below_one_is_refused() {
+        let factors = HarsherFactors { drift_factor: 0.5, ..HarsherFactors::NONE };
+
+        let error = factors.apply(&drifting()).unwrap_err();
+
+        assert_eq!(
+            error.to_string(),
+            "harsher.drift_factor is 0.5, expected 1 or more: the simulated robot must not be the \
+             better one"
+        );
     }
 }

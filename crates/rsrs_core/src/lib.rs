@@ -10,8 +10,10 @@
 //! it is ([`capability`], [`validation`]); the conditions
 //! of one experiment ([`conditions`], the paper's `E`) and how a sweep file spans them ([`axis`],
 //! [`sweep_file`]); what a robot does ([`controller`], [`unicycle`]); what a swarm did
-//! ([`trajectory`], [`order`], [`phase`]) and what geometry expects of it ([`theory`]); what follows
-//! for a cell ([`diagram`], [`interval`], [`choice`]), and for the method ([`circumstances`],
+//! ([`trajectory`], [`order`], [`phase`]), how sure that is ([`certainty`]) and who says the same
+//! ([`agreement`]), and what geometry expects of it ([`theory`]); what follows
+//! for a cell ([`diagram`], [`interval`], [`sequence`], [`choice`]), where to simulate more
+//! ([`adaptive`]), and for the method ([`circumstances`],
 //! [`comparison`]).
 
 #![expect(
@@ -45,11 +47,14 @@ pub mod variance;
 pub mod controller;
 pub mod unicycle;
 
+pub mod agreement;
+pub mod certainty;
 pub mod order;
 pub mod phase;
 pub mod theory;
 pub mod trajectory;
 
+pub mod adaptive;
 mod beta;
 pub mod choice;
 pub mod circumstances;
@@ -58,6 +63,7 @@ pub mod diagram;
 pub mod interval;
 mod posterior;
 mod quantile;
+pub mod sequence;
 pub mod share;
 
 pub mod digest;

@@ -22,14 +22,16 @@ pub struct Evidence {
     pub blocked: f64,
     /// Share of robots that were blocked for more than 90 % of the window.
     pub stuck: f64,
-    /// How well headings circle the centroid: the normalised angular momentum, from 0 to 1.
+    /// How well headings circle the centroid: the normalised angular momentum, from 0 to 1;
+    /// [`rounded`].
     pub rotation: f64,
     /// How far robots really went around the centroid, over how far they were commanded to drive;
     /// about 1 for a ring that runs freely, 0 for one that is jammed.
     pub orbit: f64,
     /// `1 - (r_min / r_max)²` of the distances from the centroid; 0 for a ring.
     pub fatness: f64,
-    /// Mean `|cos|` of the angle between heading and bearing from the centroid; 0 for a ring.
+    /// Mean `|cos|` of the angle between heading and bearing from the centroid; 0 for a ring;
+    /// [`rounded`].
     pub tangentness: f64,
     /// `1 - max(fatness, tangentness)`; at most [`Self::circliness_ceiling`] in a mill that steers
     /// once per period.
@@ -45,21 +47,21 @@ pub struct Evidence {
 }
 
 /// A robot is blocked when it comes less far than this share of its commanded way.
-const BLOCKED_SHARE: f64 = 0.2;
+pub const BLOCKED_SHARE: f64 = 0.2;
 
 /// The time over which that is measured, in seconds. A robot that circles freely in place comes
 /// `|sin(ωt/2)| / (ωt/2)` of its way, so up to 5 rad/s no free robot counts as blocked.
-const BLOCKED_OVER_S: f64 = 1.0;
+pub const BLOCKED_OVER_S: f64 = 1.0;
 
 /// A robot that is blocked for more than this share of the window is stuck.
-const STUCK_SHARE: f64 = 0.9;
+pub const STUCK_SHARE: f64 = 0.9;
 
 /// A robot without a neighbour for more than this share of the window is lost.
-const LOST_SHARE: f64 = 0.5;
+pub const LOST_SHARE: f64 = 0.5;
 
 /// Bodies touch when their centres are within two radii; a tracker may put touching bodies this
 /// share further apart.
-const CONTACT_TOLERANCE: f64 = 0.02;
+pub const CONTACT_TOLERANCE: f64 = 0.02;
 
 impl Evidence {
     /// Computes the order parameters of a window.
@@ -88,7 +90,7 @@ impl Evidence {
             lost: neighbours.lost,
             blocked: blocking.blocked,
             stuck: blocking.stuck,
-            rotation: ring.rotation.abs(),
+            rotation: rounded(ring.rotation.abs()),
             orbit: ring.orbit.abs(),
             fatness: ring.fatness,
             tangentness: ring.tangentness,
@@ -98,6 +100,17 @@ impl Evidence {
             circliness_ceiling: 1.0 - mean_turn_rad(trajectory, samples) / 2.0,
         }
     }
+}
+
+/// What [`rounded`] rounds to a multiple of: about one part in 10^9.
+pub const RESOLUTION: f64 = 1.0 / 1_073_741_824.0;
+
+/// Rounds a mean over headings, so that it does not depend on the last bits of sines and cosines.
+///
+/// A heading is known as an angle here and as a unit vector where it is simulated. Both agree to
+/// some 15 digits; rounded, they are the same number.
+pub fn rounded(mean: f64) -> f64 {
+    (mean / RESOLUTION).round() * RESOLUTION
 }
 
 /// Mean distance of robots from their centroid, in metres.
@@ -170,7 +183,7 @@ impl Ring {
             rotation: rotation / n_poses,
             orbit: if commanded_m > 0.0 { orbited_m / commanded_m } else { 0.0 },
             fatness: fatness / n_samples,
-            tangentness: tangentness / n_poses,
+            tangentness: rounded(tangentness / n_poses),
             mean_radius_m: radius_m / n_poses,
         }
     }
@@ -196,7 +209,7 @@ fn angle_between(from: Vector2<f64>, to: Vector2<f64>) -> f64 {
         // The arctangent's series: a robot goes around by little in one period, and this is ten
         // times cheaper. The first term left out is below 1e-15.
         let square = tangent * tangent;
-        let sixth = 1.0 / 13.0 - square / 15.0;
+        let sixth = 1.0 / 13.0 - square * (1.0 / 15.0);
         let fourth = 1.0 / 9.0 - square * (1.0 / 11.0 - square * sixth);
         let second = 1.0 / 5.0 - square * (1.0 / 7.0 - square * fourth);
         return tangent * (1.0 - square * (1.0 / 3.0 - square * second));

@@ -210,10 +210,10 @@ pub enum JudgeError {
 pub const WINDOW_S: f64 = 60.0;
 
 /// Length of the blocks in which convergence is looked for, in seconds.
-const BLOCK_S: f64 = 10.0;
+pub const BLOCK_S: f64 = 10.0;
 
 /// As many good blocks in a row are a mill that has formed.
-const GOOD_BLOCKS: usize = 3;
+pub const GOOD_BLOCKS: usize = 3;
 
 /// Labels a run: simulated or real, by what a bag can know.
 ///
@@ -288,18 +288,24 @@ pub fn converged_s(trajectory: &Trajectory, bodies: &Bodies, phase: Phase) -> Op
     None
 }
 
-/// Whole periods in a time, at least one.
-fn samples_in(time_s: f64, period_s: f64) -> usize {
+/// Whole periods in a time, at least one: the samples of a window or a block.
+///
+/// # Arguments
+///
+/// * `time_s`, `period_s` — the time and the control period, in seconds; positive.
+pub fn samples_in(time_s: f64, period_s: f64) -> usize {
     // A whole number of periods may fall short of it by a rounding error.
     ((time_s / period_s + 1e-9).floor() as usize).max(1)
 }
 
-fn window(trajectory: &Trajectory) -> Range<usize> {
+/// The samples that are judged: the last [`WINDOW_S`] of them.
+pub(crate) fn window(trajectory: &Trajectory) -> Range<usize> {
     let n_samples = trajectory.n_samples();
     n_samples - samples_in(WINDOW_S, trajectory.period_s)..n_samples
 }
 
-fn spread(trajectory: &Trajectory, window: Range<usize>, evidence: &Evidence) -> Spread {
+/// How the mean radius changed up to a window, and within it.
+pub(crate) fn spread(trajectory: &Trajectory, window: Range<usize>, evidence: &Evidence) -> Spread {
     let mean = |samples: Range<usize>| {
         let n_samples = samples.len().max(1) as f64;
         samples.map(|sample| order::mean_radius_m(trajectory.poses_at(sample))).sum::<f64>()

@@ -1,13 +1,17 @@
 //! The sweep file: which cells to simulate, how often, and from which seed.
 
+mod check;
+
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
+use crate::adaptive::Adaptive;
 use crate::axis::{Axis, AxisValues, Cell};
 use crate::conditions::{Conditions, ConditionsError, Settings, Walls};
 use crate::document::{self, DocumentError};
 use crate::harsher::{Harsher, HarsherFactors, NotHarsher};
+use crate::interval::IntervalKind;
 use crate::profile::RobotProfile;
 
 /// A sweep as written by a person: YAML with units in its keys.
@@ -28,12 +32,15 @@ pub struct SweepFile {
     /// A list of cells instead of a grid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cells: Option<Vec<Cell>>,
-    /// Replicates of each cell.
+    /// Replicates of each cell; of an adaptive sweep, those that each cell begins with.
     pub replicates: u64,
     /// Simulated time of each replicate, in seconds.
     pub duration_s: f64,
     /// Seed of the sweep, below 2^63.
     pub seed: u64,
+    /// When a cell has had enough replicates; none for the same number in every cell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adaptive: Option<Adaptive>,
 }
 
 /// Swept axes in the order of the file; the first is the picture's x.
@@ -79,6 +86,26 @@ pub enum SweepFileError {
         /// What is wrong with it.
         problem: &'static str,
     },
+    /// A value of an axis that makes no cell of its own.
+    #[error("{file}: `{axis}` has the value {found}, which {problem}")]
+    Value {
+        /// The file.
+        file: String,
+        /// The axis.
+        axis: Axis,
+        /// The value.
+        found: f64,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// More cells than can be kept.
+    #[error("{file}: the axes span {found:e} cells, expected at most {MOST_CELLS}")]
+    TooManyCells {
+        /// The file.
+        file: String,
+        /// Cells that the axes span.
+        found: f64,
+    },
     /// A number outside what it can mean.
     #[error("{file}: {key} is {found}, expected {expected}")]
     OutOfRange {
@@ -114,6 +141,12 @@ pub enum SweepFileError {
 /// Seeds are below this, so that they fit the signed integers of ROS parameters and YAML tools.
 pub const SEED_LIMIT: u64 = 1 << 63;
 
+/// More cells than this are nobody's intention.
+pub const MOST_CELLS: usize = 1_000_000;
+
+/// More replicates of a cell than this are nobody's intention.
+pub const MOST_REPLICATES: u64 = 1_000_000_000_000;
+
 impl SweepFile {
     /// Reads a sweep file and checks all that can be checked without the profile.
     ///
@@ -126,30 +159,12 @@ impl SweepFile {
         Ok(sweep)
     }
 
-    fn check(&self, file: &str) -> Result<(), SweepFileError> {
-        let named = || file.to_owned();
-        if self.axes.0.is_empty() == self.cells.is_none() {
-            return Err(SweepFileError::GridOrList { file: named() });
+    /// The kind of interval that its counts allow for.
+    pub fn interval_kind(&self) -> IntervalKind {
+        match self.adaptive {
+            None => IntervalKind::ClopperPearson,
+            Some(_) => IntervalKind::AnytimeValid,
         }
-        if let Some((axis, _)) = self.axes.0.iter().find(|(_, values)| values.0.is_empty()) {
-            return Err(SweepFileError::Empty { file: named(), key: axis.key().to_owned() });
-        }
-        if let Some(cells) = &self.cells {
-            check_cells(file, cells)?;
-        }
-        let out_of_range = |key, found, expected| {
-            Err(SweepFileError::OutOfRange { file: named(), key, found, expected })
-        };
-        if self.replicates == 0 {
-            return out_of_range("replicates", 0.0, "1 or more");
-        }
-        if !(self.duration_s > 0.0 && self.duration_s.is_finite()) {
-            return out_of_range("duration_s", self.duration_s, "a finite time above 0 s");
-        }
-        if self.seed >= SEED_LIMIT {
-            return out_of_range("seed", self.seed as f64, "a whole number below 2^63");
-        }
-        Ok(())
     }
 
     /// All cells of the sweep, the first axis varying slowest.
@@ -222,24 +237,6 @@ impl SweepFile {
     pub fn factors(&self) -> HarsherFactors {
         self.harsher.0
     }
-}
-
-fn check_cells(file: &str, cells: &[Cell]) -> Result<(), SweepFileError> {
-    let Some(first) = cells.first() else {
-        return Err(SweepFileError::Empty { file: file.to_owned(), key: "cells".to_owned() });
-    };
-    for (position, cell) in cells.iter().enumerate() {
-        let refuse = |problem| {
-            Err(SweepFileError::Cells { file: file.to_owned(), cell: cell.clone(), problem })
-        };
-        if cell.axes() != first.axes() {
-            return refuse("does not give the axes of the first cell, in its order");
-        }
-        if cells[..position].contains(cell) {
-            return refuse("occurs twice");
-        }
-    }
-    Ok(())
 }
 
 impl Axes {

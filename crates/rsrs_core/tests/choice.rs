@@ -1,8 +1,9 @@
 //! Which cell is chosen, on diagrams whose answer is plain to see.
 
 use rsrs_core::axis::{Axis, Cell};
-use rsrs_core::choice::{Choice, Margin, VIABLE_B_S_LOW, rank};
+use rsrs_core::choice::{Candidate, Choice, Margin, VIABLE_B_S_LOW, rank};
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
+use rsrs_core::interval::IntervalKind;
 use rsrs_core::phase::Phase;
 
 /// A diagram from a drawing: columns are speeds, rows turning rates from the greatest down; the
@@ -35,6 +36,10 @@ fn confirmed(milling: u64, n: u64) -> PhaseCounts {
     counts
 }
 
+fn ranked(diagram: &PhaseDiagram) -> Vec<Candidate> {
+    rank(diagram, IntervalKind::ClopperPearson)
+}
+
 fn position(cell: &Cell) -> (f64, f64) {
     let value = |axis| cell.get(axis).expect("both axes are swept");
     let rounded = |number: f64| (number * 1e6).round() / 1e6;
@@ -43,7 +48,7 @@ fn position(cell: &Cell) -> (f64, f64) {
 
 #[test]
 fn the_middle_of_the_region_wins() {
-    let ranked = rank(&diagram(&[
+    let ranked = ranked(&diagram(&[
         "0000000", //
         "0fffff0", "0fffff0", "0fffff0", "0fffff0", "0fffff0", "0000000",
     ]));
@@ -58,7 +63,7 @@ fn the_middle_of_the_region_wins() {
 
 #[test]
 fn the_border_of_the_grid_is_an_edge() {
-    let ranked = rank(&diagram(&["fff", "fff", "fff"]));
+    let ranked = ranked(&diagram(&["fff", "fff", "fff"]));
 
     assert_eq!(position(&ranked[0].cell), (0.10, 0.5));
     assert_eq!(ranked[0].depth.to_bits(), 2.0_f64.to_bits());
@@ -67,7 +72,7 @@ fn the_border_of_the_grid_is_an_edge() {
 
 #[test]
 fn a_hole_is_an_edge_and_depth_is_euclidean() {
-    let ranked = rank(&diagram(&["fffff", "fffff", "fffff", "ff0ff", "fffff", "fffff", "fffff"]));
+    let ranked = ranked(&diagram(&["fffff", "fffff", "fffff", "ff0ff", "fffff", "fffff", "fffff"]));
 
     // All cells are next to the border, the hole, or diagonal to it and one from the border.
     let diagonal = ranked.iter().find(|entry| position(&entry.cell) == (0.10, 0.75));
@@ -77,8 +82,8 @@ fn a_hole_is_an_edge_and_depth_is_euclidean() {
 
 #[test]
 fn of_equally_deep_cells_the_one_that_mills_more_often_wins_and_then_the_central_one() {
-    let better = rank(&diagram(&["000000", "0ddfd0", "000000"]));
-    let central = rank(&diagram(&["0000000", "0fffff0", "0000000"]));
+    let better = ranked(&diagram(&["000000", "0ddfd0", "000000"]));
+    let central = ranked(&diagram(&["0000000", "0fffff0", "0000000"]));
 
     assert_eq!(position(&better[0].cell), (0.20, 0.5));
     assert_eq!(position(&central[0].cell), (0.20, 0.5));
@@ -87,7 +92,7 @@ fn of_equally_deep_cells_the_one_that_mills_more_often_wins_and_then_the_central
 #[test]
 fn twelve_of_sixteen_is_outside_and_thirteen_inside() {
     // The lower bounds are 0.476 and 0.544.
-    let ranked = rank(&diagram(&["cd"]));
+    let ranked = ranked(&diagram(&["cd"]));
 
     assert_eq!(ranked.len(), 1);
     assert_eq!(position(&ranked[0].cell).0.to_bits(), 0.10_f64.to_bits());
@@ -95,12 +100,12 @@ fn twelve_of_sixteen_is_outside_and_thirteen_inside() {
 
 #[test]
 fn no_milling_region_leaves_no_candidate() {
-    assert!(rank(&diagram(&["000", "010", "000"])).is_empty());
+    assert!(ranked(&diagram(&["000", "010", "000"])).is_empty());
 }
 
 #[test]
 fn an_axis_with_a_single_value_is_not_an_edge() {
-    let ranked = rank(&diagram(&["fffff"]));
+    let ranked = ranked(&diagram(&["fffff"]));
 
     assert_eq!(position(&ranked[0].cell).0.to_bits(), 0.15_f64.to_bits());
     assert_eq!(ranked[0].depth.to_bits(), 3.0_f64.to_bits());
@@ -112,14 +117,14 @@ fn a_point_that_was_not_simulated_is_outside() {
     let mut sparse = diagram(&["fff", "fff", "fff"]);
     sparse.cells.remove(0);
 
-    let ranked = rank(&sparse);
+    let ranked = ranked(&sparse);
 
     assert_eq!(ranked[0].depth.to_bits(), 2.0_f64.sqrt().to_bits());
 }
 
 #[test]
 fn the_choice_rests_on_the_confirmation_alone() {
-    let ranked = rank(&diagram(&["fff", "fff", "fff"]));
+    let ranked = ranked(&diagram(&["fff", "fff", "fff"]));
 
     let good = Choice::new(&ranked[0], confirmed(868, 1000));
     let poor = Choice::new(&ranked[0], confirmed(810, 1000));
@@ -132,7 +137,7 @@ fn the_choice_rests_on_the_confirmation_alone() {
 
 #[test]
 fn the_choice_serialises_as_the_contract_says() {
-    let ranked = rank(&diagram(&["fff", "fff", "fff"]));
+    let ranked = ranked(&diagram(&["fff", "fff", "fff"]));
     let choice = Choice::new(&ranked[0], confirmed(8, 8));
 
     let json = serde_json::to_string(&choice).expect("a choice is plain data");
@@ -152,4 +157,59 @@ fn a_choice_without_phases_reads_too() {
     let choice: Choice = serde_json::from_str(json).expect("it has every key of the contract");
 
     assert_eq!(choice.phases, None);
+}
+
+#[test]
+fn on_three_axes_the_middle_wins_and_every_axis_has_its_margin() {
+    let mut cells = Vec::new();
+    for speed in 0..7_u8 {
+        for turn in 0..5_u8 {
+            for robots in 0..5_u8 {
+                let inside = (1..6).contains(&speed) && (1..4).contains(&turn) && robots > 0;
+                let values = [
+                    (Axis::Speed, 0.05 * f64::from(speed)),
+                    (Axis::TurnRate, 0.25 * f64::from(turn)),
+                    (Axis::Robots, 5.0 + f64::from(robots)),
+                ];
+                let counts = confirmed(if inside { 16 } else { 0 }, 16);
+                cells.push(DiagramCell { cell: Cell::new(values).expect("distinct"), counts });
+            }
+        }
+    }
+    let cube = PhaseDiagram { axes: vec![Axis::Speed, Axis::TurnRate, Axis::Robots], cells };
+
+    let ranked = ranked(&cube);
+
+    // Two steps to the nearest point outside, on the second axis; of the cells that are as deep, the
+    // one next to the region's centroid, (3, 2, 2.5).
+    assert_eq!(ranked.len(), 5 * 3 * 4);
+    assert_eq!(ranked[0].depth.to_bits(), 2.0_f64.to_bits());
+    assert_eq!(
+        ranked[0].cell.to_string(),
+        "speed_m_s=0.15000000000000002,turn_rate_rad_s=0.5,robots=7"
+    );
+    assert_eq!(ranked[0].margin[&Axis::Speed], Margin { low: 0.1, high: 0.1 });
+    assert_eq!(ranked[0].margin[&Axis::TurnRate], Margin { low: 0.25, high: 0.25 });
+    assert_eq!(ranked[0].margin[&Axis::Robots], Margin { low: 1.0, high: 2.0 });
+}
+
+#[test]
+fn where_the_runs_decided_their_number_the_region_is_smaller() {
+    // The lower bounds of 13 of 16 are 0.544 if 16 was fixed before, and 0.47 at any time.
+    let diagram = diagram(&["df"]);
+
+    let fixed = rank(&diagram, IntervalKind::ClopperPearson);
+    let anytime = rank(&diagram, IntervalKind::AnytimeValid);
+
+    assert_eq!((fixed.len(), anytime.len()), (2, 1));
+    assert_eq!(anytime[0].index, 1);
+}
+
+#[test]
+fn the_order_of_equals_is_that_of_the_sweep() {
+    let square = diagram(&["ff", "ff"]);
+
+    let order: Vec<usize> = ranked(&square).iter().map(|entry| entry.index).collect();
+
+    assert_eq!(order, [0, 1, 2, 3]);
 }

@@ -10,14 +10,14 @@ use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 ///
 /// The file has the shape of Crazyswarm2's `crazyflies.yaml`: what holds for a robot overrides what
 /// holds for its type, which overrides what holds for `all`.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FleetFile {
     /// All robots, in the order of the file.
     pub robots: Vec<FleetRobot>,
 }
 
 /// One robot of a fleet.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FleetRobot {
     /// Its name, and its namespace in ROS.
     pub name: String,
@@ -31,6 +31,8 @@ pub struct FleetRobot {
     pub cmd_vel: CmdVel,
     /// Where its pose comes from.
     pub pose: PoseSource,
+    /// Battery voltage below which it starts no run, in volts; `None` if any will do.
+    pub battery_min_v: Option<f64>,
 }
 
 /// What moves a robot.
@@ -211,6 +213,7 @@ struct Layer {
     driver: Option<Driver>,
     cmd_vel: Option<CmdVel>,
     pose: Option<PoseSource>,
+    battery_min_v: Option<f64>,
 }
 
 #[derive(serde::Deserialize)]
@@ -223,6 +226,7 @@ struct WrittenRobot {
     driver: Option<Driver>,
     cmd_vel: Option<CmdVel>,
     pose: Option<PoseSource>,
+    battery_min_v: Option<f64>,
 }
 
 impl Written {
@@ -259,6 +263,11 @@ impl Written {
                 .ok_or_else(|| missing("driver"))?,
             cmd_vel: first_of([&robot.cmd_vel, &of_type.cmd_vel, &all.cmd_vel]).unwrap_or_default(),
             pose: first_of([&robot.pose, &of_type.pose, &all.pose]).unwrap_or_default(),
+            battery_min_v: first_of([
+                &robot.battery_min_v,
+                &of_type.battery_min_v,
+                &all.battery_min_v,
+            ]),
         })
     }
 }
@@ -316,12 +325,12 @@ mod tests {
 
     const LAYERED: &str = "\
 fileversion: 1
-all: {profile: p.yaml, driver: {kind: ros}, cmd_vel: twist, pose: pose}
+all: {profile: p.yaml, driver: {kind: ros}, cmd_vel: twist, pose: pose, battery_min_v: 6.6}
 robot_types:
   flockbot: {driver: {kind: serial, port: /dev/ttyACM0, baud: 115200}, cmd_vel: twist_stamped}
 robots:
   zebra: {enabled: true, type: flockbot, driver: {kind: virtual}}
-  ant: {enabled: false}
+  ant: {enabled: false, battery_min_v: 7.0}
   bee: {enabled: true, type: flockbot}
 ";
 
@@ -334,6 +343,7 @@ robots:
         assert_eq!((&ant.driver, ant.cmd_vel), (&Driver::Ros, CmdVel::Twist));
         assert!(matches!(bee.driver, Driver::Serial { baud: 115_200, .. }));
         assert_eq!(bee.pose, PoseSource::Pose);
+        assert_eq!((ant.battery_min_v, bee.battery_min_v), (Some(7.0), Some(6.6)));
     }
 
     #[test]

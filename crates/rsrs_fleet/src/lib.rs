@@ -8,9 +8,9 @@
 //! any origin; no two hosts' times are ever compared.
 //!
 //! Reading order: what is said ([`message`]); who may move ([`robot`], the final gate); who decides
-//! ([`controller`]); the world's pace ([`simulator`]); who conducts ([`preflight`], [`runner`]);
-//! which robots there are ([`fleet_file`]), what is run with them ([`experiment`]) and what was run
-//! ([`record`]).
+//! ([`controller`]); the world's pace ([`simulator`]); who conducts ([`preflight`], [`placement`],
+//! [`runner`], [`rates`]); who stops everything ([`stopper`]); which robots there are
+//! ([`fleet_file`]), what is run with them ([`experiment`]) and what was run ([`record`]).
 
 pub mod message;
 pub mod timing;
@@ -19,8 +19,11 @@ pub mod controller;
 pub mod robot;
 pub mod simulator;
 
+pub mod placement;
 pub mod preflight;
+pub mod rates;
 pub mod runner;
+pub mod stopper;
 
 pub mod experiment;
 pub mod fleet_file;

@@ -63,6 +63,16 @@ pub struct Status {
     pub battery_v: f32,
 }
 
+/// How the reason of a robot that stands begins while the e-stop holds it, whatever else does.
+pub const E_STOP_REASON: &str = "e-stop";
+
+impl Status {
+    /// Whether this robot has heard the e-stop and is locked by it.
+    pub fn holds_e_stop(&self) -> bool {
+        self.state == RobotState::Stopped && self.stop_reason.starts_with(E_STOP_REASON)
+    }
+}
+
 /// What a robot does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RobotState {

@@ -3,9 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::message::{RobotState, Status};
+use crate::timing::CLOCK_SKEW;
+
+mod problem;
+
+pub use problem::Problem;
 
 /// What an experiment needs.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Expected {
     /// The robots.
     pub robots: Vec<String>,
@@ -13,6 +18,9 @@ pub struct Expected {
     pub simulator: bool,
     /// The topics it reads and writes.
     pub topics: Vec<ExpectedTopic>,
+    /// Battery voltage below which a robot starts no run, in volts; robots without a limit are left
+    /// out.
+    pub battery_min_v: BTreeMap<String, f64>,
 }
 
 /// A topic that an experiment needs.
@@ -31,6 +39,8 @@ pub struct ExpectedTopic {
 pub enum Publishers {
     /// Exactly one.
     One,
+    /// One at most; whether there is one, its samples tell.
+    AtMostOne,
     /// Any number, none included.
     Any,
 }
@@ -39,18 +49,22 @@ pub enum Publishers {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Graph {
     /// All publishers of all topics.
-    pub publishers: Vec<Publisher>,
+    pub publishers: Vec<Endpoint>,
+    /// All subscribers of all topics.
+    pub subscribers: Vec<Endpoint>,
     /// Whether the simulator's node is there.
     pub simulator: bool,
 }
 
-/// One publisher.
+/// One end of a topic.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Publisher {
+pub struct Endpoint {
     /// Full name of its topic.
     pub topic: String,
     /// Type of its topic.
     pub type_name: String,
+    /// Full name of its node; `None` if it does not say.
+    pub node: Option<String>,
 }
 
 /// What is there.
@@ -66,61 +80,22 @@ pub struct Seen {
     pub other_runs: BTreeSet<String>,
     /// Whether the e-stop is engaged.
     pub e_stop: bool,
+    /// How far each robot's wall clock is ahead of ours, in seconds, by the stamps of its statuses;
+    /// robots that do not stamp are left out.
+    pub clock_ahead_s: BTreeMap<String, f64>,
+    /// What robots' diagnostics call an error now.
+    pub ailments: BTreeSet<Ailment>,
 }
 
-/// One reason not to start.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Problem {
-    /// No status of a robot.
-    #[error("{robot}: no status heard")]
-    RobotMissing {
-        /// The robot.
-        robot: String,
-    },
-    /// No status of a controller.
-    #[error("{robot}: no status of its controller heard")]
-    ControllerMissing {
-        /// The robot.
-        robot: String,
-    },
-    /// No simulator.
-    #[error("no simulator discovered")]
-    SimulatorMissing,
-    /// A topic has another type than expected; the middleware would never match it.
-    #[error("{topic}: type is {found}, expected {expected}")]
-    WrongType {
-        /// The topic.
-        topic: String,
-        /// The type found.
-        found: String,
-        /// The type expected.
-        expected: String,
-    },
-    /// A topic that must have one publisher has none or several.
-    #[error("{topic}: {found} publishers, expected 1")]
-    NotOnePublisher {
-        /// The topic.
-        topic: String,
-        /// Publishers found, of the right type.
-        found: usize,
-    },
-    /// Another runner is at work.
-    #[error("another runner is active, run {run_id}")]
-    OtherRunner {
-        /// Its run.
-        run_id: String,
-    },
-    /// A robot's hardware has failed.
-    #[error("{robot}: {reason}")]
-    Faulted {
-        /// The robot.
-        robot: String,
-        /// What it says.
-        reason: String,
-    },
-    /// The e-stop is engaged.
-    #[error("the e-stop is engaged")]
-    EStop,
+/// A part of a robot that its diagnostics call an error.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Ailment {
+    /// The robot.
+    pub robot: String,
+    /// The part, as its diagnostics name it.
+    pub part: String,
+    /// The diagnosis.
+    pub message: String,
 }
 
 /// Every reason not to start, in the order in which a person would look.
@@ -138,12 +113,17 @@ pub fn problems(expected: &Expected, seen: &Seen) -> Vec<Problem> {
     if seen.e_stop {
         problems.push(Problem::EStop);
     }
+    let is_locked = |robot: &&String| seen.robots.get(*robot).is_some_and(Status::holds_e_stop);
+    let robots: Vec<_> = expected.robots.iter().filter(is_locked).cloned().collect();
+    if !robots.is_empty() {
+        problems.push(Problem::Locked { robots });
+    }
     problems.extend(seen.other_runs.iter().map(|run| Problem::OtherRunner { run_id: run.clone() }));
     if expected.simulator && !seen.graph.simulator {
         problems.push(Problem::SimulatorMissing);
     }
     for robot in &expected.robots {
-        problems.extend(of_robot(robot, seen));
+        problems.extend(of_robot(robot, expected, seen));
     }
     for topic in &expected.topics {
         problems.extend(of_topic(topic, &seen.graph));
@@ -151,138 +131,96 @@ pub fn problems(expected: &Expected, seen: &Seen) -> Vec<Problem> {
     problems
 }
 
-fn of_robot(robot: &str, seen: &Seen) -> Vec<Problem> {
+fn of_robot(robot: &str, expected: &Expected, seen: &Seen) -> Vec<Problem> {
     let named = || robot.to_owned();
     let mut problems = Vec::new();
     match seen.robots.get(robot) {
         None => problems.push(Problem::RobotMissing { robot: named() }),
-        Some(status) if status.state == RobotState::Fault => {
-            problems.push(Problem::Faulted { robot: named(), reason: status.stop_reason.clone() });
+        Some(status) => {
+            problems.extend(of_status(robot, status, expected.battery_min_v.get(robot)));
         }
-        Some(_) => {}
     }
     if !seen.controllers.contains(robot) {
         problems.push(Problem::ControllerMissing { robot: named() });
     }
+    match seen.clock_ahead_s.get(robot) {
+        Some(ahead_s) if ahead_s.abs() > CLOCK_SKEW.as_secs_f64() => {
+            problems.push(Problem::Clock { robot: named(), ahead_s: *ahead_s });
+        }
+        _ => {}
+    }
+    let ailments = seen.ailments.iter().filter(|ailment| ailment.robot == robot);
+    problems.extend(ailments.cloned().map(Problem::Ailing));
     problems
 }
 
+fn of_status(robot: &str, status: &Status, battery_min_v: Option<&f64>) -> Option<Problem> {
+    let named = || robot.to_owned();
+    if status.state == RobotState::Fault {
+        return Some(Problem::Faulted { robot: named(), reason: status.stop_reason.clone() });
+    }
+    let (expected_v, found_v) = (*battery_min_v?, f64::from(status.battery_v));
+    if found_v.is_nan() {
+        return Some(Problem::BatteryUnknown { robot: named(), expected_v });
+    }
+    (found_v < expected_v).then(|| Problem::BatteryLow { robot: named(), found_v, expected_v })
+}
+
 fn of_topic(topic: &ExpectedTopic, graph: &Graph) -> Vec<Problem> {
-    let publishers = graph.publishers.iter().filter(|publisher| publisher.topic == topic.name);
+    let publishers = graph.publishers.iter().filter(|end| end.topic == topic.name);
     let (right, wrong): (Vec<_>, Vec<_>) =
-        publishers.partition(|publisher| publisher.type_name == topic.type_name);
-    let found_types: BTreeSet<_> = wrong.iter().map(|publisher| &publisher.type_name).collect();
-    let mut problems: Vec<_> = found_types
-        .into_iter()
+        publishers.partition(|end| end.type_name == topic.type_name);
+    let named = || topic.name.clone();
+    let mut problems: Vec<_> = types(&wrong)
         .map(|found| Problem::WrongType {
-            topic: topic.name.clone(),
-            found: found.clone(),
+            topic: named(),
+            found,
             expected: topic.type_name.clone(),
         })
         .collect();
     let explained = right.is_empty() && !wrong.is_empty();
-    if topic.publishers == Publishers::One && right.len() != 1 && !explained {
-        problems.push(Problem::NotOnePublisher { topic: topic.name.clone(), found: right.len() });
+    match (topic.publishers, right.len()) {
+        (Publishers::One, 0) if !explained => {
+            problems.push(Problem::NoPublisher { topic: named() });
+        }
+        (Publishers::One | Publishers::AtMostOne, found @ 2..) => {
+            problems.push(Problem::SeveralPublishers { topic: named(), found });
+        }
+        _ => {}
+    }
+    if topic.publishers == Publishers::One {
+        problems.extend(deaf_nodes(topic, graph));
     }
     problems
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn expected() -> Expected {
-        Expected {
-            robots: vec!["robot_1".to_owned(), "robot_2".to_owned()],
-            simulator: true,
-            topics: ["/robot_1/cmd_vel", "/robot_2/cmd_vel"]
-                .map(|name| ExpectedTopic {
-                    name: name.to_owned(),
-                    type_name: "geometry_msgs/msg/TwistStamped".to_owned(),
-                    publishers: Publishers::One,
-                })
-                .to_vec(),
+/// Nodes of the topic's robot that wait for another type, and for that alone.
+fn deaf_nodes(topic: &ExpectedTopic, graph: &Graph) -> Vec<Problem> {
+    let mut types_of: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    let robot = topic.name.rsplit_once('/').map_or("", |(namespace, _)| namespace);
+    for end in graph.subscribers.iter().filter(|end| end.topic == topic.name) {
+        let node = end.node.as_deref().unwrap_or("");
+        if node.strip_prefix(robot).is_some_and(|name| name.starts_with('/')) {
+            types_of.entry(node).or_default().insert(&end.type_name);
         }
     }
-
-    fn publisher(topic: &str, type_name: &str) -> Publisher {
-        Publisher { topic: topic.to_owned(), type_name: format!("geometry_msgs/msg/{type_name}") }
-    }
-
-    fn status(state: RobotState, stop_reason: &str) -> Status {
-        Status {
-            counter: 1,
-            epoch: 0,
-            parameter_digest: 0,
-            state,
-            stop_reason: stop_reason.to_owned(),
-            battery_v: f32::NAN,
-        }
-    }
-
-    fn complete() -> Seen {
-        let names = ["robot_1".to_owned(), "robot_2".to_owned()];
-        Seen {
-            graph: Graph {
-                publishers: vec![
-                    publisher("/robot_1/cmd_vel", "TwistStamped"),
-                    publisher("/robot_2/cmd_vel", "TwistStamped"),
-                ],
-                simulator: true,
-            },
-            robots: names.clone().map(|name| (name, status(RobotState::Idle, ""))).into(),
-            controllers: names.into(),
-            ..Seen::default()
-        }
-    }
-
-    #[test]
-    fn a_complete_fleet_has_no_problem() {
-        assert_eq!(problems(&expected(), &complete()), []);
-    }
-
-    #[test]
-    fn every_problem_is_named_at_once() {
-        let mut seen = complete();
-        seen.graph.simulator = false;
-        seen.graph.publishers = vec![
-            publisher("/robot_1/cmd_vel", "Twist"),
-            publisher("/robot_2/cmd_vel", "TwistStamped"),
-            publisher("/robot_2/cmd_vel", "TwistStamped"),
-        ];
-        seen.robots.remove("robot_1");
-        seen.robots.insert("robot_2".to_owned(), status(RobotState::Fault, "motor driver hot"));
-        seen.controllers.remove("robot_2");
-        seen.other_runs.insert("other".to_owned());
-        seen.e_stop = true;
-
-        let sentences: Vec<_> =
-            problems(&expected(), &seen).iter().map(ToString::to_string).collect();
-
-        assert_eq!(
-            sentences,
-            [
-                "the e-stop is engaged",
-                "another runner is active, run other",
-                "no simulator discovered",
-                "robot_1: no status heard",
-                "robot_2: motor driver hot",
-                "robot_2: no status of its controller heard",
-                "/robot_1/cmd_vel: type is geometry_msgs/msg/Twist, expected \
-                 geometry_msgs/msg/TwistStamped",
-                "/robot_2/cmd_vel: 2 publishers, expected 1",
-            ]
-        );
-    }
-
-    #[test]
-    fn a_topic_that_nobody_publishes_is_a_problem() {
-        let mut seen = complete();
-        seen.graph.publishers.pop();
-
-        assert_eq!(
-            problems(&expected(), &seen),
-            [Problem::NotOnePublisher { topic: "/robot_2/cmd_vel".to_owned(), found: 0 }]
-        );
-    }
+    types_of.retain(|_, types| !types.contains(topic.type_name.as_str()));
+    types_of
+        .into_iter()
+        .map(|(node, types)| Problem::WrongSubscriber {
+            topic: topic.name.clone(),
+            node: node.to_owned(),
+            found: types.into_iter().collect::<Vec<_>>().join(", "),
+            expected: topic.type_name.clone(),
+        })
+        .collect()
 }
+
+/// Each type once.
+fn types(ends: &[&Endpoint]) -> impl Iterator<Item = String> + use<> {
+    let types: BTreeSet<_> = ends.iter().map(|end| end.type_name.clone()).collect();
+    types.into_iter()
+}
+
+#[cfg(test)]
+mod tests;

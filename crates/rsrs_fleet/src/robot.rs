@@ -2,13 +2,19 @@
 //!
 //! Invariants, held by the fake network: no robot moves without a fresh lease of one epoch and a
 //! confirmed parameter digest; no robot obeys two epochs; a stop latches until a newer epoch arms.
+//!
+//! On a real robot, what the gate lets through goes to the wheels by way of [`limits`], and
+//! [`detector`] makes detections of what its sensor measures.
+
+pub mod detector;
+pub mod limits;
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use rsrs_core::controller::Command;
 
-use crate::message::{Lease, LeaseState, RobotState, Status};
+use crate::message::{E_STOP_REASON, Lease, LeaseState, RobotState, Status};
 use crate::timing::{BEAT, CONTROLLER, E_STOP_SILENCE, LEASE};
 
 /// What happens to a robot.
@@ -23,10 +29,17 @@ pub enum Event {
     },
     /// A velocity command arrived.
     Command(Command),
+    /// A velocity command arrived that the robot cannot follow; whoever sent it is not to be obeyed
+    /// with an older one either.
+    CommandRefused,
     /// The e-stop topic said engaged or released.
     EStop(bool),
     /// The driver of its wheels or sensor failed.
     Fault(String),
+    /// The driver works again. A robot whose driver failed in a running run stays out of it.
+    Repaired,
+    /// The battery was measured, in volts.
+    Battery(f32),
     /// Time passed.
     Tick,
 }
@@ -56,6 +69,8 @@ pub enum StandReason {
     LeaseLapsed,
     /// Its controller has been silent, or drives with other parameters than the runner confirmed.
     ControllerUnconfirmed,
+    /// The e-stop is engaged, or its publisher has fallen silent during the run.
+    EStop,
     /// It stands until a newer epoch arms it.
     Latched(String),
     /// Its hardware failed.
@@ -63,7 +78,8 @@ pub enum StandReason {
 }
 
 impl StandReason {
-    fn text(&self) -> String {
+    /// The reason in words, as statuses tell it.
+    pub fn text(&self) -> String {
         match self {
             Self::Idle => "belongs to no run".to_owned(),
             Self::Armed => "armed, waiting for the start".to_owned(),
@@ -72,6 +88,7 @@ impl StandReason {
             Self::ControllerUnconfirmed => {
                 "controller silent or its parameters not the confirmed ones".to_owned()
             }
+            Self::EStop => E_STOP_REASON.to_owned(),
             Self::Latched(reason) => reason.clone(),
             Self::Fault(reason) => format!("hardware fault: {reason}"),
         }
@@ -89,6 +106,7 @@ pub struct Robot {
     controller: Option<(u64, Duration)>,
     command: Option<(Command, Duration)>,
     lapsed_since: Option<Duration>,
+    battery_v: f32,
     counter: u64,
     sent: VecDeque<(u64, Duration)>,
     last_said: Option<(RobotState, Duration)>,
@@ -103,10 +121,18 @@ struct Binding {
     fresh_until: Duration,
 }
 
+/// The lock of `twist_mux`: engaged by word, or by the silence of a publisher that was heard during
+/// the run; only a word releases it, so that an operator who takes a silent publisher away says so.
 #[derive(Clone, Copy, Debug, Default)]
 struct EStop {
     engaged: bool,
     heard: Option<Duration>,
+}
+
+impl EStop {
+    fn is_silent(self, now: Duration) -> bool {
+        self.heard.is_some_and(|heard| now.saturating_sub(heard) > E_STOP_SILENCE)
+    }
 }
 
 /// Statuses whose sending time is remembered: well over what a fresh lease can echo.
@@ -124,6 +150,7 @@ impl Robot {
             controller: None,
             command: None,
             lapsed_since: None,
+            battery_v: f32::NAN,
             counter: 0,
             sent: VecDeque::new(),
             last_said: None,
@@ -143,7 +170,10 @@ impl Robot {
             }
             Event::Command(command) => self.command = Some((command, now)),
             Event::EStop(engaged) => self.e_stop = EStop { engaged, heard: Some(now) },
+            Event::CommandRefused => self.command = None,
             Event::Fault(reason) => self.fault = Some(reason),
+            Event::Repaired => self.fault = None,
+            Event::Battery(battery_v) => self.battery_v = battery_v,
             Event::Tick => {}
         }
         self.latch(now);
@@ -184,15 +214,26 @@ impl Robot {
         self.latched = None;
         self.lapsed_since = None;
         self.command = None;
+        // Whoever released the lock before this run need not stay; whoever speaks now must.
+        if self.e_stop.is_silent(now) {
+            self.e_stop.heard = None;
+        }
     }
 
     /// Latches what must not heal by itself.
     fn latch(&mut self, now: Duration) {
-        if self.e_stop_holds(now) && self.bound.is_some() {
-            self.latched.get_or_insert_with(|| "e-stop".to_owned());
+        if self.e_stop_holds(now) {
+            self.e_stop.engaged = true;
+            if self.bound.is_some() {
+                self.latched.get_or_insert_with(|| "stopped by the e-stop".to_owned());
+            }
         }
         let running = self.bound.as_ref().is_some_and(|bound| bound.running);
         if !running || self.latched.is_some() {
+            return;
+        }
+        if let Some(reason) = &self.fault {
+            self.latched = Some(StandReason::Fault(reason.clone()).text());
             return;
         }
         let lapse = [StandReason::LeaseLapsed, StandReason::ControllerUnconfirmed];
@@ -207,10 +248,10 @@ impl Robot {
         }
     }
 
-    /// The lock of `twist_mux`: engaged by word, or by silence once it has been heard.
+    /// Silence counts while the robot could move; a robot that stands for good is not surprised.
     fn e_stop_holds(&self, now: Duration) -> bool {
-        self.e_stop.engaged
-            || self.e_stop.heard.is_some_and(|heard| now.saturating_sub(heard) > E_STOP_SILENCE)
+        let expects_beats = self.bound.is_some() && self.latched.is_none();
+        self.e_stop.engaged || (expects_beats && self.e_stop.is_silent(now))
     }
 
     /// Why the robot must stand now; `None` if it may move.
@@ -218,11 +259,11 @@ impl Robot {
         if let Some(reason) = &self.fault {
             return Some(StandReason::Fault(reason.clone()));
         }
+        if self.e_stop_holds(now) {
+            return Some(StandReason::EStop);
+        }
         if let Some(reason) = &self.latched {
             return Some(StandReason::Latched(reason.clone()));
-        }
-        if self.e_stop_holds(now) {
-            return Some(StandReason::Latched("e-stop".to_owned()));
         }
         let Some(bound) = &self.bound else { return Some(StandReason::Idle) };
         if !bound.running {
@@ -296,7 +337,7 @@ impl Robot {
             parameter_digest: self.controller.map_or(0, |(digest, _)| digest),
             state,
             stop_reason: self.standing(now).map(|reason| reason.text()).unwrap_or_default(),
-            battery_v: f32::NAN,
+            battery_v: self.battery_v,
         })
     }
 }

@@ -3,144 +3,22 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use rsrs_core::controller::ControllerParameters;
-
 use crate::experiment::RobotLost;
-use crate::message::{Lease, LeaseState, Status};
-use crate::preflight::{self, Expected, Graph, Seen};
+use crate::message::{E_STOP_REASON, Lease, LeaseState};
+use crate::preflight::{self, Graph, Seen};
 use crate::timing::{ARM, BEAT, CONFIGURE, DISCOVER, LOCKSTEP_GRACE, RECORDER, SILENCE, STAND};
 
+mod floor;
 mod outcome;
 mod requests;
 mod roster;
+mod words;
 
+use floor::Floor;
 pub use outcome::{Failure, Outcome, Target};
 use requests::Requests;
 use roster::{Bond, Roster};
-
-/// What a runner is to do.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RunnerOptions {
-    /// Names the run; no two runs share it.
-    pub run_id: String,
-    /// What must be there; its robots are the robots of the run.
-    pub expected: Expected,
-    /// What every controller is set to.
-    pub controller: ControllerParameters,
-    /// Digest of the world that the simulator must have placed
-    /// ([`crate::simulator::placement_digest`]); unused without a simulator.
-    pub simulator_digest: u64,
-    /// When the run is complete.
-    pub pace: Pace,
-    /// What to do when a robot is lost.
-    pub robot_lost: RobotLost,
-}
-
-/// When a run is complete.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pace {
-    /// When the simulator has made these steps and the recorder has taken them all.
-    Lockstep {
-        /// Steps.
-        steps: u64,
-    },
-    /// When this time has passed on the wall.
-    RealTime {
-        /// The time.
-        duration: Duration,
-    },
-}
-
-/// What happens to a runner.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Event {
-    /// The discovery database as it is now.
-    Seen(Graph),
-    /// A robot said what it does.
-    RobotStatus {
-        /// The robot.
-        robot: String,
-        /// Its word.
-        status: Status,
-    },
-    /// A controller said what it does.
-    ControllerStatus {
-        /// Its robot.
-        robot: String,
-        /// Its word.
-        status: Status,
-    },
-    /// A request to set parameters was answered.
-    ParametersSet {
-        /// Who answered.
-        target: Target,
-        /// Why not, if not.
-        result: Result<(), String>,
-    },
-    /// A request to read parameters was answered.
-    ReadBack {
-        /// Who answered.
-        target: Target,
-        /// Digest of the parameters, or why there is none.
-        result: Result<u64, String>,
-    },
-    /// The recorder hears every topic.
-    RecorderReady,
-    /// The recorder has taken every topic up to this step.
-    Recorded {
-        /// The step.
-        step: u64,
-    },
-    /// The recorder cannot go on.
-    RecorderFailed {
-        /// Why.
-        reason: String,
-    },
-    /// The bag is closed.
-    RecorderClosed,
-    /// The simulator has made all steps.
-    SimulatorComplete,
-    /// The simulator says that the run does not count.
-    SimulatorVoid {
-        /// Why.
-        reason: String,
-    },
-    /// A lease was heard, from whomever.
-    LeaseHeard(Lease),
-    /// The e-stop topic said engaged or released.
-    EStop(bool),
-    /// Someone wants the run to end now.
-    Interrupt {
-        /// Why.
-        reason: String,
-    },
-    /// Time passed.
-    Tick,
-}
-
-/// What a runner does.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Action {
-    /// Publish a lease.
-    PublishLease(Lease),
-    /// Set all parameters of a target at once: a robot's to [`RunnerOptions::controller`].
-    Configure(Target),
-    /// Read the parameters of a target and digest them.
-    ReadBack(Target),
-    /// Open the bag and subscribe to every topic.
-    OpenRecorder,
-    /// Drain and close the bag.
-    CloseRecorder,
-    /// Tell the operator.
-    Say(String),
-    /// The run is over; nothing more comes.
-    Finish {
-        /// How it ended.
-        outcome: Outcome,
-        /// Robots that did not say that they stand; someone should go and look.
-        not_standing: Vec<String>,
-    },
-}
+pub use words::{Action, Event, Pace, RunnerOptions};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
@@ -149,6 +27,7 @@ enum Phase {
     ReadBack,
     Record,
     Arm,
+    CountDown,
     Run,
     Stop,
     Close,
@@ -164,6 +43,9 @@ pub struct Runner {
     since: Option<Duration>,
     graph: Graph,
     roster: Roster,
+    floor: Floor,
+    /// Whole seconds of the countdown that were left when it was told last.
+    told_s: u64,
     requests: Requests,
     /// Other runs by id: their epoch, and when they were heard last.
     others: BTreeMap<String, (u64, Duration)>,
@@ -188,6 +70,8 @@ impl Runner {
             since: None,
             graph: Graph::default(),
             roster: Roster::new(&options.expected.robots),
+            floor: Floor::default(),
+            told_s: 0,
             requests: Requests::default(),
             others: BTreeMap::new(),
             highest_epoch: 0,
@@ -212,6 +96,11 @@ impl Runner {
     /// How the run ended; `None` while it goes on. It is known before the bag is closed.
     pub fn outcome(&self) -> Option<&Outcome> {
         self.outcome.as_ref()
+    }
+
+    /// How long the robots have been allowed to move; `None` before and after.
+    pub fn running_for(&self, now: Duration) -> Option<Duration> {
+        (self.phase == Phase::Run).then(|| self.elapsed(now))
     }
 
     /// Takes an event.
@@ -245,6 +134,14 @@ impl Runner {
                 self.highest_epoch = self.highest_epoch.max(status.epoch);
                 self.roster.hear_controller(&robot, status, now);
             }
+            Event::ClockAhead { robot, seconds } => self.floor.hear_clock(robot, seconds),
+            Event::Diagnosed { robot, part, error } => {
+                let news = self.floor.hear_diagnosis(robot, part, error);
+                if self.phase == Phase::Run {
+                    actions.extend(news.map(Action::Say));
+                }
+            }
+            Event::Pose { robot, frame, pose } => self.floor.hear_pose(robot, frame, pose),
             Event::ParametersSet { target, result } if self.phase == Phase::Configure => {
                 self.requests.answer(&target, result);
             }
@@ -267,9 +164,10 @@ impl Runner {
             Event::SimulatorVoid { reason } => self.end(Outcome::Void { reason }, now, actions),
             Event::LeaseHeard(lease) => self.hear_lease(lease, now, actions),
             Event::EStop(engaged) => {
+                self.floor.hear_e_stop();
                 self.e_stop = engaged;
                 if engaged && self.phase != Phase::Discover {
-                    self.abort("e-stop".to_owned(), now, actions);
+                    self.abort(E_STOP_REASON.to_owned(), now, actions);
                 }
             }
             Event::Interrupt { reason } => self.abort(reason, now, actions),
@@ -344,7 +242,7 @@ impl Runner {
 
     fn lease_state(&self) -> LeaseState {
         match self.phase {
-            Phase::Arm => LeaseState::Armed,
+            Phase::Arm | Phase::CountDown => LeaseState::Armed,
             Phase::Run => LeaseState::Running,
             Phase::Stop | Phase::Close if self.epoch > 0 => LeaseState::Stopped,
             _ => LeaseState::Idle,

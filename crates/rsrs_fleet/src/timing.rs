@@ -45,3 +45,15 @@ pub const ARM: Duration = Duration::from_secs(5);
 
 /// How long the robots may take to say that they stand.
 pub const STAND: Duration = Duration::from_secs(2);
+
+/// How long a stop looks for robots that nobody has named.
+pub const LOOK: Duration = Duration::from_secs(2);
+
+/// How long a stop, or its release, waits for acknowledgements.
+pub const ACKNOWLEDGE: Duration = Duration::from_secs(5);
+
+/// From the moment when all robots of a fleet are armed until they move.
+pub const COUNTDOWN: Duration = Duration::from_secs(3);
+
+/// How far a robot's wall clock may be from the runner's.
+pub const CLOCK_SKEW: Duration = Duration::from_secs(1);

@@ -22,7 +22,7 @@
 use std::ops::Range;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::phase::{self, JudgeError, Verdict, WINDOW_S};
+use rsrs_core::phase::{self, JudgeError, Verdict, WINDOW_S, samples_in};
 use rsrs_core::trajectory::Trajectory;
 
 use crate::draw::{RunKey, Seed};
@@ -44,11 +44,11 @@ mod rows;
 mod sense;
 mod simd;
 mod swarms;
-mod trigonometry;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
 use engine::{Engine, UnitEngine};
+pub(crate) use simd::Work;
 
 /// A vector unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -252,14 +252,19 @@ impl Batch {
     }
 }
 
+/// Does work of one world with the vectors that most machines have, where plain Rust is turned into
+/// them.
+pub(crate) fn with_vectors<W: Work>(work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(unit) = avx2::Avx2::find() {
+        return simd::Simd::vectorize(unit, work);
+    }
+    work.run()
+}
+
 fn runs(conditions: &Conditions, (seed, replicates): (u64, Range<u64>)) -> Vec<RunKey> {
     let digest = conditions.digest();
     replicates.map(|replicate| RunKey::new(Seed { seed, replicate }, digest)).collect()
-}
-
-/// Whole periods in a time, at least one, as [`rsrs_core::phase`] counts them.
-fn samples_in(time_s: f64, period_s: f64) -> usize {
-    ((time_s / period_s + 1e-9).floor() as usize).max(1)
 }
 
 /// More robots than this are run one world at a time, with a grid.
@@ -270,6 +275,15 @@ const MOST_STATES: usize = 1 << 20;
 
 /// The greatest number that [`crate::draw::Key::normal`] gives, rounded up.
 const MOST_NORMAL: f64 = 6.0;
+
+/// Lanes of the widest unit of any machine.
+pub const MOST_LANES: usize = 16;
+
+/// Whether replicates of a cell are run in the lanes of a vector, on any machine, or one world at a
+/// time.
+pub fn runs_in_lanes(conditions: &Conditions, duration_s: f64) -> bool {
+    can_run(conditions, duration_s)
+}
 
 /// Whether the lanes can run and judge a cell. What they cannot is left to the reference: it is
 /// what is refused, or far from what robots do.

@@ -5,6 +5,12 @@
 //! are. What is seen does not depend on it: the grid only leaves out robots for which the answer is
 //! no, with a margin for rounding, and those that it leaves in are asked as before.
 
+#![expect(
+    clippy::inline_always,
+    reason = "what is not inlined into the function of a vector unit does without its instructions"
+)]
+
+use crate::batch::{Work, with_vectors};
 use crate::contact::Contact;
 use crate::robots::Robots;
 use crate::view::{Extent, View};
@@ -77,31 +83,7 @@ impl Grid {
         let Some(slack_m) = self.sort(robots) else {
             return robots.sense_pairs(contact, found, sees);
         };
-        let (seen, blocked) = found;
-        for (place, robot) in self.order.iter().enumerate() {
-            let robot = *robot as usize;
-            let at = (self.x_m[place], self.y_m[place]);
-            let heading = (robots.cosine[robot], robots.sine[robot]);
-            let ((from_x, to_x), (from_y, to_y)) = self.reach(at, heading, slack_m);
-            let (first, last) = (self.column(from_x), self.column(to_x));
-            let (mut n_seen, mut n_blocking) = (0_u32, 0_u32);
-            for row in self.row(from_y)..=self.row(to_y) {
-                let cells = row * self.n_columns + first..=row * self.n_columns + last;
-                let near = self.ends[*cells.start()] as usize..self.ends[*cells.end() + 1] as usize;
-                for block in near.step_by(BLOCK) {
-                    let xs = self.x_m[block..block + BLOCK].iter();
-                    for (other_x_m, other_y_m) in xs.zip(&self.y_m[block..block + BLOCK]) {
-                        let (dx_m, dy_m) = (other_x_m - at.0, other_y_m - at.1);
-                        let d2_m2 = dx_m * dx_m + dy_m * dy_m;
-                        let forward_m = dx_m * heading.0 + dy_m * heading.1;
-                        let lateral_m = dy_m * heading.0 - dx_m * heading.1;
-                        n_seen |= u32::from(sees(forward_m, lateral_m, d2_m2));
-                        n_blocking |= u32::from(contact.blocks(forward_m, d2_m2));
-                    }
-                }
-            }
-            (seen[robot], blocked[robot]) = (n_seen != 0, n_blocking != 0);
-        }
+        with_vectors(Look { grid: self, robots, contact, slack_m, found, sees });
     }
 
     /// Sorts the robots into cells. Returns what rounding may do to a coordinate, in metres; `None`
@@ -163,6 +145,7 @@ impl Grid {
     }
 
     /// A box that holds all centres that a robot may see or touch.
+    #[inline]
     fn reach(&self, at: (f32, f32), heading: (f32, f32), slack_m: f32) -> Around {
         let body_m = self.body_m;
         let along = |toward: f32, aside: f32, coordinate_m: f32| {
@@ -183,18 +166,67 @@ impl Grid {
         (along(heading.0, heading.1, at.0), along(heading.1, heading.0, at.1))
     }
 
+    #[inline]
     fn column(&self, x_m: f32) -> usize {
         self.cell_of(x_m - self.corner_m.0).min(self.n_columns - 1)
     }
 
+    #[inline]
     fn row(&self, y_m: f32) -> usize {
         self.cell_of(y_m - self.corner_m.1).min(self.n_rows - 1)
     }
 
     /// Never less for a greater distance, so what lies between two places lies between their cells.
     /// The cast takes what is negative to zero.
+    #[inline]
     fn cell_of(&self, distance_m: f32) -> usize {
         (distance_m * self.per_m) as usize
+    }
+}
+
+/// Holds every robot against those in the cells that it reaches into, as work for a vector unit.
+struct Look<'a, F> {
+    grid: &'a Grid,
+    robots: &'a Robots,
+    contact: Contact,
+    slack_m: f32,
+    found: (&'a mut [bool], &'a mut [bool]),
+    sees: F,
+}
+
+impl<F: Fn(f32, f32, f32) -> bool> Work for Look<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { grid, robots, contact, slack_m, found: (seen, blocked), sees } = self;
+        for (place, robot) in grid.order.iter().enumerate() {
+            let robot = *robot as usize;
+            let at = (grid.x_m[place], grid.y_m[place]);
+            let heading = (robots.cosine[robot], robots.sine[robot]);
+            let ((from_x, to_x), (from_y, to_y)) = grid.reach(at, heading, slack_m);
+            let (first, last) = (grid.column(from_x), grid.column(to_x));
+            let (mut n_seen, mut n_blocking) = ([0_u32; BLOCK], [0_u32; BLOCK]);
+            for row in grid.row(from_y)..=grid.row(to_y) {
+                let cells = row * grid.n_columns + first..=row * grid.n_columns + last;
+                let near = grid.ends[*cells.start()] as usize..grid.ends[*cells.end() + 1] as usize;
+                for block in near.step_by(BLOCK) {
+                    let xs = &grid.x_m[block..block + BLOCK];
+                    let ys = &grid.y_m[block..block + BLOCK];
+                    for lane in 0..BLOCK {
+                        let (dx_m, dy_m) = (xs[lane] - at.0, ys[lane] - at.1);
+                        let d2_m2 = dx_m * dx_m + dy_m * dy_m;
+                        let forward_m = dx_m * heading.0 + dy_m * heading.1;
+                        let lateral_m = dy_m * heading.0 - dx_m * heading.1;
+                        n_seen[lane] |= u32::from(sees(forward_m, lateral_m, d2_m2));
+                        n_blocking[lane] |= u32::from(contact.blocks(forward_m, d2_m2));
+                    }
+                }
+            }
+            let is_any =
+                |lanes: [u32; BLOCK]| lanes.into_iter().fold(0, |any, lane| any | lane) != 0;
+            (seen[robot], blocked[robot]) = (is_any(n_seen), is_any(n_blocking));
+        }
     }
 }
 

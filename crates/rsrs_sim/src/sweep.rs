@@ -1,17 +1,25 @@
 //! Many runs: every cell of a sweep, every replicate of a cell, on any number of threads.
 
-use std::ops::Range;
+mod block;
+mod floor;
+
+use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::digest::mix;
 use rsrs_core::order::Evidence;
-use rsrs_core::phase::{JudgeError, Phase};
+use rsrs_core::phase::{JudgeError, Phase, WINDOW_S, samples_in};
 
-use crate::batch::{Batch, BatchError, Judged};
-use crate::placement::PlacementError;
+use crate::batch::BatchError;
+use crate::draw::{RunKey, Seed};
+use crate::placement::{self, PlacementError};
+
+pub use block::{Block, MOST_ROWS, Piece, blocks};
+pub use floor::{BlockError, Ending, Keep, Work, run_blocks};
 
 /// How every cell is run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,7 +106,7 @@ impl SweepError {
     }
 }
 
-/// Runs and judges every replicate of every cell.
+/// Runs and judges every replicate of every cell, and holds all outcomes in memory.
 ///
 /// Each replicate depends on its own conditions, seed and number only, so the outcomes are the same
 /// for any number of threads, and a cell keeps its outcomes when the grid around it changes.
@@ -112,33 +120,59 @@ impl SweepError {
 /// # Errors
 ///
 /// [`SweepError`] of the first cell that cannot be run.
+///
+/// # Panics
+///
+/// If `watch.progress` does.
 pub fn sweep(conditions: &[Conditions], runs: Runs, watch: Watch<'_>) -> Result<Swept, SweepError> {
-    let batch = Batch::new();
-    let units: Vec<Unit> = (0..conditions.len())
-        .flat_map(|cell| {
-            let at_once = batch.at_once(&conditions[cell], runs.duration_s) as u64;
-            (0..runs.replicates).step_by(at_once as usize).map(move |first| {
-                let last = runs.replicates.min(first + at_once);
-                Unit { cell, replicates: first..last }
-            })
-        })
-        .collect();
-    let floor = Floor {
-        conditions,
-        runs,
-        watch,
-        units: &units,
-        next: AtomicUsize::new(0),
-        n_done: AtomicUsize::new(0),
-        has_failed: AtomicBool::new(false),
-        finished: Mutex::new(units.iter().map(|_| None).collect()),
-    };
-    std::thread::scope(|scope| {
-        for _ in 0..runs.n_threads.clamp(1, units.len().max(1)) {
-            scope.spawn(|| floor.work());
-        }
+    let Runs { seed, replicates, duration_s, n_threads } = runs;
+    let total = conditions.len() * replicates as usize;
+    let start = Progress { done: 0, total };
+    let work = Work { conditions, seed, duration_s, n_threads, start };
+    let cells = (0..conditions.len()).map(|cell| {
+        (cell as u64, Block { pieces: vec![Piece { cell, replicates: 0..replicates }] })
     });
-    floor.gather()
+    let whole_cells: Mutex<BTreeMap<u64, Vec<ReplicateOutcome>>> = Mutex::default();
+    let keep = |cell, _: &Block, outcomes| -> Result<(), Infallible> {
+        whole_cells.lock().expect("no thread panics while holding it").insert(cell, outcomes);
+        Ok(())
+    };
+    let ending = run_blocks(work, cells, watch, &keep).map_err(|error| match error {
+        BlockError::Sweep(error) => error,
+        BlockError::Keep(never) => match never {},
+    })?;
+    let whole_cells = whole_cells.into_inner().expect("no thread panics while holding it");
+    let outcomes = whole_cells.into_values().flatten().collect();
+    Ok(Swept { outcomes, is_cancelled: ending == Ending::CalledOff })
+}
+
+/// Looks for what keeps a sweep from being run, before anything is.
+///
+/// # Arguments
+///
+/// As for [`sweep`].
+///
+/// # Errors
+///
+/// [`SweepError`] of the first cell without robots, with too little time for the judge, or whose
+/// robots do not fit where they are to start.
+pub fn check(conditions: &[Conditions], runs: Runs) -> Result<(), SweepError> {
+    conditions.iter().enumerate().try_for_each(|(cell, conditions)| {
+        let n_steps = conditions.steps(runs.duration_s);
+        let impossible = |error| Err(SweepError::new(cell, error));
+        if conditions.robots == 0 {
+            return impossible(JudgeError::NoRobots.into());
+        }
+        if n_steps < samples_in(WINDOW_S, conditions.period_s) as u64 {
+            let duration_s = n_steps as f64 * conditions.period_s;
+            return impossible(JudgeError::TooShort { duration_s }.into());
+        }
+        let seed = Seed { seed: runs.seed, replicate: 0 };
+        match placement::place(conditions, RunKey::new(seed, conditions.digest())) {
+            Ok(_) => Ok(()),
+            Err(error) => impossible(error.into()),
+        }
+    })
 }
 
 /// Runs one cell again on seeds that no replicate of the sweep has seen.
@@ -154,6 +188,10 @@ pub fn sweep(conditions: &[Conditions], runs: Runs, watch: Watch<'_>) -> Result<
 /// * `watch` — progress and cancellation.
 ///
 /// # Errors
+///
+/// As [`sweep`].
+///
+/// # Panics
 ///
 /// As [`sweep`].
 pub fn confirm(conditions: &Conditions, runs: Runs, watch: Watch<'_>) -> Result<Swept, SweepError> {
@@ -179,88 +217,6 @@ impl Swept {
             counts[outcome.cell].add(outcome.phase);
         }
         counts
-    }
-}
-
-/// Replicates of one cell that one thread runs together: few, so that the threads end together and
-/// the 1,000 of a confirmation are shared.
-struct Unit {
-    cell: usize,
-    replicates: Range<u64>,
-}
-
-type UnitResult = Result<Vec<ReplicateOutcome>, SweepError>;
-
-/// What the threads of one sweep share.
-struct Floor<'a> {
-    conditions: &'a [Conditions],
-    runs: Runs,
-    watch: Watch<'a>,
-    units: &'a [Unit],
-    next: AtomicUsize,
-    n_done: AtomicUsize,
-    has_failed: AtomicBool,
-    finished: Mutex<Vec<Option<UnitResult>>>,
-}
-
-impl Floor<'_> {
-    /// Takes units in order until there are none, one has failed, or the sweep is called off.
-    fn work(&self) {
-        let mut batch = Batch::new();
-        while !self.has_failed.load(Ordering::Relaxed) && !self.is_cancelled() {
-            let index = self.next.fetch_add(1, Ordering::Relaxed);
-            let Some(unit) = self.units.get(index) else {
-                return;
-            };
-            let result = self.run_unit(unit, &mut batch);
-            if result.is_err() {
-                self.has_failed.store(true, Ordering::Relaxed);
-            }
-            let mut finished = self.finished.lock().expect("no thread panics while holding it");
-            finished[index] = Some(result);
-        }
-    }
-
-    fn run_unit(&self, unit: &Unit, batch: &mut Batch) -> UnitResult {
-        let (cell, replicates) = (unit.cell, unit.replicates.clone());
-        let runs = (self.runs.seed, replicates.clone());
-        let judged = batch
-            .judge(&self.conditions[cell], runs, self.runs.duration_s)
-            .map_err(|error| SweepError::new(cell, error))?;
-        let total = self.conditions.len() * self.runs.replicates as usize;
-        for _ in replicates.clone() {
-            let done = self.n_done.fetch_add(1, Ordering::Relaxed) + 1;
-            (self.watch.progress)(Progress { done, total });
-        }
-        let outcome = |(replicate, judged): (u64, Judged)| ReplicateOutcome {
-            cell,
-            replicate,
-            phase: judged.verdict.phase,
-            evidence: judged.verdict.evidence,
-            converged_s: judged.converged_s,
-        };
-        Ok(replicates.zip(judged).map(outcome).collect())
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.watch.cancel.load(Ordering::Relaxed)
-    }
-
-    /// Units are begun in order, and what is begun is finished, so the first failure is the same
-    /// for any number of threads.
-    fn gather(self) -> Result<Swept, SweepError> {
-        let finished = self.finished.into_inner().expect("no thread panics while holding it");
-        let is_cancelled = finished.iter().any(Option::is_none);
-        let mut whole_cells = vec![true; self.conditions.len()];
-        let mut outcomes = Vec::new();
-        for (unit, result) in self.units.iter().zip(finished) {
-            match result {
-                Some(result) => outcomes.extend(result?),
-                None => whole_cells[unit.cell] = false,
-            }
-        }
-        outcomes.retain(|outcome| whole_cells[outcome.cell]);
-        Ok(Swept { outcomes, is_cancelled })
     }
 }
 

@@ -189,21 +189,43 @@ fn a_robot_without_noise_reaches_a_line_and_its_trials_must_be_on_it() {
 }
 
 #[test]
-fn the_smallest_factors_contain_faster_robots_and_name_none_for_curving_ones() {
+fn the_smallest_factors_contain_faster_and_curving_robots() {
     let measured = measured();
     let base = HarsherFactors::default();
     let settings = Settings::default();
     // Three standard deviations of the measured robots beyond what the default factors contain.
     let faster = exact(5, ActuationGain { speed: 1.16, ..MEAN }, 0.0);
-    let curving = exact(5, MEAN, 0.2);
+    let curving = exact(5, MEAN, 0.03);
 
     let found = smallest_factors((&measured, base), &settings, &faster, &options()).unwrap();
-    let none = smallest_factors((&measured, base), &settings, &curving, &options()).unwrap();
+    let drifting = smallest_factors((&measured, base), &settings, &curving, &options()).unwrap();
 
     let factors = found.expect("a spread contains them").factors;
     assert!((2.5..8.0).contains(&factors.gain_sd_factor), "{factors:?}");
+    assert_eq!(factors.drift_factor.to_bits(), 1.0_f64.to_bits());
     assert!(held_against(&factors.apply(&measured).unwrap(), &faster).is_contained);
-    assert_eq!(none, None);
+    let factors = drifting.expect("more drift contains them").factors;
+    assert_eq!(factors.gain_sd_factor.to_bits(), base.gain_sd_factor.to_bits());
+    // A bias of 0.03 rad/s is 7.5 standard deviations of the measured one; 2.6 of them are 99 %.
+    assert!((1.5..8.0).contains(&factors.drift_factor), "{factors:?}");
+    assert!(held_against(&factors.apply(&measured).unwrap(), &curving).is_contained);
+}
+
+#[test]
+fn no_factor_widens_what_a_profile_does_not_have() {
+    let mut straight = measured();
+    straight.actuation.turn.bias_sd_rad_s = 0.0;
+    straight.actuation.turn.heading_noise_sd_rad = 0.0;
+    let curving = exact(3, MEAN, 0.03);
+
+    let none = smallest_factors(
+        (&straight, HarsherFactors::default()),
+        &Settings::default(),
+        &curving,
+        &options(),
+    );
+
+    assert_eq!(none.unwrap(), None);
 }
 
 #[test]

@@ -1,22 +1,25 @@
 //! Pictures, pure: data to SVG and PNG.
 //!
-//! [`diagram`] draws a phase diagram and [`trajectory`] one run; of the measured robots,
+//! [`diagram`] draws a phase diagram, [`trajectory`] one run and [`placement`] its start; of the measured robots,
 //! [`distribution`] draws their speeds, [`sensor`] what they detect, and [`reach`] real trajectories
 //! over simulated ones. All give SVG text that is the same on every machine; [`raster`] turns it into
-//! a PNG with a font that it carries along. Nothing here opens a file or asks the machine for its
-//! fonts.
+//! a PNG with a font that it carries along, and [`page`] puts pictures and tables into one HTML file.
+//! Nothing here opens a file or asks the machine for its fonts.
 
 pub mod diagram;
 pub mod distribution;
+pub mod placement;
 pub mod reach;
 pub mod sensor;
 pub mod trajectory;
 
+pub mod page;
 pub mod palette;
 pub mod raster;
 
 mod axes;
 mod chart;
+mod floor;
 mod header;
 mod legend;
 mod overlay;

@@ -125,7 +125,7 @@ pub fn number(value: f64) -> String {
 }
 
 /// Escapes what XML reads as markup, and replaces what XML 1.0 cannot hold at all.
-fn escaped(text: &str) -> String {
+pub fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for character in text.chars() {
         match character {

@@ -168,6 +168,11 @@ pub const DEFINITIONS: &[Definition] = &[
         hash: "RIHS01_263acfc2b0a3d4e9721867a8f81baf10efa96839db306a44107e2c9bcdb2b482",
     },
     Definition {
+        type_name: "sensor_msgs/msg/LaserScan",
+        text: include_str!("../../definitions/sensor_msgs/msg/LaserScan.msg"),
+        hash: "RIHS01_64c191398013af96509d518dac71d5164f9382553fce5c1f8cca5be7924bd828",
+    },
+    Definition {
         type_name: "sensor_msgs/msg/Range",
         text: include_str!("../../definitions/sensor_msgs/msg/Range.msg"),
         hash: "RIHS01_b42b62562e93cbfe9d42b82fe5994dfa3d63d7d5c90a317981703f7388adff3a",

@@ -1,5 +1,6 @@
 //! Samples and timers in, commands and statuses out.
 
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use rsrs_fleet::controller::{Action, Controller, Event};
@@ -13,13 +14,14 @@ use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::logging::Level;
 use rsrs_ros::node_arguments::NodeArguments;
-use rsrs_ros::parameters::{Arming, ParameterServer};
+use rsrs_ros::parameters::{Arming, ParameterServer, ParameterValue};
+use rsrs_ros::ros_args::Note;
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use rsrs_ros::shutdown;
 use rsrs_wire as wire;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
-use crate::parameters::{self, NODE};
+use crate::parameters::{self, NODE, Reaction};
 
 /// What reaches the controllers: of one robot, or of all.
 enum Heard {
@@ -43,46 +45,74 @@ enum CmdVel {
     Unstamped(Publisher<Twist>),
 }
 
-/// Runs the controllers until SIGINT or SIGTERM.
+/// A controller that is to be hosted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hosting {
+    /// Its robot.
+    pub robot: String,
+    /// Start values of its parameters by name, from the command line or a parameter file.
+    pub given: BTreeMap<String, ParameterValue>,
+}
+
+/// Runs a process that hosts controllers only, until SIGINT or SIGTERM.
 ///
 /// # Errors
 ///
 /// If the network cannot be used, or a reliable subscriber stops acknowledging.
 pub async fn run(options: NodeArguments) -> anyhow::Result<()> {
     let session = Session::open(&options.session)?;
+    let robots = options.robots.iter().map(|robot| Hosting {
+        robot: robot.clone(),
+        given: options.ros.parameters(&format!("/{robot}/{NODE}")),
+    });
+    let ended = serve(&session, robots.collect(), &options.ros.notes).await;
+    session.close().await;
+    ended
+}
+
+/// Runs controllers on somebody's session until SIGINT or SIGTERM.
+///
+/// # Arguments
+///
+/// * `robots` — one or more.
+/// * `notes` — what the first of them is to say at the start.
+///
+/// # Errors
+///
+/// If a start value is wrong, the network cannot be used, or a reliable subscriber stops
+/// acknowledging.
+pub async fn serve(session: &Session, robots: Vec<Hosting>, notes: &[Note]) -> anyhow::Result<()> {
     let (heard, mut events) = unbounded_channel();
-    let declared = options
-        .robots
-        .iter()
-        .map(|robot| {
-            let given = options.ros.parameters(&format!("/{robot}/{NODE}"));
-            parameters::declare(robot, given)
+    let (names, declared): (Vec<_>, Vec<_>) = robots
+        .into_iter()
+        .map(|Hosting { robot, given }| {
+            let declared = parameters::declare(&robot, given);
+            (robot, declared)
         })
-        .collect::<Result<Vec<_>, _>>()?;
+        .unzip();
+    let declared = declared.into_iter().collect::<Result<Vec<_>, _>>()?;
     let changed = heard.clone();
-    let server = ParameterServer::start(&session, declared, move |node, _| {
+    let server = ParameterServer::start(session, declared, move |node, _| {
         changed
             .send(Heard::ParametersOf(node.to_owned()))
             .map_err(|_closed| "the node is shutting down".to_owned())
     })?;
     let mut hosted = Vec::new();
     let mut subscriptions = Vec::new();
-    for (index, robot) in options.robots.iter().enumerate() {
-        hosted.push(host(&session, &server, robot)?);
-        subscriptions.push(listen(&session, &hosted[index].node, (index, robot), &heard)?);
+    for (index, robot) in names.iter().enumerate() {
+        hosted.push(host(session, &server, robot)?);
+        let node = &hosted[index].node;
+        let reaction = parameters::reaction(&server, node.full_name());
+        subscriptions.push(listen(session, node, (index, robot, reaction), &heard)?);
     }
     if let Some(first) = hosted.first() {
-        subscriptions.extend(listen_to_all(&session, &first.node, &heard)?);
-        for note in &options.ros.notes {
+        subscriptions.extend(listen_to_all(session, &first.node, &heard)?);
+        for note in notes {
             first.node.say(Level::Warn, &note.to_string());
         }
         first.node.say(Level::Info, &format!("{} controllers ready", hosted.len()));
     }
-    // The loop borrows the machines; the middleware is closed in order behind it.
-    let ended = serve(&mut hosted, &server, &mut events).await;
-    drop((subscriptions, hosted, server));
-    session.close().await;
-    ended
+    answer(&mut hosted, &server, &mut events).await
 }
 
 fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Result<Hosted> {
@@ -102,15 +132,16 @@ fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Res
 fn listen(
     session: &Session,
     node: &NodeHandle,
-    (index, robot): (usize, &str),
+    (index, robot, reaction): (usize, &str, Reaction),
     heard: &UnboundedSender<Heard>,
 ) -> anyhow::Result<Subscription> {
     let heard = heard.clone();
     let topic = topics::DETECTION;
     Ok(session.subscribe(node, &topic.for_robot(robot), topic.qos, move |sample| {
         let detection: Bool = sample.message;
+        let is_detected = detection.data || reaction == Reaction::Constant;
         // The receiver is gone only while the node shuts down.
-        drop(heard.send(Heard::Of(index, Event::Detection(detection.data))));
+        drop(heard.send(Heard::Of(index, Event::Detection(is_detected))));
     })?)
 }
 
@@ -134,7 +165,7 @@ fn listen_to_all(
     ])
 }
 
-async fn serve(
+async fn answer(
     hosted: &mut [Hosted],
     server: &ParameterServer,
     events: &mut UnboundedReceiver<Heard>,

@@ -1,13 +1,14 @@
 //! The controller node: detection in, velocity command out.
 //!
 //! One process hosts the controllers of one robot or of many: each is a node `/<robot>/controller`
-//! with its own parameters, all on one participant. What a controller does is decided by
+//! with its own parameters, all on one participant; [`serve`] hosts them on somebody else's. What a controller does is decided by
 //! [`rsrs_fleet::controller`]; here samples and timers become its events.
 
 mod driver;
 mod parameters;
 
-pub use parameters::NODE;
+pub use driver::{Hosting, serve};
+pub use parameters::{NAMES, NODE};
 
 use anyhow::Context;
 use rsrs_ros::logging::{self, Level};

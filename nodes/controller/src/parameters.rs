@@ -15,6 +15,11 @@ const SPEED: &str = "speed";
 const TURN_RATE: &str = "turn_rate";
 const STAMP_FROM_CLOCK: &str = "stamp_from_clock";
 const CMD_VEL_TYPE: &str = "cmd_vel_type";
+const CONSTANT: &str = "constant";
+
+/// The names of all parameters of a controller.
+pub const NAMES: [&str; 7] =
+    [SPEED, LIMITS[0].0, TURN_RATE, LIMITS[1].0, STAMP_FROM_CLOCK, CMD_VEL_TYPE, CONSTANT];
 
 /// Greatest safe values where a start value does not say otherwise: those of the Flockbot.
 const LIMITS: [(&str, f64); 2] = [("speed_max", 0.30), ("turn_rate_max", 2.5)];
@@ -85,6 +90,7 @@ pub fn declare(
         ParameterValue::Bool(stamp),
     ));
     parameters.push(cmd_vel_type(robot, given.remove(CMD_VEL_TYPE))?);
+    parameters.push(constant(robot, given.remove(CONSTANT))?);
     match given.into_keys().next() {
         Some(name) => Err(StartValueError::Unknown { robot: robot.to_owned(), name }),
         None => {
@@ -105,6 +111,21 @@ fn cmd_vel_type(
     }
     let description = "Type of cmd_vel: twist_stamped, or twist for Humble's drivers.";
     let mut descriptor = Descriptor::new(CMD_VEL_TYPE, ParameterKind::String, description);
+    descriptor.read_only = true;
+    Ok((descriptor, given))
+}
+
+fn constant(
+    robot: &str,
+    given: Option<ParameterValue>,
+) -> Result<(Descriptor, ParameterValue), StartValueError> {
+    let given = given.unwrap_or(ParameterValue::Bool(false));
+    if !matches!(given, ParameterValue::Bool(_)) {
+        return not_allowed(robot, CONSTANT, given, "true or false");
+    }
+    let description =
+        "Whether it turns counterclockwise whatever is detected: for measuring robots.";
+    let mut descriptor = Descriptor::new(CONSTANT, ParameterKind::Bool, description);
     descriptor.read_only = true;
     Ok((descriptor, given))
 }
@@ -165,6 +186,24 @@ pub fn is_stamped(server: &ParameterServer, node: &str) -> bool {
     server.get(node, CMD_VEL_TYPE) != Some(ParameterValue::String("twist".to_owned()))
 }
 
+/// What a controller makes of its sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reaction {
+    /// It decides by what is detected.
+    ToDetections,
+    /// Every detection is a beat, and something is always seen: the command is constant.
+    Constant,
+}
+
+/// What a controller makes of its sensor.
+pub fn reaction(server: &ParameterServer, node: &str) -> Reaction {
+    if server.get(node, CONSTANT) == Some(ParameterValue::Bool(true)) {
+        Reaction::Constant
+    } else {
+        Reaction::ToDetections
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -190,6 +229,14 @@ mod tests {
         let error = declare("robot_1", given("sped", ParameterValue::Double(0.1))).unwrap_err();
 
         assert_eq!(error.to_string(), "/robot_1/controller has no parameter `sped`");
+    }
+
+    #[test]
+    fn the_list_of_names_is_that_of_the_parameters() {
+        let declared = declare("robot_1", BTreeMap::new()).unwrap();
+
+        let names: Vec<_> = declared.parameters.iter().map(|(known, _)| &known.name).collect();
+        assert_eq!(names, NAMES.iter().collect::<Vec<_>>());
     }
 
     #[test]

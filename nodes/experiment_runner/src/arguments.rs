@@ -10,7 +10,7 @@ use rsrs_ros::ros_args::{Environment, RosArgs, RosArgsError};
 use rsrs_ros::session::SessionOptions;
 
 use crate::driver::NODE;
-use crate::plan::Request;
+use crate::plan::{PlaceCheck, Request};
 
 /// What the runner is told.
 #[derive(Clone, Debug)]
@@ -101,7 +101,15 @@ impl RunnerArguments {
         let address =
             interfaces::chosen(interface.as_deref(), environment.variable(interfaces::VARIABLE))?;
         Ok(Self {
-            request: Request { experiment, cell, from, backend, bag, seed: None },
+            request: Request {
+                experiment,
+                cell,
+                from,
+                backend,
+                bag,
+                seed: None,
+                place_check: PlaceCheck::On,
+            },
             session: SessionOptions { domain_id: ros.domain_id, interfaces: vec![address] },
             log_level: ros.log_level(NODE),
         })

@@ -7,13 +7,13 @@ use anyhow::Context;
 use futures::StreamExt;
 use futures::stream::FuturesUnordered;
 use rsrs_bags::BagSummary;
+use rsrs_fleet::experiment::Time;
 use rsrs_fleet::message::{RobotState, Status};
+use rsrs_fleet::rates::Rates;
 use rsrs_fleet::record::Ending;
 use rsrs_fleet::runner::{Action, Event, Outcome, Runner, Target};
 use rsrs_fleet::timing::{CONFIGURE, SILENCE};
-use rsrs_msgs::cdr;
-use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease};
-use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::rsrs::{Recorded, RunLease};
 use rsrs_msgs::topics::{self, Reliability};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::logging::Level;
@@ -24,6 +24,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use crate::ears::{self, Ear, Role, Sample};
 use crate::expectation::{self, Heard};
+use crate::meaning;
 use crate::parameters;
 use crate::plan::Plan;
 use crate::recorder::Recorder;
@@ -91,6 +92,8 @@ struct Run<'a> {
     /// Whether the simulator's next word answers the machine's question.
     asks_simulator: bool,
     bag: Option<BagSummary>,
+    /// What is watched while robots move in real time.
+    rates: Option<Rates>,
     finished: Option<(Outcome, Vec<String>)>,
     watch: &'a mut dyn FnMut(Progress),
 }
@@ -137,6 +140,7 @@ pub async fn run(
         simulator: None,
         asks_simulator: false,
         bag: None,
+        rates: None,
         finished: None,
         watch,
     };
@@ -172,6 +176,7 @@ impl<'a> Run<'a> {
                 _ = look.tick() => {
                     let graph = expectation::graph(self.session, self.simulator_is());
                     self.advance(Event::Seen(graph), &mut requests).await?;
+                    self.watch_rates();
                 }
                 _ = glance.tick() => self.advance(Event::Tick, &mut requests).await?,
             }
@@ -192,21 +197,47 @@ impl<'a> Run<'a> {
             self.advance(event, requests).await?;
         }
         let role = self.ears[sample.ear].role;
-        let event = match self.understand(role, &sample.received.message) {
-            Ok(event) => event,
-            Err(reason) => {
-                let topic = &self.ears[sample.ear].name;
-                self.node.say(Level::Warn, &format!("refused a message on {topic}: {reason}"));
-                None
-            }
-        };
+        let events = self.understand(role, &sample.received.message).unwrap_or_else(|reason| {
+            let topic = &self.ears[sample.ear].name;
+            self.node.say(Level::Warn, &format!("refused a message on {topic}: {reason}"));
+            Vec::new()
+        });
+        if let Some(rates) = &mut self.rates {
+            rates.heard(&self.ears[sample.ear].name, self.start.elapsed());
+        }
         if role == Role::Preparation && self.recorder.is_none() {
             self.early.push(sample);
         }
-        match event {
-            Some(event) => self.advance(event, requests).await,
-            None => Ok(()),
+        for event in events {
+            self.advance(event, requests).await?;
         }
+        Ok(())
+    }
+
+    /// While robots move in real time, tells how long they have, and what comes too rarely.
+    fn watch_rates(&mut self) {
+        let now = self.start.elapsed();
+        let (Some(running), Time::RealTime) =
+            (self.machine.running_for(now), self.plan.record.time)
+        else {
+            return;
+        };
+        let of = Duration::from_secs_f64(self.plan.record.duration_s).as_secs();
+        (self.watch)(Progress::Done { done: running.as_secs(), of });
+        let (ears, period_s) = (&self.ears, self.plan.record.conditions.period_s);
+        let rates = self.rates.get_or_insert_with(|| {
+            let each_period = |ear: &&Ear| matches!(ear.role, Role::Detection | Role::Command);
+            let topics = ears.iter().filter(each_period).map(|ear| ear.name.clone());
+            Rates::new(topics, period_s, now)
+        });
+        for change in rates.changes(now) {
+            self.say(change);
+        }
+    }
+
+    fn say(&mut self, text: String) {
+        self.node.say(Level::Info, &text);
+        (self.watch)(Progress::Say(text));
     }
 
     /// Writes a sample into the bag, if one is open.
@@ -230,38 +261,18 @@ impl<'a> Run<'a> {
         Ok(Some(Event::Recorded { step }))
     }
 
-    /// What a sample says to the machine, if anything.
-    fn understand(&mut self, role: Role, data: &[u8]) -> Result<Option<Event>, String> {
-        let robot = |index: usize| self.plan.record.robots[index].clone();
-        Ok(match role {
-            Role::Robot(index) => {
-                Some(Event::RobotStatus { robot: robot(index), status: status(data)? })
-            }
-            Role::Controller(index) => {
-                Some(Event::ControllerStatus { robot: robot(index), status: status(data)? })
-            }
-            Role::Lease => {
-                let message: RunLease = cdr::decode(data).map_err(|error| error.to_string())?;
-                let lease = wire::lease(message).map_err(|error| error.to_string())?;
-                Some(Event::LeaseHeard(lease))
-            }
-            Role::EStop => {
-                let message: Bool = cdr::decode(data).map_err(|error| error.to_string())?;
-                Some(Event::EStop(message.data))
-            }
+    /// What a sample says to the machine.
+    fn understand(&mut self, role: Role, data: &[u8]) -> Result<Vec<Event>, String> {
+        match role {
             Role::Simulator => {
-                let status = status(data)?;
+                let status = meaning::status(data)?;
                 self.simulator = Some((status.clone(), Instant::now()));
-                self.simulator_says(&status)
+                Ok(self.simulator_says(&status).into_iter().collect())
             }
-            Role::Detection
-            | Role::Command
-            | Role::Odometry
-            | Role::WorldDigest
-            | Role::Clock
-            | Role::Preparation
-            | Role::Other => None,
-        })
+            // Poses are asked for before robots move.
+            Role::Odometry(_) | Role::Pose(_) if self.rates.is_some() => Ok(Vec::new()),
+            _ => meaning::events(self.plan, role, data),
+        }
     }
 
     fn simulator_says(&mut self, status: &Status) -> Option<Event> {
@@ -319,10 +330,7 @@ impl<'a> Run<'a> {
             }
             Action::OpenRecorder => return Ok(Some(self.open_recorder())),
             Action::CloseRecorder => return Ok(Some(self.close_recorder())),
-            Action::Say(text) => {
-                self.node.say(Level::Info, &text);
-                (self.watch)(Progress::Say(text));
-            }
+            Action::Say(text) => self.say(text),
             Action::Finish { outcome, not_standing } => {
                 self.finished = Some((outcome, not_standing));
             }
@@ -380,9 +388,4 @@ impl<'a> Run<'a> {
                 .map(|(first, last)| last.saturating_duration_since(first).as_secs_f64()),
         })
     }
-}
-
-fn status(data: &[u8]) -> Result<Status, String> {
-    let message: RobotStatus = cdr::decode(data).map_err(|error| error.to_string())?;
-    wire::status(message).map_err(|error| error.to_string())
 }

@@ -12,8 +12,10 @@ pub enum Role {
     Detection,
     /// A robot's velocity command.
     Command,
-    /// Where a robot is.
-    Odometry,
+    /// Where a robot says it is.
+    Odometry(usize),
+    /// Where a tracker sees a robot.
+    Pose(usize),
     /// A robot's gate.
     Robot(usize),
     /// A robot's controller.
@@ -28,6 +30,8 @@ pub enum Role {
     Lease,
     /// The e-stop.
     EStop,
+    /// The health of parts.
+    Diagnostics,
     /// Changes of parameters and what nodes say, kept also from before the bag is open: they tell how
     /// a run was set up.
     Preparation,
@@ -70,8 +74,8 @@ pub fn ears(robots: &[FleetRobot]) -> Vec<Ear> {
         for (topic, role) in [
             (topics::DETECTION, Role::Detection),
             (cmd_vel, Role::Command),
-            (topics::ODOM, Role::Odometry),
-            (topics::POSE, Role::Other),
+            (topics::ODOM, Role::Odometry(index)),
+            (topics::POSE, Role::Pose(index)),
             (topics::RANGE, Role::Other),
             (topics::STATUS, Role::Robot(index)),
             (topics::CONTROLLER_STATUS, Role::Controller(index)),
@@ -85,7 +89,7 @@ pub fn ears(robots: &[FleetRobot]) -> Vec<Ear> {
         (topics::SIMULATOR_STATUS, Role::Simulator),
         (topics::LEASE, Role::Lease),
         (topics::E_STOP, Role::EStop),
-        (topics::DIAGNOSTICS, Role::Other),
+        (topics::DIAGNOSTICS, Role::Diagnostics),
         (topics::TF, Role::Other),
         (topics::PARAMETER_EVENTS, Role::Preparation),
         (topics::ROSOUT, Role::Preparation),

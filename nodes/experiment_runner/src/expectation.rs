@@ -2,17 +2,19 @@
 
 use std::time::Duration;
 
+use rsrs_core::conditions::Placement;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::PoseSource;
-use rsrs_fleet::preflight::{Expected, ExpectedTopic, Graph, Publisher, Publishers};
+use rsrs_fleet::placement::{CLEARANCE_RADII, StartDisc};
+use rsrs_fleet::preflight::{self, Expected, ExpectedTopic, Graph, Publishers};
 use rsrs_fleet::record::Backend;
 use rsrs_fleet::runner::{Pace, RunnerOptions};
 use rsrs_fleet::simulator::placement_digest;
-use rsrs_msgs::topics;
-use rsrs_ros::session::{EndpointKind, Session};
+use rsrs_fleet::timing::COUNTDOWN;
+use rsrs_ros::session::{Endpoint, EndpointKind, Session};
 
 use crate::ears::{Ear, Role};
-use crate::plan::Plan;
+use crate::plan::{PlaceCheck, Plan, Poses};
 
 /// What the machine must know of a run.
 pub fn runner_options(plan: &Plan, ears: &[Ear]) -> RunnerOptions {
@@ -33,41 +35,48 @@ pub fn runner_options(plan: &Plan, ears: &[Ear]) -> RunnerOptions {
         ),
         pace,
         robot_lost: record.robot_lost,
+        // Somebody stands beside real robots, and has set them down by hand.
+        countdown: match record.backend {
+            Backend::Fleet => COUNTDOWN,
+            Backend::Simulator => Duration::ZERO,
+        },
+        start: (record.backend == Backend::Fleet && plan.place_check == PlaceCheck::On)
+            .then(|| start(plan)),
     }
+}
+
+fn start(plan: &Plan) -> StartDisc {
+    let conditions = &plan.record.conditions;
+    let Placement::DiscFacingOut { radius_m } = conditions.placement;
+    StartDisc { radius_m, clearance_m: CLEARANCE_RADII * conditions.robot.radius_m }
 }
 
 fn expected(plan: &Plan, ears: &[Ear]) -> Expected {
-    let tracked = plan.record.backend == Backend::Fleet
-        && plan.robots.iter().any(|robot| robot.pose == PoseSource::Pose);
-    let topics = ears
-        .iter()
-        .filter_map(|ear| {
-            let publishers = match ear.role {
-                Role::Detection | Role::Command => Publishers::One,
-                Role::Odometry if !tracked => Publishers::One,
-                _ => return None,
-            };
-            let type_name = ear.topic.type_name.to_owned();
-            Some(ExpectedTopic { name: ear.name.clone(), type_name, publishers })
-        })
-        .chain(tracked.then(|| plan.robots.iter().map(pose_topic)).into_iter().flatten())
-        .collect();
+    let topics = ears.iter().map(|ear| ExpectedTopic {
+        name: ear.name.clone(),
+        type_name: ear.topic.type_name.to_owned(),
+        publishers: publishers(plan, ear.role),
+    });
+    let limits = plan.robots.iter().filter_map(|robot| {
+        let limit_v = robot.battery_min_v.filter(|_| plan.record.backend == Backend::Fleet)?;
+        Some((robot.name.clone(), limit_v))
+    });
     Expected {
         robots: plan.record.robots.clone(),
         simulator: plan.record.backend == Backend::Simulator,
-        topics,
+        topics: topics.collect(),
+        battery_min_v: limits.collect(),
     }
 }
 
-fn pose_topic(robot: &rsrs_fleet::fleet_file::FleetRobot) -> ExpectedTopic {
-    let topic = match robot.pose {
-        PoseSource::Odom => topics::ODOM,
-        PoseSource::Pose => topics::POSE,
-    };
-    ExpectedTopic {
-        name: topic.for_robot(&robot.name),
-        type_name: topic.type_name.to_owned(),
-        publishers: Publishers::One,
+fn publishers(plan: &Plan, role: Role) -> Publishers {
+    match role {
+        Role::Detection | Role::Command => Publishers::One,
+        Role::Odometry(_) | Role::Pose(_) if plan.poses == Poses::IfThere => Publishers::AtMostOne,
+        Role::Odometry(robot) if plan.pose_of(robot) == PoseSource::Odom => Publishers::One,
+        Role::Pose(robot) if plan.pose_of(robot) == PoseSource::Pose => Publishers::One,
+        Role::Robot(_) | Role::Controller(_) => Publishers::AtMostOne,
+        _ => Publishers::Any,
     }
 }
 
@@ -77,13 +86,18 @@ fn pose_topic(robot: &rsrs_fleet::fleet_file::FleetRobot) -> ExpectedTopic {
 ///
 /// * `simulator` — whether the simulator was heard just now.
 pub fn graph(session: &Session, simulator: Heard) -> Graph {
-    let publishers = session
-        .endpoints()
-        .into_iter()
-        .filter(|endpoint| endpoint.kind == EndpointKind::Writer)
-        .map(|endpoint| Publisher { topic: endpoint.topic, type_name: endpoint.type_name })
-        .collect();
-    Graph { publishers, simulator: simulator == Heard::Recently }
+    let (writers, readers): (Vec<_>, Vec<_>) =
+        session.endpoints().into_iter().partition(|endpoint| endpoint.kind == EndpointKind::Writer);
+    Graph {
+        publishers: writers.into_iter().map(end).collect(),
+        subscribers: readers.into_iter().map(end).collect(),
+        simulator: simulator == Heard::Recently,
+    }
+}
+
+fn end(endpoint: Endpoint) -> preflight::Endpoint {
+    let Endpoint { topic, type_name, node, .. } = endpoint;
+    preflight::Endpoint { topic, type_name, node }
 }
 
 /// Whether somebody was heard.

@@ -8,9 +8,11 @@ mod arguments;
 mod driver;
 mod ears;
 mod expectation;
+mod meaning;
 mod parameters;
 pub mod plan;
 mod recorder;
+pub mod stop;
 
 pub use driver::{NODE, Progress, RunReport, run};
 pub use recorder::RecorderError;

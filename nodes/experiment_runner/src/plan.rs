@@ -8,12 +8,14 @@ use rsrs_core::axis::Cell;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::profile::RobotProfile;
 use rsrs_fleet::experiment::{ExperimentFile, SimulatedProfile, Time};
-use rsrs_fleet::fleet_file::{CmdVel, FleetFile, FleetRobot};
+use rsrs_fleet::fleet_file::{CmdVel, FleetFile, FleetRobot, PoseSource};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 
 mod swept;
+mod trial;
 
 pub use swept::SweptCell;
+pub use trial::TrialRequest;
 
 /// What a person asks for.
 #[derive(Clone, Debug)]
@@ -30,6 +32,18 @@ pub struct Request {
     pub bag: Option<PathBuf>,
     /// Seed of the simulated world, where the experiment file's does not count.
     pub seed: Option<u64>,
+    /// Whether the operator is told where the robots of a fleet stand before they move.
+    pub place_check: PlaceCheck,
+}
+
+/// Whether start poses are held against the wanted placement.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PlaceCheck {
+    /// They are.
+    #[default]
+    On,
+    /// They are not, as where nothing tells of poses.
+    Off,
 }
 
 /// One run, resolved.
@@ -41,8 +55,21 @@ pub struct Plan {
     pub robots: Vec<FleetRobot>,
     /// Where the bag goes.
     pub bag: PathBuf,
+    /// Whether the operator is told where the robots stand before they move.
+    pub place_check: PlaceCheck,
     /// The files that it was read from, by the name that they get in the bag.
     pub files: Vec<(&'static str, String)>,
+    /// Whether there is no run without poses.
+    pub poses: Poses,
+}
+
+/// Whether the poses of the robots must be known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Poses {
+    /// Without them the bag cannot be labelled.
+    Required,
+    /// They are recorded where they are published: a trial is also measured with a tape.
+    IfThere,
 }
 
 /// Version of the program, and the commit that it was built from.
@@ -106,12 +133,21 @@ impl Plan {
             ("fleet.yaml", fleet_text),
             ("profile.yaml", profile_text),
         ];
-        Ok(Self { record, robots, bag, files })
+        let place_check = request.place_check;
+        Ok(Self { record, robots, bag, files, poses: Poses::Required, place_check })
     }
 
     /// Steps of the run.
     pub fn steps(&self) -> u64 {
         self.record.conditions.steps(self.record.duration_s)
+    }
+
+    /// Where the pose of a robot comes from, by its index; the simulator knows all of them.
+    pub fn pose_of(&self, robot: usize) -> PoseSource {
+        match self.record.backend {
+            Backend::Simulator => PoseSource::Odom,
+            Backend::Fleet => self.robots[robot].pose,
+        }
     }
 }
 

@@ -152,7 +152,7 @@ impl Recorder {
 fn makes_a_step(role: Role) -> bool {
     matches!(
         role,
-        Role::Detection | Role::Command | Role::Odometry | Role::WorldDigest | Role::Clock
+        Role::Detection | Role::Command | Role::Odometry(_) | Role::WorldDigest | Role::Clock
     )
 }
 

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rsrs_core::axis::Cell;
-use rsrs_core::choice::{Choice, VIABLE_B_S_LOW, rank};
-use rsrs_core::diagram::PhaseCounts;
+use rsrs_core::choice::{Choice, REGION_B_S_LOW, VIABLE_B_S_LOW, rank};
+use rsrs_core::comparison::Share;
+use rsrs_core::diagram::{DiagramCell, PhaseCounts};
 use rsrs_core::phase::Phase;
 use rsrs_sim::sweep::Runs;
 use serde::Serialize;
@@ -86,6 +87,18 @@ pub struct NoViableCell {
     pub reason: String,
     /// The best cell, if one was good enough to be confirmed.
     pub best: Option<Choice>,
+    /// The cell that milled most often in the sweep, if none was good enough to be confirmed.
+    pub best_swept: Option<BestSwept>,
+}
+
+/// The cell that milled most often in a sweep; of equals the first.
+#[derive(Clone, Debug, Serialize)]
+pub struct BestSwept {
+    cell: Cell,
+    b_s: f64,
+    b_s_low: f64,
+    b_s_high: f64,
+    n_replicates: u64,
 }
 
 /// Runs the command.
@@ -125,9 +138,21 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 /// If the folder is not a sweep's, or the confirmation is called off.
 pub fn choose(folder: &Path, options: Options) -> anyhow::Result<Chosen> {
     let result = result_folder::read(folder)?;
-    let none = |reason, best| Ok(Chosen::NoViableCell(NoViableCell { cell: None, reason, best }));
-    let Some(candidate) = rank(&result.diagram).into_iter().next() else {
-        return none(best_swept(&result), None);
+    let kind = result.source.sweep.interval_kind();
+    let Some(candidate) = rank(&result.diagram, kind).into_iter().next() else {
+        let best = BestSwept::of(&result);
+        let reason = format!(
+            "no cell's B_s has a lower bound of {REGION_B_S_LOW}; the best, {}, mills in {:.1} % of \
+             {} runs (95 % interval {:.1} to {:.1} %)",
+            best.cell,
+            100.0 * best.b_s,
+            best.n_replicates,
+            100.0 * best.b_s_low,
+            100.0 * best.b_s_high
+        );
+        let best_swept = Some(best);
+        let none = NoViableCell { cell: None, reason, best: None, best_swept };
+        return Ok(Chosen::NoViableCell(none));
     };
     let choice = Choice::new(&candidate, confirm(options, &result, candidate.index)?);
     if choice.is_viable(options.viable) {
@@ -140,7 +165,8 @@ pub fn choose(folder: &Path, options: Options) -> anyhow::Result<Chosen> {
         100.0 * choice.b_s_low,
         100.0 * options.viable
     );
-    none(reason, Some(choice))
+    let none = NoViableCell { cell: None, reason, best: Some(choice), best_swept: None };
+    Ok(Chosen::NoViableCell(none))
 }
 
 /// Writes a choice into a file.
@@ -167,17 +193,21 @@ fn confirm(options: Options, result: &SweepResult, index: usize) -> anyhow::Resu
     Ok(swept.counts(1)[0])
 }
 
-fn best_swept(result: &SweepResult) -> String {
-    let share = |entry: &rsrs_core::diagram::DiagramCell| entry.counts.share(Phase::StableMilling);
-    let best = result.diagram.cells.iter().max_by(|one, other| share(one).total_cmp(&share(other)));
-    match best {
-        Some(entry) => format!(
-            "no cell's B_s has a lower bound of 0.5; the best, {}, mills in {:.0} % of {} runs",
-            entry.cell,
-            100.0 * share(entry),
-            entry.counts.total()
-        ),
-        None => "the sweep has no cells".to_owned(),
+impl BestSwept {
+    fn of(result: &SweepResult) -> Self {
+        let share = |entry: &DiagramCell| entry.counts.share(Phase::StableMilling);
+        let cells = result.diagram.cells.iter().rev();
+        let best = cells.max_by(|one, other| share(one).total_cmp(&share(other)));
+        let DiagramCell { cell, counts } = best.expect("a sweep has cells").clone();
+        let milling = Share::milling(&counts);
+        let interval = result.source.sweep.interval_kind().interval(milling.hits, milling.n);
+        Self {
+            cell,
+            b_s: milling.value(),
+            b_s_low: interval.low,
+            b_s_high: interval.high,
+            n_replicates: milling.n,
+        }
     }
 }
 

@@ -1,10 +1,12 @@
 //! `rsrs compare`: reality against the simulator.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use rsrs_core::choice::Choice;
-use rsrs_core::comparison::{CellRuns, Comparison, Verdict};
+use rsrs_core::comparison::{CellRuns, Comparison};
 use rsrs_core::diagram::PhaseCounts;
 use rsrs_fleet::record::EndingKind;
 
@@ -12,12 +14,13 @@ use crate::admission::{Admitted, LABEL, admit, refuse};
 use crate::commands::{Format, report};
 use crate::comparison_report::{Report, Runs, Simulated};
 use crate::failure::{Outcome, explained, with_help};
-use crate::labelling::{LabelOptions, Labelled, label_bag};
+use crate::human_labels::JUDGE;
+use crate::labelling::{LabelOptions, Labelled, label_bag, label_by};
 use crate::result_folder::{self, SweepResult};
 
 /// Hold recorded runs against the sweep that predicts them: do robots mill as often as simulated?
 ///
-/// Every bag is labelled by the judge and belongs to the swept cell whose speed, turning rate and
+/// Every bag is labelled by the judge, or by the person that `--labels` names, and belongs to the swept cell whose speed, turning rate and
 /// other settings it was run with. A bag of another experiment is refused: another number of robots,
 /// placement, arena, duration, or a cell that was not swept. A run that did not complete is listed
 /// with its cause and does not count.
@@ -37,9 +40,49 @@ pub struct Arguments {
     /// Bags of runs: rosbag2 folders or single .mcap files.
     #[arg(long, required = true, num_args = 1.., value_name = "BAG")]
     bags: Vec<PathBuf>,
+    /// Whose labels count: the judge's, or those of one person, as `human:WHO` (default: judge).
+    #[arg(
+        long,
+        value_name = "judge|human:WHO",
+        default_value = "judge",
+        hide_default_value = true
+    )]
+    labels: Labeller,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
+}
+
+/// Whose labels count.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Labeller {
+    /// Those of the one judge.
+    Judge,
+    /// Those of this person.
+    Human(String),
+}
+
+impl FromStr for Labeller {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.split_once(':') {
+            None if text == JUDGE => Ok(Self::Judge),
+            Some(("human", who)) if !who.trim().is_empty() => {
+                Ok(Self::Human(who.trim().to_owned()))
+            }
+            _ => Err(format!("`{text}` is neither `{JUDGE}` nor `human:` and a name")),
+        }
+    }
+}
+
+impl fmt::Display for Labeller {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Judge => formatter.write_str(JUDGE),
+            Self::Human(who) => write!(formatter, "human:{who}"),
+        }
+    }
 }
 
 /// Runs the command.
@@ -48,12 +91,9 @@ pub struct Arguments {
 ///
 /// As [`compare`].
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let result = compare(&arguments.folder, &arguments.bags)?;
+    let result = compare(&arguments.folder, &arguments.bags, &arguments.labels)?;
     report(arguments.format, &result, &result.to_string())?;
-    Ok(match result.verdict {
-        Verdict::Violated => Outcome::NegativeAnswer,
-        Verdict::Supported | Verdict::Undecided => Outcome::Done,
-    })
+    Ok(result.outcome())
 }
 
 /// Compares recorded runs with the cells of a sweep that they belong to.
@@ -63,17 +103,18 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 /// # Arguments
 ///
 /// * `folder` — that of the sweep.
+/// * `labeller` — whose labels count.
 ///
 /// # Errors
 ///
 /// If the folder is not a sweep's; if bags are of another experiment, cannot be read, or cannot be
 /// labelled: all of them, each with its reason.
-pub fn compare(folder: &Path, bags: &[PathBuf]) -> anyhow::Result<Report> {
+pub fn compare(folder: &Path, bags: &[PathBuf], labeller: &Labeller) -> anyhow::Result<Report> {
     let result = result_folder::read(folder)?;
     let prediction = Prediction::of(folder, &result)?;
     let (counted, others): (Vec<Admitted>, Vec<Admitted>) =
         admit(&result, bags)?.into_iter().partition(|run| run.ending.kind == EndingKind::Completed);
-    let labelled = label_all(&counted)?;
+    let labelled = label_all(&counted, labeller)?;
 
     let mut real: BTreeMap<usize, PhaseCounts> = BTreeMap::new();
     for (run, labelled) in counted.iter().zip(&labelled) {
@@ -98,15 +139,20 @@ pub fn compare(folder: &Path, bags: &[PathBuf]) -> anyhow::Result<Report> {
         counted.into_iter().zip(labelled).map(|(run, label)| (cell(run.cell), run, label));
     let runs = Runs { counted: counted.collect(), others };
     let mut report = Report::new(&comparison, (&cells, &simulated), runs);
+    report.labels = labeller.to_string();
     report.notes.extend(prediction.note());
     Ok(report)
 }
 
-fn label_all(runs: &[Admitted]) -> anyhow::Result<Vec<Labelled>> {
+fn label_all(runs: &[Admitted], labeller: &Labeller) -> anyhow::Result<Vec<Labelled>> {
     let mut labelled = Vec::new();
     let mut refusals = Vec::new();
     for run in runs {
-        match label_bag(&run.bag, LabelOptions::default()) {
+        let label = match labeller {
+            Labeller::Judge => label_bag(&run.bag, LabelOptions::default()),
+            Labeller::Human(who) => label_by(&run.bag, who),
+        };
+        match label {
             Ok(label) => labelled.push(label),
             Err(refusal) => refusals.push(refusal),
         }

@@ -7,11 +7,13 @@ use rsrs_core::axis::{Axis, Cell};
 use crate::failure::{Outcome, with_help};
 use crate::picture::{PNG_WIDTH_PX, Wish, of_sweep};
 use crate::result_folder::{self, write_file};
+use crate::validation_file;
 
 /// Draw the phase diagram of a sweep.
 ///
 /// Hue is the most frequent phase of a cell, lightness its share. The dashed line is the analytic
-/// turn balance. With `choice.json` beside the sweep's files, the chosen cell is marked.
+/// turn balance. With `choice.json` beside the sweep's files, the chosen cell is marked; with
+/// `validation.json`, its answer is noted.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Folder of a sweep.
@@ -50,6 +52,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         at: arguments.at.iter().flat_map(Cell::iter).collect(),
         chosen: result_folder::read_choice(&arguments.folder)?.map(|choice| choice.cell),
         experiments: Vec::new(),
+        validation: validation_file::note(&arguments.folder, &result.source)?,
     };
     let svg = of_sweep(&result, &wish)?;
     if ending == "svg" {

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rsrs_core::choice::{Choice, VIABLE_B_S_LOW};
 use rsrs_core::phase::Phase;
-use rsrs_experiment_runner::plan::{Plan, Request};
+use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_fleet::record::{Backend, EndingKind};
 use rsrs_ros::logging::{self, Level};
 use rsrs_view::diagram::ExperimentMark;
 use serde::Serialize;
 
 use crate::commands::choose::{self, Chosen};
-use crate::commands::compare::compare;
+use crate::commands::compare::{Labeller, compare};
 use crate::commands::run::{RunSummary, on_simulated_fleet, runtime, say_note};
 use crate::commands::sweep::{majorities, sweep_into};
 use crate::commands::{Format, report};
@@ -119,7 +119,7 @@ impl DryRun<'_> {
         let experiments = self.run_experiments(&files, &sweep)?;
         let bags: Vec<PathBuf> =
             experiments.iter().filter_map(|summary| summary.bag.clone()).collect();
-        let comparison = compare(&sweep, &bags)?;
+        let comparison = compare(&sweep, &bags, &Labeller::Judge)?;
         self.tell(&format!("\n{comparison}"))?;
         let json = serde_json::to_string_pretty(&comparison).context("the comparison as JSON")?;
         write_file(&self.folder.join("comparison.json"), format!("{json}\n").as_bytes())?;
@@ -154,6 +154,7 @@ impl DryRun<'_> {
                     backend: Backend::Simulator,
                     bag: Some(self.folder.join(format!("bags/experiment_{number}"))),
                     seed: Some(number),
+                    place_check: PlaceCheck::Off,
                 })
             })
             .collect::<anyhow::Result<Vec<Plan>>>()?;

@@ -1,14 +1,21 @@
-//! `rsrs label`: what a bag shows, by the one judge.
+//! `rsrs label`: what a bag shows, by the one judge and by people.
+
+mod agreement;
+mod text;
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use rsrs_bags::trajectory::PoseSource;
 use rsrs_core::conditions::Region;
+use rsrs_core::phase::Phase;
 use rsrs_core::trajectory::Bodies;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
+use crate::human_labels::{self, HumanLabel};
 use crate::labelling::{LabelOptions, Labelled, label_bag};
+use crate::recorded_run;
 use crate::sweep_source::read_profile;
 
 /// Label bags with the phase that their swarm settled into.
@@ -17,46 +24,110 @@ use crate::sweep_source::read_profile;
 /// were commanded to move. It needs poses. The robots' body and sensing range come from
 /// `--profile`, or else from the record of the experiment that bags of `rsrs` hold. Without a
 /// range, dispersion is judged by growth alone.
+///
+/// With `--as` the label is yours: it is added to a file in the bag's folder, and changes nothing
+/// that is there. With `--agreement` nothing is labelled: it says how far the judge and people agree,
+/// and which bags to look at again.
 #[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs label results/run_*
+  rsrs label results/run_1 --as semi_stable_milling --by ana --note 'two robots outside'
+  rsrs label --agreement results/run_*")]
 pub struct Arguments {
     /// Bags: rosbag2 folders or single .mcap files.
-    #[arg(required = true)]
+    #[arg(required = true, value_name = "BAG")]
     bags: Vec<PathBuf>,
+    /// Add a label of your own.
+    #[arg(long = "as", value_name = "PHASE", requires = "by", value_parser = phases(),
+          conflicts_with_all = ["agreement", "profile", "poses"])]
+    phase: Option<Phase>,
+    /// Your name, for your own label.
+    #[arg(long, value_name = "WHO", requires = "phase")]
+    by: Option<String>,
+    /// What else there is to say of your own label.
+    #[arg(long, value_name = "TEXT", requires = "phase")]
+    note: Option<String>,
+    /// Say how far the judge and people agree, instead of labelling.
+    #[arg(long)]
+    agreement: bool,
     /// The robots' profile, for the radius of their body and their sensing range (default: what
     /// each bag's record says).
     #[arg(long, value_name = "PROFILE")]
     profile: Option<PathBuf>,
     /// Topic that poses come from (default: the first of these that the bag has).
     #[arg(long, value_enum)]
-    poses: Option<Poses>,
+    poses: Option<Source>,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
-enum Poses {
+enum Source {
     /// `/<robot>/odom`.
     Odom,
     /// `/<robot>/pose`.
     Pose,
+    /// A tracker's `NamedPoseArray`, on `/poses` if there are several.
+    NamedPoses,
+    /// A tracker's `PoseArray`, on `/poses` if there are several.
+    PoseArray,
     /// `/tf`.
     Tf,
+}
+
+fn phases() -> impl TypedValueParser<Value = Phase> {
+    let parser = PossibleValuesParser::new(Phase::ALL.map(Phase::key));
+    parser.map(|key| Phase::from_key(&key).expect("the parser takes no other words"))
 }
 
 /// Runs the command.
 ///
 /// # Errors
 ///
-/// If a bag cannot be read, has no poses, or is too short; the first such bag is named.
+/// If a bag cannot be read, has no poses, or is too short, or labels beside it do not read; the
+/// first such bag is named.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    if let Some((phase, by)) = arguments.phase.zip(arguments.by.as_deref()) {
+        let label = HumanLabel::now(phase, by, arguments.note.as_deref())?;
+        return add(arguments, &label);
+    }
     let options = options(arguments)?;
+    if arguments.agreement {
+        return agreement::run(&arguments.bags, options, arguments.format);
+    }
     let labelled = arguments
         .bags
         .iter()
         .map(|bag| label_bag(bag, options))
         .collect::<anyhow::Result<Vec<Labelled>>>()?;
-    let lines: Vec<String> = labelled.iter().map(line).collect();
+    let lines: Vec<String> = labelled.iter().map(text::judged).collect();
+    report(arguments.format, &labelled, &lines.join("\n"))?;
+    Ok(Outcome::Done)
+}
+
+/// Adds a person's label to every bag; to none if one of them is no bag or its labels do not read.
+fn add(arguments: &Arguments, label: &HumanLabel) -> anyhow::Result<Outcome> {
+    for bag in &arguments.bags {
+        recorded_run::open(bag)?;
+        human_labels::read(bag)?;
+    }
+    let mut labelled = Vec::new();
+    let mut lines = Vec::new();
+    for bag in &arguments.bags {
+        let path = human_labels::add(bag, label)?;
+        let labels = human_labels::read(bag)?;
+        lines.push(format!(
+            "{}: {} by {}, label {} in {}",
+            bag.display(),
+            label.phase,
+            label.by,
+            labels.len(),
+            path.display()
+        ));
+        labelled.push(Labelled::by_hand(bag, label, labels));
+    }
     report(arguments.format, &labelled, &lines.join("\n"))?;
     Ok(Outcome::Done)
 }
@@ -71,34 +142,11 @@ fn options(arguments: &Arguments) -> anyhow::Result<LabelOptions> {
         }
     };
     let poses = arguments.poses.map(|poses| match poses {
-        Poses::Odom => PoseSource::Odom,
-        Poses::Pose => PoseSource::Pose,
-        Poses::Tf => PoseSource::Tf,
+        Source::Odom => PoseSource::Odom,
+        Source::Pose => PoseSource::Pose,
+        Source::NamedPoses => PoseSource::NamedPoses,
+        Source::PoseArray => PoseSource::PoseArray,
+        Source::Tf => PoseSource::Tf,
     });
     Ok(LabelOptions { bodies, poses })
-}
-
-fn line(labelled: &Labelled) -> String {
-    let evidence = &labelled.evidence;
-    let lost = match evidence.lost {
-        Some(lost) => format!("lost {lost:.2}"),
-        None => "lost unknown without a sensing range".to_owned(),
-    };
-    let damage = match &labelled.damage {
-        Some(damage) => format!("\n  {damage}; what came before was judged"),
-        None => String::new(),
-    };
-    format!(
-        "{}: {} ({} robots, {:.0} s; rotation {:.2}, orbit {:.2}, circliness {:.2} of {:.2}, \
-         blocked {:.2}, {lost}){damage}",
-        labelled.bag.display(),
-        labelled.phase,
-        labelled.n_robots,
-        labelled.duration_s,
-        evidence.rotation,
-        evidence.orbit,
-        evidence.circliness,
-        evidence.circliness_ceiling,
-        evidence.blocked
-    )
 }

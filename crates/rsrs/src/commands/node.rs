@@ -11,6 +11,7 @@ use crate::failure::Outcome;
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
+  rsrs node robot --interface wlan0 --robots robot_3 --config fleet.yaml
   rsrs node controller --interface wlan0 --ros-args -r __ns:=/robot_3 -p speed:=0.15
   rsrs node sim --interface 127.0.0.1 --robots robot_1,robot_2
   rsrs node runner --interface wlan0 --experiment milling.yaml")]
@@ -28,6 +29,8 @@ pub struct Arguments {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Node {
+    /// A robot: its sensor, its wheels behind the final gate, and its controller.
+    Robot,
     /// Detections in, velocity commands out.
     Controller,
     /// The world behind the topics of a fleet.
@@ -46,6 +49,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         rsrs_ros::shutdown::die_with_parent(parent)?;
     }
     match arguments.node {
+        Node::Robot => rsrs_robot_node::main(&arguments.rest)?,
         Node::Controller => rsrs_controller_node::main(&arguments.rest)?,
         Node::Sim => rsrs_sim_node::main(&arguments.rest)?,
         Node::Runner => rsrs_experiment_runner::main(&arguments.rest)?,

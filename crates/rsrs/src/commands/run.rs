@@ -5,9 +5,10 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use rsrs_core::axis::Cell;
-use rsrs_experiment_runner::plan::{Plan, Request};
+use rsrs_experiment_runner::plan::{self, Plan, Request};
 use rsrs_experiment_runner::{RunReport, run as conduct};
 use rsrs_fleet::experiment::Time;
+use rsrs_fleet::message::E_STOP_REASON;
 use rsrs_fleet::record::{self, EndingKind};
 use rsrs_ros::interfaces;
 use rsrs_ros::logging::{self, Level};
@@ -16,7 +17,7 @@ use rsrs_ros::shutdown;
 use serde::Serialize;
 
 use crate::commands::{Format, report};
-use crate::experiment_bar::ExperimentBar;
+use crate::experiment_bar::{ExperimentBar, Voice};
 use crate::failure::{Outcome, with_help};
 use crate::own_network::OwnNetwork;
 use crate::simulated_fleet::SimulatedFleet;
@@ -25,7 +26,7 @@ use crate::simulated_fleet::SimulatedFleet;
 ///
 /// With the simulator, everything that the run needs is started and ended with it, in a network of
 /// its own. With the fleet, the robots' nodes must be running, and `--interface` says on which
-/// network. Exit code 3 says that the run ended but does not count, or that data was lost.
+/// network; a countdown of 3 s comes before the robots move, and Ctrl-C stops them at any time. Exit code 3 says that the run ended but does not count, or that data was lost.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -50,6 +51,9 @@ pub struct Arguments {
     /// Seed of the simulated world (default: the experiment file's).
     #[arg(long, value_name = "SEED", value_parser = clap::value_parser!(u64).range(..rsrs_core::sweep_file::SEED_LIMIT))]
     seed: Option<u64>,
+    /// Whether to say before a fleet moves where its robots do not stand as wanted (default: on).
+    #[arg(long, value_enum, default_value = "on", hide_default_value = true)]
+    place_check: PlaceCheck,
     /// Folder of the bag; it must not exist (default: named after the run, in this folder).
     #[arg(short, long, value_name = "BAG")]
     output: Option<PathBuf>,
@@ -58,12 +62,21 @@ pub struct Arguments {
     format: Format,
 }
 
+/// What moves the robots.
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Backend {
+pub enum Backend {
     /// The simulator, in a network of its own.
     Sim,
     /// The robots.
     Fleet,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum PlaceCheck {
+    /// Say so.
+    On,
+    /// Do not look, as where nothing tells of poses.
+    Off,
 }
 
 /// What a run came to.
@@ -105,6 +118,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         },
         bag: arguments.output.clone(),
         seed: arguments.seed,
+        place_check: match arguments.place_check {
+            PlaceCheck::On => plan::PlaceCheck::On,
+            PlaceCheck::Off => plan::PlaceCheck::Off,
+        },
     })?;
     let summary = match arguments.backend {
         Backend::Sim => {
@@ -116,7 +133,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         }
         Backend::Fleet => {
             logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
-            let network = fleet_network(arguments)?;
+            let network = chosen_network(arguments.interface.as_deref())?;
             runtime()?.block_on(on_fleet(&plan, &network))?
         }
     };
@@ -158,18 +175,28 @@ async fn on_fleet(plan: &Plan, network: &SessionOptions) -> anyhow::Result<RunSu
     watched(plan, network, asked_to_stop()).await
 }
 
-async fn watched(
+/// Runs a plan, and shows how far it is.
+///
+/// # Errors
+///
+/// If the network cannot be used.
+pub async fn watched(
     plan: &Plan,
     network: &SessionOptions,
     stop: impl Future<Output = String>,
 ) -> anyhow::Result<RunSummary> {
     let name = plan.bag.file_name().map_or_else(String::new, |name| name.display().to_string());
-    let bar = ExperimentBar::new(&name);
+    let voice = match plan.record.backend {
+        record::Backend::Simulator => Voice::Quiet,
+        record::Backend::Fleet => Voice::Aloud,
+    };
+    let bar = ExperimentBar::new(&name, voice);
     let report = conduct(plan, network, &mut |progress| bar.show(&progress), stop).await?;
     Ok(summary(plan, report))
 }
 
-async fn asked_to_stop() -> String {
+/// Waits until somebody asks this process to stop, and says how.
+pub async fn asked_to_stop() -> String {
     match shutdown::requested().await {
         Ok(shutdown::Request::Interrupt) => "interrupted".to_owned(),
         Ok(shutdown::Request::Terminate) => "asked to terminate".to_owned(),
@@ -177,9 +204,14 @@ async fn asked_to_stop() -> String {
     }
 }
 
-fn fleet_network(arguments: &Arguments) -> anyhow::Result<SessionOptions> {
+/// The network that a person has chosen, by `--interface` or the environment.
+///
+/// # Errors
+///
+/// If none is chosen, or there is none of that name or address.
+pub fn chosen_network(interface: Option<&str>) -> anyhow::Result<SessionOptions> {
     let variable = std::env::var(interfaces::VARIABLE).ok();
-    let address = interfaces::chosen(arguments.interface.as_deref(), variable.as_deref())
+    let address = interfaces::chosen(interface, variable.as_deref())
         .map_err(|error| with_help(error.to_string(), error.help()))?;
     let environment = rsrs_ros::ros_args::Environment::of_this_process();
     let (ros, _) = rsrs_ros::ros_args::RosArgs::parse(&[], &environment)?;
@@ -235,10 +267,14 @@ fn finish(format: Format, summary: &RunSummary) -> anyhow::Result<Outcome> {
     if summary.ending != EndingKind::Completed.key() && !is_void {
         let kept = summary.bag.as_ref();
         let kept = kept.map(|bag| format!("what was recorded is in {}", bag.display()));
+        let release = "when the floor is safe, `rsrs stop --release` lets the next run start";
+        let release = (summary.reason == E_STOP_REASON).then(|| release.to_owned());
+        let help: Vec<String> = kept.into_iter().chain(release).collect();
         let message = format!("run {}: {}", summary.ending, summary.reason.replace("; ", "\n  "));
-        return Err(match kept {
-            Some(kept) => with_help(message, kept),
-            None => anyhow::anyhow!(message),
+        return Err(if help.is_empty() {
+            anyhow::anyhow!(message)
+        } else {
+            with_help(message, help.join("\n"))
         });
     }
     report(format, summary, &text(summary))?;

@@ -1,32 +1,54 @@
 //! `rsrs sweep`: step 3, exploration.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use rsrs_core::axis::Cell;
-use rsrs_core::conditions::Conditions;
-use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
+use rsrs_core::adaptive::{Adaptive, Knowledge};
+use rsrs_core::diagram::{PhaseCounts, PhaseDiagram};
 use rsrs_core::phase::Phase;
-use rsrs_sim::sweep::{Runs, Swept, Watch};
+use rsrs_sim::sweep::{Swept, Watch};
 use serde::Serialize;
 
 use crate::commands::{Format, report};
 use crate::failure::{Outcome, with_help};
 use crate::interrupt;
 use crate::progress::{ReplicateBar, threads};
-use crate::result_folder::{self, Existing, SweepResult};
+use crate::result_folder::SweepResult;
 use crate::sweep_source::ResolvedSweep;
+use crate::sweeping::knowledge;
+
+pub use crate::sweeping::sweep_into;
 
 /// Simulate every cell of a sweep into a phase diagram.
 ///
 /// Every replicate follows from the seed, the cell and its own number: the folder is the same byte
-/// for byte for any number of threads, and a cell keeps its results when the grid around it changes.
+/// for byte for any number of threads, however often the sweep was interrupted, and a cell keeps its
+/// results when the grid around it changes. After Ctrl-C, a crash or a full disk, the same command
+/// goes on where it was.
 #[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs sweep launch_configs/sweeps/flockbot_speed_turn.yaml -o results/flockbot
+  rsrs sweep launch_configs/sweeps/flockbot_speed_turn.yaml -o results/precise --adaptive
+  rsrs sweep results/flockbot/sweep.yaml -o results/flockbot     finish what was interrupted")]
 pub struct Arguments {
-    /// Sweep file (YAML).
+    /// Sweep file (YAML), or the `sweep.yaml` of a result folder.
     sweep: PathBuf,
     /// Folder to make; it must not exist, unless it holds this very sweep.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    /// Simulate on where the phase is uncertain, until every cell is certain.
+    ///
+    /// The sweep file's `replicates` are what each cell begins with. A cell has enough when its
+    /// interval is narrow or its phase is settled; next to a cell on the other side of one half, it
+    /// must be narrow. The intervals hold although the runs decided their number.
+    #[arg(long)]
+    adaptive: bool,
+    /// Width of an interval of `B_s` that is narrow enough, as a share (default: 0.2).
+    #[arg(long, value_name = "SHARE", requires = "adaptive")]
+    width: Option<f64>,
+    /// Replicates that a cell gets at most (default: 1000).
+    #[arg(long, value_name = "N", requires = "adaptive")]
+    most_replicates: Option<u64>,
     /// Threads (default: as many as the machine runs at once).
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
@@ -39,8 +61,22 @@ pub struct Arguments {
 struct Report {
     folder: PathBuf,
     cells: usize,
+    /// Of each cell; of an adaptive sweep, those it begins with.
     replicates: u64,
+    /// Replicates of all cells.
+    runs: u64,
     phases: Vec<(Phase, usize)>,
+    /// How cells ended, of an adaptive sweep.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    adaptive: Option<Endings>,
+}
+
+/// How many cells of an adaptive sweep ended how.
+#[derive(Clone, Copy, Serialize)]
+struct Endings {
+    settled: usize,
+    narrow: usize,
+    exhausted: usize,
 }
 
 /// Runs the command.
@@ -49,47 +85,15 @@ struct Report {
 ///
 /// If a file is wrong, a cell cannot be simulated, or the folder cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let source = ResolvedSweep::read(&arguments.sweep)?;
     let name = arguments.sweep.display().to_string();
+    let mut source = ResolvedSweep::read_either(&arguments.sweep)?;
+    if arguments.adaptive {
+        source.sweep.adaptive = Some(arguments.adapt(source.sweep.adaptive.unwrap_or_default()));
+        source.sweep.check(&name)?;
+    }
     let result = sweep_into(&arguments.output, (&name, source), threads(arguments.threads))?;
     report(arguments.format, &summary(arguments, &result), &text(arguments, &result))?;
     Ok(Outcome::Done)
-}
-
-/// Sweeps into a folder; one that holds this very sweep is only read.
-///
-/// # Arguments
-///
-/// * `folder` — the folder to make.
-/// * `source` — the sweep, after a name for errors.
-/// * `n_threads` — how many to run on.
-///
-/// # Errors
-///
-/// If a cell cannot be simulated, the folder holds anything else, or it cannot be written.
-pub fn sweep_into(
-    folder: &Path,
-    (name, source): (&str, ResolvedSweep),
-    n_threads: usize,
-) -> anyhow::Result<SweepResult> {
-    let cells = source.cells(name)?;
-    if result_folder::look(folder, &source)? == Existing::SameSweep {
-        return result_folder::read(folder);
-    }
-    let (cells, conditions): (Vec<Cell>, Vec<Conditions>) = cells.into_iter().unzip();
-    let runs = Runs {
-        seed: source.sweep.seed,
-        replicates: source.sweep.replicates,
-        duration_s: source.sweep.duration_s,
-        n_threads,
-    };
-    let swept = watched("sweeping", |watch| rsrs_sim::sweep::sweep(&conditions, runs, watch))?;
-    let counts = swept.counts(cells.len());
-    let cells = cells.into_iter().zip(counts).map(|(cell, counts)| DiagramCell { cell, counts });
-    let diagram = PhaseDiagram { axes: source.sweep.swept_axes(), cells: cells.collect() };
-    let result = SweepResult { source, diagram };
-    result_folder::write(folder, &result, &swept)?;
-    Ok(result)
 }
 
 /// Runs simulations under a progress bar and Ctrl-C.
@@ -117,12 +121,38 @@ pub fn majorities(diagram: &PhaseDiagram) -> Vec<(Phase, usize)> {
     Phase::ALL.into_iter().map(|phase| (phase, n(phase))).collect()
 }
 
+impl Arguments {
+    /// What the command line says of an adaptive sweep, before what the file says.
+    fn adapt(&self, file: Adaptive) -> Adaptive {
+        Adaptive {
+            width: self.width.unwrap_or(file.width),
+            most_replicates: self.most_replicates.unwrap_or(file.most_replicates),
+        }
+    }
+}
+
+fn endings(result: &SweepResult) -> Option<Endings> {
+    let knowledge = knowledge(result)?;
+    let n = |sought| knowledge.iter().filter(|found| **found == sought).count();
+    Some(Endings {
+        settled: n(Knowledge::Settled),
+        narrow: n(Knowledge::Narrow),
+        exhausted: n(Knowledge::Exhausted),
+    })
+}
+
+fn n_runs(result: &SweepResult) -> impl Iterator<Item = u64> + '_ {
+    result.diagram.cells.iter().map(|entry| &entry.counts).map(PhaseCounts::total)
+}
+
 fn summary(arguments: &Arguments, result: &SweepResult) -> Report {
     Report {
         folder: arguments.output.clone(),
         cells: result.diagram.cells.len(),
         replicates: result.source.sweep.replicates,
+        runs: n_runs(result).sum(),
         phases: majorities(&result.diagram),
+        adaptive: endings(result),
     }
 }
 
@@ -133,12 +163,24 @@ fn text(arguments: &Arguments, result: &SweepResult) -> String {
         .map(|(phase, n)| format!("{n} {phase}"))
         .collect();
     let folder = arguments.output.display();
+    let sweep = &result.source.sweep;
+    let replicates = match endings(result) {
+        None => format!("{} replicates of {} s", sweep.replicates, sweep.duration_s),
+        Some(endings) => format!(
+            "{} to {} replicates of {} s, {} in all ({} cells settled, {} narrow, {} at the most)",
+            n_runs(result).min().unwrap_or(0),
+            n_runs(result).max().unwrap_or(0),
+            sweep.duration_s,
+            n_runs(result).sum::<u64>(),
+            endings.settled,
+            endings.narrow,
+            endings.exhausted
+        ),
+    };
     format!(
-        "{} cells × {} replicates of {} s: {}\n{folder}/diagram.svg\n{folder}/cells.csv\n\
+        "{} cells × {replicates}: {}\n{folder}/diagram.svg\n{folder}/cells.csv\n\
          {folder}/replicates.parquet\nnext: rsrs choose {folder} -o {folder}/choice.json",
         result.diagram.cells.len(),
-        result.source.sweep.replicates,
-        result.source.sweep.duration_s,
         phases.join(", "),
     )
 }

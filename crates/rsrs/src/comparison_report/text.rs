@@ -7,10 +7,18 @@ use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::phase::Phase;
 
 use super::{ComparedCell, Report, counted};
+use crate::human_labels::JUDGE;
 
 impl Display for Report {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> Result {
         writeln!(formatter, "claim: real robots mill at least as often as simulated ones")?;
+        if self.labels != JUDGE {
+            writeln!(
+                formatter,
+                "labels: {}, against simulated runs labelled by the judge",
+                self.labels
+            )?;
+        }
         for cell in &self.cells {
             self.write_cell(cell, formatter)?;
         }
@@ -29,11 +37,23 @@ impl Display for Report {
         for note in &self.notes {
             writeln!(formatter, "note: {note}")?;
         }
-        write!(formatter, "verdict: {} ({})", word(self.verdict), self.summary)
+        write!(formatter, "{}", self.verdict_in_words())
+    }
+}
+
+impl ComparedCell {
+    /// What follows from its runs, in a word.
+    pub fn verdict_in_a_word(&self) -> &'static str {
+        word(self.verdict)
     }
 }
 
 impl Report {
+    /// What follows from all runs.
+    pub fn verdict_in_words(&self) -> String {
+        format!("verdict: {} ({})", word(self.verdict), self.summary)
+    }
+
     fn write_cell(&self, cell: &ComparedCell, formatter: &mut Formatter<'_>) -> Result {
         writeln!(formatter, "{}", cell.cell)?;
         let real = share([cell.b_r, cell.b_r_low, cell.b_r_high], (&cell.real, "run"));

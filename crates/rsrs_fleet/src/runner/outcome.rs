@@ -1,7 +1,7 @@
 //! How a run ends.
 
 /// How a run ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
     /// All of it was run and recorded.
     Completed,
@@ -41,7 +41,7 @@ impl std::fmt::Display for Target {
 }
 
 /// One reason for which a run could not be started or recorded.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Failure {
     /// Something is missing or wrong before anything is set.
     #[error(transparent)]

@@ -1,5 +1,7 @@
 //! What the runner waits for in each phase, and for how long.
 
+use crate::message::E_STOP_REASON;
+
 use super::{
     ARM, Action, Bond, CONFIGURE, DISCOVER, Duration, Failure, LOCKSTEP_GRACE, Outcome, Pace,
     Phase, RECORDER, Requests, RobotLost, Runner, SILENCE, STAND, Seen, Target, preflight,
@@ -18,6 +20,7 @@ impl Runner {
                 }
             }
             Phase::Arm => self.await_armed(now, actions),
+            Phase::CountDown => self.count_down(now, actions),
             Phase::Run => self.watch(now, actions),
             Phase::Stop => self.await_standing(now, actions),
             Phase::Close => self.await_closed(now, actions),
@@ -37,6 +40,8 @@ impl Runner {
                 .map(|(run_id, _)| run_id.clone())
                 .collect(),
             e_stop: self.e_stop,
+            clock_ahead_s: self.floor.clock_ahead_s(),
+            ailments: self.floor.ailments(),
         };
         let problems = preflight::problems(&self.options.expected, &seen);
         // Another runner beats ten times a second: who has listened for less has not listened.
@@ -100,36 +105,91 @@ impl Runner {
     }
 
     fn await_armed(&mut self, now: Duration, actions: &mut Vec<Action>) {
-        if self.is_superseded(now, actions) {
+        if self.is_taken_away(now, actions) {
             return;
         }
         let waiting = self.roster.not_armed(self.bond(), now);
         if waiting.is_empty() {
-            actions.push(Action::Say("running".to_owned()));
-            self.enter(Phase::Run, now);
+            if let Some(start) = self.options.start {
+                let robots = &self.options.expected.robots;
+                let told = self.floor.standing_places(start, robots);
+                actions.extend(told.into_iter().map(Action::Say));
+            }
+            self.begin(now, actions);
         } else if self.elapsed(now) >= ARM {
-            let failures =
-                waiting.into_iter().map(|(robot, found)| Failure::NotArmed { robot, found });
-            self.fail(failures.collect(), now, actions);
+            self.fail_to_arm(waiting, now, actions);
         }
     }
 
-    /// Robots that obey a higher epoch are another runner's.
-    fn is_superseded(&mut self, now: Duration, actions: &mut Vec<Action>) -> bool {
+    fn fail_to_arm(
+        &mut self,
+        waiting: Vec<(String, String)>,
+        now: Duration,
+        actions: &mut Vec<Action>,
+    ) {
+        let failures = waiting.into_iter().map(|(robot, found)| Failure::NotArmed { robot, found });
+        self.fail(failures.collect(), now, actions);
+    }
+
+    /// Counts down, where somebody stands beside the robots.
+    fn begin(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        if self.options.countdown.is_zero() {
+            actions.push(Action::Say("running".to_owned()));
+            self.enter(Phase::Run, now);
+            return;
+        }
+        if !self.floor.has_e_stop() {
+            let alone = "no e-stop publisher is heard; `rsrs stop` or Ctrl-C stops the robots";
+            actions.push(Action::Say(alone.to_owned()));
+        }
+        self.told_s = u64::MAX;
+        self.enter(Phase::CountDown, now);
+        self.count_down(now, actions);
+    }
+
+    fn count_down(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        if self.is_taken_away(now, actions) {
+            return;
+        }
+        let waiting = self.roster.not_armed(self.bond(), now);
+        if !waiting.is_empty() {
+            self.fail_to_arm(waiting, now, actions);
+            return;
+        }
+        let left = self.options.countdown.saturating_sub(self.elapsed(now));
+        if left.is_zero() {
+            actions.push(Action::Say("running".to_owned()));
+            self.enter(Phase::Run, now);
+            return;
+        }
+        let left_s = left.as_millis().div_ceil(1000).try_into().unwrap_or(u64::MAX);
+        if left_s < self.told_s {
+            self.told_s = left_s;
+            actions.push(Action::Say(format!("the robots move in {left_s} s")));
+        }
+    }
+
+    /// Ends the run if it is no longer this runner's to conduct: robots that obey a higher epoch are
+    /// another runner's, and the e-stop is for all robots, whichever hears it first.
+    fn is_taken_away(&mut self, now: Duration, actions: &mut Vec<Action>) -> bool {
+        if self.roster.holds_e_stop() {
+            self.abort(E_STOP_REASON.to_owned(), now, actions);
+            return true;
+        }
         let highest = self.roster.highest_epoch();
-        let superseded = highest > self.epoch;
-        if superseded {
+        if highest > self.epoch {
             let reason = format!(
                 "a robot obeys epoch {highest}, expected at most {}: another runner has it",
                 self.epoch
             );
             self.abort(reason, now, actions);
+            return true;
         }
-        superseded
+        false
     }
 
     fn watch(&mut self, now: Duration, actions: &mut Vec<Action>) {
-        if self.is_superseded(now, actions) {
+        if self.is_taken_away(now, actions) {
             return;
         }
         // In lockstep a lapse freezes the world and harms nothing; the simulator's word on it comes

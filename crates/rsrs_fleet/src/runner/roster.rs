@@ -165,6 +165,12 @@ impl Roster {
         lost
     }
 
+    /// Whether the e-stop holds a robot.
+    pub(super) fn holds_e_stop(&self) -> bool {
+        let robots = self.members.iter().filter_map(|member| member.robot.as_ref());
+        robots.into_iter().any(|heard| heard.status.holds_e_stop())
+    }
+
     pub(super) fn all_lost(&self) -> bool {
         self.members.iter().all(|member| member.lost)
     }

@@ -1,7 +1,12 @@
 use std::collections::BTreeSet;
 
+use rsrs_core::controller::ControllerParameters;
+
 use super::*;
-use crate::message::RobotState;
+use crate::message::{RobotState, Status};
+use crate::preflight::Expected;
+
+mod on_the_floor;
 
 const CONTROLLER: ControllerParameters =
     ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
@@ -22,25 +27,38 @@ struct Bench {
     closed: bool,
     configured: Vec<Target>,
     finish: Option<(Outcome, Vec<String>)>,
+    stop_reason: &'static str,
+    /// What the operator was told.
+    told: Vec<String>,
 }
 
 impl Bench {
     fn new(pace: Pace, robot_lost: RobotLost) -> Self {
+        Self::with(|options| {
+            options.pace = pace;
+            options.robot_lost = robot_lost;
+        })
+    }
+
+    fn with(change: impl FnOnce(&mut RunnerOptions)) -> Self {
         let expected = Expected {
             robots: NAMES.map(str::to_owned).to_vec(),
             simulator: true,
-            topics: Vec::new(),
+            ..Expected::default()
         };
-        let runner = Runner::new(RunnerOptions {
+        let mut options = RunnerOptions {
             run_id: "run".to_owned(),
             expected,
             controller: CONTROLLER,
             simulator_digest: 7,
-            pace,
-            robot_lost,
-        });
+            pace: Pace::Lockstep { steps: 10 },
+            robot_lost: RobotLost::Abort,
+            countdown: Duration::ZERO,
+            start: None,
+        };
+        change(&mut options);
         Self {
-            runner,
+            runner: Runner::new(options),
             now_ms: 0,
             counter: 0,
             lease: None,
@@ -53,6 +71,8 @@ impl Bench {
             closed: false,
             configured: Vec::new(),
             finish: None,
+            stop_reason: "",
+            told: Vec::new(),
         }
     }
 
@@ -84,7 +104,7 @@ impl Bench {
                     self.closed = true;
                     self.give(Event::RecorderClosed);
                 }
-                Action::Say(_) => {}
+                Action::Say(text) => self.told.push(text),
                 Action::Finish { outcome, not_standing } => {
                     assert!(self.finish.is_none(), "finished twice");
                     self.finish = Some((outcome, not_standing));
@@ -97,7 +117,7 @@ impl Bench {
     fn beat(&mut self) {
         self.now_ms += 100;
         self.counter += 1;
-        self.give(Event::Seen(Graph { publishers: Vec::new(), simulator: self.simulated }));
+        self.give(Event::Seen(Graph { simulator: self.simulated, ..Graph::default() }));
         for name in NAMES {
             if self.silent.contains(name) {
                 continue;
@@ -119,7 +139,7 @@ impl Bench {
                 epoch,
                 parameter_digest: self.parameter_digest,
                 state,
-                stop_reason: String::new(),
+                stop_reason: self.stop_reason.to_owned(),
                 battery_v: f32::NAN,
             };
             let robot = name.to_owned();

@@ -8,10 +8,15 @@ use rsrs_fleet::controller::{self, Controller, Settings, Stamp};
 use rsrs_fleet::preflight::Expected;
 use rsrs_fleet::robot::{self, Robot, RobotOptions};
 use rsrs_fleet::runner::{self, Outcome, Pace, Runner, RunnerOptions, Target};
+use rsrs_fleet::stopper::{self, Stopper, Word};
 
 use crate::network::{Message, Network, Node};
 use crate::scenario::{LAST_HAPPENING_MS, N_ROBOTS, Scenario};
 use crate::witness::Witness;
+
+mod stopping;
+
+pub use stopping::Stop;
 
 const WANTED: ControllerParameters =
     ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
@@ -28,6 +33,8 @@ pub struct Story {
     pub moving_steps: u64,
     /// By runner, how it ended; runners that crashed have none.
     pub outcomes: BTreeMap<usize, Outcome>,
+    /// How each stop and release ended, when, and what came of it for each robot.
+    pub stops: Vec<Stop>,
 }
 
 struct Fleet {
@@ -38,6 +45,8 @@ struct Fleet {
     witnesses: Vec<Witness>,
     controllers: Vec<Controller>,
     runners: BTreeMap<usize, Runner>,
+    /// Who stops or releases now, and since when.
+    stopper: Option<(Stopper, u64)>,
     /// Answers of the machinery around each runner, which is on its own host.
     answers: VecDeque<(usize, runner::Event)>,
     open_bags: BTreeMap<usize, bool>,
@@ -91,6 +100,7 @@ impl Fleet {
             witnesses: vec![Witness::default(); N_ROBOTS],
             controllers: (0..N_ROBOTS).map(new_controller).collect(),
             runners: BTreeMap::new(),
+            stopper: None,
             answers: VecDeque::new(),
             open_bags: BTreeMap::new(),
             orphaned_ms: None,
@@ -104,15 +114,13 @@ impl Fleet {
     fn start_runner(&mut self, runner: usize) {
         let options = RunnerOptions {
             run_id: format!("run {runner}"),
-            expected: Expected {
-                robots: (0..N_ROBOTS).map(name).collect(),
-                simulator: false,
-                topics: Vec::new(),
-            },
+            expected: Expected { robots: (0..N_ROBOTS).map(name).collect(), ..Expected::default() },
             controller: WANTED,
             simulator_digest: 0,
             pace: Pace::RealTime { duration: Duration::from_secs(3) },
             robot_lost: self.scenario.robot_lost,
+            countdown: Duration::from_millis(self.scenario.countdown_ms),
+            start: None,
         };
         self.runners.insert(runner, Runner::new(options));
         self.orphaned_ms = None;
@@ -123,6 +131,7 @@ impl Fleet {
         let offset_ms = match node {
             Node::Robot(robot) | Node::Controller(robot) => 1_000_000 * (robot as u64 + 1),
             Node::Runner(runner) => 77_000 * runner as u64,
+            Node::Stopper => 5,
         };
         Duration::from_millis(self.now_ms + offset_ms)
     }
@@ -147,6 +156,7 @@ impl Fleet {
         for runner in runners {
             self.tell_runner(runner, runner::Event::Tick);
         }
+        self.tell_stopper(stopper::Event::Tick);
     }
 
     fn happenings(&mut self) {
@@ -176,6 +186,17 @@ impl Fleet {
             let reason = "interrupted".to_owned();
             self.tell_runner(0, runner::Event::Interrupt { reason });
         }
+        for (at_ms, word) in
+            [(scenario.stop_ms, Word::Engage), (scenario.release_ms, Word::Release)]
+        {
+            if steps(at_ms) == now {
+                self.stopper = Some((Stopper::new(word), self.now_ms));
+                // As from a fleet file: a robot that is out of reach should be named.
+                for robot in 0..N_ROBOTS {
+                    self.tell_stopper(stopper::Event::Found { robot: name(robot) });
+                }
+            }
+        }
         if scenario.e_stop_ms.is_some_and(|at_ms| self.now_ms >= at_ms)
             && self.now_ms.is_multiple_of(100)
         {
@@ -188,7 +209,9 @@ impl Fleet {
 
     /// Whether nothing more will happen, and late messages have had the time to do their harm.
     fn is_over(&self) -> bool {
-        self.now_ms > LAST_HAPPENING_MS
+        let last_ms = self.scenario.second_runner_ms.max(self.scenario.release_ms);
+        self.now_ms > LAST_HAPPENING_MS.max(last_ms.unwrap_or(0))
+            && self.stopper.is_none()
             && self.orphaned_ms.is_some_and(|at_ms| self.now_ms > at_ms + 2_000)
     }
 
@@ -217,7 +240,11 @@ impl Fleet {
                 self.tell_robot(robot, robot::Event::Command(command));
             }
             (Node::Robot(robot), Message::EStop(engaged), _) => {
-                self.witnesses[robot].e_stop();
+                if engaged {
+                    self.witnesses[robot].e_stop_engaged(self.now_ms);
+                } else {
+                    self.witnesses[robot].e_stop_released();
+                }
                 self.tell_robot(robot, robot::Event::EStop(engaged));
             }
             (Node::Controller(robot), Message::Lease(lease), _) => {
@@ -237,6 +264,9 @@ impl Fleet {
                 let robot = name(robot);
                 self.tell_runner(runner, runner::Event::ControllerStatus { robot, status });
             }
+            (Node::Stopper, Message::RobotStatus(status), Node::Robot(robot)) => {
+                self.tell_stopper(stopper::Event::Status { robot: name(robot), status });
+            }
             (to, message, from) => panic!("{message:?} from {from:?} to {to:?}"),
         }
     }
@@ -246,8 +276,9 @@ impl Fleet {
         let now = self.local(node);
         if let Some(status) = self.robots[robot].on_event(event, now) {
             self.witnesses[robot].sent(&status, self.now_ms);
-            for runner in 0..2 {
-                self.send(node, Node::Runner(runner), &Message::RobotStatus(status.clone()));
+            let message = Message::RobotStatus(status);
+            for to in [Node::Runner(0), Node::Runner(1), Node::Stopper] {
+                self.send(node, to, &message);
             }
         }
     }
@@ -359,6 +390,7 @@ impl Fleet {
                 return Err(format!("{} moves with unconfirmed parameters", name(robot)));
             }
         }
+        self.judge_stop()?;
         if epochs.iter().any(|epoch| *epoch != epochs[0]) {
             return Err(format!("robots move in several epochs at once: {epochs:?}"));
         }

@@ -4,10 +4,14 @@
 //! parameters that the runner has not confirmed; never do robots move in two epochs at once; without
 //! a runner all stand within the lease time; after the e-stop none moves; every runner that lives
 //! finishes with its bag closed.
+//!
+//! After a stop, every robot that hears it has stopped, every robot that hears neither it nor the
+//! runner stands within its lease, and whoever is said to have acknowledged has heard it.
 
 mod fleet;
 mod network;
 mod scenario;
+mod stops;
 mod witness;
 
 use rsrs_fleet::runner::Outcome;

@@ -13,6 +13,7 @@ pub enum Node {
     Robot(usize),
     Controller(usize),
     Runner(usize),
+    Stopper,
 }
 
 /// What flies.

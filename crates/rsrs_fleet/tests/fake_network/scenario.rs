@@ -30,6 +30,12 @@ pub struct Scenario {
     pub liar: Option<usize>,
     /// When somebody engages the e-stop, in milliseconds.
     pub e_stop_ms: Option<u64>,
+    /// When somebody types `rsrs stop`, in milliseconds.
+    pub stop_ms: Option<u64>,
+    /// When somebody types `rsrs stop --release`, in milliseconds.
+    pub release_ms: Option<u64>,
+    /// How long robots stand armed before they move, in milliseconds.
+    pub countdown_ms: u64,
     /// When somebody interrupts the first runner, in milliseconds.
     pub interrupt_ms: Option<u64>,
 }
@@ -47,6 +53,9 @@ impl Scenario {
             robot_reboot_ms: None,
             liar: None,
             e_stop_ms: None,
+            stop_ms: None,
+            release_ms: None,
+            countdown_ms: 0,
             interrupt_ms: None,
         }
     }
@@ -86,7 +95,23 @@ impl Scenario {
             robot_reboot_ms: robot_reboot_ms.map(|at_ms| (slow, at_ms)),
             liar: lies.then_some(liar),
             e_stop_ms,
+            stop_ms: None,
+            release_ms: None,
+            countdown_ms: 0,
             interrupt_ms,
+        }
+    }
+
+    /// Somebody stops everything in the middle of what else goes wrong.
+    pub fn draw_with_stop(seed: u64) -> Self {
+        let mut generator = ChaCha8Rng::seed_from_u64(seed);
+        generator.set_stream(2);
+        let stop_ms = generator.random_range(1_500..LAST_HAPPENING_MS);
+        Self {
+            stop_ms: Some(stop_ms),
+            countdown_ms: [0, 0, 500][generator.random_range(0..3)],
+            e_stop_ms: None,
+            ..Self::draw(seed)
         }
     }
 }

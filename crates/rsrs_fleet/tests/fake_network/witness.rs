@@ -17,7 +17,10 @@ pub struct Witness {
     leases: BTreeMap<u64, (u64, bool)>,
     /// The digest that its controller named last.
     controller_digest: Option<u64>,
-    e_stop: bool,
+    /// When it first heard the e-stop that holds it.
+    e_stop_ms: Option<u64>,
+    /// Whether it ever heard the e-stop, in whichever life.
+    has_heard_e_stop: bool,
     /// The highest epoch it ever moved in.
     moved_in: u64,
 }
@@ -43,13 +46,24 @@ impl Witness {
         self.controller_digest = Some(digest);
     }
 
-    pub fn e_stop(&mut self) {
-        self.e_stop = true;
+    pub fn e_stop_engaged(&mut self, now_ms: u64) {
+        self.has_heard_e_stop = true;
+        self.e_stop_ms.get_or_insert(now_ms);
+    }
+
+    pub fn e_stop_released(&mut self) {
+        self.e_stop_ms = None;
+    }
+
+    /// Whether it ever heard the e-stop, before it restarted or after.
+    pub fn has_heard_e_stop(&self) -> bool {
+        self.has_heard_e_stop
     }
 
     /// The gate restarts: what it sent before no longer counts.
     pub fn reboot(&mut self) {
-        *self = Self { moved_in: self.moved_in, ..Self::default() };
+        let (moved_in, has_heard_e_stop) = (self.moved_in, self.has_heard_e_stop);
+        *self = Self { has_heard_e_stop, moved_in, ..Self::default() };
     }
 
     /// Called while the wheels turn.
@@ -71,8 +85,8 @@ impl Witness {
                 ));
             }
         }
-        if self.e_stop {
-            return Err("moves after the e-stop".to_owned());
+        if let Some(heard_ms) = self.e_stop_ms {
+            return Err(format!("moves at {now_ms} ms, heard the e-stop at {heard_ms} ms"));
         }
         if epoch < self.moved_in {
             return Err(format!("moves in epoch {epoch} after epoch {}", self.moved_in));

@@ -193,11 +193,6 @@ impl Simd for Avx2 {
         Answers(unsafe { _mm256_setzero_ps() })
     }
     #[inline(always)]
-    fn no_double(self) -> DoubleAnswers {
-        // SAFETY: as above.
-        DoubleAnswers(unsafe { _mm256_setzero_pd() })
-    }
-    #[inline(always)]
     fn singles(self, number: impl FnMut(usize) -> f32) -> Singles {
         let numbers: [f32; 8] = std::array::from_fn(number);
         // SAFETY: both are the same number of plain numbers.

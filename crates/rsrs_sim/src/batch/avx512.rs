@@ -190,10 +190,6 @@ impl Simd for Avx512 {
         Answers(0)
     }
     #[inline(always)]
-    fn no_double(self) -> DoubleAnswers {
-        DoubleAnswers(0)
-    }
-    #[inline(always)]
     fn singles(self, number: impl FnMut(usize) -> f32) -> Singles {
         let numbers: [f32; 16] = std::array::from_fn(number);
         // SAFETY: both are the same number of plain numbers.

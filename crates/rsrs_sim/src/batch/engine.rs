@@ -2,21 +2,16 @@
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::order::Evidence;
-use rsrs_core::phase::{Phase, Thresholds, Verdict, WINDOW_S};
+use rsrs_core::phase::{BLOCK_S, GOOD_BLOCKS, Phase, Thresholds, Verdict, WINDOW_S, samples_in};
 
+use super::Judged;
 use super::evidence::{Commanded, Scratch, Window, gather};
 use super::quick::{Answer, Memory, Quick};
 use super::rows::Rows;
 use super::simd::{Number, Simd};
 use super::swarms::Swarms;
-use super::{Judged, samples_in};
 use crate::draw::RunKey;
 use crate::placement::PlacementError;
-
-/// The length of the blocks in which convergence is looked for, in seconds, and how many good ones
-/// in a row are a mill that has formed: as in [`rsrs_core::phase`].
-const BLOCK_S: f64 = 10.0;
-const GOOD_BLOCKS: u32 = 3;
 
 /// One vector unit with its memory.
 pub trait Engine: Send {
@@ -80,7 +75,7 @@ impl<S: Simd> UnitEngine<S> {
         Self {
             simd,
             rows: Rows::new(),
-            scratch: Scratch::new(),
+            scratch: Scratch::new(simd),
             memory: Memory::new(),
             commanded: None,
         }
@@ -169,7 +164,7 @@ struct Around<'a> {
 
 /// When each lane began to be a stable mill.
 struct Converging {
-    good_blocks: Vec<u32>,
+    good_blocks: Vec<usize>,
     converged_s: Vec<Option<f64>>,
 }
 
@@ -184,7 +179,7 @@ impl Converging {
     fn extend(&mut self, lane: usize, block_start: u64, around: &Around<'_>) {
         self.good_blocks[lane] += 1;
         if self.good_blocks[lane] == GOOD_BLOCKS {
-            let first = block_start - u64::from(GOOD_BLOCKS - 1) * around.n_block;
+            let first = block_start - (GOOD_BLOCKS - 1) as u64 * around.n_block;
             self.converged_s[lane] = Some(first as f64 * around.conditions.period_s);
         }
     }

@@ -148,10 +148,6 @@ impl Simd for Portable {
         Answers([0; 4])
     }
     #[inline(always)]
-    fn no_double(self) -> Self::N {
-        Answers([0; 2])
-    }
-    #[inline(always)]
     fn singles(self, number: impl FnMut(usize) -> f32) -> Self::F {
         Lanes(std::array::from_fn(number))
     }

@@ -5,9 +5,11 @@
 //! the order parameters are taken in single precision and in two stages, motion and shape first;
 //! and where a threshold is nearer than the error, the answer is left to the exact evidence.
 
+use rsrs_core::order::LOST_SHARE;
 use rsrs_core::phase::Thresholds;
 
-use super::evidence::{LOST_SHARE, Window};
+use super::evidence::Window;
+use super::sense::Body;
 use super::simd::{Mask, Number, Simd, Work};
 
 /// What single precision may be off by in a number up to 1, ten times over; and in a sum, for each
@@ -24,6 +26,9 @@ const DISTANCE_MARGIN: f64 = 1e-5;
 /// Squared distances from the centroid are told apart down to this share of the greatest one;
 /// nearer to it, a direction is uncertain.
 const CENTRAL: f32 = 1e-4;
+
+/// Samples after which it is asked whether the rest of the block still matters.
+const LOOK_EVERY: u64 = 8;
 
 /// An answer for one lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,6 +96,56 @@ impl<S: Simd> Work for Quick<'_, S> {
     }
 }
 
+/// Sums over samples and robots.
+struct ShapeSums<F> {
+    rotation: F,
+    tangentness: F,
+    fatness: F,
+    /// Samples in which a direction is uncertain.
+    n_uncertain: F,
+    /// Greatest squared distance from the centroid, in square metres.
+    reach_m2: F,
+}
+
+impl<F: Number<Scalar = f32>> ShapeSums<F> {
+    #[inline(always)]
+    fn new<S: Simd<F = F>>(simd: S) -> Self {
+        let zero = simd.single(0.0);
+        Self { rotation: zero, tangentness: zero, fatness: zero, n_uncertain: zero, reach_m2: zero }
+    }
+
+    /// Adds a sample, and keeps the places from the centroid.
+    #[inline(always)]
+    fn add<S: Simd<F = F>>(&mut self, simd: S, row: &[Body<F>], arms: &mut Vec<(F, F)>) {
+        let one = |number| simd.single(number);
+        let n_robots = one(row.len() as f32);
+        let first = (row[0].x_m, row[0].y_m);
+        let sum = row.iter().fold((one(0.0), one(0.0)), |sum, body| {
+            (sum.0 + (body.x_m - first.0), sum.1 + (body.y_m - first.1))
+        });
+        let centroid = (sum.0 / n_robots, sum.1 / n_robots);
+        let (mut least_m2, mut most_m2) = (one(f32::INFINITY), one(0.0));
+        for body in row {
+            let arm = ((body.x_m - first.0) - centroid.0, (body.y_m - first.1) - centroid.1);
+            let arm_m2 = arm.0 * arm.0 + arm.1 * arm.1;
+            least_m2 = least_m2.least(arm_m2);
+            most_m2 = most_m2.most(arm_m2);
+            let inverse = one(1.0) / arm_m2.sqrt();
+            let is_central = arm_m2.le(one(0.0));
+            let around = (arm.0 * body.sine - arm.1 * body.cosine) * inverse;
+            let outward = (arm.0 * body.cosine + arm.1 * body.sine) * inverse;
+            self.rotation = self.rotation + around.unless(is_central);
+            self.tangentness = self.tangentness + outward.abs().unless(is_central);
+            arms.push(arm);
+        }
+        let fat = one(1.0) - least_m2 / most_m2;
+        self.fatness = self.fatness + fat.unless(most_m2.le(one(0.0)));
+        self.reach_m2 = self.reach_m2.most(most_m2);
+        let is_clear = least_m2.gt(one(CENTRAL) * most_m2);
+        self.n_uncertain = self.n_uncertain + one(1.0).unless(is_clear);
+    }
+}
+
 impl<S: Simd> Quick<'_, S> {
     fn n_robots(&self) -> usize {
         self.window.rows.at(self.window.start).len()
@@ -98,53 +153,52 @@ impl<S: Simd> Quick<'_, S> {
 
     /// Rotation, fatness and tangentness against their thresholds; and the greatest distance from
     /// the centroid. The places from the centroid are kept for later.
+    ///
+    /// It ends as soon as no open lane can become a stable mill, whatever the rest of the block is:
+    /// which is early where there is no mill.
     #[inline(always)]
     fn shape(&mut self, thresholds: &Thresholds) -> (Certain, S::F) {
         let (simd, window) = (self.simd, self.window);
-        let one = |number| simd.single(number);
-        let n_robots = one(self.n_robots() as f32);
-        let (mut rotation, mut tangentness, mut fatness) = (one(0.0), one(0.0), one(0.0));
-        let (mut n_uncertain, mut reach_m2) = (one(0.0), one(0.0));
+        let mut sums = ShapeSums::new(simd);
         self.memory.arms.clear();
         for sample in window.start..window.end {
-            let row = window.rows.at(sample);
-            let first = (row[0].x_m, row[0].y_m);
-            let sum = row.iter().fold((one(0.0), one(0.0)), |sum, body| {
-                (sum.0 + (body.x_m - first.0), sum.1 + (body.y_m - first.1))
-            });
-            let centroid = (sum.0 / n_robots, sum.1 / n_robots);
-            let (mut least_m2, mut most_m2) = (one(f32::INFINITY), one(0.0));
-            for body in row {
-                let arm = ((body.x_m - first.0) - centroid.0, (body.y_m - first.1) - centroid.1);
-                let arm_m2 = arm.0 * arm.0 + arm.1 * arm.1;
-                least_m2 = least_m2.least(arm_m2);
-                most_m2 = most_m2.most(arm_m2);
-                let inverse = one(1.0) / arm_m2.sqrt();
-                let is_central = arm_m2.le(one(0.0));
-                let around = (arm.0 * body.sine - arm.1 * body.cosine) * inverse;
-                let outward = (arm.0 * body.cosine + arm.1 * body.sine) * inverse;
-                rotation = rotation + around.unless(is_central);
-                tangentness = tangentness + outward.abs().unless(is_central);
-                self.memory.arms.push(arm);
+            sums.add(simd, window.rows.at(sample), &mut self.memory.arms);
+            let n_done = sample + 1 - window.start;
+            if n_done % LOOK_EVERY == 0 && sample + 1 < window.end {
+                let certain = self.certain_shape(&sums, n_done, thresholds);
+                if self.open & !certain.no == 0 {
+                    return (Certain { yes: 0, ..certain }, sums.reach_m2);
+                }
             }
-            let fat = one(1.0) - least_m2 / most_m2;
-            fatness = fatness + fat.unless(most_m2.le(one(0.0)));
-            reach_m2 = reach_m2.most(most_m2);
-            let is_clear = least_m2.gt(one(CENTRAL) * most_m2);
-            n_uncertain = n_uncertain + one(1.0).unless(is_clear);
         }
-        let n_samples = one((window.end - window.start) as f32);
-        let n_poses = n_samples * n_robots;
+        let certain = self.certain_shape(&sums, window.end - window.start, thresholds);
+        (certain, sums.reach_m2.sqrt())
+    }
+
+    /// What is certain about the whole block after so many of its samples.
+    #[inline(always)]
+    fn certain_shape(
+        &self,
+        sums: &ShapeSums<S::F>,
+        n_done: u64,
+        thresholds: &Thresholds,
+    ) -> Certain {
+        let one = |number| self.simd.single(number);
+        let n_samples = self.window.end - self.window.start;
+        let rest = one((n_samples - n_done) as f32 / n_samples as f32);
+        let n_poses = n_samples as f32 * self.n_robots() as f32;
+        let (n_samples, n_poses) = (one(n_samples as f32), one(n_poses));
         // A direction that is not known changes a mean by 2 in so many samples at most.
         let margin = one(MARGIN) + one(ADDITION_MARGIN) * n_poses;
-        let slack = margin + one(2.0) * n_uncertain / n_samples;
-        let rotation = (rotation / n_poses).abs();
-        let worst = (fatness / n_samples).most(tangentness / n_poses);
+        let slack = margin + one(2.0) * sums.n_uncertain / n_samples;
+        let rotation = (sums.rotation / n_poses).abs();
+        let worst = (sums.fatness / n_samples).most(sums.tangentness / n_poses);
         let least_rotation = one(thresholds.stable_rotation as f32);
         let most_worst = one(1.0 - thresholds.stable_circliness as f32);
+        // In the rest of the block, rotation is at most 1, and the others are at least 0.
         let yes = (rotation - slack).gt(least_rotation) & (worst + slack).lt(most_worst);
-        let no = (rotation + slack).lt(least_rotation) | (worst - slack).gt(most_worst);
-        (Certain { yes: yes.bits(), no: no.bits() }, reach_m2.sqrt())
+        let no = (rotation + rest + slack).lt(least_rotation) | (worst - slack).gt(most_worst);
+        Certain { yes: yes.bits(), no: no.bits() }
     }
 
     /// The orbit against its threshold.
@@ -265,7 +319,6 @@ mod tests {
     use crate::batch::evidence::{Commanded, Scratch, gather};
     use crate::batch::portable::Portable;
     use crate::batch::rows::Rows;
-    use crate::batch::sense::Body;
     use crate::draw::{Purpose, RunKey, Seed};
 
     const N_SAMPLES: usize = 76;
@@ -317,7 +370,7 @@ mod tests {
         };
         let memory = &mut Memory::new();
         let quick = Quick { simd, window, open: 0b1111, memory }.run();
-        let exact = gather(simd, window, &mut Scratch::new(), 0..4);
+        let exact = gather(simd, window, &mut Scratch::new(simd), 0..4);
         quick.into_iter().zip(exact).collect()
     }
 

@@ -134,40 +134,69 @@ pub struct Found<'a, M> {
     pub blocked: &'a mut [M],
 }
 
-/// Looks at one robot and all after it; what they find is added.
+/// Looks at some neighbouring robots and all after them; what they find is added.
+///
+/// Robots are looked at some at a time, so that what is loaded of the others serves each of them.
 ///
 /// # Arguments
 ///
 /// * `bodies` — all robots; shape `[n_robots]`, as what is found.
+///
+/// # Returns
+///
+/// Who of the `SOME` robots from `first` on sees another: nobody after them looks at them again.
 #[inline(always)]
-pub fn sense<S: Simd, V: LaneView<S>>(
+pub fn sense<S: Simd, V: LaneView<S>, const SOME: usize>(
     simd: S,
     (view, contact): (V, LaneContact<S::F>),
-    (robot, bodies): (usize, &[Body<S::F>]),
+    (first, bodies): (usize, &[Body<S::F>]),
     found: &mut Found<'_, S::M>,
-) {
-    let me = bodies[robot];
-    let others = &bodies[robot + 1..];
+) -> [S::M; SOME] {
+    let (us, others) = bodies[first..].split_at(SOME);
+    let (ours, theirs) = found.seen[first..].split_at_mut(SOME);
+    let mut our_seen: [S::M; SOME] = std::array::from_fn(|me| ours[me]);
     let mut nearest_m2 = simd.single(f32::INFINITY);
-    let mut my_seen = found.seen[robot];
-    let others_seen = &mut found.seen[robot + 1..][..others.len()];
-    for (other, other_seen) in others.iter().zip(others_seen) {
-        let (dx_m, dy_m) = (me.x_m - other.x_m, me.y_m - other.y_m);
-        let d2_m2 = dx_m * dx_m + dy_m * dy_m;
-        nearest_m2 = nearest_m2.least(d2_m2);
-        let forward_m = dx_m * me.cosine + dy_m * me.sine;
-        let lateral_m = dy_m * me.cosine - dx_m * me.sine;
-        my_seen = my_seen | view.sees_opposite(forward_m, lateral_m, d2_m2);
-        let forward_m = dx_m * other.cosine + dy_m * other.sine;
-        let lateral_m = dy_m * other.cosine - dx_m * other.sine;
-        *other_seen = *other_seen | view.sees(forward_m, lateral_m, d2_m2);
+    for me in 0..SOME {
+        for other in me + 1..SOME {
+            let (mine, theirs) = look(view, &us[me], &us[other], &mut nearest_m2);
+            our_seen[me] = our_seen[me] | mine;
+            our_seen[other] = our_seen[other] | theirs;
+        }
     }
-    found.seen[robot] = my_seen;
+    for (other, their_seen) in others.iter().zip(theirs) {
+        for me in 0..SOME {
+            let (mine, theirs) = look(view, &us[me], other, &mut nearest_m2);
+            our_seen[me] = our_seen[me] | mine;
+            *their_seen = *their_seen | theirs;
+        }
+    }
     // Contact is rare, so only who is touched is asked where.
     if nearest_m2.lt(contact.diameter_squared_m2).any() {
-        let (mine, theirs) = found.blocked[robot..].split_first_mut().expect("the robot itself");
-        block_each_other(contact, (me, others), (mine, theirs));
+        for me in first..first + SOME {
+            let (mine, theirs) = found.blocked[me..].split_first_mut().expect("the robot itself");
+            block_each_other(contact, (bodies[me], &bodies[me + 1..]), (mine, theirs));
+        }
     }
+    our_seen
+}
+
+/// Whether two robots see each other.
+#[inline(always)]
+fn look<S: Simd, V: LaneView<S>>(
+    view: V,
+    me: &Body<S::F>,
+    other: &Body<S::F>,
+    nearest_m2: &mut S::F,
+) -> (S::M, S::M) {
+    let (dx_m, dy_m) = (me.x_m - other.x_m, me.y_m - other.y_m);
+    let d2_m2 = dx_m * dx_m + dy_m * dy_m;
+    *nearest_m2 = nearest_m2.least(d2_m2);
+    let forward_m = dx_m * me.cosine + dy_m * me.sine;
+    let lateral_m = dy_m * me.cosine - dx_m * me.sine;
+    let mine = view.sees_opposite(forward_m, lateral_m, d2_m2);
+    let forward_m = dx_m * other.cosine + dy_m * other.sine;
+    let lateral_m = dy_m * other.cosine - dx_m * other.sine;
+    (mine, view.sees(forward_m, lateral_m, d2_m2))
 }
 
 #[inline(always)]

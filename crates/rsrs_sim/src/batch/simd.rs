@@ -31,8 +31,6 @@ pub trait Simd: Copy + Send + Sync + 'static {
     fn word(self, word: u32) -> Self::U;
     /// No in all lanes.
     fn no(self) -> Self::M;
-    /// No in all lanes.
-    fn no_double(self) -> Self::N;
     /// A number for each lane.
     fn singles(self, number: impl FnMut(usize) -> f32) -> Self::F;
     /// A number for each lane.

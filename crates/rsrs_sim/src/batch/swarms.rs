@@ -36,6 +36,9 @@ enum ViewInLanes<S: Simd> {
     PolygonBody(Vec<Side<S::F>>),
 }
 
+/// The bodies before a step, and those after it.
+type Change<'a, F> = (&'a [Body<F>], &'a mut [Body<F>]);
+
 impl<S: Simd> Swarms<S> {
     /// Places the robots of every replicate, in row 0.
     ///
@@ -156,17 +159,40 @@ impl<S: Simd> Swarms<S> {
     /// were, as the next state has a row of its own.
     #[inline(always)]
     fn step<V: LaneView<S>, const PLAIN: bool>(&mut self, view: V, rows: &mut Rows<S::F>) {
-        let (simd, n_robots) = (self.simd, self.n_robots);
-        let made = self.detection_row(self.step).start;
-        let arriving = self.detection_row(self.step + 1).start;
-        let Self { rules, contact, habits, whims, drifts, detections, seen, blocked, .. } = self;
+        let n_robots = self.n_robots;
         let (from, to) = rows.step(self.step);
         let (from, to) = (&from[..n_robots], &mut to[..n_robots]);
-        let mut found = Found { seen: &mut seen[..n_robots], blocked: &mut blocked[..n_robots] };
+        let mut robot = 0;
+        while robot + 2 <= n_robots {
+            self.step_some::<V, PLAIN, 2>(view, robot, (from, to));
+            robot += 2;
+        }
+        if robot < n_robots {
+            self.step_some::<V, PLAIN, 1>(view, robot, (from, to));
+        }
+        self.step += 1;
+    }
+
+    /// One step of some neighbouring robots.
+    #[inline(always)]
+    fn step_some<V: LaneView<S>, const PLAIN: bool, const SOME: usize>(
+        &mut self,
+        view: V,
+        first: usize,
+        (from, to): Change<'_, S::F>,
+    ) {
+        let simd = self.simd;
+        let made = self.detection_row(self.step).start;
+        let arriving = self.detection_row(self.step + 1).start;
         let counter = simd.word(self.step as u32);
-        for (robot, habit) in habits[..n_robots].iter().enumerate() {
-            sense(simd, (view, *contact), (robot, from), &mut found);
-            let detected = habit.detects(simd, rules, (found.seen[robot], counter));
+        let n_robots = from.len();
+        let Self { rules, contact, habits, whims, drifts, detections, seen, blocked, .. } = self;
+        let mut found = Found { seen: &mut seen[..n_robots], blocked: &mut blocked[..n_robots] };
+        let sees = sense::<S, V, SOME>(simd, (view, *contact), (first, from), &mut found);
+        let robots = first..first + SOME;
+        let habits = &habits[robots.clone()];
+        for ((robot, habit), sees) in robots.zip(habits).zip(sees) {
+            let detected = habit.detects(simd, rules, (sees, counter));
             let is_blocked = found.blocked[robot];
             to[robot] = if PLAIN {
                 habit.step(simd, rules, &from[robot], (detected, is_blocked))
@@ -178,7 +204,6 @@ impl<S: Simd> Swarms<S> {
             };
             (found.seen[robot], found.blocked[robot]) = (simd.no(), simd.no());
         }
-        self.step += 1;
     }
 }
 

@@ -19,10 +19,11 @@ pub struct SmallestFactors {
 /// Largest factor that is tried: a gain that varies by more says nothing any more.
 const MOST_FACTOR: f64 = 64.0;
 
-/// Searches the smallest spread of gains, then of gusts, that contains real trajectories.
+/// Searches the smallest spread of gains, drift or gusts that contains real trajectories.
 ///
-/// One factor at a time is raised: the spread of the gains first, and if no spread helps, the gusts
-/// (where the robot has any). Both are found to 5 %.
+/// One factor at a time is raised: the spread of the gains first, with drift and gusts as they were
+/// measured; if no spread helps, drift; then gusts; and at last all three together. Each is found to
+/// 5 %. What the robot does not have is not raised alone.
 ///
 /// # Arguments
 ///
@@ -31,8 +32,8 @@ const MOST_FACTOR: f64 = 64.0;
 ///
 /// # Returns
 ///
-/// `None` if neither helps up to a factor of 64: then the robots do what the profile has no
-/// disturbance for (no bias, no heading noise, no lag), and no factor can widen what is not there.
+/// `None` if none helps up to a factor of 64: then the robots do what the profile has no disturbance
+/// for (no bias, no heading noise, no gusts, no lag), and no factor can widen what is not there.
 ///
 /// # Errors
 ///
@@ -43,19 +44,49 @@ pub fn smallest_factors(
     trials: &[DrivenTrial],
     options: &ReachOptions,
 ) -> Result<Option<SmallestFactors>, ReachError> {
-    let with_gains =
-        |factor| HarsherFactors { gain_sd_factor: factor, gust_factor: 1.0, ..factors };
-    let with_gusts = |factor| HarsherFactors { gust_factor: factor, ..factors };
     let tried = |factors: HarsherFactors| {
         let robot = factors.apply(measured)?;
         let found = validate(&robot, settings, trials, options)?;
         Ok(found.is_contained.then_some(SmallestFactors { factors, p_value: found.p_value }))
     };
-    let found = smallest(|factor| tried(with_gains(factor)))?;
-    if found.is_some() || measured.actuation.gust.sd_m_s == 0.0 {
-        return Ok(found);
+    for raised in ways(measured) {
+        let found = smallest(|factor| tried(raised(factors, factor)))?;
+        if found.is_some() {
+            return Ok(found);
+        }
     }
-    smallest(|factor| tried(with_gusts(factor)))
+    Ok(None)
+}
+
+/// Raises some factors of motion.
+type Way = fn(HarsherFactors, f64) -> HarsherFactors;
+
+/// What can be raised for a robot, in the order in which it is tried.
+fn ways(measured: &RobotProfile) -> Vec<Way> {
+    let turn = &measured.actuation.turn;
+    let drifts = turn.bias_sd_rad_s > 0.0 || turn.heading_noise_sd_rad > 0.0;
+    let is_gusty = measured.actuation.gust.sd_m_s > 0.0;
+    let mut ways: Vec<Way> = vec![|factors, factor| HarsherFactors {
+        gain_sd_factor: factor,
+        drift_factor: 1.0,
+        gust_factor: 1.0,
+        ..factors
+    }];
+    if drifts {
+        ways.push(|factors, factor| HarsherFactors { drift_factor: factor, ..factors });
+    }
+    if is_gusty {
+        ways.push(|factors, factor| HarsherFactors { gust_factor: factor, ..factors });
+    }
+    if drifts || is_gusty {
+        ways.push(|factors, factor| HarsherFactors {
+            gain_sd_factor: factors.gain_sd_factor.max(factor),
+            drift_factor: factor,
+            gust_factor: factor,
+            ..factors
+        });
+    }
+    ways
 }
 
 /// Doubles a factor from 1 until it helps, then halves the gap until it is 5 %.

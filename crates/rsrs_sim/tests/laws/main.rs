@@ -2,7 +2,9 @@
 
 mod acceptance;
 mod batch;
+mod blocks;
+mod few;
+mod golden;
 mod support;
 mod sweep;
-mod theory;
 mod world;

@@ -229,6 +229,20 @@ impl RawPublisher {
         };
         within_patience(&self.topic, tokio::time::timeout(PATIENCE, sending).await)
     }
+
+    /// Waits until every reliable subscriber has all that was sent: what is still under way when a
+    /// publisher is dropped is lost.
+    ///
+    /// # Errors
+    ///
+    /// [`PublishError::Full`] after 5 s; [`PublishError::Middleware`].
+    pub async fn acknowledged(&self) -> Result<(), PublishError> {
+        let waiting = async {
+            let waited = self.writer.async_wait_for_acknowledgments().await;
+            waited.map_err(ros2_client::ros2::WriteError::from)
+        };
+        within_patience(&self.topic, tokio::time::timeout(PATIENCE, waiting).await)
+    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,48 @@
+#!/bin/sh
+# Runs this simulator and its peers on the same task in the same run, and prints their rates and
+# ratios as a Markdown table:
+#
+#     benches/peers/run.sh [ROUNDS]
+#
+# Needs cargo, a crate registry, and a Python of 3.12 or newer with a package index (swarmsim needs
+# it); PYTHON names one. Rounds are interleaved, so that a slow minute of the machine hits all.
+set -eu
+
+rounds=${1:-3}
+here=$(cd "$(dirname "$0")" && pwd)
+target=${CARGO_TARGET_DIR:-$here/../../target}
+mkdir -p "$target"
+target=$(cd "$target" && pwd)
+
+is_new_enough() { "$1" -c 'import sys, venv; sys.exit(sys.version_info < (3, 12))' 2>/dev/null; }
+
+python=
+for candidate in "${PYTHON:-}" python3.14 python3.13 python3.12 python3 \
+    "${PYENV_ROOT:-$HOME/.pyenv}"/versions/*/bin/python; do
+    if [ -n "$candidate" ] && is_new_enough "$candidate"; then python=$candidate; break; fi
+done
+if [ -z "$python" ]; then
+    echo "error: no Python 3.12 or newer found; name one with PYTHON=..." >&2
+    exit 1
+fi
+
+venv=$target/.venv-peers
+[ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
+"$venv/bin/python" -m pip install --quiet --disable-pip-version-check 'numpy>=2' 'swarmsim==1.2.5'
+export SDL_VIDEODRIVER=dummy PYGAME_HIDE_SUPPORT_PROMPT=1
+# One core for each: NumPy's linear algebra would otherwise start threads.
+export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+
+cd "$here/../.."
+CARGO_TARGET_DIR=$target cargo build --release --quiet -p rsrs_benches --example throughput
+CARGO_TARGET_DIR=$target/peers cargo build --release --quiet \
+    --manifest-path "$here/krabmaga/Cargo.toml"
+
+round=0
+while [ "$round" -lt "$rounds" ]; do
+    "$target/release/examples/throughput"
+    "$target/peers/release/krabmaga_mill" 9
+    "$venv/bin/python" "$here/numpy_batch.py" 9
+    "$venv/bin/python" "$here/swarmsim_mill.py" 9 | grep ','
+    round=$((round + 1))
+done | "$venv/bin/python" "$here/table.py"

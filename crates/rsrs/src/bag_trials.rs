@@ -1,0 +1,141 @@
+//! What bags say of single robots: how they drove, and how often they decided.
+
+use std::path::{Path, PathBuf};
+
+use rsrs_bags::Bag;
+use rsrs_bags::trajectory::{RecordedTrajectory, TrajectoryOptions, read_trajectory};
+use rsrs_core::controller::Command;
+use rsrs_core::trial::{DrivenSample, DrivenTrial, PeriodTrial, Trials};
+use rsrs_core::unicycle::Pose;
+use rsrs_msgs::topics;
+
+use crate::failure::explained;
+use crate::recorded_run;
+use crate::trial_files::names;
+
+/// The trials of one bag.
+#[derive(Clone, Debug, Default)]
+pub struct BagTrials {
+    /// Every robot's drives, from one standstill to the next.
+    pub driven: Vec<DrivenTrial>,
+    /// Every robot's times from one detection to the next, in seconds.
+    pub periods_s: Vec<(String, Vec<f64>)>,
+}
+
+/// Time in which a robot gets going and nothing is measured, in seconds.
+///
+/// A command is on its way for about a control period, and the robot's own watchdog and wheels take
+/// another; what a tape measures begins behind that.
+pub const GETTING_GOING_S: f64 = 0.5;
+
+/// Whether a path is a bag's: a folder, or an `.mcap` file.
+pub fn is_bag(path: &Path) -> bool {
+    path.is_dir() || path.extension().is_some_and(|ending| ending == "mcap")
+}
+
+/// Reads the trials out of a bag.
+///
+/// # Arguments
+///
+/// * `path` — a rosbag2 folder or an `.mcap` file; robots in it should drive where nothing is in
+///   their way.
+///
+/// # Errors
+///
+/// If the bag cannot be read, or has no poses or commands; the error names the bag.
+pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
+    let bag = recorded_run::open(path)?;
+    let recorded = read_trajectory(&bag, &TrajectoryOptions::default()).map_err(|error| {
+        let (message, help) = (format!("{}: {error}", path.display()), error.help());
+        explained(error, message, help)
+    })?;
+    let name = path.file_stem().map_or_else(String::new, |stem| stem.display().to_string());
+    let driven =
+        (0..recorded.robots.len()).flat_map(|robot| drives(&recorded, (robot, &name))).collect();
+    let periods_s = recorded
+        .robots
+        .iter()
+        .map(|robot| Ok((robot.clone(), periods(&bag, &recorded, robot)?)))
+        .collect::<anyhow::Result<_>>()?;
+    Ok(BagTrials { driven, periods_s })
+}
+
+/// The periods of several bags as one table; a row's `line` is its position, from 1.
+///
+/// # Returns
+///
+/// `None` if no bag has detections.
+pub fn period_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<PeriodTrial>> {
+    let paths: Vec<&PathBuf> = bags.iter().map(|(path, _)| path).collect();
+    let mut table = Trials { file: names(&paths), robots: Vec::new(), rows: Vec::new() };
+    for (name, periods_s) in bags.iter().flat_map(|(_, trials)| &trials.periods_s) {
+        let robot = table.robots.iter().position(|known| known == name).unwrap_or_else(|| {
+            table.robots.push(name.clone());
+            table.robots.len() - 1
+        });
+        for period_s in periods_s {
+            let line = table.rows.len() as u64 + 1;
+            table.rows.push(PeriodTrial { robot, line, period_s: *period_s });
+        }
+    }
+    (!table.rows.is_empty()).then_some(table)
+}
+
+/// One robot's drives: from one standstill to the next, without the time in which it got going.
+fn drives(recorded: &RecordedTrajectory, (robot, bag): (usize, &str)) -> Vec<DrivenTrial> {
+    let trajectory = &recorded.trajectory;
+    let sample = |sample: usize| DrivenSample {
+        time_s: sample as f64 * trajectory.period_s,
+        pose: trajectory.poses_at(sample)[robot],
+        command: trajectory.commands_at(sample)[robot],
+    };
+    let samples: Vec<DrivenSample> = (0..trajectory.n_samples()).map(sample).collect();
+    let name = |drive: usize| if drive == 0 { bag.to_owned() } else { format!("{bag}:{drive}") };
+    samples
+        .split(|sample| sample.command == Command::STOP)
+        .map(going)
+        .filter(|drive| drive.len() >= 2)
+        .enumerate()
+        .map(|(drive, samples)| DrivenTrial {
+            robot: recorded.robots[robot].clone(),
+            trial: name(drive),
+            samples: continuous(samples),
+        })
+        .collect()
+}
+
+/// A drive without the time in which the robot got going.
+fn going(drive: &[DrivenSample]) -> &[DrivenSample] {
+    let is_early = |sample: &DrivenSample| sample.time_s < drive[0].time_s + GETTING_GOING_S;
+    &drive[drive.partition_point(is_early)..]
+}
+
+/// Samples with headings that do not jump by a turn.
+fn continuous(samples: &[DrivenSample]) -> Vec<DrivenSample> {
+    let mut before_rad = samples[0].pose.heading_rad;
+    let unwrapped = |sample: &DrivenSample| {
+        let turns = ((sample.pose.heading_rad - before_rad) / std::f64::consts::TAU).round();
+        before_rad = sample.pose.heading_rad - turns * std::f64::consts::TAU;
+        DrivenSample { pose: Pose { heading_rad: before_rad, ..sample.pose }, ..*sample }
+    };
+    samples.iter().map(unwrapped).collect()
+}
+
+/// Times from one detection of a robot to the next while it was running, by the sender's stamps.
+fn periods(bag: &Bag, recorded: &RecordedTrajectory, robot: &str) -> anyhow::Result<Vec<f64>> {
+    let mut stamps_ns = Vec::new();
+    for message in bag.messages_on([topics::DETECTION.for_robot(robot)]) {
+        let message = match message {
+            Ok(message) => message,
+            // All that there is before the break has come.
+            Err(rsrs_bags::BagError::Incomplete { .. }) => break,
+            Err(error) => return Err(error.into()),
+        };
+        if recorded.window.contains(message.log_time_ns) {
+            stamps_ns.push(message.publish_time_ns);
+        }
+    }
+    stamps_ns.sort_unstable();
+    let periods = stamps_ns.windows(2).map(|pair| (pair[1] - pair[0]) as f64 / 1e9);
+    Ok(periods.filter(|period_s| *period_s > 0.0).collect())
+}

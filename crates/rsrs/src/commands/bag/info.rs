@@ -1,0 +1,172 @@
+//! `rsrs bag info`: what is in a bag.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use rsrs_bags::{Bag, BagInfo, OfferedQos};
+use rsrs_fleet::record::ExperimentRecord;
+use serde::Serialize;
+
+use crate::commands::{Format, report};
+use crate::failure::Outcome;
+use crate::human_labels::{self, HumanLabel};
+use crate::recorded_run;
+use crate::table_text::columns;
+use crate::wording::{count, counted, moment, size};
+
+/// Say what is in a bag: topics, times, the experiment, labels, and where it breaks off.
+///
+/// Exit code 3 says that the recording breaks off, so that data may be lost.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs bag info results/run_1
+  rsrs bag info results/run_1 --format json")]
+pub struct Arguments {
+    /// Bag: a rosbag2 folder or a single .mcap file.
+    bag: PathBuf,
+    /// How to report.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// What is in a bag, with what it says of its run and what people said of it.
+#[derive(Serialize)]
+struct Report {
+    #[serde(flatten)]
+    info: BagInfo,
+    /// Names the run; `None` in a bag that no runner of ours has made.
+    run_id: Option<String>,
+    /// Robots of the run.
+    n_robots: Option<usize>,
+    /// How the run ended; `None` if the recorder did not live to say it.
+    ending: Option<&'static str>,
+    /// Why, if it was not completed.
+    reason: Option<String>,
+    /// What people labelled the bag.
+    labels: Vec<HumanLabel>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// If the bag, its record or the labels beside it cannot be read.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let bag = recorded_run::open(&arguments.bag)?;
+    let record = recorded_run::record_in(&bag)?;
+    let ending = recorded_run::ending_in(&bag)?;
+    let result = Report {
+        info: bag.info(),
+        run_id: record.as_ref().map(|record| record.run_id.clone()),
+        n_robots: record.as_ref().map(|record| record.robots.len()),
+        ending: ending.as_ref().map(|ending| ending.kind.key()),
+        reason: ending.map(|ending| ending.reason).filter(|reason| !reason.is_empty()),
+        labels: human_labels::read(&arguments.bag)?,
+    };
+    report(arguments.format, &result, &text(&result, record.as_ref(), &bag))?;
+    Ok(if result.info.damage.is_empty() { Outcome::Done } else { Outcome::NegativeAnswer })
+}
+
+fn text(result: &Report, record: Option<&ExperimentRecord>, bag: &Bag) -> String {
+    let info = &result.info;
+    let mut text = format!(
+        "{}: {:.1} s, {} on {}, {} in {}\n",
+        info.path.display(),
+        info.duration_s,
+        counted(info.n_messages, "message"),
+        counted(info.topics.len() as u64, "topic"),
+        size(info.n_bytes),
+        counted(info.files.len() as u64, "file")
+    );
+    let mut line = |said: String| writeln!(text, "{said}").expect("a string takes any text");
+    if let Some((start_ns, end_ns)) = info.start_ns.zip(info.end_ns) {
+        line(format!("recorded: {} to {}", moment(start_ns), moment(end_ns)));
+    }
+    if let Some(record) = record {
+        line(format!("run: {}", run_of(record, result)));
+    }
+    line(format!("written by: {}", writer(info)));
+    for label in &result.labels {
+        line(format!("label: {label}"));
+    }
+    for damage in &info.damage {
+        line(format!("damage: {}: {}", damage.path.display(), damage.reason));
+    }
+    if let Some(broken) = recorded_run::break_in(bag) {
+        line(format!("damage: {broken}"));
+        line(format!("next: rsrs bag recover {}", info.path.display()));
+    }
+    line("topics:".to_owned());
+    text.push_str(&topics(info));
+    text.push('\n');
+    if !info.attachments.is_empty() {
+        text.push_str("attachments:\n");
+        let row = |name: &str, kind: &str, n: usize| [indented(name), kind.into(), size(n as u64)];
+        let rows = info.attachments.iter().map(|it| row(&it.name, &it.media_type, it.n_bytes));
+        text.push_str(&columns(&rows.collect::<Vec<_>>()));
+    }
+    text
+}
+
+fn run_of(record: &ExperimentRecord, result: &Report) -> String {
+    let ending = match (result.ending, &result.reason) {
+        (None, _) => "its end is not recorded".to_owned(),
+        (Some(ending), None) => ending.to_owned(),
+        (Some(ending), Some(reason)) => format!("{ending} ({reason})"),
+    };
+    format!(
+        "{}, {}, set to last {} s, seed {}, {ending}",
+        record.run_id,
+        counted(record.robots.len() as u64, "robot"),
+        record.duration_s,
+        record.seed
+    )
+}
+
+fn writer(info: &BagInfo) -> String {
+    let mut libraries: Vec<&str> = info.files.iter().map(|file| file.library.as_str()).collect();
+    libraries.dedup();
+    let named = libraries.iter().any(|library| !library.is_empty());
+    let mut parts =
+        vec![if named { libraries.join(", ") } else { "an unknown program".to_owned() }];
+    parts.extend(info.ros_distro.iter().map(|distro| format!("ROS {distro}")));
+    parts.push(match info.metadata_version {
+        Some(version) => format!("metadata version {version}"),
+        None => "no metadata.yaml".to_owned(),
+    });
+    let compression = &info.compression;
+    let mut packed = compression.chunks.clone();
+    packed.extend(compression.files.then(|| "whole files compressed".to_owned()));
+    packed.extend(compression.messages.then(|| "single messages compressed".to_owned()));
+    parts.push(if packed.is_empty() { "not compressed".to_owned() } else { packed.join(", ") });
+    if info.files.iter().any(|file| !file.is_indexed) {
+        parts.push("without index".to_owned());
+    }
+    parts.join("; ")
+}
+
+fn topics(info: &BagInfo) -> String {
+    let rows = info.topics.iter().map(|topic| {
+        let rate = topic.rate_hz.map_or_else(String::new, |rate_hz| format!("{rate_hz:.1} Hz"));
+        let qos: Vec<String> = topic.offered_qos.iter().map(quality).collect();
+        let mut qos: Vec<&str> = qos.iter().map(String::as_str).collect();
+        qos.dedup();
+        let type_name = if topic.type_name.is_empty() { "unknown type" } else { &topic.type_name };
+        [indented(&topic.name), type_name.to_owned(), count(topic.n_messages), rate, qos.join("; ")]
+    });
+    columns(&rows.collect::<Vec<_>>())
+}
+
+fn indented(name: &str) -> String {
+    format!("  {name}")
+}
+
+fn quality(qos: &OfferedQos) -> String {
+    let depth = if qos.history == "keep_all" {
+        "keep all".to_owned()
+    } else {
+        format!("depth {}", qos.depth)
+    };
+    format!("{}, {}, {depth}", qos.reliability, qos.durability).replace('_', " ")
+}

@@ -1,0 +1,146 @@
+//! `rsrs episode`: one replicate of a sweep as a bag.
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use rsrs_core::axis::Cell;
+use rsrs_core::conditions::Conditions;
+use rsrs_core::order::Evidence;
+use rsrs_core::phase::{Phase, label};
+use rsrs_fleet::experiment::{RobotLost, Time};
+use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
+use serde::Serialize;
+
+use crate::commands::{Format, report};
+use crate::episode_bag::{self, EpisodeError};
+use crate::failure::{Outcome, explained, with_help};
+use crate::provenance;
+use crate::result_folder::{self, SweepResult};
+use crate::wording::counted;
+
+/// Write one replicate of a sweep as a bag: the very run, with all its topics.
+///
+/// The bag has the topics of a run over ROS 2 in lockstep, so that every tool for bags shows what the
+/// sweep has only counted: play it in a viewer, label it, or replay it into the controller.
+/// Its label is that replicate's phase in `replicates.parquet`.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs episode results/flockbot --cell speed_m_s=0.15,turn_rate_rad_s=0.75 --replicate 3 -o mill
+  rsrs label mill")]
+pub struct Arguments {
+    /// Folder of a sweep.
+    folder: PathBuf,
+    /// Cell of the sweep, as AXIS=VALUE,…
+    #[arg(long)]
+    cell: Cell,
+    /// Which replicate of the cell, from 0.
+    #[arg(long, value_name = "K")]
+    replicate: u64,
+    /// Folder of the bag; it must not exist.
+    #[arg(short, long, value_name = "BAG")]
+    output: PathBuf,
+    /// How to report.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// A bag of a simulated run.
+#[derive(Serialize)]
+struct Summary {
+    bag: PathBuf,
+    cell: Cell,
+    replicate: u64,
+    seed: u64,
+    phase: Phase,
+    evidence: Evidence,
+    n_robots: usize,
+    duration_s: f64,
+    n_messages: u64,
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// If the folder is not a sweep's, the cell or the replicate is not in it, or the bag exists or
+/// cannot be written.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let result = result_folder::read(&arguments.folder)?;
+    let (cell, conditions) = find(&result, arguments)?;
+    let record = record(&result, conditions, arguments.replicate);
+    let (written, trajectory) =
+        episode_bag::write(&arguments.output, &record).map_err(|error| {
+            let message = error.to_string();
+            let help = match &error {
+                EpisodeError::Bag(error) => error.help(),
+                EpisodeError::Placement(_) => None,
+            };
+            explained(error, message, help)
+        })?;
+    let verdict = label(&trajectory, &record.conditions.bodies())
+        .context("the sweep has judged this replicate, and now it cannot be judged")?;
+    let summary = Summary {
+        bag: written.folder,
+        cell,
+        replicate: record.replicate,
+        seed: record.seed,
+        phase: verdict.phase,
+        evidence: verdict.evidence,
+        n_robots: verdict.n_robots,
+        duration_s: verdict.duration_s,
+        n_messages: written.n_messages,
+    };
+    report(arguments.format, &summary, &text(&summary))?;
+    Ok(Outcome::Done)
+}
+
+fn text(summary: &Summary) -> String {
+    let bag = summary.bag.display();
+    format!(
+        "{bag}: {}, replicate {} of {}, seed {} ({}, {:.0} s, {})\nnext: rsrs label {bag}",
+        summary.phase,
+        summary.replicate,
+        summary.cell,
+        summary.seed,
+        counted(summary.n_robots as u64, "robot"),
+        summary.duration_s,
+        counted(summary.n_messages, "message"),
+    )
+}
+
+fn find(result: &SweepResult, arguments: &Arguments) -> anyhow::Result<(Cell, Conditions)> {
+    let folder = arguments.folder.display();
+    let sweep = &result.source.sweep;
+    let index = result.diagram.locate(&arguments.cell).with_context(|| folder.to_string())?;
+    if arguments.replicate >= sweep.replicates {
+        return Err(with_help(
+            format!(
+                "{folder} has no replicate {} of a cell: it has {}",
+                arguments.replicate,
+                counted(sweep.replicates, "replicate")
+            ),
+            format!("they count from 0: `--replicate {}` is the last", sweep.replicates - 1),
+        ));
+    }
+    let mut cells = result.source.cells(&format!("sweep.yaml in {folder}"))?;
+    Ok(cells.swap_remove(index))
+}
+
+/// The record of a run that never was on any network.
+fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> ExperimentRecord {
+    let sweep = &result.source.sweep;
+    let program = (env!("CARGO_PKG_VERSION"), provenance::COMMIT);
+    ExperimentRecord {
+        run_id: format!("episode_{:016x}_{replicate}", conditions.digest()),
+        robots: (1..=conditions.robots).map(|robot| format!("robot_{robot}")).collect(),
+        duration_s: sweep.duration_s,
+        seed: sweep.seed,
+        replicate,
+        robot_lost: RobotLost::Abort,
+        backend: Backend::Simulator,
+        time: Time::Lockstep,
+        provenance: Provenance::new(program, &result.source.profile.digest(), &conditions),
+        conditions,
+    }
+}

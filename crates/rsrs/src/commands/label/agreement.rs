@@ -1,0 +1,193 @@
+//! `rsrs label --agreement`: how far the judge and people agree, and where they do not.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use rsrs_core::agreement::Agreement;
+use rsrs_core::phase::Phase;
+use serde::Serialize;
+
+use crate::commands::{Format, report};
+use crate::failure::{Outcome, in_one_line, with_help};
+use crate::human_labels::{self, HumanLabel, JUDGE};
+use crate::labelling::{LabelOptions, label_bag};
+
+/// How far everybody agrees.
+#[derive(Serialize)]
+struct Report {
+    /// Bags that were looked at.
+    n_bags: usize,
+    /// Everybody against everybody else, where they have bags in common; the judge first.
+    pairs: Vec<Pair>,
+    /// Bags whose labels differ: those first of which the judge is surest, because there somebody is
+    /// plainly wrong.
+    disagreements: Vec<Disagreement>,
+    /// Bags that the judge cannot label.
+    not_judged: Vec<NotJudged>,
+}
+
+/// Two who label.
+#[derive(Serialize)]
+struct Pair {
+    /// Their names.
+    by: [String; 2],
+    #[serde(flatten)]
+    agreement: Agreement,
+}
+
+/// A bag to look at again.
+#[derive(Serialize)]
+struct Disagreement {
+    /// The bag.
+    bag: PathBuf,
+    /// Who says what.
+    labels: BTreeMap<String, Phase>,
+    /// How far the judge's order parameters are from another phase; `None` if it has not judged, or
+    /// there is no such phase.
+    distance: Option<f64>,
+}
+
+/// A bag without the judge's label.
+#[derive(Serialize)]
+struct NotJudged {
+    /// The bag.
+    bag: PathBuf,
+    /// Why.
+    reason: String,
+}
+
+/// One bag with what everybody says.
+struct Seen {
+    bag: PathBuf,
+    /// The phase by who says so.
+    labels: BTreeMap<String, Phase>,
+    distance: Option<f64>,
+    refusal: Option<String>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// If labels beside a bag do not read, or no person has labelled any bag.
+pub fn run(bags: &[PathBuf], options: LabelOptions, format: Format) -> anyhow::Result<Outcome> {
+    let labels = bags.iter().map(|bag| human_labels::read(bag)).collect::<Result<Vec<_>, _>>()?;
+    if labels.iter().all(Vec::is_empty) {
+        return Err(with_help(
+            "no person has labelled any of these bags",
+            "add labels of your own: `rsrs label BAG --as PHASE --by WHO`",
+        ));
+    }
+    let seen: Vec<Seen> =
+        bags.iter().zip(&labels).map(|(bag, labels)| look(bag, labels, options)).collect();
+    let result = Report {
+        n_bags: bags.len(),
+        pairs: pairs(&seen),
+        disagreements: disagreements(&seen),
+        not_judged: not_judged(&seen),
+    };
+    report(format, &result, &text(&result))?;
+    Ok(Outcome::Done)
+}
+
+fn look(bag: &Path, by_hand: &[HumanLabel], options: LabelOptions) -> Seen {
+    // Of one person's labels the last one counts.
+    let mut labels: BTreeMap<String, Phase> =
+        by_hand.iter().map(|label| (label.by.clone(), label.phase)).collect();
+    let (mut distance, mut refusal) = (None, None);
+    match label_bag(bag, options) {
+        Ok(labelled) => {
+            labels.insert(JUDGE.to_owned(), labelled.phase);
+            let nearest = labelled.certainty.and_then(|certainty| certainty.nearest);
+            distance = nearest.map(|nearest| nearest.distance);
+        }
+        Err(error) => refusal = Some(in_one_line(&error)),
+    }
+    Seen { bag: bag.to_path_buf(), labels, distance, refusal }
+}
+
+fn pairs(seen: &[Seen]) -> Vec<Pair> {
+    let people: BTreeSet<&String> = seen.iter().flat_map(|seen| seen.labels.keys()).collect();
+    let mut all: Vec<&String> = people.into_iter().collect();
+    all.sort_by_key(|name| (*name != JUDGE, *name));
+    let couples = all
+        .iter()
+        .enumerate()
+        .flat_map(|(index, one)| all[index + 1..].iter().map(move |other| (*one, *other)));
+    couples
+        .filter_map(|(one, other)| {
+            let both = |seen: &Seen| Some((*seen.labels.get(one)?, *seen.labels.get(other)?));
+            let labels: Vec<(Phase, Phase)> = seen.iter().filter_map(both).collect();
+            let agreement = Agreement::of(&labels)?;
+            Some(Pair { by: [one.clone(), other.clone()], agreement })
+        })
+        .collect()
+}
+
+fn disagreements(seen: &[Seen]) -> Vec<Disagreement> {
+    let differ = |seen: &&Seen| seen.labels.values().collect::<BTreeSet<_>>().len() > 1;
+    let mut queue: Vec<Disagreement> = seen
+        .iter()
+        .filter(differ)
+        .map(|seen| Disagreement {
+            bag: seen.bag.clone(),
+            labels: seen.labels.clone(),
+            distance: seen.distance,
+        })
+        .collect();
+    let sureness = |bag: &Disagreement| bag.distance.unwrap_or(0.0);
+    queue.sort_by(|one, other| sureness(other).total_cmp(&sureness(one)));
+    queue
+}
+
+fn not_judged(seen: &[Seen]) -> Vec<NotJudged> {
+    let refused = |seen: &Seen| Some((seen.bag.clone(), seen.refusal.clone()?));
+    seen.iter().filter_map(refused).map(|(bag, reason)| NotJudged { bag, reason }).collect()
+}
+
+fn text(result: &Report) -> String {
+    let mut text = String::new();
+    let mut line = |said: String| writeln!(text, "{said}").expect("a string takes any text");
+    for pair in &result.pairs {
+        line(of_pair(pair));
+    }
+    if result.pairs.is_empty() {
+        line("no two have labelled the same bag".to_owned());
+    }
+    match result.disagreements.len() {
+        0 => line("no labels disagree".to_owned()),
+        n => line(format!("look again at {n} of {} bags:", result.n_bags)),
+    }
+    for bag in &result.disagreements {
+        let labels: Vec<String> =
+            bag.labels.iter().map(|(who, phase)| format!("{phase} by {who}")).collect();
+        let distance = bag.distance.map_or_else(String::new, |distance| {
+            format!(" (the judge is {distance:.2} from another phase)")
+        });
+        line(format!("  {}: {}{distance}", bag.bag.display(), labels.join(", ")));
+    }
+    for bag in &result.not_judged {
+        line(format!("not judged: {}", bag.reason));
+    }
+    text
+}
+
+fn of_pair(pair: &Pair) -> String {
+    let [one, other] = &pair.by;
+    let Agreement { n, n_same, share, share_interval, kappa, kappa_interval, .. } = pair.agreement;
+    let kappa = match kappa.zip(kappa_interval) {
+        Some((kappa, interval)) => format!(
+            "Cohen's kappa {kappa:.2} (95 % interval {:.2} to {:.2})",
+            interval.low, interval.high
+        ),
+        None => "no kappa, because both gave every bag the same label".to_owned(),
+    };
+    format!(
+        "{one} and {other}: {kappa}; the same label on {n_same} of {n} bags, {:.0} % \
+         ({:.0} to {:.0} %)",
+        100.0 * share,
+        100.0 * share_interval.low,
+        100.0 * share_interval.high
+    )
+}

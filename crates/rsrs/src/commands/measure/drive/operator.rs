@@ -1,0 +1,154 @@
+//! What tape and stopwatch say, asked of the person who has them.
+
+use std::io::{BufRead, Write};
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use rsrs_core::controller::ControllerParameters;
+use rsrs_experiment_runner::plan::Plan;
+
+use super::result::{Motion, Source, TrialResult};
+
+/// Asks on standard error for what the robot did, and reads the answers from standard input.
+///
+/// What is no answer is asked again: the trial was driven already.
+///
+/// # Errors
+///
+/// If standard input ends before the answers.
+pub fn ask(bag: &Path, plan: &Plan) -> anyhow::Result<TrialResult> {
+    let record = &plan.record;
+    let driven = (record.conditions.controller, record.duration_s);
+    let mut interview =
+        Interview { input: std::io::stdin().lock(), output: std::io::stderr().lock() };
+    let motion = interview
+        .motion(driven)
+        .with_context(|| format!("{} has no poses, so somebody must say it", bag.display()))?;
+    let robot = plan.robots[0].name.clone();
+    Ok(TrialResult { bag: bag.to_owned(), robot, source: Source::Operator, motion })
+}
+
+/// Where questions go, and where answers come from.
+struct Interview<I, O> {
+    input: I,
+    output: O,
+}
+
+impl<I: BufRead, O: Write> Interview<I, O> {
+    /// The questions for a command that was driven for some seconds.
+    fn motion(
+        &mut self,
+        (command, driven_s): (ControllerParameters, f64),
+    ) -> anyhow::Result<Motion> {
+        let ControllerParameters { speed_m_s, turn_rate_rad_s } = command;
+        let time = format!("time that it took, in s (Enter: {driven_s})");
+        match (speed_m_s > 0.0, turn_rate_rad_s > 0.0) {
+            (true, false) => Ok(Motion::Straight {
+                commanded_m_s: speed_m_s,
+                distance_m: self.required("distance along the line, in m")?,
+                duration_s: self.optional(&time)?.unwrap_or(driven_s),
+                lateral_m: self.optional(
+                    "where it ended beside the line, in m, left is positive (Enter: not measured)",
+                )?,
+                heading_change_rad: self.optional(
+                    "change of its heading, in rad, left is positive (Enter: not measured)",
+                )?,
+            }),
+            (false, _) => Ok(Motion::Turn {
+                commanded_rad_s: turn_rate_rad_s,
+                angle_rad: self.required("angle turned, in rad; a full circle is 6.2832")?,
+                duration_s: self.optional(&time)?.unwrap_or(driven_s),
+            }),
+            (true, true) => {
+                Ok(Motion::Curve { commanded_m_s: speed_m_s, commanded_rad_s: turn_rate_rad_s })
+            }
+        }
+    }
+
+    fn required(&mut self, question: &str) -> anyhow::Result<f64> {
+        loop {
+            if let Some(number) = self.optional(question)? {
+                return Ok(number);
+            }
+        }
+    }
+
+    /// One question; `None` for an empty answer.
+    fn optional(&mut self, question: &str) -> anyhow::Result<Option<f64>> {
+        loop {
+            write!(self.output, "{question}: ")
+                .and_then(|()| self.output.flush())
+                .context("asking")?;
+            let mut line = String::new();
+            if self.input.read_line(&mut line).context("reading the answer")? == 0 {
+                bail!("standard input ended before the answer to `{question}`");
+            }
+            let answer = line.trim();
+            if answer.is_empty() {
+                return Ok(None);
+            }
+            match answer.parse::<f64>() {
+                Ok(number) if number.is_finite() => return Ok(Some(number)),
+                _ => writeln!(self.output, "`{answer}` is no number, expected one such as 1.98")
+                    .context("asking")?,
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STRAIGHT: ControllerParameters =
+        ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.0 };
+
+    fn said(command: ControllerParameters, lines: &str) -> (anyhow::Result<Motion>, String) {
+        let mut interview = Interview { input: lines.as_bytes(), output: Vec::new() };
+        let motion = interview.motion((command, 13.0));
+        (motion, String::from_utf8(interview.output).unwrap())
+    }
+
+    #[test]
+    fn tape_and_stopwatch_make_a_straight_run() {
+        let motion = said(STRAIGHT, "1.95\n12.8\n\n0.05\n").0.unwrap();
+
+        let expected = Motion::Straight {
+            commanded_m_s: 0.15,
+            distance_m: 1.95,
+            duration_s: 12.8,
+            lateral_m: None,
+            heading_change_rad: Some(0.05),
+        };
+        assert_eq!(motion, expected);
+    }
+
+    #[test]
+    fn the_time_of_a_turn_is_the_commanded_one_if_nobody_says_otherwise() {
+        let turn = ControllerParameters { speed_m_s: 0.0, turn_rate_rad_s: 0.5 };
+
+        let motion = said(turn, "6.1\n\n").0.unwrap();
+
+        let expected = Motion::Turn { commanded_rad_s: 0.5, angle_rad: 6.1, duration_s: 13.0 };
+        assert_eq!(motion, expected);
+    }
+
+    #[test]
+    fn what_is_no_number_is_asked_again() {
+        let turn = ControllerParameters { speed_m_s: 0.0, turn_rate_rad_s: 0.5 };
+
+        let (motion, asked) = said(turn, "a circle\n\n6.1\n\n");
+
+        let expected = Motion::Turn { commanded_rad_s: 0.5, angle_rad: 6.1, duration_s: 13.0 };
+        assert_eq!(motion.unwrap(), expected);
+        assert!(asked.contains("`a circle` is no number, expected one such as 1.98"), "{asked}");
+        assert_eq!(asked.matches("angle turned").count(), 3, "{asked}");
+    }
+
+    #[test]
+    fn a_closed_input_is_said() {
+        let error = said(STRAIGHT, "").0.unwrap_err().to_string();
+
+        assert!(error.contains("standard input ended before the answer to `distance"), "{error}");
+    }
+}

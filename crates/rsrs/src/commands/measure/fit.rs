@@ -1,0 +1,198 @@
+//! `rsrs measure fit`: from trials to a profile.
+
+mod text;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use rsrs_core::fit::{Details, Fit, SensorMap, Tables, Unmeasured, fit};
+use rsrs_core::trial::{detection_trials, period_trials, reduced, speed_trials, turn_trials};
+use rsrs_view::distribution::{self, DistributionPicture};
+use rsrs_view::sensor::{self, SensorPicture};
+use serde::Serialize;
+
+use crate::bag_trials::{self, BagTrials};
+use crate::commands::{Format, report};
+use crate::failure::{Outcome, explained, with_help};
+use crate::picture::PNG_WIDTH_PX;
+use crate::result_folder::write_file;
+use crate::trial_files::{names, table, trajectories};
+
+/// Fit a profile to trials: every number with its interval and where it comes from.
+///
+/// Tables are CSV with the header of `rsrs measure plan`. Straight runs, turns and control periods
+/// may come out of bags instead, and straight runs and turns out of trajectories; a table goes before
+/// them. Outliers are named, not dropped.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs measure fit --speed speed.csv --turn turn.csv --detection detection.csv --period period.csv \\
+      --name flockbot -o flockbot.yaml --pictures pictures
+  rsrs measure fit --bags straight_* turn_* --detection detection.csv --name flockbot -o flockbot.yaml
+  rsrs measure fit --speed speed.csv --turn turn.csv --detection detection.csv --name flockbot \\
+      --format json")]
+pub struct Arguments {
+    /// Straight runs: `robot,commanded_m_s,distance_m,duration_s[,lateral_m,heading_change_rad]`.
+    #[arg(long, value_name = "CSV", required_unless_present_any = ["trajectories", "bags"])]
+    speed: Option<PathBuf>,
+    /// Turns in place: `robot,commanded_rad_s,angle_rad,duration_s`.
+    #[arg(long, value_name = "CSV", required_unless_present_any = ["trajectories", "bags"])]
+    turn: Option<PathBuf>,
+    /// Detections: `robot,distance_m,bearing_rad,samples,detections`; no distance is no neighbour.
+    #[arg(long, value_name = "CSV")]
+    detection: PathBuf,
+    /// Control periods: `robot,period_s`.
+    #[arg(long, value_name = "CSV")]
+    period: Option<PathBuf>,
+    /// Trajectories:
+    /// `robot,trial,time_s,x_m,y_m,heading_rad,commanded_m_s,commanded_rad_s`.
+    #[arg(long, value_name = "CSV", num_args = 1..)]
+    trajectories: Vec<PathBuf>,
+    /// Bags of robots that drive alone: poses and commands are trajectories, and the stamps of
+    /// detections are control periods.
+    #[arg(long, value_name = "BAG", num_args = 1..)]
+    bags: Vec<PathBuf>,
+    /// Radius of a robot's body, in m (default: 0.075).
+    #[arg(long, value_name = "M")]
+    radius: Option<f64>,
+    /// Name of the kind of robot.
+    #[arg(long)]
+    name: String,
+    /// Profile to write (YAML).
+    #[arg(short, long, value_name = "PROFILE")]
+    output: Option<PathBuf>,
+    /// Folder to write the pictures into: the speeds of each robot, and the sensor.
+    #[arg(long, value_name = "DIR")]
+    pictures: Option<PathBuf>,
+    /// How to report.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// What a program is told: the report, and behind it all that it was made of.
+#[derive(Serialize)]
+struct Told<'a> {
+    #[serde(flatten)]
+    fitted: &'a Fit,
+    details: &'a Details,
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// If a table is wrong, with file and line, or says too little.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let unmeasured = unmeasured(arguments)?;
+    let (fitted, left_out) = fit_tables(arguments, &unmeasured)?;
+    if let Some(path) = &arguments.output {
+        let profile = fitted.profile(&arguments.name, &unmeasured);
+        let text = serde_saphyr::to_string(&profile).context("the profile as YAML")?;
+        write_file(path, text.as_bytes())?;
+    }
+    if let Some(folder) = &arguments.pictures {
+        draw(folder, &fitted, &arguments.name, unmeasured.radius_m)?;
+    }
+    let told = Told { fitted: &fitted, details: &fitted.details };
+    report(arguments.format, &told, &text::text(&arguments.name, &fitted, &left_out))?;
+    Ok(Outcome::Done)
+}
+
+fn unmeasured(arguments: &Arguments) -> anyhow::Result<Unmeasured> {
+    let mut unmeasured = Unmeasured::default();
+    if let Some(radius_m) = arguments.radius {
+        if !(radius_m > 0.0 && radius_m.is_finite()) {
+            bail!("the radius is {radius_m} m, expected a length above 0 m");
+        }
+        unmeasured.radius_m = radius_m;
+    }
+    Ok(unmeasured)
+}
+
+/// The fit, and the robots and trials whose trajectories are neither straight runs nor turns.
+fn fit_tables(
+    arguments: &Arguments,
+    unmeasured: &Unmeasured,
+) -> anyhow::Result<(Fit, Vec<(String, String)>)> {
+    let mut driven = trajectories(&arguments.trajectories)?;
+    let bags = bags(&arguments.bags)?;
+    driven.extend(bags.iter().flat_map(|(_, trials)| trials.driven.iter().cloned()));
+    let from_driven = reduced(&sources(arguments), &driven);
+    let speed = match &arguments.speed {
+        Some(path) => table(path, speed_trials)?,
+        None => from_driven.speed,
+    };
+    let turn = match &arguments.turn {
+        Some(path) => table(path, turn_trials)?,
+        None => from_driven.turn,
+    };
+    let detection = table(&arguments.detection, detection_trials)?;
+    let period = match &arguments.period {
+        Some(path) => Some(table(path, period_trials)?),
+        None => bag_trials::period_table(&bags),
+    };
+    let tables = Tables {
+        speed: &speed,
+        turn: &turn,
+        detection: &detection,
+        period: period.as_ref(),
+        driven: &driven,
+    };
+    let fitted = fit(tables, unmeasured).map_err(|error| {
+        let (message, help) = (error.to_string(), error.help());
+        explained(error, message, Some(&help))
+    })?;
+    Ok((fitted, from_driven.left_out))
+}
+
+fn bags(paths: &[PathBuf]) -> anyhow::Result<Vec<(PathBuf, BagTrials)>> {
+    paths
+        .iter()
+        .map(|path| {
+            if !bag_trials::is_bag(path) {
+                return Err(with_help(
+                    format!("{} is not a bag: neither a folder nor an .mcap file", path.display()),
+                    "tables of trajectories go to `--trajectories`",
+                ));
+            }
+            Ok((path.clone(), bag_trials::read(path)?))
+        })
+        .collect()
+}
+
+/// Where trajectories are from: all names of a few, the first of many.
+fn sources(arguments: &Arguments) -> String {
+    let paths: Vec<&PathBuf> = arguments.trajectories.iter().chain(&arguments.bags).collect();
+    names(&paths)
+}
+
+fn draw(folder: &Path, fitted: &Fit, name: &str, radius_m: f64) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    let map: &SensorMap = &fitted.details.sensor;
+    let speeds = distribution::svg(&DistributionPicture {
+        speeds: &fitted.speed,
+        title: format!("Speeds of {name}"),
+        subtitle: format!(
+            "{} trials of {} robots",
+            fitted.details.speed.n_trials, fitted.details.speed.n_robots
+        ),
+    })?;
+    let seen = sensor::svg(&SensorPicture {
+        map,
+        simulated_m: &map.polygon_m,
+        radius_m,
+        title: format!("Sensor of {name}"),
+        subtitle: format!(
+            "{} places; detects {:.2} in the polygon, {:.3} without a neighbour",
+            map.nodes.len(),
+            map.true_positive.value,
+            map.false_positive.value
+        ),
+    })?;
+    for (picture, svg) in [("speeds", speeds), ("sensor", seen)] {
+        write_file(&folder.join(format!("{picture}.svg")), svg.as_bytes())?;
+        let png = rsrs_view::raster::png(&svg, PNG_WIDTH_PX)?;
+        write_file(&folder.join(format!("{picture}.png")), &png)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,185 @@
+//! A fit in words: every number with its 95 % interval.
+
+use rsrs_core::fit::{Details, Fit, Population};
+use rsrs_core::variance::Estimate;
+
+use crate::table_text::columns;
+
+/// The report of a fit.
+///
+/// # Arguments
+///
+/// * `name` — the kind of robot.
+/// * `left_out` — robots and trials that are neither straight runs nor turns in place.
+pub fn text(name: &str, fitted: &Fit, left_out: &[(String, String)]) -> String {
+    let details = &fitted.details;
+    let mut blocks = vec![
+        format!(
+            "{name}: {} straight runs and {} turns of {} robots; intervals are 95 %",
+            details.speed.n_trials,
+            details.turn.n_trials,
+            details.speed.n_robots.max(details.turn.n_robots)
+        ),
+        speeds(fitted),
+        turns(fitted),
+        spreads(details),
+    ];
+    if let Some(strays) = strays(details) {
+        blocks.push(strays);
+    }
+    blocks.push(sensor(fitted));
+    blocks.push(period(details));
+    let mut notes: Vec<String> =
+        details.cautions.iter().map(|caution| format!("note: {caution}")).collect();
+    notes.extend(left_out.iter().map(|(robot, trial)| {
+        format!(
+            "note: trial `{trial}` of {robot} is neither a straight run nor a turn in place; only \
+             its noise from step to step counts"
+        )
+    }));
+    if !notes.is_empty() {
+        blocks.push(notes.join("\n"));
+    }
+    blocks.join("\n\n")
+}
+
+fn speeds(fitted: &Fit) -> String {
+    let mut rows =
+        vec![["speed", "commanded", "mean", "sd", "gain", "interval", "trials"].map(str::to_owned)];
+    for fit in &fitted.speed {
+        rows.push([
+            fit.robot.clone(),
+            format!("{} m/s", fit.commanded_m_s),
+            format!("{:.4}", fit.mean_m_s),
+            fit.sd_m_s.map_or_else(|| "-".to_owned(), |sd_m_s| format!("{sd_m_s:.5}")),
+            format!("{:.3}", fit.gain),
+            bounds(fit.gain_low, fit.gain_high),
+            fit.n_trials.to_string(),
+        ]);
+    }
+    rows.extend(of_all(&fitted.details.speed, "m/s"));
+    columns(&rows)
+}
+
+fn turns(fitted: &Fit) -> String {
+    let mut rows =
+        vec![["turn", "commanded", "mean", "sd", "gain", "interval", "trials"].map(str::to_owned)];
+    for fit in &fitted.turn {
+        rows.push([
+            fit.robot.clone(),
+            format!("{} rad/s", fit.commanded_rad_s),
+            format!("{:.4}", fit.mean_rad_s),
+            fit.sd_rad_s.map_or_else(|| "-".to_owned(), |sd_rad_s| format!("{sd_rad_s:.5}")),
+            format!("{:.3}", fit.gain),
+            bounds(fit.gain_low, fit.gain_high),
+            fit.n_trials.to_string(),
+        ]);
+    }
+    rows.extend(of_all(&fitted.details.turn, "rad/s"));
+    columns(&rows)
+}
+
+/// The mean over robots at each command: what the profile takes.
+fn of_all(population: &Population, unit: &str) -> Vec<[String; 7]> {
+    let row = |at: &rsrs_core::fit::CommandGain| {
+        let robots = if at.n_robots == 1 { "robot" } else { "robots" };
+        [
+            format!("{} {robots}", at.n_robots),
+            format!("{} {unit}", at.command),
+            String::new(),
+            String::new(),
+            format!("{:.3}", at.gain.value),
+            bounds(at.gain.low, at.gain.high),
+            String::new(),
+        ]
+    };
+    population.by_command.iter().map(row).collect()
+}
+
+fn spreads(details: &Details) -> String {
+    let mut rows = Vec::new();
+    for (what, population) in [("speed", &details.speed), ("turn", &details.turn)] {
+        for (between, sd) in [("robots", population.robot_sd), ("trials", population.trial_sd)] {
+            rows.push([
+                format!("sd of the {what} gain between {between}"),
+                sd.map_or_else(|| "unknown".to_owned(), |sd| number(sd.value)),
+                sd.map_or_else(String::new, |sd| bounds(sd.low, sd.high)),
+            ]);
+        }
+    }
+    columns(&rows)
+}
+
+/// What a robot does that nobody asked for.
+fn strays(details: &Details) -> Option<String> {
+    let mut rows = Vec::new();
+    let mut row = |what: &str, sd: Option<Estimate>| {
+        if let Some(sd) = sd {
+            rows.push([what.to_owned(), number(sd.value), bounds(sd.low, sd.high)]);
+        }
+    };
+    if let Some(drift) = details.drift {
+        row("sd of the turn bias between robots (rad/s)", Some(drift.bias_sd_rad_s));
+        row("heading noise in a period, by straight runs (rad)", drift.heading_noise_sd_rad);
+        row("gusts on each axis (m/s)", drift.gust_sd_m_s);
+    }
+    if let Some(steps) = details.steps {
+        let noise = Some(steps.heading_noise_sd_rad);
+        row("heading noise in a period, by trajectories (rad)", noise);
+        row("sd of the speed gain from step to step", steps.speed_step_sd);
+    }
+    (!rows.is_empty()).then(|| columns(&rows))
+}
+
+fn sensor(fitted: &Fit) -> String {
+    let sensor = &fitted.sensor;
+    let corners: Vec<String> =
+        sensor.polygon_m.iter().map(|[x_m, y_m]| format!("({x_m:.3}, {y_m:.3})")).collect();
+    let rates = columns(&[
+        [
+            "true positives in the polygon".to_owned(),
+            format!("{:.4}", sensor.true_positive),
+            bounds(Some(sensor.true_positive_low), Some(sensor.true_positive_high)),
+        ],
+        [
+            "false positives without a neighbour".to_owned(),
+            format!("{:.4}", sensor.false_positive),
+            bounds(Some(sensor.false_positive_low), Some(sensor.false_positive_high)),
+        ],
+    ]);
+    format!(
+        "{rates}\npolygon for centres, m ahead and left, inside the 80 % contour of {} corners:\n  {}",
+        fitted.details.sensor.contour_m.len(),
+        corners.join(" ")
+    )
+}
+
+fn period(details: &Details) -> String {
+    let Some(period) = details.period else {
+        return "control period: not measured".to_owned();
+    };
+    let jitter = period.jitter_s.map_or_else(String::new, |sd| {
+        format!(", jitter {:.4} s ({})", sd.value, bounds(sd.low, sd.high))
+    });
+    let of_period = period.period_s;
+    format!(
+        "control period: {:.4} s ({}){jitter}, longest {:.4} s",
+        of_period.value,
+        bounds(of_period.low, of_period.high),
+        period.longest_s
+    )
+}
+
+/// A number of any size, four digits of it.
+fn number(value: f64) -> String {
+    if value == 0.0 || value.abs() >= 0.01 { format!("{value:.4}") } else { format!("{value:.6}") }
+}
+
+fn bounds(low: Option<f64>, high: Option<f64>) -> String {
+    match (low, high) {
+        (Some(low), Some(high)) => format!("{} to {}", number(low), number(high)),
+        (Some(low), None) => format!("{} or more", number(low)),
+        (None, Some(high)) => format!("up to {}", number(high)),
+        (None, None) => "no interval".to_owned(),
+    }
+}

@@ -1,0 +1,133 @@
+//! `rsrs measure plan`: which trials are worth running.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use rsrs_core::plan::{Plan, PlanRequest};
+use rsrs_fleet::fleet_file::FleetFile;
+
+use crate::commands::{Format, report};
+use crate::failure::{Outcome, explained, with_help};
+use crate::result_folder::write_file;
+
+/// List the trials that are worth running, and make the tables to fill in.
+///
+/// Robots are spread over the fleet, commands over the safe limits. The number of repetitions is what
+/// the wanted precision takes. The defaults are the paper's procedure with a Flockbot.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs measure plan launch_configs/fleets/nine_virtual.yaml -o trials
+  rsrs measure plan fleet.yaml --speed 0.05,0.30 --turn-rate 0.25,2.0 -o trials")]
+pub struct Arguments {
+    /// Fleet file (YAML).
+    fleet: PathBuf,
+    /// Robots to measure at most (default: 5).
+    #[arg(long, value_name = "N")]
+    robots: Option<usize>,
+    /// Least and greatest safe speed, in m/s (default: 0.02,0.3).
+    #[arg(long, value_name = "LOW,HIGH", value_parser = limits)]
+    speed: Option<[f64; 2]>,
+    /// Least and greatest safe turning rate, in rad/s (default: 0.1,2.5).
+    #[arg(long, value_name = "LOW,HIGH", value_parser = limits)]
+    turn_rate: Option<[f64; 2]>,
+    /// Commands of each kind, evenly spaced within the limits (default: 5).
+    #[arg(long, value_name = "N")]
+    commands: Option<usize>,
+    /// Half of the width of the 95 % interval of each robot's gain (default: 0.02).
+    #[arg(long, value_name = "GAIN")]
+    precision: Option<f64>,
+    /// Spread of the gain between trials that is expected (default: 0.02).
+    #[arg(long, value_name = "GAIN")]
+    trial_sd: Option<f64>,
+    /// Length of the straight track, in m (default: 2).
+    #[arg(long, value_name = "M")]
+    track: Option<f64>,
+    /// How far the sensor is expected to reach, centre to centre, in m (default: 0.75).
+    #[arg(long, value_name = "M")]
+    range: Option<f64>,
+    /// Folder to make for the sheet and the tables; it must not exist.
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// How to report.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+fn limits(text: &str) -> Result<[f64; 2], String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map(|number| number.trim().parse().map_err(|error| format!("`{number}`: {error}")))
+        .collect::<Result<_, _>>()?;
+    numbers.try_into().map_err(|found: Vec<f64>| {
+        format!("found {} numbers, expected the least and the greatest: 0.02,0.3", found.len())
+    })
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// If the fleet file is wrong, a number cannot be meant, or the folder exists.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let plan = Plan::new(request(arguments)?)?;
+    let mut text = plan.text();
+    if let Some(folder) = &arguments.output {
+        write(folder, &plan)?;
+        text.push_str(&next(folder));
+    }
+    report(arguments.format, &plan, &text)?;
+    Ok(Outcome::Done)
+}
+
+fn request(arguments: &Arguments) -> anyhow::Result<PlanRequest> {
+    let name = arguments.fleet.display().to_string();
+    let text =
+        std::fs::read_to_string(&arguments.fleet).with_context(|| format!("cannot read {name}"))?;
+    let fleet = FleetFile::parse(&name, &text).map_err(|error| {
+        let (message, help) = (error.to_string(), error.help());
+        explained(error, message, help.as_deref())
+    })?;
+    let usual = PlanRequest::default();
+    Ok(PlanRequest {
+        robots: fleet.enabled().into_iter().map(str::to_owned).collect(),
+        n_robots: arguments.robots.unwrap_or(usual.n_robots),
+        limits_m_s: arguments.speed.unwrap_or(usual.limits_m_s),
+        limits_rad_s: arguments.turn_rate.unwrap_or(usual.limits_rad_s),
+        n_commands: arguments.commands.unwrap_or(usual.n_commands),
+        track_m: arguments.track.unwrap_or(usual.track_m),
+        gain_precision: arguments.precision.unwrap_or(usual.gain_precision),
+        trial_sd: arguments.trial_sd.unwrap_or(usual.trial_sd),
+        range_m: arguments.range.unwrap_or(usual.range_m),
+        ..usual
+    })
+}
+
+fn next(folder: &Path) -> String {
+    let folder = folder.display();
+    format!(
+        "\nThe sheet and the tables to fill in are in {folder}.\n\
+         next: rsrs measure fit --speed {folder}/speed.csv --turn {folder}/turn.csv \\\n    \
+         --detection {folder}/detection.csv --period {folder}/period.csv --name NAME -o PROFILE.yaml\n"
+    )
+}
+
+fn write(folder: &Path, plan: &Plan) -> anyhow::Result<()> {
+    if folder.exists() {
+        return Err(with_help(
+            format!("{} exists", folder.display()),
+            "give another folder with `-o`: tables that are filled in are not overwritten",
+        ));
+    }
+    std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    for (name, text) in [
+        ("sheet.txt", plan.text()),
+        ("speed.csv", plan.speed_csv()),
+        ("turn.csv", plan.turn_csv()),
+        ("detection.csv", plan.detection_csv()),
+        ("period.csv", plan.period_csv()),
+    ] {
+        write_file(&folder.join(name), text.as_bytes())?;
+    }
+    Ok(())
+}

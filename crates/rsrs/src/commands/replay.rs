@@ -1,0 +1,137 @@
+//! `rsrs replay`: a bag back on the network, or into today's controller.
+
+mod controls;
+mod into_controller;
+mod publish;
+mod selection;
+
+use std::path::PathBuf;
+
+use rsrs_core::controller::ControllerParameters;
+use rsrs_ros::logging::{self, Level};
+
+use crate::commands::Format;
+use crate::commands::run::{chosen_network, runtime};
+use crate::failure::Outcome;
+use crate::recorded_run;
+
+/// Publish a bag on the network, or feed it to the controller.
+///
+/// On the network, messages go out at the pace of their recording and with the quality of service that
+/// was recorded; `/clock` says the recorded time. Topics that move robots or permit them to move
+/// (velocity commands, leases, the e-stop, statuses) are left out unless `--topics` names them. In a
+/// terminal, Enter pauses and goes on, `s` and Enter makes a step, `q` and Enter ends.
+///
+/// With `--into controller` nothing is published: recorded detections are fed to the controller of
+/// this program, and its commands are compared with the recorded ones. Exit code 3 says that they
+/// differ.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs replay results/run_1 --interface lo --rate 4
+  rsrs replay results/run_1 --interface wlan0 --topics /robot_1/odom /robot_2/odom --loop
+  rsrs replay results/run_1 --into controller")]
+pub struct Arguments {
+    /// Bag: a rosbag2 folder or a single .mcap file.
+    bag: PathBuf,
+    /// Network interface to publish on, by name or address (or `RSRS_INTERFACE`).
+    #[arg(long, value_name = "NAME|IP")]
+    interface: Option<String>,
+    /// How many times faster than it was recorded (default: 1).
+    #[arg(long, value_name = "R", default_value_t = 1.0, hide_default_value = true,
+          value_parser = positive)]
+    rate: f64,
+    /// Topics to publish (default: all that neither move robots nor permit it).
+    #[arg(long, value_name = "TOPIC", num_args = 1..)]
+    topics: Vec<String>,
+    /// Start again at the end, until SIGINT or SIGTERM.
+    #[arg(long = "loop")]
+    is_loop: bool,
+    /// Leave out what was recorded in the first S seconds (default: 0).
+    #[arg(long, value_name = "S", default_value_t = 0.0, hide_default_value = true,
+          value_parser = not_negative)]
+    start: f64,
+    /// Time for subscribers to find the topics before the first message, in s (default: 1).
+    #[arg(long, value_name = "S", default_value_t = 1.0, hide_default_value = true,
+          value_parser = not_negative)]
+    delay: f64,
+    /// Start paused; needs a terminal to go on.
+    #[arg(long)]
+    pause: bool,
+    /// Feed the bag to a part of this program, instead of publishing it.
+    #[arg(long, value_enum, conflicts_with_all =
+          ["interface", "rate", "topics", "is_loop", "start", "delay", "pause"])]
+    into: Option<Target>,
+    /// Speed of the controller, in m/s (default: what the bag's record says).
+    #[arg(long, value_name = "M_PER_S", requires_all = ["into", "turn_rate"], value_parser = not_negative)]
+    speed: Option<f64>,
+    /// Turning rate of the controller, in rad/s (default: what the bag's record says).
+    #[arg(long, value_name = "RAD_PER_S", requires_all = ["into", "speed"], value_parser = not_negative)]
+    turn_rate: Option<f64>,
+    /// How to report.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Target {
+    /// The controller: detections in, commands out.
+    Controller,
+}
+
+/// How to publish a bag.
+struct Pace {
+    /// How many times faster than recorded; positive.
+    rate: f64,
+    /// Whether to start again at the end.
+    is_loop: bool,
+    /// How much of the beginning to leave out, in seconds.
+    start_s: f64,
+    /// How long to wait for subscribers, in seconds.
+    delay_s: f64,
+    /// Whether to start paused.
+    is_paused: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// If the bag cannot be read; if no interface is chosen or the network cannot be used; if a topic is
+/// not in the bag; if nobody knows what the controller was set to.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let bag = recorded_run::open(&arguments.bag)?;
+    if let Some(Target::Controller) = arguments.into {
+        let set = arguments.speed.zip(arguments.turn_rate);
+        let parameters = set.map(|(speed_m_s, turn_rate_rad_s)| ControllerParameters {
+            speed_m_s,
+            turn_rate_rad_s,
+        });
+        return into_controller::run(&bag, parameters, arguments.format);
+    }
+    logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+    let network = chosen_network(arguments.interface.as_deref())?;
+    let selection = selection::select(&bag, &arguments.topics)?;
+    let pace = Pace {
+        rate: arguments.rate,
+        is_loop: arguments.is_loop,
+        start_s: arguments.start,
+        delay_s: arguments.delay,
+        is_paused: arguments.pause,
+    };
+    runtime()?.block_on(publish::run(&bag, (&selection, &pace), &network, arguments.format))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
+        _ => Err("expected a positive number".to_owned()),
+    }
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() && number >= 0.0 => Ok(number),
+        _ => Err("expected a number that is not negative".to_owned()),
+    }
+}

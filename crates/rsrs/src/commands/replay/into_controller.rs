@@ -1,0 +1,272 @@
+//! Recorded detections into today's controller: does it still command what it did on the floor?
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use anyhow::Context;
+use rsrs_bags::{Bag, BagError, BagMessage};
+use rsrs_core::controller::{Command, ControllerParameters, decide};
+use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
+use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::{RosMessage, cdr, topics};
+use serde::Serialize;
+
+use crate::commands::{Format, report};
+use crate::failure::{Outcome, with_help};
+use crate::recorded_run;
+use crate::wording::{count, counted};
+
+/// What came of it.
+#[derive(Serialize)]
+struct Report {
+    bag: PathBuf,
+    /// What the controller was set to.
+    controller: ControllerParameters,
+    /// Robot by robot.
+    robots: Vec<RobotReport>,
+    /// Commands that were compared.
+    n_steps: u64,
+    /// Commands that differ.
+    n_different: u64,
+    /// Detections that no recorded command answers.
+    n_unanswered: u64,
+    /// Recorded commands that no detection called for.
+    n_unasked: u64,
+}
+
+/// What came of one robot.
+#[derive(Serialize)]
+struct RobotReport {
+    robot: String,
+    n_steps: u64,
+    n_different: u64,
+    n_unanswered: u64,
+    n_unasked: u64,
+    /// The first command that differs.
+    first: Option<Difference>,
+}
+
+/// A command that differs.
+#[derive(Clone, Copy, Serialize)]
+struct Difference {
+    /// When it was recorded, in seconds of log time.
+    time_s: f64,
+    /// What the robot saw.
+    detected: bool,
+    /// What was recorded.
+    recorded: Command,
+    /// What the controller says today.
+    today: Command,
+}
+
+/// What a bag tells of one robot, in order of log time.
+#[derive(Default)]
+struct Recorded {
+    detections: Vec<(u64, bool)>,
+    commands: Vec<(u64, Command)>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// If the bag cannot be read, has no robot with detections and commands, or does not say what the
+/// controller was set to.
+pub fn run(
+    bag: &Bag,
+    parameters: Option<ControllerParameters>,
+    format: Format,
+) -> anyhow::Result<Outcome> {
+    let name = bag.path().display().to_string();
+    let controller = match parameters {
+        Some(parameters) => parameters,
+        None => recorded_parameters(bag, &name)?,
+    };
+    let (recorded, running) = collect(bag).with_context(|| name.clone())?;
+    let robots: Vec<RobotReport> = recorded
+        .into_iter()
+        .filter(|(_, recorded)| !recorded.detections.is_empty() && !recorded.commands.is_empty())
+        .map(|(robot, recorded)| compare(robot, &recorded, (running, controller)))
+        .collect();
+    if robots.is_empty() {
+        return Err(with_help(
+            format!("{name}: no robot has both detections and commands"),
+            "record /<robot>/detection and /<robot>/cmd_vel",
+        ));
+    }
+    let sum = |of: fn(&RobotReport) -> u64| robots.iter().map(of).sum();
+    let result = Report {
+        bag: bag.path().to_owned(),
+        controller,
+        n_steps: sum(|robot| robot.n_steps),
+        n_different: sum(|robot| robot.n_different),
+        n_unanswered: sum(|robot| robot.n_unanswered),
+        n_unasked: sum(|robot| robot.n_unasked),
+        robots,
+    };
+    report(format, &result, &text(&result))?;
+    let is_same = result.n_different + result.n_unanswered + result.n_unasked == 0;
+    Ok(if is_same && result.n_steps > 0 { Outcome::Done } else { Outcome::NegativeAnswer })
+}
+
+fn recorded_parameters(bag: &Bag, name: &str) -> anyhow::Result<ControllerParameters> {
+    let record = recorded_run::record_in(bag)?;
+    record.map(|record| record.conditions.controller).ok_or_else(|| {
+        with_help(
+            format!("{name}: does not say what the controller was set to"),
+            "say it with `--speed M_PER_S --turn-rate RAD_PER_S`",
+        )
+    })
+}
+
+/// The time in which the lease said RUNNING, both ends included; all of it without a lease.
+type Running = (u64, u64);
+
+fn collect(bag: &Bag) -> anyhow::Result<(BTreeMap<String, Recorded>, Running)> {
+    let wanted = bag.topics().into_iter().map(|topic| topic.name).filter(|name| {
+        name == topics::LEASE.name
+            || robot_of(name, topics::DETECTION.name).is_some()
+            || robot_of(name, topics::CMD_VEL.name).is_some()
+    });
+    let wanted: Vec<String> = wanted.collect();
+    let has_lease = wanted.iter().any(|name| name == topics::LEASE.name);
+    let mut recorded: BTreeMap<String, Recorded> = BTreeMap::new();
+    let (mut start_ns, mut end_ns) = if has_lease { (None, None) } else { (Some(0), None) };
+    for message in bag.messages_on(wanted) {
+        let message = match message {
+            Ok(message) => message,
+            // What came before the break is compared.
+            Err(BagError::Incomplete { .. }) => continue,
+            Err(error) => return Err(error.into()),
+        };
+        let at_ns = message.log_time_ns;
+        if message.type_name.as_ref() == RunLease::TYPE_NAME {
+            let lease: RunLease = decode(&message)?;
+            match (lease.state == RunLease::RUNNING, start_ns) {
+                (true, None) => start_ns = Some(at_ns),
+                (false, Some(_)) => end_ns = end_ns.or(Some(at_ns)),
+                (true, Some(_)) | (false, None) => {}
+            }
+        } else if let Some(robot) = robot_of(&message.topic, topics::DETECTION.name) {
+            let Bool { data } = decode(&message)?;
+            recorded.entry(robot.to_owned()).or_default().detections.push((at_ns, data));
+        } else if let Some(robot) = robot_of(&message.topic, topics::CMD_VEL.name) {
+            let twist = if message.type_name.as_ref() == TwistStamped::TYPE_NAME {
+                decode::<TwistStamped>(&message)?.twist
+            } else {
+                decode::<Twist>(&message)?
+            };
+            let command = Command { speed_m_s: twist.linear.x, turn_rate_rad_s: twist.angular.z };
+            recorded.entry(robot.to_owned()).or_default().commands.push((at_ns, command));
+        }
+    }
+    // A lease that never said RUNNING leaves nothing to compare.
+    Ok((recorded, (start_ns.unwrap_or(u64::MAX), end_ns.unwrap_or(u64::MAX))))
+}
+
+/// The robot whose topic this is: `robot_3` for `/robot_3/detection`.
+fn robot_of<'a>(topic: &'a str, relative: &str) -> Option<&'a str> {
+    let robot = topic.strip_prefix('/')?.strip_suffix(relative)?.strip_suffix('/')?;
+    (!robot.is_empty() && !robot.contains("/hardware")).then_some(robot)
+}
+
+fn decode<M: RosMessage>(message: &BagMessage) -> anyhow::Result<M> {
+    let time_s = message.log_time_ns as f64 / 1e9;
+    cdr::decode(&message.bytes)
+        .with_context(|| format!("a message on {} at {time_s:.3} s does not decode", message.topic))
+}
+
+/// Answers every detection of the running time as the controller does today.
+///
+/// A command answers the latest detection that came before it, or up to a quarter of a period after
+/// it: a recorder may hear two topics the other way round.
+fn compare(
+    robot: String,
+    recorded: &Recorded,
+    (running, controller): (Running, ControllerParameters),
+) -> RobotReport {
+    let is_running = |at_ns: u64| (running.0..=running.1).contains(&at_ns);
+    let slack_ns = period_ns(&recorded.detections) / 4;
+    let mut report = RobotReport {
+        robot,
+        n_steps: 0,
+        n_different: 0,
+        n_unanswered: 0,
+        n_unasked: 0,
+        first: None,
+    };
+    let mut is_answered = vec![false; recorded.detections.len()];
+    for &(at_ns, command) in recorded.commands.iter().filter(|(at_ns, _)| is_running(*at_ns)) {
+        let n_before =
+            recorded.detections.partition_point(|(seen_ns, _)| *seen_ns <= at_ns + slack_ns);
+        let answered = n_before.checked_sub(1).filter(|index| !is_answered[*index]);
+        let Some(answered) = answered else {
+            report.n_unasked += 1;
+            continue;
+        };
+        is_answered[answered] = true;
+        report.n_steps += 1;
+        let (_, detected) = recorded.detections[answered];
+        let today = decide(detected, controller);
+        if today != command {
+            report.n_different += 1;
+            let time_s = at_ns as f64 / 1e9;
+            report.first.get_or_insert(Difference { time_s, detected, recorded: command, today });
+        }
+    }
+    // The answer to the last detection may have come after the end.
+    let last = recorded.detections.iter().rposition(|(at_ns, _)| is_running(*at_ns)).unwrap_or(0);
+    let unanswered = recorded.detections[..last].iter().zip(&is_answered);
+    report.n_unanswered = unanswered
+        .filter(|((at_ns, _), is_answered)| is_running(*at_ns) && !**is_answered)
+        .count() as u64;
+    report
+}
+
+/// The median distance of detections, in nanoseconds; 0 for less than two.
+fn period_ns(detections: &[(u64, bool)]) -> u64 {
+    let mut distances: Vec<u64> =
+        detections.windows(2).map(|pair| pair[1].0.saturating_sub(pair[0].0)).collect();
+    distances.sort_unstable();
+    distances.get(distances.len() / 2).copied().unwrap_or(0)
+}
+
+fn text(result: &Report) -> String {
+    let mut text = format!(
+        "{}: {} of {} compared, {} different",
+        result.bag.display(),
+        counted(result.n_steps, "command"),
+        counted(result.robots.len() as u64, "robot"),
+        count(result.n_different)
+    );
+    for (n, what) in [
+        (result.n_unanswered, "detection without a recorded command"),
+        (result.n_unasked, "command without a detection"),
+    ] {
+        if n > 0 {
+            let plural = what.replacen(' ', "s ", usize::from(n > 1));
+            write!(text, ", {} {plural}", count(n)).expect("a string takes any text");
+        }
+    }
+    for robot in &result.robots {
+        let Some(first) = robot.first else { continue };
+        let said = |command: Command| {
+            format!("{:.3} m/s, {:.3} rad/s", command.speed_m_s, command.turn_rate_rad_s)
+        };
+        let saw = if first.detected { "something" } else { "nothing" };
+        write!(
+            text,
+            "\n  {}: {} different, the first at {:.3} s: it saw {saw}, the recording has {}, today's \
+             controller says {}",
+            robot.robot,
+            count(robot.n_different),
+            first.time_s,
+            said(first.recorded),
+            said(first.today)
+        )
+        .expect("a string takes any text");
+    }
+    text
+}

@@ -1,0 +1,233 @@
+//! `rsrs report`: a sweep and the runs that were held against it, as one HTML file.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use rsrs_core::certainty::Certainty;
+use rsrs_core::choice::Choice;
+use rsrs_core::phase::{Phase, WINDOW_S};
+use rsrs_view::diagram::ExperimentMark;
+use rsrs_view::page::Page;
+use rsrs_view::trajectory::{TrajectoryPicture, svg};
+use serde::Serialize;
+
+use crate::commands::compare::{Labeller, compare};
+use crate::commands::{Format, report};
+use crate::comparison_report::{ComparedBag, ComparedCell, Report as Comparison};
+use crate::failure::{Outcome, in_one_line, with_help};
+use crate::labelling::{LabelOptions, Labelled, judge};
+use crate::picture::{self, Wish};
+use crate::provenance;
+use crate::result_folder::{self, SweepResult, write_file};
+use crate::wording::{counted, size};
+
+/// Write one HTML file with the diagram, the chosen cell, every run from above, and the comparison.
+///
+/// The file needs no other and asks for nothing from the network: it can be mailed, printed and kept.
+/// Runs are labelled and compared as `rsrs compare` does it. Exit code 3 says that the claim is
+/// violated.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs report results/flockbot --bags runs/monday_* -o monday.html
+  rsrs report results/flockbot --bags runs/monday_* --labels human:ana -o monday.html")]
+pub struct Arguments {
+    /// Folder of a sweep; with `choice.json` in it, the chosen cell is shown, too.
+    folder: PathBuf,
+    /// Bags of runs: rosbag2 folders or single .mcap files.
+    #[arg(long, required = true, num_args = 1.., value_name = "BAG")]
+    bags: Vec<PathBuf>,
+    /// Whose labels count: the judge's, or those of one person, as `human:WHO` (default: judge).
+    #[arg(
+        long,
+        value_name = "judge|human:WHO",
+        default_value = "judge",
+        hide_default_value = true
+    )]
+    labels: Labeller,
+    /// File to write; one that exists is replaced.
+    #[arg(short, long, value_name = "FILE.html")]
+    output: PathBuf,
+    /// How to report.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// What was written.
+#[derive(Serialize)]
+struct Summary {
+    report: PathBuf,
+    n_bytes: u64,
+    comparison: Comparison,
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// As [`compare`], and if the report cannot be written.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    if arguments.output.extension().is_none_or(|ending| ending != "html") {
+        return Err(with_help(
+            format!("{} does not end in .html", arguments.output.display()),
+            "name the report `-o report.html`",
+        ));
+    }
+    let result = result_folder::read(&arguments.folder)?;
+    let choice = result_folder::read_choice(&arguments.folder)?;
+    let comparison = compare(&arguments.folder, &arguments.bags, &arguments.labels)?;
+    let html = page(&arguments.folder, (&result, choice.as_ref()), &comparison)?;
+    write_file(&arguments.output, html.as_bytes())?;
+    let n_bytes = html.len() as u64;
+    let summary = Summary { report: arguments.output.clone(), n_bytes, comparison };
+    let runs = counted(summary.comparison.bags.len() as u64, "run");
+    let said = format!("{}: {runs}, {}", arguments.output.display(), size(n_bytes));
+    report(arguments.format, &summary, &said)?;
+    Ok(summary.comparison.outcome())
+}
+
+fn page(
+    folder: &Path,
+    (result, choice): (&SweepResult, Option<&Choice>),
+    comparison: &Comparison,
+) -> anyhow::Result<String> {
+    let mut page = Page::new(&format!("Simulated and real runs: {}", result.source.profile.name));
+    page.paragraph(&comparison.verdict_in_words());
+    for note in &comparison.notes {
+        page.paragraph(&format!("Note: {note}."));
+    }
+
+    page.heading("Phase diagram");
+    let wish = Wish {
+        chosen: choice.map(|choice| choice.cell.clone()),
+        experiments: marks(comparison),
+        ..Wish::default()
+    };
+    page.figure(&picture::of_sweep(result, &wish)?, &[]);
+    if let Some(choice) = choice {
+        page.paragraph(&chosen(choice));
+    }
+
+    page.heading("Comparison, cell by cell");
+    let rows: Vec<[String; 5]> = comparison.cells.iter().map(row_of_cell).collect();
+    page.table(["cell", "real runs", "simulated runs", "p, corrected", "verdict"], &rows);
+
+    page.heading("Runs");
+    page.figures(&comparison.bags.iter().map(figure).collect::<anyhow::Result<Vec<_>>>()?);
+    if !comparison.not_counted.is_empty() {
+        page.heading("Runs that do not count");
+        let rows: Vec<[String; 3]> = comparison
+            .not_counted
+            .iter()
+            .map(|run| [run.bag.display().to_string(), run.ending.to_owned(), run.reason.clone()])
+            .collect();
+        page.table(["bag", "ending", "cause"], &rows);
+    }
+
+    page.heading("How it was made");
+    page.paragraph(&format!(
+        "rsrs {}, commit {}; sweep in {} by rsrs {}, commit {}, seed {}.",
+        env!("CARGO_PKG_VERSION"),
+        provenance::COMMIT,
+        folder.display(),
+        result.source.provenance.version,
+        result.source.provenance.commit,
+        result.source.sweep.seed
+    ));
+    page.details("The comparison as text", &comparison.to_string());
+    let sweep = serde_saphyr::to_string(&result.source).context("the sweep as YAML")?;
+    page.details("The sweep with its profile", &sweep);
+    Ok(page.finish())
+}
+
+fn marks(comparison: &Comparison) -> Vec<ExperimentMark> {
+    let of_cell = |cell: &ComparedCell| {
+        let (place, real) = (cell.cell.clone(), cell.real);
+        Phase::ALL.into_iter().filter_map(move |phase| {
+            let n = real.get(phase);
+            (n > 0).then(|| ExperimentMark { cell: place.clone(), phase, n })
+        })
+    };
+    comparison.cells.iter().flat_map(of_cell).collect()
+}
+
+fn chosen(choice: &Choice) -> String {
+    format!(
+        "Chosen cell: {}; {:.1} % of {} milled (95 % interval {:.1} to {:.1} %).",
+        choice.cell,
+        100.0 * choice.b_s,
+        counted(choice.n_replicates, "fresh simulated run"),
+        100.0 * choice.b_s_low,
+        100.0 * choice.b_s_high
+    )
+}
+
+fn row_of_cell(cell: &ComparedCell) -> [String; 5] {
+    let share = |share: f64, low: f64, high: f64, n: u64| {
+        let [share, low, high] = [share, low, high].map(|share| 100.0 * share);
+        format!("{share:.1} % of {n} milled ({low:.1} to {high:.1} %)")
+    };
+    [
+        cell.cell.to_string(),
+        share(cell.b_r, cell.b_r_low, cell.b_r_high, cell.n_real),
+        share(cell.b_s, cell.b_s_low, cell.b_s_high, cell.n_simulated),
+        format!("{:.3}", cell.p_corrected),
+        cell.verdict_in_a_word().to_owned(),
+    ]
+}
+
+/// A run from above, with its label; without poses, its label alone.
+fn figure(run: &ComparedBag) -> anyhow::Result<(String, Vec<String>)> {
+    let labelled = &run.labelled;
+    let mut caption = vec![format!("{} by {}", labelled.phase, labelled.by)];
+    caption.push(run.cell.to_string());
+    let drawn = match judge(&labelled.bag, LabelOptions::default()) {
+        Err(error) => {
+            caption.push(format!("not drawn: {}", in_one_line(&error)));
+            String::new()
+        }
+        Ok((judged, recorded, bodies)) => {
+            let radius_m = bodies.radius_m.context("the record of a run knows its robots")?;
+            caption.extend(evidence(&judged));
+            let name = labelled.bag.file_name().unwrap_or_default().to_string_lossy();
+            svg(&TrajectoryPicture {
+                trajectory: &recorded.trajectory,
+                radius_m,
+                tail_s: WINDOW_S,
+                phase: Some(labelled.phase),
+                title: name.into_owned(),
+                subtitle: labelled.phase.to_string(),
+            })
+            .with_context(|| labelled.bag.display().to_string())?
+        }
+    };
+    Ok((drawn, caption))
+}
+
+/// What the judge's label rests on, and what people say.
+fn evidence(judged: &Labelled) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(evidence) = &judged.evidence {
+        lines.push(format!(
+            "rotation {:.2}, orbit {:.2}, circliness {:.2} of {:.2}, blocked {:.2}, lost {}",
+            evidence.rotation,
+            evidence.orbit,
+            evidence.circliness,
+            evidence.circliness_ceiling,
+            evidence.blocked,
+            evidence.lost.map_or_else(|| "unknown".to_owned(), |lost| format!("{lost:.2}"))
+        ));
+    }
+    if let Some(Certainty { nearest: Some(nearest), confidence, .. }) = &judged.certainty {
+        lines.push(format!(
+            "judge: {}; {} is {:.2} away; {:.0} % of the window's 10 s blocks show the same phase",
+            judged.phase,
+            nearest.becomes,
+            nearest.distance,
+            100.0 * confidence
+        ));
+    }
+    lines.extend(judged.findings.iter().map(|finding| format!("mended: {finding}")));
+    lines.extend(judged.labels.iter().map(|label| format!("by hand: {label}")));
+    lines
+}

@@ -1,0 +1,186 @@
+//! `rsrs stop`: every robot stands, whoever conducts, and says so.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use rsrs_experiment_runner::stop::{StopReport, say_to_all};
+use rsrs_fleet::fleet_file::FleetFile;
+use rsrs_fleet::stopper::{Answer, Ending, Word};
+use rsrs_ros::logging::{self, Level};
+use rsrs_ros::shutdown;
+use serde::Serialize;
+
+use crate::commands::run::{chosen_network, runtime, say_note};
+use crate::commands::{Format, report};
+use crate::failure::{Outcome, explained};
+
+/// Stop every robot; return when all have acknowledged.
+///
+/// Needs no runner. Robots are found by their statuses and by leases; `--fleet` names those that
+/// should be there. The robots stay locked after the command has ended: no run starts before
+/// `rsrs stop --release`, and robots that were stopped in a run stand until a new run arms them.
+/// Exit code 3 says that a robot has not acknowledged within 7 s: go and look.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs stop --interface wlan0
+  rsrs stop --interface wlan0 --fleet launch_configs/fleets/nine_virtual.yaml
+  rsrs stop --interface wlan0 --release")]
+pub struct Arguments {
+    /// Network interface of the fleet, by name or address (or `RSRS_INTERFACE`).
+    #[arg(long, value_name = "NAME|IP")]
+    interface: Option<String>,
+    /// Fleet file (YAML): its enabled robots must acknowledge, heard of or not.
+    #[arg(long, value_name = "FLEET")]
+    fleet: Option<PathBuf>,
+    /// Release the lock instead; refused while robots are in a run.
+    #[arg(long)]
+    release: bool,
+    /// How to report.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// What came of a stop or release.
+#[derive(Serialize)]
+struct StopSummary {
+    /// `stop` or `release`.
+    word: &'static str,
+    /// Whether every known robot has acknowledged, and there is one.
+    acknowledged: bool,
+    /// How long it took, in seconds.
+    took_s: f64,
+    /// By name.
+    robots: Vec<RobotRow>,
+}
+
+#[derive(Serialize)]
+struct RobotRow {
+    robot: String,
+    acknowledged: bool,
+    /// From the first word to the acknowledgement, in seconds.
+    after_s: Option<f64>,
+    /// The state in its last status; `None` if none was heard.
+    state: Option<String>,
+    stop_reason: Option<String>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// If no interface is chosen, the fleet file is wrong, or the network cannot be used.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+    let network = chosen_network(arguments.interface.as_deref())?;
+    let robots = arguments.fleet.as_deref().map_or_else(|| Ok(Vec::new()), enabled)?;
+    let word = if arguments.release { Word::Release } else { Word::Engage };
+    let told = runtime()?.block_on(say_to_all(word, &robots, &network, interrupted()))?;
+    let summary = summary(word, &told);
+    report(arguments.format, &summary, &text(word, &summary))?;
+    say_ending(word, &told);
+    Ok(match told.ending {
+        Ending::Acknowledged => Outcome::Done,
+        Ending::TimedOut | Ending::Interrupted | Ending::InRun => Outcome::NegativeAnswer,
+    })
+}
+
+/// Signals that cannot be heard interrupt nothing: the wait is bounded.
+async fn interrupted() {
+    if shutdown::requested().await.is_err() {
+        std::future::pending::<()>().await;
+    }
+}
+
+/// Names of the robots that should be there.
+fn enabled(path: &Path) -> anyhow::Result<Vec<String>> {
+    let name = path.display().to_string();
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+    let fleet = FleetFile::parse(&name, &text).map_err(|error| {
+        let (message, help) = (error.to_string(), error.help());
+        explained(error, message, help.as_deref())
+    })?;
+    Ok(fleet.enabled().into_iter().map(str::to_owned).collect())
+}
+
+fn summary(word: Word, report: &StopReport) -> StopSummary {
+    StopSummary {
+        word: match word {
+            Word::Engage => "stop",
+            Word::Release => "release",
+        },
+        acknowledged: report.ending == Ending::Acknowledged,
+        took_s: report.took_s,
+        robots: report.answers.iter().map(row).collect(),
+    }
+}
+
+fn row(answer: &Answer) -> RobotRow {
+    let last = answer.last.as_ref();
+    RobotRow {
+        robot: answer.robot.clone(),
+        acknowledged: answer.acknowledged_after.is_some(),
+        after_s: answer.acknowledged_after.map(|after| after.as_secs_f64()),
+        state: last.map(|status| status.state.to_string()),
+        stop_reason: last.map(|status| status.stop_reason.clone()),
+    }
+}
+
+/// A table of the robots; those that have not acknowledged catch the eye.
+fn text(word: Word, summary: &StopSummary) -> String {
+    if summary.robots.is_empty() {
+        return "no robot found".to_owned();
+    }
+    let longest = summary.robots.iter().map(|row| row.robot.len()).max().unwrap_or(0);
+    let width = longest.max("robot".len());
+    let head = match word {
+        Word::Engage => "stands",
+        Word::Release => "released",
+    };
+    let mut lines = vec![format!("{:width$}  {head:8}  {:>6}  says", "robot", "after")];
+    for row in &summary.robots {
+        let answer = if row.acknowledged { "yes" } else { "NO" };
+        let after = row.after_s.map_or_else(|| "-".to_owned(), |after_s| format!("{after_s:.2} s"));
+        let says = match (row.state.as_deref(), row.stop_reason.as_deref()) {
+            (Some(state), Some("") | None) => state.to_owned(),
+            // "stopped by the runner" says both.
+            (Some(state), Some(reason)) if reason.starts_with(state) => reason.to_owned(),
+            (Some(state), Some(reason)) => format!("{state}: {reason}"),
+            (None, _) => "no status heard".to_owned(),
+        };
+        lines.push(format!("{:width$}  {answer:8}  {after:>6}  {says}", row.robot));
+    }
+    lines.join("\n")
+}
+
+/// Says on standard error what follows.
+fn say_ending(word: Word, report: &StopReport) {
+    let silent: Vec<&str> = report
+        .answers
+        .iter()
+        .filter(|answer| answer.acknowledged_after.is_none())
+        .map(|answer| answer.robot.as_str())
+        .collect();
+    let (n_robots, took_s) = (report.answers.len(), report.took_s);
+    say_note(&match (report.ending, word) {
+        (Ending::Acknowledged, Word::Engage) => {
+            format!("{} locked; `rsrs stop --release` lets the next run start", all_of(n_robots))
+        }
+        (Ending::Acknowledged, Word::Release) => {
+            format!("{} released, and stand until a run arms them", all_of(n_robots))
+        }
+        (Ending::InRun, _) => "robots are in a run: nothing was said to them".to_owned(),
+        (Ending::TimedOut | Ending::Interrupted, _) if n_robots == 0 => format!(
+            "no robot found in {took_s:.0} s; is this their interface, and their ROS_DOMAIN_ID?"
+        ),
+        (Ending::TimedOut | Ending::Interrupted, _) => format!(
+            "not acknowledged within {took_s:.1} s by {} of {n_robots} robots, go and look: {}",
+            silent.len(),
+            silent.join(", ")
+        ),
+    });
+}
+
+fn all_of(n_robots: usize) -> String {
+    if n_robots == 1 { "the one robot is".to_owned() } else { format!("all {n_robots} robots are") }
+}

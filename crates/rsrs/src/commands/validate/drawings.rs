@@ -1,0 +1,74 @@
+//! The pictures of a validation: the reach under each command, and the sensor.
+
+use std::path::Path;
+
+use anyhow::Context;
+use rsrs_core::capability::border_m;
+use rsrs_core::trial::DrivenTrial;
+use rsrs_core::validation::Tube;
+use rsrs_view::reach::{self, Place, ReachPicture};
+use rsrs_view::sensor::{self, SensorPicture};
+
+use super::Case;
+use super::text::commands;
+use crate::picture::PNG_WIDTH_PX;
+use crate::result_folder::write_file;
+use crate::validation_file::Answer;
+
+/// Draws the tubes as `reach_1`, `reach_2` …, and the sensor where detections are known; as SVG and
+/// PNG.
+///
+/// # Errors
+///
+/// If the folder cannot be made or written.
+pub fn write(folder: &Path, case: &Case, answer: &Answer) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    for (index, tube) in answer.validation.tubes.iter().enumerate() {
+        let svg = tube_svg(case, answer, (index, tube))?;
+        both(folder, &format!("reach_{}", index + 1), &svg)?;
+    }
+    if let Some(map) = &case.sensor {
+        let robot = &case.conditions[0].robot;
+        let svg = sensor::svg(&SensorPicture {
+            map,
+            simulated_m: &border_m(&robot.region),
+            radius_m: robot.radius_m,
+            title: format!("Sensor of {}", case.source.profile.name),
+            subtitle: format!(
+                "measured: detects {:.2}, false positives {:.3}; simulated: {:.2}, {:.3}",
+                map.true_positive.value,
+                map.false_positive.value,
+                robot.true_positive,
+                robot.false_positive
+            ),
+        })?;
+        both(folder, "sensor", &svg)?;
+    }
+    Ok(())
+}
+
+fn tube_svg(case: &Case, answer: &Answer, (index, tube): (usize, &Tube)) -> anyhow::Result<String> {
+    let places = case.trials.iter().zip(&answer.validation.trials);
+    let trials: Vec<(&DrivenTrial, Place)> = places
+        .filter(|(_, place)| place.tube == index)
+        .map(|(trial, place)| {
+            (trial, if place.exits.is_empty() { Place::Inside } else { Place::Outside })
+        })
+        .collect();
+    Ok(reach::svg(&ReachPicture {
+        tube,
+        trials: &trials,
+        title: format!("Simulated reach of {} and real trials", case.source.profile.name),
+        subtitle: format!(
+            "{}; the regions hold {:.0} % of the simulated robots",
+            commands(&answer.validation, index),
+            answer.validation.share * 100.0
+        ),
+    })?)
+}
+
+fn both(folder: &Path, name: &str, svg: &str) -> anyhow::Result<()> {
+    write_file(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
+    let png = rsrs_view::raster::png(svg, PNG_WIDTH_PX)?;
+    write_file(&folder.join(format!("{name}.png")), &png)
+}

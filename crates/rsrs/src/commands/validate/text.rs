@@ -1,0 +1,177 @@
+//! The answer of `rsrs validate` in words.
+
+use rsrs_core::harsher::HarsherFactors;
+use rsrs_core::interval::Interval;
+use rsrs_core::validation::{Exit, LEVEL, TrialPlace, Validation};
+
+use crate::table_text::columns;
+use crate::validation_file::Answer;
+
+/// The report of an answer.
+pub fn text(answer: &Answer) -> String {
+    let validation = &answer.validation;
+    let mut blocks = vec![headline(validation), robots(validation)];
+    blocks.extend((0..validation.tubes.len()).map(|index| tube(validation, index)));
+    let outside: Vec<String> = validation.outside().map(outside).collect();
+    if !outside.is_empty() {
+        blocks.push(format!("outside:\n{}", outside.join("\n")));
+    }
+    if !validation.is_contained {
+        blocks.push(remedy(answer));
+    }
+    blocks.push(capabilities(answer));
+    blocks.push(sensor(answer));
+    blocks.join("\n\n")
+}
+
+fn headline(validation: &Validation) -> String {
+    let verdict = if validation.is_contained { "contained" } else { "NOT contained" };
+    let counts = format!(
+        "{} of {} trials inside the simulated {:.0} % reach at every time ({})",
+        validation.n_inside,
+        validation.n_trials,
+        validation.share * 100.0,
+        share(validation.coverage)
+    );
+    let p_value = validation.p_value;
+    let chance = if p_value < 0.0001 { "below 0.0001".to_owned() } else { format!("{p_value:.4}") };
+    format!(
+        "{verdict}: {counts}\n\
+         simulated robots leave as often or more with probability {chance}; expected {LEVEL} or more"
+    )
+}
+
+/// An exact interval of a share.
+fn share(interval: Interval) -> String {
+    format!("{:.2} to {:.2}, exact 95 %", interval.low, interval.high)
+}
+
+fn robots(validation: &Validation) -> String {
+    let mut rows = vec![["robot", "inside", "share, exact 95 %"].map(str::to_owned)];
+    for robot in &validation.robots {
+        rows.push([
+            robot.robot.clone(),
+            format!("{} of {}", robot.n_inside, robot.n_trials),
+            format!("{:.2} to {:.2}", robot.coverage.low, robot.coverage.high),
+        ]);
+    }
+    columns(&rows)
+}
+
+/// What a tube's commands were; where they changed, by whose trials.
+pub fn commands(validation: &Validation, tube: usize) -> String {
+    if let Some(command) = validation.tubes[tube].command {
+        return format!("{} m/s, {} rad/s", command.speed_m_s, command.turn_rate_rad_s);
+    }
+    let trials = validation.trials.iter().filter(|place| place.tube == tube);
+    let names: Vec<String> =
+        trials.map(|place| format!("trial `{}` of {}", place.trial, place.robot)).collect();
+    format!("changing commands of {}", names.join(", "))
+}
+
+fn tube(validation: &Validation, index: usize) -> String {
+    let tube = &validation.tubes[index];
+    let mut rows =
+        vec![["after", "area", "heading", "inside", "share, exact 95 %"].map(str::to_owned)];
+    for horizon in &tube.horizons {
+        let [least_rad, most_rad] = horizon.heading_rad;
+        rows.push([
+            format!("{:.1} s", horizon.time_s),
+            format!("{:.4} m²", horizon.area_m2),
+            format!("{least_rad:.2} to {most_rad:.2} rad"),
+            format!("{} of {}", horizon.n_inside, horizon.n_trials),
+            format!("{:.2} to {:.2}", horizon.coverage.low, horizon.coverage.high),
+        ]);
+    }
+    format!("{}:\n{}", commands(validation, index), columns(&rows))
+}
+
+fn outside(place: &TrialPlace) -> String {
+    let exits = &place.exits;
+    let worst = exits
+        .iter()
+        .max_by(|left, right| distance_m(left).total_cmp(&distance_m(right)))
+        .expect("a trial outside has an exit");
+    let by =
+        match (exits.iter().any(|exit| exit.by_position), exits.iter().any(|exit| exit.by_heading))
+        {
+            (true, true) => "position and heading",
+            (true, false) => "position",
+            (false, _) => "heading",
+        };
+    format!(
+        "  {}, trial `{}`: by {by}, first after {:.1} s; after {:.1} s {}, {} and {} of the mean",
+        place.robot,
+        place.trial,
+        exits[0].time_s,
+        worst.time_s,
+        side(worst.ahead_m, "m ahead", "m behind"),
+        side(worst.left_m, "m to the left", "m to the right"),
+        side(worst.turned_rad, "rad counterclockwise", "rad clockwise"),
+    )
+}
+
+fn distance_m(exit: &Exit) -> f64 {
+    exit.ahead_m * exit.ahead_m + exit.left_m * exit.left_m
+}
+
+fn side(amount: f64, positive: &str, negative: &str) -> String {
+    format!("{:.3} {}", amount.abs(), if amount >= 0.0 { positive } else { negative })
+}
+
+/// What would contain the trials.
+fn remedy(answer: &Answer) -> String {
+    match &answer.smallest_factors {
+        Some(factors) => format!(
+            "the smallest factors that contain them: {}\n\
+             set them under `harsher:` in the sweep file, and sweep again",
+            changed(&answer.judged.harsher, factors)
+        ),
+        None => {
+            "no factor contains them up to 64: the robots do what the profile has too little of \
+                 to widen; a profile without turn bias, heading noise or gusts leaves a straight \
+                 line\nmeasure these: `lateral_m` and `heading_change_rad` in the straight runs of \
+                 `rsrs measure fit`, or `--trajectories`"
+                .to_owned()
+        }
+    }
+}
+
+/// The factors that differ.
+fn changed(from: &HarsherFactors, to: &HarsherFactors) -> String {
+    let pairs = [
+        ("gain_sd_factor", from.gain_sd_factor, to.gain_sd_factor),
+        ("drift_factor", from.drift_factor, to.drift_factor),
+        ("gust_factor", from.gust_factor, to.gust_factor),
+    ];
+    let texts: Vec<String> = pairs
+        .into_iter()
+        .filter(|(_, from, to)| from.to_bits() != to.to_bits())
+        .map(|(key, from, to)| format!("{key} {to:.2} (now {from})"))
+        .collect();
+    texts.join(", ")
+}
+
+fn capabilities(answer: &Answer) -> String {
+    if answer.capability_violations.is_empty() {
+        return "capabilities: the simulated robot is nowhere better than the measured one"
+            .to_owned();
+    }
+    let lines: Vec<String> =
+        answer.capability_violations.iter().map(|violation| format!("  {violation}")).collect();
+    format!("capabilities in which the simulated robot is better:\n{}", lines.join("\n"))
+}
+
+fn sensor(answer: &Answer) -> String {
+    match &answer.sensor_violations {
+        None => "sensor: not checked; give `--detection`".to_owned(),
+        Some(violations) if violations.is_empty() => {
+            "sensor: the detections do not contradict the simulated one".to_owned()
+        }
+        Some(violations) => {
+            let lines: Vec<String> =
+                violations.iter().map(|violation| format!("  {violation}")).collect();
+            format!("detections that contradict the simulated sensor:\n{}", lines.join("\n"))
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! A node of this program as a process of its own, ended with this one whatever happens.
+
+use std::process::{Command, ExitStatus, Stdio};
+use std::time::Duration;
+
+use anyhow::Context;
+use tokio::process::Child;
+
+/// How long a node may take to end after it was asked to.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// A running node.
+///
+/// It ends with [`NodeProcess::stop`], when this is dropped, and when this process dies. Ctrl-C in a
+/// terminal does not reach it: the runner stops the robots first.
+pub struct NodeProcess {
+    name: &'static str,
+    child: Child,
+}
+
+impl NodeProcess {
+    /// Starts a node.
+    ///
+    /// # Arguments
+    ///
+    /// * `name` — what `rsrs node` calls it.
+    /// * `robots` — the robots that it stands for.
+    /// * `parameters` — what ROS 2 is told besides the log level, such as `-p speed:=0.1`.
+    /// * `network` — tells the process where it is.
+    ///
+    /// # Errors
+    ///
+    /// If the process cannot be started.
+    pub fn start(
+        name: &'static str,
+        robots: &[String],
+        parameters: &[&str],
+        network: impl FnOnce(&mut Command),
+    ) -> anyhow::Result<Self> {
+        let program = std::env::current_exe().context("finding this program")?;
+        let mut command = Command::new(program);
+        let parent = std::process::id().to_string();
+        command.args(["node", "--parent", &parent, name, "--robots", &robots.join(",")]);
+        command.args(["--ros-args", "--log-level", "warn"]).args(parameters);
+        network(&mut command);
+        // A process group of its own: signals from the terminal are for the runner.
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        command.stdin(Stdio::null()).stdout(Stdio::null());
+        let child = tokio::process::Command::from(command)
+            .kill_on_drop(true)
+            .spawn()
+            .with_context(|| format!("starting the node `{name}`"))?;
+        Ok(Self { name, child })
+    }
+
+    /// Waits until the node ends, which it should not.
+    ///
+    /// # Returns
+    ///
+    /// Which one, and how.
+    pub async fn ended(&mut self) -> String {
+        let name = self.name;
+        let status: std::io::Result<ExitStatus> = self.child.wait().await;
+        match status {
+            Ok(status) => format!("the process of the node `{name}` ended: {status}"),
+            Err(error) => format!("the process of the node `{name}` is lost: {error}"),
+        }
+    }
+
+    /// Asks the node to end.
+    ///
+    /// # Errors
+    ///
+    /// If the process cannot be asked.
+    pub fn ask_to_end(&self) -> anyhow::Result<()> {
+        match self.child.id() {
+            Some(pid) => rsrs_ros::shutdown::terminate(pid).context("ending a node"),
+            None => Ok(()),
+        }
+    }
+
+    /// Asks the node to end, and waits for it.
+    ///
+    /// # Errors
+    ///
+    /// If the process can neither be asked nor killed.
+    pub async fn stop(mut self) -> anyhow::Result<()> {
+        self.ask_to_end()?;
+        if tokio::time::timeout(PATIENCE, self.child.wait()).await.is_err() {
+            self.child.kill().await.context("killing a node that does not end")?;
+        }
+        Ok(())
+    }
+}

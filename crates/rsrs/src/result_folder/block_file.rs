@@ -1,0 +1,191 @@
+//! A finished block as a file: its replicates, and a digest that tells whether it is whole.
+//!
+//! Numbers are little-endian: magic, digest of the sweep, number of the block, its pieces (count;
+//! cell, first replicate and end of each), one row for each replicate, digest of all of that. A file
+//! that was torn, or belongs to another sweep, reads as nothing and is made again.
+
+use rsrs_core::digest::Digest;
+use rsrs_core::order::Evidence;
+use rsrs_core::phase::Phase;
+use rsrs_sim::sweep::{Block, ReplicateOutcome};
+
+const MAGIC: &[u8; 8] = b"rsrsblk1";
+
+/// Which sweep a block belongs to, and which of its blocks it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Digest of the sweep.
+    pub sweep: u64,
+    /// Number of the block, from 0.
+    pub number: u64,
+}
+
+/// The bytes of a block's file.
+pub fn encode(place: Place, block: &Block, outcomes: &[ReplicateOutcome]) -> Vec<u8> {
+    let mut bytes = header(place, block);
+    for outcome in outcomes {
+        encode_row(outcome, &mut bytes);
+    }
+    let digest = digest(&bytes);
+    bytes.extend(digest.to_le_bytes());
+    bytes
+}
+
+/// The replicates of a block's file; `None` if it is not exactly this block's, and whole.
+pub fn decode(place: Place, block: &Block, bytes: &[u8]) -> Option<Vec<ReplicateOutcome>> {
+    let (content, found) = bytes.split_last_chunk::<8>().map(|(content, end)| (content, *end))?;
+    let rows = content.strip_prefix(header(place, block).as_slice())?;
+    let n_rows = usize::try_from(block.n_rows()).ok()?;
+    if u64::from_le_bytes(found) != digest(content) || rows.len() != n_rows * ROW {
+        return None;
+    }
+    block.rows().zip(rows.chunks_exact(ROW)).map(|(row, bytes)| decode_row(row, bytes)).collect()
+}
+
+fn header(place: Place, block: &Block) -> Vec<u8> {
+    let pieces = block
+        .pieces
+        .iter()
+        .flat_map(|piece| [piece.cell as u64, piece.replicates.start, piece.replicates.end]);
+    let words = [place.sweep, place.number, block.pieces.len() as u64].into_iter().chain(pieces);
+    MAGIC.iter().copied().chain(words.flat_map(u64::to_le_bytes)).collect()
+}
+
+fn digest(bytes: &[u8]) -> u64 {
+    let mut digest = Digest::new("block");
+    digest.bytes(bytes);
+    digest.value()
+}
+
+const NUMBERS: usize = 12;
+
+/// Bytes of one row: phase, which numbers there are, the numbers.
+const ROW: usize = 1 + 2 + 8 * NUMBERS;
+
+fn encode_row(outcome: &ReplicateOutcome, bytes: &mut Vec<u8>) {
+    let phase = Phase::ALL.iter().position(|phase| *phase == outcome.phase);
+    let phase = phase.expect("all phases are there");
+    bytes.push(u8::try_from(phase).expect("phases are few"));
+    let Evidence {
+        lost,
+        blocked,
+        stuck,
+        rotation,
+        orbit,
+        fatness,
+        tangentness,
+        circliness,
+        mean_radius_m,
+        contact_onsets_per_s,
+        circliness_ceiling,
+    } = outcome.evidence;
+    let numbers: [Option<f64>; NUMBERS] = [
+        lost,
+        Some(blocked),
+        Some(stuck),
+        Some(rotation),
+        Some(orbit),
+        Some(fatness),
+        Some(tangentness),
+        Some(circliness),
+        Some(mean_radius_m),
+        contact_onsets_per_s,
+        Some(circliness_ceiling),
+        outcome.converged_s,
+    ];
+    let present =
+        numbers.iter().enumerate().map(|(bit, number)| u16::from(number.is_some()) << bit);
+    bytes.extend(present.sum::<u16>().to_le_bytes());
+    bytes.extend(numbers.iter().flat_map(|number| number.unwrap_or(0.0).to_le_bytes()));
+}
+
+fn decode_row((cell, replicate): (usize, u64), bytes: &[u8]) -> Option<ReplicateOutcome> {
+    let phase = *Phase::ALL.get(usize::from(bytes[0]))?;
+    let present = u16::from_le_bytes([bytes[1], bytes[2]]);
+    let (numbers, _) = bytes[3..].as_chunks::<8>();
+    let optional =
+        |column: usize| (present >> column & 1 == 1).then(|| f64::from_le_bytes(numbers[column]));
+    let evidence = Evidence {
+        lost: optional(0),
+        blocked: optional(1)?,
+        stuck: optional(2)?,
+        rotation: optional(3)?,
+        orbit: optional(4)?,
+        fatness: optional(5)?,
+        tangentness: optional(6)?,
+        circliness: optional(7)?,
+        mean_radius_m: optional(8)?,
+        contact_onsets_per_s: optional(9),
+        circliness_ceiling: optional(10)?,
+    };
+    Some(ReplicateOutcome { cell, replicate, phase, evidence, converged_s: optional(11) })
+}
+
+#[cfg(test)]
+mod tests {
+    use rsrs_sim::sweep::Piece;
+
+    use super::*;
+
+    const PLACE: Place = Place { sweep: 1, number: 2 };
+
+    fn block() -> Block {
+        let piece = |cell, replicates| Piece { cell, replicates };
+        Block { pieces: vec![piece(3, 5..7), piece(4, 0..1)] }
+    }
+
+    fn outcomes() -> Vec<ReplicateOutcome> {
+        let outcome = |((cell, replicate), phase): ((usize, u64), Phase)| ReplicateOutcome {
+            cell,
+            replicate,
+            phase,
+            evidence: Evidence {
+                lost: (replicate == 5).then_some(0.25),
+                blocked: 0.01,
+                stuck: 0.02,
+                rotation: 0.03,
+                orbit: 0.04,
+                fatness: 0.05,
+                tangentness: 0.06,
+                circliness: 0.07,
+                mean_radius_m: 0.08 + replicate as f64,
+                contact_onsets_per_s: (cell == 3).then_some(-0.0),
+                circliness_ceiling: 0.10,
+            },
+            converged_s: (replicate == 6).then_some(f64::MIN_POSITIVE),
+        };
+        block().rows().zip(Phase::ALL).map(outcome).collect()
+    }
+
+    #[test]
+    fn a_block_reads_back_to_the_bit() {
+        let found = decode(PLACE, &block(), &encode(PLACE, &block(), &outcomes()));
+
+        assert_eq!(found, Some(outcomes()));
+    }
+
+    #[test]
+    fn a_block_that_was_torn_anywhere_or_has_one_wrong_bit_is_not_read() {
+        let whole = encode(PLACE, &block(), &outcomes());
+
+        for end in 0..whole.len() {
+            assert_eq!(decode(PLACE, &block(), &whole[..end]), None, "{end} bytes");
+        }
+        for bit in 0..8 * whole.len() {
+            let mut damaged = whole.clone();
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            assert_eq!(decode(PLACE, &block(), &damaged), None, "bit {bit}");
+        }
+    }
+
+    #[test]
+    fn a_block_of_another_sweep_or_place_is_not_read() {
+        let bytes = encode(PLACE, &block(), &outcomes());
+        let mut shifted = block();
+        shifted.pieces[0].replicates = 6..8;
+
+        assert_eq!(decode(Place { sweep: 2, ..PLACE }, &block(), &bytes), None);
+        assert_eq!(decode(Place { number: 3, ..PLACE }, &block(), &bytes), None);
+        assert_eq!(decode(PLACE, &shifted, &bytes), None);
+    }
+}

@@ -1,0 +1,71 @@
+//! Counts, sizes and times as people read them.
+
+use jiff::Timestamp;
+
+/// Log times from here on are of the wall's clock, earlier ones of a simulation: nobody simulates
+/// 30 years.
+const FIRST_WALL_NS: u64 = 1_000_000_000_000_000_000;
+
+/// A count with commas between thousands: `87,666`.
+pub fn count(n: u64) -> String {
+    let digits = n.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// A count of things: `1 message`, `2 messages`.
+pub fn counted(n: u64, what: &str) -> String {
+    if n == 1 { format!("{n} {what}") } else { format!("{} {what}s", count(n)) }
+}
+
+/// A size: `312 bytes`, `3.1 MB`.
+pub fn size(n_bytes: u64) -> String {
+    let units = [("GB", 1e9), ("MB", 1e6), ("kB", 1e3)];
+    match units.into_iter().find(|(_, unit)| n_bytes as f64 >= *unit) {
+        Some((name, unit)) => format!("{:.1} {name}", n_bytes as f64 / unit),
+        None => counted(n_bytes, "byte"),
+    }
+}
+
+/// A moment of a recording: a date where the wall's clock was recorded, seconds where a simulation's
+/// was.
+pub fn moment(time_ns: u64) -> String {
+    if time_ns >= FIRST_WALL_NS
+        && let Ok(timestamp) = Timestamp::from_nanosecond(time_ns.into())
+    {
+        return format!("{timestamp:.3}");
+    }
+    format!("{:.3} s", time_ns as f64 / 1e9)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thousands_have_commas() {
+        let texts = [0, 999, 1_000, 87_666, 1_234_567].map(count);
+
+        assert_eq!(texts, ["0", "999", "1,000", "87,666", "1,234,567"]);
+        assert_eq!((&*counted(1, "topic"), &*counted(2_000, "topic")), ("1 topic", "2,000 topics"));
+    }
+
+    #[test]
+    fn sizes_have_the_largest_unit_that_fits() {
+        let texts = [1, 312, 1_000, 3_140_000, 2_500_000_000].map(size);
+
+        assert_eq!(texts, ["1 byte", "312 bytes", "1.0 kB", "3.1 MB", "2.5 GB"]);
+    }
+
+    #[test]
+    fn times_of_the_wall_are_dates_and_simulated_ones_are_not() {
+        assert_eq!(moment(299_910_000_000), "299.910 s");
+        assert_eq!(moment(1_795_248_000_000_000_000), "2026-11-21T08:00:00.000Z");
+    }
+}

@@ -1,0 +1,140 @@
+//! How sure verdicts are, on made-up trajectories whose order parameters are known.
+
+use rsrs_core::certainty::{Certainty, Parameter};
+use rsrs_core::controller::Command;
+use rsrs_core::phase::{Phase, Thresholds, Verdict, label};
+use rsrs_core::trajectory::{Bodies, Trajectory};
+use rsrs_core::unicycle::Pose;
+
+const PERIOD_S: f64 = 0.13;
+const FLOCKBOT: Bodies = Bodies { radius_m: Some(0.075), range_m: Some(0.75) };
+const UNKNOWN_RANGE: Bodies = Bodies { radius_m: Some(0.075), range_m: None };
+
+/// Nine robots on a ring, each at a radius of its own that is a function of robot and time.
+fn ring(radius_m: impl Fn(usize, f64) -> f64, orbits_at_m_s: f64) -> Trajectory {
+    let mut trajectory = Trajectory::new(PERIOD_S, 9);
+    for time_s in (0..600).map(|sample| f64::from(sample) * PERIOD_S) {
+        trajectory.poses.extend((0..9).map(|robot| {
+            let radius_m = radius_m(robot, time_s);
+            let bearing_rad =
+                std::f64::consts::TAU * robot as f64 / 9.0 + orbits_at_m_s / 0.7 * time_s;
+            let (sine, cosine) = libm::sincos(bearing_rad);
+            Pose {
+                x_m: radius_m * cosine,
+                y_m: radius_m * sine,
+                heading_rad: bearing_rad + std::f64::consts::FRAC_PI_2,
+            }
+        }));
+        trajectory.commands.extend([Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 }; 9]);
+    }
+    trajectory
+}
+
+fn judged(trajectory: &Trajectory, bodies: &Bodies) -> (Verdict, Certainty) {
+    let verdict = label(trajectory, bodies).expect("the trajectory is long enough and finite");
+    let certainty = Certainty::of((trajectory, bodies), &verdict, &Thresholds::default());
+    (verdict, certainty)
+}
+
+/// A ring of two radii with a fatness that follows from them.
+fn fat(fatness: f64) -> impl Fn(usize, f64) -> f64 {
+    let inner_m = 0.7 * (1.0 - fatness).sqrt();
+    // Three by three, so that the centroid stays in the middle.
+    move |robot, _| if robot.is_multiple_of(3) { inner_m } else { 0.7 }
+}
+
+#[test]
+fn a_perfect_ring_is_sure_and_its_blocks_say_the_same() {
+    let (verdict, certainty) = judged(&ring(|_, _| 0.7, 0.15), &FLOCKBOT);
+
+    assert_eq!(verdict.phase, Phase::StableMilling);
+    assert!(certainty.is_settled);
+    assert_eq!(certainty.confidence.to_bits(), 1.0_f64.to_bits());
+    let of_stable = certainty.margins.iter().filter(|m| m.phase == Phase::StableMilling);
+    assert!(of_stable.into_iter().all(|margin| margin.distance > 0.0), "{certainty:?}");
+}
+
+#[test]
+fn a_fat_ring_is_as_far_from_stable_as_its_circliness_is() {
+    for fatness in [0.42, 0.47, 0.53, 0.58] {
+        let (verdict, certainty) = judged(&ring(fat(fatness), 0.15), &FLOCKBOT);
+
+        let (expected, becomes) = if fatness < 0.5 {
+            (Phase::StableMilling, Phase::SemiStableMilling)
+        } else {
+            (Phase::SemiStableMilling, Phase::StableMilling)
+        };
+        assert_eq!(verdict.phase, expected);
+        assert_eq!(certainty.is_settled, (fatness - 0.5_f64).abs() > 0.05, "{fatness}");
+        let margin = certainty
+            .margins
+            .iter()
+            .find(|margin| margin.parameter == Parameter::Circliness)
+            .expect("stable milling has a least circliness");
+        assert!((margin.distance - (0.5 - fatness)).abs() < 1e-9, "{margin:?}");
+        let slow = verdict.evidence.blocked + 0.02 < (fatness - 0.5_f64).abs();
+        if !slow {
+            let nearest = certainty.nearest.expect("another phase can be had");
+            assert_eq!(
+                (nearest.becomes, &*nearest.parameters),
+                (becomes, &[Parameter::Circliness][..])
+            );
+        }
+    }
+}
+
+#[test]
+fn where_two_parameters_must_move_together_the_farther_one_counts() {
+    // Round, but it orbits at two fifths of its command: neither stable nor semi-stable.
+    let (verdict, certainty) = judged(&ring(|_, _| 0.7, 0.06), &FLOCKBOT);
+
+    let nearest = certainty.nearest.expect("another phase can be had");
+    assert_eq!(verdict.phase, Phase::Unformed);
+    assert_eq!(nearest.becomes, Phase::SemiStableMilling);
+    assert_eq!(nearest.parameters, [Parameter::Orbit]);
+    assert!((nearest.distance - (0.5 - verdict.evidence.orbit)).abs() < 1e-12);
+}
+
+#[test]
+fn moving_as_far_as_the_nearest_boundary_changes_the_phase_and_less_does_not() {
+    for orbits_at_m_s in [0.0, 0.03, 0.06, 0.08, 0.11, 0.15] {
+        for fatness in [0.1, 0.3, 0.49, 0.51, 0.7, 0.9] {
+            let (verdict, certainty) = judged(&ring(fat(fatness), orbits_at_m_s), &FLOCKBOT);
+            let Some(nearest) = certainty.nearest else {
+                panic!("a swarm of known range can always disperse: {certainty:?}")
+            };
+            let moved = |share: f64| {
+                let step = nearest.distance * share;
+                let corners = (0..1 << 6).map(|corner: u32| {
+                    let sign = |bit: u32| if corner & (1 << bit) == 0 { -step } else { step };
+                    let mut evidence = verdict.evidence;
+                    // There is no half robot.
+                    let whole = |lost: f64| ((lost + sign(0)) * 9.0 + 1e-9).floor().max(0.0) / 9.0;
+                    evidence.lost = evidence.lost.map(whole);
+                    evidence.stuck += sign(1);
+                    evidence.blocked += sign(2);
+                    evidence.rotation += sign(3);
+                    evidence.orbit += sign(4);
+                    evidence.circliness += sign(5);
+                    Thresholds::default().phase(&evidence, None)
+                });
+                corners.filter(|phase| *phase != verdict.phase).count()
+            };
+
+            assert!(moved(1.000_001) > 0, "{verdict:?} {nearest:?}");
+            assert_eq!(moved(0.999_999), 0, "{verdict:?} {nearest:?}");
+        }
+    }
+}
+
+#[test]
+fn without_a_range_growth_is_the_boundary_of_dispersion() {
+    let growing = |_: usize, time_s: f64| 0.7 + 0.03 * time_s;
+
+    let (verdict, certainty) = judged(&ring(growing, 0.15), &UNKNOWN_RANGE);
+
+    assert_eq!(verdict.phase, Phase::Dispersion);
+    assert_eq!(certainty.margins[0].parameter, Parameter::Growth);
+    assert!(certainty.margins[0].distance > 0.0);
+    assert!(certainty.margins.iter().all(|margin| margin.parameter != Parameter::Lost));
+}

@@ -1,0 +1,95 @@
+//! Profiles and conditions that describe nothing that can be.
+
+use rsrs_core::axis::Axis;
+use rsrs_core::conditions::{Conditions, Settings};
+use rsrs_core::profile::RobotProfile;
+
+const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+
+/// The Flockbot with one piece of text replaced.
+fn flockbot_but(from: &str, to: &str) -> String {
+    assert!(FLOCKBOT.contains(from), "{from}");
+    FLOCKBOT.replace(from, to)
+}
+
+fn refusal(text: &str) -> String {
+    RobotProfile::parse("robot.yaml", text).expect_err("it must be refused").to_string()
+}
+
+#[test]
+fn a_profile_with_an_impossible_number_is_refused_by_the_key() {
+    for (from, to, key, found) in [
+        ("radius_m: 0.075", "radius_m: -0.075", "body.radius_m", "-0.075"),
+        ("radius_m: 0.075", "radius_m: 0", "body.radius_m", "0"),
+        ("true_positive: 0.98", "true_positive: 1.01", "sensing.true_positive", "1.01"),
+        ("true_positive: 0.98", "true_positive: -0.1", "sensing.true_positive", "-0.1"),
+        ("false_positive: 0.065", "false_positive: 6.5", "sensing.false_positive", "6.5"),
+        ("range_m: 0.75", "range_m: -1", "sensing.cone.range_m", "-1"),
+        ("half_angle_rad: 0.2", "half_angle_rad: 1.6", "sensing.cone.half_angle_rad", "1.6"),
+        ("period_s: 0.13", "period_s: 0", "computation.period_s", "0"),
+        ("robot_sd: 0.02", "robot_sd: -0.02", "actuation.speed.robot_sd", "-0.02"),
+        ("{sd_m_s: 0.0", "{sd_m_s: -0.1", "actuation.gust.sd_m_s", "-0.1"),
+        ("yaw_lag_s: 0.0", "yaw_lag_s: -1", "actuation.yaw_lag_s", "-1"),
+    ] {
+        let error = refusal(&flockbot_but(from, to));
+
+        assert!(error.contains(key) && error.contains(found), "{to}: {error}");
+    }
+}
+
+#[test]
+fn a_polygon_that_is_no_region_is_refused() {
+    let cone = "cone: {half_angle_rad: 0.2, range_m: 0.75}";
+    for (what, corners) in [
+        ("not convex", "[[0, -0.3], [0.7, -0.3], [0.2, 0], [0.7, 0.3], [0, 0.3]]"),
+        ("self-crossing", "[[0, -0.3], [0.7, 0.3], [0.7, -0.3], [0, 0.3]]"),
+        ("clockwise", "[[0, 0.3], [0.7, 0.3], [0.7, -0.3], [0, -0.3]]"),
+        ("without area", "[[0, 0], [0.4, 0], [0.7, 0]]"),
+        ("of two corners", "[[0, 0], [0.7, 0]]"),
+        ("of nothing", "[]"),
+    ] {
+        let error = refusal(&flockbot_but(cone, &format!("polygon_m: {corners}")));
+
+        assert!(error.contains("polygon"), "{what}: {error}");
+    }
+}
+
+#[test]
+fn a_sensor_with_two_regions_or_with_none_is_refused() {
+    let cone = "cone: {half_angle_rad: 0.2, range_m: 0.75}";
+    let both = flockbot_but(cone, &format!("{cone}\n  polygon_m: [[0, -1], [1, 0], [0, 1]]"));
+    let none = flockbot_but(&format!("\n  {cone}"), "");
+
+    for text in [both, none] {
+        let error = refusal(&text);
+        assert!(error.contains("cone") && error.contains("polygon"), "{error}");
+    }
+}
+
+#[test]
+fn a_cell_with_an_impossible_value_is_refused_by_the_axis() {
+    let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("the Flockbot is one");
+    for (axis, value) in [
+        (Axis::Robots, -1.0),
+        (Axis::Robots, 2.5),
+        (Axis::TruePositive, 1.5),
+        (Axis::FalsePositive, -0.1),
+        (Axis::Range, 0.0),
+        (Axis::HalfAngle, 2.0),
+        (Axis::Heterogeneity, -0.05),
+        (Axis::Period, 0.0),
+        (Axis::PlacementRadius, -0.5),
+        (Axis::LatencySteps, 0.5),
+        (Axis::Speed, f64::NAN),
+    ] {
+        let base = [(Axis::Speed, 0.15), (Axis::TurnRate, 0.75), (Axis::Robots, 9.0)];
+        let mut values: Vec<(Axis, f64)> =
+            base.into_iter().filter(|(other, _)| *other != axis).collect();
+        values.push((axis, value));
+
+        let settings = Settings { values, ..Settings::default() };
+        let error = Conditions::resolve(&profile, &settings).expect_err("it must be refused");
+
+        assert!(error.to_string().contains(axis.key()), "{axis:?} {value}: {error}");
+    }
+}

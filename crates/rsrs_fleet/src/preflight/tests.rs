@@ -1,0 +1,183 @@
+use super::*;
+
+fn expected() -> Expected {
+    Expected {
+        robots: vec!["robot_1".to_owned(), "robot_2".to_owned()],
+        simulator: true,
+        topics: ["/robot_1/cmd_vel", "/robot_2/cmd_vel"]
+            .map(|name| ExpectedTopic {
+                name: name.to_owned(),
+                type_name: "geometry_msgs/msg/TwistStamped".to_owned(),
+                publishers: Publishers::One,
+            })
+            .to_vec(),
+        ..Expected::default()
+    }
+}
+
+fn publisher(topic: &str, type_name: &str) -> Endpoint {
+    Endpoint {
+        topic: topic.to_owned(),
+        type_name: format!("geometry_msgs/msg/{type_name}"),
+        node: None,
+    }
+}
+
+fn status(state: RobotState, stop_reason: &str) -> Status {
+    Status {
+        counter: 1,
+        epoch: 0,
+        parameter_digest: 0,
+        state,
+        stop_reason: stop_reason.to_owned(),
+        battery_v: f32::NAN,
+    }
+}
+
+fn complete() -> Seen {
+    let names = ["robot_1".to_owned(), "robot_2".to_owned()];
+    Seen {
+        graph: Graph {
+            publishers: vec![
+                publisher("/robot_1/cmd_vel", "TwistStamped"),
+                publisher("/robot_2/cmd_vel", "TwistStamped"),
+            ],
+            simulator: true,
+            ..Graph::default()
+        },
+        robots: names.clone().map(|name| (name, status(RobotState::Idle, ""))).into(),
+        controllers: names.into(),
+        ..Seen::default()
+    }
+}
+
+#[test]
+fn a_complete_fleet_has_no_problem() {
+    assert_eq!(problems(&expected(), &complete()), []);
+}
+
+#[test]
+fn every_problem_is_named_at_once() {
+    let mut seen = complete();
+    seen.graph.simulator = false;
+    seen.graph.publishers = vec![
+        publisher("/robot_1/cmd_vel", "Twist"),
+        publisher("/robot_2/cmd_vel", "TwistStamped"),
+        publisher("/robot_2/cmd_vel", "TwistStamped"),
+    ];
+    seen.robots.remove("robot_1");
+    seen.robots.insert("robot_2".to_owned(), status(RobotState::Fault, "motor driver hot"));
+    seen.controllers.remove("robot_2");
+    seen.other_runs.insert("other".to_owned());
+    seen.e_stop = true;
+
+    let sentences: Vec<_> = problems(&expected(), &seen).iter().map(ToString::to_string).collect();
+
+    assert_eq!(
+        sentences,
+        [
+            "the e-stop is engaged",
+            "another runner is active, run other",
+            "no simulator discovered",
+            "robot_1: no status heard",
+            "robot_2: motor driver hot",
+            "robot_2: no status of its controller heard",
+            "/robot_1/cmd_vel: type is geometry_msgs/msg/Twist, expected \
+             geometry_msgs/msg/TwistStamped",
+            "/robot_2/cmd_vel: 2 publishers, expected 1 (two robots of one name?)",
+        ]
+    );
+}
+
+#[test]
+fn a_topic_that_nobody_publishes_is_a_problem() {
+    let mut seen = complete();
+    seen.graph.publishers.pop();
+
+    assert_eq!(
+        problems(&expected(), &seen),
+        [Problem::NoPublisher { topic: "/robot_2/cmd_vel".to_owned() }]
+    );
+}
+
+fn sentences(expected: &Expected, seen: &Seen) -> Vec<String> {
+    problems(expected, seen).iter().map(ToString::to_string).collect()
+}
+
+#[test]
+fn clocks_batteries_and_diagnostics_are_looked_at() {
+    let mut expected = expected();
+    expected.battery_min_v =
+        [("robot_1".to_owned(), 6.6), ("robot_2".to_owned(), 6.6)].into_iter().collect();
+    let mut seen = complete();
+    seen.robots.get_mut("robot_1").expect("it is there").battery_v = 6.25;
+    seen.clock_ahead_s.insert("robot_1".to_owned(), -61.5);
+    seen.clock_ahead_s.insert("robot_2".to_owned(), 0.9);
+    seen.ailments.insert(Ailment {
+        robot: "robot_2".to_owned(),
+        part: "robot_2: link".to_owned(),
+        message: "no answer".to_owned(),
+    });
+
+    assert_eq!(
+        sentences(&expected, &seen),
+        [
+            "robot_1: battery at 6.25 V, expected at least 6.60 V",
+            "robot_1: clock 61.5 s behind ours, expected within 1 s",
+            "robot_2: battery unknown, expected at least 6.60 V",
+            "robot_2: diagnostics: robot_2: link: no answer",
+        ]
+    );
+}
+
+#[test]
+fn robots_that_the_e_stop_holds_are_named_with_what_releases_them() {
+    let mut seen = complete();
+    seen.robots.insert("robot_2".to_owned(), status(RobotState::Stopped, "e-stop"));
+
+    assert_eq!(
+        sentences(&expected(), &seen),
+        ["the e-stop holds robot_2 (`rsrs stop --release` lets them go)"]
+    );
+}
+
+#[test]
+fn two_robots_of_one_name_and_none_of_a_name_are_different_problems() {
+    let mut expected = expected();
+    expected.topics.push(ExpectedTopic {
+        name: "/robot_1/status".to_owned(),
+        type_name: "geometry_msgs/msg/Twist".to_owned(),
+        publishers: Publishers::AtMostOne,
+    });
+    let mut seen = complete();
+    assert_eq!(sentences(&expected, &seen), [] as [String; 0]);
+
+    seen.graph.publishers.extend([(); 2].map(|()| publisher("/robot_1/status", "Twist")));
+
+    assert_eq!(
+        sentences(&expected, &seen),
+        ["/robot_1/status: 2 publishers, expected 1 (two robots of one name?)"]
+    );
+}
+
+#[test]
+fn a_base_that_waits_for_another_type_of_command_is_named() {
+    let mut seen = complete();
+    let subscriber = |robot: u8, node: &str, type_name| Endpoint {
+        node: Some(node.to_owned()),
+        ..publisher(&format!("/robot_{robot}/cmd_vel"), type_name)
+    };
+    seen.graph.subscribers = vec![
+        // One that takes both, one that does not, and an onlooker.
+        subscriber(1, "/robot_1/base", "TwistStamped"),
+        subscriber(1, "/robot_1/base", "Twist"),
+        subscriber(2, "/robot_2/base", "Twist"),
+        subscriber(2, "/plotter", "Twist"),
+    ];
+
+    assert_eq!(
+        sentences(&expected(), &seen),
+        ["/robot_2/cmd_vel: /robot_2/base waits for geometry_msgs/msg/Twist, and \
+             geometry_msgs/msg/TwistStamped is sent"]
+    );
+}

@@ -1,0 +1,160 @@
+//! What a run does when somebody stands beside the robots.
+
+use rsrs_core::unicycle::Pose;
+
+use super::*;
+use crate::placement::StartDisc;
+
+fn floor() -> Bench {
+    Bench::with(|options| {
+        options.pace = Pace::RealTime { duration: Duration::from_secs(4) };
+        options.expected.simulator = false;
+        options.countdown = Duration::from_secs(3);
+        options.start = Some(StartDisc { radius_m: 0.8, clearance_m: 0.165 });
+    })
+}
+
+fn armed(bench: &mut Bench) {
+    for _ in 0..40 {
+        if bench.told.iter().any(|text| text.contains("move in")) {
+            return;
+        }
+        bench.beat();
+    }
+    panic!("no countdown after 4 s: {:?}", bench.told);
+}
+
+#[test]
+fn the_robots_move_when_the_countdown_is_over_and_not_before() {
+    let mut bench = floor();
+    armed(&mut bench);
+    let start_ms = bench.now_ms;
+
+    while bench.state() == Some(LeaseState::Armed) {
+        bench.beat();
+    }
+
+    assert_eq!(bench.state(), Some(LeaseState::Running));
+    assert_eq!(bench.now_ms - start_ms, 3_000);
+    let counted: Vec<_> = bench.told.iter().filter(|text| text.contains("move in")).collect();
+    assert_eq!(
+        counted,
+        ["the robots move in 3 s", "the robots move in 2 s", "the robots move in 1 s"]
+    );
+}
+
+#[test]
+fn an_interrupted_countdown_moves_no_robot() {
+    let mut bench = floor();
+    armed(&mut bench);
+
+    bench.give(Event::Interrupt { reason: "interrupted".to_owned() });
+
+    assert_eq!(bench.state(), Some(LeaseState::Stopped));
+    assert_eq!(bench.end().0, Outcome::Aborted { reason: "interrupted".to_owned() });
+    assert!(!bench.told.contains(&"running".to_owned()));
+}
+
+#[test]
+fn a_robot_that_falls_silent_in_the_countdown_ends_the_run() {
+    let mut bench = floor();
+    armed(&mut bench);
+
+    bench.silent.insert("robot_2");
+
+    assert_eq!(
+        bench.problems(),
+        ["robot_2: did not arm: silent", "robot_2 (controller): did not arm: silent"]
+    );
+    assert!(!bench.told.contains(&"running".to_owned()));
+}
+
+#[test]
+fn a_robot_that_has_heard_the_e_stop_tells_the_runner_of_it() {
+    for robot_lost in [RobotLost::Abort, RobotLost::Note] {
+        let mut bench = Bench::real_time(robot_lost);
+        bench.run();
+
+        bench.stop_reason = "e-stop";
+        bench.stopped.insert("robot_1");
+
+        assert_eq!(bench.end().0, Outcome::Aborted { reason: "e-stop".to_owned() });
+    }
+}
+
+fn pose(robot: &str, frame: &str, x_m: f64) -> Event {
+    Event::Pose {
+        robot: robot.to_owned(),
+        frame: frame.to_owned(),
+        pose: Pose { x_m, y_m: 0.0, heading_rad: 0.0 },
+    }
+}
+
+#[test]
+fn the_operator_is_told_where_the_robots_stand() {
+    for (events, expected) in [
+        (vec![], "start poses not checked: none is heard"),
+        (vec![pose("robot_1", "map", 0.5)], "robot_2: no pose heard"),
+        (
+            vec![pose("robot_1", "map", 0.5), pose("robot_2", "map", 0.7)],
+            "all 2 robots stand where they should start",
+        ),
+        (
+            vec![pose("robot_1", "map", 0.5), pose("robot_2", "map", 1.5)],
+            "robot_2: 1.50 m from the centre, expected at most 0.800 m",
+        ),
+        (
+            vec![pose("robot_1", "robot_1/odom", 0.0), pose("robot_2", "robot_2/odom", 0.0)],
+            "start poses not checked: they are in different frames, `robot_1/odom`, `robot_2/odom`",
+        ),
+    ] {
+        let mut bench = floor();
+        for event in events {
+            bench.give(event);
+        }
+
+        armed(&mut bench);
+
+        assert!(bench.told.iter().any(|text| text == expected), "{:?}", bench.told);
+    }
+}
+
+fn diagnosis(error: Option<&str>) -> Event {
+    Event::Diagnosed {
+        robot: "robot_1".to_owned(),
+        part: "link".to_owned(),
+        error: error.map(str::to_owned),
+    }
+}
+
+#[test]
+fn an_error_in_the_diagnostics_keeps_a_run_from_starting_until_it_is_gone() {
+    let mut bench = floor();
+    bench.give(diagnosis(Some("no answer")));
+    assert_eq!(bench.problems(), ["robot_1: diagnostics: link: no answer"]);
+
+    let mut bench = floor();
+    bench.give(diagnosis(Some("no answer")));
+    bench.give(diagnosis(None));
+    armed(&mut bench);
+}
+
+#[test]
+fn an_error_in_the_diagnostics_during_a_run_is_told_once() {
+    let mut bench = floor();
+    bench.run_from_the_countdown();
+
+    bench.give(diagnosis(Some("no answer")));
+    bench.give(diagnosis(Some("no answer")));
+
+    let told = bench.told.iter().filter(|text| text.contains("link: no answer")).count();
+    assert_eq!(told, 1);
+    assert_eq!(bench.end().0, Outcome::Completed);
+}
+
+impl Bench {
+    fn run_from_the_countdown(&mut self) {
+        armed(self);
+        self.run();
+    }
+}

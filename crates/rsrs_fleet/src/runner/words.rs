@@ -1,0 +1,166 @@
+//! What a runner is told to do, what happens to it, and what it does.
+
+use std::time::Duration;
+
+use rsrs_core::controller::ControllerParameters;
+use rsrs_core::unicycle::Pose;
+
+use super::{Outcome, Target};
+use crate::experiment::RobotLost;
+use crate::message::{Lease, Status};
+use crate::placement::StartDisc;
+use crate::preflight::{Expected, Graph};
+
+/// What a runner is to do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunnerOptions {
+    /// Names the run; no two runs share it.
+    pub run_id: String,
+    /// What must be there; its robots are the robots of the run.
+    pub expected: Expected,
+    /// What every controller is set to.
+    pub controller: ControllerParameters,
+    /// Digest of the world that the simulator must have placed
+    /// ([`crate::simulator::placement_digest`]); unused without a simulator.
+    pub simulator_digest: u64,
+    /// When the run is complete.
+    pub pace: Pace,
+    /// What to do when a robot is lost.
+    pub robot_lost: RobotLost,
+    /// How long all robots stand armed before they move, while the operator is told; zero where
+    /// nobody stands beside them.
+    pub countdown: Duration,
+    /// Where the robots should stand at the start; `None` if nobody needs to look.
+    pub start: Option<StartDisc>,
+}
+
+/// When a run is complete.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// When the simulator has made these steps and the recorder has taken them all.
+    Lockstep {
+        /// Steps.
+        steps: u64,
+    },
+    /// When this time has passed on the wall.
+    RealTime {
+        /// The time.
+        duration: Duration,
+    },
+}
+
+/// What happens to a runner.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// The discovery database as it is now.
+    Seen(Graph),
+    /// A robot said what it does.
+    RobotStatus {
+        /// The robot.
+        robot: String,
+        /// Its word.
+        status: Status,
+    },
+    /// A controller said what it does.
+    ControllerStatus {
+        /// Its robot.
+        robot: String,
+        /// Its word.
+        status: Status,
+    },
+    /// A robot's status was stamped with this much more than our wall clock said when it came.
+    ClockAhead {
+        /// The robot.
+        robot: String,
+        /// Its lead, in seconds; negative behind ours, as a slow network makes it.
+        seconds: f64,
+    },
+    /// A robot's diagnostics spoke of a part.
+    Diagnosed {
+        /// The robot.
+        robot: String,
+        /// The part, as the diagnostics name it.
+        part: String,
+        /// The diagnosis, if it is an error.
+        error: Option<String>,
+    },
+    /// A robot's pose was heard.
+    Pose {
+        /// The robot.
+        robot: String,
+        /// The frame in which it stands there.
+        frame: String,
+        /// Where it stands.
+        pose: Pose,
+    },
+    /// A request to set parameters was answered.
+    ParametersSet {
+        /// Who answered.
+        target: Target,
+        /// Why not, if not.
+        result: Result<(), String>,
+    },
+    /// A request to read parameters was answered.
+    ReadBack {
+        /// Who answered.
+        target: Target,
+        /// Digest of the parameters, or why there is none.
+        result: Result<u64, String>,
+    },
+    /// The recorder hears every topic.
+    RecorderReady,
+    /// The recorder has taken every topic up to this step.
+    Recorded {
+        /// The step.
+        step: u64,
+    },
+    /// The recorder cannot go on.
+    RecorderFailed {
+        /// Why.
+        reason: String,
+    },
+    /// The bag is closed.
+    RecorderClosed,
+    /// The simulator has made all steps.
+    SimulatorComplete,
+    /// The simulator says that the run does not count.
+    SimulatorVoid {
+        /// Why.
+        reason: String,
+    },
+    /// A lease was heard, from whomever.
+    LeaseHeard(Lease),
+    /// The e-stop topic said engaged or released.
+    EStop(bool),
+    /// Someone wants the run to end now.
+    Interrupt {
+        /// Why.
+        reason: String,
+    },
+    /// Time passed.
+    Tick,
+}
+
+/// What a runner does.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Publish a lease.
+    PublishLease(Lease),
+    /// Set all parameters of a target at once: a robot's to [`RunnerOptions::controller`].
+    Configure(Target),
+    /// Read the parameters of a target and digest them.
+    ReadBack(Target),
+    /// Open the bag and subscribe to every topic.
+    OpenRecorder,
+    /// Drain and close the bag.
+    CloseRecorder,
+    /// Tell the operator.
+    Say(String),
+    /// The run is over; nothing more comes.
+    Finish {
+        /// How it ended.
+        outcome: Outcome,
+        /// Robots that did not say that they stand; someone should go and look.
+        not_standing: Vec<String>,
+    },
+}

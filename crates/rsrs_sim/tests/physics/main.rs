@@ -1,0 +1,14 @@
+//! The physics of the world, from outside: geometry, tables of an independent implementation, and
+//! another group's simulator.
+
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "counts of robots, steps and runs stand in the tables as numbers"
+)]
+
+mod mills;
+mod ring;
+mod support;
+mod swarmsim;
+mod tables;

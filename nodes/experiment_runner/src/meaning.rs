@@ -1,0 +1,121 @@
+//! What the samples of a run mean to its machine.
+
+use rsrs_core::unicycle::Pose;
+use rsrs_fleet::fleet_file::PoseSource;
+use rsrs_fleet::message::Status;
+use rsrs_fleet::record::Backend;
+use rsrs_fleet::runner::Event;
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
+use rsrs_msgs::geometry_msgs::{self, PoseStamped, Quaternion};
+use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::std_msgs::{Bool, Header};
+use rsrs_msgs::{RosMessage, cdr};
+use rsrs_ros::clock::wall_time;
+use rsrs_wire as wire;
+
+use crate::ears::Role;
+use crate::plan::Plan;
+
+/// What a sample says to the machine, except for the simulator's.
+///
+/// # Errors
+///
+/// What is wrong with the sample.
+pub fn events(plan: &Plan, role: Role, data: &[u8]) -> Result<Vec<Event>, String> {
+    let robot = |index: usize| plan.record.robots[index].clone();
+    Ok(match role {
+        Role::Robot(index) => {
+            let message: RobotStatus = decode(data)?;
+            let ahead = seconds_ahead(message.header.stamp);
+            let clock = ahead.map(|seconds| Event::ClockAhead { robot: robot(index), seconds });
+            let status = wire::status(message).map_err(|error| error.to_string())?;
+            let status = Event::RobotStatus { robot: robot(index), status };
+            clock.into_iter().chain([status]).collect()
+        }
+        Role::Controller(index) => {
+            vec![Event::ControllerStatus { robot: robot(index), status: status(data)? }]
+        }
+        Role::Lease => {
+            let message: RunLease = decode(data)?;
+            vec![Event::LeaseHeard(wire::lease(message).map_err(|error| error.to_string())?)]
+        }
+        Role::EStop => vec![Event::EStop(decode::<Bool>(data)?.data)],
+        Role::Diagnostics => diagnoses(plan, decode(data)?),
+        Role::Odometry(index) if is_wanted(plan, index, PoseSource::Odom) => {
+            let Odometry { header, pose, .. } = decode(data)?;
+            vec![pose_event(robot(index), header, &pose.pose)?]
+        }
+        Role::Pose(index) if is_wanted(plan, index, PoseSource::Pose) => {
+            let PoseStamped { header, pose } = decode(data)?;
+            vec![pose_event(robot(index), header, &pose)?]
+        }
+        Role::Odometry(_)
+        | Role::Pose(_)
+        | Role::Simulator
+        | Role::Detection
+        | Role::Command
+        | Role::WorldDigest
+        | Role::Clock
+        | Role::Preparation
+        | Role::Other => Vec::new(),
+    })
+}
+
+/// Understands a status.
+///
+/// # Errors
+///
+/// What is wrong with it.
+pub fn status(data: &[u8]) -> Result<Status, String> {
+    wire::status(decode(data)?).map_err(|error| error.to_string())
+}
+
+fn decode<M: RosMessage>(data: &[u8]) -> Result<M, String> {
+    cdr::decode(data).map_err(|error| error.to_string())
+}
+
+/// The simulator has placed its robots itself.
+fn is_wanted(plan: &Plan, robot: usize, source: PoseSource) -> bool {
+    plan.record.backend == Backend::Fleet && plan.pose_of(robot) == source
+}
+
+/// How far a stamp is ahead of our clock, in seconds; `None` for one that was not set.
+fn seconds_ahead(stamp: Time) -> Option<f64> {
+    let stamp_ns = stamp.to_nanos().filter(|nanos| *nanos > 0)?;
+    let now_ns = wall_time().to_nanos()?;
+    Some((i128::from(stamp_ns) - i128::from(now_ns)) as f64 / 1e9)
+}
+
+/// Diagnoses of the robots of this run: their hardware's name, or the first part of their own, is
+/// that of the robot.
+fn diagnoses(plan: &Plan, array: DiagnosticArray) -> Vec<Event> {
+    let robots = &plan.record.robots;
+    let of_robot = |diagnosis: &DiagnosticStatus| {
+        let name = diagnosis.name.trim_start_matches('/');
+        let first = name.split(['/', ':', ' ']).next().unwrap_or("");
+        robots.iter().find(|robot| *robot == first || **robot == diagnosis.hardware_id).cloned()
+    };
+    array
+        .status
+        .into_iter()
+        .filter_map(|diagnosis| {
+            let robot = of_robot(&diagnosis)?;
+            let is_error =
+                matches!(diagnosis.level, DiagnosticStatus::ERROR | DiagnosticStatus::STALE);
+            let error = is_error.then_some(diagnosis.message);
+            Some(Event::Diagnosed { robot, part: diagnosis.name, error })
+        })
+        .collect()
+}
+
+fn pose_event(robot: String, header: Header, pose: &geometry_msgs::Pose) -> Result<Event, String> {
+    let Quaternion { x, y, z, w } = pose.orientation;
+    let heading_rad = libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z));
+    let pose = Pose { x_m: pose.position.x, y_m: pose.position.y, heading_rad };
+    if ![pose.x_m, pose.y_m, pose.heading_rad].iter().all(|number| number.is_finite()) {
+        return Err(format!("pose that is not finite: {pose:?}"));
+    }
+    Ok(Event::Pose { robot, frame: header.frame_id, pose })
+}

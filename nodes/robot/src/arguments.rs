@@ -1,0 +1,309 @@
+//! What the robot node is told when it starts: its robot, its driver, and start values.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use rsrs_core::profile::{ProfileError, RobotProfile};
+use rsrs_fleet::fleet_file::{self, CmdVel, FleetFile, FleetFileError, FleetRobot};
+use rsrs_ros::node_arguments::{NodeArguments, NodeArgumentsError};
+use rsrs_ros::parameters::ParameterValue;
+use rsrs_ros::ros_args::Environment;
+
+use crate::driver::serial::{BAUD, PORT};
+use crate::driver::{DriverKind, NoSuchDriver};
+use crate::parameters::{self, NODE};
+
+/// What the robot node is told.
+#[derive(Clone, Debug)]
+pub struct RobotArguments {
+    /// What every node is told.
+    pub node: NodeArguments,
+    /// The robot.
+    pub robot: String,
+    /// What moves it.
+    pub driver: DriverKind,
+    /// Start values of the robot's parameters, by name.
+    pub given: BTreeMap<String, ParameterValue>,
+    /// Start values of its controller's parameters, by name; `None` if the controller is a process
+    /// of its own, or somebody else's.
+    pub controller: Option<BTreeMap<String, ParameterValue>>,
+}
+
+/// Why the robot node cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum ArgumentsError {
+    /// What every node is told is wrong.
+    #[error(transparent)]
+    Node(#[from] NodeArgumentsError),
+    /// A flag at the end without its value.
+    #[error("`{flag}` needs a value")]
+    NoValue {
+        /// The flag.
+        flag: String,
+    },
+    /// There is no such driver.
+    #[error(transparent)]
+    Driver(#[from] NoSuchDriver),
+    /// Nobody says which driver.
+    #[error("no driver: give `--driver serial|ros|virtual`, or a fleet file with `--config`")]
+    NoDriver,
+    /// The speed of the line is no number.
+    #[error("`--baud {found}`, expected a whole number of symbols per second")]
+    Baud {
+        /// What was given.
+        found: String,
+    },
+    /// Another number of robots.
+    #[error("{found} robots, expected 1: each robot's hardware has a process of its own")]
+    Robots {
+        /// Robots named.
+        found: usize,
+    },
+    /// A file cannot be read.
+    #[error("`{}` cannot be read: {source}", path.display())]
+    Read {
+        /// Its path.
+        path: PathBuf,
+        /// Why not.
+        source: io::Error,
+    },
+    /// The fleet file is none.
+    #[error(transparent)]
+    Fleet(#[from] FleetFileError),
+    /// The profile is none.
+    #[error(transparent)]
+    Profile(#[from] ProfileError),
+    /// The fleet file has no such robot.
+    #[error("`{}` has no robot `{robot}`, expected one of: {}", path.display(), expected.join(", "))]
+    NoSuchRobot {
+        /// The fleet file.
+        path: PathBuf,
+        /// The robot.
+        robot: String,
+        /// The robots that it has.
+        expected: Vec<String>,
+    },
+    /// A start value for a parameter that neither the robot nor its controller has.
+    #[error("neither /{robot}/{NODE} nor its controller has a parameter `{name}`")]
+    UnknownParameter {
+        /// The robot.
+        robot: String,
+        /// The parameter.
+        name: String,
+    },
+}
+
+/// The node's own flags.
+#[derive(Debug, Default)]
+struct Flags {
+    driver: Option<DriverKind>,
+    port: Option<String>,
+    baud: Option<i64>,
+    config: Option<PathBuf>,
+    is_alone: bool,
+}
+
+impl RobotArguments {
+    /// Understands the arguments of the process.
+    ///
+    /// What is said closer to the robot goes first: `-p` and parameter files, then flags, then the
+    /// fleet file, then the profile that it names.
+    ///
+    /// # Errors
+    ///
+    /// [`ArgumentsError`].
+    pub fn parse(arguments: &[String], environment: &Environment) -> Result<Self, ArgumentsError> {
+        let (flags, rest) = Flags::split(arguments)?;
+        let node = NodeArguments::parse(&rest, environment, NODE)?;
+        let [robot] = &node.robots[..] else {
+            return Err(ArgumentsError::Robots { found: node.robots.len() });
+        };
+        let robot = robot.clone();
+
+        let mut values = BTreeMap::new();
+        let mut driver = None;
+        if let Some(path) = &flags.config {
+            let described = robot_of(path, &robot)?;
+            driver = Some(take_robot(&described, path, &mut values)?);
+        }
+        let driver = flags.driver.or(driver).ok_or(ArgumentsError::NoDriver)?;
+        values.extend(flags.port.map(|port| (PORT.to_owned(), ParameterValue::String(port))));
+        values.extend(flags.baud.map(|baud| (BAUD.to_owned(), ParameterValue::Integer(baud))));
+        if driver != DriverKind::Serial {
+            values.retain(|name, _| ![PORT, BAUD].contains(&name.as_str()));
+        }
+
+        let of_controller = |name: &String| rsrs_controller_node::NAMES.contains(&name.as_str());
+        let known = parameters::names(driver);
+        let is_known = |name: &String| known.contains(name);
+        let mut given = values.clone();
+        given.extend(node.ros.parameters(&format!("/{robot}/{NODE}")));
+        if let Some(name) = given.keys().find(|name| !is_known(name) && !of_controller(name)) {
+            return Err(ArgumentsError::UnknownParameter { robot, name: name.clone() });
+        }
+        given.retain(|name, _| is_known(name));
+        let mut controller = values;
+        controller.retain(|name, _| of_controller(name));
+        let node_of_controller = format!("/{robot}/{}", rsrs_controller_node::NODE);
+        let mut to_controller = node.ros.parameters(&node_of_controller);
+        // A value for all nodes may be meant for the robot alone.
+        to_controller.retain(|name, _| of_controller(name) || !is_known(name));
+        controller.extend(to_controller);
+        let controller = (!flags.is_alone).then_some(controller);
+        Ok(Self { node, robot, driver, given, controller })
+    }
+}
+
+impl Flags {
+    /// Takes the node's own flags out of the arguments before those for ROS 2.
+    fn split(arguments: &[String]) -> Result<(Self, Vec<String>), ArgumentsError> {
+        let (mut flags, mut rest) = (Self::default(), Vec::new());
+        let mut arguments = arguments.iter();
+        while let Some(flag) = arguments.next() {
+            let mut value = || {
+                let value = arguments.next().cloned();
+                value.ok_or_else(|| ArgumentsError::NoValue { flag: flag.clone() })
+            };
+            match flag.as_str() {
+                "--driver" => flags.driver = Some(value()?.parse()?),
+                "--port" => flags.port = Some(value()?),
+                "--without-controller" => flags.is_alone = true,
+                "--config" => flags.config = Some(value()?.into()),
+                "--baud" => {
+                    let found = value()?;
+                    let baud = found.parse().map_err(|_no_number| ArgumentsError::Baud { found });
+                    flags.baud = Some(baud?);
+                }
+                "--ros-args" => {
+                    rest.push(flag.clone());
+                    rest.extend(arguments.by_ref().cloned());
+                }
+                _ => rest.push(flag.clone()),
+            }
+        }
+        Ok((flags, rest))
+    }
+}
+
+fn read(path: &Path) -> Result<String, ArgumentsError> {
+    fs::read_to_string(path)
+        .map_err(|source| ArgumentsError::Read { path: path.to_owned(), source })
+}
+
+fn robot_of(path: &Path, robot: &str) -> Result<FleetRobot, ArgumentsError> {
+    let fleet = FleetFile::parse(&path.display().to_string(), &read(path)?)?;
+    let expected = fleet.robots.iter().map(|described| described.name.clone()).collect();
+    fleet.robots.into_iter().find(|described| described.name == robot).ok_or_else(|| {
+        ArgumentsError::NoSuchRobot { path: path.to_owned(), robot: robot.to_owned(), expected }
+    })
+}
+
+/// Takes start values from a robot's place in the fleet file, and from the profile named there.
+fn take_robot(
+    described: &FleetRobot,
+    fleet_file: &Path,
+    values: &mut BTreeMap<String, ParameterValue>,
+) -> Result<DriverKind, ArgumentsError> {
+    let path = fleet_file.parent().unwrap_or(Path::new("")).join(&described.profile);
+    let profile = RobotProfile::parse(&path.display().to_string(), &read(&path)?)?;
+    let mut double = |name: &str, value| {
+        values.insert(name.to_owned(), ParameterValue::Double(value));
+    };
+    double(parameters::SPEED_MAX, profile.actuation.speed.limits_m_s[1]);
+    double(parameters::TURN_RATE_MAX, profile.actuation.turn.limits_rad_s[1]);
+    double(parameters::PERIOD, profile.computation.period_s);
+    if let Some(cone) = profile.sensing.cone {
+        double(parameters::DETECTION_THRESHOLD, cone.range_m);
+    }
+    let cmd_vel = match described.cmd_vel {
+        CmdVel::TwistStamped => "twist_stamped",
+        CmdVel::Twist => "twist",
+    };
+    values.insert(parameters::CMD_VEL_TYPE.to_owned(), ParameterValue::String(cmd_vel.to_owned()));
+    Ok(match &described.driver {
+        fleet_file::Driver::Serial { port, baud } => {
+            values.insert(PORT.to_owned(), ParameterValue::String(port.clone()));
+            values.insert(BAUD.to_owned(), ParameterValue::Integer(i64::from(*baud)));
+            DriverKind::Serial
+        }
+        fleet_file::Driver::Ros => DriverKind::Ros,
+        fleet_file::Driver::Virtual => DriverKind::Virtual,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(arguments: &[&str]) -> Result<RobotArguments, ArgumentsError> {
+        let arguments: Vec<String> = arguments.iter().map(|text| (*text).to_owned()).collect();
+        let environment = Environment::new(&[("RSRS_INTERFACE", "127.0.0.1")], |_| {
+            Err(io::ErrorKind::NotFound.into())
+        });
+        RobotArguments::parse(&arguments, &environment)
+    }
+
+    #[test]
+    fn each_node_takes_its_own_parameters_and_both_take_what_both_have() {
+        let line = ["--robots", "robot_1", "--driver", "serial", "--port", "/dev/ttyUSB0"];
+        let ros = ["--ros-args", "-p", "speed:=0.1", "-p", "debounce:=3", "-p", "speed_max:=0.2"];
+
+        let parsed = parse(&[&line[..], &ros[..]].concat()).unwrap();
+
+        let names =
+            |values: &BTreeMap<String, ParameterValue>| values.keys().cloned().collect::<Vec<_>>();
+        assert_eq!(names(&parsed.given), ["debounce", "serial.port", "speed_max"]);
+        assert_eq!(names(&parsed.controller.unwrap()), ["speed", "speed_max"]);
+    }
+
+    #[test]
+    fn the_fleet_file_says_what_the_flags_do_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let profile = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+        fs::write(folder.path().join("p.yaml"), profile).unwrap();
+        let fleet = "fileversion: 1\nall: {profile: p.yaml, cmd_vel: twist}\nrobots:\n  \
+            robot_1: {enabled: true, driver: {kind: serial, port: /dev/ttyACM3, baud: 57600}}\n";
+        let path = folder.path().join("fleet.yaml");
+        fs::write(&path, fleet).unwrap();
+        let path = path.display().to_string();
+
+        let parsed = parse(&["--robots", "robot_1", "--config", &path, "--baud", "9600"]).unwrap();
+
+        assert_eq!(parsed.driver, DriverKind::Serial);
+        assert_eq!(parsed.given["serial.port"], ParameterValue::String("/dev/ttyACM3".to_owned()));
+        assert_eq!(parsed.given["serial.baud"], ParameterValue::Integer(9600));
+        assert_eq!(parsed.given["speed_max"], ParameterValue::Double(0.3));
+        let controller = parsed.controller.unwrap();
+        assert_eq!(controller["cmd_vel_type"], ParameterValue::String("twist".to_owned()));
+
+        let error = parse(&["--robots", "robot_9", "--config", &path]).unwrap_err();
+        assert!(error.to_string().contains("no robot `robot_9`, expected one of: robot_1"));
+    }
+
+    #[test]
+    fn a_robot_may_be_without_a_controller() {
+        let parsed = parse(&["--robots", "a", "--driver", "ros", "--without-controller"]).unwrap();
+
+        assert_eq!(parsed.controller, None);
+    }
+
+    #[test]
+    fn what_nobody_has_is_refused_by_name() {
+        for (arguments, expected) in [
+            (&["--robots", "a"][..], "no driver: give"),
+            (&["--robots", "a,b", "--driver", "ros"], "2 robots, expected 1"),
+            (&["--robots", "a", "--driver", "usb"], "driver `usb`, expected serial, ros"),
+            (&["--robots", "a", "--driver"], "`--driver` needs a value"),
+            (&["--robots", "a", "--baud", "fast"], "`--baud fast`, expected a whole number"),
+            (
+                &["--robots", "a", "--driver", "ros", "--ros-args", "-p", "sped:=1.0"],
+                "neither /a/robot nor its controller has a parameter `sped`",
+            ),
+        ] {
+            let error = parse(arguments).unwrap_err().to_string();
+
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+}

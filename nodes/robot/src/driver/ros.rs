@@ -1,0 +1,243 @@
+//! Somebody else's base driver: any node that takes velocity commands, and any that measures
+//! distances.
+//!
+//! Readings come as `sensor_msgs/Range` or `sensor_msgs/LaserScan`; gated commands go out on
+//! `hardware/cmd_vel`. The base driver must have a timeout of its own: if this process dies, nobody
+//! else stops its wheels.
+
+use anyhow::{Context, Result, bail};
+use rsrs_core::controller::Command;
+use rsrs_msgs::sensor_msgs::{LaserScan, Range};
+use rsrs_msgs::topics;
+use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterValue};
+use rsrs_ros::session::Subscription;
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+
+use super::outlet::Outlet;
+use super::{Driver, Place, Report, Sensed};
+use crate::parameters::{choice, double, text};
+
+/// Parameter: type of the sensor's messages.
+pub const SENSOR_TYPE: &str = "ros.sensor_type";
+/// Parameter: topic of the sensor; relative to the robot's namespace, or absolute.
+pub const SENSOR_TOPIC: &str = "ros.sensor_topic";
+/// Parameter: half of the sector of a scan that is looked at, about straight ahead.
+pub const SECTOR: &str = "ros.sector_half_angle";
+/// Parameter: type of the gated commands.
+pub const CMD_VEL_TYPE: &str = "ros.cmd_vel_type";
+
+/// The driver.
+pub struct RosDriver {
+    outlet: Outlet,
+    reports: UnboundedReceiver<Report>,
+    sensor_topic: String,
+    subscription: Subscription,
+}
+
+impl Driver for RosDriver {
+    fn parameters() -> Vec<(Descriptor, ParameterValue)> {
+        let sector = Descriptor {
+            read_only: true,
+            range: Some((0.0, std::f64::consts::PI)),
+            ..Descriptor::new(
+                SECTOR,
+                ParameterKind::Double,
+                "Half of the sector of a scan that is looked at, about straight ahead, in rad.",
+            )
+        };
+        let sensor_topic = Descriptor {
+            read_only: true,
+            additional_constraints: "absolute, or relative to the robot's namespace".to_owned(),
+            ..Descriptor::new(
+                SENSOR_TOPIC,
+                ParameterKind::String,
+                "Topic of the sensor; hardware/range or hardware/scan if empty.",
+            )
+        };
+        let sensor_type = "Type of the sensor's messages.";
+        vec![
+            choice(SENSOR_TYPE, sensor_type, ("range or laser_scan", "range")),
+            (sensor_topic, ParameterValue::String(String::new())),
+            (sector, ParameterValue::Double(0.2)),
+            choice(CMD_VEL_TYPE, "Type of hardware/cmd_vel.", ("twist or twist_stamped", "twist")),
+        ]
+    }
+
+    fn open(place: Place<'_>) -> Result<Self> {
+        let value = |name| text(place.server, place.node.full_name(), name);
+        let outlet = match value(CMD_VEL_TYPE).as_str() {
+            "twist" => Outlet::unstamped(place)?,
+            "twist_stamped" => Outlet::stamped(place)?,
+            other => bail!("`{CMD_VEL_TYPE}` is `{other}`, expected twist or twist_stamped"),
+        };
+        let (to_node, reports) = unbounded_channel();
+        // A base that does not run is a sensor that is silent, which the node notices.
+        drop(to_node.send(Report::Up));
+        let given = value(SENSOR_TOPIC);
+        let (sensor_topic, subscription) = match value(SENSOR_TYPE).as_str() {
+            "range" => follow_range(place, &given, to_node),
+            "laser_scan" => follow_scan(place, &given, to_node),
+            other => bail!("`{SENSOR_TYPE}` is `{other}`, expected range or laser_scan"),
+        }
+        .with_context(|| format!("`{SENSOR_TOPIC}`"))?;
+        Ok(Self { outlet, reports, sensor_topic, subscription })
+    }
+
+    async fn report(&mut self) -> Report {
+        match self.reports.recv().await {
+            Some(report) => report,
+            // The session was closed; whoever did it waits for nothing any more.
+            None => std::future::pending().await,
+        }
+    }
+
+    async fn drive(&mut self, command: Command) -> Result<()> {
+        self.outlet.drive(command).await
+    }
+
+    fn health(&self) -> Vec<(&'static str, String)> {
+        let counts = self.subscription.counts();
+        vec![
+            ("sensor_topic", self.sensor_topic.clone()),
+            ("readings", counts.taken.to_string()),
+            ("undecodable", counts.undecodable.to_string()),
+        ]
+    }
+}
+
+/// The full name of a topic that was given, or of the usual one if none was.
+fn full_name(robot: &str, given: &str, usual: &topics::Topic) -> String {
+    match given {
+        "" => usual.for_robot(robot),
+        absolute if absolute.starts_with('/') => absolute.to_owned(),
+        relative => format!("/{robot}/{relative}"),
+    }
+}
+
+fn follow_range(
+    place: Place<'_>,
+    given: &str,
+    to_node: UnboundedSender<Report>,
+) -> Result<(String, Subscription)> {
+    let topic = topics::HARDWARE_RANGE;
+    let name = full_name(place.robot, given, &topic);
+    let subscription = place.session.subscribe(place.node, &name, topic.qos, move |sample| {
+        let sensed = Sensed { seen: None, range: Some(usable(sample.message)) };
+        drop(to_node.send(Report::Sensed(sensed)));
+    })?;
+    Ok((name, subscription))
+}
+
+fn follow_scan(
+    place: Place<'_>,
+    given: &str,
+    to_node: UnboundedSender<Report>,
+) -> Result<(String, Subscription)> {
+    let half_angle_rad = double(place.server, place.node.full_name(), SECTOR);
+    let topic = topics::HARDWARE_SCAN;
+    let name = full_name(place.robot, given, &topic);
+    let subscription = place.session.subscribe(place.node, &name, topic.qos, move |sample| {
+        let sensed = Sensed { seen: None, range: Some(nearest(&sample.message, half_angle_rad)) };
+        drop(to_node.send(Report::Sensed(sensed)));
+    })?;
+    Ok((name, subscription))
+}
+
+/// A reading outside its own limits is not to be used; beyond the farthest there is nothing.
+fn usable(mut message: Range) -> Range {
+    // Sensors that only say near or far have equal limits and say it with an infinity.
+    if message.range.is_finite() {
+        if message.range > message.max_range {
+            message.range = f32::INFINITY;
+        } else if message.range < message.min_range {
+            message.range = f32::NAN;
+        }
+    }
+    message
+}
+
+/// The nearest thing in the sector of a scan.
+///
+/// Rays that are not numbers or below the scanner's least distance met nothing, as scanners say it
+/// in both ways. A scan without a ray in the sector is a failed measurement.
+fn nearest(scan: &LaserScan, half_angle_rad: f64) -> Range {
+    let mut range = f32::NAN;
+    for (ray, distance) in scan.ranges.iter().enumerate() {
+        let angle_rad = f64::from(scan.angle_min) + ray as f64 * f64::from(scan.angle_increment);
+        if from_ahead_rad(angle_rad) > half_angle_rad {
+            continue;
+        }
+        let is_met =
+            *distance == f32::NEG_INFINITY || (scan.range_min..=scan.range_max).contains(distance);
+        // The minimum of a number and what is not one is the number.
+        range = range.min(if is_met { *distance } else { f32::INFINITY });
+    }
+    Range {
+        header: scan.header.clone(),
+        radiation_type: Range::INFRARED,
+        #[expect(clippy::cast_possible_truncation, reason = "the message has 32 bits")]
+        field_of_view: (2.0 * half_angle_rad) as f32,
+        min_range: scan.range_min,
+        max_range: scan.range_max,
+        range,
+        variance: 0.0,
+    }
+}
+
+/// How far a direction is from straight ahead, 0 to π.
+fn from_ahead_rad(angle_rad: f64) -> f64 {
+    let turn = std::f64::consts::TAU;
+    let wrapped = angle_rad.rem_euclid(turn);
+    wrapped.min(turn - wrapped)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Eight rays, 45° apart, the first straight ahead.
+    fn scan(ranges: [f32; 8]) -> LaserScan {
+        LaserScan {
+            angle_increment: std::f32::consts::FRAC_PI_4,
+            range_min: 0.1,
+            range_max: 4.0,
+            ranges: ranges.to_vec(),
+            ..LaserScan::default()
+        }
+    }
+
+    #[test]
+    fn the_sector_of_a_scan_reaches_over_its_seam() {
+        let scan = scan([3.0, 2.0, 0.2, 0.2, 0.2, 0.2, 0.2, 1.0]);
+
+        let ranges = [0.1, 0.8, 2.0].map(|half_angle_rad| nearest(&scan, half_angle_rad).range);
+        assert_eq!(ranges.map(f32::to_bits), [3.0, 1.0, 0.2].map(f32::to_bits));
+    }
+
+    #[test]
+    fn rays_that_met_nothing_are_far_away() {
+        let scan = scan([0.0, f32::NAN, 9.0, f32::INFINITY, 9.0, 9.0, 9.0, 9.0]);
+
+        assert!(nearest(&scan, 3.0).range.is_infinite());
+    }
+
+    #[test]
+    fn a_scan_without_a_ray_in_the_sector_is_a_failed_measurement() {
+        let mut scan = scan([1.0; 8]);
+        scan.angle_min = 0.3;
+
+        assert!(nearest(&scan, 0.1).range.is_nan());
+    }
+
+    #[test]
+    fn readings_beyond_the_limits_of_a_sensor_are_not_used() {
+        let reading = |range| {
+            usable(Range { min_range: 0.1, max_range: 2.0, range, ..Range::default() }).range
+        };
+
+        let readings = [1.0, 2.5, f32::NEG_INFINITY].map(reading);
+        let expected = [1.0, f32::INFINITY, f32::NEG_INFINITY];
+        assert_eq!(readings.map(f32::to_bits), expected.map(f32::to_bits));
+        assert!(reading(0.05).is_nan());
+    }
+}

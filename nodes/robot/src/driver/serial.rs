@@ -1,0 +1,190 @@
+//! A microcontroller on a serial line, as on the Flockbots; see `docs/serial_protocol.md`.
+//!
+//! Opens the port, greets, drives, and begins anew whenever something is wrong: what
+//! [`link`] says, or a port that is unplugged.
+
+pub mod line;
+pub mod link;
+mod port;
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, bail};
+use rsrs_core::controller::Command;
+use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterValue};
+
+use super::{Driver, Place, Report};
+use crate::parameters::{integer, text};
+use link::{Counts, Link};
+use port::Port;
+
+/// Parameter: path of the device.
+pub const PORT: &str = "serial.port";
+/// Parameter: symbols per second.
+pub const BAUD: &str = "serial.baud";
+
+/// A port that is unplugged is noticed by whoever uses it first.
+const GONE: &str = "the other end has gone";
+
+/// How long after a failure the port is opened again.
+const RETRY: Duration = Duration::from_millis(500);
+
+/// The driver.
+pub struct SerialDriver {
+    path: String,
+    baud: u32,
+    start: Instant,
+    line: Option<(Port, Link)>,
+    retry_at: Instant,
+    reports: VecDeque<Report>,
+    openings: u16,
+    /// What came in before the port was opened last.
+    counts_before: Counts,
+}
+
+impl Driver for SerialDriver {
+    fn parameters() -> Vec<(Descriptor, ParameterValue)> {
+        let mut port = Descriptor::new(PORT, ParameterKind::String, "Path of the serial device.");
+        let mut baud = Descriptor::new(BAUD, ParameterKind::Integer, "Symbols per second.");
+        baud.range = Some((1200.0, 4_000_000.0));
+        for descriptor in [&mut port, &mut baud] {
+            descriptor.read_only = true;
+        }
+        vec![
+            (port, ParameterValue::String("/dev/ttyACM0".to_owned())),
+            (baud, ParameterValue::Integer(115_200)),
+        ]
+    }
+
+    fn open(place: Place<'_>) -> anyhow::Result<Self> {
+        let node = place.node.full_name();
+        let baud = integer(place.server, node, BAUD);
+        let baud = u32::try_from(baud).context("the range of the parameter is within 32 bits")?;
+        Ok(Self::at(&text(place.server, node, PORT), baud))
+    }
+
+    async fn report(&mut self) -> Report {
+        loop {
+            if let Some(report) = self.reports.pop_front() {
+                return report;
+            }
+            match &mut self.line {
+                None => {
+                    tokio::time::sleep_until(self.retry_at.into()).await;
+                    self.open_port();
+                }
+                Some((port, link)) => {
+                    if let Err(reason) = listen(port, link, &mut self.reports, self.start).await {
+                        self.fail(&format!("{reason:#}"));
+                    }
+                }
+            }
+        }
+    }
+
+    async fn drive(&mut self, command: Command) -> anyhow::Result<()> {
+        let Some((port, link)) = &mut self.line else { bail!("`{}` is not open", self.path) };
+        let Some(line) = link.drive(command, self.start.elapsed()) else {
+            bail!("nobody on `{}` takes commands", self.path);
+        };
+        let sent = port.send(&line).context(GONE);
+        if let Err(error) = &sent {
+            self.fail(&format!("{error:#}"));
+        }
+        sent
+    }
+
+    fn health(&self) -> Vec<(&'static str, String)> {
+        let link = self.line.as_ref().map(|(_, link)| link);
+        let name = link.and_then(Link::identity).map(|identity| identity.name.clone());
+        let counts = self.counts();
+        vec![
+            ("port", self.path.clone()),
+            ("firmware", name.unwrap_or_else(|| "unknown".to_owned())),
+            ("openings", self.openings.to_string()),
+            ("lines_understood", counts.understood.to_string()),
+            ("lines_garbled", counts.garbled.to_string()),
+        ]
+    }
+}
+
+impl SerialDriver {
+    /// A driver for a port, which is opened when the first report is asked for.
+    ///
+    /// # Arguments
+    ///
+    /// * `path` — of the device; it need not be there yet.
+    /// * `baud` — symbols per second.
+    pub fn at(path: &str, baud: u32) -> Self {
+        Self {
+            path: path.to_owned(),
+            baud,
+            start: Instant::now(),
+            line: None,
+            retry_at: Instant::now(),
+            reports: VecDeque::new(),
+            openings: 0,
+            counts_before: Counts::default(),
+        }
+    }
+
+    fn open_port(&mut self) {
+        match Port::open(&self.path, self.baud) {
+            Ok(port) => {
+                self.openings = self.openings.wrapping_add(1);
+                // Another number for each process and opening, so that no old answer counts.
+                let nonce = self.openings.wrapping_mul(31).wrapping_add(process_number());
+                self.line = Some((port, Link::new(nonce, self.start.elapsed())));
+            }
+            Err(error) => self.fail(&error.to_string()),
+        }
+    }
+
+    /// Gives the port up; it is opened again later.
+    fn fail(&mut self, reason: &str) {
+        self.counts_before = self.counts();
+        self.line = None;
+        self.retry_at = Instant::now() + RETRY;
+        // What came before does not count any more.
+        self.reports.clear();
+        self.reports.push_back(Report::Down(reason.to_owned()));
+    }
+
+    fn counts(&self) -> Counts {
+        let now = self.line.as_ref().map_or_else(Counts::default, |(_, link)| link.counts());
+        Counts {
+            understood: self.counts_before.understood + now.understood,
+            garbled: self.counts_before.garbled + now.garbled,
+        }
+    }
+}
+
+fn process_number() -> u16 {
+    u16::try_from(std::process::id() % 0x1_0000).expect("a remainder is below its divisor")
+}
+
+/// Hears what comes, or says what is due, whichever is first; what came goes before what is due,
+/// so that a stall of this process is not taken for a silence of the other.
+async fn listen(
+    port: &Port,
+    link: &mut Link,
+    reports: &mut VecDeque<Report>,
+    start: Instant,
+) -> anyhow::Result<()> {
+    let mut buffer = [0; 1024];
+    let due: tokio::time::Instant = (start + link.due()).into();
+    tokio::select! {
+        biased;
+        read = port.read(&mut buffer) => {
+            let n_bytes = read.context(GONE)?;
+            reports.extend(link.on_bytes(&buffer[..n_bytes], start.elapsed())?);
+        }
+        () = tokio::time::sleep_until(due) => {
+            if let Some(line) = link.on_tick(start.elapsed())? {
+                port.send(&line).context(GONE)?;
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,59 @@
+//! No hardware: a robot of the simulator, gated as a real one would be.
+//!
+//! Detections come on `virtual_detection`, gated commands go out on `hardware/cmd_vel`.
+
+use anyhow::Result;
+use rsrs_core::controller::Command;
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::topics;
+use rsrs_ros::parameters::{Descriptor, ParameterValue};
+use rsrs_ros::session::Subscription;
+use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+
+use super::outlet::Outlet;
+use super::{Driver, Place, Report, Sensed};
+
+/// The driver.
+pub struct VirtualDriver {
+    outlet: Outlet,
+    reports: UnboundedReceiver<Report>,
+    subscription: Subscription,
+}
+
+impl Driver for VirtualDriver {
+    fn parameters() -> Vec<(Descriptor, ParameterValue)> {
+        Vec::new()
+    }
+
+    fn open(place: Place<'_>) -> Result<Self> {
+        let (to_node, reports) = unbounded_channel();
+        // A simulator that does not run is a sensor that is silent, which the node notices.
+        drop(to_node.send(Report::Up));
+        let topic = topics::VIRTUAL_DETECTION;
+        let name = topic.for_robot(place.robot);
+        let subscription =
+            place.session.subscribe(place.node, &name, topic.qos, move |sample| {
+                let Bool { data } = sample.message;
+                let sensed = Sensed { seen: Some(data), range: None };
+                // The receiver is gone only while the node shuts down.
+                drop(to_node.send(Report::Sensed(sensed)));
+            })?;
+        Ok(Self { outlet: Outlet::stamped(place)?, reports, subscription })
+    }
+
+    async fn report(&mut self) -> Report {
+        match self.reports.recv().await {
+            Some(report) => report,
+            // The session was closed; whoever did it waits for nothing any more.
+            None => std::future::pending().await,
+        }
+    }
+
+    async fn drive(&mut self, command: Command) -> Result<()> {
+        self.outlet.drive(command).await
+    }
+
+    fn health(&self) -> Vec<(&'static str, String)> {
+        vec![("detections", self.subscription.counts().taken.to_string())]
+    }
+}

@@ -1,0 +1,51 @@
+//! The robot node: a sensor's readings to detections, velocity commands to wheels.
+//!
+//! One process on each robot is the node `/<robot>/robot`, which owns the hardware behind the final
+//! gate ([`rsrs_fleet::robot`]), and the node `/<robot>/controller`
+//! ([`rsrs_controller_node`]), both on one participant. The hardware is behind one trait
+//! ([`driver::Driver`]); which of its implementors is used is said on the command line or in the
+//! fleet file.
+//!
+//! Wheels stop when commands are stale or beyond the limits, the lease has run out, the e-stop is
+//! on, or the driver fails; and when this process dies or its machine is unplugged, because the
+//! microcontroller (or the foreign base driver) has a timeout of its own.
+
+mod arguments;
+mod diagnostics;
+pub mod driver;
+mod listening;
+mod node;
+mod parameters;
+mod voice;
+
+pub use arguments::{ArgumentsError, RobotArguments};
+pub use parameters::NODE;
+
+use anyhow::Context;
+use rsrs_ros::logging::{self, Level};
+use rsrs_ros::ros_args::Environment;
+
+/// Runs the node until SIGINT or SIGTERM; the wheels stop first.
+///
+/// # Arguments
+///
+/// * `arguments` — those of the process, without its name: `[--interface NAME|IP] [--robots NAME]
+///   [--config FLEET.yaml] [--driver serial|ros|virtual] [--port PATH] [--baud N]
+///   [--without-controller] [--ros-args …]`. Without `--robots` the namespace (`-r __ns:=/robot_1`) names the robot.
+///
+/// # Errors
+///
+/// If the arguments are wrong, no interface is chosen, or the network cannot be used. Hardware that
+/// does not answer is no error: the node says so and keeps trying.
+pub fn main(arguments: &[String]) -> anyhow::Result<()> {
+    let options = RobotArguments::parse(arguments, &Environment::of_this_process())?;
+    logging::init(
+        options.node.log_level.unwrap_or(Level::Info),
+        std::env::var("RUST_LOG").ok().as_deref(),
+    );
+    tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("starting the runtime")?
+        .block_on(node::run(options))
+}

@@ -1,0 +1,85 @@
+//! What the robot node hears from the network.
+
+use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
+use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::topics;
+use rsrs_ros::session::{NodeHandle, Session, SessionError, Subscription};
+use tokio::sync::mpsc::UnboundedSender;
+
+/// What reaches the robot.
+#[derive(Debug)]
+pub enum Heard {
+    /// A lease.
+    Lease(RunLease),
+    /// The e-stop topic.
+    EStop(bool),
+    /// The digest of its controller's parameters.
+    Controller(u64),
+    /// A velocity command.
+    Command(Twist),
+    /// A parameter was set.
+    Parameters,
+}
+
+/// The type of velocity commands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Commands {
+    /// `geometry_msgs/TwistStamped`.
+    Stamped,
+    /// `geometry_msgs/Twist`.
+    Unstamped,
+}
+
+/// Starts to listen.
+///
+/// # Errors
+///
+/// If a topic cannot be made.
+pub fn listen(
+    session: &Session,
+    (node, robot): (&NodeHandle, &str),
+    commands: Commands,
+    heard: &UnboundedSender<Heard>,
+) -> Result<[Subscription; 4], SessionError> {
+    let (to_lease, to_stop, to_controller) = (heard.clone(), heard.clone(), heard.clone());
+    let (lease, e_stop, status) = (topics::LEASE, topics::E_STOP, topics::CONTROLLER_STATUS);
+    // In all of these, the receiver is gone only while the node shuts down.
+    Ok([
+        session.subscribe(node, lease.name, lease.qos, move |sample| {
+            drop(to_lease.send(Heard::Lease(sample.message)));
+        })?,
+        session.subscribe(node, e_stop.name, e_stop.qos, move |sample| {
+            let engaged: Bool = sample.message;
+            drop(to_stop.send(Heard::EStop(engaged.data)));
+        })?,
+        session.subscribe(node, &status.for_robot(robot), status.qos, move |sample| {
+            let status: RobotStatus = sample.message;
+            drop(to_controller.send(Heard::Controller(status.parameter_digest)));
+        })?,
+        listen_to_commands(session, (node, robot), commands, heard.clone())?,
+    ])
+}
+
+fn listen_to_commands(
+    session: &Session,
+    (node, robot): (&NodeHandle, &str),
+    commands: Commands,
+    heard: UnboundedSender<Heard>,
+) -> Result<Subscription, SessionError> {
+    match commands {
+        Commands::Stamped => {
+            let topic = topics::CMD_VEL;
+            session.subscribe(node, &topic.for_robot(robot), topic.qos, move |sample| {
+                let stamped: TwistStamped = sample.message;
+                drop(heard.send(Heard::Command(stamped.twist)));
+            })
+        }
+        Commands::Unstamped => {
+            let topic = topics::CMD_VEL_UNSTAMPED;
+            session.subscribe(node, &topic.for_robot(robot), topic.qos, move |sample| {
+                drop(heard.send(Heard::Command(sample.message)));
+            })
+        }
+    }
+}

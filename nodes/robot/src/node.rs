@@ -1,0 +1,371 @@
+//! Samples, readings and timers in; detections, statuses and wheel commands out.
+
+use std::time::{Duration, Instant};
+
+use anyhow::bail;
+use rsrs_controller_node::Hosting;
+use rsrs_core::controller::Command;
+use rsrs_fleet::message::RobotState;
+use rsrs_fleet::robot::detector::{Detector, Reading};
+use rsrs_fleet::robot::limits::Ramp;
+use rsrs_fleet::robot::{Event, Robot, RobotOptions};
+use rsrs_fleet::timing::command_timeout;
+use rsrs_msgs::geometry_msgs::Twist;
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_ros::logging::Level;
+use rsrs_ros::parameters::{Arming, ParameterServer};
+use rsrs_ros::session::{NodeHandle, Session, Subscription};
+use rsrs_ros::shutdown;
+use rsrs_wire as wire;
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+use tokio::time::{Interval, MissedTickBehavior};
+
+use crate::arguments::RobotArguments;
+use crate::diagnostics::Health;
+use crate::driver::ros::RosDriver;
+use crate::driver::serial::SerialDriver;
+use crate::driver::virtual_robot::VirtualDriver;
+use crate::driver::{Driver, DriverKind, Place, Report, Sensed};
+use crate::listening::{Commands, Heard, listen};
+use crate::parameters::{self, CMD_VEL_TYPE, NODE, PERIOD, Settings};
+use crate::voice::Voice;
+
+/// How often the gate is looked at while nothing arrives.
+const GLANCE: Duration = Duration::from_millis(20);
+/// How often the wheels are told what they were told before: several times within their timeout.
+const WHEEL_BEAT: Duration = Duration::from_millis(50);
+/// How often the robot's health is told.
+const HEALTH_BEAT: Duration = Duration::from_secs(1);
+/// How often, at most, a refused command is spoken of.
+const COMPLAINT: Duration = Duration::from_secs(1);
+/// How often the wheels are told to stop before the node ends.
+const LAST_STOPS: usize = 3;
+
+/// Runs robot and controller until SIGINT or SIGTERM; then the wheels stop first.
+///
+/// # Errors
+///
+/// If the network cannot be used, a start value of a parameter is wrong, or a reliable subscriber
+/// stops acknowledging.
+pub async fn run(options: RobotArguments) -> anyhow::Result<()> {
+    let session = Session::open(&options.node.session)?;
+    let ended = match options.driver {
+        DriverKind::Serial => host::<SerialDriver>(&session, options).await,
+        DriverKind::Ros => host::<RosDriver>(&session, options).await,
+        DriverKind::Virtual => host::<VirtualDriver>(&session, options).await,
+    };
+    session.close().await;
+    ended
+}
+
+async fn host<D: Driver>(session: &Session, options: RobotArguments) -> anyhow::Result<()> {
+    let (heard, mut events) = unbounded_channel();
+    let mut robot = RobotNode::<D>::new(session, &options, &heard)?;
+    for note in &options.node.ros.notes {
+        robot.node.say(Level::Warn, &note.to_string());
+    }
+    robot.node.say(Level::Info, &format!("ready, with a {} driver", options.driver.name()));
+    let controller = options.controller.map(|given| Hosting { robot: options.robot, given });
+    let ended = tokio::select! {
+        biased;
+        ended = robot.serve(&mut events) => ended,
+        ended = serve_controller(session, controller) => ended,
+    };
+    let stopped = robot.stand_down().await;
+    ended.and(stopped)
+}
+
+async fn serve_controller(session: &Session, controller: Option<Hosting>) -> anyhow::Result<()> {
+    match controller {
+        Some(controller) => rsrs_controller_node::serve(session, vec![controller], &[]).await,
+        None => std::future::pending().await,
+    }
+}
+
+/// The robot, its hardware and its ends of the network.
+struct RobotNode<D> {
+    name: String,
+    node: NodeHandle,
+    kind: DriverKind,
+    driver: D,
+    gate: Robot,
+    ramp: Ramp,
+    detector: Detector,
+    settings: Settings,
+    server: ParameterServer,
+    voice: Voice,
+    start: Instant,
+    period: Duration,
+    /// What the driver says is wrong; at the start, that it has said nothing yet.
+    driver_fault: Option<String>,
+    /// Why the wheels did not take the last command.
+    wheel_fault: Option<String>,
+    /// What the gate was told is wrong with sensor or wheels.
+    fault: Option<String>,
+    /// Whether sensor and wheels have worked before: hardware that takes its time is no error.
+    has_worked: bool,
+    /// What the wheels were told last, and when.
+    told: Option<(Command, Duration)>,
+    refused: u64,
+    complained: Option<Duration>,
+    arming: Arming,
+    _subscriptions: [Subscription; 4],
+}
+
+/// What the loop woke up for.
+enum Woken {
+    Heard(Heard),
+    Report(Report),
+    Glance,
+    Period,
+    Health,
+}
+
+impl<D: Driver> RobotNode<D> {
+    fn new(
+        session: &Session,
+        options: &RobotArguments,
+        heard: &UnboundedSender<Heard>,
+    ) -> anyhow::Result<Self> {
+        let name = options.robot.clone();
+        let node = session.node(&format!("/{name}"), NODE)?;
+        let full_name = node.full_name();
+        let declared = parameters::declare(&name, options.driver, &options.given);
+        let changed = heard.clone();
+        let server = ParameterServer::start(session, vec![declared], move |_, _| {
+            changed.send(Heard::Parameters).map_err(|_closed| "shutting down".to_owned())
+        })?;
+        let commands = match parameters::text(&server, full_name, CMD_VEL_TYPE).as_str() {
+            "twist_stamped" => Commands::Stamped,
+            "twist" => Commands::Unstamped,
+            other => bail!("`{CMD_VEL_TYPE}` is `{other}`, expected twist_stamped or twist"),
+        };
+        let period_s = parameters::double(&server, full_name, PERIOD);
+        let place = Place { session, node: &node, robot: &name, server: &server };
+        let gate = Robot::new(RobotOptions {
+            name: name.clone(),
+            command_timeout: command_timeout(period_s),
+            lapse_grace: Duration::ZERO,
+        });
+        Ok(Self {
+            driver: D::open(place)?,
+            kind: options.driver,
+            gate,
+            ramp: Ramp::standing(Duration::ZERO),
+            detector: Detector::default(),
+            settings: parameters::settings(&server, full_name),
+            voice: Voice::new(session, &node, &name)?,
+            start: Instant::now(),
+            period: Duration::from_secs_f64(period_s),
+            driver_fault: Some("the driver has not answered yet".to_owned()),
+            wheel_fault: None,
+            fault: None,
+            has_worked: false,
+            told: None,
+            refused: 0,
+            complained: None,
+            arming: Arming::Disarmed,
+            _subscriptions: listen(session, (&node, &name), commands, heard)?,
+            server,
+            node,
+            name,
+        })
+    }
+
+    async fn serve(&mut self, events: &mut UnboundedReceiver<Heard>) -> anyhow::Result<()> {
+        let mut asked_to_stop = std::pin::pin!(shutdown::requested());
+        let (mut glance, mut health) = (beat(GLANCE), beat(HEALTH_BEAT));
+        let mut period = beat(self.period);
+        loop {
+            let woken = tokio::select! {
+                biased;
+                request = &mut asked_to_stop => {
+                    request?;
+                    return Ok(());
+                }
+                Some(heard) = events.recv() => Woken::Heard(heard),
+                report = self.driver.report() => Woken::Report(report),
+                _ = glance.tick() => Woken::Glance,
+                _ = period.tick() => Woken::Period,
+                _ = health.tick() => Woken::Health,
+            };
+            match woken {
+                Woken::Heard(heard) => self.hear(heard).await?,
+                Woken::Report(report) => self.take(report).await?,
+                Woken::Glance => {}
+                Woken::Period => self.publish_detection().await?,
+                Woken::Health => self.publish_health().await?,
+            }
+            self.look_for_faults().await?;
+            self.tell_gate(Event::Tick).await?;
+            self.turn_wheels().await;
+            self.hold_parameters()?;
+        }
+    }
+
+    fn now(&self) -> Duration {
+        self.start.elapsed()
+    }
+
+    async fn tell_gate(&mut self, event: Event) -> anyhow::Result<()> {
+        if let Some(status) = self.gate.on_event(event, self.now()) {
+            self.voice.status(&status).await?;
+        }
+        Ok(())
+    }
+
+    async fn hear(&mut self, heard: Heard) -> anyhow::Result<()> {
+        match heard {
+            Heard::Lease(message) => match wire::lease(message) {
+                Ok(lease) => self.tell_gate(Event::Lease(lease)).await,
+                Err(error) => {
+                    self.node.say(Level::Warn, &format!("refused: {error}"));
+                    Ok(())
+                }
+            },
+            Heard::EStop(engaged) => self.tell_gate(Event::EStop(engaged)).await,
+            Heard::Controller(parameter_digest) => {
+                self.tell_gate(Event::Controller { parameter_digest }).await
+            }
+            Heard::Command(twist) => self.command(&twist).await,
+            Heard::Parameters => {
+                self.settings = parameters::settings(&self.server, self.node.full_name());
+                Ok(())
+            }
+        }
+    }
+
+    async fn command(&mut self, twist: &Twist) -> anyhow::Result<()> {
+        let checked = wire::command(twist).map_err(|error| error.to_string()).and_then(|command| {
+            let fits = self.settings.limits.check(command);
+            fits.map(|()| command).map_err(|error| error.to_string())
+        });
+        match checked {
+            Ok(command) => self.tell_gate(Event::Command(command)).await,
+            Err(reason) => {
+                self.refused += 1;
+                let now = self.now();
+                if self.complained.is_none_or(|last| now.saturating_sub(last) >= COMPLAINT) {
+                    self.complained = Some(now);
+                    self.node.say(Level::Warn, &format!("refused: {reason}"));
+                }
+                self.tell_gate(Event::CommandRefused).await
+            }
+        }
+    }
+
+    async fn take(&mut self, report: Report) -> anyhow::Result<()> {
+        match report {
+            Report::Up => {
+                self.driver_fault = None;
+                self.told = None;
+            }
+            Report::Down(reason) => self.driver_fault = Some(reason),
+            Report::Battery(battery_v) => self.tell_gate(Event::Battery(battery_v)).await?,
+            Report::Sensed(Sensed { seen, range }) => {
+                let measured = range.as_ref().map(|range| Reading::Range(f64::from(range.range)));
+                let now = self.now();
+                if let Some(reading) = seen.map(Reading::Seen).or(measured) {
+                    self.detector.on_reading(reading, &self.settings.detector, now);
+                }
+                if let Some(range) = range {
+                    self.voice.range(range).await?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Tells the gate when sensor or wheels fail, and when they work again.
+    async fn look_for_faults(&mut self) -> anyhow::Result<()> {
+        let of_sensor = self.detector.detected(&self.settings.detector, self.now()).err();
+        let found = self
+            .driver_fault
+            .clone()
+            .or_else(|| self.wheel_fault.clone())
+            .or_else(|| of_sensor.map(|error| error.to_string()));
+        if found == self.fault {
+            return Ok(());
+        }
+        self.fault.clone_from(&found);
+        if let Some(reason) = found {
+            let level = if self.has_worked { Level::Error } else { Level::Warn };
+            self.node.say(level, &reason);
+            self.tell_gate(Event::Fault(reason)).await?;
+        } else {
+            self.has_worked = true;
+            self.node.say(Level::Info, "sensor and wheels work");
+            self.tell_gate(Event::Repaired).await?;
+        }
+        self.publish_health().await
+    }
+
+    /// Makes the wheels do what the gate lets through.
+    async fn turn_wheels(&mut self) {
+        let now = self.now();
+        let command = self.ramp.toward(self.gate.drive(now), &self.settings.limits, now);
+        let is_told = self
+            .told
+            .is_some_and(|(told, at)| told == command && now.saturating_sub(at) < WHEEL_BEAT);
+        if is_told || self.driver_fault.is_some() {
+            return;
+        }
+        // Whoever does not take a command is told again soon, and has to take that one.
+        self.told = Some((command, now));
+        self.wheel_fault = self.driver.drive(command).await.err().map(|error| format!("{error:#}"));
+    }
+
+    /// Nobody changes limits during a run.
+    fn hold_parameters(&mut self) -> anyhow::Result<()> {
+        let arming = match self.gate.state(self.now()) {
+            RobotState::Armed | RobotState::Moving => Arming::Armed,
+            RobotState::Idle | RobotState::Stopped | RobotState::Fault => Arming::Disarmed,
+        };
+        if arming != self.arming {
+            self.arming = arming;
+            self.server.set_arming(self.node.full_name(), arming)?;
+        }
+        Ok(())
+    }
+
+    /// Publishes what the robot sees; nothing while nothing is known.
+    async fn publish_detection(&mut self) -> anyhow::Result<()> {
+        if let Ok(data) = self.detector.detected(&self.settings.detector, self.now()) {
+            self.voice.detection(Bool { data }).await?;
+        }
+        Ok(())
+    }
+
+    async fn publish_health(&self) -> anyhow::Result<()> {
+        let now = self.now();
+        let health = Health {
+            robot: &self.name,
+            driver: self.kind.name(),
+            fault: self.fault.as_deref(),
+            values: self.driver.health(),
+            standing: self.gate.standing(now),
+            state: self.gate.state(now),
+            refused: self.refused,
+        };
+        Ok(self.voice.health(health).await?)
+    }
+
+    /// Stops the wheels, then says so.
+    async fn stand_down(mut self) -> anyhow::Result<()> {
+        for _ in 0..LAST_STOPS {
+            if let Err(error) = self.driver.drive(Command::STOP).await {
+                let text = format!("the wheels' own timeout has to stop them: {error:#}");
+                self.node.say(Level::Warn, &text);
+                break;
+            }
+            tokio::time::sleep(GLANCE).await;
+        }
+        self.tell_gate(Event::Fault("the robot's node has ended".to_owned())).await
+    }
+}
+
+fn beat(interval: Duration) -> Interval {
+    let mut beat = tokio::time::interval(interval);
+    beat.set_missed_tick_behavior(MissedTickBehavior::Skip);
+    beat
+}

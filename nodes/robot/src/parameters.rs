@@ -1,0 +1,262 @@
+//! The parameters of a robot: ROS names, with unit and range in their descriptors.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use rsrs_fleet::robot::detector::DetectorSettings;
+use rsrs_fleet::robot::limits::Limits;
+use rsrs_ros::parameters::{
+    Descriptor, NodeParameters, ParameterKind, ParameterServer, ParameterValue,
+};
+
+use crate::driver::DriverKind;
+
+/// Name of the node in its robot's namespace.
+pub const NODE: &str = "robot";
+
+/// Greatest speed; also the controller's.
+pub const SPEED_MAX: &str = "speed_max";
+/// Greatest turning rate; also the controller's.
+pub const TURN_RATE_MAX: &str = "turn_rate_max";
+/// Type of velocity commands; also the controller's.
+pub const CMD_VEL_TYPE: &str = "cmd_vel_type";
+/// Interval of detections.
+pub const PERIOD: &str = "period";
+/// What is at most so far away is seen.
+pub const DETECTION_THRESHOLD: &str = "detection_threshold";
+const ACCELERATION_MAX: &str = "acceleration_max";
+const TURN_ACCELERATION_MAX: &str = "turn_acceleration_max";
+const DEBOUNCE: &str = "debounce";
+const SENSOR_TIMEOUT: &str = "sensor_timeout";
+const DRIVER: &str = "driver";
+
+/// A parameter that is a number.
+struct Number {
+    name: &'static str,
+    description: &'static str,
+    range: (f64, f64),
+    value: f64,
+    read_only: bool,
+}
+
+/// Those of every robot. The ranges end where the serial line's numbers do; the values are those of
+/// the Flockbot.
+const NUMBERS: [Number; 7] = [
+    Number {
+        name: SPEED_MAX,
+        description: "Greatest safe speed, in m/s; faster commands are refused.",
+        range: (0.0, 30.0),
+        value: 0.3,
+        read_only: true,
+    },
+    Number {
+        name: TURN_RATE_MAX,
+        description: "Greatest safe turning rate, in rad/s; faster commands are refused.",
+        range: (0.0, 30.0),
+        value: 2.5,
+        read_only: true,
+    },
+    Number {
+        name: PERIOD,
+        description: "Interval of detections, in s.",
+        range: (0.01, 1.0),
+        value: 0.13,
+        read_only: true,
+    },
+    Number {
+        name: ACCELERATION_MAX,
+        description: "Greatest growth of the speed, in m/s^2.",
+        range: (0.01, 100.0),
+        value: 1.0,
+        read_only: false,
+    },
+    Number {
+        name: TURN_ACCELERATION_MAX,
+        description: "Greatest growth of the turning rate, in rad/s^2.",
+        range: (0.1, 1000.0),
+        value: 20.0,
+        read_only: false,
+    },
+    Number {
+        name: DETECTION_THRESHOLD,
+        description: "What the range sensor measures at most so far away is seen, in m.",
+        range: (0.0, 100.0),
+        value: 0.75,
+        read_only: false,
+    },
+    Number {
+        name: SENSOR_TIMEOUT,
+        description: "So long after its last reading, the sensor has failed, in s.",
+        range: (0.05, 10.0),
+        value: 0.5,
+        read_only: false,
+    },
+];
+
+impl Number {
+    fn declared(self) -> (Descriptor, ParameterValue) {
+        let descriptor = Descriptor {
+            range: Some(self.range),
+            read_only: self.read_only,
+            ..Descriptor::new(self.name, ParameterKind::Double, self.description)
+        };
+        (descriptor, ParameterValue::Double(self.value))
+    }
+}
+
+/// A text that is one of a few words, for good.
+pub fn choice(
+    name: &str,
+    description: &str,
+    (words, value): (&str, &str),
+) -> (Descriptor, ParameterValue) {
+    let descriptor = Descriptor {
+        read_only: true,
+        additional_constraints: words.to_owned(),
+        ..Descriptor::new(name, ParameterKind::String, description)
+    };
+    (descriptor, ParameterValue::String(value.to_owned()))
+}
+
+/// All parameters of a robot with this driver, with the values that they have where none is given.
+fn declared(driver: DriverKind) -> Vec<(Descriptor, ParameterValue)> {
+    let debounce = Descriptor {
+        range: Some((1.0, 100.0)),
+        ..Descriptor::new(
+            DEBOUNCE,
+            ParameterKind::Integer,
+            "So many readings in a row must agree before the detection changes.",
+        )
+    };
+    let mut parameters: Vec<_> = NUMBERS.into_iter().map(Number::declared).collect();
+    parameters.extend([
+        (debounce, ParameterValue::Integer(1)),
+        choice(CMD_VEL_TYPE, "Type of cmd_vel.", ("twist_stamped or twist", "twist_stamped")),
+        choice(DRIVER, "What moves the robot.", ("serial, ros or virtual", driver.name())),
+    ]);
+    parameters.extend(driver.parameters());
+    parameters
+}
+
+/// The names of all parameters that may be given; the driver is not said in this way.
+pub fn names(driver: DriverKind) -> Vec<String> {
+    let mut names: Vec<String> =
+        declared(driver).into_iter().map(|(descriptor, _)| descriptor.name).collect();
+    names.retain(|name| name != DRIVER);
+    names
+}
+
+/// Declares a robot's parameters.
+///
+/// # Arguments
+///
+/// * `given` — start values by name; all are known. Whoever serves them checks type and range.
+pub fn declare(
+    robot: &str,
+    driver: DriverKind,
+    given: &BTreeMap<String, ParameterValue>,
+) -> NodeParameters {
+    let mut parameters = declared(driver);
+    for (descriptor, value) in &mut parameters {
+        if let Some(start) = given.get(&descriptor.name) {
+            value.clone_from(start);
+        }
+    }
+    NodeParameters { namespace: format!("/{robot}"), name: NODE.to_owned(), parameters }
+}
+
+/// What a robot is set to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// What its wheels may be asked to do.
+    pub limits: Limits,
+    /// How readings become detections.
+    pub detector: DetectorSettings,
+}
+
+/// Reads what a robot is set to now.
+pub fn settings(server: &ParameterServer, node: &str) -> Settings {
+    let value = |name| double(server, node, name);
+    Settings {
+        limits: Limits {
+            speed_m_s: value(SPEED_MAX),
+            turn_rate_rad_s: value(TURN_RATE_MAX),
+            acceleration_m_s2: value(ACCELERATION_MAX),
+            turn_acceleration_rad_s2: value(TURN_ACCELERATION_MAX),
+        },
+        detector: DetectorSettings {
+            threshold_m: value(DETECTION_THRESHOLD),
+            debounce: u32::try_from(integer(server, node, DEBOUNCE))
+                .expect("its range ends at 100"),
+            timeout: Duration::from_secs_f64(value(SENSOR_TIMEOUT)),
+        },
+    }
+}
+
+/// The value of a number.
+///
+/// # Panics
+///
+/// If it was not declared as one.
+pub fn double(server: &ParameterServer, node: &str, name: &str) -> f64 {
+    match server.get(node, name) {
+        Some(ParameterValue::Double(value)) => value,
+        other => unreachable!("{name} was declared as a double, found {other:?}"),
+    }
+}
+
+/// The value of a whole number.
+///
+/// # Panics
+///
+/// If it was not declared as one.
+pub fn integer(server: &ParameterServer, node: &str, name: &str) -> i64 {
+    match server.get(node, name) {
+        Some(ParameterValue::Integer(value)) => value,
+        other => unreachable!("{name} was declared as an integer, found {other:?}"),
+    }
+}
+
+/// The value of a text.
+///
+/// # Panics
+///
+/// If it was not declared as one.
+pub fn text(server: &ParameterServer, node: &str, name: &str) -> String {
+    match server.get(node, name) {
+        Some(ParameterValue::String(value)) => value,
+        other => unreachable!("{name} was declared as a string, found {other:?}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_parameter_says_what_it_means_and_every_number_its_range() {
+        for driver in [DriverKind::Serial, DriverKind::Ros, DriverKind::Virtual] {
+            for (descriptor, value) in declared(driver) {
+                assert!(descriptor.description.ends_with('.'), "{}", descriptor.name);
+                let is_number =
+                    matches!(value, ParameterValue::Double(_) | ParameterValue::Integer(_));
+                assert_eq!(descriptor.range.is_some(), is_number, "{}", descriptor.name);
+            }
+        }
+    }
+
+    #[test]
+    fn start_values_replace_the_usual_ones() {
+        let given = BTreeMap::from([(SPEED_MAX.to_owned(), ParameterValue::Double(0.2))]);
+
+        let declared = declare("robot_1", DriverKind::Virtual, &given);
+
+        let (_, value) = declared
+            .parameters
+            .iter()
+            .find(|(descriptor, _)| descriptor.name == SPEED_MAX)
+            .unwrap();
+        assert_eq!(*value, ParameterValue::Double(0.2));
+        assert!(!names(DriverKind::Virtual).contains(&"serial.port".to_owned()));
+    }
+}

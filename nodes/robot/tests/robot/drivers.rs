@@ -1,0 +1,188 @@
+//! Robots without a microcontroller of ours: somebody else's base, and a robot of the simulator.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use rsrs_msgs::RosMessage;
+use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
+use rsrs_msgs::rsrs::RobotStatus;
+use rsrs_msgs::sensor_msgs::{LaserScan, Range};
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::topics::{self, Topic};
+use rsrs_ros::session::{NodeHandle, Session, Subscription};
+use tokio::task::JoinHandle;
+
+use super::floor::{DIGEST, Node, ROBOT, Runner};
+use super::support::{eventually, in_own_network, session};
+
+/// The last message of a topic.
+struct Last<M> {
+    message: Arc<Mutex<Option<M>>>,
+    _subscription: Subscription,
+}
+
+impl<M: RosMessage> Last<M> {
+    fn of(session: &Session, node: &NodeHandle, topic: Topic) -> Self {
+        let message = Arc::new(Mutex::new(None));
+        let heard = Arc::clone(&message);
+        let name = topic.for_robot(ROBOT);
+        let subscription = session.subscribe(node, &name, topic.qos, move |sample| {
+            *heard.lock().unwrap_or_else(PoisonError::into_inner) = Some(sample.message);
+        });
+        Self { message, _subscription: subscription.expect("the topic is allowed") }
+    }
+
+    fn is(&self, expected: impl Fn(&M) -> bool) -> bool {
+        let message = self.message.lock().unwrap_or_else(PoisonError::into_inner);
+        message.as_ref().is_some_and(expected)
+    }
+}
+
+/// Somebody who says the same again and again, until it is changed.
+struct Repeated<M> {
+    message: Arc<Mutex<M>>,
+    task: JoinHandle<()>,
+}
+
+impl<M: RosMessage> Repeated<M> {
+    fn on(session: &Session, node: &NodeHandle, (name, topic): (&str, Topic), first: M) -> Self {
+        let publisher =
+            session.publish_on::<M>(node, name, topic.qos).expect("the topic is allowed");
+        let message = Arc::new(Mutex::new(first));
+        let said = Arc::clone(&message);
+        let task = tokio::spawn(async move {
+            loop {
+                let message = said.lock().unwrap_or_else(PoisonError::into_inner).clone();
+                publisher.publish(message).await.expect("a healthy network");
+                tokio::time::sleep(Duration::from_millis(40)).await;
+            }
+        });
+        Self { message, task }
+    }
+
+    fn change(&self, change: impl FnOnce(&mut M)) {
+        change(&mut self.message.lock().unwrap_or_else(PoisonError::into_inner));
+    }
+}
+
+impl<M> Drop for Repeated<M> {
+    fn drop(&mut self) {
+        self.task.abort();
+    }
+}
+
+#[test]
+fn a_base_of_somebody_else_is_driven_by_its_range_sensor() {
+    in_own_network("drivers::a_base_of_somebody_else_is_driven_by_its_range_sensor", async || {
+        let start_values = [
+            ["-p", "speed:=0.15"],
+            ["-p", "turn_rate:=0.75"],
+            ["-p", "debounce:=3"],
+            ["-p", "detection_threshold:=0.6"],
+        ];
+        let arguments = ["--driver", "ros", "--ros-args"];
+        let node = Node::start(&[&arguments[..], start_values.as_flattened()].concat());
+        let session = session();
+        let base = session.node("/robot_1", "base").expect("the name is allowed");
+        let wheels = Last::<Twist>::of(&session, &base, topics::HARDWARE_CMD_VEL_UNSTAMPED);
+        let detection = Last::<Bool>::of(&session, &base, topics::DETECTION);
+        let range = Last::<Range>::of(&session, &base, topics::RANGE);
+        let runner = Runner::start(&session, &base);
+        eventually("a robot without a sensor is in fault", || runner.state() == RobotStatus::FAULT)
+            .await;
+
+        let far = Range { min_range: 0.02, max_range: 2.0, range: 1.5, ..Range::default() };
+        let topic = topics::HARDWARE_RANGE;
+        let sensor = Repeated::on(&session, &base, (&topic.for_robot(ROBOT), topic), far);
+        eventually("the controller is heard", || runner.said().controller_digest != 0).await;
+        let digest = runner.said().controller_digest;
+        runner.said().digest = digest;
+        runner.run_epoch(1).await;
+
+        eventually("it turns right", || {
+            wheels.is(|twist| (twist.linear.x, twist.angular.z) == (0.15, -0.75))
+        })
+        .await;
+        sensor.change(|reading| reading.range = 0.59);
+        eventually("it sees", || detection.is(|detection| detection.data)).await;
+        eventually("it turns left", || {
+            wheels.is(|twist| (twist.linear.x, twist.angular.z) == (0.15, 0.75))
+        })
+        .await;
+        assert!(range.is(|range| range.range < 0.6 && range.header.frame_id == "robot_1/range"));
+
+        drop(sensor);
+        eventually("the wheels stand", || wheels.is(|twist| *twist == Twist::default())).await;
+        let reason = runner.said().status.stop_reason.clone();
+        assert!(reason.contains("no valid reading of the sensor for more than 500 ms"), "{reason}");
+        drop((node, runner));
+        session.close().await;
+    });
+}
+
+#[test]
+fn a_laser_scanner_sees_what_is_ahead() {
+    in_own_network("drivers::a_laser_scanner_sees_what_is_ahead", async || {
+        let arguments = ["--driver", "ros", "--without-controller", "--ros-args"];
+        let start_values = [
+            ["-p", "ros.sensor_type:=laser_scan"],
+            ["-p", "ros.sensor_topic:=lidar/scan"],
+            ["-p", "ros.sector_half_angle:=0.3"],
+        ];
+        let node = Node::start(&[&arguments[..], start_values.as_flattened()].concat());
+        let session = session();
+        let base = session.node("/robot_1", "base").expect("the name is allowed");
+        let detection = Last::<Bool>::of(&session, &base, topics::DETECTION);
+        let behind = LaserScan {
+            angle_min: -3.0,
+            angle_increment: 0.5,
+            range_min: 0.1,
+            range_max: 8.0,
+            // The seventh ray is straight ahead.
+            ranges: vec![0.3, 0.3, 0.3, 0.3, 0.3, 0.3, f32::INFINITY, 0.3, 0.3, 0.3, 0.3, 0.3],
+            ..LaserScan::default()
+        };
+        let topic = ("/robot_1/lidar/scan", topics::HARDWARE_SCAN);
+        let scanner = Repeated::on(&session, &base, topic, behind);
+
+        eventually("it sees nothing", || detection.is(|detection| !detection.data)).await;
+        scanner.change(|scan| scan.ranges[6] = 0.5);
+        eventually("it sees", || detection.is(|detection| detection.data)).await;
+
+        drop((scanner, node));
+        session.close().await;
+    });
+}
+
+#[test]
+fn a_robot_of_the_simulator_is_gated_as_a_real_one() {
+    in_own_network("drivers::a_robot_of_the_simulator_is_gated_as_a_real_one", async || {
+        let node = Node::start(&["--driver", "virtual", "--without-controller"]);
+        let session = session();
+        let world = session.node("/", "world").expect("the name is allowed");
+        let wheels = Last::<TwistStamped>::of(&session, &world, topics::HARDWARE_CMD_VEL);
+        let detection = Last::<Bool>::of(&session, &world, topics::DETECTION);
+        let runner = Runner::start(&session, &world);
+        let topic = topics::VIRTUAL_DETECTION;
+        let name = topic.for_robot(ROBOT);
+        let _eyes = Repeated::on(&session, &world, (&name, topic), Bool { data: true });
+        runner.said().foreign_controller = Some(DIGEST);
+        runner.said().command = Some((0.1, 0.5));
+
+        eventually("it sees", || detection.is(|detection| detection.data)).await;
+        eventually("it stands without a lease", || {
+            wheels.is(|wheels| wheels.twist == Twist::default())
+        })
+        .await;
+        runner.run_epoch(1).await;
+        eventually("it moves", || {
+            wheels.is(|wheels| (wheels.twist.linear.x, wheels.twist.angular.z) == (0.1, 0.5))
+        })
+        .await;
+        runner.said().e_stop = Some(true);
+        eventually("it stands", || wheels.is(|wheels| wheels.twist == Twist::default())).await;
+
+        drop((node, runner));
+        session.close().await;
+    });
+}

@@ -1,0 +1,200 @@
+//! The rest of a fleet for one robot: a runner with its lease, and a node process that dies with
+//! its test.
+
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use rsrs_msgs::geometry_msgs::{Twist, TwistStamped, Vector3};
+use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::std_msgs::{Bool, Header};
+use rsrs_msgs::topics;
+use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
+use tokio::task::JoinHandle;
+
+use super::support::PATIENCE;
+
+/// The robot of all tests.
+pub const ROBOT: &str = "robot_1";
+/// Digest that the runner and the foreign controller agree upon.
+pub const DIGEST: u64 = 7;
+const BEAT: Duration = Duration::from_millis(100);
+
+/// The node's process, ended with the test whatever happens.
+pub struct Node(pub Child);
+
+impl Node {
+    pub fn start(arguments: &[&str]) -> Self {
+        let child = Command::new(env!("CARGO_BIN_EXE_robot_node"))
+            .args(["--interface", "127.0.0.1", "--robots", ROBOT])
+            .args(arguments)
+            .env("ROS_DOMAIN_ID", "42")
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("the node was built for this test");
+        Self(child)
+    }
+
+    pub fn signal(&self, signal: libc::c_int) {
+        let pid = libc::pid_t::try_from(self.0.id()).expect("process numbers fit");
+        // SAFETY: sends a signal to our own child, which has not been waited for.
+        let sent = unsafe { libc::kill(pid, signal) };
+        assert_eq!(sent, 0);
+    }
+}
+
+impl Drop for Node {
+    fn drop(&mut self) {
+        drop(self.0.kill());
+        drop(self.0.wait());
+    }
+}
+
+/// What the runner says, and what it heard.
+#[derive(Debug, Default)]
+pub struct Said {
+    /// `None` is silence.
+    pub lease: Option<(u64, u8)>,
+    /// The digest of the lease.
+    pub digest: u64,
+    /// Digest of a controller outside the robot's process; `None` if there is none.
+    pub foreign_controller: Option<u64>,
+    /// What is said on the e-stop topic; `None` is silence.
+    pub e_stop: Option<bool>,
+    /// What is said on `cmd_vel` with every beat; `None` is silence.
+    pub command: Option<(f64, f64)>,
+    pub status: RobotStatus,
+    /// Digest of the controller in the robot's process.
+    pub controller_digest: u64,
+}
+
+/// A runner, and a controller if it is told to play one.
+pub struct Runner {
+    said: Arc<Mutex<Said>>,
+    task: JoinHandle<()>,
+    _subscriptions: [Subscription; 2],
+}
+
+impl Runner {
+    pub fn start(session: &Session, node: &NodeHandle) -> Self {
+        let said = Arc::new(Mutex::new(Said { digest: DIGEST, ..Said::default() }));
+        let (to_status, to_controller) = (Arc::clone(&said), Arc::clone(&said));
+        let (status, controller) = (topics::STATUS, topics::CONTROLLER_STATUS);
+        let subscriptions = [
+            session
+                .subscribe(node, &status.for_robot(ROBOT), status.qos, move |sample| {
+                    lock(&to_status).status = sample.message;
+                })
+                .expect("the topic is allowed"),
+            session
+                .subscribe(node, &controller.for_robot(ROBOT), controller.qos, move |sample| {
+                    let status: RobotStatus = sample.message;
+                    lock(&to_controller).controller_digest = status.parameter_digest;
+                })
+                .expect("the topic is allowed"),
+        ];
+        let voice = Voice::new(session, node);
+        let task = tokio::spawn(speak(voice, Arc::clone(&said)));
+        Self { said, task, _subscriptions: subscriptions }
+    }
+
+    pub fn said(&self) -> MutexGuard<'_, Said> {
+        lock(&self.said)
+    }
+
+    pub fn state(&self) -> u8 {
+        self.said().status.state
+    }
+
+    /// Arms an epoch, waits for the robot to arm, and runs.
+    pub async fn run_epoch(&self, epoch: u64) {
+        self.said().lease = Some((epoch, RunLease::ARMED));
+        self.says("armed", |status| (status.state, status.epoch) == (RobotStatus::ARMED, epoch))
+            .await;
+        self.said().lease = Some((epoch, RunLease::RUNNING));
+        self.says("moving", |status| status.state == RobotStatus::MOVING).await;
+    }
+
+    /// Waits for a status.
+    pub async fn says(&self, what: &str, is_so: impl Fn(&RobotStatus) -> bool) {
+        let start = Instant::now();
+        while !is_so(&self.said().status) {
+            let heard = self.said().status.clone();
+            assert!(start.elapsed() < PATIENCE, "the robot is not {what}, it says {heard:?}");
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    }
+}
+
+impl Drop for Runner {
+    fn drop(&mut self) {
+        self.task.abort();
+    }
+}
+
+fn lock(said: &Mutex<Said>) -> MutexGuard<'_, Said> {
+    said.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+struct Voice {
+    lease: Publisher<RunLease>,
+    e_stop: Publisher<Bool>,
+    controller: Publisher<RobotStatus>,
+    command: Publisher<TwistStamped>,
+}
+
+impl Voice {
+    fn new(session: &Session, node: &NodeHandle) -> Self {
+        let why = "the topic is allowed";
+        let (lease, e_stop) = (topics::LEASE, topics::E_STOP);
+        let (status, command) = (topics::CONTROLLER_STATUS, topics::CMD_VEL);
+        Self {
+            lease: session.publish_on(node, lease.name, lease.qos).expect(why),
+            e_stop: session.publish_on(node, e_stop.name, e_stop.qos).expect(why),
+            controller: session.publish_on(node, &status.for_robot(ROBOT), status.qos).expect(why),
+            command: session.publish_on(node, &command.for_robot(ROBOT), command.qos).expect(why),
+        }
+    }
+}
+
+async fn speak(voice: Voice, said: Arc<Mutex<Said>>) {
+    let why = "a healthy network";
+    let mut beat = tokio::time::interval(BEAT);
+    loop {
+        beat.tick().await;
+        let (lease, foreign, e_stop, command) = {
+            let said = lock(&said);
+            let lease = said.lease.map(|(epoch, state)| RunLease {
+                run_id: format!("run {epoch}"),
+                epoch,
+                state,
+                parameter_digest: said.digest,
+                robots: vec![ROBOT.to_owned()],
+                echoed_counter: vec![said.status.counter],
+                ..RunLease::default()
+            });
+            (lease, said.foreign_controller, said.e_stop, said.command)
+        };
+        if let Some(parameter_digest) = foreign {
+            let status = RobotStatus { parameter_digest, ..RobotStatus::default() };
+            voice.controller.publish(status).await.expect(why);
+        }
+        if let Some(lease) = lease {
+            voice.lease.publish(lease).await.expect(why);
+        }
+        if let Some(data) = e_stop {
+            voice.e_stop.publish(Bool { data }).await.expect(why);
+        }
+        if let Some((x, z)) = command {
+            let twist = Twist {
+                linear: Vector3 { x, ..Vector3::default() },
+                angular: Vector3 { z, ..Vector3::default() },
+            };
+            voice
+                .command
+                .publish(TwistStamped { header: Header::default(), twist })
+                .await
+                .expect(why);
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! The robot node and its drivers, against hardware and a fleet that misbehave.
+
+mod drivers;
+mod floor;
+mod micro;
+mod parameters;
+mod safety;
+mod serial;
+#[path = "../../../ros/tests/support/mod.rs"]
+mod support;

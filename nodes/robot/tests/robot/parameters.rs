@@ -1,0 +1,95 @@
+//! The parameters of a robot, as other programs set them, and its health, as monitors hear it.
+
+use rsrs_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
+use rsrs_msgs::rsrs::RobotStatus;
+use rsrs_msgs::topics;
+use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
+use tokio::sync::mpsc::unbounded_channel;
+
+use super::floor::{DIGEST, Node, Runner};
+use super::micro::{Micro, Socket};
+use super::support::{PATIENCE, eventually, in_own_network, session};
+
+const NODE: &str = "/robot_1/robot";
+
+fn double(name: &str, value: f64) -> (String, ParameterValue) {
+    (name.to_owned(), ParameterValue::Double(value))
+}
+
+#[test]
+fn parameters_are_set_together_within_their_ranges_and_not_during_a_run() {
+    let name = "parameters::parameters_are_set_together_within_their_ranges_and_not_during_a_run";
+    in_own_network(name, async || {
+        let socket = Socket::new();
+        let _micro = Micro::plug_in(&socket.path());
+        let port = socket.path().display().to_string();
+        let node = Node::start(&["--driver", "serial", "--port", &port, "--without-controller"]);
+        let session = session();
+        let visitor = session.node("/", "visitor").expect("the name is allowed");
+        let options = ClientOptions { patience: PATIENCE, mapping: None };
+        let client = ParameterClient::new(&session, &visitor, options);
+        let runner = Runner::start(&session, &visitor);
+
+        let good = [double("acceleration_max", 2.0), double("detection_threshold", 0.4)];
+        client.set_atomically(NODE, &good).await.expect("both are in range");
+        for refused in [
+            double("acceleration_max", 1e6),
+            double("acceleration_max", f64::NAN),
+            double("speed_max", 0.2),
+            ("debounce".to_owned(), ParameterValue::Integer(0)),
+            ("serial.port".to_owned(), ParameterValue::String("/dev/null".to_owned())),
+        ] {
+            let both = [double("detection_threshold", 0.9), refused.clone()];
+            client.set_atomically(NODE, &both).await.expect_err(&refused.0);
+        }
+        let names = ["acceleration_max", "detection_threshold", "speed_max"];
+        let values = client.get(NODE, &names).await.expect("they are there");
+        let expected = [2.0, 0.4, 0.3].map(ParameterValue::Double);
+        assert_eq!(values, expected);
+
+        runner.said().foreign_controller = Some(DIGEST);
+        runner.run_epoch(1).await;
+        client.set_atomically(NODE, &good).await.expect_err("a run holds the parameters");
+        runner.said().lease = None;
+        eventually("the lease runs out", || runner.state() == RobotStatus::STOPPED).await;
+        client.set_atomically(NODE, &good).await.expect("the run is over");
+
+        drop((node, runner));
+        session.close().await;
+    });
+}
+
+#[test]
+fn diagnostics_name_the_part_that_fails() {
+    in_own_network("parameters::diagnostics_name_the_part_that_fails", async || {
+        let socket = Socket::new();
+        let port = socket.path().display().to_string();
+        let node = Node::start(&["--driver", "serial", "--port", &port, "--without-controller"]);
+        let session = session();
+        let visitor = session.node("/", "visitor").expect("the name is allowed");
+        let (to_test, mut heard) = unbounded_channel::<DiagnosticArray>();
+        let topic = topics::DIAGNOSTICS;
+        let _subscription = session
+            .subscribe(&visitor, topic.name, topic.qos, move |sample| {
+                drop(to_test.send(sample.message));
+            })
+            .expect("the topic is allowed");
+        let mut hardware_says = |level: u8, text: &str| {
+            std::iter::from_fn(|| heard.try_recv().ok()).any(|array| {
+                let hardware = &array.status[0];
+                assert_eq!(hardware.name, "robot_1: serial driver");
+                hardware.level == level && hardware.message.contains(text)
+            })
+        };
+
+        eventually("the missing port is named", || {
+            hardware_says(DiagnosticStatus::ERROR, "cannot be opened")
+        })
+        .await;
+        let _micro = Micro::plug_in(&socket.path());
+        eventually("all is well", || hardware_says(DiagnosticStatus::OK, "work")).await;
+
+        drop(node);
+        session.close().await;
+    });
+}

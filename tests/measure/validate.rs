@@ -1,0 +1,217 @@
+//! Real trajectories against the simulated reach.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::Output;
+
+use rsrs_core::controller::Command;
+use rsrs_core::unicycle::{ActuationGain, Pose, step};
+
+use super::{code, json, number, read, repository, rsrs, stderr, stdout, write};
+
+/// What is different about some robots.
+struct Robots {
+    command: Command,
+    /// Times the speed of the first of five robots, the second, and so on.
+    faster: [f64; 5],
+    bias_rad_s: f64,
+}
+
+const CURVE: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
+const STRAIGHT: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.0 };
+/// Gains of five robots that the measured profile (0.971, spread 0.02) could have.
+const GAINS: [f64; 5] = [0.955, 0.98, 0.971, 0.99, 0.962];
+
+/// Three trials of each robot, of 20 s.
+fn trajectories(robots: &Robots) -> String {
+    let mut csv =
+        "robot,trial,time_s,x_m,y_m,heading_rad,commanded_m_s,commanded_rad_s\n".to_owned();
+    let Command { speed_m_s, turn_rate_rad_s } = robots.command;
+    for (robot, (gain, faster)) in GAINS.iter().zip(robots.faster).enumerate() {
+        let gain = ActuationGain { speed: gain * faster, turn: 0.97 };
+        let driven = Command { turn_rate_rad_s: turn_rate_rad_s + robots.bias_rad_s, speed_m_s };
+        for trial in 1..=3 {
+            let mut pose = Pose { x_m: 1.0, y_m: -2.0, heading_rad: 0.3 };
+            for sample in 0..155 {
+                let time_s = f64::from(sample) * 0.13;
+                let Pose { x_m, y_m, heading_rad } = pose;
+                writeln!(
+                    csv,
+                    "robot_{},{trial},{time_s:.2},{x_m:.5},{y_m:.5},{heading_rad:.5},{speed_m_s},{turn_rate_rad_s}",
+                    robot + 1
+                )
+                .expect("a string takes any text");
+                pose = step(pose, driven, gain, 0.13);
+            }
+        }
+    }
+    csv
+}
+
+/// A folder with the Flockbot's profile and a small sweep of it.
+fn workplace() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
+    std::fs::copy(profile, folder.path().join("flockbot.yaml")).expect("the profile is there");
+    write_sweep(folder.path(), "robots: 9");
+    folder
+}
+
+fn write_sweep(folder: &Path, fixed: &str) {
+    let sweep = format!(
+        "profile: flockbot.yaml\n\
+         axes: {{speed_m_s: [0.15, 0.30], turn_rate_rad_s: [0.25, 0.75]}}\n\
+         fixed: {{{fixed}}}\nreplicates: 4\nduration_s: 70\nseed: 7\n"
+    );
+    write(folder, "sweep.yaml", sweep);
+}
+
+fn validate(folder: &Path, sweep: &str, rest: &[&str]) -> Output {
+    let start = ["validate", sweep, "--trajectories", "driven.csv", "--robots", "600"];
+    rsrs(folder, &[&start[..], rest].concat())
+}
+
+#[test]
+fn robots_of_the_profile_are_contained_and_the_diagram_says_so() {
+    let place = workplace();
+    let robots = Robots { command: CURVE, faster: [1.0; 5], bias_rad_s: 0.0 };
+    write(place.path(), "driven.csv", trajectories(&robots));
+    rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
+    assert!(read(place.path(), "out/diagram.svg").contains("not validated against real"));
+
+    let output = validate(place.path(), "out", &["--format", "json"]);
+    let drawn = rsrs(place.path(), &["diagram", "out", "-o", "again.svg"]);
+
+    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    let answer = json(&output);
+    assert_eq!(answer["is_contained"], true);
+    assert_eq!((&answer["n_inside"], &answer["n_trials"]), (&15.into(), &15.into()));
+    // 15 of 15: the lower bound of Clopper and Pearson is 0.025^(1/15).
+    assert!((number(&answer["coverage"]["low"]) - 0.782).abs() < 1e-3);
+    let horizons = answer["tubes"][0]["horizons"].as_array().expect("horizons");
+    assert!(horizons.iter().all(|horizon| number(&horizon["area_m2"]) > 0.0));
+    assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
+    for picture in ["out/diagram.svg", "again.svg"] {
+        let svg = read(place.path(), picture);
+        assert!(
+            svg.contains("validated: 15 of 15 trials inside the simulated 99 % reach"),
+            "{picture}"
+        );
+    }
+    assert!(read(place.path(), "out/reach_1.svg").contains("15 trials inside at every time"));
+}
+
+#[test]
+fn robots_that_are_too_fast_are_named_with_the_factor_that_contains_them() {
+    let place = workplace();
+    let robots = Robots { command: CURVE, faster: [1.0, 1.0, 1.25, 1.25, 1.25], bias_rad_s: 0.0 };
+    write(place.path(), "driven.csv", trajectories(&robots));
+    rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
+
+    let output = validate(place.path(), "out", &[]);
+
+    assert_eq!(code(&output), 3, "{}{}", stdout(&output), stderr(&output));
+    let text = stdout(&output);
+    assert!(text.starts_with("NOT contained: 6 of 15 trials inside"), "{text}");
+    for expected in ["  robot_3, trial `1`: by position", "robot_5  0 of 3", "gain_sd_factor "] {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+    assert!(!text.contains("  robot_1, trial"), "{text}");
+    assert!(read(place.path(), "out/diagram.svg").contains("NOT contained: 6 of 15 trials"));
+    // The factor that it names does contain them.
+    let at = text.find("gain_sd_factor ").expect("it is there") + "gain_sd_factor ".len();
+    let factor: f64 = text[at..].split(' ').next().expect("a word").parse().expect("a number");
+    let sweep = read(place.path(), "sweep.yaml");
+    write(
+        place.path(),
+        "wider.yaml",
+        sweep
+            .replace("axes:", &format!("harsher: {{gain_sd_factor: {:.2}}}\naxes:", factor + 0.01)),
+    );
+    let wider = validate(place.path(), "wider.yaml", &[]);
+    assert_eq!(code(&wider), 0, "{}{}", stdout(&wider), stderr(&wider));
+}
+
+#[test]
+fn robots_that_curve_out_of_a_straight_line_are_beyond_every_factor_of_a_profile_without_drift() {
+    let place = workplace();
+    let robots = Robots { command: STRAIGHT, faster: [1.0; 5], bias_rad_s: 0.05 };
+    write(place.path(), "driven.csv", trajectories(&robots));
+
+    let output = validate(place.path(), "sweep.yaml", &["-o", "validation"]);
+
+    assert_eq!(code(&output), 3, "{}{}", stdout(&output), stderr(&output));
+    assert!(stdout(&output).contains("no factor contains them"), "{}", stdout(&output));
+    assert!(place.path().join("validation/validation.json").exists());
+    assert!(read(place.path(), "validation/reach_1.svg").contains("outside at some time"));
+}
+
+#[test]
+fn a_sweep_with_better_robots_than_measured_is_not_harsher() {
+    let place = workplace();
+    write_sweep(place.path(), "robots: 9, true_positive: 0.99");
+    let robots = Robots { command: CURVE, faster: [1.0; 5], bias_rad_s: 0.0 };
+    write(place.path(), "driven.csv", trajectories(&robots));
+
+    let output = validate(place.path(), "sweep.yaml", &["--format", "json"]);
+
+    assert_eq!(code(&output), 3, "{}", stderr(&output));
+    let answer = json(&output);
+    assert_eq!((&answer["is_contained"], &answer["is_harsher"]), (&true.into(), &false.into()));
+    assert_eq!(answer["capability_violations"][0]["capability"], "true-positive rate");
+}
+
+#[test]
+fn a_sensor_that_misses_more_than_the_simulated_one_is_found_out() {
+    let place = workplace();
+    let robots = Robots { command: CURVE, faster: [1.0; 5], bias_rad_s: 0.0 };
+    write(place.path(), "driven.csv", trajectories(&robots));
+    let trials = repository().join("launch_configs/profiles/flockbot_trials/detection.csv");
+    let good = std::fs::read_to_string(trials).expect("the trials are there");
+    write(place.path(), "good.csv", &good);
+    let blind = format!("{good}made_up_1,0.300,0.000,400,40\n");
+    write(place.path(), "blind.csv", blind);
+
+    let kept = validate(place.path(), "sweep.yaml", &["--detection", "good.csv"]);
+    let broken = validate(place.path(), "sweep.yaml", &["--detection", "blind.csv"]);
+
+    assert_eq!(code(&kept), 0, "{}{}", stdout(&kept), stderr(&kept));
+    assert!(stdout(&kept).contains("the detections do not contradict"), "{}", stdout(&kept));
+    assert_eq!(code(&broken), 3, "{}{}", stdout(&broken), stderr(&broken));
+    assert!(
+        stdout(&broken).contains("at 0.3 m, 0 rad the robots detected 40 of 400"),
+        "{}",
+        stdout(&broken)
+    );
+}
+
+#[test]
+fn a_sweep_of_robots_must_say_which_one_is_judged() {
+    let place = workplace();
+    let sweep = read(place.path(), "sweep.yaml").replace("axes: {", "axes: {gust_m_s: [0, 0.05], ");
+    write(place.path(), "gusts.yaml", sweep);
+    let robots = Robots { command: CURVE, faster: [1.0; 5], bias_rad_s: 0.0 };
+    write(place.path(), "driven.csv", trajectories(&robots));
+
+    let open = validate(place.path(), "gusts.yaml", &[]);
+    let closed = validate(place.path(), "gusts.yaml", &["--at", "gust_m_s=0.05"]);
+
+    assert_eq!(code(&open), 1);
+    assert!(
+        stderr(&open).contains("help: say which one to judge: `--at gust_m_s=…`"),
+        "{}",
+        stderr(&open)
+    );
+    assert_eq!(code(&closed), 0, "{}{}", stdout(&closed), stderr(&closed));
+}
+
+#[test]
+fn trajectories_that_are_none_are_refused() {
+    let place = workplace();
+    write(place.path(), "driven.csv", "robot,trial,time_s,x_m,y_m,commanded_m_s,commanded_rad_s\n");
+
+    let output = validate(place.path(), "sweep.yaml", &[]);
+
+    assert_eq!(code(&output), 1);
+    assert!(stderr(&output).contains("no column `heading_rad`"), "{}", stderr(&output));
+}

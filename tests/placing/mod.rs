@@ -1,0 +1,63 @@
+//! `rsrs place`, and `rsrs stop` where it must not go.
+
+use std::process::Command;
+
+use crate::{code, repository, rsrs, stderr, stdout};
+
+const EXPERIMENT: &str = "launch_configs/experiments/flockbot_milling.yaml";
+
+#[test]
+fn start_poses_are_the_same_for_a_seed_and_come_with_a_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let (svg, png) = (folder.path().join("start.svg"), folder.path().join("start.png"));
+    let place = |more: &[&str]| {
+        let output = rsrs(&repository(), &[&["place", EXPERIMENT], more].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        stdout(&output)
+    };
+
+    let first = place(&["--format", "json", "-o", &svg.display().to_string()]);
+    let again = place(&["--format", "json", "--seed", "1", "-o", &png.display().to_string()]);
+    let other = place(&["--format", "json", "--seed", "2"]);
+
+    assert_eq!(first, again);
+    assert_ne!(first, other);
+    let poses: serde_json::Value = serde_json::from_str(&first).unwrap();
+    assert_eq!(poses["robots"].as_array().map(Vec::len), Some(9));
+    assert_eq!(poses["robots"][8]["robot"], "robot_9");
+    assert_eq!(std::fs::read_to_string(svg).unwrap().matches("<circle").count(), 10);
+    assert!(std::fs::read(png).unwrap().starts_with(b"\x89PNG"));
+    assert!(place(&[]).contains("robot     x (m)   y (m)  heading (°)  heading (rad)"));
+}
+
+#[test]
+fn robots_that_do_not_fit_are_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    for file in ["fleets/nine_virtual.yaml", "profiles/flockbot.yaml"] {
+        let path = folder.path().join(file);
+        std::fs::create_dir_all(path.parent().expect("it is in a folder")).unwrap();
+        std::fs::copy(repository().join("launch_configs").join(file), path).unwrap();
+    }
+    let text = std::fs::read_to_string(repository().join(EXPERIMENT)).unwrap();
+    std::fs::create_dir(folder.path().join("experiments")).unwrap();
+    std::fs::write(folder.path().join("experiments/tight.yaml"), text.replace("0.825", "0.2"))
+        .unwrap();
+
+    let output = rsrs(folder.path(), &["place", "experiments/tight.yaml"]);
+
+    assert_eq!(code(&output), 1);
+    assert!(stderr(&output).contains("9 robots do not fit into a disc of radius 0.200 m"));
+    assert!(stderr(&output).contains("help: widen `placement_radius_m`"));
+}
+
+#[test]
+fn a_stop_is_never_sent_into_a_network_that_nobody_chose() {
+    let output = Command::new(env!("CARGO_BIN_EXE_rsrs"))
+        .arg("stop")
+        .env_remove("RSRS_INTERFACE")
+        .output()
+        .unwrap();
+
+    assert_eq!(code(&output), 1);
+    assert!(stderr(&output).contains("no network interface is chosen"), "{}", stderr(&output));
+}

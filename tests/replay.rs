@@ -1,0 +1,252 @@
+//! Bags back on the network and into the controller.
+
+#[path = "../crates/rsrs/src/episode_bag.rs"]
+mod episode_bag;
+#[expect(dead_code, reason = "nothing here starts nodes, or a network for another process")]
+mod processes;
+#[path = "../nodes/ros/tests/support/mod.rs"]
+mod support;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::Duration;
+
+use processes::{Process, rsrs};
+use rsrs_bags::{Bag, BagOptions, BagWriter, Sample};
+use rsrs_core::axis::Axis;
+use rsrs_core::conditions::{Conditions, Settings};
+use rsrs_core::profile::RobotProfile;
+use rsrs_fleet::experiment::{RobotLost, Time};
+use rsrs_fleet::record::{ATTACHMENT, Backend, ExperimentRecord, Provenance};
+use rsrs_msgs::geometry_msgs::TwistStamped;
+use rsrs_msgs::topics;
+use rsrs_msgs::{RosMessage, cdr};
+use rsrs_ros::session::EndpointKind;
+use serde_json::Value;
+use support::{PATIENCE, eventually, in_own_network, session};
+use tokio::sync::mpsc::unbounded_channel;
+
+const FLOCKBOT: &str = include_str!("../launch_configs/profiles/flockbot.yaml");
+
+/// A simulated run of two robots as a bag.
+fn bag(folder: &Path, name: &str, duration_s: f64) -> PathBuf {
+    let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("it is shipped");
+    let values = vec![
+        (Axis::Speed, 0.15),
+        (Axis::TurnRate, 0.75),
+        (Axis::Robots, 2.0),
+        (Axis::PlacementRadius, 0.6),
+    ];
+    let settings = Settings { values, ..Settings::default() };
+    let conditions = Conditions::resolve(&profile, &settings).expect("the cell is possible");
+    let record = ExperimentRecord {
+        run_id: name.to_owned(),
+        robots: vec!["robot_1".to_owned(), "robot_2".to_owned()],
+        provenance: Provenance::new(("0.1.0", "unknown"), &profile.digest(), &conditions),
+        conditions,
+        duration_s,
+        seed: 3,
+        replicate: 0,
+        robot_lost: RobotLost::Abort,
+        backend: Backend::Simulator,
+        time: Time::Lockstep,
+    };
+    let path = folder.join(name);
+    episode_bag::write(&path, &record).expect("the disk has room");
+    path
+}
+
+/// The same bag with other commands: a command that `change` does not give is left out.
+fn changed(
+    from: &Path,
+    name: &str,
+    change: impl Fn(u64, TwistStamped) -> Option<TwistStamped>,
+) -> PathBuf {
+    let original = Bag::open(from).expect("it is a bag");
+    let path = from.with_file_name(name);
+    let mut writer = BagWriter::create(&path, BagOptions::default()).expect("it is new");
+    let record = original.attachment(ATTACHMENT).expect("it has a record");
+    writer.attach(ATTACHMENT, &record.media_type, &record.data).expect("the disk has room");
+    let qos = topics::CMD_VEL.qos;
+    let channels: Vec<_> = original
+        .topics()
+        .into_iter()
+        .map(|topic| {
+            let channel = writer.add_topic(&topic.name, &topic.type_name, qos).expect("it is new");
+            (topic.name, channel)
+        })
+        .collect();
+    for message in original.messages() {
+        let mut message = message.expect("the bag is whole");
+        if message.type_name.as_ref() == TwistStamped::TYPE_NAME {
+            let command = cdr::decode(&message.bytes).expect("it is one");
+            let Some(command) = change(message.log_time_ns, command) else { continue };
+            message.bytes = cdr::encode(&command);
+        }
+        let time_ns = message.log_time_ns;
+        let sample = Sample {
+            log_time_ns: time_ns,
+            publish_time_ns: time_ns,
+            sequence: 0,
+            data: &message.bytes,
+        };
+        let channel = channels.iter().find(|(name, _)| **name == *message.topic);
+        let (_, channel) = channel.expect("every topic was added");
+        writer.write(*channel, sample).expect("the disk has room");
+    }
+    writer.finish().expect("the disk has room");
+    path
+}
+
+fn into_controller(bag: &Path, more: &[&str]) -> (i32, Value) {
+    let output = rsrs()
+        .arg("replay")
+        .arg(bag)
+        .args(["--into", "controller", "--format", "json"])
+        .args(more)
+        .output()
+        .expect("the binary was built for this test");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    let result =
+        serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {errors}"));
+    (code(&output), result)
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().expect("the program ended by itself")
+}
+
+#[test]
+fn the_controller_of_today_commands_what_was_recorded() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let run = bag(place.path(), "run", 26.0);
+
+    let (code, result) = into_controller(&run, &[]);
+
+    assert_eq!(code, 0, "{result}");
+    assert_eq!(result["n_steps"], 400);
+    let wrong = ["n_different", "n_unanswered", "n_unasked"];
+    assert_eq!(wrong.map(|key| result[key].as_u64()), [Some(0); 3]);
+}
+
+#[test]
+fn another_controller_is_noticed_at_its_first_other_command() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let run = bag(place.path(), "run", 26.0);
+    let period_ns = 130_000_000;
+    let slower = changed(&run, "slower", |time_ns, mut command| {
+        if time_ns == 50 * period_ns {
+            command.twist.linear.x = 0.14;
+        }
+        Some(command)
+    });
+    let silent =
+        changed(&run, "silent", |time_ns, command| (time_ns != 50 * period_ns).then_some(command));
+
+    let (set_otherwise, other) = into_controller(&run, &["--speed", "0.15", "--turn-rate", "0.7"]);
+    let (of_slower, once) = into_controller(&slower, &[]);
+    let (of_silent, never) = into_controller(&silent, &[]);
+
+    assert_eq!((set_otherwise, of_slower, of_silent), (3, 3, 3));
+    assert_eq!(other["n_different"], 400);
+    assert_eq!((&once["n_different"], &once["n_unanswered"]), (&2.into(), &0.into()));
+    let first = &once["robots"][0]["first"];
+    assert_eq!((&first["time_s"], &first["recorded"]["speed_m_s"]), (&6.5.into(), &0.14.into()));
+    assert_eq!(first["today"]["speed_m_s"], 0.15);
+    assert_eq!((&never["n_different"], &never["n_unanswered"]), (&0.into(), &2.into()));
+}
+
+#[test]
+fn without_an_interface_nothing_is_published() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let run = bag(place.path(), "run", 2.0);
+
+    let mut replay = Command::new(env!("CARGO_BIN_EXE_rsrs"));
+    let replay = replay.arg("replay").arg(&run).env_remove("RSRS_INTERFACE").output();
+    let replay = replay.expect("the binary was built for this test");
+
+    assert_eq!(code(&replay), 1);
+    let said = String::from_utf8_lossy(&replay.stderr);
+    assert!(said.starts_with("error: no network interface is chosen; this machine has "), "{said}");
+    assert!(said.contains("help: choose one with `--interface NAME`"), "{said}");
+}
+
+#[test]
+fn a_topic_that_is_not_in_the_bag_is_named_with_the_nearest() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let run = bag(place.path(), "run", 2.0);
+
+    let replay = rsrs()
+        .arg("replay")
+        .arg(&run)
+        .args(["--interface", "127.0.0.1", "--topics", "/robot_1/odm"])
+        .output()
+        .expect("the binary was built for this test");
+
+    assert_eq!(code(&replay), 1);
+    let said = String::from_utf8_lossy(&replay.stderr);
+    assert!(said.contains("has no topic /robot_1/odm"), "{said}");
+    assert!(said.contains("did you mean /robot_1/odom?"), "{said}");
+}
+
+#[test]
+fn what_was_recorded_is_published_at_its_pace_without_what_moves_robots() {
+    in_own_network(
+        "what_was_recorded_is_published_at_its_pace_without_what_moves_robots",
+        published,
+    );
+}
+
+async fn published() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let run = bag(place.path(), "run", 13.0);
+    let expected: Vec<Vec<u8>> = Bag::open(&run)
+        .expect("it is a bag")
+        .messages_on(["/robot_1/odom"])
+        .map(|message| message.expect("the bag is whole").bytes)
+        .collect();
+    let session = session();
+    let (odom, (clock, to_clock)) = (topics::ODOM, {
+        let (to_clock, clock) = unbounded_channel();
+        (clock, to_clock)
+    });
+    let (to_odom, mut heard) = unbounded_channel();
+    let _odom = session
+        .subscribe_raw("/robot_1/odom", odom.type_name, odom.qos, move |sample| {
+            to_odom.send(sample.message).expect("the test listens to the end");
+        })
+        .expect("the topic is allowed");
+    let topic = topics::CLOCK;
+    let _clock = session
+        .subscribe_raw(topic.name, topic.type_name, topic.qos, move |sample| {
+            to_clock.send(sample.message).expect("the test listens to the end");
+        })
+        .expect("the topic is allowed");
+
+    let mut command = rsrs();
+    command.arg("replay").arg(&run).args(["--interface", "127.0.0.1", "--rate", "5"]);
+    let begun = std::time::Instant::now();
+    let mut replay = Process::start(command.args(["--delay", "3"]));
+    session.wait_for_writers("/robot_1/odom", 1, PATIENCE).await.expect("it is published");
+    let guarded = session
+        .endpoints()
+        .into_iter()
+        .filter(|end| end.kind == EndpointKind::Writer)
+        .filter(|end| end.topic.contains("cmd_vel") || end.topic.contains("lease"))
+        .count();
+    let ended = || replay.0.try_wait().expect("it is our child").is_some();
+    eventually("the replay ends", ended).await;
+    let took = begun.elapsed();
+    let (status, errors) = replay.wait(PATIENCE);
+    let received: Vec<Vec<u8>> = std::iter::from_fn(|| heard.try_recv().ok()).collect();
+
+    assert!(status.success(), "{errors}");
+    assert_eq!(received.len(), expected.len());
+    assert!(received == expected, "the messages are those of the bag");
+    assert_eq!(clock.len(), 100, "the bag's own clock");
+    assert_eq!(guarded, 0);
+    assert!(errors.contains("left out 3 (they move robots"), "{errors}");
+    // 13 s five times as fast, after 3 s.
+    assert!(took > Duration::from_millis(5500), "{took:?}");
+    session.close().await;
+}

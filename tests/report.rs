@@ -1,0 +1,121 @@
+//! The report of a sweep and its runs, as a person gets it: one file that needs no other.
+
+#[expect(dead_code, reason = "no record of a run is spoilt here")]
+mod floor;
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use floor::{Part, Run, ended};
+use rsrs_fleet::record::EndingKind;
+
+fn rsrs(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rsrs"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .expect("the binary was built for this test")
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().expect("the program ended by itself")
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).expect("messages are UTF-8")
+}
+
+/// A folder with a small sweep, its chosen cell, and four bags.
+fn laboratory() -> tempfile::TempDir {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let here = place.path();
+    let profile = include_str!("../launch_configs/profiles/flockbot.yaml");
+    std::fs::write(here.join("flockbot.yaml"), profile).expect("the folder is writable");
+    let sweep = "profile: flockbot.yaml\n\
+                 axes:\n  speed_m_s: [0.15, 0.30]\n  turn_rate_rad_s: [0.25, 0.75]\n\
+                 fixed: {robots: 9, placement_radius_m: 0.60, arena_m: 15, true_positive: 0.8}\n\
+                 replicates: 16\nduration_s: 120\nseed: 7\n";
+    std::fs::write(here.join("sweep.yaml"), sweep).expect("the folder is writable");
+    for arguments in [
+        &["sweep", "sweep.yaml", "-o", "out"][..],
+        &["choose", "out", "--confirm", "200", "-o", "out/choice.json"][..],
+    ] {
+        let output = rsrs(here, arguments);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+    }
+    Run::new(1).record(here, "one");
+    Run::new(2).record(here, "a<b>&c");
+    Run { lacks: Some(Part::Poses), ..Run::new(3) }.record(here, "blind");
+    let frozen = ended(EndingKind::Void, "the lease lapsed");
+    Run { ending: frozen, ..Run::new(4) }.record(here, "frozen");
+    place
+}
+
+/// Every tag that is opened is closed, in order.
+fn assert_well_formed(html: &str) {
+    let mut open: Vec<&str> = Vec::new();
+    for tag in html.split('<').skip(1) {
+        let tag = &tag[..tag.find('>').unwrap_or_else(|| panic!("no end: {tag}"))];
+        let name = tag.split([' ', '/']).next().unwrap_or_default();
+        if let Some(closed) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(closed));
+        } else if !tag.starts_with('!') && !tag.ends_with('/') && !["meta", "br"].contains(&name) {
+            open.push(name);
+        }
+    }
+    assert_eq!(open, [""; 0]);
+}
+
+#[test]
+fn a_report_has_the_diagram_every_run_and_the_comparison() {
+    let place = laboratory();
+    let here = place.path();
+    let label = rsrs(here, &["label", "one", "--as", "unformed", "--by", "ana", "--note", "<hm>"]);
+    assert_eq!(code(&label), 0, "{}", stderr(&label));
+
+    let arguments = ["report", "out", "-o", "report.html", "--bags", "one", "a<b>&c", "frozen"];
+    let report = rsrs(here, &arguments);
+
+    assert_eq!(code(&report), 0, "{}", stderr(&report));
+    let html = std::fs::read_to_string(here.join("report.html")).expect("it was written");
+    assert_well_formed(&html);
+    assert_eq!(html.matches("<svg").count(), 3, "a diagram and two runs");
+    for expected in [
+        "chosen cell",
+        "verdict: undecided",
+        "speed_m_s=0.15,turn_rate_rad_s=0.75",
+        "100.0 % of 2 milled",
+        "stable milling by judge",
+        "by hand: unformed by ana",
+        "&lt;hm&gt;",
+        "a&lt;b&gt;&amp;c",
+        "the lease lapsed",
+    ] {
+        assert!(html.contains(expected), "no {expected}");
+    }
+    for elsewhere in ["src=", "href=", "<script", "<link", "@import"] {
+        assert!(!html.contains(elsewhere), "{elsewhere}");
+    }
+}
+
+#[test]
+fn a_run_without_poses_is_in_the_report_by_its_label_by_hand() {
+    let place = laboratory();
+    let here = place.path();
+    for bag in ["one", "blind"] {
+        let label = rsrs(here, &["label", bag, "--as", "dispersion", "--by", "ana"]);
+        assert_eq!(code(&label), 0, "{}", stderr(&label));
+    }
+
+    let by_ana = ["report", "out", "-o", "ana.html", "--labels", "human:ana", "--bags"];
+    let by_ana = rsrs(here, &[&by_ana[..], &["one", "blind"]].concat());
+    let by_judge = rsrs(here, &["report", "out", "-o", "judge.html", "--bags", "one", "blind"]);
+    let no_html = rsrs(here, &["report", "out", "-o", "report.pdf", "--bags", "one"]);
+
+    // Two runs that both dispersed, where simulated ones always mill, violate the claim.
+    assert_eq!((code(&by_ana), code(&by_judge), code(&no_html)), (3, 1, 1), "{}", stderr(&by_ana));
+    let html = std::fs::read_to_string(here.join("ana.html")).expect("it was written");
+    assert_well_formed(&html);
+    assert!(html.contains("dispersion by ana") && html.contains("not drawn: blind: "), "{html}");
+    assert!(!here.join("judge.html").exists());
+}

@@ -1,0 +1,341 @@
+//! `rsrs stop` over DDS, against the simulator's robots, as on a laboratory's floor.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use rsrs_bags::Bag;
+use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
+use rsrs_fleet::record::{Backend, ENDING, Ending, EndingKind};
+use rsrs_msgs::rsrs::RobotStatus;
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::topics;
+use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
+use rsrs_ros::session::{NodeHandle, Session, Subscription};
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+
+use crate::fleet::{ROBOTS, experiment, node, signal};
+use crate::processes::{Process, rsrs};
+use crate::support::{PATIENCE, eventually, in_own_network, session};
+
+/// A robot stands at once when it hears the e-stop; the rest is for the status to arrive on a busy
+/// machine.
+const STANDS_WITHIN: Duration = Duration::from_secs(1);
+
+/// A floor of nine robots with their controllers, and somebody who watches them.
+struct Floor {
+    folder: tempfile::TempDir,
+    experiment: PathBuf,
+    simulator: Process,
+    controllers: Process,
+    session: Session,
+    watch: Watch,
+}
+
+/// What was heard of the robots.
+struct Watch {
+    _subscriptions: Vec<Subscription>,
+    heard: UnboundedReceiver<Heard>,
+    robots: [RobotStatus; ROBOTS.len()],
+    has_moved: bool,
+    /// When the e-stop was engaged first, and when the last robot stood because of it.
+    engaged: Option<Instant>,
+    stood: Option<Instant>,
+}
+
+enum Heard {
+    Status(usize, Box<RobotStatus>, Instant),
+    EStop(bool, Instant),
+}
+
+impl Floor {
+    async fn new(robots: &[&str]) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let experiment = experiment(folder.path(), 1_000, &[("time: lockstep", "time: real_time")]);
+        let (simulator, controllers) = (node("sim", robots), node("controller", robots));
+        let session = session();
+        let node = session.node("/", "witness").expect("the name is allowed");
+        let watch = Watch::new(&session, &node);
+        let floor = Self { folder, experiment, simulator, controllers, session, watch };
+        if robots.len() == ROBOTS.len() {
+            floor.place(&node).await;
+        }
+        floor
+    }
+
+    /// Puts the simulator's robots where the experiment wants them.
+    async fn place(&self, node: &NodeHandle) {
+        let plan = Plan::read(&Request {
+            experiment: self.experiment.clone(),
+            cell: None,
+            from: None,
+            backend: Backend::Simulator,
+            bag: Some(self.folder.path().join("none")),
+            seed: None,
+            place_check: PlaceCheck::Off,
+        })
+        .expect("the shipped experiment is good");
+        let conditions =
+            serde_json::to_string(&plan.record.conditions).expect("conditions are plain data");
+        let values = [
+            ("conditions", ParameterValue::String(conditions)),
+            ("seed", ParameterValue::Integer(1)),
+            ("replicate", ParameterValue::Integer(0)),
+            ("steps", ParameterValue::Integer(100_000)),
+            ("time", ParameterValue::String("real_time".to_owned())),
+        ]
+        .map(|(name, value)| (name.to_owned(), value));
+        let options = ClientOptions { patience: PATIENCE, mapping: None };
+        let client = ParameterClient::new(&self.session, node, options);
+        client.set_atomically("/simulator", &values).await.expect("the simulator takes it");
+    }
+
+    fn bag(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Runs the experiment on these robots as if they were real.
+    fn start_run(&self, bag: &str) -> Process {
+        let mut command = rsrs();
+        command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
+        Process::start(command.arg(&self.experiment).arg("-o").arg(self.bag(bag)))
+    }
+
+    async fn wait_until_all_move(&mut self) {
+        let watch = &mut self.watch;
+        eventually("all robots move", || {
+            watch.update();
+            watch.robots.iter().all(|status| status.state == RobotStatus::MOVING)
+        })
+        .await;
+    }
+
+    async fn close(self) {
+        let Self { session, watch, simulator, controllers, .. } = self;
+        drop((watch, simulator, controllers));
+        session.close().await;
+    }
+}
+
+impl Watch {
+    fn new(session: &Session, node: &NodeHandle) -> Self {
+        let (sender, heard) = unbounded_channel();
+        let topic = topics::STATUS;
+        let mut subscriptions: Vec<_> = (0..ROBOTS.len())
+            .map(|robot| {
+                let sender: UnboundedSender<Heard> = sender.clone();
+                session
+                    .subscribe(node, &topic.for_robot(ROBOTS[robot]), topic.qos, move |sample| {
+                        let status = Box::new(sample.message);
+                        // The test has ended when nobody listens.
+                        drop(sender.send(Heard::Status(robot, status, Instant::now())));
+                    })
+                    .expect("the topic is allowed")
+            })
+            .collect();
+        let topic = topics::E_STOP;
+        let e_stop = session.subscribe(node, topic.name, topic.qos, move |sample| {
+            let Bool { data } = sample.message;
+            // The test has ended when nobody listens.
+            drop(sender.send(Heard::EStop(data, Instant::now())));
+        });
+        subscriptions.push(e_stop.expect("the topic is allowed"));
+        Self {
+            _subscriptions: subscriptions,
+            heard,
+            robots: std::array::from_fn(|_| RobotStatus::default()),
+            has_moved: false,
+            engaged: None,
+            stood: None,
+        }
+    }
+
+    fn update(&mut self) {
+        while let Ok(heard) = self.heard.try_recv() {
+            match heard {
+                Heard::EStop(engaged, at) => {
+                    if engaged {
+                        self.engaged.get_or_insert(at);
+                    }
+                }
+                Heard::Status(robot, status, at) => {
+                    self.has_moved |= status.state == RobotStatus::MOVING;
+                    self.robots[robot] = *status;
+                    if self.stood.is_none() && self.all_hold() {
+                        self.stood = Some(at);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether every robot stands because of the e-stop.
+    fn all_hold(&self) -> bool {
+        self.robots
+            .iter()
+            .all(|status| status.state == RobotStatus::STOPPED && status.stop_reason == "e-stop")
+    }
+}
+
+/// Waits for the end of a process, while the watch goes on.
+///
+/// # Returns
+///
+/// Its exit code, standard output and standard error.
+async fn ended(mut process: Process) -> (Option<i32>, String, String) {
+    let wait = move || {
+        let (status, errors) = process.wait(PATIENCE);
+        let mut text = String::new();
+        let stdout = process.0.stdout.as_mut().expect("it is a pipe");
+        stdout.read_to_string(&mut text).expect("results are text");
+        (status.code(), text, errors)
+    };
+    tokio::task::spawn_blocking(wait).await.expect("waiting does not panic")
+}
+
+/// Runs `rsrs stop` to its end.
+async fn stop(arguments: &[&str]) -> (Option<i32>, String, String) {
+    let mut command = rsrs();
+    command.args(["stop", "--interface", "127.0.0.1"]).args(arguments);
+    ended(Process::start(&mut command)).await
+}
+
+fn fleet_file(experiment: &Path) -> String {
+    let folder = experiment.parent().expect("it is in a folder");
+    folder.join("../fleets/nine_virtual.yaml").display().to_string()
+}
+
+fn ending_of(bag: &Path) -> Ending {
+    let bag = Bag::open(bag).expect("the bag is whole");
+    let pairs = bag.metadata(ENDING).expect("a bag that was closed says how it ended");
+    Ending::from_pairs(pairs).expect("it is an ending")
+}
+
+#[test]
+fn a_stop_in_the_middle_of_a_run_stops_the_fleet_until_it_is_released() {
+    in_own_network(
+        "stopping::a_stop_in_the_middle_of_a_run_stops_the_fleet_until_it_is_released",
+        stop_and_release,
+    );
+}
+
+async fn stop_and_release() {
+    let mut floor = Floor::new(&ROBOTS).await;
+    let run = floor.start_run("bag");
+    floor.wait_until_all_move().await;
+
+    let (code, table, errors) = stop(&["--fleet", &fleet_file(&floor.experiment)]).await;
+    floor.watch.update();
+
+    assert_eq!(code, Some(0), "{table}\n{errors}");
+    let rows: Vec<_> = table.lines().filter(|line| line.contains("stopped: e-stop")).collect();
+    assert_eq!(rows.len(), 9, "{table}");
+    let (engaged, stood) = (floor.watch.engaged, floor.watch.stood);
+    let engaged = engaged.expect("`rsrs stop` engages the e-stop");
+    let stood = stood.expect("every robot has acknowledged");
+    let stood_after = stood.saturating_duration_since(engaged);
+    assert!(stood_after <= STANDS_WITHIN, "after {stood_after:?}");
+    let (code, _, errors) = ended(run).await;
+    assert_eq!(code, Some(1), "{errors}");
+    for expected in [
+        "all 9 robots stand where they should start",
+        "the robots move in 3 s",
+        "the robots move in 1 s",
+        "run aborted: e-stop",
+        "rsrs stop --release",
+    ] {
+        assert!(errors.contains(expected), "no `{expected}` in:\n{errors}");
+    }
+    let expected = Ending { kind: EndingKind::Aborted, reason: "e-stop".to_owned() };
+    assert_eq!(ending_of(&floor.bag("bag")), expected);
+    // Whoever engaged it has left long ago, and still they stand.
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    floor.watch.update();
+    assert!(floor.watch.all_hold(), "{:?}", floor.watch.robots);
+
+    let (code, table, errors) = stop(&["--release"]).await;
+    assert_eq!(code, Some(0), "{table}\n{errors}");
+    let run = floor.start_run("next_bag");
+    floor.wait_until_all_move().await;
+
+    let (code, _, errors) = stop(&["--release"]).await;
+    assert_eq!((code, errors.trim()), (Some(3), "robots are in a run: nothing was said to them"));
+    signal(&run, "INT");
+    floor.close().await;
+}
+
+#[test]
+fn a_stop_works_when_everything_else_is_killed() {
+    in_own_network("stopping::a_stop_works_when_everything_else_is_killed", stop_alone);
+}
+
+async fn stop_alone() {
+    let mut floor = Floor::new(&ROBOTS).await;
+    let run = floor.start_run("bag");
+    floor.wait_until_all_move().await;
+
+    signal(&run, "KILL");
+    signal(&floor.controllers, "KILL");
+    let (code, table, errors) = stop(&["--format", "json"]).await;
+    floor.watch.update();
+
+    assert_eq!(code, Some(0), "{table}\n{errors}");
+    let report: serde_json::Value = serde_json::from_str(&table).expect("it is JSON");
+    assert_eq!(report["acknowledged"], true);
+    assert_eq!(report["robots"].as_array().map(Vec::len), Some(9));
+    assert!(floor.watch.all_hold(), "{:?}", floor.watch.robots);
+    floor.close().await;
+}
+
+#[test]
+fn a_robot_that_does_not_acknowledge_is_named() {
+    in_own_network("stopping::a_robot_that_does_not_acknowledge_is_named", stop_without_one);
+}
+
+async fn stop_without_one() {
+    let floor = Floor::new(&ROBOTS[..8]).await;
+
+    let (code, table, errors) = stop(&["--fleet", &fleet_file(&floor.experiment)]).await;
+
+    assert_eq!(code, Some(3), "{table}\n{errors}");
+    assert!(table.contains("robot_9  NO             -  no status heard"), "{table}");
+    assert!(errors.contains("by 1 of 9 robots, go and look: robot_9"), "{errors}");
+    assert_eq!(table.matches("stopped: e-stop").count(), 8, "{table}");
+    floor.close().await;
+}
+
+#[test]
+fn an_interrupted_countdown_moves_no_robot() {
+    in_own_network("stopping::an_interrupted_countdown_moves_no_robot", interrupted_countdown);
+}
+
+async fn interrupted_countdown() {
+    let mut floor = Floor::new(&ROBOTS).await;
+    let run = floor.start_run("bag");
+    let watch = &mut floor.watch;
+    eventually("all robots are armed", || {
+        watch.update();
+        watch.robots.iter().all(|status| status.state == RobotStatus::ARMED)
+    })
+    .await;
+
+    signal(&run, "INT");
+    let (code, _, errors) = ended(run).await;
+    floor.watch.update();
+
+    assert_eq!(code, Some(1), "{errors}");
+    assert!(errors.contains("run aborted: interrupted"), "{errors}");
+    assert!(!floor.watch.has_moved);
+    assert!(floor.watch.robots.iter().all(|status| status.state == RobotStatus::STOPPED));
+    floor.close().await;
+}
+
+#[test]
+fn a_stop_with_nobody_there_says_so() {
+    in_own_network("stopping::a_stop_with_nobody_there_says_so", async || {
+        let (code, table, errors) = stop(&[]).await;
+
+        assert_eq!((code, table.trim()), (Some(3), "no robot found"));
+        assert!(errors.contains("is this their interface, and their ROS_DOMAIN_ID?"), "{errors}");
+    });
+}
