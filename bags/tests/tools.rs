@@ -24,7 +24,7 @@ use rsrs_msgs::rcl_interfaces::{
 };
 use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
-use rsrs_msgs::sensor_msgs::Range;
+use rsrs_msgs::sensor_msgs::{LaserScan, Range};
 use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
@@ -87,6 +87,7 @@ fn one_of_each(writer: &mut BagWriter) {
         TransformStamped,
         Odometry,
         Clock,
+        LaserScan,
         Range,
         TFMessage,
         DiagnosticArray,
