@@ -4,9 +4,10 @@
 //! types among them are compiled in; all others are found where ROS 2 keeps them: in the source
 //! folders of a workspace or in what was installed.
 //!
-//! It reads `.msg` files only, not `.idl`, and it does not compute type hashes.
+//! It reads `.msg` files only, not `.idl`.
 
 mod fields;
+mod hash;
 mod search;
 
 use std::collections::BTreeMap;
@@ -28,7 +29,7 @@ pub struct Definition {
     pub type_name: String,
     /// Its own `.msg` text and then that of each type in it, as bags keep it.
     pub text: String,
-    /// `RIHS01_` and 64 hexadecimal digits; `None` if nobody said.
+    /// `RIHS01_` and 64 hexadecimal digits; `None` if it cannot be known.
     pub type_hash: Option<String>,
 }
 
@@ -143,8 +144,7 @@ impl Definitions {
         let mut seen = vec![root.clone()];
         append_dependencies(&root, &read, &mut seen, &mut text);
 
-        let known = Definition::of_known_type(type_name).filter(|known| same(&known.text, &text));
-        let type_hash = known.and_then(|known| known.type_hash);
+        let type_hash = hash::rihs01(&root, &read);
         Ok(Definition { type_name: type_name.to_owned(), text, type_hash })
     }
 
@@ -226,11 +226,6 @@ fn append_dependencies(
         seen.push(dependency.clone());
         append_dependencies(dependency, read, seen, text);
     }
-}
-
-/// Whether two texts define the same, comments and spaces aside.
-fn same(one: &str, other: &str) -> bool {
-    fields::essence(one) == fields::essence(other)
 }
 
 fn folders(searched: &[PathBuf]) -> String {

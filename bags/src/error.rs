@@ -38,6 +38,17 @@ pub enum BagError {
         /// Why.
         source: McapError,
     },
+    /// The bag has the size that it may have.
+    #[error(
+        "{} is full: it has reached its limit of {max_bytes} bytes, and nothing more is recorded",
+        .path.display()
+    )]
+    Full {
+        /// The bag.
+        path: PathBuf,
+        /// What it may have, in bytes.
+        max_bytes: u64,
+    },
     /// No definition is known of the type, and a bag without it could not be opened.
     #[error("topic {topic} has type {type_name}, of which no definition is known")]
     UnknownType {
@@ -131,6 +142,7 @@ impl BagError {
             Self::Incomplete { .. } => {
                 Some("what was recorded before the break can be used as it is")
             }
+            Self::Full { .. } => Some("close it and raise the limit, or record into another one"),
             Self::NoName { .. }
             | Self::Io { .. }
             | Self::Write { .. }

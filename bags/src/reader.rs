@@ -14,7 +14,7 @@ use crate::BagError;
 use crate::metadata::{self, Contents};
 pub(crate) use file::{BagFile, read_summary};
 pub(crate) use messages::plain;
-pub(crate) use source::{Source, open, read_some};
+pub(crate) use source::{Source, ZSTD_MAGIC, open, read_some};
 
 /// A bag that was opened; its messages are still on disk.
 #[derive(Debug)]

@@ -15,6 +15,7 @@ mod jumps;
 mod pose;
 mod resample;
 mod tidy;
+mod transforms;
 mod window;
 
 use std::fmt;
@@ -41,8 +42,9 @@ pub enum PoseSource {
     /// `geometry_msgs/PoseArray`, on `/poses` if there are several: a tracker that knows robots by
     /// number; they are those of the lease, or else those that were commanded, in their order.
     PoseArray,
-    /// `tf2_msgs/TFMessage` on `/tf`: transforms to `<robot>/base_link` or `<robot>/base_footprint`
-    /// from one frame that all robots share.
+    /// `tf2_msgs/TFMessage` on `/tf` and `/tf_static`: chains of transforms, such as `map` →
+    /// `<robot>/odom` → `<robot>/base_link` (or `base_footprint`), from one frame that all robots
+    /// share.
     Tf,
 }
 

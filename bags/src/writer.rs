@@ -18,6 +18,9 @@ pub use channel::ChannelDescription;
 pub use packing::{Compression, Packing};
 use part::Part;
 
+/// The record in a bag that was full: the limit, and how many messages came after it was reached.
+const LIMIT: &str = "rsrs.limit";
+
 /// What a bag holds besides messages.
 #[derive(Clone, Debug, Default)]
 pub struct BagOptions {
@@ -75,6 +78,10 @@ pub struct BagWriter {
     bounds_ns: Option<(u64, u64)>,
     part: Part,
     next_flush_ns: Option<u64>,
+    /// Bytes of the files that are closed.
+    closed_bytes: u64,
+    /// Messages that came after the bag was full.
+    n_refused: u64,
 }
 
 /// A topic with its place in the current file.
@@ -114,24 +121,11 @@ impl BagWriter {
         options: BagOptions,
         packing: Packing,
     ) -> Result<Self, BagError> {
-        let name = folder.file_name().and_then(|name| name.to_str());
-        let name = name.ok_or_else(|| BagError::NoName { path: folder.to_owned() })?;
-        let io = |action, path: &Path| {
-            let path = path.to_owned();
-            move |source| BagError::Io { action, path, source }
-        };
-        if let Some(parent) = folder.parent() {
-            fs::create_dir_all(parent).map_err(io("create", parent))?;
-        }
-        fs::create_dir(folder).map_err(|source| match source.kind() {
-            ErrorKind::AlreadyExists => BagError::Exists { path: folder.to_owned() },
-            _ => io("create", folder)(source),
-        })?;
-
+        let name = new_folder(folder)?;
         let part = Part::create(folder, format!("{name}_0.mcap"), &packing)?;
         let mut writer = Self {
             folder: folder.to_owned(),
-            name: name.to_owned(),
+            name,
             packing,
             custom_data: options.custom_data,
             topics: Vec::new(),
@@ -140,6 +134,8 @@ impl BagWriter {
             bounds_ns: None,
             part,
             next_flush_ns: None,
+            closed_bytes: 0,
+            n_refused: 0,
         };
         writer.describe(Vec::new())?;
         Ok(writer)
@@ -198,15 +194,7 @@ impl BagWriter {
         Ok(())
     }
 
-    /// Adds a channel as another bag has it; the same one twice is one.
-    pub(crate) fn add_channel(
-        &mut self,
-        description: ChannelDescription,
-    ) -> Result<ChannelId, BagError> {
-        let known = self.topics.iter().position(|topic| topic.description == description);
-        if let Some(index) = known {
-            return Ok(ChannelId(index));
-        }
+    fn add_channel(&mut self, description: ChannelDescription) -> Result<ChannelId, BagError> {
         let channel_id = self.part.add_channel(&description)?;
         self.topics.push(Topic { description, channel_id, n_messages: 0 });
         Ok(ChannelId(self.topics.len() - 1))
@@ -216,14 +204,17 @@ impl BagWriter {
     ///
     /// # Errors
     ///
-    /// [`BagError::Write`], for instance when the disk is full, and [`BagError::Io`] if the next
-    /// file of a bag that is split cannot be opened.
+    /// [`BagError::Full`] if the bag has the size that [`Packing::max_bag_bytes`] allows; it can
+    /// still be closed, and says then how many messages were refused. [`BagError::Write`], for
+    /// instance when the disk is full, and [`BagError::Io`] if the next file of a bag that is split
+    /// cannot be opened.
     ///
     /// # Panics
     ///
     /// If `channel` belongs to another bag with more topics.
     pub fn write(&mut self, channel: ChannelId, sample: Sample) -> Result<(), BagError> {
         let time_ns = sample.log_time_ns;
+        self.refuse_beyond_limit()?;
         if self.part.is_full(&self.packing, time_ns) {
             self.split()?;
         }
@@ -234,6 +225,15 @@ impl BagWriter {
         let (first_ns, last_ns) = self.bounds_ns.unwrap_or((time_ns, time_ns));
         self.bounds_ns = Some((first_ns.min(time_ns), last_ns.max(time_ns)));
         Ok(())
+    }
+
+    fn refuse_beyond_limit(&mut self) -> Result<(), BagError> {
+        let Some(max_bytes) = self.packing.max_bag_bytes else { return Ok(()) };
+        if self.closed_bytes + self.part.n_bytes() < max_bytes {
+            return Ok(());
+        }
+        self.n_refused += 1;
+        Err(BagError::Full { path: self.folder.clone(), max_bytes })
     }
 
     fn flush_if_due(&mut self, time_ns: u64) -> Result<(), BagError> {
@@ -255,6 +255,7 @@ impl BagWriter {
         let next = Part::create(&self.folder, file_name, &self.packing)?;
         let full = std::mem::replace(&mut self.part, next);
         self.closed.push(full.information());
+        self.closed_bytes += full.n_bytes();
         self.paths.push(self.part.path().to_owned());
         full.finish()?;
         self.describe(Vec::new())?;
@@ -320,6 +321,11 @@ impl BagWriter {
             *n_messages_of_topic.entry(topic.description.topic.clone()).or_default() +=
                 topic.n_messages;
         }
+        if let (Some(max_bytes), 1..) = (self.packing.max_bag_bytes, self.n_refused) {
+            let pairs = [("max_bag_bytes", max_bytes), ("n_refused", self.n_refused)];
+            let in_text = pairs.map(|(key, number)| (key.to_owned(), number.to_string()));
+            self.metadata(LIMIT, BTreeMap::from(in_text))?;
+        }
         let information = self.describe(topics)?;
         self.part.finish()?;
         information.write_into(&self.folder)?;
@@ -347,4 +353,26 @@ impl BagWriter {
         self.metadata(metadata::RECORD, information.to_record())?;
         Ok(information)
     }
+}
+
+/// Makes the folder of a bag, and gives its name.
+///
+/// # Errors
+///
+/// [`BagError::Exists`], [`BagError::NoName`] and [`BagError::Io`].
+pub(crate) fn new_folder(folder: &Path) -> Result<String, BagError> {
+    let name = folder.file_name().and_then(|name| name.to_str());
+    let name = name.ok_or_else(|| BagError::NoName { path: folder.to_owned() })?;
+    let io = |action, path: &Path| {
+        let path = path.to_owned();
+        move |source| BagError::Io { action, path, source }
+    };
+    if let Some(parent) = folder.parent() {
+        fs::create_dir_all(parent).map_err(io("create", parent))?;
+    }
+    fs::create_dir(folder).map_err(|source| match source.kind() {
+        ErrorKind::AlreadyExists => BagError::Exists { path: folder.to_owned() },
+        _ => io("create", folder)(source),
+    })?;
+    Ok(name.to_owned())
 }

@@ -1,5 +1,6 @@
 //! Bags that another writer made, with all the options there are.
 
+mod recording;
 #[path = "../../msgs/tests/venv/mod.rs"]
 mod venv;
 
@@ -7,7 +8,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use rsrs_bags::{Bag, BagError, BagMessage, OfferedQos, recover_into};
+use recording::damage::{bag_of, chunks, file_of};
+use rsrs_bags::{Bag, BagError, BagMessage, Compression, OfferedQos, recover_into};
 
 fn messages(bag: &Bag) -> Vec<BagMessage> {
     bag.messages().collect::<Result<_, _>>().expect("the bag is whole")
@@ -124,5 +126,60 @@ fn bags_in_sqlite_are_refused_with_the_line_that_converts_them() {
     for error in [with_contents, of_file, without_contents] {
         assert!(matches!(error, BagError::Sqlite { .. }), "{error}");
         assert!(error.help().unwrap().contains("ros2 bag convert -i BAG -o convert.yaml"));
+    }
+}
+
+/// What `rosbags` and `mcap` count in a bag, checksums and table of contents compared on the way.
+fn counted_by_others(folder: &Path) -> Vec<u64> {
+    let python = venv::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let script = "
+import json, sys
+from pathlib import Path
+from mcap.reader import make_reader, NonSeekingReader
+from mcap_ros2.decoder import DecoderFactory
+from rosbags.highlevel import AnyReader
+folder = Path(sys.argv[1])
+file = next(folder.glob('*.mcap'))
+counts = []
+for path in (folder, file):
+    with AnyReader([path]) as reader:
+        counts.append(sum(1 for c, _, data in reader.messages() if reader.deserialize(data, c.msgtype)))
+with file.open('rb') as stream:
+    reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+    counts.append(sum(1 for _ in reader.iter_decoded_messages()))
+    summary = reader.get_summary()
+    counts.append(summary.statistics.message_count)
+    counts.append(sum(summary.statistics.channel_message_counts.values()))
+    assert len(summary.chunk_indexes) == summary.statistics.chunk_count
+    assert [item.name for item in reader.iter_attachments()] == ['experiment.json']
+    assert 'rsrs.recovered' in [item.name for item in reader.iter_metadata()]
+with file.open('rb') as stream:
+    reader = NonSeekingReader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+    counts.append(sum(1 for _ in reader.iter_decoded_messages()))
+print(json.dumps(counts))
+";
+    let printed = venv::must_run(Command::new(python).args(["-c", script]).arg(folder));
+    serde_json::from_str(&printed).expect("the script answers in JSON")
+}
+
+#[test]
+fn what_was_recovered_is_a_bag_for_others_too() {
+    let folder = tempfile::tempdir().unwrap();
+    for compression in [Compression::None, Compression::Zstd, Compression::Lz4] {
+        let path = bag_of(&folder.path().join(format!("{compression:?}")), compression, 40);
+        let mut bytes = fs::read(file_of(&path)).unwrap();
+        // One chunk is lost, the rest of them is copied, the last one goes message by message.
+        let of_chunks = chunks(&bytes);
+        bytes[of_chunks[2].1 - 20] ^= 0x10;
+        bytes.truncate(of_chunks[4].1 - 5);
+        let damaged = path.with_extension("damaged.mcap");
+        fs::write(&damaged, bytes).unwrap();
+        let into = path.with_extension("saved");
+
+        let recovered = recover_into(&damaged, &into).unwrap();
+
+        assert!(recovered.n_messages > 50, "{compression:?}");
+        let counts = counted_by_others(&into);
+        assert!(counts.iter().all(|n| *n == recovered.n_messages), "{compression:?}: {counts:?}");
     }
 }

@@ -11,7 +11,7 @@ use std::process::Command;
 
 use recording::{PERIOD_NS, Recording};
 use rsrs_bags::definitions::{Definition, DefinitionError, Definitions};
-use rsrs_bags::{Bag, BagMessage, BagOptions, BagWriter, Compression, Packing, Sample};
+use rsrs_bags::{Bag, BagError, BagMessage, BagOptions, BagWriter, Compression, Packing, Sample};
 use rsrs_msgs::topics::Qos;
 
 fn temporary() -> tempfile::TempDir {
@@ -52,6 +52,21 @@ print(json.dumps(counts))
 ";
     let printed = venv::must_run(Command::new(python).args(["-c", script]).arg(path));
     serde_json::from_str(&printed).expect("the script answers in JSON")
+}
+
+/// The hash that `rosbags` gives a type by its definition in a bag.
+fn hash_by_rosbags(path: &Path, type_name: &str) -> String {
+    let python = venv::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let script = "
+import sys
+from pathlib import Path
+from rosbags.highlevel import AnyReader
+with AnyReader([Path(sys.argv[1])]) as reader:
+    print(reader.typestore.hash_rihs01(sys.argv[2]))
+";
+    let mut command = Command::new(python);
+    let printed = venv::must_run(command.args(["-c", script]).arg(path).arg(type_name));
+    printed.trim().to_owned()
 }
 
 #[test]
@@ -98,6 +113,46 @@ fn a_bag_is_split_by_size_within_a_chunk() {
         assert!(file.n_bytes < 140_000, "{} bytes", file.n_bytes);
     }
     assert_eq!(messages(&path).len(), 1200);
+}
+
+#[test]
+fn a_bag_that_is_full_refuses_messages_by_name_and_says_how_many() {
+    let folder = temporary();
+    let path = folder.path().join("run");
+    let packing = Packing {
+        max_bag_bytes: Some(30_000),
+        max_file_bytes: Some(20_000),
+        compression: Compression::None,
+        ..Packing::default()
+    };
+    let mut writer = BagWriter::create_packed(&path, BagOptions::default(), packing).unwrap();
+    let topic = writer.add_topic("/a", "std_msgs/msg/Bool", Qos::reliable(1)).unwrap();
+    let mut n_refused = 0;
+    for step in 0..2_000 {
+        let log_time_ns = step * 50_000_000;
+        let sample =
+            Sample { log_time_ns, publish_time_ns: 0, sequence: 0, data: &[0, 1, 0, 0, 1] };
+        match writer.write(topic, sample) {
+            Ok(()) => assert_eq!(n_refused, 0, "a full bag stays full"),
+            Err(BagError::Full { max_bytes: 30_000, .. }) => n_refused += 1,
+            Err(error) => panic!("{error}"),
+        }
+    }
+
+    let summary = writer.finish().unwrap();
+
+    assert!(n_refused > 0);
+    assert_eq!(summary.n_messages + n_refused, 2_000);
+    assert!(summary.files.len() > 1, "{:?}", summary.files);
+    let bag = Bag::open(&path).unwrap();
+    assert_eq!(bag.n_messages(), summary.n_messages);
+    let told = bag.metadata("rsrs.limit").unwrap();
+    assert_eq!(
+        (told["max_bag_bytes"].as_str(), told["n_refused"].parse()),
+        ("30000", Ok(n_refused))
+    );
+    let n_bytes: u64 = summary.files.iter().map(|file| file.metadata().unwrap().len()).sum();
+    assert!((30_000..60_000).contains(&n_bytes), "{n_bytes} bytes");
 }
 
 #[test]
@@ -172,7 +227,7 @@ fn definitions_of_a_workspace_are_found_with_all_that_is_in_them() {
     assert!(battery.text.starts_with("# The battery.\n"));
     assert_eq!(parts(&battery), ["lab_msgs/Cell", "std_msgs/Header", "builtin_interfaces/Time"]);
     assert_eq!(parts(&pair), ["geometry_msgs/Point", "lab_msgs/Cell"]);
-    assert_eq!(battery.type_hash, None);
+    assert!(battery.type_hash.is_some_and(|hash| hash.starts_with("RIHS01_")));
     let stock = Definitions::new(Vec::new()).find("nav_msgs/msg/Odometry").unwrap();
     assert_eq!(Some(stock), Definition::of_known_type("nav_msgs/msg/Odometry"));
 }
@@ -219,4 +274,5 @@ fn others_decode_a_topic_of_the_users_own_type() {
     assert_eq!(counted_by_rosbags(&path), BTreeMap::from([("/r1/battery".to_owned(), 1)]));
     let bag = Bag::open(&path).unwrap();
     assert_eq!(bag.schema("lab_msgs/msg/Battery"), Some(battery.text.as_bytes()));
+    assert_eq!(bag.topics()[0].type_hash, hash_by_rosbags(&path, "lab_msgs/msg/Battery"));
 }

@@ -4,80 +4,16 @@ mod recording;
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::sync::LazyLock;
 
-use proptest::prelude::*;
+use recording::damage::{bag_of, chunks, file_of, messages, records, recover_bytes, temporary};
 use recording::{PERIOD_NS, Recording};
 use rsrs_bags::{
-    Bag, BagError, BagMessage, BagOptions, BagWriter, Compression, LossKind, Packing, Recovered,
-    Sample, recover, recover_into,
+    Bag, BagError, BagOptions, BagWriter, Compression, LossKind, Packing, Sample, recover,
+    recover_into,
 };
 use rsrs_msgs::cdr;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::Qos;
-
-fn temporary() -> tempfile::TempDir {
-    tempfile::tempdir().expect("there is room for a temporary folder")
-}
-
-fn messages(path: &Path) -> Vec<BagMessage> {
-    let bag = Bag::open(path).expect("it opens");
-    bag.messages().collect::<Result<_, _>>().expect("the bag is whole")
-}
-
-/// A bag with an attachment and a metadata record, flushed after each second.
-fn bag_of(folder: &Path, compression: Compression, n_steps: u64) -> PathBuf {
-    let path = folder.join("run");
-    let packing = Packing { compression, ..Packing::default() };
-    let writer = BagWriter::create_packed(&path, BagOptions::default(), packing).expect("new");
-    let mut recording = Recording::with(writer, &["robot_1", "robot_2"]);
-    recording.writer.attach("experiment.json", "application/json", b"{}").expect("room");
-    let pairs = BTreeMap::from([("seed".to_owned(), "42".to_owned())]);
-    recording.writer.metadata("lab.note", pairs).expect("room");
-    (0..n_steps).for_each(|step| recording.step(step));
-    recording.writer.finish().expect("room");
-    path
-}
-
-/// The only file of a bag.
-fn file_of(bag: &Path) -> PathBuf {
-    bag.join("run_0.mcap")
-}
-
-/// Writes these bytes as a file and recovers it.
-fn recover_bytes(folder: &Path, bytes: &[u8]) -> Result<(Recovered, Vec<BagMessage>), BagError> {
-    let path = folder.join("damaged.mcap");
-    let into = folder.join("saved");
-    fs::write(&path, bytes).expect("room");
-    if into.exists() {
-        fs::remove_dir_all(&into).expect("it is ours");
-    }
-    let recovered = recover_into(&path, &into)?;
-    let saved = messages(&into);
-    assert_eq!(recovered.n_messages, saved.len() as u64);
-    Ok((recovered, saved))
-}
-
-/// Where records start in a sound file, with their opcodes.
-fn records(bytes: &[u8]) -> Vec<(usize, u8, usize)> {
-    let mut at = mcap::MAGIC.len();
-    let mut found = Vec::new();
-    while at + 9 <= bytes.len() && !bytes[at..].starts_with(mcap::MAGIC) {
-        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().expect("eight bytes"));
-        let end = at + 9 + usize::try_from(length).expect("it is in memory");
-        found.push((at, bytes[at], end));
-        at = end;
-    }
-    found
-}
-
-const CHUNK: u8 = 6;
-
-fn chunks(bytes: &[u8]) -> Vec<(usize, usize)> {
-    let of_chunks = records(bytes).into_iter().filter(|record| record.1 == CHUNK);
-    of_chunks.map(|(start, _, end)| (start, end)).collect()
-}
 
 #[test]
 fn a_whole_bag_is_copied_and_nothing_is_lost() {
@@ -329,74 +265,4 @@ fn what_cannot_be_saved_is_refused_by_name() {
     fs::create_dir(folder.path().join("there")).unwrap();
     let into = recover_into(&folder.path().join("damaged.mcap"), &folder.path().join("there"));
     assert!(matches!(into, Err(BagError::Exists { .. })));
-}
-
-/// Messages that the beginning of a file holds in whole chunks.
-fn n_flushed(bytes: &[u8], n_bytes: usize) -> usize {
-    const MESSAGE_INDEX: u8 = 7;
-    let mut n_messages = 0;
-    let mut complete = false;
-    for (start, opcode, end) in records(bytes) {
-        match opcode {
-            CHUNK => complete = end <= n_bytes,
-            MESSAGE_INDEX if complete => n_messages += (end - start - 9 - 6) / 16,
-            _ => {}
-        }
-    }
-    n_messages
-}
-
-#[test]
-fn a_bag_cut_at_any_byte_keeps_all_that_was_flushed() {
-    let folder = temporary();
-    for (compression, stride) in [(Compression::Zstd, 7), (Compression::None, 101)] {
-        let path = bag_of(&folder.path().join(format!("{compression:?}")), compression, 18);
-        let whole = messages(&path);
-        let bytes = fs::read(file_of(&path)).unwrap();
-
-        for n_bytes in (0..bytes.len()).step_by(stride) {
-            let n_flushed = n_flushed(&bytes, n_bytes);
-            match recover_bytes(folder.path(), &bytes[..n_bytes]) {
-                Ok((recovered, saved)) => {
-                    assert!(saved.len() >= n_flushed, "{n_bytes} bytes: {}", saved.len());
-                    assert_eq!(saved, whole[..saved.len()], "{n_bytes} bytes");
-                    assert!(!recovered.losses.is_empty(), "{n_bytes} bytes");
-                }
-                Err(error) => assert_eq!(n_flushed, 0, "{n_bytes} bytes: {error}"),
-            }
-        }
-    }
-}
-
-/// A small bag, made once: its messages and its bytes.
-static WHOLE: LazyLock<(Vec<BagMessage>, Vec<u8>)> = LazyLock::new(|| {
-    let folder = temporary();
-    let path = bag_of(folder.path(), Compression::Zstd, 18);
-    (messages(&path), fs::read(file_of(&path)).expect("it was just written"))
-});
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
-
-    #[test]
-    fn a_changed_byte_never_panics_and_costs_at_most_one_chunk(
-        at in any::<prop::sample::Index>(),
-        mask in 1_u8..,
-    ) {
-        let folder = temporary();
-        let (whole, mut bytes) = (&WHOLE.0, WHOLE.1.clone());
-        let at = at.index(bytes.len());
-        bytes[at] ^= mask;
-        let n_before = n_flushed(&WHOLE.1, at);
-
-        if let Ok((recovered, saved)) = recover_bytes(folder.path(), &bytes) {
-            prop_assert!(saved.len() >= n_before.min(whole.len()));
-            prop_assert!(saved.iter().all(|message| whole.contains(message)), "byte {}", at);
-            prop_assert!(recovered.is_complete() || !recovered.losses.is_empty());
-            prop_assert!(!recovered.is_complete() || saved == *whole, "byte {}", at);
-            prop_assert_eq!(recovered.lost.total(), (whole.len() - saved.len()) as u64);
-        } else {
-            prop_assert!(n_before == 0);
-        }
-    }
 }

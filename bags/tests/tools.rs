@@ -24,10 +24,11 @@ use rsrs_msgs::rcl_interfaces::{
 };
 use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
-use rsrs_msgs::sensor_msgs::{LaserScan, Range};
-use rsrs_msgs::std_msgs::{Bool, Header};
+use rsrs_msgs::sensor_msgs::{CompressedImage, LaserScan, Range};
+use rsrs_msgs::std_msgs::{Bool, ColorRGBA, Header};
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
+use rsrs_msgs::visualization_msgs::{Marker, MarkerArray, MeshFile, UVCoordinate};
 use rsrs_msgs::{RosMessage, cdr, schema};
 use serde::Deserialize;
 
@@ -87,6 +88,12 @@ fn one_of_each(writer: &mut BagWriter) {
         TransformStamped,
         Odometry,
         Clock,
+        ColorRGBA,
+        CompressedImage,
+        Marker,
+        MarkerArray,
+        MeshFile,
+        UVCoordinate,
         LaserScan,
         Range,
         TFMessage,

@@ -125,6 +125,46 @@ fn transforms_from_each_robots_own_frame_are_refused() {
     assert_eq!(error.to_string(), text);
 }
 
+/// A transform that turns by a quarter and then moves.
+fn quarter_turn(child: &str, parent: &str, step: u64) -> TransformStamped {
+    let mut edge = body("", parent, step);
+    child.clone_into(&mut edge.child_frame_id);
+    let transform = &mut edge.transform;
+    (transform.translation.x, transform.translation.y) = (1.0, 2.0);
+    (transform.rotation.z, transform.rotation.w) = (0.5_f64.sqrt(), 0.5_f64.sqrt());
+    edge
+}
+
+#[test]
+fn chains_of_transforms_are_followed_up_to_the_map_that_all_robots_share() {
+    let mut foreign = Foreign::new();
+    let mount = TransformStamped {
+        child_frame_id: "r1/base_footprint".into(),
+        ..body("", "r1/base_link", 0)
+    };
+    for step in 0..20 {
+        let localised = quarter_turn("r2/odom", "map", step);
+        let transforms = vec![body("r1", "/r1/odom", step), localised, body("r2", "r2/odom", step)];
+        foreign.put("/tf", step * PERIOD_NS, &TFMessage { transforms });
+        foreign.command("r1", step * PERIOD_NS, 0.1);
+        foreign.command("r2", step * PERIOD_NS, 0.1);
+    }
+    // Heard last, and true from the beginning.
+    let transforms = vec![quarter_turn("r1/odom", "map", 0), mount];
+    foreign.put("/tf_static", 20 * PERIOD_NS, &TFMessage { transforms });
+
+    let read = foreign.read().unwrap();
+
+    assert_eq!((read.robots.len(), read.trajectory.n_samples()), (2, 20));
+    for step in 0..20 {
+        for pose in read.trajectory.poses_at(step) {
+            assert!((pose.x_m - 1.0).abs() < 1e-6, "{pose:?}");
+            assert!((pose.y_m - 2.0 - step as f64).abs() < 1e-6, "{pose:?}");
+            assert!((pose.heading_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-6, "{pose:?}");
+        }
+    }
+}
+
 #[test]
 fn a_bag_without_poses_names_the_topics_it_has() {
     let mut foreign = Foreign::new();

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Runs this simulator and its peers on the same task in the same run, and prints their rates and
-# ratios as a Markdown table:
+# Runs this simulator and its peers on the same task in the same run, and prints the machine, their
+# rates and ratios, and how long a whole diagram takes, as Markdown:
 #
 #     benches/peers/run.sh [ROUNDS]
 #
@@ -38,11 +38,23 @@ CARGO_TARGET_DIR=$target cargo build --release --quiet -p rsrs_benches --example
 CARGO_TARGET_DIR=$target/peers cargo build --release --quiet \
     --manifest-path "$here/krabmaga/Cargo.toml"
 
+# Isolated, so that nothing that lies beside a script or in the environment can pass for a library
+# of the same name.
+run_python() { "$venv/bin/python" -I "$@"; }
+
+sed -n 's/^model name[[:space:]]*: //p' /proc/cpuinfo | sort | uniq -c |
+    awk '{ n = $1; $1 = ""; printf "%d cores of%s, %s\n\n", n, $0, rustc }' \
+        rustc="$(rustc --version | cut -d' ' -f1-2)"
+
 round=0
 while [ "$round" -lt "$rounds" ]; do
     "$target/release/examples/throughput"
     "$target/peers/release/krabmaga_mill" 9
-    "$venv/bin/python" "$here/numpy_batch.py" 9
-    "$venv/bin/python" "$here/swarmsim_mill.py" 9 | grep ','
+    run_python "$here/numpy_batch.py" 9
+    # swarmsim says what it thinks of, too.
+    run_python "$here/swarmsim_mill.py" 9 | grep '^swarmsim .*,'
     round=$((round + 1))
-done | "$venv/bin/python" "$here/table.py"
+done >"$target/peers/rates.csv"
+run_python "$here/table.py" <"$target/peers/rates.csv"
+echo
+"$here/../diagram.sh" "$rounds"

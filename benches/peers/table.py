@@ -7,6 +7,7 @@ to the plain loop with the same number of robots.
 import sys
 
 YARDSTICK = "plain loop (Rust; f64)"
+WORLD = "reference world"
 
 
 def rate_text(rate):
@@ -30,6 +31,10 @@ def main():
         for name, rate in sorted(of_size.items(), key=lambda entry: entry[1]):
             ratio = ratio_text(rate / of_size[YARDSTICK]) if YARDSTICK in of_size else "–"
             print(f"| {robots:,} | {name} | {rate_text(rate)} | {ratio} |")
+    large = {robots: rates[robots][WORLD] for robots in (1_000, 100_000) if robots in rates}
+    if len(large) == 2:
+        ratio = large[1_000] / large[100_000]
+        print(f"\nIn a world of 100,000 a robot's step costs {ratio:.2f} times that in one of 1,000.")
 
 
 if __name__ == "__main__":

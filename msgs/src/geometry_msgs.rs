@@ -27,6 +27,15 @@ pub struct Twist {
     pub angular: Vector3,
 }
 
+/// An acceleration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Accel {
+    /// In metres per second squared.
+    pub linear: Vector3,
+    /// In radians per second squared about each axis.
+    pub angular: Vector3,
+}
+
 /// A velocity with the time it is meant for.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TwistStamped {
@@ -139,6 +148,7 @@ pub struct TransformStamped {
 }
 
 ros_messages! {
+    Accel => "geometry_msgs/msg/Accel",
     Vector3 => "geometry_msgs/msg/Vector3",
     Twist => "geometry_msgs/msg/Twist",
     TwistStamped => "geometry_msgs/msg/TwistStamped",

@@ -24,8 +24,10 @@ pub mod rosgraph_msgs;
 pub mod rsrs;
 pub mod schema;
 pub mod sensor_msgs;
+pub mod simulation_interfaces;
 pub mod std_msgs;
 pub mod tf2_msgs;
 pub mod topics;
+pub mod visualization_msgs;
 
 pub use message::RosMessage;

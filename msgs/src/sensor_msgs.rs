@@ -56,7 +56,19 @@ pub struct LaserScan {
     pub intensities: Vec<f32>,
 }
 
+/// A picture in a file's format.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CompressedImage {
+    /// When, and the frame of the camera.
+    pub header: Header,
+    /// Such as `png` or `jpeg`.
+    pub format: String,
+    /// The file.
+    pub data: Vec<u8>,
+}
+
 ros_messages! {
+    CompressedImage => "sensor_msgs/msg/CompressedImage",
     LaserScan => "sensor_msgs/msg/LaserScan",
     Range => "sensor_msgs/msg/Range",
 }

@@ -1,4 +1,4 @@
-//! Package `std_msgs`: a flag and the usual header.
+//! Package `std_msgs`: a flag, a colour and the usual header.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,21 @@ pub struct Header {
     pub frame_id: String,
 }
 
+/// A colour; each part from 0 to 1, dimensionless.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ColorRGBA {
+    /// Red.
+    pub r: f32,
+    /// Green.
+    pub g: f32,
+    /// Blue.
+    pub b: f32,
+    /// Opacity: 0 cannot be seen.
+    pub a: f32,
+}
+
 ros_messages! {
+    ColorRGBA => "std_msgs/msg/ColorRGBA",
     Bool => "std_msgs/msg/Bool",
     Header => "std_msgs/msg/Header",
 }

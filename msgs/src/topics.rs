@@ -6,7 +6,7 @@
 use crate::RosMessage;
 use crate::{
     diagnostic_msgs, geometry_msgs, nav_msgs, rcl_interfaces, rosgraph_msgs, rsrs, sensor_msgs,
-    std_msgs, tf2_msgs,
+    std_msgs, tf2_msgs, visualization_msgs,
 };
 
 /// Whether a lost sample is sent again.
@@ -146,6 +146,9 @@ pub const DIAGNOSTICS: Topic =
     topic::<diagnostic_msgs::DiagnosticArray>("/diagnostics", Qos::reliable(10));
 /// The transform tree.
 pub const TF: Topic = topic::<tf2_msgs::TFMessage>("/tf", Qos::reliable(100));
+/// What the simulator has to show: bodies, sensors, the ring and what the judge says.
+pub const MARKERS: Topic =
+    topic::<visualization_msgs::MarkerArray>("/swarm/markers", Qos::reliable(10));
 /// Changes of parameters.
 pub const PARAMETER_EVENTS: Topic =
     topic::<rcl_interfaces::ParameterEvent>("/parameter_events", Qos::reliable(1000));
@@ -178,6 +181,7 @@ pub const ALL: &[Topic] = &[
     CLOCK,
     DIAGNOSTICS,
     TF,
+    MARKERS,
     PARAMETER_EVENTS,
     ROSOUT,
 ];

@@ -26,6 +26,21 @@ def register_services(store):
             store.register({f"rcl_interfaces/srv/{name}": parsed[f"rcl_interfaces/msg/{name}"]})
 
 
+def register_package(store, folder):
+    """Adds the messages and services of a package that `rosbags` does not know."""
+    files = sorted(Path(folder).glob("msg/*.msg"))
+    for file in files:
+        store.register(get_types_from_msg(file.read_text(), f"{Path(folder).name}/msg/{file.stem}"))
+    for file in sorted(Path(folder).glob("srv/*.srv")):
+        request, response = f"\n{file.read_text()}".split("\n---\n")
+        for part, text in (("Request", request), ("Response", response)):
+            name = f"{Path(folder).name}/msg/{file.stem}_{part}"
+            # ROS 2 gives a message without fields this one.
+            text = text if text.strip() else "uint8 structure_needs_at_least_one_member"
+            parsed = get_types_from_msg(text, name)
+            store.register({name.replace("/msg/", "/srv/"): parsed[name]})
+
+
 def build(store, type_name, values):
     """Makes a message object of plain values, all of which must be fields."""
     _, fields = store.fielddefs[type_name]
@@ -64,6 +79,7 @@ def main():
     question = json.loads(Path(sys.argv[1]).read_text())
     store = get_typestore(Stores.ROS2_JAZZY)
     register_services(store)
+    register_package(store, question["package"])
     for name, text in question["own_definitions"].items():
         store.register(get_types_from_msg(text, name))
 

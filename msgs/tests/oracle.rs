@@ -14,7 +14,7 @@ mod venv;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use rsrs_msgs::rcl_interfaces::{
@@ -28,7 +28,8 @@ use rsrs_msgs::rcl_interfaces::{
 use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
 use rsrs_msgs::{
     RosMessage, builtin_interfaces, cdr, diagnostic_msgs, geometry_msgs, nav_msgs, rosgraph_msgs,
-    schema, sensor_msgs, std_msgs, tf2_msgs,
+    schema, sensor_msgs, simulation_interfaces as simulation, std_msgs, tf2_msgs,
+    visualization_msgs,
 };
 use serde::{Deserialize, Serialize};
 
@@ -52,6 +53,8 @@ struct Question {
     /// Schema texts by type.
     schemas: BTreeMap<&'static str, String>,
     cases: Vec<Case>,
+    /// Folder of a package whose definitions are ours to bring.
+    package: PathBuf,
 }
 
 /// What `rosbags` makes of it.
@@ -109,6 +112,7 @@ fn all_cases() -> Vec<Case> {
         builtin_interfaces::Time,
         builtin_interfaces::Duration,
         std_msgs::Bool,
+        std_msgs::ColorRGBA,
         std_msgs::Header,
         Vector3,
         Twist,
@@ -123,9 +127,14 @@ fn all_cases() -> Vec<Case> {
         TransformStamped,
         nav_msgs::Odometry,
         rosgraph_msgs::Clock,
+        sensor_msgs::CompressedImage,
         sensor_msgs::LaserScan,
         sensor_msgs::Range,
         tf2_msgs::TFMessage,
+        visualization_msgs::Marker,
+        visualization_msgs::MarkerArray,
+        visualization_msgs::MeshFile,
+        visualization_msgs::UVCoordinate,
         DiagnosticArray,
         DiagnosticStatus,
         KeyValue,
@@ -157,6 +166,39 @@ fn all_cases() -> Vec<Case> {
     ]
 }
 
+/// What simulators are asked, and what they answer.
+fn simulation_cases() -> Vec<Case> {
+    cases_of![
+        geometry_msgs::Accel,
+        simulation::Result,
+        simulation::SimulatorFeatures,
+        simulation::SimulationState,
+        simulation::EntityCategory,
+        simulation::TagsFilter,
+        simulation::Bounds,
+        simulation::EntityFilters,
+        simulation::EntityState,
+        simulation::GetSimulatorFeaturesRequest,
+        simulation::GetSimulatorFeaturesResponse,
+        simulation::GetSimulationStateRequest,
+        simulation::GetSimulationStateResponse,
+        simulation::SetSimulationStateRequest,
+        simulation::SetSimulationStateResponse,
+        simulation::ResetSimulationRequest,
+        simulation::ResetSimulationResponse,
+        simulation::StepSimulationRequest,
+        simulation::StepSimulationResponse,
+        simulation::GetEntitiesRequest,
+        simulation::GetEntitiesResponse,
+        simulation::GetEntitiesStatesRequest,
+        simulation::GetEntitiesStatesResponse,
+        simulation::GetEntityStateRequest,
+        simulation::GetEntityStateResponse,
+        simulation::SetEntityStateRequest,
+        simulation::SetEntityStateResponse,
+    ]
+}
+
 fn ask(question: &Question) -> Answer {
     let python =
         venv::python_with("messages", &["rosbags==0.11.9"], &["ros-rcl-interfaces==2.0.3"]);
@@ -184,7 +226,13 @@ fn bytes_hashes_and_definitions_are_those_of_an_independent_implementation() {
     let schemas: BTreeMap<&str, String> = schema::type_names()
         .map(|name| (name, schema::schema_text(name).expect("its name is in the table")))
         .collect();
-    let question = Question { own_definitions, schemas, cases: all_cases() };
+    let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("definitions/simulation_interfaces");
+    let question = Question {
+        own_definitions,
+        schemas,
+        cases: [all_cases(), simulation_cases()].into_iter().flatten().collect(),
+        package,
+    };
 
     let answer = ask(&question);
 

@@ -3,29 +3,35 @@
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use rsrs_core::controller::Command;
 use rsrs_fleet::experiment::Time as Pace;
 use rsrs_fleet::message::RobotState;
 use rsrs_fleet::robot;
-use rsrs_fleet::simulator::{Action, Event, Gate, Placed, Simulator};
+use rsrs_fleet::simulator::{Action, Event, Gate, Simulator};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::Twist;
 use rsrs_msgs::rsrs::{RobotStatus, WorldDigest};
+use rsrs_msgs::simulation_interfaces::{Result as Outcome, StepSimulationResponse};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::clock::{ClockPublisher, wall_time};
 use rsrs_ros::logging::Level;
 use rsrs_ros::node_arguments::NodeArguments;
 use rsrs_ros::parameters::{Arming, ParameterServer};
+use rsrs_ros::services::{Reply, Service};
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
 use rsrs_ros::shutdown;
-use rsrs_sim::world::World;
 use rsrs_wire as wire;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
+use crate::display::Display;
 use crate::listening::{Ears, Heard};
-use crate::parameters::{self, NODE, Wanted};
-use crate::robots::{Motion, VirtualRobot};
+use crate::mixed::RealRobots;
+use crate::parameters::{self, NODE};
+use crate::robots::VirtualRobot;
+use crate::rows::Rows;
+use crate::services;
+use crate::stage::{Sensed, Stage};
+use crate::steering;
 
 /// How often gates are looked at while nothing arrives.
 const GLANCE: Duration = Duration::from_millis(20);
@@ -34,28 +40,40 @@ const GLANCE: Duration = Duration::from_millis(20);
 const LOOK_AROUND: Duration = Duration::from_secs(1);
 
 /// The simulator and its ends of the network.
-struct Simulation<'a> {
+pub struct Simulation<'a> {
     session: &'a Session,
     node: NodeHandle,
+    /// Names of the robots that it stands in for.
+    hosted: Vec<String>,
     robots: Vec<VirtualRobot>,
     ears: Ears,
-    machine: Simulator,
-    stage: Option<Stage>,
+    to_me: UnboundedSender<Heard>,
+    real: RealRobots,
+    display: Display,
+    _services: Vec<Service>,
+    /// Who waits for steps.
+    pub(crate) steps: Option<Step>,
+    /// Whether somebody asked this program to end.
+    pub(crate) is_quitting: bool,
+    pub(crate) machine: Simulator,
+    pub(crate) stage: Option<Stage>,
+    /// Simulated time of the last step, in nanoseconds; `None` in real time.
+    pub(crate) stamp_ns: Option<u64>,
     clock: ClockPublisher,
     digest: Publisher<WorldDigest>,
     status: Publisher<RobotStatus>,
     server: ParameterServer,
     arming: Arming,
-    start: Instant,
+    pub(crate) start: Instant,
     looked_around: Instant,
 }
 
-/// A placed world. Its robots are the first of the simulator's.
-struct Stage {
-    world: World,
-    placed: Placed,
-    /// What each robot does; shape `[n_robots]`.
-    obeyed: Vec<Command>,
+/// Steps that somebody waits for.
+pub struct Step {
+    /// How many.
+    pub asked: u64,
+    /// Who is told.
+    pub reply: Reply<StepSimulationResponse>,
 }
 
 /// Runs the simulator until SIGINT or SIGTERM.
@@ -85,19 +103,29 @@ fn serve_parameters(
     options: &NodeArguments,
     heard: &UnboundedSender<Heard>,
 ) -> anyhow::Result<ParameterServer> {
-    let hosted = options.robots.len();
+    let hosted = options.robots.clone();
     let given = options.ros.parameters(parameters::FULL_NAME);
     let starts: Vec<_> = given.clone().into_iter().collect();
-    parameters::check(&starts, hosted).context("start value of a parameter")?;
+    parameters::check(&starts, &hosted).context("start value of a parameter")?;
     let changed = heard.clone();
     let server =
         ParameterServer::start(session, vec![parameters::declare(given)?], move |_, changes| {
-            parameters::check(changes, hosted).map_err(|error| error.to_string())?;
+            parameters::check(changes, &hosted).map_err(|error| error.to_string())?;
             changed.send(Heard::Parameters).map_err(|_closed| "shutting down".to_owned())
         })?;
     // Start values may ask for a world.
     drop(heard.send(Heard::Parameters));
     Ok(server)
+}
+
+fn step_response(left: u64, asked: u64) -> StepSimulationResponse {
+    let result = if left == 0 {
+        steering::done()
+    } else {
+        let text = format!("{left} of {asked} steps were not made: the world was stopped");
+        steering::outcome(Outcome::OPERATION_FAILED, &text)
+    };
+    StepSimulationResponse { result }
 }
 
 async fn until(due: Option<Instant>) {
@@ -123,7 +151,15 @@ impl<'a> Simulation<'a> {
         let (digest, status) = (topics::WORLD_DIGEST, topics::SIMULATOR_STATUS);
         Ok(Self {
             session,
-            ears: Ears::new(session, &node, &robots, heard)?,
+            hosted: options.robots.clone(),
+            display: Display::new(session, &node)?,
+            _services: services::offer(session, &node, &heard)?,
+            ears: Ears::new(session, &node, &robots, heard.clone())?,
+            to_me: heard,
+            real: RealRobots::default(),
+            steps: None,
+            is_quitting: false,
+            stamp_ns: None,
             robots,
             machine: Simulator::new(),
             stage: None,
@@ -142,7 +178,7 @@ impl<'a> Simulation<'a> {
         let mut glance = tokio::time::interval(GLANCE);
         glance.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
         let mut asked_to_stop = std::pin::pin!(shutdown::requested());
-        loop {
+        while !self.is_quitting {
             let due = self.machine.due().map(|due| self.start + due);
             tokio::select! {
                 request = &mut asked_to_stop => {
@@ -153,11 +189,13 @@ impl<'a> Simulation<'a> {
                 _ = glance.tick() => {
                     self.all_robots(&robot::Event::Tick).await?;
                     self.look_around()?;
+                    self.display.look_around(self.session).await;
                 }
                 () = until(due) => {}
             }
             self.look_at_gates().await?;
         }
+        Ok(())
     }
 
     async fn look_at_gates(&mut self) -> anyhow::Result<()> {
@@ -220,6 +258,15 @@ impl<'a> Simulation<'a> {
             }
             Heard::Recorded(step) => self.advance(Event::Recorded { step }).await,
             Heard::Parameters => self.place().await,
+            Heard::Pose { robot, pose } => {
+                // A pose of a world before this one may still come.
+                let stage = self.stage.as_mut();
+                if let Some(robot) = stage.and_then(|stage| stage.followed.get_mut(robot)) {
+                    robot.hear(pose);
+                }
+                Ok(())
+            }
+            Heard::Call(call) => self.answer(call).await,
         }
     }
 
@@ -246,32 +293,67 @@ impl<'a> Simulation<'a> {
     }
 
     /// Places the world that the parameters ask for; a run that is under way ends with it.
-    async fn place(&mut self) -> anyhow::Result<()> {
+    pub(crate) async fn place(&mut self) -> anyhow::Result<()> {
         self.stage = None;
-        match parameters::wanted(&self.server, self.robots.len()) {
-            Ok(Some(Wanted { world, placed })) => {
+        if let Some(Step { asked, reply }) = self.steps.take() {
+            reply.send(step_response(asked, asked));
+        }
+        self.stamp_ns = None;
+        self.real = RealRobots::default();
+        match parameters::wanted(&self.server, &self.hosted) {
+            Ok(Some(wanted)) => {
+                let placed = wanted.placed;
                 for robot in &mut self.robots[..placed.n_robots] {
                     robot.join(placed.time, Duration::from_nanos(placed.period_ns));
                 }
                 self.ears.follow_types(self.session, &self.robots, placed.time)?;
-                let obeyed = vec![Command::STOP; placed.n_robots];
-                self.stage = Some(Stage { world, placed, obeyed });
+                self.follow(&wanted.rows)?;
+                self.stage = Some(Stage::new(wanted));
+                self.display.wipe();
                 self.advance(Event::Placed(placed)).await
             }
-            Ok(None) => self.advance(Event::Removed).await,
+            Ok(None) => {
+                self.display.wipe();
+                self.advance(Event::Removed).await
+            }
             Err(error) => {
+                self.display.wipe();
                 self.node.say(Level::Error, &format!("no world is placed: {error}"));
                 self.advance(Event::NotPlaced { reason: error.to_string() }).await
             }
         }
     }
 
+    /// Follows the real robots of a world.
+    fn follow(&mut self, rows: &Rows) -> anyhow::Result<()> {
+        let names: Vec<String> = rows.tracked.iter().map(|row| rows.names[*row].clone()).collect();
+        if !names.is_empty() {
+            let by = parameters::tracked_by(&self.server)?;
+            self.real = RealRobots::follow(self.session, &self.node, (&names, by), &self.to_me)?;
+            let text = format!("mixed fleet: {} are real and followed", names.join(", "));
+            self.node.say(Level::Info, &text);
+        }
+        Ok(())
+    }
+
     /// Lets the machine take an event, and does what follows.
     async fn advance(&mut self, event: Event) -> anyhow::Result<()> {
-        for action in self.machine.on_event(event, self.start.elapsed()) {
+        let actions = self.machine.on_event(event, self.start.elapsed());
+        self.act(actions).await
+    }
+
+    /// Does what the machine says.
+    ///
+    /// # Errors
+    ///
+    /// If a reliable subscriber stops acknowledging.
+    pub(crate) async fn act(&mut self, actions: Vec<Action>) -> anyhow::Result<()> {
+        for action in actions {
             match action {
                 Action::Sense { step, stamp_ns } => self.sense(step, stamp_ns).await?,
                 Action::Advance { commands } => self.stage().advance(commands),
+                Action::AdvanceFreely => self.stage().advance_freely(),
+                Action::Stepped { left } => self.stepped(left),
                 Action::Obey { robot, command } => {
                     let now = self.start.elapsed();
                     self.robots[robot].on_event(robot::Event::Command(command), now).await?;
@@ -284,7 +366,7 @@ impl<'a> Simulation<'a> {
                     self.node.say(Level::Warn, &text);
                 }
                 Action::Complete { reason } => {
-                    self.stage().obeyed.fill(Command::STOP);
+                    self.stage().stand();
                     self.node.say(Level::Info, &format!("the run is over: {reason}"));
                 }
                 Action::Void { reason } => {
@@ -302,30 +384,39 @@ impl<'a> Simulation<'a> {
         self.stage.as_mut().expect("the machine moves only worlds that were placed")
     }
 
+    /// Tells whoever asked for steps.
+    fn stepped(&mut self, left: u64) {
+        let Some(Step { asked, reply }) = self.steps.take() else { return };
+        reply.send(step_response(left, asked));
+    }
+
     /// Publishes one step: the clock first, then detections, then poses, then the digest.
     async fn sense(&mut self, step: u64, stamp_ns: Option<u64>) -> anyhow::Result<()> {
         let stage = self.stage.as_mut().expect("the machine senses only worlds that were placed");
+        self.stamp_ns = stamp_ns;
         if let Some(stamp_ns) = stamp_ns {
             self.clock.publish(stamp_ns).await?;
         }
         let stamp = stamp_ns.map_or_else(wall_time, Time::from_nanos);
-        let digest = stage.world.digest();
-        let detections = stage.world.sense().to_vec();
-        for (robot, data) in self.robots.iter().zip(detections) {
-            robot.publish_detection(Bool { data }).await?;
+        let Sensed { digest, ours, virtual_detections } = stage.sense();
+        for (robot, (data, _)) in self.robots.iter().zip(&ours) {
+            robot.publish_detection(Bool { data: *data }).await?;
         }
-        for ((robot, pose), command) in
-            self.robots.iter().zip(stage.world.poses()).zip(&stage.obeyed)
+        self.real.tell(&virtual_detections).await?;
+        for robot in
+            stage.followed.iter_mut().filter_map(|robot| robot.falls_silent().then_some(robot.row))
         {
-            robot.publish_motion(Motion { pose, command: *command }, stamp).await?;
+            let name = &stage.rows.names[robot];
+            self.node.say(Level::Warn, &format!("no pose of {name} comes any more, or none yet"));
         }
-        Ok(self.digest.publish(WorldDigest { step, digest }).await?)
-    }
-}
-
-impl Stage {
-    fn advance(&mut self, commands: Vec<Command>) {
-        self.world.advance(&commands);
-        self.obeyed = commands;
+        for (robot, (_, motion)) in self.robots.iter().zip(&ours) {
+            robot.publish_motion(*motion, stamp).await?;
+        }
+        self.digest.publish(WorldDigest { step, digest }).await?;
+        if self.display.is_due() {
+            let label = self.display.label(&stage.history, stage.conditions.bodies()).await;
+            self.display.show(stage.scene(stamp, &label));
+        }
+        Ok(())
     }
 }

@@ -5,17 +5,33 @@
 //! [`rsrs_fleet::robot`], and what happens by [`rsrs_sim::world`]: with a seed it passes through
 //! exactly the states of that replicate of a sweep, as long as it goes in lockstep.
 
+mod display;
 mod driver;
+mod entities;
 mod listening;
+mod mixed;
 mod parameters;
 mod robots;
+mod rows;
+mod services;
+mod stage;
+mod steering;
 
 pub use parameters::NODE;
 
 use anyhow::Context;
 use rsrs_ros::logging::{self, Level};
-use rsrs_ros::node_arguments::NodeArguments;
+use rsrs_ros::node_arguments::{self, NodeArguments};
 use rsrs_ros::ros_args::Environment;
+
+/// What the node says of itself.
+const HELP: &str = "\
+Is the world behind the topics of a fleet, in lockstep or in real time.
+
+Usage: sim_node --robots NAME,... [--interface NAME|IP] [--ros-args ...]
+
+  --robots NAME,...     the virtual robots; without it the namespace (-r __ns:=/robot_1) names one
+";
 
 /// Runs the node until SIGINT or SIGTERM.
 ///
@@ -28,6 +44,9 @@ use rsrs_ros::ros_args::Environment;
 ///
 /// If the arguments are wrong, no interface is chosen, or the network cannot be used.
 pub fn main(arguments: &[String]) -> anyhow::Result<()> {
+    if node_arguments::has_helped(arguments, HELP)? {
+        return Ok(());
+    }
     let options = NodeArguments::parse(arguments, &Environment::of_this_process(), NODE)?;
     let level = options.log_level.unwrap_or(Level::Info);
     logging::init(level, std::env::var("RUST_LOG").ok().as_deref());

@@ -1,5 +1,6 @@
 //! What the simulator hears, and from which topics.
 
+use rsrs_core::unicycle::Pose;
 use rsrs_fleet::experiment::Time as Pace;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease};
@@ -9,6 +10,7 @@ use rsrs_ros::session::{EndpointKind, NodeHandle, Session, Subscription};
 use tokio::sync::mpsc::UnboundedSender;
 
 use crate::robots::VirtualRobot;
+use crate::services::Call;
 
 /// What reaches the simulator.
 pub enum Heard {
@@ -31,6 +33,15 @@ pub enum Heard {
     Recorded(u64),
     /// Parameters were changed.
     Parameters,
+    /// Where a real robot is.
+    Pose {
+        /// Index among the real robots of the world.
+        robot: usize,
+        /// Its pose in the frame of the world.
+        pose: Pose,
+    },
+    /// Somebody steers the simulator by hand.
+    Call(Call),
 }
 
 /// Everything that the simulator listens to, until it is dropped.

@@ -13,6 +13,9 @@ use rsrs_sim::draw::Seed;
 use rsrs_sim::placement::PlacementError;
 use rsrs_sim::world::World;
 
+use crate::mixed::TrackedBy;
+use crate::rows::{Rows, RowsError};
+
 /// Name of the simulator's node.
 pub const NODE: &str = "simulator";
 /// Its full name: it stands for no robot, so it has no namespace.
@@ -23,6 +26,11 @@ const SEED: &str = "seed";
 const REPLICATE: &str = "replicate";
 const STEPS: &str = "steps";
 const TIME: &str = "time";
+const ROBOTS: &str = "robots";
+const TRACKED_BY: &str = "tracked_by";
+
+/// Where poses of real robots come from, as the parameter spells it.
+const TRACKERS: [(&str, TrackedBy); 2] = [("odom", TrackedBy::Odom), ("pose", TrackedBy::Pose)];
 
 /// The paces, as the parameter spells them.
 const TIMES: [(&str, Time); 2] = [("lockstep", Time::Lockstep), ("real_time", Time::RealTime)];
@@ -52,15 +60,23 @@ pub enum WorldError {
         #[from]
         source: Impossible,
     },
-    /// The conditions ask for no robot, or for more than the simulator stands in for.
+    /// The robots are not those of the conditions.
+    #[error(transparent)]
+    Rows(#[from] RowsError),
+    /// Real robots do not wait.
     #[error(
-        "`{CONDITIONS}`: robots is {asked}, expected 1 to {hosted}, the robots of this simulator"
+        "`{TIME}` is `lockstep` and {name} is none of this simulator's robots, expected \
+         `real_time` for a world with real robots"
     )]
-    Robots {
-        /// Robots asked for.
-        asked: usize,
-        /// Robots there are.
-        hosted: usize,
+    MixedLockstep {
+        /// A real robot.
+        name: String,
+    },
+    /// Poses come from nowhere else.
+    #[error("`{TRACKED_BY}` is `{found}`, expected `odom` or `pose`")]
+    TrackedBy {
+        /// The value.
+        found: String,
     },
     /// The run ends after the end of ROS's time.
     #[error("`{STEPS}` is {steps}, expected at most {most} with a period of {period_s} s")]
@@ -89,6 +105,10 @@ pub struct Wanted {
     pub world: World,
     /// What its pace has to know.
     pub placed: Placed,
+    /// What it was made of.
+    pub conditions: Conditions,
+    /// Whose rows it has.
+    pub rows: Rows,
 }
 
 /// Declares the simulator's parameters: no world, unless one is given at the start.
@@ -111,6 +131,15 @@ pub fn declare(mut given: BTreeMap<String, ParameterValue>) -> Result<NodeParame
         additional_constraints: "lockstep or real_time".to_owned(),
         ..text(TIME, "Pace: by the controllers' answers, or by the clock on the wall.")
     };
+    let robots = Descriptor::new(
+        ROBOTS,
+        ParameterKind::StringArray,
+        "Robots of the world; others than ours are real and followed. Empty: the first of ours.",
+    );
+    let tracked_by = Descriptor {
+        additional_constraints: "odom or pose".to_owned(),
+        ..text(TRACKED_BY, "Topic of the real robots' poses, in the frame of the world.")
+    };
     let mut parameters = vec![
         (
             text(CONDITIONS, "Conditions of the experiment, as JSON; empty is no world."),
@@ -120,6 +149,8 @@ pub fn declare(mut given: BTreeMap<String, ParameterValue>) -> Result<NodeParame
         count(REPLICATE, "Number of the replicate, from 0.", i64::MAX as f64),
         count(STEPS, "Steps to make in lockstep.", f64::from(u32::MAX)),
         (time, ParameterValue::String(TIMES[0].0.to_owned())),
+        (robots, ParameterValue::StringArray(Vec::new())),
+        (tracked_by, ParameterValue::String(TRACKERS[0].0.to_owned())),
     ];
     for (descriptor, value) in &mut parameters {
         if let Some(start) = given.remove(&descriptor.name) {
@@ -137,25 +168,30 @@ pub fn declare(mut given: BTreeMap<String, ParameterValue>) -> Result<NodeParame
 /// # Arguments
 ///
 /// * `values` — by name; those that are missing stay as they are.
-/// * `hosted` — how many robots the simulator stands in for.
+/// * `hosted` — the robots that the simulator stands in for.
 ///
 /// # Errors
 ///
 /// [`WorldError`], for the answer to whoever sets them.
-pub fn check(values: &[(String, ParameterValue)], hosted: usize) -> Result<(), WorldError> {
-    let mut conditions = None;
+pub fn check(values: &[(String, ParameterValue)], hosted: &[String]) -> Result<(), WorldError> {
+    let (mut conditions, mut names, mut time) = (None, &[][..], None);
     let mut steps = 0;
     for (name, value) in values {
         match (name.as_str(), value) {
             (CONDITIONS, ParameterValue::String(text)) if !text.is_empty() => {
-                conditions = Some(read_conditions(text, hosted)?);
+                conditions = Some(read_conditions(text)?);
             }
-            (TIME, ParameterValue::String(text)) => drop(read_time(text)?),
+            (TIME, ParameterValue::String(text)) => time = Some(read_time(text)?),
+            (ROBOTS, ParameterValue::StringArray(values)) => names = values,
+            (TRACKED_BY, ParameterValue::String(text)) => drop(read_tracker(text)?),
             (STEPS, ParameterValue::Integer(value)) => steps = value.unsigned_abs(),
             _ => {}
         }
     }
-    conditions.map_or(Ok(()), |conditions| check_length(&conditions, steps))
+    let Some(conditions) = conditions else { return Ok(()) };
+    check_length(&conditions, steps)?;
+    let rows = Rows::of(names, hosted, conditions.robots)?;
+    time.map_or(Ok(()), |time| check_mixed(&rows, time))
 }
 
 /// Makes the world that the parameters ask for.
@@ -167,7 +203,7 @@ pub fn check(values: &[(String, ParameterValue)], hosted: usize) -> Result<(), W
 /// # Errors
 ///
 /// [`WorldError`].
-pub fn wanted(server: &ParameterServer, hosted: usize) -> Result<Option<Wanted>, WorldError> {
+pub fn wanted(server: &ParameterServer, hosted: &[String]) -> Result<Option<Wanted>, WorldError> {
     let text = |name| match server.get(FULL_NAME, name) {
         Some(ParameterValue::String(text)) => text,
         other => unreachable!("{name} was declared as a string, found {other:?}"),
@@ -180,18 +216,40 @@ pub fn wanted(server: &ParameterServer, hosted: usize) -> Result<Option<Wanted>,
     if conditions.is_empty() {
         return Ok(None);
     }
-    let conditions = read_conditions(&conditions, hosted)?;
+    let conditions = read_conditions(&conditions)?;
+    let rows = Rows::of(&names(server), hosted, conditions.robots)?;
+    let time = read_time(&text(TIME))?;
+    check_mixed(&rows, time)?;
     let (seed, replicate, steps) = (integer(SEED), integer(REPLICATE), integer(STEPS));
     check_length(&conditions, steps)?;
     let placed = Placed {
         digest: placement_digest(&conditions, seed, replicate, steps),
-        n_robots: conditions.robots,
+        n_robots: rows.ours.len(),
         steps,
         period_ns: period_ns(&conditions),
-        time: read_time(&text(TIME))?,
+        time,
     };
     let world = World::new(&conditions, Seed { seed, replicate })?;
-    Ok(Some(Wanted { world, placed }))
+    Ok(Some(Wanted { world, placed, conditions, rows }))
+}
+
+/// Where the poses of real robots come from.
+///
+/// # Errors
+///
+/// [`WorldError::TrackedBy`].
+pub fn tracked_by(server: &ParameterServer) -> Result<TrackedBy, WorldError> {
+    match server.get(FULL_NAME, TRACKED_BY) {
+        Some(ParameterValue::String(text)) => read_tracker(&text),
+        other => unreachable!("{TRACKED_BY} was declared as a string, found {other:?}"),
+    }
+}
+
+fn names(server: &ParameterServer) -> Vec<String> {
+    match server.get(FULL_NAME, ROBOTS) {
+        Some(ParameterValue::StringArray(names)) => names,
+        other => unreachable!("{ROBOTS} was declared as an array of strings, found {other:?}"),
+    }
 }
 
 /// The period as a whole number of nanoseconds: the stamps of a run are multiples of it.
@@ -203,16 +261,28 @@ fn nanos(duration: Duration) -> u64 {
     u64::try_from(duration.as_nanos()).expect("584 years are longer than any ROS time")
 }
 
-fn read_conditions(text: &str, hosted: usize) -> Result<Conditions, WorldError> {
+fn read_conditions(text: &str) -> Result<Conditions, WorldError> {
     let conditions: Conditions =
         serde_json::from_str(text).map_err(|source| WorldError::Unreadable { source })?;
     conditions.check()?;
-    let asked = conditions.robots;
-    if (1..=hosted).contains(&asked) {
-        Ok(conditions)
-    } else {
-        Err(WorldError::Robots { asked, hosted })
+    Ok(conditions)
+}
+
+/// Real robots do not wait for each other.
+fn check_mixed(rows: &Rows, time: Time) -> Result<(), WorldError> {
+    match rows.tracked.first() {
+        Some(row) if time == Time::Lockstep => {
+            Err(WorldError::MixedLockstep { name: rows.names[*row].clone() })
+        }
+        _ => Ok(()),
     }
+}
+
+fn read_tracker(text: &str) -> Result<TrackedBy, WorldError> {
+    TRACKERS
+        .into_iter()
+        .find_map(|(name, tracker)| (name == text).then_some(tracker))
+        .ok_or_else(|| WorldError::TrackedBy { found: text.to_owned() })
 }
 
 /// Stamps are simulated times, which must fit ROS's 32-bit seconds.
@@ -232,75 +302,4 @@ fn read_time(text: &str) -> Result<Time, WorldError> {
 }
 
 #[cfg(test)]
-mod tests {
-    use rsrs_core::axis::Axis;
-    use rsrs_core::conditions::Settings;
-    use rsrs_core::profile::RobotProfile;
-
-    use super::*;
-
-    const FLOCKBOT: &str = include_str!("../../launch_configs/profiles/flockbot.yaml");
-
-    fn conditions() -> Conditions {
-        let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
-        let values = vec![(Axis::Speed, 0.15), (Axis::TurnRate, 0.75), (Axis::Robots, 3.0)];
-        Conditions::resolve(&profile, &Settings { values, ..Settings::default() }).unwrap()
-    }
-
-    fn text(name: &str, value: &str) -> (String, ParameterValue) {
-        (name.to_owned(), ParameterValue::String(value.to_owned()))
-    }
-
-    fn refusal(values: &[(String, ParameterValue)]) -> String {
-        check(values, 3).unwrap_err().to_string()
-    }
-
-    #[test]
-    fn conditions_that_make_a_world_are_taken() {
-        let json = serde_json::to_string(&conditions()).unwrap();
-
-        assert!(check(&[text(CONDITIONS, &json), text(TIME, "real_time")], 3).is_ok());
-    }
-
-    #[test]
-    fn conditions_that_make_none_are_refused_by_name() {
-        let json = |change: fn(&mut Conditions)| {
-            let mut conditions = conditions();
-            change(&mut conditions);
-            text(CONDITIONS, &serde_json::to_string(&conditions).unwrap())
-        };
-
-        assert_eq!(
-            refusal(&[json(|c| c.robot.radius_m = -0.075)]),
-            "`conditions`: robot.radius_m is -0.075, expected a number from 0.000001 to 1000000"
-        );
-        assert_eq!(
-            refusal(&[json(|c| c.robots = 4)]),
-            "`conditions`: robots is 4, expected 1 to 3, the robots of this simulator"
-        );
-        assert!(refusal(&[json(|c| c.robots = 0)]).contains("robots is 0, expected 1 to 3"));
-        assert!(refusal(&[text(CONDITIONS, "{}")]).contains("missing field `robots`"));
-        assert_eq!(
-            refusal(&[text(TIME, "fast")]),
-            "`time` is `fast`, expected `lockstep` or `real_time`"
-        );
-        assert_eq!(
-            refusal(&[
-                json(|c| c.period_s = 60.0),
-                (STEPS.to_owned(), ParameterValue::Integer(i64::from(u32::MAX)))
-            ]),
-            "`steps` is 4294967295, expected at most 35791394 with a period of 60 s"
-        );
-    }
-
-    #[test]
-    fn start_values_are_taken_and_unknown_ones_named() {
-        let given = BTreeMap::from([text(TIME, "real_time")]);
-        let declared = declare(given).unwrap();
-        let misspelt = declare(BTreeMap::from([text("tim", "real_time")]));
-
-        let values: Vec<_> = declared.parameters.iter().map(|(_, value)| value).collect();
-        assert!(values.contains(&&ParameterValue::String("real_time".to_owned())));
-        assert_eq!(misspelt.unwrap_err().to_string(), "/simulator has no parameter `tim`");
-    }
-}
+mod tests;

@@ -18,6 +18,8 @@ use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
 use rsrs_wire as wire;
 
+use crate::display::FRAME;
+
 /// Name of a robot's node in its namespace.
 const NODE: &str = "robot";
 
@@ -120,14 +122,10 @@ impl VirtualRobot {
     /// If a reliable subscriber stops acknowledging.
     pub async fn publish_motion(&self, motion: Motion, stamp: Time) -> anyhow::Result<()> {
         let Motion { pose, command } = motion;
-        let (sine, cosine) = libm::sincos(pose.heading_rad / 2.0);
-        let pose = geometry_msgs::Pose {
-            position: Point { x: pose.x_m, y: pose.y_m, z: 0.0 },
-            orientation: Quaternion { x: 0.0, y: 0.0, z: sine, w: cosine },
-        };
+        let pose = pose_message(pose);
         let odometry = Odometry {
-            header: Header { stamp, frame_id: "map".to_owned() },
-            child_frame_id: format!("{}/base_link", self.name),
+            header: Header { stamp, frame_id: FRAME.to_owned() },
+            child_frame_id: base_link(&self.name),
             pose: PoseWithCovariance { pose, ..PoseWithCovariance::default() },
             twist: TwistWithCovariance {
                 twist: wire::twist(command),
@@ -135,6 +133,25 @@ impl VirtualRobot {
             },
         };
         Ok(self.odom.publish(odometry).await?)
+    }
+}
+
+/// The frame of a robot's body.
+pub fn base_link(robot: &str) -> String {
+    format!("{robot}/base_link")
+}
+
+/// A heading as a quaternion.
+pub fn rotation(heading_rad: f64) -> Quaternion {
+    let (sine, cosine) = libm::sincos(heading_rad / 2.0);
+    Quaternion { x: 0.0, y: 0.0, z: sine, w: cosine }
+}
+
+/// A pose on the floor as a message.
+pub fn pose_message(pose: Pose) -> geometry_msgs::Pose {
+    geometry_msgs::Pose {
+        position: Point { x: pose.x_m, y: pose.y_m, z: 0.0 },
+        orientation: rotation(pose.heading_rad),
     }
 }
 

@@ -61,21 +61,82 @@ pub fn dependencies(text: &str, package: &str) -> Result<Vec<TypeName>, usize> {
         if rest.is_empty() {
             return Err(index + 1);
         }
-        let element = field_type.split(['[', '<']).next().unwrap_or(field_type);
-        if BUILT_IN.contains(&element) {
-            continue;
+        let element = element_of(field_type);
+        if !BUILT_IN.contains(&element) {
+            found.push(nested(element, package).ok_or(index + 1)?);
         }
-        let full = match element {
-            // The one type that older definitions name without its package.
-            "Header" => "std_msgs/Header".to_owned(),
-            bare if !bare.contains('/') => format!("{package}/{bare}"),
-            full => full.to_owned(),
-        };
-        found.push(TypeName::parse(&full).ok_or(index + 1)?);
     }
     found.sort_unstable();
     found.dedup();
     Ok(found)
+}
+
+/// How many elements a field has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Length {
+    /// One, and no array.
+    One,
+    /// So many.
+    Array(u64),
+    /// So many at most.
+    AtMost(u64),
+    /// Any number.
+    Any,
+}
+
+/// A field of a message.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Field<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// The type of its elements, without limits.
+    pub element: &'a str,
+    /// That type, if it is not built in.
+    pub nested: Option<TypeName>,
+    /// How many elements it has.
+    pub length: Length,
+    /// The longest string, in characters; 0 without limit.
+    pub string_capacity: u64,
+}
+
+/// The fields of a definition, in order, without constants; what does not read is left out.
+pub fn fields<'a>(text: &'a str, package: &str) -> Vec<Field<'a>> {
+    text.lines().filter_map(|line| field(code(line)?, package)).collect()
+}
+
+fn field<'a>((field_type, rest): (&'a str, &'a str), package: &str) -> Option<Field<'a>> {
+    let end = rest.find(|character: char| character == '=' || character.is_whitespace());
+    let (name, behind) = rest.split_at(end.unwrap_or(rest.len()));
+    if behind.trim_start().starts_with('=') {
+        return None;
+    }
+    let (of_one, array) = field_type.split_once('[').unwrap_or((field_type, ""));
+    let length = match array.trim_end_matches(']') {
+        "" if array.is_empty() => Length::One,
+        "" => Length::Any,
+        limit => match limit.strip_prefix("<=") {
+            Some(limit) => Length::AtMost(limit.parse().ok()?),
+            None => Length::Array(limit.parse().ok()?),
+        },
+    };
+    let string_capacity = of_one.split_once("<=").map_or(Ok(0), |(_, limit)| limit.parse()).ok()?;
+    let element = element_of(field_type);
+    let nested = if BUILT_IN.contains(&element) { None } else { Some(nested(element, package)?) };
+    Some(Field { name, element, nested, length, string_capacity })
+}
+
+fn element_of(field_type: &str) -> &str {
+    field_type.split(['[', '<']).next().unwrap_or(field_type)
+}
+
+/// The full name of a type as a field has it.
+fn nested(element: &str, package: &str) -> Option<TypeName> {
+    TypeName::parse(&match element {
+        // The one type that older definitions name without its package.
+        "Header" => "std_msgs/Header".to_owned(),
+        bare if !bare.contains('/') => format!("{package}/{bare}"),
+        full => full.to_owned(),
+    })
 }
 
 /// The first word of a line and what follows, without comment; `None` for an empty line.
@@ -85,15 +146,6 @@ fn code(line: &str) -> Option<(&str, &str)> {
     // `float64[ 3 ] x` is not valid, so the first space ends the type.
     let (field_type, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
     (!line.is_empty()).then_some((field_type, rest.trim()))
-}
-
-/// All that matters of a definition: its words, line by line.
-pub fn essence(text: &str) -> Vec<Vec<&str>> {
-    let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
-    lines
-        .map(|line| line.split_whitespace().collect::<Vec<_>>())
-        .filter(|words| !words.is_empty())
-        .collect()
 }
 
 #[cfg(test)]
@@ -122,6 +174,23 @@ mod tests {
         let expected = ["geometry_msgs/msg/Point32", "lab_msgs/msg/Wheel", "std_msgs/msg/Header"];
         assert_eq!(names(text), expected);
         assert_eq!(names("Header header"), ["std_msgs/msg/Header"]);
+    }
+
+    #[test]
+    fn fields_have_lengths_and_limits_and_constants_are_none() {
+        let text = "string<=10[<=3] names\nfloat64[9] covariance 1\nuint8 STATE = 1\nWheel[] w";
+
+        let found = fields(text, "lab_msgs");
+
+        let lengths: Vec<_> =
+            found.iter().map(|field| (field.name, field.length, field.string_capacity)).collect();
+        let expected = [
+            ("names", Length::AtMost(3), 10),
+            ("covariance", Length::Array(9), 0),
+            ("w", Length::Any, 0),
+        ];
+        assert_eq!(lengths, expected);
+        assert_eq!(found[2].nested, TypeName::parse("lab_msgs/Wheel"));
     }
 
     #[test]

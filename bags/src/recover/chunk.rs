@@ -28,6 +28,16 @@ pub struct Chunk<'a> {
 }
 
 impl Chunk<'_> {
+    /// Its content as the file has it.
+    pub fn content(&self) -> &[u8] {
+        &self.body[self.head.n_head_bytes.min(self.body.len())..]
+    }
+
+    /// The longest content that is believed, in bytes.
+    pub fn content_limit(&self) -> usize {
+        self.body.len().saturating_mul(MAX_COMPRESSION).max(MIN_CONTENT_LIMIT)
+    }
+
     /// Hands over all records in it, in order.
     ///
     /// A chunk whose checksum fails gives none, because nobody knows which of its messages are
@@ -39,7 +49,7 @@ impl Chunk<'_> {
     ///
     /// What is wrong with the chunk, or the error of `take`; all records before were handed over.
     pub fn records(&self, take: &mut impl FnMut(Record) -> McapResult<()>) -> McapResult<()> {
-        let content = &self.body[self.head.n_head_bytes.min(self.body.len())..];
+        let content = self.content();
         if !self.head.compression.is_empty() {
             return self.decompress(take);
         }
@@ -55,11 +65,10 @@ impl Chunk<'_> {
     }
 
     fn decompress(&self, take: &mut impl FnMut(Record) -> McapResult<()>) -> McapResult<()> {
-        let limit = self.body.len().saturating_mul(MAX_COMPRESSION).max(MIN_CONTENT_LIMIT);
         let options = LinearReaderOptions::default()
             .with_skip_start_magic(true)
             .with_skip_end_magic(true)
-            .with_record_length_limit(limit)
+            .with_record_length_limit(self.content_limit())
             .with_prevalidate_chunk_crcs(!self.is_cut && self.head.crc != 0);
         let length = (self.head.n_head_bytes as u64).saturating_add(self.head.compressed_size);
         let mut head = vec![op::CHUNK];
@@ -113,8 +122,7 @@ fn record_at(content: &[u8], at: usize) -> Option<(Record<'_>, usize)> {
     let start = at + HEAD_BYTES;
     let end = start.checked_add(usize::try_from(length).ok()?)?;
     let body = content.get(start..end)?;
-    let is_expected = [op::SCHEMA, op::CHANNEL, op::MESSAGE].contains(&opcode);
-    if !is_expected
+    if !frame::may_be_in_chunks(opcode)
         || !frame::is_sound(opcode, body)
         || is_half_written(&content[..end], end, content)
     {

@@ -36,11 +36,18 @@ pub fn is_known(opcode: u8) -> bool {
     (op::HEADER..=op::DATA_END).contains(&opcode)
 }
 
+/// Whether records of this kind stand in chunks, where there are any.
+pub fn may_be_in_chunks(opcode: u8) -> bool {
+    [op::SCHEMA, op::CHANNEL, op::MESSAGE].contains(&opcode)
+}
+
 /// What a chunk says of itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ChunkHead {
     /// First and last log time, in nanoseconds.
     pub bounds_ns: (u64, u64),
+    /// Bytes of its content before compression.
+    pub uncompressed_size: u64,
     /// Checksum of its content; 0 if the recorder made none.
     pub crc: u32,
     /// Empty, `zstd` or `lz4`.
@@ -56,7 +63,7 @@ impl ChunkHead {
     pub fn parse(body: &[u8]) -> Option<Self> {
         let mut fields = Fields(body);
         let bounds_ns = (fields.u64()?, fields.u64()?);
-        let _uncompressed_size = fields.u64()?;
+        let uncompressed_size = fields.u64()?;
         let crc = fields.u32()?;
         let compression = fields.text()?;
         if !["", "zstd", "lz4"].contains(&compression) {
@@ -65,12 +72,17 @@ impl ChunkHead {
         let compressed_size = fields.u64()?;
         let n_head_bytes = CHUNK_FIXED_BYTES + compression.len();
         let compression = compression.to_owned();
-        Some(Self { bounds_ns, crc, compression, compressed_size, n_head_bytes })
+        Some(Self { bounds_ns, uncompressed_size, crc, compression, compressed_size, n_head_bytes })
     }
 
     /// Whether the record's length and the chunk's own agree.
     pub fn fits(&self, length: u64) -> bool {
         self.compressed_size.checked_add(self.n_head_bytes as u64) == Some(length)
+    }
+
+    /// Whether there is a content: a head out of zeros is none.
+    pub fn is_filled(&self) -> bool {
+        self.compressed_size > 0 && self.uncompressed_size > 0
     }
 
     /// Whether it was never filled in: some recorders write heads last.

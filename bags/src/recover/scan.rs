@@ -11,7 +11,7 @@ use super::bytes::Bytes;
 use super::chunk::{Chunk, index_entries, loose_message};
 use super::frame::{self, ChunkHead, HEAD_BYTES};
 use super::loss::{Loss, LossKind};
-use super::search;
+use super::search::{self, Layout};
 use super::sink::{Fate, Sink};
 use crate::BagError;
 
@@ -59,8 +59,9 @@ pub fn scan(path: &Path, bytes: &mut Bytes, sink: &mut Sink) -> Result<Found, Ba
         is_closed: false,
     };
     let hasher = Some(crc32fast::Hasher::new());
-    let mut scan =
-        Scan { path, bytes, sink, found, at: 0, in_data: true, recent: BTreeMap::new(), hasher };
+    let layout = if sink.expects_chunks() { Layout::Chunks } else { Layout::Loose };
+    let recent = BTreeMap::new();
+    let mut scan = Scan { path, bytes, sink, found, at: 0, in_data: true, recent, hasher, layout };
     while scan.at < scan.bytes.len() && !scan.found.is_closed {
         scan.step()?;
     }
@@ -80,6 +81,8 @@ struct Scan<'a> {
     recent: BTreeMap<u16, u64>,
     /// Over everything so far, until the first damage.
     hasher: Option<crc32fast::Hasher>,
+    /// Where messages are to be expected behind damage.
+    layout: Layout,
 }
 
 impl Scan<'_> {
@@ -104,7 +107,7 @@ impl Scan<'_> {
                 self.chunk(from, &body, LossKind::EndOfChunk)?;
             }
             Frame::Broken => {
-                let next = search::next_record(self.bytes, from + 1, self.sink);
+                let next = search::next_record(self.bytes, from + 1, self.sink, self.layout);
                 self.at = next.map_err(|source| self.io(source))?;
                 self.hasher = None;
                 let kind = match (self.in_data, self.at == self.bytes.len()) {
@@ -125,11 +128,15 @@ impl Scan<'_> {
             return Ok(Frame::Magic);
         }
         let Some((opcode, length)) = frame::head(&start) else { return Ok(Frame::Broken) };
+        let chunk_head = ChunkHead::parse(&start[HEAD_BYTES..]);
+        if opcode == op::CHUNK || chunk_head.as_ref().is_some_and(ChunkHead::is_filled) {
+            self.layout = Layout::Chunks;
+        }
         let available = self.bytes.len() - self.at - HEAD_BYTES as u64;
         let body_at = self.at + HEAD_BYTES as u64;
         let is_expected = frame::is_known(opcode);
         if opcode == op::CHUNK {
-            return match ChunkHead::parse(&start[HEAD_BYTES..]) {
+            return match chunk_head {
                 Some(head) if head.fits(length) && length <= available => {
                     let body = self.bytes.read(body_at, to_usize(length))?;
                     Ok(Frame::Record { opcode, body })
@@ -140,7 +147,9 @@ impl Scan<'_> {
                 _ => Ok(Frame::Broken),
             };
         }
-        if !is_expected || length > available {
+        let is_stray =
+            opcode == op::MESSAGE && self.hasher.is_none() && self.layout == Layout::Chunks;
+        if !is_expected || length > available || (is_stray && self.in_data) {
             return Ok(Frame::Broken);
         }
         let is_followed = search::is_plausible(self.bytes, body_at + length)?;
@@ -163,7 +172,7 @@ impl Scan<'_> {
         if end > zeros_from && end < self.bytes.len() {
             return Ok(true);
         }
-        Ok(search::next_record(self.bytes, self.at + 1, self.sink)? < end)
+        Ok(search::next_record(self.bytes, self.at + 1, self.sink, self.layout)? < end)
     }
 
     fn record(&mut self, from: u64, opcode: u8, body: &[u8]) -> Result<(), BagError> {
@@ -191,9 +200,9 @@ impl Scan<'_> {
         match record {
             Record::Header(header) => self.found.profile = Some(header.profile),
             Record::Attachment { header, data, .. } => {
-                self.sink.attach(&header.name, &header.media_type, &data)?;
+                self.sink.attach(&header, &data)?;
             }
-            Record::Metadata(record) => self.sink.metadata(record)?,
+            Record::Metadata(record) => self.sink.metadata(&record)?,
             definition => self.sink.define(definition)?,
         }
         Ok(())
@@ -214,11 +223,16 @@ impl Scan<'_> {
         } else {
             self.offsets_behind(self.at).map_err(|source| self.io(source))?
         };
-        let whole =
-            if is_half_written && is_compressed { &body[..written.min(body.len())] } else { body };
-        let is_cut = is_cut || is_half_written;
         let bounds_ns = Some(head.bounds_ns).filter(|(first_ns, last_ns)| first_ns <= last_ns);
-        let chunk = Chunk { head, body: whole, is_cut, offsets };
+        let mut chunk = Chunk { head, body, is_cut, offsets };
+        // Its own last bytes may be zeros, too: then its checksum tells that it is whole.
+        if (chunk.head.crc != 0 || !is_half_written) && self.copy(&chunk)? {
+            return Ok(());
+        }
+        let is_cut = is_cut || is_half_written;
+        if is_half_written {
+            (chunk.body, chunk.is_cut) = (&body[..written.min(body.len())], true);
+        }
         if let Some(reason) = self.save(&chunk)? {
             let kind = if is_cut { LossKind::EndOfChunk } else { if_lost };
             self.hasher = None;
@@ -226,6 +240,13 @@ impl Scan<'_> {
             self.last_loss().bounds_ns = bounds_ns;
         }
         Ok(())
+    }
+
+    /// Puts a chunk into the new bag as it is, if it can.
+    fn copy(&mut self, chunk: &Chunk) -> Result<bool, BagError> {
+        let Some(copied) = self.sink.copy(chunk)? else { return Ok(false) };
+        self.recent = copied;
+        Ok(true)
     }
 
     /// Puts a chunk's records into the new bag.

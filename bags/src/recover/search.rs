@@ -15,11 +15,21 @@ const WINDOW_BYTES: usize = 256 << 10;
 /// Records other than chunks are not looked for beyond this size.
 const MAX_RECORD: u64 = 16 << 20;
 
+/// Where the messages of a file are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// In chunks. What looks like a message behind damage is part of a chunk whose head is lost, and
+    /// with it the checksum that would tell whether the message is as it was sent.
+    Chunks,
+    /// Outside of chunks, as far as is known.
+    Loose,
+}
+
 /// The first place from here on at which a record starts beyond doubt; the end if there is none.
 ///
 /// Beyond doubt is what states its length twice and the same, or a message of a known channel that
 /// another record follows.
-pub fn next_record(bytes: &mut Bytes, from: u64, sink: &Sink) -> io::Result<u64> {
+pub fn next_record(bytes: &mut Bytes, from: u64, sink: &Sink, layout: Layout) -> io::Result<u64> {
     let mut at = from;
     while at < bytes.len() {
         let window = bytes.read(at, WINDOW_BYTES + HEAD_BYTES)?;
@@ -33,7 +43,9 @@ pub fn next_record(bytes: &mut Bytes, from: u64, sink: &Sink) -> io::Result<u64>
                 return Ok(place);
             }
             let Some((opcode, length)) = frame::head(&window[offset..]) else { break };
-            if is_candidate(opcode, length, bytes.len() - place)
+            let is_sought = layout == Layout::Loose || !frame::may_be_in_chunks(opcode);
+            if is_sought
+                && is_candidate(opcode, length, bytes.len() - place)
                 && is_record(bytes, place, (opcode, length), sink)?
             {
                 return Ok(place);

@@ -4,13 +4,16 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 
 use mcap::Summary;
-use mcap::records::{self, MessageHeader, Record};
+use mcap::records::{self, AttachmentHeader, MessageHeader, Record};
 
+use super::chunk::Chunk;
+use super::copy::{Copier, schema_of};
 use super::loss::Loss;
-use crate::metadata;
-use crate::reader::plain;
-use crate::writer::ChannelDescription;
-use crate::{BagError, BagOptions, BagSummary, BagWriter, ChannelId, Packing, Sample, qos};
+use super::target::{PackedChunk, Schema, Target};
+use crate::metadata::{self, FileInformation, Information};
+use crate::reader::{ZSTD_MAGIC, plain};
+use crate::writer::{ChannelDescription, new_folder};
+use crate::{BagError, BagSummary};
 
 /// Losses that the new bag itself tells of; all of them are in the report.
 const MAX_DESCRIBED: usize = 100;
@@ -18,26 +21,21 @@ const MAX_DESCRIBED: usize = 100;
 /// A new bag and what is known of the file whose content goes into it.
 pub struct Sink {
     folder: PathBuf,
-    writer: Option<BagWriter>,
+    target: Option<Target>,
+    copier: Copier,
     custom_data: BTreeMap<String, String>,
     schemas: HashMap<u16, Schema>,
     channels: HashMap<u16, records::Channel>,
     /// Definitions in the table of contents, for those that are lost elsewhere.
     fallback: Option<Summary>,
-    ids: HashMap<u16, ChannelId>,
+    /// The channels that were used so far, with the numbers that they have in the new file.
+    ids: HashMap<u16, u16>,
     /// Messages of the current file, by channel.
     counts: BTreeMap<u16, u64>,
     /// Attachments of all files.
     pub n_attachments: u64,
     /// Metadata records of all files, rosbag2's own aside.
     pub n_metadata: u64,
-}
-
-#[derive(Clone)]
-struct Schema {
-    name: String,
-    encoding: String,
-    data: Vec<u8>,
 }
 
 /// What became of a message.
@@ -56,7 +54,8 @@ impl Sink {
     pub fn new(folder: PathBuf) -> Self {
         Self {
             folder,
-            writer: None,
+            target: None,
+            copier: Copier::new(),
             custom_data: BTreeMap::new(),
             schemas: HashMap::new(),
             channels: HashMap::new(),
@@ -74,7 +73,17 @@ impl Sink {
         self.channels.clear();
         self.ids.clear();
         self.counts.clear();
-        self.fallback = fallback;
+        self.fallback = fallback.map(|summary| Summary {
+            // Definitions are all that is asked of it, and the list of chunks may be long.
+            chunk_indexes: Vec::new(),
+            ..summary
+        });
+    }
+
+    /// Whether the current file's own table of contents lists chunks.
+    pub fn expects_chunks(&self) -> bool {
+        let stats = self.fallback.as_ref().and_then(|summary| summary.stats.as_ref());
+        stats.is_some_and(|stats| stats.chunk_count > 0)
     }
 
     /// Keeps pairs for `metadata.yaml`.
@@ -84,19 +93,14 @@ impl Sink {
 
     /// Takes a definition; of two with one number the first one counts.
     pub fn define(&mut self, record: Record) -> Result<(), BagError> {
-        match record {
-            Record::Schema { header, data } => {
-                let records::SchemaHeader { id, name, encoding } = header;
-                let schema = Schema { name, encoding, data: data.into_owned() };
-                self.schemas.entry(id).or_insert(schema);
-            }
-            Record::Channel(channel) => {
-                let id = channel.id;
-                self.channels.entry(id).or_insert(channel);
-                // A topic without messages is saved, too.
-                self.id_of(id)?;
-            }
-            _ => {}
+        if let Some((id, schema)) = schema_of(&record) {
+            self.schemas.entry(id).or_insert(schema);
+        }
+        if let Record::Channel(channel) = record {
+            let id = channel.id;
+            self.channels.entry(id).or_insert(channel);
+            // A topic without messages is saved, too.
+            self.id_of(id)?;
         }
         Ok(())
     }
@@ -119,22 +123,76 @@ impl Sink {
     pub fn message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<Fate, BagError> {
         let Some(id) = self.id_of(header.channel_id)? else { return Ok(Fate::UnknownChannel) };
         let unpacked;
-        let data = if data.starts_with(&[0x28, 0xb5, 0x2f, 0xfd]) {
+        let mut data = data;
+        if data.starts_with(&ZSTD_MAGIC) {
             let Ok(bytes) = plain(data.to_vec()) else { return Ok(Fate::Unreadable) };
             unpacked = bytes;
-            &unpacked
-        } else {
-            data
-        };
-        let sample = Sample {
-            log_time_ns: header.log_time,
-            publish_time_ns: header.publish_time,
-            sequence: header.sequence,
-            data,
-        };
-        self.writer()?.write(id, sample)?;
+            data = &unpacked;
+            self.target()?.pack_as("zstd");
+        }
+        let renumbered = MessageHeader { channel_id: id, ..*header };
+        self.target()?.message(&renumbered, data)?;
         *self.counts.entry(header.channel_id).or_default() += 1;
         Ok(Fate::Saved)
+    }
+
+    /// Takes a chunk as it is, if nothing is wrong with it.
+    ///
+    /// # Returns
+    ///
+    /// Its messages by channel; `None` if it must be taken message by message.
+    pub fn copy(&mut self, chunk: &Chunk) -> Result<Option<BTreeMap<u16, u64>>, BagError> {
+        self.target()?.pack_as(&chunk.head.compression);
+        let Some(content) = self.copier.read(chunk) else { return Ok(None) };
+        for definition in content.definitions {
+            if !self.define_the_same(definition)? {
+                return Ok(None);
+            }
+        }
+        let in_chunk = self.copier.entries.iter().filter(|(_, entries)| !entries.is_empty());
+        let n_of_channel: BTreeMap<u16, u64> =
+            in_chunk.map(|(id, entries)| (*id, entries.len() as u64)).collect();
+        for channel_id in n_of_channel.keys() {
+            if self.id_of(*channel_id)? != Some(*channel_id) {
+                return Ok(None);
+            }
+        }
+        let packed = PackedChunk {
+            uncompressed_size: content.n_bytes,
+            crc: content.crc,
+            compression: &chunk.head.compression,
+            packed: chunk.content(),
+            entries: &self.copier.entries,
+        };
+        self.target.as_mut().expect("it was asked for above").chunk(&packed)?;
+        for (channel_id, n_messages) in &n_of_channel {
+            *self.counts.entry(*channel_id).or_default() += n_messages;
+        }
+        Ok(Some(n_of_channel))
+    }
+
+    /// Takes a definition out of a chunk that is to be copied.
+    ///
+    /// # Returns
+    ///
+    /// Whether the new file says the same under the same number.
+    fn define_the_same(&mut self, record: Record) -> Result<bool, BagError> {
+        if let Some((id, schema)) = schema_of(&record) {
+            self.define(record)?;
+            let is_first = self.schemas.get(&id) == Some(&schema);
+            return Ok(is_first && self.target()?.add_schema(id, schema)? == id);
+        }
+        let Record::Channel(channel) = record else { return Ok(true) };
+        self.define(Record::Channel(channel.clone()))?;
+        let is_first = self.channels.get(&channel.id) == Some(&channel);
+        let known = self.target()?.definitions().channels.get(&channel.id);
+        let is_same = known.is_some_and(|(schema_id, description)| {
+            *schema_id == channel.schema_id
+                && description.topic == channel.topic
+                && description.message_encoding == channel.message_encoding
+                && description.metadata == channel.metadata
+        });
+        Ok(is_first && is_same && self.id_of(channel.id)? == Some(channel.id))
     }
 
     /// Messages saved of the current file, by topic.
@@ -152,13 +210,13 @@ impl Sink {
     }
 
     /// Takes an attachment.
-    pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), BagError> {
+    pub fn attach(&mut self, header: &AttachmentHeader, data: &[u8]) -> Result<(), BagError> {
         self.n_attachments += 1;
-        self.writer()?.attach(name, media_type, data)
+        self.target()?.attach(header, data)
     }
 
     /// Takes a metadata record; rosbag2's own is made anew, with the pairs in it.
-    pub fn metadata(&mut self, record: records::Metadata) -> Result<(), BagError> {
+    pub fn metadata(&mut self, record: &records::Metadata) -> Result<(), BagError> {
         if record.name == metadata::RECORD {
             let contents = metadata::read_record(&record.metadata);
             let pairs = contents.and_then(|contents| contents.custom_data);
@@ -166,12 +224,12 @@ impl Sink {
             return Ok(());
         }
         self.n_metadata += 1;
-        self.writer()?.metadata(&record.name, record.metadata)
+        self.target()?.metadata(&record.name, &record.metadata)
     }
 
     /// Writes into the new bag, if there is one, what is missing in it.
     pub fn describe(&mut self, name: &str, losses: &[Loss]) -> Result<(), BagError> {
-        let Some(writer) = &mut self.writer else { return Ok(()) };
+        let Some(target) = &mut self.target else { return Ok(()) };
         let n_bytes: u64 = losses.iter().map(|loss| loss.n_bytes).sum();
         let mut pairs = BTreeMap::from([
             ("n_losses".to_owned(), losses.len().to_string()),
@@ -183,7 +241,7 @@ impl Sink {
             let text = format!("{file}: {n_bytes} bytes at {at_byte}: {reason}");
             pairs.insert(format!("loss_{index}"), text);
         }
-        writer.metadata(name, pairs)
+        target.metadata(name, &pairs)
     }
 
     /// Closes the new bag.
@@ -192,67 +250,80 @@ impl Sink {
     ///
     /// `None` if there was nothing to put into it.
     pub fn finish(self) -> Result<Option<BagSummary>, BagError> {
-        let Some(mut writer) = self.writer else { return Ok(None) };
-        writer.add_custom_data(self.custom_data);
-        writer.finish().map(Some)
-    }
-
-    fn writer(&mut self) -> Result<&mut BagWriter, BagError> {
-        if self.writer.is_none() {
-            let options = BagOptions { custom_data: self.custom_data.clone() };
-            // The original is still there, so that nothing need be safe at once.
-            let packing = Packing { flush_period_ns: None, ..Packing::default() };
-            self.writer = Some(BagWriter::create_packed(&self.folder, options, packing)?);
+        let Some(mut target) = self.target else { return Ok(None) };
+        target.close_chunk()?;
+        let counted = target.definitions().channels.iter();
+        let topics: Vec<_> = counted
+            .map(|(id, (_, known))| known.with_count(target.counts.get(id).copied().unwrap_or(0)))
+            .collect();
+        let mut n_messages_of_topic: BTreeMap<String, u64> = BTreeMap::new();
+        for topic in &topics {
+            let name = topic.topic_metadata.name.clone();
+            *n_messages_of_topic.entry(name).or_default() += topic.message_count;
         }
-        Ok(self.writer.as_mut().expect("it was just made"))
+        let n_messages = n_messages_of_topic.values().sum();
+        let (file, bounds_ns) = (target.path().to_owned(), target.bounds_ns);
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let files = vec![FileInformation::new(&name, bounds_ns, n_messages)];
+        let information = Information::new(files, topics, self.custom_data);
+        target.metadata(metadata::RECORD, &information.to_record())?;
+        target.finish()?;
+        information.write_into(&self.folder)?;
+        let files = vec![file.clone()];
+        let folder = self.folder;
+        Ok(Some(BagSummary { folder, file, files, n_messages, n_messages_of_topic, bounds_ns }))
     }
 
-    /// The channel in the new bag; `None` if its definition or that of its type is lost.
-    fn id_of(&mut self, channel_id: u16) -> Result<Option<ChannelId>, BagError> {
+    fn target(&mut self) -> Result<&mut Target, BagError> {
+        if self.target.is_none() {
+            let name = new_folder(&self.folder)?;
+            self.target = Some(Target::create(self.folder.join(format!("{name}_0.mcap")))?);
+        }
+        Ok(self.target.as_mut().expect("it was just made"))
+    }
+
+    /// The channel in the new file; `None` if its definition or that of its type is lost.
+    fn id_of(&mut self, channel_id: u16) -> Result<Option<u16>, BagError> {
         if let Some(id) = self.ids.get(&channel_id) {
             return Ok(Some(*id));
         }
-        let Some(description) = self.description(channel_id) else { return Ok(None) };
-        let id = self.writer()?.add_channel(description)?;
+        let Some((schema_id, description)) = self.description(channel_id) else {
+            return Ok(None);
+        };
+        let id = self.target()?.add_channel((channel_id, schema_id), description)?;
         self.ids.insert(channel_id, id);
         Ok(Some(id))
     }
 
-    fn description(&self, channel_id: u16) -> Option<ChannelDescription> {
+    /// What is known of a channel, with the number of its type.
+    fn description(&self, channel_id: u16) -> Option<(u16, ChannelDescription)> {
+        let fallback = || self.fallback.as_ref()?.channels.get(&channel_id);
         let Some(channel) = self.channels.get(&channel_id) else {
-            let channel = self.fallback.as_ref()?.channels.get(&channel_id)?;
-            let schema = channel.schema.as_ref().map(|schema| Schema {
-                name: schema.name.clone(),
-                encoding: schema.encoding.clone(),
-                data: schema.data.to_vec(),
-            });
-            return Some(describe(
-                (&channel.topic, &channel.message_encoding),
-                &channel.metadata,
-                schema.unwrap_or_else(Schema::none),
-            ));
+            let channel = fallback()?;
+            let (schema_id, schema) = channel
+                .schema
+                .as_ref()
+                .map_or((0, Schema::default()), |schema| (schema.id, Schema::of_table(schema)));
+            let named = (&*channel.topic, &*channel.message_encoding);
+            return Some((schema_id, describe(named, &channel.metadata, schema)));
         };
         let schema = match channel.schema_id {
-            0 => Schema::none(),
+            0 => Schema::default(),
             id => match self.schemas.get(&id) {
                 Some(schema) => schema.clone(),
-                None => self.fallback_schema(id)?,
+                None => Schema::of_table(self.fallback.as_ref()?.schemas.get(&id)?),
             },
         };
-        Some(describe((&channel.topic, &channel.message_encoding), &channel.metadata, schema))
-    }
-
-    fn fallback_schema(&self, id: u16) -> Option<Schema> {
-        let schema = self.fallback.as_ref()?.schemas.get(&id)?;
-        let (name, encoding) = (schema.name.clone(), schema.encoding.clone());
-        Some(Schema { name, encoding, data: schema.data.to_vec() })
+        let named = (&*channel.topic, &*channel.message_encoding);
+        Some((channel.schema_id, describe(named, &channel.metadata, schema)))
     }
 }
 
 impl Schema {
-    /// That of a channel which never had one.
-    fn none() -> Self {
-        Self { name: String::new(), encoding: String::new(), data: Vec::new() }
+    /// A type in a table of contents.
+    fn of_table(schema: &mcap::Schema) -> Self {
+        let (name, encoding) = (schema.name.clone(), schema.encoding.clone());
+        Self { name, encoding, data: schema.data.to_vec() }
     }
 }
 
@@ -261,16 +332,12 @@ fn describe(
     pairs: &BTreeMap<String, String>,
     schema: Schema,
 ) -> ChannelDescription {
-    let mut metadata = pairs.clone();
-    if let Some(offered) = metadata.get_mut(qos::KEY) {
-        *offered = qos::in_numbers(offered);
-    }
     ChannelDescription {
         topic: topic.to_owned(),
         type_name: schema.name,
         schema_encoding: schema.encoding,
         schema: schema.data,
         message_encoding: encoding.to_owned(),
-        metadata,
+        metadata: pairs.clone(),
     }
 }

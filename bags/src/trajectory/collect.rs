@@ -4,14 +4,19 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rsrs_msgs::geometry_msgs::{PoseStamped, Twist, TwistStamped};
 use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::{RosMessage, cdr, topics};
 
 use super::arrays::{self, NamedPoseArray, PoseArray};
 use super::command::CommandSample;
 use super::finding::Finding;
 use super::pose::{self, PoseSample, RawPose};
+use super::transforms::Tree;
 use super::{PoseSource, TrajectoryError, TrajectoryOptions};
 use crate::{Bag, BagError, BagMessage, TopicInfo};
+
+/// Transforms that never change; heard once, and true from the beginning.
+const TF_STATIC: &str = "/tf_static";
 
 /// What was recorded of one robot.
 #[derive(Debug)]
@@ -58,8 +63,10 @@ struct Found {
     members: BTreeSet<String>,
     /// The most poses in one message without names.
     n_unnamed: usize,
-    /// The frame of all transforms.
-    frame: Option<String>,
+    /// All transforms.
+    tree: Tree,
+    /// The frame at the upper end of each robot's transforms.
+    frames: BTreeMap<String, String>,
 }
 
 /// Reads the bag once.
@@ -72,6 +79,9 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
     let wanted = wanted_topics(&topics, source)?;
 
     let mut found = Found::default();
+    if source == PoseSource::Tf {
+        found.take_fixed(bag, &topics)?;
+    }
     for message in bag.messages_on(wanted.iter().map(|topic| topic.name.as_str())) {
         match message {
             Ok(message) => found.take(source, &message)?,
@@ -88,6 +98,7 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
         let topic = arrays::topic(&topics, source).map(|topic| topic.name.clone());
         found.name_by_number(topic.unwrap_or_default())?;
     }
+    found.check_frames()?;
     found.check_members()?;
     let has_lease = topics.iter().any(|topic| topic.name == topics::LEASE.name);
     let (robots, findings) = found.robots(source, &topics)?;
@@ -190,10 +201,15 @@ impl Found {
     ) -> Result<(), TrajectoryError> {
         // Topics of one robot each are taken at their word; transforms say what they refer to.
         if source == PoseSource::Tf {
-            let expected = self.frame.get_or_insert_with(|| raw.frame.clone());
-            if *expected != raw.frame {
-                let (robot, found) = (raw.robot, raw.frame);
-                return Err(TrajectoryError::Frames { robot, found, expected: expected.clone() });
+            let before = self.frames.insert(raw.robot.clone(), raw.frame.clone());
+            if let Some(expected) = before.filter(|before| *before != raw.frame) {
+                if !self.tree.leads(&expected, &raw.frame) {
+                    let (robot, found) = (raw.robot, raw.frame);
+                    return Err(TrajectoryError::Frames { robot, found, expected });
+                }
+                // The upper part of the chain came later than the lower: until then nobody knew
+                // where the robot was.
+                self.poses.remove(&raw.robot);
             }
         }
         let poses = self.poses.entry(raw.robot.clone()).or_default();
@@ -223,8 +239,35 @@ impl Found {
                 self.n_unnamed = self.n_unnamed.max(array.n_bodies());
                 array.into_raw()
             }
-            PoseSource::Tf => pose::of_transforms(decode(message)?),
+            PoseSource::Tf => self.tree.take(decode(message)?),
         })
+    }
+
+    /// Takes the transforms that never change.
+    fn take_fixed(&mut self, bag: &Bag, topics: &[TopicInfo]) -> Result<(), TrajectoryError> {
+        let is_fixed =
+            |topic: &&TopicInfo| topic.name == TF_STATIC && topic.type_name == TFMessage::TYPE_NAME;
+        let names = topics.iter().filter(is_fixed).map(|topic| topic.name.as_str());
+        for message in bag.messages_on(names) {
+            match message {
+                Ok(message) => drop(self.tree.take(decode(&message)?)),
+                Err(BagError::Incomplete { .. }) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses robots whose transforms start from different frames.
+    fn check_frames(&self) -> Result<(), TrajectoryError> {
+        let Some(expected) = self.frames.values().next() else { return Ok(()) };
+        match self.frames.iter().find(|(_, frame)| *frame != expected) {
+            None => Ok(()),
+            Some((robot, found)) => {
+                let (robot, found) = (robot.clone(), found.clone());
+                Err(TrajectoryError::Frames { robot, found, expected: expected.clone() })
+            }
+        }
     }
 
     /// Gives poses without names the names of the robots, in their order.

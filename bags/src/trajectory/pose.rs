@@ -36,8 +36,10 @@ pub struct RawPose {
     /// The frame of the pose.
     pub frame: String,
     stamp: Time,
-    position: Vector3,
-    orientation: Quaternion,
+    /// In that frame, in metres.
+    pub position: Vector3,
+    /// In that frame.
+    pub orientation: Quaternion,
 }
 
 /// The robot whose poses a topic has, if it has some.
@@ -88,6 +90,11 @@ pub fn of_array(header: &Header, (robot, pose): (String, Pose3)) -> RawPose {
         position: vector(pose.position),
         orientation: pose.orientation,
     }
+}
+
+/// Whether a frame is a robot's body.
+pub fn is_body(frame: &str) -> bool {
+    BODY_FRAMES.iter().any(|body| frame.ends_with(body))
 }
 
 /// The poses of robots' bodies among some transforms.

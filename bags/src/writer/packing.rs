@@ -30,6 +30,9 @@ pub struct Packing {
     /// A file with so much recorded time in it, in nanoseconds, is closed and another one opened.
     /// `None` never splits by time.
     pub max_file_duration_ns: Option<u64>,
+    /// A bag of this size, all of its files together, takes no more messages; a chunk may still come
+    /// on top. `None` goes on until the disk is full.
+    pub max_bag_bytes: Option<u64>,
     /// After so much recorded time, in nanoseconds, everything so far is handed to the system.
     /// `None` leaves it to chunks being full, for copies of what is safe elsewhere.
     pub flush_period_ns: Option<u64>,
@@ -41,6 +44,7 @@ impl Default for Packing {
             compression: Compression::Zstd,
             max_file_bytes: None,
             max_file_duration_ns: None,
+            max_bag_bytes: None,
             flush_period_ns: Some(FLUSH_PERIOD_NS),
         }
     }

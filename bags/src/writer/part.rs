@@ -57,11 +57,15 @@ impl Part {
         FileInformation::new(&self.file_name, self.bounds_ns, self.n_messages)
     }
 
+    /// Bytes that the system was given so far.
+    pub fn n_bytes(&self) -> u64 {
+        self.n_bytes.load(Ordering::Relaxed)
+    }
+
     /// Whether a message at this time, in nanoseconds, belongs into the next file.
     pub fn is_full(&self, packing: &Packing, time_ns: u64) -> bool {
         let Some((first_ns, _)) = self.bounds_ns else { return false };
-        let too_large =
-            packing.max_file_bytes.is_some_and(|most| self.n_bytes.load(Ordering::Relaxed) >= most);
+        let too_large = packing.max_file_bytes.is_some_and(|most| self.n_bytes() >= most);
         let too_long = packing
             .max_file_duration_ns
             .is_some_and(|most_ns| time_ns.saturating_sub(first_ns) >= most_ns);

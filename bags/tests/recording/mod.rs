@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "each test file uses some of it")]
 
+pub mod damage;
 pub mod outcome;
 
 use std::collections::BTreeMap;

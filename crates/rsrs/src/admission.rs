@@ -9,11 +9,11 @@ use rsrs_core::circumstances::Circumstances;
 use rsrs_core::conditions::Placement;
 use rsrs_core::diagram::PhaseDiagram;
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord};
+use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord};
 
 use crate::failure::{help_of, in_one_line, with_help};
 use crate::recorded_run;
-use crate::result_folder::SweepResult;
+use crate::sweep_result::SweepResult;
 
 /// A bag of a run that a swept cell stands for.
 #[derive(Clone, Debug)]
@@ -85,7 +85,7 @@ pub fn refuse(refusal: Refusal, reasons: &[anyhow::Error], n_bags: usize) -> any
         [] => Ok(()),
         [only] => Err(with_help(
             format!("a bag cannot be {what}\n  {}", lines.join("")),
-            help_of(only).unwrap_or(help),
+            help_of(only).unwrap_or_else(|| help.to_owned()),
         )),
         _ => Err(with_help(
             format!("{} of {n_bags} bags cannot be {what}\n  {}", lines.len(), lines.join("\n  ")),
@@ -130,6 +130,9 @@ impl<'a> Entrance<'a> {
         })?;
         if let Some(damage) = recorded_run::break_in(&bag) {
             bail!("{name}: {damage}, so the run was not recorded to its end");
+        }
+        if record.backend == Backend::Mixed {
+            bail!("{name}: some of its robots were simulated, so it says nothing of reality");
         }
         let ending = recorded_run::ending_in(&bag)?
             .with_context(|| format!("{name}: does not say how its run ended"))?;

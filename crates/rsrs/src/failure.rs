@@ -3,6 +3,9 @@
 use std::error::Error;
 use std::io::Write;
 
+use rsrs_fleet::experiment::ExperimentError;
+use rsrs_fleet::fleet_file::FleetFileError;
+
 /// How a command that did not fail ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
@@ -45,9 +48,13 @@ pub fn explained(
 }
 
 /// The command to type next, where an error knows it.
-pub fn help_of(error: &anyhow::Error) -> Option<&str> {
-    let with_help = error.chain().find_map(|cause| cause.downcast_ref::<WithHelp>())?;
-    Some(&with_help.help)
+pub fn help_of(error: &anyhow::Error) -> Option<String> {
+    error.chain().find_map(|cause| {
+        let with_help = cause.downcast_ref().map(|with_help: &WithHelp| with_help.help.clone());
+        let fleet = || cause.downcast_ref::<FleetFileError>()?.help();
+        let experiment = || cause.downcast_ref::<ExperimentError>()?.help();
+        with_help.or_else(fleet).or_else(experiment)
+    })
 }
 
 /// An error with its causes, each said once.
@@ -74,7 +81,7 @@ pub fn in_one_line(error: &anyhow::Error) -> String {
 pub fn say(error: &anyhow::Error) {
     let mut text = format!("error: {}\n", texts(error).join("\n  because "));
     if let Some(help) = help_of(error) {
-        text.extend(["help: ", help, "\n"]);
+        text.extend(["help: ", &help, "\n"]);
     }
     // Nobody is left to tell when standard error is gone.
     drop(std::io::stderr().write_all(text.as_bytes()));

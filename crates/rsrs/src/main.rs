@@ -21,6 +21,7 @@ mod replicate_table;
 mod result_folder;
 mod simulated_fleet;
 mod starter_files;
+mod sweep_result;
 mod sweep_source;
 mod sweeping;
 mod table_text;

@@ -9,7 +9,7 @@ use rsrs_view::diagram::{DiagramPicture, ExperimentMark};
 
 use crate::boundaries::{Plane, boundaries};
 use crate::failure::with_help;
-use crate::result_folder::SweepResult;
+use crate::sweep_result::SweepResult;
 
 /// Width of PNG pictures, in pixels: sharp in print across a column.
 pub const PNG_WIDTH_PX: u32 = 1600;

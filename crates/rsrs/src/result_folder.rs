@@ -18,21 +18,13 @@ use rsrs_core::document;
 
 use crate::failure::with_help;
 use crate::picture;
+use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;
 use crate::validation_file;
 
 const SWEEP: &str = "sweep.yaml";
 const CELLS: &str = "cells.csv";
 const CHOICE: &str = "choice.json";
-
-/// A finished sweep.
-#[derive(Clone, Debug)]
-pub struct SweepResult {
-    /// What was swept.
-    pub source: ResolvedSweep,
-    /// What came out.
-    pub diagram: PhaseDiagram,
-}
 
 /// Draws the diagram of a sweep into its folder, with the answer of `rsrs validate` if it is there.
 ///

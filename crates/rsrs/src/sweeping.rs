@@ -16,8 +16,9 @@ use rsrs_sim::sweep::{
 use crate::failure::{WithHelp, with_help};
 use crate::interrupt;
 use crate::progress::ReplicateBar;
+use crate::result_folder;
 use crate::result_folder::unfinished::{self, Site, Unfinished};
-use crate::result_folder::{self, SweepResult};
+use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;
 
 /// Sweeps into a folder: from its beginning, from where it was interrupted, or not at all if the
@@ -61,7 +62,7 @@ pub fn sweep_into(
             let diagram = PhaseDiagram { axes: source.sweep.swept_axes(), cells };
             let result = SweepResult { source, diagram };
             let work = numbered(&conditions, runs.duration_s, &rounds);
-            site.finish(&result, work).map_err(|error| kept(folder, error))?;
+            site.finish(&result, work, n_threads).map_err(|error| kept(folder, error))?;
             Ok(result)
         }
         Err(Failure::Impossible { error, is_empty }) => {

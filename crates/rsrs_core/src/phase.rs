@@ -159,8 +159,8 @@ impl Thresholds {
         }
     }
 
-    /// The rule of stable milling alone.
-    fn is_stable(&self, evidence: &Evidence) -> bool {
+    /// The rule of stable milling alone, as blocks of a run are held against it.
+    pub fn is_stable(&self, evidence: &Evidence) -> bool {
         evidence.rotation >= self.stable_rotation
             && evidence.orbit >= self.stable_orbit
             && evidence.circliness >= self.stable_circliness

@@ -103,6 +103,8 @@ fn intervals_variance_components_and_outliers_agree_with_scipy_and_statsmodels()
         Design { seed: 2, n_commands: 3, ..design },
         Design { seed: 3, n_robots: 3, n_commands: 2, n_trials: 4, is_uneven: true },
         Design { seed: 4, n_robots: 12, n_commands: 1, n_trials: 3, is_uneven: false },
+        Design { seed: 5, n_robots: 6, n_commands: 4, n_trials: 5, is_uneven: true },
+        Design { seed: 6, n_robots: 7, n_commands: 1, n_trials: 5, is_uneven: true },
     ]
     .map(case)
     .into();
@@ -114,5 +116,5 @@ fn intervals_variance_components_and_outliers_agree_with_scipy_and_statsmodels()
     let python = venv::python_with("scipy", &["scipy==1.17.*", "statsmodels==0.14.*"], &[]);
     let printed = venv::must_run(Command::new(python).arg(script).arg(&file));
 
-    assert_eq!(printed.trim(), "4 cases agree");
+    assert_eq!(printed.trim(), "6 cases agree");
 }

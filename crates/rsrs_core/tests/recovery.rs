@@ -10,7 +10,7 @@ mod draw;
 use std::fmt::Write as _;
 
 use draw::Draw;
-use rsrs_core::fit::{Fit, Rate, Tables, Unmeasured, fit};
+use rsrs_core::fit::{Fit, Rate, SensorMap, Tables, Unmeasured, fit, sensor_map};
 use rsrs_core::trial::{
     DetectionTrial, PeriodTrial, SpeedTrial, Trials, TurnTrial, detection_trials,
 };
@@ -30,6 +30,7 @@ struct Truth {
     n_trials: usize,
     bias_sd_rad_s: f64,
     heading_noise_sd_rad: f64,
+    mean_gains: [f64; 3],
 }
 
 const PAPER: Truth = Truth {
@@ -41,10 +42,10 @@ const PAPER: Truth = Truth {
     n_trials: 5,
     bias_sd_rad_s: 0.01,
     heading_noise_sd_rad: 0.01,
+    mean_gains: [0.88, 0.95, 0.97],
 };
 
 const COMMANDS_M_S: [f64; 3] = [0.05, 0.1, 0.2];
-const MEAN_GAINS: [f64; 3] = [0.88, 0.95, 0.97];
 const PERIOD_S: f64 = 0.13;
 
 fn names(n_robots: usize) -> Vec<String> {
@@ -60,7 +61,8 @@ fn speeds(truth: &Truth, draw: &mut Draw) -> Trials<SpeedTrial> {
             let own = draw.normal(0.0, truth.robot_sd * (1.0 - truth.common_share).sqrt());
             for _ in 0..truth.n_trials {
                 let commanded_m_s = COMMANDS_M_S[command];
-                let gain = MEAN_GAINS[command] + common + own + draw.normal(0.0, truth.trial_sd);
+                let gain =
+                    truth.mean_gains[command] + common + own + draw.normal(0.0, truth.trial_sd);
                 let duration_s = 2.0 / (gain * commanded_m_s);
                 let noise_rad = truth.heading_noise_sd_rad * (duration_s / PERIOD_S).sqrt();
                 rows.push(SpeedTrial {
@@ -96,19 +98,25 @@ fn any_detections() -> Trials<DetectionTrial> {
     detection_trials("detection.csv", text).expect("it is valid")
 }
 
-/// A sensor that sees centres in a sector of 0.4 rad to either side, up to 0.5 m.
-fn detections(true_positive: f64, false_positive: f64, draw: &mut Draw) -> Trials<DetectionTrial> {
+/// From one tried place to the next.
+const GRID_M: f64 = 0.1;
+const GRID_RAD: f64 = 0.2;
+
+/// Readings of a sensor that sees centres in a sector: 40 at each place, 500 without a neighbour.
+fn detections(truth: &Sector, draw: &mut Draw) -> Trials<DetectionTrial> {
     let mut text = "robot,distance_m,bearing_rad,samples,detections\n".to_owned();
-    for distance_m in [0.15, 0.25, 0.35, 0.45, 0.55] {
-        for bearing_rad in [-0.6, -0.3, 0.0, 0.3, 0.6_f64] {
-            let is_inside = distance_m < 0.5 && bearing_rad.abs() < 0.4;
-            let share = if is_inside { true_positive } else { false_positive };
+    for distance in 0..9 {
+        for bearing in -5..=5 {
+            let distance_m = 0.15 + GRID_M * f64::from(distance);
+            let bearing_rad = GRID_RAD * f64::from(bearing);
+            let is_inside = distance_m < truth.range_m && bearing_rad.abs() < truth.half_angle_rad;
+            let share = if is_inside { truth.true_positive } else { truth.false_positive };
             let hits = binomial(draw, 40, share);
             writeln!(text, "robot_0,{distance_m},{bearing_rad},40,{hits}")
                 .expect("a string takes all");
         }
     }
-    let alarms = binomial(draw, 500, false_positive);
+    let alarms = binomial(draw, 500, truth.false_positive);
     writeln!(text, "robot_0,,,500,{alarms}").expect("a string takes all");
     detection_trials("detection.csv", &text).expect("it is valid")
 }
@@ -161,12 +169,18 @@ fn fitted(truth: &Truth, population: u64) -> Fit {
 
 /// Fits many populations and checks every interval of their motion.
 fn check(name: &str, truth: &Truth) {
+    check_all(name, |_| *truth);
+}
+
+fn check_all(name: &str, truth: impl Fn(&mut Draw) -> Truth) {
     let [mut mean, mut robots, mut trials, mut bias, mut noise] =
         [(); 5].map(|()| Coverage::default());
     for population in 0..N_POPULATIONS {
-        let details = fitted(truth, population).details;
+        // Apart from the draws of the trials themselves.
+        let truth = truth(&mut Draw::new(1_000_000 + population));
+        let details = fitted(&truth, population).details;
         let drift = details.drift.expect("it was measured");
-        mean.count_estimate(details.speed.by_command[0].gain, MEAN_GAINS[0]);
+        mean.count_estimate(details.speed.by_command[0].gain, truth.mean_gains[0]);
         robots.count_estimate(details.speed.robot_sd.expect("it was measured"), truth.robot_sd);
         trials.count_estimate(details.speed.trial_sd.expect("it was measured"), truth.trial_sd);
         bias.count_estimate(drift.bias_sd_rad_s, truth.bias_sd_rad_s);
@@ -203,6 +217,26 @@ fn robots_that_hardly_differ_are_recovered() {
 }
 
 #[test]
+fn populations_of_any_means_and_spreads_are_recovered() {
+    check_all("any", |draw| {
+        let count = |draw: &mut Draw, low: usize, high: usize| {
+            low + (draw.uniform() * (high - low + 1) as f64) as usize
+        };
+        Truth {
+            robot_sd: 0.01 + 0.04 * draw.uniform(),
+            common_share: draw.uniform(),
+            trial_sd: 0.005 + 0.025 * draw.uniform(),
+            n_robots: count(draw, 3, 10),
+            n_commands: count(draw, 1, 3),
+            n_trials: count(draw, 2, 8),
+            bias_sd_rad_s: 0.003 + 0.02 * draw.uniform(),
+            heading_noise_sd_rad: 0.003 + 0.02 * draw.uniform(),
+            mean_gains: [(); 3].map(|()| 0.7 + 0.4 * draw.uniform()),
+        }
+    });
+}
+
+#[test]
 fn the_gain_of_each_robot_is_recovered() {
     // The truth of one robot is its own gain, so the population has no spread here.
     let truth = Truth { robot_sd: 0.0, ..PAPER };
@@ -210,38 +244,105 @@ fn the_gain_of_each_robot_is_recovered() {
     for population in 0..N_POPULATIONS {
         let speed = fitted(&truth, population).speed;
         let first = &speed[0];
-        coverage.count(first.gain_low.unwrap(), MEAN_GAINS[0], first.gain_high.unwrap());
+        coverage.count(first.gain_low.unwrap(), PAPER.mean_gains[0], first.gain_high.unwrap());
     }
 
     coverage.assert_nominal("gain of one robot");
 }
 
-#[test]
-fn the_rates_of_the_sensor_are_recovered_conservatively() {
-    for (true_positive, false_positive) in [(0.95, 0.065), (0.99, 0.02), (0.9, 0.15)] {
-        let [mut hits, mut alarms, mut region] = [(); 3].map(|()| Coverage::default());
-        for population in 0..N_POPULATIONS {
-            let mut draw = Draw::new(population);
-            let speed = speeds(&PAPER, &mut draw);
-            let detection = detections(true_positive, false_positive, &mut draw);
-            let tables = Tables {
-                speed: &speed,
-                turn: &turns(),
-                detection: &detection,
-                period: None,
-                driven: &[],
-            };
-            let sensor = fit(tables, &Unmeasured::default()).unwrap().sensor;
-            hits.count(sensor.true_positive_low, true_positive, sensor.true_positive_high);
-            alarms.count(sensor.false_positive_low, false_positive, sensor.false_positive_high);
-            // Between the last place inside and the first outside, nobody looked.
-            let far_m = sensor.polygon_m.iter().map(|corner| libm::hypot(corner[0], corner[1]));
-            region.count(0.0, far_m.fold(0.0, f64::max), 0.55);
-        }
+/// A sensor of one rate within a sector, and how it was measured.
+#[derive(Clone, Copy)]
+struct Sector {
+    range_m: f64,
+    half_angle_rad: f64,
+    true_positive: f64,
+    false_positive: f64,
+}
 
-        hits.assert_conservative("true positives");
-        alarms.assert_conservative("false positives");
-        assert_eq!(region.n_covered, region.n);
+/// What fits of many sensors came to.
+#[derive(Default)]
+struct SensorCoverage {
+    hits: Coverage,
+    alarms: Coverage,
+    /// Hits by the readings that drew the polygon.
+    same: Coverage,
+    /// Areas of the polygons, over that of the sector.
+    areas: Vec<f64>,
+}
+
+/// The rate in the polygon, by the readings that drew it.
+fn of_the_same_readings(map: &SensorMap) -> Rate {
+    let sides = || map.polygon_m.iter().zip(map.polygon_m.iter().cycle().skip(1));
+    let is_inside = |[x_m, y_m]: [f64; 2]| {
+        sides()
+            .all(|([x, y], [to_x, to_y])| (to_x - x) * (y_m - y) - (to_y - y) * (x_m - x) >= -1e-9)
+    };
+    let inside = map.nodes.iter().filter(|node| is_inside(node.place_m()));
+    let (detections, samples) = inside.fold((0, 0), |(detections, samples), node| {
+        (detections + node.rate.detections, samples + node.rate.samples)
+    });
+    Rate::new(detections, samples)
+}
+
+fn sensors(n: u64, sector: impl Fn(&mut Draw) -> Sector) -> SensorCoverage {
+    let mut found = SensorCoverage::default();
+    for population in 0..n {
+        let mut draw = Draw::new(population);
+        let truth = sector(&mut draw);
+        let trials = detections(&truth, &mut draw);
+        let map = sensor_map(&trials, 0.075).expect("there is a region");
+        let same = of_the_same_readings(&map);
+        found.same.count(same.low, truth.true_positive, same.high);
+        let (hit, alarm) = (map.true_positive, map.false_positive);
+        found.hits.count(hit.low, truth.true_positive, hit.high);
+        found.alarms.count(alarm.low, truth.false_positive, alarm.high);
+        for [x_m, y_m] in &map.polygon_m {
+            // Between the last place inside and the first outside, nobody looked.
+            assert!(libm::hypot(*x_m, *y_m) <= truth.range_m + GRID_M, "{map:?}");
+            let bearing_rad = libm::atan2(*y_m, *x_m).abs();
+            // The tip is the robot's own centre, rounded.
+            let is_tip = libm::hypot(*x_m, *y_m) < 0.001;
+            assert!(is_tip || bearing_rad <= truth.half_angle_rad + GRID_RAD, "{map:?}");
+        }
+        let corners = map.polygon_m.iter().zip(map.polygon_m.iter().cycle().skip(1));
+        let area_m2: f64 = corners.map(|([x, y], [to_x, to_y])| (x * to_y - to_x * y) / 2.0).sum();
+        found.areas.push(area_m2 / (truth.range_m * truth.range_m * truth.half_angle_rad));
+    }
+    found
+}
+
+#[test]
+fn sensors_of_any_region_and_rates_are_recovered() {
+    let mut found = sensors(500, |draw| Sector {
+        range_m: 0.4 + 0.5 * draw.uniform(),
+        half_angle_rad: 0.3 + 0.5 * draw.uniform(),
+        true_positive: 0.88 + 0.11 * draw.uniform(),
+        false_positive: 0.01 + 0.2 * draw.uniform(),
+    });
+
+    found.hits.assert_conservative("true positives");
+    found.alarms.assert_conservative("false positives");
+    found.areas.sort_by(f64::total_cmp);
+    // Places are 10 cm and 0.2 rad apart, and the polygon is convex and goes no further than them.
+    let (least, median) = (found.areas[0], found.areas[250]);
+    assert!(least > 0.3 && (0.6..0.9).contains(&median), "{least}, {median}");
+}
+
+#[test]
+fn a_sensor_that_is_hardly_reliable_is_not_taken_for_a_better_one() {
+    for true_positive in [0.84, 0.8] {
+        let (range_m, half_angle_rad) = (0.5, 0.4);
+        let found = sensors(500, |_| Sector {
+            range_m,
+            half_angle_rad,
+            true_positive,
+            false_positive: 0.05,
+        });
+
+        found.hits.assert_nominal(&format!("true positives near {true_positive}"));
+        // A place is in the polygon because its readings were good: they cannot be asked again.
+        let same = found.same.n_covered as f64 / found.same.n as f64;
+        assert!(same < 0.93, "the same readings: {same}");
     }
 }
 

@@ -52,6 +52,8 @@ pub enum Backend {
     Simulator,
     /// The robots.
     Fleet,
+    /// Some of the robots, and the simulator in place of the others: it says nothing of reality.
+    Mixed,
 }
 
 /// Where a record comes from.

@@ -118,7 +118,16 @@ struct Binding {
     epoch: u64,
     parameter_digest: u64,
     running: bool,
+    /// When a lease of it was heard last.
+    heard: Duration,
     fresh_until: Duration,
+}
+
+impl Binding {
+    /// Whether the runner has been silent for longer than a lease lasts.
+    fn is_alone(&self, now: Duration) -> bool {
+        now.saturating_sub(self.heard) > LEASE
+    }
 }
 
 /// The lock of `twist_mux`: engaged by word, or by the silence of a publisher that was heard during
@@ -191,6 +200,7 @@ impl Robot {
         if lease.epoch != bound.epoch || lease.run_id != bound.run_id {
             return;
         }
+        bound.heard = now;
         match lease.state {
             LeaseState::Running => bound.running = true,
             LeaseState::Stopped => {
@@ -209,6 +219,7 @@ impl Robot {
             epoch: lease.epoch,
             parameter_digest: lease.parameter_digest,
             running: false,
+            heard: now,
             fresh_until: now,
         });
         self.latched = None;
@@ -248,9 +259,11 @@ impl Robot {
         }
     }
 
-    /// Silence counts while the robot could move; a robot that stands for good is not surprised.
+    /// Silence counts while the robot could move; one that stands for good, or whose runner is gone,
+    /// is not surprised.
     fn e_stop_holds(&self, now: Duration) -> bool {
-        let expects_beats = self.bound.is_some() && self.latched.is_none();
+        let is_held = self.bound.as_ref().is_some_and(|bound| !bound.is_alone(now));
+        let expects_beats = is_held && self.latched.is_none();
         self.e_stop.engaged || (expects_beats && self.e_stop.is_silent(now))
     }
 
@@ -267,7 +280,9 @@ impl Robot {
         }
         let Some(bound) = &self.bound else { return Some(StandReason::Idle) };
         if !bound.running {
-            return Some(StandReason::Armed);
+            // A runner that died before the start holds nobody and nobody's parameters.
+            let is_alone = bound.is_alone(now);
+            return Some(if is_alone { StandReason::LeaseLapsed } else { StandReason::Armed });
         }
         if now > bound.fresh_until {
             return Some(StandReason::LeaseLapsed);

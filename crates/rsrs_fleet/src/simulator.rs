@@ -14,10 +14,13 @@ use crate::experiment::Time;
 use crate::message::{RobotState, Status};
 
 mod beat;
+mod hand;
 mod lockstep;
 mod real_time;
 
 use beat::{Beat, Standing};
+use hand::ByHand;
+pub use hand::{Doing, Hand, HandRefusal};
 use lockstep::Lockstep;
 use real_time::RealTime;
 
@@ -114,6 +117,13 @@ pub enum Action {
         /// One command for each robot; shape `[n_robots]`.
         commands: Vec<Command>,
     },
+    /// Move all robots by one step, each as the conditions' controller decides.
+    AdvanceFreely,
+    /// Tell whoever asked for steps that no more are made.
+    Stepped {
+        /// Steps that were not made.
+        left: u64,
+    },
     /// Give a command to a robot's gate.
     Obey {
         /// Index of the robot.
@@ -204,6 +214,9 @@ struct Run {
     placed: Placed,
     progress: Progress,
     pace: Pace,
+    /// Whether a run holds one of the robots.
+    is_held: bool,
+    hand: Option<ByHand>,
 }
 
 /// How far a run has come.
@@ -230,6 +243,7 @@ impl Simulator {
     /// The step that has been sensed last; 0 before the first.
     pub fn step(&self) -> u64 {
         match &self.stage {
+            Stage::Placed(Run { hand: Some(hand), .. }) => hand.step(),
             Stage::Placed(Run { pace: Pace::Lockstep(pace), .. }) => pace.step(),
             Stage::Placed(Run { pace: Pace::RealTime(pace), .. }) => pace.step(),
             Stage::Empty | Stage::Refused(_) => 0,
@@ -239,6 +253,7 @@ impl Simulator {
     /// When the gates must be looked at even if nothing happens: the next period in real time.
     pub fn due(&self) -> Option<Duration> {
         match &self.stage {
+            Stage::Placed(Run { hand: Some(hand), .. }) => hand.due(),
             Stage::Placed(Run { pace: Pace::RealTime(pace), .. }) => Some(pace.due()),
             _ => None,
         }
@@ -271,6 +286,9 @@ impl Stage {
         let (state, digest, reason) = match self {
             Self::Empty => (RobotState::Idle, 0, "no world is placed"),
             Self::Refused(reason) => (RobotState::Fault, 0, reason.as_str()),
+            Self::Placed(Run { hand: Some(_), .. }) => {
+                (RobotState::Idle, 0, "moved by hand: a run needs a world that is placed anew")
+            }
             Self::Placed(Run { placed, progress, .. }) => {
                 let (state, reason) = match progress {
                     Progress::Waiting => (RobotState::Armed, "placed, waiting for the start"),
@@ -292,11 +310,22 @@ impl Run {
             Time::Lockstep => Pace::Lockstep(Lockstep::default()),
             Time::RealTime => Pace::RealTime(RealTime::new(now)),
         };
-        Self { placed, progress: Progress::Waiting, pace }
+        Self { placed, progress: Progress::Waiting, pace, is_held: false, hand: None }
     }
 
     fn on_event(&mut self, event: &Event, now: Duration, actions: &mut Vec<Action>) {
-        let Self { placed, progress, pace } = self;
+        let Self { placed, progress, pace, is_held, hand } = self;
+        if let Event::Gates(gates) = event {
+            let holds = |gate: &Gate| matches!(gate.state, RobotState::Armed | RobotState::Moving);
+            *is_held = gates.iter().any(holds);
+        }
+        if let Some(hand) = hand {
+            if *is_held {
+                hand.stand(actions);
+            }
+            hand.on_event(placed, event, (now, actions));
+            return;
+        }
         match pace {
             Pace::Lockstep(lockstep) => {
                 if matches!(progress, Progress::Waiting | Progress::Started) {

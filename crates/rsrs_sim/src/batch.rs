@@ -35,8 +35,10 @@ mod advance;
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+mod converging;
 mod engine;
 mod evidence;
+mod nearest;
 mod noise;
 mod portable;
 mod quick;

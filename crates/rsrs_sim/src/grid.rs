@@ -19,6 +19,10 @@ use crate::view::{Extent, View};
 /// Flockbots.
 pub const WORTH_FROM: usize = 56;
 
+/// Steps after which robots are kept in the order of their cells again: in fewer, they hardly leave
+/// their cells.
+pub const REORDERED_EVERY: u64 = 64;
+
 /// Neighbours that are looked at together. The last of them may lie beyond the cells that were asked
 /// for, which changes nothing: they are robots, too, and who is too far away is not seen.
 const BLOCK: usize = 8;
@@ -68,6 +72,11 @@ impl Grid {
             x_m: Vec::new(),
             y_m: Vec::new(),
         })
+    }
+
+    /// The robots in the order of their cells; `None` if one is not at a finite place.
+    pub fn order(&mut self, robots: &Robots) -> Option<&[u32]> {
+        self.sort(robots).map(|_| self.order.as_slice())
     }
 
     /// Finds out for every robot whether its view contains another, and whether one is in its way:

@@ -21,6 +21,7 @@ pub mod contact;
 mod detections;
 pub mod disturbance;
 mod grid;
+mod numbering;
 pub mod placement;
 mod robots;
 pub mod view;

@@ -6,6 +6,7 @@ use rsrs_core::unicycle::Pose;
 use crate::contact::{Border, Contact};
 use crate::disturbance::{Gusts, yaw_share};
 use crate::draw::{Key, Purpose, RunKey, threshold};
+use crate::numbering::reorder;
 use crate::turn::turn;
 use crate::view::View;
 
@@ -58,15 +59,22 @@ pub struct Robots {
     pub gust_y_m_s: Vec<f32>,
     pub yaw_rate_rad_s: Vec<f32>,
     pub traits: Vec<Traits>,
+    pub detection_keys: Vec<Key>,
+    pub noise_keys: Vec<NoiseKeys>,
 }
 
-/// What makes one robot differ from the next: its idiosyncrasy `θᵃ`, and its draws.
+/// What makes one robot differ from the next: its idiosyncrasy `θᵃ`.
 #[derive(Clone, Copy)]
 pub struct Traits {
     pub speed_gain: f32,
     pub turn_gain: f32,
     pub turn_bias_rad_s: f32,
-    pub detection: Key,
+}
+
+/// One robot's draws of what varies from step to step. They are a column of their own, which stays
+/// out of the cache in worlds without such noise.
+#[derive(Clone, Copy)]
+pub struct NoiseKeys {
     pub speed_gain_noise: Key,
     pub turn_gain_noise: Key,
     pub heading_noise: Key,
@@ -98,6 +106,8 @@ impl Robots {
             gust_y_m_s: vec![0.0; n_robots],
             yaw_rate_rad_s: vec![0.0; n_robots],
             traits: (0..n_robots).map(|robot| Traits::draw(conditions, run, robot)).collect(),
+            detection_keys: (0..n_robots).map(|robot| run.key(robot, Purpose::Detection)).collect(),
+            noise_keys: (0..n_robots).map(|robot| NoiseKeys::new(run, robot)).collect(),
         }
     }
 
@@ -141,11 +151,8 @@ impl Robots {
     pub fn advance(&mut self, rules: &Rules, robot: usize, drive: Drive) {
         let traits = self.traits[robot];
         self.translate(rules, robot, (drive, traits));
-        let gain = with_noise(
-            traits.turn_gain,
-            (rules.turn_gain_step_sd, traits.turn_gain_noise),
-            drive.step,
-        );
+        let noise: Noise = (rules.turn_gain_step_sd, |keys| keys.turn_gain_noise);
+        let gain = self.with_noise(traits.turn_gain, noise, (robot, drive.step));
         let mut rate_rad_s = drive.turn_rate_rad_s * gain + traits.turn_bias_rad_s;
         if let Some(share) = rules.yaw_share {
             let yaw_rate_rad_s = self.yaw_rate_rad_s[robot];
@@ -153,8 +160,9 @@ impl Robots {
             self.yaw_rate_rad_s[robot] = rate_rad_s;
         }
         if rules.rotates_while_blocked || !drive.is_blocked {
-            let noise = (rules.heading_noise_sd_rad, traits.heading_noise);
-            self.rotate(robot, with_noise(rate_rad_s * rules.period_s, noise, drive.step));
+            let noise: Noise = (rules.heading_noise_sd_rad, |keys| keys.heading_noise);
+            let angle_rad = rate_rad_s * rules.period_s;
+            self.rotate(robot, self.with_noise(angle_rad, noise, (robot, drive.step)));
         }
     }
 
@@ -162,22 +170,27 @@ impl Robots {
         let travel_m = if drive.is_blocked {
             0.0
         } else {
-            let noise = (rules.speed_gain_step_sd, traits.speed_gain_noise);
-            let gain = with_noise(traits.speed_gain, noise, drive.step);
+            let noise: Noise = (rules.speed_gain_step_sd, |keys| keys.speed_gain_noise);
+            let gain = self.with_noise(traits.speed_gain, noise, (robot, drive.step));
             drive.speed_m_s * gain * rules.period_s
         };
         let from_m = (self.x_m[robot], self.y_m[robot]);
         let mut to_m =
             (from_m.0 + travel_m * self.cosine[robot], from_m.1 + travel_m * self.sine[robot]);
         if let Some(Gusts { decay, kick_m_s }) = rules.gusts {
-            let x_m_s =
-                decay * self.gust_x_m_s[robot] + kick_m_s * traits.gust_x.normal(drive.step);
-            let y_m_s =
-                decay * self.gust_y_m_s[robot] + kick_m_s * traits.gust_y.normal(drive.step);
+            let keys = self.noise_keys[robot];
+            let x_m_s = decay * self.gust_x_m_s[robot] + kick_m_s * keys.gust_x.normal(drive.step);
+            let y_m_s = decay * self.gust_y_m_s[robot] + kick_m_s * keys.gust_y.normal(drive.step);
             to_m = (to_m.0 + x_m_s * rules.period_s, to_m.1 + y_m_s * rules.period_s);
             (self.gust_x_m_s[robot], self.gust_y_m_s[robot]) = (x_m_s, y_m_s);
         }
         (self.x_m[robot], self.y_m[robot]) = rules.border.drive(from_m, to_m);
+    }
+
+    /// A number with noise of a standard deviation; without one, nothing is drawn or added.
+    #[inline]
+    fn with_noise(&self, number: f32, (sd, key): Noise, (robot, step): (usize, u32)) -> f32 {
+        if sd == 0.0 { number } else { number + sd * key(&self.noise_keys[robot]).normal(step) }
     }
 
     fn rotate(&mut self, robot: usize, angle_rad: f32) {
@@ -190,9 +203,12 @@ impl Robots {
         self.sine[robot] = new_sine * newton;
     }
 
-    /// Turns the order of the robots around, and nothing else.
-    #[cfg(test)]
-    pub fn reverse(&mut self) {
+    /// Changes the order of the robots, and nothing else.
+    ///
+    /// # Arguments
+    ///
+    /// * `order` — where each is now; shape `[n_robots]`.
+    pub fn reorder(&mut self, order: &[u32]) {
         for column in [
             &mut self.x_m,
             &mut self.y_m,
@@ -202,16 +218,28 @@ impl Robots {
             &mut self.gust_y_m_s,
             &mut self.yaw_rate_rad_s,
         ] {
-            column.reverse();
+            reorder(column, order);
         }
-        self.traits.reverse();
+        reorder(&mut self.traits, order);
+        reorder(&mut self.detection_keys, order);
+        reorder(&mut self.noise_keys, order);
     }
 }
 
-/// A number with noise of a standard deviation; without one, nothing is drawn or added.
-#[inline]
-fn with_noise(number: f32, (sd, key): (f32, Key), step: u32) -> f32 {
-    if sd == 0.0 { number } else { number + sd * key.normal(step) }
+/// A standard deviation, and whose draws it scales.
+type Noise = (f32, fn(&NoiseKeys) -> Key);
+
+impl NoiseKeys {
+    fn new(run: RunKey, robot: usize) -> Self {
+        let key = |purpose| run.key(robot, purpose);
+        Self {
+            speed_gain_noise: key(Purpose::SpeedGainNoise),
+            turn_gain_noise: key(Purpose::TurnGainNoise),
+            heading_noise: key(Purpose::HeadingNoise),
+            gust_x: key(Purpose::GustX),
+            gust_y: key(Purpose::GustY),
+        }
+    }
 }
 
 impl Traits {
@@ -232,17 +260,10 @@ impl Traits {
         } else {
             simulated.turn_bias_sd_rad_s * normal(Purpose::TurnBias)
         };
-        let key = |purpose| run.key(robot, purpose);
         Self {
             speed_gain: gain(simulated.speed_gain, Purpose::SpeedGain),
             turn_gain: gain(simulated.turn_gain, Purpose::TurnGain),
             turn_bias_rad_s: turn_bias_rad_s as f32,
-            detection: key(Purpose::Detection),
-            speed_gain_noise: key(Purpose::SpeedGainNoise),
-            turn_gain_noise: key(Purpose::TurnGainNoise),
-            heading_noise: key(Purpose::HeadingNoise),
-            gust_x: key(Purpose::GustX),
-            gust_y: key(Purpose::GustY),
         }
     }
 }

@@ -34,6 +34,8 @@
 //!
 //! `eq:disc_kine`, `eq:disc_func`, `eq:output`, §IV step 2.
 
+mod displace;
+
 use rsrs_core::conditions::Conditions;
 use rsrs_core::controller::Command;
 use rsrs_core::digest::Digest;
@@ -42,7 +44,8 @@ use rsrs_core::unicycle::Pose;
 use crate::contact::Contact;
 use crate::detections::Detections;
 use crate::draw::{RunKey, Seed};
-use crate::grid::{self, Grid};
+use crate::grid::{self, Grid, REORDERED_EVERY};
+use crate::numbering::Numbering;
 use crate::placement::{self, PlacementError};
 use crate::robots::{Drive, Robots, Rules};
 use crate::view::View;
@@ -65,8 +68,12 @@ use crate::view::View;
 pub struct World {
     rules: Rules,
     step: u64,
+    /// The robots place by place, as what they see and what blocks them.
     robots: Robots,
     seen: Vec<bool>,
+    blocked_at: Vec<bool>,
+    numbering: Numbering,
+    /// The same, robot by robot.
     blocked: Vec<bool>,
     detections: Detections,
     is_sensed: bool,
@@ -91,6 +98,8 @@ impl World {
             step: 0,
             robots: Robots::new(conditions, run, &poses),
             seen: vec![false; n_robots],
+            blocked_at: vec![false; n_robots],
+            numbering: Numbering::new(n_robots),
             blocked: vec![false; n_robots],
             detections: Detections::new(n_robots, conditions.robot.latency_steps),
             is_sensed: false,
@@ -114,8 +123,11 @@ impl World {
     ///
     /// What each sensor reports now: `y`, shape `[n_robots]`.
     pub fn sense(&mut self) -> &[bool] {
-        let Self { rules, robots, seen, blocked, grid, .. } = self;
-        let found = (seen.as_mut_slice(), blocked.as_mut_slice());
+        if self.step.is_multiple_of(REORDERED_EVERY) {
+            self.reorder();
+        }
+        let Self { rules, robots, seen, blocked_at, grid, .. } = self;
+        let found = (seen.as_mut_slice(), blocked_at.as_mut_slice());
         let around = (&*robots, rules.contact, grid.as_mut());
         match &rules.view {
             View::Cone(cone) => {
@@ -130,12 +142,24 @@ impl World {
             }),
         }
         let row = self.detections.row_mut(self.step);
-        for ((detection, traits), seen) in row.iter_mut().zip(&self.robots.traits).zip(&self.seen) {
-            let limit = if *seen { self.rules.true_positive } else { self.rules.false_positive };
-            *detection = traits.detection.uniform24(self.step as u32) < limit;
+        let keys = &self.robots.detection_keys;
+        for (place, robot) in self.numbering.robots().iter().enumerate() {
+            let robot = *robot as usize;
+            let is_seen = self.seen[place];
+            let limit = if is_seen { self.rules.true_positive } else { self.rules.false_positive };
+            row[robot] = keys[place].uniform24(self.step as u32) < limit;
+            self.blocked[robot] = self.blocked_at[place];
         }
         self.is_sensed = true;
         self.detections.delivered(self.step)
+    }
+
+    /// Keeps the robots of a large swarm in the order of their cells.
+    fn reorder(&mut self) {
+        if let Some(order) = self.grid.as_mut().and_then(|grid| grid.order(&self.robots)) {
+            self.robots.reorder(order);
+            self.numbering.reorder(order);
+        }
     }
 
     /// Which robots could not drive on when they last sensed; shape `[n_robots]`.
@@ -156,16 +180,17 @@ impl World {
     pub fn advance(&mut self, commands: &[Command]) {
         assert!(self.is_sensed, "every robot senses before any robot moves");
         assert_eq!(commands.len(), self.n_robots(), "one command for each robot");
-        for (robot, command) in commands.iter().enumerate() {
+        for (place, robot) in self.numbering.robots().iter().enumerate() {
+            let command = commands[*robot as usize];
             let speed_m_s = command.speed_m_s as f32;
             let turn_rate_rad_s = command.turn_rate_rad_s as f32;
             assert!(
                 speed_m_s.is_finite() && turn_rate_rad_s.is_finite(),
                 "the command of robot {robot} is not finite: {command:?}"
             );
-            let is_blocked = self.blocked[robot];
+            let is_blocked = self.blocked_at[place];
             let drive = Drive { speed_m_s, turn_rate_rad_s, is_blocked, step: self.step as u32 };
-            self.robots.advance(&self.rules, robot, drive);
+            self.robots.advance(&self.rules, place, drive);
         }
         self.step += 1;
         self.is_sensed = false;
@@ -185,20 +210,18 @@ impl World {
         if self.rules.yaw_share.is_some() {
             columns.push(&robots.yaw_rate_rad_s);
         }
-        let numbers = columns.into_iter().flatten().copied();
+        let numbers = columns.into_iter().flat_map(|column| self.numbering.by_robot(column));
         digest(self.step, numbers, self.detections.under_way(self.step).copied())
     }
 
     /// Position and heading of every robot, the heading from -π to π.
     pub fn poses(&self) -> impl Iterator<Item = Pose> + '_ {
         let robots = &self.robots;
-        (0..self.n_robots()).map(|robot| Pose {
-            x_m: f64::from(robots.x_m[robot]),
-            y_m: f64::from(robots.y_m[robot]),
-            heading_rad: libm::atan2(
-                f64::from(robots.sine[robot]),
-                f64::from(robots.cosine[robot]),
-            ),
+        self.numbering.places().iter().map(|place| {
+            let number = |column: &[f32]| f64::from(column[*place as usize]);
+            let (cosine, sine) = (number(&robots.cosine), number(&robots.sine));
+            let heading_rad = libm::atan2(sine, cosine);
+            Pose { x_m: number(&robots.x_m), y_m: number(&robots.y_m), heading_rad }
         })
     }
 }
@@ -272,15 +295,21 @@ mod tests {
         conditions.robot.speed_gain.step_sd = 0.02;
         conditions.robot.heading_noise_sd_rad = 0.01;
         let seed = Seed { seed: 1, replicate: 0 };
+        let backward_order: Vec<u32> = (0..conditions.robots as u32).rev().collect();
         let mut forward = World::new(&conditions, seed).unwrap();
         let mut backward = World::new(&conditions, seed).unwrap();
-        backward.robots.reverse();
+        backward.robots.reorder(&backward_order);
 
         run(&mut forward, &conditions, 2000);
         run(&mut backward, &conditions, 2000);
-        backward.robots.reverse();
+        backward.robots.reorder(&backward_order);
 
         assert_eq!(backward.digest(), forward.digest());
+    }
+
+    /// Who sees another, robot by robot.
+    fn seen_by(world: &World) -> Vec<bool> {
+        world.numbering.by_robot(&world.seen).collect()
     }
 
     proptest! {
@@ -322,7 +351,7 @@ mod tests {
                 run(&mut plain, &conditions, 1);
                 run(&mut grid, &conditions, 1);
 
-                prop_assert_eq!(&plain.seen, &grid.seen, "{}", step);
+                prop_assert_eq!(seen_by(&plain), seen_by(&grid), "{}", step);
                 prop_assert_eq!(&plain.blocked, &grid.blocked, "{}", step);
                 prop_assert_eq!(plain.digest(), grid.digest(), "{}", step);
             }

@@ -81,7 +81,22 @@ pub fn png(svg: &str, width_px: u32) -> Result<Vec<u8>, RasterError> {
         Pixmap::new(width_px, height_px).ok_or(RasterError::Size { width_px, height_px })?;
     pixmap.fill(Color::WHITE);
     resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixmap.as_mut());
-    pixmap.encode_png().map_err(|error| RasterError::Encode { reason: error.to_string() })
+    encode(&pixmap).map_err(|error| RasterError::Encode { reason: error.to_string() })
+}
+
+/// Three bytes a pixel, for nothing shows through white, and as small as it is worth waiting for:
+/// smaller ones take as long to encode as to draw.
+fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, pixmap.width(), pixmap.height());
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_compression(png::Compression::Fast);
+    let pixels = pixmap.pixels().iter();
+    let colours: Vec<u8> = pixels.flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&colours)?;
+    writer.finish()?;
+    Ok(bytes)
 }
 
 fn parse(svg: &str) -> Result<Tree, RasterError> {

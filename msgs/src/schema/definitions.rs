@@ -168,6 +168,11 @@ pub const DEFINITIONS: &[Definition] = &[
         hash: "RIHS01_263acfc2b0a3d4e9721867a8f81baf10efa96839db306a44107e2c9bcdb2b482",
     },
     Definition {
+        type_name: "sensor_msgs/msg/CompressedImage",
+        text: include_str!("../../definitions/sensor_msgs/msg/CompressedImage.msg"),
+        hash: "RIHS01_15640771531571185e2efc8a100baf923961a4d15d5569652e6cb6691e8e371a",
+    },
+    Definition {
         type_name: "sensor_msgs/msg/LaserScan",
         text: include_str!("../../definitions/sensor_msgs/msg/LaserScan.msg"),
         hash: "RIHS01_64c191398013af96509d518dac71d5164f9382553fce5c1f8cca5be7924bd828",
@@ -183,6 +188,11 @@ pub const DEFINITIONS: &[Definition] = &[
         hash: "RIHS01_feb91e995ff9ebd09c0cb3d2aed18b11077585839fb5db80193b62d74528f6c9",
     },
     Definition {
+        type_name: "std_msgs/msg/ColorRGBA",
+        text: include_str!("../../definitions/std_msgs/msg/ColorRGBA.msg"),
+        hash: "RIHS01_77a7a5b9ae477306097665106e0413ba74440245b1f3d0c6d6405fe5c7813fe8",
+    },
+    Definition {
         type_name: "std_msgs/msg/Header",
         text: include_str!("../../definitions/std_msgs/msg/Header.msg"),
         hash: "RIHS01_f49fb3ae2cf070f793645ff749683ac6b06203e41c891e17701b1cb597ce6a01",
@@ -191,5 +201,25 @@ pub const DEFINITIONS: &[Definition] = &[
         type_name: "tf2_msgs/msg/TFMessage",
         text: include_str!("../../definitions/tf2_msgs/msg/TFMessage.msg"),
         hash: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
+    },
+    Definition {
+        type_name: "visualization_msgs/msg/Marker",
+        text: include_str!("../../definitions/visualization_msgs/msg/Marker.msg"),
+        hash: "RIHS01_45b13ccf791f225962bf74e746f9644518855d783a6f42ba0cc14fde2b4f3ce0",
+    },
+    Definition {
+        type_name: "visualization_msgs/msg/MarkerArray",
+        text: include_str!("../../definitions/visualization_msgs/msg/MarkerArray.msg"),
+        hash: "RIHS01_86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf",
+    },
+    Definition {
+        type_name: "visualization_msgs/msg/MeshFile",
+        text: include_str!("../../definitions/visualization_msgs/msg/MeshFile.msg"),
+        hash: "RIHS01_7710ece15a148fb7c9b546364cfb215bb06098087bd6394fe5b73a493508f8c4",
+    },
+    Definition {
+        type_name: "visualization_msgs/msg/UVCoordinate",
+        text: include_str!("../../definitions/visualization_msgs/msg/UVCoordinate.msg"),
+        hash: "RIHS01_f27f7ed21fe360c6066944f856b801a0c0d1e94e815b6886444b42d90b196a26",
     },
 ];

@@ -22,10 +22,12 @@ use rsrs_wire as wire;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::parameters::{self, NODE, Reaction};
+use crate::sight::VirtualSight;
 
 /// What reaches the controllers: of one robot, or of all.
 enum Heard {
     Of(usize, Event),
+    Virtual(usize, bool),
     Lease(RunLease),
     Clock(u64),
     ParametersOf(String),
@@ -38,6 +40,8 @@ struct Hosted {
     cmd_vel: CmdVel,
     status: Publisher<RobotStatus>,
     arming: Arming,
+    /// What the simulator says that the robot sees, in a mixed fleet.
+    sight: VirtualSight,
 }
 
 enum CmdVel {
@@ -104,6 +108,7 @@ pub async fn serve(session: &Session, robots: Vec<Hosting>, notes: &[Note]) -> a
         let node = &hosted[index].node;
         let reaction = parameters::reaction(&server, node.full_name());
         subscriptions.push(listen(session, node, (index, robot, reaction), &heard)?);
+        subscriptions.push(listen_to_simulator(session, node, (index, robot), &heard)?);
     }
     if let Some(first) = hosted.first() {
         subscriptions.extend(listen_to_all(session, &first.node, &heard)?);
@@ -126,7 +131,8 @@ fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Res
     let status = topics::CONTROLLER_STATUS;
     let status = session.publish_on(&node, &status.for_robot(robot), status.qos)?;
     let machine = Controller::new(robot, parameters::settings(server, node.full_name()));
-    Ok(Hosted { machine, node, cmd_vel, status, arming: Arming::Disarmed })
+    let (arming, sight) = (Arming::Disarmed, VirtualSight::default());
+    Ok(Hosted { machine, node, cmd_vel, status, arming, sight })
 }
 
 fn listen(
@@ -142,6 +148,20 @@ fn listen(
         let is_detected = detection.data || reaction == Reaction::Constant;
         // The receiver is gone only while the node shuts down.
         drop(heard.send(Heard::Of(index, Event::Detection(is_detected))));
+    })?)
+}
+
+/// In a mixed fleet the simulator tells real robots of virtual ones.
+fn listen_to_simulator(
+    session: &Session,
+    node: &NodeHandle,
+    (index, robot): (usize, &str),
+    heard: &UnboundedSender<Heard>,
+) -> anyhow::Result<Subscription> {
+    let (heard, topic) = (heard.clone(), topics::VIRTUAL_DETECTION);
+    Ok(session.subscribe(node, &topic.for_robot(robot), topic.qos, move |sample| {
+        let detection: Bool = sample.message;
+        drop(heard.send(Heard::Virtual(index, detection.data)));
     })?)
 }
 
@@ -181,6 +201,9 @@ async fn answer(
                 return Ok(());
             }
             Some(heard) = events.recv() => {
+                if let Heard::Virtual(index, detected) = heard {
+                    hosted[index].sight.hear(detected, Instant::now());
+                }
                 for (index, event) in for_whom(heard, hosted, server) {
                     step(&mut hosted[index], server, (event, start.elapsed())).await?;
                 }
@@ -198,7 +221,12 @@ async fn answer(
 fn for_whom(heard: Heard, hosted: &[Hosted], server: &ParameterServer) -> Vec<(usize, Event)> {
     let all = |event: Event| (0..hosted.len()).map(|index| (index, event.clone())).collect();
     match heard {
+        Heard::Of(index, Event::Detection(detected)) => {
+            let detected = hosted[index].sight.with(detected, Instant::now());
+            vec![(index, Event::Detection(detected))]
+        }
         Heard::Of(index, event) => vec![(index, event)],
+        Heard::Virtual(..) => Vec::new(),
         Heard::Clock(stamp_ns) => all(Event::Clock(stamp_ns)),
         Heard::Lease(message) => match wire::lease(message) {
             Ok(lease) => all(Event::Lease(lease)),

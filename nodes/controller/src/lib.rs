@@ -6,14 +6,24 @@
 
 mod driver;
 mod parameters;
+mod sight;
 
 pub use driver::{Hosting, serve};
 pub use parameters::{NAMES, NODE};
 
 use anyhow::Context;
 use rsrs_ros::logging::{self, Level};
-use rsrs_ros::node_arguments::NodeArguments;
+use rsrs_ros::node_arguments::{self, NodeArguments};
 use rsrs_ros::ros_args::Environment;
+
+/// What the node says of itself.
+const HELP: &str = "\
+Decides what a robot does: detections in, velocity commands out.
+
+Usage: controller_node [--robots NAME,...] [--interface NAME|IP] [--ros-args ...]
+
+  --robots NAME,...     whose controllers to be; without it the namespace (-r __ns:=/robot_1) names one
+";
 
 /// Runs the node until SIGINT or SIGTERM.
 ///
@@ -27,6 +37,9 @@ use rsrs_ros::ros_args::Environment;
 ///
 /// If the arguments are wrong, no interface is chosen, or the network cannot be used.
 pub fn main(arguments: &[String]) -> anyhow::Result<()> {
+    if node_arguments::has_helped(arguments, HELP)? {
+        return Ok(());
+    }
     let options = NodeArguments::parse(arguments, &Environment::of_this_process(), NODE)?;
     logging::init(
         options.log_level.unwrap_or(Level::Info),

@@ -101,6 +101,20 @@ async fn body() {
     assert_eq!(command_for(SEEN, &detections, &mut commands).await, (0.15, 0.75));
     assert_eq!(command_for(NOT_SEEN, &detections, &mut commands).await, (0.15, -0.75));
 
+    // What the simulator says in a mixed fleet counts as well, until it falls silent.
+    let topic = topics::VIRTUAL_DETECTION;
+    let name = topic.for_robot("robot_2");
+    let simulator = session.publish_on::<Bool>(&visitor, &name, topic.qos).expect("allowed");
+    session.wait_for_readers(&name, 1, PATIENCE).await.expect("the controller listens");
+    let sees_virtual_robot = async {
+        while command_for(NOT_SEEN, &detections, &mut commands).await != (0.15, 0.75) {
+            simulator.publish(SEEN).await.expect("a healthy network");
+        }
+    };
+    tokio::time::timeout(PATIENCE, sees_virtual_robot).await.expect("the virtual robot is seen");
+    tokio::time::sleep(Duration::from_millis(600)).await;
+    assert_eq!(command_for(NOT_SEEN, &detections, &mut commands).await, (0.15, -0.75));
+
     // A valid parameter takes effect, one beyond the robot's limit does not.
     let options = ClientOptions { patience: PATIENCE, mapping: None };
     let client = ParameterClient::new(&session, &visitor, options);

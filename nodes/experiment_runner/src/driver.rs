@@ -341,7 +341,7 @@ impl<'a> Run<'a> {
     fn open_recorder(&mut self) -> Event {
         let opened = Recorder::open(&self.plan.bag, self.plan, &self.ears);
         let begun = opened.and_then(|mut recorder| {
-            for Sample { ear, received } in self.early.drain(..) {
+            for Sample { ear, received, .. } in self.early.drain(..) {
                 recorder.take((ear, &self.ears[ear]), &received)?;
             }
             Ok(recorder)

@@ -37,10 +37,10 @@ pub fn runner_options(plan: &Plan, ears: &[Ear]) -> RunnerOptions {
         robot_lost: record.robot_lost,
         // Somebody stands beside real robots, and has set them down by hand.
         countdown: match record.backend {
-            Backend::Fleet => COUNTDOWN,
+            Backend::Fleet | Backend::Mixed => COUNTDOWN,
             Backend::Simulator => Duration::ZERO,
         },
-        start: (record.backend == Backend::Fleet && plan.place_check == PlaceCheck::On)
+        start: (record.backend != Backend::Simulator && plan.place_check == PlaceCheck::On)
             .then(|| start(plan)),
     }
 }
@@ -58,12 +58,12 @@ fn expected(plan: &Plan, ears: &[Ear]) -> Expected {
         publishers: publishers(plan, ear.role),
     });
     let limits = plan.robots.iter().filter_map(|robot| {
-        let limit_v = robot.battery_min_v.filter(|_| plan.record.backend == Backend::Fleet)?;
+        let limit_v = robot.battery_min_v.filter(|_| !plan.is_virtual(robot))?;
         Some((robot.name.clone(), limit_v))
     });
     Expected {
         robots: plan.record.robots.clone(),
-        simulator: plan.record.backend == Backend::Simulator,
+        simulator: plan.record.backend != Backend::Fleet,
         topics: topics.collect(),
         battery_min_v: limits.collect(),
     }

@@ -78,7 +78,7 @@ fn decode<M: RosMessage>(data: &[u8]) -> Result<M, String> {
 
 /// The simulator has placed its robots itself.
 fn is_wanted(plan: &Plan, robot: usize, source: PoseSource) -> bool {
-    plan.record.backend == Backend::Fleet && plan.pose_of(robot) == source
+    plan.record.backend != Backend::Simulator && plan.pose_of(robot) == source
 }
 
 /// How far a stamp is ahead of our clock, in seconds; `None` for one that was not set.

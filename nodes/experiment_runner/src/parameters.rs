@@ -2,6 +2,7 @@
 
 use rsrs_core::controller::ControllerParameters;
 use rsrs_fleet::experiment::Time;
+use rsrs_fleet::fleet_file::PoseSource;
 use rsrs_fleet::runner::Target;
 use rsrs_ros::parameters::{ParameterClient, ParameterValue};
 
@@ -64,6 +65,10 @@ fn of_simulator(plan: &Plan) -> Vec<(String, ParameterValue)> {
         Time::Lockstep => "lockstep",
         Time::RealTime => "real_time",
     };
+    let tracked_by = match plan.tracked_by() {
+        PoseSource::Odom => "odom",
+        PoseSource::Pose => "pose",
+    };
     let integer = |value: u64| ParameterValue::Integer(value.cast_signed());
     vec![
         ("conditions".to_owned(), ParameterValue::String(conditions)),
@@ -71,5 +76,7 @@ fn of_simulator(plan: &Plan) -> Vec<(String, ParameterValue)> {
         ("replicate".to_owned(), integer(record.replicate)),
         ("steps".to_owned(), integer(plan.steps())),
         ("time".to_owned(), ParameterValue::String(time.to_owned())),
+        ("robots".to_owned(), ParameterValue::StringArray(record.robots.clone())),
+        ("tracked_by".to_owned(), ParameterValue::String(tracked_by.to_owned())),
     ]
 }

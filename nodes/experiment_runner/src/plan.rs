@@ -8,7 +8,7 @@ use rsrs_core::axis::Cell;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::profile::RobotProfile;
 use rsrs_fleet::experiment::{ExperimentFile, SimulatedProfile, Time};
-use rsrs_fleet::fleet_file::{CmdVel, FleetFile, FleetRobot, PoseSource};
+use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetFile, FleetRobot, PoseSource};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 
 mod swept;
@@ -84,16 +84,14 @@ impl Plan {
     /// bag exists already.
     pub fn read(request: &Request) -> anyhow::Result<Self> {
         let (name, text) = read(&request.experiment)?;
-        let experiment =
-            ExperimentFile::parse(&name, &text).map_err(|error| explained(&error, error.help()))?;
+        let experiment = ExperimentFile::parse(&name, &text)?;
         let beside = request.experiment.parent().unwrap_or(Path::new(""));
         let (cell, swept) = cell(request, &experiment, beside)?;
         let settings = experiment.settings(&cell).with_context(|| format!("cell `{cell}`"))?;
 
         let fleet_path = beside.join(&experiment.fleet);
         let (fleet_name, fleet_text) = read(&fleet_path)?;
-        let fleet = FleetFile::parse(&fleet_name, &fleet_text)
-            .map_err(|error| explained(&error, error.help()))?;
+        let fleet = FleetFile::parse(&fleet_name, &fleet_text)?;
         let n_robots =
             Conditions::resolve(&profile_of_first(&fleet, &fleet_path)?.1, &settings)?.robots;
         let robots: Vec<FleetRobot> =
@@ -115,7 +113,7 @@ impl Plan {
             seed: request.seed.unwrap_or(experiment.seed),
             replicate: 0,
             robot_lost: experiment.robot_lost,
-            backend: request.backend,
+            backend: backend(request.backend, &robots)?,
             time,
             run_id: run_id.clone(),
         };
@@ -146,8 +144,24 @@ impl Plan {
     pub fn pose_of(&self, robot: usize) -> PoseSource {
         match self.record.backend {
             Backend::Simulator => PoseSource::Odom,
-            Backend::Fleet => self.robots[robot].pose,
+            Backend::Mixed if self.is_virtual(&self.robots[robot]) => PoseSource::Odom,
+            Backend::Fleet | Backend::Mixed => self.robots[robot].pose,
         }
+    }
+
+    /// Whether the simulator stands in for a robot of this run.
+    pub fn is_virtual(&self, robot: &FleetRobot) -> bool {
+        match self.record.backend {
+            Backend::Simulator => true,
+            Backend::Mixed => robot.driver == Driver::Virtual,
+            Backend::Fleet => false,
+        }
+    }
+
+    /// The topic of the real robots' poses, which the simulator follows in a mixed fleet.
+    pub fn tracked_by(&self) -> PoseSource {
+        let real = self.robots.iter().find(|robot| !self.is_virtual(robot));
+        real.map_or(PoseSource::Odom, |robot| robot.pose)
     }
 }
 
@@ -185,7 +199,7 @@ fn pace_and_profile(
     swept: Option<&SweptCell>,
 ) -> anyhow::Result<(Time, RobotProfile)> {
     match backend {
-        Backend::Fleet => Ok((Time::RealTime, measured.clone())),
+        Backend::Fleet | Backend::Mixed => Ok((Time::RealTime, measured.clone())),
         Backend::Simulator => {
             let moved = match experiment.simulator.profile {
                 SimulatedProfile::Measured => measured.clone(),
@@ -195,6 +209,26 @@ fn pace_and_profile(
             };
             Ok((experiment.simulator.time, moved))
         }
+    }
+}
+
+/// A fleet some of whose robots are virtual and some are not is a mixed one.
+fn backend(asked: Backend, robots: &[FleetRobot]) -> anyhow::Result<Backend> {
+    let mut real = robots.iter().filter(|robot| robot.driver != Driver::Virtual);
+    let Some(first) = real.next() else { return Ok(asked) };
+    let n_virtual = robots.iter().filter(|robot| robot.driver == Driver::Virtual).count();
+    if asked != Backend::Fleet || n_virtual == 0 {
+        return Ok(asked);
+    }
+    // The simulator follows all of them in one way.
+    match real.find(|robot| robot.pose != first.pose) {
+        None => Ok(Backend::Mixed),
+        Some(other) => Err(anyhow!(
+            "{} and {} tell their poses in different ways, expected one `pose:` for all real \
+             robots of a mixed fleet",
+            first.name,
+            other.name
+        )),
     }
 }
 
@@ -245,12 +279,4 @@ fn read(path: &Path) -> anyhow::Result<(String, String)> {
     let name = path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
     Ok((name, text))
-}
-
-/// An error with what to do about it.
-fn explained(error: &impl std::error::Error, help: Option<String>) -> anyhow::Error {
-    match help {
-        Some(help) => anyhow!("{error}; {help}"),
-        None => anyhow!("{error}"),
-    }
 }

@@ -1,5 +1,9 @@
 //! The bag of a run while it is written: what came when, and whether a step is complete.
 
+mod account;
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -14,6 +18,7 @@ use rsrs_ros::session::ReceivedRaw;
 
 use crate::ears::{Ear, Role};
 use crate::plan::Plan;
+use account::Account;
 
 /// Why a bag is not what the run was.
 #[derive(Debug, thiserror::Error)]
@@ -56,6 +61,7 @@ pub struct Recorder {
     /// A topic is added with its first message, so that the bag lists no topic that nobody used.
     channels: BTreeMap<usize, ChannelId>,
     pace: Pace,
+    account: Account,
 }
 
 /// What time it is in the bag.
@@ -96,7 +102,11 @@ impl Recorder {
                     .collect(),
             },
         };
-        Ok(Self { writer, channels: BTreeMap::new(), pace })
+        Ok(Self::around(writer, pace, ears))
+    }
+
+    fn around(writer: BagWriter, pace: Pace, ears: &[Ear]) -> Self {
+        Self { writer, channels: BTreeMap::new(), pace, account: Account::new(ears) }
     }
 
     /// Takes a message.
@@ -126,6 +136,7 @@ impl Recorder {
         let sequence = u32::try_from(received.sequence & u64::from(u32::MAX))
             .expect("the mask leaves 32 bits");
         self.writer.write(channel, Message { log_time_ns, publish_time_ns, sequence, data })?;
+        self.account.add((index, received.writer), received.sequence);
         Ok(())
     }
 
@@ -137,12 +148,13 @@ impl Recorder {
         }
     }
 
-    /// Closes the bag, which says how the run ended.
+    /// Closes the bag, which says how the run ended and what of it is missing.
     ///
     /// # Errors
     ///
     /// [`BagError`].
     pub fn close(mut self, ending: &Ending) -> Result<BagSummary, BagError> {
+        self.writer.metadata(account::RECORD, self.account.to_pairs())?;
         self.writer.metadata(ENDING, ending.to_pairs())?;
         self.writer.finish()
     }

@@ -23,7 +23,22 @@ pub use parameters::NODE;
 
 use anyhow::Context;
 use rsrs_ros::logging::{self, Level};
+use rsrs_ros::node_arguments;
 use rsrs_ros::ros_args::Environment;
+
+/// What the node says of itself.
+const HELP: &str = "\
+Is a robot: its sensor, its wheels behind the final gate, and its controller.
+
+Usage: robot_node --robots NAME [--config FLEET.yaml] [--interface NAME|IP] [--ros-args ...]
+
+  --robots NAME         which robot; without it the namespace (-r __ns:=/robot_1) names it
+  --config FLEET.yaml   the fleet file: what moves the robot, and how it was measured
+  --driver serial|ros|virtual   what moves it, without a fleet file
+  --port PATH           the microcontroller's serial line, such as /dev/ttyACM0
+  --baud N              its speed, in symbols per second
+  --without-controller  the controller is a process of its own
+";
 
 /// Runs the node until SIGINT or SIGTERM; the wheels stop first.
 ///
@@ -38,6 +53,9 @@ use rsrs_ros::ros_args::Environment;
 /// If the arguments are wrong, no interface is chosen, or the network cannot be used. Hardware that
 /// does not answer is no error: the node says so and keeps trying.
 pub fn main(arguments: &[String]) -> anyhow::Result<()> {
+    if node_arguments::has_helped(arguments, HELP)? {
+        return Ok(());
+    }
     let options = RobotArguments::parse(arguments, &Environment::of_this_process())?;
     logging::init(
         options.node.log_level.unwrap_or(Level::Info),

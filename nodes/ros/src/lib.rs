@@ -5,6 +5,7 @@
 //!
 //! * [`session`] — one participant with any number of nodes, publishers and subscriptions.
 //! * [`parameters`] — the six parameter services for many nodes, and a client for them.
+//! * [`services`] — services of any other type, and a client.
 //! * [`clock`] — simulated time on `/clock`.
 //! * [`ros_args`] — `--ros-args`, parameter files, `ROS_DOMAIN_ID` and its kin.
 //! * [`confine`] and [`interfaces`] — where the packets may go.
@@ -20,5 +21,6 @@ pub mod logging;
 pub mod node_arguments;
 pub mod parameters;
 pub mod ros_args;
+pub mod services;
 pub mod session;
 pub mod shutdown;

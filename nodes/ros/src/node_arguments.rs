@@ -1,8 +1,10 @@
 //! What a node of ours is told when it starts: where to speak, and for which robots.
 
+use std::io::{self, Write};
+
 use crate::interfaces::{self, InterfaceError};
 use crate::logging::Level;
-use crate::ros_args::{Environment, RosArgs, RosArgsError};
+use crate::ros_args::{Environment, RosArgs, RosArgsError, START};
 use crate::session::SessionOptions;
 
 /// What a node of ours is told when it starts.
@@ -42,6 +44,40 @@ pub enum NodeArgumentsError {
     /// No robot is named.
     #[error("no robot: give `--robots robot_1,robot_2` or a namespace, `-r __ns:=/robot_1`")]
     NoRobot,
+}
+
+/// What every node understands, for the end of its help.
+const HELP_OF_ALL: &str = "\
+  --interface NAME|IP   network interface to speak on; RSRS_INTERFACE without it. There is no
+                        default, so that nothing speaks on a LAN by accident
+  --ros-args            as in ROS 2: -r NAME:=NAME, -p NAME:=VALUE, --params-file FILE,
+                        --log-level LEVEL
+  -h, --help            this text
+
+ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE mean what they mean in ROS 2.
+";
+
+/// Prints a node's help, if the arguments ask for it.
+///
+/// # Arguments
+///
+/// * `arguments` — those of the process, without its name.
+/// * `help` — what the node is, and its own flags; those that all nodes have follow.
+///
+/// # Returns
+///
+/// Whether they asked: then there is nothing else to do.
+///
+/// # Errors
+///
+/// If standard output cannot be written.
+pub fn has_helped(arguments: &[String], help: &str) -> io::Result<bool> {
+    let mut own = arguments.iter().take_while(|argument| *argument != START);
+    let is_asked = own.any(|argument| argument == "-h" || argument == "--help");
+    if is_asked {
+        write!(io::stdout(), "{help}{HELP_OF_ALL}")?;
+    }
+    Ok(is_asked)
 }
 
 impl NodeArguments {
@@ -98,7 +134,7 @@ mod tests {
     fn parse(arguments: &[&str]) -> Result<NodeArguments, NodeArgumentsError> {
         let arguments: Vec<String> = arguments.iter().map(|text| (*text).to_owned()).collect();
         let environment = Environment::new(&[("RSRS_INTERFACE", "127.0.0.1")], |_| {
-            Err(std::io::ErrorKind::NotFound.into())
+            Err(io::ErrorKind::NotFound.into())
         });
         NodeArguments::parse(&arguments, &environment, "controller")
     }
@@ -126,6 +162,17 @@ mod tests {
     }
 
     #[test]
+    fn help_is_asked_for_by_the_nodes_own_arguments_alone() {
+        let ask = |arguments: &[&str]| {
+            let arguments: Vec<String> = arguments.iter().map(|text| (*text).to_owned()).collect();
+            has_helped(&arguments, "").unwrap()
+        };
+
+        assert!(ask(&["--help"]) && ask(&["--robots", "robot_1", "-h"]));
+        assert!(!ask(&["--robots", "robot_1"]) && !ask(&["--ros-args", "-h"]));
+    }
+
+    #[test]
     fn an_unknown_argument_is_named() {
         let error = parse(&["--robot", "robot_1"]).unwrap_err();
 
@@ -134,7 +181,7 @@ mod tests {
 
     #[test]
     fn the_lan_is_not_used_by_accident() {
-        let nobody_chose = Environment::new(&[], |_| Err(std::io::ErrorKind::NotFound.into()));
+        let nobody_chose = Environment::new(&[], |_| Err(io::ErrorKind::NotFound.into()));
         let arguments = ["--robots".to_owned(), "robot_1".to_owned()];
 
         let error = NodeArguments::parse(&arguments, &nobody_chose, "controller").unwrap_err();

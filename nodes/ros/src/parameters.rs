@@ -15,3 +15,4 @@ pub use server::{NodeParameters, ParameterServer, ParameterServerError};
 pub use service::Mapping;
 pub use store::{Arming, Refusal, Store};
 pub use value::{Descriptor, ParameterKind, ParameterValue};
+pub(crate) use {server::SERVICE_QOS, server::vendor_of, service::reply};

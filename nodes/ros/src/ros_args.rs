@@ -24,7 +24,7 @@ use overrides::Overrides;
 use remap::Remaps;
 
 /// Starts the arguments that are meant for ROS 2.
-const START: &str = "--ros-args";
+pub(crate) const START: &str = "--ros-args";
 /// Ends them.
 const END: &str = "--";
 

@@ -39,6 +39,7 @@ pub(crate) use subscription::Task;
 pub use subscription::{Counts, Received, ReceivedRaw, Subscription};
 pub(crate) use wire::Bytes;
 
+use endpoint::Index;
 use graph::Graph;
 use pace::Pace;
 use subscription::Tasks;
@@ -67,6 +68,7 @@ pub struct Session {
     nodes: Mutex<BTreeMap<String, (NodeHandle, ros2_client::Node)>>,
     tasks: Tasks,
     graph: Arc<Graph>,
+    index: Mutex<Index>,
     pace: Pace,
 }
 
@@ -103,6 +105,7 @@ impl Session {
             nodes: Mutex::default(),
             tasks: Tasks::on(runtime),
             graph: Arc::default(),
+            index: Mutex::default(),
             pace: Pace::default(),
         };
         session.follow_graph()?;
@@ -342,12 +345,12 @@ impl Session {
 
     /// The vendor of a writer on a DDS topic; `None` while there is none.
     pub(crate) fn vendor_of_writer(&self, dds_topic: &str) -> Option<[u8; 2]> {
-        endpoint::vendor_of_writer(&self.participant, dds_topic)
+        lock(&self.index).refresh(&self.participant).vendor_of_writer(dds_topic)
     }
 
     /// Whether somebody reads a DDS topic.
     pub(crate) fn has_reader(&self, dds_topic: &str) -> bool {
-        endpoint::has_reader(&self.participant, dds_topic)
+        lock(&self.index).refresh(&self.participant).has_reader(dds_topic)
     }
 
     fn follow_graph(&self) -> Result<(), SessionError> {

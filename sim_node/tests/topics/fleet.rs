@@ -72,8 +72,13 @@ impl World {
 
     /// Sets the simulator's parameters, all at once; the answer if it refuses.
     pub async fn place(&self, session: &Session, node: &NodeHandle) -> Result<(), String> {
+        set_all(session, node, &self.values()).await
+    }
+
+    /// The simulator's parameters.
+    pub fn values(&self) -> Vec<(String, ParameterValue)> {
         let json = serde_json::to_string(&self.conditions).expect("conditions are plain data");
-        set(session, node, &json, (self.steps, self.time)).await
+        values(&json, (self.steps, self.time))
     }
 }
 
@@ -84,17 +89,29 @@ pub async fn set(
     conditions: &str,
     (steps, time): (u64, &str),
 ) -> Result<(), String> {
-    let client =
-        ParameterClient::new(session, node, ClientOptions { patience: PATIENCE, mapping: None });
+    set_all(session, node, &values(conditions, (steps, time))).await
+}
+
+fn values(conditions: &str, (steps, time): (u64, &str)) -> Vec<(String, ParameterValue)> {
     let integer = |value: u64| ParameterValue::Integer(value.cast_signed());
-    let values = [
+    vec![
         ("conditions".to_owned(), ParameterValue::String(conditions.to_owned())),
         ("seed".to_owned(), integer(SEED.seed)),
         ("replicate".to_owned(), integer(SEED.replicate)),
         ("steps".to_owned(), integer(steps)),
         ("time".to_owned(), ParameterValue::String(time.to_owned())),
-    ];
-    client.set_atomically("/simulator", &values).await.map_err(|error| format!("{error:?}"))
+    ]
+}
+
+/// Sets parameters of the simulator, all at once.
+pub async fn set_all(
+    session: &Session,
+    node: &NodeHandle,
+    values: &[(String, ParameterValue)],
+) -> Result<(), String> {
+    let client =
+        ParameterClient::new(session, node, ClientOptions { patience: PATIENCE, mapping: None });
+    client.set_atomically("/simulator", values).await.map_err(|error| format!("{error:?}"))
 }
 
 /// The newest message of every topic that a test listens to.
@@ -106,8 +123,13 @@ pub struct Latest<M> {
 impl<M: RosMessage + Clone + Send + 'static> Latest<M> {
     /// Listens to a topic of every robot, or to the one of the swarm.
     pub fn of(session: &Session, node: &NodeHandle, topic: Topic) -> Self {
-        let messages = Arc::new(Mutex::new(BTreeMap::new()));
         let robots = if topic.is_absolute() { &ROBOTS[..1] } else { &ROBOTS[..] };
+        Self::at(session, node, (topic, robots))
+    }
+
+    /// Listens to a topic of these robots.
+    pub fn at(session: &Session, node: &NodeHandle, (topic, robots): (Topic, &[&str])) -> Self {
+        let messages = Arc::new(Mutex::new(BTreeMap::new()));
         let subscribe = |robot: &&str| {
             let (messages, key) = (Arc::clone(&messages), (*robot).to_owned());
             let deliver = move |sample: Received<M>| {

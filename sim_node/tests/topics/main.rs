@@ -3,7 +3,10 @@
 #[path = "../../../nodes/ros/tests/support/mod.rs"]
 mod support;
 
+mod by_hand;
 mod fleet;
 mod lockstep;
+mod mixed;
 mod real_time;
 mod status;
+mod viewers;

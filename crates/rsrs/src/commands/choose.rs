@@ -15,7 +15,8 @@ use crate::commands::sweep::watched;
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::progress::threads;
-use crate::result_folder::{self, SweepResult, write_file};
+use crate::result_folder::{self, write_file};
+use crate::sweep_result::SweepResult;
 
 /// Choose the milling cell that may drift furthest, and confirm it on fresh seeds.
 ///

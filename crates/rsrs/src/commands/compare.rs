@@ -16,7 +16,8 @@ use crate::comparison_report::{Report, Runs, Simulated};
 use crate::failure::{Outcome, explained, with_help};
 use crate::human_labels::JUDGE;
 use crate::labelling::{LabelOptions, Labelled, label_bag, label_by};
-use crate::result_folder::{self, SweepResult};
+use crate::result_folder;
+use crate::sweep_result::SweepResult;
 
 /// Hold recorded runs against the sweep that predicts them: do robots mill as often as simulated?
 ///

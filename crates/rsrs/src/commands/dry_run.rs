@@ -22,9 +22,10 @@ use crate::failure::{Outcome, with_help};
 use crate::own_network::OwnNetwork;
 use crate::picture::{self, Wish};
 use crate::progress::threads;
-use crate::result_folder::{SweepResult, write_file};
+use crate::result_folder::write_file;
 use crate::simulated_fleet::SimulatedFleet;
 use crate::starter_files::StarterFiles;
+use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;
 
 /// Go through the whole loop on this machine: no robots, no LAN.

@@ -15,7 +15,8 @@ use crate::commands::{Format, report};
 use crate::episode_bag::{self, EpisodeError};
 use crate::failure::{Outcome, explained, with_help};
 use crate::provenance;
-use crate::result_folder::{self, SweepResult};
+use crate::result_folder;
+use crate::sweep_result::SweepResult;
 use crate::wording::counted;
 
 /// Write one replicate of a sweep as a bag: the very run, with all its topics.

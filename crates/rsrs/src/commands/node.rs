@@ -1,7 +1,5 @@
 //! `rsrs node`: one binary is the whole fleet.
 
-use clap::ValueEnum;
-
 use crate::failure::Outcome;
 
 /// Run a ROS 2 node until SIGINT or SIGTERM.
@@ -20,23 +18,32 @@ pub struct Arguments {
     #[arg(long, value_name = "PID", hide = true)]
     parent: Option<u32>,
     /// Which node.
-    #[arg(value_enum)]
+    #[command(subcommand)]
     node: Node,
-    /// Its arguments.
-    #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]
-    rest: Vec<String>,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+// The nodes answer `--help` themselves, as they do when ROS 2 starts them.
+#[derive(clap::Subcommand)]
 enum Node {
     /// A robot: its sensor, its wheels behind the final gate, and its controller.
-    Robot,
+    #[command(disable_help_flag = true)]
+    Robot(Rest),
     /// Detections in, velocity commands out.
-    Controller,
+    #[command(disable_help_flag = true)]
+    Controller(Rest),
     /// The world behind the topics of a fleet.
-    Sim,
+    #[command(disable_help_flag = true)]
+    Sim(Rest),
     /// One experiment: preflight, parameters, leases and the bag.
-    Runner,
+    #[command(disable_help_flag = true)]
+    Runner(Rest),
+}
+
+#[derive(clap::Args)]
+struct Rest {
+    /// Its arguments: see `--help` of the node.
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]
+    arguments: Vec<String>,
 }
 
 /// Runs the command.
@@ -48,11 +55,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(parent) = arguments.parent {
         rsrs_ros::shutdown::die_with_parent(parent)?;
     }
-    match arguments.node {
-        Node::Robot => rsrs_robot_node::main(&arguments.rest)?,
-        Node::Controller => rsrs_controller_node::main(&arguments.rest)?,
-        Node::Sim => rsrs_sim_node::main(&arguments.rest)?,
-        Node::Runner => rsrs_experiment_runner::main(&arguments.rest)?,
+    match &arguments.node {
+        Node::Robot(rest) => rsrs_robot_node::main(&rest.arguments)?,
+        Node::Controller(rest) => rsrs_controller_node::main(&rest.arguments)?,
+        Node::Sim(rest) => rsrs_sim_node::main(&rest.arguments)?,
+        Node::Runner(rest) => rsrs_experiment_runner::main(&rest.arguments)?,
     }
     Ok(Outcome::Done)
 }

@@ -18,7 +18,8 @@ use crate::failure::{Outcome, in_one_line, with_help};
 use crate::labelling::{LabelOptions, Labelled, judge};
 use crate::picture::{self, Wish};
 use crate::provenance;
-use crate::result_folder::{self, SweepResult, write_file};
+use crate::result_folder::{self, write_file};
+use crate::sweep_result::SweepResult;
 use crate::wording::{counted, size};
 
 /// Write one HTML file with the diagram, the chosen cell, every run from above, and the comparison.

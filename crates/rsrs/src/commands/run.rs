@@ -188,7 +188,7 @@ pub async fn watched(
     let name = plan.bag.file_name().map_or_else(String::new, |name| name.display().to_string());
     let voice = match plan.record.backend {
         record::Backend::Simulator => Voice::Quiet,
-        record::Backend::Fleet => Voice::Aloud,
+        record::Backend::Fleet | record::Backend::Mixed => Voice::Aloud,
     };
     let bar = ExperimentBar::new(&name, voice);
     let report = conduct(plan, network, &mut |progress| bar.show(&progress), stop).await?;

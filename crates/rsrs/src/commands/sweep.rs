@@ -12,7 +12,7 @@ use crate::commands::{Format, report};
 use crate::failure::{Outcome, with_help};
 use crate::interrupt;
 use crate::progress::{ReplicateBar, threads};
-use crate::result_folder::SweepResult;
+use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;
 use crate::sweeping::knowledge;
 

@@ -17,9 +17,10 @@ use rsrs_sim::sweep::{Block, ReplicateOutcome};
 
 use super::block_file::{Place, decode, encode};
 use super::difference::first_difference;
-use super::{CELLS, SWEEP, SweepResult, cells, draw, read_source, write_file};
+use super::{CELLS, SWEEP, cells, draw, read_source, write_file};
 use crate::failure::with_help;
 use crate::replicate_table::ReplicateTable;
+use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;
 
 /// The folder of finished blocks.
@@ -232,6 +233,7 @@ impl Unfinished {
     /// # Arguments
     ///
     /// * `blocks` — all, with their numbers, in order.
+    /// * `n_threads` — how many to use: with two, the picture is drawn beside the tables.
     ///
     /// # Errors
     ///
@@ -241,12 +243,24 @@ impl Unfinished {
         self,
         result: &SweepResult,
         blocks: impl Iterator<Item = (u64, Block)>,
+        n_threads: usize,
     ) -> anyhow::Result<()> {
         let site = self.folder.join(UNFINISHED);
-        self.write_replicates(&site.join(REPLICATES), result, blocks)?;
-        let csv = cells::to_csv(&result.diagram, result.source.sweep.interval_kind());
-        write_file(&site.join(CELLS), csv.as_bytes())?;
-        draw(&site, result)?;
+        let tabulate = || {
+            self.write_replicates(&site.join(REPLICATES), result, blocks)?;
+            let csv = cells::to_csv(&result.diagram, result.source.sweep.interval_kind());
+            write_file(&site.join(CELLS), csv.as_bytes())
+        };
+        if n_threads > 1 {
+            std::thread::scope(|scope| {
+                let picture = scope.spawn(|| draw(&site, result));
+                tabulate()?;
+                picture.join().expect("drawing does not panic")
+            })?;
+        } else {
+            tabulate()?;
+            draw(&site, result)?;
+        }
         for name in RESULTS {
             save(&site.join(name))?;
         }

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
+use super::likelihood::{Likelihood, RobotTrials, likelihood};
 use super::observation::Observation;
 use super::outlier::{Outlier, outliers};
 use crate::variance::{Estimate, MeanSquare, mean, sd, squared_deviations};
@@ -45,6 +46,9 @@ pub struct Population {
     /// Standard deviation of the gain between trials of one robot at one command; `None` if there
     /// are no repetitions.
     pub trial_sd: Option<Estimate>,
+    /// Spreads by restricted maximum likelihood, for robots that differ at all commands alike;
+    /// `None` if trials cannot tell them apart.
+    pub likelihood: Option<Likelihood>,
     /// Whether every robot was measured at every command. If not, the interval of `robot_sd` is
     /// wider than it would have to be.
     pub is_complete: bool,
@@ -120,6 +124,7 @@ pub fn population(observations: &[Observation]) -> Population {
         trial_sd: layout
             .within()
             .map(|within| Estimate::of_variance(&[MeanSquare { weight: 1.0, ..within }]).sd(1.0)),
+        likelihood: layout.likelihood(),
         is_complete: layout.is_complete(),
         outliers: outliers(observations),
     }
@@ -176,6 +181,32 @@ impl Layout {
         let df = (n_trials - self.cells.len()) as f64;
         let squares: f64 = self.cells.values().map(|gains| squared_deviations(gains)).sum();
         (df > 0.0).then(|| MeanSquare { weight: 0.0, value: squares / df, df })
+    }
+
+    /// Spreads of robots that differ at all commands alike.
+    fn likelihood(&self) -> Option<Likelihood> {
+        let at = |position: usize| self.cells.range((position, 0)..(position + 1, 0));
+        let means: Vec<f64> = (0..self.commands.len())
+            .map(|position| {
+                mean(&at(position).flat_map(|(_, gains)| gains).copied().collect::<Vec<_>>())
+            })
+            .collect();
+        let away = |position: usize, gains: &[f64]| -> Vec<f64> {
+            gains.iter().map(|gain| gain - means[position]).collect()
+        };
+        let robot = |robot: &usize| {
+            let (mut n, mut sums) = (Vec::new(), Vec::new());
+            for position in 0..self.commands.len() {
+                let gains = self.cells.get(&(position, *robot)).map_or(&[][..], Vec::as_slice);
+                n.push(gains.len() as f64);
+                sums.push(away(position, gains).iter().sum());
+            }
+            RobotTrials::new(n, sums)
+        };
+        let squares = self.cells.iter().map(|((position, _), gains)| {
+            away(*position, gains).iter().map(|away| away * away).sum::<f64>()
+        });
+        likelihood(&self.robots.iter().map(robot).collect::<Vec<_>>(), squares.sum())
     }
 
     /// Variance between robots at one command: that of their means, without what the trials add.

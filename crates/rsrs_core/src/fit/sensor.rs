@@ -6,7 +6,9 @@ use serde::Serialize;
 
 use super::FitError;
 use super::contour::contour;
+use super::held_out::{HeldOut, held_out};
 use super::inscribed::inscribed;
+use crate::beta;
 use crate::interval::Interval;
 use crate::trial::{DetectionTrial, Neighbour, Trials};
 
@@ -46,13 +48,17 @@ pub struct SensorMap {
     pub contour_m: Vec<[f64; 2]>,
     /// The simpler convex polygon inside it that the simulator uses.
     pub polygon_m: Vec<[f64; 2]>,
-    /// Detections while a neighbour stood inside that polygon.
+    /// Detections while a neighbour stood inside that polygon, by readings that had no say in where
+    /// the polygon is.
     pub true_positive: Rate,
     /// Detections while none was near.
     pub false_positive: Rate,
     /// Bearings at which detections are reliable, but apart from the contour, which leaves them out.
     pub left_out_rad: Vec<f64>,
 }
+
+/// Probability that the truth lies below an interval, and again above it.
+const TAIL: f64 = 0.025;
 
 impl Rate {
     /// A share with its interval.
@@ -64,6 +70,25 @@ impl Rate {
         assert!(samples > 0, "a share of nothing");
         let Interval { low, high } = Interval::clopper_pearson(detections, samples);
         Self { samples, detections, value: detections as f64 / samples as f64, low, high }
+    }
+
+    /// A share whose readings count as fewer independent ones.
+    ///
+    /// # Source
+    ///
+    /// E. L. Korn, B. I. Graubard, "Confidence intervals for proportions with small expected number of
+    /// positive counts estimated from survey data", Survey Methodology 24, 1998: Clopper and Pearson's
+    /// interval at the effective number of readings.
+    fn of_held_out(found: HeldOut) -> Self {
+        let plain = Self::new(found.detections, found.samples);
+        if found.independent >= found.samples as f64 {
+            return plain;
+        }
+        let hit = plain.value * found.independent;
+        let missed = found.independent - hit;
+        let low = if hit > 0.0 { beta::quantile(hit, missed + 1.0, TAIL) } else { 0.0 };
+        let high = if missed > 0.0 { beta::quantile(hit + 1.0, missed, 1.0 - TAIL) } else { 1.0 };
+        Self { low, high, ..plain }
     }
 
     fn sum(rates: impl Iterator<Item = (u64, u64)>) -> Option<Self> {
@@ -114,7 +139,9 @@ pub fn sensor_map(trials: &Trials<DetectionTrial>, radius_m: f64) -> Result<Sens
     })?;
     let inside = nodes.iter().filter(|node| contains(&polygon_m, node.place_m()));
     let reliable = nodes.iter().filter(|node| node.rate.value >= super::contour::RELIABLE);
-    let true_positive = Rate::sum(inside.map(counts))
+    let true_positive = held_out(&nodes, 2.0 * radius_m)
+        .map(Rate::of_held_out)
+        .or_else(|| Rate::sum(inside.map(counts)))
         .or_else(|| Rate::sum(reliable.map(counts)))
         .expect("a contour goes around a reliable place");
     Ok(SensorMap {

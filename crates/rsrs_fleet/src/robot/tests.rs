@@ -78,6 +78,18 @@ fn a_lapse_latches_until_a_newer_epoch_arms() {
 }
 
 #[test]
+fn a_robot_that_hears_no_lease_any_more_is_no_longer_armed_and_may_be_again() {
+    let mut robot = robot();
+    robot.on_event(lease(1, LeaseState::Armed, 0), ms(0));
+    assert_eq!(robot.state(ms(500)), RobotState::Armed);
+
+    assert_eq!(robot.state(ms(501)), RobotState::Stopped);
+    robot.on_event(lease(1, LeaseState::Armed, 0), ms(600));
+
+    assert_eq!(robot.state(ms(600)), RobotState::Armed);
+}
+
+#[test]
 fn an_older_epoch_is_not_obeyed() {
     let mut robot = moving();
     robot.on_event(lease(3, LeaseState::Armed, 1), ms(10));
@@ -115,13 +127,15 @@ fn a_silent_e_stop_publisher_locks() {
     robot.on_event(Event::EStop(false), ms(0));
 
     assert_ne!(robot.drive(ms(300)), Command::STOP);
-    assert!(robot.standing(ms(501)).is_some());
+    robot.on_event(lease(1, LeaseState::Running, 1), ms(400));
+    assert_eq!(robot.standing(ms(501)), Some(StandReason::EStop));
 }
 
 #[test]
 fn a_lock_by_silence_is_released_by_a_word_and_not_by_arming() {
     let mut robot = moving();
     robot.on_event(Event::EStop(false), ms(0));
+    robot.on_event(lease(1, LeaseState::Running, 1), ms(400));
     robot.on_event(Event::Tick, ms(501));
 
     robot.on_event(lease(2, LeaseState::Armed, 1), ms(600));
@@ -130,6 +144,17 @@ fn a_lock_by_silence_is_released_by_a_word_and_not_by_arming() {
     robot.on_event(Event::EStop(false), ms(700));
     robot.on_event(lease(3, LeaseState::Armed, 1), ms(800));
     assert_eq!(robot.state(ms(800)), RobotState::Armed);
+}
+
+#[test]
+fn a_release_does_not_lock_a_robot_whose_runner_died_before_the_start() {
+    let mut robot = robot();
+    robot.on_event(lease(1, LeaseState::Armed, 0), ms(0));
+
+    robot.on_event(Event::EStop(false), ms(5_000));
+
+    robot.on_event(Event::Tick, ms(6_000));
+    assert_eq!(robot.standing(ms(6_000)), Some(StandReason::LeaseLapsed));
 }
 
 #[test]

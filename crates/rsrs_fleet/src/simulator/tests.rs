@@ -1,6 +1,8 @@
 use super::*;
 use crate::timing::BEAT;
 
+mod hand;
+
 const FORWARD: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
 const DIGEST: u64 = 42;
 const PERIOD: Duration = Duration::from_millis(130);

@@ -1,400 +1,472 @@
 //! All machines of a fleet in one process, over the fake network, under the eyes of witnesses.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use rsrs_core::controller::{Command, ControllerParameters};
-use rsrs_fleet::controller::{self, Controller, Settings, Stamp};
-use rsrs_fleet::preflight::Expected;
-use rsrs_fleet::robot::{self, Robot, RobotOptions};
-use rsrs_fleet::runner::{self, Outcome, Pace, Runner, RunnerOptions, Target};
+use rsrs_fleet::controller::{Controller, Settings, Stamp};
+use rsrs_fleet::runner::{self, Outcome};
 use rsrs_fleet::stopper::{self, Stopper, Word};
 
-use crate::network::{Message, Network, Node};
-use crate::scenario::{LAST_HAPPENING_MS, N_ROBOTS, Scenario};
-use crate::witness::Witness;
+use crate::network::{Delivery, Item, Message, Network, Node};
+use crate::scenario::{Body, N_ROBOTS, Scenario};
+use crate::witness::{FASTEST, Witness};
 
+mod conducting;
+mod happenings;
+mod robots;
+mod simulating;
 mod stopping;
 
+use conducting::RunnerHost;
+use robots::RobotHost;
+use simulating::SimulatorHost;
 pub use stopping::Stop;
 
+/// What all runs set.
 const WANTED: ControllerParameters =
-    ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
+    ControllerParameters { speed_m_s: FASTEST.speed_m_s, turn_rate_rad_s: FASTEST.turn_rate_rad_s };
+/// What controllers have before anybody sets them.
 const DEFAULTS: ControllerParameters =
     ControllerParameters { speed_m_s: 0.05, turn_rate_rad_s: 0.25 };
-const STEP_MS: u64 = 5;
-const PERIOD_MS: u64 = 130;
-const LEASE_MS: u64 = 500;
+/// The run that is made when all is healed.
+pub const LAST_RUNNER: usize = 2;
+const N_RUNNERS: usize = LAST_RUNNER + 1;
+/// No story takes longer, in milliseconds.
+const TOO_LONG_MS: u64 = 60_000;
+/// After all is over, for late messages to do their harm, in milliseconds.
+const AFTERMATH_MS: u64 = 700;
+/// Room for every node of [`Fleet::slot`].
+const N_NODES: usize = 2 * N_ROBOTS + N_RUNNERS + 4;
 
 /// How a scenario went.
 #[derive(Debug, Default)]
 pub struct Story {
-    /// Control steps in which some robot moved.
-    pub moving_steps: u64,
+    /// How often a gate let a command through.
+    pub movements: u64,
     /// By runner, how it ended; runners that crashed have none.
     pub outcomes: BTreeMap<usize, Outcome>,
     /// How each stop and release ended, when, and what came of it for each robot.
     pub stops: Vec<Stop>,
+    /// Attempts to set a parameter, and how many of them were refused.
+    pub meddled: (u64, u64),
+    /// What happened, line by line, if somebody wants to read it.
+    pub narrative: Vec<String>,
+}
+
+/// Whether somebody wants to read what happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Telling {
+    Nothing,
+    Everything,
+}
+
+/// A process.
+#[derive(Clone, Copy, Debug, Default)]
+struct Process {
+    is_up: bool,
+    life: u32,
+    /// Until then it gets no time from its machine.
+    stalled_until_ms: u64,
 }
 
 struct Fleet {
     scenario: Scenario,
+    telling: Telling,
     now_ms: u64,
     network: Network,
-    robots: Vec<Robot>,
+    processes: [Process; N_NODES],
+    robots: Vec<RobotHost>,
     witnesses: Vec<Witness>,
     controllers: Vec<Controller>,
-    runners: BTreeMap<usize, Runner>,
-    /// Who stops or releases now, and since when.
-    stopper: Option<(Stopper, u64)>,
-    /// Answers of the machinery around each runner, which is on its own host.
-    answers: VecDeque<(usize, runner::Event)>,
-    open_bags: BTreeMap<usize, bool>,
-    /// When the last runner died or finished.
-    orphaned_ms: Option<u64>,
+    /// Until when the last lease of its run that each controller heard holds its parameters.
+    held_until_ms: [u64; N_ROBOTS],
+    /// Epoch and name of that run.
+    held_by: [(u64, String); N_ROBOTS],
+    runners: BTreeMap<usize, RunnerHost>,
+    simulator: Option<SimulatorHost>,
+    /// Who stops or releases now, which of it, and since when.
+    stopper: Option<(Stopper, Word, u64)>,
+    /// What the button says; `None` if it is silent.
+    button: Option<bool>,
+    is_healed: bool,
+    /// Whether anybody ever spoke on the e-stop topic.
+    e_stop_was_used: bool,
+    is_released: bool,
+    /// Since when nothing happens any more.
+    quiet_ms: Option<u64>,
     story: Story,
 }
 
 /// Plays a scenario to its end.
-pub fn play(scenario: Scenario) -> Result<Story, String> {
-    let mut fleet = Fleet::new(scenario);
-    for step in 0..30_000 / STEP_MS {
-        fleet.now_ms = step * STEP_MS;
-        fleet.step();
-        fleet.judge()?;
-        if fleet.is_over() {
-            break;
-        }
-    }
-    if let Some(runner) = fleet.runners.keys().next() {
-        return Err(format!("runner {runner} has not finished after 30 s"));
-    }
-    match fleet.open_bags.iter().find(|(_, open)| **open) {
-        Some((runner, _)) => Err(format!("the bag of runner {runner} is still open")),
-        None => Ok(fleet.story),
+///
+/// # Errors
+///
+/// The first violation of an invariant, with the story so far.
+pub fn play(scenario: Scenario, telling: Telling) -> Result<Story, (String, Story)> {
+    let mut fleet = Fleet::new(scenario, telling);
+    match fleet.live() {
+        Ok(()) => Ok(fleet.story),
+        Err(violation) => Err((format!("at {} ms: {violation}", fleet.now_ms), fleet.story)),
     }
 }
 
 fn name(robot: usize) -> String {
-    format!("robot_{}", robot + 1)
+    ["robot_1", "robot_2", "robot_3"][robot].to_owned()
 }
 
-fn new_robot(robot: usize) -> Robot {
-    Robot::new(RobotOptions {
-        name: name(robot),
-        command_timeout: Duration::from_millis(325),
-        lapse_grace: Duration::ZERO,
-    })
+fn new_controller(robot: usize, body: Body) -> Controller {
+    Controller::new(&name(robot), Settings { parameters: DEFAULTS, stamp: stamp(body) })
 }
 
-fn new_controller(robot: usize) -> Controller {
-    Controller::new(&name(robot), Settings { parameters: DEFAULTS, stamp: Stamp::Wall })
+fn stamp(body: Body) -> Stamp {
+    if body == Body::Lockstep { Stamp::Clock } else { Stamp::Wall }
 }
 
 impl Fleet {
-    fn new(scenario: Scenario) -> Self {
+    fn new(scenario: Scenario, telling: Telling) -> Self {
+        let is_real = scenario.body == Body::Real;
         let mut fleet = Self {
             now_ms: 0,
+            telling,
             network: Network::new(scenario.seed, scenario.faults.clone()),
-            robots: (0..N_ROBOTS).map(new_robot).collect(),
-            witnesses: vec![Witness::default(); N_ROBOTS],
-            controllers: (0..N_ROBOTS).map(new_controller).collect(),
+            processes: [Process::default(); N_NODES],
+            robots: (0..N_ROBOTS).map(RobotHost::new).collect(),
+            witnesses: vec![Witness::new(scenario.body); N_ROBOTS],
+            controllers: (0..N_ROBOTS).map(|robot| new_controller(robot, scenario.body)).collect(),
+            held_until_ms: [0; N_ROBOTS],
+            held_by: std::array::from_fn(|_| (0, String::new())),
             runners: BTreeMap::new(),
+            simulator: (!is_real).then(SimulatorHost::default),
             stopper: None,
-            answers: VecDeque::new(),
-            open_bags: BTreeMap::new(),
-            orphaned_ms: None,
+            button: None,
+            is_healed: false,
+            e_stop_was_used: scenario.has_button,
+            is_released: false,
+            quiet_ms: None,
             story: Story::default(),
             scenario,
         };
+        for robot in 0..N_ROBOTS {
+            fleet.switch_on(Node::Controller(robot));
+            if is_real {
+                fleet.switch_on(Node::Robot(robot));
+            }
+        }
+        if !is_real {
+            fleet.switch_on(Node::Simulator);
+        }
+        if fleet.scenario.has_button {
+            fleet.button = Some(false);
+            fleet.switch_on(Node::Button);
+        }
+        for (at_ms, happening) in fleet.scenario.happenings.clone() {
+            fleet.network.plan(at_ms.max(1), Item::Happening(happening));
+        }
         fleet.start_runner(0);
         fleet
     }
 
-    fn start_runner(&mut self, runner: usize) {
-        let options = RunnerOptions {
-            run_id: format!("run {runner}"),
-            expected: Expected { robots: (0..N_ROBOTS).map(name).collect(), ..Expected::default() },
-            controller: WANTED,
-            simulator_digest: 0,
-            pace: Pace::RealTime { duration: Duration::from_secs(3) },
-            robot_lost: self.scenario.robot_lost,
-            countdown: Duration::from_millis(self.scenario.countdown_ms),
-            start: None,
-        };
-        self.runners.insert(runner, Runner::new(options));
-        self.orphaned_ms = None;
+    /// Lets time pass until all is over.
+    fn live(&mut self) -> Result<(), String> {
+        while !self.is_over() {
+            self.now_ms += 1;
+            if self.now_ms > TOO_LONG_MS {
+                let runners: Vec<_> = self.runners.keys().collect();
+                return Err(format!("not over: runners {runners:?}"));
+            }
+            let items = self.network.due(self.now_ms);
+            for item in items {
+                self.take(item)?;
+            }
+            self.judge()?;
+            self.go_on();
+        }
+        self.judge_end()
+    }
+
+    fn take(&mut self, item: Item) -> Result<(), String> {
+        match item {
+            Item::Arrival { from, to, message } => {
+                let process = self.processes[self.slot(to)];
+                if !process.is_up {
+                    return Ok(());
+                }
+                if self.now_ms < process.stalled_until_ms {
+                    let item = Item::Arrival { from, to, message };
+                    self.network.plan(process.stalled_until_ms, item);
+                    return Ok(());
+                }
+                self.deliver(from, to, message)
+            }
+            Item::Tick(node, life) => {
+                let process = self.processes[self.slot(node)];
+                if !process.is_up || process.life != life {
+                    return Ok(());
+                }
+                let again_ms = process.stalled_until_ms.max(self.now_ms + Self::beat_ms(node));
+                self.network.plan(again_ms, Item::Tick(node, life));
+                if self.now_ms < process.stalled_until_ms { Ok(()) } else { self.tick(node) }
+            }
+            Item::Answer(runner, event) => self.tell_runner(runner, event),
+            Item::Happening(happening) => {
+                self.note(|| format!("{happening:?}"));
+                self.happen(happening)
+            }
+        }
     }
 
     /// Every host has its own clock; none is compared with another.
     fn local(&self, node: Node) -> Duration {
-        let offset_ms = match node {
-            Node::Robot(robot) | Node::Controller(robot) => 1_000_000 * (robot as u64 + 1),
-            Node::Runner(runner) => 77_000 * runner as u64,
-            Node::Stopper => 5,
+        let (offset_ms, ppm) = match self.home(node) {
+            Node::Robot(robot) | Node::Controller(robot) => {
+                (1_000_000 * (robot as u64 + 1), self.scenario.too_fast_ppm[robot])
+            }
+            Node::Simulator => (3_000, self.scenario.too_fast_ppm[0]),
+            Node::Runner(runner) => (77_000 * runner as u64, 0),
+            Node::Stopper | Node::Button | Node::Stranger => (5, 0),
         };
-        Duration::from_millis(self.now_ms + offset_ms)
+        let ns_per_ms = 1_000_000_u64.checked_add_signed(ppm).expect("clocks are nearly right");
+        Duration::from_nanos((offset_ms + self.now_ms) * ns_per_ms)
     }
 
-    fn step(&mut self) {
-        self.happenings();
-        for (from, to, message) in self.network.arrivals(self.now_ms) {
-            self.deliver(from, to, message);
+    /// The process in which a node is.
+    fn home(&self, node: Node) -> Node {
+        match node {
+            Node::Robot(_) if self.scenario.body != Body::Real => Node::Simulator,
+            _ => node,
         }
-        while let Some((runner, event)) = self.answers.pop_front() {
-            self.tell_runner(runner, event);
+    }
+
+    fn slot(&self, node: Node) -> usize {
+        match self.home(node) {
+            Node::Robot(robot) => robot,
+            Node::Controller(robot) => N_ROBOTS + robot,
+            Node::Runner(runner) => 2 * N_ROBOTS + runner,
+            Node::Simulator => 2 * N_ROBOTS + N_RUNNERS,
+            Node::Stopper => 2 * N_ROBOTS + N_RUNNERS + 1,
+            Node::Button => 2 * N_ROBOTS + N_RUNNERS + 2,
+            Node::Stranger => 2 * N_ROBOTS + N_RUNNERS + 3,
         }
+    }
+
+    fn beat_ms(node: Node) -> u64 {
+        match node {
+            Node::Button => 100,
+            _ => 20,
+        }
+    }
+
+    fn tick(&mut self, node: Node) -> Result<(), String> {
+        match node {
+            Node::Robot(robot) => self.robot_ticks(robot),
+            Node::Controller(robot) => {
+                self.tell_controller(robot, rsrs_fleet::controller::Event::Tick);
+                Ok(())
+            }
+            Node::Runner(runner) => self.runner_ticks(runner),
+            Node::Simulator => self.simulator_ticks(),
+            Node::Stopper => {
+                self.tell_stopper(stopper::Event::Tick);
+                self.judge_stop()
+            }
+            Node::Button => {
+                if let Some(engaged) = self.button {
+                    self.say_e_stop(Node::Button, engaged);
+                }
+                Ok(())
+            }
+            Node::Stranger => Ok(()),
+        }
+    }
+
+    fn send(&mut self, from: Node, to: Node, message: Message) {
+        let ends = (self.home(from), self.home(to));
+        if ends.0 == ends.1 && ends.0 == Node::Simulator {
+            return;
+        }
+        match self.delivery(&message) {
+            Delivery::Reliable => {
+                self.network.send_reliably(self.now_ms, (from, to), message);
+            }
+            Delivery::BestEffort => self.network.send(self.now_ms, (from, to), message),
+        }
+    }
+
+    /// As the table of topics has it: services always, data where a step waits for it.
+    fn delivery(&self, message: &Message) -> Delivery {
+        let is_lockstep = self.scenario.body == Body::Lockstep;
+        match message {
+            Message::Set(_) | Message::SetAnswer(..) | Message::Get | Message::GetAnswer(..) => {
+                Delivery::Reliable
+            }
+            Message::Detection(_)
+            | Message::Clock(_)
+            | Message::Command(..)
+            | Message::Sensed(_)
+            | Message::Recorded(_)
+                if is_lockstep =>
+            {
+                Delivery::Reliable
+            }
+            _ => Delivery::BestEffort,
+        }
+    }
+
+    fn say_e_stop(&mut self, from: Node, engaged: bool) {
+        self.e_stop_was_used = true;
         for robot in 0..N_ROBOTS {
-            self.tell_robot(robot, robot::Event::Tick);
-            self.tell_controller(robot, controller::Event::Tick);
-            if self.now_ms.is_multiple_of(PERIOD_MS) {
-                let detected = (self.now_ms / PERIOD_MS + robot as u64).is_multiple_of(3);
-                self.tell_controller(robot, controller::Event::Detection(detected));
-            }
+            self.send(from, Node::Robot(robot), Message::EStop(engaged));
         }
-        let runners: Vec<_> = self.runners.keys().copied().collect();
-        for runner in runners {
-            self.tell_runner(runner, runner::Event::Tick);
-        }
-        self.tell_stopper(stopper::Event::Tick);
-    }
-
-    fn happenings(&mut self) {
-        let now = Some(self.now_ms / STEP_MS);
-        let steps = |at_ms: Option<u64>| at_ms.map(|at_ms| at_ms / STEP_MS);
-        let scenario = self.scenario.clone();
-        if steps(scenario.crash_ms) == now && self.runners.remove(&0).is_some() {
-            // Nobody closes a dead runner's bag; it is recovered later.
-            self.open_bags.remove(&0);
-            self.orphan();
-        }
-        if steps(scenario.second_runner_ms) == now {
-            self.start_runner(1);
-        }
-        if let Some((robot, at_ms)) = scenario.controller_reboot_ms
-            && steps(Some(at_ms)) == now
-        {
-            self.controllers[robot] = new_controller(robot);
-        }
-        if let Some((robot, at_ms)) = scenario.robot_reboot_ms
-            && steps(Some(at_ms)) == now
-        {
-            self.robots[robot] = new_robot(robot);
-            self.witnesses[robot].reboot();
-        }
-        if steps(scenario.interrupt_ms) == now {
-            let reason = "interrupted".to_owned();
-            self.tell_runner(0, runner::Event::Interrupt { reason });
-        }
-        for (at_ms, word) in
-            [(scenario.stop_ms, Word::Engage), (scenario.release_ms, Word::Release)]
-        {
-            if steps(at_ms) == now {
-                self.stopper = Some((Stopper::new(word), self.now_ms));
-                // As from a fleet file: a robot that is out of reach should be named.
-                for robot in 0..N_ROBOTS {
-                    self.tell_stopper(stopper::Event::Found { robot: name(robot) });
-                }
-            }
-        }
-        if scenario.e_stop_ms.is_some_and(|at_ms| self.now_ms >= at_ms)
-            && self.now_ms.is_multiple_of(100)
-        {
-            for robot in 0..N_ROBOTS {
-                self.send(Node::Runner(1), Node::Robot(robot), &Message::EStop(true));
-            }
-            self.send(Node::Runner(1), Node::Runner(0), &Message::EStop(true));
+        for runner in 0..N_RUNNERS {
+            self.send(from, Node::Runner(runner), Message::EStop(engaged));
         }
     }
 
-    /// Whether nothing more will happen, and late messages have had the time to do their harm.
-    fn is_over(&self) -> bool {
-        let last_ms = self.scenario.second_runner_ms.max(self.scenario.release_ms);
-        self.now_ms > LAST_HAPPENING_MS.max(last_ms.unwrap_or(0))
-            && self.stopper.is_none()
-            && self.orphaned_ms.is_some_and(|at_ms| self.now_ms > at_ms + 2_000)
-    }
-
-    fn orphan(&mut self) {
-        if self.runners.is_empty() {
-            self.orphaned_ms = Some(self.now_ms);
-        }
-    }
-
-    fn send(&mut self, from: Node, to: Node, message: &Message) {
-        self.network.send(self.now_ms, from, to, message);
-    }
-
-    fn deliver(&mut self, from: Node, to: Node, message: Message) {
-        match (to, message, from) {
-            (Node::Robot(robot), Message::Lease(lease), _) => {
-                self.witnesses[robot].lease(&lease, &name(robot));
-                self.tell_robot(robot, robot::Event::Lease(lease));
+    fn deliver(&mut self, from: Node, to: Node, message: Message) -> Result<(), String> {
+        match (to, message) {
+            (Node::Robot(robot), message) => self.robot_hears(robot, message),
+            (Node::Controller(robot), message) => {
+                self.controller_hears(robot, from, message);
+                Ok(())
             }
-            (Node::Robot(robot), Message::ControllerStatus(status), _) => {
-                let parameter_digest = status.parameter_digest;
-                self.witnesses[robot].controller(parameter_digest);
-                self.tell_robot(robot, robot::Event::Controller { parameter_digest });
-            }
-            (Node::Robot(robot), Message::Command(command), _) => {
-                self.tell_robot(robot, robot::Event::Command(command));
-            }
-            (Node::Robot(robot), Message::EStop(engaged), _) => {
-                if engaged {
-                    self.witnesses[robot].e_stop_engaged(self.now_ms);
-                } else {
-                    self.witnesses[robot].e_stop_released();
-                }
-                self.tell_robot(robot, robot::Event::EStop(engaged));
-            }
-            (Node::Controller(robot), Message::Lease(lease), _) => {
-                self.tell_controller(robot, controller::Event::Lease(lease));
-            }
-            (Node::Runner(runner), Message::Lease(lease), _) => {
-                self.tell_runner(runner, runner::Event::LeaseHeard(lease));
-            }
-            (Node::Runner(runner), Message::EStop(engaged), _) => {
-                self.tell_runner(runner, runner::Event::EStop(engaged));
-            }
-            (Node::Runner(runner), Message::RobotStatus(status), Node::Robot(robot)) => {
-                let robot = name(robot);
-                self.tell_runner(runner, runner::Event::RobotStatus { robot, status });
-            }
-            (Node::Runner(runner), Message::ControllerStatus(status), Node::Controller(robot)) => {
-                let robot = name(robot);
-                self.tell_runner(runner, runner::Event::ControllerStatus { robot, status });
-            }
-            (Node::Stopper, Message::RobotStatus(status), Node::Robot(robot)) => {
+            (Node::Runner(runner), message) => self.runner_hears(runner, from, message),
+            (Node::Simulator, message) => self.simulator_hears(from, message),
+            (Node::Stopper, Message::RobotStatus(status, _)) => {
+                let Node::Robot(robot) = from else { panic!("a status from {from:?}") };
+                let status = (*status).clone();
                 self.tell_stopper(stopper::Event::Status { robot: name(robot), status });
+                Ok(())
             }
-            (to, message, from) => panic!("{message:?} from {from:?} to {to:?}"),
+            (to, message) => panic!("{message:?} from {from:?} to {to:?}"),
         }
     }
 
-    fn tell_robot(&mut self, robot: usize, event: robot::Event) {
-        let node = Node::Robot(robot);
-        let now = self.local(node);
-        if let Some(status) = self.robots[robot].on_event(event, now) {
-            self.witnesses[robot].sent(&status, self.now_ms);
-            let message = Message::RobotStatus(status);
-            for to in [Node::Runner(0), Node::Runner(1), Node::Stopper] {
-                self.send(node, to, &message);
-            }
+    /// Keeps what happened, if somebody wants to read it.
+    fn note(&mut self, text: impl FnOnce() -> String) {
+        if self.telling == Telling::Everything {
+            self.story.narrative.push(format!("{:>6} ms  {}", self.now_ms, text()));
         }
     }
 
-    fn tell_controller(&mut self, robot: usize, event: controller::Event) {
-        let node = Node::Controller(robot);
-        let now = self.local(node);
-        for action in self.controllers[robot].on_event(event, now) {
-            match action {
-                controller::Action::Command { command, .. } => {
-                    self.send(node, Node::Robot(robot), &Message::Command(command));
-                }
-                controller::Action::Status(status) => {
-                    let message = Message::ControllerStatus(status);
-                    for to in [Node::Robot(robot), Node::Runner(0), Node::Runner(1)] {
-                        self.send(node, to, &message);
-                    }
-                }
+    /// What must be true of the wheels at every instant.
+    fn judge(&mut self) -> Result<(), String> {
+        let mut epochs = Vec::new();
+        for robot in 0..N_ROBOTS {
+            let Some(told) = self.robots[robot].turning(self.now_ms) else { continue };
+            let process = self.processes[robot];
+            let is_awake = process.is_up && self.now_ms > process.stalled_until_ms;
+            let witness = &self.witnesses[robot];
+            witness
+                .wheels(told, is_awake, self.now_ms)
+                .map_err(|violation| format!("{}: {violation}", name(robot)))?;
+            epochs.push(witness.moved().0);
+        }
+        if epochs.iter().any(|epoch| *epoch != epochs[0]) {
+            return Err(format!("robots move in several epochs at once: {epochs:?}"));
+        }
+        Ok(())
+    }
+}
+
+/// What only the last lines of a story tell.
+impl Fleet {
+    /// Every bag is closed or can be recovered; and what is healed works.
+    fn judge_end(&mut self) -> Result<(), String> {
+        if !self.is_healed {
+            return Ok(());
+        }
+        match self.story.outcomes.get(&LAST_RUNNER) {
+            Some(Outcome::Completed) => {}
+            other => return Err(format!("after all was healed, the next run was {other:?}")),
+        }
+        for (robot, witness) in self.witnesses.iter().enumerate() {
+            if witness.moved().1.is_none_or(|at_ms| at_ms + 10_000 < self.now_ms) {
+                return Err(format!("after all was healed, {} did not move", name(robot)));
             }
+        }
+        Ok(())
+    }
+}
+
+impl Fleet {
+    fn controller_hears(&mut self, robot: usize, from: Node, message: Message) {
+        use rsrs_fleet::controller::Event;
+        let target = runner::Target::Robot(name(robot));
+        let is_liar = self.scenario.liar == Some(robot);
+        match message {
+            Message::Lease(lease, _) => {
+                self.witness_hold(robot, &lease);
+                self.tell_controller(robot, Event::Lease((*lease).clone()));
+            }
+            Message::Detection(detected) => self.tell_controller(robot, Event::Detection(detected)),
+            Message::Clock(stamp_ns) => self.tell_controller(robot, Event::Clock(stamp_ns)),
+            Message::Set(settings) => {
+                let result = self.set(robot, settings);
+                self.send(Node::Controller(robot), from, Message::SetAnswer(target, result));
+            }
+            Message::Get => {
+                let parameters = self.controllers[robot].settings().parameters;
+                let digest = if is_liar { WANTED.digest() } else { parameters.digest() };
+                self.send(Node::Controller(robot), from, Message::GetAnswer(target, digest));
+            }
+            other => panic!("a controller hears {other:?}"),
         }
     }
 
-    fn tell_runner(&mut self, runner: usize, event: runner::Event) {
-        let node = Node::Runner(runner);
-        let now = self.local(node);
-        let Some(machine) = self.runners.get_mut(&runner) else { return };
-        for action in machine.on_event(event, now) {
-            self.act(runner, action);
-        }
-    }
-
-    fn act(&mut self, runner: usize, action: runner::Action) {
-        match action {
-            runner::Action::PublishLease(lease) => {
-                let message = Message::Lease(lease);
-                for robot in 0..N_ROBOTS {
-                    self.send(Node::Runner(runner), Node::Robot(robot), &message);
-                    self.send(Node::Runner(runner), Node::Controller(robot), &message);
-                }
-                self.send(Node::Runner(runner), Node::Runner(1 - runner), &message);
-            }
-            runner::Action::Configure(target) => {
-                let result = self.configure(&target);
-                self.answers.push_back((runner, runner::Event::ParametersSet { target, result }));
-            }
-            runner::Action::ReadBack(target) => {
-                let result = Ok(self.read_back(&target));
-                self.answers.push_back((runner, runner::Event::ReadBack { target, result }));
-            }
-            runner::Action::OpenRecorder => {
-                self.open_bags.insert(runner, true);
-                self.answers.push_back((runner, runner::Event::RecorderReady));
-            }
-            runner::Action::CloseRecorder => {
-                self.open_bags.insert(runner, false);
-                self.answers.push_back((runner, runner::Event::RecorderClosed));
-            }
-            runner::Action::Say(_) => {}
-            runner::Action::Finish { outcome, .. } => {
-                self.story.outcomes.insert(runner, outcome);
-                self.runners.remove(&runner);
-                self.orphan();
-            }
-        }
-    }
-
-    fn index(target: &Target) -> usize {
-        let is_target = |robot: &usize| *target == Target::Robot(name(*robot));
-        (0..N_ROBOTS).find(is_target).expect("runners are given these names only")
-    }
-
-    fn configure(&mut self, target: &Target) -> Result<(), String> {
-        let robot = Self::index(target);
+    fn set(&mut self, robot: usize, settings: Settings) -> Result<(), String> {
         if self.scenario.liar == Some(robot) {
             return Ok(());
         }
         if self.controllers[robot].is_armed(self.local(Node::Controller(robot))) {
             return Err("read-only while armed".to_owned());
         }
-        let settings = Settings { parameters: WANTED, stamp: Stamp::Wall };
-        self.tell_controller(robot, controller::Event::Parameters(settings));
+        self.tell_controller(robot, rsrs_fleet::controller::Event::Parameters(settings));
         Ok(())
     }
 
-    fn read_back(&self, target: &Target) -> u64 {
-        let robot = Self::index(target);
-        if self.scenario.liar == Some(robot) {
-            return WANTED.digest();
+    fn tell_controller(&mut self, robot: usize, event: rsrs_fleet::controller::Event) {
+        use rsrs_fleet::controller::Action;
+        let node = Node::Controller(robot);
+        let now = self.local(node);
+        for action in self.controllers[robot].on_event(event, now) {
+            match action {
+                Action::Command { command, stamp_ns } => {
+                    self.send(node, Node::Robot(robot), Message::Command(command, stamp_ns));
+                }
+                Action::Status(status) => {
+                    let message = Message::ControllerStatus(status.into());
+                    self.send(node, Node::Robot(robot), message.clone());
+                    for runner in 0..N_RUNNERS {
+                        self.send(node, Node::Runner(runner), message.clone());
+                    }
+                }
+            }
         }
-        self.controllers[robot].settings().parameters.digest()
     }
 
-    /// The invariants of the protocol.
-    fn judge(&mut self) -> Result<(), String> {
-        let mut epochs = Vec::new();
-        for robot in 0..N_ROBOTS {
-            if self.robots[robot].drive(self.local(Node::Robot(robot))) == Command::STOP {
-                continue;
-            }
-            let epoch = self.robots[robot].epoch();
-            epochs.push(epoch);
-            self.witnesses[robot]
-                .moves(epoch, self.now_ms)
-                .map_err(|violation| format!("{}: {violation}", name(robot)))?;
-            if self.orphaned_ms.is_some_and(|at_ms| self.now_ms > at_ms + LEASE_MS) {
-                return Err(format!("{} moves without any runner alive", name(robot)));
-            }
-            if self.scenario.liar.is_some_and(|liar| liar == robot) {
-                return Err(format!("{} moves with unconfirmed parameters", name(robot)));
-            }
+    /// Somebody tries a parameter of a controller; none is to change while a run holds it.
+    fn meddle(&mut self, robot: usize) -> Result<(), String> {
+        let process = self.processes[self.slot(Node::Controller(robot))];
+        let is_awake = process.is_up && self.now_ms >= process.stalled_until_ms;
+        if !is_awake || self.scenario.liar == Some(robot) {
+            return Ok(());
         }
-        self.judge_stop()?;
-        if epochs.iter().any(|epoch| *epoch != epochs[0]) {
-            return Err(format!("robots move in several epochs at once: {epochs:?}"));
+        let parameters = ControllerParameters { speed_m_s: 0.1, ..WANTED };
+        let settings = Settings { parameters, stamp: stamp(self.scenario.body) };
+        self.story.meddled.0 += 1;
+        let result = self.set(robot, settings);
+        self.story.meddled.1 += u64::from(result.is_err());
+        if result.is_ok() && self.now_ms < self.held_until_ms[robot] {
+            return Err(format!("parameters of {} changed while a run held them", name(robot)));
         }
-        self.story.moving_steps += u64::from(!epochs.is_empty());
         Ok(())
     }
 }
+
+/// A command of nobody's, that no robot can follow.
+const BEYOND: [Command; 3] = [
+    Command { speed_m_s: 1e6, turn_rate_rad_s: 0.0 },
+    Command { speed_m_s: 0.1, turn_rate_rad_s: f64::NAN },
+    Command { speed_m_s: -1e6, turn_rate_rad_s: 0.75 },
+];

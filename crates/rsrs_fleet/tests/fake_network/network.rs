@@ -1,11 +1,16 @@
 //! A network that loses, delays, reorders, duplicates and partitions, all from one seed.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use rsrs_core::controller::Command;
+use rsrs_fleet::controller::Settings;
 use rsrs_fleet::message::{Lease, Status};
+use rsrs_fleet::runner::{self, Target};
+
+use crate::scenario::{Happening, N_ROBOTS};
 
 /// A place on the network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -13,17 +18,48 @@ pub enum Node {
     Robot(usize),
     Controller(usize),
     Runner(usize),
+    Simulator,
     Stopper,
+    /// The button on the wall: publishes on the e-stop topic all the time.
+    Button,
+    /// Somebody who publishes velocity commands beside the controllers.
+    Stranger,
+}
+
+/// What only the witnesses read: in which life a robot sent a status, and when.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sent {
+    pub life: u32,
+    pub at_ms: u64,
 }
 
 /// What flies.
 #[derive(Clone, Debug)]
 pub enum Message {
-    Lease(Lease),
-    RobotStatus(Status),
-    ControllerStatus(Status),
-    Command(Command),
+    /// A lease, with what its runner has heard of each robot last.
+    Lease(Rc<Lease>, Rc<[Option<Sent>; N_ROBOTS]>),
+    RobotStatus(Rc<Status>, Sent),
+    ControllerStatus(Rc<Status>),
+    SimulatorStatus(Rc<Status>),
+    Detection(bool),
+    Clock(u64),
+    Command(Command, Option<u64>),
     EStop(bool),
+    /// The simulator has published this step.
+    Sensed(u64),
+    Recorded(u64),
+    Set(Settings),
+    SetAnswer(Target, Result<(), String>),
+    Get,
+    GetAnswer(Target, u64),
+}
+
+/// Whether whoever sends makes sure that it arrives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Delivery {
+    BestEffort,
+    /// Sent again until it arrives, once and in order.
+    Reliable,
 }
 
 /// How bad the network is.
@@ -39,44 +75,97 @@ pub struct Faults {
     pub partition: Option<(u64, u64, BTreeSet<Node>)>,
 }
 
-struct Flight {
-    due_ms: u64,
-    from: Node,
-    to: Node,
-    message: Message,
+impl Faults {
+    /// A network as on one desk.
+    pub fn none() -> Self {
+        Self { loss: 0.0, duplication: 0.0, delay_ms: 3, partition: None }
+    }
 }
+
+/// What comes due.
+#[derive(Debug)]
+pub enum Item {
+    Arrival {
+        from: Node,
+        to: Node,
+        message: Message,
+    },
+    /// A node looks at its clock; the number is that of the node's life.
+    Tick(Node, u32),
+    /// What the machinery on a runner's own host answers.
+    Answer(usize, runner::Event),
+    Happening(Happening),
+}
+
+/// Milliseconds that can be planned ahead.
+const AHEAD: usize = 16_384;
+/// After so long, in milliseconds, what got lost is sent again.
+const RESEND_MS: u64 = 60;
 
 pub struct Network {
     faults: Faults,
     generator: ChaCha8Rng,
-    flying: Vec<Flight>,
+    /// What comes due in each millisecond, in order; a ring.
+    slots: Vec<Vec<Item>>,
+    /// By pair: when the last reliable message arrives.
+    last_ms: BTreeMap<(Node, Node), u64>,
 }
 
 impl Network {
     pub fn new(seed: u64, faults: Faults) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(1);
-        Self { faults, generator, flying: Vec::new() }
+        let slots = (0..AHEAD).map(|_| Vec::new()).collect();
+        Self { faults, generator, slots, last_ms: BTreeMap::new() }
     }
 
-    pub fn send(&mut self, now_ms: u64, from: Node, to: Node, message: &Message) {
-        if self.generator.random::<f64>() < self.faults.loss || self.is_cut(now_ms, from, to) {
+    /// From now on nothing gets lost.
+    pub fn heal(&mut self) {
+        self.faults = Faults::none();
+    }
+
+    /// Longest delay, in milliseconds.
+    pub fn delay_ms(&self) -> u64 {
+        self.faults.delay_ms
+    }
+
+    /// Plans something; it comes due in the future.
+    pub fn plan(&mut self, due_ms: u64, item: Item) {
+        self.slots[due_ms as usize % AHEAD].push(item);
+    }
+
+    pub fn send(&mut self, now_ms: u64, (from, to): (Node, Node), message: Message) {
+        let is_lost =
+            self.generator.random::<f64>() < self.faults.loss || self.is_cut(now_ms, from, to);
+        if is_lost {
             return;
         }
-        let copies = 1 + usize::from(self.generator.random::<f64>() < self.faults.duplication);
-        for _ in 0..copies {
-            let due_ms = now_ms + self.generator.random_range(1..=self.faults.delay_ms);
-            self.flying.push(Flight { due_ms, from, to, message: message.clone() });
+        if self.generator.random::<f64>() < self.faults.duplication {
+            let due_ms = now_ms + self.delay();
+            self.plan(due_ms, Item::Arrival { from, to, message: message.clone() });
         }
+        let due_ms = now_ms + self.delay();
+        self.plan(due_ms, Item::Arrival { from, to, message });
     }
 
-    /// Messages that arrive now, in the order of their arrival.
-    pub fn arrivals(&mut self, now_ms: u64) -> Vec<(Node, Node, Message)> {
-        let (mut due, flying): (Vec<_>, Vec<_>) =
-            self.flying.drain(..).partition(|flight| flight.due_ms <= now_ms);
-        self.flying = flying;
-        due.sort_by_key(|flight| flight.due_ms);
-        due.into_iter().map(|flight| (flight.from, flight.to, flight.message)).collect()
+    pub fn send_reliably(&mut self, now_ms: u64, (from, to): (Node, Node), message: Message) {
+        let mut due_ms = now_ms + self.delay();
+        while self.generator.random::<f64>() < self.faults.loss || self.is_cut(due_ms, from, to) {
+            due_ms += RESEND_MS;
+        }
+        let last_ms = self.last_ms.entry((from, to)).or_default();
+        *last_ms = due_ms.max(*last_ms);
+        let due_ms = *last_ms;
+        self.plan(due_ms, Item::Arrival { from, to, message });
+    }
+
+    /// What comes due now, in order.
+    pub fn due(&mut self, now_ms: u64) -> Vec<Item> {
+        std::mem::take(&mut self.slots[now_ms as usize % AHEAD])
+    }
+
+    fn delay(&mut self) -> u64 {
+        self.generator.random_range(1..=self.faults.delay_ms)
     }
 
     fn is_cut(&self, now_ms: u64, from: Node, to: Node) -> bool {

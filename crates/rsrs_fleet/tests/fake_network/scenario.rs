@@ -11,33 +11,70 @@ use crate::network::{Faults, Node};
 pub const N_ROBOTS: usize = 3;
 
 /// Nothing begins to go wrong after this time, in milliseconds.
-pub const LAST_HAPPENING_MS: u64 = 7_000;
+pub const LAST_HAPPENING_MS: u64 = 4_500;
+
+/// What the robots are made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Body {
+    /// Each has a process and wheels of its own.
+    Real,
+    /// The simulator stands in for all of them, at the pace of the wall's clock.
+    Simulated,
+    /// The simulator stands in for all of them, in lockstep with controllers and recorder.
+    Lockstep,
+}
+
+/// What happens to a fleet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Happening {
+    /// A process dies without a word.
+    Crash(Node),
+    /// A process that died is started again.
+    Restart(Node),
+    /// A process gets no time from its machine for so long, in milliseconds.
+    Stall(Node, u64),
+    /// A runner starts.
+    Start(usize),
+    /// Somebody presses Ctrl-C.
+    Interrupt,
+    /// Somebody types `rsrs stop`.
+    Stop,
+    /// Somebody types `rsrs stop --release`.
+    Release,
+    /// The button says engaged from now on.
+    Press,
+    /// The button's node dies.
+    ButtonFallsSilent,
+    /// Somebody sets the parameters of a controller.
+    Meddle(usize),
+    /// A stranger sends a robot a command that is beyond its limits.
+    Beyond(usize),
+    /// The disk of the runner's host is full.
+    DiskFull,
+    /// Whatever is wrong is put right, and the operator ends what still runs.
+    Heal,
+}
 
 #[derive(Clone, Debug)]
 pub struct Scenario {
     pub seed: u64,
+    pub body: Body,
     pub faults: Faults,
     pub robot_lost: RobotLost,
-    /// When the first runner dies without a word, in milliseconds.
-    pub crash_ms: Option<u64>,
-    /// When a second runner starts, in milliseconds.
-    pub second_runner_ms: Option<u64>,
-    /// When a controller restarts with its default parameters, in milliseconds.
-    pub controller_reboot_ms: Option<(usize, u64)>,
-    /// When a robot's gate restarts, in milliseconds.
-    pub robot_reboot_ms: Option<(usize, u64)>,
+    /// What happens, and when, in milliseconds.
+    pub happenings: Vec<(u64, Happening)>,
+    /// Whether there is a button, which says that it is released until something happens to it.
+    pub has_button: bool,
     /// A controller that confirms its parameters and drives with others.
     pub liar: Option<usize>,
-    /// When somebody engages the e-stop, in milliseconds.
-    pub e_stop_ms: Option<u64>,
-    /// When somebody types `rsrs stop`, in milliseconds.
-    pub stop_ms: Option<u64>,
-    /// When somebody types `rsrs stop --release`, in milliseconds.
-    pub release_ms: Option<u64>,
+    /// How far each robot's clock on the wall is ahead of the runners', in milliseconds.
+    pub ahead_ms: [i64; N_ROBOTS],
+    /// How much too fast each robot's clock goes, in millionths.
+    pub too_fast_ppm: [i64; N_ROBOTS],
     /// How long robots stand armed before they move, in milliseconds.
     pub countdown_ms: u64,
-    /// When somebody interrupts the first runner, in milliseconds.
-    pub interrupt_ms: Option<u64>,
+    /// How long runs last, in milliseconds.
+    pub run_ms: u64,
 }
 
 impl Scenario {
@@ -45,73 +82,145 @@ impl Scenario {
     pub fn calm(seed: u64) -> Self {
         Self {
             seed,
-            faults: Faults { loss: 0.0, duplication: 0.0, delay_ms: 3, partition: None },
+            body: Body::Real,
+            faults: Faults::none(),
             robot_lost: RobotLost::Abort,
-            crash_ms: None,
-            second_runner_ms: None,
-            controller_reboot_ms: None,
-            robot_reboot_ms: None,
+            happenings: Vec::new(),
+            has_button: false,
             liar: None,
-            e_stop_ms: None,
-            stop_ms: None,
-            release_ms: None,
+            ahead_ms: [0; N_ROBOTS],
+            too_fast_ppm: [0; N_ROBOTS],
             countdown_ms: 0,
-            interrupt_ms: None,
+            run_ms: 3_000,
         }
     }
 
+    /// The same with this happening at that time.
+    pub fn with(mut self, at_ms: u64, happening: Happening) -> Self {
+        self.happenings.push((at_ms, happening));
+        self
+    }
+
+    /// Anything may go wrong; at the end it is put right, and another run is made.
     pub fn draw(seed: u64) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
-        let mut pick = |choices: &[f64]| choices[generator.random_range(0..choices.len())];
-        let loss = pick(&[0.0, 0.0, 0.05, 0.2, 0.4]);
-        let duplication = pick(&[0.0, 0.1, 0.3]);
-        let delays_ms = [3, 20, 100, 400, 900];
-        let delay_ms = delays_ms[generator.random_range(0..delays_ms.len())];
-        let mut at_ms = |probability: f64| {
-            let time_ms = generator.random_range(0..LAST_HAPPENING_MS);
-            (generator.random::<f64>() < probability).then_some(time_ms)
+        let mut draw = Draw { generator: &mut generator };
+        let body = draw.of(&[Body::Real, Body::Real, Body::Simulated, Body::Lockstep]);
+        let mut scenario = Self {
+            body,
+            faults: draw.faults(),
+            robot_lost: draw.of(&[RobotLost::Abort, RobotLost::Note]),
+            has_button: draw.chance(0.2),
+            liar: draw.chance(0.05).then(|| draw.robot()),
+            ahead_ms: draw.clocks(&[0, 0, 0, 300, -300, 6_000]),
+            too_fast_ppm: draw.clocks(&[0, 2_000, -2_000]),
+            countdown_ms: draw.of(&[0, 0, 300]),
+            run_ms: draw.of(&[600, 1_500, 3_000]),
+            happenings: draw.happenings(body),
+            ..Self::calm(seed)
         };
-        let (crash_ms, second_runner_ms) = (at_ms(0.3), at_ms(0.3));
-        let (controller_reboot_ms, robot_reboot_ms) = (at_ms(0.2), at_ms(0.2));
-        let (e_stop_ms, interrupt_ms, cut_ms) = (at_ms(0.1), at_ms(0.1), at_ms(0.3));
-        let mut one_robot = || generator.random_range(0..N_ROBOTS);
-        let (slow, forgetful, liar) = (one_robot(), one_robot(), one_robot());
-        let lies = generator.random::<f64>() < 0.1;
-        let robot_lost =
-            if generator.random::<bool>() { RobotLost::Abort } else { RobotLost::Note };
-        let length_ms = generator.random_range(200..3_000);
-        let nodes = (0..N_ROBOTS)
-            .flat_map(|robot| [Node::Robot(robot), Node::Controller(robot)])
-            .chain([Node::Runner(0), Node::Runner(1)]);
-        let side: BTreeSet<_> = nodes.filter(|_| generator.random::<bool>()).collect();
-        let partition = cut_ms.map(|start_ms| (start_ms, start_ms + length_ms, side));
-        Self {
-            seed,
-            faults: Faults { loss, duplication, delay_ms, partition },
-            robot_lost,
-            crash_ms,
-            second_runner_ms,
-            controller_reboot_ms: controller_reboot_ms.map(|at_ms| (forgetful, at_ms)),
-            robot_reboot_ms: robot_reboot_ms.map(|at_ms| (slow, at_ms)),
-            liar: lies.then_some(liar),
-            e_stop_ms,
-            stop_ms: None,
-            release_ms: None,
-            countdown_ms: 0,
-            interrupt_ms,
+        if !scenario.has_button {
+            let needs_button = [Happening::Press, Happening::ButtonFallsSilent];
+            scenario.happenings.retain(|(_, happening)| !needs_button.contains(happening));
         }
+        if body != Body::Real {
+            // One machine has one clock.
+            scenario.ahead_ms = [scenario.ahead_ms[0]; N_ROBOTS];
+            scenario.too_fast_ppm = [scenario.too_fast_ppm[0]; N_ROBOTS];
+        }
+        scenario.with(LAST_HAPPENING_MS, Happening::Heal)
     }
 
     /// Somebody stops everything in the middle of what else goes wrong.
     pub fn draw_with_stop(seed: u64) -> Self {
+        let mut scenario = Self::draw(seed);
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(2);
-        let stop_ms = generator.random_range(1_500..LAST_HAPPENING_MS);
-        Self {
-            stop_ms: Some(stop_ms),
-            countdown_ms: [0, 0, 500][generator.random_range(0..3)],
-            e_stop_ms: None,
-            ..Self::draw(seed)
+        let stop_ms = generator.random_range(1_000..LAST_HAPPENING_MS);
+        let is_other = |happening: &Happening| *happening == Happening::Stop;
+        scenario.happenings.retain(|(_, happening)| !is_other(happening));
+        scenario.with(stop_ms, Happening::Stop)
+    }
+}
+
+struct Draw<'a> {
+    generator: &'a mut ChaCha8Rng,
+}
+
+impl Draw<'_> {
+    fn chance(&mut self, probability: f64) -> bool {
+        self.generator.random::<f64>() < probability
+    }
+
+    fn of<T: Copy>(&mut self, choices: &[T]) -> T {
+        choices[self.generator.random_range(0..choices.len())]
+    }
+
+    fn robot(&mut self) -> usize {
+        self.generator.random_range(0..N_ROBOTS)
+    }
+
+    fn time(&mut self) -> u64 {
+        self.generator.random_range(0..LAST_HAPPENING_MS)
+    }
+
+    /// Half of all fleets have good clocks.
+    fn clocks(&mut self, choices: &[i64]) -> [i64; N_ROBOTS] {
+        if self.chance(0.5) {
+            return [0; N_ROBOTS];
         }
+        std::array::from_fn(|_| self.of(choices))
+    }
+
+    fn faults(&mut self) -> Faults {
+        let loss = self.of(&[0.0, 0.0, 0.05, 0.2, 0.4]);
+        let duplication = self.of(&[0.0, 0.1, 0.3]);
+        let delay_ms = self.of(&[3, 3, 20, 100, 400, 900]);
+        let nodes = (0..N_ROBOTS).flat_map(|robot| [Node::Robot(robot), Node::Controller(robot)]);
+        let others = [Node::Runner(0), Node::Runner(1), Node::Simulator, Node::Stopper];
+        let side: BTreeSet<_> = nodes.chain(others).filter(|_| self.chance(0.5)).collect();
+        let start_ms = self.time();
+        let length_ms = self.generator.random_range(200..3_000);
+        let end_ms = (start_ms + length_ms).min(LAST_HAPPENING_MS);
+        let partition = self.chance(0.3).then_some((start_ms, end_ms, side));
+        Faults { loss, duplication, delay_ms, partition }
+    }
+
+    fn happenings(&mut self, body: Body) -> Vec<(u64, Happening)> {
+        let (one, other) = (self.robot(), self.robot());
+        let robot = if body == Body::Real { Node::Robot(one) } else { Node::Simulator };
+        let mut happenings = Vec::new();
+        for (probability, node) in
+            [(0.25, robot), (0.2, Node::Controller(other)), (0.3, Node::Runner(0))]
+        {
+            if self.chance(probability) {
+                let crash_ms = self.time();
+                let down_ms = self.of(&[10, 100, 600, 2_000]);
+                happenings.push((crash_ms, Happening::Crash(node)));
+                if !matches!(node, Node::Runner(_)) {
+                    happenings.push((crash_ms + down_ms, Happening::Restart(node)));
+                }
+            }
+            // The world of a lockstep run does not move while its simulator hangs.
+            if self.chance(0.1) && (body, node) != (Body::Lockstep, Node::Simulator) {
+                let stall = Happening::Stall(node, self.of(&[150, 400, 900]));
+                happenings.push((self.time(), stall));
+            }
+        }
+        for (probability, happening) in [
+            (0.3, Happening::Start(1)),
+            (0.1, Happening::Interrupt),
+            (0.1, Happening::Stop),
+            (0.3, Happening::Press),
+            (0.3, Happening::ButtonFallsSilent),
+            (0.15, Happening::Meddle(other)),
+            (0.15, Happening::Beyond(one)),
+            (0.05, Happening::DiskFull),
+        ] {
+            if self.chance(probability) {
+                happenings.push((self.time(), happening));
+            }
+        }
+        happenings
     }
 }

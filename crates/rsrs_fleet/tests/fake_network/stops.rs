@@ -3,33 +3,27 @@
 use std::collections::BTreeSet;
 
 use rsrs_fleet::runner::Outcome;
-use rsrs_fleet::stopper::Ending;
+use rsrs_fleet::stopper::{Answer, Ending};
 
-use crate::fleet;
 use crate::network::{Faults, Node};
-use crate::scenario::Scenario;
+use crate::scenario::{Happening, Scenario};
+use crate::{play, play_seeds};
 
-const SEEDS: u64 = 300;
+const SEEDS: u64 = 1_000;
 
 #[test]
 fn no_seed_breaks_an_invariant_of_stops() {
-    let (mut interrupted, mut acknowledged, mut named) = (0, 0, 0);
-
-    for seed in 0..SEEDS {
-        let scenario = Scenario::draw_with_stop(seed);
-        match fleet::play(scenario.clone()) {
-            Ok(story) => {
-                let [stop] = &story.stops[..] else { panic!("seed {seed}: {:?}", story.stops) };
-                acknowledged += u64::from(stop.ending == Ending::Acknowledged);
-                named += u64::from(stop.ending == Ending::TimedOut);
-                let is_e_stop = |end: &Outcome| *end == aborted("e-stop");
-                interrupted += u64::from(story.outcomes.values().any(is_e_stop));
-            }
-            Err(violation) => panic!("seed {seed}: {violation}\n{scenario:#?}"),
-        }
-    }
+    let counts = play_seeds(SEEDS, Scenario::draw_with_stop, |story| {
+        let is_e_stop = |end: &Outcome| *end == aborted("e-stop");
+        vec![
+            story.stops[0].ending == Ending::Acknowledged,
+            story.stops[0].ending == Ending::TimedOut,
+            story.outcomes.values().any(is_e_stop),
+        ]
+    });
 
     // The invariants hold where nothing moves and nobody hears: see that there is more to it.
+    let [acknowledged, named, interrupted] = counts[..] else { panic!("{counts:?}") };
     assert!(interrupted >= SEEDS / 4, "{interrupted} of {SEEDS} stops met a run");
     assert!(acknowledged >= SEEDS / 2, "{acknowledged} of {SEEDS} stops were acknowledged");
     assert_eq!(acknowledged + named, SEEDS);
@@ -39,13 +33,19 @@ fn aborted(reason: &str) -> Outcome {
     Outcome::Aborted { reason: reason.to_owned() }
 }
 
+fn silent(answers: &[Answer]) -> Vec<&str> {
+    let silent = answers.iter().filter(|answer| answer.acknowledged_after.is_none());
+    silent.map(|answer| answer.robot.as_str()).collect()
+}
+
 #[test]
 fn a_stop_in_the_middle_of_a_run_ends_it_and_every_robot_acknowledges() {
-    let story = fleet::play(Scenario { stop_ms: Some(3_000), ..Scenario::calm(1) }).unwrap();
+    let story = play(Scenario::calm(1).with(3_000, Happening::Stop));
 
     assert_eq!(story.outcomes[&0], aborted("e-stop"));
     let [stop] = &story.stops[..] else { panic!("{:?}", story.stops) };
-    assert_eq!((stop.ending, stop.took_ms), (Ending::Acknowledged, 2_000));
+    assert_eq!(stop.ending, Ending::Acknowledged);
+    assert!((2_000..2_030).contains(&stop.took_ms), "{}", stop.took_ms);
     for answer in &stop.answers {
         let after = answer.acknowledged_after.expect("all have acknowledged");
         assert!(after.as_millis() <= 10, "{answer:?}");
@@ -56,9 +56,9 @@ fn a_stop_in_the_middle_of_a_run_ends_it_and_every_robot_acknowledges() {
 fn a_stop_under_loss_is_acknowledged_by_all() {
     for seed in 0..50 {
         let faults = Faults { loss: 0.5, duplication: 0.2, delay_ms: 100, partition: None };
-        let scenario = Scenario { stop_ms: Some(3_000), faults, ..Scenario::calm(seed) };
+        let scenario = Scenario { faults, ..Scenario::calm(seed) }.with(3_000, Happening::Stop);
 
-        let story = fleet::play(scenario).unwrap();
+        let story = play(scenario);
 
         assert_eq!(story.stops[0].ending, Ending::Acknowledged, "seed {seed}");
     }
@@ -67,39 +67,46 @@ fn a_stop_under_loss_is_acknowledged_by_all() {
 #[test]
 fn a_robot_that_is_cut_off_is_named_and_stands_without_having_heard_it() {
     let side: BTreeSet<_> = [Node::Robot(1), Node::Controller(1)].into();
-    let faults = Faults { partition: Some((2_500, 20_000, side)), ..Scenario::calm(1).faults };
+    let faults = Faults { partition: Some((2_500, 20_000, side)), ..Faults::none() };
 
-    let story =
-        fleet::play(Scenario { stop_ms: Some(2_600), faults, ..Scenario::calm(1) }).unwrap();
+    let story = play(Scenario { faults, ..Scenario::calm(1) }.with(2_600, Happening::Stop));
 
     let [stop] = &story.stops[..] else { panic!("{:?}", story.stops) };
-    let silent: Vec<_> = stop
-        .answers
-        .iter()
-        .filter(|answer| answer.acknowledged_after.is_none())
-        .map(|answer| answer.robot.as_str())
-        .collect();
-    assert_eq!((stop.ending, silent), (Ending::TimedOut, vec!["robot_2"]));
+    assert_eq!((stop.ending, silent(&stop.answers)), (Ending::TimedOut, vec!["robot_2"]));
+}
+
+#[test]
+fn under_loss_exactly_the_robots_that_are_dead_are_named() {
+    for seed in 0..50 {
+        let faults = Faults { loss: 0.4, duplication: 0.2, delay_ms: 100, partition: None };
+        let scenario = Scenario { faults, ..Scenario::calm(seed) }
+            .with(2_900, Happening::Crash(Node::Robot(2)))
+            .with(3_000, Happening::Stop);
+
+        let story = play(scenario);
+
+        let stop = &story.stops[0];
+        let found = (stop.ending, silent(&stop.answers));
+        assert_eq!(found, (Ending::TimedOut, vec!["robot_3"]), "seed {seed}");
+    }
 }
 
 #[test]
 fn a_stop_works_without_a_runner() {
-    let scenario = Scenario { crash_ms: Some(2_900), stop_ms: Some(3_000), ..Scenario::calm(1) };
+    let crash = Happening::Crash(Node::Runner(0));
 
-    let story = fleet::play(scenario).unwrap();
+    let story = play(Scenario::calm(1).with(2_900, crash).with(3_000, Happening::Stop));
 
     assert_eq!(story.stops[0].ending, Ending::Acknowledged);
 }
 
 #[test]
 fn after_a_stop_no_run_starts_until_it_is_released() {
-    let stopped =
-        Scenario { stop_ms: Some(2_000), second_runner_ms: Some(5_000), ..Scenario::calm(1) };
-    let released =
-        Scenario { second_runner_ms: Some(9_000), release_ms: Some(5_000), ..stopped.clone() };
+    let stopped = Scenario::calm(1).with(2_000, Happening::Stop);
+    let released = stopped.clone().with(5_000, Happening::Release);
 
-    let refused = fleet::play(stopped).unwrap();
-    let allowed = fleet::play(released).unwrap();
+    let refused = play(stopped.with(5_000, Happening::Start(1)));
+    let allowed = play(released.with(9_000, Happening::Start(1)));
 
     let Outcome::Failed { problems } = &refused.outcomes[&1] else {
         panic!("{:?}", refused.outcomes)
@@ -114,7 +121,7 @@ fn after_a_stop_no_run_starts_until_it_is_released() {
 
 #[test]
 fn a_release_in_the_middle_of_a_run_disturbs_nothing() {
-    let story = fleet::play(Scenario { release_ms: Some(2_000), ..Scenario::calm(1) }).unwrap();
+    let story = play(Scenario::calm(1).with(2_000, Happening::Release));
 
     assert_eq!(story.stops[0].ending, Ending::InRun);
     assert_eq!(story.outcomes[&0], Outcome::Completed);

@@ -1,97 +1,242 @@
-//! What an all-knowing witness sees of each robot, and which movements it calls a violation.
+//! What an all-knowing witness sees of one robot, and which movements it calls a violation.
 //!
-//! It keeps its own books on the true clock and asks the machines only whether the wheels turn.
+//! It keeps its own books on the true clock, by what was delivered and to whom, and asks the
+//! machines only which epoch they obey and whether they let anything through.
 
 use std::collections::BTreeMap;
 
-use rsrs_fleet::message::{Lease, LeaseState, Status};
+use rsrs_core::controller::Command;
+use rsrs_fleet::message::{Lease, LeaseState};
+
+use crate::network::Sent;
+use crate::scenario::Body;
+
+/// What the wheels may be told at most: the command of the runs.
+pub const FASTEST: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
+
+const LEASE_MS: u64 = 500;
+const CONTROLLER_MS: u64 = 500;
+const E_STOP_SILENCE_MS: u64 = 500;
+const COMMAND_MS: u64 = 325;
+const STOPPED_WITHIN_MS: u64 = 200;
+/// The timeout of the microcontroller that turns the wheels.
+const WHEELS_MS: u64 = 250;
+/// A process looks at its gate at least so often, in milliseconds, while its machine lets it.
+pub const GLANCE_MS: u64 = 20;
+/// What clocks that go wrong by 2,000 ppm make of a second, in milliseconds.
+const DRIFT_MS: u64 = 2;
 
 /// Books on one robot.
 #[derive(Clone, Debug, Default)]
 pub struct Witness {
-    /// When each status was sent.
-    sent_ms: BTreeMap<u64, u64>,
-    /// By epoch: the latest time up to which an echo of an own status allows movement.
+    /// Which life it is in.
+    life: u32,
+    /// Whether a lapse may heal, as in lockstep, where it freezes the world meanwhile.
+    forgives: bool,
+    /// By epoch: the latest time up to which the runner's having heard it allows movement.
     fresh_until_ms: BTreeMap<u64, u64>,
     /// By epoch: the digest that leases named, and whether one said `Running`.
     leases: BTreeMap<u64, (u64, bool)>,
-    /// The digest that its controller named last.
-    controller_digest: Option<u64>,
+    /// The epoch that it obeys, and since when.
+    bound: (u64, u64),
+    /// The digest that its controller named last, and when.
+    controller: Option<(u64, u64)>,
+    /// When the last command came.
+    commanded_ms: Option<u64>,
     /// When it first heard the e-stop that holds it.
     e_stop_ms: Option<u64>,
-    /// Whether it ever heard the e-stop, in whichever life.
-    has_heard_e_stop: bool,
+    /// When somebody last spoke on the e-stop topic.
+    e_stop_word_ms: Option<u64>,
+    /// When it heard, first, that it has to stand in the epoch that it obeys, and why.
+    told_to_stand: Option<(u64, &'static str)>,
+    /// It must not move in this epoch any more, nor in an older one, for this reason.
+    barred: Option<(u64, &'static str)>,
+    /// Whether the e-stop ever locked it, by word or by silence, in whichever life.
+    was_locked: bool,
     /// The highest epoch it ever moved in.
     moved_in: u64,
+    /// When it last was allowed to move, and did.
+    allowed_ms: Option<u64>,
 }
 
-const LEASE_MS: u64 = 500;
-
 impl Witness {
-    pub fn sent(&mut self, status: &Status, now_ms: u64) {
-        self.sent_ms.insert(status.counter, now_ms);
+    pub fn new(body: Body) -> Self {
+        Self { forgives: body == Body::Lockstep, ..Self::default() }
     }
 
-    pub fn lease(&mut self, lease: &Lease, name: &str) {
-        let echo = lease.echo(name).expect("every lease of the tests names every robot");
+    pub fn life(&self) -> u32 {
+        self.life
+    }
+
+    /// The process of its gate starts: what was before counts no more, but for what it obeyed.
+    pub fn starts(&mut self) {
+        *self = Self {
+            life: self.life + 1,
+            forgives: self.forgives,
+            was_locked: self.was_locked,
+            moved_in: self.moved_in,
+            ..Self::default()
+        };
+    }
+
+    /// A lease arrives; `echo` is what its runner had heard of this robot last.
+    pub fn lease(&mut self, lease: &Lease, echo: Option<Sent>, now_ms: u64) {
         let entry = self.leases.entry(lease.epoch).or_insert((lease.parameter_digest, false));
         entry.1 |= lease.state == LeaseState::Running;
-        if let Some(sent_ms) = self.sent_ms.get(&echo) {
+        if lease.state == LeaseState::Stopped && lease.epoch == self.bound.0 {
+            self.must_stand(now_ms, "its runner said so");
+        }
+        if let Some(sent) = echo.filter(|sent| sent.life == self.life) {
             let until_ms = self.fresh_until_ms.entry(lease.epoch).or_default();
-            *until_ms = (*until_ms).max(sent_ms + LEASE_MS);
+            let has_lapsed = now_ms > *until_ms + GLANCE_MS + DRIFT_MS;
+            if has_lapsed && !self.forgives && self.moved_in == lease.epoch && *until_ms > 0 {
+                self.barred = Some((lease.epoch, "its lease ran out"));
+            }
+            *until_ms = (*until_ms).max(sent.at_ms + LEASE_MS + DRIFT_MS);
         }
     }
 
-    pub fn controller(&mut self, digest: u64) {
-        self.controller_digest = Some(digest);
+    pub fn controller(&mut self, digest: u64, now_ms: u64) {
+        self.controller = Some((digest, now_ms));
+        let (epoch, _) = self.bound;
+        let is_final = !self.forgives && self.moved_in == epoch;
+        if is_final && self.leases.get(&epoch).is_some_and(|(due, _)| *due != digest)
+        {
+            self.must_stand(now_ms, "its parameters are not the confirmed ones");
+        }
     }
 
-    pub fn e_stop_engaged(&mut self, now_ms: u64) {
-        self.has_heard_e_stop = true;
-        self.e_stop_ms.get_or_insert(now_ms);
+    pub fn command(&mut self, now_ms: u64) {
+        self.commanded_ms = Some(now_ms);
     }
 
-    pub fn e_stop_released(&mut self) {
-        self.e_stop_ms = None;
+    pub fn refused(&mut self) {
+        self.commanded_ms = None;
     }
 
-    /// Whether it ever heard the e-stop, before it restarted or after.
-    pub fn has_heard_e_stop(&self) -> bool {
-        self.has_heard_e_stop
+    pub fn e_stop(&mut self, engaged: bool, now_ms: u64) {
+        self.was_locked |= self.is_silent(now_ms + 2 * DRIFT_MS);
+        self.e_stop_word_ms = Some(now_ms);
+        if engaged {
+            self.was_locked = true;
+            self.e_stop_ms.get_or_insert(now_ms);
+            self.must_stand(now_ms, "the e-stop was engaged");
+        } else {
+            self.e_stop_ms = None;
+        }
     }
 
-    /// The gate restarts: what it sent before no longer counts.
-    pub fn reboot(&mut self) {
-        let (moved_in, has_heard_e_stop) = (self.moved_in, self.has_heard_e_stop);
-        *self = Self { has_heard_e_stop, moved_in, ..Self::default() };
+    fn must_stand(&mut self, now_ms: u64, why: &'static str) {
+        self.told_to_stand.get_or_insert((now_ms, why));
+        if self.bound.0 > 0 {
+            self.barred = Some((self.bound.0, why));
+        }
     }
 
-    /// Called while the wheels turn.
+    /// Which epoch it obeys now.
+    pub fn obeys(&mut self, epoch: u64, now_ms: u64) -> Result<(), String> {
+        if epoch < self.bound.0 {
+            return Err(format!("obeys epoch {epoch} after epoch {}", self.bound.0));
+        }
+        if epoch > self.bound.0 {
+            self.bound = (epoch, now_ms);
+            self.told_to_stand = None;
+        }
+        Ok(())
+    }
+
+    /// Whether the e-stop ever locked it, before it restarted or after.
+    pub fn was_locked(&self, now_ms: u64) -> bool {
+        self.was_locked || self.is_silent(now_ms + 2 * DRIFT_MS)
+    }
+
+    fn is_silent(&self, now_ms: u64) -> bool {
+        self.e_stop_word_ms.is_some_and(|at_ms| now_ms > at_ms + E_STOP_SILENCE_MS + DRIFT_MS)
+    }
+
+    /// The epoch in which it moved last, and when it was last allowed to.
+    pub fn moved(&self) -> (u64, Option<u64>) {
+        (self.moved_in, self.allowed_ms)
+    }
+
+    /// Called when its gate lets a command through.
     ///
     /// # Errors
     ///
-    /// Why they must not.
-    pub fn moves(&mut self, epoch: u64, now_ms: u64) -> Result<(), String> {
-        let until_ms = self.fresh_until_ms.get(&epoch).copied().unwrap_or(0);
+    /// Why it must not.
+    pub fn moves(&mut self, now_ms: u64) -> Result<(), String> {
+        let (epoch, since_ms) = self.bound;
+        // A simulator in lockstep goes by what the gates said when it looked at them last.
+        let since_look_ms = if self.forgives { GLANCE_MS } else { 0 };
+        let until_ms = self.fresh_until_ms.get(&epoch).copied().unwrap_or(0) + since_look_ms;
         if now_ms > until_ms {
             return Err(format!("moves at {now_ms} ms, its lease ran out at {until_ms} ms"));
         }
-        match self.leases.get(&epoch) {
-            Some((digest, true)) if self.controller_digest == Some(*digest) => {}
-            found => {
-                return Err(format!(
-                    "moves under {found:?} with controller {:?}",
-                    self.controller_digest
-                ));
-            }
+        let lease = self.leases.get(&epoch);
+        let is_confirmed = |(digest, running): &(u64, bool)| {
+            let last_ms = CONTROLLER_MS + DRIFT_MS + since_look_ms;
+            let recently = |at_ms: u64| now_ms <= at_ms + last_ms;
+            *running && self.controller.is_some_and(|(its, at)| its == *digest && recently(at))
+        };
+        if !lease.is_some_and(is_confirmed) {
+            return Err(format!(
+                "moves at {now_ms} ms under {lease:?} with controller {:?}",
+                self.controller
+            ));
         }
         if let Some(heard_ms) = self.e_stop_ms {
             return Err(format!("moves at {now_ms} ms, heard the e-stop at {heard_ms} ms"));
         }
+        if let Some(word_ms) = self.e_stop_word_ms
+            && word_ms >= since_ms
+            && self.is_silent(now_ms)
+        {
+            return Err(format!("moves at {now_ms} ms, the e-stop is silent since {word_ms} ms"));
+        }
+        if let Some((barred, why)) = self.barred
+            && epoch <= barred
+        {
+            return Err(format!("moves in epoch {epoch} at {now_ms} ms again, although {why}"));
+        }
         if epoch < self.moved_in {
             return Err(format!("moves in epoch {epoch} after epoch {}", self.moved_in));
         }
-        self.moved_in = epoch;
+        (self.moved_in, self.allowed_ms) = (epoch, Some(now_ms));
+        Ok(())
+    }
+
+    /// Called when the gate lets a command through whose age matters.
+    ///
+    /// # Errors
+    ///
+    /// If the command is too old.
+    pub fn obeys_command(&self, now_ms: u64) -> Result<(), String> {
+        match self.commanded_ms {
+            Some(at_ms) if now_ms <= at_ms + COMMAND_MS + DRIFT_MS => Ok(()),
+            last => Err(format!("moves at {now_ms} ms by the command that came at {last:?} ms")),
+        }
+    }
+
+    /// Called while real wheels turn; `is_awake` if the gate's process lives and has time.
+    ///
+    /// # Errors
+    ///
+    /// Why they must not turn any more, or not so.
+    pub fn wheels(&self, told: Command, is_awake: bool, now_ms: u64) -> Result<(), String> {
+        if told.speed_m_s.abs() > FASTEST.speed_m_s
+            || told.turn_rate_rad_s.abs() > FASTEST.turn_rate_rad_s
+        {
+            return Err(format!("wheels are told {told:?}, at most {FASTEST:?} was asked for"));
+        }
+        let until_ms = self.allowed_ms.unwrap_or(0) + if is_awake { GLANCE_MS } else { WHEELS_MS };
+        if now_ms > until_ms {
+            return Err(format!("wheels turn at {now_ms} ms, allowed until {until_ms} ms"));
+        }
+        if let Some((told_ms, why)) = self.told_to_stand
+            && now_ms > told_ms + STOPPED_WITHIN_MS
+        {
+            return Err(format!("wheels turn at {now_ms} ms, {why} at {told_ms} ms"));
+        }
         Ok(())
     }
 }

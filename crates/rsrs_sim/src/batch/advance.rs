@@ -6,7 +6,8 @@ use super::noise::{LaneKey, turn};
 use super::sense::Body;
 use super::simd::{Number, Simd};
 use crate::contact::Border;
-use crate::robots::{Rules, Traits};
+use crate::draw::Key;
+use crate::robots::{NoiseKeys, Robots, Rules};
 use crate::turn;
 
 /// What is the same for all robots at all times, in all lanes.
@@ -103,13 +104,14 @@ pub struct Drift<F> {
 }
 
 impl<S: Simd> Habit<S> {
-    /// The step of a robot with these traits, one for each lane.
+    /// The step of a robot in worlds where it has these traits, one for each lane.
     pub fn new<'a>(
         simd: S,
         rules: &Rules,
         (speed_m_s, turn_rate_rad_s): (f32, f32),
-        traits: impl Fn(usize) -> &'a Traits,
+        (robot, world): (usize, impl Fn(usize) -> &'a Robots),
     ) -> Self {
+        let traits = |lane| world(lane).traits[robot];
         let turned = |rate_rad_s: f32| {
             let of = |lane| {
                 let traits = traits(lane);
@@ -119,7 +121,7 @@ impl<S: Simd> Habit<S> {
             (simd.singles(|lane| of(lane).0), simd.singles(|lane| of(lane).1))
         };
         Self {
-            detection: LaneKey::new(simd, |lane| traits(lane).detection),
+            detection: LaneKey::new(simd, |lane| world(lane).detection_keys[robot]),
             travel_m: simd.singles(|lane| speed_m_s * traits(lane).speed_gain * rules.period_s),
             left: turned(turn_rate_rad_s),
             right: turned(-turn_rate_rad_s),
@@ -205,17 +207,21 @@ impl<S: Simd> Habit<S> {
 }
 
 impl<S: Simd> Whims<S> {
-    /// The character of a robot with these traits, one for each lane.
-    pub fn new<'a>(simd: S, traits: impl Fn(usize) -> &'a Traits) -> Self {
+    /// The character of a robot in these worlds, one for each lane.
+    pub fn new<'a>(simd: S, robot: usize, world: impl Fn(usize) -> &'a Robots) -> Self {
+        let traits = |lane| world(lane).traits[robot];
+        let keys = |key: fn(&NoiseKeys) -> Key| {
+            LaneKey::new(simd, |lane| key(&world(lane).noise_keys[robot]))
+        };
         Self {
             speed_gain: simd.singles(|lane| traits(lane).speed_gain),
             turn_gain: simd.singles(|lane| traits(lane).turn_gain),
             turn_bias_rad_s: simd.singles(|lane| traits(lane).turn_bias_rad_s),
-            speed_gain_noise: LaneKey::new(simd, |lane| traits(lane).speed_gain_noise),
-            turn_gain_noise: LaneKey::new(simd, |lane| traits(lane).turn_gain_noise),
-            heading_noise: LaneKey::new(simd, |lane| traits(lane).heading_noise),
-            gust_x: LaneKey::new(simd, |lane| traits(lane).gust_x),
-            gust_y: LaneKey::new(simd, |lane| traits(lane).gust_y),
+            speed_gain_noise: keys(|keys| keys.speed_gain_noise),
+            turn_gain_noise: keys(|keys| keys.turn_gain_noise),
+            heading_noise: keys(|keys| keys.heading_noise),
+            gust_x: keys(|keys| keys.gust_x),
+            gust_y: keys(|keys| keys.gust_y),
         }
     }
 }

@@ -2,9 +2,11 @@
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::order::Evidence;
-use rsrs_core::phase::{BLOCK_S, GOOD_BLOCKS, Phase, Thresholds, Verdict, WINDOW_S, samples_in};
+use rsrs_core::phase::{BLOCK_S, Phase, Thresholds, Verdict, WINDOW_S, samples_in};
+use rsrs_core::trajectory::Bodies;
 
 use super::Judged;
+use super::converging::{AROUND, Converging, lanes};
 use super::evidence::{Commanded, Scratch, Window, gather};
 use super::quick::{Answer, Memory, Quick};
 use super::rows::Rows;
@@ -122,72 +124,39 @@ impl<S: Simd> UnitEngine<S> {
         })
     }
 
-    /// Looks at the last block: which lanes were stable mills in it.
-    fn look(&mut self, window: (u64, u64), around: &Around<'_>, converging: &mut Converging) {
+    /// Which of the lanes `open` were stable mills in a block, as bits.
+    fn good(&mut self, block: u64, open: u32, around: &Around) -> u32 {
         let simd = self.simd;
         let window = Window {
             rows: &self.rows,
-            start: window.0,
-            end: window.1,
+            start: block * around.n_block,
+            end: (block + 1) * around.n_block,
             commanded: &around.commanded[1],
-            bodies: around.conditions.bodies(),
+            bodies: around.bodies,
         };
-        let open = converging.open();
-        let bits = open.iter().fold(0, |bits, lane| bits | 1 << lane);
         let memory = &mut self.memory;
-        let answers = simd.vectorize(Quick { simd, window, open: bits, memory });
+        let answers = simd.vectorize(Quick { simd, window, open, memory });
         let mut exact: Option<Vec<Evidence>> = None;
-        for lane in open {
+        lanes(open).fold(0, |good, lane| {
             let is_good = match answers[lane] {
                 Answer::Yes => true,
                 Answer::No => false,
                 Answer::Unclear => {
                     let gather = || gather(simd, window, &mut self.scratch, 0..S::LANES);
-                    is_stable(&exact.get_or_insert_with(gather)[lane])
+                    let evidence = &exact.get_or_insert_with(gather)[lane];
+                    Thresholds::default().is_stable(evidence)
                 }
             };
-            if is_good {
-                converging.extend(lane, window.start, around);
-            } else {
-                converging.good_blocks[lane] = 0;
-            }
-        }
+            good | u32::from(is_good) << lane
+        })
     }
 }
 
 /// What a run is judged by.
-struct Around<'a> {
-    conditions: &'a Conditions,
+struct Around {
+    bodies: Bodies,
     n_block: u64,
     commanded: [Commanded; 2],
-}
-
-/// When each lane began to be a stable mill.
-struct Converging {
-    good_blocks: Vec<usize>,
-    converged_s: Vec<Option<f64>>,
-}
-
-impl Converging {
-    /// The lanes that have not yet become one.
-    fn open(&self) -> Vec<usize> {
-        let lanes = 0..self.converged_s.len();
-        lanes.filter(|lane| self.converged_s[*lane].is_none()).collect()
-    }
-
-    /// A lane was a stable mill in the block from this sample on.
-    fn extend(&mut self, lane: usize, block_start: u64, around: &Around<'_>) {
-        self.good_blocks[lane] += 1;
-        if self.good_blocks[lane] == GOOD_BLOCKS {
-            let first = block_start - (GOOD_BLOCKS - 1) as u64 * around.n_block;
-            self.converged_s[lane] = Some(first as f64 * around.conditions.period_s);
-        }
-    }
-}
-
-/// The rule of stable milling alone. What is stable by it is neither dispersed nor colliding.
-fn is_stable(evidence: &Evidence) -> bool {
-    Thresholds::default().phase(evidence, None) == Phase::StableMilling
 }
 
 impl<S: Simd> Engine for UnitEngine<S> {
@@ -204,15 +173,18 @@ impl<S: Simd> Engine for UnitEngine<S> {
         let n_samples = conditions.steps(duration_s);
         let n_window = samples_in(WINDOW_S, conditions.period_s);
         let n_block = samples_in(BLOCK_S, conditions.period_s) as u64;
-        let mut swarms = self.place(conditions, runs, n_window.max(2))?;
-        let around = Around { conditions, n_block, commanded: self.commanded(conditions) };
-        let mut converging =
-            Converging { good_blocks: vec![0; runs.len()], converged_s: vec![None; runs.len()] };
-        for block in 0..n_samples / n_block {
-            let window = (block * n_block, (block + 1) * n_block);
-            swarms.run(&mut self.rows, window.1 - 1 - swarms.step_index());
-            if !converging.open().is_empty() {
-                self.look(window, &around, &mut converging);
+        let n_rows = n_window.max((2 * AROUND + 1) as usize * n_block as usize).max(2);
+        let mut swarms = self.place(conditions, runs, n_rows)?;
+        let commanded = self.commanded(conditions);
+        let around = Around { bodies: conditions.bodies(), n_block, commanded };
+        let mut converging = Converging::new(runs.len());
+        let n_blocks = n_samples / n_block;
+        for asked in Converging::asked(n_blocks) {
+            let end = (asked + AROUND + 1).min(n_blocks) * n_block;
+            swarms.run(&mut self.rows, end - 1 - swarms.step_index());
+            converging.search(asked, n_blocks, |block, open| self.good(block, open, &around));
+            if converging.open() == 0 {
+                break;
             }
         }
         swarms.run(&mut self.rows, n_samples - 1 - swarms.step_index());
@@ -224,15 +196,17 @@ impl<S: Simd> Engine for UnitEngine<S> {
             start: n_samples - n_window as u64,
             end: n_samples,
             commanded: &around.commanded[0],
-            bodies: conditions.bodies(),
+            bodies: around.bodies,
         };
         let evidence = gather(self.simd, window, &mut self.scratch, 0..runs.len());
         let judged =
-            evidence.into_iter().zip(converging.converged_s).map(|(evidence, converged_s)| {
+            evidence.into_iter().zip(converging.first_blocks()).map(|(evidence, first_block)| {
                 let phase = Thresholds::default().phase(&evidence, None);
                 let duration_s = n_samples as f64 * conditions.period_s;
                 let verdict = Verdict { phase, evidence, n_robots: conditions.robots, duration_s };
-                let converged_s = converged_s.filter(|_| phase == Phase::StableMilling);
+                let converged_s = first_block
+                    .filter(|_| phase == Phase::StableMilling)
+                    .map(|block| (block * n_block) as f64 * conditions.period_s);
                 Judged { verdict, converged_s }
             });
         Ok(Some(judged.collect()))

@@ -9,6 +9,7 @@ use rsrs_core::order::LOST_SHARE;
 use rsrs_core::phase::Thresholds;
 
 use super::evidence::Window;
+use super::nearest::nearest_neighbours;
 use super::sense::Body;
 use super::simd::{Mask, Number, Simd, Work};
 
@@ -283,18 +284,9 @@ impl<S: Simd> Quick<'_, S> {
         let mut together = 0;
         for sample in window.start..window.end {
             let row = window.rows.at(sample);
-            nearest_m2.fill(one(f32::INFINITY));
-            for robot in 0..n_robots {
-                let me = row[robot];
-                let mut nearest = nearest_m2[robot];
-                let others = row[robot + 1..].iter().zip(&mut nearest_m2[robot + 1..]);
-                for (other, their_nearest) in others {
-                    let (dx_m, dy_m) = (other.x_m - me.x_m, other.y_m - me.y_m);
-                    let between_m2 = dx_m * dx_m + dy_m * dy_m;
-                    nearest = nearest.least(between_m2);
-                    *their_nearest = their_nearest.least(between_m2);
-                }
-                near[robot] = near[robot] + one(1.0).unless(range_m2.lt(nearest));
+            nearest_neighbours(simd, row, nearest_m2);
+            for (near, nearest_m2) in near.iter_mut().zip(&*nearest_m2) {
+                *near = *near + one(1.0).unless(range_m2.lt(*nearest_m2));
             }
             if sample + 1 - window.start >= enough {
                 let limit = one(enough as f32 - 0.5);

@@ -72,8 +72,8 @@ impl<S: Simd> Swarms<S> {
         let rules = Rules::new(conditions);
         let controller = conditions.controller;
         let told = (controller.speed_m_s as f32, controller.turn_rate_rad_s as f32);
-        let habit = |robot: usize| Habit::new(simd, &rules, told, |l| &world(l).traits[robot]);
-        let whims = |robot: usize| Whims::new(simd, |lane| &world(lane).traits[robot]);
+        let habit = |robot: usize| Habit::new(simd, &rules, told, (robot, world));
+        let whims = |robot: usize| Whims::new(simd, robot, world);
         let zero = simd.single(0.0);
         let still = Drift { gust_m_s: (zero, zero), yaw_rate_rad_s: zero };
         let latency_steps = u64::from(conditions.robot.latency_steps);

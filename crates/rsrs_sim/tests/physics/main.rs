@@ -10,5 +10,6 @@
 mod mills;
 mod ring;
 mod support;
+mod swarms;
 mod swarmsim;
 mod tables;

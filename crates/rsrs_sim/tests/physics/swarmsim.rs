@@ -72,7 +72,16 @@ fn mill_in_swarmsim(python: &Path, start: &[Pose]) -> Value {
         "steps": STEPS,
         "window": WINDOW,
     });
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/physics/mill_in_swarmsim.py");
+    ask(python, "mill_in_swarmsim.py", &task)
+}
+
+/// What a script of this folder answers to a task.
+///
+/// # Panics
+///
+/// If it fails.
+pub fn ask(python: &Path, script: &str, task: &Value) -> Value {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/physics").join(script);
     let mut command = Command::new(python);
     // It imports a library for windows, which must not look for one.
     command.arg(script).env("SDL_VIDEODRIVER", "dummy").env("PYGAME_HIDE_SUPPORT_PROMPT", "1");
@@ -95,7 +104,7 @@ fn mill_in_swarmsim(python: &Path, start: &[Pose]) -> Value {
 /// # Panics
 ///
 /// If there is such a Python and swarmsim cannot be installed.
-fn python_with_swarmsim() -> Option<PathBuf> {
+pub fn python_with_swarmsim() -> Option<PathBuf> {
     let Some(base) = interpreters().into_iter().find(|python| is_new_enough(python)) else {
         say("swarmsim: not compared with: it needs Python 3.12 or newer, and none was found");
         return None;

@@ -10,7 +10,7 @@ use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::fleet_file::{CmdVel, FleetFile, FleetRobot};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 
-use super::{PROGRAM, PlaceCheck, Plan, Poses, common_profile, explained, read, run_id};
+use super::{PROGRAM, PlaceCheck, Plan, Poses, common_profile, read, run_id};
 
 /// What a person asks for.
 #[derive(Clone, Debug)]
@@ -43,8 +43,7 @@ impl Plan {
     /// is none, or the bag exists already.
     pub fn of_trial(request: &TrialRequest) -> anyhow::Result<Self> {
         let (name, text) = read(&request.fleet)?;
-        let fleet =
-            FleetFile::parse(&name, &text).map_err(|error| explained(&error, error.help()))?;
+        let fleet = FleetFile::parse(&name, &text)?;
         let robots = [robot(&fleet, (&name, &request.robot))?.clone()];
         let (profile_text, measured) = common_profile(&robots, &request.fleet)?;
         let time = time(request.backend, &robots[0])?;
@@ -101,7 +100,7 @@ fn robot<'a>(fleet: &'a FleetFile, (file, name): (&str, &str)) -> anyhow::Result
 
 fn time(backend: Backend, robot: &FleetRobot) -> anyhow::Result<Time> {
     match (backend, robot.cmd_vel) {
-        (Backend::Fleet, _) => Ok(Time::RealTime),
+        (Backend::Fleet | Backend::Mixed, _) => Ok(Time::RealTime),
         (Backend::Simulator, CmdVel::TwistStamped) => Ok(Time::Lockstep),
         (Backend::Simulator, CmdVel::Twist) => {
             Err(anyhow!("{} takes `cmd_vel: twist`, lockstep needs `twist_stamped`", robot.name))

@@ -2,6 +2,7 @@
 
 mod drivers;
 mod floor;
+mod line_fuzz;
 mod micro;
 mod parameters;
 mod safety;

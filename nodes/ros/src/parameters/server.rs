@@ -19,7 +19,7 @@ use super::value::{Descriptor, ParameterValue};
 use crate::session::{Bytes, NodeHandle, Publisher, Session, SessionError, Task, lock, profile};
 
 /// As for every service of ROS 2.
-pub(super) const SERVICE_QOS: Qos = Qos::reliable(10);
+pub(crate) const SERVICE_QOS: Qos = Qos::reliable(10);
 
 /// A node and its parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -280,7 +280,7 @@ async fn serve(node: String, service: Service, endpoint: Endpoint, state: Arc<Mu
 }
 
 /// The vendor of the client.
-fn vendor_of(id: RmwRequestId) -> [u8; 2] {
+pub(crate) fn vendor_of(id: RmwRequestId) -> [u8; 2] {
     let [first, second, ..] = id.writer_gid.to_bytes16();
     [first, second]
 }

@@ -24,6 +24,12 @@ impl Mapping {
         if vendor == CYCLONE { Self::Cyclone } else { Self::Enhanced }
     }
 
+    /// Both, the likelier one first.
+    pub(crate) fn in_order(vendor: [u8; 2]) -> [Self; 2] {
+        let likely = Self::of_vendor(vendor);
+        [likely, likely.other()]
+    }
+
     fn other(self) -> Self {
         match self {
             Self::Enhanced => Self::Cyclone,
@@ -31,7 +37,7 @@ impl Mapping {
         }
     }
 
-    fn n_header_bytes(self) -> usize {
+    pub(crate) fn n_header_bytes(self) -> usize {
         match self {
             Self::Enhanced => 0,
             // Half of a GUID and a sequence number.
@@ -101,8 +107,7 @@ impl Request {
         vendor: [u8; 2],
         bytes: &[u8],
     ) -> Option<(Mapping, Self)> {
-        let likely = Mapping::of_vendor(vendor);
-        [likely, likely.other()].into_iter().find_map(|mapping| {
+        Mapping::in_order(vendor).into_iter().find_map(|mapping| {
             let body = bytes.get(mapping.n_header_bytes()..)?;
             Some((mapping, Self::decode_body(service, body)?))
         })
@@ -123,7 +128,7 @@ impl Request {
 }
 
 /// Puts the header of a request in front of its answer.
-pub(super) fn reply(mapping: Mapping, request: &[u8], answer: &[u8]) -> Vec<u8> {
+pub(crate) fn reply(mapping: Mapping, request: &[u8], answer: &[u8]) -> Vec<u8> {
     let header = &request[..mapping.n_header_bytes()];
     [header, answer].concat()
 }

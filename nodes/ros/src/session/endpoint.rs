@@ -1,11 +1,13 @@
 //! Who publishes and subscribes what: the discovery database, in the words of ROS 2.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::time::Instant;
 
 use rsrs_msgs::topics::Qos;
 use rustdds::DomainParticipant;
 
+use super::POLL;
 use super::graph::Graph;
 use super::qos;
 
@@ -59,6 +61,7 @@ pub(super) fn all(participant: &DomainParticipant, graph: &Graph) -> Vec<Endpoin
         let names = (data.topic_name.clone(), data.type_name.clone());
         (EndpointKind::Writer, names, data.qos(), data.key.to_bytes())
     });
+    let owners = graph.owners();
     let mut found: Vec<Endpoint> = readers
         .chain(writers)
         .filter_map(|(kind, (topic, type_name), policies, guid)| {
@@ -68,7 +71,7 @@ pub(super) fn all(participant: &DomainParticipant, graph: &Graph) -> Vec<Endpoin
                 kind,
                 qos: qos::discovered(&policies),
                 guid,
-                node: graph.node_of(guid),
+                node: owners.get(&guid).cloned(),
             })
         })
         .collect();
@@ -99,21 +102,43 @@ pub(super) fn participants(participant: &DomainParticipant) -> BTreeSet<Prefix> 
     writers.map(|writer| prefix(writer.publication_topic_data.key.to_bytes())).collect()
 }
 
-/// The vendor of a writer on a DDS topic.
-pub(super) fn vendor_of_writer(
-    participant: &DomainParticipant,
-    dds_topic: &str,
-) -> Option<[u8; 2]> {
-    let writers = participant.discovered_writers();
-    let writer = writers.iter().find(|w| w.publication_topic_data.topic_name == dds_topic)?;
-    let [first, second, ..] = writer.publication_topic_data.key.to_bytes();
-    Some([first, second])
+/// Who is on which DDS topic, as of a moment ago: the discovery database copies all of itself for
+/// every question, which hundreds of waiting requests cannot afford.
+#[derive(Debug, Default)]
+pub(super) struct Index {
+    asked: Option<Instant>,
+    vendors: BTreeMap<String, [u8; 2]>,
+    readers: BTreeSet<String>,
 }
 
-/// Whether somebody reads a DDS topic.
-pub(super) fn has_reader(participant: &DomainParticipant, dds_topic: &str) -> bool {
-    let readers = participant.discovered_readers();
-    readers.iter().any(|reader| reader.subscription_topic_data.topic_name() == dds_topic)
+impl Index {
+    /// Asks the discovery database again, if that is some time ago.
+    pub(super) fn refresh(&mut self, participant: &DomainParticipant) -> &Self {
+        if self.asked.is_some_and(|at| at.elapsed() < POLL) {
+            return self;
+        }
+        let vendor = |guid: [u8; 16]| [guid[0], guid[1]];
+        let writers = participant.discovered_writers().into_iter().map(|writer| {
+            let data = writer.publication_topic_data;
+            (data.topic_name, vendor(data.key.to_bytes()))
+        });
+        let readers = participant.discovered_readers().into_iter();
+        self.vendors = writers.collect();
+        self.readers =
+            readers.map(|reader| reader.subscription_topic_data.topic_name().clone()).collect();
+        self.asked = Some(Instant::now());
+        self
+    }
+
+    /// The vendor of a writer on a DDS topic.
+    pub(super) fn vendor_of_writer(&self, dds_topic: &str) -> Option<[u8; 2]> {
+        self.vendors.get(dds_topic).copied()
+    }
+
+    /// Whether somebody reads a DDS topic.
+    pub(super) fn has_reader(&self, dds_topic: &str) -> bool {
+        self.readers.contains(dds_topic)
+    }
 }
 
 pub(super) fn prefix(guid: [u8; 16]) -> Prefix {

@@ -41,10 +41,6 @@ impl NodeEntitiesInfo {
     fn full_name(&self) -> String {
         format!("{}/{}", self.namespace.trim_end_matches('/'), self.name)
     }
-
-    fn has(&self, guid: [u8; 16]) -> bool {
-        self.readers.contains(&guid) || self.writers.contains(&guid)
-    }
 }
 
 /// The last word of each participant.
@@ -76,11 +72,15 @@ impl Graph {
             .collect()
     }
 
-    /// Full name of the node that has this endpoint.
-    pub(super) fn node_of(&self, guid: [u8; 16]) -> Option<String> {
-        let nodes_of_participant = lock(&self.nodes_of_participant);
-        let nodes = nodes_of_participant.get(&prefix(guid))?;
-        nodes.iter().find(|node| node.has(guid)).map(NodeEntitiesInfo::full_name)
+    /// Full name of the node that has each endpoint.
+    pub(super) fn owners(&self) -> BTreeMap<[u8; 16], String> {
+        let mut owners = BTreeMap::new();
+        for node in lock(&self.nodes_of_participant).values().flatten() {
+            let name = node.full_name();
+            let endpoints = node.readers.iter().chain(&node.writers);
+            owners.extend(endpoints.map(|guid| (*guid, name.clone())));
+        }
+        owners
     }
 }
 
@@ -108,7 +108,7 @@ mod tests {
 
         let both = BTreeSet::from([[1; 12], [2; 12]]);
         assert_eq!(graph.node_names(&both), BTreeSet::from(["/robot_1/b".into(), "/c".into()]));
-        assert_eq!(graph.node_of([1; 16]).as_deref(), Some("/robot_1/b"));
+        assert_eq!(graph.owners()[&[1; 16]], "/robot_1/b");
     }
 
     #[test]
@@ -126,6 +126,6 @@ mod tests {
 
         graph.update(&[0, 1, 0, 0, 7]);
 
-        assert_eq!(graph.node_of([7; 16]), None);
+        assert!(graph.owners().is_empty());
     }
 }

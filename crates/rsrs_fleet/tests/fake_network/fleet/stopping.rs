@@ -1,10 +1,9 @@
 //! Who stops the fleet, on the network with everybody else.
 
-use rsrs_fleet::stopper::{self, Answer, Ending};
+use rsrs_fleet::stopper::{self, Answer, Ending, Word};
 
 use super::Fleet;
-use crate::network::{Message, Node};
-use crate::scenario::N_ROBOTS;
+use crate::network::Node;
 
 /// What came of a stop or release.
 #[derive(Debug)]
@@ -17,35 +16,28 @@ pub struct Stop {
 impl Fleet {
     pub(super) fn tell_stopper(&mut self, event: stopper::Event) {
         let now = self.local(Node::Stopper);
-        let Some((machine, since_ms)) = &mut self.stopper else { return };
+        let Some((machine, _, since_ms)) = &mut self.stopper else { return };
         let (actions, took_ms) = (machine.on_event(event, now), self.now_ms - *since_ms);
         let answers = machine.answers();
         for action in actions {
             match action {
-                stopper::Action::Say(engaged) => {
-                    for robot in 0..N_ROBOTS {
-                        self.send(Node::Stopper, Node::Robot(robot), &Message::EStop(engaged));
-                    }
-                    for runner in 0..2 {
-                        self.send(Node::Stopper, Node::Runner(runner), &Message::EStop(engaged));
-                    }
-                }
+                stopper::Action::Say(engaged) => self.say_e_stop(Node::Stopper, engaged),
                 stopper::Action::Finish(ending) => {
+                    self.note(|| format!("stopper: {ending:?}"));
                     self.story.stops.push(Stop { ending, took_ms, answers: answers.clone() });
                     self.stopper = None;
+                    let slot = self.slot(Node::Stopper);
+                    self.processes[slot].is_up = false;
                 }
             }
         }
     }
 
-    /// Whoever is said to have acknowledged a stop has heard it, and whoever has not is named.
+    /// Whoever is said to have acknowledged a stop has heard it.
     pub(super) fn judge_stop(&self) -> Result<(), String> {
-        let Some((stopper, _)) = &self.stopper else { return Ok(()) };
-        if self.scenario.release_ms.is_some() {
-            return Ok(());
-        }
+        let Some((stopper, Word::Engage, _)) = &self.stopper else { return Ok(()) };
         for (answer, witness) in stopper.answers().iter().zip(&self.witnesses) {
-            if answer.acknowledged_after.is_some() && !witness.has_heard_e_stop() {
+            if answer.acknowledged_after.is_some() && !witness.was_locked(self.now_ms) {
                 return Err(format!("{answer:?}, and has not heard the e-stop"));
             }
         }

@@ -10,6 +10,7 @@
 
 use rsrs_core::order::CONTACT_TOLERANCE;
 
+use super::super::nearest::{between_m2, nearest_neighbours};
 use super::super::sense::Body;
 use super::super::simd::{Mask, Number, Simd, Work};
 use super::Window;
@@ -148,6 +149,9 @@ impl<'a, S: Simd> Keep<'a, S> {
     #[inline(always)]
     fn has_room(&self, sample: u64) -> bool {
         let company = &*self.company;
+        if company.room_m2.lt(self.simd.single(0.0)).any() {
+            return false;
+        }
         let mut gone_m2 = self.simd.single(0.0);
         for (body, place) in self.row(sample).iter().zip(&company.places) {
             let (dx_m, dy_m) = (body.x_m - place.0, body.y_m - place.1);
@@ -263,31 +267,6 @@ fn is_below<S: Simd>(
 fn in_doubt<S: Simd>(simd: S, surely: u32, is_so: impl Fn(usize) -> bool) -> S::M {
     let answer = |lane: usize| if surely >> lane & 1 == 1 || is_so(lane) { 1.0 } else { 0.0 };
     simd.single(0.5).lt(simd.singles(answer))
-}
-
-#[inline(always)]
-fn between_m2<F: Number>(one: &Body<F>, other: &Body<F>) -> F {
-    let (dx_m, dy_m) = (one.x_m - other.x_m, one.y_m - other.y_m);
-    dx_m * dx_m + dy_m * dy_m
-}
-
-/// Squared distance of every robot to its nearest neighbour, infinite for one that is the only one.
-#[inline(always)]
-fn nearest_neighbours<S: Simd>(simd: S, row: &[Body<S::F>], nearest_m2: &mut [S::F]) {
-    nearest_m2.fill(simd.single(f32::INFINITY));
-    let (mut row, mut nearest_m2) = (row, nearest_m2);
-    while let (Some((me, others)), Some((mine, theirs))) =
-        (row.split_first(), nearest_m2.split_first_mut())
-    {
-        let mut nearest = *mine;
-        for (other, their_nearest) in others.iter().zip(&mut *theirs) {
-            let between_m2 = between_m2(me, other);
-            nearest = nearest.least(between_m2);
-            *their_nearest = their_nearest.least(between_m2);
-        }
-        *mine = nearest;
-        (row, nearest_m2) = (others, theirs);
-    }
 }
 
 fn between_by_definition<F>(one: &Body<F>, other: &Body<F>, lane: usize) -> f64

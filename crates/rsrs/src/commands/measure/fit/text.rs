@@ -106,6 +106,14 @@ fn spreads(details: &Details) -> String {
                 sd.map_or_else(String::new, |sd| bounds(sd.low, sd.high)),
             ]);
         }
+        if let Some(likelihood) = population.likelihood.filter(|_| population.by_command.len() > 1)
+        {
+            rows.push([
+                format!("sd of the {what} gain between robots at all commands alike"),
+                number(likelihood.alike_sd),
+                "restricted maximum likelihood".to_owned(),
+            ]);
+        }
     }
     columns(&rows)
 }

@@ -1,0 +1,285 @@
+//! How fast bags are written, recovered and read, and with how much memory.
+//!
+//! ```text
+//! cargo run --release -p rsrs_bags --example throughput -- FOLDER [MEGABYTES]
+//! ```
+//!
+//! It writes small messages as fast as one thread can, then a bag of MEGABYTES (1000 if it is not
+//! said) for each way of packing, and saves each as a damaged one and reads the trajectory in it.
+//! The bags are in FOLDER only while it runs. "Disk" is bytes of the bag, "content" those of the
+//! messages in it. Rates are per second of processor time, so that other programs on the machine do
+//! not count, nor do waits for the disk; the wall's seconds stand beside them.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use rsrs_bags::trajectory::{TrajectoryOptions, read_trajectory};
+use rsrs_bags::{
+    Bag, BagError, BagOptions, BagWriter, ChannelId, Compression, Packing, Sample, recover_into,
+};
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::geometry_msgs::TwistStamped;
+use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::topics::Qos;
+use rsrs_msgs::{RosMessage, cdr, topics};
+
+/// Control period, in nanoseconds.
+const PERIOD_NS: u64 = 130_000_000;
+
+const N_ROBOTS: usize = 9;
+
+/// Bytes of one picture; what makes bags of a gigabyte is cameras.
+const PICTURE_BYTES: usize = 200_000;
+
+/// Messages for the write path alone.
+const N_SMALL: u64 = 3_000_000;
+
+type Outcome = Result<(), Box<dyn std::error::Error>>;
+
+/// What a bag is filled with.
+#[derive(Clone, Copy)]
+enum Content {
+    /// Detections, commands and odometry of nine robots.
+    Swarm,
+    /// The same, and a camera above them.
+    SwarmAndCamera,
+}
+
+fn main() -> Outcome {
+    let mut arguments = env::args().skip(1);
+    let folder = PathBuf::from(arguments.next().ok_or("say in which folder there is room")?);
+    let megabytes: u64 = arguments.next().map_or(Ok(1000), |text| text.parse())?;
+    fs::create_dir_all(&folder)?;
+    small_messages(&folder)?;
+    println!(
+        "bag                       step     MB disk  MB content  wall s   CPU s  disk MB/s  content MB/s  peak MiB"
+    );
+    for (content, compression) in [
+        (Content::Swarm, Compression::None),
+        (Content::Swarm, Compression::Zstd),
+        (Content::SwarmAndCamera, Compression::None),
+        (Content::SwarmAndCamera, Compression::Zstd),
+        (Content::SwarmAndCamera, Compression::Lz4),
+    ] {
+        one_kind(&folder, (content, compression), megabytes * 1_000_000)?;
+    }
+    Ok(())
+}
+
+/// The write path alone: no robots, no network.
+fn small_messages(folder: &Path) -> Outcome {
+    for compression in [Compression::None, Compression::Lz4, Compression::Zstd] {
+        let path = fresh(&folder.join("small"))?;
+        let packing = Packing { compression, ..Packing::default() };
+        let mut writer = BagWriter::create_packed(&path, BagOptions::default(), packing)?;
+        let channel = writer.add_topic("/robot_1/detection", Bool::TYPE_NAME, Qos::reliable(5))?;
+        let data = [cdr::encode(&Bool { data: false }), cdr::encode(&Bool { data: true })];
+        let start = processor_s();
+        for message in 0..N_SMALL {
+            // 100,000 a second of recorded time, each second flushed.
+            let time_ns = message * 10_000;
+            let data = &data[usize::from(message % 3 == 0)];
+            writer.write(channel, sample(time_ns, data))?;
+        }
+        writer.finish()?;
+        let rate = N_SMALL as f64 / (processor_s() - start);
+        println!("write {compression:?}: {rate:.0} messages of 5 bytes a second on one core");
+        fs::remove_dir_all(&path)?;
+    }
+    Ok(())
+}
+
+fn one_kind(
+    folder: &Path,
+    (content, compression): (Content, Compression),
+    n_bytes: u64,
+) -> Outcome {
+    let path = fresh(&folder.join("run"))?;
+    let kind = match content {
+        Content::Swarm => "swarm",
+        Content::SwarmAndCamera => "swarm and camera",
+    };
+    let name = format!("{kind}, {compression:?}");
+    let content_bytes = write_bag(&path, (content, compression), n_bytes)?;
+    let disk_bytes = fs::metadata(path.join("run_0.mcap"))?.len();
+    let timed = |step: &str, work: &mut dyn FnMut() -> Outcome| -> Outcome {
+        forget_peak();
+        let (start, wall) = (processor_s(), Instant::now());
+        work()?;
+        let (seconds, wall_s) = (processor_s() - start, wall.elapsed().as_secs_f64());
+        let (disk_mb, content_mb) = (disk_bytes as f64 / 1e6, content_bytes as f64 / 1e6);
+        println!(
+            "{name:<24}  {step:<8}{disk_mb:>8.0}{content_mb:>12.0}{wall_s:>8.1}{seconds:>8.1}{:>11.0}{:>14.0}{:>10.0}",
+            disk_mb / seconds,
+            content_mb / seconds,
+            peak_mib(),
+        );
+        Ok(())
+    };
+    timed("read all", &mut || {
+        let n_messages = Bag::open(&path)?.messages().filter(Result::is_ok).count();
+        if n_messages == 0 { Err("nothing was read".into()) } else { Ok(()) }
+    })?;
+    timed("label", &mut || {
+        let bag = Bag::open(&path)?;
+        let recorded = read_trajectory(&bag, &TrajectoryOptions::default())?;
+        if recorded.robots.len() == N_ROBOTS { Ok(()) } else { Err("robots are missing".into()) }
+    })?;
+    let saved = fresh(&folder.join("saved"))?;
+    timed("recover", &mut || {
+        let recovered = recover_into(&path, &saved)?;
+        if recovered.is_complete() { Ok(()) } else { Err("something was lost".into()) }
+    })?;
+    fs::remove_dir_all(&saved)?;
+    fs::remove_dir_all(&path)?;
+    Ok(())
+}
+
+/// Writes a bag of so many bytes on disk.
+///
+/// # Returns
+///
+/// The bytes in it before compression.
+fn write_bag(
+    path: &Path,
+    (content, compression): (Content, Compression),
+    n_bytes: u64,
+) -> Result<u64, Box<dyn std::error::Error>> {
+    let packing = Packing { compression, ..Packing::default() };
+    let mut writer = BagWriter::create_packed(path, BagOptions::default(), packing)?;
+    let mut add =
+        |name: String, type_name: &str| writer.add_topic(&name, type_name, Qos::reliable(5));
+    let lease = add(topics::LEASE.name.to_owned(), RunLease::TYPE_NAME)?;
+    let camera = add("/camera/image".to_owned(), Bool::TYPE_NAME)?;
+    let robots = (1..=N_ROBOTS).map(|robot| {
+        let named = |topic: topics::Topic| topic.for_robot(&format!("robot_{robot}"));
+        Ok([
+            add(named(topics::DETECTION), Bool::TYPE_NAME)?,
+            add(named(topics::CMD_VEL), TwistStamped::TYPE_NAME)?,
+            add(named(topics::ODOM), Odometry::TYPE_NAME)?,
+        ])
+    });
+    let robots: Vec<[ChannelId; 3]> = robots.collect::<Result<_, BagError>>()?;
+
+    let running = cdr::encode(&RunLease { state: RunLease::RUNNING, ..RunLease::default() });
+    writer.write(lease, sample(0, &running))?;
+    let file = path.join("run_0.mcap");
+    let mut noise = Noise(42);
+    let mut picture = vec![0; PICTURE_BYTES];
+    let mut content_bytes = 0;
+    for step in 0.. {
+        if step % 64 == 0 && fs::metadata(&file)?.len() >= n_bytes {
+            break;
+        }
+        let time_ns = step * PERIOD_NS;
+        if matches!(content, Content::SwarmAndCamera) {
+            noise.fill(&mut picture);
+            content_bytes += put(&mut writer, camera, time_ns, &picture)?;
+        }
+        for (robot, [detection, cmd_vel, odom]) in robots.iter().enumerate() {
+            let message = Bool { data: noise.uniform() < 0.5 };
+            content_bytes += put(&mut writer, *detection, time_ns, &cdr::encode(&message))?;
+            let message = command(time_ns, &mut noise);
+            content_bytes += put(&mut writer, *cmd_vel, time_ns, &cdr::encode(&message))?;
+            let message = odometry((robot, step), &mut noise);
+            content_bytes += put(&mut writer, *odom, time_ns, &cdr::encode(&message))?;
+        }
+    }
+    writer.finish()?;
+    Ok(content_bytes)
+}
+
+fn put(
+    writer: &mut BagWriter,
+    channel: ChannelId,
+    time_ns: u64,
+    data: &[u8],
+) -> Result<u64, BagError> {
+    writer.write(channel, sample(time_ns, data))?;
+    Ok(data.len() as u64)
+}
+
+fn sample(time_ns: u64, data: &[u8]) -> Sample<'_> {
+    Sample { log_time_ns: time_ns, publish_time_ns: time_ns, sequence: 0, data }
+}
+
+fn command(time_ns: u64, noise: &mut Noise) -> TwistStamped {
+    let mut message = TwistStamped::default();
+    message.header.stamp = Time::from_nanos(time_ns);
+    message.twist.linear.x = 0.15;
+    message.twist.angular.z = if noise.uniform() < 0.5 { 0.75 } else { -0.75 };
+    message
+}
+
+/// A robot on a circle, as a tracker sees it.
+fn odometry((robot, step): (usize, u64), noise: &mut Noise) -> Odometry {
+    let time_ns = step * PERIOD_NS;
+    let mut message = Odometry::default();
+    message.header.stamp = Time::from_nanos(time_ns);
+    "map".clone_into(&mut message.header.frame_id);
+    let angle_rad = 0.3 * time_ns as f64 / 1e9 + robot as f64;
+    let pose = &mut message.pose.pose;
+    pose.position.x = 0.5 * angle_rad.cos() + 1e-3 * noise.uniform();
+    pose.position.y = 0.5 * angle_rad.sin() + 1e-3 * noise.uniform();
+    pose.orientation.z = (0.5 * angle_rad).sin();
+    pose.orientation.w = (0.5 * angle_rad).cos();
+    message
+}
+
+/// Random enough that nothing compresses it (splitmix64).
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut mixed = self.0;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        mixed ^ (mixed >> 31)
+    }
+
+    fn uniform(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn fill(&mut self, bytes: &mut [u8]) {
+        for chunk in bytes.chunks_mut(8) {
+            chunk.copy_from_slice(&self.next().to_le_bytes()[..chunk.len()]);
+        }
+        // As CDR starts.
+        bytes[..4].copy_from_slice(&[0, 1, 0, 0]);
+    }
+}
+
+/// What this thread has computed for so far, in seconds; NaN where the system does not say.
+fn processor_s() -> f64 {
+    let told = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let first = told.split_whitespace().next().and_then(|text| text.parse::<f64>().ok());
+    first.map_or(f64::NAN, |time_ns| time_ns / 1e9)
+}
+
+/// A path at which nothing is.
+fn fresh(path: &Path) -> std::io::Result<PathBuf> {
+    if path.exists() {
+        fs::remove_dir_all(path)?;
+    }
+    Ok(path.to_owned())
+}
+
+/// Lets the system measure the peak of memory anew.
+fn forget_peak() {
+    // Where that is not possible the peak is that of the whole program, which is no less.
+    let _measured_anew: std::io::Result<()> = fs::write("/proc/self/clear_refs", "5");
+}
+
+/// The most memory since then, in MiB; NaN where the system does not say.
+fn peak_mib() -> f64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kib = line.and_then(|line| line.trim().strip_suffix("kB")?.trim().parse::<f64>().ok());
+    kib.map_or(f64::NAN, |kib| kib / 1024.0)
+}

@@ -1,0 +1,126 @@
+//! Sound chunks, copied as they are.
+//!
+//! Unpacking a chunk and looking at each of its records takes a fraction of the time of packing it
+//! anew. A chunk is copied only if nothing at all is wrong with it and the new file has the same
+//! numbers for its channels; every other chunk goes the long way, message by message.
+
+use std::io::Read;
+
+use mcap::records::{Record, op};
+
+use super::chunk::Chunk;
+use super::frame::{self, HEAD_BYTES, MESSAGE_HEAD_BYTES};
+use super::target::{Entries, Schema};
+use crate::reader::ZSTD_MAGIC;
+
+/// What is needed again for each chunk.
+pub struct Copier {
+    zstd: Option<zstd::bulk::Decompressor<'static>>,
+    content: Vec<u8>,
+    /// Times and places of the messages of the chunk, by channel.
+    pub entries: Entries,
+}
+
+/// What a chunk was found to hold.
+pub struct Content {
+    /// Bytes before compression.
+    pub n_bytes: u64,
+    /// Checksum of them.
+    pub crc: u32,
+    /// Definitions in it, in order.
+    pub definitions: Vec<Record<'static>>,
+}
+
+impl Copier {
+    pub fn new() -> Self {
+        // Without memory for it every chunk goes the long way.
+        let zstd = zstd::bulk::Decompressor::new().ok();
+        Self { zstd, content: Vec::new(), entries: Entries::new() }
+    }
+
+    /// Unpacks a chunk and goes through it.
+    ///
+    /// # Returns
+    ///
+    /// What is in it, with its messages in [`Copier::entries`]; `None` if anything is wrong with it,
+    /// or if its messages are compressed.
+    pub fn read(&mut self, chunk: &Chunk) -> Option<Content> {
+        if chunk.is_cut {
+            return None;
+        }
+        let packed = chunk.content();
+        let size = usize::try_from(chunk.head.uncompressed_size).ok()?;
+        if size > chunk.content_limit() {
+            return None;
+        }
+        let mut buffer = std::mem::take(&mut self.content);
+        buffer.clear();
+        let content = match chunk.head.compression.as_str() {
+            "" => packed,
+            "zstd" => {
+                buffer.reserve(size);
+                self.zstd.as_mut()?.decompress_to_buffer(packed, &mut buffer).ok()?;
+                &buffer
+            }
+            _ => {
+                unpack_lz4(packed, size, &mut buffer)?;
+                &buffer
+            }
+        };
+        let crc = crc32fast::hash(content);
+        let is_sound = content.len() == size && (chunk.head.crc == 0 || chunk.head.crc == crc);
+        let found = if is_sound { self.walk(content) } else { None };
+        let n_bytes = content.len() as u64;
+        self.content = buffer;
+        Some(Content { n_bytes, crc, definitions: found? })
+    }
+
+    /// Notes all messages; gives the definitions.
+    fn walk(&mut self, content: &[u8]) -> Option<Vec<Record<'static>>> {
+        self.entries.values_mut().for_each(Vec::clear);
+        let mut definitions = Vec::new();
+        let mut at = 0;
+        while at < content.len() {
+            let (opcode, length) = frame::head(&content[at..])?;
+            let start = at + HEAD_BYTES;
+            let end = start.checked_add(usize::try_from(length).ok()?)?;
+            let body = content.get(start..end)?;
+            match opcode {
+                op::MESSAGE => self.note(at, body)?,
+                op::SCHEMA | op::CHANNEL if frame::is_sound(opcode, body) => {
+                    definitions.push(mcap::parse_record(opcode, body).ok()?.into_owned());
+                }
+                _ => return None,
+            }
+            at = end;
+        }
+        Some(definitions)
+    }
+
+    fn note(&mut self, at: usize, body: &[u8]) -> Option<()> {
+        let channel_id = u16::from_le_bytes(*body.first_chunk()?);
+        let time_ns = u64::from_le_bytes(*body.get(6..)?.first_chunk()?);
+        let data = body.get(MESSAGE_HEAD_BYTES..)?;
+        if data.starts_with(&ZSTD_MAGIC) {
+            return None;
+        }
+        self.entries.entry(channel_id).or_default().push((time_ns, at as u64));
+        Some(())
+    }
+}
+
+/// Unpacks one frame of lz4 that is as long as it says.
+fn unpack_lz4(packed: &[u8], size: usize, buffer: &mut Vec<u8>) -> Option<()> {
+    let decoder = lz4::Decoder::new(packed).ok()?;
+    buffer.reserve(size + 1);
+    // One byte more than expected would show that the size is wrong.
+    let n_read = decoder.take(size as u64 + 1).read_to_end(buffer).ok()?;
+    (n_read == size).then_some(())
+}
+
+/// A definition of a type as a record of its own.
+pub fn schema_of(record: &Record) -> Option<(u16, Schema)> {
+    let Record::Schema { header, data } = record else { return None };
+    let (name, encoding) = (header.name.clone(), header.encoding.clone());
+    Some((header.id, Schema { name, encoding, data: data.to_vec() }))
+}

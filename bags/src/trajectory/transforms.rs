@@ -1,0 +1,91 @@
+//! Transforms of robots' bodies, followed up to the frame that all robots share.
+
+use std::collections::HashMap;
+
+use rsrs_msgs::geometry_msgs::{Quaternion, TransformStamped, Vector3};
+use rsrs_msgs::tf2_msgs::TFMessage;
+
+use super::pose::{self, RawPose};
+
+/// Chains are longer than this only if they lead in a circle.
+const MAX_LENGTH: usize = 32;
+
+/// The frames of a bag, each in its parent as it was last heard.
+///
+/// A localisation that moves `map` to `odom` seldom is taken as it last was: between two of its
+/// messages nothing is interpolated.
+#[derive(Default)]
+pub struct Tree {
+    edges: HashMap<String, TransformStamped>,
+}
+
+impl Tree {
+    /// Takes a message.
+    ///
+    /// # Returns
+    ///
+    /// The poses of the robots' bodies in it, each in the frame at the upper end of its chain, such
+    /// as `map` for `map` → `robot_1/odom` → `robot_1/base_link`. A body that is fixed to another
+    /// one of the same robot (`base_footprint` → `base_link`) has none of its own.
+    pub fn take(&mut self, message: TFMessage) -> Vec<RawPose> {
+        for transform in &message.transforms {
+            self.edges.insert(plain(&transform.child_frame_id).to_owned(), transform.clone());
+        }
+        let bodies = pose::of_transforms(message).into_iter();
+        bodies
+            .filter(|body| !pose::is_body(plain(&body.frame)))
+            .map(|body| self.lift(body))
+            .collect()
+    }
+
+    /// Whether the frame leads up to another one.
+    pub fn leads(&self, frame: &str, to: &str) -> bool {
+        let mut frame = plain(frame);
+        for _ in 0..MAX_LENGTH {
+            if frame == plain(to) {
+                return true;
+            }
+            let Some(edge) = self.edges.get(frame) else { return false };
+            frame = plain(&edge.header.frame_id);
+        }
+        false
+    }
+
+    /// The same pose in the frame at the upper end of the chain.
+    fn lift(&self, mut body: RawPose) -> RawPose {
+        for _ in 0..MAX_LENGTH {
+            let Some(edge) = self.edges.get(plain(&body.frame)) else { break };
+            let turn = &edge.transform.rotation;
+            let turned = rotated(turn, &body.position);
+            let offset = &edge.transform.translation;
+            body.position =
+                Vector3 { x: offset.x + turned.x, y: offset.y + turned.y, z: offset.z + turned.z };
+            body.orientation = product(turn, &body.orientation);
+            body.frame.clone_from(&edge.header.frame_id);
+        }
+        body
+    }
+}
+
+/// A frame without the slash that older nodes put in front.
+fn plain(frame: &str) -> &str {
+    frame.trim_start_matches('/')
+}
+
+/// One rotation after another, the right one first.
+fn product(left: &Quaternion, right: &Quaternion) -> Quaternion {
+    let (a, b) = (left, right);
+    Quaternion {
+        x: a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+        y: a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
+        z: a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w,
+        w: a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
+    }
+}
+
+fn rotated(turn: &Quaternion, point: &Vector3) -> Vector3 {
+    let as_quaternion = Quaternion { x: point.x, y: point.y, z: point.z, w: 0.0 };
+    let back = Quaternion { x: -turn.x, y: -turn.y, z: -turn.z, w: turn.w };
+    let Quaternion { x, y, z, .. } = product(&product(turn, &as_quaternion), &back);
+    Vector3 { x, y, z }
+}

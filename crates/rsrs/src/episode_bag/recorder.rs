@@ -1,0 +1,195 @@
+//! The bag of a run that no network has carried: the topics of every robot, the lease, the record and
+//! how the run ended.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use rsrs_bags::{BagError, BagOptions, BagSummary, BagWriter, ChannelId, Sample};
+use rsrs_core::controller::Command;
+use rsrs_core::unicycle::Pose;
+use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, EndingKind, ExperimentRecord};
+use rsrs_msgs::builtin_interfaces::Time as Stamp;
+use rsrs_msgs::geometry_msgs::{self, Point, PoseWithCovariance, Quaternion, TwistWithCovariance};
+use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::std_msgs::{Bool, Header};
+use rsrs_msgs::topics::{self, Topic};
+use rsrs_msgs::{RosMessage, cdr};
+use rsrs_wire as wire;
+
+/// One turn of a robot's control loop: what it saw, and what it did about it.
+#[derive(Clone, Copy, Debug)]
+pub struct Thought {
+    /// Which robot, in the order of the record.
+    pub robot: usize,
+    /// When, in nanoseconds from the start.
+    pub time_ns: u64,
+    /// Where it was.
+    pub pose: Pose,
+    /// The command that brought it there.
+    pub obeyed: Command,
+    /// Whether its sensor reported a neighbour.
+    pub detected: bool,
+    /// The command that answers it.
+    pub command: Command,
+}
+
+/// The topics of one robot.
+struct Robot {
+    name: String,
+    detection: ChannelId,
+    odom: ChannelId,
+    cmd_vel: ChannelId,
+}
+
+/// A bag that is being written.
+pub struct Recorder<'a> {
+    writer: BagWriter,
+    record: &'a ExperimentRecord,
+    lease: ChannelId,
+    robots: Vec<Robot>,
+}
+
+impl<'a> Recorder<'a> {
+    /// Opens a bag for a run.
+    ///
+    /// # Arguments
+    ///
+    /// * `folder` — where the bag goes; it must not exist.
+    /// * `record` — the run.
+    /// * `more` — topics besides the lease and those of the robots.
+    ///
+    /// # Returns
+    ///
+    /// The bag, and the channels of `more`.
+    ///
+    /// # Errors
+    ///
+    /// If the folder exists or cannot be written.
+    pub fn open<const N: usize>(
+        folder: &Path,
+        record: &'a ExperimentRecord,
+        more: [Topic; N],
+    ) -> Result<(Self, [ChannelId; N]), BagError> {
+        let custom_data = BTreeMap::from([
+            ("run_id".to_owned(), record.run_id.clone()),
+            ("rsrs_version".to_owned(), record.provenance.version.clone()),
+        ]);
+        let mut writer = BagWriter::create(folder, BagOptions { custom_data })?;
+        writer.attach(ATTACHMENT, "application/json", record.to_json().as_bytes())?;
+        let mut add = |topic: Topic, robot: &str| {
+            writer.add_topic(&topic.for_robot(robot), topic.type_name, topic.qos)
+        };
+        let more = more.into_iter().map(|topic| add(topic, ""));
+        let more: Vec<ChannelId> = more.collect::<Result<_, BagError>>()?;
+        let lease = add(topics::LEASE, "")?;
+        let robots = record.robots.iter().map(|name| {
+            Ok(Robot {
+                name: name.clone(),
+                detection: add(topics::DETECTION, name)?,
+                odom: add(topics::ODOM, name)?,
+                cmd_vel: add(topics::CMD_VEL, name)?,
+            })
+        });
+        let robots = robots.collect::<Result<_, BagError>>()?;
+        let more = <[ChannelId; N]>::try_from(more)
+            .unwrap_or_else(|_| unreachable!("one channel was added for each topic"));
+        Ok((Self { writer, record, lease, robots }, more))
+    }
+
+    /// Writes what a robot saw.
+    ///
+    /// # Errors
+    ///
+    /// If the bag cannot be written.
+    pub fn detection(&mut self, thought: &Thought) -> Result<(), BagError> {
+        let channel = self.robots[thought.robot].detection;
+        self.put((channel, thought.time_ns), &Bool { data: thought.detected })
+    }
+
+    /// Writes where a robot was.
+    ///
+    /// # Errors
+    ///
+    /// If the bag cannot be written.
+    pub fn odometry(&mut self, thought: &Thought) -> Result<(), BagError> {
+        let robot = &self.robots[thought.robot];
+        let (channel, message) = (robot.odom, odometry(&robot.name, thought));
+        self.put((channel, thought.time_ns), &message)
+    }
+
+    /// Writes what a robot was told.
+    ///
+    /// # Errors
+    ///
+    /// If the bag cannot be written.
+    pub fn command(&mut self, thought: &Thought) -> Result<(), BagError> {
+        let channel = self.robots[thought.robot].cmd_vel;
+        let stamp = Stamp::from_nanos(thought.time_ns);
+        self.put((channel, thought.time_ns), &wire::twist_stamped(thought.command, stamp))
+    }
+
+    /// Writes a lease for all robots.
+    ///
+    /// # Errors
+    ///
+    /// If the bag cannot be written.
+    pub fn lease(&mut self, time_ns: u64, state: u8) -> Result<(), BagError> {
+        let lease = RunLease {
+            header: Header { stamp: Stamp::from_nanos(time_ns), frame_id: String::new() },
+            run_id: self.record.run_id.clone(),
+            epoch: 1,
+            state,
+            parameter_digest: self.record.conditions.controller.digest(),
+            robots: self.record.robots.clone(),
+            echoed_counter: vec![0; self.record.robots.len()],
+        };
+        self.put((self.lease, time_ns), &lease)
+    }
+
+    /// Writes any message.
+    ///
+    /// # Errors
+    ///
+    /// If the bag cannot be written.
+    pub fn put<M: RosMessage>(
+        &mut self,
+        (channel, time_ns): (ChannelId, u64),
+        message: &M,
+    ) -> Result<(), BagError> {
+        let data = cdr::encode(message);
+        let sample =
+            Sample { log_time_ns: time_ns, publish_time_ns: time_ns, sequence: 0, data: &data };
+        self.writer.write(channel, sample)
+    }
+
+    /// Ends the bag of a completed run.
+    ///
+    /// # Errors
+    ///
+    /// If the bag cannot be written.
+    pub fn close(mut self) -> Result<BagSummary, BagError> {
+        let ending = Ending { kind: EndingKind::Completed, reason: String::new() };
+        self.writer.metadata(ENDING, ending.to_pairs())?;
+        self.writer.finish()
+    }
+}
+
+fn odometry(robot: &str, thought: &Thought) -> Odometry {
+    let Pose { x_m, y_m, heading_rad } = thought.pose;
+    let (sine, cosine) = libm::sincos(heading_rad / 2.0);
+    let pose = geometry_msgs::Pose {
+        position: Point { x: x_m, y: y_m, z: 0.0 },
+        orientation: Quaternion { x: 0.0, y: 0.0, z: sine, w: cosine },
+    };
+    let stamp = Stamp::from_nanos(thought.time_ns);
+    Odometry {
+        header: Header { stamp, frame_id: "map".to_owned() },
+        child_frame_id: format!("{robot}/base_link"),
+        pose: PoseWithCovariance { pose, ..PoseWithCovariance::default() },
+        twist: TwistWithCovariance {
+            twist: wire::twist(thought.obeyed),
+            ..TwistWithCovariance::default()
+        },
+    }
+}

@@ -1,0 +1,264 @@
+//! Runners, with the recorder and the requests that are around each of them on its own host.
+
+use rsrs_fleet::controller::Settings;
+use rsrs_fleet::message::{LeaseState, RobotState, Status};
+use rsrs_fleet::preflight::{Expected, Graph};
+use rsrs_fleet::runner::{Action, Event, Pace, Runner, RunnerOptions, Target};
+
+use super::simulating::{PLACED, STEPS};
+use super::{Fleet, N_RUNNERS, WANTED, name, stamp};
+use crate::network::{Item, Message, Node, Sent};
+use crate::scenario::{Body, N_ROBOTS};
+
+/// How long a runner listens for others before it goes on, less what clocks may be wrong.
+const LISTENS_MS: u64 = 998;
+/// A disk needs so long to open or close a bag.
+const DISK_MS: u64 = 15;
+/// How often a runner looks at the discovery database, in milliseconds.
+const LOOK_MS: u64 = 100;
+
+/// What has become of a bag.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Bag {
+    #[default]
+    None,
+    Open,
+    Closed,
+}
+
+/// A runner's process.
+pub(super) struct RunnerHost {
+    machine: Runner,
+    bag: Bag,
+    looked_ms: u64,
+    /// What it has heard of each robot last.
+    heard: [Option<Sent>; N_ROBOTS],
+    asks_simulator: bool,
+    has_configured: bool,
+    /// When it last heard another runner.
+    other_ms: Option<u64>,
+    /// Why it must not arm or run any more.
+    must_stop: Option<String>,
+}
+
+impl RunnerHost {
+    pub fn epoch(&self) -> u64 {
+        self.machine.epoch()
+    }
+
+    pub fn records(&self) -> bool {
+        self.bag == Bag::Open
+    }
+}
+
+impl Fleet {
+    pub(super) fn start_runner(&mut self, runner: usize) {
+        let run_ms = self.scenario.run_ms;
+        let pace = match self.scenario.body {
+            Body::Lockstep => Pace::Lockstep { steps: STEPS },
+            Body::Real | Body::Simulated => {
+                Pace::RealTime { duration: std::time::Duration::from_millis(run_ms) }
+            }
+        };
+        let options = RunnerOptions {
+            run_id: format!("run {runner}"),
+            expected: Expected {
+                robots: (0..N_ROBOTS).map(name).collect(),
+                simulator: self.simulator.is_some(),
+                ..Expected::default()
+            },
+            controller: WANTED,
+            simulator_digest: PLACED,
+            pace,
+            robot_lost: self.scenario.robot_lost,
+            countdown: std::time::Duration::from_millis(self.scenario.countdown_ms),
+            start: None,
+        };
+        let host = RunnerHost {
+            machine: Runner::new(options),
+            bag: Bag::None,
+            looked_ms: 0,
+            heard: [None; N_ROBOTS],
+            asks_simulator: false,
+            has_configured: false,
+            other_ms: None,
+            must_stop: None,
+        };
+        self.runners.insert(runner, host);
+        self.switch_on(Node::Runner(runner));
+    }
+
+    pub(super) fn runner_ticks(&mut self, runner: usize) -> Result<(), String> {
+        let simulator = Node::Simulator;
+        let is_up = self.simulator.is_some() && self.processes[self.slot(simulator)].is_up;
+        let now_ms = self.now_ms;
+        let Some(host) = self.runners.get_mut(&runner) else { return Ok(()) };
+        if now_ms >= host.looked_ms + LOOK_MS {
+            host.looked_ms = now_ms;
+            let graph = Graph { simulator: is_up, ..Graph::default() };
+            self.tell_runner(runner, Event::Seen(graph))?;
+        }
+        self.tell_runner(runner, Event::Tick)
+    }
+
+    pub(super) fn runner_hears(
+        &mut self,
+        runner: usize,
+        from: Node,
+        message: Message,
+    ) -> Result<(), String> {
+        let Some(host) = self.runners.get_mut(&runner) else { return Ok(()) };
+        match (message, from) {
+            (Message::Lease(lease, _), _) => {
+                host.other_ms = Some(self.now_ms);
+                if host.has_configured && lease.epoch >= host.machine.epoch() {
+                    host.must_stop.get_or_insert(format!("it has heard {}", lease.run_id));
+                }
+                self.tell_runner(runner, Event::LeaseHeard((*lease).clone()))
+            }
+            (Message::EStop(engaged), _) => self.tell_runner(runner, Event::EStop(engaged)),
+            (Message::RobotStatus(status, sent), Node::Robot(robot)) => {
+                let last = &mut host.heard[robot];
+                *last = last.filter(|last| last.at_ms >= sent.at_ms).or(Some(sent));
+                let behind_ms = (self.now_ms - sent.at_ms).cast_signed();
+                let ahead_ms = self.scenario.ahead_ms[robot] - behind_ms;
+                let seconds = ahead_ms as f64 / 1000.0;
+                let (robot, status) = (name(robot), (*status).clone());
+                self.tell_runner(runner, Event::ClockAhead { robot: robot.clone(), seconds })?;
+                self.tell_runner(runner, Event::RobotStatus { robot, status })
+            }
+            (Message::ControllerStatus(status), Node::Controller(robot)) => {
+                let (robot, status) = (name(robot), (*status).clone());
+                self.tell_runner(runner, Event::ControllerStatus { robot, status })
+            }
+            (Message::SimulatorStatus(status), _) => match simulator_says(host, &status) {
+                Some(event) => self.tell_runner(runner, event),
+                None => Ok(()),
+            },
+            (Message::Sensed(step), _) if host.records() => {
+                self.send(Node::Runner(runner), Node::Simulator, Message::Recorded(step));
+                self.tell_runner(runner, Event::Recorded { step })
+            }
+            (Message::Sensed(_), _) => Ok(()),
+            (Message::SetAnswer(target, result), _) => {
+                self.tell_runner(runner, Event::ParametersSet { target, result })
+            }
+            (Message::GetAnswer(target, digest), _) => {
+                self.tell_runner(runner, Event::ReadBack { target, result: Ok(digest) })
+            }
+            (other, from) => panic!("a runner hears {other:?} from {from:?}"),
+        }
+    }
+
+    pub(super) fn tell_runner(&mut self, runner: usize, event: Event) -> Result<(), String> {
+        let now = self.local(Node::Runner(runner));
+        let Some(host) = self.runners.get_mut(&runner) else { return Ok(()) };
+        for action in host.machine.on_event(event, now) {
+            self.act(runner, action)?;
+        }
+        Ok(())
+    }
+
+    fn act(&mut self, runner: usize, action: Action) -> Result<(), String> {
+        let node = Node::Runner(runner);
+        let host = self.runners.get_mut(&runner).expect("it acts");
+        match action {
+            Action::PublishLease(lease) => {
+                let moves = matches!(lease.state, LeaseState::Armed | LeaseState::Running);
+                if let Some(reason) = host.must_stop.as_ref().filter(|_| moves) {
+                    return Err(format!("runner {runner} says {:?}, though {reason}", lease.state));
+                }
+                let message = Message::Lease(lease.into(), host.heard.into());
+                for robot in 0..N_ROBOTS {
+                    self.send(node, Node::Robot(robot), message.clone());
+                    self.send(node, Node::Controller(robot), message.clone());
+                }
+                for other in (0..N_RUNNERS).filter(|other| *other != runner) {
+                    self.send(node, Node::Runner(other), message.clone());
+                }
+            }
+            Action::Configure(target) => {
+                host.has_configured = true;
+                if host.other_ms.is_some_and(|at_ms| self.now_ms < at_ms + LISTENS_MS)
+                    && host.must_stop.is_none()
+                    && host.machine.epoch() == 0
+                {
+                    return Err(format!(
+                        "runner {runner} sets {target}, but has just heard another"
+                    ));
+                }
+                let settings = Settings { parameters: WANTED, stamp: stamp(self.scenario.body) };
+                self.send(node, node_of(&target), Message::Set(settings));
+            }
+            Action::ReadBack(Target::Simulator) => host.asks_simulator = true,
+            Action::ReadBack(target) => self.send(node, node_of(&target), Message::Get),
+            Action::OpenRecorder => {
+                host.bag = Bag::Open;
+                self.answer(runner, Event::RecorderReady);
+            }
+            Action::CloseRecorder => {
+                host.bag = Bag::Closed;
+                self.answer(runner, Event::RecorderClosed);
+            }
+            Action::Say(text) => self.note(|| format!("runner {runner}: {text}")),
+            Action::Finish { outcome, not_standing } => {
+                if host.bag == Bag::Open {
+                    return Err(format!("runner {runner} has finished, and its bag is open"));
+                }
+                let epoch = host.machine.epoch();
+                self.note(|| format!("runner {runner}: {outcome:?}"));
+                self.story.outcomes.insert(runner, outcome);
+                self.runners.remove(&runner);
+                self.processes[self.slot(node)].is_up = false;
+                return self.judge_finish(epoch, &not_standing);
+            }
+        }
+        Ok(())
+    }
+
+    fn answer(&mut self, runner: usize, event: Event) {
+        self.network.plan(self.now_ms + DISK_MS, Item::Answer(runner, event));
+    }
+
+    /// Whose wheels still turn must have been named.
+    fn judge_finish(&self, epoch: u64, not_standing: &[String]) -> Result<(), String> {
+        for robot in 0..N_ROBOTS {
+            let turns = self.robots[robot].turning(self.now_ms).is_some();
+            let obeys = self.robots[robot].gate.epoch() == epoch;
+            if turns && obeys && epoch > 0 && !not_standing.contains(&name(robot)) {
+                return Err(format!("the run is over, {} moves and is not named", name(robot)));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn node_of(target: &Target) -> Node {
+    match target {
+        Target::Simulator => Node::Simulator,
+        Target::Robot(robot) => {
+            let is_it = |index: &usize| name(*index) == *robot;
+            Node::Controller((0..N_ROBOTS).find(is_it).expect("runners know these names only"))
+        }
+    }
+}
+
+/// As the runner's driver understands the simulator.
+fn simulator_says(host: &mut RunnerHost, status: &Status) -> Option<Event> {
+    if std::mem::take(&mut host.asks_simulator) {
+        let result = if status.state == RobotState::Fault {
+            Err(status.stop_reason.clone())
+        } else {
+            Ok(status.parameter_digest)
+        };
+        return Some(Event::ReadBack { target: Target::Simulator, result });
+    }
+    if host.bag == Bag::None {
+        return None;
+    }
+    match status.state {
+        RobotState::Stopped => Some(Event::SimulatorComplete),
+        RobotState::Fault => Some(Event::SimulatorVoid { reason: status.stop_reason.clone() }),
+        RobotState::Idle | RobotState::Armed | RobotState::Moving => None,
+    }
+}

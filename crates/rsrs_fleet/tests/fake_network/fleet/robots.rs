@@ -1,0 +1,188 @@
+//! Robots: the gate, the limits and the ramp, wired as the robot's driver wires them, and wheels
+//! with a timeout of their own.
+
+use std::time::Duration;
+
+use rsrs_core::controller::Command;
+use rsrs_fleet::robot::limits::{Limits, Ramp};
+use rsrs_fleet::robot::{Event, Robot, RobotOptions};
+
+use super::{Fleet, N_RUNNERS, name};
+use crate::network::{Message, Node, Sent};
+use crate::scenario::{Body, N_ROBOTS};
+
+const LIMITS: Limits = Limits {
+    speed_m_s: 0.3,
+    turn_rate_rad_s: 2.5,
+    acceleration_m_s2: 1.0,
+    turn_acceleration_rad_s2: 10.0,
+};
+const PERIOD_MS: u64 = 130;
+const WHEELS_MS: u64 = 250;
+const WHEEL_BEAT_MS: u64 = 50;
+
+/// A robot, or its place in the simulator.
+pub(super) struct RobotHost {
+    pub gate: Robot,
+    pub options: RobotOptions,
+    ramp: Ramp,
+    /// What the wheels were told last, and when.
+    wheels: Option<(Command, u64)>,
+    sensed_ms: u64,
+}
+
+pub(super) fn options(robot: usize, lapse_grace: Duration) -> RobotOptions {
+    RobotOptions { name: name(robot), command_timeout: Duration::from_millis(325), lapse_grace }
+}
+
+impl RobotHost {
+    pub fn new(robot: usize) -> Self {
+        let options = options(robot, Duration::ZERO);
+        Self {
+            gate: Robot::new(options.clone()),
+            options,
+            ramp: Ramp::standing(Duration::ZERO),
+            wheels: None,
+            sensed_ms: 0,
+        }
+    }
+
+    /// What the wheels do, if they turn: the microcontroller stops them when nobody speaks.
+    pub fn turning(&self, now_ms: u64) -> Option<Command> {
+        self.wheels
+            .filter(|(told, at_ms)| *told != Command::STOP && now_ms <= at_ms + WHEELS_MS)
+            .map(|(told, _)| told)
+    }
+}
+
+impl Fleet {
+    /// The robot's process looks at the time.
+    pub(super) fn robot_ticks(&mut self, robot: usize) -> Result<(), String> {
+        if self.now_ms >= self.robots[robot].sensed_ms + PERIOD_MS {
+            self.robots[robot].sensed_ms = self.now_ms;
+            let detected = (self.now_ms / PERIOD_MS + robot as u64).is_multiple_of(3);
+            self.send(Node::Robot(robot), Node::Controller(robot), Message::Detection(detected));
+        }
+        self.tell_robot(robot, Event::Tick)
+    }
+
+    pub(super) fn robot_hears(&mut self, robot: usize, message: Message) -> Result<(), String> {
+        let now_ms = self.now_ms;
+        let witness = &mut self.witnesses[robot];
+        match message {
+            Message::Lease(lease, echoes) => {
+                witness.lease(&lease, echoes[robot], now_ms);
+                self.tell_robot(robot, Event::Lease((*lease).clone()))
+            }
+            Message::ControllerStatus(status) => {
+                let parameter_digest = status.parameter_digest;
+                witness.controller(parameter_digest, now_ms);
+                self.tell_robot(robot, Event::Controller { parameter_digest })
+            }
+            Message::EStop(engaged) => {
+                witness.e_stop(engaged, now_ms);
+                self.note(|| format!("{} hears the e-stop: {engaged}", name(robot)));
+                self.tell_robot(robot, Event::EStop(engaged))
+            }
+            Message::Command(command, stamp_ns) if self.simulator.is_some() => {
+                self.simulator_is_commanded(robot, command, stamp_ns)
+            }
+            Message::Command(command, _) => match LIMITS.check(command) {
+                Ok(()) => {
+                    witness.command(now_ms);
+                    self.tell_robot(robot, Event::Command(command))
+                }
+                Err(_beyond) => {
+                    witness.refused();
+                    self.tell_robot(robot, Event::CommandRefused)
+                }
+            },
+            other => panic!("a robot hears {other:?}"),
+        }
+    }
+
+    pub(super) fn tell_robot(&mut self, robot: usize, event: Event) -> Result<(), String> {
+        self.tell_gate(robot, event)?;
+        if self.scenario.body == Body::Real {
+            self.turn_wheels(robot)
+        } else {
+            self.look_at_gates()
+        }
+    }
+
+    /// Lets a gate take an event, and publishes the status that follows.
+    pub(super) fn tell_gate(&mut self, robot: usize, event: Event) -> Result<(), String> {
+        let node = Node::Robot(robot);
+        let now = self.local(node);
+        let was = self.robots[robot].gate.epoch();
+        let status = self.robots[robot].gate.on_event(event, now);
+        let epoch = self.robots[robot].gate.epoch();
+        if epoch != was {
+            self.note(|| format!("{} binds to epoch {epoch}", name(robot)));
+        }
+        self.witnesses[robot]
+            .obeys(epoch, self.now_ms)
+            .map_err(|violation| format!("{}: {violation}", name(robot)))?;
+        if let Some(status) = status {
+            self.note(|| format!("{} says {}: {}", name(robot), status.state, status.stop_reason));
+            let sent = Sent { life: self.witnesses[robot].life(), at_ms: self.now_ms };
+            let message = Message::RobotStatus(status.into(), sent);
+            for runner in 0..N_RUNNERS {
+                self.send(node, Node::Runner(runner), message.clone());
+            }
+            self.send(node, Node::Stopper, message);
+        }
+        Ok(())
+    }
+
+    /// Makes the wheels do what the gate lets through.
+    fn turn_wheels(&mut self, robot: usize) -> Result<(), String> {
+        let now = self.local(Node::Robot(robot));
+        let let_through = self.robots[robot].gate.drive(now);
+        if let_through != Command::STOP {
+            self.witness_movement(robot)?;
+            self.witnesses[robot]
+                .obeys_command(self.now_ms)
+                .map_err(|violation| format!("{}: {violation}", name(robot)))?;
+        }
+        let now_ms = self.now_ms;
+        let host = &mut self.robots[robot];
+        let command = host.ramp.toward(let_through, &LIMITS, now);
+        let is_told = host
+            .wheels
+            .is_some_and(|(told, at_ms)| told == command && now_ms < at_ms + WHEEL_BEAT_MS);
+        if !is_told {
+            host.wheels = Some((command, now_ms));
+        }
+        Ok(())
+    }
+
+    /// A gate lets something through: is that right?
+    pub(super) fn witness_movement(&mut self, robot: usize) -> Result<(), String> {
+        self.story.movements += 1;
+        let violation = |violation| format!("{}: {violation}", name(robot));
+        self.witnesses[robot].moves(self.now_ms).map_err(violation)?;
+        if self.scenario.liar == Some(robot) {
+            return Err(format!("{} moves with unconfirmed parameters", name(robot)));
+        }
+        let epoch = self.robots[robot].gate.epoch();
+        match self.runners.values().find(|runner| runner.epoch() == epoch) {
+            Some(runner) if !runner.records() => {
+                Err(format!("{} moves in epoch {epoch}, which nobody records", name(robot)))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The process of a robot, or of all robots of the simulator, has just started.
+    pub(super) fn robots_start(&mut self, robots: impl IntoIterator<Item = usize>) {
+        for robot in robots {
+            self.robots[robot] = RobotHost::new(robot);
+            self.witnesses[robot].starts();
+        }
+    }
+
+    pub(super) fn all_robots() -> std::ops::Range<usize> {
+        0..N_ROBOTS
+    }
+}

@@ -1,0 +1,199 @@
+//! The simulator: gates of all robots and the pace of their world, wired as its driver wires them.
+
+use std::time::Duration;
+
+use rsrs_core::controller::{Command, decide};
+use rsrs_fleet::experiment::Time;
+use rsrs_fleet::message::RobotState;
+use rsrs_fleet::robot;
+use rsrs_fleet::runner::Target;
+use rsrs_fleet::simulator::{Action, Event, Gate, Placed, Simulator};
+use rsrs_fleet::timing::LOCKSTEP_GRACE;
+
+use super::robots::{RobotHost, options};
+use super::{Fleet, N_RUNNERS, WANTED, name};
+use crate::network::{Message, Node};
+use crate::scenario::{Body, N_ROBOTS};
+
+const PERIOD_NS: u64 = 130_000_000;
+/// Steps of a run in lockstep.
+pub(super) const STEPS: u64 = 40;
+/// Names the world that runs ask for.
+pub(super) const PLACED: u64 = 7;
+
+/// The simulator's process.
+#[derive(Default)]
+pub(super) struct SimulatorHost {
+    machine: Simulator,
+    placed: u64,
+    /// The step that was sensed last, and how often the world has moved.
+    step: u64,
+    moved: u64,
+}
+
+/// What a robot senses in a step.
+fn detected(robot: usize, step: u64) -> bool {
+    (step + robot as u64).is_multiple_of(3)
+}
+
+impl Fleet {
+    pub(super) fn simulator_ticks(&mut self) -> Result<(), String> {
+        for robot in 0..N_ROBOTS {
+            self.tell_gate(robot, robot::Event::Tick)?;
+        }
+        self.look_at_gates()
+    }
+
+    /// Shows the machine what the gates say, as its driver does whenever it wakes up.
+    pub(super) fn look_at_gates(&mut self) -> Result<(), String> {
+        let Some(host) = &self.simulator else { return Ok(()) };
+        if host.machine.due().is_some() {
+            for robot in 0..N_ROBOTS {
+                self.tell_gate(robot, robot::Event::Tick)?;
+            }
+        }
+        let now = self.local(Node::Simulator);
+        let is_placed = self.simulator.as_ref().is_some_and(|host| host.placed != 0);
+        let robots = if is_placed { &self.robots[..] } else { &[] };
+        let gate =
+            |host: &RobotHost| Gate { state: host.gate.state(now), drive: host.gate.drive(now) };
+        let gates = robots.iter().map(gate).collect();
+        self.tell_simulator(Event::Gates(gates))
+    }
+
+    pub(super) fn simulator_hears(&mut self, from: Node, message: Message) -> Result<(), String> {
+        match message {
+            Message::Recorded(step) => self.tell_simulator(Event::Recorded { step })?,
+            Message::Set(_) => {
+                let result = self.place()?;
+                self.send(Node::Simulator, from, Message::SetAnswer(Target::Simulator, result));
+            }
+            other => panic!("the simulator hears {other:?}"),
+        }
+        self.look_at_gates()
+    }
+
+    pub(super) fn simulator_is_commanded(
+        &mut self,
+        robot: usize,
+        command: Command,
+        stamp_ns: Option<u64>,
+    ) -> Result<(), String> {
+        self.tell_simulator(Event::Command { robot, stamp_ns, command })?;
+        self.look_at_gates()
+    }
+
+    /// Places the world, unless a run holds it.
+    fn place(&mut self) -> Result<Result<(), String>, String> {
+        let now = self.local(Node::Simulator);
+        let is_bound = |host: &RobotHost| {
+            matches!(host.gate.state(now), RobotState::Armed | RobotState::Moving)
+        };
+        if self.robots.iter().any(is_bound) {
+            return Ok(Err("read-only while armed".to_owned()));
+        }
+        let (time, lapse_grace) = match self.scenario.body {
+            Body::Lockstep => (Time::Lockstep, LOCKSTEP_GRACE),
+            Body::Real | Body::Simulated => (Time::RealTime, Duration::ZERO),
+        };
+        for robot in 0..N_ROBOTS {
+            let options = options(robot, lapse_grace);
+            if options != self.robots[robot].options {
+                // A robot that has to change is switched off and on again.
+                self.robots_start([robot]);
+                self.robots[robot].gate = robot::Robot::new(options.clone());
+                self.robots[robot].options = options;
+            }
+        }
+        let host = self.simulator.as_mut().expect("only a simulator hears this");
+        (host.placed, host.step, host.moved) = (PLACED, 0, 0);
+        self.tell_simulator(Event::Placed(Placed {
+            digest: PLACED,
+            n_robots: N_ROBOTS,
+            steps: STEPS,
+            period_ns: PERIOD_NS,
+            time,
+        }))?;
+        Ok(Ok(()))
+    }
+
+    fn tell_simulator(&mut self, event: Event) -> Result<(), String> {
+        let now = self.local(Node::Simulator);
+        let Some(host) = &mut self.simulator else { return Ok(()) };
+        for action in host.machine.on_event(event, now) {
+            match action {
+                Action::Sense { step, stamp_ns } => self.sense(step, stamp_ns),
+                Action::Advance { commands } => self.advance(&commands)?,
+                Action::Obey { robot, command } => {
+                    self.witnesses[robot].command(self.now_ms);
+                    self.tell_gate(robot, robot::Event::Command(command))?;
+                }
+                Action::Refuse { robot, reason } => {
+                    self.note(|| format!("command for {} refused: {reason}", name(robot)));
+                }
+                Action::Status(status) => {
+                    self.note(|| format!("simulator {}: {}", status.state, status.stop_reason));
+                    let message = Message::SimulatorStatus(status.into());
+                    for runner in 0..N_RUNNERS {
+                        self.send(Node::Simulator, Node::Runner(runner), message.clone());
+                    }
+                }
+                Action::Overrun { .. } | Action::Complete { .. } | Action::Void { .. } => {}
+                Action::AdvanceFreely | Action::Stepped { .. } => {
+                    return Err(format!("{action:?}, and nobody asked for steps"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn sense(&mut self, step: u64, stamp_ns: Option<u64>) {
+        self.simulator.as_mut().expect("it speaks").step = step;
+        for robot in 0..N_ROBOTS {
+            let to = Node::Controller(robot);
+            if let Some(stamp_ns) = stamp_ns {
+                self.send(Node::Simulator, to, Message::Clock(stamp_ns));
+            }
+            self.send(Node::Simulator, to, Message::Detection(detected(robot, step)));
+        }
+        for runner in 0..N_RUNNERS {
+            self.send(Node::Simulator, Node::Runner(runner), Message::Sensed(step));
+        }
+    }
+
+    /// The world moves, and with it the wheels of its robots.
+    fn advance(&mut self, commands: &[Command]) -> Result<(), String> {
+        let is_lockstep = self.scenario.body == Body::Lockstep;
+        let host = self.simulator.as_mut().expect("it speaks");
+        host.moved += 1;
+        let (step, moved) = (host.step, host.moved);
+        if is_lockstep && step != moved {
+            return Err(format!("step {step} was sensed when the world moved {moved} times"));
+        }
+        let mut epochs = Vec::new();
+        for (robot, command) in commands.iter().enumerate() {
+            if *command == Command::STOP {
+                continue;
+            }
+            self.witness_movement(robot)?;
+            if is_lockstep {
+                let expected = decide(detected(robot, step), WANTED);
+                if *command != expected {
+                    return Err(format!(
+                        "{} moves by {command:?} in step {step}, expected {expected:?}",
+                        name(robot)
+                    ));
+                }
+            } else {
+                self.witnesses[robot]
+                    .obeys_command(self.now_ms)
+                    .map_err(|violation| format!("{}: {violation}", name(robot)))?;
+            }
+            epochs.push(self.robots[robot].gate.epoch());
+        }
+        if epochs.iter().any(|epoch| *epoch != epochs[0]) {
+            return Err(format!("robots move in several epochs at once: {epochs:?}"));
+        }
+        Ok(())
+    }
+}

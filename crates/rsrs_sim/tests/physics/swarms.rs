@@ -1,0 +1,93 @@
+//! The judge on swarms that are not ours: what swarmsim's robots do under controllers whose behaviour
+//! others have named. It never calls anything stable milling but a ring that rotates.
+
+use std::f64::consts::TAU;
+
+use rsrs_core::controller::Command;
+use rsrs_core::phase::{Phase, label};
+use rsrs_core::trajectory::{Bodies, Trajectory};
+use rsrs_core::unicycle::Pose;
+use serde_json::{Value, json};
+
+use crate::swarmsim::{ask, python_with_swarmsim};
+
+const N_ROBOTS: usize = 8;
+const PERIOD_S: f64 = 0.13;
+const STEPS: usize = 620;
+/// The window of the judge, and a little more, is left.
+const SKIPPED: usize = 150;
+
+/// A behaviour and whether it is one in which robots follow each other in a ring, when all goes well.
+const BEHAVIOURS: [(&str, bool); 3] =
+    [("cyclic_pursuit", true), ("dispersal", false), ("aggregation", false)];
+
+#[test]
+fn only_a_rotating_ring_of_another_simulator_is_stable_milling() {
+    let Some(python) = python_with_swarmsim() else {
+        return;
+    };
+    let swarms: Vec<(&str, bool, u64)> = BEHAVIOURS
+        .iter()
+        .flat_map(|(name, is_ring)| [1, 2].map(|seed| (*name, *is_ring, seed)))
+        .collect();
+    let wanted = swarms.iter().map(|(name, _, seed)| json!({"behaviour": name, "seed": seed}));
+    let task = json!({
+        "swarms": wanted.collect::<Vec<_>>(),
+        "robots": N_ROBOTS,
+        "period_s": PERIOD_S,
+        "steps": STEPS,
+        "skipped": SKIPPED,
+    });
+
+    let answer = ask(&python, "swarms_in_swarmsim.py", &task);
+
+    let mut n_mills = 0;
+    let answered = answer.as_array().expect("one list for each swarm");
+    assert_eq!(answered.len(), swarms.len());
+    for ((name, is_ring, seed), rows) in swarms.into_iter().zip(answered) {
+        let trajectory = trajectory(rows);
+        let bodies = Bodies { radius_m: Some(0.05), range_m: Some(20.0) };
+        let verdict = label(&trajectory, &bodies).expect("it is long enough");
+        let is_mill = verdict.phase == Phase::StableMilling;
+        assert!(!is_mill || is_ring, "{name} {seed}: {verdict:?}");
+        assert!(!is_mill || rotates_as_a_ring(&trajectory), "{name} {seed}: {verdict:?}");
+        n_mills += usize::from(is_mill);
+    }
+    assert!(n_mills > 0, "no cyclic pursuit became a ring, so this shows nothing");
+}
+
+fn trajectory(rows: &Value) -> Trajectory {
+    let mut trajectory = Trajectory::new(PERIOD_S, N_ROBOTS);
+    for row in rows.as_array().expect("a list of rows") {
+        let number = |column: usize| row[column].as_f64().expect("a number");
+        let heading_rad = libm::remainder(number(2), TAU);
+        trajectory.poses.push(Pose { x_m: number(0), y_m: number(1), heading_rad });
+        trajectory.commands.push(Command { speed_m_s: number(3), turn_rate_rad_s: number(4) });
+    }
+    trajectory
+}
+
+/// Whether all robots go around their centroid the same way, once at least, and none is ever half as
+/// far from it as another. This asks nothing of the judge.
+fn rotates_as_a_ring(trajectory: &Trajectory) -> bool {
+    let mut gone_rad = [0.0; N_ROBOTS];
+    let mut before_rad = [None; N_ROBOTS];
+    for sample in 0..trajectory.n_samples() {
+        let poses = trajectory.poses_at(sample);
+        let mean = |of: fn(&Pose) -> f64| poses.iter().map(of).sum::<f64>() / N_ROBOTS as f64;
+        let (x_m, y_m) = (mean(|pose| pose.x_m), mean(|pose| pose.y_m));
+        let radii = poses.iter().map(|pose| libm::hypot(pose.x_m - x_m, pose.y_m - y_m));
+        let (least_m, most_m) = radii
+            .fold((f64::INFINITY, 0.0_f64), |(least, most), it| (least.min(it), most.max(it)));
+        if least_m < 0.5 * most_m {
+            return false;
+        }
+        for (robot, pose) in poses.iter().enumerate() {
+            let bearing_rad = libm::atan2(pose.y_m - y_m, pose.x_m - x_m);
+            if let Some(before_rad) = before_rad[robot].replace(bearing_rad) {
+                gone_rad[robot] += libm::remainder(bearing_rad - before_rad, TAU);
+            }
+        }
+    }
+    gone_rad.iter().all(|gone| *gone > TAU) || gone_rad.iter().all(|gone| *gone < -TAU)
+}

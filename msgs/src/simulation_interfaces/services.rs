@@ -1,0 +1,192 @@
+//! Requests and responses of the services that a simulator offers.
+
+use serde::{Deserialize, Serialize};
+
+use super::{EntityFilters, EntityState, Result, SimulationState, SimulatorFeatures};
+use crate::message::ros_messages;
+
+/// Asks for what the simulator can do.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GetSimulatorFeaturesRequest {
+    /// ROS 2 has no empty messages.
+    pub structure_needs_at_least_one_member: u8,
+}
+
+/// Answers [`GetSimulatorFeaturesRequest`].
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GetSimulatorFeaturesResponse {
+    /// The answer.
+    pub features: SimulatorFeatures,
+}
+
+/// Asks for what the simulation does.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GetSimulationStateRequest {
+    /// ROS 2 has no empty messages.
+    pub structure_needs_at_least_one_member: u8,
+}
+
+/// Answers [`GetSimulationStateRequest`].
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GetSimulationStateResponse {
+    /// The answer.
+    pub state: SimulationState,
+    /// Whether it is known.
+    pub result: Result,
+}
+
+/// Asks the simulation to go on, to stand, to start over or to end.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SetSimulationStateRequest {
+    /// What it shall do.
+    pub state: SimulationState,
+}
+
+/// Answers [`SetSimulationStateRequest`].
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SetSimulationStateResponse {
+    /// Whether it does.
+    pub result: Result,
+}
+
+impl SetSimulationStateResponse {
+    /// It does so already.
+    pub const ALREADY_IN_TARGET_STATE: u8 = 101;
+    /// It can never do so from here.
+    pub const INCORRECT_TRANSITION: u8 = 103;
+}
+
+/// Asks the simulation to start over.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ResetSimulationRequest {
+    /// What shall begin anew: some of the bits, or 0 for all.
+    pub scope: u8,
+}
+
+impl ResetSimulationRequest {
+    /// The time.
+    pub const TIME: u8 = 1;
+    /// Where everything is.
+    pub const STATE: u8 = 2;
+    /// Everything.
+    pub const ALL: u8 = 255;
+}
+
+/// Answers [`ResetSimulationRequest`].
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ResetSimulationResponse {
+    /// Whether it was carried out.
+    pub result: Result,
+}
+
+/// Asks a paused simulation for steps.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StepSimulationRequest {
+    /// How many.
+    pub steps: u64,
+}
+
+/// Answers [`StepSimulationRequest`].
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StepSimulationResponse {
+    /// Whether they were made.
+    pub result: Result,
+}
+
+/// Asks for the names of entities.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GetEntitiesRequest {
+    /// Which.
+    pub filters: EntityFilters,
+}
+
+/// Answers [`GetEntitiesRequest`].
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GetEntitiesResponse {
+    /// Whether they could be found.
+    pub result: Result,
+    /// Their names.
+    pub entities: Vec<String>,
+}
+
+/// Asks for the states of entities.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GetEntitiesStatesRequest {
+    /// Which.
+    pub filters: EntityFilters,
+}
+
+/// Answers [`GetEntitiesStatesRequest`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GetEntitiesStatesResponse {
+    /// Whether they could be found.
+    pub result: Result,
+    /// Their names; shape `[n_entities]`.
+    pub entities: Vec<String>,
+    /// Their states; shape `[n_entities]`.
+    pub states: Vec<EntityState>,
+}
+
+/// Asks for the state of an entity.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GetEntityStateRequest {
+    /// Its name.
+    pub entity: String,
+}
+
+/// Answers [`GetEntityStateRequest`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GetEntityStateResponse {
+    /// Whether it could be found.
+    pub result: Result,
+    /// Its state, if it was.
+    pub state: EntityState,
+}
+
+/// Moves an entity.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SetEntityStateRequest {
+    /// Its name.
+    pub entity: String,
+    /// Its new state; the stamp does not matter.
+    pub state: EntityState,
+    /// Whether the pose is meant.
+    pub set_pose: bool,
+    /// Whether the velocities are meant.
+    pub set_twist: bool,
+    /// Whether the accelerations are meant.
+    pub set_acceleration: bool,
+}
+
+/// Answers [`SetEntityStateRequest`].
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SetEntityStateResponse {
+    /// Whether it was set.
+    pub result: Result,
+}
+
+impl SetEntityStateResponse {
+    /// No robot can have this pose.
+    pub const INVALID_POSE: u8 = 101;
+}
+
+ros_messages! {
+    GetSimulatorFeaturesRequest => "simulation_interfaces/srv/GetSimulatorFeatures_Request",
+    GetSimulatorFeaturesResponse => "simulation_interfaces/srv/GetSimulatorFeatures_Response",
+    GetSimulationStateRequest => "simulation_interfaces/srv/GetSimulationState_Request",
+    GetSimulationStateResponse => "simulation_interfaces/srv/GetSimulationState_Response",
+    SetSimulationStateRequest => "simulation_interfaces/srv/SetSimulationState_Request",
+    SetSimulationStateResponse => "simulation_interfaces/srv/SetSimulationState_Response",
+    ResetSimulationRequest => "simulation_interfaces/srv/ResetSimulation_Request",
+    ResetSimulationResponse => "simulation_interfaces/srv/ResetSimulation_Response",
+    StepSimulationRequest => "simulation_interfaces/srv/StepSimulation_Request",
+    StepSimulationResponse => "simulation_interfaces/srv/StepSimulation_Response",
+    GetEntitiesRequest => "simulation_interfaces/srv/GetEntities_Request",
+    GetEntitiesResponse => "simulation_interfaces/srv/GetEntities_Response",
+    GetEntitiesStatesRequest => "simulation_interfaces/srv/GetEntitiesStates_Request",
+    GetEntitiesStatesResponse => "simulation_interfaces/srv/GetEntitiesStates_Response",
+    GetEntityStateRequest => "simulation_interfaces/srv/GetEntityState_Request",
+    GetEntityStateResponse => "simulation_interfaces/srv/GetEntityState_Response",
+    SetEntityStateRequest => "simulation_interfaces/srv/SetEntityState_Request",
+    SetEntityStateResponse => "simulation_interfaces/srv/SetEntityState_Response",
+}

@@ -1,0 +1,61 @@
+//! What did not get into the bag, by topic.
+
+use std::collections::BTreeMap;
+
+use crate::ears::Ear;
+
+/// The record in a bag that says what is missing in it.
+pub const RECORD: &str = "rsrs.recording";
+
+/// What did not get into the bag.
+pub struct Account {
+    ears: Vec<Ear>,
+    /// The last count of each publisher, by topic and publisher.
+    last: BTreeMap<(usize, [u8; 16]), u64>,
+    /// Samples missing between two of one publisher, by topic.
+    gaps: BTreeMap<usize, u64>,
+}
+
+impl Account {
+    /// Starts to count; what was let go on these topics is read at the end.
+    pub fn new(ears: &[Ear]) -> Self {
+        Self { ears: ears.to_vec(), last: BTreeMap::new(), gaps: BTreeMap::new() }
+    }
+
+    /// Takes a publisher's count of a sample that was recorded.
+    ///
+    /// # Arguments
+    ///
+    /// * `source` — topic, by its index, and publisher.
+    pub fn add(&mut self, source: (usize, [u8; 16]), sequence: u64) {
+        let Some(last) = self.last.insert(source, sequence) else { return };
+        let n_missing = sequence.saturating_sub(last.saturating_add(1));
+        if n_missing > 0 {
+            *self.gaps.entry(source.0).or_default() += n_missing;
+        }
+    }
+
+    /// Pairs for the bag: sums, and each topic of which something is missing.
+    ///
+    /// `n_missing` counts samples that publishers sent between two that were recorded, for whatever
+    /// reason; `n_overflowed` those of them that came and found the queue to the bag full, with those
+    /// before the first and after the last that was recorded.
+    pub fn to_pairs(&self) -> BTreeMap<String, String> {
+        let n_missing: u64 = self.gaps.values().sum();
+        let n_overflowed: u64 = self.ears.iter().map(Ear::n_overflowed).sum();
+        let mut pairs = BTreeMap::from([
+            ("n_missing".to_owned(), n_missing.to_string()),
+            ("n_overflowed".to_owned(), n_overflowed.to_string()),
+        ]);
+        for (index, ear) in self.ears.iter().enumerate() {
+            if let Some(n_missing) = self.gaps.get(&index) {
+                pairs.insert(format!("n_missing {}", ear.name), n_missing.to_string());
+            }
+            if ear.n_overflowed() > 0 {
+                let n_overflowed = ear.n_overflowed().to_string();
+                pairs.insert(format!("n_overflowed {}", ear.name), n_overflowed);
+            }
+        }
+        pairs
+    }
+}

@@ -1,0 +1,218 @@
+//! Services of any type, each request answered in the mapping of whoever asks; and a client.
+
+use std::marker::PhantomData;
+use std::time::{Duration, Instant};
+
+use futures::StreamExt;
+use ros2_client::service::{Client, Server, ServiceMapping};
+use ros2_client::{Name, ServiceTypeName};
+use rsrs_msgs::RosMessage;
+use rsrs_msgs::cdr::{self, ByteOrder, CdrError};
+use tokio::sync::oneshot;
+
+use crate::parameters::{Mapping, SERVICE_QOS, reply, vendor_of};
+use crate::session::{Bytes, NodeHandle, POLL, Session, SessionError, Task, profile};
+
+/// A service that is offered until this is dropped or the session is closed.
+pub struct Service {
+    _task: Task,
+}
+
+/// The answer that somebody waits for.
+#[derive(Debug)]
+pub struct Reply<R>(oneshot::Sender<R>);
+
+impl<R> Reply<R> {
+    /// Answers. Who asks next waits until this is done.
+    pub fn send(self, answer: R) {
+        if self.0.send(answer).is_err() {
+            log::debug!("an answer is not sent any more");
+        }
+    }
+}
+
+/// Offers a service of a node.
+///
+/// # Arguments
+///
+/// * `name` — below the node's, such as `step_simulation`.
+/// * `deliver` — gets each request; must not block. A reply that it drops is never given.
+///
+/// # Errors
+///
+/// [`SessionError::Name`] and [`SessionError::Endpoint`].
+///
+/// # Panics
+///
+/// If the request is not of a type called `package/srv/Name_Request`: then it is none.
+pub fn offer<Q: RosMessage, R: RosMessage>(
+    session: &Session,
+    node: &NodeHandle,
+    name: &str,
+    deliver: impl FnMut(Q, Reply<R>) + Send + 'static,
+) -> Result<Service, SessionError> {
+    let service = format!("{}/{name}", node.full_name());
+    let (ros_name, type_name) = names::<Q>(&service)?;
+    let qos = profile(SERVICE_QOS);
+    let server = session.with_node(node, 2, |node| {
+        node.create_server(ServiceMapping::Enhanced, &ros_name, &type_name, qos.clone(), qos)
+            .map_err(|error| SessionError::endpoint(&service, &error))
+    })?;
+    Ok(Service { _task: session.run(answer_all(service, server, deliver)) })
+}
+
+fn names<Q: RosMessage>(service: &str) -> Result<(Name, ServiceTypeName), SessionError> {
+    let name = Name::parse(service).map_err(|error| SessionError::Name {
+        name: service.to_owned(),
+        reason: error.to_string(),
+    })?;
+    let (package, kind) = Q::TYPE_NAME
+        .strip_suffix("_Request")
+        .and_then(|name| name.split_once("/srv/"))
+        .expect("only requests are asked, and their types are called package/srv/Name_Request");
+    Ok((name, ServiceTypeName::new(package, kind)))
+}
+
+async fn answer_all<Q: RosMessage, R: RosMessage>(
+    service: String,
+    server: Server<Bytes, Bytes>,
+    mut deliver: impl FnMut(Q, Reply<R>),
+) {
+    let mut requests = server.receive_request_stream();
+    while let Some(received) = requests.next().await {
+        match received {
+            Ok((id, Bytes(bytes))) => {
+                let Some((mapping, request)) = understood(vendor_of(id), &bytes) else {
+                    log::warn!("`{service}`: request of another type");
+                    continue;
+                };
+                let (sender, answer) = oneshot::channel();
+                deliver(request, Reply(sender));
+                let Ok(answer) = answer.await else {
+                    log::warn!("`{service}`: a request is not answered");
+                    continue;
+                };
+                let answer = Bytes(reply(mapping, &bytes, &cdr::encode_body::<R>(&answer)));
+                if let Err(error) = server.async_send_response(id, answer).await {
+                    log::warn!("`{service}`: no answer: {error}");
+                }
+            }
+            Err(error) => log::warn!("`{service}`: {error}"),
+        }
+        tokio::task::coop::consume_budget().await;
+    }
+}
+
+/// Understands bytes in the mapping that the vendor suggests, else in the other one.
+fn understood<Q: RosMessage>(vendor: [u8; 2], bytes: &[u8]) -> Option<(Mapping, Q)> {
+    Mapping::in_order(vendor).into_iter().find_map(|mapping| {
+        let body = bytes.get(mapping.n_header_bytes()..)?;
+        Some((mapping, cdr::decode_body(body, ByteOrder::Little).ok()?))
+    })
+}
+
+/// Why a service gave no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum CallError {
+    /// It is not there, or does not answer.
+    #[error("service `{service}` did not answer in {waited_s:.1} s")]
+    NoAnswer {
+        /// Full name of the service.
+        service: String,
+        /// How long it took to give up, in seconds.
+        waited_s: f64,
+    },
+    /// The answer is not one.
+    #[error("answer of service `{service}`")]
+    Answer {
+        /// Full name of the service.
+        service: String,
+        /// What is wrong with it.
+        #[source]
+        source: CdrError,
+    },
+    /// The question cannot be asked.
+    #[error("service `{service}` cannot be asked")]
+    Session {
+        /// Full name of the service.
+        service: String,
+        /// Why not.
+        #[source]
+        source: SessionError,
+    },
+}
+
+/// Asks one service; each question once, because not every service may be asked twice.
+pub struct ServiceClient<'a, Q: RosMessage, R: RosMessage> {
+    session: &'a Session,
+    service: String,
+    client: Client<Bytes, Bytes>,
+    answers: PhantomData<(Q, R)>,
+}
+
+impl<'a, Q: RosMessage, R: RosMessage> ServiceClient<'a, Q, R> {
+    /// A client in the name of one of the session's nodes.
+    ///
+    /// # Arguments
+    ///
+    /// * `service` — full name, such as `/simulator/step_simulation`.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError::Name`] and [`SessionError::Endpoint`].
+    ///
+    /// # Panics
+    ///
+    /// As [`offer`].
+    pub fn new(
+        session: &'a Session,
+        node: &NodeHandle,
+        (service, mapping): (&str, Mapping),
+    ) -> Result<Self, SessionError> {
+        let (ros_name, type_name) = names::<Q>(service)?;
+        let qos = profile(SERVICE_QOS);
+        let mapping = match mapping {
+            Mapping::Enhanced => ServiceMapping::Enhanced,
+            Mapping::Cyclone => ServiceMapping::Cyclone,
+        };
+        let client = session.with_node(node, 2, |node| {
+            node.create_client(mapping, &ros_name, &type_name, qos.clone(), qos)
+                .map_err(|error| SessionError::endpoint(service, &error))
+        })?;
+        Ok(Self { session, service: service.to_owned(), client, answers: PhantomData })
+    }
+
+    /// Asks, and waits for the answer.
+    ///
+    /// # Errors
+    ///
+    /// [`CallError`].
+    pub async fn call(&self, request: &Q, patience: Duration) -> Result<R, CallError> {
+        let start = Instant::now();
+        let service = || self.service.clone();
+        let no_answer =
+            || CallError::NoAnswer { service: service(), waited_s: start.elapsed().as_secs_f64() };
+        let topic = format!("rq{}Request", self.service);
+        while !self.session.has_reader(&topic) {
+            if start.elapsed() >= patience {
+                return Err(no_answer());
+            }
+            tokio::time::sleep(POLL).await;
+        }
+        // The service may not yet know of us when we know of it.
+        tokio::time::sleep(MATCHING).await;
+        let request = Bytes(cdr::encode_body(request));
+        let left = patience.saturating_sub(start.elapsed());
+        let called = tokio::time::timeout(left, self.client.async_call_service(request)).await;
+        let Ok(called) = called else { return Err(no_answer()) };
+        let Bytes(body) = called.map_err(|error| CallError::Session {
+            service: service(),
+            source: SessionError::endpoint(&self.service, &error),
+        })?;
+        cdr::decode_body(&body, ByteOrder::Little)
+            .map_err(|source| CallError::Answer { service: service(), source })
+    }
+}
+
+/// Time in which the other side of a new connection learns of it.
+const MATCHING: Duration = Duration::from_millis(200);

@@ -1,0 +1,193 @@
+//! What viewers are shown of the world: the transform tree and the markers.
+//!
+//! Viewers are guests. Nothing is made for them while none is there, they get at most ten pictures a
+//! second however fast the world goes, and the world never waits for them: a task of its own
+//! publishes the newest picture, and forgets those that it had no time for.
+
+mod history;
+mod markers;
+mod scene;
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use rsrs_core::phase;
+use rsrs_core::trajectory::{Bodies, Trajectory};
+use rsrs_msgs::tf2_msgs::TFMessage;
+use rsrs_msgs::topics;
+use rsrs_msgs::visualization_msgs::MarkerArray;
+use rsrs_ros::session::{NodeHandle, Publisher, Session};
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+
+pub use history::History;
+pub use scene::{Look, Scene};
+
+/// Least time between two pictures.
+const SHOWN_EVERY: Duration = Duration::from_millis(100);
+
+/// How often the display looks for viewers.
+const LOOKS_EVERY: Duration = Duration::from_millis(500);
+
+/// Least time between two judgements.
+const JUDGED_EVERY: Duration = Duration::from_secs(2);
+
+/// The frame in which all poses are.
+pub const FRAME: &str = "map";
+
+/// Shows the world to whoever looks.
+pub struct Display {
+    pictures: watch::Sender<Option<Picture>>,
+    publishing: JoinHandle<()>,
+    watched: Watched,
+    looked: Option<Instant>,
+    shown: Option<Instant>,
+    judging: Judging,
+}
+
+/// Which of the two topics somebody listens to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Watched {
+    frames: bool,
+    markers: bool,
+}
+
+/// What is published next.
+#[derive(Clone, Debug)]
+enum Picture {
+    Scene(Box<Scene>, Watched),
+    /// There is no world any more.
+    Nothing,
+}
+
+/// The judge works on another thread, on one run at a time.
+#[derive(Default)]
+struct Judging {
+    at: Option<Instant>,
+    working: Option<JoinHandle<String>>,
+    label: String,
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        self.publishing.abort();
+    }
+}
+
+impl Display {
+    /// Offers the two topics; to be called within a runtime.
+    ///
+    /// # Errors
+    ///
+    /// If a topic cannot be made.
+    pub fn new(session: &Session, node: &NodeHandle) -> anyhow::Result<Self> {
+        let frames = session.publish_on(node, topics::TF.name, topics::TF.qos)?;
+        let markers = session.publish_on(node, topics::MARKERS.name, topics::MARKERS.qos)?;
+        let (pictures, newest) = watch::channel(None);
+        Ok(Self {
+            pictures,
+            publishing: tokio::spawn(publish(frames, markers, newest)),
+            watched: Watched::default(),
+            looked: None,
+            shown: None,
+            judging: Judging::default(),
+        })
+    }
+
+    /// Finds out now and then whether anybody looks.
+    pub async fn look_around(&mut self, session: &Session) {
+        if self.looked.is_some_and(|at| at.elapsed() < LOOKS_EVERY) {
+            return;
+        }
+        self.looked = Some(Instant::now());
+        let is_read = async |name| session.wait_for_readers(name, 1, Duration::ZERO).await.is_ok();
+        self.watched = Watched {
+            frames: is_read(topics::TF.name).await,
+            markers: is_read(topics::MARKERS.name).await,
+        };
+    }
+
+    /// Whether it is time for the next picture, and somebody looks.
+    pub fn is_due(&self) -> bool {
+        self.watched != Watched::default()
+            && self.shown.is_none_or(|at| at.elapsed() >= SHOWN_EVERY)
+    }
+
+    /// Shows a scene.
+    pub fn show(&mut self, scene: Scene) {
+        self.shown = Some(Instant::now());
+        // Who publishes ends with this.
+        self.pictures.send_replace(Some(Picture::Scene(Box::new(scene), self.watched)));
+    }
+
+    /// Wipes what was shown: there is no world.
+    pub fn wipe(&mut self) {
+        self.judging = Judging::default();
+        self.pictures.send_replace(Some(Picture::Nothing));
+    }
+
+    /// What the judge says of a run, as of a few seconds ago.
+    pub async fn label(&mut self, history: &History, bodies: Bodies) -> String {
+        self.judging.label(history, bodies).await
+    }
+}
+
+impl Judging {
+    async fn label(&mut self, history: &History, bodies: Bodies) -> String {
+        if let Some(working) = self.working.take_if(|working| working.is_finished()) {
+            self.label = working.await.expect("the judge takes any trajectory");
+        }
+        let is_due = self.at.is_none_or(|at| at.elapsed() >= JUDGED_EVERY);
+        if is_due && self.working.is_none() {
+            self.at = Some(Instant::now());
+            match history.window() {
+                Some(window) => {
+                    self.working =
+                        Some(tokio::task::spawn_blocking(move || judge(&window, bodies)));
+                }
+                None => self.label = format!("no label before {} s", phase::WINDOW_S),
+            }
+        }
+        self.label.clone()
+    }
+}
+
+fn judge(window: &Trajectory, bodies: Bodies) -> String {
+    match phase::label(window, &bodies) {
+        Ok(verdict) => verdict.phase.title().to_owned(),
+        Err(error) => format!("no label: {error}"),
+    }
+}
+
+async fn publish(
+    frames: Publisher<TFMessage>,
+    markers: Publisher<MarkerArray>,
+    mut newest: watch::Receiver<Option<Picture>>,
+) {
+    while newest.changed().await.is_ok() {
+        let picture = newest.borrow_and_update().clone();
+        let (tree, array) = match picture {
+            None => continue,
+            Some(Picture::Nothing) => (None, Some(markers::nothing())),
+            Some(Picture::Scene(scene, watched)) => (
+                watched.frames.then(|| scene.frames()),
+                watched.markers.then(|| markers::markers(&scene)),
+            ),
+        };
+        let sent = async {
+            if let Some(tree) = tree {
+                frames.publish(tree).await?;
+            }
+            match array {
+                Some(array) => markers.publish(array).await,
+                None => Ok(()),
+            }
+        };
+        if let Err(error) = sent.await {
+            log::warn!("viewers miss a picture: {error}");
+        }
+    }
+}
+
+/// The names of robots, shared by every scene.
+pub type Names = Arc<[String]>;

@@ -1,0 +1,94 @@
+//! One moment of the world, as viewers see it.
+
+use std::sync::Arc;
+
+use rsrs_core::conditions::{Conditions, Region};
+use rsrs_core::unicycle::Pose;
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::geometry_msgs::{self, Transform, TransformStamped, Vector3};
+use rsrs_msgs::std_msgs::Header;
+use rsrs_msgs::tf2_msgs::TFMessage;
+
+use super::{FRAME, Names};
+use crate::robots::{base_link, rotation};
+
+/// Points on the arc of a cone.
+const N_ARC: usize = 6;
+
+/// What all robots look like.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Look {
+    /// Radius of the body, in metres.
+    pub radius_m: f64,
+    /// Corners of the sensing region in the robot's frame, in metres.
+    pub sensor_m: Vec<[f64; 2]>,
+}
+
+impl Look {
+    /// Of the robots under these conditions.
+    pub fn of(conditions: &Conditions) -> Self {
+        let sensor_m = match &conditions.robot.region {
+            Region::Polygon { corners_m } => corners_m.clone(),
+            Region::Cone { half_angle_rad, range_m } => {
+                let on_arc = |point: usize| {
+                    let share = 2.0 * point as f64 / (N_ARC - 1) as f64 - 1.0;
+                    let (sine, cosine) = libm::sincos(half_angle_rad * share);
+                    [range_m * cosine, range_m * sine]
+                };
+                [[0.0, 0.0]].into_iter().chain((0..N_ARC).map(on_arc)).collect()
+            }
+        };
+        Self { radius_m: conditions.robot.radius_m, sensor_m }
+    }
+}
+
+/// One moment of the world.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// When.
+    pub stamp: Time,
+    /// Names of the robots; shape `[n_robots]`.
+    pub names: Names,
+    /// Whether the simulator moves a robot, and so tells of its frame; shape `[n_robots]`.
+    pub is_ours: Arc<[bool]>,
+    /// Where they are; shape `[n_robots]`.
+    pub poses: Vec<Pose>,
+    /// What their sensors report; shape `[n_robots]`.
+    pub detections: Vec<bool>,
+    /// What they look like.
+    pub look: Arc<Look>,
+    /// What is written above them.
+    pub text: String,
+}
+
+impl Scene {
+    /// The frame of every robot that the simulator moves.
+    pub fn frames(&self) -> TFMessage {
+        let ours = self.names.iter().zip(&self.poses).zip(self.is_ours.iter());
+        let frame = |(name, pose): (&String, &Pose)| TransformStamped {
+            header: self.header(),
+            child_frame_id: base_link(name),
+            transform: Transform {
+                translation: Vector3 { x: pose.x_m, y: pose.y_m, z: 0.0 },
+                rotation: rotation(pose.heading_rad),
+            },
+        };
+        let ours = ours.filter_map(|(robot, is_ours)| is_ours.then(|| frame(robot)));
+        TFMessage { transforms: ours.collect() }
+    }
+
+    /// When and where all of it is.
+    pub fn header(&self) -> Header {
+        Header { stamp: self.stamp, frame_id: FRAME.to_owned() }
+    }
+}
+
+/// A point of a robot's frame, on the floor.
+pub fn seen_from(pose: &Pose, [x_m, y_m]: [f64; 2]) -> geometry_msgs::Point {
+    let (sine, cosine) = libm::sincos(pose.heading_rad);
+    geometry_msgs::Point {
+        x: pose.x_m + x_m * cosine - y_m * sine,
+        y: pose.y_m + x_m * sine + y_m * cosine,
+        z: 0.0,
+    }
+}

@@ -1,0 +1,134 @@
+use rsrs_core::conditions::{Arena, Conditions, Settings};
+use rsrs_core::profile::RobotProfile;
+use rsrs_fleet::experiment::Time as Pace;
+use rsrs_fleet::simulator::Placed;
+use rsrs_msgs::geometry_msgs;
+use rsrs_msgs::simulation_interfaces::TagsFilter;
+use rsrs_sim::draw::Seed;
+use rsrs_sim::world::World;
+
+use super::*;
+use crate::parameters::Wanted;
+use crate::rows::Rows;
+
+const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+
+/// Three robots of ours at (0, 0), (1, 0) and (2, 0) in an arena of 6 m, and a real one.
+fn stage() -> Stage {
+    let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+    let values = [("speed_m_s", 0.15), ("turn_rate_rad_s", 0.75), ("robots", 4.0)]
+        .map(|(axis, value)| (axis.parse().unwrap(), value));
+    let settings = Settings { values: values.to_vec(), ..Settings::default() };
+    let mut conditions = Conditions::resolve(&profile, &settings).unwrap();
+    conditions.arena = Arena { side_m: 6.0, walls: Walls::Stop };
+    let mut world = World::new(&conditions, Seed { seed: 1, replicate: 0 }).unwrap();
+    for robot in 0..3_u32 {
+        let pose = Pose { x_m: f64::from(robot), y_m: 0.0, heading_rad: 0.0 };
+        world.displace(robot as usize, pose);
+    }
+    let names = ["robot_1", "robot_2", "robot_3", "real"].map(str::to_owned);
+    let rows = Rows::of(&names, &names[..3], 4).unwrap();
+    let placed = Placed { digest: 1, n_robots: 3, steps: 1, period_ns: 1, time: Pace::RealTime };
+    Stage::new(Wanted { world, placed, conditions, rows })
+}
+
+fn picked(filters: &EntityFilters) -> Result<Vec<usize>, EntityError> {
+    pick(&stage(), filters)
+}
+
+fn bounds(r#type: u8, points: &[[f64; 3]]) -> EntityFilters {
+    let points = points.iter().map(|[x, y, z]| Vector3 { x: *x, y: *y, z: *z }).collect();
+    EntityFilters { bounds: Bounds { r#type, points }, ..EntityFilters::default() }
+}
+
+#[test]
+fn robots_are_picked_by_name_category_and_place() {
+    let named = |filter: &str| EntityFilters { filter: filter.into(), ..EntityFilters::default() };
+    let of = |category| EntityFilters {
+        categories: vec![EntityCategory { category }],
+        ..EntityFilters::default()
+    };
+
+    assert_eq!(picked(&EntityFilters::default()), Ok(vec![0, 1, 2, 3]));
+    assert_eq!(picked(&named("robot_[13]$")), Ok(vec![0, 2]));
+    assert_eq!(picked(&of(EntityCategory::ROBOT)), Ok(vec![0, 1, 2, 3]));
+    assert_eq!(picked(&of(2)), Ok(vec![]));
+    // Bodies have a radius of 7.5 cm.
+    let near_second = bounds(Bounds::SPHERE, &[[1.0, 0.5, 0.0], [0.43, 0.0, 0.0]]);
+    assert_eq!(picked(&near_second), Ok(vec![1]));
+    let not_quite = bounds(Bounds::SPHERE, &[[1.0, 0.5, 0.0], [0.42, 0.0, 0.0]]);
+    assert_eq!(picked(&not_quite), Ok(vec![]));
+    assert_eq!(picked(&bounds(Bounds::BOX, &[[2.5, 1.0, 1.0], [0.5, -1.0, 0.0]])), Ok(vec![1, 2]));
+}
+
+#[test]
+fn what_is_not_offered_is_said() {
+    let tags = TagsFilter { tags: vec!["fast".into()], filter_mode: 0 };
+    let tagged = EntityFilters { tags, ..EntityFilters::default() };
+    let broken = EntityFilters { filter: "(".into(), ..EntityFilters::default() };
+
+    for (filters, code) in [(tagged, 0), (bounds(2, &[]), 0), (bounds(1, &[]), 0), (broken, 4)] {
+        assert_eq!(picked(&filters).unwrap_err().code(), code, "{filters:?}");
+    }
+}
+
+fn request(entity: &str) -> SetEntityStateRequest {
+    let mut request = SetEntityStateRequest {
+        entity: entity.to_owned(),
+        set_pose: true,
+        set_twist: true,
+        ..SetEntityStateRequest::default()
+    };
+    request.state.pose = pose_message(Pose { x_m: 1.5, y_m: -1.0, heading_rad: 0.5 });
+    request
+}
+
+#[test]
+fn a_robot_is_put_where_it_can_be_and_nowhere_else() {
+    let stage = stage();
+    let (row, pose) = wanted(&stage, &request("robot_2")).unwrap().expect("a pose is meant");
+    assert_eq!((row, pose.x_m.to_bits()), (1, 1.5_f64.to_bits()));
+    let nothing = SetEntityStateRequest { set_pose: false, ..request("robot_2") };
+    assert_eq!(wanted(&stage, &nothing), Ok(None));
+
+    assert_eq!(wanted(&stage, &request("real")).unwrap_err().code(), 4);
+    assert_eq!(wanted(&stage, &request("robot_9")).unwrap_err().code(), 2);
+    for spoil in [
+        |state: &mut EntityState| state.pose.position.x = f64::NAN,
+        |state: &mut EntityState| state.pose.position.x = 2.95,
+        |state: &mut EntityState| state.pose.position.z = 0.1,
+        |state: &mut EntityState| state.pose.position.z = f64::NAN,
+        |state: &mut EntityState| state.pose.orientation = turned_over(),
+        |state: &mut EntityState| state.header.frame_id = "robot_1/base_link".into(),
+    ] {
+        let mut request = request("robot_2");
+        spoil(&mut request.state);
+        let error = wanted(&stage, &request).unwrap_err();
+        assert_eq!(error.code(), SetEntityStateResponse::INVALID_POSE, "{error}");
+    }
+    let mut fast = request("robot_2");
+    fast.state.twist.linear.x = 0.1;
+    assert_eq!(wanted(&stage, &fast), Err(EntityError::Velocity));
+    assert!(wanted(&stage, &SetEntityStateRequest { set_twist: false, ..fast }).is_ok());
+}
+
+fn turned_over() -> geometry_msgs::Quaternion {
+    geometry_msgs::Quaternion { x: 1.0, y: 0.0, z: 0.0, w: 0.0 }
+}
+
+#[test]
+fn a_state_says_where_a_robot_is_and_how_it_is_to_move_in_the_frame_of_the_map() {
+    let mut stage = stage();
+    let north = Pose { x_m: 1.0, y_m: 2.0, heading_rad: std::f64::consts::FRAC_PI_2 };
+    stage.advance_freely();
+    stage.world.displace(1, north);
+    let commanded = stage.obeyed()[1];
+
+    let state = states(&stage, &[1], Time::from_nanos(5)).remove(0);
+
+    assert_eq!((state.header.frame_id.as_str(), state.header.stamp.nanosec), ("map", 5));
+    assert!((state.pose.position.y - 2.0).abs() < 1e-6);
+    assert!((state.twist.linear.y - commanded.speed_m_s).abs() < 1e-6, "{:?}", state.twist);
+    assert!(state.twist.linear.x.abs() < 1e-6);
+    assert_eq!(state.twist.angular.z.to_bits(), commanded.turn_rate_rad_s.to_bits());
+}

@@ -1,0 +1,273 @@
+//! Real robots among virtual ones: where they are, and what they would see of the virtual ones.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use rsrs_core::conditions::SimulatedRobot;
+use rsrs_core::unicycle::Pose;
+use rsrs_msgs::geometry_msgs::{self, PoseStamped};
+use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::topics;
+use rsrs_ros::logging::Level;
+use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
+use rsrs_sim::view::View;
+use tokio::sync::mpsc::UnboundedSender;
+
+use crate::listening::Heard;
+
+/// A real robot of which nothing is heard for so long may be anywhere.
+const SILENCE: Duration = Duration::from_secs(1);
+
+/// Where a robot stands until it is first heard of: out of everybody's sight, in metres.
+const NOWHERE_M: f64 = 1e6;
+
+/// Where the poses of real robots come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TrackedBy {
+    /// Their own `odom`, in the frame of the world.
+    Odom,
+    /// A tracker's `pose`.
+    Pose,
+}
+
+/// A real robot, as the world follows it.
+#[derive(Clone, Debug)]
+pub struct Followed {
+    /// Its row in the world.
+    pub row: usize,
+    view: View,
+    latency_steps: usize,
+    /// Where it was last.
+    heard: Option<Pose>,
+    /// When that was heard; at first, when it was begun to listen.
+    at: Instant,
+    is_missed: bool,
+    /// Whether it saw one of ours, with the step; the newest last.
+    seen: VecDeque<(u64, bool)>,
+}
+
+impl Followed {
+    /// A robot of which nothing has been heard yet.
+    pub fn new(row: usize, robot: &SimulatedRobot) -> Self {
+        let latency_steps =
+            usize::try_from(robot.latency_steps).expect("32 bits fit the address space");
+        let view = View::new(robot);
+        Self {
+            row,
+            view,
+            latency_steps,
+            heard: None,
+            at: Instant::now(),
+            is_missed: false,
+            seen: VecDeque::new(),
+        }
+    }
+
+    /// Takes its pose.
+    pub fn hear(&mut self, pose: Pose) {
+        (self.heard, self.at, self.is_missed) = (Some(pose), Instant::now(), false);
+    }
+
+    /// Whether it has just fallen silent: once for each silence.
+    pub fn falls_silent(&mut self) -> bool {
+        let is_news = !self.is_missed && self.at.elapsed() >= SILENCE;
+        self.is_missed |= is_news;
+        is_news
+    }
+
+    /// Where it is, as far as is known.
+    pub fn pose(&self) -> Pose {
+        let nowhere =
+            Pose { x_m: NOWHERE_M, y_m: NOWHERE_M + 1e3 * self.row as f64, heading_rad: 0.0 };
+        self.heard.unwrap_or(nowhere)
+    }
+
+    /// Whether its sensor would report one of our robots.
+    ///
+    /// What it reports of other real robots, and what it reports by mistake, comes from the real
+    /// sensor; ours are missed as often as the conditions say.
+    ///
+    /// # Arguments
+    ///
+    /// * `step`, `ours` — the world's step, and where our robots are.
+    /// * `detection` — what the world's sensor reports for this row: its draw decides whether what
+    ///   is seen is also detected.
+    pub fn detects(&mut self, (step, ours): (u64, &[Pose]), detection: bool) -> bool {
+        let from = self.pose();
+        let sees = ours.iter().any(|other| sees(&self.view, &from, other));
+        self.seen.retain(|(at, _)| *at < step);
+        self.seen.push_back((step, sees));
+        while self.seen.len() > self.latency_steps + 1 {
+            self.seen.pop_front();
+        }
+        let is_delivered = self.seen.len() == self.latency_steps + 1 && self.seen[0].1;
+        is_delivered && detection
+    }
+}
+
+/// Whether one robot has another in view.
+fn sees(view: &View, from: &Pose, to: &Pose) -> bool {
+    let (dx_m, dy_m) = (to.x_m - from.x_m, to.y_m - from.y_m);
+    let (sine, cosine) = libm::sincos(from.heading_rad);
+    let forward_m = (dx_m * cosine + dy_m * sine) as f32;
+    let lateral_m = (dy_m * cosine - dx_m * sine) as f32;
+    let d2_m2 = (dx_m * dx_m + dy_m * dy_m) as f32;
+    match view {
+        View::Cone(cone) => cone.sees(forward_m, lateral_m, d2_m2),
+        View::PolygonCentre(polygon) => d2_m2 > 0.0 && polygon.contains(forward_m, lateral_m),
+        View::PolygonBody(polygon) => forward_m > 0.0 && polygon.contains(forward_m, lateral_m),
+    }
+}
+
+/// The topics of the real robots of a world, until it is dropped.
+#[derive(Default)]
+pub struct RealRobots {
+    detections: Vec<Publisher<Bool>>,
+    _poses: Vec<Subscription>,
+}
+
+impl RealRobots {
+    /// Listens to the poses of real robots, and speaks to their controllers.
+    ///
+    /// # Errors
+    ///
+    /// If a topic cannot be made.
+    pub fn follow(
+        session: &Session,
+        node: &NodeHandle,
+        (names, by): (&[String], TrackedBy),
+        heard: &UnboundedSender<Heard>,
+    ) -> anyhow::Result<Self> {
+        let mut all = Self::default();
+        for (index, name) in names.iter().enumerate() {
+            let topic = topics::VIRTUAL_DETECTION;
+            all.detections.push(session.publish_on(node, &topic.for_robot(name), topic.qos)?);
+            let (heard, speaker) = (heard.clone(), node.clone());
+            let name_of = name.clone();
+            // The receiver is gone only while the node shuts down.
+            let tell = move |pose: &geometry_msgs::Pose| match on_the_floor(pose) {
+                Some(pose) => drop(heard.send(Heard::Pose { robot: index, pose })),
+                None => speaker.say(Level::Warn, &format!("{name_of}: a pose is no pose")),
+            };
+            all._poses.push(match by {
+                TrackedBy::Odom => {
+                    let (name, qos) = (topics::ODOM.for_robot(name), topics::ODOM.qos);
+                    session.subscribe(node, &name, qos, move |sample| {
+                        let odometry: Odometry = sample.message;
+                        tell(&odometry.pose.pose);
+                    })?
+                }
+                TrackedBy::Pose => {
+                    let (name, qos) = (topics::POSE.for_robot(name), topics::POSE.qos);
+                    session.subscribe(node, &name, qos, move |sample| {
+                        let tracked: PoseStamped = sample.message;
+                        tell(&tracked.pose);
+                    })?
+                }
+            });
+        }
+        Ok(all)
+    }
+
+    /// Tells the controllers of the real robots what they would see.
+    ///
+    /// # Errors
+    ///
+    /// If a reliable subscriber stops acknowledging.
+    pub async fn tell(&self, detections: &[bool]) -> anyhow::Result<()> {
+        for (publisher, data) in self.detections.iter().zip(detections) {
+            publisher.publish(Bool { data: *data }).await?;
+        }
+        Ok(())
+    }
+}
+
+/// A pose on the floor; `None` if it is not finite, or so far away that it is none.
+pub fn on_the_floor(pose: &geometry_msgs::Pose) -> Option<Pose> {
+    let (position, turn) = (pose.position, pose.orientation);
+    let heading_rad = libm::atan2(
+        2.0 * (turn.w * turn.z + turn.x * turn.y),
+        1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z),
+    );
+    let squares = turn.x * turn.x + turn.y * turn.y + turn.z * turn.z + turn.w * turn.w;
+    let is_near = position.x.abs() < NOWHERE_M && position.y.abs() < NOWHERE_M;
+    let is_turn = (squares - 1.0).abs() < 0.1 && heading_rad.is_finite();
+    (is_near && is_turn).then_some(Pose { x_m: position.x, y_m: position.y, heading_rad })
+}
+
+#[cfg(test)]
+mod tests {
+    use rsrs_core::conditions::{Conditions, Settings};
+    use rsrs_core::profile::RobotProfile;
+
+    use super::*;
+    use crate::robots::pose_message;
+
+    const FLOCKBOT: &str = include_str!("../../launch_configs/profiles/flockbot.yaml");
+
+    fn followed(latency_steps: u32) -> Followed {
+        let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+        let values = [("speed_m_s", 0.15), ("turn_rate_rad_s", 0.75), ("robots", 4.0)]
+            .map(|(axis, value)| (axis.parse().unwrap(), value));
+        let settings = Settings { values: values.to_vec(), ..Settings::default() };
+        let mut conditions = Conditions::resolve(&profile, &settings).unwrap();
+        conditions.robot.latency_steps = latency_steps;
+        Followed::new(1, &conditions.robot)
+    }
+
+    fn at(x_m: f64, y_m: f64, heading_rad: f64) -> Pose {
+        Pose { x_m, y_m, heading_rad }
+    }
+
+    #[test]
+    fn a_real_robot_sees_a_virtual_one_in_its_cone_and_none_beside_it() {
+        let mut robot = followed(0);
+        let ours = [at(3.0, 2.5, 0.0)];
+        assert!(!robot.detects((1, &ours), true), "nobody knows where it is");
+
+        // Looking north at the one half a metre away; then east.
+        robot.hear(at(3.0, 2.0, 1.570_796));
+        assert!(robot.detects((2, &ours), true));
+        assert!(!robot.detects((2, &ours), false), "the draw says that it is missed");
+        robot.hear(at(3.0, 2.0, 0.0));
+        assert!(!robot.detects((3, &ours), true));
+    }
+
+    #[test]
+    fn what_is_seen_is_delivered_as_late_as_the_conditions_say() {
+        let mut robot = followed(2);
+        robot.hear(at(0.0, 0.0, 0.0));
+        let (ahead, behind) = ([at(0.5, 0.0, 0.0)], [at(-0.5, 0.0, 0.0)]);
+
+        let delivered: Vec<bool> = [&ahead, &behind, &behind, &behind]
+            .into_iter()
+            .enumerate()
+            // Sensing twice in a step is sensing once.
+            .flat_map(|(step, ours)| [(step as u64, ours); 2])
+            .map(|(step, ours)| robot.detects((step, ours), true))
+            .collect();
+
+        assert_eq!(delivered, [false, false, false, false, true, true, false, false]);
+    }
+
+    #[test]
+    fn a_pose_that_is_none_is_not_followed() {
+        let good = at(0.3, -0.4, 2.0);
+        let there = on_the_floor(&pose_message(good)).expect("it is a pose");
+        assert!(
+            (there.heading_rad - 2.0).abs() < 1e-12 && there.x_m.to_bits() == good.x_m.to_bits()
+        );
+
+        for spoil in [
+            |pose: &mut geometry_msgs::Pose| pose.position.x = f64::NAN,
+            |pose: &mut geometry_msgs::Pose| pose.position.y = f64::INFINITY,
+            |pose: &mut geometry_msgs::Pose| pose.orientation.w = f64::NAN,
+            |pose: &mut geometry_msgs::Pose| pose.orientation.w = 3.0,
+        ] {
+            let mut pose = pose_message(good);
+            spoil(&mut pose);
+            assert_eq!(on_the_floor(&pose), None, "{pose:?}");
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! The services of package `simulation_interfaces`: what tools ask of any simulator.
+
+use rsrs_msgs::RosMessage;
+use rsrs_msgs::simulation_interfaces as wire;
+use rsrs_ros::services::{self, Reply, Service};
+use rsrs_ros::session::{NodeHandle, Session};
+use tokio::sync::mpsc::UnboundedSender;
+
+use crate::listening::Heard;
+
+/// A request, and whoever waits for its answer.
+pub enum Call {
+    /// What the simulator can do.
+    Features(Reply<wire::GetSimulatorFeaturesResponse>),
+    /// What it does.
+    State(Reply<wire::GetSimulationStateResponse>),
+    /// What it shall do.
+    SetState(wire::SetSimulationStateRequest, Reply<wire::SetSimulationStateResponse>),
+    /// To start over.
+    Reset(wire::ResetSimulationRequest, Reply<wire::ResetSimulationResponse>),
+    /// To make steps.
+    Step(wire::StepSimulationRequest, Reply<wire::StepSimulationResponse>),
+    /// Which robots there are.
+    Entities(wire::GetEntitiesRequest, Reply<wire::GetEntitiesResponse>),
+    /// Where they are.
+    EntitiesStates(wire::GetEntitiesStatesRequest, Reply<wire::GetEntitiesStatesResponse>),
+    /// Where one is.
+    EntityState(wire::GetEntityStateRequest, Reply<wire::GetEntityStateResponse>),
+    /// To put one somewhere.
+    SetEntityState(wire::SetEntityStateRequest, Reply<wire::SetEntityStateResponse>),
+}
+
+/// Offers all of them, below the simulator's name.
+///
+/// # Errors
+///
+/// If a service cannot be made.
+pub fn offer(
+    session: &Session,
+    node: &NodeHandle,
+    heard: &UnboundedSender<Heard>,
+) -> anyhow::Result<Vec<Service>> {
+    let ends = Ends { session, node, heard };
+    Ok(vec![
+        ends.offer::<wire::GetSimulatorFeaturesRequest, _>(
+            "get_simulator_features",
+            |_, reply| Call::Features(reply),
+        )?,
+        ends.offer::<wire::GetSimulationStateRequest, _>("get_simulation_state", |_, reply| {
+            Call::State(reply)
+        })?,
+        ends.offer("set_simulation_state", Call::SetState)?,
+        ends.offer("reset_simulation", Call::Reset)?,
+        ends.offer("step_simulation", Call::Step)?,
+        ends.offer("get_entities", Call::Entities)?,
+        ends.offer("get_entities_states", Call::EntitiesStates)?,
+        ends.offer("get_entity_state", Call::EntityState)?,
+        ends.offer("set_entity_state", Call::SetEntityState)?,
+    ])
+}
+
+struct Ends<'a> {
+    session: &'a Session,
+    node: &'a NodeHandle,
+    heard: &'a UnboundedSender<Heard>,
+}
+
+impl Ends<'_> {
+    fn offer<Q: RosMessage, R: RosMessage>(
+        &self,
+        name: &str,
+        call: impl Fn(Q, Reply<R>) -> Call + Send + 'static,
+    ) -> anyhow::Result<Service> {
+        let heard = self.heard.clone();
+        Ok(services::offer(self.session, self.node, name, move |request, reply| {
+            // The receiver is gone only while the node shuts down.
+            drop(heard.send(Heard::Call(call(request, reply))));
+        })?)
+    }
+}

@@ -1,0 +1,149 @@
+//! A placed world, and what is seen in it.
+
+use std::sync::Arc;
+
+use rsrs_core::conditions::Conditions;
+use rsrs_core::controller::{Command, decide};
+use rsrs_core::unicycle::Pose;
+use rsrs_fleet::simulator::Placed;
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_sim::world::World;
+
+use crate::display::{History, Look, Names, Scene};
+use crate::mixed::Followed;
+use crate::parameters::Wanted;
+use crate::robots::Motion;
+use crate::rows::Rows;
+
+/// A placed world.
+pub struct Stage {
+    /// The world.
+    pub world: World,
+    /// What its pace has to know.
+    pub placed: Placed,
+    /// The paper's `E`.
+    pub conditions: Conditions,
+    /// Whose rows they are.
+    pub rows: Rows,
+    /// The real robots among them.
+    pub followed: Vec<Followed>,
+    /// The last minute, for the judge.
+    pub history: History,
+    /// What each robot of ours does; shape `[n_ours]`.
+    obeyed: Vec<Command>,
+    names: Names,
+    is_ours: Arc<[bool]>,
+    look: Arc<Look>,
+}
+
+/// What is sensed in one step.
+pub struct Sensed {
+    /// Digest of the world's state.
+    pub digest: u64,
+    /// What each of our robots reports, and where it is; shape `[n_ours]`.
+    pub ours: Vec<(bool, Motion)>,
+    /// What each real robot would see of ours; shape `[n_followed]`.
+    pub virtual_detections: Vec<bool>,
+}
+
+impl Stage {
+    /// A world whose robots stand at their start poses.
+    pub fn new(wanted: Wanted) -> Self {
+        let Wanted { world, placed, conditions, rows } = wanted;
+        let is_ours: Vec<bool> =
+            (0..conditions.robots).map(|row| rows.ours.contains(&row)).collect();
+        let followed = rows.tracked.iter().map(|row| Followed::new(*row, &conditions.robot));
+        let mut stage = Self {
+            followed: followed.collect(),
+            history: History::new(conditions.period_s, conditions.robots),
+            obeyed: vec![Command::STOP; placed.n_robots],
+            names: rows.names.clone().into(),
+            is_ours: is_ours.into(),
+            look: Arc::new(Look::of(&conditions)),
+            world,
+            placed,
+            conditions,
+            rows,
+        };
+        stage.follow();
+        stage
+    }
+
+    /// Senses for all robots, the real ones where they were heard of last.
+    pub fn sense(&mut self) -> Sensed {
+        self.follow();
+        let step = self.world.step_index();
+        let digest = self.world.digest();
+        let detections = self.world.sense().to_vec();
+        let poses: Vec<Pose> = self.world.poses().collect();
+        let motions = self.rows.ours.iter().zip(&self.obeyed).map(|(row, command)| {
+            (detections[*row], Motion { pose: poses[*row], command: *command })
+        });
+        let ours = motions.collect();
+        let of_ours: Vec<Pose> = self.rows.ours.iter().map(|row| poses[*row]).collect();
+        let followed = self.followed.iter_mut();
+        let virtual_detections =
+            followed.map(|robot| robot.detects((step, &of_ours), detections[robot.row])).collect();
+        Sensed { digest, ours, virtual_detections }
+    }
+
+    /// Moves our robots by one period.
+    ///
+    /// # Arguments
+    ///
+    /// * `commands` — one for each of ours; shape `[n_ours]`.
+    pub fn advance(&mut self, commands: Vec<Command>) {
+        let mut all = vec![Command::STOP; self.conditions.robots];
+        for (row, command) in self.rows.ours.iter().zip(&commands) {
+            all[*row] = *command;
+        }
+        self.history.step(self.world.poses(), &all);
+        self.world.advance(&all);
+        self.obeyed = commands;
+    }
+
+    /// Moves our robots as the conditions' controller would, with nobody's command.
+    pub fn advance_freely(&mut self) {
+        self.follow();
+        let controller = self.conditions.controller;
+        let detections = self.world.sense();
+        let commands = self.rows.ours.iter().map(|row| decide(detections[*row], controller));
+        let commands = commands.collect();
+        self.advance(commands);
+    }
+
+    /// Our robots stand.
+    pub fn stand(&mut self) {
+        self.obeyed.fill(Command::STOP);
+    }
+
+    /// What each of our robots does; shape `[n_ours]`.
+    pub fn obeyed(&self) -> &[Command] {
+        &self.obeyed
+    }
+
+    /// What viewers see.
+    ///
+    /// # Arguments
+    ///
+    /// * `text` — what the judge says of the run.
+    pub fn scene(&mut self, stamp: Time, text: &str) -> Scene {
+        let time_s = self.world.step_index() as f64 * self.conditions.period_s;
+        let n_robots = self.conditions.robots;
+        Scene {
+            stamp,
+            names: Arc::clone(&self.names),
+            is_ours: Arc::clone(&self.is_ours),
+            poses: self.world.poses().collect(),
+            detections: self.world.sense().to_vec(),
+            look: Arc::clone(&self.look),
+            text: format!("{n_robots} robots, {time_s:.1} s\n{text}"),
+        }
+    }
+
+    fn follow(&mut self) {
+        for robot in &self.followed {
+            self.world.displace(robot.row, robot.pose());
+        }
+    }
+}

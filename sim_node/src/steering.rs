@@ -1,0 +1,243 @@
+//! Answers to those who steer the simulator by hand, through `simulation_interfaces`.
+
+use rsrs_fleet::simulator::{Doing, Hand, HandRefusal};
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::simulation_interfaces::{
+    self as wire, Result as Outcome, SimulationState, SimulatorFeatures,
+};
+use rsrs_ros::clock::wall_time;
+
+use crate::driver::{Simulation, Step};
+use crate::entities::{self, EntityError};
+use crate::services::Call;
+use crate::stage::Stage;
+
+/// What this simulator can do.
+const FEATURES: [u16; 10] = [
+    SimulatorFeatures::ENTITY_BOUNDS_BOX,
+    SimulatorFeatures::ENTITY_CATEGORIES,
+    SimulatorFeatures::ENTITY_STATE_GETTING,
+    SimulatorFeatures::ENTITY_STATE_SETTING,
+    SimulatorFeatures::SIMULATION_RESET,
+    SimulatorFeatures::SIMULATION_STATE_GETTING,
+    SimulatorFeatures::SIMULATION_STATE_SETTING,
+    SimulatorFeatures::SIMULATION_STATE_PAUSE,
+    SimulatorFeatures::STEP_SIMULATION_SINGLE,
+    SimulatorFeatures::STEP_SIMULATION_MULTIPLE,
+];
+
+/// What only people can read.
+const CUSTOM_INFO: &str = "A world is placed by the parameters of this node; by hand it can be \
+    moved while no experiment holds it, each robot driven by its conditions' controller.";
+
+impl Simulation<'_> {
+    /// Does what is asked, and answers.
+    ///
+    /// # Errors
+    ///
+    /// If a reliable subscriber stops acknowledging.
+    pub async fn answer(&mut self, call: Call) -> anyhow::Result<()> {
+        match call {
+            Call::Features(reply) => reply.send(features()),
+            Call::State(reply) => {
+                let state = SimulationState { state: self.state() };
+                reply.send(wire::GetSimulationStateResponse { state, result: done() });
+            }
+            Call::SetState(request, reply) => {
+                let result = self.set_state(request.state.state).await?;
+                reply.send(wire::SetSimulationStateResponse { result });
+            }
+            Call::Reset(request, reply) => {
+                let result = self.reset(request.scope).await?;
+                reply.send(wire::ResetSimulationResponse { result });
+            }
+            Call::Step(request, reply) => match self.step(request.steps).await? {
+                Some(result) => reply.send(wire::StepSimulationResponse { result }),
+                // The answer is given when the steps are made.
+                None => self.steps = Some(Step { asked: request.steps, reply }),
+            },
+            Call::SetEntityState(request, reply) => {
+                let result = self.move_entity(&request).await?;
+                reply.send(wire::SetEntityStateResponse { result });
+            }
+            Call::Entities(..) | Call::EntitiesStates(..) | Call::EntityState(..) => {
+                self.tell(call);
+            }
+        }
+        Ok(())
+    }
+
+    /// Answers what only asks for robots.
+    fn tell(&self, call: Call) {
+        let stamp = self.stamp();
+        let stage = self.stage.as_ref().ok_or(HandRefusal::NoWorld);
+        match call {
+            Call::Entities(request, reply) => {
+                let (result, rows) = picked(stage, &request.filters);
+                let entities = names(self.stage.as_ref(), &rows);
+                reply.send(wire::GetEntitiesResponse { result, entities });
+            }
+            Call::EntitiesStates(request, reply) => {
+                let (result, rows) = picked(stage, &request.filters);
+                let stage = self.stage.as_ref();
+                let states = stage.map(|stage| entities::states(stage, &rows, stamp));
+                let (entities, states) = (names(stage, &rows), states.unwrap_or_default());
+                reply.send(wire::GetEntitiesStatesResponse { result, entities, states });
+            }
+            Call::EntityState(request, reply) => {
+                let found = stage.map_err(held).and_then(|stage| {
+                    let row = entities::row(stage, &request.entity).map_err(|e| refused(&e))?;
+                    Ok(entities::states(stage, &[row], stamp).remove(0))
+                });
+                let (result, state) = match found {
+                    Ok(state) => (done(), state),
+                    Err(result) => (result, wire::EntityState::default()),
+                };
+                reply.send(wire::GetEntityStateResponse { result, state });
+            }
+            _ => unreachable!("all other calls change something, and are answered by `answer`"),
+        }
+    }
+
+    fn state(&self) -> u8 {
+        match self.machine.doing() {
+            Doing::Nothing => SimulationState::NO_WORLD,
+            Doing::AtTheStart => SimulationState::STOPPED,
+            Doing::Playing => SimulationState::PLAYING,
+            Doing::Standing => SimulationState::PAUSED,
+        }
+    }
+
+    async fn set_state(&mut self, wanted: u8) -> anyhow::Result<Outcome> {
+        use wire::SetSimulationStateResponse as Response;
+        let now = self.state();
+        if let Err(refusal) = self.machine.check_hand()
+            && !(refusal == HandRefusal::NoWorld && wanted == SimulationState::QUITTING)
+        {
+            return Ok(held(refusal));
+        }
+        if wanted == now {
+            return Ok(outcome(Response::ALREADY_IN_TARGET_STATE, "it does so already"));
+        }
+        match wanted {
+            SimulationState::STOPPED => {
+                self.place().await?;
+                Ok(done())
+            }
+            SimulationState::PLAYING => self.by_hand(Hand::Play).await,
+            SimulationState::PAUSED => self.by_hand(Hand::Pause).await,
+            SimulationState::QUITTING => {
+                self.is_quitting = true;
+                Ok(done())
+            }
+            _ => Ok(outcome(
+                Response::INCORRECT_TRANSITION,
+                "expected stopped (0), playing (1), paused (2) or quitting (3)",
+            )),
+        }
+    }
+
+    async fn reset(&mut self, scope: u8) -> anyhow::Result<Outcome> {
+        use wire::ResetSimulationRequest as Request;
+        let both = Request::TIME | Request::STATE;
+        if scope != 0 && scope & both != both {
+            let text = "the time and where robots are start over together or not at all";
+            return Ok(outcome(Outcome::FEATURE_UNSUPPORTED, text));
+        }
+        if let Err(refusal) = self.machine.check_hand() {
+            return Ok(held(refusal));
+        }
+        self.place().await?;
+        Ok(done())
+    }
+
+    /// Starts to make steps; an answer if there is nothing to wait for.
+    async fn step(&mut self, steps: u64) -> anyhow::Result<Option<Outcome>> {
+        if steps == 0 {
+            return Ok(Some(outcome(Outcome::OPERATION_FAILED, "expected at least 1 step")));
+        }
+        let result = self.by_hand(Hand::Step { steps }).await?;
+        Ok((result.result != Outcome::OK).then_some(result))
+    }
+
+    async fn move_entity(
+        &mut self,
+        request: &wire::SetEntityStateRequest,
+    ) -> anyhow::Result<Outcome> {
+        if let Err(refusal) = self.machine.check_hand() {
+            return Ok(held(refusal));
+        }
+        let stage = self.stage.as_mut().expect("a world that a hand may move is there");
+        match entities::wanted(stage, request) {
+            Ok(None) => Ok(done()),
+            Ok(Some((row, pose))) => {
+                stage.world.displace(row, pose);
+                self.by_hand(Hand::Touch).await
+            }
+            Err(error) => Ok(refused(&error)),
+        }
+    }
+
+    async fn by_hand(&mut self, hand: Hand) -> anyhow::Result<Outcome> {
+        match self.machine.by_hand(hand, self.start.elapsed()) {
+            Ok(actions) => {
+                self.act(actions).await?;
+                Ok(done())
+            }
+            Err(refusal) => Ok(held(refusal)),
+        }
+    }
+
+    /// The time of the last step in lockstep, that of the wall in real time.
+    fn stamp(&self) -> Time {
+        self.stamp_ns.map_or_else(wall_time, Time::from_nanos)
+    }
+}
+
+fn features() -> wire::GetSimulatorFeaturesResponse {
+    let features = SimulatorFeatures {
+        features: FEATURES.to_vec(),
+        spawn_formats: Vec::new(),
+        custom_info: CUSTOM_INFO.to_owned(),
+    };
+    wire::GetSimulatorFeaturesResponse { features }
+}
+
+fn picked(
+    stage: Result<&Stage, HandRefusal>,
+    filters: &wire::EntityFilters,
+) -> (Outcome, Vec<usize>) {
+    // Without a world there are no robots.
+    let Ok(stage) = stage else { return (done(), Vec::new()) };
+    match entities::pick(stage, filters) {
+        Ok(rows) => (done(), rows),
+        Err(error) => (refused(&error), Vec::new()),
+    }
+}
+
+fn names(stage: Option<&Stage>, rows: &[usize]) -> Vec<String> {
+    let names = stage.map_or(&[][..], |stage| &stage.rows.names);
+    rows.iter().map(|row| names[*row].clone()).collect()
+}
+
+/// It was carried out.
+pub fn done() -> Outcome {
+    outcome(Outcome::OK, "")
+}
+
+/// Says how a call went.
+pub fn outcome(result: u8, error_message: &str) -> Outcome {
+    Outcome { result, error_message: error_message.to_owned() }
+}
+
+fn refused(error: &EntityError) -> Outcome {
+    outcome(error.code(), &error.to_string())
+}
+
+fn held(refusal: HandRefusal) -> Outcome {
+    let code = match refusal {
+        HandRefusal::NoWorld | HandRefusal::Held => Outcome::INCORRECT_STATE,
+        HandRefusal::NotPaused => Outcome::OPERATION_FAILED,
+    };
+    outcome(code, &refusal.to_string())
+}

@@ -1,0 +1,65 @@
+//! The files that set up viewers name topics and frames that are there.
+
+use std::path::Path;
+
+use rsrs_msgs::topics;
+use serde_json::Value;
+
+fn text(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../launch_configs/viewers");
+    std::fs::read_to_string(folder.join(name)).expect("the file is part of the project")
+}
+
+/// Every text in a document, keys among them.
+fn texts(value: &Value, found: &mut Vec<String>) {
+    match value {
+        Value::String(text) => found.push(text.clone()),
+        Value::Array(values) => values.iter().for_each(|value| texts(value, found)),
+        Value::Object(members) => {
+            for (key, value) in members {
+                found.push(key.clone());
+                texts(value, found);
+            }
+        }
+        Value::Null | Value::Bool(_) | Value::Number(_) => {}
+    }
+}
+
+/// The topics that a document names.
+fn topics_in(document: &Value) -> Vec<String> {
+    let mut found = Vec::new();
+    texts(document, &mut found);
+    found.retain(|text| text.starts_with('/'));
+    found
+}
+
+fn check(document: &Value) {
+    let named = topics_in(document);
+
+    assert!(named.contains(&topics::MARKERS.name.to_owned()), "{named:?}");
+    for name in &named {
+        assert!(topics::ALL.iter().any(|topic| topic.name == name), "nobody publishes {name}");
+    }
+}
+
+#[test]
+fn rviz_is_told_of_topics_that_are_there_with_a_quality_of_service_that_matches() {
+    let document: Value = serde_saphyr::from_str(&text("swarm.rviz")).unwrap();
+
+    check(&document);
+    let manager = &document["Visualization Manager"];
+    assert_eq!(manager["Global Options"]["Fixed Frame"], "map");
+    let displays = manager["Displays"].as_array().unwrap();
+    let markers = displays.iter().find(|display| display["Name"] == "Swarm").unwrap();
+    assert_eq!(markers["Topic"]["Reliability Policy"], "Reliable");
+    assert_eq!(markers["Topic"]["Durability Policy"], "Volatile");
+    assert_eq!(topics::MARKERS.qos, topics::Qos::reliable(10));
+}
+
+#[test]
+fn foxglove_is_told_of_topics_that_are_there() {
+    let document: Value = serde_json::from_str(&text("swarm.foxglove.json")).unwrap();
+
+    check(&document);
+    assert_eq!(document["configById"]["3D!swarm"]["followTf"], "map");
+}

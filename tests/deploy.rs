@@ -1,0 +1,337 @@
+//! What a laboratory installs: the package, its ROS 2 prefix, launch files, the unit, the playbook.
+
+#[expect(dead_code, reason = "these tests look at no node of another process")]
+mod processes;
+#[path = "../msgs/tests/venv/mod.rs"]
+mod venv;
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use processes::{Process, rsrs};
+use rsrs_ros::confine;
+use serde::Deserialize;
+use serde_json::Value;
+use venv::{must_run, python_with};
+
+const EXECUTABLES: [&str; 4] = ["controller_node", "experiment_runner", "robot_node", "sim_node"];
+
+/// The root of the repository.
+fn house() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Lays the files of the Debian package out below a folder, with the program under test in it.
+fn install(root: &Path) {
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args(["metadata", "--no-deps", "--format-version=1", "--offline"]).current_dir(house());
+    let metadata: Value = serde_json::from_str(&must_run(&mut cargo)).expect("cargo writes JSON");
+    let packages = metadata["packages"].as_array().expect("a workspace has packages");
+    let package = packages.iter().find(|package| package["name"] == "rsrs").expect("it is ours");
+    let assets = package["metadata"]["deb"]["assets"].as_array().expect("it has assets");
+    for asset in assets {
+        let part = |index: usize| asset[index].as_str().expect("three texts");
+        let mode = u32::from_str_radix(part(2), 8).expect("an octal mode");
+        let sources = sources(part(0));
+        assert!(!sources.is_empty(), "nothing is at {}", part(0));
+        for source in sources {
+            let mut place = root.join(part(1));
+            if part(1).ends_with('/') {
+                place.push(source.file_name().expect("a file has a name"));
+            }
+            fs::create_dir_all(place.parent().expect("it has a folder")).expect("writable");
+            if part(0).starts_with("target/") {
+                // It is large, and on the same disk.
+                fs::hard_link(&source, &place).expect("the target folder is writable");
+            } else {
+                fs::copy(&source, &place).expect("it is there and writable");
+                fs::set_permissions(&place, fs::Permissions::from_mode(mode)).expect("ours");
+            }
+        }
+    }
+}
+
+/// The files that an asset names: one, or by `*` in the name some of a folder.
+fn sources(pattern: &str) -> Vec<PathBuf> {
+    if pattern == "target/release/rsrs" {
+        return vec![PathBuf::from(env!("CARGO_BIN_EXE_rsrs"))];
+    }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(pattern);
+    let name = path.file_name().and_then(|name| name.to_str()).expect("a pattern has a name");
+    let Some((prefix, suffix)) = name.split_once('*') else {
+        return if path.exists() { vec![path] } else { Vec::new() };
+    };
+    let folder = fs::read_dir(path.parent().expect("a folder")).expect("the folder is there");
+    let paths = folder.map(|entry| entry.expect("readable").path()).filter(|path| path.is_file());
+    let is_meant = |path: &PathBuf| {
+        path.file_name()
+            .and_then(|name| name.to_str())
+            .is_some_and(|name| name.starts_with(prefix) && name.ends_with(suffix))
+    };
+    paths.filter(is_meant).collect()
+}
+
+/// A folder beside the program under test, so that it can be linked into it.
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("the target folder is writable")
+}
+
+#[test]
+fn the_package_is_a_prefix_in_which_ros_finds_the_nodes() {
+    let root = folder();
+    install(root.path());
+    let prefix = root.path().join("usr");
+    let setup = prefix.join("share/rsrs/local_setup.bash");
+    let mut shell = Command::new("bash");
+    shell.env("AMENT_PREFIX_PATH", "/opt/ros/jazzy").arg("-c");
+    // Sourced twice, as shells' start files do, it is named once.
+    let script = "source \"$0\" && source \"$0\" && printf %s \"$AMENT_PREFIX_PATH\"";
+    let path = must_run(shell.arg(script).arg(&setup));
+    assert_eq!(path, format!("{}:/opt/ros/jazzy", prefix.display()));
+
+    let python = python_with("ament", &["ros-jazzy-ament-index-python==1.8.1"], &[]);
+    let ask = "from ament_index_python.packages import *\n\
+               print(get_package_prefix('rsrs'), get_package_share_directory('rsrs'))";
+    let found = must_run(Command::new(python).env("AMENT_PREFIX_PATH", &path).args(["-c", ask]));
+    let share = prefix.join("share/rsrs");
+    assert_eq!(found.trim(), format!("{} {}", prefix.display(), share.display()));
+
+    let mut executables: Vec<String> = fs::read_dir(prefix.join("lib/rsrs"))
+        .expect("the folder in which ROS looks for executables")
+        .map(|entry| entry.expect("readable").file_name().into_string().expect("text"))
+        .collect();
+    executables.sort();
+    assert_eq!(executables, EXECUTABLES);
+    for executable in EXECUTABLES {
+        let help = must_run(Command::new(prefix.join("lib/rsrs").join(executable)).arg("--help"));
+        assert!(help.contains(&format!("Usage: {executable} ")), "{help}");
+    }
+}
+
+/// A node that a launch file starts.
+#[derive(Deserialize)]
+struct Launched {
+    executable: String,
+    namespace: Option<String>,
+    arguments: Vec<String>,
+}
+
+fn launched(file: &str, given: &[String]) -> Vec<Launched> {
+    let python = python_with("ansible", &ANSIBLE, &[]);
+    let script = house().join("tests/deploy/launch.py");
+    let path = house().join("launch_configs/launch").join(file);
+    let text = must_run(Command::new(python).arg(script).arg(path).args(given));
+    serde_json::from_str(&text).expect("the script writes JSON")
+}
+
+/// Its Python has the YAML that `launch` has, too.
+const ANSIBLE: [&str; 1] = ["ansible-core>=2.15,<2.20"];
+
+/// Starts what a launch file starts, as `launch_ros` does, and waits until each node is ready.
+fn start_all(root: &Path, nodes: &[Launched]) {
+    for node in nodes {
+        let mut command = Command::new(root.join("usr/lib/rsrs").join(&node.executable));
+        command.args(&node.arguments).arg("--ros-args").env("ROS_DOMAIN_ID", "42");
+        if let Some(namespace) = &node.namespace {
+            command.args(["-r", &format!("__ns:=/{namespace}")]);
+        }
+        command.stdout(Stdio::null()).stderr(Stdio::piped());
+        let mut process =
+            Process(confine::start_in_own_network(&mut command).spawn().expect("it is installed"));
+        let errors = process.0.stderr.take().expect("it is piped");
+        let mut lines = BufReader::new(errors).lines().map(|line| line.expect("text"));
+        let ready = lines.find(|line| line.contains("ready"));
+        assert!(ready.is_some(), "{} ended instead of getting ready", node.executable);
+    }
+}
+
+#[test]
+fn launch_files_start_nodes_that_are_there() {
+    let root = folder();
+    install(root.path());
+    let argument = |name: &str, value: &Path| format!("{name}:={}", value.display());
+
+    let swarm = launched("simulated_swarm.launch.xml", &["robots:=robot_1,robot_2".to_owned()]);
+    assert_eq!(swarm.len(), 2);
+    start_all(root.path(), &swarm);
+
+    let fleet = house().join("launch_configs/fleets/nine_virtual.yaml");
+    let told = ["robot:=robot_3".to_owned(), "interface:=lo".to_owned(), argument("fleet", &fleet)];
+    let robot = launched("robot.launch.xml", &told);
+    assert_eq!(robot[0].namespace.as_deref(), Some("robot_3"));
+    start_all(root.path(), &robot);
+
+    let experiment = house().join("launch_configs/experiments/flockbot_milling.yaml");
+    let experiment = argument("experiment", &experiment);
+    let simulated = launched("experiment.launch.py", &[experiment.clone(), "backend:=sim".into()]);
+    let names: Vec<&str> = simulated.iter().map(|node| node.executable.as_str()).collect();
+    assert_eq!(names, ["sim_node", "controller_node", "experiment_runner"]);
+    let robots = "robot_1,robot_2,robot_3,robot_4,robot_5,robot_6,robot_7,robot_8,robot_9";
+    assert!(simulated[0].arguments.iter().any(|argument| argument == robots));
+    start_all(root.path(), &simulated[..2]);
+
+    let real = launched("experiment.launch.py", &[experiment, "interface:=wlan0".into()]);
+    assert_eq!(real.len(), 1);
+    assert!(real[0].arguments.join(" ").starts_with("--interface wlan0 --experiment /"));
+}
+
+#[test]
+fn the_service_manager_takes_the_unit() {
+    let folder = folder();
+    let name = "rsrs-robot@.service";
+    let unit = house().join("launch_configs/deploy/systemd").join(name);
+    let text = fs::read_to_string(unit).expect("the unit is shipped");
+    // It looks for the program, which is not installed here.
+    let here = folder.path().join(name);
+    fs::write(&here, text.replace("/usr/bin/rsrs", env!("CARGO_BIN_EXE_rsrs"))).expect("writable");
+
+    let output = Command::new("systemd-analyze").args(["verify", "--man=no"]).arg(&here).output();
+
+    let output = output.expect("this test needs systemd-analyze, of the package systemd");
+    let complaints = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && !complaints.contains(name), "{complaints}");
+    // What the unit starts is understood: the node gets as far as its fleet file.
+    let line = text.lines().find_map(|line| line.strip_prefix("ExecStart=/usr/bin/rsrs "));
+    let arguments = line.expect("it starts the program").replace("%i", "robot_1");
+    let mut robot = rsrs();
+    robot.args(arguments.split(' ')).env("RSRS_INTERFACE", "127.0.0.1");
+    let output = confine::start_in_own_network(&mut robot).output().expect("built for this test");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(error.contains("/etc/rsrs/fleets/fleet.yaml"), "{error}");
+}
+
+/// A laboratory of two robots and a recorder, all of them this machine, each below a folder.
+struct Laboratory {
+    folder: tempfile::TempDir,
+    python: PathBuf,
+}
+
+impl Laboratory {
+    fn new() -> Self {
+        let folder = folder();
+        let python = python_with("ansible", &ANSIBLE, &[]);
+        let path = |name: &str| folder.path().join(name);
+        install(&path("package"));
+        fs::create_dir(path("package/DEBIAN")).expect("writable");
+        let control = "Package: rsrs\nVersion: 0.1.0\nArchitecture: all\n\
+                       Maintainer: nobody <nobody@example.org>\nDescription: for a test\n";
+        fs::write(path("package/DEBIAN/control"), control).expect("writable");
+        let build = ["--root-owner-group", "-Znone", "--build", "package", "rsrs.deb"];
+        must_run(Command::new("dpkg-deb").args(build).current_dir(folder.path()));
+        for robot in ["robot_1", "robot_2"] {
+            for part in ["var/cache", "var/lib/dpkg/info", "var/lib/dpkg/updates"] {
+                fs::create_dir_all(path(robot).join(part)).expect("writable");
+            }
+            fs::write(path(robot).join("var/lib/dpkg/status"), "").expect("writable");
+        }
+        fs::create_dir_all(path("results/run_1")).expect("writable");
+        fs::write(path("results/run_1/run_1_0.mcap"), "a bag").expect("writable");
+        fs::write(path("notes"), "").expect("writable");
+        let laboratory = Self { folder, python };
+        laboratory.write_inventory();
+        laboratory
+    }
+
+    fn write_inventory(&self) {
+        let here = self.folder.path().display();
+        let (house, python) = (house(), self.python.display());
+        let inventory = format!(
+            "all:\n  vars: {{ansible_connection: local, ansible_python_interpreter: {python}, \
+             rsrs_collected: {here}/collected}}\n\
+             robots:\n  hosts: {{one: {{robot: robot_1}}, two: {{robot: robot_2}}}}\n  vars:\n    \
+             rsrs_root: \"{here}/{{{{ robot }}}}\"\n    \
+             rsrs_dpkg_options: [\"--root={here}/{{{{ robot }}}}\", --force-not-root, \
+             --force-script-chrootless]\n    \
+             rsrs_package: {here}/rsrs.deb\n    rsrs_configs: {}/launch_configs\n    \
+             rsrs_fleet: nine_flockbots.yaml\n    rsrs_interface: wlan0\n    ros_domain_id: 7\n\
+             recorders:\n  hosts: {{three: {{}}}}\n  vars: {{rsrs_bags: {here}/results}}\n",
+            house.display()
+        );
+        fs::write(self.folder.path().join("inventory.yaml"), inventory).expect("writable");
+    }
+
+    /// Runs the playbook.
+    ///
+    /// # Returns
+    ///
+    /// Whether it succeeded, and what it said.
+    fn play(&self, tags: &str, offset_s: &str) -> (bool, String) {
+        let tools = house().join("tests/deploy");
+        let path = std::env::var("PATH").expect("there is a PATH");
+        let output = Command::new(self.python.with_file_name("ansible-playbook"))
+            .arg("--inventory=inventory.yaml")
+            .arg(house().join("launch_configs/deploy/ansible/fleet.yaml"))
+            .args(["--tags", tags])
+            .current_dir(self.folder.path())
+            .env("PATH", format!("{}:{path}", tools.display()))
+            .env("RSRS_TEST_OFFSET_S", offset_s)
+            .env("RSRS_TEST_NOTES", self.folder.path().join("notes"))
+            .env("LC_ALL", "C.UTF-8")
+            .output()
+            .expect("it was installed for this test");
+        let errors = String::from_utf8_lossy(&output.stderr);
+        let said = format!("{}\n{errors}", String::from_utf8_lossy(&output.stdout));
+        (output.status.success(), said)
+    }
+
+    fn must_play(&self, tags: &str) {
+        let (has_succeeded, said) = self.play(tags, "-0.000012");
+        assert!(has_succeeded, "{said}");
+    }
+
+    fn read(&self, name: &str) -> String {
+        let path = self.folder.path().join(name);
+        fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    }
+}
+
+#[test]
+fn the_playbook_brings_a_fleet_to_the_floor_and_back() {
+    let laboratory = Laboratory::new();
+
+    laboratory.must_play("install,configure,start");
+    for robot in ["robot_1", "robot_2"] {
+        let program = laboratory.folder.path().join(robot).join("usr/bin/rsrs");
+        assert!(fs::metadata(program).expect("installed").permissions().mode() & 0o111 != 0);
+        let environment = laboratory.read(&format!("{robot}/etc/rsrs/robot.env"));
+        assert!(environment.ends_with("RSRS_INTERFACE=wlan0\nROS_DOMAIN_ID=7\n"), "{environment}");
+        // The fleet file finds its profiles where they were put.
+        let fleet = laboratory.folder.path().join(robot).join("etc/rsrs/fleets/fleet.yaml");
+        let told = ["node", "robot", "--robots", robot, "--interface", "127.0.0.1", "--port"];
+        let mut node = rsrs();
+        node.args(told).arg("/dev/none").arg("--config").arg(fleet);
+        let mut process = Process::start(confine::start_in_own_network(&mut node));
+        let errors = BufReader::new(process.0.stderr.take().expect("it is piped"));
+        let mut lines = errors.lines().map(|line| line.expect("text"));
+        assert!(lines.any(|line| line.contains("/dev/none")), "it does not look for its wheels");
+    }
+    laboratory.must_play("stop");
+    let notes = laboratory.read("notes");
+    for robot in ["robot_1", "robot_2"] {
+        for order in ["enable", "start", "stop"] {
+            let wanted = format!("{order} rsrs-robot@{robot}.service");
+            assert!(notes.lines().any(|line| line == wanted), "no `{wanted}` in:\n{notes}");
+        }
+    }
+
+    laboratory.must_play("collect");
+    let log = laboratory.read("collected/robot_2.log");
+    assert_eq!(log, "journal of rsrs-robot@robot_2.service\n");
+    let results = laboratory.folder.path().join("results/run_1/run_1_0.mcap");
+    let bag = format!("collected/bags/three{}", results.display());
+    assert_eq!(laboratory.read(&bag), "a bag");
+}
+
+#[test]
+fn the_playbook_names_a_robot_whose_clock_is_off() {
+    let laboratory = Laboratory::new();
+
+    laboratory.must_play("clock");
+    let (has_succeeded, said) = laboratory.play("clock", "0.5");
+
+    assert!(!has_succeeded);
+    assert!(said.contains("off by 0.5 s, expected at most 0.02 s"), "{said}");
+}

@@ -1,0 +1,160 @@
+//! The judge on recordings that are worse than the simulator's: a tracker that misses, is late, and
+//! is never quite right.
+
+#[path = "judge/tracker.rs"]
+mod tracker;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Mutex;
+
+use rsrs_bags::Bag;
+use rsrs_bags::trajectory::{TrajectoryOptions, read_trajectory};
+use rsrs_core::axis::Axis;
+use rsrs_core::certainty::Certainty;
+use rsrs_core::conditions::{Conditions, Settings};
+use rsrs_core::phase::{Phase, Thresholds, label};
+use rsrs_core::profile::RobotProfile;
+use rsrs_core::trajectory::Trajectory;
+use rsrs_sim::draw::Seed;
+use rsrs_sim::episode::run_episode;
+
+use tracker::Tracker;
+
+const FLOCKBOT: &str = include_str!("../launch_configs/profiles/flockbot.yaml");
+
+/// With this variable set, 2,000 episodes are seen instead of 300.
+const LONG: &str = "RSRS_LONG_TESTS";
+
+/// Cells of all phases: speed, turning rate, placement radius, probability to see.
+const CELLS: [[f64; 4]; 8] = [
+    [0.15, 0.75, 0.60, 0.98],
+    [0.15, 0.75, 0.60, 0.80],
+    [0.30, 0.75, 0.60, 0.80],
+    [0.15, 0.25, 0.60, 0.80],
+    [0.30, 0.25, 0.60, 0.80],
+    [0.05, 0.25, 0.60, 0.80],
+    [0.20, 1.25, 0.90, 0.80],
+    [0.10, 0.75, 0.90, 0.80],
+];
+
+/// Long enough to settle.
+const DURATION_S: f64 = 180.0;
+
+/// What the tracker sees of it: the judge looks at the last 60 s.
+const SEEN_S: f64 = 62.0;
+
+/// What became of the episodes that one tracker saw.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    n: usize,
+    n_settled: usize,
+    n_changed: usize,
+}
+
+impl Tally {
+    fn add(&mut self, (is_settled, is_same): (bool, bool)) {
+        self.n += 1;
+        self.n_settled += usize::from(is_settled);
+        self.n_changed += usize::from(is_settled && !is_same);
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self {
+            n: self.n + other.n,
+            n_settled: self.n_settled + other.n_settled,
+            n_changed: self.n_changed + other.n_changed,
+        }
+    }
+
+    fn share_kept(self) -> f64 {
+        1.0 - self.n_changed as f64 / self.n_settled.max(1) as f64
+    }
+}
+
+fn conditions(cell: [f64; 4]) -> Conditions {
+    let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("it is shipped");
+    let [speed, turn_rate, placement_radius, true_positive] = cell;
+    let values = vec![
+        (Axis::Speed, speed),
+        (Axis::TurnRate, turn_rate),
+        (Axis::Robots, 9.0),
+        (Axis::PlacementRadius, placement_radius),
+        (Axis::TruePositive, true_positive),
+    ];
+    Conditions::resolve(&profile, &Settings { values, ..Settings::default() })
+        .expect("the cell is possible")
+}
+
+/// The end of an episode.
+fn episode(conditions: &Conditions, replicate: u64) -> Trajectory {
+    let seed = Seed { seed: 23, replicate };
+    let mut episode = run_episode(conditions, seed, DURATION_S).expect("the robots fit");
+    let n_seen = (SEEN_S / episode.period_s) as usize * episode.n_robots;
+    let n_before = episode.poses.len() - n_seen;
+    episode.poses.drain(..n_before);
+    episode.commands.drain(..n_before);
+    episode
+}
+
+/// The phase of an episode, whether it is settled, and whether the tracker leaves its label as it is.
+fn seen_by(tracker: Tracker, (folder, index): (&Path, usize)) -> (Phase, bool, bool) {
+    let conditions = conditions(CELLS[index % CELLS.len()]);
+    let episode = episode(&conditions, (index / CELLS.len()) as u64);
+    let bodies = conditions.bodies();
+    let verdict = label(&episode, &bodies).expect("it is long enough");
+    let certainty = Certainty::of((&episode, &bodies), &verdict, &Thresholds::default());
+    let bag = folder.join(index.to_string());
+    tracker.record(&bag, &episode, index as u64);
+    let opened = Bag::open(&bag).expect("it is a bag");
+    let recorded = read_trajectory(&opened, &TrajectoryOptions::default())
+        .unwrap_or_else(|error| panic!("{tracker:?}, {}: {error}", bag.display()));
+    std::fs::remove_dir_all(&bag).expect("it is ours");
+    let found = label(&recorded.trajectory, &bodies).expect("it is long enough");
+    (verdict.phase, certainty.is_settled, found.phase == verdict.phase)
+}
+
+#[test]
+#[expect(clippy::print_stdout, reason = "the rates are what this is about")]
+fn a_tracker_leaves_at_least_98_of_100_settled_labels_as_they_are() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let is_long = std::env::var_os(LONG).is_some();
+    let n_episodes = if is_long { 2000 } else { 300 };
+    let next = Mutex::new(0..n_episodes);
+    let tallies = Mutex::new(BTreeMap::<Tracker, Tally>::new());
+    let phases = Mutex::new(BTreeMap::<Phase, usize>::new());
+
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                loop {
+                    let Some(index) = next.lock().expect("no panic").next() else { return };
+                    // Trackers and cells must not go round in step.
+                    let tracker = Tracker::ALL[index / CELLS.len() % Tracker::ALL.len()];
+                    let (phase, is_settled, is_same) = seen_by(tracker, (folder.path(), index));
+                    *phases.lock().expect("no panic").entry(phase).or_default() += 1;
+                    let mut tallies = tallies.lock().expect("no panic");
+                    tallies.entry(tracker).or_default().add((is_settled, is_same));
+                }
+            });
+        }
+    });
+
+    let tallies = tallies.into_inner().expect("no panic");
+    for (tracker, tally) in &tallies {
+        println!("{tracker:?}: {tally:?}, {:.3} kept", tally.share_kept());
+    }
+    let all = tallies.values().fold(Tally::default(), |sum, tally| sum.plus(*tally));
+    let unsettled = 1.0 - all.n_settled as f64 / all.n as f64;
+    println!("all: {all:?}, {:.3} kept, {unsettled:.3} unsettled", all.share_kept());
+    let phases = phases.into_inner().expect("no panic");
+    println!("{phases:?}");
+    assert_eq!(phases.len(), Phase::ALL.len(), "every phase should occur: {phases:?}");
+    assert!(all.share_kept() >= 0.98, "{:.3} of settled labels are kept", all.share_kept());
+    assert!(unsettled <= 0.2, "{unsettled:.3} of the episodes are unsettled");
+    if is_long {
+        for (tracker, tally) in tallies {
+            assert!(tally.share_kept() >= 0.98, "{tracker:?}: {:.3} are kept", tally.share_kept());
+        }
+    }
+}
