@@ -136,6 +136,7 @@ fn one_mill_is_undecided_and_says_how_many_more_would_do() {
       undecided: 22 further real runs would support the claim if every one of them mills
     run by run: 1 ended as most simulated runs did, 0 closer to stable milling, 0 further from it
     verdict: undecided (too few real runs to say)
+    next: `rsrs run EXPERIMENT --from SWEEP --cell speed_m_s=0.15,turn_rate_rad_s=0.75`, where one run tells most (0.088 bit); 22 further real runs there decide with a probability of 0.8
     ");
 }
 
@@ -152,11 +153,16 @@ fn robots_that_do_not_mill_where_simulated_ones_do_violate_the_claim() {
 
     assert_eq!((code(&text), code(&output)), (3, 3), "{}", stderr(&output));
     assert!(
-        stdout(&text)
-            .ends_with("verdict: violated (real robots mill less often than simulated ones)\n"),
+        stdout(&text).ends_with(
+            "verdict: violated (real robots mill less often than simulated ones)\n\
+             next: return to step 1 (`rsrs measure plan`): at speed_m_s=0.15,turn_rate_rad_s=0.75 0.0 % of \
+             real and 98.5 % of simulated runs mill, so the simulated robots are not worse than the real \
+             ones\n"
+        ),
         "{}",
         stdout(&text)
     );
+    assert_eq!(json(&output)["next"]["what"], "return_to_step_1");
     let report = json(&output);
     assert_eq!(report["verdict"], "violated");
     let cell = &report["cells"][0];
@@ -262,7 +268,9 @@ fn a_void_run_is_listed_and_not_counted() {
         stdout(&alone),
         "claim: real robots mill at least as often as simulated ones\n\
          not counted: carried (void: robot_3 was carried off)\n\
-         verdict: undecided (no run counts)\n"
+         verdict: undecided (no run counts)\n\
+         next: `rsrs run EXPERIMENT --from SWEEP --cell speed_m_s=0.15,turn_rate_rad_s=0.75`, where one \
+         run tells most (0.104 bit); 20 further real runs there decide with a probability of 0.8\n"
     );
 }
 

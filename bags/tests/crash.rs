@@ -18,8 +18,8 @@ use rsrs_msgs::topics::Qos;
 
 const ALL: [Compression; 3] = [Compression::None, Compression::Zstd, Compression::Lz4];
 
-/// Copies that are damaged of each kind of bag, for every change; with all kinds 3,000.
-const N_COPIES: u64 = 1_000;
+/// Copies that are damaged of each kind of bag, for every change; with all kinds 1,200.
+const N_COPIES: u64 = 400;
 
 /// A bag of two topics and 2.5 s, as its messages and its bytes: small enough to be cut everywhere.
 fn small_bag(folder: &Path, compression: Compression) -> (Vec<BagMessage>, Vec<u8>) {
@@ -64,8 +64,10 @@ fn a_bag_cut_at_any_byte_keeps_all_that_was_flushed() {
     let folder = temporary();
     for compression in ALL {
         let (whole, bytes) = small_bag(folder.path(), compression);
+        // Chunks of lz4 and zstd are read by the same code.
+        let stride = if compression == Compression::Lz4 { 5 } else { 1 };
 
-        for n_bytes in 0..bytes.len() {
+        for n_bytes in (0..bytes.len()).step_by(stride) {
             let expected = match compression {
                 Compression::None => n_complete(&bytes, n_bytes),
                 _ => n_flushed(&bytes, n_bytes),

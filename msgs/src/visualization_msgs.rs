@@ -1,4 +1,4 @@
-//! Package `visualization_msgs`: what RViz and Foxglove draw into the scene.
+//! Package `visualization_msgs`: what viewers such as `RViz` and Foxglove draw into the scene.
 
 use serde::{Deserialize, Serialize};
 

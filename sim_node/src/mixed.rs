@@ -90,10 +90,10 @@ impl Followed {
     ///
     /// # Arguments
     ///
-    /// * `step`, `ours` — the world's step, and where our robots are.
-    /// * `detection` — what the world's sensor reports for this row: its draw decides whether what
-    ///   is seen is also detected.
-    pub fn detects(&mut self, (step, ours): (u64, &[Pose]), detection: bool) -> bool {
+    /// * `ours` — where our robots are.
+    /// * `step`, `detection` — the world's step, and what its sensor reports for this row: its draw
+    ///   decides whether what is seen is also detected.
+    pub fn detects(&mut self, ours: &[Pose], (step, detection): (u64, bool)) -> bool {
         let from = self.pose();
         let sees = ours.iter().any(|other| sees(&self.view, &from, other));
         self.seen.retain(|(at, _)| *at < step);
@@ -107,6 +107,7 @@ impl Followed {
 }
 
 /// Whether one robot has another in view.
+#[expect(clippy::cast_possible_truncation, reason = "the world's sensors are single precision")]
 fn sees(view: &View, from: &Pose, to: &Pose) -> bool {
     let (dx_m, dy_m) = (to.x_m - from.x_m, to.y_m - from.y_m);
     let (sine, cosine) = libm::sincos(from.heading_rad);
@@ -124,7 +125,7 @@ fn sees(view: &View, from: &Pose, to: &Pose) -> bool {
 #[derive(Default)]
 pub struct RealRobots {
     detections: Vec<Publisher<Bool>>,
-    _poses: Vec<Subscription>,
+    poses: Vec<Subscription>,
 }
 
 impl RealRobots {
@@ -150,7 +151,7 @@ impl RealRobots {
                 Some(pose) => drop(heard.send(Heard::Pose { robot: index, pose })),
                 None => speaker.say(Level::Warn, &format!("{name_of}: a pose is no pose")),
             };
-            all._poses.push(match by {
+            all.poses.push(match by {
                 TrackedBy::Odom => {
                     let (name, qos) = (topics::ODOM.for_robot(name), topics::ODOM.qos);
                     session.subscribe(node, &name, qos, move |sample| {
@@ -224,14 +225,14 @@ mod tests {
     fn a_real_robot_sees_a_virtual_one_in_its_cone_and_none_beside_it() {
         let mut robot = followed(0);
         let ours = [at(3.0, 2.5, 0.0)];
-        assert!(!robot.detects((1, &ours), true), "nobody knows where it is");
+        assert!(!robot.detects(&ours, (1, true)), "nobody knows where it is");
 
         // Looking north at the one half a metre away; then east.
-        robot.hear(at(3.0, 2.0, 1.570_796));
-        assert!(robot.detects((2, &ours), true));
-        assert!(!robot.detects((2, &ours), false), "the draw says that it is missed");
+        robot.hear(at(3.0, 2.0, std::f64::consts::FRAC_PI_2));
+        assert!(robot.detects(&ours, (2, true)));
+        assert!(!robot.detects(&ours, (2, false)), "the draw says that it is missed");
         robot.hear(at(3.0, 2.0, 0.0));
-        assert!(!robot.detects((3, &ours), true));
+        assert!(!robot.detects(&ours, (3, true)));
     }
 
     #[test]
@@ -245,7 +246,7 @@ mod tests {
             .enumerate()
             // Sensing twice in a step is sensing once.
             .flat_map(|(step, ours)| [(step as u64, ours); 2])
-            .map(|(step, ours)| robot.detects((step, ours), true))
+            .map(|(step, ours)| robot.detects(ours, (step, true)))
             .collect();
 
         assert_eq!(delivered, [false, false, false, false, true, true, false, false]);

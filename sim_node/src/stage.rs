@@ -83,7 +83,7 @@ impl Stage {
         let of_ours: Vec<Pose> = self.rows.ours.iter().map(|row| poses[*row]).collect();
         let followed = self.followed.iter_mut();
         let virtual_detections =
-            followed.map(|robot| robot.detects((step, &of_ours), detections[robot.row])).collect();
+            followed.map(|robot| robot.detects(&of_ours, (step, detections[robot.row]))).collect();
         Sensed { digest, ours, virtual_detections }
     }
 

@@ -102,7 +102,11 @@ impl Tracker {
                     stamp_s += JITTER_S * (2.0 * random.random::<f64>() - 1.0);
                 }
                 let stamp_ns = nanoseconds(stamp_s.max(0.0));
-                messages.push((nanoseconds(time_s), 2 * robot, cdr::encode(&posed(pose, stamp_ns))));
+                messages.push((
+                    nanoseconds(time_s),
+                    2 * robot,
+                    cdr::encode(&posed(pose, stamp_ns)),
+                ));
             }
         }
         messages

@@ -13,7 +13,7 @@ use super::target::{PackedChunk, Schema, Target};
 use crate::metadata::{self, FileInformation, Information};
 use crate::reader::{ZSTD_MAGIC, plain};
 use crate::writer::{ChannelDescription, new_folder};
-use crate::{BagError, BagSummary};
+use crate::{BagError, BagSummary, Compression};
 
 /// Losses that the new bag itself tells of; all of them are in the report.
 const MAX_DESCRIBED: usize = 100;
@@ -23,6 +23,8 @@ pub struct Sink {
     folder: PathBuf,
     target: Option<Target>,
     copier: Copier,
+    /// For what cannot be copied as it is; as the original, by and large.
+    compression: Compression,
     custom_data: BTreeMap<String, String>,
     schemas: HashMap<u16, Schema>,
     channels: HashMap<u16, records::Channel>,
@@ -56,6 +58,7 @@ impl Sink {
             folder,
             target: None,
             copier: Copier::new(),
+            compression: Compression::None,
             custom_data: BTreeMap::new(),
             schemas: HashMap::new(),
             channels: HashMap::new(),
@@ -128,10 +131,13 @@ impl Sink {
             let Ok(bytes) = plain(data.to_vec()) else { return Ok(Fate::Unreadable) };
             unpacked = bytes;
             data = &unpacked;
-            self.target()?.pack_as("zstd");
+            self.compression = Compression::Zstd;
         }
         let renumbered = MessageHeader { channel_id: id, ..*header };
-        self.target()?.message(&renumbered, data)?;
+        let compression = self.compression;
+        let target = self.target()?;
+        target.pack_as(compression);
+        target.message(&renumbered, data)?;
         *self.counts.entry(header.channel_id).or_default() += 1;
         Ok(Fate::Saved)
     }
@@ -142,7 +148,10 @@ impl Sink {
     ///
     /// Its messages by channel; `None` if it must be taken message by message.
     pub fn copy(&mut self, chunk: &Chunk) -> Result<Option<BTreeMap<u16, u64>>, BagError> {
-        self.target()?.pack_as(&chunk.head.compression);
+        self.compression = match chunk.head.compression.as_str() {
+            "" => Compression::None,
+            _ => Compression::Zstd,
+        };
         let Some(content) = self.copier.read(chunk) else { return Ok(None) };
         for definition in content.definitions {
             if !self.define_the_same(definition)? {
@@ -152,6 +161,9 @@ impl Sink {
         let in_chunk = self.copier.entries.iter().filter(|(_, entries)| !entries.is_empty());
         let n_of_channel: BTreeMap<u16, u64> =
             in_chunk.map(|(id, entries)| (*id, entries.len() as u64)).collect();
+        if n_of_channel.is_empty() {
+            return Ok(Some(n_of_channel));
+        }
         for channel_id in n_of_channel.keys() {
             if self.id_of(*channel_id)? != Some(*channel_id) {
                 return Ok(None);
@@ -164,7 +176,7 @@ impl Sink {
             packed: chunk.content(),
             entries: &self.copier.entries,
         };
-        self.target.as_mut().expect("it was asked for above").chunk(&packed)?;
+        self.target.as_mut().expect("channels were added to it").chunk(&packed)?;
         for (channel_id, n_messages) in &n_of_channel {
             *self.counts.entry(*channel_id).or_default() += n_messages;
         }

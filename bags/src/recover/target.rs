@@ -11,8 +11,8 @@ use mcap::records::{AttachmentHeader, MessageHeader, op};
 
 use super::encode::{self, RecordBytes};
 use super::new_chunk::NewChunk;
-use crate::BagError;
 use crate::writer::ChannelDescription;
+use crate::{BagError, Compression};
 
 /// What the system is given at once.
 const BUFFER_BYTES: usize = 256 << 10;
@@ -121,9 +121,9 @@ impl Target {
         &self.definitions
     }
 
-    /// How chunks that cannot be copied are compressed from now on: as the original's.
-    pub fn pack_as(&mut self, compression: &str) {
-        self.chunk.is_compressed = !compression.is_empty();
+    /// Compresses single messages so from now on, with zstd if at all.
+    pub fn pack_as(&mut self, compression: Compression) {
+        self.chunk.is_compressed = compression != Compression::None;
     }
 
     /// Adds a type, under this number if it is free; the same type twice is one.
@@ -137,7 +137,7 @@ impl Target {
         }
         // Zero means that a channel has no type.
         let id = free_id(wanted_id.max(1), |id| schemas.contains_key(&id));
-        let id = id.ok_or_else(|| self.full(&schema.name))?;
+        let id = id.ok_or_else(|| self.full())?;
         self.close_chunk()?;
         self.put(&encode::schema(id, &schema))?;
         self.definitions.schemas.insert(id, schema);
@@ -167,7 +167,7 @@ impl Target {
             return Ok(*id);
         }
         let id = free_id(wanted.0, |id| channels.contains_key(&id));
-        let id = id.ok_or_else(|| self.full(&description.topic))?;
+        let id = id.ok_or_else(|| self.full())?;
         self.close_chunk()?;
         self.put(&encode::channel(id, schema_id, &description))?;
         self.definitions.channels.insert(id, (schema_id, description));
@@ -316,7 +316,7 @@ impl Target {
         BagError::Io { action, path: self.path.clone(), source }
     }
 
-    fn full(&self, _name: &str) -> BagError {
+    fn full(&self) -> BagError {
         BagError::Write { path: self.path.clone(), source: McapError::TooManyChannels }
     }
 }

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use rsrs_core::axis::Cell;
 use rsrs_core::comparison::{CellComparison, CellRuns, Comparison, MARGIN, Tally, Verdict};
 use rsrs_core::diagram::PhaseCounts;
+use rsrs_core::next_experiment::NextStep;
 use rsrs_fleet::record::Backend;
 use serde::Serialize;
 
@@ -34,6 +35,8 @@ pub struct Report {
     pub not_counted: Vec<NotCounted>,
     /// What a reader must know besides.
     pub notes: Vec<String>,
+    /// The experiment that would tell most, or back to the robots.
+    pub next: NextStep,
 }
 
 /// One cell, compared.
@@ -122,10 +125,12 @@ impl Report {
     /// * `comparison` — the statistics.
     /// * `cells` — what they rest on, cell by cell; shape `[n_cells]` each.
     /// * `runs` — the runs behind it.
+    /// * `next` — what to do next.
     pub fn new(
         comparison: &Comparison,
         (cells, simulated): (&[CellRuns], &[Simulated]),
         runs: Runs,
+        next: NextStep,
     ) -> Self {
         let compared = comparison.cells.iter().zip(cells.iter().zip(simulated));
         let notes = notes(&runs);
@@ -147,6 +152,7 @@ impl Report {
             bags: bags.collect(),
             not_counted: not_counted.collect(),
             notes,
+            next,
         }
     }
 

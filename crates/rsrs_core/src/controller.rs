@@ -18,11 +18,29 @@ impl ControllerParameters {
     /// Names these parameters in leases and statuses: a robot moves only under the digest that the
     /// runner confirmed.
     pub fn digest(&self) -> u64 {
-        let mut digest = Digest::new("controller_parameters");
+        self.digest_with(Reaction::ToDetections)
+    }
+
+    /// [`Self::digest`] for a controller with a reaction: one that is left on a constant command is
+    /// never taken for one that decides.
+    pub fn digest_with(&self, reaction: Reaction) -> u64 {
+        let mut digest = Digest::new(match reaction {
+            Reaction::ToDetections => "controller_parameters",
+            Reaction::Constant => "constant_command",
+        });
         digest.number(self.speed_m_s);
         digest.number(self.turn_rate_rad_s);
         digest.value()
     }
+}
+
+/// What a controller makes of its sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reaction {
+    /// It decides by what is detected.
+    ToDetections,
+    /// Every detection is a beat, and something is always seen: the command is constant.
+    Constant,
 }
 
 /// A velocity command `u`.

@@ -271,7 +271,7 @@ struct SensorCoverage {
 }
 
 /// The rate in the polygon, by the readings that drew it.
-fn of_the_same_readings(map: &SensorMap) -> Rate {
+fn of_the_same_readings(map: &SensorMap) -> Option<Rate> {
     let sides = || map.polygon_m.iter().zip(map.polygon_m.iter().cycle().skip(1));
     let is_inside = |[x_m, y_m]: [f64; 2]| {
         sides()
@@ -281,7 +281,7 @@ fn of_the_same_readings(map: &SensorMap) -> Rate {
     let (detections, samples) = inside.fold((0, 0), |(detections, samples), node| {
         (detections + node.rate.detections, samples + node.rate.samples)
     });
-    Rate::new(detections, samples)
+    (samples > 0).then(|| Rate::new(detections, samples))
 }
 
 fn sensors(n: u64, sector: impl Fn(&mut Draw) -> Sector) -> SensorCoverage {
@@ -291,8 +291,9 @@ fn sensors(n: u64, sector: impl Fn(&mut Draw) -> Sector) -> SensorCoverage {
         let truth = sector(&mut draw);
         let trials = detections(&truth, &mut draw);
         let map = sensor_map(&trials, 0.075).expect("there is a region");
-        let same = of_the_same_readings(&map);
-        found.same.count(same.low, truth.true_positive, same.high);
+        if let Some(same) = of_the_same_readings(&map) {
+            found.same.count(same.low, truth.true_positive, same.high);
+        }
         let (hit, alarm) = (map.true_positive, map.false_positive);
         found.hits.count(hit.low, truth.true_positive, hit.high);
         found.alarms.count(alarm.low, truth.false_positive, alarm.high);

@@ -3,12 +3,9 @@
 #[path = "../examples/make_trials/draw.rs"]
 mod draw;
 
-use std::fmt::Write as _;
-use std::time::Instant;
-
 use draw::Draw;
 use rsrs_core::controller::Command;
-use rsrs_core::fit::{Tables, Unmeasured, fit, step_noise};
+use rsrs_core::fit::step_noise;
 use rsrs_core::trial::{
     DrivenSample, DrivenTrial, detection_trials, driven_trials, period_trials, reduced,
     speed_trials, turn_trials,
@@ -129,35 +126,6 @@ fn trajectories_that_cannot_be_are_refused() {
     insta::assert_snapshot!(error("a,1,0,0,0,0,0.1,0\na,1,0,0,0,0,0.1,0\n"), @"t.csv:3: trial `1` of a has two samples at 0 s");
     insta::assert_snapshot!(error("a,1,0,0,0,90,0.1,0\n"), @"t.csv:2: heading_rad is 90: this looks like degrees, expected radians");
     insta::assert_snapshot!(error("a,1,0,1200,0,0,0.1,0\n"), @"t.csv:2: x_m is 1200: this looks like mm, expected metres");
-}
-
-#[test]
-fn a_million_rows_are_read_and_fitted_in_two_seconds() {
-    let mut text = "robot,commanded_m_s,distance_m,duration_s\n".to_owned();
-    for row in 0..1_000_000 {
-        let duration_s = 20.0 + f64::from(row * 7 % 1000) / 1000.0;
-        writeln!(text, "robot_{},0.1,2,{duration_s}", row % 20).unwrap();
-    }
-    let turn =
-        turn_trials("t.csv", "robot,commanded_rad_s,angle_rad,duration_s\na,1,6,6\n").unwrap();
-    let detection = "robot,distance_m,bearing_rad,samples,detections\n\
-                     a,0.2,-0.2,9,9\na,0.4,0.2,9,9\na,0.4,-0.2,9,9\na,,,9,1\n";
-    let detection = detection_trials("d.csv", detection).unwrap();
-
-    // The fastest of three: other tests run beside this one.
-    let needed = (0..3).map(|_| {
-        let start = Instant::now();
-        let speed = speed_trials("long.csv", &text).unwrap();
-        let tables =
-            Tables { speed: &speed, turn: &turn, detection: &detection, period: None, driven: &[] };
-        let report = fit(tables, &Unmeasured::default()).unwrap();
-        let needed = start.elapsed();
-        assert_eq!((speed.rows.len(), report.speed.len()), (1_000_000, 20));
-        needed
-    });
-
-    let needed = needed.min().expect("three runs were made");
-    assert!(needed.as_secs_f64() < 2.0, "{needed:?}");
 }
 
 /// Two straight runs, a turn in place and a curve of one robot, 100 samples each.

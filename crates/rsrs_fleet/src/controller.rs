@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use rsrs_core::controller::{Command, ControllerParameters, decide};
+use rsrs_core::controller::{Command, ControllerParameters, Reaction, decide};
 
 use crate::message::{Lease, LeaseState, RobotState, Status};
 use crate::timing::{BEAT, LEASE};
@@ -30,6 +30,8 @@ pub struct Settings {
     pub parameters: ControllerParameters,
     /// Whether commands carry the stamp of the simulator's clock (lockstep) or of the wall.
     pub stamp: Stamp,
+    /// Whether it decides, or is being measured; in the digest of its parameters.
+    pub reaction: Reaction,
 }
 
 /// Which time a command carries.
@@ -198,7 +200,7 @@ impl Controller {
         Some(Status {
             counter: self.counter,
             epoch: self.bound.as_ref().map_or(0, |bound| bound.epoch),
-            parameter_digest: self.settings.parameters.digest(),
+            parameter_digest: self.settings.parameters.digest_with(self.settings.reaction),
             state,
             stop_reason: String::new(),
             battery_v: f32::NAN,
@@ -212,7 +214,7 @@ mod tests {
 
     fn controller(stamp: Stamp) -> Controller {
         let parameters = ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
-        Controller::new("robot_1", Settings { parameters, stamp })
+        Controller::new("robot_1", Settings { parameters, stamp, reaction: Reaction::ToDetections })
     }
 
     fn commands(actions: &[Action]) -> Vec<(f64, Option<u64>)> {
@@ -223,6 +225,22 @@ mod tests {
                 Action::Status(_) => None,
             })
             .collect()
+    }
+
+    #[test]
+    fn a_controller_that_was_left_on_a_constant_command_has_another_digest() {
+        let deciding = controller(Stamp::Wall).settings();
+        let constant = Settings { reaction: Reaction::Constant, ..deciding };
+
+        let digest = |settings| {
+            let actions =
+                Controller::new("robot_1", settings).on_event(Event::Tick, Duration::ZERO);
+            let [Action::Status(status)] = &actions[..] else { panic!("{actions:?}") };
+            status.parameter_digest
+        };
+
+        assert_eq!(digest(deciding), deciding.parameters.digest());
+        assert_ne!(digest(constant), digest(deciding));
     }
 
     #[test]

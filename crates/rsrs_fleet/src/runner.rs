@@ -176,7 +176,7 @@ impl Runner {
 
     fn confirm(&self, target: &Target, found: u64) -> Result<(), String> {
         let expected = match target {
-            Target::Robot(_) => self.options.controller.digest(),
+            Target::Robot(_) => self.options.controller_digest(),
             Target::Simulator => self.options.simulator_digest,
         };
         if found == expected {
@@ -263,7 +263,7 @@ impl Runner {
             run_id: self.options.run_id.clone(),
             epoch: self.epoch,
             state,
-            parameter_digest: self.options.controller.digest(),
+            parameter_digest: self.options.controller_digest(),
             robots: self.roster.echoes(),
         })
     }

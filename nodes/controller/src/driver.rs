@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
+use rsrs_core::controller::Reaction;
 use rsrs_fleet::controller::{Action, Controller, Event};
 use rsrs_fleet::timing::BEAT;
 use rsrs_msgs::builtin_interfaces::Time;
@@ -21,13 +22,13 @@ use rsrs_ros::shutdown;
 use rsrs_wire as wire;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
-use crate::parameters::{self, NODE, Reaction};
+use crate::parameters::{self, NODE};
 use crate::sight::VirtualSight;
 
 /// What reaches the controllers: of one robot, or of all.
 enum Heard {
     Of(usize, Event),
-    Virtual(usize, bool),
+    Virtual(usize, Bool),
     Lease(RunLease),
     Clock(u64),
     ParametersOf(String),
@@ -160,8 +161,7 @@ fn listen_to_simulator(
 ) -> anyhow::Result<Subscription> {
     let (heard, topic) = (heard.clone(), topics::VIRTUAL_DETECTION);
     Ok(session.subscribe(node, &topic.for_robot(robot), topic.qos, move |sample| {
-        let detection: Bool = sample.message;
-        drop(heard.send(Heard::Virtual(index, detection.data)));
+        drop(heard.send(Heard::Virtual(index, sample.message)));
     })?)
 }
 
@@ -201,8 +201,8 @@ async fn answer(
                 return Ok(());
             }
             Some(heard) = events.recv() => {
-                if let Heard::Virtual(index, detected) = heard {
-                    hosted[index].sight.hear(detected, Instant::now());
+                if let Heard::Virtual(index, detection) = heard {
+                    hosted[index].sight.hear(detection, Instant::now());
                 }
                 for (index, event) in for_whom(heard, hosted, server) {
                     step(&mut hosted[index], server, (event, start.elapsed())).await?;
@@ -222,7 +222,7 @@ fn for_whom(heard: Heard, hosted: &[Hosted], server: &ParameterServer) -> Vec<(u
     let all = |event: Event| (0..hosted.len()).map(|index| (index, event.clone())).collect();
     match heard {
         Heard::Of(index, Event::Detection(detected)) => {
-            let detected = hosted[index].sight.with(detected, Instant::now());
+            let detected = hosted[index].sight.with(Bool { data: detected }, Instant::now());
             vec![(index, Event::Detection(detected))]
         }
         Heard::Of(index, event) => vec![(index, event)],

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use rsrs_core::controller::ControllerParameters;
+use rsrs_core::controller::{ControllerParameters, Reaction};
 use rsrs_fleet::controller::{Settings, Stamp};
 use rsrs_ros::parameters::{
     Descriptor, NodeParameters, ParameterKind, ParameterServer, ParameterValue,
@@ -178,21 +178,13 @@ pub fn settings(server: &ParameterServer, node: &str) -> Settings {
             turn_rate_rad_s: double(TURN_RATE),
         },
         stamp: if from_clock { Stamp::Clock } else { Stamp::Wall },
+        reaction: reaction(server, node),
     }
 }
 
 /// Whether a controller publishes stamped commands.
 pub fn is_stamped(server: &ParameterServer, node: &str) -> bool {
     server.get(node, CMD_VEL_TYPE) != Some(ParameterValue::String("twist".to_owned()))
-}
-
-/// What a controller makes of its sensor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reaction {
-    /// It decides by what is detected.
-    ToDetections,
-    /// Every detection is a beat, and something is always seen: the command is constant.
-    Constant,
 }
 
 /// What a controller makes of its sensor.

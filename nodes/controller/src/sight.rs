@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use rsrs_msgs::std_msgs::Bool;
+
 /// The simulator speaks once per control period; after so long it has gone, and nobody is there.
 const FORGOTTEN_AFTER: Duration = Duration::from_millis(500);
 
@@ -13,14 +15,14 @@ pub struct VirtualSight {
 
 impl VirtualSight {
     /// Takes what the simulator says at a time.
-    pub fn hear(&mut self, detected: bool, now: Instant) {
-        self.seen = detected.then_some(now);
+    pub fn hear(&mut self, detection: Bool, now: Instant) {
+        self.seen = detection.data.then_some(now);
     }
 
     /// What the robot sees: its own detection, or that of a virtual robot.
-    pub fn with(&self, detected: bool, now: Instant) -> bool {
+    pub fn with(&self, detection: Bool, now: Instant) -> bool {
         let is_fresh = |at: Instant| now.saturating_duration_since(at) < FORGOTTEN_AFTER;
-        detected || self.seen.is_some_and(is_fresh)
+        detection.data || self.seen.is_some_and(is_fresh)
     }
 }
 
@@ -28,19 +30,22 @@ impl VirtualSight {
 mod tests {
     use super::*;
 
+    const SEEN: Bool = Bool { data: true };
+    const NOT_SEEN: Bool = Bool { data: false };
+
     #[test]
     fn a_virtual_robot_is_seen_beside_real_ones_until_the_simulator_falls_silent() {
         let mut sight = VirtualSight::default();
         let start = Instant::now();
-        assert!(!sight.with(false, start));
-        assert!(sight.with(true, start));
+        assert!(!sight.with(NOT_SEEN, start));
+        assert!(sight.with(SEEN, start));
 
-        sight.hear(true, start);
+        sight.hear(SEEN, start);
 
-        assert!(sight.with(false, start + Duration::from_millis(499)));
-        assert!(!sight.with(false, start + FORGOTTEN_AFTER), "it has gone");
-        sight.hear(false, start);
-        assert!(!sight.with(false, start));
-        assert!(sight.with(true, start), "the robot's own sensor counts whatever it says");
+        assert!(sight.with(NOT_SEEN, start + Duration::from_millis(499)));
+        assert!(!sight.with(NOT_SEEN, start + FORGOTTEN_AFTER), "it has gone");
+        sight.hear(NOT_SEEN, start);
+        assert!(!sight.with(NOT_SEEN, start));
+        assert!(sight.with(SEEN, start), "the robot's own sensor counts whatever it says");
     }
 }

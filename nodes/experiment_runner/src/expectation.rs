@@ -27,6 +27,7 @@ pub fn runner_options(plan: &Plan, ears: &[Ear]) -> RunnerOptions {
         run_id: record.run_id.clone(),
         expected: expected(plan, ears),
         controller: record.conditions.controller,
+        reaction: plan.reaction(),
         simulator_digest: placement_digest(
             &record.conditions,
             record.seed,

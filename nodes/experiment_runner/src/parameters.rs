@@ -1,6 +1,6 @@
 //! What is set before a run, and what is read back.
 
-use rsrs_core::controller::ControllerParameters;
+use rsrs_core::controller::{ControllerParameters, Reaction};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::PoseSource;
 use rsrs_fleet::runner::Target;
@@ -10,6 +10,7 @@ use crate::plan::Plan;
 
 const SPEED: &str = "speed";
 const TURN_RATE: &str = "turn_rate";
+const CONSTANT: &str = "constant";
 
 /// Sets all parameters of a target at once.
 ///
@@ -34,13 +35,20 @@ pub async fn configure(
 ///
 /// What is wrong with the answer, or that there is none.
 pub async fn read_back(client: &ParameterClient<'_>, robot: &str) -> Result<u64, String> {
-    let values = client.get(&controller(robot), &[SPEED, TURN_RATE]).await;
+    let values = client.get(&controller(robot), &[SPEED, TURN_RATE, CONSTANT]).await;
     match values.map_err(|error| error.to_string())?.as_slice() {
-        [ParameterValue::Double(speed_m_s), ParameterValue::Double(turn_rate_rad_s)] => {
+        [
+            ParameterValue::Double(speed_m_s),
+            ParameterValue::Double(turn_rate_rad_s),
+            ParameterValue::Bool(is_constant),
+        ] => {
             let (speed_m_s, turn_rate_rad_s) = (*speed_m_s, *turn_rate_rad_s);
-            Ok(ControllerParameters { speed_m_s, turn_rate_rad_s }.digest())
+            let reaction = if *is_constant { Reaction::Constant } else { Reaction::ToDetections };
+            Ok(ControllerParameters { speed_m_s, turn_rate_rad_s }.digest_with(reaction))
         }
-        other => Err(format!("{SPEED} and {TURN_RATE} are {other:?}, expected two doubles")),
+        other => Err(format!(
+            "{SPEED}, {TURN_RATE} and {CONSTANT} are {other:?}, expected two doubles and a bool"
+        )),
     }
 }
 

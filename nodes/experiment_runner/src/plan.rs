@@ -280,3 +280,41 @@ fn read(path: &Path) -> anyhow::Result<(String, String)> {
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
     Ok((name, text))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn robots(poses: [PoseSource; 3], n_virtual: usize) -> Vec<FleetRobot> {
+        let robot = |(index, pose): (usize, PoseSource)| FleetRobot {
+            name: format!("robot_{index}"),
+            enabled: true,
+            profile: "flockbot.yaml".to_owned(),
+            driver: if index < n_virtual { Driver::Virtual } else { Driver::Ros },
+            cmd_vel: CmdVel::TwistStamped,
+            pose,
+            battery_min_v: None,
+        };
+        poses.into_iter().enumerate().map(robot).collect()
+    }
+
+    #[test]
+    fn a_fleet_with_virtual_robots_among_real_ones_is_mixed() {
+        let asked = |n_virtual| backend(Backend::Fleet, &robots([PoseSource::Odom; 3], n_virtual));
+
+        assert_eq!(asked(0).unwrap(), Backend::Fleet);
+        assert_eq!(asked(1).unwrap(), Backend::Mixed);
+        assert_eq!(asked(2).unwrap(), Backend::Mixed);
+        let simulated = backend(Backend::Simulator, &robots([PoseSource::Odom; 3], 1));
+        assert_eq!(simulated.unwrap(), Backend::Simulator, "then the simulator is all of them");
+    }
+
+    #[test]
+    fn real_robots_of_a_mixed_fleet_are_followed_in_one_way() {
+        use PoseSource::{Odom, Pose};
+
+        assert!(backend(Backend::Fleet, &robots([Odom, Pose, Pose], 1)).is_ok());
+        let error = backend(Backend::Fleet, &robots([Odom, Odom, Pose], 1)).unwrap_err();
+        assert!(error.to_string().contains("expected one `pose:` for all real robots"), "{error}");
+    }
+}

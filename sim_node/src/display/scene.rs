@@ -73,8 +73,8 @@ impl Scene {
                 rotation: rotation(pose.heading_rad),
             },
         };
-        let ours = ours.filter_map(|(robot, is_ours)| is_ours.then(|| frame(robot)));
-        TFMessage { transforms: ours.collect() }
+        let ours = ours.filter(|(_, is_ours)| **is_ours);
+        TFMessage { transforms: ours.map(|(robot, _)| frame(robot)).collect() }
     }
 
     /// When and where all of it is.

@@ -27,7 +27,7 @@ pub const FORWARD: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
 const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
 
 /// The node's process, ended with the test whatever happens.
-pub struct Node(Child);
+pub struct Node(pub Child);
 
 impl Drop for Node {
     fn drop(&mut self) {

@@ -3,10 +3,15 @@
 #[path = "../../../nodes/ros/tests/support/mod.rs"]
 mod support;
 
+#[expect(dead_code, reason = "the example that it belongs to goes in lockstep, too")]
+#[path = "../../examples/scale/conductor.rs"]
+mod conductor;
+
 mod by_hand;
 mod fleet;
 mod lockstep;
 mod mixed;
 mod real_time;
+mod scale;
 mod status;
 mod viewers;

@@ -5,7 +5,6 @@ mod statements;
 
 use std::fmt::Write;
 
-use rsrs_core::axis::Axis;
 use rsrs_core::comparison::{Tally, Verdict};
 use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::phase::Phase;
@@ -70,7 +69,7 @@ fn diagram(findings: &Findings) -> String {
         .map(|phase| format!("{} {phase}", majorities.get(phase)))
         .collect();
     let n = |name: &str| findings.choice[name].as_f64().unwrap_or(f64::NAN);
-    let chosen = &findings.choice["cell"];
+    let chosen = |name: &str| findings.choice["cell"][name].as_f64().unwrap_or(f64::NAN);
     format!(
         "## The phase diagram, `fig:phase_plot2`\n\n\
          ![Phase diagram of nine simulated Flockbots with nine experiments on it.]\
@@ -82,8 +81,8 @@ fn diagram(findings: &Findings) -> String {
          ![One of the experiments from above.](reproduction/mill.png)\n",
         findings.plane.cells.len(),
         phases.join(", "),
-        chosen["speed_m_s"],
-        chosen["turn_rate_rad_s"],
+        chosen("speed_m_s"),
+        chosen("turn_rate_rad_s"),
         n("n_replicates"),
         100.0 * n("b_s"),
         100.0 * n("b_s_low"),
@@ -95,7 +94,7 @@ fn experiments(findings: &Findings) -> String {
     let mut text = format!(
         "## Nine experiments\n\n\
          The paper does not say where its nine experiments lay.\n\
-         Here they are the recommended cell and eight around it, in and outside of the milling region, fixed \
+         Here they are the paper's cell and eight around it, in and outside of the milling region, fixed \
          before any was run.\n\
          Each was recorded into a bag and labelled by `rsrs label`, once, as in the paper; and repeated \
          {REPETITIONS} times on fresh seeds to see how much one run says.\n\n\
@@ -200,8 +199,11 @@ fn hopeless(findings: &Findings) -> String {
         let (_, _, measured) = Hopeless::best(&robot.measured);
         let answer = if robot.is_viable() { "a viable cell" } else { "no viable cell" };
         let (name, robots) = (robot.name, searched.robots);
-        writeln!(text, "| {name} | {b_s:.2} | {robots} robots, {cell} | {answer} | {measured:.2} |")
-            .expect("a string takes any text");
+        writeln!(
+            text,
+            "| {name} | {b_s:.2} | {robots} robots, {cell} | {answer} | {measured:.2} |"
+        )
+        .expect("a string takes any text");
     }
     text.push('\n');
     for robot in &findings.hopeless {
@@ -211,7 +213,7 @@ fn hopeless(findings: &Findings) -> String {
                 .expect("a string takes any text");
         }
     }
-    text
+    text.trim_end().to_owned() + "\n"
 }
 
 fn varied(findings: &Findings) -> String {
@@ -238,20 +240,13 @@ fn varied(findings: &Findings) -> String {
         writeln!(
             text,
             "| {} | {} |\n|{columns}\n| `B_s` | {} |\n",
-            named(varied.axis),
+            varied.axis.label(),
             values.join(" | "),
             shares.join(" | ")
         )
         .expect("a string takes any text");
     }
     text
-}
-
-fn named(axis: Axis) -> String {
-    match axis.unit() {
-        "" => axis.label().to_owned(),
-        unit => format!("{}, {unit}", axis.label()),
-    }
 }
 
 fn limits(findings: &Findings) -> String {

@@ -15,9 +15,7 @@ use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use serde_json::Value;
 
-use crate::experiments::{
-    self, ARENA_M, DURATION_S, PLACEMENT_RADIUS_M, cell, conditions, nine,
-};
+use crate::experiments::{self, ARENA_M, DURATION_S, PLACEMENT_RADIUS_M, cell, conditions, nine};
 use crate::program::Program;
 use crate::swept::{self, Wanted, sweep};
 

@@ -7,7 +7,8 @@ use std::str::FromStr;
 
 use rsrs_core::choice::Choice;
 use rsrs_core::comparison::{CellRuns, Comparison};
-use rsrs_core::diagram::PhaseCounts;
+use rsrs_core::diagram::{DiagramCell, PhaseCounts};
+use rsrs_core::next_experiment::next_step;
 use rsrs_fleet::record::EndingKind;
 
 use crate::admission::{Admitted, LABEL, admit, refuse};
@@ -30,6 +31,9 @@ use crate::sweep_result::SweepResult;
 /// deliberately worse. It is `violated` if so few real mills would be improbable (below 0.05) if it
 /// held, `supported` if it holds with a probability of 0.95 or more, give or take 10 percentage
 /// points, and else `undecided`. Exit code 3 says that it is violated.
+///
+/// The last line says what to do next: the experiment that would tell most, or, where real robots mill
+/// less often, back to measuring them.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -136,13 +140,27 @@ pub fn compare(folder: &Path, bags: &[PathBuf], labeller: &Labeller) -> anyhow::
         })
         .collect();
     let comparison = Comparison::of(&cells);
+    let next = next_step(&comparison, &cells, &not_run(&result, &cells));
     let counted =
         counted.into_iter().zip(labelled).map(|(run, label)| (cell(run.cell), run, label));
     let runs = Runs { counted: counted.collect(), others };
-    let mut report = Report::new(&comparison, (&cells, &simulated), runs);
+    let mut report = Report::new(&comparison, (&cells, &simulated), runs, next);
     report.labels = labeller.to_string();
     report.notes.extend(prediction.note());
     Ok(report)
+}
+
+/// The cells of a sweep that were not run.
+///
+/// The sweep's own replicates may flatter them, but no verdict rests on these.
+fn not_run(result: &SweepResult, run: &[CellRuns]) -> Vec<CellRuns> {
+    let is_left = |entry: &&DiagramCell| run.iter().all(|runs| runs.cell != entry.cell);
+    let left = result.diagram.cells.iter().filter(is_left).map(|entry| CellRuns {
+        cell: entry.cell.clone(),
+        real: PhaseCounts::default(),
+        simulated: entry.counts,
+    });
+    left.collect()
 }
 
 fn label_all(runs: &[Admitted], labeller: &Labeller) -> anyhow::Result<Vec<Labelled>> {

@@ -94,6 +94,7 @@ fn page(
 ) -> anyhow::Result<String> {
     let mut page = Page::new(&format!("Simulated and real runs: {}", result.source.profile.name));
     page.paragraph(&comparison.verdict_in_words());
+    page.paragraph(&format!("Next: {}.", comparison.next_in_words()));
     for note in &comparison.notes {
         page.paragraph(&format!("Note: {note}."));
     }

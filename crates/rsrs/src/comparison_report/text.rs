@@ -4,6 +4,7 @@ use std::fmt::{Display, Formatter, Result};
 
 use rsrs_core::comparison::{MARGIN, SIGNIFICANCE, SUPPORT, Tally, Verdict};
 use rsrs_core::diagram::PhaseCounts;
+use rsrs_core::next_experiment::{DECIDES, MOST_RUNS, NextStep};
 use rsrs_core::phase::Phase;
 
 use super::{ComparedCell, Report, counted};
@@ -37,7 +38,8 @@ impl Display for Report {
         for note in &self.notes {
             writeln!(formatter, "note: {note}")?;
         }
-        write!(formatter, "{}", self.verdict_in_words())
+        writeln!(formatter, "{}", self.verdict_in_words())?;
+        write!(formatter, "next: {}", self.next_in_words())
     }
 }
 
@@ -52,6 +54,33 @@ impl Report {
     /// What follows from all runs.
     pub fn verdict_in_words(&self) -> String {
         format!("verdict: {} ({})", word(self.verdict), self.summary)
+    }
+
+    /// What to do next.
+    pub fn next_in_words(&self) -> String {
+        match &self.next {
+            NextStep::ReturnToStep1 { cell, b_r, b_s, .. } => format!(
+                "return to step 1 (`rsrs measure plan`): at {cell} {:.1} % of real and {:.1} % of simulated \
+                 runs mill, so the simulated robots are not worse than the real ones",
+                100.0 * b_r,
+                100.0 * b_s
+            ),
+            NextStep::Run(experiment) => {
+                let cell = &experiment.cell;
+                let runs = match experiment.runs {
+                    Some(n) => format!(
+                        "{} there decide with a probability of {DECIDES}",
+                        counted(n, "further real run")
+                    ),
+                    None => format!("not even {MOST_RUNS} there would be sure to decide"),
+                };
+                format!(
+                    "`rsrs run EXPERIMENT --from SWEEP --cell {cell}`, where one run tells most ({:.3} bit); {runs}",
+                    experiment.information_bits
+                )
+            }
+            NextStep::Nothing => "no further run in a swept cell would tell more".to_owned(),
+        }
     }
 
     fn write_cell(&self, cell: &ComparedCell, formatter: &mut Formatter<'_>) -> Result {

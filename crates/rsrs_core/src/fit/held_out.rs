@@ -115,7 +115,7 @@ fn deal(rate: Rate, shuffle: &mut Shuffle) -> [Count; N_PARTS] {
 /// # Source
 ///
 /// G. L. Steele, D. Lea, C. H. Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014:
-/// SplitMix64.
+/// `SplitMix64`.
 struct Shuffle(u64);
 
 impl Shuffle {
@@ -125,7 +125,7 @@ impl Shuffle {
         let mut mixed = self.0;
         mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((mixed ^ (mixed >> 31)) >> 32) * limit >> 32
+        (((mixed ^ (mixed >> 31)) >> 32) * limit) >> 32
     }
 }
 

@@ -144,8 +144,8 @@ impl Layout<'_> {
             for command in 0..n_commands {
                 matrix[command][command] += robot.n[command];
                 right[command] += robot.sums[command] - weight * total * robot.n[command];
-                for other in 0..n_commands {
-                    matrix[command][other] -= weight * robot.n[command] * robot.n[other];
+                for (entry, other) in matrix[command].iter_mut().zip(&robot.n) {
+                    *entry -= weight * robot.n[command] * other;
                 }
             }
         }

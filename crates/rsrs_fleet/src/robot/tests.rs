@@ -95,6 +95,7 @@ fn an_older_epoch_is_not_obeyed() {
     robot.on_event(lease(3, LeaseState::Armed, 1), ms(10));
 
     robot.on_event(lease(1, LeaseState::Running, 1), ms(20));
+    robot.on_event(lease(2, LeaseState::Armed, 1), ms(20));
 
     assert_eq!(robot.epoch(), 3);
     assert_eq!(robot.state(ms(20)), RobotState::Armed);

@@ -101,7 +101,7 @@ impl Runner {
     }
 
     fn bond(&self) -> Bond {
-        Bond { epoch: self.epoch, parameter_digest: self.options.controller.digest() }
+        Bond { epoch: self.epoch, parameter_digest: self.options.controller_digest() }
     }
 
     fn await_armed(&mut self, now: Duration, actions: &mut Vec<Action>) {

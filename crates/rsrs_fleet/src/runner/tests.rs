@@ -1,6 +1,6 @@
 use std::collections::BTreeSet;
 
-use rsrs_core::controller::ControllerParameters;
+use rsrs_core::controller::{ControllerParameters, Reaction};
 
 use super::*;
 use crate::message::{RobotState, Status};
@@ -50,6 +50,7 @@ impl Bench {
             run_id: "run".to_owned(),
             expected,
             controller: CONTROLLER,
+            reaction: Reaction::ToDetections,
             simulator_digest: 7,
             pace: Pace::Lockstep { steps: 10 },
             robot_lost: RobotLost::Abort,

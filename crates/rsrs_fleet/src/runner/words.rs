@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use rsrs_core::controller::ControllerParameters;
+use rsrs_core::controller::{ControllerParameters, Reaction};
 use rsrs_core::unicycle::Pose;
 
 use super::{Outcome, Target};
@@ -20,6 +20,8 @@ pub struct RunnerOptions {
     pub expected: Expected,
     /// What every controller is set to.
     pub controller: ControllerParameters,
+    /// Whether controllers decide by their sensors; in a trial they do not.
+    pub reaction: Reaction,
     /// Digest of the world that the simulator must have placed
     /// ([`crate::simulator::placement_digest`]); unused without a simulator.
     pub simulator_digest: u64,
@@ -32,6 +34,13 @@ pub struct RunnerOptions {
     pub countdown: Duration,
     /// Where the robots should stand at the start; `None` if nobody needs to look.
     pub start: Option<StartDisc>,
+}
+
+impl RunnerOptions {
+    /// Digest that every controller must have.
+    pub(super) fn controller_digest(&self) -> u64 {
+        self.controller.digest_with(self.reaction)
+    }
 }
 
 /// When a run is complete.

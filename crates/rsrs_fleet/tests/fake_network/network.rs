@@ -69,6 +69,8 @@ pub struct Faults {
     pub loss: f64,
     /// Probability that a message arrives twice.
     pub duplication: f64,
+    /// How late the second of two may be, in milliseconds.
+    pub repeat_ms: u64,
     /// Longest delay, in milliseconds; every message draws its own, so they overtake each other.
     pub delay_ms: u64,
     /// Between which times, in milliseconds, which nodes are cut off from the others.
@@ -78,7 +80,7 @@ pub struct Faults {
 impl Faults {
     /// A network as on one desk.
     pub fn none() -> Self {
-        Self { loss: 0.0, duplication: 0.0, delay_ms: 3, partition: None }
+        Self { loss: 0.0, duplication: 0.0, repeat_ms: 3, delay_ms: 3, partition: None }
     }
 }
 
@@ -98,12 +100,13 @@ pub enum Item {
 }
 
 /// Milliseconds that can be planned ahead.
-const AHEAD: usize = 16_384;
+const AHEAD: u64 = 16_384;
 /// After so long, in milliseconds, what got lost is sent again.
 const RESEND_MS: u64 = 60;
 
 pub struct Network {
     faults: Faults,
+    latest_ms: u64,
     generator: ChaCha8Rng,
     /// What comes due in each millisecond, in order; a ring.
     slots: Vec<Vec<Item>>,
@@ -116,7 +119,8 @@ impl Network {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(1);
         let slots = (0..AHEAD).map(|_| Vec::new()).collect();
-        Self { faults, generator, slots, last_ms: BTreeMap::new() }
+        let latest_ms = faults.delay_ms.max(faults.repeat_ms);
+        Self { faults, latest_ms, generator, slots, last_ms: BTreeMap::new() }
     }
 
     /// From now on nothing gets lost.
@@ -124,14 +128,14 @@ impl Network {
         self.faults = Faults::none();
     }
 
-    /// Longest delay, in milliseconds.
-    pub fn delay_ms(&self) -> u64 {
-        self.faults.delay_ms
+    /// So long after its sending, in milliseconds, a message can still arrive.
+    pub fn latest_ms(&self) -> u64 {
+        self.latest_ms
     }
 
     /// Plans something; it comes due in the future.
     pub fn plan(&mut self, due_ms: u64, item: Item) {
-        self.slots[due_ms as usize % AHEAD].push(item);
+        self.slots[slot(due_ms)].push(item);
     }
 
     pub fn send(&mut self, now_ms: u64, (from, to): (Node, Node), message: Message) {
@@ -141,7 +145,7 @@ impl Network {
             return;
         }
         if self.generator.random::<f64>() < self.faults.duplication {
-            let due_ms = now_ms + self.delay();
+            let due_ms = now_ms + self.generator.random_range(1..=self.faults.repeat_ms);
             self.plan(due_ms, Item::Arrival { from, to, message: message.clone() });
         }
         let due_ms = now_ms + self.delay();
@@ -161,7 +165,7 @@ impl Network {
 
     /// What comes due now, in order.
     pub fn due(&mut self, now_ms: u64) -> Vec<Item> {
-        std::mem::take(&mut self.slots[now_ms as usize % AHEAD])
+        std::mem::take(&mut self.slots[slot(now_ms)])
     }
 
     fn delay(&mut self) -> u64 {
@@ -173,4 +177,9 @@ impl Network {
             (*start_ms..*end_ms).contains(&now_ms) && side.contains(&from) != side.contains(&to)
         })
     }
+}
+
+/// Where a millisecond is in the ring.
+fn slot(at_ms: u64) -> usize {
+    usize::try_from(at_ms % AHEAD).expect("the ring is short")
 }

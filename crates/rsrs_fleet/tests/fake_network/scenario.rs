@@ -183,7 +183,7 @@ impl Draw<'_> {
         let length_ms = self.generator.random_range(200..3_000);
         let end_ms = (start_ms + length_ms).min(LAST_HAPPENING_MS);
         let partition = self.chance(0.3).then_some((start_ms, end_ms, side));
-        Faults { loss, duplication, delay_ms, partition }
+        Faults { loss, duplication, repeat_ms: delay_ms, delay_ms, partition }
     }
 
     fn happenings(&mut self, body: Body) -> Vec<(u64, Happening)> {

@@ -55,7 +55,7 @@ fn a_stop_in_the_middle_of_a_run_ends_it_and_every_robot_acknowledges() {
 #[test]
 fn a_stop_under_loss_is_acknowledged_by_all() {
     for seed in 0..50 {
-        let faults = Faults { loss: 0.5, duplication: 0.2, delay_ms: 100, partition: None };
+        let faults = Faults { loss: 0.5, duplication: 0.2, delay_ms: 100, ..Faults::none() };
         let scenario = Scenario { faults, ..Scenario::calm(seed) }.with(3_000, Happening::Stop);
 
         let story = play(scenario);
@@ -78,7 +78,7 @@ fn a_robot_that_is_cut_off_is_named_and_stands_without_having_heard_it() {
 #[test]
 fn under_loss_exactly_the_robots_that_are_dead_are_named() {
     for seed in 0..50 {
-        let faults = Faults { loss: 0.4, duplication: 0.2, delay_ms: 100, partition: None };
+        let faults = Faults { loss: 0.4, duplication: 0.2, delay_ms: 100, ..Faults::none() };
         let scenario = Scenario { faults, ..Scenario::calm(seed) }
             .with(2_900, Happening::Crash(Node::Robot(2)))
             .with(3_000, Happening::Stop);

@@ -100,8 +100,7 @@ impl Witness {
         self.controller = Some((digest, now_ms));
         let (epoch, _) = self.bound;
         let is_final = !self.forgives && self.moved_in == epoch;
-        if is_final && self.leases.get(&epoch).is_some_and(|(due, _)| *due != digest)
-        {
+        if is_final && self.leases.get(&epoch).is_some_and(|(due, _)| *due != digest) {
             self.must_stand(now_ms, "its parameters are not the confirmed ones");
         }
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow, bail};
 use rsrs_core::axis::Axis;
 use rsrs_core::conditions::{Conditions, Settings, Walls};
-use rsrs_core::controller::ControllerParameters;
+use rsrs_core::controller::{ControllerParameters, Reaction};
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::fleet_file::{CmdVel, FleetFile, FleetRobot};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
@@ -81,6 +81,17 @@ impl Plan {
         let files = vec![("fleet.yaml", text), ("profile.yaml", profile_text)];
         let (poses, place_check) = (Poses::IfThere, PlaceCheck::Off);
         Ok(Self { record, robots: robots.into(), bag, files, poses, place_check })
+    }
+}
+
+impl Plan {
+    /// What its controllers must make of their sensors: nothing in a trial, which is the only run that
+    /// needs no poses.
+    pub fn reaction(&self) -> Reaction {
+        match self.poses {
+            Poses::Required => Reaction::ToDetections,
+            Poses::IfThere => Reaction::Constant,
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The recorder over real DDS, in a network of its own.
 
+#[expect(dead_code, reason = "others use all of it")]
 #[path = "../../../ros/tests/support/mod.rs"]
 mod support;
 

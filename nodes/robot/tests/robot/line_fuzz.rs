@@ -10,6 +10,7 @@
 //! `RSRS_FUZZ_EXECUTIONS` sets how many deliveries are made, and `RSRS_SEED` plays one conversation.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::io::Write;
 use std::time::Duration;
 
 use rand::rngs::ChaCha8Rng;
@@ -226,7 +227,7 @@ impl Conversation {
         }
         if self.reopen_ms.is_none() {
             match self.link.on_tick(self.now()) {
-                Ok(line) => line.into_iter().for_each(|line| self.to_micro(&line)),
+                Ok(line) => line.into_iter().for_each(|line| self.carry_to_micro(&line)),
                 Err(_end) => self.end(),
             }
         }
@@ -234,7 +235,7 @@ impl Conversation {
             self.command();
         }
         if let Some(state) = self.micro.look(self.now_ms) {
-            self.to_link(&state);
+            self.carry_to_link(&state);
         }
         self.judge();
     }
@@ -246,11 +247,11 @@ impl Conversation {
         let command = Command { speed_m_s: speed_mm_s as f64 / 1000.0, turn_rate_rad_s: 0.0 };
         if let Some(line) = self.link.drive(command, self.now()) {
             self.commanded.insert(speed_mm_s, self.now_ms);
-            self.to_micro(&line);
+            self.carry_to_micro(&line);
         }
     }
 
-    fn to_micro(&mut self, line: &str) {
+    fn carry_to_micro(&mut self, line: &str) {
         self.bodies.push_back(line[1..line.len() - 6].to_owned());
         if self.bodies.len() > 256 {
             self.bodies.pop_front();
@@ -269,11 +270,11 @@ impl Conversation {
                 let at_ms = self.commanded[&self.micro.wheels];
                 assert!(self.now_ms <= at_ms + TIMEOUT_MS, "a command of {at_ms} ms was obeyed");
             }
-            answer.into_iter().for_each(|answer| self.to_link(&answer));
+            answer.into_iter().for_each(|answer| self.carry_to_link(&answer));
         }
     }
 
-    fn to_link(&mut self, line: &str) {
+    fn carry_to_link(&mut self, line: &str) {
         let (bytes, is_damaged) = self.wires[1].carry(line.as_bytes(), &mut self.generator);
         self.count(is_damaged);
         if self.reopen_ms.is_some() {
@@ -343,7 +344,7 @@ fn whatever_the_line_does_the_wheels_get_no_stale_or_wrong_command() {
         seed += 1;
     }
 
-    println!("{seed} conversations: {sum:?}");
+    writeln!(std::io::stdout(), "{seed} conversations: {sum:?}").expect("somebody reads");
     // A line that nothing passes would prove nothing.
     assert!(sum.obeyed > executions / 20 && sum.damaged > executions / 5, "{sum:?}");
     assert!(sum.ended > executions / 1_000, "{sum:?}");

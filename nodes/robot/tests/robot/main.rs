@@ -3,6 +3,7 @@
 mod drivers;
 mod floor;
 mod line_fuzz;
+mod memory;
 mod micro;
 mod parameters;
 mod safety;

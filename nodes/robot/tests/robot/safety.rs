@@ -15,9 +15,9 @@ const SLACK: Duration = Duration::from_millis(250);
 const WATCH: Duration = Duration::from_millis(700);
 
 /// A robot with a microcontroller, and everybody else.
-struct Scene {
-    micro: Micro,
-    node: Node,
+pub struct Scene {
+    pub micro: Micro,
+    pub node: Node,
     runner: Runner,
     _visitor: NodeHandle,
     session: Session,
@@ -37,7 +37,7 @@ impl Scene {
     }
 
     /// One that somebody else commands, and that obeys.
-    async fn commanded(arguments: &[&str]) -> Self {
+    pub async fn commanded(arguments: &[&str]) -> Self {
         let scene = Self::start(&[&["--without-controller"], arguments].concat());
         scene.runner.said().foreign_controller = Some(DIGEST);
         scene.runner.said().command = Some((0.1, 0.5));
@@ -63,7 +63,7 @@ impl Scene {
         assert_eq!(self.micro.inside().wheels.len(), before, "the wheels moved");
     }
 
-    async fn end(self) {
+    pub async fn end(self) {
         let Self { node, runner, session, .. } = self;
         drop((node, runner));
         session.close().await;

@@ -106,6 +106,10 @@ fn reach(findings: &Findings) -> Statement {
     let told = &findings.validation;
     let n = |name: &str| told[name].as_u64().unwrap_or(0);
     let is_contained = told["is_contained"].as_bool() == Some(true);
+    let p_value = match told["p_value"].as_f64().unwrap_or(f64::NAN) {
+        small if small < 0.001 => "below 0.001".to_owned(),
+        other => format!("= {other:.3}"),
+    };
     let why = if is_contained {
         ""
     } else {
@@ -117,10 +121,9 @@ fn reach(findings: &Findings) -> Statement {
         says: "real trajectories lie within what the simulated robots can reach",
         found: format!(
             "of {} drives of single robots, 10 s each, {} stay within the simulated 99 % region at all times \
-             (`rsrs validate`: p = {:.2}).",
+             (`rsrs validate`: p {p_value}).",
             n("n_trials"),
             n("n_inside"),
-            told["p_value"].as_f64().unwrap_or(f64::NAN)
         ),
         agrees: Agreement::of(is_contained),
         why: why.to_owned(),
@@ -225,16 +228,15 @@ fn tally(findings: &Findings) -> Statement {
         place: "caption of `fig:phase_plot2`",
         says: "of nine experiments 5 match the simulation, and in 4 the real robots have an easier time",
         found: format!("{same} match, {easier} are easier, {harder} harder."),
-        agrees: if harder > 0 {
-            Agreement::No
-        } else if easier > 0 {
-            Agreement::Yes
-        } else {
-            Agreement::Partly
+        agrees: match (harder, easier) {
+            (0, 0) => Agreement::Partly,
+            (0, _) => Agreement::Yes,
+            (harder, easier) if harder > easier => Agreement::No,
+            _ => Agreement::Partly,
         },
         why: format!(
-            "The counts depend on which cells are run, and the paper does not say which it ran; repeated, a \
-             tally has {:.1} harder on average.",
+            "The counts depend on which cells are run, and the paper does not say which it ran. One run in a cell \
+             can miss the mill by chance: over {REPETITIONS} repetitions a tally has {:.1} harder on average.",
             mean(findings, |tally| tally.harder)
         ),
     }
@@ -342,8 +344,8 @@ fn semi_stable(findings: &Findings) -> Statement {
              a second or more."
         ),
         agrees: if n_bumping == n { Agreement::Yes } else { Agreement::Partly },
-        why: "The judge calls semi-stable what rotates and is not a clean ring, for whatever reason: mostly \
-              because the ring is not round. Contacts are in its evidence."
+        why: "The judge calls semi-stable what rotates and is not a clean ring, with contacts or without; they \
+              are in its evidence."
             .to_owned(),
     }
 }

@@ -1,5 +1,6 @@
 //! Runners, with the recorder and the requests that are around each of them on its own host.
 
+use rsrs_core::controller::Reaction;
 use rsrs_fleet::controller::Settings;
 use rsrs_fleet::message::{LeaseState, RobotState, Status};
 use rsrs_fleet::preflight::{Expected, Graph};
@@ -68,6 +69,7 @@ impl Fleet {
                 ..Expected::default()
             },
             controller: WANTED,
+            reaction: Reaction::ToDetections,
             simulator_digest: PLACED,
             pace,
             robot_lost: self.scenario.robot_lost,
@@ -187,7 +189,11 @@ impl Fleet {
                         "runner {runner} sets {target}, but has just heard another"
                     ));
                 }
-                let settings = Settings { parameters: WANTED, stamp: stamp(self.scenario.body) };
+                let settings = Settings {
+                    parameters: WANTED,
+                    stamp: stamp(self.scenario.body),
+                    reaction: Reaction::ToDetections,
+                };
                 self.send(node, node_of(&target), Message::Set(settings));
             }
             Action::ReadBack(Target::Simulator) => host.asks_simulator = true,

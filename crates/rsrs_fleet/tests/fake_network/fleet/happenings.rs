@@ -29,7 +29,7 @@ impl Fleet {
             Happening::ButtonFallsSilent => self.button = None,
             Happening::Meddle(robot) => return self.meddle(robot),
             Happening::Beyond(robot) => {
-                let command = BEYOND[self.now_ms as usize % BEYOND.len()];
+                let command = BEYOND[robot % BEYOND.len()];
                 let message = Message::Command(command, None);
                 self.send(Node::Stranger, Node::Robot(robot), message);
             }
@@ -135,7 +135,7 @@ impl Fleet {
         }
         let since_ms = *self.quiet_ms.get_or_insert(self.now_ms);
         let is_left_to_do = self.is_healed && !self.story.outcomes.contains_key(&LAST_RUNNER);
-        if !is_left_to_do || self.now_ms < since_ms + self.network.delay_ms() {
+        if !is_left_to_do || self.now_ms < since_ms + self.network.latest_ms() {
             return;
         }
         if self.e_stop_was_used && !self.is_released {

@@ -109,9 +109,9 @@ fn spreads(details: &Details) -> String {
         if let Some(likelihood) = population.likelihood.filter(|_| population.by_command.len() > 1)
         {
             rows.push([
-                format!("sd of the {what} gain between robots at all commands alike"),
+                "  of it, alike at all commands".to_owned(),
                 number(likelihood.alike_sd),
-                "restricted maximum likelihood".to_owned(),
+                "by restricted maximum likelihood".to_owned(),
             ]);
         }
     }

@@ -1,0 +1,297 @@
+//! Every controller, the runner and the recorder of a large simulated fleet, in one.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use rsrs_core::axis::Axis;
+use rsrs_core::conditions::{Conditions, Placement, Settings};
+use rsrs_core::controller::decide;
+use rsrs_core::profile::RobotProfile;
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::geometry_msgs::TwistStamped;
+use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
+use rsrs_msgs::std_msgs::{Bool, Header};
+use rsrs_msgs::topics::{self, Qos};
+use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
+use rsrs_ros::session::{NodeHandle, Publisher, Received, Session, Subscription};
+use rsrs_wire as wire;
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+
+const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+/// Interval of leases and of the controllers' statuses.
+const BEAT: Duration = Duration::from_millis(100);
+/// How long to wait for the simulator to listen and to answer.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// What a fleet went through.
+#[derive(Clone, Copy, Debug)]
+pub struct Report {
+    /// Steps whose digest was heard.
+    pub steps: u64,
+    /// Detections that were answered.
+    pub detections: u64,
+    /// Poses that were heard.
+    pub poses: u64,
+    /// Samples that the middleware lost of detections, poses and digests.
+    pub lost: u64,
+    /// From the first step that was heard to the last, on the wall.
+    pub took: Duration,
+}
+
+/// The pace of a world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// By the clock on the wall.
+    RealTime,
+    /// By the answers.
+    Lockstep {
+        /// Steps to make.
+        steps: u64,
+    },
+}
+
+enum Heard {
+    Detection(usize, bool),
+    Digest(u64),
+}
+
+/// Leads a simulated fleet.
+pub struct Conductor<'a> {
+    session: &'a Session,
+    node: NodeHandle,
+    robots: Vec<String>,
+    conditions: Conditions,
+    pace: Pace,
+    counters: Arc<Mutex<Vec<u64>>>,
+    poses: Arc<AtomicU64>,
+    heard: UnboundedReceiver<Heard>,
+    /// On topics that are to lose nothing.
+    subscriptions: Vec<Subscription>,
+    _statuses: Vec<Subscription>,
+    commands: Vec<Publisher<TwistStamped>>,
+    controllers: Vec<Publisher<RobotStatus>>,
+    leases: Publisher<RunLease>,
+    recorded: Publisher<Recorded>,
+}
+
+/// The names of so many robots.
+pub fn names(n_robots: usize) -> Vec<String> {
+    (1..=n_robots).map(|robot| format!("robot_{robot}")).collect()
+}
+
+/// So many Flockbots as measured, each with about the room of the paper's nine.
+pub fn conditions(n_robots: usize) -> Conditions {
+    let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("the profile is good");
+    let values = vec![
+        (Axis::Speed, 0.15),
+        (Axis::TurnRate, 0.75),
+        (Axis::Robots, n_robots as f64),
+        (Axis::Arena, 60.0),
+    ];
+    let settings = Settings { values, ..Settings::default() };
+    let mut conditions =
+        Conditions::resolve(&profile, &settings).expect("so many robots can be simulated");
+    let radius_m = 0.25 * (n_robots as f64).sqrt() + 0.3;
+    conditions.placement = Placement::DiscFacingOut { radius_m };
+    conditions
+}
+
+impl<'a> Conductor<'a> {
+    /// Connects to a simulator, and waits until it listens.
+    pub async fn new(session: &'a Session, n_robots: usize, pace: Pace) -> Self {
+        let node = session.node("/", "conductor").expect("the name is allowed");
+        let robots = names(n_robots);
+        let (to_heard, heard) = unbounded_channel();
+        let counters = Arc::new(Mutex::new(vec![0; n_robots]));
+        let poses = Arc::new(AtomicU64::new(0));
+        let subscriptions = listen(session, &node, &robots, (&to_heard, &poses));
+        let statuses = listen_to_statuses(session, &node, &robots, &counters);
+        let conductor = Self {
+            commands: of_each(session, &node, &robots, (topics::CMD_VEL.name, topics::CMD_VEL.qos)),
+            controllers: of_each(
+                session,
+                &node,
+                &robots,
+                (topics::CONTROLLER_STATUS.name, topics::CONTROLLER_STATUS.qos),
+            ),
+            leases: one(session, &node, (topics::LEASE.name, topics::LEASE.qos)),
+            recorded: one(session, &node, (topics::RECORDED.name, topics::RECORDED.qos)),
+            conditions: conditions(n_robots),
+            session,
+            node,
+            robots,
+            pace,
+            counters,
+            poses,
+            heard,
+            subscriptions,
+            _statuses: statuses,
+        };
+        for robot in &conductor.robots {
+            for topic in [topics::CMD_VEL, topics::CONTROLLER_STATUS] {
+                let name = topic.for_robot(robot);
+                session.wait_for_readers(&name, 1, PATIENCE).await.expect("it listens");
+            }
+            let name = topics::ODOM.for_robot(robot);
+            session.wait_for_writers(&name, 1, PATIENCE).await.expect("it speaks");
+        }
+        conductor
+    }
+
+    /// Places the world.
+    pub async fn place(&self) {
+        let options = ClientOptions { patience: PATIENCE, mapping: None };
+        let client = ParameterClient::new(self.session, &self.node, options);
+        let json = serde_json::to_string(&self.conditions).expect("conditions are plain data");
+        let (time, steps) = match self.pace {
+            Pace::RealTime => ("real_time", 0),
+            Pace::Lockstep { steps } => ("lockstep", steps),
+        };
+        let values = [
+            ("conditions".to_owned(), ParameterValue::String(json)),
+            ("steps".to_owned(), ParameterValue::Integer(steps.cast_signed())),
+            ("time".to_owned(), ParameterValue::String(time.to_owned())),
+        ];
+        client.set_atomically("/simulator", &values).await.expect("the world can be placed");
+    }
+
+    /// Leads the fleet until `until` has passed, or all steps of a lockstep run are made.
+    pub async fn conduct(&mut self, until: Duration) -> Report {
+        let mut beat = tokio::time::interval(BEAT);
+        beat.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+        let start = Instant::now();
+        let mut lease = self.lease();
+        let mut answered = vec![0; self.robots.len()];
+        let (mut steps, mut first, mut last) = (0, None, None);
+        let wanted = match self.pace {
+            Pace::RealTime => u64::MAX,
+            Pace::Lockstep { steps } => steps,
+        };
+        while start.elapsed() < until && steps < wanted {
+            tokio::select! {
+                Some(heard) = self.heard.recv() => match heard {
+                    Heard::Detection(robot, detected) => {
+                        answered[robot] += 1;
+                        self.answer(robot, (detected, answered[robot])).await;
+                    }
+                    Heard::Digest(step) => {
+                        steps += 1;
+                        last = Some(Instant::now());
+                        first = first.or(last);
+                        self.recorded.publish(Recorded { step }).await.expect("a healthy network");
+                    }
+                },
+                _ = beat.tick() => self.beat(&mut lease).await,
+            }
+        }
+        let lost = self.subscriptions.iter().map(|subscription| subscription.counts().lost).sum();
+        let took = first.zip(last).map(|(first, last): (Instant, Instant)| last - first);
+        Report {
+            steps,
+            detections: answered.iter().sum(),
+            poses: self.poses.load(Ordering::Relaxed),
+            lost,
+            took: took.unwrap_or_default(),
+        }
+    }
+
+    fn lease(&self) -> RunLease {
+        RunLease {
+            run_id: "scale".to_owned(),
+            epoch: 1,
+            state: RunLease::ARMED,
+            parameter_digest: self.conditions.controller.digest(),
+            robots: self.robots.clone(),
+            echoed_counter: vec![0; self.robots.len()],
+            ..RunLease::default()
+        }
+    }
+
+    async fn answer(&self, robot: usize, (detected, step): (bool, u64)) {
+        let period = Duration::from_secs_f64(self.conditions.period_s);
+        let period_ns = u64::try_from(period.as_nanos()).expect("a period is short");
+        let twist = wire::twist(decide(detected, self.conditions.controller));
+        let header = Header { stamp: Time::from_nanos(step * period_ns), ..Header::default() };
+        let command = TwistStamped { header, twist };
+        self.commands[robot].publish(command).await.expect("a healthy network");
+    }
+
+    async fn beat(&self, lease: &mut RunLease) {
+        let parameter_digest = lease.parameter_digest;
+        for controller in &self.controllers {
+            let status = RobotStatus { parameter_digest, ..RobotStatus::default() };
+            controller.publish(status).await.expect("a healthy network");
+        }
+        let counters = self.counters.lock().expect("nobody panics while it counts").clone();
+        // Every robot is armed by a lease that echoes it, before the first that lets it move.
+        if counters.iter().zip(&lease.echoed_counter).all(|(now, then)| *then > 0 && now > then) {
+            lease.state = RunLease::RUNNING;
+        }
+        lease.echoed_counter = counters;
+        self.leases.publish(lease.clone()).await.expect("a healthy network");
+    }
+}
+
+fn listen(
+    session: &Session,
+    node: &NodeHandle,
+    robots: &[String],
+    (heard, poses): (&UnboundedSender<Heard>, &Arc<AtomicU64>),
+) -> Vec<Subscription> {
+    let mut made = Vec::new();
+    for (index, robot) in robots.iter().enumerate() {
+        let (to_heard, topic) = (heard.clone(), topics::DETECTION);
+        // The conductor has ended when nobody listens.
+        let deliver = move |sample: Received<Bool>| {
+            drop(to_heard.send(Heard::Detection(index, sample.message.data)));
+        };
+        made.push(session.subscribe(node, &topic.for_robot(robot), topic.qos, deliver));
+        let (poses, topic) = (Arc::clone(poses), topics::ODOM);
+        let deliver = move |_: Received<Odometry>| {
+            poses.fetch_add(1, Ordering::Relaxed);
+        };
+        made.push(session.subscribe(node, &topic.for_robot(robot), topic.qos, deliver));
+    }
+    let (to_heard, topic) = (heard.clone(), topics::WORLD_DIGEST);
+    let deliver = move |sample: Received<WorldDigest>| {
+        drop(to_heard.send(Heard::Digest(sample.message.step)));
+    };
+    made.push(session.subscribe(node, topic.name, topic.qos, deliver));
+    made.into_iter().map(|made| made.expect("the topics are allowed")).collect()
+}
+
+fn listen_to_statuses(
+    session: &Session,
+    node: &NodeHandle,
+    robots: &[String],
+    counters: &Arc<Mutex<Vec<u64>>>,
+) -> Vec<Subscription> {
+    let listen = |(index, robot): (usize, &String)| {
+        let (counters, topic) = (Arc::clone(counters), topics::STATUS);
+        let deliver = move |sample: Received<RobotStatus>| {
+            counters.lock().expect("nobody panics while it counts")[index] = sample.message.counter;
+        };
+        let subscription = session.subscribe(node, &topic.for_robot(robot), topic.qos, deliver);
+        subscription.expect("the topic is allowed")
+    };
+    robots.iter().enumerate().map(listen).collect()
+}
+
+fn of_each<M: rsrs_msgs::RosMessage>(
+    session: &Session,
+    node: &NodeHandle,
+    robots: &[String],
+    (name, qos): (&str, Qos),
+) -> Vec<Publisher<M>> {
+    robots.iter().map(|robot| one(session, node, (&format!("/{robot}/{name}"), qos))).collect()
+}
+
+fn one<M: rsrs_msgs::RosMessage>(
+    session: &Session,
+    node: &NodeHandle,
+    (name, qos): (&str, Qos),
+) -> Publisher<M> {
+    session.publish_on(node, name, qos).expect("the topic is allowed")
+}

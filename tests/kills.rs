@@ -1,0 +1,252 @@
+//! Nodes that are killed at any moment, over real DDS, watched at the wheels.
+//!
+//! Two robots have serial lines on which the test plays the microcontrollers, a third one is the
+//! simulator's. Again and again a run is started and one process of the fleet killed; the wheels
+//! must stand within the protocol's bounds, and after that one process has been started again, the
+//! next run must move them. The killed runner's bag can be read, every other one is closed.
+//!
+//! `RSRS_NODE_KILLS` sets how often, and `RSRS_SEED` the moments.
+
+mod fleet;
+#[path = "../nodes/robot/tests/robot/micro.rs"]
+#[expect(dead_code, reason = "these microcontrollers behave")]
+mod micro;
+#[expect(dead_code, reason = "these tests do not look for what a program leaves behind")]
+mod processes;
+#[path = "../nodes/ros/tests/support/mod.rs"]
+#[expect(dead_code, reason = "these tests open no session of their own")]
+mod support;
+
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use fleet::{ROBOTS, experiment, node, signal};
+use micro::{Micro, Socket};
+use processes::{Process, rsrs};
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+use rsrs_bags::Bag;
+use rsrs_fleet::record::ENDING;
+use support::{PATIENCE, in_own_network};
+
+const KILLS: u64 = 20;
+/// Robots with a serial line; the simulator's is the one after them.
+const N_REAL: usize = 2;
+/// What a busy machine adds to a bound of the protocol.
+const SLACK: Duration = Duration::from_millis(400);
+const LOOK: Duration = Duration::from_millis(10);
+
+/// Who is killed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Victim {
+    Runner,
+    Controllers,
+    Robot(usize),
+    Simulator,
+}
+
+impl Victim {
+    fn draw(generator: &mut ChaCha8Rng) -> Self {
+        match generator.random_range(0..4) {
+            0 => Self::Runner,
+            1 => Self::Controllers,
+            2 => Self::Robot(generator.random_range(0..N_REAL)),
+            _ => Self::Simulator,
+        }
+    }
+
+    /// How long after its death the wheels of a robot may turn.
+    fn bound(self, robot: usize) -> Duration {
+        let milliseconds = match self {
+            // The lease, from the status that was echoed last.
+            Self::Runner => 500,
+            // 2.5 periods of 130 ms without a command.
+            Self::Controllers => 325,
+            // The wheels' own timeout.
+            Self::Robot(dead) if dead == robot => 250,
+            // The runner notices a silence of 1 s, and says so with its next lease.
+            Self::Robot(_) | Self::Simulator => 1_000 + 100 + 200,
+        };
+        Duration::from_millis(milliseconds) + SLACK
+    }
+}
+
+/// The moment at which a node is killed.
+#[derive(Clone, Copy, Debug)]
+enum Moment {
+    /// So long after the run was started, before or after robots move.
+    Starting(Duration),
+    /// So long after the wheels of all robots have turned.
+    Driving(Duration),
+}
+
+impl Moment {
+    fn draw(generator: &mut ChaCha8Rng) -> Self {
+        let mut within = |ms| Duration::from_millis(generator.random_range(0..ms));
+        let (starting, driving) = (within(5_000), within(1_000));
+        if generator.random::<bool>() { Self::Starting(starting) } else { Self::Driving(driving) }
+    }
+}
+
+struct Floor {
+    folder: tempfile::TempDir,
+    experiment: PathBuf,
+    sockets: [Socket; N_REAL],
+    micros: [Micro; N_REAL],
+    robots: [Process; N_REAL],
+    controllers: Process,
+    simulator: Process,
+    n_runs: usize,
+}
+
+fn start_robot(robot: usize, socket: &Socket) -> Process {
+    let mut command = rsrs();
+    command.args(["node", "robot", "--interface", "127.0.0.1", "--robots", ROBOTS[robot]]);
+    command.args(["--driver", "serial", "--without-controller", "--port"]).arg(socket.path());
+    command.stdout(Stdio::null()).stderr(Stdio::null());
+    Process(command.spawn().expect("the program was built for this test"))
+}
+
+fn start_controllers() -> Process {
+    node("controller", &ROBOTS[..=N_REAL])
+}
+
+fn start_simulator() -> Process {
+    node("sim", &ROBOTS[N_REAL..=N_REAL])
+}
+
+impl Floor {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let changes = [("robots: 9", "robots: 3"), ("time: lockstep", "time: real_time")];
+        let sockets = std::array::from_fn(|_| Socket::new());
+        let start = |robot: usize| start_robot(robot, &sockets[robot]);
+        Self {
+            experiment: experiment(folder.path(), 1_000, &changes),
+            micros: std::array::from_fn(|robot| Micro::plug_in(&sockets[robot].path())),
+            robots: std::array::from_fn(start),
+            controllers: start_controllers(),
+            simulator: start_simulator(),
+            folder,
+            sockets,
+            n_runs: 0,
+        }
+    }
+
+    fn start_run(&mut self) -> (Process, PathBuf) {
+        self.n_runs += 1;
+        let bag = self.folder.path().join(format!("bag_{}", self.n_runs));
+        let mut command = rsrs();
+        command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
+        let run = Process::start(command.arg(&self.experiment).arg("-o").arg(&bag));
+        (run, bag)
+    }
+
+    fn wait_until_all_drive(&self, run: &mut Process) {
+        let start = Instant::now();
+        while self.micros.iter().any(|micro| micro.wheels() == (0, 0)) {
+            if let Some(status) = run.0.try_wait().expect("it is our child") {
+                let (_, errors) = run.wait(PATIENCE);
+                panic!("the run ended before robots moved: {status}\n{errors}");
+            }
+            assert!(start.elapsed() < PATIENCE, "the wheels do not turn");
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    /// Kills, and says when it was done.
+    fn kill(&mut self, victim: Victim, run: &mut Process) -> Instant {
+        let process = match victim {
+            Victim::Runner => run,
+            Victim::Controllers => &mut self.controllers,
+            Victim::Robot(robot) => &mut self.robots[robot],
+            Victim::Simulator => &mut self.simulator,
+        };
+        process.0.kill().expect("it is our child");
+        process.0.wait().expect("it is our child");
+        Instant::now()
+    }
+
+    fn restart(&mut self, victim: Victim) {
+        match victim {
+            Victim::Runner => {}
+            Victim::Controllers => self.controllers = start_controllers(),
+            Victim::Robot(robot) => {
+                self.robots[robot] = start_robot(robot, &self.sockets[robot]);
+            }
+            Victim::Simulator => self.simulator = start_simulator(),
+        }
+    }
+
+    /// Watches the wheels until every bound has passed.
+    fn judge(&self, victim: Victim, killed: Instant, what: &str) {
+        let bounds = (0..N_REAL).map(|robot| victim.bound(robot));
+        std::thread::sleep(bounds.max().expect("there are robots"));
+        for (robot, micro) in self.micros.iter().enumerate() {
+            let bound = victim.bound(robot);
+            assert_eq!(micro.wheels(), (0, 0), "{what}: wheels of {} turn", ROBOTS[robot]);
+            let inside = micro.inside();
+            let Some(last) = inside.wheels.last() else { continue };
+            let took = last.at.saturating_duration_since(killed);
+            assert!(took <= bound, "{what}: {} stood after {took:?}, not {bound:?}", ROBOTS[robot]);
+        }
+    }
+}
+
+/// A bag of a run that was killed can be read; one of a run that ended is closed.
+fn judge_bag(bag: &Path, victim: Victim, what: &str) {
+    if !bag.exists() {
+        return;
+    }
+    let bag = Bag::open(bag).unwrap_or_else(|error| panic!("{what}: {error}"));
+    let n_messages = bag.messages().map_while(Result::ok).count();
+    if victim != Victim::Runner {
+        assert_eq!(bag.damage().len(), 0, "{what}");
+        assert!(bag.metadata(ENDING).is_some() && n_messages > 0, "{what}: the bag is open");
+    }
+}
+
+#[test]
+fn whoever_is_killed_at_whatever_moment_the_wheels_stand_and_the_next_run_moves_them() {
+    in_own_network(
+        "whoever_is_killed_at_whatever_moment_the_wheels_stand_and_the_next_run_moves_them",
+        async || kill_again_and_again(),
+    );
+}
+
+fn kill_again_and_again() {
+    let number = |name: &str, default: u64| {
+        let text = std::env::var(name).ok();
+        text.map_or(default, |text| text.parse().expect("the variable is a whole number"))
+    };
+    let mut generator = ChaCha8Rng::seed_from_u64(number("RSRS_SEED", 1));
+    let mut floor = Floor::new();
+
+    for round in 0..number("RSRS_NODE_KILLS", KILLS) {
+        let (victim, moment) = (Victim::draw(&mut generator), Moment::draw(&mut generator));
+        let what = format!("round {round}, {victim:?}, {moment:?}");
+        let (mut run, bag) = floor.start_run();
+        match moment {
+            Moment::Starting(after) => std::thread::sleep(after),
+            Moment::Driving(after) => {
+                floor.wait_until_all_drive(&mut run);
+                std::thread::sleep(after);
+            }
+        }
+
+        let killed = floor.kill(victim, &mut run);
+        floor.judge(victim, killed, &what);
+
+        if victim != Victim::Runner && run.0.try_wait().expect("it is our child").is_none() {
+            signal(&run, "INT");
+        }
+        let (status, errors) = run.wait(PATIENCE);
+        assert!(!status.success(), "{what}: a run without {victim:?} was completed\n{errors}");
+        judge_bag(&bag, victim, &what);
+        floor.restart(victim);
+    }
+
+    let (mut run, _) = floor.start_run();
+    floor.wait_until_all_drive(&mut run);
+}
