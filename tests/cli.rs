@@ -185,6 +185,27 @@ fn a_picture_of_an_axis_that_was_not_swept_is_refused() {
 }
 
 #[test]
+fn of_more_than_two_axes_a_picture_shows_the_middle_slice_or_the_one_asked_for() {
+    let folder = workplace();
+    let sweep = std::fs::read_to_string(folder.path().join("sweep.yaml")).expect("written above");
+    let sweep = sweep
+        .replace("axes:\n", "axes:\n  robots: [5, 7, 9]\n")
+        .replace("robots: 9, ", "")
+        .replace("duration_s: 120", "duration_s: 61");
+    std::fs::write(folder.path().join("sweep.yaml"), sweep).expect("the folder is writable");
+
+    let swept = rsrs(folder.path(), &["sweep", "sweep.yaml", "-o", "out"]);
+
+    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    let svg = |file: &str| String::from_utf8(bytes(folder.path(), file)).expect("SVG is text");
+    assert!(svg("out/diagram.svg").contains("Slice at 7 robots"));
+    let at = ["--x", "speed_m_s", "--y", "turn_rate_rad_s", "--at", "robots=9"];
+    let drawn = rsrs(folder.path(), &[&["diagram", "out", "-o", "nine.svg"], &at[..]].concat());
+    assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
+    assert!(svg("nine.svg").contains("Slice at 9 robots"));
+}
+
+#[test]
 fn a_file_that_is_no_bag_is_not_labelled() {
     let place = workplace();
 

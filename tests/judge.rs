@@ -90,7 +90,7 @@ fn conditions(cell: [f64; 4]) -> Conditions {
 fn episode(conditions: &Conditions, replicate: u64) -> Trajectory {
     let seed = Seed { seed: 23, replicate };
     let mut episode = run_episode(conditions, seed, DURATION_S).expect("the robots fit");
-    let n_seen = (SEEN_S / episode.period_s) as usize * episode.n_robots;
+    let n_seen = tracker::whole(SEEN_S / episode.period_s) * episode.n_robots;
     let n_before = episode.poses.len() - n_seen;
     episode.poses.drain(..n_before);
     episode.commands.drain(..n_before);

@@ -1,7 +1,7 @@
 //! Nodes that are killed at any moment, over real DDS, watched at the wheels.
 //!
 //! Two robots have serial lines on which the test plays the microcontrollers, a third one is the
-//! simulator's. Again and again a run is started and one process of the fleet killed; the wheels
+//! simulator's; a tracker is there and has lost them. Again and again a run is started and one process of the fleet killed; the wheels
 //! must stand within the protocol's bounds, and after that one process has been started again, the
 //! next run must move them. The killed runner's bag can be read, every other one is closed.
 //!
@@ -14,7 +14,7 @@ mod micro;
 #[expect(dead_code, reason = "these tests do not look for what a program leaves behind")]
 mod processes;
 #[path = "../nodes/ros/tests/support/mod.rs"]
-#[expect(dead_code, reason = "these tests open no session of their own")]
+#[expect(dead_code, reason = "these tests wait at the wheels")]
 mod support;
 
 use std::path::{Path, PathBuf};
@@ -28,7 +28,10 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::ENDING;
-use support::{PATIENCE, in_own_network};
+use rsrs_msgs::geometry_msgs::PoseStamped;
+use rsrs_msgs::topics;
+use rsrs_ros::session::Publisher;
+use support::{PATIENCE, in_own_network, session};
 
 const KILLS: u64 = 20;
 /// Robots with a serial line; the simulator's is the one after them.
@@ -119,7 +122,11 @@ fn start_simulator() -> Process {
 impl Floor {
     fn new() -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let changes = [("robots: 9", "robots: 3"), ("time: lockstep", "time: real_time")];
+        let changes = [
+            ("robots: 9", "robots: 3"),
+            ("time: lockstep", "time: real_time"),
+            ("pose: odom", "pose: pose"),
+        ];
         let sockets = std::array::from_fn(|_| Socket::new());
         let start = |robot: usize| start_robot(robot, &sockets[robot]);
         Self {
@@ -211,7 +218,22 @@ fn judge_bag(bag: &Path, victim: Victim, what: &str) {
 fn whoever_is_killed_at_whatever_moment_the_wheels_stand_and_the_next_run_moves_them() {
     in_own_network(
         "whoever_is_killed_at_whatever_moment_the_wheels_stand_and_the_next_run_moves_them",
-        async || kill_again_and_again(),
+        async || {
+            let session = session();
+            let node = session.node("/", "tracker").expect("the name is allowed");
+            let tracker: Vec<Publisher<PoseStamped>> = ROBOTS[..=N_REAL]
+                .iter()
+                .map(|robot| {
+                    let topic = topics::POSE;
+                    let publisher = session.publish_on(&node, &topic.for_robot(robot), topic.qos);
+                    publisher.expect("the topic is allowed")
+                })
+                .collect();
+            let killing = tokio::task::spawn_blocking(kill_again_and_again);
+            killing.await.expect("the panic above says why");
+            drop((tracker, node));
+            session.close().await;
+        },
     );
 }
 

@@ -83,7 +83,7 @@ impl Tracker {
     fn poses(self, episode: &Trajectory, random: &mut ChaCha8Rng) -> Vec<Message> {
         let end_s = (episode.n_samples() - 1) as f64 * episode.period_s;
         let phase_s = if self == Self::At7Hertz { 0.05 } else { 0.0 };
-        let n_looks = ((end_s - phase_s) / self.period_s(episode)) as usize;
+        let n_looks = whole((end_s - phase_s) / self.period_s(episode));
         let mut messages = Vec::new();
         for look in 0..=n_looks {
             let time_s = phase_s + look as f64 * self.period_s(episode);
@@ -120,7 +120,7 @@ type Message = (u64, usize, Vec<u8>);
 fn pose_at(episode: &Trajectory, robot: usize, time_s: f64) -> Pose {
     let steps = time_s / episode.period_s;
     let last = episode.n_samples() - 1;
-    let before = (steps as usize).min(last);
+    let before = whole(steps).min(last);
     let share = (steps - before as f64).clamp(0.0, 1.0);
     let from = episode.poses_at(before)[robot];
     let to = episode.poses_at((before + 1).min(last))[robot];
@@ -176,7 +176,17 @@ fn posed(pose: Pose, stamp_ns: u64) -> PoseStamped {
 }
 
 fn nanoseconds(time_s: f64) -> u64 {
-    (time_s * 1e9).round() as u64
+    whole((time_s * 1e9).round()) as u64
+}
+
+/// The whole number below one that is not negative.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "casts from floats saturate, and times and shares of them are not negative"
+)]
+pub fn whole(number: f64) -> usize {
+    number as usize
 }
 
 fn normal(random: &mut ChaCha8Rng) -> f64 {

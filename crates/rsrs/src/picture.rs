@@ -24,7 +24,8 @@ pub struct Wish {
     pub x: Option<Axis>,
     /// Vertical axis; the second swept one if not said.
     pub y: Option<Axis>,
-    /// Values on further axes.
+    /// Values on further axes; where one is missing, that of the chosen cell, or else of the slice
+    /// that has most cells.
     pub at: Vec<(Axis, f64)>,
     /// The chosen cell.
     pub chosen: Option<Cell>,
@@ -52,13 +53,14 @@ pub fn of_sweep(result: &SweepResult, wish: &Wish) -> anyhow::Result<String> {
             .find(|axis| *axis != x && wish.at.iter().all(|(at, _)| at != axis))
     });
     let cells = result.source.cells("sweep.yaml")?;
-    let (plane, conditions) = plane(diagram, &cells, (x, y, &wish.at));
+    let at = slice(diagram, (x, y), wish);
+    let (plane, conditions) = plane(diagram, &cells, (x, y, &at));
     let boundaries = boundaries(&conditions, plane);
     let picture = DiagramPicture {
         diagram,
         x,
         y,
-        at: &wish.at,
+        at: &at,
         title: format!("Phases of a milling swarm: {}", result.source.profile.name),
         subtitle: subtitle(result, &conditions),
         chosen: wish.chosen.as_ref(),
@@ -70,6 +72,38 @@ pub fn of_sweep(result: &SweepResult, wish: &Wish) -> anyhow::Result<String> {
         Some(help) => with_help(error.to_string(), help),
         None => error.into(),
     })
+}
+
+/// Which values further axes have in a picture.
+///
+/// # Arguments
+///
+/// * `x`, `y` — the axes of the picture.
+///
+/// # Returns
+///
+/// What was wished, and for every other axis with several values a value too.
+fn slice(diagram: &PhaseDiagram, (x, y): (Axis, Option<Axis>), wish: &Wish) -> Vec<(Axis, f64)> {
+    let is_wished = |axis: Axis| wish.at.iter().any(|(at, _)| *at == axis);
+    let is_free = |axis: &Axis| *axis != x && Some(*axis) != y && !is_wished(*axis);
+    let free: Vec<Axis> = diagram.axes.iter().copied().filter(is_free).collect();
+    let values =
+        |cell: &Cell| -> Option<Vec<f64>> { free.iter().map(|axis| cell.get(*axis)).collect() };
+    let has_wished = |cell: &Cell| wish.at.iter().all(|(axis, at)| cell.get(*axis) == Some(*at));
+    let mut slices: Vec<(Vec<f64>, usize)> = Vec::new();
+    for cell in diagram.cells.iter().map(|entry| &entry.cell).filter(|cell| has_wished(cell)) {
+        let Some(values) = values(cell) else { continue };
+        match slices.iter_mut().find(|(slice, _)| *slice == values) {
+            Some((_, n_cells)) => *n_cells += 1,
+            None => slices.push((values, 1)),
+        }
+    }
+    let most = slices.iter().map(|(_, n_cells)| *n_cells).max().unwrap_or(0);
+    slices.retain(|(_, n_cells)| *n_cells == most);
+    let chosen = wish.chosen.as_ref().and_then(values);
+    let middle = slices.get(slices.len().saturating_sub(1) / 2).map(|(values, _)| values.clone());
+    let rest = chosen.or(middle).unwrap_or_default();
+    wish.at.iter().copied().chain(free.into_iter().zip(rest)).collect()
 }
 
 fn subtitle(result: &SweepResult, conditions: &Conditions) -> String {

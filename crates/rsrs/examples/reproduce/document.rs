@@ -133,7 +133,7 @@ fn experiments(findings: &Findings) -> String {
         mean(findings, |tally| tally.harder),
         findings.tallies.iter().filter(|tally| tally.harder == 0).count(),
         findings.tallies.iter().filter(|tally| **tally == PAPERS).count(),
-        REPETITIONS * findings.experiments.len() as u64,
+        REPETITIONS * findings.experiments.len(),
         word(findings.repeated.verdict),
     )
 }

@@ -102,7 +102,7 @@ pub fn record(
             recorder.command(&thought)?;
         }
     }
-    recorder.lease((DURATION_S * 1e9) as u64, RunLease::STOPPED)?;
+    recorder.lease(floor.time_ns(), RunLease::STOPPED)?;
     recorder.close()?;
     Ok(())
 }

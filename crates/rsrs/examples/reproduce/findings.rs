@@ -88,7 +88,7 @@ pub struct Findings {
 }
 
 /// How often each of the nine experiments is repeated.
-pub const REPETITIONS: u64 = 40;
+pub const REPETITIONS: usize = 40;
 
 const FIXED: &str = "{robots: 9, placement_radius_m: 0.825, arena_m: 15, walls: stop}";
 
@@ -129,7 +129,7 @@ pub fn find(work: &Path, root: &Path) -> anyhow::Result<Findings> {
 
     Ok(Findings {
         tallies: tallies(&experiments),
-        repeated: Comparison::of(&runs(&experiments, 0..REPETITIONS as usize)),
+        repeated: Comparison::of(&runs(&experiments, 0..REPETITIONS)),
         bumping: bumping(&measured)?,
         mill: mill(&measured)?,
         varied: varied(&program, work)?,
@@ -173,7 +173,7 @@ fn experiment(
         setting,
         phase: Phase::from_key(key).context("a phase in what label reported")?,
         simulated: swept::counts(plane, &values),
-        repeated: experiments::repeat(&conditions, REPETITIONS)?,
+        repeated: experiments::repeat(&conditions, REPETITIONS as u64)?,
     })
 }
 
@@ -189,7 +189,7 @@ fn runs(experiments: &[Experiment], chosen: std::ops::Range<usize>) -> Vec<CellR
 
 /// The tally of every nine experiments with the same number.
 fn tallies(experiments: &[Experiment]) -> Vec<Tally> {
-    let campaigns = 0..REPETITIONS as usize;
+    let campaigns = 0..REPETITIONS;
     campaigns.map(|number| Comparison::of(&runs(experiments, number..number + 1)).tally).collect()
 }
 

@@ -20,6 +20,7 @@ use crate::recorder::Thought;
 
 /// Physical time step, in seconds.
 const STEP_S: f64 = 0.01;
+const STEP_NS: u64 = 10_000_000;
 
 /// Distance between the wheels, in metres: that of a robot 15 cm wide.
 const WHEEL_BASE_M: f64 = 0.12;
@@ -98,6 +99,11 @@ impl Floor {
         self.time_step as f64 * STEP_S
     }
 
+    /// Time since the start, in nanoseconds.
+    pub fn time_ns(&self) -> u64 {
+        self.time_step * STEP_NS
+    }
+
     /// Poses of all robots; shape `[n_robots]`.
     pub fn poses(&self) -> impl Iterator<Item = Pose> + '_ {
         self.robots.iter().map(|robot| robot.pose)
@@ -117,8 +123,8 @@ impl Floor {
         let thoughts = self.think();
         let poses: Vec<Pose> = self.poses().collect();
         for robot in 0..self.robots.len() {
-            let is_blocked = self.is_blocked(robot, &poses);
-            self.drive(robot, is_blocked);
+            let free = if self.is_blocked(robot, &poses) { 0.0 } else { 1.0 };
+            self.drive(robot, free);
         }
         self.push_apart();
         self.time_step += 1;
@@ -139,8 +145,8 @@ impl Floor {
             let detected = self.random.random::<f64>() < chance;
             let command = decide(detected, self.conditions.controller);
             let jitter_s = FAULTS.jitter_s * normal(&mut self.random);
+            let time_ns = self.time_ns();
             let state = &mut self.robots[robot];
-            let time_ns = self.time_step * (STEP_S * 1e9) as u64;
             let (pose, obeyed) = (state.pose, state.command);
             thoughts.push(Thought { robot, time_ns, pose, obeyed, detected, command });
             state.next_thought_s += self.conditions.period_s + jitter_s;
@@ -173,7 +179,12 @@ impl Floor {
         })
     }
 
-    fn drive(&mut self, robot: usize, is_blocked: bool) {
+    /// Drives a robot for one step.
+    ///
+    /// # Arguments
+    ///
+    /// * `free` — how much of its way is free: 0 if it is blocked, else 1.
+    fn drive(&mut self, robot: usize, free: f64) {
         let time_s = self.time_s();
         self.slip(robot, time_s);
         let state = &mut self.robots[robot];
@@ -191,7 +202,7 @@ impl Floor {
         }
         let [left_m_s, right_m_s] = wheels_m_s;
         let turn_rad = (right_m_s - left_m_s) / WHEEL_BASE_M * STEP_S;
-        let way_m = if is_blocked { 0.0 } else { f64::midpoint(left_m_s, right_m_s) * STEP_S };
+        let way_m = free * f64::midpoint(left_m_s, right_m_s) * STEP_S;
         let (sine, cosine) = libm::sincos(state.pose.heading_rad + turn_rad / 2.0);
         let half_side_m = self.conditions.arena.side_m / 2.0;
         let inside = |at_m: f64| at_m.clamp(-half_side_m, half_side_m);

@@ -31,11 +31,13 @@ enum Agreement {
     No,
 }
 
-impl Agreement {
-    fn of(is_so: bool) -> Self {
+impl From<bool> for Agreement {
+    fn from(is_so: bool) -> Self {
         if is_so { Self::Yes } else { Self::No }
     }
+}
 
+impl Agreement {
     fn word(self) -> &'static str {
         match self {
             Self::Yes => "yes",
@@ -97,7 +99,7 @@ fn gains() -> Statement {
         place: "`tab:speed1`, `eq:theta^a1`",
         says: "`θᵃ₁` is 0.89, 0.86, 0.89 at 25 mm/s and 0.97, 0.97, 0.97 at 50 mm/s",
         found: gains.join(", "),
-        agrees: Agreement::of(is_so),
+        agrees: Agreement::from(is_so),
         why: String::new(),
     }
 }
@@ -125,7 +127,7 @@ fn reach(findings: &Findings) -> Statement {
             n("n_trials"),
             n("n_inside"),
         ),
-        agrees: Agreement::of(is_contained),
+        agrees: Agreement::from(is_contained),
         why: why.to_owned(),
     }
 }
@@ -143,7 +145,7 @@ fn only_in_some_cells(findings: &Findings) -> Statement {
         place: "§IV step 3",
         says: "milling is produced only for certain parameters",
         found: format!("stable milling is the most frequent phase in {n} of {all} cells."),
-        agrees: Agreement::of(n > 0 && n < all),
+        agrees: Agreement::from(n > 0 && n < all),
         why: String::new(),
     }
 }
@@ -214,7 +216,7 @@ fn first_experiment(findings: &Findings) -> Statement {
             "the first experiment is {}; of {REPETITIONS} repetitions {n_mills} mill.",
             first.phase
         ),
-        agrees: Agreement::of(first.phase == Phase::StableMilling),
+        agrees: Agreement::from(first.phase == Phase::StableMilling),
         why: format!(
             "The ring has a radius of {:.2} m, circliness {:.2}.",
             evidence.mean_radius_m, evidence.circliness
@@ -329,7 +331,7 @@ fn more_is_not_better(findings: &Findings) -> Statement {
             at(9.0),
             at(12.0)
         ),
-        agrees: Agreement::of(at(12.0) < at(9.0)),
+        agrees: Agreement::from(at(12.0) < at(9.0)),
         why: "A larger ring puts the robot ahead out of reach.".to_owned(),
     }
 }
@@ -362,7 +364,7 @@ fn cannot_mill(findings: &Findings, (name, says): (&str, &'static str)) -> State
             "in {} cells `rsrs choose` {found} a viable one; the best has `B_s` {b_s:.2}.",
             robot.n_cells()
         ),
-        agrees: Agreement::of(!robot.is_viable()),
+        agrees: Agreement::from(!robot.is_viable()),
         why: "The profile is made up, with that fault.".to_owned(),
     }
 }
