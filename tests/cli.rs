@@ -198,7 +198,7 @@ fn of_more_than_two_axes_a_picture_shows_the_middle_slice_or_the_one_asked_for()
 
     assert_eq!(code(&swept), 0, "{}", stderr(&swept));
     let svg = |file: &str| String::from_utf8(bytes(folder.path(), file)).expect("SVG is text");
-    assert!(svg("out/diagram.svg").contains("Slice at 7 robots"));
+    assert!(svg("out/diagram.svg").contains("Slice at turning rate 0.25 rad/s"));
     let at = ["--x", "speed_m_s", "--y", "turn_rate_rad_s", "--at", "robots=9"];
     let drawn = rsrs(folder.path(), &[&["diagram", "out", "-o", "nine.svg"], &at[..]].concat());
     assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
