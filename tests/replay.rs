@@ -6,6 +6,7 @@ mod episode_bag;
 mod processes;
 #[path = "../nodes/ros/tests/support/mod.rs"]
 mod support;
+mod terminal;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -19,11 +20,13 @@ use rsrs_core::profile::RobotProfile;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{ATTACHMENT, Backend, ExperimentRecord, Provenance};
 use rsrs_msgs::geometry_msgs::TwistStamped;
+use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::topics;
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::session::EndpointKind;
 use serde_json::Value;
 use support::{PATIENCE, eventually, in_own_network, session};
+use terminal::Terminal;
 use tokio::sync::mpsc::unbounded_channel;
 
 const FLOCKBOT: &str = include_str!("../launch_configs/profiles/flockbot.yaml");
@@ -112,6 +115,12 @@ fn into_controller(bag: &Path, more: &[&str]) -> (i32, Value) {
     (code(&output), result)
 }
 
+fn into_judge(bag: &Path, more: &[&str]) -> Output {
+    let mut command = rsrs();
+    command.arg("replay").arg(bag).args(["--into", "judge"]).args(more);
+    command.output().expect("the binary was built for this test")
+}
+
 fn code(output: &Output) -> i32 {
     output.status.code().expect("the program ended by itself")
 }
@@ -154,6 +163,87 @@ fn another_controller_is_noticed_at_its_first_other_command() {
     assert_eq!((&first["time_s"], &first["recorded"]["speed_m_s"]), (&6.5.into(), &0.14.into()));
     assert_eq!(first["today"]["speed_m_s"], 0.15);
     assert_eq!((&never["n_different"], &never["n_unanswered"]), (&0.into(), &2.into()));
+}
+
+#[test]
+fn the_judge_of_today_is_held_against_the_recorded_label() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let run = bag(place.path(), "run", 70.0);
+    let label = place.path().join("label.json");
+
+    let unlabelled = into_judge(&run, &[]);
+    let labelled = rsrs().arg("label").arg(&run).args(["--format", "json"]).output();
+    let labelled = labelled.expect("the binary was built for this test").stdout;
+    std::fs::write(&label, &labelled).expect("it is writable");
+    let same = into_judge(&run, &[]);
+    let mut other: Value = serde_json::from_slice(&labelled).expect("labels are JSON");
+    let today = other[0]["phase"].as_str().expect("it has a phase").to_owned();
+    let phase = if today == "dispersion" { "unformed" } else { "dispersion" };
+    other[0]["phase"] = phase.into();
+    let elsewhere = place.path().join("old.json");
+    std::fs::write(&elsewhere, other.to_string()).expect("it is writable");
+    let named = elsewhere.to_str().expect("it is text");
+    let differs = into_judge(&run, &["--recorded", named, "--format", "json"]);
+
+    assert_eq!([&unlabelled, &same, &differs].map(code), [1, 0, 3]);
+    let said = String::from_utf8_lossy(&unlabelled.stderr);
+    assert!(
+        said.contains("there is no recorded label in") && said.contains("--recorded"),
+        "{said}"
+    );
+    let said = String::from_utf8_lossy(&same.stdout);
+    assert!(said.contains("run: the same label\n"), "{said}");
+    let answer: Value = serde_json::from_slice(&differs.stdout).expect("the answer is JSON");
+    assert_eq!(answer["recorded"]["phase"], phase);
+    assert_eq!(answer["today"]["phase"], today.as_str());
+    assert_eq!(answer["is_same"], false);
+    assert_eq!(answer["today"]["evidence"], answer["recorded"]["evidence"]);
+}
+
+#[test]
+fn who_sits_at_the_keyboard_steps_and_goes_anywhere() {
+    in_own_network("who_sits_at_the_keyboard_steps_and_goes_anywhere", sought);
+}
+
+async fn sought() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let run = bag(place.path(), "run", 13.0);
+    let period_ns = 130_000_000;
+    let session = session();
+    let (to_clock, mut clock) = unbounded_channel();
+    let topic = topics::CLOCK;
+    let _clock = session
+        .subscribe_raw(topic.name, topic.type_name, topic.qos, move |sample| {
+            let now: Clock = cdr::decode(&sample.message).expect("it is a clock");
+            to_clock.send(now.clock.to_nanos().expect("it is a time")).expect("the test listens");
+        })
+        .expect("the topic is allowed");
+    let mut terminal = Terminal::open();
+    let mut command = rsrs();
+    command.arg("replay").arg(&run).args(["--interface", "127.0.0.1", "--pause", "--delay", "2"]);
+    let mut replay = Process::start(command.stdin(terminal.input()));
+    session.wait_for_writers(topic.name, 1, PATIENCE).await.expect("it is published");
+
+    // To 6.5 s, a step; back 2 s, a step; to the beginning, a step; past the end.
+    let mut heard = Vec::new();
+    for keys in [["s 6.5", "s"], ["-2", "s"], ["s 0", "s"]] {
+        for key in keys {
+            terminal.type_line(key);
+        }
+        heard.push(clock.recv().await.expect("it is published"));
+    }
+    terminal.type_line("+100");
+    let ended = || replay.0.try_wait().expect("it is our child").is_some();
+    eventually("the replay ends", ended).await;
+    let (status, errors) = replay.wait(PATIENCE);
+
+    assert!(status.success(), "{errors}");
+    let steps: Vec<u64> = heard.iter().map(|time_ns| time_ns / period_ns).collect();
+    // Times are counted from the first lease, at 0 s; the first step is at 0.13 s.
+    assert_eq!(steps, [50, 35, 1], "{errors}");
+    assert!(clock.try_recv().is_err(), "nothing but the steps was played");
+    assert!(errors.contains("paused at 6.50 s"), "{errors}");
+    session.close().await;
 }
 
 #[test]

@@ -155,6 +155,21 @@ fn one_trial_and_one_speed_are_fitted_and_said_to_be_little() {
 }
 
 #[test]
+fn a_sensor_that_the_default_factors_would_blind_is_said_with_what_to_set_instead() {
+    let place = trials();
+    let smars = repository().join("launch_configs/profiles/smars_trials/detection.csv");
+    std::fs::copy(smars, place.path().join("detection.csv")).expect("the trials are there");
+
+    let output = fit(place.path(), &[]);
+
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let warning = "warning: with the default factors of a sweep, true-positive rate: the simulated \
+                   robot has 0.00";
+    assert!(stdout(&output).contains(warning), "{}", stdout(&output));
+    assert!(stdout(&output).contains("set `harsher: {miss_factor: 2.7}`"), "{}", stdout(&output));
+}
+
+#[test]
 fn missing_tables_are_bad_arguments() {
     let place = trials();
 

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use rsrs_core::axis::{Axis, Cell};
 use rsrs_core::circumstances::Circumstances;
-use rsrs_core::conditions::Placement;
 use rsrs_core::diagram::PhaseDiagram;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord};
@@ -152,12 +151,11 @@ impl<'a> Entrance<'a> {
 
 /// What the operator of a run has set on an axis; `None` for what a robot is rather than set to.
 fn set(axis: Axis, run: &Circumstances) -> Option<f64> {
-    let Placement::DiscFacingOut { radius_m } = run.placement;
     match axis {
         Axis::Speed => Some(run.controller.speed_m_s),
         Axis::TurnRate => Some(run.controller.turn_rate_rad_s),
         Axis::Robots => Some(run.robots as f64),
-        Axis::PlacementRadius => Some(radius_m),
+        Axis::PlacementRadius => Some(run.placement.radius_m()),
         Axis::Arena => Some(run.arena.side_m),
         _ => None,
     }

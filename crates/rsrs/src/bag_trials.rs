@@ -7,6 +7,7 @@ use rsrs_bags::trajectory::{RecordedTrajectory, TrajectoryOptions, read_trajecto
 use rsrs_core::controller::Command;
 use rsrs_core::trial::{DrivenSample, DrivenTrial, PeriodTrial, Trials};
 use rsrs_core::unicycle::Pose;
+use rsrs_experiment_runner::plan::GETTING_GOING_S;
 use rsrs_msgs::topics;
 
 use crate::failure::explained;
@@ -21,12 +22,6 @@ pub struct BagTrials {
     /// Every robot's times from one detection to the next, in seconds.
     pub periods_s: Vec<(String, Vec<f64>)>,
 }
-
-/// Time in which a robot gets going and nothing is measured, in seconds.
-///
-/// A command is on its way for about a control period, and the robot's own watchdog and wheels take
-/// another; what a tape measures begins behind that.
-pub const GETTING_GOING_S: f64 = 0.5;
 
 /// Whether a path is a bag's: a folder, or an `.mcap` file.
 pub fn is_bag(path: &Path) -> bool {

@@ -1,6 +1,7 @@
 //! One file for each subcommand; each has its arguments and one `run`.
 
 pub mod bag;
+pub mod campaign;
 pub mod choose;
 pub mod compare;
 pub mod completions;

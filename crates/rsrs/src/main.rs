@@ -10,6 +10,7 @@ mod experiment_bar;
 mod failure;
 mod human_labels;
 mod interrupt;
+mod keyboard;
 mod labelling;
 mod node_process;
 mod own_network;
@@ -17,6 +18,7 @@ mod picture;
 mod progress;
 mod provenance;
 mod recorded_run;
+mod recording_gaps;
 mod replicate_table;
 mod result_folder;
 mod simulated_fleet;
@@ -63,6 +65,7 @@ enum Command {
     Episode(commands::episode::Arguments),
     Choose(commands::choose::Arguments),
     Run(commands::run::Arguments),
+    Campaign(commands::campaign::Arguments),
     Place(commands::place::Arguments),
     Stop(commands::stop::Arguments),
     Label(commands::label::Arguments),
@@ -85,6 +88,7 @@ fn main() -> ExitCode {
         Command::Episode(arguments) => commands::episode::run(arguments),
         Command::Choose(arguments) => commands::choose::run(arguments),
         Command::Run(arguments) => commands::run::run(arguments),
+        Command::Campaign(arguments) => commands::campaign::run(arguments),
         Command::Place(arguments) => commands::place::run(arguments),
         Command::Stop(arguments) => commands::stop::run(arguments),
         Command::Label(arguments) => commands::label::run(arguments),

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use rsrs_core::axis::Cell;
-use rsrs_core::capability::{CapabilityViolation, SensorViolation};
+use rsrs_core::capability::{CapabilityViolation, LostCapability, SensorViolation};
 use rsrs_core::digest::Digest;
 use rsrs_core::harsher::HarsherFactors;
 use rsrs_core::validation::Validation;
@@ -46,6 +46,8 @@ pub struct Answer {
     pub validation: Validation,
     /// Capabilities in which the simulated robot is better than the profile.
     pub capability_violations: Vec<CapabilityViolation>,
+    /// Capabilities of which the factors leave it next to nothing.
+    pub lost_capabilities: Vec<LostCapability>,
     /// Places at which detections contradict the simulated sensor; `None` if none were given.
     pub sensor_violations: Option<Vec<SensorViolation>>,
     /// The smallest factors with which the trials are contained; `None` if they are, or if no factor

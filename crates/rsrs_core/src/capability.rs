@@ -12,6 +12,10 @@ use crate::fit::{Rate, SensorMap, polygon_contains};
 use crate::interval::Interval;
 use crate::profile::{RobotProfile, Sees};
 
+pub use lost::{LostCapability, lost_capabilities};
+
+mod lost;
+
 /// A capability in which a simulated robot is better than the measured one.
 #[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
 #[error(

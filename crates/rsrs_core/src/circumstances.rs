@@ -55,8 +55,11 @@ impl Circumstances {
         if run.robots != self.robots {
             return refuse("the number of robots", run.robots.to_string(), self.robots.to_string());
         }
-        let Placement::DiscFacingOut { radius_m: run_radius_m } = run.placement;
-        let Placement::DiscFacingOut { radius_m } = self.placement;
+        if let Some(pair) =
+            [run.placement, self.placement].into_iter().find(|placement| is_pair(*placement))
+        {
+            return refuse("the placement", format!("{pair:?}"), "robots in a disc".to_owned());
+        }
         for (aspect, unit, found, expected) in [
             ("the speed", "m/s", run.controller.speed_m_s, self.controller.speed_m_s),
             (
@@ -65,7 +68,7 @@ impl Circumstances {
                 run.controller.turn_rate_rad_s,
                 self.controller.turn_rate_rad_s,
             ),
-            ("the placement radius", "m", run_radius_m, radius_m),
+            ("the placement radius", "m", run.placement.radius_m(), self.placement.radius_m()),
             ("the side of the arena", "m", run.arena.side_m, self.arena.side_m),
             ("the duration", "s", run.duration_s, self.duration_s),
         ] {
@@ -79,6 +82,11 @@ impl Circumstances {
         }
         Ok(())
     }
+}
+
+/// Whether robots were put there to be measured, which is no swarm.
+fn is_pair(placement: Placement) -> bool {
+    matches!(placement, Placement::Pair { .. })
 }
 
 /// Numbers that differ by less than this share were the same number before they were written.

@@ -44,6 +44,24 @@ pub enum Placement {
         /// Radius of the disc, in metres.
         radius_m: f64,
     },
+    /// One robot at the origin, heading along x, and at most one other beside it, facing away: a
+    /// detection trial of §IV step 1.
+    Pair {
+        /// Distance of the two centres, in metres.
+        distance_m: f64,
+        /// Bearing of the other from the first, in radians; left is positive.
+        bearing_rad: f64,
+    },
+}
+
+impl Placement {
+    /// Radius of the disc about the origin that holds every centre, in metres.
+    pub fn radius_m(self) -> f64 {
+        match self {
+            Self::DiscFacingOut { radius_m } => radius_m,
+            Self::Pair { distance_m, .. } => distance_m,
+        }
+    }
 }
 
 /// A square arena around the origin.

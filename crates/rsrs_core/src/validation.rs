@@ -75,20 +75,15 @@ pub struct Horizon {
     pub coverage: Interval,
     /// The region of positions, for pictures.
     #[serde(skip)]
-    pub region: RegionMask,
+    pub region: RegionOutline,
 }
 
-/// A region as square cells, in the frame of the start.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RegionMask {
-    /// Lower corner of the first cell, in metres: ahead, left.
-    pub low_m: [f64; 2],
-    /// Side of a cell, in metres.
-    pub cell_m: f64,
-    /// Cells ahead.
-    pub n_ahead: usize,
-    /// Whether each cell's centre is in the region, ahead first; shape `[n_left * n_ahead]`.
-    pub inside: Vec<bool>,
+/// A region by its outline, in the frame of the start.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RegionOutline {
+    /// Closed loops of vertices on the region's border, in metres: ahead, left. The region is to the
+    /// left of each: outer loops are counterclockwise, holes clockwise.
+    pub loops_m: Vec<Vec<[f64; 2]>>,
 }
 
 /// Where one trial was.

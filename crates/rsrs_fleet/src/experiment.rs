@@ -1,10 +1,14 @@
 //! The experiment file: what a person wants to run.
 
+mod recording;
+
 use rsrs_core::axis::{Axis, Cell};
 use rsrs_core::conditions::{Placement, Settings};
 use rsrs_core::document::{self, DocumentError};
 use rsrs_core::sweep_file::SEED_LIMIT;
 use serde::{Deserialize, Serialize};
+
+pub use recording::{BagCompression, RecordOptions, RecordRefused, bytes};
 
 /// An experiment as written by a person: what to run, with which robots, for how long.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -25,6 +29,9 @@ pub struct ExperimentFile {
     /// What to do when a robot is lost during the run.
     #[serde(default)]
     pub robot_lost: RobotLost,
+    /// What is recorded besides the topics of every run.
+    #[serde(default)]
+    pub record: RecordOptions,
     /// How the simulated backend runs it.
     #[serde(default)]
     pub simulator: SimulatorOptions,
@@ -85,6 +92,12 @@ pub enum ExperimentError {
         /// The file.
         file: String,
     },
+    /// A placement that is a trial's.
+    #[error("{file}: `placement` is a pair, expected `disc_facing_out`")]
+    NoSwarm {
+        /// The file.
+        file: String,
+    },
     /// A number outside what it can mean.
     #[error("{file}: {key} is {found}, expected {expected}")]
     OutOfRange {
@@ -96,6 +109,14 @@ pub enum ExperimentError {
         found: f64,
         /// What it may be.
         expected: &'static str,
+    },
+    /// Something that cannot be recorded so.
+    #[error("{file}: {source}")]
+    Record {
+        /// The file.
+        file: String,
+        /// Why.
+        source: RecordRefused,
     },
     /// The cell cannot be run.
     #[error("{file}: cell `{cell}`: {source}")]
@@ -139,11 +160,14 @@ impl ExperimentError {
     pub fn help(&self) -> Option<String> {
         match self {
             Self::Document(error) => error.help(),
+            Self::NoSwarm { .. } => {
+                Some("trials of two robots are driven by `rsrs measure drive`".to_owned())
+            }
             Self::CellTwice { .. } => Some("remove `cell:` or `from:`".to_owned()),
             Self::Cell { source: CellRefused::Capability { .. }, .. } => {
                 Some("put capabilities into the robots' profile and sweep them there".to_owned())
             }
-            Self::Cell { .. } | Self::OutOfRange { .. } => None,
+            Self::Cell { .. } | Self::OutOfRange { .. } | Self::Record { .. } => None,
         }
     }
 }
@@ -169,7 +193,9 @@ impl ExperimentFile {
         let out_of_range = |key, found, expected| {
             Err(ExperimentError::OutOfRange { file: file.to_owned(), key, found, expected })
         };
-        let Placement::DiscFacingOut { radius_m } = self.placement;
+        let Placement::DiscFacingOut { radius_m } = self.placement else {
+            return Err(ExperimentError::NoSwarm { file: file.to_owned() });
+        };
         if !(radius_m > 0.0 && radius_m.is_finite()) {
             return out_of_range("placement.radius_m", radius_m, "a finite length above 0 m");
         }
@@ -179,6 +205,9 @@ impl ExperimentFile {
         if self.seed >= SEED_LIMIT {
             return out_of_range("seed", self.seed as f64, "a whole number below 2^63");
         }
+        self.record
+            .check()
+            .map_err(|source| ExperimentError::Record { file: file.to_owned(), source })?;
         match (&self.cell, &self.from) {
             (Some(_), Some(_)) => Err(ExperimentError::CellTwice { file: file.to_owned() }),
             (Some(cell), None) => self.settings(cell).map(drop).map_err(|source| {
@@ -202,7 +231,7 @@ impl ExperimentFile {
         if let Some(axis) = required.into_iter().find(|axis| cell.get(*axis).is_none()) {
             return Err(CellRefused::Missing { axis });
         }
-        let Placement::DiscFacingOut { radius_m: expected_m } = self.placement;
+        let expected_m = self.placement.radius_m();
         match cell.get(Axis::PlacementRadius) {
             Some(found_m) if (found_m - expected_m).abs() > SAME * expected_m => {
                 return Err(CellRefused::OtherPlacement { found_m, expected_m });
@@ -234,6 +263,9 @@ mod tests {
             ("duration_s: 300", "duration_s: 0", "duration_s is 0"),
             ("seed: 1", "seed: 1\nfrom: sweep", "both `cell` and `from`"),
             ("robot_lost: abort", "robot_lost: pause", "pause"),
+            ("seed: 1", "seed: 1\nrecord: {split_gib: 0}", "record.split_gib is 0 GiB"),
+            ("seed: 1", "seed: 1\nrecord: {topics: [a b]}", "\"a b\" is no topic"),
+            ("seed: 1", "seed: 1\nrecord: {topic: [a]}", "did you mean `topics`?"),
         ] {
             let error =
                 ExperimentFile::parse("experiment.yaml", &SHIPPED.replace(from, to)).unwrap_err();

@@ -54,6 +54,8 @@ pub struct Graph {
     pub subscribers: Vec<Endpoint>,
     /// Whether the simulator's node is there.
     pub simulator: bool,
+    /// Topics that were asked for and cannot be recorded, and why.
+    pub unrecordable: BTreeMap<String, String>,
 }
 
 /// One end of a topic.
@@ -128,6 +130,11 @@ pub fn problems(expected: &Expected, seen: &Seen) -> Vec<Problem> {
     for topic in &expected.topics {
         problems.extend(of_topic(topic, &seen.graph));
     }
+    let unrecordable = seen.graph.unrecordable.iter();
+    problems.extend(unrecordable.map(|(topic, reason)| Problem::Unrecordable {
+        topic: topic.clone(),
+        reason: reason.clone(),
+    }));
     problems
 }
 

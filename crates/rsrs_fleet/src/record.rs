@@ -141,6 +141,11 @@ pub enum EndingKind {
 impl EndingKind {
     const ALL: [Self; 4] = [Self::Completed, Self::Void, Self::Aborted, Self::Failed];
 
+    /// The ending that is written so in bags; `None` if none is.
+    pub fn from_key(key: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.key() == key)
+    }
+
     /// As it is written in bags.
     pub fn key(self) -> &'static str {
         match self {
@@ -178,7 +183,7 @@ impl Ending {
     /// Reads an ending back; `None` if it is none of ours.
     pub fn from_pairs(pairs: &BTreeMap<String, String>) -> Option<Self> {
         let key = pairs.get("ending")?;
-        let kind = EndingKind::ALL.into_iter().find(|kind| kind.key() == key)?;
+        let kind = EndingKind::from_key(key)?;
         Some(Self { kind, reason: pairs.get("reason").cloned().unwrap_or_default() })
     }
 }

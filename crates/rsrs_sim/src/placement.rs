@@ -48,7 +48,12 @@ const MAX_TRIES: usize = 20_000;
 ///
 /// [`PlacementError`] if they do not fit.
 pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, PlacementError> {
-    let Placement::DiscFacingOut { radius_m } = conditions.placement;
+    let radius_m = match conditions.placement {
+        Placement::DiscFacingOut { radius_m } => radius_m,
+        Placement::Pair { distance_m, bearing_rad } => {
+            return Ok(pair(distance_m, bearing_rad).into_iter().take(conditions.robots).collect());
+        }
+    };
     let spacing_m = SPACING_RADII * conditions.robot.radius_m;
     let at_most = most_that_fit(radius_m, spacing_m);
     let refuse =
@@ -124,6 +129,13 @@ impl Taken {
     fn index(&self, coordinate_m: f64) -> usize {
         (((coordinate_m - self.corner_m) / self.cell_m) as usize).min(self.per_side - 1)
     }
+}
+
+/// A robot, and another beside it that faces away.
+fn pair(distance_m: f64, bearing_rad: f64) -> [Pose; 2] {
+    let (sine, cosine) = libm::sincos(bearing_rad);
+    let first = Pose { x_m: 0.0, y_m: 0.0, heading_rad: 0.0 };
+    [first, Pose { x_m: distance_m * cosine, y_m: distance_m * sine, heading_rad: bearing_rad }]
 }
 
 /// A pose in a disc, facing away from its centre; uniform in the disc for uniform numbers.
@@ -214,6 +226,22 @@ mod tests {
         let poses = place(&conditions, run(0)).unwrap();
 
         assert!(poses.iter().all(|pose| pose.x_m.abs() <= 0.525 && pose.y_m.abs() <= 0.525));
+    }
+
+    #[test]
+    fn a_neighbour_stands_at_its_distance_and_bearing_from_the_first_robot() {
+        let placement = Placement::Pair { distance_m: 0.5, bearing_rad: -0.2 };
+        let mut conditions = Conditions { robots: 2, placement, ..flockbot_conditions() };
+        conditions.check().unwrap();
+
+        let poses = place(&conditions, run(0)).unwrap();
+
+        assert_eq!(poses[0], Pose { x_m: 0.0, y_m: 0.0, heading_rad: 0.0 });
+        assert!((libm::hypot(poses[1].x_m, poses[1].y_m) - 0.5).abs() < 1e-12);
+        assert!((libm::atan2(poses[1].y_m, poses[1].x_m) + 0.2).abs() < 1e-12);
+        conditions.robots = 3;
+        let error = conditions.check().unwrap_err().to_string();
+        assert_eq!(error, "robots is 3, expected a number from 0 to 2");
     }
 
     #[test]

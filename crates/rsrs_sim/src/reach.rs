@@ -35,6 +35,7 @@ pub use factors::{SmallestFactors, smallest_factors};
 mod drive;
 mod factors;
 mod judgement;
+mod outline;
 mod region;
 mod regions;
 

@@ -1,7 +1,9 @@
 //! Where simulated robots can be under one command, with real trajectories over it.
 
+use std::fmt::Write as _;
+
 use rsrs_core::trial::DrivenTrial;
-use rsrs_core::validation::{Horizon, RegionMask, Tube};
+use rsrs_core::validation::{Horizon, Tube};
 
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
 use crate::header::header;
@@ -46,8 +48,8 @@ pub enum ReachPictureError {
     /// There is nothing to draw.
     #[error("the tube has no horizons, expected 1 or more")]
     Empty,
-    /// A region is nowhere.
-    #[error("the region at {time_s} s has no finite place")]
+    /// A region reaches to nowhere.
+    #[error("the region at {time_s} s is not finite")]
     NotFinite {
         /// The time, in seconds.
         time_s: f64,
@@ -96,9 +98,8 @@ fn check(tube: &Tube) -> Result<(), ReachPictureError> {
         return Err(ReachPictureError::Empty);
     }
     for horizon in &tube.horizons {
-        let RegionMask { low_m, cell_m, n_ahead, .. } = &horizon.region;
-        let is_finite = low_m.iter().chain([cell_m]).all(|number| number.is_finite());
-        if !is_finite || *cell_m <= 0.0 || *n_ahead == 0 {
+        let mut corners_m = horizon.region.loops_m.iter().flatten();
+        if !corners_m.all(|corner_m| corner_m.iter().all(|number| number.is_finite())) {
             return Err(ReachPictureError::NotFinite { time_s: horizon.time_s });
         }
     }
@@ -116,15 +117,11 @@ fn places_m(trial: &DrivenTrial) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Everything that is drawn, the start included, with a margin; at least a tenth as high as wide.
+/// Everything that is drawn, the start included, with a margin; at least a quarter as high as wide.
 fn bounds(tube: &Tube, paths: &[(Vec<[f64; 2]>, Place)]) -> [[f64; 2]; 2] {
-    let corners = tube.horizons.iter().flat_map(|horizon| {
-        let RegionMask { low_m, cell_m, n_ahead, inside } = &horizon.region;
-        let n_left = inside.len() / n_ahead;
-        let high_m = [low_m[0] + cell_m * *n_ahead as f64, low_m[1] + cell_m * n_left as f64];
-        [*low_m, high_m]
-    });
+    let corners = tube.horizons.iter().flat_map(|horizon| horizon.region.loops_m.iter().flatten());
     let points: Vec<[f64; 2]> = corners
+        .copied()
         .chain(paths.iter().flat_map(|(places_m, _)| places_m.iter().copied()))
         .chain([[0.0, 0.0]])
         .collect();
@@ -135,38 +132,30 @@ fn bounds(tube: &Tube, paths: &[(Vec<[f64; 2]>, Place)]) -> [[f64; 2]; 2] {
     });
     let widest = spans.iter().map(|[low, high]| high - low).fold(1e-6, f64::max);
     spans.map(|[low, high]| {
-        let spare = 0.03 * widest + (0.1 * widest - (high - low)).max(0.0) / 2.0;
+        let spare = 0.03 * widest + (0.25 * widest - (high - low)).max(0.0) / 2.0;
         [low - spare, high + spare]
     })
 }
 
-/// A region as rows of rectangles.
+/// A region as its outline.
 fn region(chart: &Chart, horizon: &Horizon) -> Element {
-    let RegionMask { low_m, cell_m, n_ahead, inside } = &horizon.region;
-    let mut rectangles = Vec::new();
-    for (row, cells) in inside.chunks(*n_ahead).enumerate() {
-        let top_px = chart.y_px(low_m[1] + (row as f64 + 1.0) * cell_m);
-        let height_px = chart.y_px(low_m[1] + row as f64 * cell_m) - top_px;
-        let mut column = 0;
-        while column < cells.len() {
-            let n = cells[column..].iter().take_while(|is_inside| **is_inside).count();
-            if n > 0 {
-                let left_px = chart.x_px(low_m[0] + column as f64 * cell_m);
-                let right_px = chart.x_px(low_m[0] + (column + n) as f64 * cell_m);
-                let (width, height) = (number(right_px - left_px), number(height_px));
-                let (left, top) = (number(left_px), number(top_px));
-                rectangles.push(format!("M{left} {top}h{width}v{height}h-{width}z"));
-            }
-            column += n.max(1);
+    let mut path = String::new();
+    for corners_m in &horizon.region.loops_m {
+        for (corner, [ahead_m, left_m]) in corners_m.iter().enumerate() {
+            let letter = if corner == 0 { 'M' } else { 'L' };
+            let (x, y) = (number(chart.x_px(*ahead_m)), number(chart.y_px(*left_m)));
+            write!(path, "{letter}{x} {y}").expect("a string takes any text");
         }
+        path.push('z');
     }
     let tooltip = format!(
         "after {:.1} s: {:.4} m², {} of {} trials inside",
         horizon.time_s, horizon.area_m2, horizon.n_inside, horizon.n_trials
     );
     Element::new("path")
-        .with("d", &rectangles.concat())
+        .with("d", &path)
         .with("fill", REGION)
+        .with("fill-rule", "evenodd")
         .with("fill-opacity", "0.45")
         .child(Element::new("title").text(&tooltip))
 }

@@ -196,7 +196,7 @@ fn a_tube_without_horizons_is_refused() {
     let mut tube = validated(&curves()).tubes.remove(0);
 
     tube.horizons.truncate(1);
-    tube.horizons[0].region.low_m[0] = f64::NAN;
+    tube.horizons[0].region.loops_m[0][0][0] = f64::NAN;
     let lost = reach::svg(&tube_picture(&tube, &[])).expect_err("it is nowhere");
     tube.horizons.clear();
 

@@ -1,5 +1,6 @@
 //! Samples, answers and timers in; leases, requests and a bag out.
 
+use std::collections::BTreeMap;
 use std::pin::Pin;
 use std::time::{Duration, Instant};
 
@@ -22,8 +23,9 @@ use rsrs_ros::session::{NodeHandle, Publisher, Session, SessionOptions, Subscrip
 use rsrs_wire as wire;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
-use crate::ears::{self, Ear, Role, Sample};
+use crate::ears::{self, Ear, Queue, Role, Sample};
 use crate::expectation::{self, Heard};
+use crate::extras::Extras;
 use crate::meaning;
 use crate::parameters;
 use crate::plan::Plan;
@@ -78,6 +80,7 @@ struct Run<'a> {
     client: &'a ParameterClient<'a>,
     node: NodeHandle,
     ears: Vec<Ear>,
+    extras: Extras,
     lease: Publisher<RunLease>,
     recorded: Publisher<Recorded>,
     machine: Runner,
@@ -119,7 +122,8 @@ pub async fn run(
     let node = session.node("/", NODE)?;
     let ears = ears::ears(&plan.robots);
     let (sender, mut samples) = unbounded_channel();
-    let subscriptions = ears::listen(&session, &ears, &sender)?;
+    let queue = Queue::new(sender);
+    let subscriptions = ears::listen(&session, &ears, &queue)?;
     let options = ClientOptions { patience: ONE_REQUEST, mapping: None };
     let client = ParameterClient::new(&session, &node, options);
     let (lease, recorded) = (topics::LEASE, topics::RECORDED);
@@ -127,6 +131,7 @@ pub async fn run(
         lease: session.publish_on(&node, lease.name, lease.qos)?,
         recorded: session.publish_on(&node, recorded.name, recorded.qos)?,
         machine: Runner::new(expectation::runner_options(plan, &ears)),
+        extras: Extras::new(&plan.recording, &ears, queue),
         plan,
         session: &session,
         client: &client,
@@ -174,7 +179,9 @@ impl<'a> Run<'a> {
                 Some(sample) = samples.recv() => self.hear(sample, &mut requests).await?,
                 Some(answer) = requests.next() => self.advance(answer, &mut requests).await?,
                 _ = look.tick() => {
-                    let graph = expectation::graph(self.session, self.simulator_is());
+                    let unrecordable = self.look_for_extras()?;
+                    let graph =
+                        expectation::graph(self.session, self.simulator_is(), unrecordable);
                     self.advance(Event::Seen(graph), &mut requests).await?;
                     self.watch_rates();
                 }
@@ -182,6 +189,14 @@ impl<'a> Run<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Listens to what was asked for by name, as soon as somebody publishes it.
+    fn look_for_extras(&mut self) -> anyhow::Result<BTreeMap<String, String>> {
+        if self.recorder.is_none() {
+            self.extras.look(self.session, &mut self.ears)?;
+        }
+        Ok(self.extras.unrecordable())
     }
 
     fn simulator_is(&self) -> Heard {
@@ -379,8 +394,9 @@ impl<'a> Run<'a> {
             bag: self.bag.take(),
             n_lost: subscriptions
                 .iter()
+                .chain(self.extras.subscriptions())
                 .zip(&self.ears)
-                .filter(|(_, ear)| ear.topic.qos.reliability == Reliability::Reliable)
+                .filter(|(_, ear)| ear.qos.reliability == Reliability::Reliable)
                 .map(|(subscription, _)| subscription.counts().lost)
                 .sum(),
             stepping_s: self

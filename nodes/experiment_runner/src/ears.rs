@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
+use rsrs_bags::definitions::Definition;
 use rsrs_fleet::fleet_file::{CmdVel, FleetRobot};
 use rsrs_msgs::topics::{self, Qos, Topic};
 use rsrs_ros::session::{ReceivedRaw, Session, SessionError, Subscription};
@@ -47,10 +48,14 @@ pub enum Role {
 pub struct Ear {
     /// Its full name.
     pub name: String,
-    /// Its type and quality of service.
-    pub topic: Topic,
+    /// Its type, such as `std_msgs/msg/Bool`.
+    pub type_name: String,
+    /// Its quality of service.
+    pub qos: Qos,
     /// What it is in this run.
     pub role: Role,
+    /// What the type is, where it is not one of those that are compiled in.
+    pub definition: Option<Arc<Definition>>,
     /// Samples that were let go because the queue to the bag was full.
     overflow: Arc<AtomicU64>,
 }
@@ -58,7 +63,13 @@ pub struct Ear {
 impl Ear {
     /// A topic of which nothing was let go yet.
     pub fn new(name: String, topic: Topic, role: Role) -> Self {
-        Self { name, topic, role, overflow: Arc::default() }
+        Self::described(name, (topic.type_name, topic.qos), role)
+    }
+
+    /// The same with a type of any name.
+    pub fn described(name: String, (type_name, qos): (&str, Qos), role: Role) -> Self {
+        let type_name = type_name.to_owned();
+        Self { name, type_name, qos, role, definition: None, overflow: Arc::default() }
     }
 
     /// Samples that were let go because the queue to the bag was full.
@@ -106,7 +117,7 @@ const QUEUE_SAMPLES: usize = 100_000;
 
 /// Deeper than what is published between two looks, for topics whose newest sample alone counts to
 /// others.
-const LEAST_DEPTH: u32 = 100;
+pub const LEAST_DEPTH: u32 = 100;
 
 /// The topics of a run.
 pub fn ears(robots: &[FleetRobot]) -> Vec<Ear> {
@@ -152,24 +163,45 @@ pub fn ears(robots: &[FleetRobot]) -> Vec<Ear> {
 pub fn listen(
     session: &Session,
     ears: &[Ear],
-    samples: &UnboundedSender<Sample>,
+    queue: &Queue,
 ) -> Result<Vec<Subscription>, SessionError> {
-    let taken = Arc::new(AtomicUsize::new(0));
-    ears.iter()
-        .enumerate()
-        .map(|(index, ear)| {
-            let (samples, taken, overflow) = (samples.clone(), taken.clone(), ear.overflow.clone());
-            let qos = Qos { depth: ear.topic.qos.depth.max(LEAST_DEPTH), ..ear.topic.qos };
-            session.subscribe_raw(&ear.name, ear.topic.type_name, qos, move |received| {
-                let Some(place) = Place::take(&taken) else {
-                    overflow.fetch_add(1, Ordering::Relaxed);
-                    return;
-                };
-                // Nobody listens any more once the run is over.
-                drop(samples.send(Sample { ear: index, received, _place: place }));
-            })
+    ears.iter().enumerate().map(|ear| queue.listen(session, ear)).collect()
+}
+
+/// The way of samples to the bag, which has room for so many of them.
+pub struct Queue {
+    samples: UnboundedSender<Sample>,
+    taken: Arc<AtomicUsize>,
+}
+
+impl Queue {
+    /// An empty queue.
+    pub fn new(samples: UnboundedSender<Sample>) -> Self {
+        Self { samples, taken: Arc::default() }
+    }
+
+    /// Starts to listen to one topic.
+    ///
+    /// # Errors
+    ///
+    /// If a subscription cannot be made.
+    pub fn listen(
+        &self,
+        session: &Session,
+        (index, ear): (usize, &Ear),
+    ) -> Result<Subscription, SessionError> {
+        let (samples, taken, overflow) =
+            (self.samples.clone(), self.taken.clone(), ear.overflow.clone());
+        let qos = Qos { depth: ear.qos.depth.max(LEAST_DEPTH), ..ear.qos };
+        session.subscribe_raw(&ear.name, &ear.type_name, qos, move |received| {
+            let Some(place) = Place::take(&taken) else {
+                overflow.fetch_add(1, Ordering::Relaxed);
+                return;
+            };
+            // Nobody listens any more once the run is over.
+            drop(samples.send(Sample { ear: index, received, _place: place }));
         })
-        .collect()
+    }
 }
 
 #[cfg(test)]

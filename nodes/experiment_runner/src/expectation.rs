@@ -1,8 +1,8 @@
 //! What must be there for a run, and what is there.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
-use rsrs_core::conditions::Placement;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::PoseSource;
 use rsrs_fleet::placement::{CLEARANCE_RADII, StartDisc};
@@ -48,14 +48,14 @@ pub fn runner_options(plan: &Plan, ears: &[Ear]) -> RunnerOptions {
 
 fn start(plan: &Plan) -> StartDisc {
     let conditions = &plan.record.conditions;
-    let Placement::DiscFacingOut { radius_m } = conditions.placement;
+    let radius_m = conditions.placement.radius_m();
     StartDisc { radius_m, clearance_m: CLEARANCE_RADII * conditions.robot.radius_m }
 }
 
 fn expected(plan: &Plan, ears: &[Ear]) -> Expected {
     let topics = ears.iter().map(|ear| ExpectedTopic {
         name: ear.name.clone(),
-        type_name: ear.topic.type_name.to_owned(),
+        type_name: ear.type_name.clone(),
         publishers: publishers(plan, ear.role),
     });
     let limits = plan.robots.iter().filter_map(|robot| {
@@ -86,13 +86,15 @@ fn publishers(plan: &Plan, role: Role) -> Publishers {
 /// # Arguments
 ///
 /// * `simulator` — whether the simulator was heard just now.
-pub fn graph(session: &Session, simulator: Heard) -> Graph {
+/// * `unrecordable` — topics that were asked for and cannot be recorded, and why.
+pub fn graph(session: &Session, simulator: Heard, unrecordable: BTreeMap<String, String>) -> Graph {
     let (writers, readers): (Vec<_>, Vec<_>) =
         session.endpoints().into_iter().partition(|endpoint| endpoint.kind == EndpointKind::Writer);
     Graph {
         publishers: writers.into_iter().map(end).collect(),
         subscribers: readers.into_iter().map(end).collect(),
         simulator: simulator == Heard::Recently,
+        unrecordable,
     }
 }
 

@@ -8,6 +8,7 @@ mod arguments;
 mod driver;
 mod ears;
 mod expectation;
+mod extras;
 mod meaning;
 mod parameters;
 pub mod plan;
@@ -15,7 +16,7 @@ mod recorder;
 pub mod stop;
 
 pub use driver::{NODE, Progress, RunReport, run};
-pub use recorder::RecorderError;
+pub use recorder::{RECORDING, RecorderError};
 
 use anyhow::{Context, bail};
 use rsrs_fleet::record::{Ending, EndingKind};

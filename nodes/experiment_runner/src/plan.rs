@@ -11,11 +11,13 @@ use rsrs_fleet::experiment::{ExperimentFile, SimulatedProfile, Time};
 use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetFile, FleetRobot, PoseSource};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 
+mod recording;
 mod swept;
 mod trial;
 
+pub use recording::Recording;
 pub use swept::SweptCell;
-pub use trial::TrialRequest;
+pub use trial::{GETTING_GOING_S, Trial, TrialRequest};
 
 /// What a person asks for.
 #[derive(Clone, Debug)]
@@ -55,12 +57,14 @@ pub struct Plan {
     pub robots: Vec<FleetRobot>,
     /// Where the bag goes.
     pub bag: PathBuf,
-    /// Whether the operator is told where the robots stand before they move.
-    pub place_check: PlaceCheck,
     /// The files that it was read from, by the name that they get in the bag.
     pub files: Vec<(&'static str, String)>,
     /// Whether there is no run without poses.
     pub poses: Poses,
+    /// Whether the operator is told where the robots stand before they move.
+    pub place_check: PlaceCheck,
+    /// What is recorded besides the topics of every run.
+    pub recording: Recording,
 }
 
 /// Whether the poses of the robots must be known.
@@ -126,13 +130,14 @@ impl Plan {
         if bag.exists() {
             bail!("{} exists already; give another folder for the bag", bag.display());
         }
+        let recording = Recording::read(&experiment.record, beside, &record.robots)?;
         let files = vec![
             ("experiment.yaml", text),
             ("fleet.yaml", fleet_text),
             ("profile.yaml", profile_text),
         ];
         let place_check = request.place_check;
-        Ok(Self { record, robots, bag, files, poses: Poses::Required, place_check })
+        Ok(Self { record, robots, bag, files, poses: Poses::Required, place_check, recording })
     }
 
     /// Steps of the run.

@@ -19,6 +19,7 @@ use rsrs_ros::session::ReceivedRaw;
 use crate::ears::{Ear, Role};
 use crate::plan::Plan;
 use account::Account;
+pub use account::RECORD as RECORDING;
 
 /// Why a bag is not what the run was.
 #[derive(Debug, thiserror::Error)]
@@ -84,7 +85,8 @@ impl Recorder {
             ("run_id".to_owned(), record.run_id.clone()),
             ("rsrs_version".to_owned(), record.provenance.version.clone()),
         ]);
-        let mut writer = BagWriter::create(folder, BagOptions { custom_data })?;
+        let mut writer =
+            BagWriter::create_packed(folder, BagOptions { custom_data }, plan.recording.packing)?;
         writer.attach(ATTACHMENT, "application/json", record.to_json().as_bytes())?;
         for (name, text) in &plan.files {
             writer.attach(name, "application/yaml", text.as_bytes())?;
@@ -128,7 +130,12 @@ impl Recorder {
         let channel = if let Some(channel) = self.channels.get(&index) {
             *channel
         } else {
-            let added = self.writer.add_topic(&ear.name, ear.topic.type_name, ear.topic.qos)?;
+            let added = match &ear.definition {
+                Some(definition) => {
+                    self.writer.add_topic_with_schema(&ear.name, ear.qos, definition)?
+                }
+                None => self.writer.add_topic(&ear.name, &ear.type_name, ear.qos)?,
+            };
             self.channels.insert(index, added);
             added
         };
@@ -154,7 +161,7 @@ impl Recorder {
     ///
     /// [`BagError`].
     pub fn close(mut self, ending: &Ending) -> Result<BagSummary, BagError> {
-        self.writer.metadata(account::RECORD, self.account.to_pairs())?;
+        self.writer.metadata(RECORDING, self.account.to_pairs())?;
         self.writer.metadata(ENDING, ending.to_pairs())?;
         self.writer.finish()
     }

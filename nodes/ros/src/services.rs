@@ -55,8 +55,14 @@ pub fn offer<Q: RosMessage, R: RosMessage>(
     let (ros_name, type_name) = names::<Q>(&service)?;
     let qos = profile(SERVICE_QOS);
     let server = session.with_node(node, 2, |node| {
-        node.create_server(ServiceMapping::Enhanced, &ros_name, &type_name, qos.clone(), qos)
-            .map_err(|error| SessionError::endpoint(&service, &error))
+        node.create_server(
+            ServiceMapping::Enhanced,
+            &ros_name,
+            &type_name,
+            qos.clone(),
+            qos.clone(),
+        )
+        .map_err(|error| SessionError::endpoint(&service, &error))
     })?;
     Ok(Service { _task: session.run(answer_all(service, server, deliver)) })
 }
@@ -176,7 +182,7 @@ impl<'a, Q: RosMessage, R: RosMessage> ServiceClient<'a, Q, R> {
             Mapping::Cyclone => ServiceMapping::Cyclone,
         };
         let client = session.with_node(node, 2, |node| {
-            node.create_client(mapping, &ros_name, &type_name, qos.clone(), qos)
+            node.create_client(mapping, &ros_name, &type_name, qos.clone(), qos.clone())
                 .map_err(|error| SessionError::endpoint(service, &error))
         })?;
         Ok(Self { session, service: service.to_owned(), client, answers: PhantomData })

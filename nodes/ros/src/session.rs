@@ -138,11 +138,12 @@ impl Session {
             reason: error.to_string(),
         })?;
         self.pace.wait(2);
-        let options = NodeOptions::new().enable_rosout(true).start_parameter_services(false);
-        let node = self
-            .context
-            .new_node(node_name, options)
-            .map_err(|error| SessionError::endpoint(&full_name, &error))?;
+        let node = pace::persist(|| {
+            let options = NodeOptions::new().enable_rosout(true).start_parameter_services(false);
+            self.context
+                .new_node(node_name.clone(), options)
+                .map_err(|error| SessionError::endpoint(&full_name, &error))
+        })?;
         let handle = NodeHandle::new(full_name.clone(), &node);
         nodes.insert(full_name, (handle.clone(), node));
         Ok(handle)
@@ -221,7 +222,9 @@ impl Session {
     ) -> Result<Subscription, SessionError> {
         self.pace.wait(1);
         let names = raw::DdsNames::of_topic(topic, type_name)?;
-        let reader = raw::reader(&self.participant, &self.subscriber, &names, &qos::policies(qos))?;
+        let policies = qos::policies(qos);
+        let reader =
+            pace::persist(|| raw::reader(&self.participant, &self.subscriber, &names, &policies))?;
         Ok(self.tasks.deliver(topic, raw::stream(reader), deliver))
     }
 
@@ -238,7 +241,10 @@ impl Session {
     ) -> Result<RawPublisher, SessionError> {
         self.pace.wait(1);
         let names = raw::DdsNames::of_topic(topic, type_name)?;
-        RawPublisher::new(topic, &self.participant, &self.publisher, &names, &qos::policies(qos))
+        let policies = qos::policies(qos);
+        pace::persist(|| {
+            RawPublisher::new(topic, &self.participant, &self.publisher, &names, &policies)
+        })
     }
 
     /// Every publisher and subscriber that is known here: those of others, and our own.
@@ -328,14 +334,14 @@ impl Session {
         &self,
         handle: &NodeHandle,
         n_endpoints: usize,
-        make: impl FnOnce(&mut ros2_client::Node) -> Result<T, SessionError>,
+        mut make: impl FnMut(&mut ros2_client::Node) -> Result<T, SessionError>,
     ) -> Result<T, SessionError> {
         self.pace.wait(n_endpoints);
         let mut nodes = lock(&self.nodes);
         let Some((_, node)) = nodes.get_mut(handle.full_name()) else {
             return Err(SessionError::ForeignNode { name: handle.full_name().to_owned() });
         };
-        make(node)
+        pace::persist(|| make(node))
     }
 
     /// Runs a task until the session is closed or the handle is dropped.

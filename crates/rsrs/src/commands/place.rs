@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use rsrs_core::axis::Cell;
-use rsrs_core::conditions::{Conditions, Placement};
+use rsrs_core::conditions::Conditions;
 use rsrs_core::unicycle::Pose;
 use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_fleet::placement::CLEARANCE_RADII;
@@ -52,7 +52,7 @@ pub struct Arguments {
 
 /// Start poses.
 #[derive(Debug, Serialize)]
-struct StartPoses {
+pub struct StartPoses {
     /// Of the poses.
     seed: u64,
     /// Radius of the disc of the robots' centres, in metres.
@@ -66,7 +66,7 @@ struct StartPoses {
 }
 
 #[derive(Debug, Serialize)]
-struct StartPose {
+pub struct StartPose {
     robot: String,
     x_m: f64,
     y_m: f64,
@@ -100,10 +100,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn start_poses(plan: &Plan) -> anyhow::Result<StartPoses> {
+/// Where the robots of a plan start.
+///
+/// # Errors
+///
+/// If the robots do not fit into the disc.
+pub fn start_poses(plan: &Plan) -> anyhow::Result<StartPoses> {
     let record = &plan.record;
-    let poses = poses(&record.conditions, record.seed)?;
-    let Placement::DiscFacingOut { radius_m } = record.conditions.placement;
+    let seed = Seed { seed: record.seed, replicate: record.replicate };
+    let poses = poses(&record.conditions, seed)?;
     let robots = record.robots.iter().zip(poses).map(|(robot, pose)| StartPose {
         robot: robot.clone(),
         x_m: pose.x_m,
@@ -113,16 +118,16 @@ fn start_poses(plan: &Plan) -> anyhow::Result<StartPoses> {
     });
     Ok(StartPoses {
         seed: record.seed,
-        disc_radius_m: radius_m,
+        disc_radius_m: record.conditions.placement.radius_m(),
         clearance_m: CLEARANCE_RADII * record.conditions.robot.radius_m,
         body_radius_m: record.conditions.robot.radius_m,
         robots: robots.collect(),
     })
 }
 
-/// Where the simulator starts the first replicate of these conditions.
-fn poses(conditions: &Conditions, seed: u64) -> anyhow::Result<Vec<Pose>> {
-    let run = RunKey::new(Seed { seed, replicate: 0 }, conditions.digest());
+/// Where the simulator starts a replicate of these conditions.
+fn poses(conditions: &Conditions, seed: Seed) -> anyhow::Result<Vec<Pose>> {
+    let run = RunKey::new(seed, conditions.digest());
     placement::place(conditions, run).map_err(|error| {
         let (message, help) = (error.to_string(), error.help());
         explained(error, message, Some(&help))
@@ -136,7 +141,8 @@ fn wrapped(angle_rad: f64) -> f64 {
     if wrapped <= -std::f64::consts::PI { std::f64::consts::PI } else { wrapped }
 }
 
-fn text(poses: &StartPoses) -> String {
+/// The poses as a table.
+pub fn text(poses: &StartPoses) -> String {
     let width = poses.robots.iter().map(|pose| pose.robot.len()).max().unwrap_or(0).max(5);
     let mut text = format!(
         "{} robots in a disc of radius {} m, centres at least {:.3} m apart, seed {}\n\
@@ -213,7 +219,7 @@ mod tests {
         let wanted = StartDisc { radius_m: 0.825, clearance_m };
 
         for seed in 0..200 {
-            let poses = poses(&conditions, seed).unwrap();
+            let poses = poses(&conditions, Seed { seed, replicate: 0 }).unwrap();
             let named: Vec<_> = poses
                 .into_iter()
                 .enumerate()

@@ -2,6 +2,7 @@
 
 mod controls;
 mod into_controller;
+mod into_judge;
 mod publish;
 mod selection;
 
@@ -15,22 +16,26 @@ use crate::commands::run::{chosen_network, runtime};
 use crate::failure::Outcome;
 use crate::recorded_run;
 
-/// Publish a bag on the network, or feed it to the controller.
+/// Publish a bag on the network, or feed it to the controller or the judge.
 ///
 /// On the network, messages go out at the pace of their recording and with the quality of service that
 /// was recorded; `/clock` says the recorded time. Topics that move robots or permit them to move
 /// (velocity commands, leases, the e-stop, statuses) are left out unless `--topics` names them. In a
-/// terminal, Enter pauses and goes on, `s` and Enter makes a step, `q` and Enter ends.
+/// terminal, each with Enter: nothing pauses and goes on, `s` makes a step, `s 42` goes to 42 s behind
+/// the start, `+10` and `-10` go 10 s on and back, `q` ends.
 ///
 /// With `--into controller` nothing is published: recorded detections are fed to the controller of
-/// this program, and its commands are compared with the recorded ones. Exit code 3 says that they
-/// differ.
+/// this program, and its commands are compared with the recorded ones. With `--into judge` the run is
+/// labelled by the judge of this program, and its label compared with the recorded one: `label.json`
+/// beside the bag, which a campaign leaves, or the one that `--recorded` names. Exit code 3 says that
+/// they differ.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   rsrs replay results/run_1 --interface lo --rate 4
   rsrs replay results/run_1 --interface wlan0 --topics /robot_1/odom /robot_2/odom --loop
-  rsrs replay results/run_1 --into controller")]
+  rsrs replay results/run_1 --into controller
+  rsrs replay results/campaign/001_milling/bag --into judge")]
 pub struct Arguments {
     /// Bag: a rosbag2 folder or a single .mcap file.
     bag: PathBuf,
@@ -62,6 +67,10 @@ pub struct Arguments {
     #[arg(long, value_enum, conflicts_with_all =
           ["interface", "rate", "topics", "is_loop", "start", "delay", "pause"])]
     into: Option<Target>,
+    /// File with the label to compare with, as `rsrs label --format json` prints it (default:
+    /// `label.json` beside the bag).
+    #[arg(long, value_name = "FILE", requires = "into")]
+    recorded: Option<PathBuf>,
     /// Speed of the controller, in m/s (default: what the bag's record says).
     #[arg(long, value_name = "M_PER_S", requires_all = ["into", "turn_rate"], value_parser = not_negative)]
     speed: Option<f64>,
@@ -77,6 +86,8 @@ pub struct Arguments {
 enum Target {
     /// The controller: detections in, commands out.
     Controller,
+    /// The judge: poses and commands in, a label out.
+    Judge,
 }
 
 /// How to publish a bag.
@@ -101,7 +112,13 @@ struct Pace {
 /// not in the bag; if nobody knows what the controller was set to.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let bag = recorded_run::open(&arguments.bag)?;
+    if let Some(Target::Judge) = arguments.into {
+        return judge(arguments);
+    }
     if let Some(Target::Controller) = arguments.into {
+        if arguments.recorded.is_some() {
+            anyhow::bail!("`--recorded` is for `--into judge`; the bag itself holds the commands");
+        }
         let set = arguments.speed.zip(arguments.turn_rate);
         let parameters = set.map(|(speed_m_s, turn_rate_rad_s)| ControllerParameters {
             speed_m_s,
@@ -120,6 +137,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         is_paused: arguments.pause,
     };
     runtime()?.block_on(publish::run(&bag, (&selection, &pace), &network, arguments.format))
+}
+
+fn judge(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    if arguments.speed.is_some() {
+        anyhow::bail!("`--speed` and `--turn-rate` are for `--into controller`");
+    }
+    into_judge::run(&arguments.bag, arguments.recorded.as_deref(), arguments.format)
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -20,6 +20,8 @@ use crate::commands::{Format, report};
 use crate::experiment_bar::{ExperimentBar, Voice};
 use crate::failure::{Outcome, with_help};
 use crate::own_network::OwnNetwork;
+use crate::recorded_run;
+use crate::recording_gaps::{self, Gap};
 use crate::simulated_fleet::SimulatedFleet;
 
 /// Run one experiment over ROS 2, and record it.
@@ -94,6 +96,8 @@ pub struct RunSummary {
     pub n_messages: u64,
     /// Messages that the middleware lost.
     pub n_lost: u64,
+    /// What did not get into the bag, by topic.
+    pub gaps: Vec<Gap>,
     /// Robots that did not say that they stand.
     pub not_standing: Vec<String>,
     /// How long the robots were to move, in seconds.
@@ -192,7 +196,11 @@ pub async fn watched(
     };
     let bar = ExperimentBar::new(&name, voice);
     let report = conduct(plan, network, &mut |progress| bar.show(&progress), stop).await?;
-    Ok(summary(plan, report))
+    let gaps = match &report.bag {
+        Some(bag) => recording_gaps::in_bag(&recorded_run::open(&bag.folder)?),
+        None => Vec::new(),
+    };
+    Ok(summary(plan, report, gaps))
 }
 
 /// Waits until somebody asks this process to stop, and says how.
@@ -230,7 +238,7 @@ pub fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
         .context("starting the runtime")
 }
 
-fn summary(plan: &Plan, report: RunReport) -> RunSummary {
+fn summary(plan: &Plan, report: RunReport, gaps: Vec<Gap>) -> RunSummary {
     let record = &plan.record;
     let simulated_s = plan.steps() as f64 * record.conditions.period_s;
     let is_paced = record.time == Time::Lockstep && report.ending.kind == EndingKind::Completed;
@@ -241,6 +249,7 @@ fn summary(plan: &Plan, report: RunReport) -> RunSummary {
         n_messages: report.bag.as_ref().map_or(0, |bag| bag.n_messages),
         bag: report.bag.map(|bag| bag.folder),
         n_lost: report.n_lost,
+        gaps,
         not_standing: report.not_standing,
         duration_s: record.duration_s,
         real_time_factor: report
@@ -295,6 +304,7 @@ fn text(summary: &RunSummary) -> String {
     if summary.n_lost > 0 {
         lines.push(format!("{} messages were lost on the way to the bag", summary.n_lost));
     }
+    lines.extend(recording_gaps::lines(&summary.gaps));
     lines.push(format!("next: rsrs label {bag}"));
     lines.join("\n")
 }

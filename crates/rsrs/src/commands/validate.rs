@@ -6,9 +6,10 @@ mod text;
 use std::path::{Path, PathBuf};
 
 use rsrs_core::axis::{Axis, Cell};
-use rsrs_core::capability::{self, CapabilityViolation};
+use rsrs_core::capability::{self, CapabilityViolation, LostCapability};
 use rsrs_core::conditions::Conditions;
 use rsrs_core::fit::{SensorMap, sensor_map};
+use rsrs_core::profile::RobotProfile;
 use rsrs_core::trial::{DrivenTrial, detection_trials};
 use rsrs_sim::reach::{ReachOptions, smallest_factors, validate};
 
@@ -195,10 +196,22 @@ fn judge(case: &Case) -> anyhow::Result<Answer> {
         is_harsher: validation.is_contained && capability_violations.is_empty() && senses_worse,
         validation,
         capability_violations,
+        lost_capabilities: lost_capabilities(case, robot),
         sensor_violations,
         smallest_factors,
         provenance: Provenance::of(measured),
     })
+}
+
+/// Every capability of which the first cell's robot has next to nothing left.
+fn lost_capabilities(case: &Case, mut simulated: RobotProfile) -> Vec<LostCapability> {
+    // What the sweep itself sets goes before the factors.
+    let set = &case.conditions[0].robot;
+    simulated.sensing.true_positive = set.true_positive;
+    simulated.sensing.false_positive = set.false_positive;
+    simulated.actuation.speed.robot_sd = set.speed_gain.robot_sd;
+    simulated.actuation.turn.robot_sd = set.turn_gain.robot_sd;
+    capability::lost_capabilities(&case.source.profile, &simulated)
 }
 
 /// Every capability in which the simulated robot is the better one at some cell, once.

@@ -26,6 +26,10 @@ pub(super) const SIZE: Bounds = Bounds { least: 1e-6, most: 1e6 };
 pub(super) const PERIOD: Bounds = Bounds { least: 1e-6, most: 60.0 };
 /// The front sector of contact, in radians: up to all around.
 const FRONT: Bounds = Bounds { least: 0.0, most: 3.15 };
+/// Robots of a detection trial.
+const PAIR: Bounds = Bounds { least: 0.0, most: 2.0 };
+/// A bearing, in radians: half around to either side.
+const BEARING: Bounds = Bounds { least: -3.15, most: 3.15 };
 /// A coordinate of a corner, in metres.
 const COORDINATE: Bounds = Bounds { least: -1e6, most: 1e6 };
 
@@ -89,19 +93,29 @@ impl Conditions {
     /// # }
     /// ```
     pub fn check(&self) -> Result<(), Impossible> {
-        let Placement::DiscFacingOut { radius_m } = self.placement;
         for (key, found, bounds) in [
             ("robots", self.robots as f64, ROBOTS),
             ("controller.speed_m_s", self.controller.speed_m_s, AMOUNT),
             ("controller.turn_rate_rad_s", self.controller.turn_rate_rad_s, AMOUNT),
-            ("placement.radius_m", radius_m, SIZE),
             ("arena.side_m", self.arena.side_m, SIZE),
             ("period_s", self.period_s, PERIOD),
         ] {
             within(key, found, bounds)?;
         }
+        check_placement(self)?;
         check_robot(&self.robot)?;
         check_region(&self.robot.region)
+    }
+}
+
+fn check_placement(conditions: &Conditions) -> Result<(), Impossible> {
+    match conditions.placement {
+        Placement::DiscFacingOut { radius_m } => within("placement.radius_m", radius_m, SIZE),
+        Placement::Pair { distance_m, bearing_rad } => {
+            within("robots", conditions.robots as f64, PAIR)?;
+            within("placement.distance_m", distance_m, SIZE)?;
+            within("placement.bearing_rad", bearing_rad, BEARING)
+        }
     }
 }
 

@@ -111,11 +111,7 @@ fn natural(name: &str) -> (&str, u64) {
 ///
 /// If there is no observation.
 pub fn population(observations: &[Observation]) -> Population {
-    let by_size: Vec<Observation> = observations
-        .iter()
-        .map(|observation| Observation { command: observation.command.abs(), ..*observation })
-        .collect();
-    let layout = Layout::new(&by_size);
+    let layout = Layout::new(observations);
     Population {
         n_robots: layout.robots.len(),
         n_trials: observations.len(),
@@ -140,13 +136,14 @@ struct Layout {
 
 impl Layout {
     fn new(observations: &[Observation]) -> Self {
-        let mut commands: Vec<f64> =
-            observations.iter().map(|observation| observation.command).collect();
-        commands.sort_by(f64::total_cmp);
-        commands.dedup_by(|left, right| left.total_cmp(right).is_eq());
+        // Sizes are not negative, so their bits are in the order of their numbers.
+        let sizes = observations.iter().map(|observation| observation.command.abs().to_bits());
+        let sizes: BTreeSet<u64> = sizes.collect();
+        let commands: Vec<f64> = sizes.into_iter().map(f64::from_bits).collect();
         let mut cells: BTreeMap<(usize, usize), Vec<f64>> = BTreeMap::new();
         for observation in observations {
-            let position = commands.partition_point(|command| *command < observation.command);
+            let size = observation.command.abs();
+            let position = commands.partition_point(|command| *command < size);
             cells.entry((position, observation.robot)).or_default().push(observation.gain);
         }
         let robots = observations.iter().map(|observation| observation.robot).collect();

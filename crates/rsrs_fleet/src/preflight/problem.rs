@@ -43,6 +43,14 @@ pub enum Problem {
         /// The type of the topic.
         expected: String,
     },
+    /// A topic that was asked for cannot be recorded.
+    #[error("{topic}: {reason}")]
+    Unrecordable {
+        /// The topic.
+        topic: String,
+        /// Why not.
+        reason: String,
+    },
     /// A topic that must have one publisher has none.
     #[error("{topic}: nobody publishes it")]
     NoPublisher {

@@ -10,7 +10,7 @@ use rsrs_fleet::stopper::{self, Stopper, Word};
 
 use crate::network::{Delivery, Item, Message, Network, Node};
 use crate::scenario::{Body, N_ROBOTS, Scenario};
-use crate::witness::{FASTEST, Witness};
+use crate::witness::{FASTEST, GLANCE_MS, WHEELS_MS, Witness};
 
 mod conducting;
 mod controlling;
@@ -276,7 +276,7 @@ impl Fleet {
             }
             Node::Button => {
                 if let Some(engaged) = self.button {
-                    self.say_e_stop(Node::Button, engaged);
+                    self.say_e_stop(Node::Button, &Message::EStop(engaged));
                 }
                 Ok(())
             }
@@ -317,13 +317,14 @@ impl Fleet {
         }
     }
 
-    fn say_e_stop(&mut self, from: Node, engaged: bool) {
+    /// Says a word of the e-stop topic to all who listen there.
+    fn say_e_stop(&mut self, from: Node, word: &Message) {
         self.e_stop_was_used = true;
         for robot in 0..N_ROBOTS {
-            self.send(from, Node::Robot(robot), Message::EStop(engaged));
+            self.send(from, Node::Robot(robot), word.clone());
         }
         for runner in 0..N_RUNNERS {
-            self.send(from, Node::Runner(runner), Message::EStop(engaged));
+            self.send(from, Node::Runner(runner), word.clone());
         }
     }
 
@@ -360,9 +361,10 @@ impl Fleet {
             let Some(told) = self.robots[robot].turning(self.now_ms) else { continue };
             let process = self.processes[robot];
             let is_awake = process.is_up && self.now_ms > process.stalled_until_ms;
+            let last_told_ms = if is_awake { GLANCE_MS } else { WHEELS_MS };
             let witness = &self.witnesses[robot];
             witness
-                .wheels(told, is_awake, self.now_ms)
+                .wheels(told, last_told_ms, self.now_ms)
                 .map_err(|violation| format!("{}: {violation}", name(robot)))?;
             epochs.push(witness.moved().0);
         }

@@ -86,7 +86,8 @@ fn play_seeds(
 }
 
 fn play(scenario: Scenario) -> Story {
-    fleet::play(scenario, Telling::Nothing).map_err(|(violation, _)| violation).unwrap()
+    let played = fleet::play(scenario, Telling::Nothing);
+    played.map_err(|(violation, _)| violation).expect("a directed story breaks no invariant")
 }
 
 #[test]

@@ -20,7 +20,7 @@ const E_STOP_SILENCE_MS: u64 = 500;
 const COMMAND_MS: u64 = 325;
 const STOPPED_WITHIN_MS: u64 = 200;
 /// The timeout of the microcontroller that turns the wheels.
-const WHEELS_MS: u64 = 250;
+pub const WHEELS_MS: u64 = 250;
 /// A process looks at its gate at least so often, in milliseconds, while its machine lets it.
 pub const GLANCE_MS: u64 = 20;
 /// What clocks that go wrong by 2,000 ppm make of a second, in milliseconds.
@@ -113,16 +113,21 @@ impl Witness {
         self.commanded_ms = None;
     }
 
-    pub fn e_stop(&mut self, engaged: bool, now_ms: u64) {
+    pub fn e_stop_engaged(&mut self, now_ms: u64) {
+        self.e_stop_word(now_ms);
+        self.was_locked = true;
+        self.e_stop_ms.get_or_insert(now_ms);
+        self.must_stand(now_ms, "the e-stop was engaged");
+    }
+
+    pub fn e_stop_released(&mut self, now_ms: u64) {
+        self.e_stop_word(now_ms);
+        self.e_stop_ms = None;
+    }
+
+    fn e_stop_word(&mut self, now_ms: u64) {
         self.was_locked |= self.is_silent(now_ms + 2 * DRIFT_MS);
         self.e_stop_word_ms = Some(now_ms);
-        if engaged {
-            self.was_locked = true;
-            self.e_stop_ms.get_or_insert(now_ms);
-            self.must_stand(now_ms, "the e-stop was engaged");
-        } else {
-            self.e_stop_ms = None;
-        }
     }
 
     fn must_stand(&mut self, now_ms: u64, why: &'static str) {
@@ -216,18 +221,23 @@ impl Witness {
         }
     }
 
-    /// Called while real wheels turn; `is_awake` if the gate's process lives and has time.
+    /// Called while real wheels turn.
+    ///
+    /// # Arguments
+    ///
+    /// * `last_ms` — how long after its gate let a command through they may, in milliseconds:
+    ///   [`GLANCE_MS`] while its process lives and has time, else [`WHEELS_MS`].
     ///
     /// # Errors
     ///
     /// Why they must not turn any more, or not so.
-    pub fn wheels(&self, told: Command, is_awake: bool, now_ms: u64) -> Result<(), String> {
+    pub fn wheels(&self, told: Command, last_ms: u64, now_ms: u64) -> Result<(), String> {
         if told.speed_m_s.abs() > FASTEST.speed_m_s
             || told.turn_rate_rad_s.abs() > FASTEST.turn_rate_rad_s
         {
             return Err(format!("wheels are told {told:?}, at most {FASTEST:?} was asked for"));
         }
-        let until_ms = self.allowed_ms.unwrap_or(0) + if is_awake { GLANCE_MS } else { WHEELS_MS };
+        let until_ms = self.allowed_ms.unwrap_or(0) + last_ms;
         if now_ms > until_ms {
             return Err(format!("wheels turn at {now_ms} ms, allowed until {until_ms} ms"));
         }

@@ -78,7 +78,7 @@ pub(super) fn tube(
         };
         let n_inside = lasting.iter().filter(|(_, place)| is_inside(place)).count();
         let position = &regions.positions[index];
-        let (region, area_m2) = position.mask();
+        let (region, area_m2) = position.outline();
         Horizon {
             time_s: *time_s,
             area_m2,

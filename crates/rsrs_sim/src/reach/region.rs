@@ -1,6 +1,8 @@
 //! Where a share of simulated robots is at one time: a region of any shape.
 
-use rsrs_core::validation::RegionMask;
+use rsrs_core::validation::RegionOutline;
+
+use super::outline::{Grid, area_m2, outline};
 
 type Point = [f64; 2];
 
@@ -17,8 +19,9 @@ pub struct PositionRegion {
 /// Which nearest neighbour's distance is the score: few follow the cloud's shape, many its mass.
 const NEIGHBOURS: usize = 5;
 
-/// Most cells of a mask along its longer side.
+/// Cells of an outline's grid along the region's longer side, and how many at most if it is thin.
 const CELLS: f64 = 96.0;
+const MOST_CELLS: f64 = 384.0;
 
 impl PositionRegion {
     /// A region that holds a share of simulated positions.
@@ -76,25 +79,22 @@ impl PositionRegion {
         nearest[NEIGHBOURS - 1].sqrt()
     }
 
-    /// The region as cells, and its area, in square metres.
-    pub fn mask(&self) -> (RegionMask, f64) {
+    /// The region's outline, and its area, in square metres.
+    pub fn outline(&self) -> (RegionOutline, f64) {
         let edge = |axis: usize, start: f64, pick: fn(f64, f64) -> f64| {
             self.cloud.iter().map(|point| point[axis]).fold(start, pick)
         };
         let low_m = [0, 1].map(|axis| edge(axis, f64::INFINITY, f64::min) - self.limit_m);
         let high_m = [0, 1].map(|axis| edge(axis, f64::NEG_INFINITY, f64::max) + self.limit_m);
         let size_m = [high_m[0] - low_m[0], high_m[1] - low_m[1]];
-        let cell_m = (size_m[0].max(size_m[1]) / CELLS).max(1e-6);
-        let [n_ahead, n_left] = size_m.map(|size_m| (size_m / cell_m).ceil().max(1.0) as usize);
-        let centre = |cell: usize| {
-            let (ahead, left) = (cell % n_ahead, cell / n_ahead);
-            [low_m[0] + (ahead as f64 + 0.5) * cell_m, low_m[1] + (left as f64 + 0.5) * cell_m]
-        };
-        let inside: Vec<bool> =
-            (0..n_ahead * n_left).map(|cell| self.contains(centre(cell))).collect();
-        let n_inside = inside.iter().filter(|is_inside| **is_inside).count();
-        let mask = RegionMask { low_m, cell_m, n_ahead, inside };
-        (mask, n_inside as f64 * cell_m * cell_m)
+        let longest_m = size_m[0].max(size_m[1]);
+        // A region along a line is about as wide as twice the limit: no cell may step over it.
+        let cell_m = (longest_m / CELLS).min(self.limit_m).max(longest_m / MOST_CELLS).max(1e-6);
+        let n_cells = size_m.map(|size_m| (size_m / cell_m).ceil() as usize + 2);
+        let low_m = low_m.map(|low_m| low_m - cell_m);
+        let loops_m = outline(Grid { low_m, cell_m, n_cells }, |point| self.contains(point));
+        let area_m2 = area_m2(&loops_m);
+        (RegionOutline { loops_m }, area_m2)
     }
 }
 
@@ -133,7 +133,7 @@ mod tests {
 
         // The 99 % ellipse has the area -2 ln(0.01) π times both standard deviations.
         let ellipse_m2 = 9.2103 * std::f64::consts::PI * 0.2 * 0.1;
-        let ratio = region.mask().1 / ellipse_m2;
+        let ratio = region.outline().1 / ellipse_m2;
         assert!((0.8..=1.4).contains(&ratio), "{ratio}");
         let fresh = normals(20_000, [0.2, 0.1]);
         let n_inside = fresh[4000..].iter().filter(|point| region.contains(**point)).count();
@@ -151,5 +151,10 @@ mod tests {
 
         assert!(region.contains([0.1, 0.004]) && !region.contains([0.1, 0.2]));
         assert!(region.contains([0.4, 0.0]) && !region.contains([0.8, 0.0]));
+        // About 1 m long, and as wide as twice the limit.
+        let (drawn, area_m2) = region.outline();
+        assert!((1.5..2.5).contains(&(area_m2 / region.limit_m)), "{area_m2}");
+        let highest = drawn.loops_m.iter().flatten().map(|[_, left_m]| left_m.abs());
+        assert!(highest.fold(0.0, f64::max) <= region.limit_m, "{}", region.limit_m);
     }
 }

@@ -1,7 +1,7 @@
 //! The batch kernel against the reference world, and its judge against the judge: bit by bit.
 
 use proptest::prelude::*;
-use rsrs_core::conditions::{Conditions, GainDistribution, Placement, Region, Walls};
+use rsrs_core::conditions::{Arena, Conditions, GainDistribution, Placement, Region, Walls};
 use rsrs_core::phase;
 use rsrs_core::profile::Sees;
 use rsrs_sim::batch::{Batch, Judged, Unit};
@@ -113,6 +113,37 @@ fn the_judge_of_the_lanes_is_the_judge() {
             }
         }
     }
+}
+
+#[test]
+fn robots_are_looked_at_whenever_they_may_meet_or_part() {
+    // Few robots, one run alone: nothing else in the vector makes the batch look closely.
+    let mut between_walls = flockbots(0.1, 0.5, &HARSHER);
+    between_walls.robots = 3;
+    between_walls.robot.region = Region::Cone { half_angle_rad: 0.2, range_m: 3.0 };
+    between_walls.arena = Arena { side_m: 1.0, walls: Walls::Clamp };
+    between_walls.placement = Placement::DiscFacingOut { radius_m: 0.4 };
+    let mut in_the_wind = flockbots(0.09, 1.3, &HARSHER);
+    in_the_wind.robots = 2;
+    in_the_wind.robot.gust_sd_m_s = 0.06;
+    in_the_wind.placement = Placement::DiscFacingOut { radius_m: 0.4 };
+    let (mut n_per_s, mut n_partly_lost) = (0.0, 0);
+    for conditions in [&between_walls, &in_the_wind] {
+        for unit in Unit::available() {
+            for replicate in 0..48 {
+                let runs = replicate..replicate + 1;
+                let judged = batch(unit).judge(conditions, (3, runs), 70.0).expect("fit and long");
+
+                let expected = judged_by_reference(conditions, Seed { seed: 3, replicate }, 70.0);
+                assert_eq!(bits(&judged[0]), bits(&expected), "{unit:?} {replicate}");
+                let evidence = expected.verdict.evidence;
+                n_per_s += evidence.contact_onsets_per_s.unwrap_or(0.0);
+                n_partly_lost += usize::from(evidence.lost.is_some_and(|lost| lost > 0.0));
+            }
+        }
+    }
+    assert!(n_per_s > 0.05, "hardly any robots met, so this shows nothing");
+    assert!(n_partly_lost > 0, "no robots parted, so this shows nothing");
 }
 
 prop_compose! {

@@ -1,7 +1,9 @@
 """Swarms of other behaviours in swarmsim: the trajectories of robots under its controllers.
 
-The controllers are those that A. Mattson and D. S. Brown labelled by hand, as speeds of the left and
-the right wheel without and with a detection (`demo/simulation` of RobotSwarmSimulator).
+Cyclic pursuit, dispersal and aggregation are controllers that A. Mattson and D. S. Brown labelled by
+hand, as speeds of the left and the right wheel without and with a detection (`demo/simulation` of
+RobotSwarmSimulator), with a sensor that is hardly more than a line. Milling is the controller and the
+sensor that swarmsim's own configuration of a Flockbot has, which form a ring from a narrow start.
 Reads JSON from standard input: `swarms` (a list of `{behaviour, seed}`), `robots`, `period_s`,
 `steps`, `skipped`.
 Writes JSON: for each swarm `[x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s]` of every robot at every
@@ -23,11 +25,22 @@ WHEELS = {
     "dispersal": (0.2, 0.7, -0.5, -0.1),
     "aggregation": (-0.7, -1.0, 1.0, -1.0),
 }
+# Half angle and range of the sensor, and how far from the middle robots start at most.
+LINE = {"theta": 0.02, "distance": 20.0, "start": 1.0}
+CONE = {"theta": 0.2, "distance": 3.6, "start": 0.6}
+# Forward speed and turning rate without and with a detection.
+MILL = (0.15, -0.75), (0.15, 0.75)
 SIDE_M = 100.0
-START_M = 1.0
 RADIUS_M = 0.05
 # A wheel at 1 is one of 0.2 m/s, and the wheels are two radii apart.
 WHEEL_M_S = 0.2
+
+
+def commands(behaviour):
+    if behaviour == "milling":
+        return MILL
+    wheels = WHEELS[behaviour]
+    return command(*wheels[:2]), command(*wheels[2:])
 
 
 def command(left, right):
@@ -39,14 +52,17 @@ def make_world(task, swarm):
         size=(SIDE_M, SIDE_M), time_step=task["period_s"], seed=swarm["seed"],
         collide_walls=False, stop_at=None))
     draw = random.Random(swarm["seed"])
-    wheels = WHEELS[swarm["behaviour"]]
+    unseen, seen = commands(swarm["behaviour"])
+    sensor = CONE if swarm["behaviour"] == "milling" else LINE
+    start = sensor["start"]
     for _ in range(task["robots"]):
-        place = tuple(SIDE_M / 2 + draw.uniform(-START_M, START_M) for _ in range(2))
+        place = tuple(SIDE_M / 2 + draw.uniform(-start, start) for _ in range(2))
         config = MazeAgentConfig(
             position=place, angle=draw.uniform(-math.pi, math.pi), agent_radius=RADIUS_M)
         agent = MazeAgent(config, world)
-        agent.controller = BinaryController(command(*wheels[:2]), command(*wheels[2:]), agent=agent)
-        agent.sensors = [BinaryFOVSensor(agent, theta=0.02, distance=20.0, walls=None)]
+        agent.controller = BinaryController(unseen, seen, agent=agent)
+        agent.sensors = [BinaryFOVSensor(
+            agent, theta=sensor["theta"], distance=sensor["distance"], walls=None)]
         world.population.append(agent)
     world.setup()
     return world

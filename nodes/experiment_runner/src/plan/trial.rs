@@ -1,16 +1,18 @@
-//! A trial of step 1: one robot, one constant command.
+//! A trial of step 1: one robot that drives by one constant command, or stands and senses.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
 use rsrs_core::axis::Axis;
-use rsrs_core::conditions::{Conditions, Settings, Walls};
+use rsrs_core::conditions::{Conditions, Placement, Settings, Walls};
 use rsrs_core::controller::{ControllerParameters, Reaction};
+use rsrs_core::profile::RobotProfile;
+use rsrs_core::trial::Neighbour;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::fleet_file::{CmdVel, FleetFile, FleetRobot};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 
-use super::{PROGRAM, PlaceCheck, Plan, Poses, common_profile, read, run_id};
+use super::{PROGRAM, PlaceCheck, Plan, Poses, Recording, common_profile, read, run_id};
 
 /// What a person asks for.
 #[derive(Clone, Debug)]
@@ -19,10 +21,8 @@ pub struct TrialRequest {
     pub fleet: PathBuf,
     /// The robot of it.
     pub robot: String,
-    /// The command: forward speed, and turning rate counterclockwise.
-    pub command: ControllerParameters,
-    /// How long, in seconds.
-    pub duration_s: f64,
+    /// What it does.
+    pub trial: Trial,
     /// What moves the robot.
     pub backend: Backend,
     /// Where the bag goes; named after the run in the current folder if not said.
@@ -31,11 +31,67 @@ pub struct TrialRequest {
     pub seed: u64,
 }
 
+/// What a robot does in a trial.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Trial {
+    /// It drives.
+    Drive {
+        /// Forward speed, and turning rate counterclockwise.
+        command: ControllerParameters,
+        /// How long, in seconds.
+        duration_s: f64,
+    },
+    /// It stands and senses.
+    Stand {
+        /// Where another robot stands, centre to centre; `None` if the robot is alone.
+        neighbour: Option<Neighbour>,
+        /// Readings to take; 1 or more.
+        samples: u64,
+    },
+}
+
+/// Time in which a robot gets going, or its sensor settles, and nothing is measured, in seconds.
+///
+/// A command is on its way for about a control period, and the robot's own watchdog and wheels take
+/// another; what a tape measures begins behind that.
+pub const GETTING_GOING_S: f64 = 0.5;
+
+/// More readings are waited for than are taken by this share: a robot may be slower than its profile.
+const SPARE: f64 = 0.1;
+
+impl Trial {
+    /// What the wheels are told.
+    pub fn command(&self) -> ControllerParameters {
+        match self {
+            Self::Drive { command, .. } => *command,
+            Self::Stand { .. } => ControllerParameters { speed_m_s: 0.0, turn_rate_rad_s: 0.0 },
+        }
+    }
+
+    fn duration_s(&self, period_s: f64) -> f64 {
+        match self {
+            Self::Drive { duration_s, .. } => *duration_s,
+            Self::Stand { samples, .. } => {
+                GETTING_GOING_S + ((*samples as f64 * (1.0 + SPARE)).ceil() + 1.0) * period_s
+            }
+        }
+    }
+
+    fn neighbour(&self) -> Option<Neighbour> {
+        match self {
+            Self::Drive { .. } => None,
+            Self::Stand { neighbour, .. } => *neighbour,
+        }
+    }
+}
+
 impl Plan {
     /// The run of a trial. Its controller must turn one way whatever is detected.
     ///
     /// A virtual robot is the measured one in lockstep. Its gains are drawn anew for each command and
-    /// seed, so what virtual robots differ by shows between trials.
+    /// seed, so what virtual robots differ by shows between trials. Beside one that stands, the
+    /// fleet's first other robot is put; both are held, so that no gust moves them. Beside a robot of
+    /// the floor, a person puts whatever is to be detected.
     ///
     /// # Errors
     ///
@@ -44,29 +100,20 @@ impl Plan {
     pub fn of_trial(request: &TrialRequest) -> anyhow::Result<Self> {
         let (name, text) = read(&request.fleet)?;
         let fleet = FleetFile::parse(&name, &text)?;
-        let robots = [robot(&fleet, (&name, &request.robot))?.clone()];
-        let (profile_text, measured) = common_profile(&robots, &request.fleet)?;
-        let time = time(request.backend, &robots[0])?;
-        check(request)?;
-        let values = vec![
-            (Axis::Speed, request.command.speed_m_s),
-            (Axis::TurnRate, request.command.turn_rate_rad_s),
-            (Axis::Robots, 1.0),
-        ];
-        let conditions = Conditions::resolve(&measured, &Settings { values, walls: Walls::None })?;
-        if conditions.steps(request.duration_s) < LEAST_STEPS {
-            bail!(
-                "the trial lasts {} s, expected {} s ({LEAST_STEPS} control periods) or more",
-                request.duration_s,
-                LEAST_STEPS as f64 * conditions.period_s
-            );
+        let mut robots = vec![robot(&fleet, (&name, &request.robot))?.clone()];
+        if request.backend == Backend::Simulator && request.trial.neighbour().is_some() {
+            robots.push(beside(&fleet, (&name, &robots[0]))?.clone());
         }
+        let (profile_text, measured) = common_profile(&robots, &request.fleet)?;
+        let time = time(request.backend, &robots)?;
+        let conditions = conditions(request, (&measured, robots.len()))?;
+        let duration_s = request.trial.duration_s(conditions.period_s);
         let run_id = run_id(Path::new(&format!("trial_{}", request.robot)));
         let record = ExperimentRecord {
-            robots: vec![request.robot.clone()],
+            robots: robots.iter().map(|robot| robot.name.clone()).collect(),
             provenance: Provenance::new(PROGRAM, &measured.digest(), &conditions),
             conditions,
-            duration_s: request.duration_s,
+            duration_s,
             seed: request.seed,
             replicate: 0,
             robot_lost: RobotLost::Abort,
@@ -80,7 +127,8 @@ impl Plan {
         }
         let files = vec![("fleet.yaml", text), ("profile.yaml", profile_text)];
         let (poses, place_check) = (Poses::IfThere, PlaceCheck::Off);
-        Ok(Self { record, robots: robots.into(), bag, files, poses, place_check })
+        let recording = Recording::default();
+        Ok(Self { record, robots, bag, files, poses, place_check, recording })
     }
 }
 
@@ -109,22 +157,95 @@ fn robot<'a>(fleet: &'a FleetFile, (file, name): (&str, &str)) -> anyhow::Result
     Ok(found)
 }
 
-fn time(backend: Backend, robot: &FleetRobot) -> anyhow::Result<Time> {
-    match (backend, robot.cmd_vel) {
-        (Backend::Fleet | Backend::Mixed, _) => Ok(Time::RealTime),
-        (Backend::Simulator, CmdVel::TwistStamped) => Ok(Time::Lockstep),
-        (Backend::Simulator, CmdVel::Twist) => {
+/// The first other robot of the same kind.
+fn beside<'a>(
+    fleet: &'a FleetFile,
+    (file, robot): (&str, &FleetRobot),
+) -> anyhow::Result<&'a FleetRobot> {
+    let is_other = |other: &&FleetRobot| {
+        other.enabled && other.name != robot.name && other.profile == robot.profile
+    };
+    fleet.robots.iter().find(is_other).with_context(|| {
+        format!(
+            "{file} has no other robot with profile `{}` that could stand beside {}",
+            robot.profile, robot.name
+        )
+    })
+}
+
+fn time(backend: Backend, robots: &[FleetRobot]) -> anyhow::Result<Time> {
+    if backend != Backend::Simulator {
+        return Ok(Time::RealTime);
+    }
+    match robots.iter().find(|robot| robot.cmd_vel == CmdVel::Twist) {
+        None => Ok(Time::Lockstep),
+        Some(robot) => {
             Err(anyhow!("{} takes `cmd_vel: twist`, lockstep needs `twist_stamped`", robot.name))
         }
     }
 }
 
-fn check(request: &TrialRequest) -> anyhow::Result<()> {
-    let ControllerParameters { speed_m_s, turn_rate_rad_s } = request.command;
+/// The world of a trial: a robot with all the floor for itself, or held beside another.
+fn conditions(
+    request: &TrialRequest,
+    (measured, n_robots): (&RobotProfile, usize),
+) -> anyhow::Result<Conditions> {
+    let command = request.trial.command();
+    let values = vec![
+        (Axis::Speed, command.speed_m_s),
+        (Axis::TurnRate, command.turn_rate_rad_s),
+        (Axis::Robots, n_robots as f64),
+    ];
+    let mut conditions = match request.trial {
+        Trial::Drive { command, duration_s } => {
+            check_drive(command, duration_s)?;
+            Conditions::resolve(measured, &Settings { values, walls: Walls::None })?
+        }
+        Trial::Stand { samples: 0, .. } => bail!("0 readings, expected 1 or more"),
+        Trial::Stand { .. } => {
+            held(Conditions::resolve(measured, &Settings { values, walls: Walls::None })?)
+        }
+    };
+    if let Some(Neighbour { distance_m, bearing_rad }) = request.trial.neighbour() {
+        let least_m = 2.0 * conditions.robot.radius_m;
+        if distance_m.is_nan() || distance_m < least_m * (1.0 - ROUNDING) {
+            bail!(
+                "the neighbour is {distance_m} m away, expected {least_m} m or more: two bodies \
+                 that touch"
+            );
+        }
+        conditions.placement = Placement::Pair { distance_m, bearing_rad };
+        conditions.check()?;
+    }
+    let duration_s = request.trial.duration_s(conditions.period_s);
+    let is_drive = matches!(request.trial, Trial::Drive { .. });
+    if is_drive && conditions.steps(duration_s) < LEAST_STEPS {
+        bail!(
+            "the trial lasts {duration_s} s, expected {} s ({LEAST_STEPS} control periods) or more",
+            LEAST_STEPS as f64 * conditions.period_s
+        );
+    }
+    Ok(conditions)
+}
+
+/// Lengths that differ by less than this share were the same before they were rounded; dimensionless.
+const ROUNDING: f64 = 1e-6;
+
+/// Nothing moves a robot that is held where it was put.
+fn held(mut conditions: Conditions) -> Conditions {
+    let robot = &mut conditions.robot;
+    robot.turn_bias_sd_rad_s = 0.0;
+    robot.heading_noise_sd_rad = 0.0;
+    robot.gust_sd_m_s = 0.0;
+    conditions
+}
+
+fn check_drive(command: ControllerParameters, duration_s: f64) -> anyhow::Result<()> {
+    let ControllerParameters { speed_m_s, turn_rate_rad_s } = command;
     for (what, found, unit) in [
         ("the speed", speed_m_s, "m/s"),
         ("the turning rate", turn_rate_rad_s, "rad/s"),
-        ("the duration", request.duration_s, "s"),
+        ("the duration", duration_s, "s"),
     ] {
         if !(found >= 0.0 && found.is_finite()) {
             bail!("{what} is {found} {unit}, expected 0 {unit} or more");

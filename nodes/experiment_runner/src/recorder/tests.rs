@@ -77,8 +77,8 @@ fn a_hundred_robots_with_three_topics_at_20_hz_are_recorded_without_loss() {
         for ear in &ears {
             // As deep as the recorder listens, because this machine may be busy with other tests.
             let qos = Qos::reliable(100);
-            let publisher = robots.publish_raw(&ear.name, ear.topic.type_name, qos).unwrap();
-            let message = match ear.topic.type_name {
+            let publisher = robots.publish_raw(&ear.name, &ear.type_name, qos).unwrap();
+            let message = match ear.type_name.as_str() {
                 name if name == topics::DETECTION.type_name => cdr::encode(&Bool { data: true }),
                 name if name == topics::CMD_VEL.type_name => cdr::encode(&TwistStamped::default()),
                 _ => cdr::encode(&Odometry::default()),

@@ -227,7 +227,8 @@ impl Conversation {
         }
         if self.reopen_ms.is_none() {
             match self.link.on_tick(self.now()) {
-                Ok(line) => line.into_iter().for_each(|line| self.carry_to_micro(&line)),
+                Ok(Some(line)) => self.carry_to_micro(&line),
+                Ok(None) => {}
                 Err(_end) => self.end(),
             }
         }
@@ -257,7 +258,8 @@ impl Conversation {
             self.bodies.pop_front();
         }
         let (bytes, is_damaged) = self.wires[0].carry(line.as_bytes(), &mut self.generator);
-        self.count(is_damaged);
+        self.tally.deliveries += 1;
+        self.tally.damaged += u64::from(is_damaged);
         for byte in bytes {
             let Some(body) = self.micro.hear(byte) else { continue };
             if !self.bodies.contains(&body) {
@@ -270,13 +272,16 @@ impl Conversation {
                 let at_ms = self.commanded[&self.micro.wheels];
                 assert!(self.now_ms <= at_ms + TIMEOUT_MS, "a command of {at_ms} ms was obeyed");
             }
-            answer.into_iter().for_each(|answer| self.carry_to_link(&answer));
+            if let Some(answer) = answer {
+                self.carry_to_link(&answer);
+            }
         }
     }
 
     fn carry_to_link(&mut self, line: &str) {
         let (bytes, is_damaged) = self.wires[1].carry(line.as_bytes(), &mut self.generator);
-        self.count(is_damaged);
+        self.tally.deliveries += 1;
+        self.tally.damaged += u64::from(is_damaged);
         if self.reopen_ms.is_some() {
             return;
         }
@@ -291,11 +296,6 @@ impl Conversation {
         self.tally.ended += 1;
         self.is_up = false;
         self.reopen_ms = Some(self.now_ms + 500);
-    }
-
-    fn count(&mut self, is_damaged: bool) {
-        self.tally.deliveries += 1;
-        self.tally.damaged += u64::from(is_damaged);
     }
 
     fn judge(&self) {

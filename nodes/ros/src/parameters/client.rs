@@ -281,7 +281,7 @@ impl<'a> ParameterClient<'a> {
         };
         let qos = profile(SERVICE_QOS);
         let client = self.session.with_node(&self.node, 2, |node| {
-            node.create_client(mapping, &name, &type_name, qos.clone(), qos)
+            node.create_client(mapping, &name, &type_name, qos.clone(), qos.clone())
                 .map_err(|error| SessionError::endpoint(&service_name, &error))
         })?;
         let endpoint = Arc::new(tokio::sync::Mutex::new(client));

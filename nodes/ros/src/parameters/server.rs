@@ -250,7 +250,7 @@ fn endpoint(
     let type_name = ServiceTypeName::new("rcl_interfaces", service.type_name());
     let qos = profile(SERVICE_QOS);
     session.with_node(node, 2, |node| {
-        node.create_server(ServiceMapping::Enhanced, &name, &type_name, qos.clone(), qos)
+        node.create_server(ServiceMapping::Enhanced, &name, &type_name, qos.clone(), qos.clone())
             .map_err(|error| SessionError::endpoint(&service_name, &error))
     })
 }

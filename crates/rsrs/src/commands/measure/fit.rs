@@ -2,10 +2,13 @@
 
 mod text;
 
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use rsrs_core::capability::{LostCapability, lost_capabilities};
 use rsrs_core::fit::{Details, Fit, SensorMap, Tables, Unmeasured, fit};
+use rsrs_core::harsher::HarsherFactors;
 use rsrs_core::trial::{detection_trials, period_trials, reduced, speed_trials, turn_trials};
 use rsrs_view::distribution::{self, DistributionPicture};
 use rsrs_view::sensor::{self, SensorPicture};
@@ -75,6 +78,8 @@ struct Told<'a> {
     #[serde(flatten)]
     fitted: &'a Fit,
     details: &'a Details,
+    /// What the default factors of a sweep would leave next to nothing of.
+    lost_capabilities: &'a [LostCapability],
 }
 
 /// Runs the command.
@@ -85,16 +90,23 @@ struct Told<'a> {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let unmeasured = unmeasured(arguments)?;
     let (fitted, left_out) = fit_tables(arguments, &unmeasured)?;
+    let profile = fitted.profile(&arguments.name, &unmeasured);
+    let simulated = HarsherFactors::default().apply(&profile)?;
+    let lost = lost_capabilities(&profile, &simulated);
     if let Some(path) = &arguments.output {
-        let profile = fitted.profile(&arguments.name, &unmeasured);
         let text = serde_saphyr::to_string(&profile).context("the profile as YAML")?;
         write_file(path, text.as_bytes())?;
     }
     if let Some(folder) = &arguments.pictures {
         draw(folder, &fitted, &arguments.name, unmeasured.radius_m)?;
     }
-    let told = Told { fitted: &fitted, details: &fitted.details };
-    report(arguments.format, &told, &text::text(&arguments.name, &fitted, &left_out))?;
+    let mut words = text::text(&arguments.name, &fitted, &left_out);
+    for lost in &lost {
+        let factor = "with the default factors of a sweep";
+        write!(words, "\n\nwarning: {factor}, {lost}").expect("a string takes any text");
+    }
+    let told = Told { fitted: &fitted, details: &fitted.details, lost_capabilities: &lost };
+    report(arguments.format, &told, &words)?;
     Ok(Outcome::Done)
 }
 

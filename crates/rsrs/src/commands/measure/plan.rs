@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut text = plan.text();
     if let Some(folder) = &arguments.output {
         write(folder, &plan)?;
-        text.push_str(&next(folder));
+        text.push_str(&next(&arguments.fleet, folder));
     }
     report(arguments.format, &plan, &text)?;
     Ok(Outcome::Done)
@@ -103,10 +103,12 @@ fn request(arguments: &Arguments) -> anyhow::Result<PlanRequest> {
     })
 }
 
-fn next(folder: &Path) -> String {
-    let folder = folder.display();
+fn next(fleet: &Path, folder: &Path) -> String {
+    let (fleet, folder) = (fleet.display(), folder.display());
     format!(
         "\nThe sheet and the tables to fill in are in {folder}.\n\
+         Robots on ROS fill in the detections: rsrs measure drive {fleet} --template \
+         {folder}/detection.csv\n\
          next: rsrs measure fit --speed {folder}/speed.csv --turn {folder}/turn.csv \\\n    \
          --detection {folder}/detection.csv --period {folder}/period.csv --name NAME -o PROFILE.yaml\n"
     )

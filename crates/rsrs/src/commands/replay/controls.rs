@@ -1,48 +1,72 @@
 //! What a person types while a bag is played.
 
-use std::io::{BufRead, IsTerminal};
-
-use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+use tokio::sync::mpsc::UnboundedReceiver;
 
 /// What a person wants.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Wish {
     /// Pause, or go on.
     Toggle,
     /// Play the messages of one moment, and pause.
     Step,
+    /// Go to so many seconds behind the start of the bag.
+    GoTo(f64),
+    /// Go so many seconds forward, or back where it is negative.
+    GoBy(f64),
     /// End.
     Quit,
 }
 
+/// What can be typed, each with Enter.
+pub const KEYS: &str = "Enter goes on, `s` makes a step, `s 42` goes to 42 s, `+10` and `-10` go on and \
+                        back, `q` ends";
+
 impl Wish {
     /// What a line means; `None` for what means nothing.
     fn of(line: &str) -> Option<Self> {
-        match line.trim() {
+        let line = line.trim();
+        let seconds = |text: &str| text.trim().parse::<f64>().ok().filter(|it| it.is_finite());
+        match line {
             "" | "p" => Some(Self::Toggle),
             "s" => Some(Self::Step),
             "q" => Some(Self::Quit),
-            _ => None,
+            _ if line.starts_with(['+', '-']) => seconds(line).map(Self::GoBy),
+            _ => seconds(line.strip_prefix("s ")?).filter(|it| *it >= 0.0).map(Self::GoTo),
         }
     }
 }
 
-/// Listens to the keyboard; `None` where there is nobody at it.
-pub fn listen() -> Option<UnboundedReceiver<Wish>> {
-    if !std::io::stdin().is_terminal() {
-        return None;
+/// What somebody types, where there is somebody.
+pub struct Controls {
+    lines: Option<UnboundedReceiver<String>>,
+}
+
+impl Controls {
+    /// Listens to the keyboard.
+    pub fn listen() -> Self {
+        Self { lines: crate::keyboard::listen() }
     }
-    let (sender, receiver) = unbounded_channel();
-    // A thread that waits for a line cannot be ended; it goes with the process.
-    std::thread::spawn(move || {
-        let lines = std::io::stdin().lock().lines().map_while(Result::ok);
-        for wish in lines.filter_map(|line| Wish::of(&line)) {
-            if sender.send(wish).is_err() {
-                return;
+
+    /// Whether somebody is there.
+    pub fn has_person(&self) -> bool {
+        self.lines.is_some()
+    }
+
+    /// The next thing that the person wants; never, where there is none.
+    pub async fn next(&mut self) -> Wish {
+        while let Some(lines) = &mut self.lines {
+            match lines.recv().await {
+                Some(line) => {
+                    if let Some(wish) = Wish::of(&line) {
+                        return wish;
+                    }
+                }
+                // The keyboard is gone.
+                None => self.lines = None,
             }
         }
-    });
-    Some(receiver)
+        std::future::pending().await
+    }
 }
 
 #[cfg(test)]
@@ -51,9 +75,18 @@ mod tests {
 
     #[test]
     fn enter_toggles_and_other_words_mean_nothing() {
-        let wishes = ["", " ", "p", "s", "q", "stop"].map(Wish::of);
+        let wishes = ["", " ", "p", "s", "q", "stop", "s x", "+", "s -3"].map(Wish::of);
 
         let toggle = Some(Wish::Toggle);
-        assert_eq!(wishes, [toggle, toggle, toggle, Some(Wish::Step), Some(Wish::Quit), None]);
+        let (step, quit) = (Some(Wish::Step), Some(Wish::Quit));
+        assert_eq!(wishes, [toggle, toggle, toggle, step, quit, None, None, None, None]);
+    }
+
+    #[test]
+    fn places_are_times_and_ways_have_a_sign() {
+        let wishes = ["s 42.5", "+10", "-0.5"].map(Wish::of);
+
+        let expected = [Wish::GoTo(42.5), Wish::GoBy(10.0), Wish::GoBy(-0.5)];
+        assert_eq!(wishes, expected.map(Some));
     }
 }

@@ -10,10 +10,9 @@ use rsrs_ros::clock::ClockPublisher;
 use rsrs_ros::session::{RawPublisher, Session, SessionOptions};
 use rsrs_ros::shutdown;
 use serde::Serialize;
-use tokio::sync::mpsc::UnboundedReceiver;
 
 use super::Pace;
-use super::controls::{self, Wish};
+use super::controls::{Controls, KEYS, Wish};
 use super::selection::Selection;
 use crate::commands::run::say_note;
 use crate::commands::{Format, report};
@@ -128,8 +127,8 @@ async fn play(
     } else {
         Some(ClockPublisher::new(session, &session.node("/", "replay")?)?)
     };
-    let controls = controls::listen();
-    if pace.is_paused && controls.is_none() {
+    let controls = Controls::listen();
+    if pace.is_paused && !controls.has_person() {
         anyhow::bail!("`--pause` without a terminal, in which nobody could go on");
     }
     let mut player = Player {
@@ -138,6 +137,7 @@ async fn play(
         controls,
         rate: pace.rate,
         state: if pace.is_paused { State::Paused } else { State::Playing },
+        place: Place::default(),
         anchor: None,
         n_messages: 0,
         late: Duration::ZERO,
@@ -161,13 +161,36 @@ enum State {
     Quit,
 }
 
+/// Where somebody is in a bag, in nanoseconds of log time.
+#[derive(Clone, Copy, Debug, Default)]
+struct Place {
+    /// The beginning of the bag.
+    first: u64,
+    /// What was played last, or gone to.
+    now: u64,
+    /// Where a person wants to be instead.
+    wanted: Option<u64>,
+}
+
+impl Place {
+    /// Notes where a person wants to be: not before the beginning.
+    fn go(&mut self, from_ns: u64, by_s: f64) {
+        let by_ns = nanoseconds(by_s.abs());
+        let to_ns =
+            if by_s < 0.0 { from_ns.saturating_sub(by_ns) } else { from_ns.saturating_add(by_ns) };
+        self.now = to_ns.max(self.first);
+        self.wanted = Some(self.now);
+    }
+}
+
 /// Somebody who plays a bag.
 struct Player<'a> {
     publishers: BTreeMap<&'a str, RawPublisher>,
     clock: Option<ClockPublisher>,
-    controls: Option<UnboundedReceiver<Wish>>,
+    controls: Controls,
     rate: f64,
     state: State,
+    place: Place,
     /// A log time, in nanoseconds, and when it was played.
     anchor: Option<(u64, Instant)>,
     n_messages: u64,
@@ -179,10 +202,16 @@ impl Player<'_> {
         tokio::time::sleep(Duration::from_secs_f64(pace.delay_s)).await;
         let first_ns = bag.info().start_ns.unwrap_or(0);
         let from_ns = first_ns.saturating_add(nanoseconds(pace.start_s));
+        self.place.first = first_ns;
         loop {
             self.anchor = None;
+            self.place.now = from_ns;
             let n_before = self.n_messages;
             self.once(bag, from_ns).await?;
+            while let Some(wanted_ns) = self.place.wanted.take() {
+                self.anchor = None;
+                self.once(bag, wanted_ns).await?;
+            }
             let is_idle = self.n_messages == n_before;
             if !pace.is_loop || self.state == State::Quit || is_idle {
                 return Ok(());
@@ -199,6 +228,7 @@ impl Player<'_> {
         Ok(())
     }
 
+    /// Plays from here to the end, or to where somebody wants to be elsewhere.
     async fn once(&mut self, bag: &Bag, from_ns: u64) -> anyhow::Result<()> {
         let names: Vec<&str> = self.publishers.keys().copied().collect();
         for message in bag.messages_on(names) {
@@ -212,7 +242,7 @@ impl Player<'_> {
                 continue;
             }
             self.wait_for(message.log_time_ns).await?;
-            if self.state == State::Quit {
+            if self.state == State::Quit || self.place.wanted.is_some() {
                 return Ok(());
             }
             self.send(&message).await?;
@@ -225,6 +255,7 @@ impl Player<'_> {
         let publisher = publisher.expect("only topics with publishers are read");
         publisher.publish(&message.bytes).await?;
         self.n_messages += 1;
+        self.place.now = self.place.now.max(message.log_time_ns);
         Ok(())
     }
 
@@ -232,6 +263,7 @@ impl Player<'_> {
     async fn wait_for(&mut self, log_ns: u64) -> anyhow::Result<()> {
         loop {
             match self.state {
+                _ if self.place.wanted.is_some() => return Ok(()),
                 State::Quit => return Ok(()),
                 State::Stepping(None) => {
                     self.state = State::Stepping(Some(log_ns));
@@ -241,7 +273,7 @@ impl Player<'_> {
                 State::Stepping(Some(now_ns)) if log_ns <= now_ns => return Ok(()),
                 State::Stepping(Some(_)) => self.state = State::Paused,
                 State::Paused => {
-                    let wish = self.next_wish().await;
+                    let wish = self.controls.next().await;
                     self.obey(wish);
                     // Time did not pass.
                     self.anchor = None;
@@ -273,7 +305,7 @@ impl Player<'_> {
                 let passed_ns = nanoseconds(from.elapsed().as_secs_f64() * self.rate);
                 self.say_time(log_ns.min(from_ns.saturating_add(passed_ns))).await?;
             }
-            wish = next_wish(&mut self.controls) => self.obey(wish),
+            wish = self.controls.next() => self.obey(wish),
         }
         Ok(false)
     }
@@ -285,19 +317,25 @@ impl Player<'_> {
         }
     }
 
-    async fn next_wish(&mut self) -> Wish {
-        next_wish(&mut self.controls).await
-    }
-
     fn obey(&mut self, wish: Wish) {
         self.state = match (wish, self.state) {
             (Wish::Quit, _) => State::Quit,
             (Wish::Step, _) => State::Stepping(None),
-            (Wish::Toggle, State::Playing) => State::Paused,
+            (Wish::Toggle, State::Playing)
+            | (Wish::GoTo(_) | Wish::GoBy(_), State::Stepping(_)) => State::Paused,
             (Wish::Toggle, _) => State::Playing,
+            (Wish::GoTo(_) | Wish::GoBy(_), state) => state,
         };
+        match wish {
+            Wish::GoTo(time_s) => self.place.go(self.place.first, time_s),
+            Wish::GoBy(by_s) => self.place.go(self.place.now, by_s),
+            Wish::Toggle | Wish::Step | Wish::Quit => {}
+        }
+        let at_s = self.place.now.saturating_sub(self.place.first) as f64 / 1e9;
         if self.state == State::Paused {
-            say_note("paused; Enter goes on, `s` and Enter makes a step, `q` and Enter ends");
+            say_note(&format!("paused at {at_s:.2} s; {KEYS}"));
+        } else if self.place.wanted.is_some() {
+            say_note(&format!("at {at_s:.2} s"));
         }
     }
 }
@@ -306,16 +344,4 @@ impl Player<'_> {
 fn nanoseconds(seconds: f64) -> u64 {
     let duration = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
     u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
-}
-
-/// The next thing that the person at the keyboard wants; never, where there is none.
-async fn next_wish(controls: &mut Option<UnboundedReceiver<Wish>>) -> Wish {
-    if let Some(receiver) = controls {
-        match receiver.recv().await {
-            Some(wish) => return wish,
-            // The keyboard is gone.
-            None => *controls = None,
-        }
-    }
-    std::future::pending().await
 }

@@ -20,6 +20,7 @@ pub fn text(answer: &Answer) -> String {
         blocks.push(remedy(answer));
     }
     blocks.push(capabilities(answer));
+    blocks.extend(answer.lost_capabilities.iter().map(|lost| format!("warning: {lost}")));
     blocks.push(sensor(answer));
     blocks.join("\n\n")
 }

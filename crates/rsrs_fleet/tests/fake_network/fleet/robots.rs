@@ -80,7 +80,11 @@ impl Fleet {
                 self.tell_robot(robot, Event::Controller { parameter_digest })
             }
             Message::EStop(engaged) => {
-                witness.e_stop(engaged, now_ms);
+                if engaged {
+                    witness.e_stop_engaged(now_ms);
+                } else {
+                    witness.e_stop_released(now_ms);
+                }
                 self.note(|| format!("{} hears the e-stop: {engaged}", name(robot)));
                 self.tell_robot(robot, Event::EStop(engaged))
             }

@@ -3,7 +3,7 @@
 use rsrs_fleet::stopper::{self, Answer, Ending, Word};
 
 use super::Fleet;
-use crate::network::Node;
+use crate::network::{Message, Node};
 
 /// What came of a stop or release.
 #[derive(Debug)]
@@ -21,7 +21,9 @@ impl Fleet {
         let answers = machine.answers();
         for action in actions {
             match action {
-                stopper::Action::Say(engaged) => self.say_e_stop(Node::Stopper, engaged),
+                stopper::Action::Say(engaged) => {
+                    self.say_e_stop(Node::Stopper, &Message::EStop(engaged));
+                }
                 stopper::Action::Finish(ending) => {
                     self.note(|| format!("stopper: {ending:?}"));
                     self.story.stops.push(Stop { ending, took_ms, answers: answers.clone() });

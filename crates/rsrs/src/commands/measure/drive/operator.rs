@@ -1,4 +1,4 @@
-//! What tape and stopwatch say, asked of the person who has them.
+//! What tape and stopwatch say, and whether all stands where it should, asked of the person who knows.
 
 use std::io::{BufRead, Write};
 use std::path::Path;
@@ -8,6 +8,7 @@ use rsrs_core::controller::ControllerParameters;
 use rsrs_experiment_runner::plan::Plan;
 
 use super::result::{Motion, Source, TrialResult};
+use crate::commands::run::asked_to_stop;
 
 /// Asks on standard error for what the robot did, and reads the answers from standard input.
 ///
@@ -26,6 +27,38 @@ pub fn ask(bag: &Path, plan: &Plan) -> anyhow::Result<TrialResult> {
         .with_context(|| format!("{} has no poses, so somebody must say it", bag.display()))?;
     let robot = plan.robots[0].name.clone();
     Ok(TrialResult { bag: bag.to_owned(), robot, source: Source::Operator, motion })
+}
+
+/// What a person says before a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ready {
+    /// All stands where it should.
+    Go,
+    /// Not this one.
+    Skip,
+    /// No more of them.
+    End,
+}
+
+/// Says on standard error what to do, and waits until it is done; a signal ends it.
+///
+/// # Errors
+///
+/// If standard input ends before the answer.
+pub async fn ready(words: &str) -> anyhow::Result<Ready> {
+    let (sender, answer) = tokio::sync::oneshot::channel();
+    let words = words.to_owned();
+    // A thread that waits for a line cannot be ended; it goes with the process.
+    std::thread::spawn(move || {
+        let mut interview =
+            Interview { input: std::io::stdin().lock(), output: std::io::stderr().lock() };
+        // Nobody listens when the command was ended meanwhile.
+        drop(sender.send(interview.ready(&words)));
+    });
+    tokio::select! {
+        answer = answer => answer.context("the thread that asks has ended")?,
+        _ = asked_to_stop() => Ok(Ready::End),
+    }
 }
 
 /// Where questions go, and where answers come from.
@@ -61,6 +94,24 @@ impl<I: BufRead, O: Write> Interview<I, O> {
             }),
             (true, true) => {
                 Ok(Motion::Curve { commanded_m_s: speed_m_s, commanded_rad_s: turn_rate_rad_s })
+            }
+        }
+    }
+
+    fn ready(&mut self, words: &str) -> anyhow::Result<Ready> {
+        loop {
+            write!(self.output, "{words}; then Enter (s skips it, q ends here): ")
+                .and_then(|()| self.output.flush())
+                .context("asking")?;
+            let mut line = String::new();
+            if self.input.read_line(&mut line).context("reading the answer")? == 0 {
+                bail!("standard input ended before somebody said that all stands where it should");
+            }
+            match line.trim() {
+                "" => return Ok(Ready::Go),
+                "s" => return Ok(Ready::Skip),
+                "q" => return Ok(Ready::End),
+                other => writeln!(self.output, "`{other}` is no answer").context("asking")?,
             }
         }
     }
@@ -143,6 +194,21 @@ mod tests {
         assert_eq!(motion.unwrap(), expected);
         assert!(asked.contains("`a circle` is no number, expected one such as 1.98"), "{asked}");
         assert_eq!(asked.matches("angle turned").count(), 3, "{asked}");
+    }
+
+    #[test]
+    fn a_trial_begins_when_somebody_says_so() {
+        let answered = |lines: &str| {
+            let mut interview = Interview { input: lines.as_bytes(), output: Vec::new() };
+            (interview.ready("put it there"), String::from_utf8(interview.output).unwrap())
+        };
+
+        assert_eq!(answered("\n").0.unwrap(), Ready::Go);
+        assert_eq!(answered("s\n").0.unwrap(), Ready::Skip);
+        let (ready, asked) = answered("yes\nq\n");
+        assert_eq!(ready.unwrap(), Ready::End);
+        assert!(asked.contains("`yes` is no answer\nput it there; then Enter"), "{asked}");
+        assert!(answered("").0.unwrap_err().to_string().contains("standard input ended"));
     }
 
     #[test]

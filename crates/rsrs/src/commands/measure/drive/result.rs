@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use rsrs_bags::trajectory::{TrajectoryError, TrajectoryOptions, read_trajectory};
 use rsrs_core::controller::ControllerParameters;
-use rsrs_core::trial::{DrivenTrial, reduced};
-use rsrs_experiment_runner::plan::Plan;
+use rsrs_core::trial::{DrivenTrial, Neighbour, reduced};
+use rsrs_experiment_runner::plan::{Plan, Trial};
 use serde::Serialize;
 
+use super::readings::Readings;
 use crate::bag_trials;
 use crate::failure::with_help;
 use crate::recorded_run;
@@ -37,6 +38,8 @@ pub enum Source {
     Poses,
     /// Tape and stopwatch, by who drove it.
     Operator,
+    /// What its sensor said in the bag.
+    Detections,
 }
 
 /// What a robot did under one command.
@@ -65,6 +68,17 @@ pub enum Motion {
         /// Time taken, in seconds.
         duration_s: f64,
     },
+    /// None: it stood and sensed.
+    Standing {
+        /// Distance of the neighbour's centre, in metres; `None` if it was alone.
+        distance_m: Option<f64>,
+        /// Bearing of the neighbour's centre, in radians, left is positive; `None` if it was alone.
+        bearing_rad: Option<f64>,
+        /// Readings taken.
+        samples: u64,
+        /// Readings that said "detected".
+        detections: u64,
+    },
     /// A curve: a trajectory for `rsrs validate`, and no row of a table.
     Curve {
         /// Commanded speed, in metres per second.
@@ -74,10 +88,11 @@ pub enum Motion {
     },
 }
 
-/// Headers of the tables of straight runs and of turns.
-const HEADERS: [&str; 2] = [
+/// Headers of the tables of straight runs, of turns and of detections.
+pub const HEADERS: [&str; 3] = [
     "robot,commanded_m_s,distance_m,duration_s,lateral_m,heading_change_rad",
     "robot,commanded_rad_s,angle_rad,duration_s",
+    "robot,distance_m,bearing_rad,samples,detections",
 ];
 
 /// Refuses, before anything moves, a table to which the result could not be added.
@@ -85,11 +100,13 @@ const HEADERS: [&str; 2] = [
 /// # Errors
 ///
 /// If the trial is a curve, or the table is of another kind.
-pub fn check_table(path: &Path, command: ControllerParameters) -> anyhow::Result<()> {
-    let header = match (command.speed_m_s > 0.0, command.turn_rate_rad_s > 0.0) {
-        (true, false) => HEADERS[0],
-        (false, _) => HEADERS[1],
-        (true, true) => {
+pub fn check_table(path: &Path, trial: &Trial) -> anyhow::Result<()> {
+    let command = trial.command();
+    let header = match (trial, command.speed_m_s > 0.0, command.turn_rate_rad_s > 0.0) {
+        (Trial::Stand { .. }, ..) => HEADERS[2],
+        (_, true, false) => HEADERS[0],
+        (_, false, _) => HEADERS[1],
+        (_, true, true) => {
             return Err(with_help(
                 "a curve is no row of a table of straight runs or turns",
                 "leave out `--table`; `rsrs validate --trajectories BAG` takes the bag",
@@ -133,6 +150,22 @@ impl TrialResult {
         Ok(Some(Self { bag: bag.to_owned(), robot, source: Source::Poses, motion }))
     }
 
+    /// The result of a trial in which the robot stood.
+    pub fn of_readings(plan: &Plan, neighbour: Option<Neighbour>, found: Readings) -> Self {
+        let Readings { samples, detections } = found;
+        Self {
+            bag: plan.bag.clone(),
+            robot: plan.robots[0].name.clone(),
+            source: Source::Detections,
+            motion: Motion::Standing {
+                distance_m: neighbour.map(|neighbour| neighbour.distance_m),
+                bearing_rad: neighbour.map(|neighbour| neighbour.bearing_rad),
+                samples,
+                detections,
+            },
+        }
+    }
+
     /// The row of the table; `None` for a curve.
     pub fn row(&self) -> Option<String> {
         let robot = &self.robot;
@@ -154,12 +187,23 @@ impl TrialResult {
             Motion::Turn { commanded_rad_s, angle_rad, duration_s } => {
                 Some(format!("{robot},{commanded_rad_s},{angle_rad:.5},{duration_s:.3}"))
             }
+            Motion::Standing { distance_m, bearing_rad, samples, detections } => {
+                let written = |number: Option<f64>| number.map(|number| number.to_string());
+                let (distance, bearing) = (written(distance_m), written(bearing_rad));
+                let place =
+                    format!("{},{}", distance.unwrap_or_default(), bearing.unwrap_or_default());
+                Some(format!("{robot},{place},{samples},{detections}"))
+            }
             Motion::Curve { .. } => None,
         }
     }
 
     fn header(&self) -> &'static str {
-        if matches!(self.motion, Motion::Turn { .. }) { HEADERS[1] } else { HEADERS[0] }
+        match self.motion {
+            Motion::Straight { .. } | Motion::Curve { .. } => HEADERS[0],
+            Motion::Turn { .. } => HEADERS[1],
+            Motion::Standing { .. } => HEADERS[2],
+        }
     }
 
     /// Adds the row to a table.

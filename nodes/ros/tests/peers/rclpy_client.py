@@ -36,6 +36,17 @@ def values(response):
     return [rclpy.parameter.parameter_value_to_python(value) for value in response.values]
 
 
+def dump(node, name):
+    """What `ros2 param dump` asks of a node."""
+    client = AsyncParameterClient(node, name)
+    if not client.wait_for_services(timeout_sec=30.0):
+        sys.exit(f"{name} has no parameter services")
+    names = list(answer(node, lambda: client.list_parameters([], 0)).result.names)
+    described = answer(node, lambda: client.describe_parameters(names)).descriptors
+    found = values(answer(node, lambda: client.get_parameters(names)))
+    return {descriptor.name: value for descriptor, value in zip(described, found, strict=True)}
+
+
 def main():
     rclpy.init()
     node = rclpy.create_node("visitor")
@@ -83,6 +94,7 @@ def main():
 
     wait_for(node, "the list of nodes", lambda: len(nodes()) >= 4)
     seen["nodes"] = nodes()
+    seen["dumps"] = {name: dump(node, name) for name in nodes() if name != "/visitor"}
     services = node.get_service_names_and_types_by_node("controller", "/robot_3")
     seen["services"] = sorted(name.rsplit("/", 1)[1] for name, _ in services)
     publishers = node.get_publisher_names_and_types_by_node("controller", "/robot_3")

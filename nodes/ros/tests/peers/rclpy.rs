@@ -1,9 +1,4 @@
-//! A stock ROS 2 Jazzy (rclpy over Fast DDS) uses our parameters and topics, and we use its.
-
-mod support;
-
-#[path = "../../../msgs/tests/venv/mod.rs"]
-mod venv;
+//! A stock ROS 2 (rclpy over Fast DDS) uses our parameters and topics, and we use its.
 
 use std::cell::Cell;
 use std::path::Path;
@@ -17,15 +12,8 @@ use rsrs_ros::parameters::{
 };
 use rsrs_ros::session::Session;
 use serde_json::{Value, json};
-use support::{PATIENCE, eventually, in_own_network, session};
-use venv::python_with;
 
-/// Other tests with rclpy ask for the same packages, and share the environment.
-const PACKAGES: [&str; 3] = [
-    "ros-jazzy-rclpy[fastrtps]==7.1.6",
-    "ros-jazzy-std-msgs==5.3.6",
-    "ros-jazzy-geometry-msgs==5.3.6",
-];
+use crate::support::{PATIENCE, eventually, session};
 
 fn controllers(session: &Session) -> ParameterServer {
     let nodes = (1..=3).map(|robot| {
@@ -55,9 +43,9 @@ async fn run_client(python: &Path, robots: &Session) -> Value {
     };
     let (third, second) = (detection("robot_3"), detection("robot_2"));
     let logs = tempfile::tempdir().expect("a folder to write in");
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/rclpy_client.py");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers/rclpy_client.py");
     let mut client = tokio::process::Command::new(python);
-    client.arg(script).env("ROS_DOMAIN_ID", "42").env("ROS_LOG_DIR", logs.path());
+    client.arg("-B").arg(script).env("ROS_DOMAIN_ID", "42").env("ROS_LOG_DIR", logs.path());
     client.kill_on_drop(true);
     let options = ClientOptions { patience: PATIENCE, mapping: None };
     let visitor = ParameterClient::new(robots, &node, options);
@@ -104,35 +92,35 @@ async fn what_rclpy_sees(python: &Path) -> Value {
     seen
 }
 
-#[test]
-fn rclpy_lists_gets_sets_and_describes_parameters_and_reads_a_topic() {
-    let name = "rclpy_lists_gets_sets_and_describes_parameters_and_reads_a_topic";
-    // Outside the network namespace, where the package index can be reached.
-    let python = python_with("rclpy", &PACKAGES, &[]);
+/// Everything that `ros2 param` does, and a topic both ways.
+pub async fn uses_ours(python: &Path) {
+    let seen = what_rclpy_sees(python).await;
 
-    in_own_network(name, async || {
-        let seen = what_rclpy_sees(&python).await;
-
-        assert_eq!(seen["listed"], json!(["speed", "turn_rate"]));
-        assert_eq!(seen["first"], json!([0.15, 0.75]));
-        assert_eq!(seen["described"], json!(["Forward speed, in m/s.", 3, 0.0, 0.3]));
-        assert_eq!(seen["set"], json!([true, ""]));
-        let refused = "parameter 'speed' must be between 0 and 0.3, found 0.5";
-        assert_eq!(seen["out of range"], json!([false, refused]));
-        assert_eq!(seen["wrong type"][0], json!(false));
-        assert_eq!(
-            seen["undeclared"],
-            json!([false, "parameter 'height' cannot be set because it was not declared"])
-        );
-        assert_eq!(seen["set one"], json!([true]));
-        assert_eq!(seen["last"], json!([0.25, 0.5]), "a refused set changes nothing");
-        assert_eq!(seen["detection"], json!(true));
-        assert_eq!(seen["changed"], json!(["speed"]));
-        assert_eq!(seen["gain"], json!(2.5), "our client sets its parameter");
-        let nodes =
-            ["/robot_1/controller", "/robot_2/controller", "/robot_3/controller", "/visitor"];
-        assert_eq!(seen["nodes"], json!(nodes));
-        assert_eq!(seen["services"].as_array().map(Vec::len), Some(6));
-        assert_eq!(seen["publishers"]["/robot_3/detection"], json!(["std_msgs/msg/Bool"]));
+    assert_eq!(seen["listed"], json!(["speed", "turn_rate"]));
+    assert_eq!(seen["first"], json!([0.15, 0.75]));
+    assert_eq!(seen["described"], json!(["Forward speed, in m/s.", 3, 0.0, 0.3]));
+    assert_eq!(seen["set"], json!([true, ""]));
+    let refused = "parameter 'speed' must be between 0 and 0.3, found 0.5";
+    assert_eq!(seen["out of range"], json!([false, refused]));
+    assert_eq!(seen["wrong type"][0], json!(false));
+    assert_eq!(
+        seen["undeclared"],
+        json!([false, "parameter 'height' cannot be set because it was not declared"])
+    );
+    assert_eq!(seen["set one"], json!([true]));
+    assert_eq!(seen["last"], json!([0.25, 0.5]), "a refused set changes nothing");
+    assert_eq!(seen["detection"], json!(true));
+    assert_eq!(seen["changed"], json!(["speed"]));
+    assert_eq!(seen["gain"], json!(2.5), "our client sets its parameter");
+    let nodes = ["/robot_1/controller", "/robot_2/controller", "/robot_3/controller", "/visitor"];
+    assert_eq!(seen["nodes"], json!(nodes));
+    let dump = |speed: f64, turn_rate: f64| json!({ "speed": speed, "turn_rate": turn_rate });
+    let dumps = json!({
+        "/robot_1/controller": dump(0.15, 0.75),
+        "/robot_2/controller": dump(0.15, 0.75),
+        "/robot_3/controller": dump(0.25, 0.5),
     });
+    assert_eq!(seen["dumps"], dumps);
+    assert_eq!(seen["services"].as_array().map(Vec::len), Some(6));
+    assert_eq!(seen["publishers"]["/robot_3/detection"], json!(["std_msgs/msg/Bool"]));
 }

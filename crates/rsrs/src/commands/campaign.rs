@@ -1,0 +1,197 @@
+//! `rsrs campaign`: many experiments, one after the other, each in a folder that says all of it.
+
+mod conduct;
+mod file;
+mod folder;
+mod manifest;
+mod prompt;
+mod summary;
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
+use rsrs_fleet::record::{self, ExperimentRecord};
+use rsrs_ros::logging::{self, Level};
+
+use crate::commands::run::{Backend, chosen_network, runtime, say_note};
+use crate::commands::{Format, report};
+use crate::failure::{Outcome, with_help};
+use crate::own_network::OwnNetwork;
+use conduct::{Conductor, Floor};
+use file::Experiment;
+use folder::CampaignFolder;
+use prompt::Prompt;
+
+/// Run many experiments one after the other, and go on where it was interrupted.
+///
+/// The campaign file names experiment files, cells, seeds and repetitions. Each experiment gets a
+/// folder with its bag, the files behind it, the judge's label, and a manifest with a checksum of
+/// every file. The same command goes on with a campaign that was interrupted or killed: finished
+/// experiments are verified and never run again, and recordings that broke off are kept beside as
+/// `bag.unfinished_1` and do not count.
+///
+/// With the simulator, the world is placed anew before each run. With the fleet, you are asked to
+/// place the robots before each run. Exit code 3 says that experiments are missing, void, or lost
+/// data.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs campaign launch_configs/campaigns/flockbot_milling.yaml -o results/campaign
+  rsrs campaign floor.yaml -o results/floor --backend fleet --interface wlan0
+  rsrs compare results/flockbot --bags results/floor/*/bag")]
+pub struct Arguments {
+    /// Campaign file (YAML).
+    campaign: PathBuf,
+    /// Folder of the campaign; one that is there is gone on with.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// What moves the robots (default: sim).
+    #[arg(long, value_enum, default_value = "sim", hide_default_value = true)]
+    backend: Backend,
+    /// Network interface of the fleet, by name or address (or `RSRS_INTERFACE`).
+    #[arg(long, value_name = "NAME|IP")]
+    interface: Option<String>,
+    /// Start every run of a fleet without asking, as where nobody has to place the robots.
+    #[arg(long)]
+    yes: bool,
+    /// How to report.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// An experiment of a campaign with what it is, whenever it is run.
+pub struct Item {
+    /// As the campaign file has it.
+    pub experiment: Experiment,
+    /// All that it takes to repeat it, without what differs from run to run and program to program.
+    pub identity: ExperimentRecord,
+}
+
+impl Item {
+    fn read(experiment: Experiment, backend: record::Backend) -> anyhow::Result<Self> {
+        let plan = plan(&experiment, backend)?;
+        Ok(Self { experiment, identity: identity(&plan.record) })
+    }
+
+    /// The plan of a run that starts now.
+    ///
+    /// # Errors
+    ///
+    /// If a file is wrong, or has been changed since the campaign was started.
+    pub fn plan(&self, bag: PathBuf) -> anyhow::Result<Plan> {
+        let mut plan = plan(&self.experiment, self.identity.backend)?;
+        if identity(&plan.record) != self.identity {
+            return Err(with_help(
+                format!("{}: its files were changed meanwhile", self.experiment.folder),
+                "change them back, or start another campaign",
+            ));
+        }
+        plan.bag = bag;
+        Ok(plan)
+    }
+}
+
+/// A record without what differs between two runs of the same experiment.
+pub fn identity(record: &ExperimentRecord) -> ExperimentRecord {
+    let mut identity = record.clone();
+    for differs in
+        [&mut identity.run_id, &mut identity.provenance.version, &mut identity.provenance.commit]
+    {
+        differs.clear();
+    }
+    identity
+}
+
+fn plan(experiment: &Experiment, backend: record::Backend) -> anyhow::Result<Plan> {
+    let mut plan = Plan::read(&Request {
+        experiment: experiment.file.clone(),
+        cell: experiment.cell.clone(),
+        from: experiment.from.clone(),
+        backend,
+        bag: None,
+        seed: experiment.seed,
+        place_check: PlaceCheck::On,
+    })?;
+    plan.record.replicate = experiment.replicate;
+    Ok(plan)
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// If a file is wrong, the folder is not this campaign's or a file in it was changed, or a run was
+/// not completed.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let backend = match arguments.backend {
+        Backend::Sim => record::Backend::Simulator,
+        Backend::Fleet => record::Backend::Fleet,
+    };
+    let (text, experiments) = file::read(&arguments.campaign)?;
+    let items = experiments
+        .into_iter()
+        .map(|experiment| Item::read(experiment, backend))
+        .collect::<anyhow::Result<Vec<Item>>>()?;
+    let asks = arguments.backend == Backend::Fleet && !arguments.yes;
+    if asks && !std::io::stdin().is_terminal() {
+        return Err(with_help(
+            "nobody is at the keyboard, who would say when the robots are placed",
+            "run it in a terminal, or say `--yes` where nobody has to place them",
+        ));
+    }
+    let floor = floor(arguments)?;
+    let folder = CampaignFolder::open(&arguments.output, (&text, &items))?;
+    // Threads begin here, behind the network.
+    let ended = runtime()?.block_on(async {
+        let prompt = if asks { Prompt::at_keyboard() } else { Prompt::Silent };
+        Conductor::new(&folder, floor, prompt).conduct(&items).await
+    });
+    if let Err(error) = ended {
+        return Err(interrupted(&error, arguments));
+    }
+    let summary = summary::of(&folder, &items, &command(arguments))?;
+    report(arguments.format, &summary, &summary::text(&summary))?;
+    Ok(if summary.is_whole() { Outcome::Done } else { Outcome::NegativeAnswer })
+}
+
+fn floor(arguments: &Arguments) -> anyhow::Result<Floor> {
+    let level = std::env::var("RUST_LOG").ok();
+    match arguments.backend {
+        Backend::Sim => {
+            // Before the first thread is started.
+            let network = OwnNetwork::enter()?;
+            logging::init(Level::Warn, level.as_deref());
+            say_note(&network.note);
+            Ok(Floor::Simulator { network, fleet: None })
+        }
+        Backend::Fleet => {
+            logging::init(Level::Warn, level.as_deref());
+            Ok(Floor::Fleet { network: chosen_network(arguments.interface.as_deref())? })
+        }
+    }
+}
+
+/// The command that goes on.
+fn command(arguments: &Arguments) -> String {
+    let path = |path: &Path| path.display().to_string();
+    let mut words = vec!["rsrs campaign".to_owned(), path(&arguments.campaign)];
+    words.extend(["-o".to_owned(), path(&arguments.output)]);
+    if arguments.backend == Backend::Fleet {
+        words.push("--backend fleet".to_owned());
+    }
+    words.extend(arguments.interface.as_ref().map(|name| format!("--interface {name}")));
+    if arguments.yes {
+        words.push("--yes".to_owned());
+    }
+    words.join(" ")
+}
+
+fn interrupted(error: &anyhow::Error, arguments: &Arguments) -> anyhow::Error {
+    let own = crate::failure::help_of(error);
+    let goes_on = format!("`{}` goes on where it was", command(arguments));
+    with_help(
+        crate::failure::in_one_line(error),
+        own.map_or_else(|| goes_on.clone(), |own| format!("{own}; {goes_on}")),
+    )
+}

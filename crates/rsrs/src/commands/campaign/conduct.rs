@@ -1,0 +1,192 @@
+//! One experiment after the other.
+
+use std::pin::Pin;
+
+use rsrs_experiment_runner::plan::Plan;
+use rsrs_fleet::record::{Ending, EndingKind};
+use rsrs_ros::session::SessionOptions;
+
+use super::Item;
+use super::folder::{BAG, CampaignFolder, counts};
+use super::manifest::Manifest;
+use super::prompt::{Answer, Prompt};
+use crate::commands::place;
+use crate::commands::run::{RunSummary, asked_to_stop, on_simulated_fleet, say_note, watched};
+use crate::failure::with_help;
+use crate::own_network::OwnNetwork;
+use crate::recording_gaps;
+use crate::result_folder::write_file;
+use crate::simulated_fleet::SimulatedFleet;
+
+/// Where the robots are.
+pub enum Floor {
+    /// In a simulator that is started for the campaign.
+    Simulator {
+        /// Where it is.
+        network: OwnNetwork,
+        /// Its processes, and the robots that they stand for.
+        fleet: Option<Box<(Vec<String>, SimulatedFleet)>>,
+    },
+    /// On the floor.
+    Fleet {
+        /// Where they are heard.
+        network: SessionOptions,
+    },
+}
+
+/// What comes after an experiment.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Next {
+    GoOn,
+    Quit,
+}
+
+/// Conducts a campaign.
+pub struct Conductor<'a> {
+    folder: &'a CampaignFolder,
+    floor: Floor,
+    prompt: Prompt,
+}
+
+impl<'a> Conductor<'a> {
+    /// Somebody who conducts the campaign of a folder.
+    pub fn new(folder: &'a CampaignFolder, floor: Floor, prompt: Prompt) -> Self {
+        Self { folder, floor, prompt }
+    }
+
+    /// Verifies what is finished, and runs what is not.
+    ///
+    /// # Errors
+    ///
+    /// If a file of a finished experiment was changed, or a run was not completed; what was finished
+    /// until then stays.
+    pub async fn conduct(mut self, items: &[Item]) -> anyhow::Result<()> {
+        let mut open = Vec::new();
+        for item in items {
+            if self.folder.finished(item)?.is_none() {
+                open.push(item);
+            }
+        }
+        let ended = self.all(&open, items.len()).await;
+        if let Floor::Simulator { fleet: Some(fleet), .. } = self.floor {
+            fleet.1.stop().await?;
+        }
+        ended
+    }
+
+    async fn all(&mut self, open: &[&Item], n_items: usize) -> anyhow::Result<()> {
+        if open.len() < n_items {
+            say_note(&format!("{} of {n_items} are finished", n_items - open.len()));
+        }
+        let mut stop: Pin<Box<dyn Future<Output = String>>> = Box::pin(asked_to_stop());
+        for item in open {
+            // Between two runs nobody else listens.
+            let stopped = tokio::select! {
+                biased;
+                reason = &mut stop => Some(reason),
+                () = std::future::ready(()) => None,
+            };
+            if let Some(reason) = stopped {
+                anyhow::bail!("{reason} before {}", item.experiment.folder);
+            }
+            if self.one(item).await? == Next::Quit {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    async fn one(&mut self, item: &Item) -> anyhow::Result<Next> {
+        let name = &item.experiment.folder;
+        if let Some(manifest) = self.folder.adopt(item)? {
+            say_note(&format!("{name}: its bag was complete already{}", outcome(&manifest)));
+            return Ok(Next::GoOn);
+        }
+        if let Some(aside) = self.folder.keep_aside(item)? {
+            say_note(&format!(
+                "{name}: a recording that broke off is kept as {} and does not count",
+                aside.display()
+            ));
+        }
+        let folder = self.folder.of(item);
+        let plan = item.plan(folder.join(BAG))?;
+        match self.ask(&plan, item).await? {
+            Answer::Start => {}
+            Answer::Skip => return Ok(Next::GoOn),
+            Answer::Quit => return Ok(Next::Quit),
+        }
+        std::fs::create_dir_all(&folder)?;
+        for (file, text) in &plan.files {
+            write_file(&folder.join(file), text.as_bytes())?;
+        }
+        let summary = self.run(&plan).await?;
+        self.settle(item, (plan, &summary))?;
+        Ok(Next::GoOn)
+    }
+
+    /// Asks whoever places the robots; in the simulator, nobody does.
+    async fn ask(&mut self, plan: &Plan, item: &Item) -> anyhow::Result<Answer> {
+        let Floor::Fleet { .. } = self.floor else { return Ok(Answer::Start) };
+        let conditions = &plan.record.conditions.controller;
+        let what = format!(
+            "\n{}: {} m/s, {} rad/s, for {} s\nplace the robots:\n{}",
+            item.experiment.folder,
+            conditions.speed_m_s,
+            conditions.turn_rate_rad_s,
+            plan.record.duration_s,
+            place::text(&place::start_poses(plan)?).trim_end()
+        );
+        Ok(self.prompt.ask(&what).await)
+    }
+
+    async fn run(&mut self, plan: &Plan) -> anyhow::Result<RunSummary> {
+        let (network, fleet) = match &mut self.floor {
+            Floor::Fleet { network } => return watched(plan, network, asked_to_stop()).await,
+            Floor::Simulator { network, fleet } => (network, fleet),
+        };
+        let robots = &plan.record.robots;
+        if let Some(other) = fleet.take_if(|it| it.0 != *robots) {
+            other.1.stop().await?;
+        }
+        if fleet.is_none() {
+            *fleet = Some(Box::new((robots.clone(), SimulatedFleet::start(network, robots)?)));
+        }
+        let fleet = fleet.as_mut().expect("it was started above");
+        on_simulated_fleet(plan, network, &mut fleet.1).await
+    }
+
+    /// Makes an experiment of a run that has ended, or keeps what there is of it aside.
+    fn settle(&self, item: &Item, (plan, summary): (Plan, &RunSummary)) -> anyhow::Result<()> {
+        let name = &item.experiment.folder;
+        let kind = EndingKind::from_key(summary.ending).expect("a run says how it ended");
+        if !counts(kind) {
+            let aside = self.folder.keep_aside(item)?;
+            let message = format!("{name} {}: {}", summary.ending, summary.reason);
+            return Err(match aside {
+                Some(aside) => {
+                    with_help(message, format!("what was recorded is in {}", aside.display()))
+                }
+                None => anyhow::anyhow!(message),
+            });
+        }
+        let ending = Ending { kind, reason: summary.reason.clone() };
+        let manifest = self.folder.finish(item, (plan.record, &ending), Some(summary.n_lost))?;
+        say_note(&format!("{name}: {}{}", manifest.ending, outcome(&manifest)));
+        for line in recording_gaps::lines(&manifest.gaps) {
+            say_note(&format!("  {line}"));
+        }
+        if summary.not_standing.is_empty() {
+            return Ok(());
+        }
+        let robots = summary.not_standing.join(", ");
+        Err(anyhow::anyhow!("{name}: not confirmed to stand, go and look: {robots}"))
+    }
+}
+
+/// What came of an experiment, behind its name.
+fn outcome(manifest: &Manifest) -> String {
+    match manifest.phase {
+        Some(phase) => format!(", {phase}"),
+        None => format!(", not judged: {}", manifest.not_judged),
+    }
+}

@@ -1,0 +1,215 @@
+//! The campaign file: many experiments, in the order in which they are run.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use rsrs_core::axis::Cell;
+use rsrs_core::document;
+use rsrs_core::sweep_file::SEED_LIMIT;
+use serde::Deserialize;
+
+use crate::failure::with_help;
+
+/// A campaign as written by a person.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CampaignFile {
+    /// What is run, in this order.
+    experiments: Vec<Entry>,
+}
+
+/// An experiment file, and how often it is run with what.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    /// Path of the experiment file, relative to this file.
+    experiment: PathBuf,
+    /// What its folders are called; the experiment file's name without its ending if not said.
+    name: Option<String>,
+    /// Folder of a sweep, relative to this file, whose cells these are.
+    from: Option<PathBuf>,
+    /// The cells to run; the experiment's own if none are named.
+    #[serde(default)]
+    cells: Vec<Cell>,
+    /// Seeds, each of which is run in every cell; the experiment's own if none are named.
+    #[serde(default)]
+    seeds: Vec<u64>,
+    /// How often each cell is run with each seed: replicates 0, 1, … of it in the simulator.
+    #[serde(default = "once")]
+    repetitions: u64,
+}
+
+fn once() -> u64 {
+    1
+}
+
+/// More than anybody runs in one campaign; larger numbers are slips.
+const MAX_EXPERIMENTS: usize = 10_000;
+
+/// One experiment of a campaign.
+#[derive(Clone, Debug)]
+pub struct Experiment {
+    /// What its folder is called: its place in the campaign, and its name.
+    pub folder: String,
+    /// Its name.
+    pub name: String,
+    /// The experiment file.
+    pub file: PathBuf,
+    /// Folder of the sweep that it belongs to.
+    pub from: Option<PathBuf>,
+    /// The cell, where the experiment file does not count.
+    pub cell: Option<Cell>,
+    /// The seed, where the experiment file's does not count.
+    pub seed: Option<u64>,
+    /// Which repetition it is, from 0.
+    pub replicate: u64,
+}
+
+/// Reads a campaign file.
+///
+/// # Returns
+///
+/// Its text and all of its experiments, in order: each cell with each seed, as often as asked for.
+///
+/// # Errors
+///
+/// If it cannot be read or is wrong.
+pub fn read(path: &Path) -> anyhow::Result<(String, Vec<Experiment>)> {
+    let file = path.display().to_string();
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {file}"))?;
+    let campaign: CampaignFile = document::parse(&file, &text).map_err(|error| {
+        let help = error.help();
+        match help {
+            Some(help) => with_help(error.to_string(), help),
+            None => error.into(),
+        }
+    })?;
+    let beside = path.parent().unwrap_or(Path::new(""));
+    let mut experiments = Vec::new();
+    for entry in &campaign.experiments {
+        entry.check(&file)?;
+        entry.spell_out(beside, &mut experiments);
+        if experiments.len() > MAX_EXPERIMENTS {
+            bail!("{file}: more than {MAX_EXPERIMENTS} experiments");
+        }
+    }
+    if experiments.is_empty() {
+        bail!("{file}: no experiments");
+    }
+    Ok((text, experiments))
+}
+
+impl Entry {
+    fn name(&self) -> String {
+        self.name.clone().unwrap_or_else(|| {
+            self.experiment.file_stem().map_or_else(String::new, |stem| stem.display().to_string())
+        })
+    }
+
+    fn check(&self, file: &str) -> anyhow::Result<()> {
+        let name = self.name();
+        let is_plain = |letter: char| letter.is_alphanumeric() || "_-.".contains(letter);
+        if name.is_empty() || name.starts_with('.') || !name.chars().all(is_plain) {
+            return Err(with_help(
+                format!("{file}: {name:?} cannot be the name of a folder"),
+                "give a `name:` of letters, digits, `_`, `-` and `.`",
+            ));
+        }
+        if self.repetitions == 0 || self.repetitions > MAX_EXPERIMENTS as u64 {
+            bail!(
+                "{file}: {name}: repetitions is {}, expected 1 to {MAX_EXPERIMENTS}",
+                self.repetitions
+            );
+        }
+        let mut seen = BTreeSet::new();
+        for seed in &self.seeds {
+            if *seed >= SEED_LIMIT {
+                bail!("{file}: {name}: seed {seed}, expected a whole number below 2^63");
+            }
+            if !seen.insert(seed) {
+                return Err(with_help(
+                    format!("{file}: {name}: seed {seed} is named twice"),
+                    "the same run again is `repetitions: 2`",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn spell_out(&self, beside: &Path, experiments: &mut Vec<Experiment>) {
+        // Nothing named is one of what the experiment file says.
+        let cells = some_of(&self.cells);
+        let seeds = some_of(&self.seeds);
+        let name = self.name();
+        for cell in &cells {
+            for replicate in 0..self.repetitions {
+                for seed in &seeds {
+                    experiments.push(Experiment {
+                        folder: format!("{:03}_{name}", experiments.len() + 1),
+                        name: name.clone(),
+                        file: beside.join(&self.experiment),
+                        from: self.from.as_ref().map(|from| beside.join(from)),
+                        cell: cell.clone(),
+                        seed: *seed,
+                        replicate,
+                    });
+                }
+            }
+        }
+    }
+}
+
+fn some_of<T: Clone>(named: &[T]) -> Vec<Option<T>> {
+    if named.is_empty() { vec![None] } else { named.iter().cloned().map(Some).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_text(text: &str) -> anyhow::Result<Vec<Experiment>> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("campaign.yaml");
+        std::fs::write(&path, text).unwrap();
+        read(&path).map(|(_, experiments)| experiments)
+    }
+
+    #[test]
+    fn every_cell_is_run_with_every_seed_as_often_as_asked_for() {
+        let text = "experiments:\n\
+                    - experiment: a.yaml\n  seeds: [1, 2]\n  repetitions: 2\n\
+                    - {experiment: b.yaml, name: fast, cells: [{speed_m_s: 0.3}, {speed_m_s: 0.4}]}\n";
+
+        let experiments = read_text(text).unwrap();
+
+        let told: Vec<(&str, Option<u64>, u64)> =
+            experiments.iter().map(|it| (it.folder.as_str(), it.seed, it.replicate)).collect();
+        assert_eq!(
+            told,
+            [
+                ("001_a", Some(1), 0),
+                ("002_a", Some(2), 0),
+                ("003_a", Some(1), 1),
+                ("004_a", Some(2), 1),
+                ("005_fast", None, 0),
+                ("006_fast", None, 0)
+            ]
+        );
+    }
+
+    #[test]
+    fn what_is_no_campaign_is_refused() {
+        for (text, expected) in [
+            ("experiments: []", "no experiments"),
+            ("experiments: [{experiment: a.yaml, seed: 3}]", "did you mean `seeds`?"),
+            ("experiments: [{experiment: a.yaml, seeds: [3, 3]}]", "seed 3 is named twice"),
+            ("experiments: [{experiment: a.yaml, name: ../b}]", "cannot be the name of a folder"),
+            ("experiments: [{experiment: a.yaml, repetitions: 0}]", "repetitions is 0"),
+        ] {
+            let error = read_text(text).unwrap_err();
+
+            assert!(error.to_string().contains(expected), "{error:#}");
+        }
+    }
+}

@@ -1,0 +1,301 @@
+//! The folder of a campaign: what was asked for, and which experiments are finished.
+//!
+//! Nothing in it says that an experiment is under way: it is finished when its manifest is there, and
+//! not before. So a campaign may be killed at any moment.
+
+use std::fs::{File, TryLockError};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use rsrs_bags::Bag;
+use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord};
+use serde::{Deserialize, Serialize};
+
+use super::manifest::{self, MANIFEST, Manifest, write_whole};
+use super::{Item, identity};
+use crate::failure::{in_one_line, with_help};
+use crate::labelling::{LabelOptions, label_bag};
+use crate::result_folder::write_file;
+use crate::{recorded_run, recording_gaps};
+
+const LOCK: &str = "campaign.lock";
+const STATE: &str = "campaign.json";
+const FILE: &str = "campaign.yaml";
+/// The bag in the folder of an experiment.
+pub const BAG: &str = "bag";
+const LABEL: &str = "label.json";
+
+/// What a campaign is, whatever has been run of it.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct State {
+    schema_version: u32,
+    experiments: Vec<Asked>,
+}
+
+/// One experiment that was asked for.
+#[derive(Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Asked {
+    folder: String,
+    record: ExperimentRecord,
+}
+
+/// The folder of a campaign, which nobody else works in.
+pub struct CampaignFolder {
+    path: PathBuf,
+    /// Held to the end of this process, however it ends.
+    _lock: File,
+}
+
+impl CampaignFolder {
+    /// Makes the folder, or goes on with the one that is there.
+    ///
+    /// # Arguments
+    ///
+    /// * `campaign` — the text of the campaign file, and its experiments.
+    ///
+    /// # Errors
+    ///
+    /// If it is not this campaign's, or another process is at work in it.
+    pub fn open(path: &Path, campaign: (&str, &[Item])) -> anyhow::Result<Self> {
+        let (text, items) = campaign;
+        refuse_foreign(path)?;
+        let make = || format!("cannot make {}", path.display());
+        std::fs::create_dir_all(path).with_context(make)?;
+        let lock = File::create(path.join(LOCK)).with_context(make)?;
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                bail!("another `rsrs campaign` is at work in {}", path.display())
+            }
+            Err(TryLockError::Error(error)) => return Err(error).with_context(make),
+        }
+        let folder = Self { path: path.to_owned(), _lock: lock };
+        let asked = |item: &Item| Asked {
+            folder: item.experiment.folder.clone(),
+            record: item.identity.clone(),
+        };
+        let asked: Vec<Asked> = items.iter().map(asked).collect();
+        let before = folder.asked_before()?;
+        folder.refuse_other(&before, &asked)?;
+        if before.len() < asked.len() {
+            write_file(&path.join(FILE), text.as_bytes())?;
+            let state = State { schema_version: Manifest::schema_version(), experiments: asked };
+            write_whole(&path.join(STATE), &state)?;
+        }
+        Ok(folder)
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn asked_before(&self) -> anyhow::Result<Vec<Asked>> {
+        let path = self.path.join(STATE);
+        if !path.exists() {
+            return Ok(Vec::new());
+        }
+        let text = std::fs::read_to_string(&path)
+            .with_context(|| format!("cannot read {}", path.display()))?;
+        let state: State = serde_json::from_str(&text)
+            .with_context(|| format!("{} is not what a campaign leaves", path.display()))?;
+        Ok(state.experiments)
+    }
+
+    /// A campaign may get more experiments at its end; nothing else of it may change.
+    fn refuse_other(&self, before: &[Asked], now: &[Asked]) -> anyhow::Result<()> {
+        let differs = before
+            .iter()
+            .enumerate()
+            .find(|(index, asked)| now.get(*index) != Some(*asked))
+            .map(|(_, asked)| asked.folder.as_str());
+        match differs {
+            None => Ok(()),
+            Some(folder) => Err(with_help(
+                format!("{} holds another campaign: {folder} is not the same", self.path.display()),
+                format!(
+                    "its file is {}; experiments may be added at its end, and other ones need \
+                     another folder",
+                    self.path.join(FILE).display()
+                ),
+            )),
+        }
+    }
+
+    /// The folder of an experiment.
+    pub fn of(&self, item: &Item) -> PathBuf {
+        self.path.join(&item.experiment.folder)
+    }
+
+    /// The manifest of an experiment, if it is finished and all of it is as it was.
+    ///
+    /// # Errors
+    ///
+    /// If a file of a finished experiment is gone or changed, by name.
+    pub fn finished(&self, item: &Item) -> anyhow::Result<Option<Manifest>> {
+        let manifest = self.manifest(item)?;
+        if let Some(manifest) = &manifest {
+            manifest.verify(&self.of(item))?;
+        }
+        Ok(manifest)
+    }
+
+    /// The manifest of an experiment, if it is finished, without a look at its files.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be read, or is of another experiment.
+    pub fn manifest(&self, item: &Item) -> anyhow::Result<Option<Manifest>> {
+        let folder = self.of(item);
+        let Some(manifest) = Manifest::read(&folder)? else { return Ok(None) };
+        if identity(&manifest.record) != item.identity {
+            bail!("{} is of another experiment", folder.join(MANIFEST).display());
+        }
+        Ok(Some(manifest))
+    }
+
+    /// Finishes an experiment whose bag was closed, though its runner did not live to say so.
+    ///
+    /// # Returns
+    ///
+    /// Whether there was one. A recording that broke off is no closed bag.
+    ///
+    /// # Errors
+    ///
+    /// If the disk is full, or refuses.
+    pub fn adopt(&self, item: &Item) -> anyhow::Result<Option<Manifest>> {
+        let path = self.of(item).join(BAG);
+        if !path.join("metadata.yaml").is_file() {
+            return Ok(None);
+        }
+        let Ok(bag) = Bag::open(&path) else { return Ok(None) };
+        let (Ok(Some(record)), Ok(Some(ending))) =
+            (recorded_run::record_in(&bag), recorded_run::ending_in(&bag))
+        else {
+            return Ok(None);
+        };
+        let is_same = identity(&record) == item.identity && bag.damage().is_empty();
+        if !is_same || !counts(ending.kind) {
+            return Ok(None);
+        }
+        self.finish(item, (record, &ending), None).map(Some)
+    }
+
+    /// Labels the bag of a run that has ended, and writes the experiment's manifest.
+    ///
+    /// # Errors
+    ///
+    /// If the bag cannot be read, or the disk is full or refuses.
+    pub fn finish(
+        &self,
+        item: &Item,
+        (record, ending): (ExperimentRecord, &Ending),
+        n_lost: Option<u64>,
+    ) -> anyhow::Result<Manifest> {
+        let folder = self.of(item);
+        let path = folder.join(BAG);
+        let bag = recorded_run::open(&path)?;
+        let mut parts = vec![BAG];
+        let (phase, not_judged) = match label_bag(&path, LabelOptions::default()) {
+            Ok(mut labelled) => {
+                // The folder may be moved.
+                labelled.bag = PathBuf::from(BAG);
+                let json = serde_json::to_string_pretty(&labelled).context("a label as JSON")?;
+                write_file(&folder.join(LABEL), format!("{json}\n").as_bytes())?;
+                parts.push(LABEL);
+                (Some(labelled.phase), String::new())
+            }
+            Err(error) => (None, in_one_line(&error)),
+        };
+        let copies: Vec<String> = item_files(&folder)?;
+        parts.extend(copies.iter().map(String::as_str));
+        let manifest = Manifest {
+            schema_version: Manifest::schema_version(),
+            name: item.experiment.name.clone(),
+            record,
+            ending: ending.kind.key().to_owned(),
+            reason: ending.reason.clone(),
+            phase,
+            not_judged,
+            n_messages: bag.info().n_messages,
+            n_lost,
+            gaps: recording_gaps::in_bag(&bag),
+            kept_aside: self.kept_aside(item)?,
+            files: manifest::entries(&folder, &parts)?,
+        };
+        manifest.write(&folder)?;
+        Ok(manifest)
+    }
+
+    /// Keeps a recording that broke off beside, under a name by which nobody takes it for the bag.
+    ///
+    /// # Returns
+    ///
+    /// Where it is now; `None` if there was none.
+    ///
+    /// # Errors
+    ///
+    /// If the system refuses.
+    pub fn keep_aside(&self, item: &Item) -> anyhow::Result<Option<PathBuf>> {
+        let folder = self.of(item);
+        let bag = folder.join(BAG);
+        if !bag.exists() {
+            return Ok(None);
+        }
+        let aside = (1..=u64::MAX)
+            .map(|number| folder.join(format!("{BAG}.unfinished_{number}")))
+            .find(|path| !path.exists())
+            .expect("the numbers do not end before the disk does");
+        std::fs::rename(&bag, &aside)
+            .with_context(|| format!("cannot move {} to {}", bag.display(), aside.display()))?;
+        Ok(Some(aside))
+    }
+
+    fn kept_aside(&self, item: &Item) -> anyhow::Result<Vec<String>> {
+        let prefix = format!("{BAG}.unfinished_");
+        let mut names = names_in(&self.of(item))?;
+        names.retain(|name| name.starts_with(&prefix));
+        Ok(names)
+    }
+}
+
+/// Whether a run that ended so is the experiment's result: an aborted one is run again.
+pub fn counts(kind: EndingKind) -> bool {
+    matches!(kind, EndingKind::Completed | EndingKind::Void)
+}
+
+/// The copies of the files behind an experiment.
+fn item_files(folder: &Path) -> anyhow::Result<Vec<String>> {
+    let mut names = names_in(folder)?;
+    names.retain(|name| Path::new(name).extension().is_some_and(|end| end == "yaml"));
+    Ok(names)
+}
+
+fn names_in(folder: &Path) -> anyhow::Result<Vec<String>> {
+    let list = || -> std::io::Result<Vec<String>> {
+        let mut names = Vec::new();
+        for entry in folder.read_dir()? {
+            names.push(entry?.file_name().to_string_lossy().into_owned());
+        }
+        names.sort();
+        Ok(names)
+    };
+    list().with_context(|| format!("cannot list {}", folder.display()))
+}
+
+/// Nothing is mixed into a folder that holds something else.
+fn refuse_foreign(path: &Path) -> anyhow::Result<()> {
+    if !path.exists() || path.join(STATE).exists() {
+        return Ok(());
+    }
+    let ours = |name: &String| name.starts_with("campaign.");
+    match names_in(path)?.into_iter().find(|name| !ours(name)) {
+        None => Ok(()),
+        Some(name) => Err(with_help(
+            format!("{} is not the folder of a campaign: it holds {name}", path.display()),
+            "give another folder with `-o`",
+        )),
+    }
+}

@@ -1,0 +1,153 @@
+//! What a campaign has come to.
+
+use std::path::PathBuf;
+
+use rsrs_core::phase::Phase;
+use rsrs_fleet::record::EndingKind;
+use serde::Serialize;
+
+use super::Item;
+use super::folder::{BAG, CampaignFolder};
+use crate::recording_gaps::{self, Gap};
+use crate::table_text::columns;
+use crate::wording::{count, counted};
+
+/// What a campaign has come to.
+#[derive(Serialize)]
+pub struct Summary {
+    folder: PathBuf,
+    n_finished: usize,
+    experiments: Vec<Row>,
+    next: String,
+}
+
+/// What one experiment has come to.
+#[derive(Serialize)]
+struct Row {
+    experiment: String,
+    speed_m_s: f64,
+    turn_rate_rad_s: f64,
+    n_robots: usize,
+    seed: u64,
+    replicate: u64,
+    /// `None` for one that was not run yet.
+    ending: Option<String>,
+    /// Why, if it is void.
+    reason: String,
+    phase: Option<Phase>,
+    /// Why the judge could not say it.
+    not_judged: String,
+    n_messages: u64,
+    /// Messages that the middleware lost on topics that are to lose none; `None` if nobody knows.
+    n_lost: Option<u64>,
+    gaps: Vec<Gap>,
+    bag: Option<PathBuf>,
+}
+
+impl Summary {
+    /// Whether every experiment was run and completed, and lost nothing on its way to the bag.
+    pub fn is_whole(&self) -> bool {
+        let completed = EndingKind::Completed.key();
+        self.experiments.iter().all(|row| {
+            row.ending.as_deref() == Some(completed) && row.n_lost.is_none_or(|n_lost| n_lost == 0)
+        })
+    }
+}
+
+/// Looks at all experiments of a campaign.
+///
+/// # Arguments
+///
+/// * `command` — the one that goes on, if there is something left.
+///
+/// # Errors
+///
+/// If a manifest cannot be read.
+pub fn of(folder: &CampaignFolder, items: &[Item], command: &str) -> anyhow::Result<Summary> {
+    let experiments = items
+        .iter()
+        .map(|item| {
+            let manifest = folder.manifest(item)?;
+            let bag = manifest.is_some().then(|| folder.of(item).join(BAG));
+            let controller = item.identity.conditions.controller;
+            let row = Row {
+                experiment: item.experiment.folder.clone(),
+                speed_m_s: controller.speed_m_s,
+                turn_rate_rad_s: controller.turn_rate_rad_s,
+                n_robots: item.identity.robots.len(),
+                seed: item.identity.seed,
+                replicate: item.identity.replicate,
+                ending: manifest.as_ref().map(|it| it.ending.clone()),
+                reason: manifest.as_ref().map_or_else(String::new, |it| it.reason.clone()),
+                phase: manifest.as_ref().and_then(|it| it.phase),
+                not_judged: manifest.as_ref().map_or_else(String::new, |it| it.not_judged.clone()),
+                n_messages: manifest.as_ref().map_or(0, |it| it.n_messages),
+                n_lost: manifest.as_ref().and_then(|it| it.n_lost),
+                gaps: manifest.map_or_else(Vec::new, |it| it.gaps),
+                bag,
+            };
+            Ok(row)
+        })
+        .collect::<anyhow::Result<Vec<Row>>>()?;
+    let n_finished = experiments.iter().filter(|row| row.ending.is_some()).count();
+    let next = if n_finished < experiments.len() {
+        command.to_owned()
+    } else {
+        let sweep = items.iter().find_map(|item| item.experiment.from.clone());
+        let sweep = sweep.map_or_else(|| "SWEEP".to_owned(), |sweep| sweep.display().to_string());
+        format!("rsrs compare {sweep} --bags {}/*/{BAG}", folder.path().display())
+    };
+    Ok(Summary { folder: folder.path().to_owned(), n_finished, experiments, next })
+}
+
+/// The same as a table.
+pub fn text(summary: &Summary) -> String {
+    let head = ["experiment", "m/s", "rad/s", "robots", "seed", "ended", "label", "messages"];
+    let mut rows = vec![head.map(str::to_owned)];
+    rows.extend(summary.experiments.iter().map(cells));
+    let mut lines = vec![columns(&rows)];
+    for row in &summary.experiments {
+        let name = &row.experiment;
+        if !row.reason.is_empty() {
+            lines.push(format!("{name}: {}", row.reason));
+        }
+        if !row.not_judged.is_empty() {
+            lines.push(format!("{name}: not judged: {}", row.not_judged));
+        }
+        if let Some(n_lost @ 1..) = row.n_lost {
+            lines
+                .push(format!("{name}: {} lost on the way to the bag", counted(n_lost, "message")));
+        }
+        lines.extend(recording_gaps::lines(&row.gaps).iter().map(|gap| format!("{name}: {gap}")));
+    }
+    lines.push(format!(
+        "{} of {} experiments are finished, in {}",
+        summary.n_finished,
+        summary.experiments.len(),
+        summary.folder.display()
+    ));
+    lines.push(format!("next: {}", summary.next));
+    lines.join("\n")
+}
+
+fn cells(row: &Row) -> [String; 8] {
+    let phase = row.phase.map_or_else(|| "-".to_owned(), |phase| phase.to_string());
+    let seed = match row.replicate {
+        0 => row.seed.to_string(),
+        replicate => format!("{} #{replicate}", row.seed),
+    };
+    let (ending, n_messages) = match &row.ending {
+        Some(ending) => (ending.clone(), count(row.n_messages)),
+        None => ("not run".to_owned(), "-".to_owned()),
+    };
+    [
+        row.experiment.clone(),
+        row.speed_m_s.to_string(),
+        row.turn_rate_rad_s.to_string(),
+        row.n_robots.to_string(),
+        seed,
+        ending,
+        phase,
+        n_messages,
+    ]
+}

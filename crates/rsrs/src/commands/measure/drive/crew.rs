@@ -1,0 +1,139 @@
+//! Who moves the robots of trials: started once for several of them.
+
+use anyhow::Context;
+use rsrs_experiment_runner::plan::Plan;
+use rsrs_fleet::fleet_file::CmdVel;
+use rsrs_fleet::record::EndingKind;
+use rsrs_ros::interfaces;
+use rsrs_ros::logging::{self, Level};
+use rsrs_ros::session::SessionOptions;
+
+use crate::commands::run::{
+    Backend, RunSummary, asked_to_stop, chosen_network, on_simulated_fleet, say_note, watched,
+};
+use crate::failure::with_help;
+use crate::node_process::NodeProcess;
+use crate::own_network::OwnNetwork;
+use crate::simulated_fleet::{CONSTANT, SimulatedFleet};
+
+/// Where trials are driven.
+pub enum Floor {
+    /// A network of this process's own.
+    Simulated(OwnNetwork),
+    /// The fleet's.
+    Real(SessionOptions),
+}
+
+impl Floor {
+    /// Enters the network; to be called before the first thread is started.
+    ///
+    /// # Errors
+    ///
+    /// If there is no such network.
+    pub fn enter(backend: Backend, interface: Option<&str>) -> anyhow::Result<Self> {
+        let floor = match backend {
+            Backend::Sim => Self::Simulated(OwnNetwork::enter()?),
+            Backend::Fleet => Self::Real(chosen_network(interface)?),
+        };
+        logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+        Ok(floor)
+    }
+}
+
+/// The processes that answer detections with a constant command, and what they move.
+pub enum Crew<'a> {
+    /// A simulator and its controllers.
+    Simulated(&'a OwnNetwork, SimulatedFleet),
+    /// The controllers of robots of the floor, whose own nodes run already.
+    Real(&'a SessionOptions, NodeProcess),
+}
+
+impl<'a> Crew<'a> {
+    /// Starts the processes.
+    ///
+    /// # Arguments
+    ///
+    /// * `robots` — names of all that take part; on a real floor, of the one that is measured.
+    /// * `cmd_vel` — the kind of command that robots of the floor take.
+    ///
+    /// # Errors
+    ///
+    /// If a process cannot be started.
+    pub fn start(floor: &'a Floor, robots: &[String], cmd_vel: CmdVel) -> anyhow::Result<Self> {
+        match floor {
+            Floor::Simulated(network) => {
+                let fleet = SimulatedFleet::start_constant(network, robots)?;
+                Ok(Self::Simulated(network, fleet))
+            }
+            Floor::Real(network) => {
+                let mut parameters = CONSTANT.to_vec();
+                if cmd_vel == CmdVel::Twist {
+                    parameters.extend(["-p", "cmd_vel_type:=twist"]);
+                }
+                let address =
+                    network.interfaces.first().map(ToString::to_string).unwrap_or_default();
+                let start = |command: &mut std::process::Command| {
+                    command.env(interfaces::VARIABLE, address);
+                };
+                let controller = NodeProcess::start("controller", robots, &parameters, start)?;
+                Ok(Self::Real(network, controller))
+            }
+        }
+    }
+
+    /// Runs one trial to its end.
+    ///
+    /// # Errors
+    ///
+    /// If the network cannot be used, or the run was not completed.
+    pub async fn conduct(&mut self, plan: &Plan) -> anyhow::Result<RunSummary> {
+        let summary = match self {
+            Self::Simulated(network, fleet) => on_simulated_fleet(plan, network, fleet).await,
+            Self::Real(network, controller) => {
+                let stop = async {
+                    tokio::select! {
+                        reason = asked_to_stop() => reason,
+                        reason = controller.ended() => reason,
+                    }
+                };
+                watched(plan, network, stop).await
+            }
+        }?;
+        completed(plan, &summary)?;
+        Ok(summary)
+    }
+
+    /// Ends the processes.
+    ///
+    /// # Errors
+    ///
+    /// If one can neither be asked nor killed.
+    pub async fn stop(self) -> anyhow::Result<()> {
+        match self {
+            Self::Simulated(_, fleet) => fleet.stop().await,
+            Self::Real(_, controller) => controller.stop().await,
+        }
+        .context("ending the nodes of the trial")
+    }
+}
+
+/// Refuses a run that was not completed.
+fn completed(plan: &Plan, summary: &RunSummary) -> anyhow::Result<()> {
+    if !summary.not_standing.is_empty() {
+        say_note(&format!(
+            "not confirmed to stand, go and look: {}",
+            summary.not_standing.join(", ")
+        ));
+    }
+    if summary.ending == EndingKind::Completed.key() && summary.bag.is_some() {
+        return Ok(());
+    }
+    let robot = &plan.robots[0].name;
+    Err(with_help(
+        format!("trial {}: {}", summary.ending, summary.reason.replace("; ", "\n  ")),
+        format!(
+            "a robot of the fleet needs its node, without its controller: \
+             `rsrs node robot --robots {robot} --without-controller …`"
+        ),
+    ))
+}

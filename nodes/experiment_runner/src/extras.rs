@@ -1,0 +1,131 @@
+//! Topics that an experiment names to be recorded: what they are shows when somebody publishes them.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use rsrs_bags::definitions::{Definition, Definitions};
+use rsrs_msgs::topics::{Durability, Qos, Reliability};
+use rsrs_ros::session::{Endpoint, EndpointKind, Session, SessionError, Subscription};
+
+use crate::ears::{Ear, LEAST_DEPTH, Queue, Role};
+use crate::plan::Recording;
+
+/// Topics that are looked for, and those that are heard.
+pub struct Extras {
+    /// Those that are not heard yet, each with the reason.
+    waiting: BTreeMap<String, String>,
+    definitions: Definitions,
+    /// Types that were looked for; folders are not searched again for them.
+    known: BTreeMap<String, Result<Option<Arc<Definition>>, String>>,
+    queue: Queue,
+    /// In the order of their ears, which are the last ones.
+    subscriptions: Vec<Subscription>,
+}
+
+impl Extras {
+    /// Topics that nobody has looked for yet. What is heard in every run is left out.
+    pub fn new(recording: &Recording, ears: &[Ear], queue: Queue) -> Self {
+        let is_new = |name: &&String| !ears.iter().any(|ear| ear.name == **name);
+        let waiting = recording.topics.iter().filter(is_new);
+        Self {
+            waiting: waiting.map(|name| (name.clone(), NOBODY.to_owned())).collect(),
+            definitions: recording.definitions.clone(),
+            known: BTreeMap::new(),
+            queue,
+            subscriptions: Vec::new(),
+        }
+    }
+
+    /// Topics that cannot be recorded now, and why.
+    pub fn unrecordable(&self) -> BTreeMap<String, String> {
+        self.waiting.clone()
+    }
+
+    /// Subscriptions, in the order in which their ears were added.
+    pub fn subscriptions(&self) -> &[Subscription] {
+        &self.subscriptions
+    }
+
+    /// Listens to every topic that somebody publishes by now, and whose type is defined.
+    ///
+    /// # Errors
+    ///
+    /// If a subscription cannot be made.
+    pub fn look(&mut self, session: &Session, ears: &mut Vec<Ear>) -> Result<(), SessionError> {
+        if self.waiting.is_empty() {
+            return Ok(());
+        }
+        let mut writers = session.endpoints();
+        writers.retain(|end| end.kind == EndpointKind::Writer);
+        for name in self.waiting.keys().cloned().collect::<Vec<_>>() {
+            let of_topic: Vec<&Endpoint> = writers.iter().filter(|end| end.topic == name).collect();
+            match self.ear(&name, &of_topic) {
+                Ok(ear) => {
+                    self.subscriptions.push(self.queue.listen(session, (ears.len(), &ear))?);
+                    ears.push(ear);
+                    self.waiting.remove(&name);
+                }
+                Err(reason) => {
+                    self.waiting.insert(name, reason);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What is to be heard of a topic, or why it is not.
+    fn ear(&mut self, name: &str, writers: &[&Endpoint]) -> Result<Ear, String> {
+        let types: BTreeSet<&str> = writers.iter().map(|end| end.type_name.as_str()).collect();
+        let type_name = match types.iter().copied().collect::<Vec<_>>()[..] {
+            [] => return Err(NOBODY.to_owned()),
+            [one] => one,
+            _ => {
+                let types: Vec<&str> = types.into_iter().collect();
+                return Err(format!("published as {}, expected one type", types.join(" and ")));
+            }
+        };
+        let definition = self.definition(type_name)?;
+        let qos = offered(writers);
+        // What was sent before the bag is open comes at once, and only then.
+        let role = match qos.durability {
+            Durability::TransientLocal => Role::Preparation,
+            Durability::Volatile => Role::Other,
+        };
+        let mut ear = Ear::described(name.to_owned(), (type_name, qos), role);
+        ear.definition = definition;
+        Ok(ear)
+    }
+
+    /// The definition of a type; `None` for those that are compiled in.
+    fn definition(&mut self, type_name: &str) -> Result<Option<Arc<Definition>>, String> {
+        if let Some(known) = self.known.get(type_name) {
+            return known.clone();
+        }
+        let found = if Definition::of_known_type(type_name).is_some() {
+            Ok(None)
+        } else {
+            self.definitions.find(type_name).map(|found| Some(Arc::new(found))).map_err(|error| {
+                let help = error.help().map_or_else(String::new, |help| format!("; {help}"));
+                format!(
+                    "its type {type_name} is not defined: {error}{help}, in `record.definitions`"
+                )
+            })
+        };
+        self.known.insert(type_name.to_owned(), found.clone());
+        found
+    }
+}
+
+const NOBODY: &str = "it is to be recorded, and nobody publishes it";
+
+/// What all publishers of a topic offer. They do not tell how deep they keep.
+fn offered(writers: &[&Endpoint]) -> Qos {
+    let all = |has: fn(&Qos) -> bool| writers.iter().all(|end| has(&end.qos));
+    let is_reliable = all(|qos| qos.reliability == Reliability::Reliable);
+    let is_kept = all(|qos| qos.durability == Durability::TransientLocal);
+    Qos {
+        reliability: if is_reliable { Reliability::Reliable } else { Reliability::BestEffort },
+        durability: if is_kept { Durability::TransientLocal } else { Durability::Volatile },
+        depth: LEAST_DEPTH,
+    }
+}

@@ -1,0 +1,9 @@
+"""Whether the test that started this script has no more to say."""
+
+import select
+import sys
+
+
+def input_has_ended():
+    readable, _, _ = select.select([sys.stdin], [], [], 0)
+    return bool(readable)

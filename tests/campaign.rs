@@ -1,0 +1,331 @@
+//! Campaigns: killed, gone on with, tampered with, and asked of a person who places robots.
+
+mod processes;
+mod terminal;
+
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+
+use processes::{Process, confined_rsrs, nodes_of};
+use rsrs_bags::Bag;
+use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+use terminal::Terminal;
+
+/// Far longer than it takes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(180);
+
+/// Long enough for the judge, and no longer.
+const DURATION_S: u32 = 64;
+
+/// A folder with a campaign of two short runs of three robots.
+fn place() -> tempfile::TempDir {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../launch_configs");
+    for file in ["profiles/flockbot.yaml", "fleets/nine_virtual.yaml"] {
+        let to = place.path().join(file);
+        std::fs::create_dir_all(to.parent().expect("it is in a folder")).expect("it is writable");
+        std::fs::copy(shipped.join(file), to).expect("it is shipped");
+    }
+    let experiment = format!(
+        "fleet: fleets/nine_virtual.yaml\n\
+         cell: {{speed_m_s: 0.15, turn_rate_rad_s: 0.75, robots: 3}}\n\
+         placement: {{kind: disc_facing_out, radius_m: 0.6}}\n\
+         duration_s: {DURATION_S}\nseed: 1\n"
+    );
+    write(place.path(), "three.yaml", &experiment);
+    write(
+        place.path(),
+        "campaign.yaml",
+        "experiments:\n- {experiment: three.yaml, seeds: [1], repetitions: 2}\n",
+    );
+    place
+}
+
+fn write(folder: &Path, name: &str, text: &str) {
+    std::fs::write(folder.join(name), text).expect("the folder is writable");
+}
+
+fn campaign(place: &Path) -> Command {
+    let mut command = confined_rsrs();
+    command.current_dir(place).args(["campaign", "campaign.yaml", "-o", "out", "--format", "json"]);
+    command
+}
+
+/// Runs the campaign to its end.
+fn to_the_end(place: &Path) -> Output {
+    campaign(place).output().expect("the program was built for this test")
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().expect("the program ended by itself")
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn summary(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|error| panic!("{error}: {}", stderr(output)))
+}
+
+fn manifest(folder: &Path) -> Value {
+    let text = std::fs::read_to_string(folder.join("manifest.json")).expect("it is finished");
+    serde_json::from_str(&text).expect("a manifest is JSON")
+}
+
+/// Every file below a folder, with its bytes.
+fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in folder.read_dir().expect("the folder is there") {
+        let path = entry.expect("it can be listed").path();
+        if path.is_dir() {
+            found.extend(contents(&path));
+        } else {
+            let bytes = std::fs::read(&path).expect("it can be read");
+            found.insert(path, bytes);
+        }
+    }
+    found
+}
+
+/// Checks by hand that a manifest lists what is there.
+fn check_manifest(folder: &Path) {
+    let manifest = manifest(folder);
+    let listed = manifest["files"].as_array().expect("a list");
+    let names: Vec<&str> = listed.iter().filter_map(|file| file["path"].as_str()).collect();
+    let expected = [
+        "bag/bag_0.mcap",
+        "bag/metadata.yaml",
+        "experiment.yaml",
+        "fleet.yaml",
+        "label.json",
+        "profile.yaml",
+    ];
+    assert_eq!(names, expected);
+    for file in listed {
+        let bytes = std::fs::read(folder.join(file["path"].as_str().expect("text")));
+        let bytes = bytes.expect("it is there");
+        let digest = format!("{:x}", Sha256::digest(&bytes));
+        assert_eq!(file["size_bytes"], bytes.len());
+        assert_eq!(file["sha256"], digest.as_str());
+    }
+}
+
+/// Waits until something is there.
+fn wait_for(what: &str, is_there: impl Fn() -> bool) {
+    let begun = Instant::now();
+    while !is_there() {
+        assert!(begun.elapsed() < PATIENCE, "never came: {what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Kills a campaign in the middle of its second experiment.
+fn kill_in_the_second(place: &Path) {
+    let mut process = Process::start(&mut campaign(place));
+    let pid = process.0.id();
+    let recording = place.join("out/002_three/bag/bag_0.mcap");
+    let is_at_work = || std::fs::metadata(&recording).is_ok_and(|file| file.len() > 20_000);
+    wait_for("the second recording", is_at_work);
+    process.0.kill().expect("it is our child");
+    process.0.wait().expect("it is our child");
+    wait_for("the end of its nodes", || nodes_of(pid).is_empty());
+}
+
+#[test]
+fn a_campaign_that_is_killed_goes_on_where_it_was_and_runs_nothing_twice() {
+    let place = place();
+    let out = place.path().join("out");
+    kill_in_the_second(place.path());
+    let first = contents(&out.join("001_three"));
+    let broken = std::fs::read(out.join("002_three/bag/bag_0.mcap")).expect("it was begun");
+    assert!(!out.join("002_three/manifest.json").exists(), "it was not finished");
+
+    let resumed = to_the_end(place.path());
+
+    assert_eq!(code(&resumed), 0, "{}", stderr(&resumed));
+    let summary = summary(&resumed);
+    assert_eq!(summary["n_finished"], 2, "{summary}");
+    assert_eq!(summary["experiments"][1]["ending"], "completed");
+    assert!(contents(&out.join("001_three")) == first, "the first one was touched");
+    let aside = out.join("002_three/bag.unfinished_1/bag_0.mcap");
+    assert!(std::fs::read(aside).expect("it is kept") == broken);
+    assert_eq!(manifest(&out.join("002_three"))["kept_aside"][0], "bag.unfinished_1");
+    for (folder, replicate) in [("001_three", 0), ("002_three", 1)] {
+        check_manifest(&out.join(folder));
+        let bag = Bag::open(&out.join(folder).join("bag")).expect("it is a bag");
+        let record = bag.attachment(ATTACHMENT).expect("a bag of ours has a record");
+        let record = std::str::from_utf8(&record.data).expect("JSON is text");
+        let record = ExperimentRecord::from_json(record).expect("the record reads back");
+        assert_eq!((record.seed, record.replicate, bag.damage().len()), (1, replicate, 0));
+    }
+
+    what_is_finished_is_verified(place.path());
+}
+
+/// The rest of the story of one campaign, whose runs need not be made again for it.
+fn what_is_finished_is_verified(place: &Path) {
+    let out = place.join("out");
+    let before = contents(&out);
+    let again = to_the_end(place);
+    assert_eq!(code(&again), 0, "{}", stderr(&again));
+    assert!(contents(&out) == before, "a finished campaign changes nothing");
+
+    // Killed behind the bag and before the manifest: the run was whole.
+    std::fs::remove_file(out.join("002_three/manifest.json")).expect("it is there");
+    std::fs::remove_file(out.join("002_three/label.json")).expect("it is there");
+    let adopted = to_the_end(place);
+    assert_eq!(code(&adopted), 0, "{}", stderr(&adopted));
+    let of_second = out.join("002_three/manifest.json");
+    let without = |all: &BTreeMap<PathBuf, Vec<u8>>| {
+        let mut all = all.clone();
+        all.remove(&of_second);
+        all
+    };
+    assert!(without(&contents(&out)) == without(&before), "the closed bag was run again");
+    // Nobody knows any more what the middleware had lost.
+    assert_eq!(manifest(&out.join("002_three"))["n_lost"], Value::Null);
+    check_manifest(&out.join("002_three"));
+
+    // A person's label is no tampering.
+    write(&out.join("001_three/bag"), "labels.yaml", "[]\n");
+    assert_eq!(code(&to_the_end(place)), 0);
+
+    let bag = out.join("001_three/bag/bag_0.mcap");
+    let mut bytes = before[&bag].clone();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    std::fs::write(&bag, bytes).expect("it is writable");
+    let tampered = to_the_end(place);
+    assert_eq!(code(&tampered), 1);
+    let said = stderr(&tampered);
+    assert!(
+        said.contains("out/001_three/bag/bag_0.mcap is not what was recorded: its SHA"),
+        "{said}"
+    );
+
+    std::fs::write(&bag, &before[&bag]).expect("it is writable");
+    std::fs::remove_file(out.join("002_three/fleet.yaml")).expect("it is there");
+    let missing = to_the_end(place);
+    assert_eq!(code(&missing), 1);
+    let said = stderr(&missing);
+    assert!(said.contains("out/002_three/fleet.yaml is not what was recorded"), "{said}");
+    std::fs::write(out.join("002_three/fleet.yaml"), &before[&out.join("002_three/fleet.yaml")])
+        .expect("it is writable");
+
+    write(place, "campaign.yaml", "experiments:\n- {experiment: three.yaml, seeds: [2]}\n");
+    let other = to_the_end(place);
+    assert_eq!(code(&other), 1);
+    let said = stderr(&other);
+    assert!(said.contains("out holds another campaign: 001_three is not the same"), "{said}");
+}
+
+/// Campaigns that are killed at a moment, where nothing else is asked for.
+const KILLS: u32 = 4;
+
+#[test]
+fn a_campaign_that_is_killed_at_any_moment_loses_nothing_that_was_finished() {
+    let place = place();
+    let out = place.path().join("out");
+    let manifests = || {
+        ["001_three", "002_three"]
+            .map(|name| std::fs::read(out.join(name).join("manifest.json")).ok())
+    };
+    let kills = std::env::var("RSRS_KILLS").map_or(KILLS, |n| n.parse().expect("a number"));
+
+    let mut finished = manifests();
+    for kill in 0..kills {
+        let mut process = Process::start(&mut campaign(place.path()));
+        let pid = process.0.id();
+        // Moments all over the time that a run takes, in no order.
+        std::thread::sleep(Duration::from_millis(u64::from(kill * 1_700 % 4_100)));
+        process.0.kill().expect("it is our child");
+        process.0.wait().expect("it is our child");
+        wait_for("the end of its nodes", || nodes_of(pid).is_empty());
+        let now = manifests();
+        let is_kept = finished.iter().zip(&now).all(|(old, new)| old.is_none() || old == new);
+        assert!(is_kept, "after kill {kill}");
+        finished = now;
+        if finished.iter().all(Option::is_some) {
+            ["001_three", "002_three"].map(|name| check_manifest(&out.join(name)));
+            std::fs::remove_dir_all(&out).expect("it is ours");
+            finished = [None, None];
+        }
+    }
+    let last = to_the_end(place.path());
+
+    assert_eq!(code(&last), 0, "{}", stderr(&last));
+    for name in ["001_three", "002_three"] {
+        check_manifest(&out.join(name));
+    }
+}
+
+#[test]
+fn nothing_is_mixed_into_a_folder_that_holds_something_else() {
+    let place = place();
+    std::fs::create_dir(place.path().join("out")).expect("it is writable");
+    write(&place.path().join("out"), "thesis.tex", "");
+
+    let refused = to_the_end(place.path());
+
+    assert_eq!(code(&refused), 1);
+    let said = stderr(&refused);
+    assert!(said.contains("out is not the folder of a campaign: it holds thesis.tex"), "{said}");
+}
+
+#[test]
+fn without_a_terminal_no_fleet_is_started() {
+    let place = place();
+
+    let mut command = campaign(place.path());
+    let refused = command.args(["--backend", "fleet", "--interface", "127.0.0.1"]).output();
+    let refused = refused.expect("the program was built for this test");
+
+    assert_eq!(code(&refused), 1);
+    let said = stderr(&refused);
+    assert!(said.contains("nobody is at the keyboard"), "{said}");
+    assert!(said.contains("--yes"), "{said}");
+    assert!(!place.path().join("out").exists(), "nothing was begun");
+}
+
+#[test]
+fn who_places_the_robots_may_skip_and_quit() {
+    let place = place();
+    let mut terminal = Terminal::open();
+    let mut command = campaign(place.path());
+    command.args(["--backend", "fleet", "--interface", "127.0.0.1"]).stdin(terminal.input());
+
+    let mut process = Process::start(&mut command);
+    let mut said = String::new();
+    let mut stderr = process.0.stderr.take().expect("it is piped");
+    let mut until = |ends: usize| {
+        while said.matches("Enter starts, s skips, q quits").count() < ends {
+            let mut piece = [0; 4096];
+            let n = stderr.read(&mut piece).expect("it can be read");
+            assert!(n > 0, "it ended: {said}");
+            said.push_str(&String::from_utf8_lossy(&piece[..n]));
+        }
+    };
+    until(1);
+    terminal.type_line("start");
+    until(2);
+    terminal.type_line("s");
+    until(3);
+    terminal.type_line("q");
+    let (status, _) = process.wait(PATIENCE);
+
+    assert_eq!(status.code(), Some(3), "{said}");
+    assert!(
+        said.contains("001_three: 0.15 m/s, 0.75 rad/s, for 64 s\nplace the robots:"),
+        "{said}"
+    );
+    assert!(said.contains("002_three: 0.15 m/s"), "{said}");
+    assert!(said.contains("robot_3 "), "{said}");
+    assert!(!place.path().join("out/001_three").exists(), "nothing was run");
+}

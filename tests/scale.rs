@@ -1,0 +1,175 @@
+//! A fleet of separate robot processes on one machine: it starts, matches and runs an experiment.
+//!
+//! `RSRS_ROBOT_PROCESSES` sets how many robots; each has its own process and participant, with its
+//! own controller in it, as on a floor. One base for all of them moves nobody: how robots sense and
+//! drive is others' business.
+
+#[expect(dead_code, reason = "these tests end no process by a signal, and have more robots")]
+mod fleet;
+#[expect(dead_code, reason = "these tests do not look for what a program leaves behind")]
+mod processes;
+#[path = "../nodes/ros/tests/support/mod.rs"]
+#[expect(dead_code, reason = "these tests wait for a program")]
+mod support;
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::Duration;
+
+use fleet::experiment;
+use processes::{Process, rsrs};
+use rsrs_bags::Bag;
+use rsrs_fleet::record::{ENDING, Ending, EndingKind};
+use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::sensor_msgs::Range;
+use rsrs_msgs::topics::{self, Qos};
+use rsrs_ros::session::{Publisher, Session};
+use support::{in_own_network, session};
+
+const N_ROBOTS: usize = 6;
+/// Discovery grows with the square of the number of participants.
+const PATIENCE: Duration = Duration::from_secs(240);
+const RUN_S: u64 = 5;
+/// Interval of readings and poses.
+const READING: Duration = Duration::from_millis(100);
+
+fn n_robots() -> usize {
+    let text = std::env::var("RSRS_ROBOT_PROCESSES").ok();
+    text.map_or(N_ROBOTS, |text| text.parse().expect("the variable is a whole number"))
+}
+
+/// An experiment of so many robots with base drivers, and the names of the robots.
+fn fleet_of(n_robots: usize, folder: &Path) -> (PathBuf, Vec<String>) {
+    let names: Vec<String> = (1..=n_robots).map(|robot| format!("robot_{robot}")).collect();
+    let changes = [
+        ("robots: 9", format!("robots: {n_robots}")),
+        ("radius_m: 0.825", format!("radius_m: {}", 0.3 + 0.25 * (n_robots as f64).sqrt())),
+        ("time: lockstep", "time: real_time".to_owned()),
+    ];
+    let changes: Vec<(&str, &str)> = changes.iter().map(|(from, to)| (*from, &**to)).collect();
+    let path = experiment(folder, RUN_S, &changes);
+    let mut text = "fileversion: 1\nall: {cmd_vel: twist_stamped, pose: odom}\nrobot_types:\n  \
+        flockbot: {profile: ../profiles/flockbot.yaml, driver: {kind: ros}}\nrobots:\n"
+        .to_owned();
+    for name in &names {
+        writeln!(text, "  {name}: {{enabled: true, type: flockbot}}").expect("memory is there");
+    }
+    std::fs::write(folder.join("fleets/nine_virtual.yaml"), text).expect("writable");
+    (path, names)
+}
+
+fn robot(name: &str) -> Process {
+    let mut command = rsrs();
+    command.args(["node", "robot", "--interface", "127.0.0.1", "--robots", name]);
+    command.args(["--driver", "ros"]).stdout(Stdio::null()).stderr(Stdio::null());
+    Process(command.spawn().expect("the program was built for this test"))
+}
+
+/// The distance sensors and the poses of all robots.
+struct Base {
+    ranges: Vec<Publisher<Range>>,
+    poses: Vec<(Publisher<Odometry>, Odometry)>,
+}
+
+impl Base {
+    fn new(session: &Session, names: &[String]) -> Self {
+        let node = session.node("/", "base").expect("the name is allowed");
+        let range = |name: &String| {
+            let topic = topics::HARDWARE_RANGE.for_robot(name);
+            session.publish_on(&node, &topic, Qos::best_effort(10)).expect("it is allowed")
+        };
+        let pose = |(robot, name): (usize, &String)| {
+            let topic = topics::ODOM;
+            let publisher = session.publish_on(&node, &topic.for_robot(name), topic.qos);
+            (publisher.expect("it is allowed"), start_pose(robot))
+        };
+        Self {
+            ranges: names.iter().map(range).collect(),
+            poses: names.iter().enumerate().map(pose).collect(),
+        }
+    }
+
+    /// Says again and again that nobody sees anything and that nobody has moved.
+    async fn speak(&self) {
+        let mut readings = tokio::time::interval(READING);
+        loop {
+            readings.tick().await;
+            for range in &self.ranges {
+                let nothing = Range { range: 2.0, max_range: 2.0, ..Range::default() };
+                range.publish(nothing).await.expect("a healthy network");
+            }
+            for (publisher, pose) in &self.poses {
+                publisher.publish(pose.clone()).await.expect("a healthy network");
+            }
+        }
+    }
+}
+
+/// On a sunflower's spiral, facing away from its centre.
+fn start_pose(robot: usize) -> Odometry {
+    let angle_rad = robot as f64 * 2.399_963;
+    let radius_m = 0.25 * (robot as f64).sqrt();
+    let (sine, cosine) = libm::sincos(angle_rad);
+    let (half_sine, half_cosine) = libm::sincos(angle_rad / 2.0);
+    let mut odometry = Odometry::default();
+    let pose = &mut odometry.pose.pose;
+    (pose.position.x, pose.position.y) = (radius_m * cosine, radius_m * sine);
+    (pose.orientation.z, pose.orientation.w) = (half_sine, half_cosine);
+    odometry
+}
+
+#[test]
+fn many_robot_processes_on_one_machine_start_match_and_run_an_experiment() {
+    let name = "many_robot_processes_on_one_machine_start_match_and_run_an_experiment";
+    in_own_network(name, async || {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let (experiment, names) = fleet_of(n_robots(), folder.path());
+        let session = session();
+        let base = Base::new(&session, &names);
+        let bag = folder.path().join("bag");
+
+        let _robots: Vec<Process> = names.iter().map(|name| robot(name)).collect();
+        tokio::select! {
+            () = base.speak() => {}
+            () = run(experiment, bag.clone()) => {}
+        }
+
+        let bag = Bag::open(&bag).expect("the run was recorded");
+        let ending = bag.metadata(ENDING).and_then(Ending::from_pairs);
+        assert_eq!(ending.map(|ending| ending.kind), Some(EndingKind::Completed));
+        let topics = bag.topics();
+        // One in 130 ms, on a machine that has better things to do.
+        let at_least = (RUN_S as f64 / 0.13 * 0.8) as u64;
+        for name in &names {
+            for topic in ["detection", "cmd_vel", "odom"] {
+                let topic = format!("/{name}/{topic}");
+                let found = topics.iter().find(|found| found.name == topic);
+                let n_messages = found.map_or(0, |found| found.n_messages);
+                assert!(n_messages >= at_least, "{topic}: {n_messages} messages");
+            }
+        }
+        drop(base);
+        session.close().await;
+    });
+}
+
+/// Runs the experiment while the base goes on speaking; retried while robots are still on their
+/// way, because a laboratory would do so, too.
+async fn run(experiment: PathBuf, bag: PathBuf) {
+    let running = tokio::task::spawn_blocking(move || {
+        let start = std::time::Instant::now();
+        loop {
+            let mut command = rsrs();
+            command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
+            let mut run = Process::start(command.arg(&experiment).arg("-o").arg(&bag));
+            let (status, said) = run.wait(PATIENCE);
+            if status.success() {
+                return;
+            }
+            let is_late = start.elapsed() > PATIENCE || bag.exists();
+            assert!(!is_late && said.contains("no status"), "{said}");
+        }
+    });
+    running.await.expect("the panic above says why");
+}
