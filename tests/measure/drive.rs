@@ -73,7 +73,7 @@ fn coarse(table: &str) -> String {
 /// A cone of 0.2 rad and 0.75 m, and bodies of 0.075 m of which any part may lie in it.
 fn reach_m(bearing_rad: f64) -> f64 {
     let beyond_rad = bearing_rad.abs() - 0.2;
-    let by_side_m = if beyond_rad > 0.0 { 0.075 / beyond_rad.sin() } else { f64::INFINITY };
+    let by_side_m = if beyond_rad > 0.0 { 0.075 / libm::sin(beyond_rad) } else { f64::INFINITY };
     by_side_m.min(0.75 + 0.075)
 }
 
@@ -173,9 +173,9 @@ fn a_virtual_fleet_gives_back_the_profile_that_it_was_simulated_with() {
         let bearings: Vec<f64> = contour
             .filter(|(x_m, _)| *x_m > 0.0)
             .map(|(x_m, y_m)| {
-                let bearing_rad = y_m.atan2(x_m);
+                let bearing_rad = libm::atan2(y_m, x_m);
                 // The edge is known to the distance of two places.
-                let off_m = x_m.hypot(y_m) - reach_m(bearing_rad);
+                let off_m = libm::hypot(x_m, y_m) - reach_m(bearing_rad);
                 assert!(off_m.abs() < 0.197, "{off_m} m at {bearing_rad} rad: {sensor}");
                 bearing_rad
             })

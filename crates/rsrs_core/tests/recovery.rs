@@ -57,10 +57,10 @@ fn speeds(truth: &Truth, draw: &mut Draw) -> Trials<SpeedTrial> {
     for robot in 0..truth.n_robots {
         let common = draw.normal(0.0, truth.robot_sd * truth.common_share.sqrt());
         let bias_rad_s = draw.normal(0.0, truth.bias_sd_rad_s);
-        for command in 0..truth.n_commands {
+        for (command, commanded_m_s) in COMMANDS_M_S.into_iter().enumerate().take(truth.n_commands)
+        {
             let own = draw.normal(0.0, truth.robot_sd * (1.0 - truth.common_share).sqrt());
             for _ in 0..truth.n_trials {
-                let commanded_m_s = COMMANDS_M_S[command];
                 let gain =
                     truth.mean_gains[command] + common + own + draw.normal(0.0, truth.trial_sd);
                 let duration_s = 2.0 / (gain * commanded_m_s);
@@ -220,7 +220,8 @@ fn robots_that_hardly_differ_are_recovered() {
 fn populations_of_any_means_and_spreads_are_recovered() {
     check_all("any", |draw| {
         let count = |draw: &mut Draw, low: usize, high: usize| {
-            low + (draw.uniform() * (high - low + 1) as f64) as usize
+            let steps = draw.uniform() * (high - low + 1) as f64;
+            low + (1..=high - low).filter(|step| *step as f64 <= steps).count()
         };
         Truth {
             robot_sd: 0.01 + 0.04 * draw.uniform(),

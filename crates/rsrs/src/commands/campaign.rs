@@ -10,6 +10,7 @@ mod summary;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
+use anyhow::Context;
 use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_fleet::record::{self, ExperimentRecord};
 use rsrs_ros::logging::{self, Level};
@@ -70,7 +71,8 @@ pub struct Item {
 
 impl Item {
     fn read(experiment: Experiment, backend: record::Backend) -> anyhow::Result<Self> {
-        let plan = plan(&experiment, backend)?;
+        let plan = plan(&experiment, backend)
+            .with_context(|| format!("experiment {} cannot be run", experiment.folder))?;
         Ok(Self { experiment, identity: identity(&plan.record) })
     }
 

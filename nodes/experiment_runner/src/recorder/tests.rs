@@ -72,7 +72,7 @@ fn a_hundred_robots_with_three_topics_at_20_hz_are_recorded_without_loss() {
             (0..N_ROBOTS).flat_map(|robot| topics.map(|topic| ear(robot, topic))).collect();
         let (robots, listener) = (session(), session());
         let (sender, mut samples) = unbounded_channel();
-        let _subscriptions = ears::listen(&listener, &ears, &sender).unwrap();
+        let _subscriptions = ears::listen(&listener, &ears, &ears::Queue::new(sender)).unwrap();
         let mut publishers = Vec::new();
         for ear in &ears {
             // As deep as the recorder listens, because this machine may be busy with other tests.

@@ -24,6 +24,7 @@ const BEAT: Duration = Duration::from_millis(100);
 
 /// What followed a change of the detection, in nanoseconds after it was sent.
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_field_names, reason = "names end in units")]
 pub struct Followed {
     /// The controller sent its answer.
     pub command_ns: u64,
@@ -68,15 +69,14 @@ impl Base {
         let witness = Shared::default();
         let subscriptions = [
             hear::<Bool>(session, &node, (topics::DETECTION, &witness), |witness, sample| {
-                witness.detections.push(heard(sample, sample.message.data));
+                witness.detections.push(heard(sample, |message| message.data));
             })?,
             hear::<TwistStamped>(
                 session,
                 &node,
                 (topics::CMD_VEL, &witness),
                 |witness, sample| {
-                    let is_left = sample.message.twist.angular.z > 0.0;
-                    witness.commands.push(heard(sample, is_left));
+                    witness.commands.push(heard(sample, |message| message.twist.angular.z > 0.0));
                 },
             )?,
             hear::<Twist>(
@@ -84,7 +84,7 @@ impl Base {
                 &node,
                 (topics::HARDWARE_CMD_VEL_UNSTAMPED, &witness),
                 |witness, sample| {
-                    witness.wheels.push(heard(sample, sample.message.angular.z > 0.0));
+                    witness.wheels.push(heard(sample, |message| message.angular.z > 0.0));
                 },
             )?,
             hear::<RobotStatus>(session, &node, (topics::STATUS, &witness), |witness, sample| {
@@ -97,7 +97,6 @@ impl Base {
                 |witness, sample| witness.controller_digest = sample.message.parameter_digest,
             )?,
         ];
-        // As a base driver of others would: best effort, deep enough.
         let readings = topics::HARDWARE_RANGE.for_robot(ROBOT);
         let range = session.publish_on(&node, &readings, Qos::reliable(10))?;
         let lease = session.publish_on(&node, topics::LEASE.name, topics::LEASE.qos)?;
@@ -191,11 +190,11 @@ fn answer(heard: &[Heard], to: Heard) -> Option<Heard> {
     heard[first..].iter().find(|heard| heard.is_left == to.is_left).copied()
 }
 
-fn heard<M>(sample: &Received<M>, is_left: bool) -> Heard {
+fn heard<M>(sample: &Received<M>, left: impl Fn(&M) -> bool) -> Heard {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let in_hand_ns = u64::try_from(since_1970.as_nanos()).expect("64 bits last until 2554");
     let sent_ns = sample.source_time_ns.expect("our nodes say when they send");
-    Heard { sent_ns, in_hand_ns, is_left }
+    Heard { sent_ns, in_hand_ns, is_left: left(&sample.message) }
 }
 
 fn hear<M: RosMessage>(

@@ -49,8 +49,8 @@ fn main() -> anyhow::Result<()> {
             confine::into_own_network()?;
             let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
             runtime.block_on(async {
-                tell("controller in the robot's process", inside(duration).await?)?;
-                tell("controller in a process of its own", outside(duration).await?)
+                tell("controller in the robot's process", &inside(duration).await?)?;
+                tell("controller in a process of its own", &outside(duration).await?)
             })
         }
         _ => bail!("expected: SECONDS"),
@@ -102,7 +102,7 @@ async fn follow(duration: Duration) -> anyhow::Result<Vec<Followed>> {
     Ok(followed)
 }
 
-fn tell(what: &str, followed: Vec<Followed>) -> anyhow::Result<()> {
+fn tell(what: &str, followed: &[Followed]) -> anyhow::Result<()> {
     let mut out = std::io::stdout();
     writeln!(out, "{what}: {} changes of the detection", followed.len())?;
     let all = |of: fn(&Followed) -> u64| followed.iter().map(of).collect();
@@ -114,8 +114,9 @@ fn tell(what: &str, followed: Vec<Followed>) -> anyhow::Result<()> {
 fn line(out: &mut impl Write, what: &str, mut times_ns: Vec<u64>) -> anyhow::Result<()> {
     times_ns.sort_unstable();
     let Some(last) = times_ns.len().checked_sub(1) else { bail!("no detection was followed") };
-    let quantile_ms = |share: f64| times_ns[(last as f64 * share).round() as usize] as f64 / 1e6;
-    let (median, ninety_ninth, longest) = (quantile_ms(0.5), quantile_ms(0.99), quantile_ms(1.0));
+    let percentile_ms = |percent: usize| times_ns[last * percent / 100] as f64 / 1e6;
+    let (median, ninety_ninth, longest) =
+        (percentile_ms(50), percentile_ms(99), percentile_ms(100));
     writeln!(
         out,
         "  {what:<18} median {median:.3} ms, 99th percentile {ninety_ninth:.3} ms, longest \

@@ -1,6 +1,7 @@
 //! How often a robot's sensor said "detected" in a trial, out of its bag.
 
 use std::path::Path;
+use std::time::Duration;
 
 use anyhow::{Context, bail};
 use rsrs_experiment_runner::plan::GETTING_GOING_S;
@@ -34,7 +35,8 @@ pub fn count(bag: &Path, robot: &str, most: u64) -> anyhow::Result<Readings> {
     let opened = recorded_run::open(bag)?;
     let detection = topics::DETECTION.for_robot(robot);
     let (mut found, mut from_ns) = (Readings::default(), None);
-    let settling_ns = (GETTING_GOING_S * 1e9) as u64;
+    let settling = Duration::from_secs_f64(GETTING_GOING_S);
+    let settling_ns = u64::try_from(settling.as_nanos()).expect("half a second is short");
     for message in opened.messages_on([topics::LEASE.name.to_owned(), detection.clone()]) {
         let message = message.with_context(what)?;
         if *message.topic != *detection {

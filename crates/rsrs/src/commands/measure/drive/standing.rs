@@ -19,7 +19,7 @@ use crate::failure::Outcome;
 
 /// What filling in a table came to.
 #[derive(Debug, Serialize)]
-struct Filled {
+struct Progress {
     /// The table.
     table: PathBuf,
     /// Rows that were filled in now.
@@ -43,7 +43,8 @@ pub fn fill(arguments: &Arguments, path: &Path) -> anyhow::Result<Outcome> {
     for row in &todo {
         plan(arguments, row, &bags).with_context(|| format!("{}:{}", path.display(), row.line))?;
     }
-    let mut filled = Filled { table: path.to_owned(), n_filled: 0, n_left: todo.len(), n_lost: 0 };
+    let mut filled =
+        Progress { table: path.to_owned(), n_filled: 0, n_left: todo.len(), n_lost: 0 };
     if !todo.is_empty() {
         std::fs::create_dir_all(&bags)
             .with_context(|| format!("cannot make {}", bags.display()))?;
@@ -73,7 +74,7 @@ impl Shift<'_> {
         &mut self,
         (runtime, floor): (&Runtime, &Floor),
         rows: &[Todo],
-        filled: &mut Filled,
+        filled: &mut Progress,
     ) -> anyhow::Result<bool> {
         let plans = rows.iter().map(|row| plan(self.arguments, row, self.bags));
         let plans = plans.collect::<anyhow::Result<Vec<Plan>>>()?;
@@ -180,8 +181,8 @@ fn place(robot: &str, neighbour: Option<Neighbour>) -> String {
     format!("put another robot {distance_m:.3} m from {robot}, {bearing}, centre to centre")
 }
 
-fn text(filled: &Filled) -> String {
-    let Filled { table, n_filled, n_left, n_lost } = filled;
+fn text(filled: &Progress) -> String {
+    let Progress { table, n_filled, n_left, n_lost } = filled;
     let table = table.display();
     let mut lines = vec![format!("{table}: {n_filled} rows filled in, {n_left} left")];
     if *n_lost > 0 {
