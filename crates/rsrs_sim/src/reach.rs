@@ -5,8 +5,9 @@
 //! real ones do, each as often as a real robot drove it. Half of them say where simulated robots
 //! can be; the other half say how far from them is far: the region at a time is where no more than
 //! 1 % of simulated robots would be further out. So the region holds 99 % of simulated robots
-//! whatever its shape (a point, a line, a banana, a ring), and both halves keep the gains of one
-//! robot through all of its trials.
+//! whatever its shape (a point, a line, a banana, a ring). As many robots again, which no region was
+//! made from, say how often simulated robots leave it. All keep the gains of one robot through all
+//! of its trials.
 //!
 //! # Source
 //!
@@ -42,7 +43,8 @@ mod regions;
 /// How reach is simulated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReachOptions {
-    /// Simulated robots, 200 or more: half for the region, half to calibrate it.
+    /// Simulated robots, 200 or more: half for the region, half to calibrate it. As many again say
+    /// how often robots leave it.
     pub n_robots: usize,
     /// Share of the simulated robots that each region holds, above 0.5 and below 1.
     pub share: f64,
@@ -155,12 +157,13 @@ pub fn validate(
     let (kinds, kind_of) = kinds(trials, (options, robot.computation.period_s))?;
     let conditions = conditions(robot, settings, trials)?;
     let driver = drive::Driver::new(robot, &conditions);
-    let mut simulated = Vec::with_capacity(options.n_robots);
-    for replicate in 0..options.n_robots as u64 {
+    let mut simulated = Vec::with_capacity(2 * options.n_robots);
+    for replicate in 0..2 * options.n_robots as u64 {
         let mut world = World::new(&conditions, Seed { seed: options.seed, replicate })?;
         simulated.push(driver.all(&mut world, &kinds));
     }
-    let (reference, calibration) = simulated.split_at(options.n_robots / 2);
+    let (of_regions, fresh) = simulated.split_at(options.n_robots);
+    let (reference, calibration) = of_regions.split_at(options.n_robots / 2);
     let regions: Vec<Regions> = (0..kinds.len())
         .map(|kind| Regions::new(kind, (reference, calibration), options))
         .collect();
@@ -172,7 +175,7 @@ pub fn validate(
         })
         .collect();
     let chances =
-        judgement::chances(trials, &kind_of, calibration, |path, kind| regions[kind].contain(path));
+        judgement::chances(trials, &kind_of, fresh, |path, kind| regions[kind].contain(path));
     Ok(judgement::summary(places, tubes, &chances, options.share))
 }
 

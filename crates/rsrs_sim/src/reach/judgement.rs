@@ -99,6 +99,14 @@ pub(super) fn tube(
 
 /// For each real robot: how probable it is that 0, 1, 2 … of its trials would be outside if it were
 /// a simulated one.
+///
+/// Besides the simulated robots one is counted that leaves in every trial, as the real robot might
+/// be: so that few of them never make it surprising to leave (A. C. Davison, D. V. Hinkley,
+/// "Bootstrap Methods and their Application", 1997, §4.2).
+///
+/// # Arguments
+///
+/// * `simulated` — robots that no region was made from: those are inside more often than others.
 pub(super) fn chances(
     trials: &[DrivenTrial],
     kind_of: &[usize],
@@ -121,11 +129,12 @@ pub(super) fn chances(
     }
     let chance = |driven: &BTreeMap<usize, usize>| {
         let n_trials: usize = driven.values().sum();
+        let one = 1.0 / (is_outside.len() + 1) as f64;
         let mut chances = vec![0.0; n_trials + 1];
+        chances[n_trials] = one;
         for drives in &is_outside {
             let outside = driven.iter().flat_map(|(kind, n)| &drives[*kind][..*n]);
-            chances[outside.filter(|is_outside| **is_outside).count()] +=
-                1.0 / is_outside.len() as f64;
+            chances[outside.filter(|is_outside| **is_outside).count()] += one;
         }
         chances
     };

@@ -113,6 +113,17 @@ impl Base {
         let values = [("speed", 0.01), ("turn_rate", 0.02)]
             .map(|(name, value)| (name.to_owned(), ParameterValue::Double(value)));
         client.set_atomically(&format!("/{ROBOT}/controller"), &values).await?;
+        // Until its next statuses have come, leases would carry the digest of what it was before,
+        // and a robot that is stopped by that stays so for the epoch.
+        tokio::time::sleep(5 * BEAT).await;
+        lock(&self.witness).controller_digest = 0;
+        let start = Instant::now();
+        while lock(&self.witness).controller_digest == 0 {
+            if start.elapsed() > PATIENCE {
+                bail!("the controller says nothing for {PATIENCE:?}");
+            }
+            tokio::time::sleep(BEAT).await;
+        }
         Ok(())
     }
 
