@@ -145,10 +145,11 @@ async fn recorded() {
         .messages_on(["/battery"])
         .map(|message| message.expect("the bag is whole").bytes)
         .collect();
-    assert!(messages.len() > 20, "{} messages", messages.len());
+    // In lockstep a run is as short as the machine is fast.
+    assert!(messages.len() > 2, "{} messages", messages.len());
     assert!(messages.iter().all(|bytes| bytes == &SENT), "the bytes are those that were sent");
     for robot in ROBOTS.split(',') {
-        assert!(topic(&format!("/{robot}/bumper")).n_messages > 20);
+        assert!(topic(&format!("/{robot}/bumper")).n_messages > 2);
     }
     // Sent before the run, kept by its publisher.
     assert_eq!(topic("/floor").n_messages, 1);

@@ -130,9 +130,10 @@ pub fn read_trajectory(
     let mut findings = std::mem::take(&mut collected.findings);
     findings.extend(jumps::mend(&mut collected.robots, recorded_ns)?);
 
-    let in_step = if period_ns == recorded_ns { align::align(&collected, period_ns) } else { None };
-    let (trajectory, start_ns) = if let Some(aligned) = in_step {
-        aligned
+    let is_one_rate = period_ns == recorded_ns;
+    let common = is_one_rate.then(|| align::side_by_side(&collected, period_ns)).flatten();
+    let (trajectory, start_ns) = if let Some(common) = common {
+        align::align(&mut collected.robots, &common, period_ns)
     } else {
         let (robots, breaks_off) = (&collected.robots[..], collected.breaks_off);
         let run = resample::Run { robots, recorded_ns, period_ns, breaks_off };

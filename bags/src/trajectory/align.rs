@@ -1,5 +1,7 @@
 //! Rows out of robots that were recorded in step: the same instant of all robots in one sample.
 
+use std::ops::Range;
+
 use rsrs_core::controller::Command;
 use rsrs_core::trajectory::Trajectory;
 
@@ -13,24 +15,6 @@ const MIN_COMMANDS: usize = 10;
 
 /// Poses and commands are of one rate if their periods differ by less than one in so many.
 const SAME_RATE: u64 = 4;
-
-/// A robot with the commands that answered its poses.
-struct Row {
-    poses: Vec<PoseSample>,
-    commands: Vec<Command>,
-}
-
-impl Row {
-    /// Time of its first pose, in nanoseconds.
-    fn first_ns(&self) -> u64 {
-        self.poses[0].stamp_ns
-    }
-
-    /// Time of its last pose, in nanoseconds.
-    fn last_ns(&self) -> u64 {
-        self.poses[self.poses.len() - 1].stamp_ns
-    }
-}
 
 /// The median distance of two poses of one robot, over all robots, in nanoseconds.
 ///
@@ -86,94 +70,114 @@ pub fn period_ns(robots: &[RecordedRobot], recorded_ns: u64) -> u64 {
     }
 }
 
-/// Puts the robots' samples side by side.
+/// Which poses of each robot stand side by side with those of all others.
 ///
 /// The edge of the window may fall between the robots of one sample, so the first and the last
 /// sample are dropped where a robot lacks them; a bag that breaks off may lack more at its end.
 ///
 /// # Returns
 ///
-/// The trajectory and the time of its first sample, in nanoseconds; `None` if the robots were not
-/// recorded in step.
-pub fn align(collected: &Collected, period_ns: u64) -> Option<(Trajectory, u64)> {
-    let mut rows: Vec<Row> = collected
-        .robots
-        .iter()
-        .map(|robot| Row {
-            poses: robot.poses.clone(),
-            commands: command::answers(&robot.poses, &robot.commands, period_ns),
-        })
-        .collect();
-    let is_regular = rows.iter().all(|row| has_no_gaps(row, period_ns));
-    if !is_regular || comes_or_leaves(&rows, period_ns, collected) {
+/// As many of each robot; `None` if the robots were not recorded in step.
+pub fn side_by_side(collected: &Collected, period_ns: u64) -> Option<Vec<Range<usize>>> {
+    let robots = &collected.robots[..];
+    let is_regular = robots.iter().all(|robot| has_no_gaps(robot, period_ns));
+    if !is_regular || comes_or_leaves(collected, period_ns) {
         return None;
     }
-    trim_to_common_span(&mut rows, period_ns)?;
-    if !are_side_by_side(&rows, period_ns) {
-        return None;
-    }
+    let common = common_span(robots, period_ns)?;
+    let poses = |robot: usize| &robots[robot].poses[common[robot].clone()];
+    let is_near = |(one, other): (&PoseSample, &PoseSample)| {
+        one.stamp_ns.abs_diff(other.stamp_ns) <= period_ns / 2
+    };
+    let are_near = (1..robots.len()).all(|robot| {
+        poses(robot).len() == poses(0).len() && poses(robot).iter().zip(poses(0)).all(is_near)
+    });
+    are_near.then_some(common)
+}
 
-    let n_samples = rows[0].poses.len();
-    let mut trajectory = Trajectory::new(period_ns as f64 / 1e9, rows.len());
+/// Puts the robots' samples side by side.
+///
+/// A run of hours fills memory, so what is no longer needed goes on the way: the commands.
+///
+/// # Arguments
+///
+/// * `common` — of [`side_by_side`].
+///
+/// # Returns
+///
+/// The trajectory and the time of its first sample, in nanoseconds.
+pub fn align(
+    robots: &mut [RecordedRobot],
+    common: &[Range<usize>],
+    period_ns: u64,
+) -> (Trajectory, u64) {
+    let answers = |(robot, common): (&mut RecordedRobot, &Range<usize>)| {
+        let poses = &robot.poses[common.clone()];
+        command::answers(poses, &std::mem::take(&mut robot.commands), period_ns)
+    };
+    let answers: Vec<Vec<Command>> = robots.iter_mut().zip(common).map(answers).collect();
+    let mut trajectory = Trajectory::new(period_ns as f64 / 1e9, robots.len());
+    let n_samples = common[0].len();
+    trajectory.commands.reserve_exact(n_samples * robots.len());
     for sample in 0..n_samples {
-        for row in &rows {
-            trajectory.poses.push(row.poses[sample].pose);
-            trajectory.commands.push(row.commands[sample]);
-        }
+        trajectory.commands.extend(answers.iter().map(|answers| answers[sample]));
     }
-    Some((trajectory, rows[0].first_ns()))
+    drop(answers);
+    trajectory.poses.reserve_exact(n_samples * robots.len());
+    for sample in 0..n_samples {
+        let poses = robots.iter().zip(common);
+        trajectory
+            .poses
+            .extend(poses.map(|(robot, common)| robot.poses[common.start + sample].pose));
+    }
+    (trajectory, robots[0].poses[common[0].start].stamp_ns)
 }
 
 /// Whether there is one pose in every period.
-fn has_no_gaps(row: &Row, period_ns: u64) -> bool {
-    row.poses.windows(2).all(|pair| {
+fn has_no_gaps(robot: &RecordedRobot, period_ns: u64) -> bool {
+    robot.poses.windows(2).all(|pair| {
         let distance_ns = pair[1].stamp_ns.saturating_sub(pair[0].stamp_ns);
         (period_ns / 2..=period_ns + period_ns / 2).contains(&distance_ns)
     })
 }
 
+/// Time of a robot's first pose, in nanoseconds.
+fn first_ns(robot: &RecordedRobot) -> u64 {
+    robot.poses[0].stamp_ns
+}
+
+/// Time of a robot's last pose, in nanoseconds.
+fn last_ns(robot: &RecordedRobot) -> u64 {
+    robot.poses[robot.poses.len() - 1].stamp_ns
+}
+
 /// Whether a robot came or left more than one sample apart from the others.
-fn comes_or_leaves(rows: &[Row], period_ns: u64, collected: &Collected) -> bool {
-    let earliest_ns = rows.iter().map(Row::first_ns).min().unwrap_or(0);
-    let latest_ns = rows.iter().map(Row::last_ns).max().unwrap_or(0);
+fn comes_or_leaves(collected: &Collected, period_ns: u64) -> bool {
+    let robots = &collected.robots;
+    let earliest_ns = robots.iter().map(first_ns).min().unwrap_or(0);
+    let latest_ns = robots.iter().map(last_ns).max().unwrap_or(0);
     let most_ns = period_ns + period_ns / 2;
-    rows.iter().any(|row| {
-        let late = row.first_ns() - earliest_ns > most_ns;
-        late || (latest_ns - row.last_ns() > most_ns && !collected.breaks_off)
+    robots.iter().any(|robot| {
+        let late = first_ns(robot) - earliest_ns > most_ns;
+        late || (latest_ns - last_ns(robot) > most_ns && !collected.breaks_off)
     })
 }
 
-/// Drops what some robots have before the first or after the last pose of another; `None` if less
-/// than two poses are left of one.
-fn trim_to_common_span(rows: &mut [Row], period_ns: u64) -> Option<()> {
+/// Leaves out what some robots have before the first or after the last pose of another; `None` if
+/// less than two poses are left of one.
+fn common_span(robots: &[RecordedRobot], period_ns: u64) -> Option<Vec<Range<usize>>> {
     let half_ns = period_ns / 2;
-    let start_ns = rows.iter().map(Row::first_ns).max().unwrap_or(0);
-    let end_ns = rows.iter().map(Row::last_ns).min().unwrap_or(0);
-    for row in rows {
-        let common = |pose: &PoseSample| {
+    let start_ns = robots.iter().map(first_ns).max().unwrap_or(0);
+    let end_ns = robots.iter().map(last_ns).min().unwrap_or(0);
+    let common = |robot: &RecordedRobot| {
+        let is_common = |pose: &PoseSample| {
             pose.stamp_ns + half_ns >= start_ns && pose.stamp_ns <= end_ns + half_ns
         };
-        let from = row.poses.iter().position(common).unwrap_or(row.poses.len());
-        let n_common = row.poses[from..].iter().take_while(|pose| common(pose)).count();
-        if n_common < 2 {
-            return None;
-        }
-        row.poses = row.poses[from..from + n_common].to_vec();
-        row.commands = row.commands[from..from + n_common].to_vec();
-    }
-    Some(())
-}
-
-/// Whether the robots' nth poses are of one time.
-fn are_side_by_side(rows: &[Row], period_ns: u64) -> bool {
-    let reference = &rows[0];
-    rows[1..].iter().all(|row| {
-        let mut pairs = row.poses.iter().zip(&reference.poses);
-        let near = |(one, other): (&PoseSample, &PoseSample)| {
-            one.stamp_ns.abs_diff(other.stamp_ns) <= period_ns / 2
-        };
-        row.poses.len() == reference.poses.len() && pairs.all(near)
-    })
+        let from = robot.poses.iter().position(is_common).unwrap_or(robot.poses.len());
+        let n_common = robot.poses[from..].iter().take_while(|pose| is_common(pose)).count();
+        (n_common >= 2).then_some(from..from + n_common)
+    };
+    robots.iter().map(common).collect()
 }
 
 fn seconds(time_ns: u64) -> f64 {

@@ -67,7 +67,12 @@ struct Found {
     tree: Tree,
     /// The frame at the upper end of each robot's transforms.
     frames: BTreeMap<String, String>,
+    /// For how many samples to make room, by topic.
+    room: BTreeMap<String, usize>,
 }
+
+/// For how many samples room is made before they are there, at most: a bag may lie.
+const MOST_ROOM: u64 = 4_000_000;
 
 /// Reads the bag once.
 pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, TrajectoryError> {
@@ -78,7 +83,7 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
     }
     let wanted = wanted_topics(&topics, source)?;
 
-    let mut found = Found::default();
+    let mut found = Found { room: room(&wanted), ..Found::default() };
     if source == PoseSource::Tf {
         found.take_fixed(bag, &topics)?;
     }
@@ -167,6 +172,24 @@ fn wanted_topics(
     Ok(wanted)
 }
 
+/// For how many samples to make room: as many as a topic of one robot has messages.
+fn room(wanted: &[&TopicInfo]) -> BTreeMap<String, usize> {
+    let mut left = MOST_ROOM;
+    let mut room = BTreeMap::new();
+    let is_of_one_robot = |topic: &&&TopicInfo| {
+        has_commands(topic)
+            || [PoseSource::Odom, PoseSource::Pose]
+                .iter()
+                .any(|source| pose::robot_of_topic(topic, *source).is_some())
+    };
+    for topic in wanted.iter().filter(is_of_one_robot) {
+        let n_samples = topic.n_messages.min(left);
+        left -= n_samples;
+        room.insert(topic.name.clone(), usize::try_from(n_samples).unwrap_or(0));
+    }
+    room
+}
+
 impl Found {
     fn take(&mut self, source: PoseSource, message: &BagMessage) -> Result<(), TrajectoryError> {
         let topic = &*message.topic;
@@ -184,10 +207,12 @@ impl Found {
             } else {
                 CommandSample::of_stamped(&robot, &decode::<TwistStamped>(message)?, log_ns)?
             };
-            self.commands.entry(robot).or_default().push(command);
+            let room = || Vec::with_capacity(self.room.get(topic).copied().unwrap_or(0));
+            self.commands.entry(robot).or_insert_with(room).push(command);
         } else {
+            let room = self.room.get(topic).copied().unwrap_or(0);
             for raw in self.raw_poses(source, message)? {
-                self.take_pose(source, raw, log_ns)?;
+                self.take_pose(source, raw, (log_ns, room))?;
             }
         }
         Ok(())
@@ -197,7 +222,7 @@ impl Found {
         &mut self,
         source: PoseSource,
         raw: RawPose,
-        log_ns: u64,
+        (log_ns, room): (u64, usize),
     ) -> Result<(), TrajectoryError> {
         // Topics of one robot each are taken at their word; transforms say what they refer to.
         if source == PoseSource::Tf {
@@ -212,7 +237,8 @@ impl Found {
                 self.poses.remove(&raw.robot);
             }
         }
-        let poses = self.poses.entry(raw.robot.clone()).or_default();
+        let poses = self.poses.entry(raw.robot.clone());
+        let poses = poses.or_insert_with(|| Vec::with_capacity(room));
         poses.push(raw.sample(log_ns)?);
         Ok(())
     }

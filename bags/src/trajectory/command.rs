@@ -1,5 +1,7 @@
 //! Commands out of the two messages that carry them, and which one holds at a time.
 
+use std::num::NonZeroU64;
+
 use rsrs_core::controller::Command;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 
@@ -13,11 +15,28 @@ const MIN_TIMEOUT_NS: u64 = 300_000_000;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CommandSample {
     /// The stamp in the message, in nanoseconds; `None` where there is none.
-    pub stamp_ns: Option<u64>,
+    stamp: Option<Stamp>,
     /// When it was recorded, in nanoseconds.
     pub log_ns: u64,
     /// What the robot was to do.
     pub command: Command,
+}
+
+/// A time that takes no more room for being perhaps not there: bags of hours hold a million.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Stamp {
+    /// One more than the nanoseconds.
+    after_ns: NonZeroU64,
+}
+
+impl Stamp {
+    fn of(stamp_ns: u64) -> Option<Self> {
+        NonZeroU64::new(stamp_ns.saturating_add(1)).map(|after_ns| Self { after_ns })
+    }
+
+    fn ns(self) -> u64 {
+        self.after_ns.get() - 1
+    }
 }
 
 impl CommandSample {
@@ -27,8 +46,8 @@ impl CommandSample {
         message: &TwistStamped,
         log_ns: u64,
     ) -> Result<Self, TrajectoryError> {
-        let stamp_ns = message.header.stamp.to_nanos();
-        Ok(Self { stamp_ns, ..Self::of_unstamped(robot, message.twist, log_ns)? })
+        let stamp = message.header.stamp.to_nanos().and_then(Stamp::of);
+        Ok(Self { stamp, ..Self::of_unstamped(robot, message.twist, log_ns)? })
     }
 
     /// The command in a message without stamp.
@@ -38,7 +57,7 @@ impl CommandSample {
             let (robot, time_s) = (robot.to_owned(), log_ns as f64 / 1e9);
             return Err(TrajectoryError::NotFinite { what: "command", robot, time_s });
         }
-        Ok(Self { stamp_ns: None, log_ns, command })
+        Ok(Self { stamp: None, log_ns, command })
     }
 
     /// Whether the robot was to do anything.
@@ -59,7 +78,7 @@ impl CommandSample {
 pub fn answers(poses: &[PoseSample], commands: &[CommandSample], period_ns: u64) -> Vec<Command> {
     let timeout_ns = (period_ns * 5 / 2).max(MIN_TIMEOUT_NS);
     let stamped: Option<Vec<(u64, Command)>> =
-        commands.iter().map(|command| Some((command.stamp_ns?, command.command))).collect();
+        commands.iter().map(|command| Some((command.stamp?.ns(), command.command))).collect();
     let by_stamp = stamped.is_some();
     let mut timed = stamped.unwrap_or_else(|| {
         commands.iter().map(|command| (command.log_ns, command.command)).collect()
@@ -95,7 +114,7 @@ mod tests {
 
     fn command(time_ns: u64, speed_m_s: f64) -> CommandSample {
         let command = Command { speed_m_s, turn_rate_rad_s: 0.0 };
-        CommandSample { stamp_ns: Some(time_ns), log_ns: time_ns, command }
+        CommandSample { stamp: Stamp::of(time_ns), log_ns: time_ns, command }
     }
 
     fn speeds(commands: &[Command]) -> Vec<f64> {
@@ -138,9 +157,9 @@ mod tests {
     #[test]
     fn one_command_without_a_stamp_puts_all_on_log_time() {
         let mut late = command(PERIOD_NS, 2.0);
-        late.stamp_ns = None;
+        late.stamp = None;
         // By its stamp the other one would answer the first pose.
-        let early = CommandSample { stamp_ns: Some(0), log_ns: 2 * PERIOD_NS, ..command(0, 3.0) };
+        let early = CommandSample { stamp: Stamp::of(0), log_ns: 2 * PERIOD_NS, ..command(0, 3.0) };
 
         assert_eq!(speeds(&answers(&poses(3), &[late, early], PERIOD_NS)), [0.0, 2.0, 3.0]);
     }
