@@ -13,6 +13,10 @@ use super::frame::{self, HEAD_BYTES, MESSAGE_HEAD_BYTES};
 use super::target::{Entries, Schema};
 use crate::reader::ZSTD_MAGIC;
 
+/// The largest window that zstd's readers take if nobody tells them otherwise, as a power of two:
+/// `ZSTD_WINDOWLOG_LIMIT_DEFAULT`.
+const MOST_WINDOW_LOG: u32 = 27;
+
 /// What is needed again for each chunk.
 pub struct Copier {
     zstd: Option<zstd::bulk::Decompressor<'static>>,
@@ -58,6 +62,9 @@ impl Copier {
         let content = match chunk.head.compression.as_str() {
             "" => packed,
             "zstd" => {
+                if !is_streamable(packed, size) {
+                    return None;
+                }
                 buffer.reserve(size);
                 self.zstd.as_mut()?.decompress_to_buffer(packed, &mut buffer).ok()?;
                 &buffer
@@ -106,6 +113,21 @@ impl Copier {
         }
         self.entries.entry(channel_id).or_default().push((time_ns, at as u64));
         Some(())
+    }
+}
+
+/// Whether readers can unpack a frame of zstd piece by piece, in the room that they give it. We unpack
+/// it as a whole, which takes a damaged frame that asks for more.
+fn is_streamable(packed: &[u8], size: usize) -> bool {
+    // After the magic number: what the head has, and unless all is one segment, the window's size.
+    let [_, _, _, _, descriptor, window, ..] = packed else { return false };
+    let is_one_segment = descriptor & 0x20 != 0;
+    let window_log = u32::from(window >> 3) + 10;
+    let is_whole_power = window & 7 == 0;
+    if is_one_segment {
+        size <= 1 << MOST_WINDOW_LOG
+    } else {
+        window_log < MOST_WINDOW_LOG || (window_log == MOST_WINDOW_LOG && is_whole_power)
     }
 }
 

@@ -178,7 +178,8 @@ impl Scan<'_> {
     fn record(&mut self, from: u64, opcode: u8, body: &[u8]) -> Result<(), BagError> {
         match opcode {
             op::CHUNK => return self.chunk(from, body, LossKind::Chunk),
-            op::MESSAGE => return self.loose(from, body),
+            // There are none behind the data: it is another record, damaged.
+            op::MESSAGE if self.in_data => return self.loose(from, body),
             op::MESSAGE_INDEX => {
                 self.index(body);
                 return Ok(());
