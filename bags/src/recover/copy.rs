@@ -123,7 +123,7 @@ fn is_streamable(packed: &[u8], size: usize) -> bool {
     let [_, _, _, _, descriptor, window, ..] = packed else { return false };
     let is_one_segment = descriptor & 0x20 != 0;
     let window_log = u32::from(window >> 3) + 10;
-    let is_whole_power = window & 7 == 0;
+    let is_whole_power = window.is_multiple_of(8);
     if is_one_segment {
         size <= 1 << MOST_WINDOW_LOG
     } else {
