@@ -31,7 +31,8 @@ const DISCARDED: &str = "discarded";
 const LOCK: &str = "lock";
 const REPLICATES: &str = "replicates.parquet";
 /// The results, in the order in which they take their places.
-const RESULTS: [&str; 4] = [REPLICATES, CELLS, "diagram.svg", "diagram.png"];
+const RESULTS: [&str; 4] = [REPLICATES, CELLS, PICTURES[0], PICTURES[1]];
+const PICTURES: [&str; 2] = ["diagram.svg", "diagram.png"];
 
 /// Whether a sweep has begun in a folder and not ended.
 pub fn is_unfinished(folder: &Path) -> bool {
@@ -249,7 +250,9 @@ impl Unfinished {
         let tabulate = || {
             self.write_replicates(&site.join(REPLICATES), result, blocks)?;
             let csv = cells::to_csv(&result.diagram, result.source.sweep.interval_kind());
-            write_file(&site.join(CELLS), csv.as_bytes())
+            write_file(&site.join(CELLS), csv.as_bytes())?;
+            // The disk takes its time too, while the picture is being drawn.
+            [REPLICATES, CELLS].iter().try_for_each(|name| save(&site.join(name)))
         };
         if n_threads > 1 {
             std::thread::scope(|scope| {
@@ -261,7 +264,7 @@ impl Unfinished {
             tabulate()?;
             draw(&site, result)?;
         }
-        for name in RESULTS {
+        for name in PICTURES {
             save(&site.join(name))?;
         }
         for name in RESULTS {
