@@ -3,53 +3,20 @@
 #[path = "../msgs/tests/venv/mod.rs"]
 mod venv;
 
+mod command;
+#[expect(dead_code, reason = "these tests run and choose themselves")]
+mod laboratory;
 mod placing;
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
+use std::process::Command;
 
-fn repository() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
-}
-
-fn rsrs(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rsrs"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .expect("the binary was built for this test")
-}
+use command::{code, json, repository, rsrs, stderr, stdout};
+use laboratory::{SPEEDS, write_sweep};
 
 /// A folder with the Flockbot's profile and a small sweep of it.
 fn workplace() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
-    std::fs::copy(profile, folder.path().join("flockbot.yaml")).expect("the profile is there");
-    write_sweep(folder.path(), "sweep.yaml", "true_positive: 0.8");
-    folder
-}
-
-/// Two speeds, one of them far too fast to mill.
-fn write_sweep(folder: &Path, name: &str, fixed: &str) {
-    let sweep = format!(
-        "profile: flockbot.yaml\n\
-         axes:\n  speed_m_s: [0.15, 0.30]\n  turn_rate_rad_s: [0.25, 0.75]\n\
-         fixed: {{robots: 9, placement_radius_m: 0.60, arena_m: 15, {fixed}}}\n\
-         replicates: 16\nduration_s: 120\nseed: 7\n"
-    );
-    std::fs::write(folder.join(name), sweep).expect("the folder is writable");
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().expect("the program ended by itself")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("messages are UTF-8")
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).expect("results are UTF-8")
+    laboratory::workplace(SPEEDS, "true_positive: 0.8")
 }
 
 fn bytes(folder: &Path, file: &str) -> Vec<u8> {
@@ -78,7 +45,7 @@ fn the_same_sweep_is_not_computed_again_and_another_one_is_refused() {
     let before = bytes(&place.path().join("out"), "cells.csv");
 
     let again = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
-    write_sweep(place.path(), "other.yaml", "true_positive: 0.9");
+    write_sweep(place.path(), "other.yaml", (SPEEDS, "true_positive: 0.9"));
     let other = rsrs(place.path(), &["sweep", "other.yaml", "-o", "out"]);
 
     assert_eq!(code(&again), 0);
@@ -160,7 +127,7 @@ fn a_viable_share_is_from_0_to_1() {
 #[test]
 fn no_viable_cell_is_an_answer() {
     let place = workplace();
-    write_sweep(place.path(), "blind.yaml", "true_positive: 0.2");
+    write_sweep(place.path(), "blind.yaml", (SPEEDS, "true_positive: 0.2"));
     rsrs(place.path(), &["sweep", "blind.yaml", "-o", "blind"]);
 
     let output = rsrs(place.path(), &["choose", "blind"]);
@@ -325,7 +292,7 @@ fn one_robot_and_two_robots_and_one_replicate_are_swept_like_any() {
     let cells = String::from_utf8(bytes(&place.path().join("few"), "cells.csv")).expect("UTF-8");
     assert_eq!(cells.lines().count(), 3);
     assert!(!cells.contains("NaN"), "{cells}");
-    let answer: serde_json::Value = serde_json::from_str(&stdout(&choose)).expect("JSON");
+    let answer = json(&choose);
     assert_eq!(answer["cell"], serde_json::Value::Null);
     assert_eq!(answer["best_swept"]["n_replicates"], 1);
     assert_eq!(answer["best_swept"]["cell"]["robots"], 1.0);
@@ -343,7 +310,7 @@ fn an_adaptive_sweep_has_as_many_replicates_as_each_cell_needs() {
     let again = rsrs(place.path(), &["sweep", "out/sweep.yaml", "-o", "again", "--threads", "1"]);
 
     assert_eq!((code(&sweep), code(&choose), code(&again)), (0, 0, 0), "{}", stderr(&sweep));
-    let report: serde_json::Value = serde_json::from_str(&stdout(&sweep)).expect("JSON");
+    let report = json(&sweep);
     assert_eq!(report["adaptive"]["exhausted"], 0, "{report}");
     let folder = place.path().join("out");
     let cells = String::from_utf8(bytes(&folder, "cells.csv")).expect("UTF-8");
@@ -354,7 +321,7 @@ fn an_adaptive_sweep_has_as_many_replicates_as_each_cell_needs() {
     assert_eq!(report["runs"], n.iter().sum::<u64>());
     assert!(n.iter().max() > n.iter().min(), "every cell has {n:?}");
     assert!(n.iter().all(|n| *n >= 16), "{n:?}");
-    let confirmed: serde_json::Value = serde_json::from_str(&stdout(&choose)).expect("JSON");
+    let confirmed = json(&choose);
     assert_eq!(confirmed["n_replicates"], 200);
     for file in ["sweep.yaml", "cells.csv", "replicates.parquet", "diagram.svg", "diagram.png"] {
         assert!(bytes(&folder, file) == bytes(&place.path().join("again"), file), "{file}");

@@ -1,67 +1,18 @@
 //! Reality against the simulator, as a person in the laboratory sees it: bags in, verdict out.
 
+mod command;
 mod floor;
+mod laboratory;
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
+use command::{code, json, rsrs, stderr, stdout};
 use floor::{Part, Run, cut_in_half, ended};
+use laboratory::{chosen, swept};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::EndingKind;
 use serde_json::Value;
-
-fn rsrs(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rsrs"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .expect("the binary was built for this test")
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().expect("the program ended by itself")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("messages are UTF-8")
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).expect("results are UTF-8")
-}
-
-fn json(output: &Output) -> Value {
-    serde_json::from_slice(&output.stdout)
-        .unwrap_or_else(|error| panic!("{error}: {}{}", stdout(output), stderr(output)))
-}
-
-/// A folder with a small sweep, and the cell that mills in it confirmed.
-///
-/// Of four cells one mills always, at (0.15 m/s, 0.75 rad/s), and one never, at (0.30, 0.25).
-fn laboratory() -> tempfile::TempDir {
-    let folder = laboratory_with("speed_m_s: [0.15, 0.30]", "true_positive: 0.8");
-    let choose =
-        rsrs(folder.path(), &["choose", "out", "--confirm", "200", "-o", "out/choice.json"]);
-    assert_eq!(code(&choose), 0, "{}{}", stdout(&choose), stderr(&choose));
-    folder
-}
-
-fn laboratory_with(axis: &str, fixed: &str) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let profile =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../launch_configs/profiles/flockbot.yaml");
-    std::fs::copy(profile, folder.path().join("flockbot.yaml")).expect("the profile is there");
-    let sweep = format!(
-        "profile: flockbot.yaml\n\
-         axes:\n  {axis}\n  turn_rate_rad_s: [0.25, 0.75]\n\
-         fixed: {{robots: 9, placement_radius_m: 0.60, arena_m: 15, {fixed}}}\n\
-         replicates: 16\nduration_s: 120\nseed: 7\n"
-    );
-    std::fs::write(folder.path().join("sweep.yaml"), sweep).expect("the folder is writable");
-    let sweep = rsrs(folder.path(), &["sweep", "sweep.yaml", "-o", "out"]);
-    assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
-    folder
-}
 
 fn compare(folder: &Path, more: &[&str], bags: &[&str]) -> Output {
     rsrs(folder, &[&["compare", "out"], more, &["--bags"], bags].concat())
@@ -119,7 +70,7 @@ fn a_record_that_does_not_read_is_an_error_that_names_the_bag() {
 
 #[test]
 fn one_mill_is_undecided_and_says_how_many_more_would_do() {
-    let place = laboratory();
+    let place = chosen();
     Run::new(1).record(place.path(), "monday");
 
     let output = compare(place.path(), &[], &["monday"]);
@@ -142,7 +93,7 @@ fn one_mill_is_undecided_and_says_how_many_more_would_do() {
 
 #[test]
 fn robots_that_do_not_mill_where_simulated_ones_do_violate_the_claim() {
-    let place = laboratory();
+    let place = chosen();
     for seed in 1..=2 {
         let blind = Run { sight: 0.0, ..Run::new(seed) };
         blind.record(place.path(), &format!("blind_{seed}"));
@@ -176,7 +127,7 @@ fn robots_that_do_not_mill_where_simulated_ones_do_violate_the_claim() {
 
 #[test]
 fn a_cell_that_was_not_chosen_is_held_against_the_sweep() {
-    let place = laboratory();
+    let place = chosen();
     let bags: Vec<String> = (1..=5).map(|seed| format!("fast_{seed}")).collect();
     for (seed, bag) in (1..).zip(&bags) {
         let fast = Run { speed_m_s: 0.30, turn_rate_rad_s: 0.25, ..Run::new(seed) };
@@ -198,7 +149,7 @@ fn a_cell_that_was_not_chosen_is_held_against_the_sweep() {
 
 #[test]
 fn bags_of_other_experiments_are_refused_all_at_once() {
-    let place = laboratory();
+    let place = chosen();
     let here = place.path();
     let brief = |seed| Run { recorded_s: 13.0, ..Run::new(seed) };
     brief(1).record(here, "good");
@@ -235,7 +186,7 @@ fn bags_of_other_experiments_are_refused_all_at_once() {
 
 #[test]
 fn a_run_that_cannot_be_labelled_is_refused() {
-    let place = laboratory();
+    let place = chosen();
     Run::new(1).record(place.path(), "good");
     Run { lacks: Some(Part::Poses), ..Run::new(2) }.record(place.path(), "unseen");
     Run { recorded_s: 30.0, ..Run::new(3) }.record(place.path(), "hasty");
@@ -251,7 +202,7 @@ fn a_run_that_cannot_be_labelled_is_refused() {
 
 #[test]
 fn a_void_run_is_listed_and_not_counted() {
-    let place = laboratory();
+    let place = chosen();
     Run::new(1).record(place.path(), "good");
     let void = ended(EndingKind::Void, "robot_3 was carried off");
     Run { ending: void, sight: 0.0, ..Run::new(2) }.record(place.path(), "carried");
@@ -276,7 +227,7 @@ fn a_void_run_is_listed_and_not_counted() {
 
 #[test]
 fn a_run_counts_once() {
-    let place = laboratory();
+    let place = chosen();
     let here = place.path();
     Run::new(1).record(here, "one");
     copy(&here.join("one"), &here.join("copy"));
@@ -310,8 +261,8 @@ fn copy(from: &Path, to: &Path) {
 
 #[test]
 fn a_sweep_over_what_robots_are_has_no_cell_for_a_bag_unless_it_has_one_value() {
-    let several = laboratory_with("true_positive: [0.7, 0.8]", "speed_m_s: 0.15");
-    let single = laboratory_with("true_positive: [0.8]", "speed_m_s: 0.15");
+    let several = swept("true_positive: [0.7, 0.8]", "speed_m_s: 0.15");
+    let single = swept("true_positive: [0.8]", "speed_m_s: 0.15");
     Run::new(1).record(several.path(), "monday");
     Run::new(1).record(single.path(), "monday");
 
@@ -327,7 +278,7 @@ fn a_sweep_over_what_robots_are_has_no_cell_for_a_bag_unless_it_has_one_value() 
 
 #[test]
 fn a_choice_of_another_sweep_or_without_its_phases_is_refused() {
-    let place = laboratory();
+    let place = chosen();
     Run::new(1).record(place.path(), "monday");
     let path = place.path().join("out/choice.json");
     let choice = std::fs::read_to_string(&path).expect("the choice was written");

@@ -1,6 +1,7 @@
 //! Steps 1 and 2 on the command line: trials to a profile, and a simulator that is worse than the
 //! robots; over DDS too.
 
+mod command;
 #[path = "measure/drive.rs"]
 mod drive;
 #[path = "measure/tables.rs"]
@@ -8,40 +9,9 @@ mod tables;
 #[path = "measure/validate.rs"]
 mod validate;
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
 
-fn repository() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
-}
-
-fn rsrs(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rsrs"))
-        .args(arguments)
-        .current_dir(folder)
-        // Nobody's robots are driven by a test.
-        .env_remove("RSRS_INTERFACE")
-        .output()
-        .expect("the binary was built for this test")
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().expect("the program ended by itself")
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).expect("results are UTF-8")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("messages are UTF-8")
-}
-
-fn json(output: &Output) -> serde_json::Value {
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|error| {
-        panic!("{error} in {}{}", stdout(output), stderr(output));
-    })
-}
+use command::repository;
 
 fn number(value: &serde_json::Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is a number"))

@@ -1,48 +1,19 @@
 //! The report of a sweep and its runs, as a person gets it: one file that needs no other.
 
+#[expect(dead_code, reason = "a report is for people")]
+mod command;
 #[expect(dead_code, reason = "no record of a run is spoilt here")]
 mod floor;
+mod laboratory;
 
-use std::path::Path;
-use std::process::{Command, Output};
-
+use command::{code, rsrs, stderr};
 use floor::{Part, Run, ended};
 use rsrs_fleet::record::EndingKind;
 
-fn rsrs(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rsrs"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .expect("the binary was built for this test")
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().expect("the program ended by itself")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("messages are UTF-8")
-}
-
 /// A folder with a small sweep, its chosen cell, and four bags.
 fn laboratory() -> tempfile::TempDir {
-    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = laboratory::chosen();
     let here = place.path();
-    let profile = include_str!("../launch_configs/profiles/flockbot.yaml");
-    std::fs::write(here.join("flockbot.yaml"), profile).expect("the folder is writable");
-    let sweep = "profile: flockbot.yaml\n\
-                 axes:\n  speed_m_s: [0.15, 0.30]\n  turn_rate_rad_s: [0.25, 0.75]\n\
-                 fixed: {robots: 9, placement_radius_m: 0.60, arena_m: 15, true_positive: 0.8}\n\
-                 replicates: 16\nduration_s: 120\nseed: 7\n";
-    std::fs::write(here.join("sweep.yaml"), sweep).expect("the folder is writable");
-    for arguments in [
-        &["sweep", "sweep.yaml", "-o", "out"][..],
-        &["choose", "out", "--confirm", "200", "-o", "out/choice.json"][..],
-    ] {
-        let output = rsrs(here, arguments);
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
-    }
     Run::new(1).record(here, "one");
     Run::new(2).record(here, "a<b>&c");
     Run { lacks: Some(Part::Poses), ..Run::new(3) }.record(here, "blind");

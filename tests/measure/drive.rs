@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::process::Output;
 
-use super::{code, json, number, read, repository, rsrs, stderr, stdout, trials, write};
+use super::command::{code, json, repository, rsrs, stderr, stdout};
+use super::{number, read, trials, write};
 
 /// One trial of one virtual robot; the command goes into a network of its own.
 fn drive(folder: &Path, robot: &str, rest: &[&str]) -> Output {

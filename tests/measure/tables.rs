@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::process::Output;
 
-use super::{code, json, number, read, repository, rsrs, stderr, stdout, trials, write};
+use super::command::{code, json, repository, rsrs, stderr, stdout};
+use super::{number, read, trials, write};
 
 fn fit(folder: &Path, rest: &[&str]) -> Output {
     let tables = [

@@ -7,7 +7,8 @@ use std::process::Output;
 use rsrs_core::controller::Command;
 use rsrs_core::unicycle::{ActuationGain, Pose, step};
 
-use super::{code, json, number, read, repository, rsrs, stderr, stdout, write};
+use super::command::{code, json, repository, rsrs, stderr, stdout};
+use super::{number, read, write};
 
 /// What is different about some robots.
 struct Robots {

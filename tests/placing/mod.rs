@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use crate::{code, repository, rsrs, stderr, stdout};
+use crate::command::{code, repository, rsrs, stderr, stdout};
 
 const EXPERIMENT: &str = "launch_configs/experiments/flockbot_milling.yaml";
 
