@@ -5,44 +5,24 @@
 //! so the item rate is agent-steps per second on one core. Compare within one run only: the same
 //! program differs by a factor of two between machines and between minutes.
 
+#[path = "../../crates/rsrs_sim/src/example.rs"]
+mod example;
 pub mod plain;
 
-use rsrs_core::conditions::{
-    Arena, Conditions, GainDistribution, Placement, Region, SimulatedRobot, Walls,
-};
-use rsrs_core::controller::ControllerParameters;
-use rsrs_core::profile::Sees;
+use example::flockbot_conditions;
+use rsrs_core::conditions::{Arena, Conditions, Placement, Walls};
 
 /// Steps of a run of 300 s.
 pub const STEPS: u64 = 2307;
 
 /// Harsher Flockbots at the paper's best cell, as densely placed as nine are by default.
 pub fn flockbots(robots: usize) -> Conditions {
-    let gain = GainDistribution { mean: 0.97, robot_sd: 0.05, step_sd: 0.0 };
     let radius_m = 0.825 * (robots as f64 / 9.0).sqrt();
     Conditions {
         robots,
-        controller: ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 },
         placement: Placement::DiscFacingOut { radius_m },
         arena: Arena { side_m: 15_f64.max(4.0 * radius_m), walls: Walls::Stop },
-        robot: SimulatedRobot {
-            radius_m: 0.075,
-            front_half_angle_rad: 70_f64.to_radians(),
-            rotates_while_blocked: true,
-            speed_gain: gain,
-            turn_gain: gain,
-            turn_bias_sd_rad_s: 0.0,
-            heading_noise_sd_rad: 0.0,
-            gust_sd_m_s: 0.0,
-            gust_time_constant_s: 2.0,
-            yaw_lag_s: 0.0,
-            sees: Sees::Body,
-            region: Region::Cone { half_angle_rad: 0.2, range_m: 0.75 },
-            true_positive: 0.80,
-            false_positive: 0.08,
-            latency_steps: 0,
-        },
-        period_s: 0.13,
+        ..flockbot_conditions()
     }
 }
 

@@ -1,4 +1,4 @@
-//! Conditions that the unit tests share: nine harsher Flockbots at (0.15 m/s, 0.75 rad/s).
+//! Conditions that tests and benchmarks share: nine harsher Flockbots at (0.15 m/s, 0.75 rad/s).
 
 use rsrs_core::conditions::{
     Arena, Conditions, GainDistribution, Placement, Region, SimulatedRobot, Walls,
@@ -6,7 +6,9 @@ use rsrs_core::conditions::{
 use rsrs_core::controller::ControllerParameters;
 use rsrs_core::profile::Sees;
 
-const GAIN: GainDistribution = GainDistribution { mean: 0.97, robot_sd: 0.05, step_sd: 0.0 };
+/// What both gains are.
+pub(crate) const GAIN: GainDistribution =
+    GainDistribution { mean: 0.97, robot_sd: 0.05, step_sd: 0.0 };
 
 /// Nine harsher Flockbots: detection 0.80, false positives 0.08, gain sd 0.05.
 pub fn flockbot_conditions() -> Conditions {

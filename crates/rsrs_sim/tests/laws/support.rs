@@ -3,12 +3,11 @@
 
 use std::sync::atomic::AtomicBool;
 
-use rsrs_core::conditions::{
-    Arena, Conditions, GainDistribution, Placement, Region, SimulatedRobot, Walls,
-};
+use rsrs_core::conditions::{Conditions, GainDistribution};
 use rsrs_core::controller::ControllerParameters;
-use rsrs_core::profile::Sees;
 use rsrs_sim::sweep::{Runs, Swept, Watch, sweep};
+
+use crate::example::{GAIN, flockbot_conditions};
 
 /// A robot's imperfections: standard deviation of both gains, detection, false positives.
 pub struct Imperfection {
@@ -25,31 +24,13 @@ pub const HARSHER: Imperfection =
 
 /// Nine Flockbots at a speed and turning rate, placed in a disc of 0.825 m.
 pub fn flockbots(speed_m_s: f64, turn_rate_rad_s: f64, imperfection: &Imperfection) -> Conditions {
-    let gain = GainDistribution { mean: 0.97, robot_sd: imperfection.gain_sd, step_sd: 0.0 };
-    Conditions {
-        robots: 9,
-        controller: ControllerParameters { speed_m_s, turn_rate_rad_s },
-        placement: Placement::DiscFacingOut { radius_m: 0.825 },
-        arena: Arena { side_m: 15.0, walls: Walls::Stop },
-        robot: SimulatedRobot {
-            radius_m: 0.075,
-            front_half_angle_rad: 70_f64.to_radians(),
-            rotates_while_blocked: true,
-            speed_gain: gain,
-            turn_gain: gain,
-            turn_bias_sd_rad_s: 0.0,
-            heading_noise_sd_rad: 0.0,
-            gust_sd_m_s: 0.0,
-            gust_time_constant_s: 2.0,
-            yaw_lag_s: 0.0,
-            sees: Sees::Body,
-            region: Region::Cone { half_angle_rad: 0.2, range_m: 0.75 },
-            true_positive: imperfection.true_positive,
-            false_positive: imperfection.false_positive,
-            latency_steps: 0,
-        },
-        period_s: 0.13,
-    }
+    let gain = GainDistribution { robot_sd: imperfection.gain_sd, ..GAIN };
+    let mut conditions = flockbot_conditions();
+    conditions.controller = ControllerParameters { speed_m_s, turn_rate_rad_s };
+    (conditions.robot.speed_gain, conditions.robot.turn_gain) = (gain, gain);
+    conditions.robot.true_positive = imperfection.true_positive;
+    conditions.robot.false_positive = imperfection.false_positive;
+    conditions
 }
 
 /// Sweeps without anybody looking on.

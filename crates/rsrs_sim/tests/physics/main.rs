@@ -7,6 +7,8 @@
     reason = "counts of robots, steps and runs stand in the tables as numbers"
 )]
 
+#[path = "../../src/example.rs"]
+mod example;
 mod mills;
 mod ring;
 mod support;

@@ -9,7 +9,8 @@ use rsrs_core::conditions::{Arena, Conditions, Placement, Region, Walls};
 use rsrs_core::interval::Interval;
 use rsrs_core::profile::Sees;
 
-use crate::support::{harsher_flockbots, n_milling};
+use crate::example::flockbot_conditions;
+use crate::support::n_milling;
 
 const REPLICATES: u64 = 1000;
 const THEIR_RUNS: u64 = 200;
@@ -29,7 +30,7 @@ fn rows<const N: usize>(
     change: impl Fn(&mut Conditions, f64),
 ) -> Vec<Row> {
     let row = |(value, milling_percent): (f64, f64)| {
-        let mut conditions = harsher_flockbots();
+        let mut conditions = flockbot_conditions();
         change(&mut conditions, value);
         Row { name: format!("{name} {value}"), milling_percent, conditions }
     };
