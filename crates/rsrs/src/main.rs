@@ -11,6 +11,7 @@ mod failure;
 mod human_labels;
 mod interrupt;
 mod keyboard;
+mod labelled_bags;
 mod labelling;
 mod node_process;
 mod own_network;

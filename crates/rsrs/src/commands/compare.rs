@@ -1,9 +1,7 @@
 //! `rsrs compare`: reality against the simulator.
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use rsrs_core::choice::Choice;
 use rsrs_core::comparison::{CellRuns, Comparison};
@@ -15,25 +13,25 @@ use crate::admission::{Admitted, LABEL, admit, refuse};
 use crate::commands::{Format, report};
 use crate::comparison_report::{Report, Runs, Simulated};
 use crate::failure::{Outcome, explained, with_help};
-use crate::human_labels::JUDGE;
+use crate::labelled_bags::{LabelledBags, Labeller};
 use crate::labelling::{LabelOptions, Labelled, label_bag, label_by};
 use crate::result_folder;
 use crate::sweep_result::SweepResult;
 
 /// Hold recorded runs against the sweep that predicts them: do robots mill as often as simulated?
 ///
-/// Every bag is labelled by the judge, or by the person that `--labels` names, and belongs to the swept cell whose speed, turning rate and
-/// other settings it was run with. A bag of another experiment is refused: another number of robots,
-/// placement, arena, duration, or a cell that was not swept. A run that did not complete is listed
-/// with its cause and does not count.
+/// Every bag is labelled by the judge, or by the person that `--labels` names, and belongs to the
+/// swept cell whose speed, turning rate and other settings it was run with. A bag of another
+/// experiment is refused: another number of robots, placement, arena, duration, or a cell that was
+/// not swept. A run that did not complete is listed with its cause and does not count.
 ///
 /// The claim is that real robots mill at least as often as simulated ones, because those are
 /// deliberately worse. It is `violated` if so few real mills would be improbable (below 0.05) if it
 /// held, `supported` if it holds with a probability of 0.95 or more, give or take 10 percentage
 /// points, and else `undecided`. Exit code 3 says that it is violated.
 ///
-/// The last line says what to do next: the experiment that would tell most, or, where real robots mill
-/// less often, back to measuring them.
+/// The last line says what to do next: the experiment that would tell most, or, where real robots
+/// mill less often, back to measuring them.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -42,52 +40,11 @@ Examples:
 pub struct Arguments {
     /// Folder of a sweep; with `choice.json` in it, the chosen cell is compared with its fresh runs.
     folder: PathBuf,
-    /// Bags of runs: rosbag2 folders or single .mcap files.
-    #[arg(long, required = true, num_args = 1.., value_name = "BAG")]
-    bags: Vec<PathBuf>,
-    /// Whose labels count: the judge's, or those of one person, as `human:WHO` (default: judge).
-    #[arg(
-        long,
-        value_name = "judge|human:WHO",
-        default_value = "judge",
-        hide_default_value = true
-    )]
-    labels: Labeller,
+    #[command(flatten)]
+    runs: LabelledBags,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
-}
-
-/// Whose labels count.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Labeller {
-    /// Those of the one judge.
-    Judge,
-    /// Those of this person.
-    Human(String),
-}
-
-impl FromStr for Labeller {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text.split_once(':') {
-            None if text == JUDGE => Ok(Self::Judge),
-            Some(("human", who)) if !who.trim().is_empty() => {
-                Ok(Self::Human(who.trim().to_owned()))
-            }
-            _ => Err(format!("`{text}` is neither `{JUDGE}` nor `human:` and a name")),
-        }
-    }
-}
-
-impl fmt::Display for Labeller {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Judge => formatter.write_str(JUDGE),
-            Self::Human(who) => write!(formatter, "human:{who}"),
-        }
-    }
 }
 
 /// Runs the command.
@@ -96,7 +53,7 @@ impl fmt::Display for Labeller {
 ///
 /// As [`compare`].
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let result = compare(&arguments.folder, &arguments.bags, &arguments.labels)?;
+    let result = compare(&arguments.folder, &arguments.runs)?;
     report(arguments.format, &result, &result.to_string())?;
     Ok(result.outcome())
 }
@@ -108,18 +65,19 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 /// # Arguments
 ///
 /// * `folder` — that of the sweep.
-/// * `labeller` — whose labels count.
+/// * `wanted` — bags, and whose labels of them count.
 ///
 /// # Errors
 ///
 /// If the folder is not a sweep's; if bags are of another experiment, cannot be read, or cannot be
 /// labelled: all of them, each with its reason.
-pub fn compare(folder: &Path, bags: &[PathBuf], labeller: &Labeller) -> anyhow::Result<Report> {
+pub fn compare(folder: &Path, wanted: &LabelledBags) -> anyhow::Result<Report> {
     let result = result_folder::read(folder)?;
     let prediction = Prediction::of(folder, &result)?;
-    let (counted, others): (Vec<Admitted>, Vec<Admitted>) =
-        admit(&result, bags)?.into_iter().partition(|run| run.ending.kind == EndingKind::Completed);
-    let labelled = label_all(&counted, labeller)?;
+    let (counted, others): (Vec<Admitted>, Vec<Admitted>) = admit(&result, &wanted.bags)?
+        .into_iter()
+        .partition(|run| run.ending.kind == EndingKind::Completed);
+    let labelled = label_all(&counted, &wanted.labels)?;
 
     let mut real: BTreeMap<usize, PhaseCounts> = BTreeMap::new();
     for (run, labelled) in counted.iter().zip(&labelled) {
@@ -145,7 +103,7 @@ pub fn compare(folder: &Path, bags: &[PathBuf], labeller: &Labeller) -> anyhow::
         counted.into_iter().zip(labelled).map(|(run, label)| (cell(run.cell), run, label));
     let runs = Runs { counted: counted.collect(), others };
     let mut report = Report::new(&comparison, (&cells, &simulated), runs, next);
-    report.labels = labeller.to_string();
+    report.labels = wanted.labels.to_string();
     report.notes.extend(prediction.note());
     Ok(report)
 }

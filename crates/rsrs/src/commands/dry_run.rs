@@ -13,12 +13,13 @@ use rsrs_view::diagram::ExperimentMark;
 use serde::Serialize;
 
 use crate::commands::choose::{self, Chosen};
-use crate::commands::compare::{Labeller, compare};
+use crate::commands::compare::compare;
 use crate::commands::run::{RunSummary, on_simulated_fleet, runtime, say_note};
 use crate::commands::sweep::{majorities, sweep_into};
 use crate::commands::{Format, report};
 use crate::comparison_report::Report as Comparison;
 use crate::failure::{Outcome, with_help};
+use crate::labelled_bags::{LabelledBags, Labeller};
 use crate::own_network::OwnNetwork;
 use crate::picture::{self, Wish};
 use crate::progress::threads;
@@ -118,15 +119,15 @@ impl DryRun<'_> {
         self.tell(&chosen(&choice))?;
 
         let experiments = self.run_experiments(&files, &sweep)?;
-        let bags: Vec<PathBuf> =
-            experiments.iter().filter_map(|summary| summary.bag.clone()).collect();
-        let comparison = compare(&sweep, &bags, &Labeller::Judge)?;
+        let bags = experiments.iter().filter_map(|summary| summary.bag.clone()).collect();
+        let runs = LabelledBags { bags, labels: Labeller::Judge };
+        let comparison = compare(&sweep, &runs)?;
         self.tell(&format!("\n{comparison}"))?;
         let json = serde_json::to_string_pretty(&comparison).context("the comparison as JSON")?;
         write_file(&self.folder.join("comparison.json"), format!("{json}\n").as_bytes())?;
 
         let diagram = self.draw(&result, (&choice, &comparison))?;
-        self.tell(&self.files(&bags))?;
+        self.tell(&self.files(&runs.bags))?;
         let folder = self.folder.clone();
         Ok(Summary { folder, launch_configs, sweep, diagram, choice, experiments, comparison })
     }
@@ -229,7 +230,7 @@ impl DryRun<'_> {
         ];
         lines.extend(bags.iter().map(|bag| bag.display().to_string()));
         lines.push(format!(
-            "next: rsrs run {folder}/launch_configs/experiments/flockbot_milling.yaml --cell \
+            "another cell: rsrs run {folder}/launch_configs/experiments/flockbot_milling.yaml --cell \
              speed_m_s=0.15,turn_rate_rad_s=0.75,robots=9"
         ));
         lines.join("\n")

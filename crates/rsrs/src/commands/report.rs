@@ -11,10 +11,11 @@ use rsrs_view::page::Page;
 use rsrs_view::trajectory::{TrajectoryPicture, svg};
 use serde::Serialize;
 
-use crate::commands::compare::{Labeller, compare};
+use crate::commands::compare::compare;
 use crate::commands::{Format, report};
 use crate::comparison_report::{ComparedBag, ComparedCell, Report as Comparison};
 use crate::failure::{Outcome, in_one_line, with_help};
+use crate::labelled_bags::LabelledBags;
 use crate::labelling::{LabelOptions, Labelled, judge};
 use crate::picture::{self, Wish};
 use crate::provenance;
@@ -35,17 +36,8 @@ Examples:
 pub struct Arguments {
     /// Folder of a sweep; with `choice.json` in it, the chosen cell is shown, too.
     folder: PathBuf,
-    /// Bags of runs: rosbag2 folders or single .mcap files.
-    #[arg(long, required = true, num_args = 1.., value_name = "BAG")]
-    bags: Vec<PathBuf>,
-    /// Whose labels count: the judge's, or those of one person, as `human:WHO` (default: judge).
-    #[arg(
-        long,
-        value_name = "judge|human:WHO",
-        default_value = "judge",
-        hide_default_value = true
-    )]
-    labels: Labeller,
+    #[command(flatten)]
+    runs: LabelledBags,
     /// File to write; one that exists is replaced.
     #[arg(short, long, value_name = "FILE.html")]
     output: PathBuf,
@@ -76,7 +68,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let result = result_folder::read(&arguments.folder)?;
     let choice = result_folder::read_choice(&arguments.folder)?;
-    let comparison = compare(&arguments.folder, &arguments.bags, &arguments.labels)?;
+    let comparison = compare(&arguments.folder, &arguments.runs)?;
     let html = page(&arguments.folder, (&result, choice.as_ref()), &comparison)?;
     write_file(&arguments.output, html.as_bytes())?;
     let n_bytes = html.len() as u64;
