@@ -360,3 +360,47 @@ fn pyarrow_reads_a_row_for_each_replicate() {
     );
     assert_eq!(printed, expected);
 }
+
+#[test]
+fn a_choice_says_how_the_robots_fare_as_measured() {
+    let place = workplace();
+    std::fs::write(
+        place.path().join("measured.yaml"),
+        std::fs::read_to_string(place.path().join("sweep.yaml")).expect("it was written")
+            + "harsher: none\n",
+    )
+    .expect("the folder is writable");
+    for (sweep, out) in [("sweep.yaml", "worse"), ("measured.yaml", "measured")] {
+        let swept = rsrs(place.path(), &["sweep", sweep, "-o", out]);
+        assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    }
+    let choose = |out| {
+        let arguments = ["choose", out, "--confirm", "100", "--viable", "0.5", "--format", "json"];
+        json(&rsrs(place.path(), &arguments))
+    };
+
+    let (worse, measured) = (choose("worse"), choose("measured"));
+
+    assert_eq!(worse["cell"], measured["cell"]);
+    assert_eq!(measured.get("as_measured"), None);
+    // The same robots on the same fresh seeds.
+    assert_eq!(worse["as_measured"]["share"], measured["b_s"]);
+    assert_eq!(worse["as_measured"]["n_replicates"], 100);
+}
+
+#[test]
+fn a_diagram_on_a_page_has_the_numbers_too() {
+    let place = workplace();
+    let swept = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
+    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+
+    let page = rsrs(place.path(), &["diagram", "out", "-o", "diagram.html"]);
+    let other = rsrs(place.path(), &["diagram", "out", "-o", "diagram.gif"]);
+
+    assert_eq!(code(&page), 0, "{}", stderr(&page));
+    let html = std::fs::read_to_string(place.path().join("diagram.html")).expect("it was written");
+    assert!(html.contains("<svg") && !html.contains("src="), "it needs no other file");
+    assert_eq!(html.matches("<tr><td>").count(), 4, "one row for each cell");
+    assert_eq!(code(&other), 1);
+    assert!(stderr(&other).contains("diagram.gif ends in none of .svg, .png and .html"));
+}

@@ -3,6 +3,8 @@
 //!
 //! `RSRS_KILLS=200 cargo test --test resume` kills more often than the default.
 
+#[path = "resume/shards.rs"]
+mod shards;
 mod work;
 
 use std::os::unix::process::ExitStatusExt;
@@ -154,7 +156,8 @@ fn an_unfinished_folder_is_said_to_be_and_how_to_finish_it() {
 
         assert_eq!(code(&output), 1);
         let expected = "error: the sweep in out is unfinished\n\
-                        help: finish it with `rsrs sweep out/sweep.yaml -o out`\n";
+                        help: finish it with `rsrs sweep out/sweep.yaml -o out`, or put shards \
+                        together with `rsrs merge`\n";
         assert_eq!(stderr(&output), expected, "{reader:?}");
     }
 }

@@ -10,6 +10,7 @@ pub mod dry_run;
 pub mod episode;
 pub mod label;
 pub mod measure;
+pub mod merge;
 pub mod node;
 pub mod place;
 pub mod replay;

@@ -13,6 +13,7 @@ mod interrupt;
 mod keyboard;
 mod labelled_bags;
 mod labelling;
+mod merging;
 mod node_process;
 mod own_network;
 mod picture;
@@ -22,6 +23,7 @@ mod recorded_run;
 mod recording_gaps;
 mod replicate_table;
 mod result_folder;
+mod shard;
 mod simulated_fleet;
 mod starter_files;
 mod sweep_result;
@@ -62,6 +64,7 @@ enum Command {
     Measure(commands::measure::Arguments),
     Validate(commands::validate::Arguments),
     Sweep(commands::sweep::Arguments),
+    Merge(commands::merge::Arguments),
     Diagram(commands::diagram::Arguments),
     Episode(commands::episode::Arguments),
     Choose(commands::choose::Arguments),
@@ -85,6 +88,7 @@ fn main() -> ExitCode {
         Command::Measure(arguments) => commands::measure::run(arguments),
         Command::Validate(arguments) => commands::validate::run(arguments),
         Command::Sweep(arguments) => commands::sweep::run(arguments),
+        Command::Merge(arguments) => commands::merge::run(arguments),
         Command::Diagram(arguments) => commands::diagram::run(arguments),
         Command::Episode(arguments) => commands::episode::run(arguments),
         Command::Choose(arguments) => commands::choose::run(arguments),

@@ -5,7 +5,7 @@
 
 mod block_file;
 mod cells;
-mod difference;
+pub mod difference;
 pub mod unfinished;
 
 use std::path::Path;
@@ -58,7 +58,10 @@ pub fn read(folder: &Path) -> anyhow::Result<SweepResult> {
     if unfinished::is_unfinished(folder) {
         return Err(with_help(
             format!("the sweep in {} is unfinished", folder.display()),
-            format!("finish it with `{}`", unfinished::command(folder)),
+            format!(
+                "finish it with `{}`, or put shards together with `rsrs merge`",
+                unfinished::command(folder)
+            ),
         ));
     }
     let path = folder.join(CELLS);
@@ -91,7 +94,12 @@ pub fn read_choice(folder: &Path) -> anyhow::Result<Option<Choice>> {
     Ok(Some(choice))
 }
 
-fn read_source(folder: &Path) -> anyhow::Result<ResolvedSweep> {
+/// Reads what was swept into a folder, or is being swept.
+///
+/// # Errors
+///
+/// If it is not the folder of a sweep.
+pub fn read_source(folder: &Path) -> anyhow::Result<ResolvedSweep> {
     let path = folder.join(SWEEP);
     if !path.exists() {
         return Err(with_help(

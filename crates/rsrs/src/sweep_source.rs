@@ -6,6 +6,7 @@ use anyhow::Context;
 use rsrs_core::axis::Cell;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::document;
+use rsrs_core::harsher::{Harsher, HarsherFactors};
 use rsrs_core::profile::{ProfileError, RobotProfile};
 use rsrs_core::sweep_file::{SweepFile, SweepFileError};
 use serde::{Deserialize, Serialize};
@@ -56,6 +57,13 @@ impl ResolvedSweep {
         sweep.check(&name).map_err(explain_sweep)?;
         let provenance = Provenance::of(&profile);
         Ok(Self { sweep, profile, provenance })
+    }
+
+    /// The same sweep with the robots as measured; `None` if it is that already.
+    pub fn as_measured(&self) -> Option<Self> {
+        let none = Harsher(HarsherFactors::NONE);
+        let sweep = SweepFile { harsher: none, ..self.sweep.clone() };
+        (self.sweep.harsher != sweep.harsher).then(|| Self { sweep, ..self.clone() })
     }
 
     /// The cells with their conditions.

@@ -18,6 +18,7 @@ use crate::interrupt;
 use crate::progress::ReplicateBar;
 use crate::result_folder;
 use crate::result_folder::unfinished::{self, Site, Unfinished};
+use crate::shard::Shard;
 use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;
 
@@ -39,40 +40,70 @@ pub fn sweep_into(
     (name, source): (&str, ResolvedSweep),
     n_threads: usize,
 ) -> anyhow::Result<SweepResult> {
-    let (cells, conditions): (Vec<Cell>, Vec<Conditions>) = source.cells(name)?.into_iter().unzip();
-    let runs = Runs {
-        seed: source.sweep.seed,
-        replicates: source.sweep.replicates,
-        duration_s: source.sweep.duration_s,
-        n_threads,
-    };
-    check(&conditions, runs).map_err(|error| explain(name, &cells, error))?;
+    let plan = Plan::new(name, &source, n_threads)?;
     let site = match unfinished::open(folder, &source)? {
         Site::Finished => return result_folder::read(folder),
         Site::Unfinished(site) => site,
     };
-    let cancel = interrupt::listen()?;
-    let sweeping = Sweeping { site: &site, folder, conditions: &conditions, runs, cancel };
-    let schedule =
-        source.sweep.adaptive.map(|adaptive| Schedule::new(adaptive, runs.replicates, &cells));
+    let sweeping = Sweeping::new(&plan, (&site, folder), None)?;
+    let schedule = source
+        .sweep
+        .adaptive
+        .map(|adaptive| Schedule::new(adaptive, plan.runs.replicates, &plan.cells));
     match sweeping.rounds(schedule.as_ref()) {
         Ok(Swept { counts, rounds }) => {
-            let entries = cells.into_iter().zip(counts);
+            let entries = plan.cells.iter().cloned().zip(counts);
             let cells = entries.map(|(cell, counts)| DiagramCell { cell, counts }).collect();
             let diagram = PhaseDiagram { axes: source.sweep.swept_axes(), cells };
             let result = SweepResult { source, diagram };
-            let work = numbered(&conditions, runs.duration_s, &rounds);
-            site.finish(&result, work, n_threads).map_err(|error| kept(folder, error))?;
+            let work = plan.numbered(&rounds);
+            let command = unfinished::command(folder);
+            site.finish(&result, work, n_threads).map_err(|error| kept(folder, &command, error))?;
             Ok(result)
         }
-        Err(Failure::Impossible { error, is_empty }) => {
-            // It will never be finished; what it has so far, if anything, is not thrown away.
-            if is_empty {
-                site.abandon()?;
-            }
-            Err(explain(name, &cells, error))
-        }
-        Err(Failure::Other(error)) => Err(error),
+        Err(failure) => Err(plan.give_up(name, site, failure)),
+    }
+}
+
+/// Does one machine's part of a sweep, and leaves it in its folder for [`merge`].
+///
+/// [`merge`]: crate::merging::merge
+///
+/// # Arguments
+///
+/// As for [`sweep_into`].
+///
+/// # Returns
+///
+/// How many replicates are this machine's; `None` if the folder holds the whole sweep.
+///
+/// # Errors
+///
+/// As [`sweep_into`], and of an adaptive sweep, whose work follows from what all machines find.
+pub fn sweep_shard(
+    folder: &Path,
+    (name, source): (&str, &ResolvedSweep),
+    (shard, n_threads): (Shard, usize),
+) -> anyhow::Result<Option<u64>> {
+    if source.sweep.adaptive.is_some() {
+        return Err(with_help(
+            format!(
+                "{name}: an adaptive sweep has no shards: what it simulates next follows from all of it"
+            ),
+            "sweep it on one machine, or without `adaptive`",
+        ));
+    }
+    let plan = Plan::new(name, source, n_threads)?;
+    let site = match unfinished::open(folder, source)? {
+        Site::Finished => return Ok(None),
+        Site::Unfinished(site) => site,
+    };
+    let mut counts = vec![PhaseCounts::default(); plan.conditions.len()];
+    let sweeping = Sweeping::new(&plan, (&site, folder), Some(shard))?;
+    let round = plan.first_round();
+    match sweeping.work_on(&round, (0, &mut counts), &ReplicateBar::new("sweeping")) {
+        Ok(()) => Ok(Some(counts.iter().map(PhaseCounts::total).sum())),
+        Err(failure) => Err(plan.give_up(name, site, failure)),
     }
 }
 
@@ -86,18 +117,81 @@ pub fn knowledge(result: &SweepResult) -> Option<Vec<Knowledge>> {
     Some((0..counts.len()).map(|cell| schedule.knowledge(&counts, cell)).collect())
 }
 
-/// A sweep at work.
-struct Sweeping<'a> {
-    site: &'a Unfinished,
-    folder: &'a Path,
-    conditions: &'a [Conditions],
+/// What is to be swept.
+pub struct Plan {
+    cells: Vec<Cell>,
+    conditions: Vec<Conditions>,
     runs: Runs,
-    /// Becomes true at Ctrl-C.
-    cancel: &'a AtomicBool,
 }
 
 /// Replicates of a round, by cell.
 type Round = Vec<Piece>;
+
+impl Plan {
+    /// What a sweep asks for.
+    ///
+    /// # Arguments
+    ///
+    /// * `name` — of the file, for errors.
+    ///
+    /// # Errors
+    ///
+    /// If a cell cannot be simulated.
+    pub fn new(name: &str, source: &ResolvedSweep, n_threads: usize) -> anyhow::Result<Self> {
+        let (cells, conditions): (Vec<Cell>, Vec<Conditions>) =
+            source.cells(name)?.into_iter().unzip();
+        let runs = Runs {
+            seed: source.sweep.seed,
+            replicates: source.sweep.replicates,
+            duration_s: source.sweep.duration_s,
+            n_threads,
+        };
+        check(&conditions, runs).map_err(|error| explain(name, &cells, error))?;
+        Ok(Self { cells, conditions, runs })
+    }
+
+    /// All blocks with their numbers, of a sweep that is not adaptive.
+    pub fn blocks(&self) -> impl Iterator<Item = (u64, Block)> + '_ {
+        (0..).zip(blocks(&self.conditions, self.runs.duration_s, self.first_round()))
+    }
+
+    fn first_round(&self) -> Round {
+        let cells = 0..self.conditions.len();
+        cells.map(|cell| Piece { cell, replicates: 0..self.runs.replicates }).collect()
+    }
+
+    /// All blocks of some rounds with their numbers.
+    fn numbered<'a>(&'a self, rounds: &'a [Round]) -> impl Iterator<Item = (u64, Block)> + 'a {
+        // A round begins with a new block.
+        let blocks = rounds.iter().flat_map(|round| {
+            blocks(&self.conditions, self.runs.duration_s, round.iter().cloned())
+        });
+        (0..).zip(blocks)
+    }
+
+    /// Ends a sweep that failed, and says why.
+    fn give_up(&self, name: &str, site: Unfinished, failure: Failure) -> anyhow::Error {
+        match failure {
+            Failure::Impossible { error, is_empty } => {
+                // It will never be finished; what it has so far, if anything, is not thrown away.
+                let abandoned = if is_empty { site.abandon() } else { Ok(()) };
+                abandoned.err().unwrap_or_else(|| explain(name, &self.cells, error))
+            }
+            Failure::Other(error) => error,
+        }
+    }
+}
+
+/// A sweep at work.
+struct Sweeping<'a> {
+    plan: &'a Plan,
+    site: &'a Unfinished,
+    folder: &'a Path,
+    /// What of it is done here, if not all.
+    shard: Option<Shard>,
+    /// Becomes true at Ctrl-C.
+    cancel: &'a AtomicBool,
+}
 
 /// What was swept.
 struct Swept {
@@ -122,12 +216,29 @@ impl From<anyhow::Error> for Failure {
     }
 }
 
-impl Sweeping<'_> {
+impl<'a> Sweeping<'a> {
+    fn new(
+        plan: &'a Plan,
+        (site, folder): (&'a Unfinished, &'a Path),
+        shard: Option<Shard>,
+    ) -> anyhow::Result<Self> {
+        Ok(Self { plan, site, folder, shard, cancel: interrupt::listen()? })
+    }
+
+    /// The command that goes on with this work.
+    fn command(&self) -> String {
+        let command = unfinished::command(self.folder);
+        match self.shard {
+            None => command,
+            Some(shard) => format!("{command} --shard {shard}"),
+        }
+    }
+
     /// Goes through the rounds: a single one, unless the sweep is adaptive.
     fn rounds(&self, schedule: Option<&Schedule>) -> Result<Swept, Failure> {
         let bar = ReplicateBar::new("sweeping");
         let mut swept = Swept {
-            counts: vec![PhaseCounts::default(); self.conditions.len()],
+            counts: vec![PhaseCounts::default(); self.plan.conditions.len()],
             rounds: Vec::new(),
         };
         loop {
@@ -135,23 +246,22 @@ impl Sweeping<'_> {
             if round.is_empty() {
                 return Ok(swept);
             }
-            let n_before = numbered(self.conditions, self.runs.duration_s, &swept.rounds).count();
+            let n_before = self.plan.numbered(&swept.rounds).count();
             self.work_on(&round, (n_before as u64, &mut swept.counts), &bar)?;
             swept.rounds.push(round);
         }
     }
 
     fn next_round(&self, schedule: Option<&Schedule>, counts: &[PhaseCounts]) -> Round {
-        let more = if let Some(schedule) = schedule {
-            schedule.next_round(counts)
-        } else {
-            let missing = |counts: &PhaseCounts| self.runs.replicates - counts.total();
-            counts.iter().map(missing).collect()
+        let Some(schedule) = schedule else {
+            let is_done = counts.iter().all(|counts| counts.total() == self.plan.runs.replicates);
+            return if is_done { Round::new() } else { self.plan.first_round() };
         };
         let piece = |(cell, more): (usize, u64)| {
             let n = counts[cell].total();
             Piece { cell, replicates: n..n + more }
         };
+        let more = schedule.next_round(counts);
         more.into_iter().enumerate().map(piece).filter(|piece| piece.n_rows() > 0).collect()
     }
 
@@ -167,16 +277,18 @@ impl Sweeping<'_> {
         bar: &ReplicateBar,
     ) -> Result<(), Failure> {
         let n_rows_before: u64 = counts.iter().map(PhaseCounts::total).sum();
+        let Plan { conditions, runs, .. } = self.plan;
+        let is_ours = |number| self.shard.is_none_or(|shard| shard.has(number));
         let blocks = || {
-            let blocks = blocks(self.conditions, self.runs.duration_s, round.iter().cloned());
-            (n_before..).zip(blocks)
+            let blocks = blocks(conditions, runs.duration_s, round.iter().cloned());
+            (n_before..).zip(blocks).filter(|(number, _)| is_ours(*number))
         };
         for (number, block) in blocks() {
             let kept = self.site.read(number, &block)?;
             count(counts, kept.iter().flatten());
         }
         let done: u64 = counts.iter().map(PhaseCounts::total).sum();
-        let total = n_rows_before + round.iter().map(Piece::n_rows).sum::<u64>();
+        let total = n_rows_before + blocks().map(|(_, block)| block.n_rows()).sum::<u64>();
         let start = Progress { done: as_count(done), total: as_count(total) };
         if start.done == start.total {
             return Ok(());
@@ -193,8 +305,8 @@ impl Sweeping<'_> {
         (start, counts): (Progress, &mut Vec<PhaseCounts>),
         bar: &ReplicateBar,
     ) -> Result<(), Failure> {
-        let Runs { seed, duration_s, n_threads, .. } = self.runs;
-        let work = Work { conditions: self.conditions, seed, duration_s, n_threads, start };
+        let Runs { seed, duration_s, n_threads, .. } = self.plan.runs;
+        let work = Work { conditions: &self.plan.conditions, seed, duration_s, n_threads, start };
         let watch = Watch { progress: &|progress| bar.show(progress), cancel: self.cancel };
         let shared = Mutex::new(counts);
         let keep = |number, block: &Block, outcomes: Vec<ReplicateOutcome>| -> anyhow::Result<()> {
@@ -213,9 +325,11 @@ impl Sweeping<'_> {
                     start.total,
                     self.folder.display()
                 ),
-                format!("go on with `{}`", unfinished::command(self.folder)),
+                format!("go on with `{}`", self.command()),
             ))),
-            Err(BlockError::Keep(error)) => Err(Failure::Other(kept(self.folder, error))),
+            Err(BlockError::Keep(error)) => {
+                Err(Failure::Other(kept(self.folder, &self.command(), error)))
+            }
             Err(BlockError::Sweep(error)) => {
                 Err(Failure::Impossible { error, is_empty: n_kept == 0 })
             }
@@ -229,30 +343,18 @@ fn count<'a>(counts: &mut [PhaseCounts], outcomes: impl IntoIterator<Item = &'a 
     }
 }
 
-/// All blocks of some rounds with their numbers.
-fn numbered<'a>(
-    conditions: &'a [Conditions],
-    duration_s: f64,
-    rounds: &'a [Round],
-) -> impl Iterator<Item = (u64, Block)> + 'a {
-    // A round begins with a new block.
-    let blocks =
-        rounds.iter().flat_map(move |round| blocks(conditions, duration_s, round.iter().cloned()));
-    (0..).zip(blocks)
-}
-
 fn as_count(number: u64) -> usize {
     usize::try_from(number).unwrap_or(usize::MAX)
 }
 
 /// An error after which nothing is lost.
-fn kept(folder: &Path, error: anyhow::Error) -> anyhow::Error {
+fn kept(folder: &Path, command: &str, error: anyhow::Error) -> anyhow::Error {
     WithHelp {
         message: format!(
             "the sweep in {} cannot go on; what is finished is kept",
             folder.display()
         ),
-        help: format!("mend this and go on with `{}`", unfinished::command(folder)),
+        help: format!("mend this and go on with `{command}`"),
         cause: Some(error.into()),
     }
     .into()

@@ -54,6 +54,40 @@ pub struct Choice {
     /// How the confirming replicates ended; `None` in a file that does not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phases: Option<PhaseCounts>,
+    /// The same cell with the robots as measured; `None` if they were not made worse, or in a file
+    /// that does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub as_measured: Option<AsMeasured>,
+}
+
+/// What robots as measured do where robots made worse were chosen.
+///
+/// That a robot is nowhere less capable does not mean that a swarm of them mills more often
+/// (`eq:finalgap` is a claim, and not a theorem): some imperfections help.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AsMeasured {
+    /// Share of replicates that milled.
+    pub share: f64,
+    /// Lower bound of its 95 % interval.
+    pub low: f64,
+    /// Upper bound.
+    pub high: f64,
+    /// Number of replicates.
+    pub n_replicates: u64,
+}
+
+impl AsMeasured {
+    /// What follows from how replicates ended.
+    pub fn of(phases: &PhaseCounts) -> Self {
+        let milling = Share::milling(phases);
+        let interval = milling.interval();
+        Self {
+            share: milling.value(),
+            low: interval.low,
+            high: interval.high,
+            n_replicates: milling.n,
+        }
+    }
 }
 
 /// A cell belongs to the milling region when the lower bound of its `B_s` is at least this.
@@ -81,7 +115,14 @@ impl Choice {
             n_replicates: confirmed.n,
             margin: candidate.margin.clone(),
             phases: Some(phases),
+            as_measured: None,
         }
+    }
+
+    /// Whether robots as measured surely mill less often than these, which are worse: no point of
+    /// one interval is in the other. Then fewer mills on the floor are to be expected.
+    pub fn worse_is_better(&self) -> bool {
+        self.as_measured.is_some_and(|measured| measured.high < self.b_s_low)
     }
 
     /// Whether the simulated robots are capable enough: the lower bound of the confirmed `B_s` is

@@ -1,7 +1,7 @@
 //! Which cell is chosen, on diagrams whose answer is plain to see.
 
 use rsrs_core::axis::{Axis, Cell};
-use rsrs_core::choice::{Candidate, Choice, Margin, VIABLE_B_S_LOW, rank};
+use rsrs_core::choice::{AsMeasured, Candidate, Choice, Margin, VIABLE_B_S_LOW, rank};
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_core::interval::IntervalKind;
 use rsrs_core::phase::Phase;
@@ -133,6 +133,20 @@ fn the_choice_rests_on_the_confirmation_alone() {
     assert!((good.b_s_low - 0.845_434_553_391_940_6).abs() < 1e-9);
     assert!(good.is_viable(VIABLE_B_S_LOW));
     assert!(!poor.is_viable(VIABLE_B_S_LOW) && poor.is_viable(0.75));
+}
+
+#[test]
+fn that_worse_robots_mill_more_often_is_said_only_where_it_is_sure() {
+    let ranked = ranked(&diagram(&["fff", "fff", "fff"]));
+    let choice = |measured: u64| Choice {
+        as_measured: Some(AsMeasured::of(&confirmed(measured, 1000))),
+        ..Choice::new(&ranked[0], confirmed(868, 1000))
+    };
+
+    assert!(choice(636).worse_is_better());
+    assert!(!choice(840).worse_is_better(), "the intervals overlap");
+    assert!(!choice(1000).worse_is_better());
+    assert!(!Choice::new(&ranked[0], confirmed(868, 1000)).worse_is_better());
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rsrs_core::axis::Cell;
-use rsrs_core::choice::{Choice, REGION_B_S_LOW, VIABLE_B_S_LOW, rank};
+use rsrs_core::choice::{AsMeasured, Choice, REGION_B_S_LOW, VIABLE_B_S_LOW, rank};
 use rsrs_core::comparison::Share;
 use rsrs_core::diagram::{DiagramCell, PhaseCounts};
 use rsrs_core::phase::Phase;
@@ -17,12 +17,14 @@ use crate::failure::Outcome;
 use crate::progress::threads;
 use crate::result_folder::{self, write_file};
 use crate::sweep_result::SweepResult;
+use crate::sweep_source::ResolvedSweep;
 
 /// Choose the milling cell that may drift furthest, and confirm it on fresh seeds.
 ///
 /// Cells are ranked by their depth inside the region where the lower bound of `B_s` is at least 0.5.
-/// The winner looks better than it is, so only fresh runs feed its `B_s`. Exit code 3 says that no
-/// cell is viable.
+/// The winner looks better than it is, so only fresh runs feed its `B_s`. The same cell is run with
+/// the robots as measured, too: being worse helps in some cells, and there fewer real robots mill.
+/// Exit code 3 says that no cell is viable.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Folder of a sweep.
@@ -155,7 +157,11 @@ pub fn choose(folder: &Path, options: Options) -> anyhow::Result<Chosen> {
         let none = NoViableCell { cell: None, reason, best: None, best_swept };
         return Ok(Chosen::NoViableCell(none));
     };
-    let choice = Choice::new(&candidate, confirm(options, &result, candidate.index)?);
+    let mut choice = Choice::new(&candidate, confirm(options, &result.source, candidate.index)?);
+    if let Some(measured) = result.source.as_measured() {
+        let phases = confirm(options, &measured, candidate.index)?;
+        choice.as_measured = Some(AsMeasured::of(&phases));
+    }
     if choice.is_viable(options.viable) {
         return Ok(Chosen::Viable(choice));
     }
@@ -180,13 +186,13 @@ pub fn write(path: &Path, choice: &Choice) -> anyhow::Result<()> {
     write_file(path, format!("{json}\n").as_bytes())
 }
 
-fn confirm(options: Options, result: &SweepResult, index: usize) -> anyhow::Result<PhaseCounts> {
-    let sweep = &result.source.sweep;
-    let cells = result.source.cells("sweep.yaml")?;
+/// Runs a cell of a sweep on fresh seeds.
+fn confirm(options: Options, source: &ResolvedSweep, index: usize) -> anyhow::Result<PhaseCounts> {
+    let cells = source.cells("sweep.yaml")?;
     let runs = Runs {
-        seed: sweep.seed,
+        seed: source.sweep.seed,
         replicates: options.confirm,
-        duration_s: sweep.duration_s,
+        duration_s: source.sweep.duration_s,
         n_threads: options.n_threads,
     };
     let swept =
@@ -220,13 +226,31 @@ fn text(choice: &Choice) -> String {
             format!("  {axis} may drift by -{} to +{} {}", margin.low, margin.high, axis.unit())
         })
         .collect();
-    format!(
-        "{}\n  mills in {:.1} % of {} fresh runs (95 % interval {:.1} to {:.1} %)\n{}",
-        choice.cell,
-        100.0 * choice.b_s,
-        choice.n_replicates,
-        100.0 * choice.b_s_low,
-        100.0 * choice.b_s_high,
-        margins.join("\n")
-    )
+    let mut lines = vec![
+        choice.cell.to_string(),
+        format!(
+            "  mills in {:.1} % of {} fresh runs (95 % interval {:.1} to {:.1} %)",
+            100.0 * choice.b_s,
+            choice.n_replicates,
+            100.0 * choice.b_s_low,
+            100.0 * choice.b_s_high
+        ),
+    ];
+    lines.extend(as_measured(choice).map(|text| format!("  {text}")));
+    lines.extend(margins);
+    lines.join("\n")
+}
+
+/// What robots as measured do in the chosen cell, if that was asked.
+pub fn as_measured(choice: &Choice) -> Option<String> {
+    let measured = choice.as_measured?;
+    let share = format!(
+        "as measured, not made worse, it mills in {:.1} % of {} ({:.1} to {:.1} %)",
+        100.0 * measured.share,
+        measured.n_replicates,
+        100.0 * measured.low,
+        100.0 * measured.high
+    );
+    let warning = ": being worse helps here, so expect fewer mills on the floor than simulated";
+    Some(if choice.worse_is_better() { share + warning } else { share })
 }

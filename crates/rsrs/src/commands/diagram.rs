@@ -2,11 +2,16 @@
 
 use std::path::PathBuf;
 
+use anyhow::Context;
 use rsrs_core::axis::{Axis, Cell};
+use rsrs_core::comparison::Share;
+use rsrs_core::diagram::DiagramCell;
+use rsrs_view::page::Page;
 
 use crate::failure::{Outcome, with_help};
 use crate::picture::{PNG_WIDTH_PX, Wish, of_sweep};
 use crate::result_folder::{self, write_file};
+use crate::sweep_result::SweepResult;
 use crate::validation_file;
 
 /// Draw the phase diagram of a sweep.
@@ -18,7 +23,7 @@ use crate::validation_file;
 pub struct Arguments {
     /// Folder of a sweep.
     folder: PathBuf,
-    /// Picture to write; its ending says how: svg or png.
+    /// Picture to write; its ending says how: svg, png, or html, which has the numbers, too.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Horizontal axis (default: the first swept one).
@@ -39,10 +44,10 @@ pub struct Arguments {
 /// If the folder is not a sweep's, an axis was not swept, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let ending = arguments.output.extension().and_then(|ending| ending.to_str()).unwrap_or("");
-    if !matches!(ending, "svg" | "png") {
+    if !matches!(ending, "svg" | "png" | "html") {
         return Err(with_help(
-            format!("{} ends in neither .svg nor .png", arguments.output.display()),
-            "name the picture `-o diagram.svg` or `-o diagram.png`",
+            format!("{} ends in none of .svg, .png and .html", arguments.output.display()),
+            "name the picture `-o diagram.svg`, `-o diagram.png` or `-o diagram.html`",
         ));
     }
     let result = result_folder::read(&arguments.folder)?;
@@ -55,10 +60,45 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         validation: validation_file::note(&arguments.folder, &result.source)?,
     };
     let svg = of_sweep(&result, &wish)?;
-    if ending == "svg" {
-        write_file(&arguments.output, svg.as_bytes())?;
-    } else {
-        write_file(&arguments.output, &rsrs_view::raster::png(&svg, PNG_WIDTH_PX)?)?;
-    }
+    let bytes = match ending {
+        "svg" => svg.into_bytes(),
+        "png" => rsrs_view::raster::png(&svg, PNG_WIDTH_PX)?,
+        _ => page(&result, &svg)?.into_bytes(),
+    };
+    write_file(&arguments.output, &bytes)?;
     Ok(Outcome::Done)
+}
+
+/// The picture on a page, with the numbers behind it and how they were made.
+fn page(result: &SweepResult, svg: &str) -> anyhow::Result<String> {
+    let source = &result.source;
+    let mut page = Page::new(&format!("Phase diagram: {}", source.profile.name));
+    page.figure(svg, &[]);
+    page.heading("Cells");
+    let kind = source.sweep.interval_kind();
+    let rows: Vec<[String; 5]> = result
+        .diagram
+        .cells
+        .iter()
+        .map(|DiagramCell { cell, counts }| {
+            let milling = Share::milling(counts);
+            let interval = kind.interval(milling.hits, milling.n);
+            [
+                cell.to_string(),
+                counts.majority().map_or_else(String::new, |phase| phase.to_string()),
+                format!("{:.1} %", 100.0 * milling.value()),
+                format!("{:.1} to {:.1} %", 100.0 * interval.low, 100.0 * interval.high),
+                milling.n.to_string(),
+            ]
+        })
+        .collect();
+    page.table(["cell", "most frequent phase", "mills", "95 % interval", "runs"], &rows);
+    page.heading("How it was made");
+    page.paragraph(&format!(
+        "Swept by rsrs {}, commit {}, seed {}.",
+        source.provenance.version, source.provenance.commit, source.sweep.seed
+    ));
+    let sweep = serde_saphyr::to_string(source).context("the sweep as YAML")?;
+    page.details("The sweep with its profile", &sweep);
+    Ok(page.finish())
 }

@@ -285,12 +285,14 @@ fn swept(result: &SweepResult) -> String {
 }
 
 fn chosen(choice: &Choice) -> String {
-    format!(
+    let chosen = format!(
         "chosen: {}, which mills in {:.1} % of {} fresh runs (95 % interval {:.1} to {:.1} %)",
         choice.cell,
         100.0 * choice.b_s,
         choice.n_replicates,
         100.0 * choice.b_s_low,
         100.0 * choice.b_s_high
-    )
+    );
+    let measured = choose::as_measured(choice).map(|text| format!("\n  {text}"));
+    chosen + &measured.unwrap_or_default()
 }

@@ -1,6 +1,6 @@
 //! `rsrs sweep`: step 3, exploration.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rsrs_core::adaptive::{Adaptive, Knowledge};
 use rsrs_core::diagram::{PhaseCounts, PhaseDiagram};
@@ -12,9 +12,11 @@ use crate::commands::{Format, report};
 use crate::failure::{Outcome, with_help};
 use crate::interrupt;
 use crate::progress::{ReplicateBar, threads};
+use crate::shard::Shard;
 use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;
-use crate::sweeping::knowledge;
+use crate::sweeping::{knowledge, sweep_shard};
+use crate::wording::counted;
 
 pub use crate::sweeping::sweep_into;
 
@@ -29,7 +31,8 @@ pub use crate::sweeping::sweep_into;
 Examples:
   rsrs sweep launch_configs/sweeps/flockbot_speed_turn.yaml -o results/flockbot
   rsrs sweep launch_configs/sweeps/flockbot_speed_turn.yaml -o results/precise --adaptive
-  rsrs sweep results/flockbot/sweep.yaml -o results/flockbot     finish what was interrupted")]
+  rsrs sweep results/flockbot/sweep.yaml -o results/flockbot     finish what was interrupted
+  rsrs sweep sweep.yaml -o part_1 --shard 1/2                    one of two machines' part")]
 pub struct Arguments {
     /// Sweep file (YAML), or the `sweep.yaml` of a result folder.
     sweep: PathBuf,
@@ -49,6 +52,11 @@ pub struct Arguments {
     /// Replicates that a cell gets at most (default: 1000).
     #[arg(long, value_name = "N", requires = "adaptive")]
     most_replicates: Option<u64>,
+    /// Simulate only every N-th part, the I-th, and leave it for `rsrs merge`.
+    ///
+    /// So a sweep is spread over machines: each makes a folder of its own.
+    #[arg(long, value_name = "I/N", conflicts_with = "adaptive")]
+    shard: Option<Shard>,
     /// Threads (default: as many as the machine runs at once).
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
@@ -71,6 +79,14 @@ struct Report {
     adaptive: Option<Endings>,
 }
 
+#[derive(Serialize)]
+struct ShardReport {
+    folder: PathBuf,
+    shard: String,
+    /// Replicates of this shard; `None` where the folder holds the whole sweep.
+    runs: Option<u64>,
+}
+
 /// How many cells of an adaptive sweep ended how.
 #[derive(Clone, Copy, Serialize)]
 struct Endings {
@@ -91,8 +107,41 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         source.sweep.adaptive = Some(arguments.adapt(source.sweep.adaptive.unwrap_or_default()));
         source.sweep.check(&name)?;
     }
-    let result = sweep_into(&arguments.output, (&name, source), threads(arguments.threads))?;
-    report(arguments.format, &summary(arguments, &result), &text(arguments, &result))?;
+    let n_threads = threads(arguments.threads);
+    if let Some(shard) = arguments.shard {
+        return run_shard(arguments, (&name, &source), (shard, n_threads));
+    }
+    let result = sweep_into(&arguments.output, (&name, source), n_threads)?;
+    tell(arguments.format, &arguments.output, &result)?;
+    Ok(Outcome::Done)
+}
+
+/// Reports a finished sweep.
+///
+/// # Errors
+///
+/// If standard output cannot be written.
+pub fn tell(format: Format, folder: &Path, result: &SweepResult) -> anyhow::Result<()> {
+    report(format, &summary(folder, result), &text(folder, result))
+}
+
+fn run_shard(
+    arguments: &Arguments,
+    source: (&str, &ResolvedSweep),
+    (shard, n_threads): (Shard, usize),
+) -> anyhow::Result<Outcome> {
+    let folder = arguments.output.clone();
+    let runs = sweep_shard(&folder, source, (shard, n_threads))?;
+    let text = match runs {
+        Some(runs) => format!(
+            "shard {shard}: {}\nnext, with all shards in one place: rsrs merge {} … -o DIR",
+            counted(runs, "run"),
+            folder.display()
+        ),
+        None => format!("{} holds the whole sweep; no shard was needed", folder.display()),
+    };
+    let summary = ShardReport { folder, shard: shard.to_string(), runs };
+    report(arguments.format, &summary, &text)?;
     Ok(Outcome::Done)
 }
 
@@ -145,9 +194,9 @@ fn n_runs(result: &SweepResult) -> impl Iterator<Item = u64> + '_ {
     result.diagram.cells.iter().map(|entry| &entry.counts).map(PhaseCounts::total)
 }
 
-fn summary(arguments: &Arguments, result: &SweepResult) -> Report {
+fn summary(folder: &Path, result: &SweepResult) -> Report {
     Report {
-        folder: arguments.output.clone(),
+        folder: folder.to_path_buf(),
         cells: result.diagram.cells.len(),
         replicates: result.source.sweep.replicates,
         runs: n_runs(result).sum(),
@@ -156,13 +205,13 @@ fn summary(arguments: &Arguments, result: &SweepResult) -> Report {
     }
 }
 
-fn text(arguments: &Arguments, result: &SweepResult) -> String {
+fn text(folder: &Path, result: &SweepResult) -> String {
     let phases: Vec<String> = majorities(&result.diagram)
         .into_iter()
         .filter(|(_, n)| *n > 0)
         .map(|(phase, n)| format!("{n} {phase}"))
         .collect();
-    let folder = arguments.output.display();
+    let folder = folder.display();
     let sweep = &result.source.sweep;
     let replicates = match endings(result) {
         None => format!("{} replicates of {} s", sweep.replicates, sweep.duration_s),

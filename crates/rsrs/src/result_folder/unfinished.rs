@@ -181,6 +181,24 @@ impl Unfinished {
         self.place(number).1.exists()
     }
 
+    /// Reads a block that is there and whole; nothing is changed.
+    ///
+    /// # Errors
+    ///
+    /// If a file cannot be read.
+    pub fn peek(
+        &self,
+        number: u64,
+        block: &Block,
+    ) -> anyhow::Result<Option<Vec<ReplicateOutcome>>> {
+        let (place, path) = self.place(number);
+        match std::fs::read(&path) {
+            Ok(bytes) => Ok(decode(place, block, &bytes)),
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(error).with_context(|| format!("cannot read {}", path.display())),
+        }
+    }
+
     /// Reads a block that is there; what is there and damaged is removed.
     ///
     /// # Errors
@@ -191,16 +209,9 @@ impl Unfinished {
         number: u64,
         block: &Block,
     ) -> anyhow::Result<Option<Vec<ReplicateOutcome>>> {
-        let (place, path) = self.place(number);
-        let bytes = match std::fs::read(&path) {
-            Ok(bytes) => bytes,
-            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-            Err(error) => {
-                return Err(error).with_context(|| format!("cannot read {}", path.display()));
-            }
-        };
-        let outcomes = decode(place, block, &bytes);
-        if outcomes.is_none() {
+        let outcomes = self.peek(number, block)?;
+        if outcomes.is_none() && self.has(number) {
+            let (_, path) = self.place(number);
             std::fs::remove_file(&path)
                 .with_context(|| format!("cannot remove {}, which is damaged", path.display()))?;
         }

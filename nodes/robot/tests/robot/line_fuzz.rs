@@ -20,8 +20,8 @@ use rsrs_robot_node::driver::Report;
 use rsrs_robot_node::driver::serial::line::{crc, encode};
 use rsrs_robot_node::driver::serial::link::Link;
 
-/// Deliveries in a run of all tests.
-const EXECUTIONS: u64 = 1_000_000;
+/// Deliveries in a run of all tests: about a minute.
+const EXECUTIONS: u64 = 7_000_000;
 /// Length of one conversation, in steps of 10 ms.
 const STEPS: u64 = 400;
 const STEP_MS: u64 = 10;

@@ -1,0 +1,45 @@
+//! `rsrs merge`: the shards of a sweep, put together.
+
+use std::path::PathBuf;
+
+use crate::commands::Format;
+use crate::commands::sweep::tell;
+use crate::failure::Outcome;
+use crate::merging::merge;
+use crate::progress::threads;
+
+/// Put the shards of a sweep together.
+///
+/// The folder is the same byte for byte as if one machine had made it with `rsrs sweep`. The shards
+/// stay as they are.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs sweep sweep.yaml -o part_1 --shard 1/2      on one machine
+  rsrs sweep sweep.yaml -o part_2 --shard 2/2      on another one
+  rsrs merge part_1 part_2 -o results/flockbot")]
+pub struct Arguments {
+    /// Folders of all shards, in any order.
+    #[arg(required = true, value_name = "DIR")]
+    shards: Vec<PathBuf>,
+    /// Folder to make; it must not exist, unless this very command was interrupted.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Threads (default: as many as the machine runs at once).
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// How to report.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// If the folders are not all shards of one sweep, or the folder cannot be written.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let result = merge(&arguments.shards, &arguments.output, threads(arguments.threads))?;
+    tell(arguments.format, &arguments.output, &result)?;
+    Ok(Outcome::Done)
+}
