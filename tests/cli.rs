@@ -386,6 +386,9 @@ fn a_choice_says_how_the_robots_fare_as_measured() {
     // The same robots on the same fresh seeds.
     assert_eq!(worse["as_measured"]["share"], measured["b_s"]);
     assert_eq!(worse["as_measured"]["n_replicates"], 100);
+    let at = |index: usize| worse["by_circliness"][index]["b_s"].as_f64().expect("a share");
+    assert_eq!(worse["by_circliness"][1]["b_s"], worse["b_s"]);
+    assert!(at(0) >= at(1) && at(1) >= at(2));
 }
 
 #[test]

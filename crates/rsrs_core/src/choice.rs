@@ -9,6 +9,8 @@ use crate::comparison::Share;
 use crate::diagram::{PhaseCounts, PhaseDiagram};
 use crate::harsher::tidy;
 use crate::interval::IntervalKind;
+use crate::order::Evidence;
+use crate::phase::{Phase, Thresholds};
 
 /// A cell inside the milling region.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +60,40 @@ pub struct Choice {
     /// that does not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub as_measured: Option<AsMeasured>,
+    /// `b_s` for other circliness at which semi-stable mills end and stable ones begin; empty in a
+    /// file that does not say.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub by_circliness: Vec<AtCircliness>,
+}
+
+/// What `B_s` would be if a mill were called stable from another circliness on.
+///
+/// Stable and semi-stable mills are a continuum (§IV step 3), and where to cut it is a convention.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AtCircliness {
+    /// Least circliness of a stable mill; 0.5 is what every phase rests on.
+    pub stable_circliness: f64,
+    /// Share of replicates that milled.
+    pub b_s: f64,
+}
+
+impl AtCircliness {
+    /// Judges replicates again with lower, equal and higher thresholds.
+    ///
+    /// # Arguments
+    ///
+    /// * `evidence` — the order parameters of simulated replicates, whose range is known; at least
+    ///   one.
+    pub fn of(evidence: &[Evidence]) -> Vec<Self> {
+        let at = |stable_circliness: f64| {
+            let thresholds = Thresholds { stable_circliness, ..Thresholds::default() };
+            let is_mill =
+                |evidence: &&Evidence| thresholds.phase(evidence, None) == Phase::StableMilling;
+            let n_mills = evidence.iter().filter(is_mill).count();
+            Self { stable_circliness, b_s: n_mills as f64 / evidence.len() as f64 }
+        };
+        [0.4, Thresholds::default().stable_circliness, 0.6].map(at).into()
+    }
 }
 
 /// What robots as measured do where robots made worse were chosen.
@@ -116,6 +152,7 @@ impl Choice {
             margin: candidate.margin.clone(),
             phases: Some(phases),
             as_measured: None,
+            by_circliness: Vec::new(),
         }
     }
 

@@ -1,9 +1,12 @@
 //! Which cell is chosen, on diagrams whose answer is plain to see.
 
 use rsrs_core::axis::{Axis, Cell};
-use rsrs_core::choice::{AsMeasured, Candidate, Choice, Margin, VIABLE_B_S_LOW, rank};
+use rsrs_core::choice::{
+    AsMeasured, AtCircliness, Candidate, Choice, Margin, VIABLE_B_S_LOW, rank,
+};
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_core::interval::IntervalKind;
+use rsrs_core::order::Evidence;
 use rsrs_core::phase::Phase;
 
 /// A diagram from a drawing: columns are speeds, rows turning rates from the greatest down; the
@@ -147,6 +150,28 @@ fn that_worse_robots_mill_more_often_is_said_only_where_it_is_sure() {
     assert!(!choice(840).worse_is_better(), "the intervals overlap");
     assert!(!choice(1000).worse_is_better());
     assert!(!Choice::new(&ranked[0], confirmed(868, 1000)).worse_is_better());
+}
+
+#[test]
+fn the_share_of_mills_moves_with_the_circliness_that_makes_one() {
+    let mill = |circliness| Evidence {
+        lost: Some(0.0),
+        blocked: 0.0,
+        stuck: 0.0,
+        rotation: 0.99,
+        orbit: 0.99,
+        fatness: 1.0 - circliness,
+        tangentness: 0.0,
+        circliness,
+        mean_radius_m: 0.9,
+        contact_onsets_per_s: Some(0.0),
+        circliness_ceiling: 0.95,
+    };
+
+    let moved = AtCircliness::of(&[mill(0.3), mill(0.45), mill(0.55), mill(0.65)]);
+
+    let found: Vec<(f64, f64)> = moved.iter().map(|at| (at.stable_circliness, at.b_s)).collect();
+    assert_eq!(found, [(0.4, 0.75), (0.5, 0.5), (0.6, 0.25)]);
 }
 
 #[test]

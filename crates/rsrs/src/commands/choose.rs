@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rsrs_core::axis::Cell;
-use rsrs_core::choice::{AsMeasured, Choice, REGION_B_S_LOW, VIABLE_B_S_LOW, rank};
+use rsrs_core::choice::{AsMeasured, AtCircliness, Choice, REGION_B_S_LOW, VIABLE_B_S_LOW, rank};
 use rsrs_core::comparison::Share;
-use rsrs_core::diagram::{DiagramCell, PhaseCounts};
+use rsrs_core::diagram::DiagramCell;
+use rsrs_core::order::Evidence;
 use rsrs_core::phase::Phase;
-use rsrs_sim::sweep::Runs;
+use rsrs_sim::sweep::{Runs, Swept};
 use serde::Serialize;
 
 use crate::commands::sweep::watched;
@@ -157,10 +158,13 @@ pub fn choose(folder: &Path, options: Options) -> anyhow::Result<Chosen> {
         let none = NoViableCell { cell: None, reason, best: None, best_swept };
         return Ok(Chosen::NoViableCell(none));
     };
-    let mut choice = Choice::new(&candidate, confirm(options, &result.source, candidate.index)?);
+    let fresh = confirm(options, &result.source, candidate.index)?;
+    let mut choice = Choice::new(&candidate, fresh.counts(1)[0]);
+    let evidence: Vec<Evidence> = fresh.outcomes.iter().map(|outcome| outcome.evidence).collect();
+    choice.by_circliness = AtCircliness::of(&evidence);
     if let Some(measured) = result.source.as_measured() {
-        let phases = confirm(options, &measured, candidate.index)?;
-        choice.as_measured = Some(AsMeasured::of(&phases));
+        let fresh = confirm(options, &measured, candidate.index)?;
+        choice.as_measured = Some(AsMeasured::of(&fresh.counts(1)[0]));
     }
     if choice.is_viable(options.viable) {
         return Ok(Chosen::Viable(choice));
@@ -187,7 +191,7 @@ pub fn write(path: &Path, choice: &Choice) -> anyhow::Result<()> {
 }
 
 /// Runs a cell of a sweep on fresh seeds.
-fn confirm(options: Options, source: &ResolvedSweep, index: usize) -> anyhow::Result<PhaseCounts> {
+fn confirm(options: Options, source: &ResolvedSweep, index: usize) -> anyhow::Result<Swept> {
     let cells = source.cells("sweep.yaml")?;
     let runs = Runs {
         seed: source.sweep.seed,
@@ -195,9 +199,7 @@ fn confirm(options: Options, source: &ResolvedSweep, index: usize) -> anyhow::Re
         duration_s: source.sweep.duration_s,
         n_threads: options.n_threads,
     };
-    let swept =
-        watched("confirming", |watch| rsrs_sim::sweep::confirm(&cells[index].1, runs, watch))?;
-    Ok(swept.counts(1)[0])
+    watched("confirming", |watch| rsrs_sim::sweep::confirm(&cells[index].1, runs, watch))
 }
 
 impl BestSwept {
@@ -237,8 +239,22 @@ fn text(choice: &Choice) -> String {
         ),
     ];
     lines.extend(as_measured(choice).map(|text| format!("  {text}")));
+    lines.extend(by_circliness(choice));
     lines.extend(margins);
     lines.join("\n")
+}
+
+/// How `B_s` moves with the circliness from which a mill is called stable.
+fn by_circliness(choice: &Choice) -> Option<String> {
+    let [lower, stable, higher] = choice.by_circliness.as_slice() else { return None };
+    Some(format!(
+        "  stable is a circliness of {} or more; from {} on it would be {:.1} %, from {} on {:.1} %",
+        stable.stable_circliness,
+        lower.stable_circliness,
+        100.0 * lower.b_s,
+        higher.stable_circliness,
+        100.0 * higher.b_s
+    ))
 }
 
 /// What robots as measured do in the chosen cell, if that was asked.
