@@ -6,21 +6,25 @@
 //!
 //! It writes small messages as fast as one thread can, then a bag of MEGABYTES (1000 if it is not
 //! said) for each way of packing, and saves each as a damaged one and reads the trajectory in it.
-//! The bags are in FOLDER only while it runs. "Disk" is bytes of the bag, "content" those of the
-//! messages in it. Rates are per second of processor time, so that other programs on the machine do
-//! not count, nor do waits for the disk; the wall's seconds stand beside them.
+//! Each step runs in a process of its own, so that its memory is its own; the bags are in FOLDER
+//! only meanwhile. "Disk" is bytes of the bag, "content" those of the messages in it. Rates are per
+//! second of processor time, all threads together, so that other programs on the machine do not
+//! count, nor do waits for the disk; the wall's seconds stand beside them.
 
 #![expect(clippy::print_stdout, reason = "its output is a table")]
 
 use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::time::Instant;
 
-use rsrs_bags::trajectory::{TrajectoryOptions, read_trajectory};
+use rsrs_bags::trajectory::{Keep, TrajectoryOptions, read_trajectory};
 use rsrs_bags::{
     Bag, BagError, BagOptions, BagWriter, ChannelId, Compression, Packing, Sample, recover_into,
 };
+use rsrs_core::phase;
+use rsrs_core::trajectory::Bodies;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::nav_msgs::Odometry;
@@ -37,6 +41,9 @@ const N_ROBOTS: usize = 9;
 /// Bytes of one picture; what makes bags of a gigabyte is cameras.
 const PICTURE_BYTES: usize = 200_000;
 
+/// In which the system tells what was computed: the same on every Linux that there is.
+const TICKS_PER_S: f64 = 100.0;
+
 /// Messages for the write path alone.
 const N_SMALL: u64 = 3_000_000;
 
@@ -47,22 +54,31 @@ type Outcome = Result<(), Box<dyn std::error::Error>>;
 enum Content {
     /// Detections, commands and odometry of nine robots.
     Swarm,
-    /// The same, and a camera above them.
+    /// The same, and each hundredth pose is missing: a run that must be mended, and so kept as a
+    /// whole.
+    SwarmWithGaps,
+    /// Without gaps, and a camera above them.
     SwarmAndCamera,
 }
 
 fn main() -> Outcome {
     let mut arguments = env::args().skip(1);
-    let folder = PathBuf::from(arguments.next().ok_or("say in which folder there is room")?);
-    let megabytes: u64 = arguments.next().map_or(Ok(1000), |text| text.parse())?;
+    let folder = arguments.next().ok_or("say in which folder there is room")?;
+    let folder = PathBuf::from(folder);
+    let asked = arguments.next();
+    if let Some(step) = asked.as_deref().and_then(Step::named) {
+        return step.measure(&folder.join("run"));
+    }
+    let megabytes: u64 = asked.map_or(Ok(1000), |text| text.parse())?;
     fs::create_dir_all(&folder)?;
     small_messages(&folder)?;
     println!(
-        "bag                       step     MB disk  MB content  wall s   CPU s  disk MB/s  content MB/s  peak MiB"
+        "bag                       step      MB disk  MB content  wall s   CPU s  disk MB/s  content MB/s  peak MiB"
     );
     for (content, compression) in [
         (Content::Swarm, Compression::None),
         (Content::Swarm, Compression::Zstd),
+        (Content::SwarmWithGaps, Compression::None),
         (Content::SwarmAndCamera, Compression::None),
         (Content::SwarmAndCamera, Compression::Zstd),
         (Content::SwarmAndCamera, Compression::Lz4),
@@ -70,6 +86,62 @@ fn main() -> Outcome {
         one_kind(&folder, (content, compression), megabytes * 1_000_000)?;
     }
     Ok(())
+}
+
+/// What is done with a bag.
+#[derive(Clone, Copy)]
+enum Step {
+    Read,
+    Label,
+    Recover,
+}
+
+impl Step {
+    const ALL: [Self; 3] = [Self::Read, Self::Label, Self::Recover];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Read => "read all",
+            Self::Label => "label",
+            Self::Recover => "recover",
+        }
+    }
+
+    fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|step| step.name() == name)
+    }
+
+    /// Does it and prints the seconds on the wall, those of processors, and the most memory in MiB.
+    fn measure(self, path: &Path) -> Outcome {
+        let start = Instant::now();
+        match self {
+            Self::Read => read_all(path),
+            Self::Label => label(path),
+            Self::Recover => save(path),
+        }?;
+        println!("{} {} {}", start.elapsed().as_secs_f64(), processor_s(), peak_mib());
+        Ok(())
+    }
+}
+
+fn read_all(path: &Path) -> Outcome {
+    let n_messages = Bag::open(path)?.messages().try_fold(0_u64, |n, one| one.map(|_| n + 1))?;
+    if n_messages == 0 { Err("nothing was read".into()) } else { Ok(()) }
+}
+
+fn label(path: &Path) -> Outcome {
+    let options = TrajectoryOptions { keep: Keep::JUDGED, ..TrajectoryOptions::default() };
+    let recorded = read_trajectory(&Bag::open(path)?, &options)?;
+    let bodies = Bodies { radius_m: None, range_m: None };
+    let verdict = phase::label(&recorded.trajectory, &bodies)?;
+    if verdict.n_robots == N_ROBOTS { Ok(()) } else { Err("robots are missing".into()) }
+}
+
+fn save(path: &Path) -> Outcome {
+    let saved = fresh(&path.with_file_name("saved"))?;
+    let recovered = recover_into(path, &saved)?;
+    fs::remove_dir_all(&saved)?;
+    if recovered.is_complete() { Ok(()) } else { Err("something was lost".into()) }
 }
 
 /// The write path alone: no robots, no network.
@@ -103,41 +175,26 @@ fn one_kind(
     let path = fresh(&folder.join("run"))?;
     let kind = match content {
         Content::Swarm => "swarm",
+        Content::SwarmWithGaps => "swarm with gaps",
         Content::SwarmAndCamera => "swarm and camera",
     };
     let name = format!("{kind}, {compression:?}");
     let content_bytes = write_bag(&path, (content, compression), n_bytes)?;
     let disk_bytes = fs::metadata(path.join("run_0.mcap"))?.len();
-    let timed = |step: &str, work: &mut dyn FnMut() -> Outcome| -> Outcome {
-        forget_peak();
-        let (start, wall) = (processor_s(), Instant::now());
-        work()?;
-        let (seconds, wall_s) = (processor_s() - start, wall.elapsed().as_secs_f64());
+    for step in Step::ALL {
+        let child = Command::new(env::current_exe()?).arg(folder).arg(step.name()).output()?;
+        let told = String::from_utf8_lossy(&child.stdout).into_owned();
+        let told: Vec<f64> = told.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
+        let [wall_s, seconds, peak_mib] = told[..] else {
+            return Err(String::from_utf8_lossy(&child.stderr).into());
+        };
         let (disk_mb, content_mb) = (disk_bytes as f64 / 1e6, content_bytes as f64 / 1e6);
+        let (disk_mb_s, content_mb_s) = (disk_mb / seconds, content_mb / seconds);
+        let step = step.name();
         println!(
-            "{name:<24}  {step:<8}{disk_mb:>8.0}{content_mb:>12.0}{wall_s:>8.1}{seconds:>8.1}{:>11.0}{:>14.0}{:>10.0}",
-            disk_mb / seconds,
-            content_mb / seconds,
-            peak_mib(),
+            "{name:<24}  {step:<9}{disk_mb:>8.0}{content_mb:>12.0}{wall_s:>8.1}{seconds:>8.1}{disk_mb_s:>11.0}{content_mb_s:>14.0}{peak_mib:>10.0}",
         );
-        Ok(())
-    };
-    timed("read all", &mut || {
-        let n_messages =
-            Bag::open(&path)?.messages().try_fold(0_u64, |n, one| one.map(|_| n + 1))?;
-        if n_messages == 0 { Err("nothing was read".into()) } else { Ok(()) }
-    })?;
-    timed("label", &mut || {
-        let bag = Bag::open(&path)?;
-        let recorded = read_trajectory(&bag, &TrajectoryOptions::default())?;
-        if recorded.robots.len() == N_ROBOTS { Ok(()) } else { Err("robots are missing".into()) }
-    })?;
-    let saved = fresh(&folder.join("saved"))?;
-    timed("recover", &mut || {
-        let recovered = recover_into(&path, &saved)?;
-        if recovered.is_complete() { Ok(()) } else { Err("something was lost".into()) }
-    })?;
-    fs::remove_dir_all(&saved)?;
+    }
     fs::remove_dir_all(&path)?;
     Ok(())
 }
@@ -189,7 +246,9 @@ fn write_bag(
             let message = command(time_ns, &mut noise);
             content_bytes += put(&mut writer, *cmd_vel, time_ns, &cdr::encode(&message))?;
             let message = odometry((robot, step), &mut noise);
-            content_bytes += put(&mut writer, *odom, time_ns, &cdr::encode(&message))?;
+            if !matches!(content, Content::SwarmWithGaps) || noise.uniform() > 0.01 {
+                content_bytes += put(&mut writer, *odom, time_ns, &cdr::encode(&message))?;
+            }
         }
     }
     writer.finish()?;
@@ -258,11 +317,19 @@ impl Noise {
     }
 }
 
-/// What this thread has computed for so far, in seconds; NaN where the system does not say.
+/// What all threads of this program have computed for so far, in seconds; NaN where the system does
+/// not say.
 fn processor_s() -> f64 {
-    let told = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let first = told.split_whitespace().next().and_then(|text| text.parse::<f64>().ok());
-    first.map_or(f64::NAN, |time_ns| time_ns / 1e9)
+    let told = fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // Behind the name, which may have spaces in it, these are the twelfth and the thirteenth.
+    let behind_name = told.rsplit_once(')').map_or("", |(_, rest)| rest);
+    let ticks: Vec<f64> = behind_name
+        .split_whitespace()
+        .skip(11)
+        .take(2)
+        .filter_map(|text| text.parse().ok())
+        .collect();
+    if ticks.len() == 2 { ticks.iter().sum::<f64>() / TICKS_PER_S } else { f64::NAN }
 }
 
 /// A path at which nothing is.
@@ -273,13 +340,7 @@ fn fresh(path: &Path) -> std::io::Result<PathBuf> {
     Ok(path.to_owned())
 }
 
-/// Lets the system measure the peak of memory anew.
-fn forget_peak() {
-    // Where that is not possible the peak is that of the whole program, which is no less.
-    let _measured_anew: std::io::Result<()> = fs::write("/proc/self/clear_refs", "5");
-}
-
-/// The most memory since then, in MiB; NaN where the system does not say.
+/// The most memory of this program so far, in MiB; NaN where the system does not say.
 fn peak_mib() -> f64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

@@ -1,8 +1,10 @@
 //! Why a bag could not be written or read.
 
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use mcap::McapError;
+use rsrs_core::document::DocumentError;
 
 /// Why a bag could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -96,12 +98,12 @@ pub enum BagError {
         found: String,
     },
     /// `metadata.yaml` does not say which files belong to the bag.
-    #[error("cannot make sense of {}", .path.display())]
+    #[error("{source}")]
     Metadata {
         /// The file.
         path: PathBuf,
         /// Where and why.
-        source: Box<serde_saphyr::Error>,
+        source: Box<DocumentError>,
     },
     /// Nothing of a damaged bag could be saved.
     #[error("{} holds nothing that could be saved", .path.display())]
@@ -143,16 +145,29 @@ impl BagError {
                 Some("what was recorded before the break can be used as it is")
             }
             Self::Full { .. } => Some("close it and raise the limit, or record into another one"),
+            Self::Empty { .. } => Some(
+                "nothing was recorded: the recorder ended before it wrote anything, or has just begun",
+            ),
+            Self::NotMcap { .. } => Some(
+                "give a bag of ROS 2: a folder as `ros2 bag record --storage mcap` makes it, or a \
+                 .mcap file",
+            ),
+            Self::Profile { .. } => {
+                Some("convert it into a bag of ROS 2 first: that of ROS 1 by `rosbags-convert`")
+            }
+            Self::Metadata { .. } => Some(
+                "mend it or move it away: bags are read without it, too, and `rsrs bag recover BAG` \
+                 writes it anew",
+            ),
+            Self::NothingSaved { .. } => Some("nothing was recorded, or the damage took all of it"),
+            Self::Io { source, .. } if source.kind() == ErrorKind::NotFound => {
+                Some("give the folder that holds metadata.yaml, or the .mcap file itself")
+            }
             Self::NoName { .. }
             | Self::Io { .. }
             | Self::Write { .. }
             | Self::UnknownType { .. }
-            | Self::DuplicateTopic { .. }
-            | Self::Empty { .. }
-            | Self::NothingSaved { .. }
-            | Self::NotMcap { .. }
-            | Self::Profile { .. }
-            | Self::Metadata { .. } => None,
+            | Self::DuplicateTopic { .. } => None,
         }
     }
 }

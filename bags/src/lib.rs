@@ -22,6 +22,7 @@ mod qos;
 pub mod reader;
 pub mod recover;
 pub mod trajectory;
+mod unpack;
 pub mod writer;
 
 pub use error::BagError;

@@ -1,9 +1,12 @@
 //! Opens bags: ours, any laboratory's, whole or cut short.
 
+mod chunks;
 mod file;
+mod indexed;
 mod messages;
 mod scan;
 mod source;
+mod table;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -12,9 +15,10 @@ pub use messages::{BagMessage, Messages};
 
 use crate::BagError;
 use crate::metadata::{self, Contents};
-pub(crate) use file::{BagFile, read_summary};
-pub(crate) use messages::plain;
+pub(crate) use file::BagFile;
+pub(crate) use messages::{Heard, plain};
 pub(crate) use source::{Source, ZSTD_MAGIC, open, read_some};
+pub(crate) use table::Table;
 
 /// A bag that was opened; its messages are still on disk.
 #[derive(Debug)]

@@ -8,7 +8,7 @@ mod bytes;
 mod chunk;
 mod copy;
 mod encode;
-mod frame;
+pub(crate) mod frame;
 mod loss;
 mod new_chunk;
 mod scan;

@@ -9,11 +9,13 @@ mod align;
 mod arrays;
 mod collect;
 mod command;
+mod ending;
 mod error;
 mod finding;
 mod jumps;
 mod pose;
 mod resample;
+mod rows;
 mod tidy;
 mod transforms;
 mod window;
@@ -71,13 +73,38 @@ impl fmt::Display for PoseSource {
 pub struct TrajectoryOptions {
     /// Where poses come from; `None` takes the first of [`PoseSource::ALL`] that is there.
     pub poses: Option<PoseSource>,
+    /// How much of the run to keep.
+    pub keep: Keep,
 }
+
+/// How much of a run to keep in memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Keep {
+    /// All of it.
+    #[default]
+    All,
+    /// Its first sample and its last ones, which is what the judge looks at.
+    Ending {
+        /// How much of the end, in seconds.
+        seconds: u32,
+    },
+}
+
+impl Keep {
+    /// What the judge looks at.
+    pub const JUDGED: Self = Self::Ending { seconds: JUDGED_S };
+}
+
+/// `rsrs_core::phase::WINDOW_S` in whole seconds.
+const JUDGED_S: u32 = 60;
 
 /// A trajectory with what the bag says of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordedTrajectory {
     /// Poses and commands while the swarm was running.
     pub trajectory: Trajectory,
+    /// Samples that were left out behind the first one, as [`Keep::Ending`] asks for; else 0.
+    pub n_left_out: usize,
     /// Names of the robots, in the order of the trajectory's rows: `robot_2` before `robot_10`.
     pub robots: Vec<String>,
     /// Where the poses came from.
@@ -90,6 +117,13 @@ pub struct RecordedTrajectory {
     pub findings: Vec<Finding>,
     /// Where the bag breaks off; empty for a whole bag.
     pub damage: Vec<Damage>,
+}
+
+impl RecordedTrajectory {
+    /// Recorded time, in seconds, with that which was left out.
+    pub fn duration_s(&self) -> f64 {
+        (self.trajectory.n_samples() + self.n_left_out) as f64 * self.trajectory.period_s
+    }
 }
 
 /// Reads poses and commands out of a bag.
@@ -119,6 +153,9 @@ pub fn read_trajectory(
     bag: &Bag,
     options: &TrajectoryOptions,
 ) -> Result<RecordedTrajectory, TrajectoryError> {
+    if let Some(ending) = ending::read(bag, options) {
+        return Ok(ending);
+    }
     let mut collected = collect::collect(bag, options)?;
     for robot in &mut collected.robots {
         tidy::tidy(robot)?;
@@ -132,19 +169,20 @@ pub fn read_trajectory(
 
     let is_one_rate = period_ns == recorded_ns;
     let common = is_one_rate.then(|| align::side_by_side(&collected, period_ns)).flatten();
-    let (trajectory, start_ns) = if let Some(common) = common {
-        align::align(&mut collected.robots, &common, period_ns)
+    let rows = if let Some(common) = common {
+        align::align(&mut collected.robots, &common, (period_ns, options.keep))
     } else {
         let (robots, breaks_off) = (&collected.robots[..], collected.breaks_off);
         let run = resample::Run { robots, recorded_ns, period_ns, breaks_off };
-        resample::resample(&run, &mut findings)?
+        resample::resample(&run, options.keep, &mut findings)?
     };
     Ok(RecordedTrajectory {
-        trajectory,
+        trajectory: rows.trajectory,
+        n_left_out: rows.n_left_out,
         robots: collected.robots.into_iter().map(|robot| robot.name).collect(),
         poses: collected.poses,
         window,
-        start_ns,
+        start_ns: rows.start_ns,
         findings,
         damage: bag.damage(),
     })

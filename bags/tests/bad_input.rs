@@ -3,8 +3,9 @@
 mod recording;
 
 use recording::damage::{messages, temporary};
+use recording::outcome::read;
 use recording::{Recording, SPEED_M_S, odometry};
-use rsrs_bags::trajectory::{TrajectoryError, TrajectoryOptions, read_trajectory};
+use rsrs_bags::trajectory::TrajectoryError;
 use rsrs_bags::{Bag, BagError, BagOptions, BagWriter, recover};
 use rsrs_msgs::rsrs::RunLease;
 
@@ -17,8 +18,8 @@ fn an_empty_bag_is_whole_and_gives_neither_trajectory_nor_anything_to_save() {
     let bag = Bag::open(&path).unwrap();
 
     assert_eq!((bag.n_messages(), bag.damage().len(), bag.topics().len()), (0, 0, 0));
-    let error = read_trajectory(&bag, &TrajectoryOptions::default()).unwrap_err();
-    assert!(matches!(&error, TrajectoryError::NoPoses { topics, .. } if topics.is_empty()));
+    let error = read(&bag).unwrap_err();
+    assert!(matches!(&error, TrajectoryError::NoMessages { n_topics: 0 }));
     assert!(matches!(recover(&path), Err(BagError::NothingSaved { .. })));
 }
 
@@ -31,7 +32,7 @@ fn a_bag_that_is_still_being_written_is_read_and_saved_up_to_its_last_flush() {
     (0..40).for_each(|step| recording.step(step));
 
     let bag = Bag::open(&path).unwrap();
-    let read = read_trajectory(&bag, &TrajectoryOptions::default()).unwrap();
+    let read = read(&bag).unwrap();
     let saved = recover(&path).unwrap();
 
     assert_eq!((bag.damage().len(), read.damage.len()), (1, 1));
@@ -57,7 +58,7 @@ fn a_bag_of_other_robots_than_the_lease_names_is_refused_by_their_names() {
     (0..40).for_each(|step| recording.step(step));
     recording.writer.finish().unwrap();
 
-    let outcome = read_trajectory(&Bag::open(&path).unwrap(), &TrajectoryOptions::default());
+    let outcome = read(&Bag::open(&path).unwrap());
 
     let Err(TrajectoryError::MissingRobots { robots }) = outcome else { panic!("{outcome:?}") };
     assert_eq!(robots, ["robot_7", "robot_12"]);
@@ -79,7 +80,7 @@ fn a_clock_that_was_set_back_in_the_middle_is_refused() {
     }
     recording.writer.finish().unwrap();
 
-    let outcome = read_trajectory(&Bag::open(&path).unwrap(), &TrajectoryOptions::default());
+    let outcome = read(&Bag::open(&path).unwrap());
 
     // In the order of the bag's times the same stamps come twice.
     assert!(matches!(outcome, Err(TrajectoryError::TooClose { .. })), "{outcome:?}");

@@ -2,7 +2,7 @@
 
 mod recording;
 
-use recording::outcome::{Foreign, recorded, temporary};
+use recording::outcome::{Foreign, read, recorded, temporary};
 use recording::{PERIOD_NS, Recording, SPEED_M_S, odometry};
 use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{
@@ -69,7 +69,7 @@ fn a_lease_that_never_ran_gives_no_trajectory() {
     (0..20).for_each(|step| recording.step(step));
     recording.writer.finish().unwrap();
 
-    let outcome = read_trajectory(&Bag::open(&path).unwrap(), &TrajectoryOptions::default());
+    let outcome = read(&Bag::open(&path).unwrap());
 
     assert!(matches!(outcome, Err(TrajectoryError::NeverRunning)));
 }
@@ -258,7 +258,7 @@ fn a_bag_that_breaks_off_gives_the_time_before_the_break() {
     std::mem::forget(recording);
 
     let bag = Bag::open(&path).unwrap();
-    let read = read_trajectory(&bag, &TrajectoryOptions::default()).unwrap();
+    let read = read(&bag).unwrap();
 
     assert_eq!(read.damage.len(), 1);
     let n_lost = 100 - read.trajectory.n_samples();
@@ -273,7 +273,8 @@ fn the_source_that_was_asked_for_is_the_only_one() {
     (0..20).for_each(|step| recording.step(step));
     recording.writer.finish().unwrap();
 
-    let options = TrajectoryOptions { poses: Some(PoseSource::Pose) };
+    let options =
+        TrajectoryOptions { poses: Some(PoseSource::Pose), ..TrajectoryOptions::default() };
     let error = read_trajectory(&Bag::open(&path).unwrap(), &options).unwrap_err();
 
     assert!(matches!(error, TrajectoryError::NoPoses { asked: Some(PoseSource::Pose), .. }));

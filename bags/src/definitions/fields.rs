@@ -24,13 +24,8 @@ impl TypeName {
         if parts.len() == 3 && parts[1] == "msg" {
             parts.remove(1);
         }
-        let is_word = |part: &&str| {
-            let mut characters = part.chars();
-            characters.next().is_some_and(|first| first.is_ascii_alphabetic())
-                && characters.all(|other| other.is_ascii_alphanumeric() || other == '_')
-        };
         match parts[..] {
-            [package, name] if parts.iter().all(is_word) => {
+            [package, name] if parts.iter().all(|part| is_word(part)) => {
                 Some(Self { package: package.to_owned(), name: name.to_owned() })
             }
             _ => None,
@@ -49,6 +44,25 @@ impl fmt::Display for TypeName {
     }
 }
 
+/// Whether something could be a name.
+fn is_word(text: &str) -> bool {
+    let mut characters = text.chars();
+    characters.next().is_some_and(|first| first.is_ascii_alphabetic())
+        && characters.all(|other| other.is_ascii_alphanumeric() || other == '_')
+}
+
+/// Whether ROS 2 would take it for a type: their names start with a capital letter, as those of
+/// fields do not.
+fn is_of_ros(type_name: &TypeName) -> bool {
+    type_name.name.starts_with(|first: char| first.is_ascii_uppercase())
+}
+
+/// The name at the start of what follows a type.
+fn name_in(rest: &str) -> &str {
+    let end = rest.find(|character: char| character == '=' || character.is_whitespace());
+    &rest[..end.unwrap_or(rest.len())]
+}
+
 /// The types of the fields that are not built in; sorted, each once.
 ///
 /// # Errors
@@ -58,12 +72,12 @@ pub fn dependencies(text: &str, package: &str) -> Result<Vec<TypeName>, usize> {
     let mut found = Vec::new();
     for (index, line) in text.lines().enumerate() {
         let Some((field_type, rest)) = code(line) else { continue };
-        if rest.is_empty() {
+        if !is_word(name_in(rest)) {
             return Err(index + 1);
         }
         let element = element_of(field_type);
         if !BUILT_IN.contains(&element) {
-            found.push(nested(element, package).ok_or(index + 1)?);
+            found.push(nested(element, package).filter(is_of_ros).ok_or(index + 1)?);
         }
     }
     found.sort_unstable();
@@ -105,8 +119,8 @@ pub fn fields<'a>(text: &'a str, package: &str) -> Vec<Field<'a>> {
 }
 
 fn field<'a>((field_type, rest): (&'a str, &'a str), package: &str) -> Option<Field<'a>> {
-    let end = rest.find(|character: char| character == '=' || character.is_whitespace());
-    let (name, behind) = rest.split_at(end.unwrap_or(rest.len()));
+    let name = name_in(rest);
+    let behind = &rest[name.len()..];
     if behind.trim_start().starts_with('=') {
         return None;
     }

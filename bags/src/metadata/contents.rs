@@ -5,6 +5,7 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
+use rsrs_core::document;
 use serde::Deserialize;
 
 use super::{FILE_NAME, RECORD_KEY};
@@ -72,7 +73,7 @@ pub fn read(folder: &Path) -> Result<Option<Contents>, BagError> {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(BagError::Io { action: "read", path, source }),
     };
-    match serde_saphyr::from_str::<ReadDocument>(&text) {
+    match document::parse::<ReadDocument>(&path.display().to_string(), &text) {
         Ok(document) => Ok(Some(document.rosbag2_bagfile_information)),
         Err(source) => Err(BagError::Metadata { path, source: Box::new(source) }),
     }

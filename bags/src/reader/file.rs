@@ -6,11 +6,11 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::PathBuf;
 
 use mcap::records;
-use mcap::sans_io::{SummaryReadEvent, SummaryReader};
-use mcap::{Channel, McapError, McapResult, Summary};
+use mcap::{Channel, McapError, McapResult};
 
-use super::scan::Scan;
-use super::source::{Source, check_header, open, read_some};
+use super::scan::{Scan, compressions};
+use super::source::{Source, check_header, open};
+use super::table::Table;
 use super::{Attachment, Damage, TopicInfo};
 use crate::{BagError, qos};
 
@@ -23,7 +23,7 @@ pub struct BagFile {
     /// The program that wrote it.
     pub library: String,
     /// The file's own table of contents, if it is there and lists all messages.
-    pub summary: Option<Summary>,
+    pub table: Option<Table>,
     pub topics: Vec<TopicInfo>,
     /// The definitions of types, by type.
     pub schemas: BTreeMap<String, Vec<u8>>,
@@ -49,7 +49,7 @@ impl BagFile {
             n_bytes: file.metadata().map_err(io)?.len(),
             path,
             library,
-            summary: None,
+            table: None,
             topics: Vec::new(),
             schemas: BTreeMap::new(),
             attachments: Vec::new(),
@@ -61,30 +61,28 @@ impl BagFile {
         };
         // A table of contents that does not read is as good as none: reading the file through finds
         // out what is wrong with it.
-        let summary = if opened.is_compressed { None } else { usable_summary(&mut file) };
-        match summary {
-            Some(found) => opened.by_summary(found),
+        let table = if opened.is_compressed { None } else { usable_table(&mut file) };
+        match table {
+            Some(found) => opened.by_table(found),
             None => opened.by_reading()?,
         }
         Ok(opened)
     }
 
-    fn by_summary(&mut self, UsableSummary { summary, attachments, metadata }: UsableSummary) {
-        let stats = summary.stats.as_ref();
+    fn by_table(&mut self, UsableTable { table, attachments, metadata }: UsableTable) {
+        let stats = table.stats.as_ref();
         let counts = stats.map(|stats| &stats.channel_message_counts);
-        let channels: BTreeMap<_, _> = summary.channels.iter().collect();
-        for (id, channel) in channels {
+        for (id, channel) in &table.channels {
             let n_messages = counts.and_then(|counts| counts.get(id)).copied();
             self.add_channel(channel, n_messages.unwrap_or(0));
         }
         self.bounds_ns = stats
             .filter(|stats| stats.message_count > 0)
             .map(|stats| (stats.message_start_time, stats.message_end_time));
-        self.compressions =
-            summary.chunk_indexes.iter().map(|index| index.compression.clone()).collect();
+        self.compressions = table.compressions.iter().cloned().collect();
         self.attachments = attachments;
         self.metadata = metadata;
-        self.summary = Some(summary);
+        self.table = Some(table);
     }
 
     fn by_reading(&mut self) -> Result<(), BagError> {
@@ -107,7 +105,9 @@ impl BagFile {
             }
         }
         self.bounds_ns = scan.bounds_ns;
-        self.compressions = scan.compressions;
+        if !self.is_compressed {
+            self.compressions = compressions(open(&self.path)?);
+        }
         self.attachments = scan.attachments;
         self.metadata = scan.metadata;
         Ok(())
@@ -144,32 +144,32 @@ impl From<mcap::Attachment<'_>> for Attachment {
 }
 
 /// A table of contents that leads to everything, with what is not in chunks.
-struct UsableSummary {
-    summary: Summary,
+struct UsableTable {
+    table: Table,
     attachments: Vec<Attachment>,
     metadata: Vec<records::Metadata>,
 }
 
 /// The file's table of contents; `None` if there is none, or one that leads astray.
-fn usable_summary(file: &mut File) -> Option<UsableSummary> {
-    let summary = read_summary(file).ok().flatten().filter(lists_all_messages)?;
-    let (attachments, metadata) = outside_chunks(file, &summary).ok()?;
-    Some(UsableSummary { summary, attachments, metadata })
+fn usable_table(file: &mut File) -> Option<UsableTable> {
+    let table = Table::read(file).filter(lists_all_messages)?;
+    let (attachments, metadata) = outside_chunks(file, &table).ok()?;
+    Some(UsableTable { table, attachments, metadata })
 }
 
 fn outside_chunks(
     file: &mut File,
-    summary: &Summary,
+    table: &Table,
 ) -> McapResult<(Vec<Attachment>, Vec<records::Metadata>)> {
     let n_bytes = file.metadata()?.len();
     let mut attachments = Vec::new();
-    for index in &summary.attachment_indexes {
+    for index in &table.attachment_indexes {
         let bytes = region(file, (index.offset, index.length), n_bytes)?;
         let at_start = records::AttachmentIndex { offset: 0, ..index.clone() };
         attachments.push(mcap::read::attachment(&bytes, &at_start)?.into());
     }
     let mut metadata = Vec::new();
-    for index in &summary.metadata_indexes {
+    for index in &table.metadata_indexes {
         let bytes = region(file, (index.offset, index.length), n_bytes)?;
         let at_start = records::MetadataIndex { offset: 0, ..index.clone() };
         metadata.push(mcap::read::metadata(&bytes, &at_start)?);
@@ -177,29 +177,13 @@ fn outside_chunks(
     Ok((attachments, metadata))
 }
 
-/// Reads the table of contents at the end of a file, if it has one.
-pub fn read_summary(file: &mut File) -> McapResult<Option<Summary>> {
-    file.seek(SeekFrom::Start(0))?;
-    let mut reader = SummaryReader::new();
-    while let Some(event) = reader.next_event() {
-        match event? {
-            SummaryReadEvent::ReadRequest(n_bytes) => {
-                let n_read = read_some(file, reader.insert(n_bytes))?;
-                reader.notify_read(n_read);
-            }
-            SummaryReadEvent::SeekRequest(to) => reader.notify_seeked(file.seek(to)?),
-        }
-    }
-    Ok(reader.finish())
-}
-
 /// Whether the index leads to every message: a file without chunks has a summary and no index.
-fn lists_all_messages(summary: &Summary) -> bool {
-    summary.stats.as_ref().is_some_and(|stats| {
-        let chunks_agree = stats.chunk_count as usize == summary.chunk_indexes.len();
-        let indexes_agree = stats.attachment_count as usize == summary.attachment_indexes.len()
-            && stats.metadata_count as usize == summary.metadata_indexes.len();
-        let channels_agree = stats.channel_count as usize == summary.channels.len();
+fn lists_all_messages(table: &Table) -> bool {
+    table.stats.as_ref().is_some_and(|stats| {
+        let chunks_agree = stats.chunk_count as usize == table.chunks.len();
+        let indexes_agree = stats.attachment_count as usize == table.attachment_indexes.len()
+            && stats.metadata_count as usize == table.metadata_indexes.len();
+        let channels_agree = stats.channel_count as usize == table.channels.len();
         let has_chunks = stats.chunk_count > 0 || stats.message_count == 0;
         chunks_agree && indexes_agree && channels_agree && has_chunks
     })

@@ -1,16 +1,15 @@
 //! Messages out of the files of a bag, one after the other.
 
-use std::collections::{BTreeSet, HashMap};
-use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use mcap::records::MessageHeader;
-use mcap::sans_io::{IndexedReadEvent, IndexedReader, IndexedReaderOptions};
 use mcap::{McapError, McapResult};
 
 use super::file::BagFile;
+use super::indexed::Indexed;
 use super::source::{self, ZSTD_MAGIC, open, record_limit};
+use super::table::Table;
 use crate::BagError;
 
 /// A message out of a bag.
@@ -30,23 +29,54 @@ pub struct BagMessage {
     pub bytes: Vec<u8>,
 }
 
+/// A message that was gone to, in the memory of the reader.
+pub struct Heard<'a> {
+    /// The number of its topic and type, the same for all messages with this pair in one reading.
+    pub number: usize,
+    /// The full name of its topic.
+    pub topic: &'a Arc<str>,
+    /// Its type.
+    pub type_name: &'a Arc<str>,
+    /// When it was received, in nanoseconds.
+    pub log_time_ns: u64,
+    publish_time_ns: u64,
+    sequence: u32,
+    /// As recorded.
+    pub bytes: &'a [u8],
+}
+
+impl Heard<'_> {
+    fn to_message(&self) -> BagMessage {
+        BagMessage {
+            topic: self.topic.clone(),
+            type_name: self.type_name.clone(),
+            log_time_ns: self.log_time_ns,
+            publish_time_ns: self.publish_time_ns,
+            sequence: self.sequence,
+            bytes: self.bytes.to_vec(),
+        }
+    }
+}
+
 /// The messages of a bag; see [`super::Bag::messages`].
 pub struct Messages<'a> {
     files: std::slice::Iter<'a, BagFile>,
     topics: Option<BTreeSet<String>>,
     current: Option<OpenFile<'a>>,
+    known: Vec<(Arc<str>, Arc<str>)>,
 }
 
 impl<'a> Messages<'a> {
     pub(super) fn new(files: &'a [BagFile], topics: Option<BTreeSet<String>>) -> Self {
-        Self { files: files.iter(), topics, current: None }
+        Self { files: files.iter(), topics, current: None, known: Vec::new() }
     }
-}
 
-impl Iterator for Messages<'_> {
-    type Item = Result<BagMessage, BagError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
+    /// Goes to the next message, without copying it: [`Messages::heard`] gives it.
+    ///
+    /// # Returns
+    ///
+    /// `None` at the end.
+    pub(crate) fn advance(&mut self) -> Option<Result<(), BagError>> {
         loop {
             let Some(current) = &mut self.current else {
                 match OpenFile::new(self.files.next()?, self.topics.as_ref()) {
@@ -55,18 +85,50 @@ impl Iterator for Messages<'_> {
                 }
                 continue;
             };
-            match current.next_message() {
-                Ok(Some(message)) => {
-                    if self.topics.as_ref().is_none_or(|topics| topics.contains(&*message.topic)) {
-                        return Some(Ok(message));
+            match current.advance(&mut self.known) {
+                Ok(true) => {
+                    let topic = &self.known[current.number].0;
+                    if self.topics.as_ref().is_none_or(|topics| topics.contains(&**topic)) {
+                        return Some(Ok(()));
                     }
                 }
-                Ok(None) => self.current = None,
+                Ok(false) => self.current = None,
                 Err(error) => {
                     self.current = None;
                     return Some(Err(error));
                 }
             }
+        }
+    }
+
+    /// The message that was gone to.
+    ///
+    /// # Panics
+    ///
+    /// If [`Messages::advance`] has not just gone to one.
+    pub(crate) fn heard(&self) -> Heard<'_> {
+        let current = self.current.as_ref().expect("a message was gone to");
+        let (topic, type_name) = &self.known[current.number];
+        let (header, bytes) = current.heard();
+        Heard {
+            number: current.number,
+            topic,
+            type_name,
+            log_time_ns: header.log_time,
+            publish_time_ns: header.publish_time,
+            sequence: header.sequence,
+            bytes,
+        }
+    }
+}
+
+impl Iterator for Messages<'_> {
+    type Item = Result<BagMessage, BagError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        match self.advance()? {
+            Ok(()) => Some(Ok(self.heard().to_message())),
+            Err(error) => Some(Err(error)),
         }
     }
 }
@@ -75,139 +137,130 @@ impl Iterator for Messages<'_> {
 struct OpenFile<'a> {
     file: &'a BagFile,
     source: Source,
-    names: Names,
+    /// Numbers of topics and types by channel.
+    numbers: Vec<Option<usize>>,
+    /// That of the message that was gone to.
+    number: usize,
+    /// That message, if it was compressed by itself.
+    unpacked: Option<Vec<u8>>,
     n_messages: u64,
     last_log_time_ns: Option<u64>,
 }
 
 /// The two ways through a file.
 enum Source {
-    /// By its index, in order of log time.
-    Indexed { reader: Box<IndexedReader>, file: File },
+    /// By its table of contents, in order of log time.
+    Indexed(Box<Indexed>),
     /// From front to back.
-    Linear(Box<mcap::io::MessageReader<source::Source>>),
+    Linear { reader: Box<mcap::io::MessageReader<source::Source>>, heard: (MessageHeader, Vec<u8>) },
 }
-
-/// Topic and type of each channel, shared by its messages.
-type Names = HashMap<u16, (Arc<str>, Arc<str>)>;
 
 impl<'a> OpenFile<'a> {
     fn new(file: &'a BagFile, topics: Option<&BTreeSet<String>>) -> Result<Self, BagError> {
         let io = |source| BagError::Io { action: "read", path: file.path.clone(), source };
-        let mut opened = match &file.summary {
+        let source = match &file.table {
             None => {
                 let source = source::Source::open(&file.path)?;
                 let options = source.options().map_err(io)?;
                 let reader = mcap::io::MessageReader::new_with_options(source, options);
-                Self::at_start(file, Source::Linear(Box::new(reader)))
+                let none =
+                    MessageHeader { channel_id: 0, sequence: 0, log_time: 0, publish_time: 0 };
+                let heard = (none, Vec::new());
+                Source::Linear { reader: Box::new(reader), heard }
             }
-            Some(summary) => {
+            Some(table) => {
                 let source = open(&file.path)?;
-                let mut options = IndexedReaderOptions::new()
-                    .with_record_length_limit(record_limit(&source).map_err(io)?);
-                if let Some(topics) = topics {
-                    options = options.include_topics(topics.iter().map(String::as_str));
-                }
-                let reader =
-                    IndexedReader::new_with_options(summary, options).map_err(|source| {
-                        let path = file.path.clone();
-                        BagError::Incomplete { path, n_messages: 0, last_log_time_ns: None, source }
-                    })?;
-                Self::at_start(file, Source::Indexed { reader: Box::new(reader), file: source })
+                let limit = record_limit(&source).map_err(io)?;
+                let wanted = topics.map(|topics| channels_of(table, topics));
+                let indexed = Indexed::new(source, table, wanted.as_deref(), limit);
+                let indexed = indexed.map_err(|source| {
+                    let path = file.path.clone();
+                    BagError::Incomplete { path, n_messages: 0, last_log_time_ns: None, source }
+                })?;
+                Source::Indexed(Box::new(indexed))
             }
         };
-        let channels = file.summary.iter().flat_map(|summary| &summary.channels);
-        opened.names = channels.map(|(id, channel)| (*id, channel_names(channel))).collect();
-        Ok(opened)
+        let (numbers, number, unpacked) = (Vec::new(), 0, None);
+        Ok(Self { file, source, numbers, number, unpacked, n_messages: 0, last_log_time_ns: None })
     }
 
-    fn at_start(file: &'a BagFile, source: Source) -> Self {
-        Self { file, source, names: Names::new(), n_messages: 0, last_log_time_ns: None }
-    }
-
-    fn next_message(&mut self) -> Result<Option<BagMessage>, BagError> {
-        let message = match &mut self.source {
-            Source::Indexed { reader, file } => next_indexed(reader, file, &self.names),
-            Source::Linear(reader) => next_linear(reader, &mut self.names),
-        };
-        match message {
-            Ok(Some(message)) => {
-                self.n_messages += 1;
-                self.last_log_time_ns = self.last_log_time_ns.max(Some(message.log_time_ns));
-                Ok(Some(message))
-            }
-            Ok(None) => Ok(None),
-            Err(source) => Err(BagError::Incomplete {
-                path: self.file.path.clone(),
-                n_messages: self.n_messages,
-                last_log_time_ns: self.last_log_time_ns,
-                source,
-            }),
+    fn advance(&mut self, known: &mut Vec<(Arc<str>, Arc<str>)>) -> Result<bool, BagError> {
+        let log_time_ns = self.go_on(known).map_err(|source| BagError::Incomplete {
+            path: self.file.path.clone(),
+            n_messages: self.n_messages,
+            last_log_time_ns: self.last_log_time_ns,
+            source,
+        })?;
+        if log_time_ns.is_some() {
+            self.n_messages += 1;
+            self.last_log_time_ns = self.last_log_time_ns.max(log_time_ns);
         }
+        Ok(log_time_ns.is_some())
     }
-}
 
-fn next_indexed(
-    reader: &mut IndexedReader,
-    file: &mut File,
-    names: &Names,
-) -> McapResult<Option<BagMessage>> {
-    let mut chunk = Vec::new();
-    loop {
-        let offset = match reader.next_event().transpose()? {
-            None => return Ok(None),
-            Some(IndexedReadEvent::Message { header, data }) => {
-                let unknown = McapError::UnknownChannel(header.sequence, header.channel_id);
-                let names = names.get(&header.channel_id).ok_or(unknown)?;
-                return message(names, header, data.to_vec()).map(Some);
+    /// Goes to the next message and gives its log time, in nanoseconds.
+    fn go_on(&mut self, known: &mut Vec<(Arc<str>, Arc<str>)>) -> McapResult<Option<u64>> {
+        self.unpacked = None;
+        let channel = match &mut self.source {
+            Source::Indexed(reader) => {
+                if !reader.advance()? {
+                    return Ok(None);
+                }
+                None
             }
-            Some(IndexedReadEvent::ReadChunkRequest { offset, length }) => {
-                file.seek(SeekFrom::Start(offset))?;
-                chunk.clear();
-                file.take(length as u64).read_to_end(&mut chunk)?;
-                offset
+            Source::Linear { reader, heard } => {
+                let Some(read) = reader.next().transpose()? else { return Ok(None) };
+                let header = MessageHeader {
+                    channel_id: read.channel.id,
+                    sequence: read.sequence,
+                    log_time: read.log_time,
+                    publish_time: read.publish_time,
+                };
+                *heard = (header, read.data.into_owned());
+                Some(read.channel)
             }
         };
-        reader.insert_chunk_record_data(offset, &chunk)?;
+        let (header, bytes) = self.heard();
+        let (id, sequence, log_time_ns) = (header.channel_id, header.sequence, header.log_time);
+        let unpacked =
+            if bytes.starts_with(&ZSTD_MAGIC) { Some(plain(bytes.to_vec())?) } else { None };
+        self.unpacked = unpacked;
+        if let Some(Some(number)) = self.numbers.get(usize::from(id)) {
+            self.number = *number;
+            return Ok(Some(log_time_ns));
+        }
+        let table = self.file.table.as_ref();
+        let channel = channel.or_else(|| table?.channels.get(&id).cloned());
+        let channel = channel.ok_or(McapError::UnknownChannel(sequence, id))?;
+        let names = channel_names(&channel);
+        self.number = known.iter().position(|known| *known == names).unwrap_or_else(|| {
+            known.push(names);
+            known.len() - 1
+        });
+        self.numbers.resize(self.numbers.len().max(usize::from(id) + 1), None);
+        self.numbers[usize::from(id)] = Some(self.number);
+        Ok(Some(log_time_ns))
+    }
+
+    /// The message that was gone to.
+    fn heard(&self) -> (MessageHeader, &[u8]) {
+        let (header, bytes) = match &self.source {
+            Source::Indexed(reader) => reader.heard(),
+            Source::Linear { heard: (header, bytes), .. } => (*header, &**bytes),
+        };
+        (header, self.unpacked.as_deref().unwrap_or(bytes))
     }
 }
 
-fn next_linear(
-    reader: &mut mcap::io::MessageReader<source::Source>,
-    names: &mut Names,
-) -> McapResult<Option<BagMessage>> {
-    let Some(read) = reader.next().transpose()? else {
-        return Ok(None);
-    };
-    let channel = &read.channel;
-    let names = names.entry(channel.id).or_insert_with(|| channel_names(channel));
-    let header = MessageHeader {
-        channel_id: channel.id,
-        sequence: read.sequence,
-        log_time: read.log_time,
-        publish_time: read.publish_time,
-    };
-    message(names, header, read.data.into_owned()).map(Some)
+/// The channels of some topics.
+fn channels_of(table: &Table, topics: &BTreeSet<String>) -> Vec<u16> {
+    let wanted = table.channels.iter().filter(|(_, channel)| topics.contains(&channel.topic));
+    wanted.map(|(id, _)| *id).collect()
 }
 
 fn channel_names(channel: &mcap::Channel) -> (Arc<str>, Arc<str>) {
     let type_name = channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
     (channel.topic.as_str().into(), type_name.into())
-}
-
-fn message(
-    names: &(Arc<str>, Arc<str>),
-    header: MessageHeader,
-    bytes: Vec<u8>,
-) -> McapResult<BagMessage> {
-    Ok(BagMessage {
-        topic: names.0.clone(),
-        type_name: names.1.clone(),
-        log_time_ns: header.log_time,
-        publish_time_ns: header.publish_time,
-        sequence: header.sequence,
-        bytes: plain(bytes)?,
-    })
 }
 
 /// A message without the compression that rosbag2 may have put around it.

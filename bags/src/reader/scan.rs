@@ -1,15 +1,16 @@
 //! What is learned of a file by reading it through.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::Read;
+use std::io::{Read, Seek, SeekFrom};
 
 use mcap::read::ChannelAccumulator;
-use mcap::records::{self, Record};
+use mcap::records::{self, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, McapResult};
 
 use super::Attachment;
 use super::source::read_some;
+use crate::recover::frame::{self, ChunkHead};
 
 /// What is learned by reading a file through.
 #[derive(Default)]
@@ -24,8 +25,23 @@ pub struct Scan {
     pub metadata: Vec<records::Metadata>,
     /// First and last log time, in nanoseconds.
     pub bounds_ns: Option<(u64, u64)>,
-    /// How chunks are compressed; empty if there is none.
-    pub compressions: BTreeSet<String>,
+}
+
+/// How the chunks of a file are compressed, as far as they go; nothing else of it is read.
+pub fn compressions(mut file: impl Read + Seek) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    let mut at = mcap::MAGIC.len() as u64;
+    let mut head = [0; frame::HEAD_BYTES + frame::MAX_CHUNK_HEAD_BYTES];
+    while file.seek(SeekFrom::Start(at)).is_ok() && file.read_exact(&mut head).is_ok() {
+        let Some((opcode, length)) = frame::head(&head) else { break };
+        if opcode == op::CHUNK {
+            let chunk = ChunkHead::parse(&head[frame::HEAD_BYTES..]);
+            found.extend(chunk.map(|chunk| chunk.compression));
+        }
+        let Some(next) = length.checked_add(frame::HEAD_BYTES as u64 + at) else { break };
+        at = next;
+    }
+    found
 }
 
 impl Scan {
@@ -69,10 +85,6 @@ impl Scan {
             }
             Record::Metadata(record) => {
                 self.metadata.push(record);
-                Ok(())
-            }
-            Record::ChunkIndex(index) => {
-                self.compressions.insert(index.compression);
                 Ok(())
             }
             _ => Ok(()),

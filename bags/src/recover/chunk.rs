@@ -148,6 +148,13 @@ pub fn index_entries(body: &[u8]) -> Option<(u16, Vec<(u64, u64)>)> {
     }
 }
 
+/// The channel and how many messages the index behind a chunk names; its length was judged.
+pub fn index_length(body: &[u8]) -> Option<(u16, u64)> {
+    let (channel_id, rest) = body.split_first_chunk()?;
+    let length = rest.first_chunk()?;
+    Some((u16::from_le_bytes(*channel_id), u64::from(u32::from_le_bytes(*length)) / 16))
+}
+
 /// A message that stands outside of chunks.
 pub fn loose_message(body: &[u8]) -> Option<(MessageHeader, &[u8])> {
     match mcap::parse_record(op::MESSAGE, body) {

@@ -4,14 +4,13 @@
 //! anew. A chunk is copied only if nothing at all is wrong with it and the new file has the same
 //! numbers for its channels; every other chunk goes the long way, message by message.
 
-use std::io::Read;
-
 use mcap::records::{Record, op};
 
 use super::chunk::Chunk;
 use super::frame::{self, HEAD_BYTES, MESSAGE_HEAD_BYTES};
 use super::target::{Entries, Schema};
 use crate::reader::ZSTD_MAGIC;
+use crate::unpack::Unpacker;
 
 /// The largest window that zstd's readers take if nobody tells them otherwise, as a power of two:
 /// `ZSTD_WINDOWLOG_LIMIT_DEFAULT`.
@@ -19,7 +18,7 @@ const MOST_WINDOW_LOG: u32 = 27;
 
 /// What is needed again for each chunk.
 pub struct Copier {
-    zstd: Option<zstd::bulk::Decompressor<'static>>,
+    unpacker: Unpacker,
     content: Vec<u8>,
     /// Times and places of the messages of the chunk, by channel.
     pub entries: Entries,
@@ -37,9 +36,7 @@ pub struct Content {
 
 impl Copier {
     pub fn new() -> Self {
-        // Without memory for it every chunk goes the long way.
-        let zstd = zstd::bulk::Decompressor::new().ok();
-        Self { zstd, content: Vec::new(), entries: Entries::new() }
+        Self { unpacker: Unpacker::new(), content: Vec::new(), entries: Entries::new() }
     }
 
     /// Unpacks a chunk and goes through it.
@@ -58,21 +55,15 @@ impl Copier {
             return None;
         }
         let mut buffer = std::mem::take(&mut self.content);
-        buffer.clear();
-        let content = match chunk.head.compression.as_str() {
-            "" => packed,
-            "zstd" => {
-                if !is_streamable(packed, size) {
-                    return None;
-                }
-                buffer.reserve(size);
-                self.zstd.as_mut()?.decompress_to_buffer(packed, &mut buffer).ok()?;
-                &buffer
+        let compression = chunk.head.compression.as_str();
+        let content = if compression.is_empty() {
+            packed
+        } else {
+            if compression == "zstd" && !is_streamable(packed, size) {
+                return None;
             }
-            _ => {
-                unpack_lz4(packed, size, &mut buffer)?;
-                &buffer
-            }
+            self.unpacker.unpack((compression, packed), size, &mut buffer).ok()?;
+            &buffer
         };
         let crc = crc32fast::hash(content);
         let is_sound = content.len() == size && (chunk.head.crc == 0 || chunk.head.crc == crc);
@@ -129,15 +120,6 @@ fn is_streamable(packed: &[u8], size: usize) -> bool {
     } else {
         window_log < MOST_WINDOW_LOG || (window_log == MOST_WINDOW_LOG && is_whole_power)
     }
-}
-
-/// Unpacks one frame of lz4 that is as long as it says.
-fn unpack_lz4(packed: &[u8], size: usize, buffer: &mut Vec<u8>) -> Option<()> {
-    let decoder = lz4::Decoder::new(packed).ok()?;
-    buffer.reserve(size + 1);
-    // One byte more than expected would show that the size is wrong.
-    let n_read = decoder.take(size as u64 + 1).read_to_end(buffer).ok()?;
-    (n_read == size).then_some(())
 }
 
 /// A definition of a type as a record of its own.

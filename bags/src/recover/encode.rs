@@ -138,7 +138,9 @@ pub fn metadata_index(span: Span, name: &str) -> Vec<u8> {
 
 /// Where the messages of one channel are in a chunk: log time in nanoseconds, and offset.
 pub fn message_index(channel_id: u16, entries: &[(u64, u64)]) -> Vec<u8> {
-    let start = RecordBytes::new(op::MESSAGE_INDEX).u16(channel_id).u32(short(entries.len() * 16));
+    let mut start = RecordBytes::new(op::MESSAGE_INDEX);
+    start.0.reserve_exact(2 + 4 + entries.len() * 16);
+    let start = start.u16(channel_id).u32(short(entries.len() * 16));
     let all =
         |record: RecordBytes, (time_ns, offset): &(u64, u64)| record.u64(*time_ns).u64(*offset);
     entries.iter().fold(start, all).finish()

@@ -8,7 +8,7 @@ use mcap::McapError;
 use mcap::records::{Record, op};
 
 use super::bytes::Bytes;
-use super::chunk::{Chunk, index_entries, loose_message};
+use super::chunk::{Chunk, index_entries, index_length, loose_message};
 use super::frame::{self, ChunkHead, HEAD_BYTES};
 use super::loss::{Loss, LossKind};
 use super::search::{self, Layout};
@@ -98,7 +98,8 @@ impl Scan<'_> {
                 self.found.has_records = true;
                 self.at += (HEAD_BYTES + body.len()) as u64;
                 self.record(from, opcode, &body)?;
-                self.hash(&[&[opcode][..], &(body.len() as u64).to_le_bytes()].concat());
+                self.hash(&[opcode]);
+                self.hash(&(body.len() as u64).to_le_bytes());
                 self.hash(&body);
             }
             Frame::CutChunk(body) => {
@@ -152,7 +153,8 @@ impl Scan<'_> {
         if !is_expected || length > available || (is_stray && self.in_data) {
             return Ok(Frame::Broken);
         }
-        let is_followed = search::is_plausible(self.bytes, body_at + length)?;
+        let is_short = opcode != op::MESSAGE && length <= MAX_LONE_RECORD;
+        let is_followed = is_short || search::is_plausible(self.bytes, body_at + length)?;
         if !is_followed && length > MAX_LONE_RECORD {
             return Ok(Frame::Broken);
         }
@@ -300,10 +302,11 @@ impl Scan<'_> {
 
     /// The index behind a chunk names all that was in it: what was not saved is lost.
     fn index(&mut self, body: &[u8]) {
-        let Some((channel_id, entries)) = index_entries(body) else { return };
+        let Some((channel_id, n_entries)) = index_length(body) else { return };
         let n_saved = self.recent.remove(&channel_id).unwrap_or(0);
-        let n_missing = (entries.len() as u64).saturating_sub(n_saved);
+        let n_missing = n_entries.saturating_sub(n_saved);
         let (Some(loss), true) = (self.found.losses.last_mut(), n_missing > 0) else { return };
+        let Some((_, entries)) = index_entries(body) else { return };
         *loss.n_messages.get_or_insert(0) += n_missing;
         if n_saved == 0 && loss.kind != LossKind::Messages {
             let times_ns = || entries.iter().map(|(time_ns, _)| *time_ns);

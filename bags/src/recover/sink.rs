@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 
-use mcap::Summary;
 use mcap::records::{self, AttachmentHeader, MessageHeader, Record};
 
 use super::chunk::Chunk;
@@ -11,7 +10,7 @@ use super::copy::{Copier, schema_of};
 use super::loss::Loss;
 use super::target::{PackedChunk, Schema, Target};
 use crate::metadata::{self, FileInformation, Information};
-use crate::reader::{ZSTD_MAGIC, plain};
+use crate::reader::{Table, ZSTD_MAGIC, plain};
 use crate::writer::{ChannelDescription, new_folder};
 use crate::{BagError, BagSummary, Compression};
 
@@ -29,7 +28,7 @@ pub struct Sink {
     schemas: HashMap<u16, Schema>,
     channels: HashMap<u16, records::Channel>,
     /// Definitions in the table of contents, for those that are lost elsewhere.
-    fallback: Option<Summary>,
+    fallback: Option<Table>,
     /// The channels that were used so far, with the numbers that they have in the new file.
     ids: HashMap<u16, u16>,
     /// Messages of the current file, by channel.
@@ -71,21 +70,17 @@ impl Sink {
     }
 
     /// Forgets the definitions of the file before: each file numbers its own.
-    pub fn next_file(&mut self, fallback: Option<Summary>) {
+    pub fn next_file(&mut self, fallback: Option<Table>) {
         self.schemas.clear();
         self.channels.clear();
         self.ids.clear();
         self.counts.clear();
-        self.fallback = fallback.map(|summary| Summary {
-            // Definitions are all that is asked of it, and the list of chunks may be long.
-            chunk_indexes: Vec::new(),
-            ..summary
-        });
+        self.fallback = fallback;
     }
 
     /// Whether the current file's own table of contents lists chunks.
     pub fn expects_chunks(&self) -> bool {
-        let stats = self.fallback.as_ref().and_then(|summary| summary.stats.as_ref());
+        let stats = self.fallback.as_ref().and_then(|table| table.stats.as_ref());
         stats.is_some_and(|stats| stats.chunk_count > 0)
     }
 

@@ -4,10 +4,8 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
-use mcap::Summary;
-
 use super::frame::HEAD_BYTES;
-use crate::reader::{read_some, read_summary};
+use crate::reader::{Table, read_some};
 
 /// The footer: start of the summary, start of its offsets, checksum.
 const FOOTER_BYTES: usize = 8 + 8 + 4;
@@ -17,9 +15,10 @@ const BEHIND_SUMMARY: u64 = 4 + mcap::MAGIC.len() as u64;
 
 /// The file's table of contents; `None` if there is none, or if it does not read or fails its
 /// checksum: names of topics that are wrong would be worse than none.
-pub fn read(file: &mut File) -> Option<Summary> {
-    let summary = read_summary(file).ok().flatten()?;
-    is_sound(file).ok()?.then_some(summary)
+pub fn read(file: &mut File) -> Option<Table> {
+    let table = Table::read(file)?;
+    // Definitions are all that is asked of it, and the list of chunks may be long.
+    is_sound(file).ok()?.then_some(table.without_chunks())
 }
 
 fn is_sound(file: &mut File) -> io::Result<bool> {
@@ -52,10 +51,10 @@ fn is_sound(file: &mut File) -> io::Result<bool> {
 }
 
 /// Messages by channel, as the recorder counted them; `None` if its counts disagree.
-pub fn counted(summary: &Summary) -> Option<BTreeMap<u16, u64>> {
-    let stats = summary.stats.as_ref()?;
+pub fn counted(table: &Table) -> Option<BTreeMap<u16, u64>> {
+    let stats = table.stats.as_ref()?;
     let counts = &stats.channel_message_counts;
     let total = counts.values().try_fold(0_u64, |sum, count| sum.checked_add(*count));
-    let is_known = counts.keys().all(|id| summary.channels.contains_key(id));
+    let is_known = counts.keys().all(|id| table.channels.contains_key(id));
     (total == Some(stats.message_count) && is_known).then(|| counts.clone())
 }

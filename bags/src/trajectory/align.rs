@@ -2,16 +2,14 @@
 
 use std::ops::Range;
 
-use rsrs_core::controller::Command;
-use rsrs_core::trajectory::Trajectory;
-
-use super::TrajectoryError;
 use super::collect::{Collected, RecordedRobot};
 use super::command;
 use super::pose::PoseSample;
+use super::rows::Rows;
+use super::{Keep, TrajectoryError};
 
 /// Fewer commands than this do not show how regular they are.
-const MIN_COMMANDS: usize = 10;
+pub const MIN_COMMANDS: usize = 10;
 
 /// Poses and commands are of one rate if their periods differ by less than one in so many.
 const SAME_RATE: u64 = 4;
@@ -63,11 +61,12 @@ pub fn period_ns(robots: &[RecordedRobot], recorded_ns: u64) -> u64 {
     let (low_ns, middle_ns, high_ns) = (at_percent(5), at_percent(50), at_percent(95));
     let is_regular = low_ns > middle_ns * 2 / 3 && high_ns < middle_ns * 3 / 2;
     // Poses that are rarer than commands are no reason to invent more of them.
-    if is_regular && middle_ns > recorded_ns + recorded_ns / SAME_RATE {
-        middle_ns
-    } else {
-        recorded_ns
-    }
+    if is_regular && is_rarer(middle_ns, recorded_ns) { middle_ns } else { recorded_ns }
+}
+
+/// Whether commands with this distance are of a lower rate than poses with that one.
+pub fn is_rarer(commands_ns: u64, poses_ns: u64) -> bool {
+    commands_ns > poses_ns + poses_ns / SAME_RATE
 }
 
 /// Which poses of each robot stand side by side with those of all others.
@@ -97,40 +96,28 @@ pub fn side_by_side(collected: &Collected, period_ns: u64) -> Option<Vec<Range<u
 
 /// Puts the robots' samples side by side.
 ///
-/// A run of hours fills memory, so what is no longer needed goes on the way: the commands.
+/// A run of hours fills memory, so what is no longer needed goes on the way.
 ///
 /// # Arguments
 ///
 /// * `common` — of [`side_by_side`].
-///
-/// # Returns
-///
-/// The trajectory and the time of its first sample, in nanoseconds.
 pub fn align(
     robots: &mut [RecordedRobot],
     common: &[Range<usize>],
-    period_ns: u64,
-) -> (Trajectory, u64) {
-    let answers = |(robot, common): (&mut RecordedRobot, &Range<usize>)| {
-        let poses = &robot.poses[common.clone()];
-        command::answers(poses, &std::mem::take(&mut robot.commands), period_ns)
-    };
-    let answers: Vec<Vec<Command>> = robots.iter_mut().zip(common).map(answers).collect();
-    let mut trajectory = Trajectory::new(period_ns as f64 / 1e9, robots.len());
-    let n_samples = common[0].len();
-    trajectory.commands.reserve_exact(n_samples * robots.len());
-    for sample in 0..n_samples {
-        trajectory.commands.extend(answers.iter().map(|answers| answers[sample]));
+    (period_ns, keep): (u64, Keep),
+) -> Rows {
+    let n_samples = common[0].len() as u64;
+    let start_ns = robots[0].poses[common[0].start].stamp_ns;
+    let mut rows = Rows::new((n_samples, start_ns), (robots.len(), period_ns), keep);
+    for (number, (robot, common)) in robots.iter_mut().zip(common).enumerate() {
+        let all = &robot.poses[common.clone()];
+        let index = |sample: &u64| usize::try_from(*sample).expect("it was counted in memory");
+        let poses: Vec<PoseSample> = rows.samples.iter().map(|sample| all[index(sample)]).collect();
+        let answers = command::answers(&poses, &robot.commands, period_ns);
+        rows.fill(number, &poses, &answers);
+        (robot.poses, robot.commands) = (Vec::new(), Vec::new());
     }
-    drop(answers);
-    trajectory.poses.reserve_exact(n_samples * robots.len());
-    for sample in 0..n_samples {
-        let poses = robots.iter().zip(common);
-        trajectory
-            .poses
-            .extend(poses.map(|(robot, common)| robot.poses[common.start + sample].pose));
-    }
-    (trajectory, robots[0].poses[common[0].start].stamp_ns)
+    rows
 }
 
 /// Whether there is one pose in every period.

@@ -77,6 +77,9 @@ const MOST_ROOM: u64 = 4_000_000;
 /// Reads the bag once.
 pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, TrajectoryError> {
     let topics = bag.topics();
+    if bag.n_messages() == 0 {
+        return Err(TrajectoryError::NoMessages { n_topics: topics.len() });
+    }
     let source = choose(&topics, options.poses)?;
     if let Some(topic) = arrays::topic(&topics, source) {
         arrays::check_layout(bag, topic)?;
@@ -97,7 +100,9 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
     }
 
     if found.poses.is_empty() {
-        return Err(TrajectoryError::NoPoses { asked: options.poses, topics: described(&topics) });
+        let silent = topics.iter().filter(|topic| has_poses(&topics, topic, source));
+        let topics = silent.map(|topic| topic.name.clone()).collect();
+        return Err(TrajectoryError::SilentPoses { topics });
     }
     if source == PoseSource::PoseArray {
         let topic = arrays::topic(&topics, source).map(|topic| topic.name.clone());
@@ -117,7 +122,10 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
 }
 
 /// The source that was asked for, or the first that is there.
-fn choose(topics: &[TopicInfo], asked: Option<PoseSource>) -> Result<PoseSource, TrajectoryError> {
+pub fn choose(
+    topics: &[TopicInfo],
+    asked: Option<PoseSource>,
+) -> Result<PoseSource, TrajectoryError> {
     let is_there =
         |source: &PoseSource| topics.iter().any(|topic| has_poses(topics, topic, *source));
     let candidates = asked.map_or(PoseSource::ALL.to_vec(), |source| vec![source]);
@@ -148,7 +156,7 @@ fn has_commands(topic: &TopicInfo) -> bool {
 }
 
 /// The topics with poses, commands and the lease; each must have one type.
-fn wanted_topics(
+pub fn wanted_topics(
     topics: &[TopicInfo],
     source: PoseSource,
 ) -> Result<Vec<&TopicInfo>, TrajectoryError> {
@@ -383,7 +391,7 @@ fn described(topics: &[TopicInfo]) -> Vec<String> {
 }
 
 /// Orders names by the number at their end, where there is one.
-fn natural_key(name: &str) -> (String, Option<u64>) {
+pub fn natural_key(name: &str) -> (String, Option<u64>) {
     let stem = name.trim_end_matches(|character: char| character.is_ascii_digit());
     (stem.to_owned(), name[stem.len()..].parse().ok())
 }

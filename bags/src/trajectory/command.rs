@@ -60,6 +60,11 @@ impl CommandSample {
         Ok(Self { stamp: None, log_ns, command })
     }
 
+    /// When it holds from, in nanoseconds: by its stamp, if it has one, or else by its log time.
+    pub fn stamp_ns(&self) -> Option<u64> {
+        self.stamp.map(Stamp::ns)
+    }
+
     /// Whether the robot was to do anything.
     pub fn moves(&self) -> bool {
         self.command != Command::STOP

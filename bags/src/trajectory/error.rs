@@ -19,6 +19,18 @@ pub enum TrajectoryError {
         /// The topics that are there, with their types.
         topics: Vec<String>,
     },
+    /// The recorder has heard nothing.
+    #[error("the bag has no messages; topics in it: {n_topics}")]
+    NoMessages {
+        /// How many topics it has.
+        n_topics: usize,
+    },
+    /// There are topics for poses, and nothing was recorded on them.
+    #[error("the bag has no poses: there is no message on {}", list(.topics))]
+    SilentPoses {
+        /// Topics on which poses are expected.
+        topics: Vec<String>,
+    },
     /// A robot has poses and was never told anything.
     #[error("robot {robot} has poses and no commands: expected {expected} among the topics: {}", list(.topics))]
     NoCommands {
@@ -217,24 +229,47 @@ pub enum TrajectoryError {
 impl TrajectoryError {
     /// What to do about it, where there is something.
     pub fn help(&self) -> Option<&'static str> {
-        match self {
-            Self::Bag(error) => error.help(),
-            Self::NoPoses { .. } | Self::NoCommands { .. } => Some(
+        Some(match self {
+            Self::Bag(error) => return error.help(),
+            Self::NoMessages { .. } => {
+                "record it again: the recorder must run in the network of the robots, while they do"
+            }
+            Self::NoPoses { .. } | Self::SilentPoses { .. } | Self::NoCommands { .. } => {
                 "the judge needs poses and commands: record /<robot>/odom, or a tracker's \
                  /<robot>/pose, and /<robot>/cmd_vel; or judge the run by eye: `rsrs label BAG --as \
-                 PHASE --by WHO`",
-            ),
-            Self::Frames { .. } => {
-                Some("take another source with `--poses odom` or `--poses pose`")
+                 PHASE --by WHO`"
             }
+            Self::Frames { .. } => "take another source with `--poses odom` or `--poses pose`",
             Self::MissingRobots { .. } => {
-                Some("record the poses of every robot, or take another source with `--poses`")
+                "record the poses of every robot, or take another source with `--poses`"
             }
-            Self::Jump { .. } => {
-                Some("judge the run by eye instead: `rsrs label BAG --as PHASE --by WHO`")
+            Self::TooClose { .. } => {
+                "give every robot a name of its own, and one source of poses, and record the run again"
             }
-            _ => None,
-        }
+            Self::ClockBackwards { .. } => {
+                "a clock was set during the run: keep clocks with chrony, and record the run again; or \
+                 judge it by eye: `rsrs label BAG --as PHASE --by WHO`"
+            }
+            Self::TwoTypes { .. } | Self::Message { .. } | Self::Layout { .. } => {
+                "what was recorded is not what its type says: look which program published it"
+            }
+            Self::NotFinite { .. }
+            | Self::NoOrientation { .. }
+            | Self::Jump { .. }
+            | Self::TooManyMissing { .. }
+            | Self::Gap { .. }
+            | Self::Span { .. }
+            | Self::OutOfStep { .. } => {
+                "take another source of poses with `--poses`, or judge the run by eye instead: `rsrs \
+                 label BAG --as PHASE --by WHO`"
+            }
+            Self::NeverRunning | Self::NeverCommanded | Self::TooFewPoses { .. } => {
+                "there is no run in this bag to be judged"
+            }
+            Self::Unnamed { .. } => {
+                "let the tracker name its robots, or take another source with `--poses`"
+            }
+        })
     }
 }
 

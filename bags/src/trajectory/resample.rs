@@ -2,13 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
-use rsrs_core::trajectory::Trajectory;
 use rsrs_core::unicycle::Pose;
 
 use super::collect::RecordedRobot;
 use super::finding::Finding;
 use super::pose::PoseSample;
-use super::{TrajectoryError, command};
+use super::rows::Rows;
+use super::{Keep, TrajectoryError, command};
 
 /// Between poses further apart than this, in nanoseconds, nobody knows what a robot did: a circle
 /// of 0.75 rad/s at 0.15 m/s departs from its chord by 1.4 cm in this time.
@@ -37,17 +37,14 @@ pub struct Run<'a> {
 
 /// Interpolates the robots' poses to one grid of times.
 ///
-/// # Returns
-///
-/// The trajectory and the time of its first sample, in nanoseconds.
-///
 /// # Errors
 ///
 /// [`TrajectoryError::Gap`], [`TrajectoryError::TooManyMissing`] and [`TrajectoryError::Span`].
 pub fn resample(
     run: &Run,
+    keep: Keep,
     findings: &mut Vec<Finding>,
-) -> Result<(Trajectory, u64), TrajectoryError> {
+) -> Result<Rows, TrajectoryError> {
     for robot in run.robots {
         findings.extend(check_gaps(robot, run.recorded_ns)?);
     }
@@ -56,26 +53,16 @@ pub fn resample(
         recorded_s: seconds(run.recorded_ns),
         period_s: seconds(run.period_ns),
     });
-    let n_samples = (end_ns - start_ns) / run.period_ns + 1;
-    let times_ns: Vec<u64> = (0..n_samples).map(|k| start_ns + k * run.period_ns).collect();
-    let rows: Vec<(Vec<PoseSample>, Vec<_>)> = run
-        .robots
-        .iter()
-        .map(|robot| {
-            let poses: Vec<PoseSample> =
-                times_ns.iter().map(|time_ns| pose_at(&robot.poses, *time_ns)).collect();
-            let commands = command::answers(&poses, &robot.commands, run.period_ns);
-            (poses, commands)
-        })
-        .collect();
-    let mut trajectory = Trajectory::new(seconds(run.period_ns), rows.len());
-    for sample in 0..times_ns.len() {
-        for (poses, commands) in &rows {
-            trajectory.poses.push(poses[sample].pose);
-            trajectory.commands.push(commands[sample]);
-        }
+    let n_all = (end_ns - start_ns) / run.period_ns + 1;
+    let mut rows = Rows::new((n_all, start_ns), (run.robots.len(), run.period_ns), keep);
+    let times_ns: Vec<u64> =
+        rows.samples.iter().map(|sample| start_ns + sample * run.period_ns).collect();
+    for (number, robot) in run.robots.iter().enumerate() {
+        let poses: Vec<PoseSample> =
+            times_ns.iter().map(|time_ns| pose_at(&robot.poses, *time_ns)).collect();
+        rows.fill(number, &poses, &command::answers(&poses, &robot.commands, run.period_ns));
     }
-    Ok((trajectory, start_ns))
+    Ok(rows)
 }
 
 /// Refuses a robot that nobody saw for too long, or too often.
