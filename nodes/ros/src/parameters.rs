@@ -10,9 +10,8 @@ mod service;
 mod store;
 mod value;
 
+pub use crate::services::Mapping;
 pub use client::{ClientOptions, ParameterClient, ParameterClientError};
 pub use server::{NodeParameters, ParameterServer, ParameterServerError};
-pub use service::Mapping;
 pub use store::{Arming, Refusal, Store};
 pub use value::{Descriptor, ParameterKind, ParameterValue};
-pub(crate) use {server::SERVICE_QOS, server::vendor_of, service::reply};

@@ -1,17 +1,19 @@
 //! Services of any type, each request answered in the mapping of whoever asks; and a client.
 
+pub(crate) mod mapping;
+pub(crate) mod raw;
+
 use std::marker::PhantomData;
 use std::time::{Duration, Instant};
 
-use futures::StreamExt;
-use ros2_client::service::{Client, Server, ServiceMapping};
-use ros2_client::{Name, ServiceTypeName};
+use ros2_client::ServiceTypeName;
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::cdr::{self, ByteOrder, CdrError};
 use tokio::sync::oneshot;
 
-use crate::parameters::{Mapping, SERVICE_QOS, reply, vendor_of};
-use crate::session::{Bytes, NodeHandle, POLL, Session, SessionError, Task, profile};
+use crate::session::{Bytes, NodeHandle, POLL, Session, SessionError, Task};
+pub use mapping::Mapping;
+use raw::RawClient;
 
 /// A service that is offered until this is dropped or the session is closed.
 pub struct Service {
@@ -49,72 +51,25 @@ pub fn offer<Q: RosMessage, R: RosMessage>(
     session: &Session,
     node: &NodeHandle,
     name: &str,
-    deliver: impl FnMut(Q, Reply<R>) + Send + 'static,
+    mut deliver: impl FnMut(Q, Reply<R>) + Send + 'static,
 ) -> Result<Service, SessionError> {
     let service = format!("{}/{name}", node.full_name());
-    let (ros_name, type_name) = names::<Q>(&service)?;
-    let qos = profile(SERVICE_QOS);
-    let server = session.with_node(node, 2, |node| {
-        node.create_server(
-            ServiceMapping::Enhanced,
-            &ros_name,
-            &type_name,
-            qos.clone(),
-            qos.clone(),
-        )
-        .map_err(|error| SessionError::endpoint(&service, &error))
-    })?;
-    Ok(Service { _task: session.run(answer_all(service, server, deliver)) })
+    let server = raw::server(session, node, &service, &type_name::<Q>())?;
+    let decode = |body: &[u8]| cdr::decode_body::<Q>(body, ByteOrder::Little).ok();
+    let answer = move |request| {
+        let (sender, answer) = oneshot::channel();
+        deliver(request, Reply(sender));
+        async move { answer.await.ok().map(|answer: R| cdr::encode_body(&answer)) }
+    };
+    Ok(Service { _task: session.run(raw::answer_all(service, server, decode, answer)) })
 }
 
-fn names<Q: RosMessage>(service: &str) -> Result<(Name, ServiceTypeName), SessionError> {
-    let name = Name::parse(service).map_err(|error| SessionError::Name {
-        name: service.to_owned(),
-        reason: error.to_string(),
-    })?;
+fn type_name<Q: RosMessage>() -> ServiceTypeName {
     let (package, kind) = Q::TYPE_NAME
         .strip_suffix("_Request")
         .and_then(|name| name.split_once("/srv/"))
         .expect("only requests are asked, and their types are called package/srv/Name_Request");
-    Ok((name, ServiceTypeName::new(package, kind)))
-}
-
-async fn answer_all<Q: RosMessage, R: RosMessage>(
-    service: String,
-    server: Server<Bytes, Bytes>,
-    mut deliver: impl FnMut(Q, Reply<R>),
-) {
-    let mut requests = server.receive_request_stream();
-    while let Some(received) = requests.next().await {
-        match received {
-            Ok((id, Bytes(bytes))) => {
-                let Some((mapping, request)) = understood(vendor_of(id), &bytes) else {
-                    log::warn!("`{service}`: request of another type");
-                    continue;
-                };
-                let (sender, answer) = oneshot::channel();
-                deliver(request, Reply(sender));
-                let Ok(answer) = answer.await else {
-                    log::warn!("`{service}`: a request is not answered");
-                    continue;
-                };
-                let answer = Bytes(reply(mapping, &bytes, &cdr::encode_body::<R>(&answer)));
-                if let Err(error) = server.async_send_response(id, answer).await {
-                    log::warn!("`{service}`: no answer: {error}");
-                }
-            }
-            Err(error) => log::warn!("`{service}`: {error}"),
-        }
-        tokio::task::coop::consume_budget().await;
-    }
-}
-
-/// Understands bytes in the mapping that the vendor suggests, else in the other one.
-fn understood<Q: RosMessage>(vendor: [u8; 2], bytes: &[u8]) -> Option<(Mapping, Q)> {
-    Mapping::in_order(vendor).into_iter().find_map(|mapping| {
-        let body = bytes.get(mapping.n_header_bytes()..)?;
-        Some((mapping, cdr::decode_body(body, ByteOrder::Little).ok()?))
-    })
+    ServiceTypeName::new(package, kind)
 }
 
 /// Why a service gave no answer.
@@ -152,7 +107,7 @@ pub enum CallError {
 pub struct ServiceClient<'a, Q: RosMessage, R: RosMessage> {
     session: &'a Session,
     service: String,
-    client: Client<Bytes, Bytes>,
+    client: RawClient,
     answers: PhantomData<(Q, R)>,
 }
 
@@ -175,16 +130,7 @@ impl<'a, Q: RosMessage, R: RosMessage> ServiceClient<'a, Q, R> {
         node: &NodeHandle,
         (service, mapping): (&str, Mapping),
     ) -> Result<Self, SessionError> {
-        let (ros_name, type_name) = names::<Q>(service)?;
-        let qos = profile(SERVICE_QOS);
-        let mapping = match mapping {
-            Mapping::Enhanced => ServiceMapping::Enhanced,
-            Mapping::Cyclone => ServiceMapping::Cyclone,
-        };
-        let client = session.with_node(node, 2, |node| {
-            node.create_client(mapping, &ros_name, &type_name, qos.clone(), qos.clone())
-                .map_err(|error| SessionError::endpoint(service, &error))
-        })?;
+        let client = raw::client(session, node, service, &type_name::<Q>(), mapping)?;
         Ok(Self { session, service: service.to_owned(), client, answers: PhantomData })
     }
 

@@ -21,7 +21,7 @@ mod wire;
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
 use std::time::{Duration, Instant};
 
 use ros2_client::{Context, MessageTypeName, Name, NodeName, NodeOptions};
@@ -68,6 +68,7 @@ pub struct Session {
     nodes: Mutex<BTreeMap<String, (NodeHandle, ros2_client::Node)>>,
     tasks: Tasks,
     graph: Arc<Graph>,
+    follows_graph: Once,
     index: Mutex<Index>,
     pace: Pace,
 }
@@ -97,7 +98,7 @@ impl Session {
         let context = Context::from_domain_participant(participant.clone())
             .map_err(|error| failed(error.to_string()))?;
 
-        let session = Self {
+        Ok(Self {
             participant,
             publisher,
             subscriber,
@@ -105,11 +106,10 @@ impl Session {
             nodes: Mutex::default(),
             tasks: Tasks::on(runtime),
             graph: Arc::default(),
+            follows_graph: Once::new(),
             index: Mutex::default(),
             pace: Pace::default(),
-        };
-        session.follow_graph()?;
-        Ok(session)
+        })
     }
 
     /// A node by its full name, made at the first call.
@@ -248,12 +248,19 @@ impl Session {
     }
 
     /// Every publisher and subscriber that is known here: those of others, and our own.
+    ///
+    /// With the first question it begins to listen to the names of nodes, which come a moment later.
+    /// Robots do not ask: each word of each of them would go to each other.
     pub fn endpoints(&self) -> Vec<Endpoint> {
+        self.follow_names();
         endpoint::all(&self.participant, &self.graph)
     }
 
     /// Full names of all nodes in the network, our own and others', sorted.
+    ///
+    /// With the first question it begins to listen to the names, which come a moment later.
     pub fn node_names(&self) -> Vec<String> {
+        self.follow_names();
         let mut names = self.graph.node_names(&endpoint::participants(&self.participant));
         names.extend(lock(&self.nodes).keys().cloned());
         names.into_iter().collect()
@@ -359,6 +366,14 @@ impl Session {
         lock(&self.index).refresh(&self.participant).has_reader(dds_topic)
     }
 
+    fn follow_names(&self) {
+        self.follows_graph.call_once(|| {
+            if let Err(error) = self.follow_graph() {
+                log::warn!("nodes have no names: {error}");
+            }
+        });
+    }
+
     fn follow_graph(&self) -> Result<(), SessionError> {
         let reader = raw::reader(
             &self.participant,
@@ -367,7 +382,7 @@ impl Session {
             &qos::policies(graph::QOS),
         )?;
         let graph = Arc::clone(&self.graph);
-        let deliver = move |sample: ReceivedRaw| graph.update(&sample.message);
+        let deliver = move |sample: ReceivedRaw| graph.update(sample.message);
         let subscription = self.tasks.deliver(graph::TOPIC, raw::stream(reader), deliver);
         subscription.until_close();
         Ok(())

@@ -1,34 +1,24 @@
 //! Parameter services over real DDS, each test in a network of its own.
 
+mod controllers;
 mod support;
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use controllers::controller;
 use rsrs_msgs::rcl_interfaces::ParameterEvent;
 use rsrs_msgs::topics;
 use rsrs_ros::parameters::{
-    Arming, ClientOptions, Descriptor, Mapping, NodeParameters, ParameterClient,
-    ParameterClientError, ParameterKind, ParameterServer, ParameterValue,
+    Arming, ClientOptions, Mapping, ParameterClient, ParameterClientError, ParameterServer,
+    ParameterValue,
 };
 use rsrs_ros::session::{Received, Session};
 use support::{PATIENCE, eventually, in_own_network, session};
 
 /// Controllers of `n_robots`, whose speed may not be 0.13.
 fn controllers(session: &Session, n_robots: usize) -> ParameterServer {
-    let nodes = (1..=n_robots).map(|robot| {
-        let mut speed = Descriptor::new("speed", ParameterKind::Double, "Forward speed, in m/s.");
-        speed.range = Some((0.0, 0.3));
-        let turn_rate = Descriptor::new("turn_rate", ParameterKind::Double, "In rad/s.");
-        NodeParameters {
-            namespace: format!("/robot_{robot}"),
-            name: "controller".into(),
-            parameters: vec![
-                (speed, ParameterValue::Double(0.1)),
-                (turn_rate, ParameterValue::Double(robot as f64)),
-            ],
-        }
-    });
+    let nodes = (1..=n_robots).map(|robot| controller(robot, 0.1, robot as f64));
     ParameterServer::start(session, nodes.collect(), |node, changes| {
         let unlucky = changes.contains(&("speed".into(), ParameterValue::Double(0.13)));
         if unlucky { Err(format!("{node} is superstitious")) } else { Ok(()) }

@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use ros2_client::service::{Client, ServiceMapping};
-use ros2_client::{Name, ServiceTypeName};
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::cdr::{self, ByteOrder, CdrError};
 use rsrs_msgs::rcl_interfaces as wire;
+use tokio::sync::Semaphore;
 
-use super::server::SERVICE_QOS;
-use super::service::{Mapping, Service};
+use super::service::Service;
 use super::value::ParameterValue;
-use crate::session::{Bytes, NodeHandle, POLL, Session, SessionError, lock, profile};
+use crate::services::Mapping;
+use crate::services::raw::{self, RawClient};
+use crate::session::{Bytes, NodeHandle, POLL, Session, SessionError, lock};
 
 /// How long a client waits, and how it asks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,8 +101,12 @@ impl ParameterClientError {
 /// the node may not yet know of us when we know of it.
 const FIRST_TRY: Duration = Duration::from_millis(50);
 
+/// Questions that are under way at the same time. Of hundreds, the last would be answered so late
+/// that all of them were asked again meanwhile.
+const AT_ONCE: usize = 32;
+
 /// The endpoints for one service of one node; one request at a time.
-type Endpoint = Arc<tokio::sync::Mutex<Client<Bytes, Bytes>>>;
+type Endpoint = Arc<tokio::sync::Mutex<RawClient>>;
 
 /// Asks any number of nodes; the endpoints for each are made once, when they are first needed.
 ///
@@ -113,12 +117,14 @@ pub struct ParameterClient<'a> {
     node: NodeHandle,
     options: ClientOptions,
     endpoints: Mutex<BTreeMap<(String, Service, bool), Endpoint>>,
+    at_once: Semaphore,
 }
 
 impl<'a> ParameterClient<'a> {
     /// A client in the name of one of the session's nodes.
     pub fn new(session: &'a Session, node: &NodeHandle, options: ClientOptions) -> Self {
-        Self { session, node: node.clone(), options, endpoints: Mutex::default() }
+        let (node, at_once) = (node.clone(), Semaphore::new(AT_ONCE));
+        Self { session, node, options, endpoints: Mutex::default(), at_once }
     }
 
     /// The values of parameters, in the order of their names.
@@ -225,6 +231,8 @@ impl<'a> ParameterClient<'a> {
         let mut wait = FIRST_TRY;
         let mut tries = 0;
         while Instant::now() < deadline {
+            let turn = self.at_once.acquire().await;
+            let _turn = turn.expect("the semaphore is never closed");
             tries += 1;
             let wait_now = wait.min(deadline.saturating_duration_since(Instant::now()));
             let answer = tokio::time::timeout(wait_now, client.async_call_service(request.clone()));
@@ -269,21 +277,8 @@ impl<'a> ParameterClient<'a> {
         if let Some(endpoint) = endpoints.get(&key) {
             return Ok(Arc::clone(endpoint));
         }
-        let service_name = format!("{node}/{}", service.name());
-        let name = Name::parse(&service_name).map_err(|error| SessionError::Name {
-            name: service_name.clone(),
-            reason: error.to_string(),
-        })?;
-        let type_name = ServiceTypeName::new("rcl_interfaces", service.type_name());
-        let mapping = match mapping {
-            Mapping::Enhanced => ServiceMapping::Enhanced,
-            Mapping::Cyclone => ServiceMapping::Cyclone,
-        };
-        let qos = profile(SERVICE_QOS);
-        let client = self.session.with_node(&self.node, 2, |node| {
-            node.create_client(mapping, &name, &type_name, qos.clone(), qos.clone())
-                .map_err(|error| SessionError::endpoint(&service_name, &error))
-        })?;
+        let name = format!("{node}/{}", service.name());
+        let client = raw::client(self.session, &self.node, &name, &service.ros_type(), mapping)?;
         let endpoint = Arc::new(tokio::sync::Mutex::new(client));
         endpoints.insert(key, Arc::clone(&endpoint));
         Ok(endpoint)

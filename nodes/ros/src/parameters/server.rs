@@ -4,22 +4,16 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use futures::StreamExt;
-use ros2_client::service::{RmwRequestId, Server, ServiceMapping};
-use ros2_client::{Name, ServiceTypeName};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::rcl_interfaces::{Parameter, ParameterEvent};
 use rsrs_msgs::topics;
-use rsrs_msgs::topics::Qos;
 use tokio::sync::mpsc;
 
-use super::service::{Answer, Request, Service, answer, reply};
+use super::service::{Answer, Request, Service, answer};
 use super::store::{Arming, Refusal, Setter, Store};
 use super::value::{Descriptor, ParameterValue};
-use crate::session::{Bytes, NodeHandle, Publisher, Session, SessionError, Task, lock, profile};
-
-/// As for every service of ROS 2.
-pub(crate) const SERVICE_QOS: Qos = Qos::reliable(10);
+use crate::services::raw;
+use crate::session::{NodeHandle, Publisher, Session, SessionError, Task, lock};
 
 /// A node and its parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -128,9 +122,7 @@ impl ParameterServer {
         let mut tasks = vec![session.run(publish_events(publisher, receiver))];
         for handle in &handles {
             for service in Service::ALL {
-                let server = endpoint(session, handle, service)?;
-                let node = handle.full_name().to_owned();
-                tasks.push(session.run(serve(node, service, server, Arc::clone(&state))));
+                tasks.push(serve(session, handle, service, Arc::clone(&state))?);
             }
         }
         Ok(Self { state, _tasks: tasks })
@@ -234,53 +226,17 @@ async fn publish_events(
     }
 }
 
-type Endpoint = Server<Bytes, Bytes>;
-
-/// One service of one node; its mapping is ours to choose, since ros2-client only passes bytes.
-fn endpoint(
+/// Answers one service of one node.
+fn serve(
     session: &Session,
     node: &NodeHandle,
     service: Service,
-) -> Result<Endpoint, SessionError> {
-    let service_name = format!("{}/{}", node.full_name(), service.name());
-    let name = Name::parse(&service_name).map_err(|error| SessionError::Name {
-        name: service_name.clone(),
-        reason: error.to_string(),
-    })?;
-    let type_name = ServiceTypeName::new("rcl_interfaces", service.type_name());
-    let qos = profile(SERVICE_QOS);
-    session.with_node(node, 2, |node| {
-        node.create_server(ServiceMapping::Enhanced, &name, &type_name, qos.clone(), qos.clone())
-            .map_err(|error| SessionError::endpoint(&service_name, &error))
-    })
-}
-
-async fn serve(node: String, service: Service, endpoint: Endpoint, state: Arc<Mutex<State>>) {
-    let mut requests = endpoint.receive_request_stream();
-    while let Some(received) = requests.next().await {
-        match received {
-            Ok((id, Bytes(bytes))) => {
-                let vendor = vendor_of(id);
-                let Some((mapping, request)) = Request::decode(service, vendor, &bytes) else {
-                    log::warn!("`{node}/{}`: request of another type", service.name());
-                    continue;
-                };
-                let body = lock(&state).answer(&node, request);
-                let answer = Bytes(reply(mapping, &bytes, &body));
-                // The identity of the request goes along in both mappings, so that clients of the
-                // other one, who hear the answer too, know that it is not theirs.
-                if let Err(error) = endpoint.async_send_response(id, answer).await {
-                    log::warn!("`{node}/{}`: no answer: {error}", service.name());
-                }
-            }
-            Err(error) => log::warn!("`{node}/{}`: {error}", service.name()),
-        }
-        tokio::task::coop::consume_budget().await;
-    }
-}
-
-/// The vendor of the client.
-pub(crate) fn vendor_of(id: RmwRequestId) -> [u8; 2] {
-    let [first, second, ..] = id.writer_gid.to_bytes16();
-    [first, second]
+    state: Arc<Mutex<State>>,
+) -> Result<Task, SessionError> {
+    let node_name = node.full_name().to_owned();
+    let name = format!("{node_name}/{}", service.name());
+    let server = raw::server(session, node, &name, &service.ros_type())?;
+    let decode = move |body: &[u8]| Request::decode(service, body);
+    let answer = move |request| std::future::ready(Some(lock(&state).answer(&node_name, request)));
+    Ok(session.run(raw::answer_all(name, server, decode, answer)))
 }

@@ -1,50 +1,11 @@
-//! The six services: names, the two ways of calling them, and answers out of a store.
+//! The six services: names, what a request asks for, and answers out of a store.
 
+use ros2_client::ServiceTypeName;
 use rsrs_msgs::cdr::{self, ByteOrder};
 use rsrs_msgs::rcl_interfaces as wire;
 
 use super::store::{Refusal, Setter, Store};
 use super::value::ParameterValue;
-
-/// How a request names itself, so that its answer finds back.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mapping {
-    /// In DDS's own fields, as Fast DDS, Connext and ros2-client do.
-    Enhanced,
-    /// In 16 bytes in front of the request, as ROS 2 does over Cyclone DDS.
-    Cyclone,
-}
-
-/// First two bytes of every GUID of Cyclone DDS.
-const CYCLONE: [u8; 2] = [0x01, 0x10];
-
-impl Mapping {
-    /// What a program of this DDS vendor speaks, most likely.
-    pub(super) fn of_vendor(vendor: [u8; 2]) -> Self {
-        if vendor == CYCLONE { Self::Cyclone } else { Self::Enhanced }
-    }
-
-    /// Both, the likelier one first.
-    pub(crate) fn in_order(vendor: [u8; 2]) -> [Self; 2] {
-        let likely = Self::of_vendor(vendor);
-        [likely, likely.other()]
-    }
-
-    fn other(self) -> Self {
-        match self {
-            Self::Enhanced => Self::Cyclone,
-            Self::Cyclone => Self::Enhanced,
-        }
-    }
-
-    pub(crate) fn n_header_bytes(self) -> usize {
-        match self {
-            Self::Enhanced => 0,
-            // Half of a GUID and a sequence number.
-            Self::Cyclone => 16,
-        }
-    }
-}
 
 /// One of the services.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -73,8 +34,12 @@ impl Service {
         }
     }
 
-    /// Its type in `rcl_interfaces`.
-    pub(super) fn type_name(self) -> &'static str {
+    /// Its type.
+    pub(super) fn ros_type(self) -> ServiceTypeName {
+        ServiceTypeName::new("rcl_interfaces", self.type_name())
+    }
+
+    fn type_name(self) -> &'static str {
         match self {
             Self::Get => "GetParameters",
             Self::GetTypes => "GetParameterTypes",
@@ -98,22 +63,8 @@ pub(super) enum Request {
 }
 
 impl Request {
-    /// Understands bytes in the mapping that the vendor suggests, else in the other one.
-    ///
-    /// Both are tried because some programs over Cyclone DDS send no header; a request of one
-    /// mapping does not decode in the other, where it would have 16 bytes too many or too few.
-    pub(super) fn decode(
-        service: Service,
-        vendor: [u8; 2],
-        bytes: &[u8],
-    ) -> Option<(Mapping, Self)> {
-        Mapping::in_order(vendor).into_iter().find_map(|mapping| {
-            let body = bytes.get(mapping.n_header_bytes()..)?;
-            Some((mapping, Self::decode_body(service, body)?))
-        })
-    }
-
-    fn decode_body(service: Service, body: &[u8]) -> Option<Self> {
+    /// Understands the body of a request.
+    pub(super) fn decode(service: Service, body: &[u8]) -> Option<Self> {
         // Every computer that runs ROS 2 today is little-endian.
         const ORDER: ByteOrder = ByteOrder::Little;
         match service {
@@ -125,12 +76,6 @@ impl Request {
             Service::Describe => cdr::decode_body(body, ORDER).ok().map(Self::Describe),
         }
     }
-}
-
-/// Puts the header of a request in front of its answer.
-pub(crate) fn reply(mapping: Mapping, request: &[u8], answer: &[u8]) -> Vec<u8> {
-    let header = &request[..mapping.n_header_bytes()];
-    [header, answer].concat()
 }
 
 /// An answer, and what it changed.
@@ -220,8 +165,14 @@ mod tests {
 
     use super::super::value::{Descriptor, ParameterKind};
     use super::*;
+    use crate::services::mapping::{Mapping, understood};
 
     const RUSTDDS: [u8; 2] = [0x01, 0x12];
+    const CYCLONE: [u8; 2] = [0x01, 0x10];
+
+    fn understand(service: Service, vendor: [u8; 2], bytes: &[u8]) -> Option<(Mapping, Request)> {
+        understood(vendor, bytes, |body| Request::decode(service, body))
+    }
 
     fn store() -> Store {
         let mut store = Store::default();
@@ -258,7 +209,7 @@ mod tests {
         let headed = with_header(&plain);
 
         for vendor in [RUSTDDS, CYCLONE] {
-            let decode = |bytes: &[u8]| Request::decode(Service::Get, vendor, bytes).unwrap();
+            let decode = |bytes: &[u8]| understand(Service::Get, vendor, bytes).unwrap();
             assert_eq!(decode(&plain), (Mapping::Enhanced, Request::Get(request.clone())));
             assert_eq!(decode(&headed), (Mapping::Cyclone, Request::Get(request.clone())));
         }
@@ -271,7 +222,7 @@ mod tests {
         let plain = cdr::encode_body(&request);
 
         for vendor in [RUSTDDS, CYCLONE] {
-            let decode = |bytes: &[u8]| Request::decode(Service::List, vendor, bytes).unwrap().0;
+            let decode = |bytes: &[u8]| understand(Service::List, vendor, bytes).unwrap().0;
             assert_eq!(decode(&plain), Mapping::Enhanced);
             assert_eq!(decode(&with_header(&plain)), Mapping::Cyclone);
         }
@@ -279,16 +230,8 @@ mod tests {
 
     #[test]
     fn garbage_is_not_understood() {
-        assert_eq!(Request::decode(Service::Set, RUSTDDS, &[0xff; 40]), None);
-        assert_eq!(Request::decode(Service::Set, CYCLONE, &[]), None);
-    }
-
-    #[test]
-    fn a_reply_carries_the_header_of_its_request() {
-        let request = with_header(&[9]);
-
-        assert_eq!(reply(Mapping::Enhanced, &[9], &[1, 2]), [1, 2]);
-        assert_eq!(reply(Mapping::Cyclone, &request, &[1, 2]), [&request[..16], &[1, 2]].concat());
+        assert_eq!(understand(Service::Set, RUSTDDS, &[0xff; 40]), None);
+        assert_eq!(understand(Service::Set, CYCLONE, &[]), None);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Mutex;
 
+use rsrs_msgs::cdr::ENCAPSULATION;
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rsrs_msgs::{RosMessage, cdr};
 use serde::{Deserialize, Serialize};
@@ -46,36 +47,65 @@ impl NodeEntitiesInfo {
 /// The last word of each participant.
 #[derive(Debug, Default)]
 pub(super) struct Graph {
-    nodes_of_participant: Mutex<BTreeMap<Prefix, Vec<NodeEntitiesInfo>>>,
+    words: Mutex<BTreeMap<Prefix, Word>>,
 }
 
-impl Graph {
-    /// Takes the word of a participant, as bytes with encapsulation.
+/// A participant says all of its nodes again with every endpoint that it makes: who has hundreds of
+/// nodes says thousands of words of many kilobytes each, of which the last one counts. Words are
+/// therefore understood when somebody asks.
+#[derive(Debug)]
+enum Word {
+    /// As bytes with encapsulation.
+    Heard(Vec<u8>),
+    Understood(Vec<NodeEntitiesInfo>),
+}
+
+impl Word {
+    /// The nodes that it names; none if it cannot be understood.
     ///
     /// A participant of ROS 2 Humble writes longer GIDs, is not understood and has no names here;
     /// its data flows all the same.
-    pub(super) fn update(&self, sample: &[u8]) {
-        match cdr::decode::<ParticipantEntitiesInfo>(sample) {
-            Ok(info) => {
-                lock(&self.nodes_of_participant).insert(prefix(info.gid), info.nodes);
+    fn nodes(&mut self) -> &[NodeEntitiesInfo] {
+        if let Self::Heard(sample) = self {
+            let info = cdr::decode::<ParticipantEntitiesInfo>(sample);
+            let not_understood = |error| {
+                log::debug!("names of nodes are not understood: {error}");
+                Vec::new()
+            };
+            *self = Self::Understood(info.map_or_else(not_understood, |info| info.nodes));
+        }
+        match self {
+            Self::Understood(nodes) => nodes,
+            Self::Heard(_) => unreachable!("it has just been understood"),
+        }
+    }
+}
+
+impl Graph {
+    /// Takes the word of a participant, as bytes with encapsulation. It begins with its GID.
+    pub(super) fn update(&self, sample: Vec<u8>) {
+        let gid = sample.get(ENCAPSULATION.len()..).and_then(<[u8]>::first_chunk);
+        match gid.copied() {
+            Some(gid) => {
+                lock(&self.words).insert(prefix(gid), Word::Heard(sample));
             }
-            Err(error) => log::debug!("names of nodes are not understood: {error}"),
+            None => log::debug!("{} bytes name no participant", sample.len()),
         }
     }
 
     /// Full names of the nodes of these participants.
     pub(super) fn node_names(&self, participants: &BTreeSet<Prefix>) -> BTreeSet<String> {
-        lock(&self.nodes_of_participant)
-            .iter()
+        lock(&self.words)
+            .iter_mut()
             .filter(|(participant, _)| participants.contains(*participant))
-            .flat_map(|(_, nodes)| nodes.iter().map(NodeEntitiesInfo::full_name))
+            .flat_map(|(_, word)| word.nodes().iter().map(NodeEntitiesInfo::full_name))
             .collect()
     }
 
     /// Full name of the node that has each endpoint.
     pub(super) fn owners(&self) -> BTreeMap<[u8; 16], String> {
         let mut owners = BTreeMap::new();
-        for node in lock(&self.nodes_of_participant).values().flatten() {
+        for node in lock(&self.words).values_mut().flat_map(Word::nodes) {
             let name = node.full_name();
             let endpoints = node.readers.iter().chain(&node.writers);
             owners.extend(endpoints.map(|guid| (*guid, name.clone())));
@@ -102,9 +132,9 @@ mod tests {
     fn the_last_word_of_a_participant_counts() {
         let graph = Graph::default();
 
-        graph.update(&info(1, &[("/", "a"), ("/robot_1", "b")]));
-        graph.update(&info(1, &[("/robot_1", "b")]));
-        graph.update(&info(2, &[("/", "c")]));
+        graph.update(info(1, &[("/", "a"), ("/robot_1", "b")]));
+        graph.update(info(1, &[("/robot_1", "b")]));
+        graph.update(info(2, &[("/", "c")]));
 
         let both = BTreeSet::from([[1; 12], [2; 12]]);
         assert_eq!(graph.node_names(&both), BTreeSet::from(["/robot_1/b".into(), "/c".into()]));
@@ -115,7 +145,7 @@ mod tests {
     fn a_participant_that_has_gone_has_no_names() {
         let graph = Graph::default();
 
-        graph.update(&info(1, &[("/", "a")]));
+        graph.update(info(1, &[("/", "a")]));
 
         assert_eq!(graph.node_names(&BTreeSet::from([[2; 12]])), BTreeSet::new());
     }
@@ -124,7 +154,8 @@ mod tests {
     fn bytes_that_are_no_graph_change_nothing() {
         let graph = Graph::default();
 
-        graph.update(&[0, 1, 0, 0, 7]);
+        graph.update(vec![0, 1, 0, 0, 7]);
+        graph.update([&[0, 1, 0, 0][..], &[7; 17]].concat());
 
         assert!(graph.owners().is_empty());
     }

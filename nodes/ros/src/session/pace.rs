@@ -7,9 +7,12 @@ use super::SessionError;
 
 /// Endpoints between two pauses.
 const BURST: usize = 16;
-/// A pause: at some 200 endpoints in a row the middleware's queue of commands overflows, and with
-/// this pause it does not, at 1,200 of them.
+/// The first pause: at some 200 endpoints in a row the middleware's queues overflow, and with this
+/// pause they do not.
 const PAUSE: Duration = Duration::from_millis(4);
+/// So many endpoints make the pause longer by itself: the middleware compares each new one with all
+/// others, and one that its discovery has no room for is deaf without anybody being told.
+const SLOWER: usize = 500;
 
 /// What the middleware says when its queue has overflown all the same, because its thread is busy:
 /// dozens of participants that come at once keep it so for seconds.
@@ -30,9 +33,14 @@ impl Pace {
     pub(super) fn wait(&self, n_endpoints: usize) {
         let before = self.n_endpoints.fetch_add(n_endpoints, Ordering::Relaxed);
         if before / BURST != (before + n_endpoints) / BURST {
-            std::thread::sleep(PAUSE);
+            std::thread::sleep(pause(before));
         }
     }
+}
+
+fn pause(n_endpoints: usize) -> Duration {
+    let times = 1 + u32::try_from(n_endpoints / SLOWER).unwrap_or(u32::MAX - 1);
+    PAUSE.saturating_mul(times)
 }
 
 /// Makes an endpoint, again and again while the middleware has no room for it. Blocks meanwhile.
@@ -58,6 +66,12 @@ mod tests {
 
     fn failed(reason: &str) -> Result<usize, SessionError> {
         Err(SessionError::endpoint("rt/clock", &reason))
+    }
+
+    #[test]
+    fn the_pause_grows_with_the_number_of_endpoints() {
+        assert_eq!(pause(0), PAUSE);
+        assert_eq!(pause(2_000), PAUSE * 5);
     }
 
     #[test]

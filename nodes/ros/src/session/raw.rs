@@ -157,6 +157,8 @@ pub(super) fn stream(reader: RawReader) -> impl Stream<Item = Result<ReceivedRaw
         let sample = match taken? {
             Ok(sample) => Ok(Received {
                 source_time_ns: sample.source_timestamp().and_then(nanoseconds),
+                received_time_ns: nanoseconds(sample.receive_instant)
+                    .expect("the middleware's clock knows the time"),
                 sequence: i64::from(sample.sequence_number).unsigned_abs(),
                 writer: sample.writer_guid().to_bytes(),
                 message: sample.into_value(),

@@ -6,13 +6,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use futures::{Stream, StreamExt};
-use ros2_client::ReadError;
+use ros2_client::{ROSTime, ReadError};
 use rsrs_msgs::RosMessage;
 use tokio::runtime::Handle;
 use tokio::task::{AbortHandle, JoinSet};
 
 use super::lock;
 use super::wire::Wire;
+use crate::clock::wall_time;
 
 /// A message and where it comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,6 +22,9 @@ pub struct Received<T> {
     pub message: T,
     /// When it was published, in nanoseconds since 1970 on the publisher's clock, if it said so.
     pub source_time_ns: Option<u64>,
+    /// When it came, in nanoseconds since 1970 on our clock: as the middleware's thread took it from
+    /// the network, however long it waited here after that.
+    pub received_time_ns: u64,
     /// The publisher's count of its samples, from 1.
     pub sequence: u64,
     /// Which publisher.
@@ -186,9 +190,11 @@ pub(super) fn typed<M: RosMessage>(
         let sample = match reader.async_take().await {
             Ok((Wire(message), info)) => Ok(Received {
                 message,
-                source_time_ns: info
-                    .source_timestamp()
-                    .and_then(|time| u64::try_from(time.to_nanos()).ok()),
+                source_time_ns: info.source_timestamp().and_then(nanoseconds),
+                received_time_ns: info
+                    .received_timestamp()
+                    .and_then(nanoseconds)
+                    .unwrap_or_else(wall_nanoseconds),
                 sequence: info.sequence_number().unsigned_abs(),
                 writer: info.publisher_gid().to_bytes16(),
             }),
@@ -197,4 +203,12 @@ pub(super) fn typed<M: RosMessage>(
         };
         Some((sample, reader))
     })
+}
+
+fn nanoseconds(time: ROSTime) -> Option<u64> {
+    u64::try_from(time.to_nanos()).ok()
+}
+
+fn wall_nanoseconds() -> u64 {
+    wall_time().to_nanos().unwrap_or(0)
 }

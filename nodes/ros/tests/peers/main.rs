@@ -1,5 +1,7 @@
 //! Programs of other makers over real DDS: rclpy of two distributions over Fast DDS, and Cyclone DDS.
 
+#[path = "../controllers/mod.rs"]
+mod controllers;
 mod echo;
 mod parameters;
 mod peer;

@@ -5,12 +5,12 @@ use std::path::Path;
 
 use rsrs_msgs::schema::schema_text;
 use rsrs_ros::parameters::{
-    ClientOptions, Descriptor, NodeParameters, ParameterClient, ParameterClientError,
-    ParameterKind, ParameterServer, ParameterValue,
+    ClientOptions, ParameterClient, ParameterClientError, ParameterServer, ParameterValue,
 };
 use rsrs_ros::session::Session;
 use serde_json::{Value, json};
 
+use crate::controllers::controller;
 use crate::peer::Peer;
 use crate::support::{PATIENCE, session};
 
@@ -31,19 +31,7 @@ fn schemas() -> BTreeMap<String, String> {
 }
 
 fn controllers(session: &Session) -> ParameterServer {
-    let nodes = (1..=NODES.len()).map(|robot| {
-        let mut speed = Descriptor::new("speed", ParameterKind::Double, "Forward speed, in m/s.");
-        speed.range = Some((0.0, 0.3));
-        let turn_rate = Descriptor::new("turn_rate", ParameterKind::Double, "In rad/s.");
-        NodeParameters {
-            namespace: format!("/robot_{robot}"),
-            name: "controller".into(),
-            parameters: vec![
-                (speed, ParameterValue::Double(0.0)),
-                (turn_rate, ParameterValue::Double(robot as f64)),
-            ],
-        }
-    });
+    let nodes = (1..=NODES.len()).map(|robot| controller(robot, 0.0, robot as f64));
     ParameterServer::start(session, nodes.collect(), |_, _| Ok(())).expect("the services start")
 }
 

@@ -6,29 +6,18 @@ use std::time::Duration;
 
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
-use rsrs_ros::parameters::{
-    ClientOptions, Descriptor, NodeParameters, ParameterClient, ParameterKind, ParameterServer,
-    ParameterValue,
-};
+use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterServer, ParameterValue};
 use rsrs_ros::session::Session;
 use serde_json::{Value, json};
 
+use crate::controllers::controller;
 use crate::support::{PATIENCE, eventually, session};
 
+/// The client's node.
+const VISITOR: &str = "/visitor";
+
 fn controllers(session: &Session) -> ParameterServer {
-    let nodes = (1..=3).map(|robot| {
-        let mut speed = Descriptor::new("speed", ParameterKind::Double, "Forward speed, in m/s.");
-        speed.range = Some((0.0, 0.3));
-        let turn_rate = Descriptor::new("turn_rate", ParameterKind::Double, "In rad/s.");
-        NodeParameters {
-            namespace: format!("/robot_{robot}"),
-            name: "controller".into(),
-            parameters: vec![
-                (speed, ParameterValue::Double(0.15)),
-                (turn_rate, ParameterValue::Double(0.75)),
-            ],
-        }
-    });
+    let nodes = (1..=3).map(|robot| controller(robot, 0.15, 0.75));
     ParameterServer::start(session, nodes.collect(), |_, _| Ok(())).expect("the services start")
 }
 
@@ -51,9 +40,10 @@ async fn run_client(python: &Path, robots: &Session) -> Value {
     let visitor = ParameterClient::new(robots, &node, options);
     let gain = [("gain".to_owned(), ParameterValue::Double(2.5))];
 
+    let mut visitor_is_seen = false;
     let gain_is_answered = Cell::new(false);
     let set_gain = async {
-        let outcome = visitor.set_atomically("/visitor", &gain).await;
+        let outcome = visitor.set_atomically(VISITOR, &gain).await;
         gain_is_answered.set(true);
         outcome
     };
@@ -64,6 +54,7 @@ async fn run_client(python: &Path, robots: &Session) -> Value {
         if gain_is_answered.get() {
             second.publish(Bool { data: true }).await.expect("a healthy network");
         }
+        visitor_is_seen |= robots.node_names().contains(&VISITOR.to_owned());
         tokio::select! {
             ended = &mut both => break ended.expect("rclpy ends"),
             () = tokio::time::sleep(Duration::from_millis(100)) => {}
@@ -74,6 +65,7 @@ async fn run_client(python: &Path, robots: &Session) -> Value {
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "rclpy failed: {errors}");
     gain_is_set.expect("rclpy lets its parameter be set");
+    assert!(visitor_is_seen, "its node has a name");
     serde_json::from_slice(&output.stdout).expect("the client prints JSON")
 }
 
@@ -85,8 +77,7 @@ async fn what_rclpy_sees(python: &Path) -> Value {
 
     let speed = server.get("/robot_3/controller", "speed");
     assert_eq!(speed, Some(ParameterValue::Double(0.25)), "what rclpy set is what the node has");
-    eventually("the visitor has left", || !robots.node_names().contains(&"/visitor".to_owned()))
-        .await;
+    eventually("the visitor has left", || !robots.node_names().contains(&VISITOR.to_owned())).await;
     drop(server);
     robots.close().await;
     seen
