@@ -4,10 +4,10 @@ Cyclic pursuit, dispersal and aggregation are controllers that A. Mattson and D.
 hand, as speeds of the left and the right wheel without and with a detection (`demo/simulation` of
 RobotSwarmSimulator), with a sensor that is hardly more than a line. Milling is the controller and the
 sensor that swarmsim's own configuration of a Flockbot has, which form a ring from a narrow start.
-Reads JSON from standard input: `swarms` (a list of `{behaviour, seed}`), `robots`, `period_s`,
-`steps`, `skipped`.
+Reads JSON from standard input: `swarms` (a list of `{behaviour, seed, period_s, half_angle_rad}`, the
+last one null for that of the sensor), `robots`, `duration_s`, `skipped_s`.
 Writes JSON: for each swarm `[x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s]` of every robot at every
-step after `skipped`, the command being the one that is obeyed next.
+step after `skipped_s`, the command being the one that is obeyed next.
 """
 
 import json
@@ -49,7 +49,7 @@ def command(left, right):
 
 def make_world(task, swarm):
     world = RectangularWorld(RectangularWorldConfig(
-        size=(SIDE_M, SIDE_M), time_step=task["period_s"], seed=swarm["seed"],
+        size=(SIDE_M, SIDE_M), time_step=swarm["period_s"], seed=swarm["seed"],
         collide_walls=False, stop_at=None))
     draw = random.Random(swarm["seed"])
     unseen, seen = commands(swarm["behaviour"])
@@ -62,7 +62,7 @@ def make_world(task, swarm):
         agent = MazeAgent(config, world)
         agent.controller = BinaryController(unseen, seen, agent=agent)
         agent.sensors = [BinaryFOVSensor(
-            agent, theta=sensor["theta"], distance=sensor["distance"], walls=None)]
+            agent, theta=swarm["half_angle_rad"] or sensor["theta"], distance=sensor["distance"], walls=None)]
         world.population.append(agent)
     world.setup()
     return world
@@ -71,9 +71,10 @@ def make_world(task, swarm):
 def trajectory(task, swarm):
     world = make_world(task, swarm)
     rows = []
-    for step in range(task["steps"]):
+    skipped = int(task["skipped_s"] / swarm["period_s"])
+    for step in range(int(task["duration_s"] / swarm["period_s"])):
         world.step()
-        if step < task["skipped"]:
+        if step < skipped:
             continue
         for agent in world.population:
             x, y = agent.getPosition()

@@ -34,9 +34,7 @@ fn conditions() -> Conditions {
 
 #[test]
 fn a_mill_without_noise_is_that_of_swarmsim() {
-    let Some(python) = python_with_swarmsim() else {
-        return;
-    };
+    let python = python_with_swarmsim();
     let conditions = conditions();
     // Half a period more, so that no rounding takes a step away.
     let duration_s = (STEPS as f64 + 0.5) * conditions.period_s;
@@ -98,24 +96,24 @@ pub fn ask(python: &Path, script: &str, task: &Value) -> Value {
     serde_json::from_slice(&output.stdout).expect("the script prints JSON")
 }
 
-/// An interpreter with swarmsim, kept under Cargo's target directory; `None`, said aloud, if this
-/// machine has no Python that swarmsim runs on.
+/// An interpreter with swarmsim, kept under Cargo's target directory.
 ///
 /// # Panics
 ///
-/// If there is such a Python and swarmsim cannot be installed.
-pub fn python_with_swarmsim() -> Option<PathBuf> {
-    let Some(base) = interpreters().into_iter().find(|python| is_new_enough(python)) else {
-        say("swarmsim: not compared with: it needs Python 3.12 or newer, and none was found");
-        return None;
-    };
+/// If this machine has no Python that swarmsim runs on, or swarmsim cannot be installed.
+pub fn python_with_swarmsim() -> PathBuf {
+    let base = interpreters().into_iter().find(|python| is_new_enough(python)).expect(
+        "this test compares with swarmsim, which needs Python 3.12 or newer, and none was found on \
+         the path, among those of pyenv and those of uv: \
+         `python3 -m pip install uv && uv python install 3.12` installs one",
+    );
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(".venv-swarmsim");
     let lock = File::create(folder.with_extension("lock")).expect("the target folder is writable");
     lock.lock().expect("the file system of the target folder has locks");
     let python = folder.join("bin/python");
     let ready = folder.join("ready");
     if fs::read_to_string(&ready).is_ok_and(|installed| installed == SWARMSIM) {
-        return Some(python);
+        return python;
     }
     if folder.exists() {
         fs::remove_dir_all(&folder).expect("a half-made environment can be removed");
@@ -124,26 +122,29 @@ pub fn python_with_swarmsim() -> Option<PathBuf> {
     let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", SWARMSIM];
     must_run(Command::new(&python).args(install));
     fs::write(&ready, SWARMSIM).expect("the new environment is writable");
-    Some(python)
+    python
 }
 
-/// Where a Python may be: on the path, and among those of pyenv, whose names on the path only work
-/// for the version that was chosen.
+/// Where a Python may be: on the path, among those of pyenv, whose names on the path only work for
+/// the version that was chosen, and among those of uv, which are not on the path.
 fn interpreters() -> Vec<PathBuf> {
     let on_path = ["python3.14", "python3.13", "python3.12", "python3"].map(PathBuf::from);
-    let root = std::env::var_os("PYENV_ROOT")
-        .map(PathBuf::from)
-        .or_else(|| std::env::home_dir().map(|home| home.join(".pyenv")));
-    let versions = root.and_then(|root| fs::read_dir(root.join("versions")).ok());
-    let mut of_pyenv: Vec<PathBuf> = versions
+    let home = std::env::home_dir().unwrap_or_default();
+    let folder = |variable: &str, usual: &str| {
+        std::env::var_os(variable).map_or_else(|| home.join(usual), PathBuf::from)
+    };
+    let of_pyenv = folder("PYENV_ROOT", ".pyenv").join("versions");
+    let of_uv = folder("UV_PYTHON_INSTALL_DIR", ".local/share/uv/python");
+    let mut kept: Vec<PathBuf> = [of_pyenv, of_uv]
         .into_iter()
+        .filter_map(|versions| fs::read_dir(versions).ok())
         .flatten()
         .filter_map(Result::ok)
-        .map(|version| version.path().join("bin/python"))
+        .map(|version| version.path().join("bin/python3"))
         .collect();
-    of_pyenv.sort();
-    of_pyenv.reverse();
-    on_path.into_iter().chain(of_pyenv).collect()
+    kept.sort();
+    kept.reverse();
+    on_path.into_iter().chain(kept).collect()
 }
 
 fn is_new_enough(python: &Path) -> bool {
@@ -153,12 +154,6 @@ fn is_new_enough(python: &Path) -> bool {
         .stderr(Stdio::null())
         .status()
         .is_ok_and(|status| status.success())
-}
-
-/// Past the test harness, which keeps what a passing test prints to itself.
-fn say(text: &str) {
-    let mut console = std::io::stderr().lock();
-    writeln!(console, "{text}").expect("the console is there");
 }
 
 fn must_run(command: &mut Command) {
