@@ -1,61 +1,39 @@
 //! Bags on the command line: what is in them, what can be saved, simulated runs as bags, and labels by
 //! people.
 
+#[path = "bags_cli/bad_bags.rs"]
+mod bad_bags;
+mod cells;
+mod command;
 #[path = "../crates/rsrs/src/episode_bag.rs"]
 mod episode_bag;
 #[expect(dead_code, reason = "no record of a run is spoilt here")]
 mod floor;
 #[path = "bags_cli/labels.rs"]
 mod labels;
+#[expect(dead_code, reason = "nothing is chosen here")]
+mod laboratory;
+#[path = "bags_cli/standing.rs"]
+mod standing;
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::{Command, Output};
 use std::sync::Mutex;
 
+use cells::{CELLS, conditions, flockbot};
+use command::{code, json, rsrs, stderr, stdout};
 use floor::{Run, cut_in_half};
+use laboratory::{SPEEDS, swept};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use rsrs_bags::Bag;
-use rsrs_bags::trajectory::{TrajectoryOptions, read_trajectory};
-use rsrs_core::axis::Axis;
-use rsrs_core::conditions::{Conditions, Settings};
+use rsrs_bags::trajectory::{Keep, TrajectoryOptions, read_trajectory};
 use rsrs_core::phase::{Phase, Verdict, label};
-use rsrs_core::profile::RobotProfile;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
-use serde_json::{Value, json};
-
-const FLOCKBOT: &str = include_str!("../launch_configs/profiles/flockbot.yaml");
 
 /// With this variable set, 2,000 episodes are labelled instead of 200.
 const LONG: &str = "RSRS_LONG_TESTS";
-
-fn rsrs(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rsrs"))
-        .args(arguments)
-        .current_dir(folder)
-        .env_remove("RSRS_INTERFACE")
-        .output()
-        .expect("the binary was built for this test")
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().expect("the program ended by itself")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("messages are UTF-8")
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).expect("results are UTF-8")
-}
-
-fn json(output: &Output) -> Value {
-    serde_json::from_slice(&output.stdout)
-        .unwrap_or_else(|error| panic!("{error}: {}{}", stdout(output), stderr(output)))
-}
 
 fn place() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder")
@@ -99,8 +77,14 @@ fn info_tells_what_is_in_a_bag() {
              depth 200",
         ]
     );
-    assert_eq!((&info["n_messages"], &info["n_robots"]), (&json!(2154), &json!(2)));
-    assert_eq!((&info["ending"], &info["damage"]), (&json!("completed"), &json!([])));
+    assert_eq!(
+        (&info["n_messages"], &info["n_robots"]),
+        (&serde_json::json!(2154), &serde_json::json!(2))
+    );
+    assert_eq!(
+        (&info["ending"], &info["damage"]),
+        (&serde_json::json!("completed"), &serde_json::json!([]))
+    );
     assert_eq!(info["topics"][0]["offered_qos"][0]["reliability"], "reliable");
 }
 
@@ -129,7 +113,10 @@ fn a_bag_that_breaks_off_is_reported_and_saved_up_to_there() {
     let all = Bag::open(&whole).expect("it is a bag");
     assert!(saved.damage().is_empty() && saved.n_messages() > 100);
     assert_eq!(recovered["n_messages"], saved.n_messages());
-    assert_eq!((&recovered["is_complete"], &recovered["n_labels"]), (&json!(false), &json!(1)));
+    assert_eq!(
+        (&recovered["is_complete"], &recovered["n_labels"]),
+        (&serde_json::json!(false), &serde_json::json!(1))
+    );
     let first: Vec<_> = all.messages().map(Result::ok).collect();
     let kept: Vec<_> = saved.messages().map(Result::ok).collect();
     let bytes = |messages: &[Option<rsrs_bags::BagMessage>]| -> Vec<Option<Vec<u8>>> {
@@ -155,25 +142,11 @@ fn a_whole_bag_is_saved_without_loss_and_what_is_no_bag_is_refused() {
 
     assert_eq!((code(&whole), code(&notes), code(&nothing)), (0, 1, 1));
     assert!(stdout(&whole).contains("lost: nothing that was recorded"), "{}", stdout(&whole));
-    assert_eq!(stderr(&notes), "error: notes.mcap is not an MCAP file\n");
+    assert!(stderr(&notes).starts_with("error: notes.mcap is not an MCAP file\nhelp: "));
     assert!(!here.join("notes_recovered").exists(), "nothing half-made is left");
 }
 
 // Simulated runs as bags.
-
-/// A folder with a small sweep in it.
-fn swept() -> tempfile::TempDir {
-    let place = place();
-    std::fs::write(place.path().join("flockbot.yaml"), FLOCKBOT).expect("the folder is writable");
-    let sweep = "profile: flockbot.yaml\n\
-                 axes:\n  speed_m_s: [0.15, 0.30]\n  turn_rate_rad_s: [0.25, 0.75]\n\
-                 fixed: {robots: 9, placement_radius_m: 0.60, arena_m: 15, true_positive: 0.8}\n\
-                 replicates: 16\nduration_s: 120\nseed: 7\n";
-    std::fs::write(place.path().join("sweep.yaml"), sweep).expect("the folder is writable");
-    let sweep = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
-    assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
-    place
-}
 
 /// Cell (speed, turning rate), replicate and phase of every row.
 fn replicates(folder: &Path) -> Vec<(f64, f64, i64, String)> {
@@ -202,7 +175,7 @@ fn replicates(folder: &Path) -> Vec<(f64, f64, i64, String)> {
 
 #[test]
 fn a_replicate_as_a_bag_has_the_label_that_the_sweep_gave_it() {
-    let place = swept();
+    let place = swept(SPEEDS, "true_positive: 0.8");
     let here = place.path();
     let rows = replicates(&here.join("out"));
 
@@ -233,40 +206,19 @@ fn a_replicate_as_a_bag_has_the_label_that_the_sweep_gave_it() {
     assert!(stderr(&unswept).contains("the nearest swept cell is"), "{}", stderr(&unswept));
 }
 
-/// Cells of all phases: speed, turning rate, placement radius, probability to see, arena.
-const CELLS: [[f64; 4]; 8] = [
-    [0.15, 0.75, 0.60, 0.98],
-    [0.15, 0.75, 0.60, 0.80],
-    [0.30, 0.75, 0.60, 0.80],
-    [0.15, 0.25, 0.60, 0.80],
-    [0.30, 0.25, 0.60, 0.80],
-    [0.05, 0.25, 0.60, 0.80],
-    [0.20, 1.25, 0.90, 0.80],
-    [0.10, 0.75, 0.90, 0.80],
-];
-
 fn episode(cell: [f64; 4], replicate: u64) -> ExperimentRecord {
-    let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("it is shipped");
-    let [speed, turn_rate, placement_radius, true_positive] = cell;
-    let values = vec![
-        (Axis::Speed, speed),
-        (Axis::TurnRate, turn_rate),
-        (Axis::Robots, 9.0),
-        (Axis::PlacementRadius, placement_radius),
-        (Axis::TruePositive, true_positive),
-    ];
-    let settings = Settings { values, ..Settings::default() };
-    let conditions = Conditions::resolve(&profile, &settings).expect("the cell is possible");
+    let conditions = conditions(cell);
     ExperimentRecord {
         run_id: format!("episode_{replicate}"),
         robots: (1..=9).map(|robot| format!("robot_{robot}")).collect(),
-        provenance: Provenance::new(("0.1.0", "unknown"), &profile.digest(), &conditions),
+        provenance: Provenance::new(("0.1.0", "unknown"), &flockbot().digest(), &conditions),
         conditions,
         duration_s: 66.0,
         seed: 11,
         replicate,
         robot_lost: RobotLost::Abort,
         backend: Backend::Simulator,
+        controller_only: Vec::new(),
         time: Time::Lockstep,
     }
 }
@@ -280,8 +232,13 @@ fn both_verdicts(folder: &Path, cell: usize, replicate: u64) -> [Verdict; 2] {
     let recorded =
         read_trajectory(&opened, &TrajectoryOptions::default()).expect("it has all that it takes");
     assert_eq!(recorded.findings, [], "{}", bag.display());
+    let options = TrajectoryOptions { keep: Keep::JUDGED, ..TrajectoryOptions::default() };
+    let ending = read_trajectory(&opened, &options).expect("it has all that it takes");
     std::fs::remove_dir_all(&bag).expect("it is ours");
     let bodies = record.conditions.bodies();
+    let of_ending = label(&ending.trajectory, &bodies).expect("it is long enough");
+    let of_whole = label(&recorded.trajectory, &bodies).expect("it is long enough");
+    assert_eq!(Verdict { duration_s: ending.duration_s(), ..of_ending }, of_whole);
     [&in_memory, &recorded.trajectory].map(|it| label(it, &bodies).expect("it is long enough"))
 }
 
@@ -332,7 +289,10 @@ fn a_label_says_how_far_it_is_from_another_phase() {
     let text = stdout(&rsrs(place.path(), &["label", "run"]));
 
     let label = &labels[0];
-    assert_eq!((&label["is_settled"], &label["poses"]), (&json!(true), &json!("odom")));
+    assert_eq!(
+        (&label["is_settled"], &label["poses"]),
+        (&serde_json::json!(true), &serde_json::json!("odom"))
+    );
     assert_eq!(label["confidence"], 1.0);
     assert_eq!(label["margins"].as_array().map(Vec::len), Some(10));
     assert_eq!(label["nearest"]["becomes"], "semi_stable_milling");

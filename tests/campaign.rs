@@ -1,6 +1,11 @@
 //! Campaigns: killed, gone on with, tampered with, and asked of a person who places robots.
 
+#[path = "campaign/fleet.rs"]
+mod fleet;
 mod processes;
+#[path = "../nodes/ros/tests/support/mod.rs"]
+#[expect(dead_code, reason = "these tests wait for a program")]
+mod support;
 mod terminal;
 
 use std::collections::BTreeMap;

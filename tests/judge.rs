@@ -1,6 +1,7 @@
 //! The judge on recordings that are worse than the simulator's: a tracker that misses, is late, and
 //! is never quite right.
 
+mod cells;
 #[path = "judge/tracker.rs"]
 mod tracker;
 
@@ -10,33 +11,18 @@ use std::sync::Mutex;
 
 use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{TrajectoryOptions, read_trajectory};
-use rsrs_core::axis::Axis;
 use rsrs_core::certainty::Certainty;
-use rsrs_core::conditions::{Conditions, Settings};
+use rsrs_core::conditions::Conditions;
 use rsrs_core::phase::{Phase, Thresholds, label};
-use rsrs_core::profile::RobotProfile;
 use rsrs_core::trajectory::Trajectory;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 
+use cells::{CELLS, conditions};
 use tracker::Tracker;
-
-const FLOCKBOT: &str = include_str!("../launch_configs/profiles/flockbot.yaml");
 
 /// With this variable set, 2,000 episodes are seen instead of 300.
 const LONG: &str = "RSRS_LONG_TESTS";
-
-/// Cells of all phases: speed, turning rate, placement radius, probability to see.
-const CELLS: [[f64; 4]; 8] = [
-    [0.15, 0.75, 0.60, 0.98],
-    [0.15, 0.75, 0.60, 0.80],
-    [0.30, 0.75, 0.60, 0.80],
-    [0.15, 0.25, 0.60, 0.80],
-    [0.30, 0.25, 0.60, 0.80],
-    [0.05, 0.25, 0.60, 0.80],
-    [0.20, 1.25, 0.90, 0.80],
-    [0.10, 0.75, 0.90, 0.80],
-];
 
 /// Long enough to settle.
 const DURATION_S: f64 = 180.0;
@@ -70,20 +56,6 @@ impl Tally {
     fn share_kept(self) -> f64 {
         1.0 - self.n_changed as f64 / self.n_settled.max(1) as f64
     }
-}
-
-fn conditions(cell: [f64; 4]) -> Conditions {
-    let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).expect("it is shipped");
-    let [speed, turn_rate, placement_radius, true_positive] = cell;
-    let values = vec![
-        (Axis::Speed, speed),
-        (Axis::TurnRate, turn_rate),
-        (Axis::Robots, 9.0),
-        (Axis::PlacementRadius, placement_radius),
-        (Axis::TruePositive, true_positive),
-    ];
-    Conditions::resolve(&profile, &Settings { values, ..Settings::default() })
-        .expect("the cell is possible")
 }
 
 /// The end of an episode.

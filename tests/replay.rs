@@ -52,6 +52,7 @@ fn bag(folder: &Path, name: &str, duration_s: f64) -> PathBuf {
         replicate: 0,
         robot_lost: RobotLost::Abort,
         backend: Backend::Simulator,
+        controller_only: Vec::new(),
         time: Time::Lockstep,
     };
     let path = folder.join(name);

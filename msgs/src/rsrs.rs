@@ -43,7 +43,7 @@ impl RunLease {
 pub struct RobotStatus {
     /// When the robot sent this, by its clock; the frame is empty.
     pub header: Header,
-    /// Counts this robot's statuses up from 1; the lease echoes it.
+    /// Rises with every status of this robot, over restarts too; the lease echoes it.
     pub counter: u64,
     /// The epoch obeyed now; 0 for none.
     pub epoch: u64,

@@ -25,12 +25,13 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::display::Display;
 use crate::listening::{Ears, Heard};
-use crate::mixed::RealRobots;
+use crate::mixed::{RealRobots, TrackedBy};
 use crate::parameters::{self, NODE};
 use crate::robots::VirtualRobot;
 use crate::rows::Rows;
 use crate::services;
 use crate::stage::{Sensed, Stage};
+use crate::stand_in::StandIn;
 use crate::steering;
 
 /// How often gates are looked at while nothing arrives.
@@ -49,6 +50,8 @@ pub struct Simulation<'a> {
     ears: Ears,
     to_me: UnboundedSender<Heard>,
     real: RealRobots,
+    /// Who speaks of ours in the tracker's stead, if one follows real robots.
+    stand_in: Option<StandIn>,
     display: Display,
     _services: Vec<Service>,
     /// Who waits for steps.
@@ -157,6 +160,7 @@ impl<'a> Simulation<'a> {
             ears: Ears::new(session, &node, &robots, heard.clone())?,
             to_me: heard,
             real: RealRobots::default(),
+            stand_in: None,
             steps: None,
             is_quitting: false,
             stamp_ns: None,
@@ -247,18 +251,16 @@ impl<'a> Simulation<'a> {
                 }
             },
             Heard::EStop(engaged) => self.all_robots(&robot::Event::EStop(engaged)).await,
-            Heard::Controller(index, status) => {
-                let parameter_digest = status.parameter_digest;
-                self.robots[index]
-                    .on_event(robot::Event::Controller { parameter_digest }, now)
-                    .await
-            }
+            Heard::Controller(index, status) => self.hear_controller((index, status), now).await,
             Heard::Command { robot, stamp_ns, twist } => {
                 self.command((robot, stamp_ns), &twist).await
             }
             Heard::Recorded(step) => self.advance(Event::Recorded { step }).await,
             Heard::Parameters => self.place().await,
-            Heard::Pose { robot, pose } => {
+            Heard::Pose { robot, header, pose } => {
+                if let Some(stand_in) = &mut self.stand_in {
+                    stand_in.follow(robot, &header).await?;
+                }
                 // A pose of a world before this one may still come.
                 let stage = self.stage.as_mut();
                 if let Some(robot) = stage.and_then(|stage| stage.followed.get_mut(robot)) {
@@ -267,6 +269,21 @@ impl<'a> Simulation<'a> {
                 Ok(())
             }
             Heard::Call(call) => self.answer(call).await,
+        }
+    }
+
+    async fn hear_controller(
+        &mut self,
+        (index, message): (usize, RobotStatus),
+        now: Duration,
+    ) -> anyhow::Result<()> {
+        let robot = &mut self.robots[index];
+        match wire::status(message) {
+            Ok(status) => robot.on_event(robot::Event::Controller(status), now).await,
+            Err(error) => {
+                robot.node.say(Level::Warn, &format!("refused: {error}"));
+                Ok(())
+            }
         }
     }
 
@@ -299,7 +316,7 @@ impl<'a> Simulation<'a> {
             reply.send(step_response(asked, asked));
         }
         self.stamp_ns = None;
-        self.real = RealRobots::default();
+        (self.real, self.stand_in) = (RealRobots::default(), None);
         match parameters::wanted(&self.server, &self.hosted) {
             Ok(Some(wanted)) => {
                 let placed = wanted.placed;
@@ -307,7 +324,7 @@ impl<'a> Simulation<'a> {
                     robot.join(placed.time, Duration::from_nanos(placed.period_ns));
                 }
                 self.ears.follow_types(self.session, &self.robots, placed.time)?;
-                self.follow(&wanted.rows)?;
+                self.follow(&wanted.rows, Duration::from_nanos(placed.period_ns))?;
                 self.stage = Some(Stage::new(wanted));
                 self.display.wipe();
                 self.advance(Event::Placed(placed)).await
@@ -325,11 +342,15 @@ impl<'a> Simulation<'a> {
     }
 
     /// Follows the real robots of a world.
-    fn follow(&mut self, rows: &Rows) -> anyhow::Result<()> {
+    fn follow(&mut self, rows: &Rows, period: Duration) -> anyhow::Result<()> {
         let names: Vec<String> = rows.tracked.iter().map(|row| rows.names[*row].clone()).collect();
         if !names.is_empty() {
             let by = parameters::tracked_by(&self.server)?;
             self.real = RealRobots::follow(self.session, &self.node, (&names, by), &self.to_me)?;
+            if by == TrackedBy::Pose {
+                let ours = (&self.hosted[..rows.ours.len()], period);
+                self.stand_in = Some(StandIn::new(self.session, &self.node, ours)?);
+            }
             let text = format!("mixed fleet: {} are real and followed", names.join(", "));
             self.node.say(Level::Info, &text);
         }
@@ -411,6 +432,9 @@ impl<'a> Simulation<'a> {
         }
         for (robot, (_, motion)) in self.robots.iter().zip(&ours) {
             robot.publish_motion(*motion, stamp).await?;
+        }
+        if let Some(stand_in) = &mut self.stand_in {
+            stand_in.step(ours.iter().map(|(_, motion)| motion.pose));
         }
         self.digest.publish(WorldDigest { step, digest }).await?;
         if self.display.is_due() {

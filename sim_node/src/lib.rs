@@ -15,6 +15,7 @@ mod robots;
 mod rows;
 mod services;
 mod stage;
+mod stand_in;
 mod steering;
 
 pub use parameters::NODE;

@@ -4,7 +4,7 @@ use rsrs_core::unicycle::Pose;
 use rsrs_fleet::experiment::Time as Pace;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease};
-use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::session::{EndpointKind, NodeHandle, Session, Subscription};
 use tokio::sync::mpsc::UnboundedSender;
@@ -37,6 +37,8 @@ pub enum Heard {
     Pose {
         /// Index among the real robots of the world.
         robot: usize,
+        /// When its source saw it there, and what it calls the frame of the world.
+        header: Header,
         /// Its pose in the frame of the world.
         pose: Pose,
     },

@@ -7,7 +7,7 @@ use rsrs_core::conditions::SimulatedRobot;
 use rsrs_core::unicycle::Pose;
 use rsrs_msgs::geometry_msgs::{self, PoseStamped};
 use rsrs_msgs::nav_msgs::Odometry;
-use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics;
 use rsrs_ros::logging::Level;
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
@@ -147,8 +147,8 @@ impl RealRobots {
             let (heard, speaker) = (heard.clone(), node.clone());
             let name_of = name.clone();
             // The receiver is gone only while the node shuts down.
-            let tell = move |pose: &geometry_msgs::Pose| match on_the_floor(pose) {
-                Some(pose) => drop(heard.send(Heard::Pose { robot: index, pose })),
+            let tell = move |header: Header, pose: &geometry_msgs::Pose| match on_the_floor(pose) {
+                Some(pose) => drop(heard.send(Heard::Pose { robot: index, header, pose })),
                 None => speaker.say(Level::Warn, &format!("{name_of}: a pose is no pose")),
             };
             all.poses.push(match by {
@@ -156,14 +156,14 @@ impl RealRobots {
                     let (name, qos) = (topics::ODOM.for_robot(name), topics::ODOM.qos);
                     session.subscribe(node, &name, qos, move |sample| {
                         let odometry: Odometry = sample.message;
-                        tell(&odometry.pose.pose);
+                        tell(odometry.header, &odometry.pose.pose);
                     })?
                 }
                 TrackedBy::Pose => {
                     let (name, qos) = (topics::POSE.for_robot(name), topics::POSE.qos);
                     session.subscribe(node, &name, qos, move |sample| {
                         let tracked: PoseStamped = sample.message;
-                        tell(&tracked.pose);
+                        tell(tracked.header, &tracked.pose);
                     })?
                 }
             });

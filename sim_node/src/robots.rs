@@ -59,7 +59,7 @@ impl VirtualRobot {
         let options = options(name, Pace::Lockstep, Duration::ZERO);
         Ok(Self {
             name: name.to_owned(),
-            gate: Robot::new(options.clone()),
+            gate: new_gate(&options),
             options,
             e_stop: None,
             detection: session.publish_on(&node, &detection.for_robot(name), detection.qos)?,
@@ -72,13 +72,13 @@ impl VirtualRobot {
     /// Becomes a robot of a world with this pace and period.
     ///
     /// A robot that has to change for it is switched off and on again, as a real one would be: it
-    /// has forgotten its runs, and counts its statuses from 1. It remembers the e-stop.
+    /// has forgotten its runs. It remembers the e-stop.
     pub fn join(&mut self, pace: Pace, period: Duration) {
         let options = options(&self.name, pace, period);
         if options == self.options {
             return;
         }
-        self.gate = Robot::new(options.clone());
+        self.gate = new_gate(&options);
         self.options = options;
         if let Some((engaged, heard)) = self.e_stop {
             // A first status in the past is nobody's; the next is due within a beat.
@@ -134,6 +134,10 @@ impl VirtualRobot {
         };
         Ok(self.odom.publish(odometry).await?)
     }
+}
+
+fn new_gate(options: &RobotOptions) -> Robot {
+    Robot::new(options.clone()).counting_from(wire::first_counter(wall_time()))
 }
 
 /// The frame of a robot's body.

@@ -1,7 +1,9 @@
 //! Labels by people, beside those of the judge.
 
+use crate::command::{code, json, rsrs, stderr, stdout};
 use crate::floor::{Part, Run};
-use crate::{code, json, place, read, rsrs, stderr, stdout, swept};
+use crate::laboratory::{SPEEDS, swept};
+use crate::{place, read};
 
 #[test]
 fn a_label_by_hand_is_added_and_never_changes_what_is_there() {
@@ -28,7 +30,7 @@ fn a_label_by_hand_is_added_and_never_changes_what_is_there() {
     assert!(after.starts_with(&before) && after.len() > before.len());
     assert_eq!(
         (&judged[0]["phase"], &judged[0]["by"]),
-        (&json!("stable_milling"), &json!("judge"))
+        (&serde_json::json!("stable_milling"), &serde_json::json!("judge"))
     );
     assert_eq!(judged[0]["labels"][0]["note"], "one: outside");
     assert_eq!(judged[0]["labels"][1]["phase"], "stable_milling");
@@ -105,11 +107,14 @@ fn agreement_counts_who_labels_alike_and_lists_where_they_differ() {
     assert!(stderr(&nobody).contains("no person has labelled"), "{}", stderr(&nobody));
     let result = json(&output);
     let pair = |index: usize| &result["pairs"][index];
-    assert_eq!(pair(0)["by"], json!(["judge", "ana"]));
-    assert_eq!((&pair(0)["n"], &pair(0)["n_same"]), (&json!(2), &json!(1)));
-    assert_eq!(pair(1)["by"], json!(["judge", "bo"]));
-    assert_eq!(pair(2)["by"], json!(["ana", "bo"]));
-    assert_eq!((&pair(2)["n"], &pair(2)["kappa"]), (&json!(2), &json!(1.0)));
+    assert_eq!(pair(0)["by"], serde_json::json!(["judge", "ana"]));
+    assert_eq!((&pair(0)["n"], &pair(0)["n_same"]), (&serde_json::json!(2), &serde_json::json!(1)));
+    assert_eq!(pair(1)["by"], serde_json::json!(["judge", "bo"]));
+    assert_eq!(pair(2)["by"], serde_json::json!(["ana", "bo"]));
+    assert_eq!(
+        (&pair(2)["n"], &pair(2)["kappa"]),
+        (&serde_json::json!(2), &serde_json::json!(1.0))
+    );
     assert_eq!(result["disagreements"].as_array().map(Vec::len), Some(1));
     let differs = &result["disagreements"][0];
     assert_eq!(differs["bag"], "two");
@@ -120,7 +125,7 @@ fn agreement_counts_who_labels_alike_and_lists_where_they_differ() {
 
 #[test]
 fn a_comparison_can_take_the_labels_of_a_person() {
-    let place = swept();
+    let place = swept(SPEEDS, "true_positive: 0.8");
     let here = place.path();
     Run::new(1).record(here, "one");
     Run::new(2).record(here, "two");
@@ -138,7 +143,7 @@ fn a_comparison_can_take_the_labels_of_a_person() {
 
     assert_eq!(
         (&by_ana["labels"], &by_judge["labels"]),
-        (&json!("human:Ana Lima"), &json!("judge"))
+        (&serde_json::json!("human:Ana Lima"), &serde_json::json!("judge"))
     );
     assert_eq!(by_ana["bags"][0]["phase"], "dispersion");
     assert_eq!(by_ana["cells"][0]["real"]["dispersion"], 1);

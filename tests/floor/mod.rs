@@ -136,6 +136,7 @@ impl Run {
                 Time::Lockstep => Backend::Simulator,
                 Time::RealTime => Backend::Fleet,
             },
+            controller_only: Vec::new(),
             time: self.time,
         }
     }

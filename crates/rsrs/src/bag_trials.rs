@@ -1,17 +1,20 @@
-//! What bags say of single robots: how they drove, and how often they decided.
+//! What bags say of single robots: how they drove, how often they decided, and what they saw while
+//! they stood.
 
 use std::path::{Path, PathBuf};
 
 use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{RecordedTrajectory, TrajectoryOptions, read_trajectory};
-use rsrs_core::controller::Command;
-use rsrs_core::trial::{DrivenSample, DrivenTrial, PeriodTrial, Trials};
+use rsrs_core::conditions::Placement;
+use rsrs_core::controller::{Command, ControllerParameters};
+use rsrs_core::trial::{DetectionTrial, DrivenSample, DrivenTrial, Neighbour, PeriodTrial, Trials};
 use rsrs_core::unicycle::Pose;
 use rsrs_experiment_runner::plan::GETTING_GOING_S;
 use rsrs_msgs::topics;
 
 use crate::failure::explained;
 use crate::recorded_run;
+use crate::sensor_readings::{self, Readings};
 use crate::trial_files::names;
 
 /// The trials of one bag.
@@ -21,6 +24,19 @@ pub struct BagTrials {
     pub driven: Vec<DrivenTrial>,
     /// Every robot's times from one detection to the next, in seconds.
     pub periods_s: Vec<(String, Vec<f64>)>,
+    /// What the robot of a trial saw that stood in it.
+    pub standing: Option<Standing>,
+}
+
+/// A robot that stood and sensed, as `rsrs measure drive --distance` and `--alone` make it.
+#[derive(Clone, Debug)]
+pub struct Standing {
+    /// The robot.
+    pub robot: String,
+    /// Where another robot stood; `None` if it was alone.
+    pub neighbour: Option<Neighbour>,
+    /// What its sensor said, all the time.
+    pub readings: Readings,
 }
 
 /// Whether a path is a bag's: a folder, or an `.mcap` file.
@@ -40,6 +56,9 @@ pub fn is_bag(path: &Path) -> bool {
 /// If the bag cannot be read, or has no poses or commands; the error names the bag.
 pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
     let bag = recorded_run::open(path)?;
+    if let Some(standing) = standing(&bag)? {
+        return Ok(BagTrials { standing: Some(standing), ..BagTrials::default() });
+    }
     let recorded = read_trajectory(&bag, &TrajectoryOptions::default()).map_err(|error| {
         let (message, help) = (format!("{}: {error}", path.display()), error.help());
         explained(error, message, help)
@@ -52,7 +71,51 @@ pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
         .iter()
         .map(|robot| Ok((robot.clone(), periods(&bag, &recorded, robot)?)))
         .collect::<anyhow::Result<_>>()?;
-    Ok(BagTrials { driven, periods_s })
+    Ok(BagTrials { driven, periods_s, standing: None })
+}
+
+/// What was sensed in a trial in which nobody was to move: of a run of ours that was set to no speed
+/// and no turn.
+fn standing(bag: &Bag) -> anyhow::Result<Option<Standing>> {
+    let Some(record) = recorded_run::record_in(bag)? else { return Ok(None) };
+    let ControllerParameters { speed_m_s, turn_rate_rad_s } = record.conditions.controller;
+    let (true, Some(robot)) = (speed_m_s == 0.0 && turn_rate_rad_s == 0.0, record.robots.first())
+    else {
+        return Ok(None);
+    };
+    let neighbour = match record.conditions.placement {
+        Placement::Pair { distance_m, bearing_rad } => Some(Neighbour { distance_m, bearing_rad }),
+        Placement::DiscFacingOut { .. } => None,
+    };
+    let readings = sensor_readings::count(bag.path(), robot, None)?;
+    Ok(Some(Standing { robot: robot.clone(), neighbour, readings }))
+}
+
+/// What was seen in several bags as one table; a row's `line` is its position, from 1.
+///
+/// # Returns
+///
+/// `None` if nobody stood and sensed in any of them.
+pub fn detection_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<DetectionTrial>> {
+    let standing = || bags.iter().filter_map(|(path, it)| Some((path, it.standing.as_ref()?)));
+    let paths: Vec<&PathBuf> = standing().map(|(path, _)| path).collect();
+    let mut table = Trials { file: names(&paths), robots: Vec::new(), rows: Vec::new() };
+    for (_, Standing { robot, neighbour, readings }) in standing() {
+        let line = table.rows.len() as u64 + 1;
+        let robot = position(&mut table.robots, robot);
+        let Readings { samples, detections } = *readings;
+        let neighbour = *neighbour;
+        table.rows.push(DetectionTrial { robot, line, neighbour, samples, detections });
+    }
+    (!table.rows.is_empty()).then_some(table)
+}
+
+/// The position of a name, which is added if it is new.
+fn position(robots: &mut Vec<String>, name: &str) -> usize {
+    robots.iter().position(|known| known == name).unwrap_or_else(|| {
+        robots.push(name.to_owned());
+        robots.len() - 1
+    })
 }
 
 /// The periods of several bags as one table; a row's `line` is its position, from 1.
@@ -64,10 +127,7 @@ pub fn period_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<PeriodTrial>
     let paths: Vec<&PathBuf> = bags.iter().map(|(path, _)| path).collect();
     let mut table = Trials { file: names(&paths), robots: Vec::new(), rows: Vec::new() };
     for (name, periods_s) in bags.iter().flat_map(|(_, trials)| &trials.periods_s) {
-        let robot = table.robots.iter().position(|known| known == name).unwrap_or_else(|| {
-            table.robots.push(name.clone());
-            table.robots.len() - 1
-        });
+        let robot = position(&mut table.robots, name);
         for period_s in periods_s {
             let line = table.rows.len() as u64 + 1;
             table.rows.push(PeriodTrial { robot, line, period_s: *period_s });

@@ -215,6 +215,15 @@ fn notes(runs: &Runs) -> Vec<String> {
             counted(runs.counted.len() as u64, "run")
         ));
     }
+    let is_alone =
+        |(_, run, _): &&(Cell, Admitted, Labelled)| !run.record.controller_only.is_empty();
+    let n_alone = runs.counted.iter().filter(is_alone).count();
+    if n_alone > 0 {
+        notes.push(format!(
+            "in {n_alone} of {} the lease of some robots was their controller's only",
+            counted(runs.counted.len() as u64, "run")
+        ));
+    }
     notes
 }
 

@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{
-    Finding, PoseSource, RecordedTrajectory, TrajectoryOptions, read_trajectory,
+    Finding, Keep, PoseSource, RecordedTrajectory, TrajectoryOptions, read_trajectory,
 };
 use rsrs_core::certainty::Certainty;
 use rsrs_core::order::Evidence;
 use rsrs_core::phase::{Phase, Thresholds, label};
 use rsrs_core::trajectory::Bodies;
+use rsrs_fleet::record::ExperimentRecord;
+use rsrs_msgs::topics::{self, Topic};
 use serde::Serialize;
 
 use crate::failure::{explained, with_help};
@@ -22,7 +24,7 @@ use crate::recorded_run;
 pub struct LabelOptions {
     /// Body and sensing range of the robots; `None` takes what the bag's own record says.
     pub bodies: Option<Bodies>,
-    /// Where poses come from; `None` takes the first source that the bag has.
+    /// Where poses come from; `None` takes the first source that the bag has of all robots.
     pub poses: Option<PoseSource>,
 }
 
@@ -57,6 +59,9 @@ pub struct Labelled {
     /// bag.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damage: Option<String>,
+    /// Robots that had no gate of ours in front of their wheels, as the bag's record says.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub controller_only: Vec<String>,
 }
 
 impl Labelled {
@@ -74,6 +79,7 @@ impl Labelled {
             findings: Vec::new(),
             labels,
             damage: None,
+            controller_only: Vec::new(),
         }
     }
 }
@@ -88,10 +94,10 @@ impl Labelled {
 /// If the bag or its record cannot be read, or it has no poses, no commands, or too little time;
 /// the error names the bag.
 pub fn label_bag(path: &Path, options: LabelOptions) -> anyhow::Result<Labelled> {
-    Ok(judge(path, options)?.0)
+    Ok(judge_what_is_kept(path, options, Keep::JUDGED)?.0)
 }
 
-/// As [`label_bag`], with what the judge saw.
+/// As [`label_bag`], with the whole run.
 ///
 /// # Errors
 ///
@@ -100,17 +106,23 @@ pub fn judge(
     path: &Path,
     options: LabelOptions,
 ) -> anyhow::Result<(Labelled, RecordedTrajectory, Bodies)> {
+    judge_what_is_kept(path, options, Keep::All)
+}
+
+fn judge_what_is_kept(
+    path: &Path,
+    options: LabelOptions,
+    keep: Keep,
+) -> anyhow::Result<(Labelled, RecordedTrajectory, Bodies)> {
     let labels = human_labels::read(path)?;
     let bag = recorded_run::open(path)?;
-    let bodies = match options.bodies {
-        Some(bodies) => bodies,
-        None => recorded_bodies(&bag)?,
-    };
-    let recorded =
-        read_trajectory(&bag, &TrajectoryOptions { poses: options.poses }).map_err(|error| {
-            let (message, help) = (format!("{}: {error}", path.display()), error.help());
-            explained(error, message, help)
-        })?;
+    let record = recorded_run::record_in(&bag)?;
+    let bodies = options.bodies.unwrap_or_else(|| recorded_bodies(record.as_ref()));
+    let poses = options.poses.or_else(|| source_of_all(&bag, record.as_ref()?));
+    let recorded = read_trajectory(&bag, &TrajectoryOptions { poses, keep }).map_err(|error| {
+        let (message, help) = (format!("{}: {error}", path.display()), error.help());
+        explained(error, message, help)
+    })?;
     let trajectory = &recorded.trajectory;
     let verdict = label(trajectory, &bodies).with_context(|| path.display().to_string())?;
     let certainty = Certainty::of((trajectory, &bodies), &verdict, &Thresholds::default());
@@ -120,12 +132,13 @@ pub fn judge(
         evidence: Some(verdict.evidence),
         certainty: Some(certainty),
         n_robots: Some(verdict.n_robots),
-        duration_s: Some(verdict.duration_s),
+        duration_s: Some(recorded.duration_s()),
         by: JUDGE.to_owned(),
         poses: Some(recorded.poses.to_string()),
         findings: recorded.findings.clone(),
         labels,
         damage: recorded_run::break_in(&bag),
+        controller_only: record.map(|record| record.controller_only).unwrap_or_default(),
     };
     Ok((labelled, recorded, bodies))
 }
@@ -147,7 +160,25 @@ pub fn label_by(path: &Path, who: &str) -> anyhow::Result<Labelled> {
     }
 }
 
-fn recorded_bodies(bag: &Bag) -> anyhow::Result<Bodies> {
+/// The first source that has poses of all robots of the record: in a mixed fleet, what the simulator
+/// says of its own may come on more topics than what a tracker says of the real ones.
+///
+/// # Returns
+///
+/// `None` if there is none such; then it is for the reader of trajectories to choose.
+fn source_of_all(bag: &Bag, record: &ExperimentRecord) -> Option<PoseSource> {
+    let recorded = bag.topics();
+    let has_all = |topic: &Topic| {
+        record.robots.iter().all(|robot| {
+            let name = topic.for_robot(robot);
+            recorded.iter().any(|found| found.name == name && found.n_messages > 0)
+        })
+    };
+    let sources = [(PoseSource::Odom, topics::ODOM), (PoseSource::Pose, topics::POSE)];
+    sources.into_iter().find_map(|(source, topic)| has_all(&topic).then_some(source))
+}
+
+fn recorded_bodies(record: Option<&ExperimentRecord>) -> Bodies {
     let unknown = Bodies { radius_m: None, range_m: None };
-    Ok(recorded_run::record_in(bag)?.map_or(unknown, |record| record.conditions.bodies()))
+    record.map_or(unknown, |record| record.conditions.bodies())
 }

@@ -23,6 +23,7 @@ mod recorded_run;
 mod recording_gaps;
 mod replicate_table;
 mod result_folder;
+mod sensor_readings;
 mod shard;
 mod simulated_fleet;
 mod starter_files;

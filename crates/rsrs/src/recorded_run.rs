@@ -1,12 +1,18 @@
 //! What a bag says of its run: how it was set up, where it breaks off, and how it ended.
 
 use std::path::Path;
+use std::time::Duration;
 
 use anyhow::Context;
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
 
 use crate::failure::explained;
+use crate::wording::counted;
+
+/// Recorders hand over what they have every second; a file that did not grow for this long is not
+/// recorded any more.
+const STILL_GROWING: Duration = Duration::from_secs(5);
 
 /// Opens a bag.
 ///
@@ -56,12 +62,10 @@ pub fn ending_in(bag: &Bag) -> anyhow::Result<Option<Ending>> {
 pub fn break_in(bag: &Bag) -> Option<String> {
     let damage = bag.damage();
     let first = damage.first()?;
-    let n_messages = first.n_messages;
-    Some(match first.last_log_time_ns {
-        Some(time_ns) => {
-            let time_s = time_ns as f64 / 1e9;
-            format!("the recording breaks off after {n_messages} messages, at {time_s:.1} s")
-        }
-        None => format!("the recording breaks off after {n_messages} messages"),
-    })
+    let messages = counted(first.n_messages, "message");
+    let at = first.last_log_time_ns.map(|time_ns| format!(", at {:.1} s", time_ns as f64 / 1e9));
+    let age = first.path.metadata().ok().and_then(|it| it.modified().ok()?.elapsed().ok());
+    let is_fresh = age.is_some_and(|age| age < STILL_GROWING);
+    let doubt = if is_fresh { " (or goes on: the file has just grown)" } else { "" };
+    Some(format!("the recording breaks off after {messages}{}{doubt}", at.unwrap_or_default()))
 }

@@ -1,12 +1,19 @@
 //! The controller node: one command for each detection.
+//!
+//! Where the robot has no gate of ours, the controller holds the lease: see [`holder`].
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use rsrs_core::controller::{Command, ControllerParameters, Reaction, decide};
 
-use crate::message::{Lease, LeaseState, RobotState, Status};
+use crate::message::{Lease, LeaseState, RobotState, Status, armed_reason};
+use crate::robot::Robot;
 use crate::timing::{BEAT, LEASE};
+
+mod holder;
+
+use holder::Holder;
 
 /// What happens to a controller.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +26,8 @@ pub enum Event {
     Lease(Lease),
     /// Parameters were set, from the fleet file or by a client.
     Parameters(Settings),
+    /// The e-stop topic said engaged or released; only who holds the lease needs to know.
+    EStop(bool),
     /// Time passed.
     Tick,
 }
@@ -55,6 +64,8 @@ pub enum Action {
     },
     /// Publish a status.
     Status(Status),
+    /// Publish a status in place of the gate that the robot does not have.
+    GateStatus(Status),
 }
 
 /// The controller of one robot.
@@ -68,6 +79,8 @@ pub struct Controller {
     clocks: VecDeque<u64>,
     counter: u64,
     last_said: Option<(RobotState, Duration)>,
+    /// The lease, if no gate in front of the wheels holds it.
+    holder: Option<Holder>,
 }
 
 #[derive(Clone, Debug)]
@@ -89,7 +102,32 @@ impl Controller {
             clocks: VecDeque::new(),
             counter: 0,
             last_said: None,
+            holder: None,
         }
+    }
+
+    /// A controller that belongs to no run, of a robot without a gate: it holds the lease itself.
+    ///
+    /// # Arguments
+    ///
+    /// * `command_timeout` — age at which its last decision is stale.
+    pub fn holding_lease(robot: &str, settings: Settings, command_timeout: Duration) -> Self {
+        let holder = Some(Holder::new(robot, command_timeout));
+        Self { holder, ..Self::new(robot, settings) }
+    }
+
+    /// The same controller, that counts its statuses up from another number, as
+    /// [`Robot::counting_from`] says.
+    #[must_use]
+    pub fn counting_from(mut self, counter: u64) -> Self {
+        self.counter = counter;
+        self.holder = self.holder.map(|holder| holder.counting_from(counter));
+        self
+    }
+
+    /// The gate in the controller; `None` where the robot has one of its own.
+    pub fn gate(&self) -> Option<&Robot> {
+        self.holder.as_ref().map(Holder::gate)
     }
 
     /// What the controller is set to.
@@ -107,6 +145,14 @@ impl Controller {
 
     /// Takes an event.
     pub fn on_event(&mut self, event: Event, now: Duration) -> Vec<Action> {
+        let Some(mut holder) = self.holder.take() else { return self.react(event, now) };
+        let wanted = self.react(event.clone(), now);
+        let actions = holder.hold(&event, self.word(now), wanted, now);
+        self.holder = Some(holder);
+        actions
+    }
+
+    fn react(&mut self, event: Event, now: Duration) -> Vec<Action> {
         let mut actions = Vec::new();
         match event {
             Event::Detection(detected) => {
@@ -125,7 +171,7 @@ impl Controller {
                 self.forget_steps();
                 self.last_said = None;
             }
-            Event::Tick => {}
+            Event::EStop(_) | Event::Tick => {}
         }
         actions.extend(self.status_due(now).map(Action::Status));
         actions
@@ -197,14 +243,22 @@ impl Controller {
         }
         self.counter += 1;
         self.last_said = Some((state, now));
-        Some(Status {
+        Some(self.word(now))
+    }
+
+    /// What it says of itself.
+    fn word(&self, now: Duration) -> Status {
+        Status {
             counter: self.counter,
             epoch: self.bound.as_ref().map_or(0, |bound| bound.epoch),
             parameter_digest: self.settings.parameters.digest_with(self.settings.reaction),
-            state,
-            stop_reason: String::new(),
+            state: self.state(now),
+            stop_reason: match &self.bound {
+                Some(bound) if self.state(now) == RobotState::Armed => armed_reason(&bound.run_id),
+                _ => String::new(),
+            },
             battery_v: f32::NAN,
-        })
+        }
     }
 }
 
@@ -222,7 +276,7 @@ mod tests {
             .iter()
             .filter_map(|action| match action {
                 Action::Command { command, stamp_ns } => Some((command.turn_rate_rad_s, *stamp_ns)),
-                Action::Status(_) => None,
+                Action::Status(_) | Action::GateStatus(_) => None,
             })
             .collect()
     }

@@ -31,6 +31,8 @@ pub struct FleetRobot {
     pub cmd_vel: CmdVel,
     /// Where its pose comes from.
     pub pose: PoseSource,
+    /// Who holds its lease.
+    pub lease: LeaseHolder,
     /// Battery voltage below which it starts no run, in volts; `None` if any will do.
     pub battery_min_v: Option<f64>,
 }
@@ -74,6 +76,19 @@ pub enum PoseSource {
     Pose,
 }
 
+/// Who holds a robot's lease.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LeaseHolder {
+    /// The gate in front of its wheels: that of `rsrs node robot`, or the simulator's.
+    #[default]
+    Gate,
+    /// Its controller only: the robot takes velocity commands from whomever, and nothing of ours is
+    /// in front of its wheels. When the lease ends its controller sends zero; if the controller or
+    /// the network dies, only the robot itself can stop.
+    Controller,
+}
+
 /// Why a fleet file cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FleetFileError {
@@ -108,6 +123,16 @@ pub enum FleetFileError {
         /// The types of the file.
         expected: Vec<String>,
     },
+    /// A gate of ours is in front of the wheels, and somebody else is to hold the lease.
+    #[error(
+        "{file}: {robot} has a gate of ours, expected `lease: gate` or `driver: {{kind: ros}}`"
+    )]
+    HasGate {
+        /// The file.
+        file: String,
+        /// The robot.
+        robot: String,
+    },
     /// Neither the robot, nor its type, nor `all` says it.
     #[error("{file}: {robot} has no `{key}`, nor has its type or `all`")]
     Missing {
@@ -128,7 +153,10 @@ impl FleetFileError {
             Self::Missing { key, .. } => {
                 Some(format!("give `{key}` under the robot, its type or `all`"))
             }
-            Self::Version { .. } | Self::Name { .. } | Self::UnknownType { .. } => None,
+            Self::Version { .. }
+            | Self::Name { .. }
+            | Self::UnknownType { .. }
+            | Self::HasGate { .. } => None,
         }
     }
 }
@@ -213,6 +241,7 @@ struct Layer {
     driver: Option<Driver>,
     cmd_vel: Option<CmdVel>,
     pose: Option<PoseSource>,
+    lease: Option<LeaseHolder>,
     battery_min_v: Option<f64>,
 }
 
@@ -226,6 +255,7 @@ struct WrittenRobot {
     driver: Option<Driver>,
     cmd_vel: Option<CmdVel>,
     pose: Option<PoseSource>,
+    lease: Option<LeaseHolder>,
     battery_min_v: Option<f64>,
 }
 
@@ -254,13 +284,19 @@ impl Written {
         let missing =
             |key| FleetFileError::Missing { file: file.to_owned(), robot: name.to_owned(), key };
         let all = &self.all;
+        let driver = first_of([&robot.driver, &of_type.driver, &all.driver])
+            .ok_or_else(|| missing("driver"))?;
+        let lease = first_of([&robot.lease, &of_type.lease, &all.lease]).unwrap_or_default();
+        if lease == LeaseHolder::Controller && driver != Driver::Ros {
+            return Err(FleetFileError::HasGate { file: file.to_owned(), robot: name.to_owned() });
+        }
         Ok(FleetRobot {
             name: name.to_owned(),
             enabled: robot.enabled,
             profile: first_of([&robot.profile, &of_type.profile, &all.profile])
                 .ok_or_else(|| missing("profile"))?,
-            driver: first_of([&robot.driver, &of_type.driver, &all.driver])
-                .ok_or_else(|| missing("driver"))?,
+            driver,
+            lease,
             cmd_vel: first_of([&robot.cmd_vel, &of_type.cmd_vel, &all.cmd_vel]).unwrap_or_default(),
             pose: first_of([&robot.pose, &of_type.pose, &all.pose]).unwrap_or_default(),
             battery_min_v: first_of([
@@ -347,6 +383,16 @@ robots:
     }
 
     #[test]
+    fn a_robot_without_a_gate_of_ours_says_that_its_controller_holds_the_lease() {
+        let text = LAYERED.replace("enabled: false", "enabled: true, lease: controller");
+
+        let fleet = FleetFile::parse("fleet.yaml", &text).unwrap();
+
+        let leases: Vec<_> = fleet.robots.iter().map(|robot| robot.lease).collect();
+        assert_eq!(leases, [LeaseHolder::Gate, LeaseHolder::Controller, LeaseHolder::Gate]);
+    }
+
+    #[test]
     fn the_first_robots_are_the_enabled_ones_in_the_order_of_the_file() {
         let fleet = FleetFile::parse("fleet.yaml", LAYERED).unwrap();
 
@@ -366,11 +412,28 @@ robots:
             ("type: flockbot}", "type: flocbot}", "type `flocbot`, expected one of: flockbot"),
             ("fileversion: 1", "fileversion: 2", "fileversion is 2, expected 1"),
             ("profile: p.yaml, ", "", "zebra has no `profile`"),
+            (
+                "fileversion: 1\nall: {",
+                "fileversion: 1\nall: {lease: controller, ",
+                "zebra has a gate",
+            ),
         ] {
             let error = FleetFile::parse("fleet.yaml", &LAYERED.replace(from, to)).unwrap_err();
 
             assert!(error.to_string().contains(expected), "{error}");
         }
+    }
+
+    #[test]
+    fn the_shipped_fleet_of_three_kinds_has_one_robot_of_each() {
+        let text = include_str!("../../../launch_configs/fleets/three_kinds.yaml");
+
+        let fleet = FleetFile::parse("three_kinds.yaml", text).unwrap();
+
+        let [ours, foreign, simulated] = &fleet.robots[..] else { panic!("three robots") };
+        assert!(matches!(ours.driver, Driver::Serial { .. }) && ours.lease == LeaseHolder::Gate);
+        assert_eq!((&foreign.driver, foreign.lease), (&Driver::Ros, LeaseHolder::Controller));
+        assert_eq!(simulated.driver, Driver::Virtual);
     }
 
     #[test]

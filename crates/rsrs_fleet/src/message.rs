@@ -1,6 +1,9 @@
 //! What the nodes say to each other, free of any wire format.
 
 use std::fmt;
+use std::time::Duration;
+
+use crate::timing::LEASE;
 
 /// The runner's permission to move, repeated ten times a second.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -49,7 +52,8 @@ pub enum LeaseState {
 /// What a robot, or its controller, says of itself, ten times a second and on change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
-    /// Rises with every status sent; the lease echoes it.
+    /// Rises with every status sent, over restarts too, because whoever starts begins above all that
+    /// it ever counted; the lease echoes it.
     pub counter: u64,
     /// The epoch obeyed; 0 is none.
     pub epoch: u64,
@@ -66,7 +70,37 @@ pub struct Status {
 /// How the reason of a robot that stands begins while the e-stop holds it, whatever else does.
 pub const E_STOP_REASON: &str = "e-stop";
 
+/// Around the name of the run for which a robot or controller waits.
+const ARMED_FOR: (&str, &str) = ("armed for run ", ", waiting for the start");
+
+/// The reason of a robot or controller that stands because its run has not started, as its statuses
+/// tell it: whose it is.
+pub fn armed_reason(run_id: &str) -> String {
+    let (before, after) = ARMED_FOR;
+    format!("{before}{run_id}{after}")
+}
+
 impl Status {
+    /// The run for whose start it waits; `None` if it does not wait, or does not say.
+    pub fn armed_for(&self) -> Option<&str> {
+        let (before, after) = ARMED_FOR;
+        let run_id = self.stop_reason.strip_prefix(before)?.strip_suffix(after)?;
+        (self.state == RobotState::Armed).then_some(run_id)
+    }
+
+    /// Whether it is newer than what was heard of its sender last.
+    ///
+    /// A lower counter is that of a message that was late, or came again. Who was silent for as long
+    /// as a lease lasts may say anything: no lease echoes it, so that nothing it says keeps a robot
+    /// moving, and one whose clock was set back before it started would not be heard otherwise.
+    ///
+    /// # Arguments
+    ///
+    /// * `last` — the counter of the newest status so far, and when it was heard.
+    pub fn is_news(&self, last: Option<(u64, Duration)>, now: Duration) -> bool {
+        last.is_none_or(|(counter, at)| self.counter > counter || now.saturating_sub(at) > LEASE)
+    }
+
     /// Whether this robot has heard the e-stop and is locked by it.
     pub fn holds_e_stop(&self) -> bool {
         self.state == RobotState::Stopped && self.stop_reason.starts_with(E_STOP_REASON)

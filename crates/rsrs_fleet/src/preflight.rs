@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::message::{RobotState, Status};
-use crate::timing::CLOCK_SKEW;
+use crate::timing::{CLOCK_SKEW, LEASE};
 
 mod problem;
 
@@ -21,6 +21,30 @@ pub struct Expected {
     /// Battery voltage below which a robot starts no run, in volts; robots without a limit are left
     /// out.
     pub battery_min_v: BTreeMap<String, f64>,
+    /// Robots without a gate of ours: their controllers hold their leases, and speak in their stead.
+    pub controller_only: BTreeSet<String>,
+}
+
+impl Expected {
+    /// Who holds the lease of each robot, in words for the operator.
+    pub fn leases(&self) -> Vec<String> {
+        let (alone, gated): (Vec<&String>, Vec<_>) =
+            self.robots.iter().partition(|robot| self.controller_only.contains(*robot));
+        let gated = match (gated.len(), alone.len()) {
+            (0, _) => None,
+            (all, 0) => Some(format!("lease: gate on all {all} robots")),
+            _ => {
+                let names: Vec<&str> = gated.into_iter().map(String::as_str).collect();
+                Some(format!("lease: gate on {}", names.join(", ")))
+            }
+        };
+        let alone = alone.into_iter().map(|robot| {
+            format!(
+                "{robot}: lease: controller only; its base must stop by itself when commands stay away"
+            )
+        });
+        gated.into_iter().chain(alone).collect()
+    }
 }
 
 /// A topic that an experiment needs.
@@ -85,6 +109,9 @@ pub struct Seen {
     /// How far each robot's wall clock is ahead of ours, in seconds, by the stamps of its statuses;
     /// robots that do not stamp are left out.
     pub clock_ahead_s: BTreeMap<String, f64>,
+    /// How long messages wait on this machine until they are looked at, in seconds; `None` if that
+    /// is not known.
+    pub behind_s: Option<f64>,
     /// What robots' diagnostics call an error now.
     pub ailments: BTreeSet<Ailment>,
 }
@@ -121,14 +148,22 @@ pub fn problems(expected: &Expected, seen: &Seen) -> Vec<Problem> {
         problems.push(Problem::Locked { robots });
     }
     problems.extend(seen.other_runs.iter().map(|run| Problem::OtherRunner { run_id: run.clone() }));
-    if expected.simulator && !seen.graph.simulator {
+    let too_slow = too_slow(seen.behind_s);
+    let hearing = if too_slow.is_some() { Hearing::Behind } else { Hearing::InTime };
+    problems.extend(too_slow);
+    if hearing == Hearing::InTime && expected.simulator && !seen.graph.simulator {
         problems.push(Problem::SimulatorMissing);
     }
     for robot in &expected.robots {
-        problems.extend(of_robot(robot, expected, seen));
+        problems.extend(of_robot(robot, expected, seen, hearing));
     }
+    let (publishers, subscribers) =
+        (by_topic(&seen.graph.publishers), by_topic(&seen.graph.subscribers));
     for topic in &expected.topics {
-        problems.extend(of_topic(topic, &seen.graph));
+        let name = topic.name.as_str();
+        let [publishers, subscribers] =
+            [&publishers, &subscribers].map(|ends| ends.get(name).map_or(&[][..], Vec::as_slice));
+        problems.extend(of_topic(topic, publishers, subscribers));
     }
     let unrecordable = seen.graph.unrecordable.iter();
     problems.extend(unrecordable.map(|(topic, reason)| Problem::Unrecordable {
@@ -138,20 +173,40 @@ pub fn problems(expected: &Expected, seen: &Seen) -> Vec<Problem> {
     problems
 }
 
-fn of_robot(robot: &str, expected: &Expected, seen: &Seen) -> Vec<Problem> {
+/// Whether silence and old stamps say something of the robots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Hearing {
+    /// They do.
+    InTime,
+    /// They do not: what was said waits here.
+    Behind,
+}
+
+/// Whoever is later than a lease lasts keeps no robot's lease alive.
+pub(crate) fn too_slow(behind_s: Option<f64>) -> Option<Problem> {
+    let behind_s = behind_s.filter(|behind_s| *behind_s > LEASE.as_secs_f64())?;
+    Some(Problem::TooSlow { behind_s })
+}
+
+fn of_robot(robot: &str, expected: &Expected, seen: &Seen, hearing: Hearing) -> Vec<Problem> {
     let named = || robot.to_owned();
+    let in_time = hearing == Hearing::InTime;
     let mut problems = Vec::new();
     match seen.robots.get(robot) {
-        None => problems.push(Problem::RobotMissing { robot: named() }),
+        None if in_time && expected.controller_only.contains(robot) => {
+            problems.push(Problem::LeaseNotHeld { robot: named() });
+        }
+        None if in_time => problems.push(Problem::RobotMissing { robot: named() }),
+        None => {}
         Some(status) => {
             problems.extend(of_status(robot, status, expected.battery_min_v.get(robot)));
         }
     }
-    if !seen.controllers.contains(robot) {
+    if in_time && !seen.controllers.contains(robot) {
         problems.push(Problem::ControllerMissing { robot: named() });
     }
     match seen.clock_ahead_s.get(robot) {
-        Some(ahead_s) if ahead_s.abs() > CLOCK_SKEW.as_secs_f64() => {
+        Some(ahead_s) if in_time && ahead_s.abs() > CLOCK_SKEW.as_secs_f64() => {
             problems.push(Problem::Clock { robot: named(), ahead_s: *ahead_s });
         }
         _ => {}
@@ -173,10 +228,24 @@ fn of_status(robot: &str, status: &Status, battery_min_v: Option<&f64>) -> Optio
     (found_v < expected_v).then(|| Problem::BatteryLow { robot: named(), found_v, expected_v })
 }
 
-fn of_topic(topic: &ExpectedTopic, graph: &Graph) -> Vec<Problem> {
-    let publishers = graph.publishers.iter().filter(|end| end.topic == topic.name);
-    let (right, wrong): (Vec<_>, Vec<_>) =
-        publishers.partition(|end| end.type_name == topic.type_name);
+/// The ends of each topic.
+type ByTopic<'a> = BTreeMap<&'a str, Vec<&'a Endpoint>>;
+
+fn by_topic(ends: &[Endpoint]) -> ByTopic<'_> {
+    let mut topics = ByTopic::new();
+    for end in ends {
+        topics.entry(&end.topic).or_default().push(end);
+    }
+    topics
+}
+
+fn of_topic(
+    topic: &ExpectedTopic,
+    publishers: &[&Endpoint],
+    subscribers: &[&Endpoint],
+) -> Vec<Problem> {
+    let (right, wrong): (Vec<&Endpoint>, Vec<_>) =
+        publishers.iter().copied().partition(|end| end.type_name == topic.type_name);
     let named = || topic.name.clone();
     let mut problems: Vec<_> = types(&wrong)
         .map(|found| Problem::WrongType {
@@ -196,16 +265,16 @@ fn of_topic(topic: &ExpectedTopic, graph: &Graph) -> Vec<Problem> {
         _ => {}
     }
     if topic.publishers == Publishers::One {
-        problems.extend(deaf_nodes(topic, graph));
+        problems.extend(deaf_nodes(topic, subscribers));
     }
     problems
 }
 
 /// Nodes of the topic's robot that wait for another type, and for that alone.
-fn deaf_nodes(topic: &ExpectedTopic, graph: &Graph) -> Vec<Problem> {
+fn deaf_nodes(topic: &ExpectedTopic, subscribers: &[&Endpoint]) -> Vec<Problem> {
     let mut types_of: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     let robot = topic.name.rsplit_once('/').map_or("", |(namespace, _)| namespace);
-    for end in graph.subscribers.iter().filter(|end| end.topic == topic.name) {
+    for end in subscribers {
         let node = end.node.as_deref().unwrap_or("");
         if node.strip_prefix(robot).is_some_and(|name| name.starts_with('/')) {
             types_of.entry(node).or_default().insert(&end.type_name);

@@ -38,6 +38,10 @@ pub struct ExperimentRecord {
     pub robot_lost: RobotLost,
     /// What moved the robots.
     pub backend: Backend,
+    /// Robots that had no gate of ours in front of their wheels: their lease was their controller's
+    /// only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub controller_only: Vec<String>,
     /// The pace.
     pub time: Time,
     /// Where it comes from.
@@ -214,6 +218,7 @@ mod tests {
             replicate: 0,
             robot_lost: experiment.robot_lost,
             backend: Backend::Simulator,
+            controller_only: Vec::new(),
             time: experiment.simulator.time,
         }
     }

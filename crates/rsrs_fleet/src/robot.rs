@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use rsrs_core::controller::Command;
 
-use crate::message::{E_STOP_REASON, Lease, LeaseState, RobotState, Status};
+use crate::message::{E_STOP_REASON, Lease, LeaseState, RobotState, Status, armed_reason};
 use crate::timing::{BEAT, CONTROLLER, E_STOP_SILENCE, LEASE};
 
 /// What happens to a robot.
@@ -22,11 +22,8 @@ use crate::timing::{BEAT, CONTROLLER, E_STOP_SILENCE, LEASE};
 pub enum Event {
     /// A lease arrived.
     Lease(Lease),
-    /// Its controller said which parameters it drives with.
-    Controller {
-        /// Their digest.
-        parameter_digest: u64,
-    },
+    /// Its controller said with which parameters it drives.
+    Controller(Status),
     /// A velocity command arrived.
     Command(Command),
     /// A velocity command arrived that the robot cannot follow; whoever sent it is not to be obeyed
@@ -103,7 +100,8 @@ pub struct Robot {
     latched: Option<String>,
     fault: Option<String>,
     e_stop: EStop,
-    controller: Option<(u64, Duration)>,
+    /// The newest word of its controller, and when it came.
+    controller: Option<(Status, Duration)>,
     command: Option<(Command, Duration)>,
     lapsed_since: Option<Duration>,
     battery_v: f32,
@@ -166,17 +164,29 @@ impl Robot {
         }
     }
 
+    /// The same robot, that counts its statuses up from another number.
+    ///
+    /// # Arguments
+    ///
+    /// * `counter` — above all that this robot ever counted before it was started again: the wall
+    ///   clock's milliseconds are.
+    #[must_use]
+    pub fn counting_from(mut self, counter: u64) -> Self {
+        self.counter = counter;
+        self
+    }
+
     /// Takes an event.
     ///
     /// # Returns
     ///
     /// A status to publish, if it is time for one or the robot's state changed.
     pub fn on_event(&mut self, event: Event, now: Duration) -> Option<Status> {
+        // What has run out by now has run out, whatever comes now.
+        self.latch(now);
         match event {
             Event::Lease(lease) => self.on_lease(&lease, now),
-            Event::Controller { parameter_digest } => {
-                self.controller = Some((parameter_digest, now));
-            }
+            Event::Controller(status) => self.hear_controller(status, now),
             Event::Command(command) => self.command = Some((command, now)),
             Event::EStop(engaged) => self.e_stop = EStop { engaged, heard: Some(now) },
             Event::CommandRefused => self.command = None,
@@ -189,13 +199,24 @@ impl Robot {
         self.status_due(now)
     }
 
+    fn hear_controller(&mut self, status: Status, now: Duration) {
+        let last = self.controller.as_ref().map(|(status, at)| (status.counter, *at));
+        let rises = last.is_none_or(|(counter, _)| status.counter > counter);
+        // While a run holds the robot, silence makes no old word true.
+        if rises || (!self.is_held(now) && status.is_news(last, now)) {
+            self.controller = Some((status, now));
+        }
+    }
+
     fn on_lease(&mut self, lease: &Lease, now: Duration) {
         let Some(echo) = lease.echo(&self.options.name) else { return };
+        let sent_at = self.sent.iter().find(|(counter, _)| *counter == echo).map(|(_, at)| *at);
         let highest = self.bound.as_ref().map_or(0, |bound| bound.epoch);
-        if lease.epoch > highest && lease.state == LeaseState::Armed {
+        // A lease that comes late, as from before this robot was started again, arms nobody.
+        let is_prompt = sent_at.is_some_and(|at| now.saturating_sub(at) <= LEASE);
+        if lease.epoch > highest && lease.state == LeaseState::Armed && is_prompt {
             self.bind(lease, now);
         }
-        let sent_at = self.sent.iter().find(|(counter, _)| *counter == echo).map(|(_, at)| *at);
         let Some(bound) = &mut self.bound else { return };
         if lease.epoch != bound.epoch || lease.run_id != bound.run_id {
             return;
@@ -259,12 +280,14 @@ impl Robot {
         }
     }
 
-    /// Silence counts while the robot could move; one that stands for good, or whose runner is gone,
-    /// is not surprised.
+    /// Silence counts while the robot could move.
     fn e_stop_holds(&self, now: Duration) -> bool {
-        let is_held = self.bound.as_ref().is_some_and(|bound| !bound.is_alone(now));
-        let expects_beats = is_held && self.latched.is_none();
-        self.e_stop.engaged || (expects_beats && self.e_stop.is_silent(now))
+        self.e_stop.engaged || (self.is_held(now) && self.e_stop.is_silent(now))
+    }
+
+    /// Whether a run could move it: one that stands for good, or whose runner is gone, is not held.
+    fn is_held(&self, now: Duration) -> bool {
+        self.bound.as_ref().is_some_and(|bound| !bound.is_alone(now)) && self.latched.is_none()
     }
 
     /// Why the robot must stand now; `None` if it may move.
@@ -287,9 +310,12 @@ impl Robot {
         if now > bound.fresh_until {
             return Some(StandReason::LeaseLapsed);
         }
-        match self.controller {
-            Some((digest, heard))
-                if digest == bound.parameter_digest && now.saturating_sub(heard) <= CONTROLLER =>
+        match &self.controller {
+            Some((status, heard))
+                // One that was started again in the middle obeys no epoch, whoever has set it since.
+                if status.epoch == bound.epoch
+                    && status.parameter_digest == bound.parameter_digest
+                    && now.saturating_sub(*heard) <= CONTROLLER =>
             {
                 None
             }
@@ -326,9 +352,28 @@ impl Robot {
         self.bound.as_ref().map_or(0, |bound| bound.epoch)
     }
 
+    /// The run that the robot obeys; `None` if it belongs to none.
+    pub fn run_id(&self) -> Option<&str> {
+        self.bound.as_ref().map(|bound| bound.run_id.as_str())
+    }
+
     /// Whether the robot stands until a newer epoch arms it, and why.
     pub fn latched(&self) -> Option<&str> {
         self.latched.as_deref()
+    }
+
+    /// Digest of its controller's parameters, by the controller's last word; while a run holds the
+    /// robot, by a word of that run.
+    fn parameter_digest(&self, now: Duration) -> u64 {
+        match (&self.controller, &self.bound) {
+            (None, _) => 0,
+            (Some((status, _)), Some(bound))
+                if self.is_held(now) && status.epoch != bound.epoch =>
+            {
+                0
+            }
+            (Some((status, _)), _) => status.parameter_digest,
+        }
     }
 
     fn status_due(&mut self, now: Duration) -> Option<Status> {
@@ -349,9 +394,13 @@ impl Robot {
         Some(Status {
             counter: self.counter,
             epoch: self.epoch(),
-            parameter_digest: self.controller.map_or(0, |(digest, _)| digest),
+            parameter_digest: self.parameter_digest(now),
             state,
-            stop_reason: self.standing(now).map(|reason| reason.text()).unwrap_or_default(),
+            stop_reason: match (self.standing(now), &self.bound) {
+                (None, _) => String::new(),
+                (Some(StandReason::Armed), Some(bound)) => armed_reason(&bound.run_id),
+                (Some(reason), _) => reason.text(),
+            },
             battery_v: self.battery_v,
         })
     }

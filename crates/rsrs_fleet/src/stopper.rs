@@ -89,7 +89,8 @@ pub struct Stopper {
 
 #[derive(Clone, Debug, Default)]
 struct Heard {
-    last: Option<Status>,
+    /// Its newest status, and when it came.
+    last: Option<(Status, Duration)>,
     acknowledged: Option<Duration>,
 }
 
@@ -133,7 +134,7 @@ impl Stopper {
         let answers = self.robots.iter().map(|(robot, heard)| Answer {
             robot: robot.clone(),
             acknowledged_after: heard.acknowledged.map(|at| at.saturating_sub(first)),
-            last: heard.last.clone(),
+            last: heard.last.as_ref().map(|(status, _)| status.clone()),
         });
         answers.collect()
     }
@@ -146,11 +147,15 @@ impl Stopper {
             Event::Status { robot, status } => {
                 let (word, has_said) = (self.word, self.said.is_some());
                 let heard = self.robots.entry(robot).or_default();
+                let last = heard.last.as_ref().map(|(status, at)| (status.counter, *at));
+                if !status.is_news(last, now) {
+                    return;
+                }
                 // A status that contradicts an earlier one counts: another word may have come after
                 // ours.
                 heard.acknowledged = (has_said && acknowledges(word, &status))
                     .then(|| heard.acknowledged.unwrap_or(now));
-                heard.last = Some(status);
+                heard.last = Some((status, now));
             }
             Event::Interrupt => self.is_interrupted = true,
             Event::Tick => {}
@@ -189,7 +194,7 @@ impl Stopper {
     fn is_in_run(&self) -> bool {
         let last = self.robots.values().filter_map(|heard| heard.last.as_ref());
         last.into_iter()
-            .any(|status| matches!(status.state, RobotState::Armed | RobotState::Moving))
+            .any(|(status, _)| matches!(status.state, RobotState::Armed | RobotState::Moving))
     }
 }
 
@@ -203,15 +208,20 @@ fn acknowledges(word: Word, status: &Status) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicU64, Ordering};
+
     use super::*;
+    use crate::message::E_STOP_REASON;
 
     fn ms(milliseconds: u64) -> Duration {
         Duration::from_millis(milliseconds)
     }
 
     fn status(state: RobotState, stop_reason: &str) -> Status {
+        // Each is newer than all before it.
+        static COUNTER: AtomicU64 = AtomicU64::new(1);
         Status {
-            counter: 1,
+            counter: COUNTER.fetch_add(1, Ordering::Relaxed),
             epoch: 0,
             parameter_digest: 0,
             state,
@@ -288,6 +298,18 @@ mod tests {
             .map(|answer| answer.robot)
             .collect();
         assert_eq!(silent, ["robot_9"]);
+    }
+
+    #[test]
+    fn an_acknowledgement_that_comes_late_or_again_is_none() {
+        let mut stopper = Stopper::new(Word::Engage);
+        stopper.on_event(Event::Tick, ms(0));
+        let earlier = says("a", RobotState::Stopped, E_STOP_REASON);
+        stopper.on_event(says("a", RobotState::Moving, ""), ms(10));
+
+        stopper.on_event(earlier, ms(20));
+
+        assert_eq!(stopper.answers()[0].acknowledged_after, None);
     }
 
     #[test]

@@ -28,8 +28,13 @@ pub fn command_timeout(period_s: f64) -> Duration {
 /// How long a node may be silent before the runner takes it for gone.
 pub const SILENCE: Duration = Duration::from_secs(1);
 
-/// How long the runner looks for what an experiment needs.
+/// How long the runner looks for what an experiment needs, from when it last found more of it:
+/// hundreds of robots take their time to start.
 pub const DISCOVER: Duration = Duration::from_secs(10);
+
+/// How long the runner looks at most while its own machine does not keep up with what it hears, as
+/// when dozens of processes start on it.
+pub const CATCH_UP: Duration = Duration::from_secs(60);
 
 /// How long setting, and then reading back, all parameters may take.
 pub const CONFIGURE: Duration = Duration::from_secs(5);

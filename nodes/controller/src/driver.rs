@@ -25,12 +25,16 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use crate::parameters::{self, NODE};
 use crate::sight::VirtualSight;
 
+/// How often a controller that holds a lease looks at the time.
+const GLANCE: Duration = Duration::from_millis(20);
+
 /// What reaches the controllers: of one robot, or of all.
 enum Heard {
     Of(usize, Event),
     Virtual(usize, Bool),
     Lease(RunLease),
     Clock(u64),
+    EStop(bool),
     ParametersOf(String),
 }
 
@@ -40,6 +44,8 @@ struct Hosted {
     node: NodeHandle,
     cmd_vel: CmdVel,
     status: Publisher<RobotStatus>,
+    /// The status of the gate, where it is in the controller.
+    gate_status: Option<Publisher<RobotStatus>>,
     arming: Arming,
     /// What the simulator says that the robot sees, in a mixed fleet.
     sight: VirtualSight,
@@ -113,6 +119,9 @@ pub async fn serve(session: &Session, robots: Vec<Hosting>, notes: &[Note]) -> a
     }
     if let Some(first) = hosted.first() {
         subscriptions.extend(listen_to_all(session, &first.node, &heard)?);
+        if hosted.iter().any(|controller| controller.machine.gate().is_some()) {
+            subscriptions.push(listen_to_e_stop(session, &first.node, &heard)?);
+        }
         for note in notes {
             first.node.say(Level::Warn, &note.to_string());
         }
@@ -131,9 +140,17 @@ fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Res
     };
     let status = topics::CONTROLLER_STATUS;
     let status = session.publish_on(&node, &status.for_robot(robot), status.qos)?;
-    let machine = Controller::new(robot, parameters::settings(server, node.full_name()));
+    let first_counter = wire::first_counter(wall_time());
+    let machine = parameters::controller(server, (node.full_name(), robot), first_counter);
+    let gate_status = if machine.gate().is_some() {
+        node.say(Level::Info, "holds the lease: the robot has no gate of ours");
+        let topic = topics::STATUS;
+        Some(session.publish_on(&node, &topic.for_robot(robot), topic.qos)?)
+    } else {
+        None
+    };
     let (arming, sight) = (Arming::Disarmed, VirtualSight::default());
-    Ok(Hosted { machine, node, cmd_vel, status, arming, sight })
+    Ok(Hosted { machine, node, cmd_vel, status, gate_status, arming, sight })
 }
 
 fn listen(
@@ -185,13 +202,28 @@ fn listen_to_all(
     ])
 }
 
+/// Who holds a lease stops for the e-stop.
+fn listen_to_e_stop(
+    session: &Session,
+    node: &NodeHandle,
+    heard: &UnboundedSender<Heard>,
+) -> anyhow::Result<Subscription> {
+    let (heard, topic) = (heard.clone(), topics::E_STOP);
+    Ok(session.subscribe(node, topic.name, topic.qos, move |sample| {
+        let engaged: Bool = sample.message;
+        drop(heard.send(Heard::EStop(engaged.data)));
+    })?)
+}
+
 async fn answer(
     hosted: &mut [Hosted],
     server: &ParameterServer,
     events: &mut UnboundedReceiver<Heard>,
 ) -> anyhow::Result<()> {
     let start = Instant::now();
-    let mut beat = tokio::time::interval(BEAT);
+    let holds_lease = hosted.iter().any(|controller| controller.machine.gate().is_some());
+    // A lease that has run out is noticed by looking.
+    let mut beat = tokio::time::interval(if holds_lease { GLANCE } else { BEAT });
     beat.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
     let mut asked_to_stop = std::pin::pin!(shutdown::requested());
     loop {
@@ -228,6 +260,7 @@ fn for_whom(heard: Heard, hosted: &[Hosted], server: &ParameterServer) -> Vec<(u
         Heard::Of(index, event) => vec![(index, event)],
         Heard::Virtual(..) => Vec::new(),
         Heard::Clock(stamp_ns) => all(Event::Clock(stamp_ns)),
+        Heard::EStop(engaged) => all(Event::EStop(engaged)),
         Heard::Lease(message) => match wire::lease(message) {
             Ok(lease) => all(Event::Lease(lease)),
             Err(error) => {
@@ -267,6 +300,11 @@ async fn step(
             Action::Status(status) => {
                 let message = wire::status_message(&status, wall_time());
                 controller.status.publish(message).await?;
+            }
+            Action::GateStatus(status) => {
+                let publisher = controller.gate_status.as_ref();
+                let publisher = publisher.expect("a controller with a gate has its topic");
+                publisher.publish(wire::status_message(&status, wall_time())).await?;
             }
         }
     }

@@ -9,7 +9,7 @@ mod parameters;
 mod sight;
 
 pub use driver::{Hosting, serve};
-pub use parameters::{NAMES, NODE};
+pub use parameters::{LEASE, LEASE_CONTROLLER, LEASE_GATE, NAMES, NODE};
 
 use anyhow::Context;
 use rsrs_ros::logging::{self, Level};
@@ -23,6 +23,8 @@ Decides what a robot does: detections in, velocity commands out.
 Usage: controller_node [--robots NAME,...] [--interface NAME|IP] [--ros-args ...]
 
   --robots NAME,...     whose controllers to be; without it the namespace (-r __ns:=/robot_1) names one
+  -p lease:=controller  (behind --ros-args) for robots that have no gate of ours in front of their
+                        wheels: the controller holds the lease, and sends zero when it ends
 ";
 
 /// Runs the node until SIGINT or SIGTERM.

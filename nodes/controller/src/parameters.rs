@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use rsrs_core::controller::{ControllerParameters, Reaction};
-use rsrs_fleet::controller::{Settings, Stamp};
+use rsrs_fleet::controller::{Controller, Settings, Stamp};
+use rsrs_fleet::timing::command_timeout;
 use rsrs_ros::parameters::{
     Descriptor, NodeParameters, ParameterKind, ParameterServer, ParameterValue,
 };
@@ -16,10 +17,29 @@ const TURN_RATE: &str = "turn_rate";
 const STAMP_FROM_CLOCK: &str = "stamp_from_clock";
 const CMD_VEL_TYPE: &str = "cmd_vel_type";
 const CONSTANT: &str = "constant";
+const PERIOD: &str = "period";
+/// Name of the parameter that says who holds the lease.
+pub const LEASE: &str = "lease";
+/// The robot has a gate of ours in front of its wheels.
+pub const LEASE_GATE: &str = "gate";
+/// It has none: the controller holds the lease.
+pub const LEASE_CONTROLLER: &str = "controller";
 
 /// The names of all parameters of a controller.
-pub const NAMES: [&str; 7] =
-    [SPEED, LIMITS[0].0, TURN_RATE, LIMITS[1].0, STAMP_FROM_CLOCK, CMD_VEL_TYPE, CONSTANT];
+pub const NAMES: [&str; 9] = [
+    SPEED,
+    LIMITS[0].0,
+    TURN_RATE,
+    LIMITS[1].0,
+    STAMP_FROM_CLOCK,
+    CMD_VEL_TYPE,
+    CONSTANT,
+    LEASE,
+    PERIOD,
+];
+
+/// Nobody drives by detections that are rarer.
+const LONGEST_PERIOD_S: f64 = 2.0;
 
 /// Greatest safe values where a start value does not say otherwise: those of the Flockbot.
 const LIMITS: [(&str, f64); 2] = [("speed_max", 0.30), ("turn_rate_max", 2.5)];
@@ -91,6 +111,8 @@ pub fn declare(
     ));
     parameters.push(cmd_vel_type(robot, given.remove(CMD_VEL_TYPE))?);
     parameters.push(constant(robot, given.remove(CONSTANT))?);
+    parameters.push(lease(robot, given.remove(LEASE))?);
+    parameters.push(period(robot, given.remove(PERIOD))?);
     match given.into_keys().next() {
         Some(name) => Err(StartValueError::Unknown { robot: robot.to_owned(), name }),
         None => {
@@ -113,6 +135,41 @@ fn cmd_vel_type(
     let mut descriptor = Descriptor::new(CMD_VEL_TYPE, ParameterKind::String, description);
     descriptor.read_only = true;
     Ok((descriptor, given))
+}
+
+fn lease(
+    robot: &str,
+    given: Option<ParameterValue>,
+) -> Result<(Descriptor, ParameterValue), StartValueError> {
+    let given = given.unwrap_or_else(|| ParameterValue::String(LEASE_GATE.to_owned()));
+    let is_known = matches!(&given, ParameterValue::String(holder)
+        if holder == LEASE_GATE || holder == LEASE_CONTROLLER);
+    if !is_known {
+        return not_allowed(robot, LEASE, given, "`gate` or `controller`");
+    }
+    let description = "Who holds the lease: the gate in front of the robot's wheels, or, if it has none, \
+                       this controller, which then sends zero without one.";
+    let mut descriptor = Descriptor::new(LEASE, ParameterKind::String, description);
+    descriptor.read_only = true;
+    Ok((descriptor, given))
+}
+
+fn period(
+    robot: &str,
+    given: Option<ParameterValue>,
+) -> Result<(Descriptor, ParameterValue), StartValueError> {
+    let value = match given {
+        None => 0.13,
+        Some(ParameterValue::Double(value)) if value > 0.0 && value <= LONGEST_PERIOD_S => value,
+        Some(found) => {
+            return not_allowed(robot, PERIOD, found, "a double above 0 and at most 2");
+        }
+    };
+    let description = "Interval of the robot's detections, in s; without one for 2.5 of them, and at \
+                       least 0.3 s, a controller that holds the lease sends zero.";
+    let mut descriptor = Descriptor::new(PERIOD, ParameterKind::Double, description);
+    descriptor.read_only = true;
+    Ok((descriptor, ParameterValue::Double(value)))
 }
 
 fn constant(
@@ -187,6 +244,31 @@ pub fn is_stamped(server: &ParameterServer, node: &str) -> bool {
     server.get(node, CMD_VEL_TYPE) != Some(ParameterValue::String("twist".to_owned()))
 }
 
+/// A controller of a robot, as its parameters say that it is to be, which counts its statuses up
+/// from a number.
+///
+/// # Panics
+///
+/// If the node's parameters were not declared by [`declare`].
+pub fn controller(
+    server: &ParameterServer,
+    (node, robot): (&str, &str),
+    first_counter: u64,
+) -> Controller {
+    let settings = settings(server, node);
+    let period_s = match server.get(node, PERIOD) {
+        Some(ParameterValue::Double(period_s)) => period_s,
+        other => unreachable!("{PERIOD} was declared as a double, found {other:?}"),
+    };
+    let controller =
+        if server.get(node, LEASE) == Some(ParameterValue::String(LEASE_CONTROLLER.to_owned())) {
+            Controller::holding_lease(robot, settings, command_timeout(period_s))
+        } else {
+            Controller::new(robot, settings)
+        };
+    controller.counting_from(first_counter)
+}
+
 /// What a controller makes of its sensor.
 pub fn reaction(server: &ParameterServer, node: &str) -> Reaction {
     if server.get(node, CONSTANT) == Some(ParameterValue::Bool(true)) {
@@ -229,6 +311,15 @@ mod tests {
 
         let names: Vec<_> = declared.parameters.iter().map(|(known, _)| &known.name).collect();
         assert_eq!(names, NAMES.iter().collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn nobody_else_can_hold_the_lease() {
+        let nobody = ParameterValue::String("nobody".to_owned());
+
+        let error = declare("robot_1", given("lease", nobody)).unwrap_err();
+
+        assert!(error.to_string().contains("expected `gate` or `controller`"), "{error}");
     }
 
     #[test]

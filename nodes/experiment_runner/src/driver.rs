@@ -15,11 +15,11 @@ use rsrs_fleet::record::Ending;
 use rsrs_fleet::runner::{Action, Event, Outcome, Runner, Target};
 use rsrs_fleet::timing::{CONFIGURE, SILENCE};
 use rsrs_msgs::rsrs::{Recorded, RunLease};
-use rsrs_msgs::topics::{self, Reliability};
+use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::logging::Level;
 use rsrs_ros::parameters::{ClientOptions, ParameterClient};
-use rsrs_ros::session::{NodeHandle, Publisher, Session, SessionOptions, Subscription};
+use rsrs_ros::session::{NodeHandle, Publisher, ReceivedRaw, Session, SessionOptions};
 use rsrs_wire as wire;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
@@ -30,6 +30,7 @@ use crate::meaning;
 use crate::parameters;
 use crate::plan::Plan;
 use crate::recorder::Recorder;
+use crate::report::{Progress, RunReport, Times};
 
 /// Name of the runner's node.
 pub const NODE: &str = "experiment_runner";
@@ -40,35 +41,6 @@ const GLANCE: Duration = Duration::from_millis(20);
 const LOOK: Duration = Duration::from_millis(100);
 /// How long one request for parameters is tried before the machine asks again.
 const ONE_REQUEST: Duration = CONFIGURE;
-
-/// How far a run is, for those who watch.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Progress {
-    /// Something to tell the operator.
-    Say(String),
-    /// Steps that are recorded, of all; in real time, seconds that have passed.
-    Done {
-        /// So many are done.
-        done: u64,
-        /// So many there are.
-        of: u64,
-    },
-}
-
-/// What came of a run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RunReport {
-    /// How it ended.
-    pub ending: Ending,
-    /// Robots that did not say that they stand; someone should go and look.
-    pub not_standing: Vec<String>,
-    /// The bag; `None` if none was opened.
-    pub bag: Option<BagSummary>,
-    /// Messages that the middleware lost on topics that are to lose none.
-    pub n_lost: u64,
-    /// Time on the wall from the first recorded step to the last, in seconds; in lockstep alone.
-    pub stepping_s: Option<f64>,
-}
 
 /// Answers to requests for parameters, and the requests that are under way.
 type Requests<'a> = FuturesUnordered<Pin<Box<dyn Future<Output = Event> + 'a>>>;
@@ -89,12 +61,16 @@ struct Run<'a> {
     /// What came before the bag was open, and belongs to its beginning.
     early: Vec<Sample>,
     recorded_step: u64,
-    stepping: Option<(Instant, Instant)>,
+    times: Times,
     /// The simulator's last word, and when it came.
     simulator: Option<(Status, Instant)>,
     /// Whether the simulator's next word answers the machine's question.
     asks_simulator: bool,
+    /// Questions that are not answered yet. Each is asked again by the client; to ask it twice at a
+    /// time would only hold up the answer.
+    open: Vec<Action>,
     bag: Option<BagSummary>,
+    n_lost: u64,
     /// What is watched while robots move in real time.
     rates: Option<Rates>,
     finished: Option<(Outcome, Vec<String>)>,
@@ -141,16 +117,18 @@ pub async fn run(
         recorder: None,
         early: Vec::new(),
         recorded_step: 0,
-        stepping: None,
+        times: Times::default(),
         simulator: None,
         asks_simulator: false,
+        open: Vec::new(),
         bag: None,
+        n_lost: 0,
         rates: None,
         finished: None,
         watch,
     };
     let ended = run.serve(&mut samples, stop).await;
-    let report = ended.and_then(|()| run.report(&subscriptions));
+    let report = ended.and_then(|()| run.report());
     drop(run);
     drop((client, subscriptions));
     session.close().await;
@@ -177,12 +155,18 @@ impl<'a> Run<'a> {
                     self.advance(Event::Interrupt { reason }, &mut requests).await?;
                 }
                 Some(sample) = samples.recv() => self.hear(sample, &mut requests).await?,
-                Some(answer) = requests.next() => self.advance(answer, &mut requests).await?,
+                Some(answer) = requests.next() => {
+                    self.close_question(&answer);
+                    self.advance(answer, &mut requests).await?;
+                }
                 _ = look.tick() => {
-                    let unrecordable = self.look_for_extras()?;
-                    let graph =
-                        expectation::graph(self.session, self.simulator_is(), unrecordable);
-                    self.advance(Event::Seen(graph), &mut requests).await?;
+                    // It copies thousands of entries, which nobody needs once all is there.
+                    if self.machine.looks() {
+                        let unrecordable = self.look_for_extras()?;
+                        let graph =
+                            expectation::graph(self.session, self.simulator_is(), unrecordable);
+                        self.advance(Event::Seen(graph), &mut requests).await?;
+                    }
                     self.watch_rates();
                 }
                 _ = glance.tick() => self.advance(Event::Tick, &mut requests).await?,
@@ -212,7 +196,7 @@ impl<'a> Run<'a> {
             self.advance(event, requests).await?;
         }
         let role = self.ears[sample.ear].role;
-        let events = self.understand(role, &sample.received.message).unwrap_or_else(|reason| {
+        let events = self.understand(role, &sample.received).unwrap_or_else(|reason| {
             let topic = &self.ears[sample.ear].name;
             self.node.say(Level::Warn, &format!("refused a message on {topic}: {reason}"));
             Vec::new()
@@ -269,24 +253,23 @@ impl<'a> Run<'a> {
             return Ok(None);
         }
         self.recorded_step = step;
-        let now = Instant::now();
-        self.stepping.get_or_insert((now, now)).1 = now;
+        self.times.stepped(Instant::now());
         self.recorded.publish(Recorded { step }).await?;
         (self.watch)(Progress::Done { done: step, of: self.plan.steps() });
         Ok(Some(Event::Recorded { step }))
     }
 
     /// What a sample says to the machine.
-    fn understand(&mut self, role: Role, data: &[u8]) -> Result<Vec<Event>, String> {
+    fn understand(&mut self, role: Role, received: &ReceivedRaw) -> Result<Vec<Event>, String> {
         match role {
             Role::Simulator => {
-                let status = meaning::status(data)?;
+                let status = meaning::status(&received.message)?;
                 self.simulator = Some((status.clone(), Instant::now()));
                 Ok(self.simulator_says(&status).into_iter().collect())
             }
             // Poses are asked for before robots move.
             Role::Odometry(_) | Role::Pose(_) if self.rates.is_some() => Ok(Vec::new()),
-            _ => meaning::events(self.plan, role, data),
+            _ => meaning::events(self.plan, role, received),
         }
     }
 
@@ -328,7 +311,11 @@ impl<'a> Run<'a> {
             Action::PublishLease(lease) => {
                 self.lease.publish(wire::lease_message(&lease, wall_time())).await?;
             }
+            Action::Configure(_) | Action::ReadBack(Target::Robot(_))
+                if self.open.contains(&action) => {}
             Action::Configure(target) => {
+                self.open.push(Action::Configure(target.clone()));
+                self.times.found.get_or_insert(self.start.elapsed());
                 let (client, plan) = (self.client, self.plan);
                 requests.push(Box::pin(async move {
                     let result = parameters::configure(client, plan, &target).await;
@@ -337,13 +324,17 @@ impl<'a> Run<'a> {
             }
             Action::ReadBack(Target::Simulator) => self.asks_simulator = true,
             Action::ReadBack(Target::Robot(robot)) => {
-                let client = self.client;
+                self.open.push(Action::ReadBack(Target::Robot(robot.clone())));
+                let (client, lease) = (self.client, self.plan.lease_of(&robot));
                 requests.push(Box::pin(async move {
-                    let result = parameters::read_back(client, &robot).await;
+                    let result = parameters::read_back(client, (&robot, lease)).await;
                     Event::ReadBack { target: Target::Robot(robot), result }
                 }));
             }
-            Action::OpenRecorder => return Ok(Some(self.open_recorder())),
+            Action::OpenRecorder => {
+                self.times.confirmed.get_or_insert(self.start.elapsed());
+                return Ok(Some(self.open_recorder()));
+            }
             Action::CloseRecorder => return Ok(Some(self.close_recorder())),
             Action::Say(text) => self.say(text),
             Action::Finish { outcome, not_standing } => {
@@ -351,6 +342,15 @@ impl<'a> Run<'a> {
             }
         }
         Ok(None)
+    }
+
+    fn close_question(&mut self, answer: &Event) {
+        let question = match answer {
+            Event::ParametersSet { target, .. } => Action::Configure(target.clone()),
+            Event::ReadBack { target, .. } => Action::ReadBack(target.clone()),
+            _ => return,
+        };
+        self.open.retain(|open| *open != question);
     }
 
     fn open_recorder(&mut self) -> Event {
@@ -376,6 +376,7 @@ impl<'a> Run<'a> {
         let Some(recorder) = self.recorder.take() else {
             return Event::RecorderClosed;
         };
+        self.n_lost = recorder.n_lost();
         match recorder.close(&ending) {
             Ok(summary) => {
                 self.bag = Some(summary);
@@ -385,23 +386,17 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn report(&mut self, subscriptions: &[Subscription]) -> anyhow::Result<RunReport> {
+    fn report(&mut self) -> anyhow::Result<RunReport> {
         let (outcome, not_standing) =
             self.finished.take().context("the run ends when the machine says so")?;
         Ok(RunReport {
             ending: Ending::of(&outcome),
             not_standing,
             bag: self.bag.take(),
-            n_lost: subscriptions
-                .iter()
-                .chain(self.extras.subscriptions())
-                .zip(&self.ears)
-                .filter(|(_, ear)| ear.qos.reliability == Reliability::Reliable)
-                .map(|(subscription, _)| subscription.counts().lost)
-                .sum(),
-            stepping_s: self
-                .stepping
-                .map(|(first, last)| last.saturating_duration_since(first).as_secs_f64()),
+            n_lost: self.n_lost,
+            preflight_s: self.times.preflight_s(),
+            parameters_s: self.times.parameters_s(),
+            stepping_s: self.times.stepping_s(),
         })
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use rsrs_bags::definitions::Definition;
-use rsrs_fleet::fleet_file::{CmdVel, FleetRobot};
+use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetRobot};
 use rsrs_msgs::topics::{self, Qos, Topic};
 use rsrs_ros::session::{ReceivedRaw, Session, SessionError, Subscription};
 use tokio::sync::mpsc::UnboundedSender;
@@ -138,6 +138,10 @@ pub fn ears(robots: &[FleetRobot]) -> Vec<Ear> {
         ] {
             ears.push(Ear::new(topic.for_robot(&robot.name), topic, role));
         }
+        if is_told_of_others(robot, robots) {
+            let topic = topics::VIRTUAL_DETECTION;
+            ears.push(Ear::new(topic.for_robot(&robot.name), topic, Role::Other));
+        }
     }
     for (topic, role) in [
         (topics::CLOCK, Role::Clock),
@@ -153,6 +157,12 @@ pub fn ears(robots: &[FleetRobot]) -> Vec<Ear> {
         ears.push(Ear::new(topic.name.to_owned(), topic, role));
     }
     ears
+}
+
+/// Whether the simulator tells a robot of those that only it can see: a real one among virtual ones.
+fn is_told_of_others(robot: &FleetRobot, all: &[FleetRobot]) -> bool {
+    let is_virtual = |robot: &FleetRobot| robot.driver == Driver::Virtual;
+    !is_virtual(robot) && all.iter().any(is_virtual)
 }
 
 /// Starts to listen.

@@ -67,6 +67,7 @@ fn expected(plan: &Plan, ears: &[Ear]) -> Expected {
         simulator: plan.record.backend != Backend::Fleet,
         topics: topics.collect(),
         battery_min_v: limits.collect(),
+        controller_only: plan.record.controller_only.iter().cloned().collect(),
     }
 }
 

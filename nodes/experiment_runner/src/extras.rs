@@ -19,6 +19,7 @@ pub struct Extras {
     known: BTreeMap<String, Result<Option<Arc<Definition>>, String>>,
     queue: Queue,
     /// In the order of their ears, which are the last ones.
+    /// They end with this.
     subscriptions: Vec<Subscription>,
 }
 
@@ -39,11 +40,6 @@ impl Extras {
     /// Topics that cannot be recorded now, and why.
     pub fn unrecordable(&self) -> BTreeMap<String, String> {
         self.waiting.clone()
-    }
-
-    /// Subscriptions, in the order in which their ears were added.
-    pub fn subscriptions(&self) -> &[Subscription] {
-        &self.subscriptions
     }
 
     /// Listens to every topic that somebody publishes by now, and whose type is defined.

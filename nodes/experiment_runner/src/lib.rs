@@ -13,10 +13,12 @@ mod meaning;
 mod parameters;
 pub mod plan;
 mod recorder;
+mod report;
 pub mod stop;
 
-pub use driver::{NODE, Progress, RunReport, run};
+pub use driver::{NODE, run};
 pub use recorder::{RECORDING, RecorderError};
+pub use report::{Progress, RunReport};
 
 use anyhow::{Context, bail};
 use rsrs_fleet::record::{Ending, EndingKind};

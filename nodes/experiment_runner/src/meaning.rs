@@ -13,6 +13,7 @@ use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::clock::wall_time;
+use rsrs_ros::session::ReceivedRaw;
 use rsrs_wire as wire;
 
 use crate::ears::Role;
@@ -23,12 +24,13 @@ use crate::plan::Plan;
 /// # Errors
 ///
 /// What is wrong with the sample.
-pub fn events(plan: &Plan, role: Role, data: &[u8]) -> Result<Vec<Event>, String> {
+pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Event>, String> {
+    let data = received.message.as_slice();
     let robot = |index: usize| plan.record.robots[index].clone();
     Ok(match role {
         Role::Robot(index) => {
             let message: RobotStatus = decode(data)?;
-            let ahead = seconds_ahead(message.header.stamp);
+            let ahead = seconds_ahead(message.header.stamp, received.received_time_ns);
             let clock = ahead.map(|seconds| Event::ClockAhead { robot: robot(index), seconds });
             let status = wire::status(message).map_err(|error| error.to_string())?;
             let status = Event::RobotStatus { robot: robot(index), status };
@@ -39,7 +41,12 @@ pub fn events(plan: &Plan, role: Role, data: &[u8]) -> Result<Vec<Event>, String
         }
         Role::Lease => {
             let message: RunLease = decode(data)?;
-            vec![Event::LeaseHeard(wire::lease(message).map_err(|error| error.to_string())?)]
+            let waited = (message.run_id == plan.record.run_id)
+                .then(|| seconds_ahead(message.header.stamp, wall_time().to_nanos()?))
+                .flatten()
+                .map(|ahead_s| Event::Behind { seconds: -ahead_s });
+            let lease = wire::lease(message).map_err(|error| error.to_string())?;
+            waited.into_iter().chain([Event::LeaseHeard(lease)]).collect()
         }
         Role::EStop => vec![Event::EStop(decode::<Bool>(data)?.data)],
         Role::Diagnostics => diagnoses(plan, decode(data)?),
@@ -76,16 +83,19 @@ fn decode<M: RosMessage>(data: &[u8]) -> Result<M, String> {
     cdr::decode(data).map_err(|error| error.to_string())
 }
 
-/// The simulator has placed its robots itself.
+/// The simulator has placed its robots itself; among real ones, it tells of them as the tracker does.
 fn is_wanted(plan: &Plan, robot: usize, source: PoseSource) -> bool {
-    plan.record.backend != Backend::Simulator && plan.pose_of(robot) == source
+    match plan.record.backend {
+        Backend::Simulator => false,
+        Backend::Fleet => plan.pose_of(robot) == source,
+        Backend::Mixed => plan.tracked_by() == source,
+    }
 }
 
-/// How far a stamp is ahead of our clock, in seconds; `None` for one that was not set.
-fn seconds_ahead(stamp: Time) -> Option<f64> {
+/// How far a stamp is ahead of a time on our clock, in seconds; `None` for one that was not set.
+fn seconds_ahead(stamp: Time, ours_ns: u64) -> Option<f64> {
     let stamp_ns = stamp.to_nanos().filter(|nanos| *nanos > 0)?;
-    let now_ns = wall_time().to_nanos()?;
-    Some((i128::from(stamp_ns) - i128::from(now_ns)) as f64 / 1e9)
+    Some((i128::from(stamp_ns) - i128::from(ours_ns)) as f64 / 1e9)
 }
 
 /// Diagnoses of the robots of this run: their hardware's name, or the first part of their own, is

@@ -2,7 +2,7 @@
 
 use rsrs_core::controller::{ControllerParameters, Reaction};
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::fleet_file::PoseSource;
+use rsrs_fleet::fleet_file::{LeaseHolder, PoseSource};
 use rsrs_fleet::runner::Target;
 use rsrs_ros::parameters::{ParameterClient, ParameterValue};
 
@@ -11,6 +11,7 @@ use crate::plan::Plan;
 const SPEED: &str = "speed";
 const TURN_RATE: &str = "turn_rate";
 const CONSTANT: &str = "constant";
+const LEASE: &str = "lease";
 
 /// Sets all parameters of a target at once.
 ///
@@ -33,23 +34,44 @@ pub async fn configure(
 ///
 /// # Errors
 ///
-/// What is wrong with the answer, or that there is none.
-pub async fn read_back(client: &ParameterClient<'_>, robot: &str) -> Result<u64, String> {
-    let values = client.get(&controller(robot), &[SPEED, TURN_RATE, CONSTANT]).await;
+/// What is wrong with the answer, that there is none, or that somebody else holds the robot's lease
+/// than the fleet file says.
+pub async fn read_back(
+    client: &ParameterClient<'_>,
+    (robot, lease): (&str, LeaseHolder),
+) -> Result<u64, String> {
+    let values = client.get(&controller(robot), &[SPEED, TURN_RATE, CONSTANT, LEASE]).await;
     match values.map_err(|error| error.to_string())?.as_slice() {
         [
             ParameterValue::Double(speed_m_s),
             ParameterValue::Double(turn_rate_rad_s),
             ParameterValue::Bool(is_constant),
+            ParameterValue::String(holder),
         ] => {
+            check_lease(holder, lease)?;
             let (speed_m_s, turn_rate_rad_s) = (*speed_m_s, *turn_rate_rad_s);
             let reaction = if *is_constant { Reaction::Constant } else { Reaction::ToDetections };
             Ok(ControllerParameters { speed_m_s, turn_rate_rad_s }.digest_with(reaction))
         }
         other => Err(format!(
-            "{SPEED}, {TURN_RATE} and {CONSTANT} are {other:?}, expected two doubles and a bool"
+            "{SPEED}, {TURN_RATE}, {CONSTANT} and {LEASE} are {other:?}, expected two doubles, a bool \
+             and a string"
         )),
     }
+}
+
+fn check_lease(found: &str, expected: LeaseHolder) -> Result<(), String> {
+    let expected = match expected {
+        LeaseHolder::Gate => "gate",
+        LeaseHolder::Controller => "controller",
+    };
+    if found == expected {
+        return Ok(());
+    }
+    Err(format!(
+        "`{LEASE}` is `{found}`, expected `{expected}` as in the fleet file: start its controller with \
+         `-p {LEASE}:={expected}`"
+    ))
 }
 
 fn controller(robot: &str) -> String {

@@ -8,7 +8,7 @@ use rsrs_core::axis::Cell;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::profile::RobotProfile;
 use rsrs_fleet::experiment::{ExperimentFile, SimulatedProfile, Time};
-use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetFile, FleetRobot, PoseSource};
+use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetFile, FleetRobot, LeaseHolder, PoseSource};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 
 mod recording;
@@ -109,6 +109,7 @@ impl Plan {
         }
         let conditions = Conditions::resolve(&moved, &settings)?;
         let run_id = run_id(&request.experiment);
+        let backend = backend(request.backend, &robots)?;
         let record = ExperimentRecord {
             robots: robots.iter().map(|robot| robot.name.clone()).collect(),
             provenance: Provenance::new(PROGRAM, &measured.digest(), &conditions),
@@ -117,7 +118,8 @@ impl Plan {
             seed: request.seed.unwrap_or(experiment.seed),
             replicate: 0,
             robot_lost: experiment.robot_lost,
-            backend: backend(request.backend, &robots)?,
+            controller_only: controller_only(backend, &robots),
+            backend,
             time,
             run_id: run_id.clone(),
         };
@@ -160,6 +162,15 @@ impl Plan {
             Backend::Simulator => true,
             Backend::Mixed => robot.driver == Driver::Virtual,
             Backend::Fleet => false,
+        }
+    }
+
+    /// Who holds the lease of a robot of this run.
+    pub fn lease_of(&self, robot: &str) -> LeaseHolder {
+        if self.record.controller_only.iter().any(|other| other == robot) {
+            LeaseHolder::Controller
+        } else {
+            LeaseHolder::Gate
         }
     }
 
@@ -215,6 +226,14 @@ fn pace_and_profile(
             Ok((experiment.simulator.time, moved))
         }
     }
+}
+
+/// Robots whose lease is their controller's only; where the simulator stands in, it has a gate.
+fn controller_only(backend: Backend, robots: &[FleetRobot]) -> Vec<String> {
+    let is_alone = |robot: &&FleetRobot| {
+        backend != Backend::Simulator && robot.lease == LeaseHolder::Controller
+    };
+    robots.iter().filter(is_alone).map(|robot| robot.name.clone()).collect()
 }
 
 /// A fleet some of whose robots are virtual and some are not is a mixed one.
@@ -298,6 +317,7 @@ mod tests {
             driver: if index < n_virtual { Driver::Virtual } else { Driver::Ros },
             cmd_vel: CmdVel::TwistStamped,
             pose,
+            lease: LeaseHolder::Gate,
             battery_min_v: None,
         };
         poses.into_iter().enumerate().map(robot).collect()
@@ -312,6 +332,15 @@ mod tests {
         assert_eq!(asked(2).unwrap(), Backend::Mixed);
         let simulated = backend(Backend::Simulator, &robots([PoseSource::Odom; 3], 1));
         assert_eq!(simulated.unwrap(), Backend::Simulator, "then the simulator is all of them");
+    }
+
+    #[test]
+    fn where_the_simulator_stands_in_no_lease_is_the_controllers() {
+        let mut robots = robots([PoseSource::Odom; 3], 1);
+        robots[2].lease = LeaseHolder::Controller;
+
+        assert_eq!(controller_only(Backend::Mixed, &robots), ["robot_2"]);
+        assert_eq!(controller_only(Backend::Simulator, &robots), Vec::<String>::new());
     }
 
     #[test]

@@ -70,7 +70,7 @@ enum Pace {
     /// The time of the wall.
     Wall,
     /// Simulated time, and how many steps each topic of the lockstep has made.
-    Lockstep { period_ns: u64, now_ns: u64, steps: BTreeMap<usize, u64> },
+    Lockstep { period_ns: u64, now_ns: u64, steps: Steps },
 }
 
 impl Recorder {
@@ -96,12 +96,12 @@ impl Recorder {
             Time::Lockstep => Pace::Lockstep {
                 period_ns: period_ns(record.conditions.period_s),
                 now_ns: 0,
-                steps: ears
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, ear)| makes_a_step(ear.role))
-                    .map(|(index, _)| (index, 0))
-                    .collect(),
+                steps: Steps::of(
+                    ears.iter()
+                        .enumerate()
+                        .filter(|(_, ear)| makes_a_step(ear.role))
+                        .map(|(index, _)| index),
+                ),
             },
         };
         Ok(Self::around(writer, pace, ears))
@@ -151,8 +151,13 @@ impl Recorder {
     pub fn step(&self) -> u64 {
         match &self.pace {
             Pace::Wall => 0,
-            Pace::Lockstep { steps, .. } => steps.values().copied().min().unwrap_or(0),
+            Pace::Lockstep { steps, .. } => steps.made_by_all,
         }
+    }
+
+    /// Messages missing so far between two that were taken, on topics that are to lose none.
+    pub fn n_lost(&self) -> u64 {
+        self.account.n_missing_of_reliable()
     }
 
     /// Closes the bag, which says how the run ended and what of it is missing.
@@ -175,6 +180,39 @@ fn makes_a_step(role: Role) -> bool {
     )
 }
 
+/// How many steps each topic of the lockstep has made.
+#[derive(Debug, Default)]
+struct Steps {
+    of_topic: BTreeMap<usize, u64>,
+    /// Steps that every topic has made.
+    made_by_all: u64,
+    /// Topics that have made more steps than that. Hundreds of robots have no time to be asked, each
+    /// with each message.
+    n_ahead: usize,
+}
+
+impl Steps {
+    fn of(topics: impl Iterator<Item = usize>) -> Self {
+        Self { of_topic: topics.map(|topic| (topic, 0)).collect(), ..Self::default() }
+    }
+
+    /// Counts a step of a topic, and says how many it has made; `None` if it makes none.
+    fn count(&mut self, topic: usize) -> Option<u64> {
+        let made = self.of_topic.get_mut(&topic)?;
+        *made += 1;
+        let made = *made;
+        if made == self.made_by_all + 1 {
+            self.n_ahead += 1;
+        }
+        if self.n_ahead == self.of_topic.len() {
+            self.made_by_all += 1;
+            let ahead = self.of_topic.values().filter(|made| **made > self.made_by_all);
+            self.n_ahead = ahead.count();
+        }
+        Some(made)
+    }
+}
+
 impl Pace {
     /// When a message counts as received: in lockstep, the time of its step.
     fn log_time_ns(
@@ -185,16 +223,15 @@ impl Pace {
         let Self::Lockstep { period_ns, now_ns, steps } = self else {
             return Ok(wall_time().to_nanos().unwrap_or(0));
         };
-        let Some(count) = steps.get_mut(&index) else {
+        let Some(count) = steps.count(index) else {
             return Ok(*now_ns);
         };
-        *count += 1;
         let unstamped =
             || RecorderError::Unstamped { topic: ear.name.clone(), n_bytes: data.len() };
         let undecodable = |source| RecorderError::Undecodable { topic: ear.name.clone(), source };
         let stamped_ns = match ear.role {
             // Its type has no stamp; the simulator publishes one for each step, and reliably.
-            Role::Detection => *count * *period_ns,
+            Role::Detection => count * *period_ns,
             Role::WorldDigest => {
                 let message: WorldDigest = cdr::decode(data).map_err(undecodable)?;
                 message.step * *period_ns
@@ -205,10 +242,10 @@ impl Pace {
             }
             _ => header_stamp_ns(data).ok_or_else(unstamped)?,
         };
-        if stamped_ns != *count * *period_ns {
+        if stamped_ns != count * *period_ns {
             return Err(RecorderError::OutOfStep {
                 topic: ear.name.clone(),
-                count: *count,
+                count,
                 found: stamped_ns / *period_ns,
             });
         }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
+use rsrs_controller_node::{LEASE, LEASE_CONTROLLER};
 use rsrs_core::profile::{ProfileError, RobotProfile};
 use rsrs_fleet::fleet_file::{self, CmdVel, FleetFile, FleetFileError, FleetRobot};
 use rsrs_ros::node_arguments::{NodeArguments, NodeArgumentsError};
@@ -84,6 +85,15 @@ pub enum ArgumentsError {
         /// The robots that it has.
         expected: Vec<String>,
     },
+    /// The controller is to hold the lease, and this program is a gate.
+    #[error(
+        "/{robot}/{NODE} is the gate in front of the wheels, so its controller holds no lease: leave \
+         `-p {LEASE}:={LEASE_CONTROLLER}` out, or start the controller alone"
+    )]
+    Lease {
+        /// The robot.
+        robot: String,
+    },
     /// A start value for a parameter that neither the robot nor its controller has.
     #[error("neither /{robot}/{NODE} nor its controller has a parameter `{name}`")]
     UnknownParameter {
@@ -150,6 +160,10 @@ impl RobotArguments {
         // A value for all nodes may be meant for the robot alone.
         to_controller.retain(|name, _| of_controller(name) || !is_known(name));
         controller.extend(to_controller);
+        let holds_lease = ParameterValue::String(LEASE_CONTROLLER.to_owned());
+        if controller.get(LEASE) == Some(&holds_lease) {
+            return Err(ArgumentsError::Lease { robot });
+        }
         let controller = (!flags.is_alone).then_some(controller);
         Ok(Self { node, robot, driver, given, controller })
     }
@@ -299,6 +313,10 @@ mod tests {
             (
                 &["--robots", "a", "--driver", "ros", "--ros-args", "-p", "sped:=1.0"],
                 "neither /a/robot nor its controller has a parameter `sped`",
+            ),
+            (
+                &["--robots", "a", "--driver", "ros", "--ros-args", "-p", "lease:=controller"],
+                "/a/robot is the gate in front of the wheels",
             ),
         ] {
             let error = parse(arguments).unwrap_err().to_string();

@@ -14,8 +14,8 @@ pub enum Heard {
     Lease(RunLease),
     /// The e-stop topic.
     EStop(bool),
-    /// The digest of its controller's parameters.
-    Controller(u64),
+    /// What its controller says of itself.
+    Controller(RobotStatus),
     /// A velocity command.
     Command(Twist),
     /// A parameter was set.
@@ -54,8 +54,7 @@ pub fn listen(
             drop(to_stop.send(Heard::EStop(engaged.data)));
         })?,
         session.subscribe(node, &status.for_robot(robot), status.qos, move |sample| {
-            let status: RobotStatus = sample.message;
-            drop(to_controller.send(Heard::Controller(status.parameter_digest)));
+            drop(to_controller.send(Heard::Controller(sample.message)));
         })?,
         listen_to_commands(session, (node, robot), commands, heard.clone())?,
     ])

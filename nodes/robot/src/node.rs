@@ -12,6 +12,7 @@ use rsrs_fleet::robot::{Event, Robot, RobotOptions};
 use rsrs_fleet::timing::command_timeout;
 use rsrs_msgs::geometry_msgs::Twist;
 use rsrs_msgs::std_msgs::Bool;
+use rsrs_ros::clock::wall_time;
 use rsrs_ros::logging::Level;
 use rsrs_ros::parameters::{Arming, ParameterServer};
 use rsrs_ros::session::{NodeHandle, Session, Subscription};
@@ -146,7 +147,8 @@ impl<D: Driver> RobotNode<D> {
             name: name.clone(),
             command_timeout: command_timeout(period_s),
             lapse_grace: Duration::ZERO,
-        });
+        })
+        .counting_from(wire::first_counter(wall_time()));
         Ok(Self {
             driver: D::open(place)?,
             kind: options.driver,
@@ -224,9 +226,13 @@ impl<D: Driver> RobotNode<D> {
                 }
             },
             Heard::EStop(engaged) => self.tell_gate(Event::EStop(engaged)).await,
-            Heard::Controller(parameter_digest) => {
-                self.tell_gate(Event::Controller { parameter_digest }).await
-            }
+            Heard::Controller(message) => match wire::status(message) {
+                Ok(status) => self.tell_gate(Event::Controller(status)).await,
+                Err(error) => {
+                    self.node.say(Level::Warn, &format!("refused: {error}"));
+                    Ok(())
+                }
+            },
             Heard::Command(twist) => self.command(&twist).await,
             Heard::Parameters => {
                 self.settings = parameters::settings(&self.server, self.node.full_name());

@@ -36,6 +36,16 @@ pub enum Meaningless {
     NotFinite,
 }
 
+/// Where a node that starts now begins to count its statuses: above all that it counted before it
+/// was started again, as long as its clock goes forward and it says fewer than a thousand a second.
+///
+/// # Arguments
+///
+/// * `now` — the clock on the wall.
+pub fn first_counter(now: Time) -> u64 {
+    now.to_nanos().unwrap_or(0) / 1_000_000
+}
+
 /// Understands a lease.
 ///
 /// # Errors

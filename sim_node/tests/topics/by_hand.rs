@@ -21,7 +21,8 @@ use rsrs_ros::session::{NodeHandle, Session};
 use rsrs_sim::episode::episode_digests;
 
 use crate::fleet::{
-    Latest, ROBOTS, SEED, World, armed_lease, conditions, publisher, start, until_it_listens,
+    Latest, ROBOTS, SEED, World, armed_lease, conditions, controller_status, publisher, start,
+    until_it_listens,
 };
 use crate::support::{PATIENCE, eventually, in_own_network, session};
 
@@ -189,7 +190,7 @@ async fn held() {
             }
             leases.publish(lease.clone()).await.expect("a healthy network");
             for controller in &controllers {
-                let status = RobotStatus { parameter_digest, ..RobotStatus::default() };
+                let status = controller_status(parameter_digest);
                 controller.publish(status).await.expect("a healthy network");
             }
             tokio::time::sleep(Duration::from_millis(50)).await;

@@ -13,6 +13,7 @@ use rsrs_msgs::RosMessage;
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::topics::{self, Topic};
+use rsrs_ros::clock::wall_time;
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Received, Session, Subscription};
 use rsrs_sim::draw::Seed;
@@ -186,6 +187,12 @@ pub fn publisher<M: RosMessage>(
     (topic, robot): (Topic, &str),
 ) -> Publisher<M> {
     session.publish_on(node, &topic.for_robot(robot), topic.qos).expect("the topic is allowed")
+}
+
+/// What a controller with these parameters says now that it is armed by [`armed_lease`].
+pub fn controller_status(parameter_digest: u64) -> RobotStatus {
+    let counter = rsrs_wire::first_counter(wall_time());
+    RobotStatus { counter, epoch: 1, parameter_digest, ..RobotStatus::default() }
 }
 
 /// A lease that arms every robot.

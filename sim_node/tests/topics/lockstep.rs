@@ -15,7 +15,8 @@ use rsrs_wire as wire;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::fleet::{
-    Latest, ROBOTS, SEED, World, armed_lease, conditions, publisher, start, until_it_listens,
+    Latest, ROBOTS, SEED, World, armed_lease, conditions, controller_status, publisher, start,
+    until_it_listens,
 };
 use crate::support::{PATIENCE, in_own_network, session};
 
@@ -189,7 +190,7 @@ impl<'a> Conductor<'a> {
     async fn beat(&mut self, lease: &mut RunLease) {
         let parameter_digest = lease.parameter_digest;
         for controller in &self.controllers {
-            let status = RobotStatus { parameter_digest, ..RobotStatus::default() };
+            let status = controller_status(parameter_digest);
             controller.publish(status).await.expect("a healthy network");
         }
         for (robot, echo) in ROBOTS.iter().zip(&mut lease.echoed_counter) {

@@ -14,7 +14,8 @@ use rsrs_ros::session::{NodeHandle, Publisher, Session};
 use rsrs_wire as wire;
 
 use crate::fleet::{
-    FORWARD, Latest, ROBOTS, World, armed_lease, conditions, publisher, start, until_it_listens,
+    FORWARD, Latest, ROBOTS, World, armed_lease, conditions, controller_status, publisher, start,
+    until_it_listens,
 };
 use crate::support::{PATIENCE, eventually, in_own_network, session};
 
@@ -228,7 +229,7 @@ impl<'a> Conductor<'a> {
         }
         let parameter_digest = self.lease.parameter_digest;
         for controller in &self.controllers {
-            let status = RobotStatus { parameter_digest, ..RobotStatus::default() };
+            let status = controller_status(parameter_digest);
             controller.publish(status).await.expect("a healthy network");
         }
         let twist = wire::twist(FORWARD);

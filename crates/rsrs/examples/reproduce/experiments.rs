@@ -89,6 +89,7 @@ pub fn record(
         replicate: seed.replicate,
         robot_lost: RobotLost::Abort,
         backend: Backend::Simulator,
+        controller_only: Vec::new(),
         time: Time::RealTime,
         provenance: Provenance::new(program, &measured.digest(), conditions),
     };

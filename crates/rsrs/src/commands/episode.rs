@@ -140,6 +140,7 @@ fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> Exper
         replicate,
         robot_lost: RobotLost::Abort,
         backend: Backend::Simulator,
+        controller_only: Vec::new(),
         time: Time::Lockstep,
         provenance: Provenance::new(program, &result.source.profile.digest(), &conditions),
         conditions,

@@ -94,7 +94,7 @@ pub struct RunSummary {
     pub reason: String,
     /// Messages in the bag.
     pub n_messages: u64,
-    /// Messages that the middleware lost.
+    /// Messages missing in the bag between two that are in it, on topics that are to lose none.
     pub n_lost: u64,
     /// What did not get into the bag, by topic.
     pub gaps: Vec<Gap>,
@@ -102,6 +102,11 @@ pub struct RunSummary {
     pub not_standing: Vec<String>,
     /// How long the robots were to move, in seconds.
     pub duration_s: f64,
+    /// Time on the wall until all that the run needs was found, in seconds; with the simulator, which
+    /// is started for the run, its start is part of it.
+    pub preflight_s: Option<f64>,
+    /// Time on the wall in which all parameters were set and read back, in seconds.
+    pub parameters_s: Option<f64>,
     /// Simulated seconds for each second on the wall; `None` in real time.
     pub real_time_factor: Option<f64>,
 }
@@ -252,6 +257,8 @@ fn summary(plan: &Plan, report: RunReport, gaps: Vec<Gap>) -> RunSummary {
         gaps,
         not_standing: report.not_standing,
         duration_s: record.duration_s,
+        preflight_s: report.preflight_s,
+        parameters_s: report.parameters_s,
         real_time_factor: report
             .stepping_s
             .filter(|stepping_s| is_paced && *stepping_s > 0.0)

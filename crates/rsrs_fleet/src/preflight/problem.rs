@@ -1,7 +1,7 @@
 //! The reasons not to start a run, in words.
 
 use super::Ailment;
-use crate::timing::CLOCK_SKEW;
+use crate::timing::{CLOCK_SKEW, LEASE};
 
 /// One reason not to start.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -9,6 +9,15 @@ pub enum Problem {
     /// No status of a robot.
     #[error("{robot}: no status heard")]
     RobotMissing {
+        /// The robot.
+        robot: String,
+    },
+    /// Nobody holds the lease of a robot without a gate.
+    #[error(
+        "{robot}: nobody holds its lease, expected its controller to (start it with \
+         `-p lease:=controller`)"
+    )]
+    LeaseNotHeld {
         /// The robot.
         robot: String,
     },
@@ -109,6 +118,17 @@ pub enum Problem {
         robot: String,
         /// How far its clock is ahead, in seconds.
         ahead_s: f64,
+    },
+    /// The runner's machine does not keep up with what is said; that it hears no robot in time is
+    /// not the robots' fault.
+    #[error(
+        "this machine is too slow: what it hears waits {behind_s:.1} s until it is looked at, \
+         expected at most {} s",
+        LEASE.as_secs_f64()
+    )]
+    TooSlow {
+        /// The longest wait of the last second, in seconds.
+        behind_s: f64,
     },
     /// Its diagnostics report an error.
     #[error("{}: diagnostics: {}: {}", .0.robot, .0.part, .0.message)]

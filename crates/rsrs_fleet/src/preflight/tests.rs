@@ -131,6 +131,27 @@ fn clocks_batteries_and_diagnostics_are_looked_at() {
 }
 
 #[test]
+fn a_machine_that_is_too_slow_says_so_and_blames_no_robot() {
+    let mut seen = complete();
+    seen.graph.simulator = false;
+    seen.robots.remove("robot_1");
+    seen.controllers.clear();
+    seen.clock_ahead_s.insert("robot_2".to_owned(), -4.6);
+    seen.behind_s = Some(4.7);
+
+    let slow = sentences(&expected(), &seen);
+    seen.behind_s = Some(0.02);
+    let in_time = sentences(&expected(), &seen);
+
+    assert_eq!(
+        slow,
+        ["this machine is too slow: what it hears waits 4.7 s until it is looked at, expected at \
+          most 0.5 s"]
+    );
+    assert_eq!(in_time.len(), 5, "{in_time:?}");
+}
+
+#[test]
 fn robots_that_the_e_stop_holds_are_named_with_what_releases_them() {
     let mut seen = complete();
     seen.robots.insert("robot_2".to_owned(), status(RobotState::Stopped, "e-stop"));
@@ -180,4 +201,28 @@ fn a_base_that_waits_for_another_type_of_command_is_named() {
         ["/robot_2/cmd_vel: /robot_2/base waits for geometry_msgs/msg/Twist, and \
              geometry_msgs/msg/TwistStamped is sent"]
     );
+}
+
+#[test]
+fn it_is_said_of_each_robot_who_holds_its_lease() {
+    let all = expected();
+    let one = Expected { controller_only: ["robot_2".to_owned()].into(), ..expected() };
+
+    assert_eq!(all.leases(), ["lease: gate on all 2 robots"]);
+    let [gated, alone] = &one.leases()[..] else { panic!("{:?}", one.leases()) };
+    assert_eq!(gated, "lease: gate on robot_1");
+    assert!(alone.starts_with("robot_2: lease: controller only"), "{alone}");
+}
+
+#[test]
+fn a_robot_whose_lease_nobody_holds_is_named_with_what_to_type() {
+    let expected = Expected { controller_only: ["robot_2".to_owned()].into(), ..expected() };
+    let mut seen = complete();
+    seen.robots.remove("robot_2");
+
+    let [problem] = &problems(&expected, &seen)[..] else { panic!("one problem") };
+
+    let said = problem.to_string();
+    assert!(said.starts_with("robot_2: nobody holds its lease"), "{said}");
+    assert!(said.contains("-p lease:=controller"), "{said}");
 }

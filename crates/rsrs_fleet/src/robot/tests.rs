@@ -25,11 +25,27 @@ fn lease(epoch: u64, state: LeaseState, counter: u64) -> Event {
     })
 }
 
+/// What its controller says at that time in epoch 1, ten thousand times a second at most.
+fn controller(parameter_digest: u64, at: Duration) -> Event {
+    controller_in(1, parameter_digest, at)
+}
+
+fn controller_in(epoch: u64, parameter_digest: u64, at: Duration) -> Event {
+    Event::Controller(Status {
+        counter: 1 + u64::try_from(at.as_micros() / 100).unwrap(),
+        epoch,
+        parameter_digest,
+        state: RobotState::Moving,
+        stop_reason: String::new(),
+        battery_v: f32::NAN,
+    })
+}
+
 /// A robot that moves at time 0 under epoch 1.
 fn moving() -> Robot {
     let mut robot = robot();
     let status = robot.on_event(Event::Tick, ms(0)).expect("the first status is due");
-    robot.on_event(Event::Controller { parameter_digest: DIGEST }, ms(0));
+    robot.on_event(controller(DIGEST, ms(0)), ms(0));
     robot.on_event(lease(1, LeaseState::Armed, status.counter), ms(0));
     robot.on_event(lease(1, LeaseState::Running, status.counter), ms(0));
     let forward = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
@@ -52,7 +68,7 @@ fn a_delayed_lease_cannot_stretch_itself() {
     let mut robot = moving();
     // Every beat brings a lease, but all of them echo the first status.
     for beat in 1..=5 {
-        robot.on_event(Event::Controller { parameter_digest: DIGEST }, ms(beat * 100));
+        robot.on_event(controller(DIGEST, ms(beat * 100)), ms(beat * 100));
         robot.on_event(lease(1, LeaseState::Running, 1), ms(beat * 100));
         robot.on_event(
             Event::Command(Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 }),
@@ -78,15 +94,53 @@ fn a_lapse_latches_until_a_newer_epoch_arms() {
 }
 
 #[test]
+fn a_lease_that_comes_late_or_again_arms_nobody() {
+    let mut robot = robot();
+    robot.on_event(Event::Tick, ms(0));
+    let restarted = Robot::new(robot.options.clone()).counting_from(900);
+    let status = robot.on_event(Event::Tick, ms(100)).unwrap();
+    let armed = lease(1, LeaseState::Armed, status.counter);
+
+    robot.on_event(armed.clone(), ms(601));
+    assert_eq!(robot.epoch(), 0, "what it echoes is too old");
+
+    let mut robot = restarted;
+    robot.on_event(Event::Tick, ms(1_000));
+    robot.on_event(armed, ms(1_000));
+    assert_eq!(robot.epoch(), 0, "what it echoes was said before the robot was started again");
+}
+
+#[test]
 fn a_robot_that_hears_no_lease_any_more_is_no_longer_armed_and_may_be_again() {
     let mut robot = robot();
-    robot.on_event(lease(1, LeaseState::Armed, 0), ms(0));
+    let status = robot.on_event(Event::Tick, ms(0)).unwrap();
+    robot.on_event(lease(1, LeaseState::Armed, status.counter), ms(0));
     assert_eq!(robot.state(ms(500)), RobotState::Armed);
 
     assert_eq!(robot.state(ms(501)), RobotState::Stopped);
-    robot.on_event(lease(1, LeaseState::Armed, 0), ms(600));
+    robot.on_event(lease(1, LeaseState::Armed, status.counter), ms(600));
 
     assert_eq!(robot.state(ms(600)), RobotState::Armed);
+}
+
+#[test]
+fn of_two_runs_of_one_epoch_it_hears_its_own_only() {
+    let mut robot = moving();
+    let of_another = |state| match lease(1, state, 1) {
+        Event::Lease(lease) => Event::Lease(Lease { run_id: "another".to_owned(), ..lease }),
+        other => panic!("{other:?}"),
+    };
+
+    robot.on_event(of_another(LeaseState::Stopped), ms(10));
+    assert_eq!((robot.run_id(), robot.latched()), (Some("run 1"), None));
+    let status = robot.on_event(Event::Tick, ms(400)).unwrap();
+    let mut another = of_another(LeaseState::Running);
+    if let Event::Lease(lease) = &mut another {
+        lease.robots[0].counter = status.counter;
+    }
+    robot.on_event(another, ms(410));
+
+    assert_eq!(robot.state(ms(501)), RobotState::Stopped, "its own lease has run out");
 }
 
 #[test]
@@ -105,7 +159,7 @@ fn an_older_epoch_is_not_obeyed() {
 fn other_parameters_than_the_confirmed_ones_stop_the_robot() {
     let mut robot = moving();
 
-    robot.on_event(Event::Controller { parameter_digest: DIGEST + 1 }, ms(50));
+    robot.on_event(controller(DIGEST + 1, ms(50)), ms(50));
 
     assert_eq!(robot.drive(ms(50)), Command::STOP);
     assert_eq!(robot.latched(), Some("controller silent or its parameters not the confirmed ones"));
@@ -115,7 +169,7 @@ fn other_parameters_than_the_confirmed_ones_stop_the_robot() {
 fn a_stale_command_stops_the_wheels_without_a_latch() {
     let mut robot = moving();
     let status = robot.on_event(Event::Tick, ms(300)).expect("a status is due");
-    robot.on_event(Event::Controller { parameter_digest: DIGEST }, ms(300));
+    robot.on_event(controller(DIGEST, ms(300)), ms(300));
     robot.on_event(lease(1, LeaseState::Running, status.counter), ms(300));
 
     assert_eq!(robot.drive(ms(326)), Command::STOP);
@@ -139,18 +193,19 @@ fn a_lock_by_silence_is_released_by_a_word_and_not_by_arming() {
     robot.on_event(lease(1, LeaseState::Running, 1), ms(400));
     robot.on_event(Event::Tick, ms(501));
 
-    robot.on_event(lease(2, LeaseState::Armed, 1), ms(600));
+    robot.on_event(lease(2, LeaseState::Armed, robot.counter), ms(600));
     assert_eq!(robot.standing(ms(600)), Some(StandReason::EStop));
 
     robot.on_event(Event::EStop(false), ms(700));
-    robot.on_event(lease(3, LeaseState::Armed, 1), ms(800));
+    robot.on_event(lease(3, LeaseState::Armed, robot.counter), ms(800));
     assert_eq!(robot.state(ms(800)), RobotState::Armed);
 }
 
 #[test]
 fn a_release_does_not_lock_a_robot_whose_runner_died_before_the_start() {
     let mut robot = robot();
-    robot.on_event(lease(1, LeaseState::Armed, 0), ms(0));
+    let status = robot.on_event(Event::Tick, ms(0)).unwrap();
+    robot.on_event(lease(1, LeaseState::Armed, status.counter), ms(0));
 
     robot.on_event(Event::EStop(false), ms(5_000));
 
@@ -163,9 +218,10 @@ fn who_engages_the_e_stop_may_leave_and_the_robot_still_stands() {
     let mut robot = moving();
     robot.on_event(Event::EStop(true), ms(10));
 
-    robot.on_event(lease(2, LeaseState::Armed, 1), ms(60_000));
+    let status = robot.on_event(Event::Tick, ms(60_000)).unwrap();
+    robot.on_event(lease(2, LeaseState::Armed, status.counter), ms(60_000));
 
-    assert_eq!(robot.standing(ms(60_000)), Some(StandReason::EStop));
+    assert_eq!((robot.epoch(), robot.standing(ms(60_000))), (2, Some(StandReason::EStop)));
 }
 
 #[test]
@@ -176,7 +232,7 @@ fn who_releases_the_e_stop_may_leave_and_a_newer_epoch_moves() {
     let stopped = robot.standing(ms(5_000));
 
     let status = robot.on_event(Event::Tick, ms(5_000)).expect("a status is due");
-    robot.on_event(Event::Controller { parameter_digest: DIGEST }, ms(5_000));
+    robot.on_event(controller_in(2, DIGEST, ms(5_000)), ms(5_000));
     robot.on_event(lease(2, LeaseState::Armed, status.counter), ms(5_000));
     robot.on_event(lease(2, LeaseState::Running, status.counter), ms(5_000));
 
@@ -199,7 +255,7 @@ fn a_robot_that_stands_for_another_reason_says_that_it_has_heard_the_e_stop() {
 #[test]
 fn a_rebooted_robot_does_not_join_a_running_lease() {
     let mut robot = robot();
-    robot.on_event(Event::Controller { parameter_digest: DIGEST }, ms(0));
+    robot.on_event(controller(DIGEST, ms(0)), ms(0));
 
     robot.on_event(lease(1, LeaseState::Running, 0), ms(0));
 
@@ -265,4 +321,69 @@ fn the_status_tells_the_battery() {
 
     let status = robot.on_event(Event::Tick, ms(200)).expect("a status is due");
     assert_eq!(status.battery_v.to_bits(), 7.4_f32.to_bits());
+}
+
+#[test]
+fn a_word_of_its_controller_that_comes_late_or_again_confirms_nothing() {
+    let mut robot = moving();
+    // As in lockstep, where a lapse may heal.
+    robot.options.lapse_grace = ms(5_000);
+    let confirmed = controller(DIGEST, ms(100));
+    robot.on_event(confirmed.clone(), ms(100));
+    // It has started again, on its defaults.
+    robot.on_event(controller_in(0, DIGEST + 1, ms(200)), ms(200));
+
+    robot.on_event(confirmed, ms(300));
+
+    assert_eq!(robot.standing(ms(300)), Some(StandReason::ControllerUnconfirmed));
+}
+
+#[test]
+fn what_has_run_out_has_run_out_whatever_comes_then() {
+    let mut robot = moving();
+    let status = robot.on_event(Event::Tick, ms(490)).unwrap();
+    robot.on_event(lease(1, LeaseState::Running, status.counter), ms(495));
+
+    // Its controller is late; nobody has looked at the time in between.
+    robot.on_event(controller(DIGEST, ms(501)), ms(501));
+
+    let unconfirmed = StandReason::ControllerUnconfirmed.text();
+    assert_eq!(robot.latched(), Some(unconfirmed.as_str()));
+}
+
+#[test]
+fn while_a_run_holds_the_robot_silence_makes_no_old_word_true() {
+    let mut robot = moving();
+    robot.options.lapse_grace = ms(5_000);
+    robot.on_event(controller(DIGEST, ms(100)), ms(0));
+    for beat in 1..8 {
+        let status = robot.on_event(Event::Tick, ms(100 * beat)).unwrap();
+        robot.on_event(lease(1, LeaseState::Running, status.counter), ms(100 * beat));
+    }
+
+    robot.on_event(controller(DIGEST, ms(50)), ms(700));
+
+    assert_eq!(robot.standing(ms(700)), Some(StandReason::ControllerUnconfirmed));
+}
+
+#[test]
+fn a_controller_that_was_started_again_and_set_anew_is_of_no_run() {
+    let mut robot = moving();
+    robot.options.lapse_grace = ms(5_000);
+
+    robot.on_event(controller_in(0, DIGEST, ms(100)), ms(100));
+
+    assert_eq!(robot.standing(ms(100)), Some(StandReason::ControllerUnconfirmed));
+}
+
+#[test]
+fn a_controller_whose_clock_was_set_back_is_heard_after_a_silence() {
+    let mut robot = moving();
+    robot.on_event(controller(DIGEST, ms(5_000)), ms(0));
+    robot.on_event(lease(1, LeaseState::Stopped, 1), ms(0));
+
+    let deaf = robot.on_event(controller(DIGEST + 1, ms(1)), ms(400)).unwrap();
+    let hearing = robot.on_event(controller(DIGEST + 1, ms(2)), ms(510)).unwrap();
+
+    assert_eq!((deaf.parameter_digest, hearing.parameter_digest), (DIGEST, DIGEST + 1));
 }

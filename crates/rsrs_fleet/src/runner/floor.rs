@@ -1,6 +1,6 @@
 //! What the runner knows of the floor beyond statuses: clocks, diagnoses, poses, the e-stop.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use rsrs_core::unicycle::Pose;
 
@@ -10,7 +10,8 @@ use crate::preflight::Ailment;
 /// The floor, as heard.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Floor {
-    clock_ahead_s: BTreeMap<String, f64>,
+    clock_ahead_s: BTreeMap<String, Recent>,
+    behind_s: Recent,
     /// By robot and part: the diagnosis.
     ailments: BTreeMap<(String, String), String>,
     /// By robot: the frame and the last pose in it.
@@ -18,9 +19,30 @@ pub(super) struct Floor {
     has_e_stop: bool,
 }
 
+/// The last numbers of a kind, as many as statuses and leases come in a second.
+#[derive(Clone, Debug, Default)]
+struct Recent(VecDeque<f64>);
+
+impl Recent {
+    const LENGTH: usize = 10;
+
+    fn push(&mut self, number: f64) {
+        self.0.truncate(Self::LENGTH - 1);
+        self.0.push_front(number);
+    }
+
+    fn largest(&self) -> Option<f64> {
+        self.0.iter().copied().reduce(f64::max)
+    }
+}
+
 impl Floor {
     pub(super) fn hear_clock(&mut self, robot: String, ahead_s: f64) {
-        self.clock_ahead_s.insert(robot, ahead_s);
+        self.clock_ahead_s.entry(robot).or_default().push(ahead_s);
+    }
+
+    pub(super) fn hear_delay(&mut self, behind_s: f64) {
+        self.behind_s.push(behind_s);
     }
 
     /// Returns what to tell the operator, if it is news of an error.
@@ -50,8 +72,16 @@ impl Floor {
         self.has_e_stop
     }
 
+    /// The way of a message makes it old and never young: the largest of a second's leads is
+    /// nearest to the clock's.
     pub(super) fn clock_ahead_s(&self) -> BTreeMap<String, f64> {
-        self.clock_ahead_s.clone()
+        let leads = self.clock_ahead_s.iter();
+        leads.filter_map(|(robot, lead)| Some((robot.clone(), lead.largest()?))).collect()
+    }
+
+    /// The longest wait of the last second on this machine.
+    pub(super) fn behind_s(&self) -> Option<f64> {
+        self.behind_s.largest()
     }
 
     pub(super) fn ailments(&self) -> BTreeSet<Ailment> {

@@ -3,8 +3,8 @@
 use crate::message::E_STOP_REASON;
 
 use super::{
-    ARM, Action, Bond, CONFIGURE, DISCOVER, Duration, Failure, LOCKSTEP_GRACE, Outcome, Pace,
-    Phase, RECORDER, Requests, RobotLost, Runner, SILENCE, STAND, Seen, Target, preflight,
+    ARM, Action, Bond, CONFIGURE, Duration, Failure, LOCKSTEP_GRACE, Outcome, Pace, Phase,
+    RECORDER, Requests, RobotLost, Runner, SILENCE, STAND, Seen, Target, preflight,
 };
 
 impl Runner {
@@ -30,7 +30,7 @@ impl Runner {
 
     fn discover(&mut self, now: Duration, actions: &mut Vec<Action>) {
         let seen = Seen {
-            graph: self.graph.clone(),
+            graph: std::mem::take(&mut self.graph),
             robots: self.roster.recent_robots(now),
             controllers: self.roster.recent_controllers(now),
             other_runs: self
@@ -41,17 +41,23 @@ impl Runner {
                 .collect(),
             e_stop: self.e_stop,
             clock_ahead_s: self.floor.clock_ahead_s(),
+            behind_s: self.floor.behind_s(),
             ailments: self.floor.ailments(),
         };
         let problems = preflight::problems(&self.options.expected, &seen);
+        self.graph = seen.graph;
         // Another runner beats ten times a second: who has listened for less has not listened.
         if problems.is_empty() && self.elapsed(now) >= SILENCE {
             let robots = self.options.expected.robots.len();
+            actions.extend(self.options.expected.leases().into_iter().map(Action::Say));
             actions.push(Action::Say(format!("found all {robots} robots; setting parameters")));
             self.requests = Requests::new(self.targets());
             self.enter(Phase::Configure, now);
             self.configure(now, actions);
-        } else if self.elapsed(now) >= DISCOVER {
+            return;
+        }
+        actions.extend(self.search.look(&problems, now).map(Action::Say));
+        if self.search.is_over(self.since.unwrap_or(now), now) {
             self.fail(problems.into_iter().map(Failure::from).collect(), now, actions);
         }
     }
@@ -100,8 +106,12 @@ impl Runner {
         self.enter(Phase::Arm, now);
     }
 
-    fn bond(&self) -> Bond {
-        Bond { epoch: self.epoch, parameter_digest: self.options.controller_digest() }
+    fn bond(&self) -> Bond<'_> {
+        Bond {
+            run_id: &self.options.run_id,
+            epoch: self.epoch,
+            parameter_digest: self.options.controller_digest(),
+        }
     }
 
     fn await_armed(&mut self, now: Duration, actions: &mut Vec<Action>) {
@@ -185,6 +195,11 @@ impl Runner {
             self.abort(reason, now, actions);
             return true;
         }
+        if let Some(other) = self.roster.armed_for_another(self.bond(), now) {
+            let reason = format!("a robot is armed for run {other}: another runner has it");
+            self.abort(reason, now, actions);
+            return true;
+        }
         false
     }
 
@@ -199,7 +214,12 @@ impl Runner {
             Pace::RealTime { .. } if self.elapsed(now) < SILENCE => SILENCE,
             Pace::RealTime { .. } => Duration::ZERO,
         };
-        for (robot, trouble) in self.roster.newly_lost(self.epoch, patience, now) {
+        let lost = self.roster.newly_lost(self.epoch, patience, now);
+        if !lost.is_empty() {
+            let ours = preflight::too_slow(self.floor.behind_s());
+            actions.extend(ours.map(|problem| Action::Say(problem.to_string())));
+        }
+        for (robot, trouble) in lost {
             actions.push(Action::Say(format!("lost {robot}: {trouble}")));
             if self.options.robot_lost == RobotLost::Abort {
                 self.abort(format!("lost {robot}: {trouble}"), now, actions);

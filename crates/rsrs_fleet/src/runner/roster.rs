@@ -28,17 +28,11 @@ struct Heard {
     at: Duration,
 }
 
-/// Statuses may overtake each other by this many; a counter lower than that is a restarted node's.
-const REORDERED: u64 = 20;
-
 impl Heard {
     /// Keeps the newer of two statuses.
     fn hear(slot: &mut Option<Self>, status: Status, at: Duration) {
-        let newer = slot.as_ref().is_none_or(|last| {
-            let (last, new) = (last.status.counter, status.counter);
-            new > last || new.saturating_add(REORDERED) < last
-        });
-        if newer {
+        let last = slot.as_ref().map(|last| (last.status.counter, last.at));
+        if status.is_news(last, at) {
             *slot = Some(Self { status, at });
         }
     }
@@ -50,7 +44,8 @@ impl Heard {
 
 /// What a run expects its robots to say.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bond {
+pub(super) struct Bond<'a> {
+    pub run_id: &'a str,
     pub epoch: u64,
     pub parameter_digest: u64,
 }
@@ -92,6 +87,16 @@ impl Roster {
         sides.flatten().map(|heard| heard.status.epoch).max().unwrap_or(0)
     }
 
+    /// Another run for whose start a robot or controller of this run waits, in this epoch: of two
+    /// runners that cannot hear each other, both may have taken it.
+    pub(super) fn armed_for_another(&self, bond: Bond<'_>, now: Duration) -> Option<&str> {
+        let sides = self.members.iter().flat_map(|member| [&member.robot, &member.controller]);
+        let recent = sides.flatten().filter(|heard| heard.is_recent(now));
+        recent
+            .filter(|heard| heard.status.epoch == bond.epoch)
+            .find_map(|heard| heard.status.armed_for().filter(|run_id| *run_id != bond.run_id))
+    }
+
     /// Counters of the last statuses, for the lease.
     pub(super) fn echoes(&self) -> Vec<Echo> {
         self.members
@@ -124,7 +129,7 @@ impl Roster {
     }
 
     /// Who has not confirmed that it is armed under this bond, with what it says instead.
-    pub(super) fn not_armed(&self, bond: Bond, now: Duration) -> Vec<(String, String)> {
+    pub(super) fn not_armed(&self, bond: Bond<'_>, now: Duration) -> Vec<(String, String)> {
         let mut waiting = Vec::new();
         for member in &self.members {
             let sides = [("", &member.robot), (" (controller)", &member.controller)];
@@ -175,14 +180,17 @@ impl Roster {
         self.members.iter().all(|member| member.lost)
     }
 
-    /// Robots that have not said since then that they stand.
+    /// Robots that have not said since then that they stand, for good: one that is armed may have the
+    /// start still to come.
     pub(super) fn not_standing(&self, epoch: u64, since: Duration) -> Vec<String> {
         self.members
             .iter()
             .filter(|member| {
                 !member.robot.as_ref().is_some_and(|heard| {
                     let obeys = heard.status.epoch == epoch;
-                    heard.at > since && !(obeys && heard.status.state == RobotState::Moving)
+                    let may_move =
+                        matches!(heard.status.state, RobotState::Armed | RobotState::Moving);
+                    heard.at > since && !(obeys && may_move)
                 })
             })
             .map(|member| member.name.clone())
@@ -190,7 +198,7 @@ impl Roster {
     }
 }
 
-fn unlike_armed(heard: Option<&Heard>, bond: Bond, now: Duration) -> Option<String> {
+fn unlike_armed(heard: Option<&Heard>, bond: Bond<'_>, now: Duration) -> Option<String> {
     let Some(heard) = heard.filter(|heard| heard.is_recent(now)) else {
         return Some("silent".to_owned());
     };

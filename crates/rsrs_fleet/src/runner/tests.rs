@@ -239,6 +239,37 @@ fn nothing_is_set_while_anything_is_missing() {
 }
 
 #[test]
+fn while_ever_more_of_the_fleet_is_found_it_is_waited_for() {
+    let mut bench = Bench::lockstep();
+    bench.silent.extend(NAMES);
+
+    for found in NAMES {
+        (0..90).for_each(|_| bench.beat());
+        assert_eq!(bench.finish, None);
+        bench.silent.remove(found);
+    }
+
+    bench.run();
+}
+
+#[test]
+fn delay_makes_no_clock_wrong_and_a_wrong_clock_shows() {
+    let mut bench = Bench::lockstep();
+    bench.simulated = false;
+    for behind_ms in [4_600, 30, 2_500] {
+        for (robot, clock_s) in [("robot_1", 0.0), ("robot_2", -3.0)] {
+            let seconds = clock_s - f64::from(behind_ms) / 1000.0;
+            bench.give(Event::ClockAhead { robot: robot.to_owned(), seconds });
+        }
+    }
+
+    let problems = bench.problems();
+
+    let clock = "robot_2: clock 3.0 s behind ours, expected within 1 s";
+    assert_eq!(problems, ["no simulator discovered", clock]);
+}
+
+#[test]
 fn parameters_that_read_back_otherwise_are_refused_before_anything_is_recorded() {
     let mut bench = Bench::lockstep();
     bench.read_digest = 1;
@@ -329,6 +360,20 @@ fn a_lost_robot_may_be_noted_and_the_run_go_on() {
     bench.silent.insert("robot_2");
 
     assert_eq!(bench.end(), (Outcome::Completed, vec!["robot_2".to_owned()]));
+}
+
+#[test]
+fn robots_that_are_lost_because_this_machine_is_too_slow_are_told_so() {
+    let mut bench = Bench::real_time(RobotLost::Note);
+    bench.run();
+
+    bench.give(Event::Behind { seconds: 0.9 });
+    bench.silent.insert("robot_2");
+    bench.end();
+
+    let told = bench.told.iter().position(|told| told.starts_with("this machine is too slow"));
+    let lost = bench.told.iter().position(|told| told.starts_with("lost robot_2"));
+    assert!(told.is_some_and(|told| lost == Some(told + 1)), "{:?}", bench.told);
 }
 
 #[test]

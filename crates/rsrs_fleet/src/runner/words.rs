@@ -84,6 +84,12 @@ pub enum Event {
         /// Its lead, in seconds; negative behind ours, as a slow network makes it.
         seconds: f64,
     },
+    /// A message waited this long on this machine, from when it was sent here until it was looked at
+    /// here.
+    Behind {
+        /// The wait, in seconds.
+        seconds: f64,
+    },
     /// A robot's diagnostics spoke of a part.
     Diagnosed {
         /// The robot.
@@ -148,6 +154,33 @@ pub enum Event {
     },
     /// Time passed.
     Tick,
+}
+
+impl Event {
+    /// Whether it only adds to what is known of the robots.
+    pub(super) fn is_a_word(&self) -> bool {
+        match self {
+            Self::RobotStatus { .. }
+            | Self::ControllerStatus { .. }
+            | Self::ClockAhead { .. }
+            | Self::Behind { .. }
+            | Self::Diagnosed { .. }
+            | Self::Pose { .. } => true,
+            Self::Seen(_)
+            | Self::ParametersSet { .. }
+            | Self::ReadBack { .. }
+            | Self::RecorderReady
+            | Self::Recorded { .. }
+            | Self::RecorderFailed { .. }
+            | Self::RecorderClosed
+            | Self::SimulatorComplete
+            | Self::SimulatorVoid { .. }
+            | Self::LeaseHeard(_)
+            | Self::EStop(_)
+            | Self::Interrupt { .. }
+            | Self::Tick => false,
+        }
+    }
 }
 
 /// What a runner does.

@@ -18,6 +18,7 @@ mod happenings;
 mod robots;
 mod simulating;
 mod stopping;
+mod wheels;
 
 use conducting::RunnerHost;
 use robots::RobotHost;
@@ -30,6 +31,8 @@ const WANTED: ControllerParameters =
 /// What controllers have before anybody sets them.
 const DEFAULTS: ControllerParameters =
     ControllerParameters { speed_m_s: 0.05, turn_rate_rad_s: 0.25 };
+/// As for a period of 130 ms.
+const COMMAND_TIMEOUT: Duration = Duration::from_millis(325);
 /// The run that is made when all is healed.
 pub const LAST_RUNNER: usize = 2;
 const N_RUNNERS: usize = LAST_RUNNER + 1;
@@ -80,6 +83,8 @@ struct Fleet {
     robots: Vec<RobotHost>,
     witnesses: Vec<Witness>,
     controllers: Vec<Controller>,
+    /// What each controller said on `cmd_vel` last; `None` if its process has not spoken.
+    mouths: [Option<Command>; N_ROBOTS],
     /// Until when the last lease of its run that each controller heard holds its parameters.
     held_until_ms: [u64; N_ROBOTS],
     /// Epoch and name of that run.
@@ -116,11 +121,20 @@ fn name(robot: usize) -> String {
     ["robot_1", "robot_2", "robot_3"][robot].to_owned()
 }
 
-fn new_controller(robot: usize, body: Body) -> Controller {
-    Controller::new(
-        &name(robot),
-        Settings { parameters: DEFAULTS, stamp: stamp(body), reaction: Reaction::ToDetections },
-    )
+fn run_id(runner: usize) -> String {
+    format!("run {runner}")
+}
+
+/// A controller whose process starts now.
+fn new_controller(robot: usize, scenario: &Scenario, now_ms: u64) -> Controller {
+    let stamp = stamp(scenario.body);
+    let settings = Settings { parameters: DEFAULTS, stamp, reaction: Reaction::ToDetections };
+    let controller = if scenario.controller_only[robot] {
+        Controller::holding_lease(&name(robot), settings, COMMAND_TIMEOUT)
+    } else {
+        Controller::new(&name(robot), settings)
+    };
+    controller.counting_from(now_ms)
 }
 
 fn stamp(body: Body) -> Stamp {
@@ -135,9 +149,10 @@ impl Fleet {
             telling,
             network: Network::new(scenario.seed, scenario.faults.clone()),
             processes: [Process::default(); N_NODES],
-            robots: (0..N_ROBOTS).map(RobotHost::new).collect(),
+            robots: (0..N_ROBOTS).map(|robot| RobotHost::new(robot, 0)).collect(),
             witnesses: vec![Witness::new(scenario.body); N_ROBOTS],
-            controllers: (0..N_ROBOTS).map(|robot| new_controller(robot, scenario.body)).collect(),
+            controllers: (0..N_ROBOTS).map(|robot| new_controller(robot, &scenario, 0)).collect(),
+            mouths: [None; N_ROBOTS],
             held_until_ms: [0; N_ROBOTS],
             held_by: std::array::from_fn(|_| (0, String::new())),
             runners: BTreeMap::new(),
@@ -265,8 +280,7 @@ impl Fleet {
         match node {
             Node::Robot(robot) => self.robot_ticks(robot),
             Node::Controller(robot) => {
-                self.tell_controller(robot, rsrs_fleet::controller::Event::Tick);
-                Ok(())
+                self.tell_controller(robot, rsrs_fleet::controller::Event::Tick)
             }
             Node::Runner(runner) => self.runner_ticks(runner),
             Node::Simulator => self.simulator_ticks(),
@@ -289,11 +303,18 @@ impl Fleet {
         if ends.0 == ends.1 && ends.0 == Node::Simulator {
             return;
         }
+        let is_apart = matches!(ends, (Node::Runner(_), Node::Runner(_)))
+            && self.scenario.are_runners_apart
+            && !self.is_healed;
+        if is_apart {
+            return;
+        }
         match self.delivery(&message) {
             Delivery::Reliable => {
                 self.network.send_reliably(self.now_ms, (from, to), message);
             }
             Delivery::BestEffort => self.network.send(self.now_ms, (from, to), message),
+            Delivery::Once => self.network.send_once(self.now_ms, (from, to), message),
         }
     }
 
@@ -313,6 +334,7 @@ impl Fleet {
             {
                 Delivery::Reliable
             }
+            Message::EStop(_) => Delivery::Once,
             _ => Delivery::BestEffort,
         }
     }
@@ -321,7 +343,7 @@ impl Fleet {
     fn say_e_stop(&mut self, from: Node, word: &Message) {
         self.e_stop_was_used = true;
         for robot in 0..N_ROBOTS {
-            self.send(from, Node::Robot(robot), word.clone());
+            self.send(from, self.gatekeeper(robot), word.clone());
         }
         for runner in 0..N_RUNNERS {
             self.send(from, Node::Runner(runner), word.clone());
@@ -331,14 +353,13 @@ impl Fleet {
     fn deliver(&mut self, from: Node, to: Node, message: Message) -> Result<(), String> {
         match (to, message) {
             (Node::Robot(robot), message) => self.robot_hears(robot, message),
-            (Node::Controller(robot), message) => {
-                self.controller_hears(robot, from, message);
-                Ok(())
-            }
+            (Node::Controller(robot), message) => self.controller_hears(robot, from, message),
             (Node::Runner(runner), message) => self.runner_hears(runner, from, message),
             (Node::Simulator, message) => self.simulator_hears(from, message),
             (Node::Stopper, Message::RobotStatus(status, _)) => {
-                let Node::Robot(robot) = from else { panic!("a status from {from:?}") };
+                let (Node::Robot(robot) | Node::Controller(robot)) = from else {
+                    panic!("a status from {from:?}")
+                };
                 let status = (*status).clone();
                 self.tell_stopper(stopper::Event::Status { robot: name(robot), status });
                 Ok(())
@@ -356,17 +377,23 @@ impl Fleet {
 
     /// What must be true of the wheels at every instant.
     fn judge(&mut self) -> Result<(), String> {
-        let mut epochs = Vec::new();
+        let (mut epochs, mut runs) = (Vec::new(), Vec::new());
         for robot in 0..N_ROBOTS {
-            let Some(told) = self.robots[robot].turning(self.now_ms) else { continue };
-            let process = self.processes[robot];
-            let is_awake = process.is_up && self.now_ms > process.stalled_until_ms;
+            let Some(told) = self.turning(robot) else { continue };
+            let is_awake = self.is_awake(self.gatekeeper(robot));
             let last_told_ms = if is_awake { GLANCE_MS } else { WHEELS_MS };
             let witness = &self.witnesses[robot];
             witness
                 .wheels(told, last_told_ms, self.now_ms)
                 .map_err(|violation| format!("{}: {violation}", name(robot)))?;
             epochs.push(witness.moved().0);
+            // Wheels turn on for a moment after their gate was armed by another run.
+            if self.gate(robot).epoch() == witness.moved().0 {
+                runs.push(self.gate(robot).run_id());
+            }
+        }
+        if runs.iter().any(|run| *run != runs[0]) {
+            return Err(format!("robots move in several runs at once: {runs:?}"));
         }
         if epochs.iter().any(|epoch| *epoch != epochs[0]) {
             return Err(format!("robots move in several epochs at once: {epochs:?}"));

@@ -39,7 +39,7 @@ pub enum Message {
     /// A lease, with what its runner has heard of each robot last.
     Lease(Rc<Lease>, Rc<[Option<Sent>; N_ROBOTS]>),
     RobotStatus(Rc<Status>, Sent),
-    ControllerStatus(Rc<Status>),
+    ControllerStatus(Rc<Status>, Sent),
     SimulatorStatus(Rc<Status>),
     Detection(bool),
     Clock(u64),
@@ -58,6 +58,9 @@ pub enum Message {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Delivery {
     BestEffort,
+    /// The same, and never later than it can be late: what says of itself neither when it was said nor
+    /// in which order comes on topics that are reliable, which hand nothing on twice.
+    Once,
     /// Sent again until it arrives, once and in order.
     Reliable,
 }
@@ -139,9 +142,7 @@ impl Network {
     }
 
     pub fn send(&mut self, now_ms: u64, (from, to): (Node, Node), message: Message) {
-        let is_lost =
-            self.generator.random::<f64>() < self.faults.loss || self.is_cut(now_ms, from, to);
-        if is_lost {
+        if self.is_lost(now_ms, (from, to)) {
             return;
         }
         if self.generator.random::<f64>() < self.faults.duplication {
@@ -150,6 +151,17 @@ impl Network {
         }
         let due_ms = now_ms + self.delay();
         self.plan(due_ms, Item::Arrival { from, to, message });
+    }
+
+    pub fn send_once(&mut self, now_ms: u64, (from, to): (Node, Node), message: Message) {
+        if !self.is_lost(now_ms, (from, to)) {
+            let due_ms = now_ms + self.delay();
+            self.plan(due_ms, Item::Arrival { from, to, message });
+        }
+    }
+
+    fn is_lost(&mut self, now_ms: u64, (from, to): (Node, Node)) -> bool {
+        self.generator.random::<f64>() < self.faults.loss || self.is_cut(now_ms, from, to)
     }
 
     pub fn send_reliably(&mut self, now_ms: u64, (from, to): (Node, Node), message: Message) {

@@ -65,6 +65,10 @@ pub struct Scenario {
     pub happenings: Vec<(u64, Happening)>,
     /// Whether there is a button, which says that it is released until something happens to it.
     pub has_button: bool,
+    /// Robots without a gate of ours: their controllers hold the lease.
+    pub controller_only: [bool; N_ROBOTS],
+    /// Whether runners hear the robots, and never each other.
+    pub are_runners_apart: bool,
     /// A controller that confirms its parameters and drives with others.
     pub liar: Option<usize>,
     /// How far each robot's clock on the wall is ahead of the runners', in milliseconds.
@@ -87,6 +91,8 @@ impl Scenario {
             robot_lost: RobotLost::Abort,
             happenings: Vec::new(),
             has_button: false,
+            controller_only: [false; N_ROBOTS],
+            are_runners_apart: false,
             liar: None,
             ahead_ms: [0; N_ROBOTS],
             too_fast_ppm: [0; N_ROBOTS],
@@ -127,6 +133,22 @@ impl Scenario {
             // One machine has one clock.
             scenario.ahead_ms = [scenario.ahead_ms[0]; N_ROBOTS];
             scenario.too_fast_ppm = [scenario.too_fast_ppm[0]; N_ROBOTS];
+        }
+        let mut generator = ChaCha8Rng::seed_from_u64(seed);
+        generator.set_stream(3);
+        let mut draw = Draw { generator: &mut generator };
+        if body == Body::Real && draw.chance(0.3) {
+            scenario.controller_only = std::array::from_fn(|_| draw.chance(0.5));
+        }
+        if draw.chance(0.5) {
+            // What nobody waits for any more comes again.
+            scenario.faults.repeat_ms = draw.of(&[1_000, 3_000, 5_000]);
+        }
+        scenario.are_runners_apart = draw.chance(0.2);
+        if scenario.are_runners_apart && draw.chance(0.5) {
+            let is_start = |happening: &Happening| *happening == Happening::Start(1);
+            scenario.happenings.retain(|(_, happening)| !is_start(happening));
+            scenario.happenings.push((draw.of(&[1, 30, 100, 300]), Happening::Start(1)));
         }
         scenario.with(LAST_HAPPENING_MS, Happening::Heal)
     }

@@ -7,13 +7,14 @@ use rsrs_fleet::stopper::{Answer, Ending};
 
 use crate::network::{Faults, Node};
 use crate::scenario::{Happening, Scenario};
-use crate::{play, play_seeds};
+use crate::{number_of_seeds, play, play_seeds};
 
 const SEEDS: u64 = 1_000;
 
 #[test]
 fn no_seed_breaks_an_invariant_of_stops() {
-    let counts = play_seeds(SEEDS, Scenario::draw_with_stop, |story| {
+    let n_seeds = number_of_seeds(SEEDS);
+    let counts = play_seeds(n_seeds, Scenario::draw_with_stop, |story| {
         let is_e_stop = |end: &Outcome| *end == aborted("e-stop");
         vec![
             story.stops[0].ending == Ending::Acknowledged,
@@ -24,9 +25,9 @@ fn no_seed_breaks_an_invariant_of_stops() {
 
     // The invariants hold where nothing moves and nobody hears: see that there is more to it.
     let [acknowledged, named, interrupted] = counts[..] else { panic!("{counts:?}") };
-    assert!(interrupted >= SEEDS / 4, "{interrupted} of {SEEDS} stops met a run");
-    assert!(acknowledged >= SEEDS / 2, "{acknowledged} of {SEEDS} stops were acknowledged");
-    assert_eq!(acknowledged + named, SEEDS);
+    assert!(interrupted >= n_seeds / 4, "{interrupted} of {n_seeds} stops met a run");
+    assert!(acknowledged >= n_seeds / 2, "{acknowledged} of {n_seeds} stops were acknowledged");
+    assert_eq!(acknowledged + named, n_seeds);
 }
 
 fn aborted(reason: &str) -> Outcome {

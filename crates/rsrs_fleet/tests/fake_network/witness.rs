@@ -41,6 +41,8 @@ pub struct Witness {
     bound: (u64, u64),
     /// The digest that its controller named last, and when.
     controller: Option<(u64, u64)>,
+    /// When the newest word of its controller was said.
+    controller_sent_ms: u64,
     /// When the last command came.
     commanded_ms: Option<u64>,
     /// When it first heard the e-stop that holds it.
@@ -96,7 +98,12 @@ impl Witness {
         }
     }
 
-    pub fn controller(&mut self, digest: u64, now_ms: u64) {
+    /// Its controller says which parameters it has; what it has said before and comes now is no news.
+    pub fn controller(&mut self, digest: u64, sent_ms: u64, now_ms: u64) {
+        if sent_ms < self.controller_sent_ms {
+            return;
+        }
+        self.controller_sent_ms = sent_ms;
         self.controller = Some((digest, now_ms));
         let (epoch, _) = self.bound;
         let is_final = !self.forgives && self.moved_in == epoch;
@@ -193,7 +200,7 @@ impl Witness {
         }
         if let Some(word_ms) = self.e_stop_word_ms
             && word_ms >= since_ms
-            && self.is_silent(now_ms)
+            && self.is_silent(now_ms.saturating_sub(since_look_ms))
         {
             return Err(format!("moves at {now_ms} ms, the e-stop is silent since {word_ms} ms"));
         }

@@ -117,6 +117,7 @@ impl Plan {
             seed: request.seed,
             replicate: 0,
             robot_lost: RobotLost::Abort,
+            controller_only: super::controller_only(request.backend, &robots),
             backend: request.backend,
             time,
             run_id: run_id.clone(),

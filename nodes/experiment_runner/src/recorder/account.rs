@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use rsrs_msgs::topics::Reliability;
+
 use crate::ears::Ear;
 
 /// The record in a bag that says what is missing in it.
@@ -33,6 +35,14 @@ impl Account {
         if n_missing > 0 {
             *self.gaps.entry(source.0).or_default() += n_missing;
         }
+    }
+
+    /// Samples missing on reliable topics.
+    pub fn n_missing_of_reliable(&self) -> u64 {
+        let is_reliable = |index: usize| {
+            self.ears.get(index).is_some_and(|ear| ear.qos.reliability == Reliability::Reliable)
+        };
+        self.gaps.iter().filter(|(index, _)| is_reliable(**index)).map(|(_, missing)| missing).sum()
     }
 
     /// Pairs for the bag: sums, and each topic of which something is missing.

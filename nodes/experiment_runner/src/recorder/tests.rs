@@ -49,9 +49,11 @@ fn samples_that_never_came_are_counted_by_topic_and_told_in_the_bag() {
     for (index, writer, sequence) in [(0, 1, 5), (1, 2, 1), (0, 1, 6), (0, 1, 9), (0, 3, 1)] {
         let message = cdr::encode(&Bool { data: true });
         let writer = [writer; 16];
-        let received = ReceivedRaw { message, source_time_ns: None, sequence, writer };
+        let (source_time_ns, received_time_ns) = (None, 0);
+        let received = ReceivedRaw { message, source_time_ns, received_time_ns, sequence, writer };
         recorder.take((index, &ears[index]), &received).unwrap();
     }
+    assert_eq!(recorder.n_lost(), 2);
     recorder.close(&completed()).unwrap();
 
     let bag = Bag::open(&path).unwrap();

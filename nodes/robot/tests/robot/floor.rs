@@ -9,6 +9,7 @@ use rsrs_msgs::geometry_msgs::{Twist, TwistStamped, Vector3};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics;
+use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use tokio::task::JoinHandle;
 
@@ -160,6 +161,7 @@ impl Voice {
 async fn speak(voice: Voice, said: Arc<Mutex<Said>>) {
     let why = "a healthy network";
     let mut beat = tokio::time::interval(BEAT);
+    let mut epoch = 0;
     loop {
         beat.tick().await;
         let (lease, foreign, e_stop, command) = {
@@ -176,7 +178,10 @@ async fn speak(voice: Voice, said: Arc<Mutex<Said>>) {
             (lease, said.foreign_controller, said.e_stop, said.command)
         };
         if let Some(parameter_digest) = foreign {
-            let status = RobotStatus { parameter_digest, ..RobotStatus::default() };
+            let counter = rsrs_wire::first_counter(wall_time());
+            // A controller stays in the run that it was armed for last.
+            epoch = lease.as_ref().map_or(epoch, |lease| lease.epoch);
+            let status = RobotStatus { counter, epoch, parameter_digest, ..RobotStatus::default() };
             voice.controller.publish(status).await.expect(why);
         }
         if let Some(lease) = lease {

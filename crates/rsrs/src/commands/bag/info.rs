@@ -96,6 +96,8 @@ fn text(result: &Report, record: Option<&ExperimentRecord>, bag: &Bag) -> String
     if let Some(broken) = recorded_run::break_in(bag) {
         line(format!("damage: {broken}"));
         line(format!("next: rsrs bag recover {}", info.path.display()));
+    } else if info.n_messages == 0 {
+        line("damage: none, but nothing was recorded".to_owned());
     }
     line("topics:".to_owned());
     text.push_str(&topics(info));

@@ -52,6 +52,8 @@ struct Report<'a> {
 ///
 /// If the bag cannot be read or holds nothing to save, or the new one exists or cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    // Labels that do not read are refused before anything is written.
+    human_labels::read(&arguments.bag)?;
     let recovered = match &arguments.output {
         None => recover(&arguments.bag),
         Some(folder) => recover_into(&arguments.bag, folder),

@@ -39,6 +39,9 @@ pub fn judged(labelled: &Labelled) -> String {
         let differs = if label.phase == labelled.phase { "" } else { "; differs" };
         line(format!("by hand: {label}{differs}"));
     }
+    if !labelled.controller_only.is_empty() {
+        line(format!("lease: controller only: {}", labelled.controller_only.join(", ")));
+    }
     if let Some(damage) = &labelled.damage {
         line(format!("{damage}; what came before was judged"));
     }

@@ -2,7 +2,6 @@
 
 mod crew;
 mod operator;
-mod readings;
 mod result;
 mod standing;
 mod template;
@@ -38,7 +37,7 @@ Examples:
       --interface wlan0 --table turn.csv
   rsrs measure drive fleet.yaml --robot robot_3 --distance 0.4 --bearing 0.2 --table detection.csv
   rsrs measure drive fleet.yaml --template trials/detection.csv --backend fleet --interface wlan0
-  rsrs measure fit --bags trial_* --detection detection.csv --name flockbot -o flockbot.yaml")]
+  rsrs measure fit --bags trial_* --name flockbot -o flockbot.yaml")]
 pub struct Arguments {
     /// Fleet file (YAML).
     fleet: PathBuf,

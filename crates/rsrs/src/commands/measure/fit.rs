@@ -23,15 +23,15 @@ use crate::trial_files::{names, table, trajectories};
 
 /// Fit a profile to trials: every number with its interval and where it comes from.
 ///
-/// Tables are CSV with the header of `rsrs measure plan`. Straight runs, turns and control periods
-/// may come out of bags instead, and straight runs and turns out of trajectories; a table goes before
-/// them. Outliers are named, not dropped.
+/// Tables are CSV with the header of `rsrs measure plan`. All of them may come out of bags instead, and
+/// straight runs and turns out of trajectories; a table goes before them. Outliers are named, not
+/// dropped.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   rsrs measure fit --speed speed.csv --turn turn.csv --detection detection.csv --period period.csv \\
       --name flockbot -o flockbot.yaml --pictures pictures
-  rsrs measure fit --bags straight_* turn_* --detection detection.csv --name flockbot -o flockbot.yaml
+  rsrs measure fit --bags straight_* turn_* standing_* --name flockbot -o flockbot.yaml
   rsrs measure fit --speed speed.csv --turn turn.csv --detection detection.csv --name flockbot \\
       --format json")]
 pub struct Arguments {
@@ -42,8 +42,8 @@ pub struct Arguments {
     #[arg(long, value_name = "CSV", required_unless_present_any = ["trajectories", "bags"])]
     turn: Option<PathBuf>,
     /// Detections: `robot,distance_m,bearing_rad,samples,detections`; no distance is no neighbour.
-    #[arg(long, value_name = "CSV")]
-    detection: PathBuf,
+    #[arg(long, value_name = "CSV", required_unless_present = "bags")]
+    detection: Option<PathBuf>,
     /// Control periods: `robot,period_s`.
     #[arg(long, value_name = "CSV")]
     period: Option<PathBuf>,
@@ -51,8 +51,9 @@ pub struct Arguments {
     /// `robot,trial,time_s,x_m,y_m,heading_rad,commanded_m_s,commanded_rad_s`.
     #[arg(long, value_name = "CSV", num_args = 1..)]
     trajectories: Vec<PathBuf>,
-    /// Bags of robots that drive alone: poses and commands are trajectories, and the stamps of
-    /// detections are control periods.
+    /// Bags of trials: of robots that drive alone, poses and commands are trajectories, and the stamps
+    /// of detections are control periods; of robots that stand, as `rsrs measure drive` makes them
+    /// with `--distance` or `--alone`, all readings are detections.
     #[arg(long, value_name = "BAG", num_args = 1..)]
     bags: Vec<PathBuf>,
     /// Radius of a robot's body, in m (default: 0.075).
@@ -138,7 +139,16 @@ fn fit_tables(
         Some(path) => table(path, turn_trials)?,
         None => from_driven.turn,
     };
-    let detection = table(&arguments.detection, detection_trials)?;
+    let detection = match &arguments.detection {
+        Some(path) => table(path, detection_trials)?,
+        None => bag_trials::detection_table(&bags).ok_or_else(|| {
+            with_help(
+                "in none of the bags does a robot stand and sense",
+                "give a table with `--detection`, or bags of `rsrs measure drive --distance M \
+                 --bearing RAD` and `rsrs measure drive --alone`",
+            )
+        })?,
+    };
     let period = match &arguments.period {
         Some(path) => Some(table(path, period_trials)?),
         None => bag_trials::period_table(&bags),

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::commands::{Format, report};
 use crate::failure::{Outcome, with_help};
 use crate::human_labels::JUDGE;
-use crate::labelling::{LabelOptions, label_bag};
+use crate::labelling::{LabelOptions, Labelled, label_bag};
 use crate::table_text::columns;
 
 /// The label beside a bag, as a campaign leaves it.
@@ -35,6 +35,9 @@ struct Said {
     phase: Phase,
     /// The order parameters behind it.
     evidence: Option<Evidence>,
+    /// Number of robots, if it is known.
+    #[serde(default)]
+    n_robots: Option<usize>,
     by: String,
 }
 
@@ -55,7 +58,14 @@ pub fn run(bag: &Path, recorded: Option<&Path>, format: Format) -> anyhow::Resul
     let path = recorded.map_or_else(|| beside(bag), Path::to_owned);
     let recorded = read(&path, bag)?;
     let labelled = label_bag(bag, LabelOptions::default())?;
-    let today = Said { phase: labelled.phase, evidence: labelled.evidence, by: labelled.by };
+    let Labelled { phase, evidence, n_robots, by, .. } = labelled;
+    let today = Said { phase, evidence, n_robots, by };
+    if let Some((then, now)) = recorded.n_robots.zip(n_robots).filter(|(then, now)| then != now) {
+        return Err(with_help(
+            format!("{} is of {then} robots, and {} has {now}", path.display(), bag.display()),
+            "name its own one with `--recorded FILE`",
+        ));
+    }
     let is_same = today.phase == recorded.phase;
     let result = Report { bag: bag.to_owned(), recorded_in: path, recorded, today, is_same };
     report(format, &result, &text(&result))?;

@@ -1,5 +1,7 @@
 //! Runners, with the recorder and the requests that are around each of them on its own host.
 
+use std::collections::BTreeSet;
+
 use rsrs_core::controller::Reaction;
 use rsrs_fleet::controller::Settings;
 use rsrs_fleet::message::{LeaseState, RobotState, Status};
@@ -7,7 +9,7 @@ use rsrs_fleet::preflight::{Expected, Graph};
 use rsrs_fleet::runner::{Action, Event, Pace, Runner, RunnerOptions, Target};
 
 use super::simulating::{PLACED, STEPS};
-use super::{Fleet, N_RUNNERS, WANTED, name, stamp};
+use super::{Fleet, N_RUNNERS, WANTED, name, run_id, stamp};
 use crate::network::{Item, Message, Node, Sent};
 use crate::scenario::{Body, N_ROBOTS};
 
@@ -43,10 +45,6 @@ pub(super) struct RunnerHost {
 }
 
 impl RunnerHost {
-    pub fn epoch(&self) -> u64 {
-        self.machine.epoch()
-    }
-
     pub fn records(&self) -> bool {
         self.bag == Bag::Open
     }
@@ -62,10 +60,11 @@ impl Fleet {
             }
         };
         let options = RunnerOptions {
-            run_id: format!("run {runner}"),
+            run_id: run_id(runner),
             expected: Expected {
                 robots: (0..N_ROBOTS).map(name).collect(),
                 simulator: self.simulator.is_some(),
+                controller_only: self.controller_only(),
                 ..Expected::default()
             },
             controller: WANTED,
@@ -119,7 +118,7 @@ impl Fleet {
                 self.tell_runner(runner, Event::LeaseHeard((*lease).clone()))
             }
             (Message::EStop(engaged), _) => self.tell_runner(runner, Event::EStop(engaged)),
-            (Message::RobotStatus(status, sent), Node::Robot(robot)) => {
+            (Message::RobotStatus(status, sent), Node::Robot(robot) | Node::Controller(robot)) => {
                 let last = &mut host.heard[robot];
                 *last = last.filter(|last| last.at_ms >= sent.at_ms).or(Some(sent));
                 let behind_ms = (self.now_ms - sent.at_ms).cast_signed();
@@ -129,7 +128,7 @@ impl Fleet {
                 self.tell_runner(runner, Event::ClockAhead { robot: robot.clone(), seconds })?;
                 self.tell_runner(runner, Event::RobotStatus { robot, status })
             }
-            (Message::ControllerStatus(status), Node::Controller(robot)) => {
+            (Message::ControllerStatus(status, _), Node::Controller(robot)) => {
                 let (robot, status) = (name(robot), (*status).clone());
                 self.tell_runner(runner, Event::ControllerStatus { robot, status })
             }
@@ -211,15 +210,20 @@ impl Fleet {
                 if host.bag == Bag::Open {
                     return Err(format!("runner {runner} has finished, and its bag is open"));
                 }
-                let epoch = host.machine.epoch();
                 self.note(|| format!("runner {runner}: {outcome:?}"));
                 self.story.outcomes.insert(runner, outcome);
                 self.runners.remove(&runner);
                 self.processes[self.slot(node)].is_up = false;
-                return self.judge_finish(epoch, &not_standing);
+                return self.judge_finish(runner, &not_standing);
             }
         }
         Ok(())
+    }
+
+    /// As a fleet file says it.
+    fn controller_only(&self) -> BTreeSet<String> {
+        let is_alone = |robot: &usize| self.scenario.controller_only[*robot];
+        (0..N_ROBOTS).filter(is_alone).map(name).collect()
     }
 
     fn answer(&mut self, runner: usize, event: Event) {
@@ -227,11 +231,11 @@ impl Fleet {
     }
 
     /// Whose wheels still turn must have been named.
-    fn judge_finish(&self, epoch: u64, not_standing: &[String]) -> Result<(), String> {
+    fn judge_finish(&self, runner: usize, not_standing: &[String]) -> Result<(), String> {
         for robot in 0..N_ROBOTS {
-            let turns = self.robots[robot].turning(self.now_ms).is_some();
-            let obeys = self.robots[robot].gate.epoch() == epoch;
-            if turns && obeys && epoch > 0 && !not_standing.contains(&name(robot)) {
+            let turns = self.turning(robot).is_some();
+            let obeys = self.gate(robot).run_id() == Some(&run_id(runner));
+            if turns && obeys && !not_standing.contains(&name(robot)) {
                 return Err(format!("the run is over, {} moves and is not named", name(robot)));
             }
         }

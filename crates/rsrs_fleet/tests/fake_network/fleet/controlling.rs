@@ -1,57 +1,85 @@
 //! Controllers, with the parameters that runs set and meddlers try to.
 
-use rsrs_core::controller::{ControllerParameters, Reaction};
+use rsrs_core::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::controller::{Action, Event, Settings};
 use rsrs_fleet::runner::Target;
 
 use super::{Fleet, N_RUNNERS, WANTED, name, stamp};
-use crate::network::{Message, Node};
+use crate::network::{Message, Node, Sent};
 
 impl Fleet {
-    pub(super) fn controller_hears(&mut self, robot: usize, from: Node, message: Message) {
+    pub(super) fn controller_hears(
+        &mut self,
+        robot: usize,
+        from: Node,
+        message: Message,
+    ) -> Result<(), String> {
         let target = Target::Robot(name(robot));
         let is_liar = self.scenario.liar == Some(robot);
         match message {
-            Message::Lease(lease, _) => {
+            Message::Lease(lease, echoes) => {
                 self.witness_hold(robot, &lease);
-                self.tell_controller(robot, Event::Lease((*lease).clone()));
+                if self.scenario.controller_only[robot] {
+                    self.witness_lease((robot, echoes[robot]), &lease);
+                }
+                self.tell_controller(robot, Event::Lease((*lease).clone()))
+            }
+            Message::EStop(engaged) => {
+                self.witness_e_stop((robot, engaged));
+                self.tell_controller(robot, Event::EStop(engaged))
             }
             Message::Detection(detected) => self.tell_controller(robot, Event::Detection(detected)),
             Message::Clock(stamp_ns) => self.tell_controller(robot, Event::Clock(stamp_ns)),
             Message::Set(settings) => {
-                let result = self.set(robot, settings);
+                let result = self.set(robot, settings)?;
                 self.send(Node::Controller(robot), from, Message::SetAnswer(target, result));
+                Ok(())
             }
             Message::Get => {
                 let parameters = self.controllers[robot].settings().parameters;
                 let digest = if is_liar { WANTED.digest() } else { parameters.digest() };
                 self.send(Node::Controller(robot), from, Message::GetAnswer(target, digest));
+                Ok(())
             }
             other => panic!("a controller hears {other:?}"),
         }
     }
 
-    fn set(&mut self, robot: usize, settings: Settings) -> Result<(), String> {
+    /// What it answers; the outer error is a violation.
+    fn set(&mut self, robot: usize, settings: Settings) -> Result<Result<(), String>, String> {
         if self.scenario.liar == Some(robot) {
-            return Ok(());
+            return Ok(Ok(()));
         }
         if self.controllers[robot].is_armed(self.local(Node::Controller(robot))) {
-            return Err("read-only while armed".to_owned());
+            return Ok(Err("read-only while armed".to_owned()));
         }
-        self.tell_controller(robot, Event::Parameters(settings));
-        Ok(())
+        self.tell_controller(robot, Event::Parameters(settings)).map(Ok)
     }
 
-    pub(super) fn tell_controller(&mut self, robot: usize, event: Event) {
+    pub(super) fn tell_controller(&mut self, robot: usize, event: Event) -> Result<(), String> {
         let node = Node::Controller(robot);
         let now = self.local(node);
-        for action in self.controllers[robot].on_event(event, now) {
+        let decides = matches!(event, Event::Detection(_));
+        let actions = self.controllers[robot].on_event(event, now);
+        let holds_lease = self.scenario.controller_only[robot];
+        if holds_lease {
+            self.witness_thought(robot)?;
+        }
+        if holds_lease && decides {
+            self.witnesses[robot].command(self.now_ms);
+        }
+        for action in actions {
             match action {
                 Action::Command { command, stamp_ns } => {
+                    self.mouths[robot] = Some(command);
+                    self.judge_mouth(robot)?;
                     self.send(node, Node::Robot(robot), Message::Command(command, stamp_ns));
                 }
+                Action::GateStatus(status) => self.say_status(robot, status),
                 Action::Status(status) => {
-                    let message = Message::ControllerStatus(status.into());
+                    let sent =
+                        Sent { life: self.processes[self.slot(node)].life, at_ms: self.now_ms };
+                    let message = Message::ControllerStatus(status.into(), sent);
                     self.send(node, Node::Robot(robot), message.clone());
                     for runner in 0..N_RUNNERS {
                         self.send(node, Node::Runner(runner), message.clone());
@@ -59,6 +87,29 @@ impl Fleet {
                 }
             }
         }
+        self.judge_mouth(robot)
+    }
+
+    /// A controller that holds the lease has thought.
+    fn witness_thought(&mut self, robot: usize) -> Result<(), String> {
+        let settings = self.controllers[robot].settings();
+        let digest = settings.parameters.digest_with(settings.reaction);
+        let epoch = self.gate(robot).epoch();
+        let (witness, now_ms) = (&mut self.witnesses[robot], self.now_ms);
+        witness.controller(digest, now_ms, now_ms);
+        witness.obeys(epoch, now_ms).map_err(|violation| format!("{}: {violation}", name(robot)))
+    }
+
+    /// May a controller that holds the lease say what it says, and leave it at that?
+    fn judge_mouth(&mut self, robot: usize) -> Result<(), String> {
+        let stands = self.mouths[robot].is_none_or(|told| told == Command::STOP);
+        if stands || !self.scenario.controller_only[robot] {
+            return Ok(());
+        }
+        self.witness_movement(robot)?;
+        self.witnesses[robot]
+            .obeys_command(self.now_ms)
+            .map_err(|violation| format!("{}: {violation}", name(robot)))
     }
 
     /// Somebody tries a parameter of a controller; none is to change while a run holds it.
@@ -75,7 +126,7 @@ impl Fleet {
             reaction: Reaction::ToDetections,
         };
         self.story.meddled.0 += 1;
-        let result = self.set(robot, settings);
+        let result = self.set(robot, settings)?;
         self.story.meddled.1 += u64::from(result.is_err());
         if result.is_ok() && self.now_ms < self.held_until_ms[robot] {
             return Err(format!("parameters of {} changed while a run held them", name(robot)));

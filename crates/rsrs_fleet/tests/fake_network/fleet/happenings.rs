@@ -64,6 +64,7 @@ impl Fleet {
                 self.runners.remove(&runner);
             }
             Node::Simulator => self.simulator = Some(SimulatorHost::default()),
+            Node::Controller(robot) => self.mouths[robot] = None,
             _ => {}
         }
     }
@@ -76,7 +77,10 @@ impl Fleet {
             Node::Robot(robot) => self.robots_start([robot]),
             Node::Simulator => self.robots_start(Self::all_robots()),
             Node::Controller(robot) => {
-                self.controllers[robot] = new_controller(robot, self.scenario.body);
+                self.controllers[robot] = new_controller(robot, &self.scenario, self.now_ms);
+                if self.scenario.controller_only[robot] {
+                    self.witnesses[robot].starts();
+                }
                 self.held_until_ms[robot] = 0;
                 self.held_by[robot] = (0, String::new());
             }

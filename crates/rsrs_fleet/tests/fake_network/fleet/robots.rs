@@ -4,10 +4,11 @@
 use std::time::Duration;
 
 use rsrs_core::controller::Command;
+use rsrs_fleet::message::{Lease, Status};
 use rsrs_fleet::robot::limits::{Limits, Ramp};
 use rsrs_fleet::robot::{Event, Robot, RobotOptions};
 
-use super::{Fleet, N_RUNNERS, name};
+use super::{COMMAND_TIMEOUT, Fleet, N_RUNNERS, name, run_id};
 use crate::network::{Message, Node, Sent};
 use crate::scenario::{Body, N_ROBOTS};
 
@@ -32,14 +33,15 @@ pub(super) struct RobotHost {
 }
 
 pub(super) fn options(robot: usize, lapse_grace: Duration) -> RobotOptions {
-    RobotOptions { name: name(robot), command_timeout: Duration::from_millis(325), lapse_grace }
+    RobotOptions { name: name(robot), command_timeout: COMMAND_TIMEOUT, lapse_grace }
 }
 
 impl RobotHost {
-    pub fn new(robot: usize) -> Self {
+    /// A robot whose process starts now.
+    pub fn new(robot: usize, now_ms: u64) -> Self {
         let options = options(robot, Duration::ZERO);
         Self {
-            gate: Robot::new(options.clone()),
+            gate: Robot::new(options.clone()).counting_from(now_ms),
             options,
             ramp: Ramp::standing(Duration::ZERO),
             wheels: None,
@@ -63,29 +65,30 @@ impl Fleet {
             let detected = (self.now_ms / PERIOD_MS + robot as u64).is_multiple_of(3);
             self.send(Node::Robot(robot), Node::Controller(robot), Message::Detection(detected));
         }
+        // What is no gate of ours has no more to do.
+        if self.scenario.controller_only[robot] {
+            return Ok(());
+        }
         self.tell_robot(robot, Event::Tick)
     }
 
     pub(super) fn robot_hears(&mut self, robot: usize, message: Message) -> Result<(), String> {
+        if self.scenario.controller_only[robot] {
+            return Ok(());
+        }
         let now_ms = self.now_ms;
         let witness = &mut self.witnesses[robot];
         match message {
             Message::Lease(lease, echoes) => {
-                witness.lease(&lease, echoes[robot], now_ms);
+                self.witness_lease((robot, echoes[robot]), &lease);
                 self.tell_robot(robot, Event::Lease((*lease).clone()))
             }
-            Message::ControllerStatus(status) => {
-                let parameter_digest = status.parameter_digest;
-                witness.controller(parameter_digest, now_ms);
-                self.tell_robot(robot, Event::Controller { parameter_digest })
+            Message::ControllerStatus(status, sent) => {
+                witness.controller(status.parameter_digest, sent.at_ms, now_ms);
+                self.tell_robot(robot, Event::Controller((*status).clone()))
             }
             Message::EStop(engaged) => {
-                if engaged {
-                    witness.e_stop_engaged(now_ms);
-                } else {
-                    witness.e_stop_released(now_ms);
-                }
-                self.note(|| format!("{} hears the e-stop: {engaged}", name(robot)));
+                self.witness_e_stop((robot, engaged));
                 self.tell_robot(robot, Event::EStop(engaged))
             }
             Message::Command(command, stamp_ns) if self.simulator.is_some() => {
@@ -128,15 +131,40 @@ impl Fleet {
             .obeys(epoch, self.now_ms)
             .map_err(|violation| format!("{}: {violation}", name(robot)))?;
         if let Some(status) = status {
-            self.note(|| format!("{} says {}: {}", name(robot), status.state, status.stop_reason));
-            let sent = Sent { life: self.witnesses[robot].life(), at_ms: self.now_ms };
-            let message = Message::RobotStatus(status.into(), sent);
-            for runner in 0..N_RUNNERS {
-                self.send(node, Node::Runner(runner), message.clone());
-            }
-            self.send(node, Node::Stopper, message);
+            self.say_status(robot, status);
         }
         Ok(())
+    }
+
+    /// A gate says what it does, wherever it is.
+    pub(super) fn say_status(&mut self, robot: usize, status: Status) {
+        let node = self.gatekeeper(robot);
+        self.note(|| format!("{} says {}: {}", name(robot), status.state, status.stop_reason));
+        let sent = Sent { life: self.witnesses[robot].life(), at_ms: self.now_ms };
+        let message = Message::RobotStatus(status.into(), sent);
+        for runner in 0..N_RUNNERS {
+            self.send(node, Node::Runner(runner), message.clone());
+        }
+        self.send(node, Node::Stopper, message);
+    }
+
+    /// A lease arrives, with what its runner has heard of the robot last.
+    pub(super) fn witness_lease(&mut self, (robot, echo): (usize, Option<Sent>), lease: &Lease) {
+        let gate = self.gate(robot);
+        // Of two runs of one epoch, the robot belongs to one.
+        if gate.epoch() != lease.epoch || gate.run_id() == Some(&lease.run_id) {
+            self.witnesses[robot].lease(lease, echo, self.now_ms);
+        }
+    }
+
+    pub(super) fn witness_e_stop(&mut self, (robot, engaged): (usize, bool)) {
+        let (witness, now_ms) = (&mut self.witnesses[robot], self.now_ms);
+        if engaged {
+            witness.e_stop_engaged(now_ms);
+        } else {
+            witness.e_stop_released(now_ms);
+        }
+        self.note(|| format!("{} hears the e-stop: {engaged}", name(robot)));
     }
 
     /// Makes the wheels do what the gate lets through.
@@ -169,10 +197,11 @@ impl Fleet {
         if self.scenario.liar == Some(robot) {
             return Err(format!("{} moves with unconfirmed parameters", name(robot)));
         }
-        let epoch = self.robots[robot].gate.epoch();
-        match self.runners.values().find(|runner| runner.epoch() == epoch) {
-            Some(runner) if !runner.records() => {
-                Err(format!("{} moves in epoch {epoch}, which nobody records", name(robot)))
+        let gate = self.gate(robot);
+        let is_its = |runner: &usize| gate.run_id() == Some(&run_id(*runner));
+        match self.runners.iter().find(|(runner, _)| is_its(runner)) {
+            Some((runner, host)) if !host.records() => {
+                Err(format!("{} moves for runner {runner}, which records nothing", name(robot)))
             }
             _ => Ok(()),
         }
@@ -181,8 +210,10 @@ impl Fleet {
     /// The process of a robot, or of all robots of the simulator, has just started.
     pub(super) fn robots_start(&mut self, robots: impl IntoIterator<Item = usize>) {
         for robot in robots {
-            self.robots[robot] = RobotHost::new(robot);
-            self.witnesses[robot].starts();
+            self.robots[robot] = RobotHost::new(robot, self.now_ms);
+            if !self.scenario.controller_only[robot] {
+                self.witnesses[robot].starts();
+            }
         }
     }
 

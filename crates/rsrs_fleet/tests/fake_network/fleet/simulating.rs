@@ -101,7 +101,8 @@ impl Fleet {
             if options != self.robots[robot].options {
                 // A robot that has to change is switched off and on again.
                 self.robots_start([robot]);
-                self.robots[robot].gate = robot::Robot::new(options.clone());
+                self.robots[robot].gate =
+                    robot::Robot::new(options.clone()).counting_from(self.now_ms);
                 self.robots[robot].options = options;
             }
         }

@@ -4,17 +4,19 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use rsrs_bags::trajectory::{TrajectoryError, TrajectoryOptions, read_trajectory};
+use rsrs_bags::trajectory::{
+    RecordedTrajectory, TrajectoryError, TrajectoryOptions, read_trajectory,
+};
 use rsrs_core::controller::ControllerParameters;
 use rsrs_core::trial::{DrivenTrial, Neighbour, reduced};
 use rsrs_experiment_runner::plan::{Plan, Trial};
 use serde::Serialize;
 
-use super::readings::Readings;
 use crate::bag_trials;
 use crate::failure::with_help;
 use crate::recorded_run;
 use crate::result_folder::write_file;
+use crate::sensor_readings::Readings;
 
 /// What one trial came to.
 #[derive(Clone, Debug, Serialize)]
@@ -138,7 +140,7 @@ impl TrialResult {
     pub fn of_bag(bag: &Path, plan: &Plan) -> anyhow::Result<Option<Self>> {
         let opened = recorded_run::open(bag)?;
         let recorded = read_trajectory(&opened, &TrajectoryOptions::default());
-        if matches!(recorded, Err(TrajectoryError::NoPoses { .. })) {
+        if is_unseen(&recorded) {
             return Ok(None);
         }
         let driven = bag_trials::read(bag)?.driven;
@@ -234,6 +236,12 @@ impl TrialResult {
             None => format!("{bag}: a curve\nnext: rsrs validate SWEEP --trajectories {bag}"),
         }
     }
+}
+
+/// Whether there are no poses of the robot, so that only who stood beside it can say what it did.
+fn is_unseen(recorded: &Result<RecordedTrajectory, TrajectoryError>) -> bool {
+    use TrajectoryError::{NoPoses, SilentPoses};
+    matches!(recorded, Err(NoPoses { .. } | SilentPoses { .. }))
 }
 
 /// What the poses show, measured as [`reduced`] does.

@@ -10,12 +10,12 @@ use tokio::runtime::Runtime;
 
 use super::crew::{Crew, Floor};
 use super::operator::{self, Ready};
-use super::readings::{self, Readings};
 use super::template::{Template, Todo};
 use super::{Arguments, request};
 use crate::commands::report;
 use crate::commands::run::{Backend, RunSummary, runtime, say_note};
 use crate::failure::Outcome;
+use crate::sensor_readings::{self, Readings};
 
 /// What filling in a table came to.
 #[derive(Debug, Serialize)]
@@ -137,7 +137,7 @@ pub async fn stand(
 ) -> anyhow::Result<(Readings, RunSummary)> {
     let summary = crew.conduct(plan).await?;
     let robot = &plan.robots[0].name;
-    let found = readings::count(&plan.bag, robot, samples)?;
+    let found = sensor_readings::count(&plan.bag, robot, Some(samples))?;
     if found.samples < samples {
         say_note(&format!(
             "{robot}: {} readings came while the trial ran, {samples} were planned",

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use rsrs_core::trial::Neighbour;
 
-use super::readings::Readings;
 use super::result::HEADERS;
 use crate::failure::with_help;
 use crate::result_folder::write_file;
+use crate::sensor_readings::Readings;
 
 /// A table of detections, some rows of which are still without their count.
 pub struct Template {

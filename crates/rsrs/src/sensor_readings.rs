@@ -1,4 +1,4 @@
-//! How often a robot's sensor said "detected" in a trial, out of its bag.
+//! How often a robot's sensor said "detected" while it stood, out of the bag of the trial.
 
 use std::path::Path;
 use std::time::Duration;
@@ -25,12 +25,12 @@ pub struct Readings {
 ///
 /// # Arguments
 ///
-/// * `most` — readings that are wanted.
+/// * `most` — readings that are wanted; `None` takes all that there are.
 ///
 /// # Errors
 ///
 /// If the bag cannot be read, or has none.
-pub fn count(bag: &Path, robot: &str, most: u64) -> anyhow::Result<Readings> {
+pub fn count(bag: &Path, robot: &str, most: Option<u64>) -> anyhow::Result<Readings> {
     let what = || bag.display().to_string();
     let opened = recorded_run::open(bag)?;
     let detection = topics::DETECTION.for_robot(robot);
@@ -55,12 +55,12 @@ pub fn count(bag: &Path, robot: &str, most: u64) -> anyhow::Result<Readings> {
         let said: Bool = cdr::decode(&message.bytes).with_context(what)?;
         found.samples += 1;
         found.detections += u64::from(said.data);
-        if found.samples == most {
+        if Some(found.samples) == most {
             break;
         }
     }
     if found.samples == 0 {
-        bail!("{}: nothing on {detection} while the trial ran, expected {most} readings", what());
+        bail!("{}: nothing on {detection} while the trial ran, expected readings", what());
     }
     Ok(found)
 }

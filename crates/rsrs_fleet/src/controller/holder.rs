@@ -1,0 +1,245 @@
+//! The lease in the hands of a controller, for a robot without a gate of ours in front of its wheels.
+//!
+//! What a gate would let through is what is published; when that ends, a zero is published at once,
+//! and again for a while: the base may have missed one, and may have no timeout of its own. If the
+//! controller's process dies, nobody says anything any more, and only the base can stop its wheels.
+
+use std::time::Duration;
+
+use rsrs_core::controller::Command;
+
+use super::{Action, Event};
+use crate::message::Status;
+use crate::robot::{self, Robot, RobotOptions};
+use crate::timing::{BEAT, SILENCE};
+
+/// A gate at the mouth of a controller.
+#[derive(Clone, Debug)]
+pub(super) struct Holder {
+    gate: Robot,
+    /// What was published last; `None` before the first word, when the wheels may still turn as an
+    /// earlier process told them to.
+    told: Option<Command>,
+    /// Since when it stands, and when that was said last.
+    stands: Option<(Duration, Duration)>,
+}
+
+impl Holder {
+    pub(super) fn new(robot: &str, command_timeout: Duration) -> Self {
+        // A floor forgives no lapse.
+        let lapse_grace = Duration::ZERO;
+        let options = RobotOptions { name: robot.to_owned(), command_timeout, lapse_grace };
+        Self { gate: Robot::new(options), told: None, stands: None }
+    }
+
+    pub(super) fn counting_from(self, counter: u64) -> Self {
+        Self { gate: self.gate.counting_from(counter), ..self }
+    }
+
+    pub(super) fn gate(&self) -> &Robot {
+        &self.gate
+    }
+
+    /// Lets through what may go out of what the controller wants to do.
+    ///
+    /// # Arguments
+    ///
+    /// * `event` — what the controller has just heard.
+    /// * `word` — what it would say of itself now: the gate goes by it.
+    /// * `wanted` — what follows from the event.
+    pub(super) fn hold(
+        &mut self,
+        event: &Event,
+        word: Status,
+        wanted: Vec<Action>,
+        now: Duration,
+    ) -> Vec<Action> {
+        let mut actions = Vec::new();
+        match event {
+            Event::Lease(lease) => self.tell(robot::Event::Lease(lease.clone()), now, &mut actions),
+            Event::EStop(engaged) => self.tell(robot::Event::EStop(*engaged), now, &mut actions),
+            Event::Detection(_) | Event::Clock(_) | Event::Parameters(_) | Event::Tick => {}
+        }
+        self.tell(robot::Event::Controller(word), now, &mut actions);
+        for action in wanted {
+            match action {
+                Action::Command { command, stamp_ns } => {
+                    self.tell(robot::Event::Command(command), now, &mut actions);
+                    let command = self.gate.drive(now);
+                    actions.push(self.say(command, stamp_ns, now));
+                }
+                other => actions.push(other),
+            }
+        }
+        actions.extend(self.zero_due(now));
+        actions
+    }
+
+    fn tell(&mut self, event: robot::Event, now: Duration, actions: &mut Vec<Action>) {
+        actions.extend(self.gate.on_event(event, now).map(Action::GateStatus));
+    }
+
+    fn say(&mut self, command: Command, stamp_ns: Option<u64>, now: Duration) -> Action {
+        self.told = Some(command);
+        self.stands =
+            (command == Command::STOP).then(|| (self.stands.map_or(now, |(since, _)| since), now));
+        Action::Command { command, stamp_ns }
+    }
+
+    /// A zero, if the wheels may turn and must not, or have just been stopped.
+    fn zero_due(&mut self, now: Duration) -> Option<Action> {
+        let is_due = match (self.told, self.stands) {
+            (None, _) => true,
+            (Some(_), Some((since, said))) => {
+                now.saturating_sub(said) >= BEAT && now.saturating_sub(since) <= SILENCE
+            }
+            (Some(_), None) => self.gate.drive(now) == Command::STOP,
+        };
+        is_due.then(|| self.say(Command::STOP, None, now))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rsrs_core::controller::{ControllerParameters, Reaction};
+
+    use super::super::{Controller, Settings, Stamp};
+    use super::*;
+    use crate::message::{Echo, Lease, LeaseState, RobotState};
+    use crate::timing::LEASE;
+
+    const SETTINGS: Settings = Settings {
+        parameters: ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 },
+        stamp: Stamp::Wall,
+        reaction: Reaction::ToDetections,
+    };
+    const LEFT: (f64, f64) = (0.15, 0.75);
+    const ZERO: (f64, f64) = (0.0, 0.0);
+
+    /// A controller, and what came out of it last.
+    struct Robot1 {
+        controller: Controller,
+        counter: u64,
+        now: Duration,
+    }
+
+    impl Robot1 {
+        fn new() -> Self {
+            let timeout = Duration::from_millis(325);
+            let controller = Controller::holding_lease("robot_1", SETTINGS, timeout);
+            Self { controller, counter: 0, now: Duration::from_secs(9) }
+        }
+
+        /// What it publishes as velocity commands when this happens, so long after the last event.
+        fn after(&mut self, milliseconds: u64, event: Event) -> Vec<(f64, f64)> {
+            self.now += Duration::from_millis(milliseconds);
+            let mut commands = Vec::new();
+            for action in self.controller.on_event(event, self.now) {
+                match action {
+                    Action::Command { command, .. } => {
+                        commands.push((command.speed_m_s, command.turn_rate_rad_s));
+                    }
+                    Action::GateStatus(status) => self.counter = status.counter,
+                    Action::Status(_) => {}
+                }
+            }
+            commands
+        }
+
+        fn lease(&self, state: LeaseState) -> Event {
+            let echo = Echo { robot: "robot_1".to_owned(), counter: self.counter };
+            Event::Lease(Lease {
+                run_id: "run".to_owned(),
+                epoch: 1,
+                state,
+                parameter_digest: SETTINGS.parameters.digest(),
+                robots: vec![echo],
+            })
+        }
+
+        fn drive(&mut self) {
+            self.after(0, Event::Tick);
+            self.after(1_200, Event::Tick);
+            let armed = self.lease(LeaseState::Armed);
+            self.after(10, armed);
+            let running = self.lease(LeaseState::Running);
+            self.after(10, running);
+            assert_eq!(self.after(10, Event::Detection(true)), [LEFT]);
+        }
+    }
+
+    #[test]
+    fn without_a_lease_detections_are_answered_with_zeros() {
+        let mut robot = Robot1::new();
+
+        assert_eq!(
+            robot.after(0, Event::Tick),
+            [ZERO],
+            "an earlier process may have left it driving"
+        );
+        assert_eq!(robot.after(10, Event::Detection(true)), [ZERO]);
+        assert_eq!(robot.after(5_000, Event::Tick), [], "nobody else is disturbed for long");
+    }
+
+    #[test]
+    fn a_lease_that_runs_out_ends_in_zeros_that_are_repeated_for_a_second() {
+        let mut robot = Robot1::new();
+        robot.drive();
+        assert_eq!(robot.after(130, Event::Detection(true)), [LEFT]);
+
+        let mut zeros = Vec::new();
+        for beat in 0..30 {
+            let said = robot.after(100, Event::Detection(true));
+            zeros.extend(said.iter().filter(|said| **said == ZERO).map(|_| beat));
+            assert!(said != [LEFT] || beat < 5, "{beat}");
+        }
+
+        let within = usize::try_from(LEASE.as_millis() / 100).unwrap();
+        assert!(zeros[0] <= within && zeros.len() > 20, "{zeros:?}");
+        let state = robot.controller.gate().unwrap().state(robot.now);
+        assert_eq!(state, RobotState::Stopped);
+    }
+
+    #[test]
+    fn a_sensor_that_falls_silent_ends_in_zeros_that_end() {
+        let mut robot = Robot1::new();
+        robot.drive();
+
+        let mut said = Vec::new();
+        for _ in 0..150 {
+            let running = robot.lease(LeaseState::Running);
+            said.extend(robot.after(10, running));
+            said.extend(robot.after(10, Event::Tick));
+        }
+
+        assert!(
+            said.iter().all(|said| *said == ZERO) && (9..=12).contains(&said.len()),
+            "{said:?}"
+        );
+    }
+
+    #[test]
+    fn the_e_stop_is_a_zero_at_once_and_holds() {
+        let mut robot = Robot1::new();
+        robot.drive();
+
+        assert_eq!(robot.after(5, Event::EStop(true)), [ZERO]);
+        assert_eq!(robot.after(5, Event::Detection(true)), [ZERO]);
+        robot.after(5, Event::EStop(false));
+        let running = robot.lease(LeaseState::Running);
+        robot.after(5, running);
+        assert_eq!(robot.after(5, Event::Detection(true)), [ZERO], "until a newer epoch arms it");
+    }
+
+    #[test]
+    fn parameters_that_are_changed_end_in_zeros() {
+        let mut robot = Robot1::new();
+        robot.drive();
+
+        let parameters = ControllerParameters { speed_m_s: 0.1, turn_rate_rad_s: 0.75 };
+        let settings = Settings { parameters, ..SETTINGS };
+
+        assert_eq!(robot.after(5, Event::Parameters(settings)), [ZERO]);
+        assert_eq!(robot.after(5, Event::Detection(true)), [ZERO]);
+    }
+}

@@ -1,0 +1,141 @@
+//! In the stead of a tracker, which sees no virtual robot: where they are, whenever it speaks.
+//!
+//! So the poses of a mixed fleet have one source, one frame, one clock and one rate, as a judge of
+//! the whole swarm needs them.
+
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
+
+use rsrs_core::unicycle::Pose;
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::geometry_msgs::PoseStamped;
+use rsrs_msgs::std_msgs::Header;
+use rsrs_msgs::topics;
+use rsrs_ros::clock::wall_time;
+use rsrs_ros::session::{NodeHandle, Publisher, Session};
+
+use crate::robots::pose_message;
+
+/// What speaks of our robots in a tracker's stead.
+pub struct StandIn {
+    publishers: Vec<Publisher<PoseStamped>>,
+    track: Track,
+    /// Real robots that the tracker has spoken of since we last did.
+    spoken_of: BTreeSet<usize>,
+}
+
+impl StandIn {
+    /// Speaks of robots of a world with this period.
+    ///
+    /// # Errors
+    ///
+    /// If a topic cannot be made.
+    pub fn new(
+        session: &Session,
+        node: &NodeHandle,
+        (ours, period): (&[String], Duration),
+    ) -> anyhow::Result<Self> {
+        let topic = topics::POSE;
+        let publishers = ours
+            .iter()
+            .map(|name| session.publish_on(node, &topic.for_robot(name), topic.qos))
+            .collect::<Result<_, _>>()?;
+        Ok(Self { publishers, track: Track::new(period), spoken_of: BTreeSet::new() })
+    }
+
+    /// The world has made a step, and so our robots stand there.
+    pub fn step(&mut self, poses: impl Iterator<Item = Pose>) {
+        self.track.step(poses.collect(), Instant::now());
+    }
+
+    /// The tracker has spoken of a real robot: it is our turn whenever it begins anew.
+    ///
+    /// # Arguments
+    ///
+    /// * `robot` — index of the real robot.
+    /// * `header` — when it was seen there, and in which frame.
+    ///
+    /// # Errors
+    ///
+    /// If a pose cannot be published.
+    pub async fn follow(&mut self, robot: usize, header: &Header) -> anyhow::Result<()> {
+        if !self.spoken_of.is_empty() && self.spoken_of.insert(robot) {
+            return Ok(());
+        }
+        self.spoken_of = BTreeSet::from([robot]);
+        let stamp = if header.stamp == Time::default() { wall_time() } else { header.stamp };
+        for (publisher, pose) in self.publishers.iter().zip(self.track.at(Instant::now())) {
+            let header = Header { stamp, frame_id: header.frame_id.clone() };
+            publisher.publish(PoseStamped { header, pose: pose_message(pose) }).await?;
+        }
+        Ok(())
+    }
+}
+
+/// The way of robots between the last two steps of their world, one period behind it.
+struct Track {
+    period: Duration,
+    before: Vec<Pose>,
+    now: Vec<Pose>,
+    since: Option<Instant>,
+}
+
+impl Track {
+    fn new(period: Duration) -> Self {
+        Self { period, before: Vec::new(), now: Vec::new(), since: None }
+    }
+
+    fn step(&mut self, poses: Vec<Pose>, at: Instant) {
+        self.before = std::mem::replace(&mut self.now, poses);
+        self.since = Some(at);
+    }
+
+    /// Where they are; nowhere before the first step.
+    fn at(&self, time: Instant) -> Vec<Pose> {
+        let Some(since) = self.since else { return Vec::new() };
+        let share = time.saturating_duration_since(since).as_secs_f64() / self.period.as_secs_f64();
+        let share = share.min(1.0);
+        let between = |(from, to): (&Pose, &Pose)| {
+            let turn_rad = to.heading_rad - from.heading_rad;
+            let turn_rad = libm::remainder(turn_rad, std::f64::consts::TAU);
+            Pose {
+                x_m: from.x_m + share * (to.x_m - from.x_m),
+                y_m: from.y_m + share * (to.y_m - from.y_m),
+                heading_rad: from.heading_rad + share * turn_rad,
+            }
+        };
+        // After the first step there is nowhere to come from.
+        if self.before.len() == self.now.len() {
+            self.before.iter().zip(&self.now).map(between).collect()
+        } else {
+            self.now.clone()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x_m: f64, heading_rad: f64) -> Vec<Pose> {
+        vec![Pose { x_m, y_m: 1.0, heading_rad }]
+    }
+
+    #[test]
+    fn robots_go_evenly_from_step_to_step_and_turn_the_short_way() {
+        let period = Duration::from_millis(100);
+        let start = Instant::now();
+        let mut track = Track::new(period);
+        assert_eq!(track.at(start), []);
+
+        track.step(at(0.0, 3.1), start);
+        assert_eq!(track.at(start + period / 2), at(0.0, 3.1));
+        track.step(at(0.2, -3.1), start + period);
+
+        let half = track.at(start + period + period / 2);
+        assert!((half[0].x_m - 0.1).abs() < 1e-9, "{half:?}");
+        assert!((half[0].heading_rad - std::f64::consts::PI).abs() < 1e-9, "{half:?}");
+        let late = track.at(start + 9 * period);
+        assert!((late[0].x_m - 0.2).abs() < 1e-9, "a world that has stopped stands: {late:?}");
+    }
+}

@@ -1,0 +1,365 @@
+//! A campaign of a fleet to its end: robots in processes of their own, placed by somebody who reads
+//! what the command says, interrupted in the middle and gone on with.
+
+use std::fmt::Write as _;
+use std::io::Read;
+use std::path::Path;
+use std::process::Stdio;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use rsrs_bags::Bag;
+use rsrs_fleet::record::{ATTACHMENT, Backend, ExperimentRecord};
+use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_msgs::geometry_msgs::{PoseStamped, Twist};
+use rsrs_msgs::sensor_msgs::Range;
+use rsrs_msgs::topics::{self, Qos};
+use rsrs_msgs::{cdr, std_msgs::Bool};
+use rsrs_ros::session::{Publisher, Session, Subscription};
+use serde_json::Value;
+
+use crate::processes::{Process, rsrs};
+use crate::support::{in_own_network, session};
+use crate::terminal::Terminal;
+use crate::{PATIENCE, manifest, wait_for, write};
+
+const ROBOTS: [&str; 3] = ["robot_1", "robot_2", "robot_3"];
+const EXPERIMENTS: [&str; 3] = ["001_short", "002_short", "003_short"];
+const DURATION_S: u32 = 5;
+/// Between two poses, and two readings, of a robot.
+const READING: Duration = Duration::from_millis(100);
+/// How far a robot sees, in metres, and to which side, as a cosine.
+const SIGHT: (f64, f64) = (0.75, 0.98);
+
+/// Where a robot is, and what it was told last.
+#[derive(Clone, Copy, Default)]
+struct Body {
+    x_m: f64,
+    y_m: f64,
+    heading_rad: f64,
+    told: Twist,
+}
+
+impl Body {
+    fn drive(&mut self, for_s: f64) {
+        self.heading_rad += self.told.angular.z * for_s;
+        let (sine, cosine) = libm::sincos(self.heading_rad);
+        self.x_m += self.told.linear.x * cosine * for_s;
+        self.y_m += self.told.linear.x * sine * for_s;
+    }
+
+    /// The distance of another robot, if it is in front.
+    fn sees(&self, other: &Self) -> Option<f64> {
+        let (dx_m, dy_m) = (other.x_m - self.x_m, other.y_m - self.y_m);
+        let distance_m = libm::hypot(dx_m, dy_m);
+        let (sine, cosine) = libm::sincos(self.heading_rad);
+        let along = (dx_m * cosine + dy_m * sine) / distance_m.max(1e-9);
+        (distance_m < SIGHT.0 && along > SIGHT.1).then_some(distance_m)
+    }
+}
+
+/// The floor, which everybody sees as it is.
+#[derive(Clone, Default)]
+struct Floor(Arc<Mutex<[Body; ROBOTS.len()]>>);
+
+impl Floor {
+    fn bodies(&self) -> MutexGuard<'_, [Body; ROBOTS.len()]> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Puts the robots where the last table says, as a person would who reads it.
+    fn place(&self, said: &str) {
+        let table = said.rsplit("place the robots:").next().expect("it was said");
+        let mut bodies = self.bodies();
+        for (robot, body) in ROBOTS.iter().zip(bodies.iter_mut()) {
+            let row = table.lines().find(|line| line.starts_with(robot)).expect("it is listed");
+            let numbers: Vec<f64> = row
+                .split_whitespace()
+                .skip(1)
+                .map(|word| word.parse().expect("a number"))
+                .collect();
+            let [x_m, y_m, _, heading_rad] = numbers[..] else { panic!("{row}") };
+            *body = Body { x_m, y_m, heading_rad, told: Twist::default() };
+        }
+    }
+
+    fn is_driving(&self) -> bool {
+        self.bodies().iter().all(|body| body.told.linear.x > 0.0)
+    }
+
+    fn stands(&self) -> bool {
+        self.bodies().iter().all(|body| body.told == Twist::default())
+    }
+}
+
+/// What the robots' hardware and the tracker above them say and hear.
+struct Hardware {
+    floor: Floor,
+    ranges: Vec<Publisher<Range>>,
+    tracker: Vec<Publisher<PoseStamped>>,
+    _commands: Vec<Subscription>,
+}
+
+impl Hardware {
+    fn new(session: &Session) -> Self {
+        let node = session.node("/", "hardware").expect("the name is allowed");
+        let floor = Floor::default();
+        let commands = ROBOTS.iter().enumerate().map(|(robot, name)| {
+            let (topic, floor) = (topics::HARDWARE_CMD_VEL_UNSTAMPED, floor.clone());
+            let told = session.subscribe(&node, &topic.for_robot(name), topic.qos, move |sample| {
+                floor.bodies()[robot].told = sample.message;
+            });
+            told.expect("the topic is allowed")
+        });
+        let commands = commands.collect();
+        let ranges = ROBOTS.iter().map(|name| {
+            let topic = topics::HARDWARE_RANGE.for_robot(name);
+            session.publish_on(&node, &topic, Qos::best_effort(10)).expect("it is allowed")
+        });
+        let tracker = ROBOTS.iter().map(|name| {
+            let topic = topics::POSE;
+            session.publish_on(&node, &topic.for_robot(name), topic.qos).expect("it is allowed")
+        });
+        Self { floor, ranges: ranges.collect(), tracker: tracker.collect(), _commands: commands }
+    }
+
+    /// Moves the robots as they are told, and says what is seen of them.
+    async fn live(&self) {
+        let mut readings = tokio::time::interval(READING);
+        let mut before = Instant::now();
+        loop {
+            readings.tick().await;
+            let now = Instant::now();
+            let bodies = {
+                let mut bodies = self.floor.bodies();
+                for body in bodies.iter_mut() {
+                    body.drive((now - before).as_secs_f64());
+                }
+                *bodies
+            };
+            before = now;
+            for (robot, body) in bodies.iter().enumerate() {
+                let others = bodies.iter().enumerate().filter(|(other, _)| *other != robot);
+                let seen_m = others.filter_map(|(_, other)| body.sees(other)).fold(2.0, f64::min);
+                let range = Range { range: in_f32(seen_m), max_range: 2.0, ..Range::default() };
+                self.ranges[robot].publish(range).await.expect("a healthy network");
+                self.tracker[robot].publish(tracked(body)).await.expect("a healthy network");
+            }
+        }
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "a sensor has fewer digits")]
+fn in_f32(number: f64) -> f32 {
+    number as f32
+}
+
+fn tracked(body: &Body) -> PoseStamped {
+    let mut message = PoseStamped::default();
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).expect("it is after 1970");
+    let nanos = u64::try_from(since.as_nanos()).expect("it is before 2554");
+    message.header.stamp = Time::from_nanos(nanos);
+    "map".clone_into(&mut message.header.frame_id);
+    (message.pose.position.x, message.pose.position.y) = (body.x_m, body.y_m);
+    let (sine, cosine) = libm::sincos(body.heading_rad / 2.0);
+    (message.pose.orientation.z, message.pose.orientation.w) = (sine, cosine);
+    message
+}
+
+/// A folder with a campaign of three short runs of robots that have base drivers.
+fn laboratory() -> tempfile::TempDir {
+    let place = crate::place();
+    let mut fleet = "fileversion: 1\nall: {cmd_vel: twist_stamped, pose: pose}\nrobot_types:\n  \
+        flockbot: {profile: ../profiles/flockbot.yaml, driver: {kind: ros}}\nrobots:\n"
+        .to_owned();
+    for name in ROBOTS {
+        writeln!(fleet, "  {name}: {{enabled: true, type: flockbot}}").expect("memory is there");
+    }
+    write(place.path(), "fleets/three.yaml", &fleet);
+    let experiment = format!(
+        "fleet: fleets/three.yaml\n\
+         cell: {{speed_m_s: 0.15, turn_rate_rad_s: 0.75, robots: 3}}\n\
+         placement: {{kind: disc_facing_out, radius_m: 0.6}}\n\
+         duration_s: {DURATION_S}\nseed: 1\n\
+         # A robot that gets no processor for half a second stops.\n\
+         robot_lost: note\n"
+    );
+    write(place.path(), "short.yaml", &experiment);
+    let campaign = "experiments:\n- {experiment: short.yaml, seeds: [1, 2, 3]}\n";
+    write(place.path(), "campaign.yaml", campaign);
+    place
+}
+
+fn robot(name: &str) -> Process {
+    let mut command = rsrs();
+    command.args(["node", "robot", "--interface", "127.0.0.1", "--robots", name]);
+    command.args(["--driver", "ros"]).stdout(Stdio::null()).stderr(Stdio::null());
+    Process(command.spawn().expect("the program was built for this test"))
+}
+
+/// The command in a terminal, and what it has said so far.
+struct Console {
+    process: Process,
+    terminal: Terminal,
+    said: Arc<Mutex<String>>,
+}
+
+impl Console {
+    fn open(place: &Path) -> Self {
+        let terminal = Terminal::open();
+        let mut command = rsrs();
+        command.current_dir(place).args(["campaign", "campaign.yaml", "-o", "out"]);
+        command.args(["--format", "json", "--backend", "fleet", "--interface", "127.0.0.1"]);
+        let mut process = Process::start(command.stdin(terminal.input()));
+        let mut stderr = process.0.stderr.take().expect("it is piped");
+        let said = Arc::new(Mutex::new(String::new()));
+        let hearing = said.clone();
+        thread::spawn(move || {
+            let mut piece = [0; 4096];
+            while let Ok(n_bytes @ 1..) = stderr.read(&mut piece) {
+                let text = String::from_utf8_lossy(&piece[..n_bytes]);
+                hearing.lock().unwrap_or_else(PoisonError::into_inner).push_str(&text);
+            }
+        });
+        Self { process, terminal, said }
+    }
+
+    fn said(&self) -> String {
+        self.said.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Waits until it says something.
+    fn until(&mut self, what: &str) {
+        let start = Instant::now();
+        while !self.said().contains(what) {
+            let has_ended = self.process.0.try_wait().expect("it is our child").is_some();
+            let is_late = has_ended || start.elapsed() > PATIENCE;
+            assert!(!is_late, "it never said {what:?}: {}", self.said());
+            thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// Waits until it asks for an experiment, places the robots, and starts it.
+    fn start(&mut self, experiment: &str, floor: &Floor) {
+        self.until(&format!("\n{experiment}: "));
+        let asked = || self.said().rsplit("place the robots:").next().map(str::to_owned);
+        wait_for("the keys", || asked().is_some_and(|asked| asked.contains("Enter starts")));
+        floor.place(&self.said());
+        // The tracker must have seen where they stand.
+        thread::sleep(5 * READING);
+        self.terminal.type_line("");
+    }
+
+    /// Waits for the end.
+    fn end(mut self) -> (Option<i32>, String, String) {
+        let (status, _) = self.process.wait(PATIENCE);
+        let mut stdout = String::new();
+        let pipe = self.process.0.stdout.as_mut().expect("it is piped");
+        pipe.read_to_string(&mut stdout).expect("results are text");
+        thread::sleep(Duration::from_millis(100));
+        (status.code(), stdout, self.said())
+    }
+}
+
+#[test]
+fn a_campaign_of_a_fleet_is_placed_interrupted_and_gone_on_with_to_its_end() {
+    let name = "fleet::a_campaign_of_a_fleet_is_placed_interrupted_and_gone_on_with_to_its_end";
+    in_own_network(name, async || {
+        let session = session();
+        let hardware = Hardware::new(&session);
+        let _robots = ROBOTS.map(robot);
+        let told = async {
+            for name in ROBOTS {
+                let status = topics::STATUS.for_robot(name);
+                session.wait_for_writers(&status, 1, PATIENCE).await.expect("the robot starts");
+                let range = topics::HARDWARE_RANGE.for_robot(name);
+                session.wait_for_readers(&range, 1, PATIENCE).await.expect("the robot starts");
+            }
+            let floor = hardware.floor.clone();
+            tokio::task::spawn_blocking(move || conduct(&floor)).await
+        };
+        tokio::select! {
+            () = hardware.live() => {}
+            told = told => told.expect("the panic above says why"),
+        }
+        drop(hardware);
+        session.close().await;
+    });
+}
+
+fn conduct(floor: &Floor) {
+    let place = laboratory();
+    let out = place.path().join("out");
+    let [first, second, third] = EXPERIMENTS;
+
+    // Through the first, and interrupted in the second.
+    let mut console = Console::open(place.path());
+    console.start(first, floor);
+    console.until(&format!("{first}: completed, not judged: "));
+    console.start(second, floor);
+    wait_for("the robots that drive", || floor.is_driving());
+    let pid = console.process.0.id().to_string();
+    let status = std::process::Command::new("kill").args(["-s", "INT", &pid]).status();
+    assert!(status.expect("every system has `kill`").success());
+    let (interrupted, _, said) = console.end();
+
+    assert_eq!(interrupted, Some(1), "{said}");
+    let help = "help: what was recorded is in out/002_short/bag.unfinished_1; `rsrs campaign \
+                campaign.yaml -o out --backend fleet --interface 127.0.0.1` goes on where it was\n";
+    assert!(said.ends_with(help), "{said}");
+    wait_for("the robots that stand", || floor.stands());
+    assert!(out.join(first).join("manifest.json").exists());
+    assert!(!out.join(second).join("manifest.json").exists());
+    let kept = std::fs::read(out.join(first).join("bag/bag_0.mcap")).expect("it is finished");
+
+    // The rest of it.
+    let mut console = Console::open(place.path());
+    console.until("1 of 3 are finished");
+    console.start(second, floor);
+    console.until(&format!("{second}: completed"));
+    console.start(third, floor);
+    let (ended, summary, said) = console.end();
+
+    let summary: Value =
+        serde_json::from_str(&summary).unwrap_or_else(|error| panic!("{error}: {said}"));
+    assert_eq!((ended, &summary["n_finished"]), (Some(0), &Value::from(3)), "{said}");
+    assert_eq!(std::fs::read(out.join(first).join("bag/bag_0.mcap")).ok(), Some(kept));
+    for (folder, seed) in EXPERIMENTS.iter().zip(1..) {
+        let manifest = manifest(&out.join(folder));
+        assert_eq!(manifest["ending"], "completed", "{manifest}");
+        check_bag(&out.join(folder).join("bag"), seed);
+    }
+    assert_eq!(manifest(&out.join(second))["kept_aside"][0], "bag.unfinished_1");
+
+    // Once it is finished nobody is asked again.
+    let (again, _, said) = Console::open(place.path()).end();
+    assert_eq!(again, Some(0), "{said}");
+    assert!(!said.contains("place the robots"), "{said}");
+}
+
+/// The bag of a run of the fleet, in which every robot began where it was to begin, and drove.
+fn check_bag(path: &Path, seed: u64) {
+    let bag = Bag::open(path).expect("it is a bag");
+    let record = bag.attachment(ATTACHMENT).expect("a bag of ours has a record");
+    let record = std::str::from_utf8(&record.data).expect("JSON is text");
+    let record = ExperimentRecord::from_json(record).expect("the record reads back");
+    assert_eq!((record.backend, record.seed), (Backend::Fleet, seed));
+    assert!(bag.damage().is_empty());
+    for name in ROBOTS {
+        let poses: Vec<PoseStamped> = bag
+            .messages_on([topics::POSE.for_robot(name)])
+            .map(|message| cdr::decode(&message.expect("it is whole").bytes).expect("it is one"))
+            .collect();
+        let place = |pose: &PoseStamped| (pose.pose.position.x, pose.pose.position.y);
+        let (first, last) = (place(&poses[0]), place(&poses[poses.len() - 1]));
+        assert!(libm::hypot(first.0, first.1) <= 0.61, "{name} began at {first:?}");
+        assert!(libm::hypot(last.0 - first.0, last.1 - first.1) > 0.01, "{name} never drove");
+        let detection = topics::DETECTION.for_robot(name);
+        let n_detections = bag.messages_on([detection]).filter(|message| {
+            let bytes = &message.as_ref().expect("it is whole").bytes;
+            cdr::decode::<Bool>(bytes).is_ok()
+        });
+        assert!(n_detections.count() > 10, "{name} was never heard");
+    }
+}

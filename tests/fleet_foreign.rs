@@ -1,0 +1,268 @@
+//! A robot of another maker, without a gate of ours in front of its wheels, beside one of ours: its
+//! controller holds the lease, and sends zero when it ends.
+//!
+//! The test plays both bases. That of the foreign robot turns its wheels as it was told last, for as
+//! long as nobody tells it otherwise.
+
+#[expect(dead_code, reason = "these tests end no process by a signal, and have two robots")]
+mod fleet;
+#[expect(dead_code, reason = "these tests do not look for what a program leaves behind")]
+mod processes;
+#[path = "../nodes/ros/tests/support/mod.rs"]
+mod support;
+
+use std::path::{Path, PathBuf};
+use std::process::{Output, Stdio};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use fleet::{ROBOTS, experiment};
+use processes::{Process, rsrs};
+use rsrs_bags::Bag;
+use rsrs_fleet::record::{ATTACHMENT, Backend, ExperimentRecord};
+use rsrs_msgs::geometry_msgs::Twist;
+use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::sensor_msgs::Range;
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::topics::{self, Qos, Topic};
+use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
+use support::{PATIENCE, eventually, in_own_network, session};
+
+const OURS: &str = ROBOTS[0];
+const FOREIGN: &str = ROBOTS[1];
+/// A lease, from the status that was echoed last.
+const LEASE: Duration = Duration::from_millis(500);
+/// What a busy machine adds to a bound of the protocol.
+const SLACK: Duration = Duration::from_millis(400);
+/// Interval of detections.
+const PERIOD: Duration = Duration::from_millis(130);
+/// So long that no run of a test comes to its end.
+const ENDLESS_S: u64 = 1_000;
+
+/// What the wheels of a robot are told.
+#[derive(Clone, Copy, Default)]
+struct Told {
+    n_commands: u64,
+    is_moving: bool,
+    moved: Option<Instant>,
+}
+
+/// The wheels of both robots, ours first.
+type Wheels = Arc<Mutex<[Told; 2]>>;
+
+fn lock(wheels: &Wheels) -> MutexGuard<'_, [Told; 2]> {
+    wheels.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+struct Bases {
+    wheels: Wheels,
+    range: Publisher<Range>,
+    detection: Publisher<Bool>,
+    poses: [Publisher<Odometry>; 2],
+    _commands: [Subscription; 2],
+}
+
+impl Bases {
+    fn new(session: &Session) -> Self {
+        let node = session.node("/", "bases").expect("the name is allowed");
+        let wheels = Wheels::default();
+        let range = topics::HARDWARE_RANGE.for_robot(OURS);
+        let detection = topics::DETECTION;
+        let pose = |robot: &str| {
+            let topic = topics::ODOM;
+            session.publish_on(&node, &topic.for_robot(robot), topic.qos).expect("it is allowed")
+        };
+        let detection = session.publish_on(&node, &detection.for_robot(FOREIGN), detection.qos);
+        Self {
+            range: session.publish_on(&node, &range, Qos::best_effort(10)).expect("it is allowed"),
+            detection: detection.expect("the topic is allowed"),
+            poses: [pose(OURS), pose(FOREIGN)],
+            _commands: [
+                obey(session, &node, (0, OURS, topics::HARDWARE_CMD_VEL_UNSTAMPED), &wheels),
+                obey(session, &node, (1, FOREIGN, topics::CMD_VEL_UNSTAMPED), &wheels),
+            ],
+            wheels,
+        }
+    }
+
+    /// Nobody sees anything, and nobody is moved.
+    async fn live(&self) {
+        let mut beat = tokio::time::interval(PERIOD);
+        loop {
+            beat.tick().await;
+            let nothing = Range { range: 2.0, max_range: 2.0, ..Range::default() };
+            self.range.publish(nothing).await.expect("a healthy network");
+            self.detection.publish(Bool { data: false }).await.expect("a healthy network");
+            for (robot, publisher) in self.poses.iter().enumerate() {
+                let mut odometry = Odometry::default();
+                odometry.pose.pose.position.x = robot as f64;
+                odometry.pose.pose.orientation.w = 1.0;
+                publisher.publish(odometry).await.expect("a healthy network");
+            }
+        }
+    }
+}
+
+fn obey(
+    session: &Session,
+    node: &NodeHandle,
+    (robot, name, topic): (usize, &str, Topic),
+    wheels: &Wheels,
+) -> Subscription {
+    let wheels = wheels.clone();
+    let subscription = session.subscribe(node, &topic.for_robot(name), topic.qos, move |sample| {
+        let twist: Twist = sample.message;
+        let told = &mut lock(&wheels)[robot];
+        told.n_commands += 1;
+        told.is_moving = twist != Twist::default();
+        if told.is_moving {
+            told.moved = Some(Instant::now());
+        }
+    });
+    subscription.expect("the topic is allowed")
+}
+
+/// An experiment of two robots, of which the second one has no gate of ours.
+fn two_robots(folder: &Path, duration_s: u64) -> PathBuf {
+    let changes = [
+        ("robots: 9", "robots: 2"),
+        ("time: lockstep", "time: real_time"),
+        ("driver: {kind: virtual}", "driver: {kind: ros}"),
+        (
+            "robot_2: {enabled: true, type: flockbot}",
+            "robot_2: {enabled: true, type: flockbot, cmd_vel: twist, lease: controller}",
+        ),
+    ];
+    experiment(folder, duration_s, &changes)
+}
+
+fn node_of(arguments: &[&str]) -> Process {
+    let mut command = rsrs();
+    command.arg("node").args(arguments).stdout(Stdio::null());
+    Process(command.spawn().expect("the program was built for this test"))
+}
+
+fn our_robot() -> Process {
+    node_of(&["robot", "--interface", "127.0.0.1", "--robots", OURS, "--driver", "ros"])
+}
+
+/// The controller of the foreign robot.
+fn controller(more: &[&str]) -> Process {
+    let arguments = ["controller", "--interface", "127.0.0.1", "--robots", FOREIGN, "--ros-args"];
+    node_of(&[&arguments[..], &["-p", "cmd_vel_type:=twist"], more].concat())
+}
+
+struct Story<'a> {
+    folder: &'a Path,
+    wheels: Wheels,
+    n_runs: usize,
+}
+
+impl Story<'_> {
+    fn start_run(&mut self, duration_s: u64) -> (Process, PathBuf) {
+        self.n_runs += 1;
+        let bag = self.folder.join(format!("bag_{}", self.n_runs));
+        let experiment = two_robots(self.folder, duration_s);
+        let mut command = rsrs();
+        command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
+        (Process::start(command.arg(experiment).arg("-o").arg(&bag)), bag)
+    }
+
+    async fn until_both_move(&self) {
+        *lock(&self.wheels) = <[Told; 2]>::default();
+        eventually("both robots are told to move", || {
+            lock(&self.wheels).iter().all(|told| told.is_moving)
+        })
+        .await;
+    }
+
+    /// Both have been told to stand within a bound.
+    fn judge(&self, since: Instant, bound: Duration, what: &str) {
+        for (told, robot) in lock(&self.wheels).iter().zip([OURS, FOREIGN]) {
+            assert!(!told.is_moving, "{what}: {robot} is told to move");
+            let took = told.moved.map(|moved| moved.saturating_duration_since(since));
+            assert!(took.is_some_and(|took| took <= bound), "{what}: {robot} after {took:?}");
+        }
+    }
+}
+
+/// Waits for the end of a program, while the bases live.
+async fn ended(mut process: Process) -> (i32, String) {
+    let waiting = tokio::task::spawn_blocking(move || process.wait(PATIENCE));
+    let (status, said) = waiting.await.expect("waiting does not panic");
+    (status.code().expect("nobody killed it"), said)
+}
+
+async fn stop(more: &[&str]) -> Output {
+    let mut command = rsrs();
+    command.args(["stop", "--interface", "127.0.0.1"]).args(more);
+    let stopping = tokio::task::spawn_blocking(move || command.output());
+    stopping.await.expect("it does not panic").expect("the program was built for this test")
+}
+
+#[test]
+fn the_controller_of_a_robot_without_a_gate_holds_its_lease() {
+    in_own_network("the_controller_of_a_robot_without_a_gate_holds_its_lease", async || {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let session = session();
+        let bases = Bases::new(&session);
+        let story = Story { folder: folder.path(), wheels: bases.wheels.clone(), n_runs: 0 };
+        tokio::select! {
+            () = bases.live() => {}
+            () = tell(story) => {}
+        }
+        drop(bases);
+        session.close().await;
+    });
+}
+
+async fn tell(mut story: Story<'_>) {
+    let _ours = our_robot();
+    // Whoever forgets it is told what to type.
+    let careless = controller(&[]);
+    let (run, _) = story.start_run(ENDLESS_S);
+    let (code, said) = ended(run).await;
+    assert_eq!(code, 1, "{said}");
+    assert!(said.contains("robot_2: nobody holds its lease"), "{said}");
+    assert!(said.contains("-p lease:=controller"), "{said}");
+    drop(careless);
+
+    // The runner is killed: what the controller sends is zero when the lease has run out.
+    let _holding = controller(&["-p", "lease:=controller"]);
+    let (mut run, _) = story.start_run(ENDLESS_S);
+    story.until_both_move().await;
+    run.0.kill().expect("it is our child");
+    let killed = Instant::now();
+    tokio::time::sleep(LEASE + 2 * SLACK).await;
+    story.judge(killed, LEASE + SLACK, "without its runner");
+
+    // A stop stops it, and it acknowledges.
+    let (run, _) = story.start_run(ENDLESS_S);
+    story.until_both_move().await;
+    let stopped = Instant::now();
+    let answer = stop(&[]).await;
+    let text = String::from_utf8_lossy(&answer.stdout).into_owned();
+    assert!(answer.status.success() && text.contains(FOREIGN), "{text}");
+    let bound = Duration::from_secs(2) + SLACK;
+    story.judge(stopped, bound, "after a stop");
+    let (_, said) = ended(run).await;
+    assert!(said.contains("e-stop"), "{said}");
+    assert!(stop(&["--release"]).await.status.success());
+
+    // A run to its end says who held which lease, and so does its bag.
+    let (run, bag) = story.start_run(4);
+    story.until_both_move().await;
+    let (code, said) = ended(run).await;
+    assert_eq!(code, 0, "{said}");
+    story.judge(Instant::now(), SLACK, "after a run");
+    assert!(said.contains("lease: gate on robot_1"), "{said}");
+    assert!(said.contains("robot_2: lease: controller only"), "{said}");
+    let bag = Bag::open(&bag).expect("the run was recorded");
+    let record = bag.attachment(ATTACHMENT).expect("the run was one of ours");
+    let record = String::from_utf8(record.data.clone()).expect("it is JSON");
+    let record = ExperimentRecord::from_json(&record).expect("it reads");
+    assert_eq!(
+        (record.backend, record.controller_only),
+        (Backend::Fleet, vec![FOREIGN.to_owned()])
+    );
+}
