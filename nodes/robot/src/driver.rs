@@ -15,6 +15,7 @@ use rsrs_core::controller::Command;
 use rsrs_msgs::sensor_msgs::Range;
 use rsrs_ros::parameters::{Descriptor, ParameterServer, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Session};
+use tokio::sync::mpsc::UnboundedReceiver;
 
 /// Which driver a robot has; the names are those of the fleet file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -130,4 +131,13 @@ pub trait Driver: Sized {
 
     /// Name and value of what is worth a look, for `/diagnostics`.
     fn health(&self) -> Vec<(&'static str, String)>;
+}
+
+/// Waits for the next report of a subscription; for ever once the session is closed, because whoever
+/// closed it waits for nothing any more.
+async fn next_of(reports: &mut UnboundedReceiver<Report>) -> Report {
+    match reports.recv().await {
+        Some(report) => report,
+        None => std::future::pending().await,
+    }
 }

@@ -46,7 +46,8 @@ Usage: robot_node --robots NAME [--config FLEET.yaml] [--interface NAME|IP] [--r
 ///
 /// * `arguments` — those of the process, without its name: `[--interface NAME|IP] [--robots NAME]
 ///   [--config FLEET.yaml] [--driver serial|ros|virtual] [--port PATH] [--baud N]
-///   [--without-controller] [--ros-args …]`. Without `--robots` the namespace (`-r __ns:=/robot_1`) names the robot.
+///   [--without-controller] [--ros-args …]`. Without `--robots` the namespace
+///   (`-r __ns:=/robot_1`) names the robot.
 ///
 /// # Errors
 ///

@@ -11,7 +11,7 @@ use rsrs_ros::session::Subscription;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::outlet::Outlet;
-use super::{Driver, Place, Report, Sensed};
+use super::{Driver, Place, Report, Sensed, next_of};
 
 /// The driver.
 pub struct VirtualDriver {
@@ -42,11 +42,7 @@ impl Driver for VirtualDriver {
     }
 
     async fn report(&mut self) -> Report {
-        match self.reports.recv().await {
-            Some(report) => report,
-            // The session was closed; whoever did it waits for nothing any more.
-            None => std::future::pending().await,
-        }
+        next_of(&mut self.reports).await
     }
 
     async fn drive(&mut self, command: Command) -> Result<()> {
