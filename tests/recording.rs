@@ -17,7 +17,7 @@ use rsrs_fleet::record::{Backend, EndingKind};
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rsrs_ros::interfaces::LOOPBACK;
 use rsrs_ros::session::{RawPublisher, Session, SessionOptions};
-use support::{in_own_network, session};
+use support::{in_own_network, in_own_network_with, session};
 
 const ROBOTS: &str = "robot_1,robot_2,robot_3";
 const BATTERY: &str = "lab_msgs/msg/Battery";
@@ -155,6 +155,50 @@ async fn recorded() {
     assert_eq!(topic("/floor").n_messages, 1);
     assert_eq!(topic("/floor").offered_qos[0].durability, "transient_local");
     assert!(summary.files.len() > 2, "{} files", summary.files.len());
+    session.close().await;
+}
+
+#[test]
+fn types_of_installed_packages_are_found_where_ros_2_lists_them() {
+    let prefix = tempfile::tempdir().expect("a temporary folder");
+    let messages = prefix.path().join("share/lab_msgs/msg");
+    write(&messages, "Battery.msg", b"float32 voltage_v\nlab_msgs/Cell cell\n");
+    write(&messages, "Cell.msg", b"uint32 number\nstring name\n");
+    let prefixes = std::env::join_paths([Path::new("/gone"), prefix.path()]).expect("no colons");
+
+    in_own_network_with(
+        "types_of_installed_packages_are_found_where_ros_2_lists_them",
+        &[("AMENT_PREFIX_PATH", prefixes)],
+        described_by_a_prefix,
+    );
+}
+
+async fn described_by_a_prefix() {
+    let place = place("{topics: [/battery]}");
+    let (_simulator, _controllers) = (start("sim"), start("controller"));
+    let session = session();
+    let battery = publish(&session, "/battery", BATTERY, Qos::best_effort(5));
+    let sending = async {
+        let mut beat = tokio::time::interval(Duration::from_millis(10));
+        loop {
+            beat.tick().await;
+            battery.publish(&SENT).await.expect("it can be sent");
+        }
+    };
+
+    let (report, path) = tokio::select! {
+        conducted = conduct(place.path()) => conducted,
+        () = sending => unreachable!("it goes on"),
+    };
+
+    assert_eq!(report.ending.kind, EndingKind::Completed, "{}", report.ending.reason);
+    let bag = Bag::open(&path).expect("it is a bag");
+    let schema = bag.schema(BATTERY).expect("the bag defines its types");
+    let schema = std::str::from_utf8(schema).expect("definitions are text");
+    assert!(schema.contains("float32 voltage_v") && schema.contains("uint32 number"), "{schema}");
+    let messages = bag.messages_on(["/battery"]).map(|message| message.expect("whole").bytes);
+    let n_as_sent = messages.filter(|bytes| *bytes == SENT).count();
+    assert!(n_as_sent > 2, "{n_as_sent} messages as they were sent");
     session.close().await;
 }
 

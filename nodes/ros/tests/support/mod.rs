@@ -1,5 +1,6 @@
 //! Runs the body of a test in a process of its own, in a network of its own.
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::process::Command;
 use std::time::Duration;
@@ -22,8 +23,13 @@ pub const PATIENCE: Duration = Duration::from_secs(30);
 ///
 /// * `test` — the name of the calling test, by which the child finds it.
 pub fn in_own_network(test: &str, body: impl AsyncFnOnce()) {
+    in_own_network_with(test, &[], body);
+}
+
+/// As [`in_own_network`], with variables that the child finds in its environment.
+pub fn in_own_network_with(test: &str, variables: &[(&str, OsString)], body: impl AsyncFnOnce()) {
     if std::env::var_os(IS_CHILD).is_none() {
-        run_child(test);
+        run_child(test, variables);
         return;
     }
 
@@ -40,10 +46,13 @@ pub fn in_own_network(test: &str, body: impl AsyncFnOnce()) {
     writeln!(std::io::stdout(), "{DONE}").expect("the parent reads it");
 }
 
-fn run_child(test: &str) {
+fn run_child(test: &str, variables: &[(&str, OsString)]) {
     let executable = std::env::current_exe().expect("a running test has an executable");
     let mut command = Command::new(executable);
-    command.args(["--exact", test, "--nocapture"]).env(IS_CHILD, "1");
+    command
+        .args(["--exact", test, "--nocapture"])
+        .env(IS_CHILD, "1")
+        .envs(variables.iter().cloned());
     let output = confine::start_in_own_network(&mut command).output().expect(
         "tests need network namespaces: see `sysctl kernel.apparmor_restrict_unprivileged_userns`",
     );
