@@ -227,6 +227,8 @@ fn check_before(before: &Value) {
     let names = [
         "cmd_vel_type",
         "constant",
+        "lease",
+        "period",
         "speed",
         "speed_max",
         "stamp_from_clock",

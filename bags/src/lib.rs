@@ -10,7 +10,7 @@
 //! * [`mod@recover`] — a new bag out of a damaged one, and what was lost.
 //! * [`trajectory`] — poses and commands of the swarm, as the judge takes them.
 //!
-//! `cargo run --release -p rsrs_bags --example throughput -- FOLDER` says how fast all that is here.
+//! `cargo run --release -p rsrs_bags --example bag_throughput -- FOLDER` says how fast all that is here.
 //!
 //! It does not play bags back, and it does not read `SQLite` bags.
 

@@ -1,6 +1,6 @@
 //! The controller node: one command for each detection.
 //!
-//! Where the robot has no gate of ours, the controller holds the lease: see [`holder`].
+//! Where the robot has no gate of ours, the controller holds the lease: see `holder`.
 
 use std::collections::VecDeque;
 use std::time::Duration;

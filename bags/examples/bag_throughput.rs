@@ -1,7 +1,7 @@
 //! How fast bags are written, recovered and read, and with how much memory.
 //!
 //! ```text
-//! cargo run --release -p rsrs_bags --example throughput -- FOLDER [MEGABYTES]
+//! cargo run --release -p rsrs_bags --example bag_throughput -- FOLDER [MEGABYTES]
 //! ```
 //!
 //! It writes small messages as fast as one thread can, then a bag of MEGABYTES (1000 if it is not
