@@ -18,7 +18,7 @@ mod words;
 use floor::Floor;
 pub use outcome::{Failure, Outcome, Target};
 use requests::Requests;
-use roster::{Bond, Roster};
+use roster::{Bond, Patience, Roster};
 use search::Search;
 pub use words::{Action, Event, Pace, RunnerOptions};
 

@@ -3,8 +3,8 @@
 use crate::message::E_STOP_REASON;
 
 use super::{
-    ARM, Action, Bond, CONFIGURE, Duration, Failure, LOCKSTEP_GRACE, Outcome, Pace, Phase,
-    RECORDER, Requests, RobotLost, Runner, SILENCE, STAND, Seen, Target, preflight,
+    ARM, Action, Bond, CONFIGURE, Duration, Failure, LOCKSTEP_GRACE, Outcome, Pace, Patience,
+    Phase, RECORDER, Requests, RobotLost, Runner, SILENCE, STAND, Seen, Target, preflight,
 };
 
 impl Runner {
@@ -208,11 +208,15 @@ impl Runner {
             return;
         }
         // In lockstep a lapse freezes the world and harms nothing; the simulator's word on it comes
-        // first. In real time a robot needs a moment to hear that it may move.
+        // first. In real time a robot needs a moment to hear that it may move; one that is silent
+        // may have been so since before the start, while the others move.
+        let lapse = LOCKSTEP_GRACE + SILENCE;
         let patience = match self.options.pace {
-            Pace::Lockstep { .. } => LOCKSTEP_GRACE + SILENCE,
-            Pace::RealTime { .. } if self.elapsed(now) < SILENCE => SILENCE,
-            Pace::RealTime { .. } => Duration::ZERO,
+            Pace::Lockstep { .. } => Patience { standing: lapse, silent: lapse },
+            Pace::RealTime { .. } if self.elapsed(now) < SILENCE => {
+                Patience { standing: SILENCE, silent: Duration::ZERO }
+            }
+            Pace::RealTime { .. } => Patience { standing: Duration::ZERO, silent: Duration::ZERO },
         };
         let lost = self.roster.newly_lost(self.epoch, patience, now);
         if !lost.is_empty() {

@@ -50,6 +50,15 @@ pub(super) struct Bond<'a> {
     pub parameter_digest: u64,
 }
 
+/// How long a robot may be not as it should be during a run.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Patience {
+    /// It stands.
+    pub standing: Duration,
+    /// It has not been heard for as long as robots may be silent.
+    pub silent: Duration,
+}
+
 impl Roster {
     pub(super) fn new(robots: &[String]) -> Self {
         let members = robots
@@ -150,7 +159,7 @@ impl Roster {
     pub(super) fn newly_lost(
         &mut self,
         epoch: u64,
-        patience: Duration,
+        patience: Patience,
         now: Duration,
     ) -> Vec<(String, String)> {
         let mut lost = Vec::new();
@@ -160,9 +169,13 @@ impl Roster {
                 continue;
             };
             let since = *member.troubled_since.get_or_insert(now);
-            let is_fault =
-                member.robot.as_ref().is_some_and(|heard| heard.status.state == RobotState::Fault);
-            if is_fault || now.saturating_sub(since) >= patience {
+            let heard = member.robot.as_ref().filter(|heard| heard.is_recent(now));
+            let patience = match heard {
+                Some(heard) if heard.status.state == RobotState::Fault => Duration::ZERO,
+                Some(_) => patience.standing,
+                None => patience.silent,
+            };
+            if now.saturating_sub(since) >= patience {
                 member.lost = true;
                 lost.push((member.name.clone(), trouble));
             }

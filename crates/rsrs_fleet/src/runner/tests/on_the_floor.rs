@@ -70,6 +70,27 @@ fn a_robot_that_falls_silent_in_the_countdown_ends_the_run() {
 }
 
 #[test]
+fn a_robot_that_falls_silent_just_before_the_start_ends_the_run_as_soon_as_any_other() {
+    let mut bench = floor();
+    armed(&mut bench);
+    while !bench.told.contains(&"the robots move in 1 s".to_owned()) {
+        bench.beat();
+    }
+    bench.beat();
+
+    bench.silent.insert("robot_2");
+    let silent_ms = bench.now_ms;
+    while bench.state() != Some(LeaseState::Stopped) {
+        bench.beat();
+    }
+
+    assert!(bench.told.contains(&"running".to_owned()), "robot_1 has moved");
+    assert!(bench.now_ms - silent_ms <= 1_200, "{} ms", bench.now_ms - silent_ms);
+    let reason = "lost robot_2: silent for more than 1 s".to_owned();
+    assert_eq!(bench.end().0, Outcome::Aborted { reason });
+}
+
+#[test]
 fn a_robot_that_has_heard_the_e_stop_tells_the_runner_of_it() {
     for robot_lost in [RobotLost::Abort, RobotLost::Note] {
         let mut bench = Bench::real_time(robot_lost);
