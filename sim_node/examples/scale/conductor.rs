@@ -22,6 +22,8 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
 /// Interval of leases and of the controllers' statuses.
 const BEAT: Duration = Duration::from_millis(100);
+/// Of the only run.
+const EPOCH: u64 = 1;
 /// How long to wait for the simulator to listen and to answer.
 const PATIENCE: Duration = Duration::from_secs(30);
 
@@ -34,6 +36,8 @@ pub struct Report {
     pub detections: u64,
     /// Poses that were heard.
     pub poses: u64,
+    /// Robots that said last that they obey their controllers.
+    pub moving: usize,
     /// Samples that the middleware lost of detections, poses and digests.
     pub lost: u64,
     /// From the first step that was heard to the last, on the wall.
@@ -64,12 +68,15 @@ pub struct Conductor<'a> {
     robots: Vec<String>,
     conditions: Conditions,
     pace: Pace,
-    counters: Arc<Mutex<Vec<u64>>>,
+    /// Of the controllers' statuses, which are all sent at once.
+    beats: u64,
+    /// The last status of each robot.
+    statuses: Arc<Mutex<Vec<RobotStatus>>>,
     poses: Arc<AtomicU64>,
     heard: UnboundedReceiver<Heard>,
     /// On topics that are to lose nothing.
     subscriptions: Vec<Subscription>,
-    _statuses: Vec<Subscription>,
+    _to_statuses: Vec<Subscription>,
     commands: Vec<Publisher<TwistStamped>>,
     controllers: Vec<Publisher<RobotStatus>>,
     leases: Publisher<RunLease>,
@@ -104,10 +111,10 @@ impl<'a> Conductor<'a> {
         let node = session.node("/", "conductor").expect("the name is allowed");
         let robots = names(n_robots);
         let (to_heard, heard) = unbounded_channel();
-        let counters = Arc::new(Mutex::new(vec![0; n_robots]));
+        let statuses = Arc::new(Mutex::new(vec![RobotStatus::default(); n_robots]));
         let poses = Arc::new(AtomicU64::new(0));
         let subscriptions = listen(session, &node, &robots, (&to_heard, &poses));
-        let statuses = listen_to_statuses(session, &node, &robots, &counters);
+        let to_statuses = listen_to_statuses(session, &node, &robots, &statuses);
         let conductor = Self {
             commands: of_each(session, &node, &robots, (topics::CMD_VEL.name, topics::CMD_VEL.qos)),
             controllers: of_each(
@@ -123,11 +130,12 @@ impl<'a> Conductor<'a> {
             node,
             robots,
             pace,
-            counters,
+            beats: 0,
+            statuses,
             poses,
             heard,
             subscriptions,
-            _statuses: statuses,
+            _to_statuses: to_statuses,
         };
         for robot in &conductor.robots {
             for topic in [topics::CMD_VEL, topics::CONTROLLER_STATUS] {
@@ -192,15 +200,25 @@ impl<'a> Conductor<'a> {
             steps,
             detections: answered.iter().sum(),
             poses: self.poses.load(Ordering::Relaxed),
+            moving: self
+                .of_statuses(|status| status.state == RobotStatus::MOVING)
+                .iter()
+                .filter(|moves| **moves)
+                .count(),
             lost,
             took: took.unwrap_or_default(),
         }
     }
 
+    /// Something of the last status of each robot.
+    fn of_statuses<T>(&self, part: impl Fn(&RobotStatus) -> T) -> Vec<T> {
+        self.statuses.lock().expect("nobody panics while it writes").iter().map(part).collect()
+    }
+
     fn lease(&self) -> RunLease {
         RunLease {
             run_id: "scale".to_owned(),
-            epoch: 1,
+            epoch: EPOCH,
             state: RunLease::ARMED,
             parameter_digest: self.conditions.controller.digest(),
             robots: self.robots.clone(),
@@ -218,18 +236,26 @@ impl<'a> Conductor<'a> {
         self.commands[robot].publish(command).await.expect("a healthy network");
     }
 
-    async fn beat(&self, lease: &mut RunLease) {
-        let parameter_digest = lease.parameter_digest;
+    async fn beat(&mut self, lease: &mut RunLease) {
+        self.beats += 1;
+        let status = RobotStatus {
+            counter: self.beats,
+            epoch: EPOCH,
+            parameter_digest: lease.parameter_digest,
+            state: RobotStatus::ARMED,
+            ..RobotStatus::default()
+        };
         for controller in &self.controllers {
-            let status = RobotStatus { parameter_digest, ..RobotStatus::default() };
+            let status = status.clone();
             controller.publish(status).await.expect("a healthy network");
         }
-        let counters = self.counters.lock().expect("nobody panics while it counts").clone();
-        // Every robot is armed by a lease that echoes it, before the first that lets it move.
-        if counters.iter().zip(&lease.echoed_counter).all(|(now, then)| *then > 0 && now > then) {
+        // Only who is armed may be told to move.
+        let is_armed =
+            |status: &RobotStatus| status.epoch == EPOCH && status.state == RobotStatus::ARMED;
+        if self.of_statuses(is_armed).iter().all(|is_armed| *is_armed) {
             lease.state = RunLease::RUNNING;
         }
-        lease.echoed_counter = counters;
+        lease.echoed_counter = self.of_statuses(|status| status.counter);
         self.leases.publish(lease.clone()).await.expect("a healthy network");
     }
 }
@@ -266,12 +292,12 @@ fn listen_to_statuses(
     session: &Session,
     node: &NodeHandle,
     robots: &[String],
-    counters: &Arc<Mutex<Vec<u64>>>,
+    statuses: &Arc<Mutex<Vec<RobotStatus>>>,
 ) -> Vec<Subscription> {
     let listen = |(index, robot): (usize, &String)| {
-        let (counters, topic) = (Arc::clone(counters), topics::STATUS);
+        let (statuses, topic) = (Arc::clone(statuses), topics::STATUS);
         let deliver = move |sample: Received<RobotStatus>| {
-            counters.lock().expect("nobody panics while it counts")[index] = sample.message.counter;
+            statuses.lock().expect("nobody panics while it writes")[index] = sample.message;
         };
         let subscription = session.subscribe(node, &topic.for_robot(robot), topic.qos, deliver);
         subscription.expect("the topic is allowed")

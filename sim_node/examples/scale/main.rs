@@ -24,6 +24,8 @@ use rsrs_ros::session::{Session, SessionOptions};
 const DOMAIN: u16 = 42;
 /// Clock ticks per second in /proc, on every Linux that is in use.
 const TICKS_PER_S: f64 = 100.0;
+/// Of a lockstep run on the wall; ten times what three hundred robots take for a minute.
+const LONGEST: Duration = Duration::from_secs(200);
 /// So long nobody looks, until all are armed and move.
 const WARM_UP: Duration = Duration::from_secs(3);
 
@@ -68,7 +70,7 @@ async fn measure(
     let (cpu_s, report) = match pace {
         Pace::Lockstep { .. } => {
             let before = cpu_s(&simulator)?;
-            let report = conductor.conduct(Duration::from_secs(600)).await;
+            let report = conductor.conduct(LONGEST).await;
             (cpu_s(&simulator)? - before, report)
         }
         Pace::RealTime => {
@@ -89,10 +91,21 @@ async fn measure(
         Pace::RealTime => seconds,
         Pace::Lockstep { .. } => report.took.as_secs_f64(),
     };
-    tell(n_robots, pace, (matched_s, cpu_s, wall_s), &report)?;
     drop(conductor);
     session.close().await;
-    Ok(())
+    if report.steps == 0 || report.moving < n_robots {
+        bail!(
+            "{} of {n_robots} robots moved at the end, after {} steps",
+            report.moving,
+            report.steps
+        );
+    }
+    if let Pace::Lockstep { steps } = pace
+        && report.steps < steps
+    {
+        bail!("only {} of {steps} steps were made within {} s", report.steps, LONGEST.as_secs());
+    }
+    tell(n_robots, pace, (matched_s, cpu_s, wall_s), &report)
 }
 
 fn tell(

@@ -3,7 +3,7 @@
 #[path = "../../../nodes/ros/tests/support/mod.rs"]
 mod support;
 
-#[expect(dead_code, reason = "the example that it belongs to goes in lockstep, too")]
+#[expect(dead_code, reason = "the example that it belongs to measures time, too")]
 #[path = "../../examples/scale/conductor.rs"]
 mod conductor;
 
