@@ -92,6 +92,25 @@ fn one_mill_is_undecided_and_says_how_many_more_would_do() {
 }
 
 #[test]
+fn robots_without_a_gate_of_their_own_are_told_of_wherever_their_run_is() {
+    let place = chosen();
+    let controller_only = vec!["robot_2".to_owned(), "robot_3".to_owned()];
+    Run { controller_only, ..Run::new(1) }.record(place.path(), "borrowed");
+    Run::new(2).record(place.path(), "ours");
+
+    let label = rsrs(place.path(), &["label", "borrowed", "ours"]);
+    let json_label = json(&rsrs(place.path(), &["label", "borrowed", "--format", "json"]));
+    let comparison = compare(place.path(), &[], &["borrowed", "ours"]);
+
+    let said = stdout(&label);
+    assert_eq!(said.matches("lease: controller only: robot_2, robot_3").count(), 1, "{said}");
+    assert_eq!(json_label[0]["controller_only"], serde_json::json!(["robot_2", "robot_3"]));
+    let said = stdout(&comparison);
+    let note = "note: in 1 of 2 runs the lease of some robots was their controller's only\n";
+    assert!(said.contains(note), "{said}");
+}
+
+#[test]
 fn robots_that_do_not_mill_where_simulated_ones_do_violate_the_claim() {
     let place = chosen();
     for seed in 1..=2 {

@@ -45,6 +45,8 @@ pub struct Run {
     pub time: Time,
     /// Probability that a robot sees what is there; real ones are as measured, blind ones have 0.
     pub sight: f64,
+    /// The robots whose lease only their controllers hold.
+    pub controller_only: Vec<String>,
     /// How the run ended.
     pub ending: Ending,
     /// What the bag lacks.
@@ -75,6 +77,7 @@ impl Run {
             seed,
             time: Time::RealTime,
             sight: 0.98,
+            controller_only: Vec::new(),
             ending: ended(EndingKind::Completed, ""),
             lacks: None,
         }
@@ -136,7 +139,7 @@ impl Run {
                 Time::Lockstep => Backend::Simulator,
                 Time::RealTime => Backend::Fleet,
             },
-            controller_only: Vec::new(),
+            controller_only: self.controller_only.clone(),
             time: self.time,
         }
     }
