@@ -76,6 +76,36 @@ fn dependencies_point_one_way() {
 }
 
 #[test]
+fn no_command_uses_another_and_nothing_below_uses_any() {
+    let commands = Path::new("crates/rsrs/src/commands");
+    let mut sources = files();
+    sources.retain(|file| file.starts_with("crates/rsrs/src") && !file.ends_with("main.rs"));
+    let of_command = |file: &Path| {
+        let first = file.strip_prefix(commands).ok()?.iter().next()?.to_str()?;
+        Some(first.trim_end_matches(".rs").to_owned())
+    };
+    let names: BTreeSet<String> = sources.iter().filter_map(|file| of_command(file)).collect();
+    assert!(names.contains("run") && names.contains("sweep"), "found only {names:?}");
+
+    for file in sources {
+        let own = of_command(&file);
+        let is_below = own.is_none() && file != Path::new("crates/rsrs/src/commands.rs");
+        let wrong: Vec<String> = names
+            .iter()
+            .filter(|name| own.as_ref() != Some(*name))
+            .flat_map(|name| ["::", ";"].map(|end| format!("crate::commands::{name}{end}")))
+            .chain(is_below.then(|| "crate::commands".to_owned()))
+            .filter(|path| text(&file).contains(path))
+            .collect();
+
+        assert!(
+            wrong.is_empty(),
+            "{file:?} uses {wrong:?}: what is shared belongs beside commands"
+        );
+    }
+}
+
+#[test]
 fn only_one_manifest_names_the_middleware() {
     let names_it = |file: &PathBuf| {
         text(file)

@@ -15,7 +15,7 @@ use rsrs_msgs::topics;
 use crate::failure::explained;
 use crate::recorded_run;
 use crate::sensor_readings::{self, Readings};
-use crate::trial_files::names;
+use crate::wording::names;
 
 /// The trials of one bag.
 #[derive(Clone, Debug, Default)]

@@ -26,6 +26,15 @@ use anyhow::Context;
 use clap::ValueEnum;
 use serde::Serialize;
 
+/// What moves the robots.
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Backend {
+    /// The simulator, in a network of its own.
+    Sim,
+    /// The robots.
+    Fleet,
+}
+
 /// How a command reports its result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Format {
@@ -49,4 +58,16 @@ pub fn report(format: Format, value: &impl Serialize, text: &str) -> anyhow::Res
         }
     }
     .context("writing to standard output")
+}
+
+/// A runtime on this thread, by whose end the nodes notice that of this process.
+///
+/// # Errors
+///
+/// If the system has no resources for it.
+pub fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
+    tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("starting the runtime")
 }

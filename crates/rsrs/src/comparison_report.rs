@@ -8,7 +8,9 @@ use rsrs_core::axis::Cell;
 use rsrs_core::comparison::{CellComparison, CellRuns, Comparison, MARGIN, Tally, Verdict};
 use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::next_experiment::NextStep;
+use rsrs_core::phase::Phase;
 use rsrs_fleet::record::Backend;
+use rsrs_view::diagram::ExperimentMark;
 use serde::Serialize;
 
 use crate::admission::Admitted;
@@ -154,6 +156,18 @@ impl Report {
             notes,
             next,
         }
+    }
+
+    /// The real runs as marks on a phase diagram.
+    pub fn marks(&self) -> Vec<ExperimentMark> {
+        let of_cell = |cell: &ComparedCell| {
+            let (place, real) = (cell.cell.clone(), cell.real);
+            Phase::ALL.into_iter().filter_map(move |phase| {
+                let n = real.get(phase);
+                (n > 0).then(|| ExperimentMark { cell: place.clone(), phase, n })
+            })
+        };
+        self.cells.iter().flat_map(of_cell).collect()
     }
 
     /// How a command that reports this comparison ends.

@@ -6,7 +6,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use rsrs_experiment_runner::Progress;
 
-use crate::commands::run::say_note;
+use crate::notes::say_note;
 
 /// What is being prepared, and then a bar that counts steps, or seconds in real time.
 pub struct ExperimentBar {

@@ -1,8 +1,9 @@
-//! Ctrl-C and SIGTERM as a flag that long work looks at.
+//! Ctrl-C and SIGTERM: as a flag that long work looks at, and as something to wait for.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
+use rsrs_ros::shutdown;
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
@@ -23,10 +24,19 @@ pub fn listen() -> anyhow::Result<&'static AtomicBool> {
     std::thread::Builder::new()
         .name("signals".to_owned())
         .spawn(move || {
-            if runtime.block_on(rsrs_ros::shutdown::requested()).is_ok() {
+            if runtime.block_on(shutdown::requested()).is_ok() {
                 REQUESTED.store(true, Ordering::Relaxed);
             }
         })
         .context("starting the signal listener")?;
     Ok(&REQUESTED)
+}
+
+/// Waits until somebody asks this process to stop, and says how.
+pub async fn asked_to_stop() -> String {
+    match shutdown::requested().await {
+        Ok(shutdown::Request::Interrupt) => "interrupted".to_owned(),
+        Ok(shutdown::Request::Terminate) => "asked to terminate".to_owned(),
+        Err(error) => format!("signals cannot be heard: {error}"),
+    }
 }

@@ -4,7 +4,10 @@ use std::sync::Once;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
-use rsrs_sim::sweep::Progress;
+use rsrs_sim::sweep::{Progress, Swept, Watch};
+
+use crate::failure::with_help;
+use crate::interrupt;
 
 /// A bar that counts replicates, with their rate and the time left.
 pub struct ReplicateBar {
@@ -62,4 +65,22 @@ impl Drop for ReplicateBar {
 /// Threads to use where none are asked for: as many as the machine runs at once.
 pub fn threads(asked: Option<usize>) -> usize {
     asked.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
+}
+
+/// Runs simulations under a progress bar and Ctrl-C.
+///
+/// # Errors
+///
+/// That of the simulations, or that they were called off.
+pub fn watched<E: std::error::Error + Send + Sync + 'static>(
+    doing: &str,
+    work: impl FnOnce(Watch<'_>) -> Result<Swept, E>,
+) -> anyhow::Result<Swept> {
+    let bar = ReplicateBar::new(doing);
+    let cancel = interrupt::listen()?;
+    let swept = work(Watch { progress: &|progress| bar.show(progress), cancel })?;
+    if swept.is_cancelled {
+        return Err(with_help("called off; nothing was written", "run the same command again"));
+    }
+    Ok(swept)
 }

@@ -17,6 +17,7 @@ use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::document;
 
 use crate::failure::with_help;
+use crate::files::{read_text, write_file};
 use crate::picture;
 use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;
@@ -39,15 +40,6 @@ pub fn draw(folder: &Path, result: &SweepResult) -> anyhow::Result<()> {
     write_file(&folder.join("diagram.png"), &rsrs_view::raster::png(&svg, picture::PNG_WIDTH_PX)?)
 }
 
-/// Writes one file, naming it when that fails.
-///
-/// # Errors
-///
-/// If the file cannot be written.
-pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    std::fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
-}
-
 /// Reads the folder of a sweep back.
 ///
 /// # Errors
@@ -65,8 +57,7 @@ pub fn read(folder: &Path) -> anyhow::Result<SweepResult> {
         ));
     }
     let path = folder.join(CELLS);
-    let text = std::fs::read_to_string(&path)
-        .with_context(|| format!("cannot read {}", path.display()))?;
+    let text = read_text(&path)?;
     let axes = source.sweep.swept_axes();
     let cells = cells::from_csv(&text, &axes, source.sweep.interval_kind())
         .with_context(|| path.display().to_string())?;
@@ -87,8 +78,7 @@ pub fn read_choice(folder: &Path) -> anyhow::Result<Option<Choice>> {
     if !path.exists() {
         return Ok(None);
     }
-    let text = std::fs::read_to_string(&path)
-        .with_context(|| format!("cannot read {}", path.display()))?;
+    let text = read_text(&path)?;
     let choice =
         serde_json::from_str(&text).with_context(|| format!("{} is no choice", path.display()))?;
     Ok(Some(choice))
@@ -107,7 +97,6 @@ pub fn read_source(folder: &Path) -> anyhow::Result<ResolvedSweep> {
             "make one with `rsrs sweep SWEEP.yaml -o DIR`",
         ));
     }
-    let text = std::fs::read_to_string(&path)
-        .with_context(|| format!("cannot read {}", path.display()))?;
+    let text = read_text(&path)?;
     Ok(document::parse(&path.display().to_string(), &text)?)
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use crate::result_folder::write_file;
+use crate::files::write_file;
 
 /// The sweep, below the folder of the files.
 const SWEEP: &str = "sweeps/flockbot_speed_turn.yaml";

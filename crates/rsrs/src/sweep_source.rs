@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use anyhow::Context;
 use rsrs_core::axis::Cell;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::document;
@@ -12,6 +11,7 @@ use rsrs_core::sweep_file::{SweepFile, SweepFileError};
 use serde::{Deserialize, Serialize};
 
 use crate::failure::with_help;
+use crate::files::read_text;
 use crate::provenance::Provenance;
 
 /// A sweep that needs no other file: what `sweep.yaml` in a result folder holds.
@@ -34,7 +34,7 @@ impl ResolvedSweep {
     /// If a file cannot be read or is not what it should be, with file, line and column.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         let name = path.display().to_string();
-        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+        let text = read_text(path)?;
         let sweep = SweepFile::parse(&name, &text).map_err(explain_sweep)?;
         let profile = read_profile(&path.parent().unwrap_or(Path::new("")).join(&sweep.profile))?;
         let provenance = Provenance::of(&profile);
@@ -48,7 +48,7 @@ impl ResolvedSweep {
     /// As [`Self::read`].
     pub fn read_either(path: &Path) -> anyhow::Result<Self> {
         let name = path.display().to_string();
-        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+        let text = read_text(path)?;
         // No key of a sweep file is called so.
         if !text.lines().any(|line| line.starts_with("sweep:")) {
             return Self::read(path);
@@ -83,7 +83,7 @@ impl ResolvedSweep {
 /// If the file cannot be read or does not describe a robot.
 pub fn read_profile(path: &Path) -> anyhow::Result<RobotProfile> {
     let name = path.display().to_string();
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+    let text = read_text(path)?;
     RobotProfile::parse(&name, &text).map_err(|error| match &error {
         ProfileError::Document(document) => match document.help() {
             Some(help) => with_help(error.to_string(), help),

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use rsrs_core::trial::{DrivenTrial, TrialError, driven_trials};
 
 use crate::bag_trials::{self, is_bag};
 use crate::failure::explained;
+use crate::files::read_text;
 
 /// Reads one table.
 ///
@@ -18,7 +18,7 @@ pub fn table<T>(
     parse: impl Fn(&str, &str) -> Result<T, TrialError>,
 ) -> anyhow::Result<T> {
     let name = path.display().to_string();
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+    let text = read_text(path)?;
     parse(&name, &text).map_err(|error| {
         let (message, help) = (error.to_string(), error.help());
         explained(error, message, help.as_deref())
@@ -40,15 +40,4 @@ pub fn trajectories(paths: &[PathBuf]) -> anyhow::Result<Vec<DrivenTrial>> {
         }
     }
     Ok(trials)
-}
-
-/// Files as one source: all names of a few, the first of many.
-pub fn names(paths: &[&PathBuf]) -> String {
-    let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
-    match &names[..] {
-        [first, .., last] if names.len() > 3 => {
-            format!("{first} to {last} ({} files)", names.len())
-        }
-        _ => names.join(", "),
-    }
 }

@@ -11,8 +11,8 @@ use rsrs_core::harsher::HarsherFactors;
 use rsrs_core::validation::Validation;
 use serde::{Deserialize, Serialize};
 
+use crate::files::{read_text, write_file};
 use crate::provenance::Provenance;
-use crate::result_folder::write_file;
 use crate::sweep_source::ResolvedSweep;
 
 /// Name of the file in the folder of a sweep.
@@ -120,8 +120,7 @@ pub fn note(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Option<Stri
     if !path.exists() {
         return Ok(None);
     }
-    let text = std::fs::read_to_string(&path)
-        .with_context(|| format!("cannot read {}", path.display()))?;
+    let text = read_text(&path)?;
     let told: Told = serde_json::from_str(&text)
         .with_context(|| format!("{} is no answer of `rsrs validate`", path.display()))?;
     Ok(told.judged.is_of(source).then(|| told.text()))

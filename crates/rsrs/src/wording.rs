@@ -1,5 +1,7 @@
 //! Counts, sizes and times as people read them.
 
+use std::path::PathBuf;
+
 use jiff::Timestamp;
 
 /// Log times from here on are of the wall's clock, earlier ones of a simulation: nobody simulates
@@ -30,6 +32,17 @@ pub fn size(n_bytes: u64) -> String {
     match units.into_iter().find(|(_, unit)| n_bytes as f64 >= *unit) {
         Some((name, unit)) => format!("{:.1} {name}", n_bytes as f64 / unit),
         None => counted(n_bytes, "byte"),
+    }
+}
+
+/// Files as one source: all names of a few, the first of many.
+pub fn names(paths: &[&PathBuf]) -> String {
+    let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    match &names[..] {
+        [first, .., last] if names.len() > 3 => {
+            format!("{first} to {last} ({} files)", names.len())
+        }
+        _ => names.join(", "),
     }
 }
 

@@ -125,6 +125,14 @@ impl PhaseDiagram {
     pub fn find(&self, cell: &Cell) -> Option<&DiagramCell> {
         self.cells.iter().find(|entry| entry.cell == *cell)
     }
+
+    /// How many cells have which phase as their most frequent one.
+    pub fn majorities(&self) -> Vec<(Phase, usize)> {
+        let n = |phase| {
+            self.cells.iter().filter(|entry| entry.counts.majority() == Some(phase)).count()
+        };
+        Phase::ALL.into_iter().map(|phase| (phase, n(phase))).collect()
+    }
 }
 
 #[cfg(test)]

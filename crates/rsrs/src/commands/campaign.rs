@@ -15,9 +15,10 @@ use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_fleet::record::{self, ExperimentRecord};
 use rsrs_ros::logging::{self, Level};
 
-use crate::commands::run::{Backend, chosen_network, runtime, say_note};
-use crate::commands::{Format, report};
+use crate::commands::{Backend, Format, report, runtime};
 use crate::failure::{Outcome, with_help};
+use crate::fleet_network::chosen_network;
+use crate::notes::say_note;
 use crate::own_network::OwnNetwork;
 use conduct::{Conductor, Floor};
 use file::Experiment;

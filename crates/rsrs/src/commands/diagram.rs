@@ -9,8 +9,9 @@ use rsrs_core::diagram::DiagramCell;
 use rsrs_view::page::Page;
 
 use crate::failure::{Outcome, with_help};
+use crate::files::write_file;
 use crate::picture::{PNG_WIDTH_PX, Wish, of_sweep};
-use crate::result_folder::{self, write_file};
+use crate::result_folder;
 use crate::sweep_result::SweepResult;
 use crate::validation_file;
 

@@ -5,29 +5,28 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rsrs_core::choice::{Choice, VIABLE_B_S_LOW};
-use rsrs_core::phase::Phase;
 use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_fleet::record::{Backend, EndingKind};
 use rsrs_ros::logging::{self, Level};
-use rsrs_view::diagram::ExperimentMark;
 use serde::Serialize;
 
-use crate::commands::choose::{self, Chosen};
-use crate::commands::compare::compare;
-use crate::commands::run::{RunSummary, on_simulated_fleet, runtime, say_note};
-use crate::commands::sweep::{majorities, sweep_into};
-use crate::commands::{Format, report};
+use crate::choosing::{self, Chosen};
+use crate::commands::{Format, report, runtime};
+use crate::comparing::compare;
 use crate::comparison_report::Report as Comparison;
 use crate::failure::{Outcome, with_help};
+use crate::files::write_file;
 use crate::labelled_bags::{LabelledBags, Labeller};
+use crate::notes::say_note;
 use crate::own_network::OwnNetwork;
 use crate::picture::{self, Wish};
 use crate::progress::threads;
-use crate::result_folder::write_file;
+use crate::running::{RunSummary, on_simulated_fleet};
 use crate::simulated_fleet::SimulatedFleet;
 use crate::starter_files::StarterFiles;
 use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;
+use crate::sweeping::sweep_into;
 
 /// Go through the whole loop on this machine: no robots, no LAN.
 ///
@@ -204,13 +203,7 @@ impl DryRun<'_> {
         result: &SweepResult,
         (choice, comparison): (&Choice, &Comparison),
     ) -> anyhow::Result<PathBuf> {
-        let marks = comparison.cells.iter().flat_map(|cell| {
-            Phase::ALL.into_iter().filter_map(|phase| {
-                let n = cell.real.get(phase);
-                (n > 0).then(|| ExperimentMark { cell: cell.cell.clone(), phase, n })
-            })
-        });
-        let experiments = marks.collect();
+        let experiments = comparison.marks();
         let wish = Wish { chosen: Some(choice.cell.clone()), experiments, ..Wish::default() };
         let svg = picture::of_sweep(result, &wish)?;
         let path = self.folder.join("diagram.png");
@@ -238,14 +231,14 @@ impl DryRun<'_> {
 }
 
 fn choose_cell(sweep: &Path) -> anyhow::Result<Choice> {
-    let options = choose::Options {
-        confirm: choose::CONFIRM,
+    let options = choosing::Options {
+        confirm: choosing::CONFIRM,
         viable: VIABLE_B_S_LOW,
         n_threads: threads(None),
     };
-    match choose::choose(sweep, options)? {
+    match choosing::choose(sweep, options)? {
         Chosen::Viable(choice) => {
-            choose::write(&sweep.join("choice.json"), &choice)?;
+            choosing::write(&sweep.join("choice.json"), &choice)?;
             Ok(choice)
         }
         Chosen::NoViableCell(none) => Err(anyhow::anyhow!("no viable cell: {}", none.reason)),
@@ -270,7 +263,9 @@ fn measured_and_harsher(source: &ResolvedSweep) -> anyhow::Result<String> {
 }
 
 fn swept(result: &SweepResult) -> String {
-    let phases: Vec<String> = majorities(&result.diagram)
+    let phases: Vec<String> = result
+        .diagram
+        .majorities()
         .into_iter()
         .filter(|(_, n)| *n > 0)
         .map(|(phase, n)| format!("{n} {phase}"))
@@ -293,6 +288,6 @@ fn chosen(choice: &Choice) -> String {
         100.0 * choice.b_s_low,
         100.0 * choice.b_s_high
     );
-    let measured = choose::as_measured(choice).map(|text| format!("\n  {text}"));
+    let measured = choosing::as_measured(choice).map(|text| format!("\n  {text}"));
     chosen + &measured.unwrap_or_default()
 }

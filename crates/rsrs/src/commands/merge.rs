@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use crate::commands::Format;
-use crate::commands::sweep::tell;
+use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::merging::merge;
 use crate::progress::threads;
+use crate::sweep_report::SweepReport;
 
 /// Put the shards of a sweep together.
 ///
@@ -40,6 +40,7 @@ pub struct Arguments {
 /// If the folders are not all shards of one sweep, or the folder cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let result = merge(&arguments.shards, &arguments.output, threads(arguments.threads))?;
-    tell(arguments.format, &arguments.output, &result)?;
+    let summary = SweepReport::of(&arguments.output, &result);
+    report(arguments.format, &summary, &summary.to_string())?;
     Ok(Outcome::Done)
 }

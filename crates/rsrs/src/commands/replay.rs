@@ -11,9 +11,9 @@ use std::path::PathBuf;
 use rsrs_core::controller::ControllerParameters;
 use rsrs_ros::logging::{self, Level};
 
-use crate::commands::Format;
-use crate::commands::run::{chosen_network, runtime};
+use crate::commands::{Format, runtime};
 use crate::failure::Outcome;
+use crate::fleet_network::chosen_network;
 use crate::recorded_run;
 
 /// Publish a bag on the network, or feed it to the controller or the judge.

@@ -5,21 +5,21 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rsrs_core::certainty::Certainty;
 use rsrs_core::choice::Choice;
-use rsrs_core::phase::{Phase, WINDOW_S};
-use rsrs_view::diagram::ExperimentMark;
+use rsrs_core::phase::WINDOW_S;
 use rsrs_view::page::Page;
 use rsrs_view::trajectory::{TrajectoryPicture, svg};
 use serde::Serialize;
 
-use crate::commands::compare::compare;
 use crate::commands::{Format, report};
+use crate::comparing::compare;
 use crate::comparison_report::{ComparedBag, ComparedCell, Report as Comparison};
 use crate::failure::{Outcome, in_one_line, with_help};
+use crate::files::write_file;
 use crate::labelled_bags::LabelledBags;
 use crate::labelling::{LabelOptions, Labelled, judge};
 use crate::picture::{self, Wish};
 use crate::provenance;
-use crate::result_folder::{self, write_file};
+use crate::result_folder;
 use crate::sweep_result::SweepResult;
 use crate::wording::{counted, size};
 
@@ -94,7 +94,7 @@ fn page(
     page.heading("Phase diagram");
     let wish = Wish {
         chosen: choice.map(|choice| choice.cell.clone()),
-        experiments: marks(comparison),
+        experiments: comparison.marks(),
         ..Wish::default()
     };
     page.figure(&picture::of_sweep(result, &wish)?, &[]);
@@ -132,17 +132,6 @@ fn page(
     let sweep = serde_saphyr::to_string(&result.source).context("the sweep as YAML")?;
     page.details("The sweep with its profile", &sweep);
     Ok(page.finish())
-}
-
-fn marks(comparison: &Comparison) -> Vec<ExperimentMark> {
-    let of_cell = |cell: &ComparedCell| {
-        let (place, real) = (cell.cell.clone(), cell.real);
-        Phase::ALL.into_iter().filter_map(move |phase| {
-            let n = real.get(phase);
-            (n > 0).then(|| ExperimentMark { cell: place.clone(), phase, n })
-        })
-    };
-    comparison.cells.iter().flat_map(of_cell).collect()
 }
 
 fn chosen(choice: &Choice) -> String {

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use rsrs_experiment_runner::stop::{StopReport, say_to_all};
 use rsrs_fleet::fleet_file::FleetFile;
 use rsrs_fleet::stopper::{Answer, Ending, Word};
@@ -10,9 +9,11 @@ use rsrs_ros::logging::{self, Level};
 use rsrs_ros::shutdown;
 use serde::Serialize;
 
-use crate::commands::run::{chosen_network, runtime, say_note};
-use crate::commands::{Format, report};
+use crate::commands::{Format, report, runtime};
 use crate::failure::{Outcome, explained};
+use crate::files::read_text;
+use crate::fleet_network::chosen_network;
+use crate::notes::say_note;
 
 /// Stop every robot; return when all have acknowledged.
 ///
@@ -95,7 +96,7 @@ async fn interrupted() {
 /// Names of the robots that should be there.
 fn enabled(path: &Path) -> anyhow::Result<Vec<String>> {
     let name = path.display().to_string();
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+    let text = read_text(path)?;
     let fleet = FleetFile::parse(&name, &text).map_err(|error| {
         let (message, help) = (error.to_string(), error.help());
         explained(error, message, help.as_deref())

@@ -1,24 +1,18 @@
 //! `rsrs sweep`: step 3, exploration.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use rsrs_core::adaptive::{Adaptive, Knowledge};
-use rsrs_core::diagram::{PhaseCounts, PhaseDiagram};
-use rsrs_core::phase::Phase;
-use rsrs_sim::sweep::{Swept, Watch};
+use rsrs_core::adaptive::Adaptive;
 use serde::Serialize;
 
 use crate::commands::{Format, report};
-use crate::failure::{Outcome, with_help};
-use crate::interrupt;
-use crate::progress::{ReplicateBar, threads};
+use crate::failure::Outcome;
+use crate::progress::threads;
 use crate::shard::Shard;
-use crate::sweep_result::SweepResult;
+use crate::sweep_report::SweepReport;
 use crate::sweep_source::ResolvedSweep;
-use crate::sweeping::{knowledge, sweep_shard};
+use crate::sweeping::{sweep_into, sweep_shard};
 use crate::wording::counted;
-
-pub use crate::sweeping::sweep_into;
 
 /// Simulate every cell of a sweep into a phase diagram.
 ///
@@ -66,33 +60,11 @@ pub struct Arguments {
 }
 
 #[derive(Serialize)]
-struct Report {
-    folder: PathBuf,
-    cells: usize,
-    /// Of each cell; of an adaptive sweep, those it begins with.
-    replicates: u64,
-    /// Replicates of all cells.
-    runs: u64,
-    phases: Vec<(Phase, usize)>,
-    /// How cells ended, of an adaptive sweep.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    adaptive: Option<Endings>,
-}
-
-#[derive(Serialize)]
 struct ShardReport {
     folder: PathBuf,
     shard: String,
     /// Replicates of this shard; `None` where the folder holds the whole sweep.
     runs: Option<u64>,
-}
-
-/// How many cells of an adaptive sweep ended how.
-#[derive(Clone, Copy, Serialize)]
-struct Endings {
-    settled: usize,
-    narrow: usize,
-    exhausted: usize,
 }
 
 /// Runs the command.
@@ -112,17 +84,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return run_shard(arguments, (&name, &source), (shard, n_threads));
     }
     let result = sweep_into(&arguments.output, (&name, source), n_threads)?;
-    tell(arguments.format, &arguments.output, &result)?;
+    let summary = SweepReport::of(&arguments.output, &result);
+    report(arguments.format, &summary, &summary.to_string())?;
     Ok(Outcome::Done)
-}
-
-/// Reports a finished sweep.
-///
-/// # Errors
-///
-/// If standard output cannot be written.
-pub fn tell(format: Format, folder: &Path, result: &SweepResult) -> anyhow::Result<()> {
-    report(format, &summary(folder, result), &text(folder, result))
 }
 
 fn run_shard(
@@ -145,31 +109,6 @@ fn run_shard(
     Ok(Outcome::Done)
 }
 
-/// Runs simulations under a progress bar and Ctrl-C.
-///
-/// # Errors
-///
-/// That of the simulations, or that they were called off.
-pub fn watched<E: std::error::Error + Send + Sync + 'static>(
-    doing: &str,
-    work: impl FnOnce(Watch<'_>) -> Result<Swept, E>,
-) -> anyhow::Result<Swept> {
-    let bar = ReplicateBar::new(doing);
-    let cancel = interrupt::listen()?;
-    let swept = work(Watch { progress: &|progress| bar.show(progress), cancel })?;
-    if swept.is_cancelled {
-        return Err(with_help("called off; nothing was written", "run the same command again"));
-    }
-    Ok(swept)
-}
-
-/// How many cells have which phase as their most frequent one.
-pub fn majorities(diagram: &PhaseDiagram) -> Vec<(Phase, usize)> {
-    let n =
-        |phase| diagram.cells.iter().filter(|entry| entry.counts.majority() == Some(phase)).count();
-    Phase::ALL.into_iter().map(|phase| (phase, n(phase))).collect()
-}
-
 impl Arguments {
     /// What the command line says of an adaptive sweep, before what the file says.
     fn adapt(&self, file: Adaptive) -> Adaptive {
@@ -178,58 +117,4 @@ impl Arguments {
             most_replicates: self.most_replicates.unwrap_or(file.most_replicates),
         }
     }
-}
-
-fn endings(result: &SweepResult) -> Option<Endings> {
-    let knowledge = knowledge(result)?;
-    let n = |sought| knowledge.iter().filter(|found| **found == sought).count();
-    Some(Endings {
-        settled: n(Knowledge::Settled),
-        narrow: n(Knowledge::Narrow),
-        exhausted: n(Knowledge::Exhausted),
-    })
-}
-
-fn n_runs(result: &SweepResult) -> impl Iterator<Item = u64> + '_ {
-    result.diagram.cells.iter().map(|entry| &entry.counts).map(PhaseCounts::total)
-}
-
-fn summary(folder: &Path, result: &SweepResult) -> Report {
-    Report {
-        folder: folder.to_path_buf(),
-        cells: result.diagram.cells.len(),
-        replicates: result.source.sweep.replicates,
-        runs: n_runs(result).sum(),
-        phases: majorities(&result.diagram),
-        adaptive: endings(result),
-    }
-}
-
-fn text(folder: &Path, result: &SweepResult) -> String {
-    let phases: Vec<String> = majorities(&result.diagram)
-        .into_iter()
-        .filter(|(_, n)| *n > 0)
-        .map(|(phase, n)| format!("{n} {phase}"))
-        .collect();
-    let folder = folder.display();
-    let sweep = &result.source.sweep;
-    let replicates = match endings(result) {
-        None => format!("{} replicates of {} s", sweep.replicates, sweep.duration_s),
-        Some(endings) => format!(
-            "{} to {} replicates of {} s, {} in all ({} cells settled, {} narrow, {} at the most)",
-            n_runs(result).min().unwrap_or(0),
-            n_runs(result).max().unwrap_or(0),
-            sweep.duration_s,
-            n_runs(result).sum::<u64>(),
-            endings.settled,
-            endings.narrow,
-            endings.exhausted
-        ),
-    };
-    format!(
-        "{} cells × {replicates}: {}\n{folder}/diagram.svg\n{folder}/cells.csv\n\
-         {folder}/replicates.parquet\nnext: rsrs choose {folder} -o {folder}/choice.json",
-        result.diagram.cells.len(),
-        phases.join(", "),
-    )
 }

@@ -17,8 +17,9 @@ use rsrs_sim::sweep::{Block, ReplicateOutcome};
 
 use super::block_file::{Place, decode, encode};
 use super::difference::first_difference;
-use super::{CELLS, SWEEP, cells, draw, read_source, write_file};
+use super::{CELLS, SWEEP, cells, draw, read_source};
 use crate::failure::with_help;
+use crate::files::write_file;
 use crate::replicate_table::ReplicateTable;
 use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;

@@ -10,13 +10,15 @@ use super::Item;
 use super::folder::{BAG, CampaignFolder, counts};
 use super::manifest::Manifest;
 use super::prompt::{Answer, Prompt};
-use crate::commands::place;
-use crate::commands::run::{RunSummary, asked_to_stop, on_simulated_fleet, say_note, watched};
 use crate::failure::with_help;
+use crate::files::write_file;
+use crate::interrupt::asked_to_stop;
+use crate::notes::say_note;
 use crate::own_network::OwnNetwork;
 use crate::recording_gaps;
-use crate::result_folder::write_file;
+use crate::running::{RunSummary, on_simulated_fleet, watched};
 use crate::simulated_fleet::SimulatedFleet;
+use crate::start_poses::StartPoses;
 
 /// Where the robots are.
 pub enum Floor {
@@ -134,7 +136,7 @@ impl<'a> Conductor<'a> {
             conditions.speed_m_s,
             conditions.turn_rate_rad_s,
             plan.record.duration_s,
-            place::text(&place::start_poses(plan)?).trim_end()
+            StartPoses::of(plan)?
         );
         Ok(self.prompt.ask(&what).await)
     }

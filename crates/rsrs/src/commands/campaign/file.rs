@@ -3,13 +3,14 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use rsrs_core::axis::Cell;
 use rsrs_core::document;
 use rsrs_core::sweep_file::SEED_LIMIT;
 use serde::Deserialize;
 
 use crate::failure::with_help;
+use crate::files::read_text;
 
 /// A campaign as written by a person.
 #[derive(Clone, Debug, Deserialize)]
@@ -77,7 +78,7 @@ pub struct Experiment {
 /// If it cannot be read or is wrong.
 pub fn read(path: &Path) -> anyhow::Result<(String, Vec<Experiment>)> {
     let file = path.display().to_string();
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {file}"))?;
+    let text = read_text(path)?;
     let campaign: CampaignFile = document::parse(&file, &text).map_err(|error| {
         let help = error.help();
         match help {

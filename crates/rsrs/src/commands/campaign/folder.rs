@@ -14,8 +14,8 @@ use serde::{Deserialize, Serialize};
 use super::manifest::{self, MANIFEST, Manifest, write_whole};
 use super::{Item, identity};
 use crate::failure::{in_one_line, with_help};
+use crate::files::{read_text, write_file};
 use crate::labelling::{LabelOptions, label_bag};
-use crate::result_folder::write_file;
 use crate::{recorded_run, recording_gaps};
 
 const LOCK: &str = "campaign.lock";
@@ -97,8 +97,7 @@ impl CampaignFolder {
         if !path.exists() {
             return Ok(Vec::new());
         }
-        let text = std::fs::read_to_string(&path)
-            .with_context(|| format!("cannot read {}", path.display()))?;
+        let text = read_text(&path)?;
         let state: State = serde_json::from_str(&text)
             .with_context(|| format!("{} is not what a campaign leaves", path.display()))?;
         Ok(state.experiments)

@@ -2,8 +2,9 @@
 
 use tokio::sync::mpsc::UnboundedReceiver;
 
-use crate::commands::run::{asked_to_stop, say_note};
+use crate::interrupt::asked_to_stop;
 use crate::keyboard;
+use crate::notes::say_note;
 
 /// Who is asked before a run starts.
 pub enum Prompt {

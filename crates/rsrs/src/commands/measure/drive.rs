@@ -12,9 +12,9 @@ use rsrs_core::controller::ControllerParameters;
 use rsrs_experiment_runner::plan::{Plan, Trial, TrialRequest};
 use rsrs_fleet::record;
 
-use crate::commands::run::{Backend, RunSummary, runtime};
-use crate::commands::{Format, report};
+use crate::commands::{Backend, Format, report, runtime};
 use crate::failure::Outcome;
+use crate::running::RunSummary;
 use crew::{Crew, Floor};
 use operator::Ready;
 use result::TrialResult;

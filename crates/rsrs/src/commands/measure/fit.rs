@@ -17,9 +17,10 @@ use serde::Serialize;
 use crate::bag_trials::{self, BagTrials};
 use crate::commands::{Format, report};
 use crate::failure::{Outcome, explained, with_help};
+use crate::files::write_file;
 use crate::picture::PNG_WIDTH_PX;
-use crate::result_folder::write_file;
-use crate::trial_files::{names, table, trajectories};
+use crate::trial_files::{table, trajectories};
+use crate::wording::names;
 
 /// Fit a profile to trials: every number with its interval and where it comes from.
 ///

@@ -8,7 +8,7 @@ use rsrs_fleet::fleet_file::FleetFile;
 
 use crate::commands::{Format, report};
 use crate::failure::{Outcome, explained, with_help};
-use crate::result_folder::write_file;
+use crate::files::{read_text, write_file};
 
 /// List the trials that are worth running, and make the tables to fill in.
 ///
@@ -82,8 +82,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 
 fn request(arguments: &Arguments) -> anyhow::Result<PlanRequest> {
     let name = arguments.fleet.display().to_string();
-    let text =
-        std::fs::read_to_string(&arguments.fleet).with_context(|| format!("cannot read {name}"))?;
+    let text = read_text(&arguments.fleet)?;
     let fleet = FleetFile::parse(&name, &text).map_err(|error| {
         let (message, help) = (error.to_string(), error.help());
         explained(error, message, help.as_deref())

@@ -14,9 +14,9 @@ use serde::Serialize;
 use super::Pace;
 use super::controls::{Controls, KEYS, Wish};
 use super::selection::Selection;
-use crate::commands::run::say_note;
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
+use crate::notes::say_note;
 use crate::recorded_run;
 use crate::wording::{count, counted};
 

@@ -11,8 +11,8 @@ use rsrs_view::sensor::{self, SensorPicture};
 
 use super::Case;
 use super::text::commands;
+use crate::files::write_file;
 use crate::picture::PNG_WIDTH_PX;
-use crate::result_folder::write_file;
 use crate::validation_file::Answer;
 
 /// Draws the tubes as `reach_1`, `reach_2` …, and the sensor where detections are known; as SVG and

@@ -8,12 +8,14 @@ use rsrs_ros::interfaces;
 use rsrs_ros::logging::{self, Level};
 use rsrs_ros::session::SessionOptions;
 
-use crate::commands::run::{
-    Backend, RunSummary, asked_to_stop, chosen_network, on_simulated_fleet, say_note, watched,
-};
+use crate::commands::Backend;
 use crate::failure::with_help;
+use crate::fleet_network::chosen_network;
+use crate::interrupt::asked_to_stop;
 use crate::node_process::NodeProcess;
+use crate::notes::say_note;
 use crate::own_network::OwnNetwork;
+use crate::running::{RunSummary, on_simulated_fleet, watched};
 use crate::simulated_fleet::{CONSTANT, SimulatedFleet};
 
 /// Where trials are driven.

@@ -8,7 +8,7 @@ use rsrs_core::controller::ControllerParameters;
 use rsrs_experiment_runner::plan::Plan;
 
 use super::result::{Motion, Source, TrialResult};
-use crate::commands::run::asked_to_stop;
+use crate::interrupt::asked_to_stop;
 
 /// Asks on standard error for what the robot did, and reads the answers from standard input.
 ///

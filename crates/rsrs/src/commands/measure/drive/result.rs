@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use rsrs_bags::trajectory::{
     RecordedTrajectory, TrajectoryError, TrajectoryOptions, read_trajectory,
 };
@@ -14,8 +14,8 @@ use serde::Serialize;
 
 use crate::bag_trials;
 use crate::failure::with_help;
+use crate::files::{read_text, write_file};
 use crate::recorded_run;
-use crate::result_folder::write_file;
 use crate::sensor_readings::Readings;
 
 /// What one trial came to.
@@ -118,8 +118,7 @@ pub fn check_table(path: &Path, trial: &Trial) -> anyhow::Result<()> {
     if !path.exists() {
         return Ok(());
     }
-    let text =
-        std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let text = read_text(path)?;
     let found = text.lines().next().unwrap_or("");
     if found != header {
         bail!("{}: the header is `{found}`, expected `{header}`", path.display());
@@ -215,12 +214,8 @@ impl TrialResult {
     /// If the table cannot be read or written.
     pub fn append_to(&self, path: &Path) -> anyhow::Result<()> {
         let Some(row) = self.row() else { return Ok(()) };
-        let mut text = if path.exists() {
-            std::fs::read_to_string(path)
-                .with_context(|| format!("cannot read {}", path.display()))?
-        } else {
-            format!("{}\n", self.header())
-        };
+        let mut text =
+            if path.exists() { read_text(path)? } else { format!("{}\n", self.header()) };
         if !text.ends_with('\n') {
             text.push('\n');
         }

@@ -12,9 +12,10 @@ use super::crew::{Crew, Floor};
 use super::operator::{self, Ready};
 use super::template::{Template, Todo};
 use super::{Arguments, request};
-use crate::commands::report;
-use crate::commands::run::{Backend, RunSummary, runtime, say_note};
+use crate::commands::{Backend, report, runtime};
 use crate::failure::Outcome;
+use crate::notes::say_note;
+use crate::running::RunSummary;
 use crate::sensor_readings::{self, Readings};
 
 /// What filling in a table came to.

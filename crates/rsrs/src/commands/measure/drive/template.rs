@@ -7,7 +7,7 @@ use rsrs_core::trial::Neighbour;
 
 use super::result::HEADERS;
 use crate::failure::with_help;
-use crate::result_folder::write_file;
+use crate::files::{read_text, write_file};
 use crate::sensor_readings::Readings;
 
 /// A table of detections, some rows of which are still without their count.
@@ -37,7 +37,7 @@ impl Template {
     /// If it cannot be read, or has another header.
     pub fn open(path: &Path) -> anyhow::Result<Self> {
         let name = path.display();
-        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+        let text = read_text(path)?;
         let lines: Vec<String> = text.lines().map(str::to_owned).collect();
         let found = lines.first().map_or("", String::as_str);
         if found != HEADERS[2] {
