@@ -11,6 +11,7 @@ mod encode;
 pub(crate) mod frame;
 mod loss;
 mod new_chunk;
+mod parts;
 mod scan;
 mod search;
 mod sink;

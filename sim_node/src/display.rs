@@ -32,9 +32,6 @@ const LOOKS_EVERY: Duration = Duration::from_millis(500);
 /// Least time between two judgements.
 const JUDGED_EVERY: Duration = Duration::from_secs(2);
 
-/// The frame in which all poses are.
-pub const FRAME: &str = "map";
-
 /// Shows the world to whoever looks.
 pub struct Display {
     pictures: watch::Sender<Option<Picture>>,

@@ -32,7 +32,6 @@ use crate::rows::Rows;
 use crate::services;
 use crate::stage::{Sensed, Stage};
 use crate::stand_in::StandIn;
-use crate::steering;
 
 /// How often gates are looked at while nothing arrives.
 const GLANCE: Duration = Duration::from_millis(20);
@@ -123,10 +122,10 @@ fn serve_parameters(
 
 fn step_response(left: u64, asked: u64) -> StepSimulationResponse {
     let result = if left == 0 {
-        steering::done()
+        services::done()
     } else {
         let text = format!("{left} of {asked} steps were not made: the world was stopped");
-        steering::outcome(Outcome::OPERATION_FAILED, &text)
+        services::outcome(Outcome::OPERATION_FAILED, &text)
     };
     StepSimulationResponse { result }
 }
@@ -152,11 +151,14 @@ impl<'a> Simulation<'a> {
             .map(|name| VirtualRobot::new(session, name))
             .collect::<anyhow::Result<Vec<_>>>()?;
         let (digest, status) = (topics::WORLD_DIGEST, topics::SIMULATOR_STATUS);
+        // The receiver is gone only while the node shuts down.
+        let to_me = heard.clone();
+        let by_hand = move |call| drop(to_me.send(Heard::Call(call)));
         Ok(Self {
             session,
             hosted: options.robots.clone(),
             display: Display::new(session, &node)?,
-            _services: services::offer(session, &node, &heard)?,
+            _services: services::offer(session, &node, by_hand)?,
             ears: Ears::new(session, &node, &robots, heard.clone())?,
             to_me: heard,
             real: RealRobots::default(),

@@ -10,7 +10,7 @@ use rsrs_msgs::simulation_interfaces::{
 };
 use rsrs_msgs::std_msgs::Header;
 
-use crate::display::FRAME;
+use crate::frames::FRAME;
 use crate::mixed::on_the_floor;
 use crate::robots::pose_message;
 use crate::stage::Stage;

@@ -8,6 +8,7 @@
 mod display;
 mod driver;
 mod entities;
+mod frames;
 mod listening;
 mod mixed;
 mod parameters;

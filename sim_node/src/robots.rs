@@ -9,7 +9,7 @@ use rsrs_fleet::robot::{Event, Robot, RobotOptions};
 use rsrs_fleet::simulator::Gate;
 use rsrs_fleet::timing::{COMMAND_AT_LEAST, LOCKSTEP_GRACE, command_timeout};
 use rsrs_msgs::builtin_interfaces::Time;
-use rsrs_msgs::geometry_msgs::{self, Point, PoseWithCovariance, Quaternion, TwistWithCovariance};
+use rsrs_msgs::geometry_msgs::{self, Point, PoseWithCovariance, TwistWithCovariance};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::RobotStatus;
 use rsrs_msgs::std_msgs::{Bool, Header};
@@ -18,7 +18,7 @@ use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
 use rsrs_wire as wire;
 
-use crate::display::FRAME;
+use crate::frames::{FRAME, base_link, rotation};
 
 /// Name of a robot's node in its namespace.
 const NODE: &str = "robot";
@@ -138,17 +138,6 @@ impl VirtualRobot {
 
 fn new_gate(options: &RobotOptions) -> Robot {
     Robot::new(options.clone()).counting_from(wire::first_counter(wall_time()))
-}
-
-/// The frame of a robot's body.
-pub fn base_link(robot: &str) -> String {
-    format!("{robot}/base_link")
-}
-
-/// A heading as a quaternion.
-pub fn rotation(heading_rad: f64) -> Quaternion {
-    let (sine, cosine) = libm::sincos(heading_rad / 2.0);
-    Quaternion { x: 0.0, y: 0.0, z: sine, w: cosine }
 }
 
 /// A pose on the floor as a message.

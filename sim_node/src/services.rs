@@ -1,12 +1,9 @@
 //! The services of package `simulation_interfaces`: what tools ask of any simulator.
 
 use rsrs_msgs::RosMessage;
-use rsrs_msgs::simulation_interfaces as wire;
+use rsrs_msgs::simulation_interfaces::{self as wire, Result as Outcome};
 use rsrs_ros::services::{self, Reply, Service};
 use rsrs_ros::session::{NodeHandle, Session};
-use tokio::sync::mpsc::UnboundedSender;
-
-use crate::listening::Heard;
 
 /// A request, and whoever waits for its answer.
 pub enum Call {
@@ -32,13 +29,17 @@ pub enum Call {
 
 /// Offers all of them, below the simulator's name.
 ///
+/// # Arguments
+///
+/// * `heard` — takes every call.
+///
 /// # Errors
 ///
 /// If a service cannot be made.
 pub fn offer(
     session: &Session,
     node: &NodeHandle,
-    heard: &UnboundedSender<Heard>,
+    heard: impl Fn(Call) + Clone + Send + 'static,
 ) -> anyhow::Result<Vec<Service>> {
     let ends = Ends { session, node, heard };
     Ok(vec![
@@ -59,13 +60,13 @@ pub fn offer(
     ])
 }
 
-struct Ends<'a> {
+struct Ends<'a, H> {
     session: &'a Session,
     node: &'a NodeHandle,
-    heard: &'a UnboundedSender<Heard>,
+    heard: H,
 }
 
-impl Ends<'_> {
+impl<H: Fn(Call) + Clone + Send + 'static> Ends<'_, H> {
     fn offer<Q: RosMessage, R: RosMessage>(
         &self,
         name: &str,
@@ -73,8 +74,17 @@ impl Ends<'_> {
     ) -> anyhow::Result<Service> {
         let heard = self.heard.clone();
         Ok(services::offer(self.session, self.node, name, move |request, reply| {
-            // The receiver is gone only while the node shuts down.
-            drop(heard.send(Heard::Call(call(request, reply))));
+            heard(call(request, reply));
         })?)
     }
+}
+
+/// It was carried out.
+pub fn done() -> Outcome {
+    outcome(Outcome::OK, "")
+}
+
+/// Says how a call went.
+pub fn outcome(result: u8, error_message: &str) -> Outcome {
+    Outcome { result, error_message: error_message.to_owned() }
 }

@@ -9,7 +9,7 @@ use rsrs_ros::clock::wall_time;
 
 use crate::driver::{Simulation, Step};
 use crate::entities::{self, EntityError};
-use crate::services::Call;
+use crate::services::{Call, done, outcome};
 use crate::stage::Stage;
 
 /// What this simulator can do.
@@ -218,16 +218,6 @@ fn picked(
 fn names(stage: Option<&Stage>, rows: &[usize]) -> Vec<String> {
     let names = stage.map_or(&[][..], |stage| &stage.rows.names);
     rows.iter().map(|row| names[*row].clone()).collect()
-}
-
-/// It was carried out.
-pub fn done() -> Outcome {
-    outcome(Outcome::OK, "")
-}
-
-/// Says how a call went.
-pub fn outcome(result: u8, error_message: &str) -> Outcome {
-    Outcome { result, error_message: error_message.to_owned() }
 }
 
 fn refused(error: &EntityError) -> Outcome {

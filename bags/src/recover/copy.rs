@@ -8,7 +8,7 @@ use mcap::records::{Record, op};
 
 use super::chunk::Chunk;
 use super::frame::{self, HEAD_BYTES, MESSAGE_HEAD_BYTES};
-use super::target::{Entries, Schema};
+use super::parts::{Entries, Schema};
 use crate::reader::ZSTD_MAGIC;
 use crate::unpack::Unpacker;
 

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use mcap::records::{AttachmentHeader, op};
 
 use super::frame::HEAD_BYTES;
-use super::target::{Definitions, Schema, Span};
+use super::parts::{Definitions, Schema, Span};
 use crate::writer::ChannelDescription;
 
 /// A record that is being put together; its length is filled in at the end.

@@ -6,7 +6,7 @@ use mcap::records::{MessageHeader, op};
 
 use super::encode::RecordBytes;
 use super::frame::MESSAGE_HEAD_BYTES;
-use super::target::Entries;
+use super::parts::Entries;
 
 /// A chunk with this much in it is written.
 const FULL_BYTES: usize = 1 << 20;

@@ -8,7 +8,7 @@ use crate::axis::{Axis, Cell};
 use crate::comparison::Share;
 use crate::diagram::{PhaseCounts, PhaseDiagram};
 use crate::harsher::tidy;
-use crate::interval::IntervalKind;
+use crate::interval_kind::IntervalKind;
 use crate::order::Evidence;
 use crate::phase::{Phase, Thresholds};
 

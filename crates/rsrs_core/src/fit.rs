@@ -15,7 +15,8 @@ pub use outlier::Outlier;
 pub use period::PeriodFit;
 pub use profile::Unmeasured;
 pub use report::{SensorFit, SpeedFit, TurnFit};
-pub use sensor::{Rate, SensorMap, SensorNode, sensor_map};
+pub use sensor::{SensorMap, sensor_map};
+pub use sensor_node::{Rate, SensorNode};
 pub use steps::{StepNoise, step_noise};
 
 mod caution;
@@ -28,14 +29,16 @@ mod motion;
 mod observation;
 mod outlier;
 mod period;
+mod polygon;
 mod profile;
 mod report;
 mod sensor;
+mod sensor_node;
 mod steps;
 
 use observation::Observation;
 
-pub(crate) use sensor::contains as polygon_contains;
+pub(crate) use polygon::contains as polygon_contains;
 
 /// The tables of step 1.
 #[derive(Clone, Copy, Debug)]

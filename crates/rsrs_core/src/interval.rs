@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use crate::beta;
-use crate::sequence;
 
 /// A two-sided 95 % confidence interval of a probability.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -69,47 +68,7 @@ impl Interval {
         let high = if hits == n { 1.0 } else { beta::quantile(hit + 1.0, missed, 1.0 - tail) };
         Self { low, high }
     }
-}
 
-/// How an interval came about, and therefore when it may be believed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum IntervalKind {
-    /// Clopper and Pearson's: for a number of runs that was fixed before the first.
-    #[default]
-    ClopperPearson,
-    /// A confidence sequence's: for any number of runs, also one that the runs decided.
-    AnytimeValid,
-}
-
-impl IntervalKind {
-    /// The word in files: `clopper_pearson`, `anytime_valid`.
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::ClopperPearson => "clopper_pearson",
-            Self::AnytimeValid => "anytime_valid",
-        }
-    }
-
-    /// The 95 % interval of this kind.
-    ///
-    /// # Arguments
-    ///
-    /// * `hits` — runs that did.
-    /// * `n` — all runs.
-    ///
-    /// # Panics
-    ///
-    /// If there are more hits than runs.
-    pub fn interval(self, hits: u64, n: u64) -> Interval {
-        match self {
-            Self::ClopperPearson => Interval::clopper_pearson(hits, n),
-            Self::AnytimeValid => sequence::interval(hits, n, sequence::ERROR),
-        }
-    }
-}
-
-impl Interval {
     /// Upper bound minus lower bound.
     pub fn width(self) -> f64 {
         self.high - self.low

@@ -61,6 +61,7 @@ pub mod circumstances;
 pub mod comparison;
 pub mod diagram;
 pub mod interval;
+pub mod interval_kind;
 pub mod next_experiment;
 mod posterior;
 mod quantile;

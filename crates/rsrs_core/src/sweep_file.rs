@@ -11,7 +11,7 @@ use crate::axis::{Axis, AxisValues, Cell};
 use crate::conditions::{Conditions, ConditionsError, Settings, Walls};
 use crate::document::{self, DocumentError};
 use crate::harsher::{Harsher, HarsherFactors, NotHarsher};
-use crate::interval::IntervalKind;
+use crate::interval_kind::IntervalKind;
 use crate::profile::RobotProfile;
 
 /// A sweep as written by a person: YAML with units in its keys.

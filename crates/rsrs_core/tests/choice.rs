@@ -5,7 +5,7 @@ use rsrs_core::choice::{
     AsMeasured, AtCircliness, Candidate, Choice, Margin, VIABLE_B_S_LOW, rank,
 };
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
-use rsrs_core::interval::IntervalKind;
+use rsrs_core::interval_kind::IntervalKind;
 use rsrs_core::order::Evidence;
 use rsrs_core::phase::Phase;
 

@@ -29,28 +29,22 @@ use crate::draw::{RunKey, Seed};
 use crate::episode::run_episode_into;
 use crate::placement::PlacementError;
 use crate::turn::LIMIT_RAD;
+use crate::vector::portable::Portable;
+#[cfg(target_arch = "x86_64")]
+use crate::vector::{avx2::Avx2, avx512::Avx512};
 
 mod advance;
-#[cfg(target_arch = "x86_64")]
-mod avx2;
-#[cfg(target_arch = "x86_64")]
-mod avx512;
 mod converging;
 mod engine;
 mod evidence;
 mod nearest;
 mod noise;
-mod portable;
 mod quick;
 mod rows;
 mod sense;
-mod simd;
 mod swarms;
-#[cfg(target_arch = "x86_64")]
-mod x86;
 
 use engine::{Engine, UnitEngine};
-pub(crate) use simd::Work;
 
 /// A vector unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,15 +69,15 @@ impl Unit {
     #[cfg(target_arch = "x86_64")]
     fn engine(self) -> Option<Box<dyn Engine>> {
         match self {
-            Self::Portable => Some(Box::new(UnitEngine::new(portable::Portable))),
-            Self::Avx2 => Some(Box::new(UnitEngine::new(avx2::Avx2::find()?))),
-            Self::Avx512 => Some(Box::new(UnitEngine::new(avx512::Avx512::find()?))),
+            Self::Portable => Some(Box::new(UnitEngine::new(Portable))),
+            Self::Avx2 => Some(Box::new(UnitEngine::new(Avx2::find()?))),
+            Self::Avx512 => Some(Box::new(UnitEngine::new(Avx512::find()?))),
         }
     }
 
     #[cfg(not(target_arch = "x86_64"))]
     fn engine(self) -> Option<Box<dyn Engine>> {
-        (self == Self::Portable).then(|| Box::new(UnitEngine::new(portable::Portable)) as _)
+        (self == Self::Portable).then(|| Box::new(UnitEngine::new(Portable)) as _)
     }
 }
 
@@ -252,16 +246,6 @@ impl Batch {
         let index = self.engines.iter().rposition(|engine| engine.lanes() >= n_runs);
         self.engines[index.expect("no more runs than the widest unit has lanes")].as_mut()
     }
-}
-
-/// Does work of one world with the vectors that most machines have, where plain Rust is turned into
-/// them.
-pub(crate) fn with_vectors<W: Work>(work: W) -> W::Output {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(unit) = avx2::Avx2::find() {
-        return simd::Simd::vectorize(unit, work);
-    }
-    work.run()
 }
 
 fn runs(conditions: &Conditions, (seed, replicates): (u64, Range<u64>)) -> Vec<RunKey> {

@@ -10,9 +10,10 @@
     reason = "what is not inlined into the function of a vector unit does without its instructions"
 )]
 
-use crate::batch::{Work, with_vectors};
 use crate::contact::Contact;
 use crate::robots::Robots;
+use crate::vector::simd::Work;
+use crate::vector::with_vectors;
 use crate::view::{Extent, View};
 
 /// From this many robots on, the grid is worth its sorting: measured, at the density of nine

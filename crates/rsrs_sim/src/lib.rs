@@ -28,6 +28,7 @@ pub mod view;
 
 pub mod draw;
 pub mod turn;
+mod vector;
 
 pub mod batch;
 pub mod episode;

@@ -14,6 +14,7 @@ use crate::slice::Slice;
 use crate::svg::{Element, line_of_text};
 use crate::text::{Weight, wrap};
 
+pub use crate::overlay::{Boundary, ExperimentMark};
 pub use crate::slice::SliceError;
 
 const MARGIN_PX: f64 = 24.0;
@@ -47,27 +48,6 @@ pub struct DiagramPicture<'a> {
     pub experiments: &'a [ExperimentMark],
     /// Under the picture: what a reader must not overlook; any text.
     pub note: Option<String>,
-}
-
-/// A line in the plane of the picture that theory predicts.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Boundary {
-    /// What happens on it; any text.
-    pub label: String,
-    /// Its points `(x, y)`, in the units of the picture's axes; finite; without a y-axis, `y` from
-    /// -0.5 to 0.5 spans the picture.
-    pub points: Vec<(f64, f64)>,
-}
-
-/// How often real runs at one cell ended in one phase.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ExperimentMark {
-    /// Where they ran; swept or not.
-    pub cell: Cell,
-    /// What the judge said.
-    pub phase: Phase,
-    /// Number of runs.
-    pub n: u64,
 }
 
 /// Why there is no picture.

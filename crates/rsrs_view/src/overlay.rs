@@ -1,8 +1,8 @@
 //! What lies over the heat map: analytic boundaries, the chosen cell, real experiments.
 
 use rsrs_core::axis::Cell;
+use rsrs_core::phase::Phase;
 
-use crate::diagram::{Boundary, ExperimentMark};
 use crate::palette::INK;
 use crate::plot::Plot;
 use crate::slice::is_same;
@@ -16,6 +16,27 @@ const COUNT_PX: f64 = 10.0;
 const TAG_PX: f64 = 8.0;
 
 type Point = (f64, f64);
+
+/// A line in the plane of the picture that theory predicts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Boundary {
+    /// What happens on it; any text.
+    pub label: String,
+    /// Its points `(x, y)`, in the units of the picture's axes; finite; without a y-axis, `y` from
+    /// -0.5 to 0.5 spans the picture.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// How often real runs at one cell ended in one phase.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExperimentMark {
+    /// Where they ran; swept or not.
+    pub cell: Cell,
+    /// What the judge said.
+    pub phase: Phase,
+    /// Number of runs.
+    pub n: u64,
+}
 
 /// The column and row of a cell of the grid, if the picture shows it.
 pub fn grid_cell(plot: &Plot, cell: &Cell) -> Option<(usize, usize)> {

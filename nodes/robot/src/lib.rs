@@ -11,6 +11,7 @@
 //! microcontroller (or the foreign base driver) has a timeout of its own.
 
 mod arguments;
+mod declared;
 mod diagnostics;
 pub mod driver;
 mod listening;

@@ -22,6 +22,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::time::{Interval, MissedTickBehavior};
 
 use crate::arguments::RobotArguments;
+use crate::declared::{double, text};
 use crate::diagnostics::Health;
 use crate::driver::ros::RosDriver;
 use crate::driver::serial::SerialDriver;
@@ -136,12 +137,12 @@ impl<D: Driver> RobotNode<D> {
         let server = ParameterServer::start(session, vec![declared], move |_, _| {
             changed.send(Heard::Parameters).map_err(|_closed| "shutting down".to_owned())
         })?;
-        let commands = match parameters::text(&server, full_name, CMD_VEL_TYPE).as_str() {
+        let commands = match text(&server, full_name, CMD_VEL_TYPE).as_str() {
             "twist_stamped" => Commands::Stamped,
             "twist" => Commands::Unstamped,
             other => bail!("`{CMD_VEL_TYPE}` is `{other}`, expected twist_stamped or twist"),
         };
-        let period_s = parameters::double(&server, full_name, PERIOD);
+        let period_s = double(&server, full_name, PERIOD);
         let place = Place { session, node: &node, robot: &name, server: &server };
         let gate = Robot::new(RobotOptions {
             name: name.clone(),

@@ -9,6 +9,7 @@ use rsrs_ros::parameters::{
     Descriptor, NodeParameters, ParameterKind, ParameterServer, ParameterValue,
 };
 
+use crate::declared::{choice, double, integer};
 use crate::driver::DriverKind;
 
 /// Name of the node in its robot's namespace.
@@ -104,20 +105,6 @@ impl Number {
     }
 }
 
-/// A text that is one of a few words, for good.
-pub fn choice(
-    name: &str,
-    description: &str,
-    (words, value): (&str, &str),
-) -> (Descriptor, ParameterValue) {
-    let descriptor = Descriptor {
-        read_only: true,
-        additional_constraints: words.to_owned(),
-        ..Descriptor::new(name, ParameterKind::String, description)
-    };
-    (descriptor, ParameterValue::String(value.to_owned()))
-}
-
 /// All parameters of a robot with this driver, with the values that they have where none is given.
 fn declared(driver: DriverKind) -> Vec<(Descriptor, ParameterValue)> {
     let debounce = Descriptor {
@@ -190,42 +177,6 @@ pub fn settings(server: &ParameterServer, node: &str) -> Settings {
                 .expect("its range ends at 100"),
             timeout: Duration::from_secs_f64(value(SENSOR_TIMEOUT)),
         },
-    }
-}
-
-/// The value of a number.
-///
-/// # Panics
-///
-/// If it was not declared as one.
-pub fn double(server: &ParameterServer, node: &str, name: &str) -> f64 {
-    match server.get(node, name) {
-        Some(ParameterValue::Double(value)) => value,
-        other => unreachable!("{name} was declared as a double, found {other:?}"),
-    }
-}
-
-/// The value of a whole number.
-///
-/// # Panics
-///
-/// If it was not declared as one.
-pub fn integer(server: &ParameterServer, node: &str, name: &str) -> i64 {
-    match server.get(node, name) {
-        Some(ParameterValue::Integer(value)) => value,
-        other => unreachable!("{name} was declared as an integer, found {other:?}"),
-    }
-}
-
-/// The value of a text.
-///
-/// # Panics
-///
-/// If it was not declared as one.
-pub fn text(server: &ParameterServer, node: &str, name: &str) -> String {
-    match server.get(node, name) {
-        Some(ParameterValue::String(value)) => value,
-        other => unreachable!("{name} was declared as a string, found {other:?}"),
     }
 }
 

@@ -2,8 +2,6 @@
 //!
 //! ros2-client follows `/clock` with a type that no ROS 2 program publishes, so this is our own.
 
-use std::time::{SystemTime, UNIX_EPOCH};
-
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::topics;
@@ -13,11 +11,7 @@ use crate::session::{
     NodeHandle, PublishError, Publisher, Received, Session, SessionError, Subscription,
 };
 
-/// The time of the wall, for stamps that people read; nothing is decided by it.
-pub fn wall_time() -> Time {
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    Time::from_nanos(u64::try_from(since_1970.as_nanos()).unwrap_or(u64::MAX))
-}
+pub use crate::wall_time::wall_time;
 
 /// Tells the network what time it is.
 pub struct ClockPublisher {

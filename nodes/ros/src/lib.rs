@@ -24,3 +24,4 @@ pub mod ros_args;
 pub mod services;
 pub mod session;
 pub mod shutdown;
+mod wall_time;

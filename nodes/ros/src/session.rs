@@ -13,6 +13,7 @@ mod error;
 mod graph;
 mod node;
 mod pace;
+mod prefix;
 mod publisher;
 mod qos;
 mod raw;

@@ -9,8 +9,8 @@ use rsrs_msgs::geometry_msgs::{self, Transform, TransformStamped, Vector3};
 use rsrs_msgs::std_msgs::Header;
 use rsrs_msgs::tf2_msgs::TFMessage;
 
-use super::{FRAME, Names};
-use crate::robots::{base_link, rotation};
+use super::Names;
+use crate::frames::{FRAME, base_link, rotation};
 
 /// Points on the arc of a cone.
 const N_ARC: usize = 6;

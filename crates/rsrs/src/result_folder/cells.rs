@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use rsrs_core::axis::{Axis, Cell};
 use rsrs_core::comparison::Share;
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
-use rsrs_core::interval::IntervalKind;
+use rsrs_core::interval_kind::IntervalKind;
 use rsrs_core::phase::Phase;
 
 /// Axes, number of replicates, one count for each phase, majority, share of stable milling with its

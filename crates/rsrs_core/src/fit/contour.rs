@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::sensor::{SensorNode, place_m};
+use super::polygon::area_m2;
+use super::sensor_node::{SensorNode, place_m};
 
 /// The share of detections that the paper's blue polygon stands for.
 ///
@@ -203,10 +204,4 @@ fn share_at(places: &[(f64, f64)], distance_m: f64) -> Option<f64> {
 
 fn is_same([x_m, y_m]: [f64; 2], [other_x_m, other_y_m]: [f64; 2]) -> bool {
     (x_m - other_x_m).abs() < 1e-6 && (y_m - other_y_m).abs() < 1e-6
-}
-
-/// Area of a simple polygon, in square metres; positive if counterclockwise.
-pub fn area_m2(polygon_m: &[[f64; 2]]) -> f64 {
-    let corners = polygon_m.iter().zip(polygon_m.iter().cycle().skip(1));
-    corners.map(|([x, y], [next_x, next_y])| (x * next_y - next_x * y) / 2.0).sum()
 }

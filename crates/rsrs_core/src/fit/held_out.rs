@@ -2,7 +2,8 @@
 
 use super::contour::contour;
 use super::inscribed::inscribed;
-use super::sensor::{Rate, SensorNode, contains};
+use super::polygon::contains;
+use super::sensor_node::{Rate, SensorNode};
 
 /// Parts into which the readings of each place are dealt.
 const N_PARTS: usize = 5;

@@ -1,6 +1,6 @@
 //! The simulated polygon: convex, with few edges, and inside the measured one.
 
-use super::contour::area_m2;
+use super::polygon::area_m2;
 use crate::profile::MAX_CORNERS;
 
 type Point = [f64; 2];

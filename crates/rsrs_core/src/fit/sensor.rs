@@ -5,38 +5,13 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::FitError;
-use super::contour::contour;
+use super::contour::{RELIABLE, contour};
 use super::held_out::{HeldOut, held_out};
 use super::inscribed::inscribed;
+use super::polygon::contains;
+use super::sensor_node::{Rate, SensorNode};
 use crate::beta;
-use crate::interval::Interval;
 use crate::trial::{DetectionTrial, Neighbour, Trials};
-
-/// How often a sensor detected a neighbour at one place.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct SensorNode {
-    /// Distance of the centres, in metres.
-    pub distance_m: f64,
-    /// Bearing of the neighbour's centre, in radians; left is positive.
-    pub bearing_rad: f64,
-    /// What was counted there.
-    pub rate: Rate,
-}
-
-/// A share of readings, with the interval of Clopper and Pearson.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Rate {
-    /// Readings.
-    pub samples: u64,
-    /// Readings that said "detected".
-    pub detections: u64,
-    /// Their share.
-    pub value: f64,
-    /// Lower bound.
-    pub low: f64,
-    /// Upper bound.
-    pub high: f64,
-}
 
 /// A sensor as it was measured.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -55,59 +30,6 @@ pub struct SensorMap {
     pub false_positive: Rate,
     /// Bearings at which detections are reliable, but apart from the contour, which leaves them out.
     pub left_out_rad: Vec<f64>,
-}
-
-/// Probability that the truth lies below an interval, and again above it.
-const TAIL: f64 = 0.025;
-
-impl Rate {
-    /// A share with its interval.
-    ///
-    /// # Panics
-    ///
-    /// If there are more detections than samples, or no samples.
-    pub fn new(detections: u64, samples: u64) -> Self {
-        assert!(samples > 0, "a share of nothing");
-        let Interval { low, high } = Interval::clopper_pearson(detections, samples);
-        Self { samples, detections, value: detections as f64 / samples as f64, low, high }
-    }
-
-    /// A share whose readings count as fewer independent ones.
-    ///
-    /// # Source
-    ///
-    /// E. L. Korn, B. I. Graubard, "Confidence intervals for proportions with small expected number of
-    /// positive counts estimated from survey data", Survey Methodology 24, 1998: Clopper and Pearson's
-    /// interval at the effective number of readings.
-    fn of_held_out(found: HeldOut) -> Self {
-        let plain = Self::new(found.detections, found.samples);
-        if found.independent >= found.samples as f64 {
-            return plain;
-        }
-        let hit = plain.value * found.independent;
-        let missed = found.independent - hit;
-        let low = if hit > 0.0 { beta::quantile(hit, missed + 1.0, TAIL) } else { 0.0 };
-        let high = if missed > 0.0 { beta::quantile(hit + 1.0, missed, 1.0 - TAIL) } else { 1.0 };
-        Self { low, high, ..plain }
-    }
-
-    fn sum(rates: impl Iterator<Item = (u64, u64)>) -> Option<Self> {
-        let (detections, samples) =
-            rates.fold((0, 0), |sum, rate| (sum.0 + rate.0, sum.1 + rate.1));
-        (samples > 0).then(|| Self::new(detections, samples))
-    }
-}
-
-impl SensorNode {
-    /// The neighbour's place in the robot's frame, in metres.
-    pub fn place_m(&self) -> [f64; 2] {
-        place_m(self.distance_m, self.bearing_rad)
-    }
-}
-
-pub(super) fn place_m(distance_m: f64, bearing_rad: f64) -> [f64; 2] {
-    let (sine, cosine) = libm::sincos(bearing_rad);
-    [distance_m * cosine, distance_m * sine]
 }
 
 /// Maps a sensor.
@@ -138,9 +60,9 @@ pub fn sensor_map(trials: &Trials<DetectionTrial>, radius_m: f64) -> Result<Sens
         best,
     })?;
     let inside = nodes.iter().filter(|node| contains(&polygon_m, node.place_m()));
-    let reliable = nodes.iter().filter(|node| node.rate.value >= super::contour::RELIABLE);
+    let reliable = nodes.iter().filter(|node| node.rate.value >= RELIABLE);
     let true_positive = held_out(&nodes, 2.0 * radius_m)
-        .map(Rate::of_held_out)
+        .map(rate_of)
         .or_else(|| Rate::sum(inside.map(counts)))
         .or_else(|| Rate::sum(reliable.map(counts)))
         .expect("a contour goes around a reliable place");
@@ -179,11 +101,24 @@ fn nodes(trials: &Trials<DetectionTrial>) -> Vec<SensorNode> {
     places.into_values().map(node).collect()
 }
 
-/// Whether a point lies in a convex, counterclockwise polygon, or on its border.
-pub(crate) fn contains(polygon_m: &[[f64; 2]], [x_m, y_m]: [f64; 2]) -> bool {
-    (0..polygon_m.len()).all(|corner| {
-        let [from_x, from_y] = polygon_m[corner];
-        let [to_x, to_y] = polygon_m[(corner + 1) % polygon_m.len()];
-        (to_x - from_x) * (y_m - from_y) - (to_y - from_y) * (x_m - from_x) >= -1e-9
-    })
+/// Probability that the truth lies below an interval, and again above it.
+const TAIL: f64 = 0.025;
+
+/// A share whose readings count as fewer independent ones.
+///
+/// # Source
+///
+/// E. L. Korn, B. I. Graubard, "Confidence intervals for proportions with small expected number of
+/// positive counts estimated from survey data", Survey Methodology 24, 1998: Clopper and Pearson's
+/// interval at the effective number of readings.
+fn rate_of(found: HeldOut) -> Rate {
+    let plain = Rate::new(found.detections, found.samples);
+    if found.independent >= found.samples as f64 {
+        return plain;
+    }
+    let hit = plain.value * found.independent;
+    let missed = found.independent - hit;
+    let low = if hit > 0.0 { beta::quantile(hit, missed + 1.0, TAIL) } else { 0.0 };
+    let high = if missed > 0.0 { beta::quantile(hit + 1.0, missed, 1.0 - TAIL) } else { 1.0 };
+    Rate { low, high, ..plain }
 }

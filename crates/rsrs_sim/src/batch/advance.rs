@@ -4,11 +4,11 @@ use rsrs_core::conditions::Walls;
 
 use super::noise::{LaneKey, turn};
 use super::sense::Body;
-use super::simd::{Number, Simd};
 use crate::contact::Border;
 use crate::draw::Key;
 use crate::robots::{NoiseKeys, Robots, Rules};
 use crate::turn;
+use crate::vector::simd::{Number, Simd};
 
 /// What is the same for all robots at all times, in all lanes.
 #[derive(Clone, Copy)]

@@ -10,10 +10,10 @@ use super::converging::{AROUND, Converging, lanes};
 use super::evidence::{Commanded, Scratch, Window, gather};
 use super::quick::{Answer, Memory, Quick};
 use super::rows::Rows;
-use super::simd::{Number, Simd};
 use super::swarms::Swarms;
 use crate::draw::RunKey;
 use crate::placement::PlacementError;
+use crate::vector::simd::{Number, Simd};
 
 /// One vector unit with its memory.
 pub trait Engine: Send {

@@ -13,7 +13,7 @@ use rsrs_core::order::{BLOCKED_OVER_S, BLOCKED_SHARE, Evidence, LOST_SHARE, STUC
 use rsrs_core::trajectory::Bodies;
 
 use super::rows::Rows;
-use super::simd::Simd;
+use crate::vector::simd::Simd;
 use company::{Company, Keep};
 use ring::{Arms, Go, Motion};
 

@@ -1,7 +1,7 @@
 //! How far the nearest neighbours are, in single precision.
 
 use super::sense::Body;
-use super::simd::{Number, Simd};
+use crate::vector::simd::{Number, Simd};
 
 /// Squared distance of two robots.
 #[inline(always)]
@@ -64,7 +64,7 @@ fn some<'a, S: Simd, const SOME: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::batch::portable::Portable;
+    use crate::vector::portable::Portable;
 
     #[test]
     fn everybody_finds_the_nearest_of_all_others() {

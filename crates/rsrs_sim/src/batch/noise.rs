@@ -3,7 +3,7 @@
 use crate::draw::Key;
 use crate::turn::{self, HALF_PI, ROUNDER};
 
-use super::simd::{Number, Simd, Word};
+use crate::vector::simd::{Number, Simd, Word};
 
 /// The keys of one robot's draws for one purpose, in every world.
 #[derive(Clone, Copy)]

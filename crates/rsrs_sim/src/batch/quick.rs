@@ -11,7 +11,7 @@ use rsrs_core::phase::Thresholds;
 use super::evidence::Window;
 use super::nearest::nearest_neighbours;
 use super::sense::Body;
-use super::simd::{Mask, Number, Simd, Work};
+use crate::vector::simd::{Mask, Number, Simd, Work};
 
 /// What single precision may be off by in a number up to 1, ten times over; and in a sum, for each
 /// addition.
@@ -309,9 +309,9 @@ mod tests {
 
     use super::*;
     use crate::batch::evidence::{Commanded, Scratch, gather};
-    use crate::batch::portable::Portable;
     use crate::batch::rows::Rows;
     use crate::draw::{Purpose, RunKey, Seed};
+    use crate::vector::portable::Portable;
 
     const N_SAMPLES: usize = 76;
     const N_ROBOTS: usize = 5;

@@ -8,7 +8,7 @@
 use crate::contact::Contact;
 use crate::view::{ConeView, PolygonView};
 
-use super::simd::{Mask, Number, Simd};
+use crate::vector::simd::{Mask, Number, Simd};
 
 /// Place and heading of one robot in every world.
 #[derive(Clone, Copy)]

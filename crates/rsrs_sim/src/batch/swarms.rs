@@ -5,10 +5,10 @@ use rsrs_core::conditions::Conditions;
 use super::advance::{Drift, Habit, LaneRules, Whims};
 use super::rows::Rows;
 use super::sense::{Body, Cone, Found, LaneContact, LaneView, Polygon, Side, sense, sides};
-use super::simd::{Mask, Number, Simd, Work};
 use crate::draw::RunKey;
 use crate::placement::{self, PlacementError};
 use crate::robots::{Robots, Rules};
+use crate::vector::simd::{Mask, Number, Simd, Work};
 use crate::view::View;
 use crate::world;
 

@@ -15,7 +15,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use super::outlet::Outlet;
 use super::{Driver, Place, Report, Sensed, next_of};
-use crate::parameters::{choice, double, text};
+use crate::declared::{choice, double, text};
 
 /// Parameter: type of the sensor's messages.
 pub const SENSOR_TYPE: &str = "ros.sensor_type";

@@ -15,7 +15,7 @@ use rsrs_core::controller::Command;
 use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterValue};
 
 use super::{Driver, Place, Report};
-use crate::parameters::{integer, text};
+use crate::declared::{integer, text};
 use link::{Counts, Link};
 use port::Port;
 

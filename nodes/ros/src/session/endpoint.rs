@@ -9,10 +9,8 @@ use rustdds::DomainParticipant;
 
 use super::POLL;
 use super::graph::Graph;
+use super::prefix::{Prefix, prefix};
 use super::qos;
-
-/// Bytes of a GUID that name the participant; the first two name the vendor.
-pub(super) type Prefix = [u8; 12];
 
 /// Which end of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -139,10 +137,6 @@ impl Index {
     pub(super) fn has_reader(&self, dds_topic: &str) -> bool {
         self.readers.contains(dds_topic)
     }
-}
-
-pub(super) fn prefix(guid: [u8; 16]) -> Prefix {
-    *guid.first_chunk().expect("a GUID is longer than its prefix")
 }
 
 /// `rt/a/b` is topic `/a/b`; other prefixes are services.

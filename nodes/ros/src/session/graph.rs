@@ -8,8 +8,8 @@ use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rsrs_msgs::{RosMessage, cdr};
 use serde::{Deserialize, Serialize};
 
-use super::endpoint::{Prefix, prefix};
 use super::lock;
+use super::prefix::{Prefix, prefix};
 
 /// The DDS topic on which participants tell their nodes; it has no ROS name.
 pub(super) const TOPIC: &str = "ros_discovery_info";

@@ -12,8 +12,8 @@ use rsrs_core::order::CONTACT_TOLERANCE;
 
 use super::super::nearest::{between_m2, nearest_neighbours};
 use super::super::sense::Body;
-use super::super::simd::{Mask, Number, Simd, Work};
 use super::Window;
+use crate::vector::simd::{Mask, Number, Simd, Work};
 
 /// What single precision may be off by in a squared distance, relative to it, ten times over.
 const MARGIN: f64 = 1e-5;

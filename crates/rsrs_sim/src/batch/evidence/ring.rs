@@ -7,8 +7,8 @@
 
 use rsrs_core::order::{RESOLUTION, rounded};
 
-use super::super::simd::{Mask, Number, Simd, Work};
 use super::{Commanded, Window};
+use crate::vector::simd::{Mask, Number, Simd, Work};
 
 /// By how much the two ways may differ in a mean of headings: a constant for the terms, which are
 /// at most 1, and for each addition.
