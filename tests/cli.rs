@@ -9,7 +9,7 @@ mod laboratory;
 mod placing;
 
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use command::{code, json, repository, rsrs, stderr, stdout};
 use laboratory::{SPEEDS, write_sweep};
@@ -21,6 +21,30 @@ fn workplace() -> tempfile::TempDir {
 
 fn bytes(folder: &Path, file: &str) -> Vec<u8> {
     std::fs::read(folder.join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
+}
+
+#[test]
+fn who_closes_the_pipe_has_read_enough_and_a_full_disk_is_an_error() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let experiment = repository().join("launch_configs/experiments/flockbot_milling.yaml");
+    let experiment = experiment.to_str().expect("the path is text");
+    let into = |stdout: Stdio, arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rsrs"));
+        command.args(arguments).current_dir(place.path()).stdout(stdout);
+        command.output().expect("the binary was built for this test")
+    };
+
+    for arguments in [&["completions", "bash"][..], &["place", experiment]] {
+        let (reader, writer) = std::io::pipe().expect("the system has pipes");
+        drop(reader);
+        let closed = into(writer.into(), arguments);
+        let full = std::fs::File::options().write(true).open("/dev/full").expect("Linux has it");
+        let full = into(full.into(), arguments);
+
+        assert_eq!((code(&closed), stderr(&closed).as_str()), (0, ""));
+        assert_eq!(code(&full), 1);
+        assert!(stderr(&full).starts_with("error: writing to standard output"), "{full:?}");
+    }
 }
 
 #[test]

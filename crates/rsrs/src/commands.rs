@@ -20,7 +20,7 @@ pub mod stop;
 pub mod sweep;
 pub mod validate;
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 
 use anyhow::Context;
 use clap::ValueEnum;
@@ -48,16 +48,24 @@ pub enum Format {
 ///
 /// # Errors
 ///
-/// If standard output cannot be written, as when a pipe is closed.
+/// As [`tell`].
 pub fn report(format: Format, value: &impl Serialize, text: &str) -> anyhow::Result<()> {
-    let mut stdout = std::io::stdout().lock();
     match format {
-        Format::Text => writeln!(stdout, "{}", text.trim_end()),
-        Format::Json => {
-            writeln!(stdout, "{}", serde_json::to_string_pretty(value).context("result as JSON")?)
-        }
+        Format::Text => tell(text.trim_end()),
+        Format::Json => tell(&serde_json::to_string_pretty(value).context("result as JSON")?),
     }
-    .context("writing to standard output")
+}
+
+/// Prints a line, or some, to standard output. Whoever closes the pipe has read enough.
+///
+/// # Errors
+///
+/// If standard output cannot be written, as to a disk that is full.
+pub fn tell(text: &str) -> anyhow::Result<()> {
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        written => written.context("writing to standard output"),
+    }
 }
 
 /// A runtime on this thread, by whose end the nodes notice that of this process.

@@ -111,7 +111,7 @@ fn main() -> ExitCode {
         Command::Compare(arguments) => commands::compare::run(arguments),
         Command::Report(arguments) => commands::report::run(arguments),
         Command::Node(arguments) => commands::node::run(arguments),
-        Command::Completions(arguments) => Ok(commands::completions::run::<Arguments>(arguments)),
+        Command::Completions(arguments) => commands::completions::run::<Arguments>(arguments),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -1,8 +1,10 @@
 //! `rsrs completions`: for the shell.
 
+use anyhow::Context;
 use clap::CommandFactory;
 use clap_complete::Shell;
 
+use crate::commands::tell;
 use crate::failure::Outcome;
 
 /// Print completions for a shell.
@@ -14,7 +16,13 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run<C: CommandFactory>(arguments: &Arguments) -> Outcome {
-    clap_complete::generate(arguments.shell, &mut C::command(), "rsrs", &mut std::io::stdout());
-    Outcome::Done
+///
+/// # Errors
+///
+/// If standard output cannot be written.
+pub fn run<C: CommandFactory>(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut C::command(), "rsrs", &mut script);
+    tell(String::from_utf8(script).context("completions are text")?.trim_end())?;
+    Ok(Outcome::Done)
 }

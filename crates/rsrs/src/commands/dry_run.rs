@@ -1,6 +1,5 @@
 //! `rsrs dry-run`: the whole loop on this machine, without robots.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -11,7 +10,7 @@ use rsrs_ros::logging::{self, Level};
 use serde::Serialize;
 
 use crate::choosing::{self, Chosen};
-use crate::commands::{Format, report, runtime};
+use crate::commands::{self, Format, report, runtime};
 use crate::comparing::compare;
 use crate::comparison_report::Report as Comparison;
 use crate::failure::{Outcome, with_help};
@@ -135,9 +134,7 @@ impl DryRun<'_> {
     fn tell(&self, text: &str) -> anyhow::Result<()> {
         match self.arguments.format {
             Format::Json => Ok(()),
-            Format::Text => {
-                writeln!(std::io::stdout(), "{text}").context("writing to standard output")
-            }
+            Format::Text => commands::tell(text),
         }
     }
 
