@@ -4,6 +4,7 @@
 mod fleet;
 #[expect(dead_code, reason = "these tests do not look for what a program leaves behind")]
 mod processes;
+mod recorded;
 #[path = "../nodes/ros/tests/support/mod.rs"]
 #[expect(dead_code, reason = "these tests open no session of their own")]
 mod support;
@@ -16,12 +17,12 @@ use std::time::Duration;
 
 use fleet::{ROBOTS, experiment, node};
 use processes::{Process, rsrs};
+use recorded::messages;
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
 use rsrs_msgs::geometry_msgs::{Point, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::std_msgs::Bool;
-use rsrs_msgs::{RosMessage, cdr};
 use support::in_own_network;
 use venv::python_with;
 
@@ -60,17 +61,6 @@ fn rclpy_robot(python: &Path, logs: &Path) -> [Process; 2] {
     gate.args(["node", "robot", "--interface", "127.0.0.1", "--robots", ROBOTS[0]]);
     gate.args(["--driver", "ros"]).stdout(Stdio::null());
     [base, gate].map(|mut command| Process(command.spawn().expect("the program is there")))
-}
-
-/// All messages of a robot's topic.
-fn messages<M: RosMessage>(bag: &Bag, (robot, topic): (&str, &str)) -> Vec<M> {
-    let name = format!("/{robot}/{topic}");
-    bag.messages_on([name])
-        .map(|message| {
-            let bytes = message.expect("the bag is whole").bytes;
-            cdr::decode(&bytes).expect("it is of the topic's type")
-        })
-        .collect()
 }
 
 fn distance_m(from: &Point, to: &Point) -> f64 {

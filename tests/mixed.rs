@@ -12,6 +12,7 @@ mod fleet;
 mod micro;
 #[expect(dead_code, reason = "these tests do not look for what a program leaves behind")]
 mod processes;
+mod recorded;
 #[path = "../nodes/ros/tests/support/mod.rs"]
 #[expect(dead_code, reason = "these tests wait for programs")]
 mod support;
@@ -24,13 +25,13 @@ use std::time::{Duration, Instant};
 use fleet::{ROBOTS, experiment, node};
 use micro::{Micro, Socket};
 use processes::{Process, rsrs};
+use recorded::messages;
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ATTACHMENT, Backend, ENDING, Ending, EndingKind, ExperimentRecord};
 use rsrs_msgs::geometry_msgs::{PoseStamped, Twist, TwistStamped};
 use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
-use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{Publisher, Session, Subscription};
 use support::{in_own_network, session};
@@ -272,17 +273,6 @@ fn check_bag(bag: &Path) {
     }
     let gated = messages::<Twist>(&bag, (ROBOTS[0], "hardware/cmd_vel"));
     assert!(gated.iter().any(|twist| twist.linear.x > 0.0), "gated commands were asked for");
-}
-
-/// All messages of a robot's topic.
-fn messages<M: RosMessage>(bag: &Bag, (robot, topic): (&str, &str)) -> Vec<M> {
-    let name = format!("/{robot}/{topic}");
-    bag.messages_on([name])
-        .map(|message| {
-            let bytes = message.expect("the bag is whole").bytes;
-            cdr::decode(&bytes).expect("it is of the topic's type")
-        })
-        .collect()
 }
 
 fn distance_m(from: &PoseStamped, to: &PoseStamped) -> f64 {

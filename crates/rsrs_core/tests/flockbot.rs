@@ -1,39 +1,20 @@
 //! The files that ship with the project: the measured Flockbot and its sweep.
 
+mod numbers;
+
 use std::collections::BTreeSet;
 
+use numbers::numbers;
 use rsrs_core::axis::Axis;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::profile::RobotProfile;
 use rsrs_core::sweep_file::SweepFile;
-use serde_json::Value;
 
 const PROFILE: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
 const SWEEP: &str = include_str!("../../../launch_configs/sweeps/flockbot_speed_turn.yaml");
 
 fn flockbot() -> RobotProfile {
     RobotProfile::parse("flockbot.yaml", PROFILE).expect("the profile that ships is valid")
-}
-
-/// Dotted paths of all numbers, entries of lists by their position.
-fn numbers(value: &Value, path: &str, found: &mut BTreeSet<String>) {
-    let below = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
-    match value {
-        Value::Number(_) => {
-            found.insert(path.to_owned());
-        }
-        Value::Array(entries) => {
-            for (position, entry) in entries.iter().enumerate() {
-                numbers(entry, &below(&position.to_string()), found);
-            }
-        }
-        Value::Object(entries) => {
-            for (key, entry) in entries {
-                numbers(entry, &below(key), found);
-            }
-        }
-        Value::Null | Value::Bool(_) | Value::String(_) => {}
-    }
 }
 
 #[test]

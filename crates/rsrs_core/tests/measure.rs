@@ -4,10 +4,12 @@
 mod draw;
 #[path = "../examples/make_trials/generate.rs"]
 mod generate;
+mod numbers;
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use numbers::numbers;
 use rsrs_core::fit::{Fit, FitError, Tables, Unmeasured, fit};
 use rsrs_core::profile::RobotProfile;
 use rsrs_core::trial::{detection_trials, period_trials, speed_trials, turn_trials};
@@ -121,27 +123,6 @@ fn the_report_has_the_keys_of_the_contract() {
         ]
     );
     assert!(report["period_s"].as_f64().is_some_and(|period_s| (period_s - 0.13).abs() < 0.005));
-}
-
-/// Dotted paths of all numbers, entries of lists by their position.
-fn numbers(value: &Value, path: &str, found: &mut BTreeSet<String>) {
-    let below = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
-    match value {
-        Value::Number(_) => {
-            found.insert(path.to_owned());
-        }
-        Value::Array(entries) => {
-            for (position, entry) in entries.iter().enumerate() {
-                numbers(entry, &below(&position.to_string()), found);
-            }
-        }
-        Value::Object(entries) => {
-            for (key, entry) in entries {
-                numbers(entry, &below(key), found);
-            }
-        }
-        Value::Null | Value::Bool(_) | Value::String(_) => {}
-    }
 }
 
 #[test]

@@ -7,9 +7,10 @@ use std::time::Duration;
 
 use rsrs_core::controller::{Command, ControllerParameters, Reaction, decide};
 
+use crate::beat::Beat;
 use crate::message::{Lease, LeaseState, RobotState, Status, armed_reason};
 use crate::robot::Robot;
-use crate::timing::{BEAT, LEASE};
+use crate::timing::LEASE;
 
 mod holder;
 
@@ -77,8 +78,7 @@ pub struct Controller {
     /// Detections that wait for their step's clock, and clocks that wait for their detection.
     detections: VecDeque<bool>,
     clocks: VecDeque<u64>,
-    counter: u64,
-    last_said: Option<(RobotState, Duration)>,
+    beat: Beat<RobotState>,
     /// The lease, if no gate in front of the wheels holds it.
     holder: Option<Holder>,
 }
@@ -100,8 +100,7 @@ impl Controller {
             bound: None,
             detections: VecDeque::new(),
             clocks: VecDeque::new(),
-            counter: 0,
-            last_said: None,
+            beat: Beat::default(),
             holder: None,
         }
     }
@@ -120,7 +119,7 @@ impl Controller {
     /// [`Robot::counting_from`] says.
     #[must_use]
     pub fn counting_from(mut self, counter: u64) -> Self {
-        self.counter = counter;
+        self.beat = Beat::from(counter);
         self.holder = self.holder.map(|holder| holder.counting_from(counter));
         self
     }
@@ -169,7 +168,7 @@ impl Controller {
             Event::Parameters(settings) => {
                 self.settings = settings;
                 self.forget_steps();
-                self.last_said = None;
+                self.beat.hurry();
             }
             Event::EStop(_) | Event::Tick => {}
         }
@@ -233,23 +232,14 @@ impl Controller {
     }
 
     fn status_due(&mut self, now: Duration) -> Option<Status> {
-        let state = self.state(now);
-        let due = match self.last_said {
-            None => true,
-            Some((said, at)) => said != state || now.saturating_sub(at) >= BEAT,
-        };
-        if !due {
-            return None;
-        }
-        self.counter += 1;
-        self.last_said = Some((state, now));
+        self.beat.due(self.state(now), now)?;
         Some(self.word(now))
     }
 
     /// What it says of itself.
     fn word(&self, now: Duration) -> Status {
         Status {
-            counter: self.counter,
+            counter: self.beat.counter(),
             epoch: self.bound.as_ref().map_or(0, |bound| bound.epoch),
             parameter_digest: self.settings.parameters.digest_with(self.settings.reaction),
             state: self.state(now),

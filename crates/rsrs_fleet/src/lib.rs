@@ -12,6 +12,7 @@
 //! [`runner`], [`rates`]); who stops everything ([`stopper`]); which robots there are
 //! ([`fleet_file`]), what is run with them ([`experiment`]) and what was run ([`record`]).
 
+mod beat;
 pub mod message;
 pub mod timing;
 

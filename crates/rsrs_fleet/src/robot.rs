@@ -14,8 +14,9 @@ use std::time::Duration;
 
 use rsrs_core::controller::Command;
 
+use crate::beat::Beat;
 use crate::message::{E_STOP_REASON, Lease, LeaseState, RobotState, Status, armed_reason};
-use crate::timing::{BEAT, CONTROLLER, E_STOP_SILENCE, LEASE};
+use crate::timing::{CONTROLLER, E_STOP_SILENCE, LEASE};
 
 /// What happens to a robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,9 +106,8 @@ pub struct Robot {
     command: Option<(Command, Duration)>,
     lapsed_since: Option<Duration>,
     battery_v: f32,
-    counter: u64,
+    beat: Beat<RobotState>,
     sent: VecDeque<(u64, Duration)>,
-    last_said: Option<(RobotState, Duration)>,
 }
 
 #[derive(Clone, Debug)]
@@ -158,9 +158,8 @@ impl Robot {
             command: None,
             lapsed_since: None,
             battery_v: f32::NAN,
-            counter: 0,
+            beat: Beat::default(),
             sent: VecDeque::new(),
-            last_said: None,
         }
     }
 
@@ -172,7 +171,7 @@ impl Robot {
     ///   clock's milliseconds are.
     #[must_use]
     pub fn counting_from(mut self, counter: u64) -> Self {
-        self.counter = counter;
+        self.beat = Beat::from(counter);
         self
     }
 
@@ -378,21 +377,13 @@ impl Robot {
 
     fn status_due(&mut self, now: Duration) -> Option<Status> {
         let state = self.state(now);
-        let due = match self.last_said {
-            None => true,
-            Some((said, at)) => said != state || now.saturating_sub(at) >= BEAT,
-        };
-        if !due {
-            return None;
-        }
-        self.counter += 1;
-        self.sent.push_back((self.counter, now));
+        let counter = self.beat.due(state, now)?;
+        self.sent.push_back((counter, now));
         if self.sent.len() > REMEMBERED {
             self.sent.pop_front();
         }
-        self.last_said = Some((state, now));
         Some(Status {
-            counter: self.counter,
+            counter,
             epoch: self.epoch(),
             parameter_digest: self.parameter_digest(now),
             state,

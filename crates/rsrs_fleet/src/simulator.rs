@@ -4,21 +4,21 @@
 //! behind; in real time it steps every control period, with whatever the robots' gates let through.
 //! The machine owns no world. It says when to sense and when to advance; its driver does so.
 
+use std::borrow::Cow;
 use std::time::Duration;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::controller::Command;
 use rsrs_core::digest::Digest;
 
+use crate::beat::Beat;
 use crate::experiment::Time;
 use crate::message::{RobotState, Status};
 
-mod beat;
 mod hand;
 mod lockstep;
 mod real_time;
 
-use beat::{Beat, Standing};
 use hand::ByHand;
 pub use hand::{Doing, Hand, HandRefusal};
 use lockstep::Lockstep;
@@ -198,7 +198,17 @@ pub enum Refusal {
 #[derive(Clone, Debug, Default)]
 pub struct Simulator {
     stage: Stage,
-    beat: Beat,
+    beat: Beat<Standing>,
+}
+
+/// How it stands with the simulator.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Standing {
+    state: RobotState,
+    /// Names the placed world; 0 is none.
+    digest: u64,
+    /// Why it does not move; empty while it does.
+    reason: Cow<'static, str>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -276,25 +286,41 @@ impl Simulator {
                 }
             }
         }
-        actions.extend(self.beat.due(self.stage.standing(), now).map(Action::Status));
+        actions.extend(self.status_due(now).map(Action::Status));
         actions
+    }
+
+    fn status_due(&mut self, now: Duration) -> Option<Status> {
+        let standing = self.stage.standing();
+        let counter = self.beat.due(standing.clone(), now)?;
+        Some(Status {
+            counter,
+            epoch: 0,
+            parameter_digest: standing.digest,
+            state: standing.state,
+            stop_reason: standing.reason.into_owned(),
+            battery_v: f32::NAN,
+        })
     }
 }
 
 impl Stage {
-    fn standing(&self) -> Standing<'_> {
+    fn standing(&self) -> Standing {
         let (state, digest, reason) = match self {
-            Self::Empty => (RobotState::Idle, 0, "no world is placed"),
-            Self::Refused(reason) => (RobotState::Fault, 0, reason.as_str()),
+            Self::Empty => (RobotState::Idle, 0, "no world is placed".into()),
+            Self::Refused(reason) => (RobotState::Fault, 0, reason.clone().into()),
             Self::Placed(Run { hand: Some(_), .. }) => {
-                (RobotState::Idle, 0, "moved by hand: a run needs a world that is placed anew")
+                let reason = "moved by hand: a run needs a world that is placed anew";
+                (RobotState::Idle, 0, reason.into())
             }
             Self::Placed(Run { placed, progress, .. }) => {
                 let (state, reason) = match progress {
-                    Progress::Waiting => (RobotState::Armed, "placed, waiting for the start"),
-                    Progress::Started => (RobotState::Moving, ""),
-                    Progress::Complete(reason) => (RobotState::Stopped, *reason),
-                    Progress::Void(reason) => (RobotState::Fault, reason.as_str()),
+                    Progress::Waiting => {
+                        (RobotState::Armed, "placed, waiting for the start".into())
+                    }
+                    Progress::Started => (RobotState::Moving, "".into()),
+                    Progress::Complete(reason) => (RobotState::Stopped, (*reason).into()),
+                    Progress::Void(reason) => (RobotState::Fault, reason.clone().into()),
                 };
                 (state, placed.digest, reason)
             }

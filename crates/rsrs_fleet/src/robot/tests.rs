@@ -84,7 +84,7 @@ fn a_delayed_lease_cannot_stretch_itself() {
 fn a_lapse_latches_until_a_newer_epoch_arms() {
     let mut robot = moving();
     robot.on_event(Event::Tick, ms(600));
-    let counter = robot.counter;
+    let counter = robot.beat.counter();
 
     robot.on_event(lease(1, LeaseState::Running, counter), ms(610));
     assert_eq!(robot.state(ms(610)), RobotState::Stopped);
@@ -193,11 +193,11 @@ fn a_lock_by_silence_is_released_by_a_word_and_not_by_arming() {
     robot.on_event(lease(1, LeaseState::Running, 1), ms(400));
     robot.on_event(Event::Tick, ms(501));
 
-    robot.on_event(lease(2, LeaseState::Armed, robot.counter), ms(600));
+    robot.on_event(lease(2, LeaseState::Armed, robot.beat.counter()), ms(600));
     assert_eq!(robot.standing(ms(600)), Some(StandReason::EStop));
 
     robot.on_event(Event::EStop(false), ms(700));
-    robot.on_event(lease(3, LeaseState::Armed, robot.counter), ms(800));
+    robot.on_event(lease(3, LeaseState::Armed, robot.beat.counter()), ms(800));
     assert_eq!(robot.state(ms(800)), RobotState::Armed);
 }
 

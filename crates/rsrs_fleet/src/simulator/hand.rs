@@ -99,7 +99,7 @@ impl Simulator {
         let mut actions = Vec::new();
         let by_hand = run.hand.get_or_insert_with(|| ByHand::at(step));
         by_hand.take((&run.placed, hand), now, &mut actions);
-        actions.extend(self.beat.due(self.stage.standing(), now).map(Action::Status));
+        actions.extend(self.status_due(now).map(Action::Status));
         Ok(actions)
     }
 }

@@ -1,0 +1,81 @@
+//! When a node says how it is: on every change, and ten times a second.
+
+use std::time::Duration;
+
+use crate::timing::BEAT;
+
+/// The statuses that a node has said, by their numbers.
+#[derive(Clone, Debug)]
+pub(crate) struct Beat<S> {
+    counter: u64,
+    /// What was said last, and when.
+    last: Option<(S, Duration)>,
+}
+
+impl<S> Default for Beat<S> {
+    fn default() -> Self {
+        Self { counter: 0, last: None }
+    }
+}
+
+impl<S: PartialEq> Beat<S> {
+    /// Nothing was said yet; numbers rise from here.
+    pub fn from(counter: u64) -> Self {
+        Self { counter, last: None }
+    }
+
+    /// The number of the last status.
+    pub fn counter(&self) -> u64 {
+        self.counter
+    }
+
+    /// The number of the status to say now, if one is due.
+    ///
+    /// # Arguments
+    ///
+    /// * `state` — what others must hear of at once when it changes.
+    pub fn due(&mut self, state: S, now: Duration) -> Option<u64> {
+        let is_due = self
+            .last
+            .as_ref()
+            .is_none_or(|(said, at)| *said != state || now.saturating_sub(*at) >= BEAT);
+        if !is_due {
+            return None;
+        }
+        self.counter += 1;
+        self.last = Some((state, now));
+        Some(self.counter)
+    }
+
+    /// Makes a status due, whatever was said.
+    pub fn hurry(&mut self) {
+        self.last = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_are_said_at_once_and_all_else_ten_times_a_second() {
+        let mut beat = Beat::from(7);
+        let mut said = |state, at_ms| beat.due(state, Duration::from_millis(at_ms));
+
+        assert_eq!(said('a', 0), Some(8));
+        assert_eq!(said('a', 99), None);
+        assert_eq!(said('b', 99), Some(9));
+        assert_eq!(said('b', 198), None);
+        assert_eq!(said('b', 199), Some(10));
+    }
+
+    #[test]
+    fn what_is_hurried_is_said_again() {
+        let mut beat = Beat::from(0);
+        beat.due((), Duration::ZERO);
+
+        beat.hurry();
+
+        assert_eq!(beat.due((), Duration::ZERO), Some(2));
+    }
+}
