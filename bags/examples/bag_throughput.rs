@@ -26,10 +26,11 @@ use rsrs_bags::{
 use rsrs_core::phase;
 use rsrs_core::trajectory::Bodies;
 use rsrs_msgs::builtin_interfaces::Time;
-use rsrs_msgs::geometry_msgs::TwistStamped;
+use rsrs_msgs::geometry_msgs::{TransformStamped, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::topics::Qos;
 use rsrs_msgs::{RosMessage, cdr, topics};
 
@@ -54,9 +55,10 @@ type Outcome = Result<(), Box<dyn std::error::Error>>;
 enum Content {
     /// Detections, commands and odometry of nine robots.
     Swarm,
-    /// The same, and each hundredth pose is missing: a run that must be mended, and so kept as a
-    /// whole.
+    /// The same, and each hundredth pose is missing: a run that must be mended.
     SwarmWithGaps,
+    /// Without gaps, and the poses of all robots in one message.
+    SwarmOnTf,
     /// Without gaps, and a camera above them.
     SwarmAndCamera,
 }
@@ -79,6 +81,8 @@ fn main() -> Outcome {
         (Content::Swarm, Compression::None),
         (Content::Swarm, Compression::Zstd),
         (Content::SwarmWithGaps, Compression::None),
+        (Content::SwarmWithGaps, Compression::Zstd),
+        (Content::SwarmOnTf, Compression::Zstd),
         (Content::SwarmAndCamera, Compression::None),
         (Content::SwarmAndCamera, Compression::Zstd),
         (Content::SwarmAndCamera, Compression::Lz4),
@@ -176,6 +180,7 @@ fn one_kind(
     let kind = match content {
         Content::Swarm => "swarm",
         Content::SwarmWithGaps => "swarm with gaps",
+        Content::SwarmOnTf => "swarm on /tf",
         Content::SwarmAndCamera => "swarm and camera",
     };
     let name = format!("{kind}, {compression:?}");
@@ -215,12 +220,14 @@ fn write_bag(
         |name: String, type_name: &str| writer.add_topic(&name, type_name, Qos::reliable(5));
     let lease = add(topics::LEASE.name.to_owned(), RunLease::TYPE_NAME)?;
     let camera = add("/camera/image".to_owned(), Bool::TYPE_NAME)?;
+    let is_on_tf = matches!(content, Content::SwarmOnTf);
+    let tf = add(topics::TF.name.to_owned(), TFMessage::TYPE_NAME)?;
     let robots = (1..=N_ROBOTS).map(|robot| {
         let named = |topic: topics::Topic| topic.for_robot(&format!("robot_{robot}"));
         Ok([
             add(named(topics::DETECTION), Bool::TYPE_NAME)?,
             add(named(topics::CMD_VEL), TwistStamped::TYPE_NAME)?,
-            add(named(topics::ODOM), Odometry::TYPE_NAME)?,
+            if is_on_tf { tf } else { add(named(topics::ODOM), Odometry::TYPE_NAME)? },
         ])
     });
     let robots: Vec<[ChannelId; 3]> = robots.collect::<Result<_, BagError>>()?;
@@ -240,15 +247,22 @@ fn write_bag(
             noise.fill(&mut picture);
             content_bytes += put(&mut writer, camera, time_ns, &picture)?;
         }
+        let mut transforms = Vec::new();
         for (robot, [detection, cmd_vel, odom]) in robots.iter().enumerate() {
             let message = Bool { data: noise.uniform() < 0.5 };
             content_bytes += put(&mut writer, *detection, time_ns, &cdr::encode(&message))?;
             let message = command(time_ns, &mut noise);
             content_bytes += put(&mut writer, *cmd_vel, time_ns, &cdr::encode(&message))?;
             let message = odometry((robot, step), &mut noise);
-            if !matches!(content, Content::SwarmWithGaps) || noise.uniform() > 0.01 {
+            if is_on_tf {
+                transforms.push(transform(robot, &message));
+            } else if !matches!(content, Content::SwarmWithGaps) || noise.uniform() > 0.01 {
                 content_bytes += put(&mut writer, *odom, time_ns, &cdr::encode(&message))?;
             }
+        }
+        if is_on_tf {
+            content_bytes +=
+                put(&mut writer, tf, time_ns, &cdr::encode(&TFMessage { transforms }))?;
         }
     }
     writer.finish()?;
@@ -289,6 +303,18 @@ fn odometry((robot, step): (usize, u64), noise: &mut Noise) -> Odometry {
     pose.position.y = 0.5 * libm::sin(angle_rad) + 1e-3 * noise.uniform();
     pose.orientation.z = libm::sin(0.5 * angle_rad);
     pose.orientation.w = libm::cos(0.5 * angle_rad);
+    message
+}
+
+/// The same pose as a transform.
+fn transform(robot: usize, odometry: &Odometry) -> TransformStamped {
+    let pose = &odometry.pose.pose;
+    let mut message =
+        TransformStamped { header: odometry.header.clone(), ..TransformStamped::default() };
+    message.child_frame_id = format!("robot_{}/base_link", robot + 1);
+    message.transform.translation.x = pose.position.x;
+    message.transform.translation.y = pose.position.y;
+    message.transform.rotation = pose.orientation;
     message
 }
 

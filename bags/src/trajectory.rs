@@ -25,6 +25,7 @@ use std::fmt;
 use rsrs_core::trajectory::Trajectory;
 
 use crate::{Bag, Damage};
+use resample::Times;
 
 pub use error::TrajectoryError;
 pub use finding::Finding;
@@ -172,8 +173,8 @@ pub fn read_trajectory(
     let rows = if let Some(common) = common {
         align::align(&mut collected.robots, &common, (period_ns, options.keep))
     } else {
-        let (robots, breaks_off) = (&collected.robots[..], collected.breaks_off);
-        let run = resample::Run { robots, recorded_ns, period_ns, breaks_off };
+        let times = Times { recorded_ns, period_ns, breaks_off: collected.breaks_off };
+        let run = resample::Run { robots: &collected.robots, times };
         resample::resample(&run, options.keep, &mut findings)?
     };
     Ok(RecordedTrajectory {

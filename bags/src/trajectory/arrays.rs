@@ -15,8 +15,8 @@ const USUAL_NAME: &str = "/poses";
 /// Poses that their sender knows by number only.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct PoseArray {
-    header: Header,
-    poses: Vec<Pose>,
+    pub(super) header: Header,
+    pub(super) poses: Vec<Pose>,
 }
 
 impl RosMessage for PoseArray {
@@ -30,14 +30,14 @@ impl RosMessage for PoseArray {
 /// The package `motion_capture_tracking_interfaces`, which Crazyswarm2 uses.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct NamedPoseArray {
-    header: Header,
-    poses: Vec<NamedPose>,
+    pub(super) header: Header,
+    pub(super) poses: Vec<NamedPose>,
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-struct NamedPose {
-    name: String,
-    pose: Pose,
+pub struct NamedPose {
+    pub(super) name: String,
+    pub(super) pose: Pose,
 }
 
 impl RosMessage for NamedPoseArray {

@@ -88,7 +88,7 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
 
     let mut found = Found { room: room(&wanted), ..Found::default() };
     if source == PoseSource::Tf {
-        found.take_fixed(bag, &topics)?;
+        found.tree = fixed(bag, &topics)?;
     }
     for message in bag.messages_on(wanted.iter().map(|topic| topic.name.as_str())) {
         match message {
@@ -277,21 +277,6 @@ impl Found {
         })
     }
 
-    /// Takes the transforms that never change.
-    fn take_fixed(&mut self, bag: &Bag, topics: &[TopicInfo]) -> Result<(), TrajectoryError> {
-        let is_fixed =
-            |topic: &&TopicInfo| topic.name == TF_STATIC && topic.type_name == TFMessage::TYPE_NAME;
-        let names = topics.iter().filter(is_fixed).map(|topic| topic.name.as_str());
-        for message in bag.messages_on(names) {
-            match message {
-                Ok(message) => drop(self.tree.take(decode(&message)?)),
-                Err(BagError::Incomplete { .. }) => {}
-                Err(error) => return Err(error.into()),
-            }
-        }
-        Ok(())
-    }
-
     /// Refuses robots whose transforms start from different frames.
     fn check_frames(&self) -> Result<(), TrajectoryError> {
         let Some(expected) = self.frames.values().next() else { return Ok(()) };
@@ -375,6 +360,32 @@ impl Found {
         robots.sort_by_cached_key(|robot: &RecordedRobot| natural_key(&robot.name));
         Ok((robots, findings))
     }
+}
+
+/// The transforms that never change.
+///
+/// # Errors
+///
+/// If the bag cannot be read there, or a message is none.
+pub fn fixed(bag: &Bag, topics: &[TopicInfo]) -> Result<Tree, TrajectoryError> {
+    let is_fixed =
+        |topic: &&TopicInfo| topic.name == TF_STATIC && topic.type_name == TFMessage::TYPE_NAME;
+    let names = topics.iter().filter(is_fixed).map(|topic| topic.name.as_str());
+    let mut tree = Tree::default();
+    for message in bag.messages_on(names) {
+        match message {
+            Ok(message) => drop(tree.take(decode(&message)?)),
+            Err(BagError::Incomplete { .. }) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(tree)
+}
+
+/// The robots that were told something.
+pub fn commanded(topics: &[TopicInfo]) -> Vec<String> {
+    let told = topics.iter().filter(|topic| has_commands(topic) && topic.n_messages > 0);
+    told.filter_map(|topic| pose::robot_before(&topic.name, topics::CMD_VEL.name)).collect()
 }
 
 fn decode<M: RosMessage>(message: &BagMessage) -> Result<M, TrajectoryError> {

@@ -1,15 +1,18 @@
 //! The ending of a run, without keeping the whole of it.
 //!
-//! The judge looks at the last minute of a run, and runs go on for hours. Most of them need no
-//! mending: each robot has one pose in every period, beside those of the others, and none is out of
-//! reach. Whether a run is of that kind can be told while it is read, and then what came long ago
-//! need not be kept. A run that is not is read again, and mended as a whole; so what comes out is
-//! always what it would be of the whole run, to the bit.
+//! The judge looks at the last minute of a run, and runs go on for hours. Most of them need no more
+//! mending than a pose here and there, or poses at the times of commands: no robot is out of reach,
+//! and stamps rise. Whether a run is of that kind can be told while it is read, and then what came
+//! long ago need not be kept. A run that is not (robots that were taken for one another, say) is
+//! read again, and mended as a whole; so what comes out is always what it would be of the whole run,
+//! to the bit.
 
+mod bodies;
 mod lean;
 mod middle;
 mod rows;
 mod run;
+mod steps;
 #[cfg(test)]
 mod tests;
 mod track;
@@ -26,6 +29,7 @@ use super::command::CommandSample;
 use super::{Keep, PoseSource, RecordedTrajectory, TrajectoryOptions, pose};
 use crate::reader::Heard;
 use crate::{Bag, TopicInfo};
+use bodies::Bodies;
 use run::Run;
 
 /// A run that must be mended, or is refused: the whole of it tells which.
@@ -43,12 +47,14 @@ pub fn read(bag: &Bag, options: &TrajectoryOptions) -> Option<RecordedTrajectory
     let Keep::Ending { seconds } = options.keep else { return None };
     let infos = bag.topics();
     let poses = choose(&infos, options.poses).ok()?;
-    // Trackers that name robots in their messages are left to the other way.
-    if !matches!(poses, PoseSource::Odom | PoseSource::Pose) {
-        return None;
-    }
     let wanted = wanted_topics(&infos, poses).ok()?;
-    let names = robots(&wanted, poses)?;
+    let (names, mut bodies) = match poses {
+        PoseSource::Odom | PoseSource::Pose => (robots(&wanted, poses)?, None),
+        PoseSource::NamedPoses | PoseSource::PoseArray | PoseSource::Tf => {
+            let bodies = Bodies::find(bag, &infos, poses)?;
+            (bodies.names.clone(), Some(bodies))
+        }
+    };
     let has_lease = infos.iter().any(|topic| topic.name == topics::LEASE.name);
     let mut run = Run::new(names, (seconds, has_lease));
 
@@ -60,10 +66,17 @@ pub fn read(bag: &Bag, options: &TrajectoryOptions) -> Option<RecordedTrajectory
         if heard.number >= hearers.len() {
             hearers.resize(heard.number + 1, None);
         }
-        let hearer = hearers[heard.number].get_or_insert_with(|| Hearer::of(&heard, &run));
-        hearer.take(&heard, &mut run).ok()?;
+        let hearer = hearers[heard.number]
+            .get_or_insert_with(|| Hearer::of(&heard, (&run, bodies.as_ref())));
+        match (hearer, &mut bodies) {
+            (Hearer::Bodies, Some(bodies)) => bodies.take(&heard, &mut run),
+            (hearer, _) => hearer.take(&heard, &mut run),
+        }
+        .ok()?;
     }
-    run.finish(bag, poses).ok()
+    let mut ending = run.finish(bag, poses).ok()?;
+    ending.findings.splice(..0, bodies.into_iter().flat_map(Bodies::ignored));
+    Some(ending)
 }
 
 /// The robots with poses, in order.
@@ -79,6 +92,8 @@ fn robots(wanted: &[&TopicInfo], poses: PoseSource) -> Option<Vec<String>> {
 #[derive(Clone, Copy)]
 enum Hearer {
     Lease,
+    /// Poses of all robots.
+    Bodies,
     /// Poses of a robot.
     Odometry(usize),
     PoseStamped(usize),
@@ -92,8 +107,11 @@ enum Hearer {
 }
 
 impl Hearer {
-    fn of(heard: &Heard, run: &Run) -> Self {
+    fn of(heard: &Heard, (run, bodies): (&Run, Option<&Bodies>)) -> Self {
         let (topic, type_name) = (&**heard.topic, &**heard.type_name);
+        if bodies.is_some_and(|bodies| bodies.topic == topic) {
+            return Self::Bodies;
+        }
         if topic == topics::LEASE.name {
             return Self::Lease;
         }
@@ -137,7 +155,7 @@ impl Hearer {
             // Whether a robot is missing is said by the other way.
             Self::OfNobody if &**heard.type_name == Twist::TYPE_NAME => still(unstamped(heard)?),
             Self::OfNobody => still(stamped(heard)?),
-            Self::Other => Err(NotClean),
+            Self::Bodies | Self::Other => Err(NotClean),
         }
     }
 }

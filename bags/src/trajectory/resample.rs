@@ -27,12 +27,32 @@ const MAX_TRIMMED_NS: u64 = 10_000_000_000;
 pub struct Run<'a> {
     /// Their poses while the swarm was running, two at least.
     pub robots: &'a [RecordedRobot],
+    /// Its times.
+    pub times: Times,
+}
+
+/// What a run is interpolated from and to.
+#[derive(Clone, Copy)]
+pub struct Times {
     /// The median distance of poses, in nanoseconds.
     pub recorded_ns: u64,
     /// The period of the trajectory, in nanoseconds.
     pub period_ns: u64,
     /// Whether the bag ends before the run did.
     pub breaks_off: bool,
+}
+
+/// How completely a robot was seen, in nanoseconds.
+#[derive(Clone, Copy)]
+pub struct Seen<'a> {
+    /// The robot.
+    pub robot: &'a str,
+    /// Its first and its last pose.
+    pub span_ns: (u64, u64),
+    /// The longest time without a pose.
+    pub longest_ns: u64,
+    /// The time that lacks poses.
+    pub missing_ns: u64,
 }
 
 /// Interpolates the robots' poses to one grid of times.
@@ -45,33 +65,38 @@ pub fn resample(
     keep: Keep,
     findings: &mut Vec<Finding>,
 ) -> Result<Rows, TrajectoryError> {
-    for robot in run.robots {
-        findings.extend(check_gaps(robot, run.recorded_ns)?);
-    }
-    let (start_ns, end_ns) = common_span(run, findings)?;
-    findings.push(Finding::Resampled {
-        recorded_s: seconds(run.recorded_ns),
-        period_s: seconds(run.period_ns),
-    });
-    let n_all = (end_ns - start_ns) / run.period_ns + 1;
-    let mut rows = Rows::new((n_all, start_ns), (run.robots.len(), run.period_ns), keep);
-    let times_ns: Vec<u64> =
-        rows.samples.iter().map(|sample| start_ns + sample * run.period_ns).collect();
+    let Times { recorded_ns, period_ns, .. } = run.times;
+    let see = |robot| see(robot, recorded_ns);
+    let seen = run.robots.iter().map(see).collect::<Result<Vec<_>, _>>()?;
+    let (start_ns, end_ns) = check(&seen, run.times, findings)?;
+    let n_all = (end_ns - start_ns) / period_ns + 1;
+    let mut rows = Rows::new((n_all, start_ns), (run.robots.len(), period_ns), keep);
+    let times_ns = rows.times_ns();
     for (number, robot) in run.robots.iter().enumerate() {
         let poses: Vec<PoseSample> =
             times_ns.iter().map(|time_ns| pose_at(&robot.poses, *time_ns)).collect();
-        rows.fill(number, &poses, &command::answers(&poses, &robot.commands, run.period_ns));
+        rows.fill(number, &poses, &command::answers(&poses, &robot.commands, period_ns));
     }
     Ok(rows)
 }
 
-/// Refuses a robot that nobody saw for too long, or too often.
-fn check_gaps(robot: &RecordedRobot, recorded_ns: u64) -> Result<Option<Finding>, TrajectoryError> {
+/// The longest time between two poses of a robot that may be interpolated, in nanoseconds.
+pub fn most_gap_ns(recorded_ns: u64) -> u64 {
+    MAX_GAP_NS.max(recorded_ns * 3 / 2)
+}
+
+/// The longest time between two poses of a robot of which none is missing between them, in
+/// nanoseconds.
+pub fn most_step_ns(recorded_ns: u64) -> u64 {
+    recorded_ns + recorded_ns / 2
+}
+
+/// Looks how completely a robot was seen, and refuses one that nobody saw for too long.
+fn see(robot: &RecordedRobot, recorded_ns: u64) -> Result<Seen<'_>, TrajectoryError> {
     let steps = || robot.poses.windows(2).map(|pair| pair[1].stamp_ns - pair[0].stamp_ns);
-    let most_ns = MAX_GAP_NS.max(recorded_ns * 3 / 2);
-    if let Some(pair) =
-        robot.poses.windows(2).find(|pair| pair[1].stamp_ns - pair[0].stamp_ns > most_ns)
-    {
+    let is_gap =
+        |pair: &&[PoseSample]| pair[1].stamp_ns - pair[0].stamp_ns > most_gap_ns(recorded_ns);
+    if let Some(pair) = robot.poses.windows(2).find(is_gap) {
         return Err(TrajectoryError::Gap {
             robot: robot.name.clone(),
             time_s: seconds(pair[1].stamp_ns),
@@ -79,42 +104,78 @@ fn check_gaps(robot: &RecordedRobot, recorded_ns: u64) -> Result<Option<Finding>
             period_s: seconds(recorded_ns),
         });
     }
-    let is_gap = |step_ns: &u64| *step_ns > recorded_ns + recorded_ns / 2;
-    let missing_ns: u64 = steps().filter(is_gap).map(|step_ns| step_ns - recorded_ns).sum();
-    let whole_ns: u64 = steps().sum();
-    let share = missing_ns as f64 / whole_ns.max(1) as f64;
-    let longest_s = seconds(steps().max().unwrap_or(0));
+    let lacks = |step_ns: &u64| *step_ns > most_step_ns(recorded_ns);
+    Ok(Seen {
+        robot: &robot.name,
+        span_ns: (robot.poses[0].stamp_ns, robot.poses[robot.poses.len() - 1].stamp_ns),
+        longest_ns: steps().max().unwrap_or(0),
+        missing_ns: steps().filter(lacks).map(|step_ns| step_ns - recorded_ns).sum(),
+    })
+}
+
+/// Whether robots were seen well enough to be interpolated, and what is to be said of it.
+///
+/// # Returns
+///
+/// From when to when all of them were seen, in nanoseconds.
+///
+/// # Errors
+///
+/// [`TrajectoryError::TooManyMissing`] and [`TrajectoryError::Span`].
+pub fn check(
+    seen: &[Seen],
+    times: Times,
+    findings: &mut Vec<Finding>,
+) -> Result<(u64, u64), TrajectoryError> {
+    for robot in seen {
+        findings.extend(missing(robot)?);
+    }
+    let span_ns = common_span(seen, times, findings)?;
+    findings.push(Finding::Resampled {
+        recorded_s: seconds(times.recorded_ns),
+        period_s: seconds(times.period_ns),
+    });
+    Ok(span_ns)
+}
+
+/// Refuses a robot that was not seen too often.
+fn missing(seen: &Seen) -> Result<Option<Finding>, TrajectoryError> {
+    let whole_ns = seen.span_ns.1 - seen.span_ns.0;
+    let share = seen.missing_ns as f64 / whole_ns.max(1) as f64;
+    let (robot, longest_s) = (seen.robot.to_owned(), seconds(seen.longest_ns));
     if share > MAX_MISSING {
-        let (robot, limit) = (robot.name.clone(), MAX_MISSING);
+        let limit = MAX_MISSING;
         return Err(TrajectoryError::TooManyMissing { robot, share, limit, longest_s });
     }
-    let finding = || Finding::Missing { robot: robot.name.clone(), share, longest_s };
-    Ok((missing_ns > 0).then(finding))
+    Ok((seen.missing_ns > 0).then_some(Finding::Missing { robot, share, longest_s }))
 }
 
 /// The time through which all robots have poses.
-fn common_span(run: &Run, findings: &mut Vec<Finding>) -> Result<(u64, u64), TrajectoryError> {
-    let spans = || run.robots.iter().map(|robot| (robot, first_ns(robot), last_ns(robot)));
-    let earliest_ns = spans().map(|span| span.1).min().unwrap_or(0);
-    let latest_ns = spans().map(|span| span.2).max().unwrap_or(0);
-    let start_ns = spans().map(|span| span.1).max().unwrap_or(0);
-    let end_ns = spans().map(|span| span.2).min().unwrap_or(0);
-    let usual_ns = run.recorded_ns.max(run.period_ns) * 3 / 2;
+fn common_span(
+    seen: &[Seen],
+    times: Times,
+    findings: &mut Vec<Finding>,
+) -> Result<(u64, u64), TrajectoryError> {
+    let firsts = || seen.iter().map(|robot| robot.span_ns.0);
+    let lasts = || seen.iter().map(|robot| robot.span_ns.1);
+    let (earliest_ns, latest_ns) = (firsts().min().unwrap_or(0), lasts().max().unwrap_or(0));
+    let (start_ns, end_ns) = (firsts().max().unwrap_or(0), lasts().min().unwrap_or(0));
+    let usual_ns = times.recorded_ns.max(times.period_ns) * 3 / 2;
     let all_ns = latest_ns - earliest_ns;
     let most_ns = (all_ns / MAX_TRIMMED).min(MAX_TRIMMED_NS).max(usual_ns);
-    for (robot, first_ns, last_ns) in spans() {
+    for Seen { robot, span_ns: (first_ns, last_ns), .. } in seen {
         let late_ns = first_ns - earliest_ns;
-        let early_ns = if run.breaks_off { 0 } else { latest_ns - last_ns };
+        let early_ns = if times.breaks_off { 0 } else { latest_ns - last_ns };
+        let robot = || (*robot).to_owned();
         if late_ns > most_ns || early_ns > most_ns || start_ns >= end_ns {
             return Err(TrajectoryError::Span {
-                robot: robot.name.clone(),
-                first_s: seconds(first_ns),
-                last_s: seconds(last_ns),
+                robot: robot(),
+                first_s: seconds(*first_ns),
+                last_s: seconds(*last_ns),
                 expected_first_s: seconds(earliest_ns),
                 expected_last_s: seconds(latest_ns),
             });
         }
-        let robot = || robot.name.clone();
         if late_ns > usual_ns {
             findings.push(Finding::LateStart { robot: robot(), by_s: seconds(late_ns) });
         }
@@ -126,7 +187,7 @@ fn common_span(run: &Run, findings: &mut Vec<Finding>) -> Result<(u64, u64), Tra
 }
 
 /// The pose at a time between a robot's first and last one.
-fn pose_at(poses: &[PoseSample], time_ns: u64) -> PoseSample {
+pub fn pose_at(poses: &[PoseSample], time_ns: u64) -> PoseSample {
     let after = poses.partition_point(|pose| pose.stamp_ns < time_ns).min(poses.len() - 1);
     let (before, next) = (poses[after.saturating_sub(1)], poses[after]);
     let step_ns = next.stamp_ns - before.stamp_ns;
@@ -154,16 +215,6 @@ fn pose_at(poses: &[PoseSample], time_ns: u64) -> PoseSample {
 fn wrap(angle_rad: f64) -> f64 {
     let wrapped = angle_rad - TAU * libm::floor((angle_rad + PI) / TAU);
     if wrapped >= PI { wrapped - TAU } else { wrapped }
-}
-
-/// Their number was checked.
-fn first_ns(robot: &RecordedRobot) -> u64 {
-    robot.poses[0].stamp_ns
-}
-
-/// Their number was checked.
-fn last_ns(robot: &RecordedRobot) -> u64 {
-    robot.poses[robot.poses.len() - 1].stamp_ns
 }
 
 fn seconds(time_ns: u64) -> f64 {

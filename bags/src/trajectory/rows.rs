@@ -18,6 +18,7 @@ pub struct Rows {
     pub n_left_out: usize,
     /// Time of the first sample, in nanoseconds.
     pub start_ns: u64,
+    period_ns: u64,
 }
 
 impl Rows {
@@ -45,7 +46,13 @@ impl Rows {
         trajectory.poses = vec![Pose { x_m: 0.0, y_m: 0.0, heading_rad: 0.0 }; n_cells];
         trajectory.commands = vec![Command::STOP; n_cells];
         let n_left_out = usize::try_from(n_all).unwrap_or(usize::MAX) - samples.len();
-        Self { trajectory, samples, n_left_out, start_ns }
+        Self { trajectory, samples, n_left_out, start_ns, period_ns }
+    }
+
+    /// The times of the samples, in nanoseconds.
+    pub fn times_ns(&self) -> Vec<u64> {
+        let time_ns = |sample: &u64| self.start_ns + sample * self.period_ns;
+        self.samples.iter().map(time_ns).collect()
     }
 
     /// Puts in what one robot did, in each of the samples.

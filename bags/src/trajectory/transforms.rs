@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use rsrs_msgs::geometry_msgs::{Quaternion, TransformStamped, Vector3};
+use rsrs_msgs::geometry_msgs::{Quaternion, Transform, Vector3};
 use rsrs_msgs::tf2_msgs::TFMessage;
 
 use super::pose::{self, RawPose};
@@ -16,7 +16,13 @@ const MAX_LENGTH: usize = 32;
 /// messages nothing is interpolated.
 #[derive(Default)]
 pub struct Tree {
-    edges: HashMap<String, TransformStamped>,
+    edges: HashMap<String, Edge>,
+}
+
+/// A frame in its parent.
+struct Edge {
+    parent: String,
+    transform: Transform,
 }
 
 impl Tree {
@@ -29,7 +35,18 @@ impl Tree {
     /// one of the same robot (`base_footprint` → `base_link`) has none of its own.
     pub fn take(&mut self, message: TFMessage) -> Vec<RawPose> {
         for transform in &message.transforms {
-            self.edges.insert(plain(&transform.child_frame_id).to_owned(), transform.clone());
+            let child = plain(&transform.child_frame_id);
+            match self.edges.get_mut(child) {
+                // As nearly always: nothing but numbers is new.
+                Some(known) if known.parent == transform.header.frame_id => {
+                    known.transform = transform.transform;
+                }
+                _ => {
+                    let parent = transform.header.frame_id.clone();
+                    let edge = Edge { parent, transform: transform.transform };
+                    self.edges.insert(child.to_owned(), edge);
+                }
+            }
         }
         let bodies = pose::of_transforms(message).into_iter();
         bodies
@@ -46,7 +63,7 @@ impl Tree {
                 return true;
             }
             let Some(edge) = self.edges.get(frame) else { return false };
-            frame = plain(&edge.header.frame_id);
+            frame = plain(&edge.parent);
         }
         false
     }
@@ -61,7 +78,7 @@ impl Tree {
             body.position =
                 Vector3 { x: offset.x + turned.x, y: offset.y + turned.y, z: offset.z + turned.z };
             body.orientation = product(turn, &body.orientation);
-            body.frame.clone_from(&edge.header.frame_id);
+            body.frame.clone_from(&edge.parent);
         }
         body
     }

@@ -12,13 +12,22 @@ pub struct Rows {
     pub n_whole: usize,
     /// How far apart two poses in one row are at most, in nanoseconds of their stamps.
     pub apart_ns: u64,
+    /// As far as the period was known when the first row was found, in nanoseconds.
+    period_ns: u64,
 }
 
 impl Rows {
     /// Finds the first row, where the last robot begins, in the first poses of all robots.
     pub fn new(tracks: &[Track], period_ns: u64) -> Option<Self> {
         let from = first_row(tracks, period_ns)?;
-        Some(Self { from, n_whole: 0, apart_ns: 0 })
+        Some(Self { from, n_whole: 0, apart_ns: 0, period_ns })
+    }
+
+    /// Whether a robot does not stand beside the others any more: it may lack poses, or its rows have
+    /// drifted apart.
+    pub fn is_loose(&self, track: &Track) -> bool {
+        let is_long = |(_, most_ns)| most_ns > self.period_ns * 7 / 4;
+        track.steps_ns.is_some_and(is_long) || self.apart_ns > self.period_ns
     }
 
     /// Looks whether a pose has completed rows.

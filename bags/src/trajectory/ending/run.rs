@@ -1,6 +1,7 @@
 //! A run of which only the ending is kept, as it is heard.
 
 mod finish;
+mod resampled;
 
 use std::collections::BTreeSet;
 
@@ -8,6 +9,7 @@ use rsrs_msgs::rsrs::RunLease;
 
 use super::middle::Middle;
 use super::rows::Rows;
+use super::steps::Steps;
 use super::track::{N_FIRST, Track};
 use super::{NotClean, Outcome};
 use crate::trajectory::command::CommandSample;
@@ -34,7 +36,11 @@ pub struct Run {
     steps_ns: Middle,
     /// Between commands of one robot, in nanoseconds.
     command_steps_ns: Middle,
+    command_steps: Steps,
     rows: Option<Rows>,
+    /// Whether robots do not stand side by side any more, as far as can be told before the end; then
+    /// their rows are no longer looked at.
+    is_loose: bool,
 }
 
 /// Whether poses belong to the run, in nanoseconds of log time.
@@ -74,7 +80,9 @@ impl Run {
             log_ns: 0,
             steps_ns: Middle::default(),
             command_steps_ns: Middle::default(),
+            command_steps: Steps::default(),
             rows: None,
+            is_loose: false,
         }
     }
 
@@ -122,6 +130,7 @@ impl Run {
         let keep_ns = self.keep_ns();
         if let Some(step_ns) = self.tracks[robot].command(sample, keep_ns)? {
             self.command_steps_ns.add(step_ns);
+            self.command_steps.add(step_ns);
         }
         if !sample.moves() {
             return Ok(());
@@ -212,15 +221,27 @@ impl Run {
     }
 
     fn admit(&mut self, robot: usize, pose: PoseSample) -> Outcome<()> {
-        let n_compared = self.rows.as_ref().map_or(0, |rows| rows.n_whole + rows.from[robot]);
+        let n_compared = match &self.rows {
+            _ if self.is_loose => usize::MAX,
+            Some(rows) => rows.n_whole + rows.from[robot],
+            None => 0,
+        };
         let keep_ns = self.keep_ns();
         self.tracks[robot].admit(pose, keep_ns, n_compared)?;
+        if self.is_loose {
+            return Ok(());
+        }
         if let Some(rows) = &mut self.rows {
-            return rows.advance(&self.tracks, robot);
+            rows.advance(&self.tracks, robot)?;
+            self.is_loose = rows.is_loose(&self.tracks[robot]);
+            return Ok(());
         }
         // Then the steps between them are known, too.
         if self.tracks.iter().all(|track| track.first.len() == N_FIRST) {
             let period_ns = self.period_ns()?;
+            for track in &mut self.tracks {
+                track.gaps.uncounted_ns = period_ns + period_ns / 4;
+            }
             self.rows = Rows::new(&self.tracks, period_ns);
         }
         self.rows.as_mut().map_or(Ok(()), |rows| rows.complete(&self.tracks))

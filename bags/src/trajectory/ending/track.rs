@@ -2,10 +2,12 @@
 
 use std::collections::VecDeque;
 
+use super::steps::Steps;
 use super::{NotClean, Outcome};
 use crate::trajectory::command::{self, CommandSample};
 use crate::trajectory::jumps;
 use crate::trajectory::pose::PoseSample;
+use crate::trajectory::resample;
 use rsrs_core::controller::Command;
 
 /// Poses of the beginning that are kept.
@@ -30,8 +32,10 @@ pub struct Track {
     pub first: Vec<PoseSample>,
     /// The last ones.
     pub recent: VecDeque<PoseSample>,
-    /// Between two poses of the run, in nanoseconds.
+    /// The least and the most between two poses of the run, in nanoseconds.
     pub steps_ns: Option<(u64, u64)>,
+    /// Those of them that may be gaps.
+    pub gaps: Steps,
     /// How fast the robot came further than a tracker's noise, in metres per second.
     fastest_m_s: f64,
     commands: Commands,
@@ -72,12 +76,13 @@ impl Track {
     /// # Arguments
     ///
     /// * `keep_ns` — how much of the end is kept, in nanoseconds.
-    /// * `n_compared` — so many poses were held against those of the others.
+    /// * `n_compared` — so many poses were held against those of the others, or need not be.
     pub fn admit(&mut self, pose: PoseSample, keep_ns: u64, n_compared: usize) -> Outcome<()> {
         if let Some(before) = self.recent.back() {
             let step_ns = pose.stamp_ns - before.stamp_ns;
             let (least_ns, most_ns) = self.steps_ns.unwrap_or((step_ns, step_ns));
             self.steps_ns = Some((least_ns.min(step_ns), most_ns.max(step_ns)));
+            self.gaps.add(step_ns);
             self.fastest_m_s = self.fastest_m_s.max(jumps::beyond_noise_m_s(before, &pose));
         }
         if self.first.len() < N_FIRST {
@@ -109,6 +114,16 @@ impl Track {
     /// A pose of the run that is still kept.
     pub fn pose(&self, index: usize) -> Option<&PoseSample> {
         self.recent.get(index.checked_sub(self.n_gone())?)
+    }
+
+    /// The pose at a time of the run, between two that are still kept.
+    pub fn pose_at(&mut self, time_ns: u64) -> Option<PoseSample> {
+        let is_recent = self.recent.front().is_some_and(|oldest| oldest.stamp_ns <= time_ns);
+        if is_recent {
+            return Some(resample::pose_at(self.recent.make_contiguous(), time_ns));
+        }
+        let is_early = self.first.last().is_some_and(|last| time_ns <= last.stamp_ns);
+        is_early.then(|| resample::pose_at(&self.first, time_ns))
     }
 
     /// Takes a command.

@@ -11,44 +11,96 @@ use crate::trajectory::ending::rows::{Rows, first_row};
 use crate::trajectory::ending::track::Track;
 use crate::trajectory::ending::{NotClean, Outcome};
 use crate::trajectory::pose::PoseSample;
-use crate::trajectory::{PoseSource, RecordedTrajectory, RunningWindow, WindowSource};
+use crate::trajectory::resample::{Times, most_step_ns};
+use crate::trajectory::{Finding, PoseSource, RecordedTrajectory, RunningWindow, WindowSource};
+
+/// What is kept of a run.
+pub(super) struct Ending {
+    /// The first sample and the last ones.
+    pub trajectory: Trajectory,
+    /// Samples between them.
+    pub n_left_out: usize,
+    /// Time of the first sample, in nanoseconds.
+    pub start_ns: u64,
+    /// What was mended.
+    pub findings: Vec<Finding>,
+}
 
 impl Run {
     /// The trajectory, now that all was heard.
     pub fn finish(mut self, bag: &Bag, poses: PoseSource) -> Outcome<RecordedTrajectory> {
-        let period_ns = self.period_ns()?;
-        let n_commands = self.command_steps_ns.len();
-        if n_commands >= MIN_COMMANDS * self.tracks.len() {
-            let middle_ns = self.command_steps_ns.at((n_commands - 1) * 50 / 100);
-            if middle_ns.is_none_or(|middle_ns| is_rarer(middle_ns, period_ns)) {
-                return Err(NotClean);
-            }
-        }
+        let recorded_ns = self.period_ns()?;
+        let period_ns = self.trajectory_period_ns(recorded_ns)?;
         let window = self.close(period_ns)?;
-        if self.rows.is_none() {
-            let from = first_row(&self.tracks, period_ns).ok_or(NotClean)?;
-            self.rows = Some(Rows { from, n_whole: 0, apart_ns: 0 });
-        }
-        let rows = self.rows.as_mut().expect("it was just made");
-        rows.complete(&self.tracks)?;
         let is_member = |name: &String| self.members.is_empty() || self.members.contains(name);
         let n_members = if self.members.is_empty() { self.names.len() } else { self.members.len() };
         if n_members != self.names.len() || !self.names.iter().all(is_member) {
             return Err(NotClean);
         }
-        let n_samples = self.n_samples(period_ns, bag)?;
-        let (trajectory, n_left_out) = self.ending(n_samples, period_ns)?;
-        let from = self.rows.as_ref().map_or(0, |rows| rows.from[0]);
+        if !self.tracks.iter().all(|track| track.is_smooth() && track.has_commands()) {
+            return Err(NotClean);
+        }
+        let ending = if period_ns == recorded_ns && self.has_no_gaps(period_ns) {
+            self.side_by_side(period_ns, bag)?
+        } else {
+            let breaks_off = !bag.damage().is_empty();
+            self.resampled(Times { recorded_ns, period_ns, breaks_off })?
+        };
         Ok(RecordedTrajectory {
-            trajectory,
-            n_left_out,
-            start_ns: self.tracks[0].first[from].stamp_ns,
+            trajectory: ending.trajectory,
+            n_left_out: ending.n_left_out,
+            start_ns: ending.start_ns,
             robots: self.names,
             poses,
             window,
-            findings: Vec::new(),
+            findings: ending.findings,
             damage: bag.damage(),
         })
+    }
+
+    /// The period of the trajectory, as [`crate::trajectory::align::period_ns`] finds it.
+    fn trajectory_period_ns(&mut self, recorded_ns: u64) -> Outcome<u64> {
+        let n_commands = self.command_steps_ns.len();
+        if n_commands < MIN_COMMANDS * self.tracks.len() {
+            return Ok(recorded_ns);
+        }
+        let place = |percent: usize| (n_commands - 1) * percent / 100;
+        let middle_ns = self.command_steps_ns.at(place(50)).ok_or(NotClean)?;
+        if !is_rarer(middle_ns, recorded_ns) {
+            return Ok(recorded_ns);
+        }
+        // The twentieth part from either end is within a factor of 1.5 of the middle.
+        let n_above = |limit_ns: u64| {
+            let above = self.command_steps.above(limit_ns).ok_or(NotClean)?;
+            usize::try_from(above.n).map_err(|_too_many| NotClean)
+        };
+        let n_low = n_commands - n_above(middle_ns * 2 / 3)?;
+        let n_below_high = n_commands - n_above(middle_ns * 3 / 2 - 1)?;
+        let is_regular = n_low <= place(5) && n_below_high > place(95);
+        Ok(if is_regular { middle_ns } else { recorded_ns })
+    }
+
+    /// Whether there is one pose of each robot in every period.
+    fn has_no_gaps(&self, period_ns: u64) -> bool {
+        let (least_ns, most_ns) = (period_ns / 2, most_step_ns(period_ns));
+        let is_regular = |(least, most)| least >= least_ns && most <= most_ns;
+        self.tracks.iter().all(|track| track.steps_ns.is_some_and(is_regular))
+    }
+
+    /// The ending of robots that stand side by side.
+    fn side_by_side(&mut self, period_ns: u64, bag: &Bag) -> Outcome<Ending> {
+        if self.is_loose {
+            return Err(NotClean);
+        }
+        if self.rows.is_none() {
+            self.rows = Some(Rows::new(&self.tracks, period_ns).ok_or(NotClean)?);
+        }
+        let rows = self.rows.as_mut().expect("it was just made");
+        rows.complete(&self.tracks)?;
+        let start_ns = self.tracks[0].first[rows.from[0]].stamp_ns;
+        let n_samples = self.n_samples(period_ns, bag)?;
+        let (trajectory, n_left_out) = self.ending(n_samples, period_ns)?;
+        Ok(Ending { trajectory, n_left_out, start_ns, findings: Vec::new() })
     }
 
     /// Admits the last poses of the run, and says when it was.
@@ -87,13 +139,8 @@ impl Run {
     /// How many rows the trajectory has, if the robots stand side by side through all of it.
     fn n_samples(&self, period_ns: u64, bag: &Bag) -> Outcome<usize> {
         let rows = self.rows.as_ref().ok_or(NotClean)?;
-        let (half_ns, most_ns) = (period_ns / 2, period_ns + period_ns / 2);
-        let is_regular = |track: &Track| {
-            track.steps_ns.is_some_and(|(least, most)| least >= half_ns && most <= most_ns)
-                && track.is_smooth()
-                && track.has_commands()
-        };
-        if !self.tracks.iter().all(is_regular) || rows.apart_ns > half_ns {
+        let (half_ns, most_ns) = (period_ns / 2, most_step_ns(period_ns));
+        if rows.apart_ns > half_ns {
             return Err(NotClean);
         }
         if first_row(&self.tracks, period_ns).as_ref() != Some(&rows.from) {
