@@ -113,9 +113,6 @@ impl Fleet {
         self.button = None;
         self.scenario.liar = None;
         self.scenario.ahead_ms = [0; N_ROBOTS];
-        for process in &mut self.processes {
-            process.stalled_until_ms = process.stalled_until_ms.min(self.now_ms);
-        }
         for robot in 0..N_ROBOTS {
             self.restart(Node::Controller(robot));
             if self.scenario.body == Body::Real {
