@@ -10,7 +10,7 @@ use rsrs_core::controller::{Command, ControllerParameters, Reaction, decide};
 use crate::beat::Beat;
 use crate::message::{Lease, LeaseState, RobotState, Status, armed_reason};
 use crate::robot::Robot;
-use crate::timing::LEASE;
+use crate::timing::{FORGOTTEN, LEASE};
 
 mod holder;
 
@@ -79,8 +79,16 @@ pub struct Controller {
     detections: VecDeque<bool>,
     clocks: VecDeque<u64>,
     beat: Beat<RobotState>,
+    silence: Silence,
     /// The lease, if no gate in front of the wheels holds it.
     holder: Option<Holder>,
+}
+
+/// So long a process that has just started says no command, unless a run arms it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Silence {
+    length: Duration,
+    began: Option<Duration>,
 }
 
 #[derive(Clone, Debug)]
@@ -101,6 +109,7 @@ impl Controller {
             detections: VecDeque::new(),
             clocks: VecDeque::new(),
             beat: Beat::default(),
+            silence: Silence::default(),
             holder: None,
         }
     }
@@ -122,6 +131,14 @@ impl Controller {
         self.beat = Beat::from(counter);
         self.holder = self.holder.map(|holder| holder.counting_from(counter));
         self
+    }
+
+    /// The same controller, in a process that has just started: until a run arms it, or [`FORGOTTEN`]
+    /// has passed since the first event, it says no command. A gate may still trust what an earlier
+    /// process said of its parameters, and these have others.
+    #[must_use]
+    pub fn of_a_new_process(self) -> Self {
+        Self { silence: Silence { length: FORGOTTEN, began: None }, ..self }
     }
 
     /// The gate in the controller; `None` where the robot has one of its own.
@@ -153,15 +170,16 @@ impl Controller {
 
     fn react(&mut self, event: Event, now: Duration) -> Vec<Action> {
         let mut actions = Vec::new();
+        self.silence.began.get_or_insert(now);
         match event {
             Event::Detection(detected) => {
                 self.detections.push_back(detected);
-                self.answer(&mut actions);
+                self.answer(&mut actions, now);
             }
             Event::Clock(stamp_ns) => {
                 if self.settings.stamp == Stamp::Clock {
                     self.clocks.push_back(stamp_ns);
-                    self.answer(&mut actions);
+                    self.answer(&mut actions, now);
                 }
             }
             Event::Lease(lease) => self.on_lease(&lease, now),
@@ -170,14 +188,23 @@ impl Controller {
                 self.forget_steps();
                 self.beat.hurry();
             }
-            Event::EStop(_) | Event::Tick => {}
+            // What waited for the end of its silence.
+            Event::Tick => self.answer(&mut actions, now),
+            Event::EStop(_) => {}
         }
         actions.extend(self.status_due(now).map(Action::Status));
         actions
     }
 
     /// One command for each detection; in lockstep the nth detection belongs to the nth clock.
-    fn answer(&mut self, actions: &mut Vec<Action>) {
+    fn answer(&mut self, actions: &mut Vec<Action>, now: Duration) {
+        if self.is_silent(now) {
+            // In lockstep the world waits for each answer; elsewhere an old one helps nobody.
+            if self.settings.stamp == Stamp::Wall {
+                self.detections.clear();
+            }
+            return;
+        }
         while let Some(detected) = self.detections.front().copied() {
             let stamp_ns = match self.settings.stamp {
                 Stamp::Wall => None,
@@ -190,6 +217,11 @@ impl Controller {
             let command = decide(detected, self.settings.parameters);
             actions.push(Action::Command { command, stamp_ns });
         }
+    }
+
+    fn is_silent(&self, now: Duration) -> bool {
+        let Silence { length, began } = self.silence;
+        self.bound.is_none() && began.is_some_and(|began| now.saturating_sub(began) < length)
     }
 
     fn on_lease(&mut self, lease: &Lease, now: Duration) {
@@ -255,6 +287,7 @@ impl Controller {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::message::Echo;
 
     fn controller(stamp: Stamp) -> Controller {
         let parameters = ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
@@ -296,6 +329,40 @@ mod tests {
 
         assert_eq!(commands(&left), [(0.75, None)]);
         assert_eq!(commands(&right), [(-0.75, None)]);
+    }
+
+    #[test]
+    fn a_process_that_has_just_started_says_no_command_until_nobody_trusts_its_predecessor() {
+        let early = FORGOTTEN / 2;
+
+        let mut in_real_time = controller(Stamp::Wall).of_a_new_process();
+        in_real_time.on_event(Event::Tick, Duration::ZERO);
+        let unsaid = in_real_time.on_event(Event::Detection(true), early);
+        let said = in_real_time.on_event(Event::Detection(false), FORGOTTEN);
+        let mut in_lockstep = controller(Stamp::Clock).of_a_new_process();
+        in_lockstep.on_event(Event::Detection(true), Duration::ZERO);
+        let waiting = in_lockstep.on_event(Event::Clock(130), early);
+        let answered = in_lockstep.on_event(Event::Tick, FORGOTTEN);
+
+        assert_eq!((commands(&unsaid), commands(&said)), (vec![], vec![(-0.75, None)]));
+        assert_eq!((commands(&waiting), commands(&answered)), (vec![], vec![(0.75, Some(130))]));
+    }
+
+    #[test]
+    fn a_run_that_arms_a_process_that_has_just_started_gets_its_commands() {
+        let mut controller = controller(Stamp::Wall).of_a_new_process();
+        let lease = Lease {
+            run_id: "run".to_owned(),
+            epoch: 1,
+            state: LeaseState::Armed,
+            parameter_digest: 0,
+            robots: vec![Echo { robot: "robot_1".to_owned(), counter: 0 }],
+        };
+
+        controller.on_event(Event::Lease(lease), Duration::ZERO);
+        let said = controller.on_event(Event::Detection(true), Duration::ZERO);
+
+        assert_eq!(commands(&said), [(0.75, None)]);
     }
 
     #[test]

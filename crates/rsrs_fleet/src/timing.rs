@@ -11,6 +11,10 @@ pub const LEASE: Duration = Duration::from_millis(500);
 /// How long a controller's status counts.
 pub const CONTROLLER: Duration = Duration::from_millis(500);
 
+/// Time after which a gate trusts nothing more that a process said which has died: [`CONTROLLER`], and
+/// what messages take on their way.
+pub const FORGOTTEN: Duration = Duration::from_millis(700);
+
 /// How long an e-stop publisher may be silent before the lock engages by itself.
 pub const E_STOP_SILENCE: Duration = Duration::from_millis(500);
 

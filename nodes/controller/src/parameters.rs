@@ -266,7 +266,7 @@ pub fn controller(
         } else {
             Controller::new(robot, settings)
         };
-    controller.counting_from(first_counter)
+    controller.counting_from(first_counter).of_a_new_process()
 }
 
 /// What a controller makes of its sensor.

@@ -134,7 +134,7 @@ fn new_controller(robot: usize, scenario: &Scenario, now_ms: u64) -> Controller 
     } else {
         Controller::new(&name(robot), settings)
     };
-    controller.counting_from(now_ms)
+    controller.counting_from(now_ms).of_a_new_process()
 }
 
 fn stamp(body: Body) -> Stamp {

@@ -81,6 +81,11 @@ impl Witness {
         };
     }
 
+    /// A process dies, of whomever: what has locked by silence until then is not forgotten.
+    pub fn sees_a_death(&mut self, now_ms: u64) {
+        self.was_locked = self.was_locked(now_ms);
+    }
+
     /// A lease arrives; `echo` is what its runner had heard of this robot last.
     pub fn lease(&mut self, lease: &Lease, echo: Option<Sent>, now_ms: u64) {
         let entry = self.leases.entry(lease.epoch).or_insert((lease.parameter_digest, false));

@@ -59,6 +59,9 @@ impl Fleet {
     fn crash(&mut self, node: Node) {
         let slot = self.slot(node);
         self.processes[slot].is_up = false;
+        for witness in &mut self.witnesses {
+            witness.sees_a_death(self.now_ms);
+        }
         match node {
             Node::Runner(runner) => {
                 self.runners.remove(&runner);
