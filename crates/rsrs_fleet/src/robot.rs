@@ -16,7 +16,7 @@ use rsrs_core::controller::Command;
 
 use crate::beat::Beat;
 use crate::message::{E_STOP_REASON, Lease, LeaseState, RobotState, Status, armed_reason};
-use crate::timing::{CONTROLLER, E_STOP_SILENCE, LEASE};
+use crate::timing::{ABANDONED, CONTROLLER, E_STOP_SILENCE, LEASE};
 
 /// What happens to a robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -201,8 +201,8 @@ impl Robot {
     fn hear_controller(&mut self, status: Status, now: Duration) {
         let last = self.controller.as_ref().map(|(status, at)| (status.counter, *at));
         let rises = last.is_none_or(|(counter, _)| status.counter > counter);
-        // While a run holds the robot, silence makes no old word true.
-        if rises || (!self.is_held(now) && status.is_news(last, now)) {
+        // While a run may still move the robot, silence makes no old word true.
+        if rises || (self.is_free(now) && status.is_news(last, now)) {
             self.controller = Some((status, now));
         }
     }
@@ -287,6 +287,12 @@ impl Robot {
     /// Whether a run could move it: one that stands for good, or whose runner is gone, is not held.
     fn is_held(&self, now: Duration) -> bool {
         self.bound.as_ref().is_some_and(|bound| !bound.is_alone(now)) && self.latched.is_none()
+    }
+
+    /// Whether no run will move it, as far as can be told: a runner may come back after a while.
+    fn is_free(&self, now: Duration) -> bool {
+        let is_left = |bound: &Binding| now.saturating_sub(bound.heard) > ABANDONED;
+        self.latched.is_some() || self.bound.as_ref().is_none_or(is_left)
     }
 
     /// Why the robot must stand now; `None` if it may move.

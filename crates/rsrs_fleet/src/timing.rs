@@ -15,6 +15,9 @@ pub const CONTROLLER: Duration = Duration::from_millis(500);
 /// what messages take on their way.
 pub const FORGOTTEN: Duration = Duration::from_millis(700);
 
+/// Silence of a runner after which it will not come back to a robot that it has armed.
+pub const ABANDONED: Duration = Duration::from_secs(5);
+
 /// How long an e-stop publisher may be silent before the lock engages by itself.
 pub const E_STOP_SILENCE: Duration = Duration::from_millis(500);
 

@@ -367,6 +367,22 @@ fn while_a_run_holds_the_robot_silence_makes_no_old_word_true() {
 }
 
 #[test]
+fn an_old_word_confirms_nothing_while_a_silent_runner_may_come_back() {
+    let mut robot = robot();
+    robot.options.lapse_grace = ms(5_000);
+    let status = robot.on_event(Event::Tick, ms(0)).expect("the first status is due");
+    robot.on_event(controller(DIGEST, ms(0)), ms(0));
+    robot.on_event(lease(1, LeaseState::Armed, status.counter), ms(0));
+    // The robot hangs, and then everything comes at once.
+    let status = robot.on_event(Event::Tick, ms(600)).expect("a status is due");
+
+    robot.on_event(controller_in(1, DIGEST, ms(0)), ms(600));
+    robot.on_event(lease(1, LeaseState::Running, status.counter), ms(600));
+
+    assert_eq!(robot.standing(ms(600)), Some(StandReason::ControllerUnconfirmed));
+}
+
+#[test]
 fn a_controller_that_was_started_again_and_set_anew_is_of_no_run() {
     let mut robot = moving();
     robot.options.lapse_grace = ms(5_000);
