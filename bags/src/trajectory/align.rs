@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::collect::{Collected, RecordedRobot};
 use super::command;
 use super::pose::PoseSample;
+use super::resample::most_step_ns;
 use super::rows::Rows;
 use super::{Keep, TrajectoryError};
 
@@ -124,7 +125,7 @@ pub fn align(
 fn has_no_gaps(robot: &RecordedRobot, period_ns: u64) -> bool {
     robot.poses.windows(2).all(|pair| {
         let distance_ns = pair[1].stamp_ns.saturating_sub(pair[0].stamp_ns);
-        (period_ns / 2..=period_ns + period_ns / 2).contains(&distance_ns)
+        (period_ns / 2..=most_step_ns(period_ns)).contains(&distance_ns)
     })
 }
 
@@ -143,7 +144,7 @@ fn comes_or_leaves(collected: &Collected, period_ns: u64) -> bool {
     let robots = &collected.robots;
     let earliest_ns = robots.iter().map(first_ns).min().unwrap_or(0);
     let latest_ns = robots.iter().map(last_ns).max().unwrap_or(0);
-    let most_ns = period_ns + period_ns / 2;
+    let most_ns = most_step_ns(period_ns);
     robots.iter().any(|robot| {
         let late = first_ns(robot) - earliest_ns > most_ns;
         late || (latest_ns - last_ns(robot) > most_ns && !collected.breaks_off)

@@ -14,12 +14,13 @@ const MAX_LENGTH: usize = 32;
 ///
 /// A localisation that moves `map` to `odom` seldom is taken as it last was: between two of its
 /// messages nothing is interpolated.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Tree {
     edges: HashMap<String, Edge>,
 }
 
 /// A frame in its parent.
+#[derive(Clone)]
 struct Edge {
     parent: String,
     transform: Transform,

@@ -54,6 +54,7 @@ impl Bodies {
         let others = BTreeSet::new();
         let mut bodies = Self { topic, names, others, source, tree, frame: None, next: 0 };
         if source != PoseSource::PoseArray {
+            let fixed = bodies.tree.clone();
             let mut seen = BTreeSet::new();
             for message in bag.messages_on([bodies.topic.as_str()]).take(N_ASKED) {
                 let raw = bodies.raw(&message.ok()?.bytes).ok()?;
@@ -63,10 +64,7 @@ impl Bodies {
                 return None;
             }
             bodies.others = seen;
-            bodies.tree = match source {
-                PoseSource::Tf => fixed(bag, infos).ok()?,
-                _ => Tree::default(),
-            };
+            bodies.tree = fixed;
         }
         (!bodies.names.is_empty()).then_some(bodies)
     }

@@ -23,6 +23,7 @@ use crate::progress::threads;
 use crate::running::{RunSummary, on_simulated_fleet};
 use crate::simulated_fleet::SimulatedFleet;
 use crate::starter_files::StarterFiles;
+use crate::sweep_report::in_words;
 use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;
 use crate::sweeping::sweep_into;
@@ -260,19 +261,12 @@ fn measured_and_harsher(source: &ResolvedSweep) -> anyhow::Result<String> {
 }
 
 fn swept(result: &SweepResult) -> String {
-    let phases: Vec<String> = result
-        .diagram
-        .majorities()
-        .into_iter()
-        .filter(|(_, n)| *n > 0)
-        .map(|(phase, n)| format!("{n} {phase}"))
-        .collect();
     format!(
         "sweep: {} cells, {} runs of {} s each: {}",
         result.diagram.cells.len(),
         result.source.sweep.replicates,
         result.source.sweep.duration_s,
-        phases.join(", ")
+        in_words(&result.diagram.majorities())
     )
 }
 

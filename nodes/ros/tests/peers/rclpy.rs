@@ -66,6 +66,7 @@ async fn run_client(python: &Path, robots: &Session) -> Value {
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "rclpy failed: {errors}");
     gain_is_set.expect("rclpy lets its parameter be set");
+    assert!(visitor_is_seen, "its node has a name");
     serde_json::from_slice(&output.stdout).expect("the client prints JSON")
 }
 
