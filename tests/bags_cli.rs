@@ -1,29 +1,19 @@
 //! Bags on the command line: what is in them, what can be saved, simulated runs as bags, and labels by
 //! people.
 
-#[path = "bags_cli/bad_bags.rs"]
 mod bad_bags;
-mod cells;
-mod command;
-#[path = "../crates/rsrs/src/episode_bag.rs"]
-mod episode_bag;
-#[expect(dead_code, reason = "no record of a run is spoilt here")]
-mod floor;
-#[path = "bags_cli/labels.rs"]
+mod integrity;
 mod labels;
-#[expect(dead_code, reason = "nothing is chosen here")]
-mod laboratory;
-#[path = "bags_cli/standing.rs"]
 mod standing;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Mutex;
 
-use cells::{CELLS, conditions, flockbot};
-use command::{code, json, rsrs, stderr, stdout};
-use floor::{Run, cut_in_half};
-use laboratory::{SPEEDS, swept};
+use crate::cells::{CELLS, conditions, flockbot};
+use crate::command::{code, json, rsrs, stderr, stdout};
+use crate::floor::{Run, cut_in_half};
+use crate::laboratory::{SPEEDS, swept};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use rsrs_bags::Bag;
@@ -148,29 +138,33 @@ fn a_whole_bag_is_saved_without_loss_and_what_is_no_bag_is_refused() {
 
 // Simulated runs as bags.
 
-/// Cell (speed, turning rate), replicate and phase of every row.
+/// Cell (speed, turning rate), replicate and phase of every row of robots made worse.
 fn replicates(folder: &Path) -> Vec<(f64, f64, i64, String)> {
     let file = std::fs::File::open(folder.join("replicates.parquet")).expect("it was written");
     let reader = SerializedFileReader::new(file).expect("it is Parquet");
     let rows = reader.get_row_iter(None).expect("it has rows");
-    rows.map(|row| {
-        let row = row.expect("the row reads").into_columns();
-        let field = |wanted: &str| {
-            let column = row.iter().find(|(name, _)| name == wanted);
-            &column.unwrap_or_else(|| panic!("no column {wanted}")).1
-        };
-        let (
-            Field::Double(speed),
-            Field::Double(turn_rate),
-            Field::Long(replicate),
-            Field::Str(phase),
-        ) = (field("speed_m_s"), field("turn_rate_rad_s"), field("replicate"), field("phase"))
-        else {
-            panic!("columns of other types: {row:?}")
-        };
-        (*speed, *turn_rate, *replicate, phase.clone())
-    })
-    .collect()
+    let is_worse = |row: &Vec<(String, Field)>| {
+        row.iter().any(|(name, field)| name == "world" && *field == Field::Str("harsher".into()))
+    };
+    rows.map(|row| row.expect("the row reads").into_columns())
+        .filter(is_worse)
+        .map(|row| {
+            let field = |wanted: &str| {
+                let column = row.iter().find(|(name, _)| name == wanted);
+                &column.unwrap_or_else(|| panic!("no column {wanted}")).1
+            };
+            let (
+                Field::Double(speed),
+                Field::Double(turn_rate),
+                Field::Long(replicate),
+                Field::Str(phase),
+            ) = (field("speed_m_s"), field("turn_rate_rad_s"), field("replicate"), field("phase"))
+            else {
+                panic!("columns of other types: {row:?}")
+            };
+            (*speed, *turn_rate, *replicate, phase.clone())
+        })
+        .collect()
 }
 
 #[test]
@@ -227,7 +221,7 @@ fn episode(cell: [f64; 4], replicate: u64) -> ExperimentRecord {
 fn both_verdicts(folder: &Path, cell: usize, replicate: u64) -> [Verdict; 2] {
     let record = episode(CELLS[cell], replicate);
     let bag = folder.join(format!("{cell}_{replicate}"));
-    let (_, in_memory) = episode_bag::write(&bag, &record).expect("the disk has room");
+    let (_, in_memory) = crate::episode_bag::write(&bag, &record).expect("the disk has room");
     let opened = Bag::open(&bag).expect("it is a bag");
     let recorded =
         read_trajectory(&opened, &TrajectoryOptions::default()).expect("it has all that it takes");

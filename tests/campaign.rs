@@ -1,12 +1,6 @@
 //! Campaigns: killed, gone on with, tampered with, and asked of a person who places robots.
 
-#[path = "campaign/fleet.rs"]
 mod fleet;
-mod processes;
-#[path = "../nodes/ros/tests/support/mod.rs"]
-#[expect(dead_code, reason = "these tests wait for a program")]
-mod support;
-mod terminal;
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -14,12 +8,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
-use processes::{Process, confined_rsrs, nodes_of};
+use crate::processes::{Process, confined_rsrs, nodes_of};
+use crate::terminal::Terminal;
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
-use terminal::Terminal;
 
 /// Far longer than it takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(180);

@@ -1,22 +1,14 @@
 //! The command line, at the boundary of its process: texts, exit codes, and what is left on disk.
 
-#[path = "../msgs/tests/venv/mod.rs"]
-mod venv;
-
-mod command;
-#[expect(dead_code, reason = "these tests run and choose themselves")]
-mod laboratory;
-mod placing;
-
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use command::{code, json, repository, rsrs, stderr, stdout};
-use laboratory::{SPEEDS, write_sweep};
+use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::laboratory::{SPEEDS, write_sweep};
 
 /// A folder with the Flockbot's profile and a small sweep of it.
 fn workplace() -> tempfile::TempDir {
-    laboratory::workplace(SPEEDS, "true_positive: 0.8")
+    crate::laboratory::workplace(SPEEDS, "true_positive: 0.8")
 }
 
 fn bytes(folder: &Path, file: &str) -> Vec<u8> {
@@ -107,7 +99,7 @@ fn a_wrong_key_is_answered_with_file_line_column_and_the_nearest_key() {
     assert_eq!(
         stderr(&output),
         "error: wrong.yaml:7:1: unknown key `duration`; did you mean `duration_s`?\n\
-         help: the keys here are: profile, harsher, axes, fixed, cells, replicates, duration_s, \
+         help: the keys here are: profile, harsher, axes, fixed, placement, cells, replicates, duration_s, \
          seed, adaptive\n"
     );
     assert!(!place.path().join("out").exists());
@@ -240,12 +232,21 @@ fn a_run_that_could_not_be_compared_with_its_sweep_is_refused_before_it_starts()
     assert!(errors.contains("the placement radius is 0.825 m, expected 0.6 m"), "{errors}");
 }
 
-/// Writes a sweep file of the Flockbot with these lines about its cells and replicates.
+/// Writes a sweep file of the Flockbot with these lines about its cells and replicates; what they do
+/// not sweep is fixed.
 fn write_lines(folder: &Path, name: &str, lines: &str) {
+    let usual = [
+        ("speed_m_s", "0.15"),
+        ("turn_rate_rad_s", "0.75"),
+        ("robots", "9"),
+        ("placement_radius_m", "0.825"),
+        ("arena_m", "15"),
+    ];
+    let fixed = usual.iter().filter(|(axis, _)| !lines.contains(axis));
+    let fixed: Vec<String> = fixed.map(|(axis, value)| format!("{axis}: {value}")).collect();
     let sweep = format!(
-        "profile: flockbot.yaml\nduration_s: 60\nseed: 7\n{lines}\n\
-         fixed: {{speed_m_s: 0.15, turn_rate_rad_s: 0.75, robots: 9, placement_radius_m: 0.825, \
-         arena_m: 15}}\n"
+        "profile: flockbot.yaml\nduration_s: 60\nseed: 7\n{lines}\nfixed: {{{}}}\n",
+        fixed.join(", ")
     );
     std::fs::write(folder.join(name), sweep).expect("the folder is writable");
 }
@@ -277,6 +278,10 @@ fn sweeps_of_nothing_or_of_what_is_no_number_are_refused_before_a_folder_is_made
         (
             "axes: {speed_m_s: [0.1, 0.2, 0.1]}\nreplicates: 1",
             "`speed_m_s` has the value 0.1, which occurs twice",
+        ),
+        (
+            "axes: {speed_m_s: {from: 0, to: .inf, steps: 3}}\nreplicates: 1",
+            "`to` is inf, expected a finite number",
         ),
         (too_many, "the axes span 4e6 cells, expected at most 1000000"),
         ("axes: {speed_m_s: [0.1]}\nreplicates: 0", "replicates is 0, expected 1 to 10^12"),
@@ -357,17 +362,19 @@ fn pyarrow_reads_a_row_for_each_replicate() {
     let place = workplace();
     let sweep = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
     assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
-    let python = venv::python_with("parquet", &["pyarrow==26.0.1"], &[]);
+    let python = crate::venv::python_with("parquet", &["pyarrow==26.0.1"], &[]);
     let script = "import sys, pyarrow.parquet, pyarrow.compute as compute\n\
                   table = pyarrow.parquet.read_table(sys.argv[1])\n\
                   table.validate(full=True)\n\
+                  print(sorted(compute.value_counts(table['world']).to_pylist(), key=str))\n\
+                  table = table.filter(compute.equal(table['world'], 'harsher'))\n\
                   milling = table.filter(compute.equal(table['phase'], 'stable_milling'))\n\
                   others = table.filter(compute.not_equal(table['phase'], 'stable_milling'))\n\
                   print(table.num_rows, table['seed'].unique().to_pylist(), milling.num_rows)\n\
                   print(others['converged_s'].null_count == others.num_rows)\n\
                   print(table.column_names)";
 
-    let printed = venv::must_run(
+    let printed = crate::venv::must_run(
         Command::new(python).args(["-c", script]).arg(place.path().join("out/replicates.parquet")),
     );
 
@@ -377,9 +384,10 @@ fn pyarrow_reads_a_row_for_each_replicate() {
         .skip(1)
         .map(|line| line.split(',').nth(3).expect("a column").parse::<u64>().expect("a count"));
     let expected = format!(
-        "64 [7] {}\nTrue\n['speed_m_s', 'turn_rate_rad_s', 'replicate', 'seed', 'phase', 'lost', \
+        "[{{'values': 'as_measured', 'counts': 64}}, {{'values': 'harsher', 'counts': 64}}]\n\
+         64 [7] {}\nTrue\n['speed_m_s', 'turn_rate_rad_s', 'replicate', 'seed', 'phase', 'lost', \
          'blocked', 'stuck', 'rotation', 'orbit', 'fatness', 'tangentness', 'circliness', \
-         'mean_radius_m', 'contact_onsets_per_s', 'circliness_ceiling', 'converged_s']\n",
+         'mean_radius_m', 'contact_onsets_per_s', 'circliness_ceiling', 'converged_s', 'world']\n",
         milling.sum::<u64>()
     );
     assert_eq!(printed, expected);

@@ -1,21 +1,16 @@
 //! What a laboratory installs: the package, its ROS 2 prefix, launch files, the unit, the playbook.
 
-#[expect(dead_code, reason = "these tests look at no node of another process")]
-mod processes;
-#[path = "../msgs/tests/venv/mod.rs"]
-mod venv;
-
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use processes::{Process, rsrs};
+use crate::processes::{Process, rsrs};
+use crate::venv::{must_run, python_with};
 use rsrs_ros::confine;
 use serde::Deserialize;
 use serde_json::Value;
-use venv::{must_run, python_with};
 
 const EXECUTABLES: [&str; 4] = ["controller_node", "experiment_runner", "robot_node", "sim_node"];
 

@@ -1,20 +1,26 @@
 //! The whole loop, as a newcomer runs it.
 
-mod processes;
-
 use std::f64::consts::TAU;
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use processes::{Process, confined_rsrs, nodes_of};
+use crate::command::{code, repository, rsrs, stderr};
+use crate::processes::{Process, confined_rsrs, nodes_of};
 use rsrs_bags::Bag;
-use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
+use rsrs_core::choice::Choice;
+use rsrs_core::comparison::{Share, Verdict, decide};
+use rsrs_core::phase::Phase;
+use rsrs_core::pooled::PooledTest;
+use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
+use rsrs_fleet::record::{ATTACHMENT, Backend, ExperimentRecord};
 use rsrs_msgs::cdr;
 use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::WorldDigest;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
+use rsrs_sim::sweep::{Runs, Watch, sweep};
 
 /// Far longer than it takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -44,6 +50,90 @@ fn the_whole_loop_leaves_bags_that_pass_through_the_states_of_the_replicates() {
         .into();
     assert_ne!(records[0].seed, records[1].seed);
     assert_eq!(records[0].conditions, records[1].conditions);
+}
+
+/// Dry runs in a row, where nothing else is asked for with `RSRS_DRY_RUNS`.
+const DRY_RUNS: usize = 2;
+
+#[test]
+fn dry_runs_one_after_the_other_all_end_in_a_verdict() {
+    let folder = tempfile::tempdir().unwrap();
+    let n_runs = std::env::var("RSRS_DRY_RUNS").map_or(DRY_RUNS, |n| n.parse().expect("a number"));
+
+    for run in 0..n_runs {
+        let name = format!("loop_{run}");
+        let mut command = confined_rsrs();
+        command.current_dir(&folder).args(["dry-run", "--experiments", "3", "-o", &name]);
+        let (status, errors) = Process::start(&mut command).wait(PATIENCE);
+
+        assert!(status.success(), "run {run}: {errors}");
+        let comparison = std::fs::read(folder.path().join(&name).join("comparison.json")).unwrap();
+        let comparison: serde_json::Value = serde_json::from_slice(&comparison).unwrap();
+        assert_eq!(comparison["bags"].as_array().unwrap().len(), 3, "run {run}");
+        std::fs::remove_dir_all(folder.path().join(&name)).unwrap();
+    }
+}
+
+/// What `dry-run` does unless it is asked for a number of experiments.
+const MOST_EXPERIMENTS: usize = 60;
+const MARGIN: f64 = 0.25;
+
+#[test]
+fn the_default_dry_run_ends_with_a_verdict() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = repository().join("launch_configs/sweeps/flockbot_speed_turn.yaml");
+    let out = folder.path().join("out");
+    let choice = out.join("choice.json");
+    let text = |path: &Path| path.to_str().expect("it is UTF-8").to_owned();
+    for arguments in
+        [["sweep", &text(&file), "-o", &text(&out)], ["choose", &text(&out), "-o", &text(&choice)]]
+    {
+        let output = rsrs(folder.path(), &arguments);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+    }
+    let chosen = std::fs::read_to_string(&choice).expect("it was written");
+    let chosen: Choice = serde_json::from_str(&chosen).expect("it is a choice");
+    let simulated = Share::milling(&chosen.phases.expect("a new choice has them"));
+    let plan = Plan::read(&Request {
+        experiment: repository().join("launch_configs/experiments/flockbot_milling.yaml"),
+        cell: None,
+        from: Some(out),
+        backend: Backend::Simulator,
+        bag: Some(folder.path().join("none")),
+        seed: Some(1),
+        place_check: PlaceCheck::Off,
+    })
+    .expect("it is the experiment of the dry run");
+
+    // A hundred dry runs, without DDS: the same world, the same judge.
+    let n_campaigns = 100;
+    let runs = Runs {
+        seed: 1,
+        replicates: (n_campaigns * MOST_EXPERIMENTS) as u64,
+        duration_s: plan.record.duration_s,
+        n_threads: 2,
+    };
+    let watch = Watch { progress: &|_| (), cancel: &AtomicBool::new(false) };
+    let conditions = std::slice::from_ref(&plan.record.conditions);
+    let swept = sweep(conditions, runs, watch).expect("it can be simulated");
+    let campaigns = swept.outcomes.chunks(MOST_EXPERIMENTS).map(|campaign| {
+        let mut real = Share::default();
+        let mut decided = campaign.iter().zip(1..).filter_map(|(run, n)| {
+            real.n += 1;
+            real.hits += u64::from(run.phase == Phase::StableMilling);
+            let verdict = decide(PooledTest::new(&[(real, simulated)], MARGIN).log_e());
+            (verdict != Verdict::Undecided).then_some((n, verdict))
+        });
+        decided.next()
+    });
+    let ends: Vec<(usize, Verdict)> = campaigns.flatten().collect();
+
+    // Eighteen of twenty at least; and robots that mill as often or more are not called worse.
+    assert!(ends.len() >= 90, "{} of {n_campaigns} ended with a verdict: {ends:?}", ends.len());
+    let n_violated = ends.iter().filter(|(_, verdict)| *verdict == Verdict::Violated).count();
+    assert!(n_violated <= 5, "{n_violated} violated: {ends:?}");
+    let mean = ends.iter().map(|(n, _)| *n).sum::<usize>() as f64 / ends.len() as f64;
+    assert!(mean <= 25.0, "{mean} experiments on average: {ends:?}");
 }
 
 /// Checks that a bag lost nothing and that its states are those of the replicate with its seed.

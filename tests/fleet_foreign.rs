@@ -4,29 +4,23 @@
 //! The test plays both bases. That of the foreign robot turns its wheels as it was told last, for as
 //! long as nobody tells it otherwise.
 
-#[expect(dead_code, reason = "these tests end no process by a signal, and have two robots")]
-mod fleet;
-#[expect(dead_code, reason = "these tests do not look for what a program leaves behind")]
-mod processes;
-#[path = "../nodes/ros/tests/support/mod.rs"]
-mod support;
-
 use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use fleet::{ROBOTS, experiment};
-use processes::{Process, rsrs};
+use crate::fleet::{ROBOTS, experiment};
+use crate::processes::{Process, rsrs};
+use crate::support::{PATIENCE, eventually, in_own_network, session};
 use rsrs_bags::Bag;
-use rsrs_fleet::record::{ATTACHMENT, Backend, ExperimentRecord};
+use rsrs_fleet::record::{ATTACHMENT, Backend, ENDING, Ending, EndingKind, ExperimentRecord};
 use rsrs_msgs::geometry_msgs::Twist;
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos, Topic};
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
-use support::{PATIENCE, eventually, in_own_network, session};
 
 const OURS: &str = ROBOTS[0];
 const FOREIGN: &str = ROBOTS[1];
@@ -59,6 +53,8 @@ struct Bases {
     range: Publisher<Range>,
     detection: Publisher<Bool>,
     poses: [Publisher<Odometry>; 2],
+    /// Whether the foreign robot has lost its power.
+    is_dead: Arc<AtomicBool>,
     _commands: [Subscription; 2],
 }
 
@@ -77,6 +73,7 @@ impl Bases {
             range: session.publish_on(&node, &range, Qos::best_effort(10)).expect("it is allowed"),
             detection: detection.expect("the topic is allowed"),
             poses: [pose(OURS), pose(FOREIGN)],
+            is_dead: Arc::default(),
             _commands: [
                 obey(session, &node, (0, OURS, topics::HARDWARE_CMD_VEL_UNSTAMPED), &wheels),
                 obey(session, &node, (1, FOREIGN, topics::CMD_VEL_UNSTAMPED), &wheels),
@@ -92,8 +89,11 @@ impl Bases {
             beat.tick().await;
             let nothing = Range { range: 2.0, max_range: 2.0, ..Range::default() };
             self.range.publish(nothing).await.expect("a healthy network");
-            self.detection.publish(Bool { data: false }).await.expect("a healthy network");
-            for (robot, publisher) in self.poses.iter().enumerate() {
+            let n_alive = if self.is_dead.load(Ordering::Relaxed) { 1 } else { 2 };
+            if n_alive == 2 {
+                self.detection.publish(Bool { data: false }).await.expect("a healthy network");
+            }
+            for (robot, publisher) in self.poses.iter().enumerate().take(n_alive) {
                 let mut odometry = Odometry::default();
                 odometry.pose.pose.position.x = robot as f64;
                 odometry.pose.pose.orientation.w = 1.0;
@@ -155,6 +155,7 @@ fn controller(more: &[&str]) -> Process {
 struct Story<'a> {
     folder: &'a Path,
     wheels: Wheels,
+    is_dead: Arc<AtomicBool>,
     n_runs: usize,
 }
 
@@ -202,18 +203,22 @@ async fn stop(more: &[&str]) -> Output {
 
 #[test]
 fn the_controller_of_a_robot_without_a_gate_holds_its_lease() {
-    in_own_network("the_controller_of_a_robot_without_a_gate_holds_its_lease", async || {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let session = session();
-        let bases = Bases::new(&session);
-        let story = Story { folder: folder.path(), wheels: bases.wheels.clone(), n_runs: 0 };
-        tokio::select! {
-            () = bases.live() => {}
-            () = tell(story) => {}
-        }
-        drop(bases);
-        session.close().await;
-    });
+    in_own_network(
+        "fleet_foreign::the_controller_of_a_robot_without_a_gate_holds_its_lease",
+        async || {
+            let folder = tempfile::tempdir().expect("a temporary folder");
+            let session = session();
+            let bases = Bases::new(&session);
+            let (wheels, is_dead) = (bases.wheels.clone(), bases.is_dead.clone());
+            let story = Story { folder: folder.path(), wheels, is_dead, n_runs: 0 };
+            tokio::select! {
+                () = bases.live() => {}
+                () = tell(story) => {}
+            }
+            drop(bases);
+            session.close().await;
+        },
+    );
 }
 
 async fn tell(mut story: Story<'_>) {
@@ -248,6 +253,20 @@ async fn tell(mut story: Story<'_>) {
     let (_, said) = ended(run).await;
     assert!(said.contains("e-stop"), "{said}");
     assert!(stop(&["--release"]).await.status.success());
+
+    // A robot that dies under its controller's eyes is lost, and its bag says when.
+    let (run, bag) = story.start_run(ENDLESS_S);
+    story.until_both_move().await;
+    story.is_dead.store(true, Ordering::Relaxed);
+    let (code, said) = ended(run).await;
+    story.is_dead.store(false, Ordering::Relaxed);
+    assert_eq!(code, 1, "{said}");
+    assert!(said.contains("lost robot_2") && said.contains("no detection received"), "{said}");
+    let bag = Bag::open(&bag).expect("the run was recorded");
+    let ending = bag.metadata(ENDING).expect("it says how it ended");
+    let ending = Ending::from_pairs(ending).expect("it reads");
+    assert_eq!(ending.kind, EndingKind::Aborted, "{ending:?}");
+    assert!(ending.lost.len() == 1 && ending.lost[0].robot == FOREIGN, "{ending:?}");
 
     // A run to its end says who held which lease, and so does its bag.
     let (run, bag) = story.start_run(4);

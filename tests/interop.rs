@@ -1,27 +1,18 @@
 //! Programs that know nothing of ours read our bags, and use our robots' parameters and topics.
 
-mod fleet;
-#[expect(dead_code, reason = "these tests do not look for what a program leaves behind")]
-mod processes;
-#[path = "../nodes/ros/tests/support/mod.rs"]
-#[expect(dead_code, reason = "these tests open no session of their own")]
-mod support;
-#[path = "../msgs/tests/venv/mod.rs"]
-mod venv;
-
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{ChildStdout, Command};
 use std::time::Duration;
 
-use fleet::{ROBOTS, experiment, node, signal};
-use processes::{Process, confined_rsrs, rsrs};
+use crate::fleet::{ROBOTS, experiment, node, signal};
+use crate::processes::{Process, confined_rsrs, rsrs};
+use crate::support::in_own_network;
+use crate::venv::{must_run, python_with};
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
 use serde::Deserialize;
 use serde_json::{Value, json};
-use support::in_own_network;
-use venv::{must_run, python_with};
 
 /// Far longer than anything here takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -202,7 +193,8 @@ fn what_a_visitor_sees(python: &Path) -> [Value; 3] {
 
 #[test]
 fn rclpy_uses_a_robots_parameters_and_sees_its_commands_follow_its_detections() {
-    let name = "rclpy_uses_a_robots_parameters_and_sees_its_commands_follow_its_detections";
+    let name =
+        "interop::rclpy_uses_a_robots_parameters_and_sees_its_commands_follow_its_detections";
     // Outside the network namespace, where the package index can be reached.
     let packages = [
         "ros-jazzy-rclpy[fastrtps]==7.1.6",

@@ -1,30 +1,19 @@
 //! A robot that is sixty lines of rclpy takes part in an experiment beside ours.
 
-#[expect(dead_code, reason = "these tests end no process by a signal")]
-mod fleet;
-#[expect(dead_code, reason = "these tests do not look for what a program leaves behind")]
-mod processes;
-mod recorded;
-#[path = "../nodes/ros/tests/support/mod.rs"]
-#[expect(dead_code, reason = "these tests open no session of their own")]
-mod support;
-#[path = "../msgs/tests/venv/mod.rs"]
-mod venv;
-
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use fleet::{ROBOTS, experiment, node};
-use processes::{Process, rsrs};
-use recorded::messages;
+use crate::fleet::{ROBOTS, experiment, node};
+use crate::processes::{Process, rsrs};
+use crate::recorded::messages;
+use crate::support::in_own_network;
+use crate::venv::python_with;
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
 use rsrs_msgs::geometry_msgs::{Point, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::std_msgs::Bool;
-use support::in_own_network;
-use venv::python_with;
 
 /// Far longer than anything here takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(90);
@@ -48,18 +37,38 @@ fn mixed_experiment(folder: &Path) -> PathBuf {
     experiment(folder, RUN_S, &changes)
 }
 
+/// The example of a base driver, with other lines in it.
+fn base(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
+    let example = repository().join("docs/examples/rclpy_robot.py");
+    let mut text = std::fs::read_to_string(example).expect("it is shipped");
+    for (from, to) in changes {
+        assert!(text.contains(from), "the example has no line with {from}");
+        text = text.replace(from, to);
+    }
+    let path = folder.join("base.py");
+    std::fs::write(&path, text).expect("writable");
+    path
+}
+
 /// The base driver, and our node that lets commands through to it.
-fn rclpy_robot(python: &Path, logs: &Path) -> [Process; 2] {
+fn rclpy_robot(python: &Path, folder: &Path, script: &Path, cmd_vel_type: &str) -> [Process; 2] {
     let mut base = Command::new(python);
     for variable in ["ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY"] {
         base.env_remove(variable);
     }
-    base.arg(repository().join("docs/examples/rclpy_robot.py")).arg("--ros-args");
+    base.arg(script).arg("--ros-args");
     base.args(["-r", "__ns:=/robot_1", "-p", "others:=[robot_2, robot_3]", "-p", "x:=0.8"]);
-    base.env("ROS_DOMAIN_ID", "42").env("ROS_LOG_DIR", logs).stdout(Stdio::null());
+    base.env("ROS_DOMAIN_ID", "42").env("ROS_LOG_DIR", folder.join("logs")).stdout(Stdio::null());
     let mut gate = rsrs();
     gate.args(["node", "robot", "--interface", "127.0.0.1", "--robots", ROBOTS[0]]);
-    gate.args(["--driver", "ros"]).stdout(Stdio::null());
+    gate.args([
+        "--driver",
+        "ros",
+        "--ros-args",
+        "-p",
+        &format!("ros.cmd_vel_type:={cmd_vel_type}"),
+    ]);
+    gate.stdout(Stdio::null());
     [base, gate].map(|mut command| Process(command.spawn().expect("the program is there")))
 }
 
@@ -67,8 +76,8 @@ fn distance_m(from: &Point, to: &Point) -> f64 {
     libm::hypot(to.x - from.x, to.y - from.y)
 }
 
-#[test]
-fn a_robot_in_sixty_lines_of_rclpy_takes_part_beside_ours_and_is_recorded() {
+/// The interpreter with what the example needs.
+fn python() -> PathBuf {
     let packages = [
         "ros-jazzy-rclpy[fastrtps]==7.1.6",
         "ros-jazzy-std-msgs==5.3.6",
@@ -76,29 +85,102 @@ fn a_robot_in_sixty_lines_of_rclpy_takes_part_beside_ours_and_is_recorded() {
         "ros-jazzy-nav-msgs==5.3.6",
         "ros-jazzy-sensor-msgs==5.3.6",
     ];
+    python_with("rclpy-robot", &packages, &[])
+}
+
+/// Runs two of our robots beside one in rclpy.
+///
+/// # Arguments
+///
+/// * `changes` — of the example.
+/// * `cmd_vel_type` — of what the base driver is sent.
+///
+/// # Returns
+///
+/// How the run ended, what it said, and its bag.
+fn run_beside(
+    python: &Path,
+    folder: &Path,
+    (changes, cmd_vel_type): (&[(&str, &str)], &str),
+) -> (Option<i32>, String, PathBuf) {
+    let experiment = mixed_experiment(folder);
+    let bag = folder.join("bag");
+    let _ours = [node("sim", &ROBOTS[1..3]), node("controller", &ROBOTS[1..3])];
+    let _theirs = rclpy_robot(python, folder, &base(folder, changes), cmd_vel_type);
+    let mut command = rsrs();
+    command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
+    let mut run = Process::start(command.arg(experiment).arg("-o").arg(&bag));
+    let (status, said) = run.wait(PATIENCE);
+    (status.code(), said, bag)
+}
+
+#[test]
+fn a_robot_in_sixty_lines_of_rclpy_takes_part_beside_ours_and_is_recorded() {
     // Outside the network namespace, where the package index can be reached.
-    let python = python_with("rclpy-robot", &packages, &[]);
-    let name = "a_robot_in_sixty_lines_of_rclpy_takes_part_beside_ours_and_is_recorded";
+    let python = python();
+    let name =
+        "interop_robot::a_robot_in_sixty_lines_of_rclpy_takes_part_beside_ours_and_is_recorded";
+    in_own_network(name, async || takes_part(&python, (&[], "twist")));
+}
+
+#[test]
+fn a_robot_that_publishes_as_sensors_do_and_takes_stamped_commands_takes_part() {
+    let python = python();
+    let name =
+        "interop_robot::a_robot_that_publishes_as_sensors_do_and_takes_stamped_commands_takes_part";
+    let changes = [
+        ("Range, \"hardware/range\", 10)", "Range, \"hardware/range\", qos_profile_sensor_data)"),
+        ("Odometry, \"odom\", 10)", "Odometry, \"odom\", qos_profile_sensor_data)"),
+        ("self.see(n, m), 10)", "self.see(n, m), qos_profile_sensor_data)"),
+        ("import Twist\n", "import TwistStamped\n"),
+        ("subscription(Twist,", "subscription(TwistStamped,"),
+        ("def obey(self, twist):\n", "def obey(self, stamped):\n        twist = stamped.twist\n"),
+        ("import Node\n", "import Node\nfrom rclpy.qos import qos_profile_sensor_data\n"),
+    ];
+    in_own_network(name, async || takes_part(&python, (&changes, "twist_stamped")));
+}
+
+#[test]
+fn a_robot_that_keeps_what_it_publishes_takes_part_and_one_that_asks_for_that_is_named() {
+    let python = python();
+    let name = "interop_robot::\
+        a_robot_that_keeps_what_it_publishes_takes_part_and_one_that_asks_for_that_is_named";
+    let kept = "QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)";
+    let import = "import Node\nfrom rclpy.qos import DurabilityPolicy, QoSProfile\n";
+    let odom = format!("Odometry, \"odom\", {kept})");
+    let range = format!("Range, \"hardware/range\", {kept})");
+    let publishes = [
+        ("import Node\n", import),
+        ("Odometry, \"odom\", 10)", odom.as_str()),
+        ("Range, \"hardware/range\", 10)", range.as_str()),
+    ];
+    let obeys = format!("self.obey, {kept})");
+    let asks = [("import Node\n", import), ("self.obey, 1)", obeys.as_str())];
     in_own_network(name, async || {
+        takes_part(&python, (&publishes, "twist"));
+
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let experiment = mixed_experiment(folder.path());
-        let bag = folder.path().join("bag");
-        let _ours = [node("sim", &ROBOTS[1..3]), node("controller", &ROBOTS[1..3])];
-        let _theirs = rclpy_robot(&python, folder.path());
-        let mut command = rsrs();
-        command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
-        let mut run = Process::start(command.arg(experiment).arg("-o").arg(&bag));
+        let (code, said, _) = run_beside(&python, folder.path(), (&asks, "twist"));
 
-        let (status, said) = run.wait(PATIENCE);
-
-        assert!(status.success(), "{said}");
-        let bag = Bag::open(&bag).expect("the run was recorded");
-        let ending = bag.metadata(ENDING).and_then(Ending::from_pairs);
-        assert_eq!(ending.map(|ending| ending.kind), Some(EndingKind::Completed), "{said}");
-        for robot in &ROBOTS[..3] {
-            check_robot(&bag, robot);
-        }
+        assert_eq!(code, Some(1), "{said}");
+        let named = "/robot_1/hardware/cmd_vel: /robot_1/base subscribes transient local, and \
+                     /robot_1/robot publishes volatile: set the durability of the subscription to \
+                     volatile";
+        assert!(said.contains(named), "{said}");
     });
+}
+
+fn takes_part(python: &Path, how: (&[(&str, &str)], &str)) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (code, said, bag) = run_beside(python, folder.path(), how);
+
+    assert_eq!(code, Some(0), "{said}");
+    let bag = Bag::open(&bag).expect("the run was recorded");
+    let ending = bag.metadata(ENDING).and_then(Ending::from_pairs);
+    assert_eq!(ending.map(|ending| ending.kind), Some(EndingKind::Completed), "{said}");
+    for robot in &ROBOTS[..3] {
+        check_robot(&bag, robot);
+    }
 }
 
 /// It sensed, was commanded as it sensed, and went where it was told.

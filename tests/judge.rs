@@ -1,8 +1,6 @@
 //! The judge on recordings that are worse than the simulator's: a tracker that misses, is late, and
 //! is never quite right.
 
-mod cells;
-#[path = "judge/tracker.rs"]
 mod tracker;
 
 use std::collections::BTreeMap;
@@ -18,7 +16,7 @@ use rsrs_core::trajectory::Trajectory;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 
-use cells::{CELLS, conditions};
+use crate::cells::{CELLS, conditions};
 use tracker::Tracker;
 
 /// With this variable set, 2,000 episodes are seen instead of 300.

@@ -1,39 +1,39 @@
 //! Nodes that are killed at any moment, over real DDS, watched at the wheels.
 //!
 //! Two robots have serial lines on which the test plays the microcontrollers, a third one is the
-//! simulator's; a tracker is there and has lost them. Again and again a run is started and one process of the fleet killed; the wheels
-//! must stand within the protocol's bounds, and after that one process has been started again, the
-//! next run must move them. The killed runner's bag can be read, every other one is closed.
+//! simulator's; a tracker sees the first two where they were set down. Again and again a run is
+//! started and one process of the fleet killed; the wheels must stand within the protocol's bounds,
+//! and after that one process has been started again, the next run must move them. The killed
+//! runner's bag can be read, every other one is closed.
 //!
 //! `RSRS_NODE_KILLS` sets how often, and `RSRS_SEED` the moments.
-
-mod fleet;
-#[path = "../nodes/robot/tests/robot/micro.rs"]
-#[expect(dead_code, reason = "these microcontrollers behave")]
-mod micro;
-#[expect(dead_code, reason = "these tests do not look for what a program leaves behind")]
-mod processes;
-#[path = "../nodes/ros/tests/support/mod.rs"]
-#[expect(dead_code, reason = "these tests wait at the wheels")]
-mod support;
+//!
+//! A second test stops and continues each of them (Ctrl-Z and `fg`), after which its middleware is dead:
+//! the process must end by itself, so that a service can start it again. `RSRS_NODE_FREEZES` sets how
+//! often.
 
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
+use std::process::{ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use fleet::{ROBOTS, experiment, node, signal};
-use micro::{Micro, Socket};
-use processes::{Process, rsrs};
+use crate::fleet::{ROBOTS, experiment, node, signal};
+use crate::micro::{Micro, Socket};
+use crate::processes::{Process, rsrs};
+use crate::support::{PATIENCE, in_own_network, session};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::ENDING;
 use rsrs_msgs::geometry_msgs::PoseStamped;
 use rsrs_msgs::topics;
+use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::Publisher;
-use support::{PATIENCE, in_own_network, session};
 
 const KILLS: u64 = 20;
+/// Each kind of process once.
+const FREEZES: u64 = 4;
+/// How often a process is stopped again whose middleware happened not to wait when it was stopped.
+const TRIES: usize = 20;
 /// Robots with a serial line; the simulator's is the one after them.
 const N_REAL: usize = 2;
 /// What a busy machine adds to a bound of the protocol.
@@ -55,6 +55,16 @@ impl Victim {
             0 => Self::Runner,
             1 => Self::Controllers,
             2 => Self::Robot(generator.random_range(0..N_REAL)),
+            _ => Self::Simulator,
+        }
+    }
+
+    /// Each kind of process in turn.
+    fn in_turn(round: u64) -> Self {
+        match round % 4 {
+            0 => Self::Runner,
+            1 => Self::Controllers,
+            2 => Self::Robot(0),
             _ => Self::Simulator,
         }
     }
@@ -126,6 +136,13 @@ impl Floor {
             ("robots: 9", "robots: 3"),
             ("time: lockstep", "time: real_time"),
             ("pose: odom", "pose: pose"),
+            ("robot_1: {enabled: true, type: flockbot}", "robot_1: {enabled: true, type: serial}"),
+            ("robot_2: {enabled: true, type: flockbot}", "robot_2: {enabled: true, type: serial}"),
+            (
+                "robots:\n  robot_1",
+                "  serial: {profile: ../profiles/flockbot.yaml, driver: {kind: serial, port: /dev/null, \
+                 baud: 115200}}\nrobots:\n  robot_1",
+            ),
         ];
         let sockets = std::array::from_fn(|_| Socket::new());
         let start = |robot: usize| start_robot(robot, &sockets[robot]);
@@ -162,14 +179,41 @@ impl Floor {
         }
     }
 
-    /// Kills, and says when it was done.
-    fn kill(&mut self, victim: Victim, run: &mut Process) -> Instant {
-        let process = match victim {
+    fn process<'a>(&'a mut self, victim: Victim, run: &'a mut Process) -> &'a mut Process {
+        match victim {
             Victim::Runner => run,
             Victim::Controllers => &mut self.controllers,
             Victim::Robot(robot) => &mut self.robots[robot],
             Victim::Simulator => &mut self.simulator,
-        };
+        }
+    }
+
+    /// Continues a process that is stopped, and waits for its end.
+    ///
+    /// # Returns
+    ///
+    /// How it ended, and what it wrote to standard error.
+    fn thaw(&mut self, victim: Victim, run: &mut Process) -> (ExitStatus, String) {
+        let process = self.process(victim, run);
+        for _ in 0..TRIES {
+            signal(process, "CONT");
+            let continued = Instant::now();
+            while continued.elapsed() < Duration::from_secs(3) {
+                if process.0.try_wait().expect("it is our child").is_some() {
+                    return process.wait(PATIENCE);
+                }
+                std::thread::sleep(LOOK);
+            }
+            signal(process, "STOP");
+            std::thread::sleep(LOOK);
+        }
+        signal(process, "CONT");
+        process.wait(PATIENCE)
+    }
+
+    /// Kills, and says when it was done.
+    fn kill(&mut self, victim: Victim, run: &mut Process) -> Instant {
+        let process = self.process(victim, run);
         process.0.kill().expect("it is our child");
         process.0.wait().expect("it is our child");
         Instant::now()
@@ -216,32 +260,65 @@ fn judge_bag(bag: &Path, victim: Victim, what: &str) {
 
 #[test]
 fn whoever_is_killed_at_whatever_moment_the_wheels_stand_and_the_next_run_moves_them() {
-    in_own_network(
-        "whoever_is_killed_at_whatever_moment_the_wheels_stand_and_the_next_run_moves_them",
-        async || {
-            let session = session();
-            let node = session.node("/", "tracker").expect("the name is allowed");
-            let tracker: Vec<Publisher<PoseStamped>> = ROBOTS[..=N_REAL]
-                .iter()
-                .map(|robot| {
-                    let topic = topics::POSE;
-                    let publisher = session.publish_on(&node, &topic.for_robot(robot), topic.qos);
-                    publisher.expect("the topic is allowed")
-                })
-                .collect();
-            let killing = tokio::task::spawn_blocking(kill_again_and_again);
-            killing.await.expect("the panic above says why");
-            drop((tracker, node));
-            session.close().await;
-        },
+    beside_a_tracker(
+        "kills::whoever_is_killed_at_whatever_moment_the_wheels_stand_and_the_next_run_moves_them",
+        kill_again_and_again,
     );
 }
 
+#[test]
+fn whoever_is_stopped_and_continued_ends_by_itself_and_started_again_takes_part() {
+    beside_a_tracker(
+        "kills::whoever_is_stopped_and_continued_ends_by_itself_and_started_again_takes_part",
+        freeze_again_and_again,
+    );
+}
+
+fn beside_a_tracker(test: &str, body: fn()) {
+    in_own_network(test, async || {
+        let session = session();
+        let node = session.node("/", "tracker").expect("the name is allowed");
+        let tracker: Vec<Publisher<PoseStamped>> = ROBOTS[..N_REAL]
+            .iter()
+            .map(|robot| {
+                let topic = topics::POSE;
+                let publisher = session.publish_on(&node, &topic.for_robot(robot), topic.qos);
+                publisher.expect("the topic is allowed")
+            })
+            .collect();
+        let killing = tokio::task::spawn_blocking(body);
+        tokio::select! {
+            ended = killing => ended.expect("the panic above says why"),
+            () = track(&tracker) => {}
+        }
+        drop((tracker, node));
+        session.close().await;
+    });
+}
+
+/// Sees every robot where it was set down.
+async fn track(tracker: &[Publisher<PoseStamped>]) {
+    let mut beat = tokio::time::interval(Duration::from_millis(100));
+    loop {
+        beat.tick().await;
+        for (robot, publisher) in tracker.iter().enumerate() {
+            let mut pose = PoseStamped::default();
+            pose.header.stamp = wall_time();
+            "map".clone_into(&mut pose.header.frame_id);
+            pose.pose.position.x = robot as f64;
+            pose.pose.orientation.w = 1.0;
+            publisher.publish(pose).await.expect("a healthy network");
+        }
+    }
+}
+
+/// The value of a variable that sets how much is tested.
+fn number(name: &str, default: u64) -> u64 {
+    let text = std::env::var(name).ok();
+    text.map_or(default, |text| text.parse().expect("the variable is a whole number"))
+}
+
 fn kill_again_and_again() {
-    let number = |name: &str, default: u64| {
-        let text = std::env::var(name).ok();
-        text.map_or(default, |text| text.parse().expect("the variable is a whole number"))
-    };
     let mut generator = ChaCha8Rng::seed_from_u64(number("RSRS_SEED", 1));
     let mut floor = Floor::new();
 
@@ -266,6 +343,40 @@ fn kill_again_and_again() {
         let (status, errors) = run.wait(PATIENCE);
         assert!(!status.success(), "{what}: a run without {victim:?} was completed\n{errors}");
         judge_bag(&bag, victim, &what);
+        floor.restart(victim);
+    }
+
+    let (mut run, _) = floor.start_run();
+    floor.wait_until_all_drive(&mut run);
+}
+
+fn freeze_again_and_again() {
+    let mut floor = Floor::new();
+
+    for round in 0..number("RSRS_NODE_FREEZES", FREEZES) {
+        let victim = Victim::in_turn(round);
+        let what = format!("round {round}, {victim:?}");
+        let (mut run, bag) = floor.start_run();
+        floor.wait_until_all_drive(&mut run);
+
+        signal(floor.process(victim, &mut run), "STOP");
+        floor.judge(victim, Instant::now(), &what);
+        let (status, errors) = floor.thaw(victim, &mut run);
+
+        assert_eq!(status.code(), Some(1), "{what}: {errors}");
+        for (micro, robot) in floor.micros.iter().zip(ROBOTS) {
+            assert_eq!(micro.wheels(), (0, 0), "{what}: wheels of {robot} turn again");
+        }
+        if victim == Victim::Runner {
+            assert!(errors.contains("the middleware has ended"), "{errors}");
+            let bag = Bag::open(&bag).unwrap_or_else(|error| panic!("{what}: {error}"));
+            let ending = bag.metadata(ENDING).expect("the bag is closed");
+            assert!(ending["reason"].contains("the middleware has ended"), "{ending:?}");
+        } else {
+            let (status, errors) = run.wait(PATIENCE);
+            assert!(!status.success(), "{what}: the run was completed\n{errors}");
+            judge_bag(&bag, victim, &what);
+        }
         floor.restart(victim);
     }
 

@@ -1,17 +1,13 @@
 //! Steps 1 and 2 on the command line: trials to a profile, and a simulator that is worse than the
 //! robots; over DDS too.
 
-mod command;
-#[path = "measure/drive.rs"]
 mod drive;
-#[path = "measure/tables.rs"]
 mod tables;
-#[path = "measure/validate.rs"]
 mod validate;
 
 use std::path::Path;
 
-use command::repository;
+use crate::command::repository;
 
 fn number(value: &serde_json::Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is a number"))

@@ -5,27 +5,16 @@
 //! The test plays the hardware: wheels that turn as they are told, sensors that see the other real
 //! robot, and a tracker on the ceiling, which sees nobody else.
 
-#[expect(dead_code, reason = "these tests end no process by a signal")]
-mod fleet;
-#[path = "../nodes/robot/tests/robot/micro.rs"]
-#[expect(dead_code, reason = "this microcontroller behaves")]
-mod micro;
-#[expect(dead_code, reason = "these tests do not look for what a program leaves behind")]
-mod processes;
-mod recorded;
-#[path = "../nodes/ros/tests/support/mod.rs"]
-#[expect(dead_code, reason = "these tests wait for programs")]
-mod support;
-
 use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use fleet::{ROBOTS, experiment, node};
-use micro::{Micro, Socket};
-use processes::{Process, rsrs};
-use recorded::messages;
+use crate::fleet::{ROBOTS, experiment, node};
+use crate::micro::{Micro, Socket};
+use crate::processes::{Process, rsrs};
+use crate::recorded::messages;
+use crate::support::{in_own_network, session};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ATTACHMENT, Backend, ENDING, Ending, EndingKind, ExperimentRecord};
 use rsrs_msgs::geometry_msgs::{PoseStamped, Twist, TwistStamped};
@@ -34,7 +23,6 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{Publisher, Session, Subscription};
-use support::{in_own_network, session};
 
 /// The judge looks at a minute, and recording begins and ends in the middle of a period.
 const RUN_S: u64 = 62;
@@ -194,7 +182,8 @@ fn robot_node(name: &str, folder: &Path) -> Process {
 
 #[test]
 fn real_robots_among_virtual_ones_make_a_run_that_is_labelled_and_never_compared() {
-    let name = "real_robots_among_virtual_ones_make_a_run_that_is_labelled_and_never_compared";
+    let name =
+        "mixed::real_robots_among_virtual_ones_make_a_run_that_is_labelled_and_never_compared";
     in_own_network(name, async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let socket = Socket::new();

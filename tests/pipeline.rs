@@ -1,12 +1,10 @@
 //! The simulator and the controllers as processes over DDS, conducted by the test.
 
-#[path = "../nodes/ros/tests/support/mod.rs"]
-mod support;
-
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+use crate::support::{PATIENCE, eventually, in_own_network, session};
 use rsrs_core::axis::Axis;
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::harsher::HarsherFactors;
@@ -18,7 +16,6 @@ use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::episode_digests;
-use support::{PATIENCE, eventually, in_own_network, session};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 const ROBOTS: [&str; 9] = [
@@ -75,7 +72,7 @@ fn publisher<M: RosMessage>(session: &Session, node: &NodeHandle, topic: Topic) 
 #[test]
 fn a_lockstep_run_over_dds_passes_through_the_states_of_the_replicate() {
     in_own_network(
-        "a_lockstep_run_over_dds_passes_through_the_states_of_the_replicate",
+        "pipeline::a_lockstep_run_over_dds_passes_through_the_states_of_the_replicate",
         lockstep_run,
     );
 }

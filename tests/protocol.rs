@@ -1,23 +1,16 @@
 //! What a run does when something goes wrong: programs over DDS, as a laboratory starts them.
 
-#[path = "../nodes/ros/tests/support/mod.rs"]
-mod support;
-
-mod fleet;
-mod processes;
-mod stopping;
-
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use fleet::{ROBOTS, experiment, node, signal};
-use processes::{Process, confined_rsrs, nodes_of, rsrs};
+use crate::fleet::{ROBOTS, experiment, node, signal};
+use crate::processes::{Process, confined_rsrs, nodes_of, rsrs};
+use crate::support::{PATIENCE, eventually, in_own_network, session};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
 use rsrs_msgs::rsrs::{Recorded, RobotStatus};
 use rsrs_msgs::topics;
 use rsrs_ros::session::{NodeHandle, Session, Subscription};
-use support::{PATIENCE, eventually, in_own_network, session};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 /// So long that no run of a test comes to its end.
@@ -66,7 +59,8 @@ fn an_interrupted_run_closes_its_bag_and_leaves_no_process() {
         assert_eq!(status.code(), Some(1), "{errors}");
         assert!(errors.contains(&format!("run aborted: {reason}")), "{errors}");
         assert_eq!(nodes_of(pid), Vec::<u32>::new());
-        let expected = Ending { kind: EndingKind::Aborted, reason: reason.to_owned() };
+        let expected =
+            Ending { kind: EndingKind::Aborted, reason: reason.to_owned(), lost: Vec::new() };
         assert_eq!(ending_of(&folder.path().join("bag")), expected);
     }
 }
@@ -112,7 +106,12 @@ fn a_run_whose_simulator_dies_says_so_and_closes_its_bag() {
 #[test]
 fn a_robot_that_rejects_its_parameters_is_named_and_nothing_is_recorded() {
     let folder = tempfile::tempdir().unwrap();
-    let mut process = start_run(folder.path(), &[("speed_m_s: 0.15", "speed_m_s: 0.6")]);
+    // By their profile the robots may be that fast; their controllers were started with less.
+    let faster = [
+        ("speed_m_s: 0.15", "speed_m_s: 0.6"),
+        ("limits_m_s: [0.02, 0.30]", "limits_m_s: [0.02, 0.70]"),
+    ];
+    let mut process = start_run(folder.path(), &faster);
 
     let (status, errors) = process.wait(PATIENCE);
 
@@ -137,7 +136,7 @@ fn a_bag_that_exists_is_refused_before_anything_starts() {
 
 #[test]
 fn a_robot_that_is_missing_is_named_at_preflight() {
-    in_own_network("a_robot_that_is_missing_is_named_at_preflight", missing_robot);
+    in_own_network("protocol::a_robot_that_is_missing_is_named_at_preflight", missing_robot);
 }
 
 async fn missing_robot() {
@@ -166,7 +165,7 @@ fn start_runner(experiment: &Path, bag: &Path) -> Process {
 #[test]
 fn without_its_runner_every_robot_stands_and_the_bag_reads_to_its_last_second() {
     in_own_network(
-        "without_its_runner_every_robot_stands_and_the_bag_reads_to_its_last_second",
+        "protocol::without_its_runner_every_robot_stands_and_the_bag_reads_to_its_last_second",
         killed_runner,
     );
 }

@@ -1,15 +1,10 @@
 //! Topics that an experiment names: any type, defined in a workspace, in the bag as it was sent.
 
-#[expect(dead_code, reason = "nothing here kills a program or starts it elsewhere")]
-mod processes;
-#[expect(dead_code, reason = "nothing here waits for anybody")]
-#[path = "../nodes/ros/tests/support/mod.rs"]
-mod support;
-
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use processes::{Process, rsrs};
+use crate::processes::{Process, rsrs};
+use crate::support::{in_own_network, in_own_network_with, session};
 use rsrs_bags::Bag;
 use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_experiment_runner::{RunReport, run};
@@ -17,7 +12,6 @@ use rsrs_fleet::record::{Backend, EndingKind};
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rsrs_ros::interfaces::LOOPBACK;
 use rsrs_ros::session::{RawPublisher, Session, SessionOptions};
-use support::{in_own_network, in_own_network_with, session};
 
 const ROBOTS: &str = "robot_1,robot_2,robot_3";
 const BATTERY: &str = "lab_msgs/msg/Battery";
@@ -85,7 +79,7 @@ async fn conduct(place: &Path) -> (RunReport, PathBuf) {
 #[test]
 fn any_topic_is_recorded_as_it_was_sent_with_its_definition_and_quality_of_service() {
     in_own_network(
-        "any_topic_is_recorded_as_it_was_sent_with_its_definition_and_quality_of_service",
+        "recording::any_topic_is_recorded_as_it_was_sent_with_its_definition_and_quality_of_service",
         recorded,
     );
 }
@@ -167,7 +161,7 @@ fn types_of_installed_packages_are_found_where_ros_2_lists_them() {
     let prefixes = std::env::join_paths([Path::new("/gone"), prefix.path()]).expect("no colons");
 
     in_own_network_with(
-        "types_of_installed_packages_are_found_where_ros_2_lists_them",
+        "recording::types_of_installed_packages_are_found_where_ros_2_lists_them",
         &[("AMENT_PREFIX_PATH", prefixes)],
         described_by_a_prefix,
     );
@@ -204,7 +198,10 @@ async fn described_by_a_prefix() {
 
 #[test]
 fn what_cannot_be_described_is_refused_by_name_before_anything_moves() {
-    in_own_network("what_cannot_be_described_is_refused_by_name_before_anything_moves", refused);
+    in_own_network(
+        "recording::what_cannot_be_described_is_refused_by_name_before_anything_moves",
+        refused,
+    );
 }
 
 async fn refused() {

@@ -1,18 +1,12 @@
 //! Bags back on the network and into the controller.
 
-#[path = "../crates/rsrs/src/episode_bag.rs"]
-mod episode_bag;
-#[expect(dead_code, reason = "nothing here starts nodes, or a network for another process")]
-mod processes;
-#[path = "../nodes/ros/tests/support/mod.rs"]
-mod support;
-mod terminal;
-
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Duration;
 
-use processes::{Process, rsrs};
+use crate::processes::{Process, rsrs};
+use crate::support::{PATIENCE, eventually, in_own_network, session};
+use crate::terminal::Terminal;
 use rsrs_bags::{Bag, BagOptions, BagWriter, Sample};
 use rsrs_core::axis::Axis;
 use rsrs_core::conditions::{Conditions, Settings};
@@ -20,13 +14,13 @@ use rsrs_core::profile::RobotProfile;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{ATTACHMENT, Backend, ExperimentRecord, Provenance};
 use rsrs_msgs::geometry_msgs::TwistStamped;
+use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rosgraph_msgs::Clock;
+use rsrs_msgs::rsrs::RobotStatus;
 use rsrs_msgs::topics;
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::session::EndpointKind;
 use serde_json::Value;
-use support::{PATIENCE, eventually, in_own_network, session};
-use terminal::Terminal;
 use tokio::sync::mpsc::unbounded_channel;
 
 const FLOCKBOT: &str = include_str!("../launch_configs/profiles/flockbot.yaml");
@@ -56,7 +50,7 @@ fn bag(folder: &Path, name: &str, duration_s: f64) -> PathBuf {
         time: Time::Lockstep,
     };
     let path = folder.join(name);
-    episode_bag::write(&path, &record).expect("the disk has room");
+    crate::episode_bag::write(&path, &record).expect("the disk has room");
     path
 }
 
@@ -203,7 +197,7 @@ fn the_judge_of_today_is_held_against_the_recorded_label() {
 
 #[test]
 fn who_sits_at_the_keyboard_steps_and_goes_anywhere() {
-    in_own_network("who_sits_at_the_keyboard_steps_and_goes_anywhere", sought);
+    in_own_network("replay::who_sits_at_the_keyboard_steps_and_goes_anywhere", sought);
 }
 
 async fn sought() {
@@ -283,7 +277,7 @@ fn a_topic_that_is_not_in_the_bag_is_named_with_the_nearest() {
 #[test]
 fn what_was_recorded_is_published_at_its_pace_without_what_moves_robots() {
     in_own_network(
-        "what_was_recorded_is_published_at_its_pace_without_what_moves_robots",
+        "replay::what_was_recorded_is_published_at_its_pace_without_what_moves_robots",
         published,
     );
 }
@@ -323,7 +317,7 @@ async fn published() {
         .endpoints()
         .into_iter()
         .filter(|end| end.kind == EndpointKind::Writer)
-        .filter(|end| end.topic.contains("cmd_vel") || end.topic.contains("lease"))
+        .filter(|end| ["cmd_vel", "lease", "detection"].iter().any(|part| end.topic.contains(part)))
         .count();
     let ended = || replay.0.try_wait().expect("it is our child").is_some();
     eventually("the replay ends", ended).await;
@@ -336,8 +330,57 @@ async fn published() {
     assert!(received == expected, "the messages are those of the bag");
     assert_eq!(clock.len(), 100, "the bag's own clock");
     assert_eq!(guarded, 0);
-    assert!(errors.contains("left out 3 (they move robots"), "{errors}");
+    assert!(errors.contains("left out 5 (robots are steered by them"), "{errors}");
     // 13 s five times as fast, after 3 s.
     assert!(took > Duration::from_millis(5500), "{took:?}");
+    session.close().await;
+}
+
+#[test]
+fn what_a_live_robot_publishes_is_left_out_unless_it_is_asked_for_by_name() {
+    in_own_network(
+        "replay::what_a_live_robot_publishes_is_left_out_unless_it_is_asked_for_by_name",
+        beside_a_live_robot,
+    );
+}
+
+async fn beside_a_live_robot() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let run = bag(place.path(), "run", 2.0);
+    let session = session();
+    let robot = session.node("/robot_1", "robot").expect("the name is allowed");
+    let odom =
+        session.publish_on::<Odometry>(&robot, "/robot_1/odom", topics::ODOM.qos).expect("allowed");
+    let status = session
+        .publish_on::<RobotStatus>(&robot, "/robot_1/status", topics::STATUS.qos)
+        .expect("allowed");
+    let replay = |more: &'static [&'static str]| {
+        let mut command = rsrs();
+        command.arg("replay").arg(&run).args(["--interface", "127.0.0.1", "--format", "json"]);
+        command.args(more);
+        tokio::task::spawn_blocking(move || command.output().expect("the binary was built"))
+    };
+
+    let all = replay(&[]).await.expect("it ends");
+    let named = replay(&["--topics", "/robot_1/odom", "/clock"]).await.expect("it ends");
+
+    let summary = |output: &Output| -> Value {
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(code(output), 0, "{errors}");
+        serde_json::from_slice(&output.stdout).expect("the summary is JSON")
+    };
+    let (all_said, all) = (String::from_utf8_lossy(&all.stderr).into_owned(), summary(&all));
+    let left_out = all["left_out"].as_array().expect("a list");
+    for topic in ["/robot_1/odom", "/robot_1/detection", "/clock"] {
+        assert!(left_out.contains(&topic.into()), "{all}");
+    }
+    assert!(!left_out.contains(&"/robot_2/odom".into()), "{all}");
+    assert!(
+        all_said.contains("left out /robot_1/odom: /robot_1/robot publishes it now"),
+        "{all_said}"
+    );
+    assert!(all_said.contains("the time is not published"), "{all_said}");
+    assert_eq!(summary(&named)["n_topics"], 2);
+    drop((robot, odom, status));
     session.close().await;
 }

@@ -1,18 +1,12 @@
 //! The report of a sweep and its runs, as a person gets it: one file that needs no other.
 
-#[expect(dead_code, reason = "a report is for people")]
-mod command;
-#[expect(dead_code, reason = "no record of a run is spoilt here")]
-mod floor;
-mod laboratory;
-
-use command::{code, rsrs, stderr};
-use floor::{Part, Run, ended};
+use crate::command::{code, rsrs, stderr};
+use crate::floor::{Part, Run, ended};
 use rsrs_fleet::record::EndingKind;
 
 /// A folder with a small sweep, its chosen cell, and four bags.
 fn laboratory() -> tempfile::TempDir {
-    let place = laboratory::chosen();
+    let place = crate::laboratory::chosen();
     let here = place.path();
     Run::new(1).record(here, "one");
     Run::new(2).record(here, "a<b>&c");

@@ -1,18 +1,16 @@
 //! Sweeps that are interrupted: killed, called off, out of disk. Whatever happens, the finished folder
 //! is the same byte for byte, and nothing that was finished is lost.
 //!
-//! `RSRS_KILLS=200 cargo test --test resume` kills more often than the default.
+//! `RSRS_KILLS=200 cargo test -p rsrs --test rsrs resume::` kills more often than the default.
 
-#[path = "resume/shards.rs"]
 mod shards;
-mod work;
 
 use std::os::unix::process::ExitStatusExt;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Instant, SystemTime};
 
-use work::{Place, RSRS, bytes, code, contents, stderr};
+use crate::work::{Place, RSRS, bytes, code, contents, stderr};
 
 /// Moments at which sweeps are killed, where nothing else is asked for.
 const KILLS: usize = 20;
@@ -99,7 +97,7 @@ fn after_ctrl_c_it_is_said_how_to_go_on() {
 
     assert_eq!(output.0, Some(1), "{}", output.1);
     assert!(output.1.contains("error: called off; "), "{}", output.1);
-    assert!(output.1.contains(" of 24000 runs are kept in out"), "{}", output.1);
+    assert!(output.1.contains(" of 48000 runs are kept in out"), "{}", output.1);
     let command = "go on with `rsrs sweep out/sweep.yaml -o out`";
     assert!(output.1.contains(command), "{}", output.1);
     let resumed = place.rsrs(&["sweep", "out/sweep.yaml", "-o", "out"]);
@@ -266,10 +264,33 @@ fn a_file_that_cannot_grow_loses_nothing() {
         assert!(errors.contains(&format!("cannot write out/{file}")), "{errors}");
         assert!(errors.contains("go on with `rsrs sweep out/sweep.yaml -o out`"), "{errors}");
     }
-    assert_eq!(place.blocks("out").len(), 12, "all blocks are there");
+    assert_eq!(place.blocks("out").len(), 24, "all blocks of both worlds are there");
     place.sweep_into("out");
 
     assert!(contents(&place.path("out")) == contents(&place.path("whole")));
+}
+
+#[test]
+fn of_sweeps_that_start_into_one_new_folder_at_once_one_makes_it() {
+    let place = Place::with_sweep(16);
+    place.sweep_into("whole");
+
+    for round in 0..10 {
+        let arguments = ["sweep", "sweep.yaml", "-o", "out", "--threads", "1"];
+        let children: Vec<_> = (0..6).map(|_| place.spawn(&arguments)).collect();
+        let outputs = children.into_iter().map(|child| child.wait_with_output().expect("it ends"));
+
+        let (done, refused): (Vec<_>, Vec<_>) = outputs.partition(|output| code(output) == 0);
+
+        assert!(!done.is_empty(), "round {round}: {refused:?}");
+        for output in refused {
+            let said = stderr(&output);
+            assert!(said.starts_with("error: another process is sweeping into out"), "{said}");
+        }
+        assert!(contents(&place.path("out")) == contents(&place.path("whole")), "round {round}");
+        assert_eq!(place.entries(), ["flockbot.yaml", "out", "sweep.yaml", "whole"]);
+        std::fs::remove_dir_all(place.path("out")).expect("the folder is there");
+    }
 }
 
 #[test]

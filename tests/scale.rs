@@ -7,28 +7,20 @@
 //! own controller in it, as on a floor. One base for all of them moves nobody: how robots sense and
 //! drive is others' business.
 
-#[expect(dead_code, reason = "these tests end no process by a signal, and have more robots")]
-mod fleet;
-#[expect(dead_code, reason = "these tests do not look for what a program leaves behind")]
-mod processes;
-#[path = "../nodes/ros/tests/support/mod.rs"]
-#[expect(dead_code, reason = "these tests wait for a program")]
-mod support;
-
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::Duration;
 
-use fleet::experiment;
-use processes::{Process, rsrs};
+use crate::fleet::experiment;
+use crate::processes::{Process, rsrs};
+use crate::support::{in_own_network, session};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::session::{Publisher, Session};
-use support::{in_own_network, session};
 
 const N_ROBOTS: usize = 6;
 /// Discovery grows with the square of the number of participants.
@@ -136,7 +128,7 @@ fn start_pose(robot: usize) -> Odometry {
 
 #[test]
 fn many_robot_processes_on_one_machine_start_match_and_run_an_experiment() {
-    let name = "many_robot_processes_on_one_machine_start_match_and_run_an_experiment";
+    let name = "scale::many_robot_processes_on_one_machine_start_match_and_run_an_experiment";
     in_own_network(name, async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let changes = [

@@ -25,7 +25,7 @@ const ONE_WAY: [(&str, &[&str]); 12] = [
     ("rsrs_msgs", &[]),
     ("rsrs_bags", &["rsrs_core", "rsrs_msgs"]),
     ("rsrs_ros", &["rsrs_msgs"]),
-    ("rsrs_wire", &["rsrs_core", "rsrs_fleet", "rsrs_msgs"]),
+    ("rsrs_wire", &["rsrs_core", "rsrs_fleet", "rsrs_msgs", "rsrs_ros"]),
     ("rsrs_controller_node", &["rsrs_core", "rsrs_fleet", "rsrs_msgs", "rsrs_ros", "rsrs_wire"]),
     (
         "rsrs_robot_node",
@@ -40,6 +40,8 @@ const ONE_WAY: [(&str, &[&str]); 12] = [
         &["rsrs_bags", "rsrs_core", "rsrs_fleet", "rsrs_msgs", "rsrs_ros", "rsrs_wire"],
     ),
 ];
+/// The most bytes that the map of the project may have.
+const MAX_MAP: usize = 8192;
 /// The most lines that a file of code may have.
 const MAX_LINES: usize = 450;
 
@@ -160,6 +162,41 @@ fn no_file_of_code_is_too_long() {
 
         assert!(n_lines <= MAX_LINES, "{file:?} has {n_lines} lines, at most {MAX_LINES}");
     }
+}
+
+#[test]
+fn the_map_of_the_project_is_short_and_names_files_that_exist() {
+    let map = text(Path::new("ARCHITECTURE.md"));
+    let missing: Vec<_> = map
+        .split('`')
+        .skip(1)
+        .step_by(2)
+        .filter(|name| name.contains('/') && !name.contains('{') && !root().join(name).exists())
+        .collect();
+
+    assert!(map.len() <= MAX_MAP, "ARCHITECTURE.md has {} bytes, at most {MAX_MAP}", map.len());
+    assert!(missing.is_empty(), "ARCHITECTURE.md names files that are not there: {missing:?}");
+}
+
+#[test]
+fn every_test_that_the_list_of_invariants_names_exists() {
+    let sources: String = files()
+        .iter()
+        .filter(|file| file.extension().is_some_and(|end| end == "rs"))
+        .map(|file| text(file))
+        .collect();
+    let list = text(Path::new("tests/README.md"));
+    let rows = list.lines().filter(|line| line.starts_with("| ") && !line.contains("| Held by |"));
+    let named: Vec<&str> = rows
+        .filter_map(|row| row.split(" | ").nth(1))
+        .flat_map(|cell| cell.split('`').skip(1).step_by(2))
+        .collect();
+
+    let missing: Vec<_> =
+        named.iter().filter(|name| !sources.contains(&format!("fn {name}("))).collect();
+
+    assert!(named.len() > 50, "found only {} tests in the list", named.len());
+    assert!(missing.is_empty(), "tests/README.md names tests that are not there: {missing:#?}");
 }
 
 /// The names of all packages that a package reaches by normal dependencies, itself included.

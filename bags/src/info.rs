@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::{Bag, Damage, OfferedQos, qos};
+use crate::{Bag, Damage, OfferedQos, Recovery, qos};
 
 /// The attachment that an experiment of ours is recorded in.
 const EXPERIMENT_ATTACHMENT: &str = "experiment.json";
@@ -43,8 +43,12 @@ pub struct BagInfo {
     pub compression: CompressionInfo,
     /// Whether the record of one of our experiments is in it.
     pub has_experiment: bool,
-    /// Where it breaks off; empty for a whole bag.
+    /// Where it is not as it was written; empty for a whole bag.
     pub damage: Vec<Damage>,
+    /// What is wrong with summary sections of files whose data are whole.
+    pub summary_faults: Vec<String>,
+    /// What it lacks, if it was recovered from a damaged bag.
+    pub recovery: Option<Recovery>,
 }
 
 /// One file of a bag.
@@ -138,6 +142,8 @@ impl Bag {
             ros_distro: contents.and_then(|contents| contents.ros_distro.clone()),
             compression: self.compression(),
             damage: self.damage(),
+            summary_faults: self.summary_faults(),
+            recovery: self.recovery(),
         }
     }
 

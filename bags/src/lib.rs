@@ -29,5 +29,5 @@ pub use error::BagError;
 pub use info::BagInfo;
 pub use qos::OfferedQos;
 pub use reader::{Attachment, Bag, BagMessage, Damage, TopicInfo};
-pub use recover::{Loss, LossKind, LostMessages, Recovered, recover, recover_into};
+pub use recover::{Loss, LossKind, LostMessages, Recovered, Recovery, recover, recover_into};
 pub use writer::{BagOptions, BagSummary, BagWriter, ChannelId, Compression, Packing, Sample};

@@ -1,5 +1,6 @@
 //! Opens bags: ours, any laboratory's, whole or cut short.
 
+mod checksums;
 mod chunks;
 mod file;
 mod indexed;
@@ -16,7 +17,7 @@ pub use messages::{BagMessage, Messages};
 use crate::BagError;
 use crate::metadata::{self, Contents};
 pub(crate) use file::BagFile;
-pub(crate) use messages::{Heard, plain};
+pub(crate) use messages::plain;
 pub(crate) use source::{Source, ZSTD_MAGIC, open, read_some};
 pub(crate) use table::Table;
 
@@ -57,15 +58,20 @@ pub struct Attachment {
     pub data: Vec<u8>,
 }
 
-/// Where a bag breaks off.
+/// Where a bag is not as it was written: it breaks off, or bytes of it have changed.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Damage {
     /// In which file.
     pub path: PathBuf,
-    /// Messages of that file before the break.
+    /// Messages of that file that can be read before it.
     pub n_messages: u64,
     /// The latest log time among them, in nanoseconds.
     pub last_log_time_ns: Option<u64>,
+    /// The record, by its place in the file, unpacked if rosbag2 compressed it as a whole.
+    pub at_byte: u64,
+    /// Whether the file ends there, as that of a recorder that was killed; else something in it is
+    /// not what was written.
+    pub is_end: bool,
     /// What the reader met there.
     pub reason: String,
 }
@@ -73,8 +79,10 @@ pub struct Damage {
 impl Bag {
     /// Opens a bag.
     ///
-    /// A file without its end is read through once here, so that [`Bag::topics`] and
-    /// [`Bag::damage`] know what can be had.
+    /// Every file is read through once, against the checksums in it: over the data as a whole, and
+    /// where that was left out, over each chunk. What a writer left without any checksum must at
+    /// least be records to the last byte, and as many as the file counts. [`Bag::damage`] says where
+    /// that fails.
     ///
     /// # Arguments
     ///
@@ -129,9 +137,18 @@ impl Bag {
         topics
     }
 
-    /// Where it breaks off; empty for a whole bag.
+    /// Where it is not as it was written; empty for a whole bag.
     pub fn damage(&self) -> Vec<Damage> {
         self.files.iter().filter_map(|file| file.damage.clone()).collect()
+    }
+
+    /// What is wrong with the summary sections of files whose data are whole: nothing is missing, and
+    /// reading from the middle is slow.
+    pub fn summary_faults(&self) -> Vec<String> {
+        let faults = self.files.iter().filter_map(|file| {
+            Some(format!("{}: {}", file.path.display(), file.summary_fault.as_ref()?))
+        });
+        faults.collect()
     }
 
     /// Messages that can be read, on all topics.

@@ -12,6 +12,7 @@ pub(crate) mod frame;
 mod loss;
 mod new_chunk;
 mod parts;
+pub(crate) mod recovery;
 mod scan;
 mod search;
 mod sink;
@@ -26,15 +27,13 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 pub use loss::{Loss, LossKind, LostMessages};
+pub use recovery::Recovery;
 
 use crate::metadata::Contents;
 use crate::reader::{Source, files_of, open};
 use crate::{BagError, BagSummary};
 use bytes::Bytes;
 use sink::Sink;
-
-/// The record in a recovered bag that says where it came from.
-const RECORD: &str = "rsrs.recovered";
 
 /// What was saved, and what was not.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -65,8 +64,7 @@ impl Recovered {
 
     /// Whether everything that was recorded is in the new bag.
     pub fn is_complete(&self) -> bool {
-        let is_recorded = |loss: &Loss| loss.kind != LossKind::TableOfContents;
-        self.lost.is_exact && self.lost.total() == 0 && !self.losses.iter().any(is_recorded)
+        loss::is_complete(&self.losses, &self.lost)
     }
 }
 
@@ -129,14 +127,14 @@ pub fn recover_into(path: &Path, folder: &Path) -> Result<Recovered, BagError> {
             }
         }
     }
-    sink.describe(RECORD, &losses)?;
+    if !lost.is_exact {
+        lost = by_table_of_contents(contents.as_ref(), &sink.n_messages_of_topic()).unwrap_or(lost);
+    }
+    sink.describe(&losses, &lost)?;
     let (n_attachments, n_metadata) = (sink.n_attachments, sink.n_metadata);
     let Some(summary) = sink.finish()? else {
         return Err(BagError::NothingSaved { path: path.to_owned() });
     };
-    if !lost.is_exact {
-        lost = by_table_of_contents(contents.as_ref(), &summary).unwrap_or(lost);
-    }
     let BagSummary { folder, n_messages, n_messages_of_topic, bounds_ns, .. } = summary;
     Ok(Recovered {
         folder,
@@ -191,13 +189,16 @@ fn salvage(
 }
 
 /// What is missing of the messages that `metadata.yaml` names.
-fn by_table_of_contents(contents: Option<&Contents>, saved: &BagSummary) -> Option<LostMessages> {
+fn by_table_of_contents(
+    contents: Option<&Contents>,
+    saved: &BTreeMap<String, u64>,
+) -> Option<LostMessages> {
     let topics = &contents?.topics_with_message_count;
     let expected = topics
         .iter()
         .map(|topic| (topic.topic_metadata.name.clone(), topic.message_count))
         .collect::<BTreeMap<_, _>>();
-    let lost = LostMessages::against(&expected, &saved.n_messages_of_topic);
+    let lost = LostMessages::against(&expected, saved);
     (!expected.is_empty()).then_some(lost)
 }
 

@@ -7,15 +7,16 @@
 
 mod align;
 mod arrays;
+mod clocks;
 mod collect;
 mod command;
-mod ending;
 mod error;
 mod finding;
 mod jumps;
 mod pose;
 mod resample;
 mod rows;
+mod spots;
 mod tidy;
 mod transforms;
 mod window;
@@ -24,7 +25,7 @@ use std::fmt;
 
 use rsrs_core::trajectory::Trajectory;
 
-use crate::{Bag, Damage};
+use crate::Bag;
 use resample::Times;
 
 pub use error::TrajectoryError;
@@ -76,6 +77,9 @@ pub struct TrajectoryOptions {
     pub poses: Option<PoseSource>,
     /// How much of the run to keep.
     pub keep: Keep,
+    /// Whose leases say when the swarm was running; without any of this run, those of the first one
+    /// that was RUNNING.
+    pub run_id: Option<String>,
 }
 
 /// How much of a run to keep in memory.
@@ -116,8 +120,6 @@ pub struct RecordedTrajectory {
     pub start_ns: u64,
     /// What was mended on the way; empty for a bag that needed nothing.
     pub findings: Vec<Finding>,
-    /// Where the bag breaks off; empty for a whole bag.
-    pub damage: Vec<Damage>,
 }
 
 impl RecordedTrajectory {
@@ -137,15 +139,13 @@ impl RecordedTrajectory {
 /// Robots that are not in step, of which poses are missing or which came a little late are
 /// interpolated at every period, over gaps of at most 1 s and at most 20 % of a robot's poses. Single
 /// poses out of all reach are left out, and robots that a tracker took for one another are set
-/// right.
-///
-/// A bag that breaks off is read up to there; [`RecordedTrajectory::damage`] says so.
+/// right. Stamps of several clocks are put on one, by the log times beside them.
 ///
 /// # Errors
 ///
-/// [`TrajectoryError`]: no poses or none of some robot, no commands, no running time, poses that are
-/// not numbers, too many missing, clocks that go back, jumps that nothing explains, robots that came
-/// or left in the middle.
+/// [`TrajectoryError`]: a bag that is damaged, no poses or none of some robot, no commands, no running
+/// time, poses that are not numbers, too many missing, clocks that go back, jumps that nothing
+/// explains, robots that came or left in the middle, robots that start on one spot.
 ///
 /// # Source
 ///
@@ -154,18 +154,17 @@ pub fn read_trajectory(
     bag: &Bag,
     options: &TrajectoryOptions,
 ) -> Result<RecordedTrajectory, TrajectoryError> {
-    if let Some(ending) = ending::read(bag, options) {
-        return Ok(ending);
-    }
     let mut collected = collect::collect(bag, options)?;
     for robot in &mut collected.robots {
         tidy::tidy(robot)?;
     }
+    let clocks = clocks::align(&mut collected.robots)?;
     let recorded_ns = align::median_period_ns(&collected.robots)?;
     let period_ns = align::period_ns(&collected.robots, recorded_ns);
     let window = window::running_window(&collected, period_ns)?;
-    window::cut(&mut collected, &window)?;
+    window::cut(&mut collected, &window, recorded_ns)?;
     let mut findings = std::mem::take(&mut collected.findings);
+    findings.extend(clocks);
     findings.extend(jumps::mend(&mut collected.robots, recorded_ns)?);
 
     let is_one_rate = period_ns == recorded_ns;
@@ -173,18 +172,19 @@ pub fn read_trajectory(
     let rows = if let Some(common) = common {
         align::align(&mut collected.robots, &common, (period_ns, options.keep))
     } else {
-        let times = Times { recorded_ns, period_ns, breaks_off: collected.breaks_off };
+        let times = Times { recorded_ns, period_ns };
         let run = resample::Run { robots: &collected.robots, times };
         resample::resample(&run, options.keep, &mut findings)?
     };
+    let robots: Vec<String> = collected.robots.into_iter().map(|robot| robot.name).collect();
+    spots::check(rows.trajectory.poses_at(0), &robots)?;
     Ok(RecordedTrajectory {
         trajectory: rows.trajectory,
         n_left_out: rows.n_left_out,
-        robots: collected.robots.into_iter().map(|robot| robot.name).collect(),
+        robots,
         poses: collected.poses,
         window,
         start_ns: rows.start_ns,
         findings,
-        damage: bag.damage(),
     })
 }

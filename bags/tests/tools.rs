@@ -25,7 +25,7 @@ use rsrs_msgs::rcl_interfaces::{
 use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
 use rsrs_msgs::sensor_msgs::{CompressedImage, LaserScan, Range};
-use rsrs_msgs::std_msgs::{Bool, ColorRGBA, Header};
+use rsrs_msgs::std_msgs::{self, Bool, ColorRGBA, Header};
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rsrs_msgs::visualization_msgs::{Marker, MarkerArray, MeshFile, UVCoordinate};
@@ -89,6 +89,7 @@ fn one_of_each(writer: &mut BagWriter) {
         Odometry,
         Clock,
         ColorRGBA,
+        std_msgs::Text,
         CompressedImage,
         Marker,
         MarkerArray,

@@ -101,7 +101,9 @@ fn a_trackers_bag_with_unstamped_commands_counts_from_the_first_to_the_last_comm
 fn transforms_from_one_frame_are_poses() {
     let mut foreign = Foreign::new();
     for step in 0..20 {
-        let transforms = vec![body("r1", "map", step), body("r2", "map", step)];
+        let mut beside = body("r2", "map", step);
+        beside.transform.translation.y = 1.0;
+        let transforms = vec![body("r1", "map", step), beside];
         foreign.put("/tf", step * PERIOD_NS, &TFMessage { transforms });
         foreign.command("r1", step * PERIOD_NS, 0.1);
         foreign.command("r2", step * PERIOD_NS, 0.1);
@@ -143,7 +145,8 @@ fn chains_of_transforms_are_followed_up_to_the_map_that_all_robots_share() {
         ..body("", "r1/base_link", 0)
     };
     for step in 0..20 {
-        let localised = quarter_turn("r2/odom", "map", step);
+        let mut localised = quarter_turn("r2/odom", "map", step);
+        localised.transform.translation.x = 2.0;
         let transforms = vec![body("r1", "/r1/odom", step), localised, body("r2", "r2/odom", step)];
         foreign.put("/tf", step * PERIOD_NS, &TFMessage { transforms });
         foreign.command("r1", step * PERIOD_NS, 0.1);
@@ -157,8 +160,8 @@ fn chains_of_transforms_are_followed_up_to_the_map_that_all_robots_share() {
 
     assert_eq!((read.robots.len(), read.trajectory.n_samples()), (2, 20));
     for step in 0..20 {
-        for pose in read.trajectory.poses_at(step) {
-            assert!((pose.x_m - 1.0).abs() < 1e-6, "{pose:?}");
+        for (pose, x_m) in read.trajectory.poses_at(step).iter().zip([1.0, 2.0]) {
+            assert!((pose.x_m - x_m).abs() < 1e-6, "{pose:?}");
             assert!((pose.y_m - 2.0 - step as f64).abs() < 1e-6, "{pose:?}");
             assert!((pose.heading_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-6, "{pose:?}");
         }
@@ -249,7 +252,7 @@ fn the_first_sample_is_dropped_where_the_window_opened_between_two_robots() {
 }
 
 #[test]
-fn a_bag_that_breaks_off_gives_the_time_before_the_break() {
+fn a_bag_that_breaks_off_gives_no_trajectory_until_it_is_recovered() {
     let folder = temporary();
     let path = folder.path().join("run");
     let mut recording = Recording::new(&path, &["robot_1", "robot_2"]);
@@ -257,10 +260,13 @@ fn a_bag_that_breaks_off_gives_the_time_before_the_break() {
     (0..100).for_each(|step| recording.step(step));
     std::mem::forget(recording);
 
-    let bag = Bag::open(&path).unwrap();
-    let read = read(&bag).unwrap();
+    let error = read(&Bag::open(&path).unwrap()).unwrap_err();
+    let saved = rsrs_bags::recover(&path).unwrap();
+    let read = read(&Bag::open(&saved.folder).unwrap()).unwrap();
 
-    assert_eq!(read.damage.len(), 1);
+    let text = error.to_string();
+    assert!(text.contains("run_0.mcap breaks off at byte "), "{text}");
+    assert!(error.help().is_some_and(|help| help.contains("rsrs bag recover")));
     let n_lost = 100 - read.trajectory.n_samples();
     assert!((1..9).contains(&n_lost), "{n_lost} samples lost");
 }
@@ -278,4 +284,70 @@ fn the_source_that_was_asked_for_is_the_only_one() {
     let error = read_trajectory(&Bag::open(&path).unwrap(), &options).unwrap_err();
 
     assert!(matches!(error, TrajectoryError::NoPoses { asked: Some(PoseSource::Pose), .. }));
+}
+
+/// A lease of some run.
+fn lease_of(run_id: &str, state: u8) -> RunLease {
+    RunLease { state, epoch: 1, run_id: run_id.to_owned(), ..RunLease::default() }
+}
+
+#[test]
+fn leases_of_other_runs_neither_begin_nor_end_a_run() {
+    let folder = temporary();
+    let path = folder.path().join("run");
+    let mut recording = Recording::new(&path, &["robot_1", "robot_2"]);
+    let channel = recording.lease;
+    let mut robots = lease_of("ours", RunLease::RUNNING);
+    robots.robots = vec!["robot_1".to_owned(), "robot_2".to_owned()];
+    recording.put(channel, 0, &robots);
+    for step in 0..60 {
+        if step % 8 == 3 {
+            recording.put(channel, step * PERIOD_NS, &lease_of("theirs", RunLease::IDLE));
+        }
+        if (20..30).contains(&step) {
+            let mut theirs = lease_of("theirs", RunLease::RUNNING);
+            theirs.robots = vec!["robot_9".to_owned()];
+            recording.put(channel, step * PERIOD_NS, &theirs);
+        }
+        recording.step(step);
+    }
+    recording.put(channel, 49 * PERIOD_NS, &lease_of("ours", RunLease::STOPPED));
+    recording.writer.finish().unwrap();
+    let bag = Bag::open(&path).unwrap();
+    let of_run = |run_id: Option<&str>| {
+        let run_id = run_id.map(str::to_owned);
+        read_trajectory(&bag, &TrajectoryOptions { run_id, ..TrajectoryOptions::default() })
+    };
+
+    let first = of_run(None).unwrap();
+    let named = of_run(Some("ours")).unwrap();
+    let theirs = of_run(Some("theirs")).unwrap_err();
+
+    assert_eq!(first.trajectory.n_samples(), 50);
+    assert_eq!(named, first);
+    assert!(
+        matches!(&theirs, TrajectoryError::MissingRobots { robots } if robots == &["robot_9"]),
+        "{theirs}"
+    );
+}
+
+#[test]
+fn robots_with_odometry_in_frames_of_their_own_are_refused() {
+    let mut foreign = Foreign::new();
+    for step in 0..40 {
+        for robot in ["r1", "r2", "r3"] {
+            let mut odometry = odometry(0, step);
+            odometry.header.frame_id = format!("{robot}/odom");
+            foreign.put(&format!("/{robot}/odom"), step * PERIOD_NS, &odometry);
+            foreign.command(robot, step * PERIOD_NS, SPEED_M_S);
+        }
+    }
+
+    let error = foreign.read().unwrap_err();
+
+    assert_eq!(
+        error.to_string(),
+        "robots r1, r2, r3 start on one spot, (0.00 m, 0.00 m): each has poses in a frame of its own?"
+    );
+    assert!(error.help().is_some_and(|help| help.contains("poses must be in one frame")));
 }

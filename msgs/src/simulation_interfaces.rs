@@ -14,9 +14,9 @@ pub use services::{
     GetEntitiesRequest, GetEntitiesResponse, GetEntitiesStatesRequest, GetEntitiesStatesResponse,
     GetEntityStateRequest, GetEntityStateResponse, GetSimulationStateRequest,
     GetSimulationStateResponse, GetSimulatorFeaturesRequest, GetSimulatorFeaturesResponse,
-    ResetSimulationRequest, ResetSimulationResponse, SetEntityStateRequest, SetEntityStateResponse,
-    SetSimulationStateRequest, SetSimulationStateResponse, StepSimulationRequest,
-    StepSimulationResponse,
+    ResetSimulationRequest, ResetSimulationResponse, SetEntityStateRequest, SetEntityStateRequest1,
+    SetEntityStateResponse, SetSimulationStateRequest, SetSimulationStateResponse,
+    StepSimulationRequest, StepSimulationResponse,
 };
 
 /// Whether a request was carried out.

@@ -1,4 +1,4 @@
-//! Package `std_msgs`: a flag, a colour and the usual header.
+//! Package `std_msgs`: a flag, a text, a colour and the usual header.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,6 +10,13 @@ use crate::message::ros_messages;
 pub struct Bool {
     /// The flag.
     pub data: bool,
+}
+
+/// `std_msgs/msg/String`: a text, such as the locks of the e-stop.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Text {
+    /// The text.
+    pub data: String,
 }
 
 /// When and in which frame a message was made.
@@ -38,4 +45,5 @@ ros_messages! {
     ColorRGBA => "std_msgs/msg/ColorRGBA",
     Bool => "std_msgs/msg/Bool",
     Header => "std_msgs/msg/Header",
+    Text => "std_msgs/msg/String",
 }

@@ -132,8 +132,17 @@ pub const SIMULATOR_STATUS: Topic =
     topic::<rsrs::RobotStatus>("/simulator/status", Qos::best_effort(1));
 /// The runner's permission to move; an old one is worthless, so it is never sent again.
 pub const LEASE: Topic = topic::<rsrs::RunLease>("/swarm/lease", Qos::best_effort(1));
-/// Stops every robot; once heard, a silent publisher locks too.
+/// Stops every robot: each publisher by itself locks them, and locks by its silence once it was
+/// received in a run.
 pub const E_STOP: Topic = topic::<std_msgs::Bool>("/swarm/e_stop", Qos::reliable(10));
+/// Ends the locks of the publishers that it names, as `rsrs_fleet::e_stop::Locks` are written.
+pub const E_STOP_RELEASE: Topic =
+    topic::<std_msgs::Text>("/swarm/e_stop_release", Qos::reliable(10));
+/// Which publishers have locked the robots of a process; latched, for robots that start again.
+pub const E_STOP_LOCKS: Topic = topic::<std_msgs::Text>(
+    "/swarm/e_stop_locks",
+    Qos { reliability: Reliability::Reliable, durability: Durability::TransientLocal, depth: 1 },
+);
 /// The fingerprint of the simulated world, after each lockstep step.
 pub const WORLD_DIGEST: Topic =
     topic::<rsrs::WorldDigest>("/swarm/world_digest", Qos::reliable(LOCKSTEP_DEPTH));
@@ -146,6 +155,11 @@ pub const DIAGNOSTICS: Topic =
     topic::<diagnostic_msgs::DiagnosticArray>("/diagnostics", Qos::reliable(10));
 /// The transform tree.
 pub const TF: Topic = topic::<tf2_msgs::TFMessage>("/tf", Qos::reliable(100));
+/// Transforms that stay as they are.
+pub const TF_STATIC: Topic = topic::<tf2_msgs::TFMessage>(
+    "/tf_static",
+    Qos { reliability: Reliability::Reliable, durability: Durability::TransientLocal, depth: 100 },
+);
 /// What the simulator has to show: bodies, sensors, the ring and what the judge says.
 pub const MARKERS: Topic =
     topic::<visualization_msgs::MarkerArray>("/swarm/markers", Qos::reliable(10));
@@ -176,11 +190,14 @@ pub const ALL: &[Topic] = &[
     SIMULATOR_STATUS,
     LEASE,
     E_STOP,
+    E_STOP_RELEASE,
+    E_STOP_LOCKS,
     WORLD_DIGEST,
     RECORDED,
     CLOCK,
     DIAGNOSTICS,
     TF,
+    TF_STATIC,
     MARKERS,
     PARAMETER_EVENTS,
     ROSOUT,

@@ -114,6 +114,7 @@ fn all_cases() -> Vec<Case> {
         std_msgs::Bool,
         std_msgs::ColorRGBA,
         std_msgs::Header,
+        std_msgs::Text,
         Vector3,
         Twist,
         TwistStamped,

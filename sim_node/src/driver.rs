@@ -1,8 +1,11 @@
 //! Samples and timers in, steps of the world out.
 
+mod placing;
+
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
+use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::experiment::Time as Pace;
 use rsrs_fleet::message::RobotState;
 use rsrs_fleet::robot;
@@ -21,14 +24,14 @@ use rsrs_ros::services::{Reply, Service};
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
 use rsrs_ros::shutdown;
 use rsrs_wire as wire;
+use rsrs_wire::e_stop::{EStopMessage, LocksPublisher};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::display::Display;
 use crate::listening::{Ears, Heard};
-use crate::mixed::{RealRobots, TrackedBy};
+use crate::mixed::RealRobots;
 use crate::parameters::{self, NODE};
 use crate::robots::VirtualRobot;
-use crate::rows::Rows;
 use crate::services;
 use crate::stage::{Sensed, Stage};
 use crate::stand_in::StandIn;
@@ -65,9 +68,11 @@ pub struct Simulation<'a> {
     digest: Publisher<WorldDigest>,
     status: Publisher<RobotStatus>,
     server: ParameterServer,
+    locks: LocksPublisher,
     arming: Arming,
     pub(crate) start: Instant,
     looked_around: Instant,
+    sensed_nothing: Instant,
 }
 
 /// Steps that somebody waits for.
@@ -85,7 +90,7 @@ pub struct Step {
 /// If the network cannot be used, a start value of a parameter is wrong, or a reliable subscriber
 /// stops acknowledging.
 pub async fn run(options: NodeArguments) -> anyhow::Result<()> {
-    let session = Session::open(&options.session)?;
+    let session = Session::open_with(&options.session, &options.ros)?;
     let (heard, mut events) = unbounded_channel();
     let mut simulation = Simulation::new(&session, &options, heard)?;
     for note in &options.ros.notes {
@@ -93,7 +98,10 @@ pub async fn run(options: NodeArguments) -> anyhow::Result<()> {
     }
     let hosted = options.robots.len();
     simulation.node.say(Level::Info, &format!("{hosted} virtual robots ready"));
-    let ended = simulation.serve(&mut events).await;
+    let ended = tokio::select! {
+        ended = simulation.serve(&mut events) => ended,
+        ended = session.ended() => Err(ended.into()),
+    };
     drop(simulation);
     session.close().await;
     ended
@@ -130,6 +138,14 @@ fn step_response(left: u64, asked: u64) -> StepSimulationResponse {
     StepSimulationResponse { result }
 }
 
+fn e_stop_event(message: EStopMessage) -> robot::Event {
+    match message {
+        EStopMessage::Said { source, engaged } => robot::Event::EStop { source, engaged },
+        EStopMessage::Release(sources) => robot::Event::Release(sources),
+        EStopMessage::Locks { locks, .. } => robot::Event::LocksOfOthers(locks),
+    }
+}
+
 async fn until(due: Option<Instant>) {
     match due {
         Some(due) => tokio::time::sleep_until(due.into()).await,
@@ -145,10 +161,11 @@ impl<'a> Simulation<'a> {
     ) -> anyhow::Result<Self> {
         let node = session.node("/", NODE)?;
         let server = serve_parameters(session, options, &heard)?;
+        let gates = parameters::gates(&server);
         let robots = options
             .robots
             .iter()
-            .map(|name| VirtualRobot::new(session, name))
+            .map(|name| VirtualRobot::new(session, &node, (name, gates)))
             .collect::<anyhow::Result<Vec<_>>>()?;
         let (digest, status) = (topics::WORLD_DIGEST, topics::SIMULATOR_STATUS);
         // The receiver is gone only while the node shuts down.
@@ -172,10 +189,12 @@ impl<'a> Simulation<'a> {
             clock: ClockPublisher::new(session, &node)?,
             digest: session.publish_on(&node, digest.name, digest.qos)?,
             status: session.publish_on(&node, status.name, status.qos)?,
+            locks: LocksPublisher::new(session, &node)?,
             server,
             arming: Arming::Disarmed,
             start: Instant::now(),
             looked_around: Instant::now(),
+            sensed_nothing: Instant::now(),
             node,
         })
     }
@@ -195,11 +214,14 @@ impl<'a> Simulation<'a> {
                 _ = glance.tick() => {
                     self.all_robots(&robot::Event::Tick).await?;
                     self.look_around()?;
+                    self.sense_nothing().await?;
                     self.display.look_around(self.session).await;
                 }
                 () = until(due) => {}
             }
             self.look_at_gates().await?;
+            let locks = self.robots.iter().flat_map(|robot| robot.locks().0).collect();
+            self.locks.tell(Locks(locks)).await?;
         }
         Ok(())
     }
@@ -252,7 +274,7 @@ impl<'a> Simulation<'a> {
                     Ok(())
                 }
             },
-            Heard::EStop(engaged) => self.all_robots(&robot::Event::EStop(engaged)).await,
+            Heard::EStop(message) => self.all_robots(&e_stop_event(message)).await,
             Heard::Controller(index, status) => self.hear_controller((index, status), now).await,
             Heard::Command { robot, stamp_ns, twist } => {
                 self.command((robot, stamp_ns), &twist).await
@@ -283,7 +305,7 @@ impl<'a> Simulation<'a> {
         match wire::status(message) {
             Ok(status) => robot.on_event(robot::Event::Controller(status), now).await,
             Err(error) => {
-                robot.node.say(Level::Warn, &format!("refused: {error}"));
+                robot.warn(&format!("refused: {error}"));
                 Ok(())
             }
         }
@@ -305,58 +327,10 @@ impl<'a> Simulation<'a> {
         match wire::command(twist) {
             Ok(command) => self.advance(Event::Command { robot, stamp_ns, command }).await,
             Err(error) => {
-                self.robots[robot].node.say(Level::Warn, &format!("refused: {error}"));
+                self.robots[robot].warn(&format!("refused: {error}"));
                 Ok(())
             }
         }
-    }
-
-    /// Places the world that the parameters ask for; a run that is under way ends with it.
-    pub(crate) async fn place(&mut self) -> anyhow::Result<()> {
-        self.stage = None;
-        if let Some(Step { asked, reply }) = self.steps.take() {
-            reply.send(step_response(asked, asked));
-        }
-        self.stamp_ns = None;
-        (self.real, self.stand_in) = (RealRobots::default(), None);
-        match parameters::wanted(&self.server, &self.hosted) {
-            Ok(Some(wanted)) => {
-                let placed = wanted.placed;
-                for robot in &mut self.robots[..placed.n_robots] {
-                    robot.join(placed.time, Duration::from_nanos(placed.period_ns));
-                }
-                self.ears.follow_types(self.session, &self.robots, placed.time)?;
-                self.follow(&wanted.rows, Duration::from_nanos(placed.period_ns))?;
-                self.stage = Some(Stage::new(wanted));
-                self.display.wipe();
-                self.advance(Event::Placed(placed)).await
-            }
-            Ok(None) => {
-                self.display.wipe();
-                self.advance(Event::Removed).await
-            }
-            Err(error) => {
-                self.display.wipe();
-                self.node.say(Level::Error, &format!("no world is placed: {error}"));
-                self.advance(Event::NotPlaced { reason: error.to_string() }).await
-            }
-        }
-    }
-
-    /// Follows the real robots of a world.
-    fn follow(&mut self, rows: &Rows, period: Duration) -> anyhow::Result<()> {
-        let names: Vec<String> = rows.tracked.iter().map(|row| rows.names[*row].clone()).collect();
-        if !names.is_empty() {
-            let by = parameters::tracked_by(&self.server)?;
-            self.real = RealRobots::follow(self.session, &self.node, (&names, by), &self.to_me)?;
-            if by == TrackedBy::Pose {
-                let ours = (&self.hosted[..rows.ours.len()], period);
-                self.stand_in = Some(StandIn::new(self.session, &self.node, ours)?);
-            }
-            let text = format!("mixed fleet: {} are real and followed", names.join(", "));
-            self.node.say(Level::Info, &text);
-        }
-        Ok(())
     }
 
     /// Lets the machine take an event, and does what follows.
@@ -382,7 +356,7 @@ impl<'a> Simulation<'a> {
                     self.robots[robot].on_event(robot::Event::Command(command), now).await?;
                 }
                 Action::Refuse { robot, reason } => {
-                    self.robots[robot].node.say(Level::Warn, &format!("refused: {reason}"));
+                    self.robots[robot].warn(&format!("refused: {reason}"));
                 }
                 Action::Overrun { missed } => {
                     let text = format!("too slow for real time: {missed} periods left out so far");

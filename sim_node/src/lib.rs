@@ -22,9 +22,11 @@ mod steering;
 pub use parameters::NODE;
 
 use anyhow::Context;
-use rsrs_ros::logging::{self, Level};
 use rsrs_ros::node_arguments::{self, NodeArguments};
-use rsrs_ros::ros_args::Environment;
+use rsrs_ros::ros_args::{Environment, TopicRules};
+
+/// Its node, whose topics are found by name.
+const NODES: (&[&str], TopicRules) = (&[NODE], TopicRules::Refused);
 
 /// What the node says of itself.
 const HELP: &str = "\
@@ -49,9 +51,8 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
     if node_arguments::has_helped(arguments, HELP)? {
         return Ok(());
     }
-    let options = NodeArguments::parse(arguments, &Environment::of_this_process(), NODE)?;
-    let level = options.log_level.unwrap_or(Level::Info);
-    logging::init(level, std::env::var("RUST_LOG").ok().as_deref());
+    let options = NodeArguments::parse(arguments, &Environment::of_this_process(), NODES)?;
+    options.ros.start_logging(options.log_level);
     tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()

@@ -4,9 +4,10 @@ use rsrs_core::unicycle::Pose;
 use rsrs_fleet::experiment::Time as Pace;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease};
-use rsrs_msgs::std_msgs::{Bool, Header};
+use rsrs_msgs::std_msgs::Header;
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::session::{EndpointKind, NodeHandle, Session, Subscription};
+use rsrs_wire::e_stop::{EStopMessage, EStopSubscriptions};
 use tokio::sync::mpsc::UnboundedSender;
 
 use crate::robots::VirtualRobot;
@@ -17,7 +18,7 @@ pub enum Heard {
     /// A lease.
     Lease(RunLease),
     /// The e-stop.
-    EStop(bool),
+    EStop(EStopMessage),
     /// A status of the controller of a robot.
     Controller(usize, RobotStatus),
     /// A velocity command for a robot, and its stamp in nanoseconds, if it has one.
@@ -51,6 +52,7 @@ pub struct Ears {
     heard: UnboundedSender<Heard>,
     commands: Vec<Commands>,
     _others: Vec<Subscription>,
+    _e_stop: EStopSubscriptions,
 }
 
 /// The velocity commands of one robot. They have one of two types, and the middleware matches
@@ -76,10 +78,14 @@ impl Ears {
         let mut others = listen(session, node, &heard)?;
         let mut commands = Vec::new();
         for (index, robot) in robots.iter().enumerate() {
-            commands.push(listen_to_commands(session, (index, robot), topics::CMD_VEL, &heard)?);
+            let [stamped, _] = robot.command_topics();
+            commands.push(listen_to_commands(session, (index, robot), stamped, &heard)?);
             others.push(listen_to_controller(session, (index, robot), &heard)?);
         }
-        Ok(Self { heard, commands, _others: others })
+        let to_stop = heard.clone();
+        let e_stop = move |message| drop(to_stop.send(Heard::EStop(message)));
+        let e_stop = EStopSubscriptions::new(session, node, e_stop)?;
+        Ok(Self { heard, commands, _others: others, _e_stop: e_stop })
     }
 
     /// Listens to commands of the type that each robot's controller publishes: in real time, with
@@ -99,7 +105,8 @@ impl Ears {
             Pace::RealTime => session.endpoints(),
         };
         for (index, robot) in robots.iter().enumerate() {
-            let name = topics::CMD_VEL.for_robot(&robot.name);
+            let [stamped, unstamped] = robot.command_topics();
+            let name = stamped.for_robot(&robot.name);
             let is_published = |topic: Topic| {
                 endpoints.iter().any(|endpoint| {
                     endpoint.kind == EndpointKind::Writer
@@ -107,9 +114,8 @@ impl Ears {
                         && endpoint.type_name == topic.type_name
                 })
             };
-            let is_unstamped =
-                is_published(topics::CMD_VEL_UNSTAMPED) && !is_published(topics::CMD_VEL);
-            let wanted = if is_unstamped { topics::CMD_VEL_UNSTAMPED } else { topics::CMD_VEL };
+            let is_unstamped = is_published(unstamped) && !is_published(stamped);
+            let wanted = if is_unstamped { unstamped } else { stamped };
             if self.commands[index].topic != wanted {
                 self.commands[index] =
                     listen_to_commands(session, (index, robot), wanted, &self.heard)?;
@@ -126,15 +132,11 @@ fn listen(
     node: &NodeHandle,
     heard: &UnboundedSender<Heard>,
 ) -> anyhow::Result<Vec<Subscription>> {
-    let (to_lease, to_stop, to_recorded) = (heard.clone(), heard.clone(), heard.clone());
-    let (lease, e_stop, recorded) = (topics::LEASE, topics::E_STOP, topics::RECORDED);
+    let (to_lease, to_recorded) = (heard.clone(), heard.clone());
+    let (lease, recorded) = (topics::LEASE, topics::RECORDED);
     Ok(vec![
         session.subscribe(node, lease.name, lease.qos, move |sample| {
             drop(to_lease.send(Heard::Lease(sample.message)));
-        })?,
-        session.subscribe(node, e_stop.name, e_stop.qos, move |sample| {
-            let engaged: Bool = sample.message;
-            drop(to_stop.send(Heard::EStop(engaged.data)));
         })?,
         session.subscribe(node, recorded.name, recorded.qos, move |sample| {
             let recorded: Recorded = sample.message;
@@ -162,7 +164,8 @@ fn listen_to_commands(
     heard: &UnboundedSender<Heard>,
 ) -> anyhow::Result<Commands> {
     let (heard, name) = (heard.clone(), topic.for_robot(&robot.name));
-    let subscription = if topic == topics::CMD_VEL_UNSTAMPED {
+    let is_unstamped = topic.type_name == topics::CMD_VEL_UNSTAMPED.type_name;
+    let subscription = if is_unstamped {
         session.subscribe(&robot.node, &name, topic.qos, move |sample| {
             let twist: Twist = sample.message;
             drop(heard.send(Heard::Command { robot: index, stamp_ns: None, twist }));

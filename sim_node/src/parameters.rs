@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use rsrs_core::conditions::{Conditions, Impossible};
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::simulator::{Placed, placement_digest};
+use rsrs_fleet::simulator::{Gates, Placed, placement_digest};
 use rsrs_ros::parameters::{
     Descriptor, NodeParameters, ParameterKind, ParameterServer, ParameterValue,
 };
@@ -28,6 +28,7 @@ const STEPS: &str = "steps";
 const TIME: &str = "time";
 const ROBOTS: &str = "robots";
 const TRACKED_BY: &str = "tracked_by";
+const HARDWARE_ONLY: &str = "hardware_only";
 
 /// Where poses of real robots come from, as the parameter spells it.
 const TRACKERS: [(&str, TrackedBy); 2] = [("odom", TrackedBy::Odom), ("pose", TrackedBy::Pose)];
@@ -72,6 +73,9 @@ pub enum WorldError {
         /// A real robot.
         name: String,
     },
+    /// Robot nodes do not wait for the simulator's clock.
+    #[error("`{TIME}` is `lockstep` and `{HARDWARE_ONLY}` is true, expected `real_time`")]
+    HardwareLockstep,
     /// Poses come from nowhere else.
     #[error("`{TRACKED_BY}` is `{found}`, expected `odom` or `pose`")]
     TrackedBy {
@@ -151,6 +155,7 @@ pub fn declare(mut given: BTreeMap<String, ParameterValue>) -> Result<NodeParame
         (time, ParameterValue::String(TIMES[0].0.to_owned())),
         (robots, ParameterValue::StringArray(Vec::new())),
         (tracked_by, ParameterValue::String(TRACKERS[0].0.to_owned())),
+        (hardware_only(), ParameterValue::Bool(false)),
     ];
     for (descriptor, value) in &mut parameters {
         if let Some(start) = given.remove(&descriptor.name) {
@@ -160,6 +165,23 @@ pub fn declare(mut given: BTreeMap<String, ParameterValue>) -> Result<NodeParame
     match given.into_keys().next() {
         Some(name) => Err(WorldError::Unknown { name }),
         None => Ok(NodeParameters { namespace: "/".to_owned(), name: NODE.to_owned(), parameters }),
+    }
+}
+
+fn hardware_only() -> Descriptor {
+    let description = "Whether the robots are nodes of their own (`rsrs node robot --driver virtual`), and \
+                       this is only what their sensors and wheels are: set at the start.";
+    let mut descriptor = Descriptor::new(HARDWARE_ONLY, ParameterKind::Bool, description);
+    descriptor.read_only = true;
+    descriptor
+}
+
+/// Where the gates of the robots are.
+pub fn gates(server: &ParameterServer) -> Gates {
+    if server.get(FULL_NAME, HARDWARE_ONLY) == Some(ParameterValue::Bool(true)) {
+        Gates::Elsewhere
+    } else {
+        Gates::Here
     }
 }
 
@@ -228,7 +250,9 @@ pub fn wanted(server: &ParameterServer, hosted: &[String]) -> Result<Option<Want
         steps,
         period_ns: period_ns(&conditions),
         time,
+        gates: gates(server),
     };
+    check_gates(&placed)?;
     let world = World::new(&conditions, Seed { seed, replicate })?;
     Ok(Some(Wanted { world, placed, conditions, rows }))
 }
@@ -266,6 +290,13 @@ fn read_conditions(text: &str) -> Result<Conditions, WorldError> {
         serde_json::from_str(text).map_err(|source| WorldError::Unreadable { source })?;
     conditions.check()?;
     Ok(conditions)
+}
+
+fn check_gates(placed: &Placed) -> Result<(), WorldError> {
+    if placed.time == Time::Lockstep && placed.gates == Gates::Elsewhere {
+        return Err(WorldError::HardwareLockstep);
+    }
+    Ok(())
 }
 
 /// Real robots do not wait for each other.

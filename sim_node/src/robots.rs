@@ -4,39 +4,45 @@ use std::time::Duration;
 
 use rsrs_core::controller::Command;
 use rsrs_core::unicycle::Pose;
+use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::experiment::Time as Pace;
+use rsrs_fleet::message::RobotState;
 use rsrs_fleet::robot::{Event, Robot, RobotOptions};
-use rsrs_fleet::simulator::Gate;
+use rsrs_fleet::simulator::{Gate, Gates};
 use rsrs_fleet::timing::{COMMAND_AT_LEAST, LOCKSTEP_GRACE, command_timeout};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{self, Point, PoseWithCovariance, TwistWithCovariance};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::RobotStatus;
 use rsrs_msgs::std_msgs::{Bool, Header};
-use rsrs_msgs::topics;
+use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::clock::wall_time;
+use rsrs_ros::logging::Level;
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
 use rsrs_wire as wire;
 
 use crate::frames::{FRAME, base_link, rotation};
 
-/// Name of a robot's node in its namespace.
-const NODE: &str = "robot";
-
 /// One virtual robot.
 pub struct VirtualRobot {
     /// Its name.
     pub name: String,
-    /// Its node.
+    /// The simulator's node, to which its topics belong.
     pub node: NodeHandle,
     options: RobotOptions,
+    /// What stands between commands and the wheels; unused where that is elsewhere.
     gate: Robot,
-    /// What the e-stop said last, and when.
-    e_stop: Option<(bool, Duration)>,
+    gates: Gates,
+    /// What the gate of a robot node let through last, and when.
+    let_through: Option<(Command, Duration)>,
     detection: Publisher<Bool>,
     odom: Publisher<Odometry>,
-    status: Publisher<RobotStatus>,
+    /// The status of the gate, where it is here.
+    status: Option<Publisher<RobotStatus>>,
 }
+
+/// Wheels stop by themselves when their robot's node says nothing for so long.
+const WHEELS_TIMEOUT: Duration = Duration::from_millis(250);
 
 /// Where a robot is and what it does there, in one step.
 #[derive(Clone, Copy)]
@@ -53,20 +59,39 @@ impl VirtualRobot {
     /// # Errors
     ///
     /// If a topic cannot be made.
-    pub fn new(session: &Session, name: &str) -> anyhow::Result<Self> {
-        let node = session.node(&format!("/{name}"), NODE)?;
-        let (detection, odom, status) = (topics::DETECTION, topics::ODOM, topics::STATUS);
+    pub fn new(
+        session: &Session,
+        node: &NodeHandle,
+        (name, gates): (&str, Gates),
+    ) -> anyhow::Result<Self> {
+        let node = node.clone();
+        let (odom, status) = (topics::ODOM, topics::STATUS);
+        let detection = match gates {
+            Gates::Here => topics::DETECTION,
+            Gates::Elsewhere => topics::VIRTUAL_DETECTION,
+        };
         let options = options(name, Pace::Lockstep, Duration::ZERO);
         Ok(Self {
             name: name.to_owned(),
-            gate: new_gate(&options),
+            gate: counting(Robot::new(options.clone())).of_a_new_process(),
             options,
-            e_stop: None,
             detection: session.publish_on(&node, &detection.for_robot(name), detection.qos)?,
             odom: session.publish_on(&node, &odom.for_robot(name), odom.qos)?,
-            status: session.publish_on(&node, &status.for_robot(name), status.qos)?,
+            status: match gates {
+                Gates::Here => {
+                    Some(session.publish_on(&node, &status.for_robot(name), status.qos)?)
+                }
+                Gates::Elsewhere => None,
+            },
+            gates,
+            let_through: None,
             node,
         })
+    }
+
+    /// Logs a warning about it.
+    pub fn warn(&self, text: &str) {
+        self.node.say(Level::Warn, &format!("{}: {text}", self.name));
     }
 
     /// Becomes a robot of a world with this pace and period.
@@ -78,12 +103,8 @@ impl VirtualRobot {
         if options == self.options {
             return;
         }
-        self.gate = new_gate(&options);
+        self.gate = counting(self.gate.anew(options.clone()));
         self.options = options;
-        if let Some((engaged, heard)) = self.e_stop {
-            // A first status in the past is nobody's; the next is due within a beat.
-            drop(self.gate.on_event(Event::EStop(engaged), heard));
-        }
     }
 
     /// Lets the gate take an event, and publishes the status that follows, if one does.
@@ -92,18 +113,43 @@ impl VirtualRobot {
     ///
     /// If the status cannot be published.
     pub async fn on_event(&mut self, event: Event, now: Duration) -> anyhow::Result<()> {
-        if let Event::EStop(engaged) = event {
-            self.e_stop = Some((engaged, now));
-        }
+        let Some(publisher) = &self.status else {
+            if let Event::Command(command) = event {
+                self.let_through = Some((command, now));
+            }
+            return Ok(());
+        };
         if let Some(status) = self.gate.on_event(event, now) {
-            self.status.publish(wire::status_message(&status, wall_time())).await?;
+            publisher.publish(wire::status_message(&status, wall_time())).await?;
         }
         Ok(())
     }
 
+    /// Who has locked it by the e-stop.
+    pub fn locks(&self) -> Locks {
+        self.gate.locks()
+    }
+
     /// What the gate says now.
     pub fn gate(&self, now: Duration) -> Gate {
+        if self.gates == Gates::Elsewhere {
+            let fresh = self.let_through.filter(|(command, at)| {
+                *command != Command::STOP && now.saturating_sub(*at) <= WHEELS_TIMEOUT
+            });
+            return match fresh {
+                Some((drive, _)) => Gate { state: RobotState::Moving, drive },
+                None => Gate { state: RobotState::Idle, drive: Command::STOP },
+            };
+        }
         Gate { state: self.gate.state(now), drive: self.gate.drive(now) }
+    }
+
+    /// The two shapes of the commands that move it, stamped first.
+    pub fn command_topics(&self) -> [Topic; 2] {
+        match self.gates {
+            Gates::Here => [topics::CMD_VEL, topics::CMD_VEL_UNSTAMPED],
+            Gates::Elsewhere => [topics::HARDWARE_CMD_VEL, topics::HARDWARE_CMD_VEL_UNSTAMPED],
+        }
     }
 
     /// Publishes what the sensor reports in this step.
@@ -136,8 +182,8 @@ impl VirtualRobot {
     }
 }
 
-fn new_gate(options: &RobotOptions) -> Robot {
-    Robot::new(options.clone()).counting_from(wire::first_counter(wall_time()))
+fn counting(gate: Robot) -> Robot {
+    gate.counting_from(wire::first_counter(wall_time()))
 }
 
 /// A pose on the floor as a message.

@@ -56,7 +56,10 @@ pub fn offer(
         ends.offer("get_entities", Call::Entities)?,
         ends.offer("get_entities_states", Call::EntitiesStates)?,
         ends.offer("get_entity_state", Call::EntityState)?,
-        ends.offer("set_entity_state", Call::SetEntityState)?,
+        ends.offer_to_both::<wire::SetEntityStateRequest1, _, _>(
+            "set_entity_state",
+            Call::SetEntityState,
+        )?,
     ])
 }
 
@@ -67,7 +70,7 @@ struct Ends<'a, H> {
 }
 
 impl<H: Fn(Call) + Clone + Send + 'static> Ends<'_, H> {
-    fn offer<Q: RosMessage, R: RosMessage>(
+    fn offer<Q: RosMessage, R: RosMessage + Default>(
         &self,
         name: &str,
         call: impl Fn(Q, Reply<R>) -> Call + Send + 'static,
@@ -76,6 +79,21 @@ impl<H: Fn(Call) + Clone + Send + 'static> Ends<'_, H> {
         Ok(services::offer(self.session, self.node, name, move |request, reply| {
             heard(call(request, reply));
         })?)
+    }
+
+    fn offer_to_both<Older, Q, R>(
+        &self,
+        name: &str,
+        call: impl Fn(Q, Reply<R>) -> Call + Send + 'static,
+    ) -> anyhow::Result<Service>
+    where
+        Older: RosMessage,
+        Q: RosMessage + From<Older>,
+        R: RosMessage + Default,
+    {
+        let heard = self.heard.clone();
+        let deliver = move |request, reply| heard(call(request, reply));
+        Ok(services::offer_to_both::<Older, Q, R>(self.session, self.node, name, deliver)?)
     }
 }
 

@@ -1,9 +1,9 @@
 //! Labels by people, beside those of the judge.
 
+use super::{place, read};
 use crate::command::{code, json, rsrs, stderr, stdout};
 use crate::floor::{Part, Run};
 use crate::laboratory::{SPEEDS, swept};
-use crate::{place, read};
 
 #[test]
 fn a_label_by_hand_is_added_and_never_changes_what_is_there() {

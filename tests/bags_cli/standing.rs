@@ -13,9 +13,9 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::Topic;
 use rsrs_msgs::{RosMessage, cdr, topics};
 
+use super::place;
 use crate::cells::flockbot;
 use crate::command::{code, json, rsrs, stderr};
-use crate::place;
 
 const PERIOD_NS: u64 = 130_000_000;
 /// While a sensor settles, it says what is not to be counted.
@@ -25,7 +25,7 @@ const N_SETTLING: u64 = 4;
 fn record(neighbour: Option<(f64, f64)>) -> ExperimentRecord {
     let profile = flockbot();
     let values = vec![(Axis::Speed, 0.0), (Axis::TurnRate, 0.0), (Axis::Robots, 1.0)];
-    let settings = Settings { values, walls: Walls::None };
+    let settings = Settings { values, walls: Walls::None, placement: None };
     let mut conditions = Conditions::resolve(&profile, &settings).expect("it may stand");
     if let Some((distance_m, bearing_rad)) = neighbour {
         conditions.placement = Placement::Pair { distance_m, bearing_rad };

@@ -19,10 +19,10 @@ use rsrs_msgs::{cdr, std_msgs::Bool};
 use rsrs_ros::session::{Publisher, Session, Subscription};
 use serde_json::Value;
 
+use super::{PATIENCE, manifest, wait_for, write};
 use crate::processes::{Process, rsrs};
 use crate::support::{in_own_network, session};
 use crate::terminal::Terminal;
-use crate::{PATIENCE, manifest, wait_for, write};
 
 const ROBOTS: [&str; 3] = ["robot_1", "robot_2", "robot_3"];
 const EXPERIMENTS: [&str; 3] = ["001_short", "002_short", "003_short"];
@@ -169,7 +169,7 @@ fn tracked(body: &Body) -> PoseStamped {
 
 /// A folder with a campaign of three short runs of robots that have base drivers.
 fn laboratory() -> tempfile::TempDir {
-    let place = crate::place();
+    let place = super::place();
     let mut fleet = "fileversion: 1\nall: {cmd_vel: twist_stamped, pose: pose}\nrobot_types:\n  \
         flockbot: {profile: ../profiles/flockbot.yaml, driver: {kind: ros}}\nrobots:\n"
         .to_owned();
@@ -264,7 +264,8 @@ impl Console {
 
 #[test]
 fn a_campaign_of_a_fleet_is_placed_interrupted_and_gone_on_with_to_its_end() {
-    let name = "fleet::a_campaign_of_a_fleet_is_placed_interrupted_and_gone_on_with_to_its_end";
+    let name =
+        "campaign::fleet::a_campaign_of_a_fleet_is_placed_interrupted_and_gone_on_with_to_its_end";
     in_own_network(name, async || {
         let session = session();
         let hardware = Hardware::new(&session);

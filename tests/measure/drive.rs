@@ -1,10 +1,10 @@
 //! A virtual fleet, measured over DDS.
 
 use std::path::Path;
-use std::process::Output;
+use std::process::{Command, Output};
 
-use super::command::{code, json, repository, rsrs, stderr, stdout};
 use super::{number, read, trials, write};
+use crate::command::{code, json, repository, rsrs, stderr, stdout};
 
 /// One trial of one virtual robot; the command goes into a network of its own.
 fn drive(folder: &Path, robot: &str, rest: &[&str]) -> Output {
@@ -230,6 +230,40 @@ fn a_detection_trial_that_cannot_be_is_refused_before_anything_is_placed() {
     assert!(stderr(&table).contains(expected), "{}", stderr(&table));
     assert!(stderr(&other).contains("speed.csv:1: the header is"), "{}", stderr(&other));
     assert!(read(place.path(), "near.csv").contains("robot_1,0.3,0,70,\n"), "nothing was measured");
+}
+
+#[test]
+fn a_full_disk_loses_no_row_of_a_table() {
+    let place = trials();
+    let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");
+    // A disk that is as good as full, in a namespace of its own.
+    let script = "set -e; mkdir disk; mount -t tmpfs -o size=16k tmpfs disk
+        cp before.csv disk/speed.csv; dd if=/dev/zero of=disk/filler bs=1k 2> /dev/null || true
+        code=0
+        \"$0\" measure drive \"$1\" --robot robot_1 --speed 0.1 --duration 3 -o bag \\
+            --table disk/speed.csv 2> said || code=$?
+        cp disk/speed.csv after.csv; ls -A disk > left; exit $code";
+    let header = "robot,commanded_m_s,distance_m,duration_s,lateral_m,heading_change_rad";
+    write(
+        place.path(),
+        "before.csv",
+        format!("{header}\n{}", "robot_2,0.1,1.02,10,,\n".repeat(40)),
+    );
+
+    let output = Command::new("unshare")
+        .args(["--map-root-user", "--mount", "--", "sh", "-c", script])
+        .args([env!("CARGO_BIN_EXE_rsrs"), fleet.to_str().expect("the path is UTF-8")])
+        .current_dir(place.path())
+        .output()
+        .expect("unshare is there");
+
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    assert_eq!(read(place.path(), "after.csv"), read(place.path(), "before.csv"));
+    assert_eq!(read(place.path(), "left"), "filler\nspeed.csv\n");
+    let said = read(place.path(), "said");
+    assert!(said.contains("the row of this trial is not in the table: `robot_1,0.1,"), "{said}");
+    assert!(said.contains("speed.csv; it is as it was"), "{said}");
+    assert!(said.contains("No space left on device"), "{said}");
 }
 
 #[test]

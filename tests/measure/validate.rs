@@ -7,8 +7,8 @@ use std::process::Output;
 use rsrs_core::controller::Command;
 use rsrs_core::unicycle::{ActuationGain, Pose, step};
 
-use super::command::{code, json, repository, rsrs, stderr, stdout};
 use super::{number, read, write};
+use crate::command::{code, json, repository, rsrs, stderr, stdout};
 
 /// What is different about some robots.
 struct Robots {

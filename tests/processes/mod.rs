@@ -9,7 +9,9 @@ use rsrs_ros::confine;
 /// The program under test.
 pub fn rsrs() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rsrs"));
-    for variable in ["RSRS_INTERFACE", "ROS_AUTOMATIC_DISCOVERY_RANGE", "RUST_LOG"] {
+    for variable in
+        ["RSRS_INTERFACE", "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY", "RUST_LOG"]
+    {
         command.env_remove(variable);
     }
     command.env("ROS_DOMAIN_ID", "42");

@@ -1,6 +1,6 @@
 //! Sweeps that several machines share.
 
-use super::work::{Place, bytes, code, contents, stderr};
+use crate::work::{Place, bytes, code, contents, stderr};
 
 /// A sweep of eight blocks, done whole and in two shards.
 fn shared() -> Place {
@@ -80,5 +80,20 @@ fn what_is_missing_damaged_or_of_another_sweep_is_not_merged() {
     assert!(different.contains("shards of different sweeps: seed is 8 there"), "{different}");
     assert!(torn.contains("of this sweep 2048 runs are missing in odd, even"), "{torn}");
     assert_eq!(bytes(&block), damaged, "the shard is not touched");
+    assert!(!place.path("merged").exists());
+}
+
+#[test]
+fn a_shard_that_is_named_twice_is_said_so() {
+    let place = shared();
+
+    let twice = refusal(&place, &["merge", "odd", "odd", "-o", "merged"]);
+    let disguised = refusal(&place, &["merge", "odd", "./even/../odd", "-o", "merged"]);
+
+    assert!(twice.starts_with("error: odd is given twice\nhelp: name every shard once"), "{twice}");
+    assert!(
+        disguised.starts_with("error: odd and ./even/../odd are the same folder"),
+        "{disguised}"
+    );
     assert!(!place.path("merged").exists());
 }

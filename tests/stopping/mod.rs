@@ -2,16 +2,18 @@
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use rsrs_bags::Bag;
 use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_fleet::record::{Backend, ENDING, Ending, EndingKind};
-use rsrs_msgs::rsrs::RobotStatus;
+use rsrs_msgs::geometry_msgs::TwistStamped;
+use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
-use rsrs_ros::session::{NodeHandle, Session, Subscription};
+use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::fleet::{ROBOTS, experiment, node, signal};
@@ -246,7 +248,8 @@ async fn stop_and_release() {
     ] {
         assert!(errors.contains(expected), "no `{expected}` in:\n{errors}");
     }
-    let expected = Ending { kind: EndingKind::Aborted, reason: "e-stop".to_owned() };
+    let expected =
+        Ending { kind: EndingKind::Aborted, reason: "e-stop".to_owned(), lost: Vec::new() };
     assert_eq!(ending_of(&floor.bag("bag")), expected);
     // Whoever engaged it has left long ago, and still they stand.
     tokio::time::sleep(Duration::from_secs(1)).await;
@@ -338,4 +341,101 @@ fn a_stop_with_nobody_there_says_so() {
         assert_eq!((code, table.trim()), (Some(3), "no robot found"));
         assert!(errors.contains("is this their interface, and their ROS_DOMAIN_ID?"), "{errors}");
     });
+}
+
+/// Says on the e-stop topic, ten times a second, whether it is engaged.
+async fn say_all_the_time(publisher: &Publisher<Bool>, engaged: &AtomicBool) {
+    let mut beat = tokio::time::interval(Duration::from_millis(100));
+    loop {
+        beat.tick().await;
+        let data = engaged.load(Ordering::Relaxed);
+        publisher.publish(Bool { data }).await.expect("a healthy network");
+    }
+}
+
+/// Names robots that no network has, and more than anybody follows.
+async fn say_nonsense(publisher: &Publisher<RunLease>) {
+    let mut beat = tokio::time::interval(Duration::from_millis(100));
+    let names = ["", "no robot", "a/b", "x__y"].map(str::to_owned);
+    loop {
+        beat.tick().await;
+        let lease = RunLease { robots: names.to_vec(), ..RunLease::default() };
+        publisher.publish(lease).await.expect("a healthy network");
+    }
+}
+
+#[test]
+fn nobody_undoes_the_stop_of_another_and_a_release_names_who_still_holds() {
+    in_own_network(
+        "stopping::nobody_undoes_the_stop_of_another_and_a_release_names_who_still_holds",
+        two_sources,
+    );
+}
+
+async fn two_sources() {
+    let mut floor = Floor::new(&ROBOTS).await;
+    let session = session();
+    let node = session.node("/panel", "button").expect("the name is allowed");
+    let topic = topics::E_STOP;
+    let button = session.publish_on(&node, topic.name, topic.qos).expect("it is allowed");
+    let topic = topics::LEASE;
+    let nonsense = session.publish_on(&node, topic.name, topic.qos).expect("it is allowed");
+    let engaged = AtomicBool::new(false);
+    let others = async {
+        tokio::join!(say_all_the_time(&button, &engaged), say_nonsense(&nonsense));
+    };
+    tokio::select! {
+        () = others => {}
+        () = stop_among_others(&mut floor, &engaged) => {}
+    }
+    drop((button, nonsense));
+    session.close().await;
+    floor.close().await;
+}
+
+async fn stop_among_others(floor: &mut Floor, engaged: &AtomicBool) {
+    let (code, table, errors) = stop(&[]).await;
+    assert_eq!(code, Some(0), "{table}\n{errors}");
+    assert_eq!(table.matches("stopped: e-stop").count(), 9, "{table}");
+    // The button goes on saying `false`.
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    floor.watch.update();
+    assert!(floor.watch.all_hold(), "{:?}", floor.watch.robots);
+
+    engaged.store(true, Ordering::Relaxed);
+    let (code, table, errors) = stop(&["--release"]).await;
+    assert_eq!(code, Some(3), "{table}\n{errors}");
+    assert!(errors.contains("still held by /panel/button"), "{errors}");
+    floor.watch.update();
+    assert!(floor.watch.all_hold(), "{:?}", floor.watch.robots);
+
+    engaged.store(false, Ordering::Relaxed);
+    let (code, table, errors) = stop(&["--release"]).await;
+    assert_eq!(code, Some(0), "{table}\n{errors}");
+}
+
+#[test]
+fn a_stranger_who_steers_a_robot_ends_the_run_and_is_named() {
+    in_own_network("stopping::a_stranger_who_steers_a_robot_ends_the_run_and_is_named", stranger);
+}
+
+async fn stranger() {
+    let mut floor = Floor::new(&ROBOTS).await;
+    let run = floor.start_run("bag");
+    floor.wait_until_all_move().await;
+
+    let session = session();
+    let node = session.node("/", "teleop").expect("the name is allowed");
+    let topic = topics::CMD_VEL;
+    let teleop: Publisher<TwistStamped> =
+        session.publish_on(&node, &topic.for_robot("robot_3"), topic.qos).expect("it is allowed");
+    let (code, _, errors) = ended(run).await;
+    drop(teleop);
+    session.close().await;
+
+    assert_eq!(code, Some(1), "{errors}");
+    let expected = "run aborted: a second publisher of /robot_3/cmd_vel: node /teleop";
+    assert!(errors.contains(expected), "{errors}");
+    assert_eq!(ending_of(&floor.bag("bag")).kind, EndingKind::Aborted);
+    floor.close().await;
 }

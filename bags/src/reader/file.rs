@@ -8,7 +8,8 @@ use std::path::PathBuf;
 use mcap::records;
 use mcap::{Channel, McapError, McapResult};
 
-use super::scan::{Scan, compressions};
+use super::checksums::{Checksums, Fault, Part};
+use super::scan::Scan;
 use super::source::{Source, check_header, open};
 use super::table::Table;
 use super::{Attachment, Damage, TopicInfo};
@@ -35,7 +36,10 @@ pub struct BagFile {
     pub compressions: BTreeSet<String>,
     /// Whether rosbag2 compressed it as a whole.
     pub is_compressed: bool,
+    /// Where its data are not as they were written.
     pub damage: Option<Damage>,
+    /// What is wrong with its summary section, if its data are whole.
+    pub summary_fault: Option<String>,
 }
 
 impl BagFile {
@@ -43,8 +47,11 @@ impl BagFile {
     pub fn open(path: PathBuf) -> Result<Self, BagError> {
         let mut source = Source::open(&path)?;
         let library = check_header(&mut source, &path)?;
-        let mut file = open(&path)?;
         let io = |source| BagError::Io { action: "read", path: path.clone(), source };
+        let whole = Source::open(&path)?;
+        let options = whole.options().map_err(io)?;
+        let checksums = Checksums::of(whole, options).map_err(io)?;
+        let mut file = open(&path)?;
         let mut opened = Self {
             n_bytes: file.metadata().map_err(io)?.len(),
             path,
@@ -58,18 +65,21 @@ impl BagFile {
             compressions: BTreeSet::new(),
             is_compressed: source.is_compressed(),
             damage: None,
+            summary_fault: None,
         };
-        // A table of contents that does not read is as good as none: reading the file through finds
-        // out what is wrong with it.
-        let table = if opened.is_compressed { None } else { usable_table(&mut file) };
-        match table {
-            Some(found) => opened.by_table(found),
-            None => opened.by_reading()?,
+        // A summary section that does not read is as good as none.
+        let is_readable = !opened.is_compressed && !checksums.summary.is_damaged();
+        let table = if is_readable { Table::read(&mut file) } else { None };
+        let is_sound = checksums.data == Part::Sound && checksums.summary == Part::Sound;
+        let usable = table.as_ref().filter(|_| is_sound).and_then(|table| usable(&mut file, table));
+        match (table, usable) {
+            (Some(table), Some(outside)) => opened.by_table(table, outside),
+            (table, _) => opened.by_reading(table, checksums)?,
         }
         Ok(opened)
     }
 
-    fn by_table(&mut self, UsableTable { table, attachments, metadata }: UsableTable) {
+    fn by_table(&mut self, table: Table, (attachments, metadata): Outside) {
         let stats = table.stats.as_ref();
         let counts = stats.map(|stats| &stats.channel_message_counts);
         for (id, channel) in &table.channels {
@@ -85,31 +95,50 @@ impl BagFile {
         self.table = Some(table);
     }
 
-    fn by_reading(&mut self) -> Result<(), BagError> {
+    /// Reads through everything, as what has no checksum must show by itself that it is whole.
+    fn by_reading(&mut self, table: Option<Table>, checksums: Checksums) -> Result<(), BagError> {
+        let io = |source| BagError::Io { action: "read", path: self.path.clone(), source };
         let source = Source::open(&self.path)?;
-        let options = source.options().map_err(|source| BagError::Io {
-            action: "read",
-            path: self.path.clone(),
-            source,
-        })?;
+        let options = source.options().map_err(io)?;
         let mut scan = Scan::default();
-        self.damage = scan.run(source, options).err().map(|error| Damage {
+        let found = scan.run(source, options).map_err(io)?;
+        let miscounted = table.as_ref().filter(|table| !scan.counts_are_of(table));
+        let fault = match (found, checksums.data) {
+            (Some(fault), _) | (None, Part::Damaged(fault)) => Some(fault),
+            (None, Part::WithoutChecksum) if miscounted.is_some() => Some(Fault {
+                at_byte: self.n_bytes,
+                reason: "its messages are not as many as its summary section counts".to_owned(),
+                is_end: false,
+            }),
+            (None, Part::Sound | Part::WithoutChecksum) => None,
+        };
+        let table = table.filter(|table| {
+            fault.is_none() && lists_all_messages(table) && scan.agrees_with(table)
+        });
+        self.damage = fault.map(|fault| Damage {
             path: self.path.clone(),
             n_messages: scan.counts.values().sum(),
             last_log_time_ns: scan.bounds_ns.map(|(_, last_ns)| last_ns),
-            reason: error.to_string(),
+            at_byte: fault.at_byte,
+            is_end: fault.is_end,
+            reason: fault.reason,
         });
+        self.summary_fault = match checksums.summary {
+            Part::Damaged(fault) if self.damage.is_none() => Some(fault.reason),
+            _ => None,
+        };
         for (id, count) in &scan.counts {
             if let Some(channel) = scan.channels.get(*id) {
                 self.add_channel(&channel, *count);
             }
         }
         self.bounds_ns = scan.bounds_ns;
-        if !self.is_compressed {
-            self.compressions = compressions(open(&self.path)?);
-        }
+        self.compressions = scan.compressions;
         self.attachments = scan.attachments;
         self.metadata = scan.metadata;
+        // Which channels a chunk has is told by its content alone where no checksum vouches for the
+        // index.
+        self.table = table.map(Table::without_channel_lists);
         Ok(())
     }
 
@@ -143,24 +172,18 @@ impl From<mcap::Attachment<'_>> for Attachment {
     }
 }
 
-/// A table of contents that leads to everything, with what is not in chunks.
-struct UsableTable {
-    table: Table,
-    attachments: Vec<Attachment>,
-    metadata: Vec<records::Metadata>,
+/// What is not in chunks.
+type Outside = (Vec<Attachment>, Vec<records::Metadata>);
+
+/// What is not in chunks, if the table of contents leads to everything.
+fn usable(file: &mut File, table: &Table) -> Option<Outside> {
+    if !lists_all_messages(table) {
+        return None;
+    }
+    outside_chunks(file, table).ok()
 }
 
-/// The file's table of contents; `None` if there is none, or one that leads astray.
-fn usable_table(file: &mut File) -> Option<UsableTable> {
-    let table = Table::read(file).filter(lists_all_messages)?;
-    let (attachments, metadata) = outside_chunks(file, &table).ok()?;
-    Some(UsableTable { table, attachments, metadata })
-}
-
-fn outside_chunks(
-    file: &mut File,
-    table: &Table,
-) -> McapResult<(Vec<Attachment>, Vec<records::Metadata>)> {
+fn outside_chunks(file: &mut File, table: &Table) -> McapResult<Outside> {
     let n_bytes = file.metadata()?.len();
     let mut attachments = Vec::new();
     for index in &table.attachment_indexes {
@@ -183,7 +206,8 @@ fn lists_all_messages(table: &Table) -> bool {
         let chunks_agree = stats.chunk_count as usize == table.chunks.len();
         let indexes_agree = stats.attachment_count as usize == table.attachment_indexes.len()
             && stats.metadata_count as usize == table.metadata_indexes.len();
-        let channels_agree = stats.channel_count as usize == table.channels.len();
+        // Some writers count channels with messages alone.
+        let channels_agree = stats.channel_count as usize <= table.channels.len();
         let has_chunks = stats.chunk_count > 0 || stats.message_count == 0;
         chunks_agree && indexes_agree && channels_agree && has_chunks
     })

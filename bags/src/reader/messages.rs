@@ -29,35 +29,6 @@ pub struct BagMessage {
     pub bytes: Vec<u8>,
 }
 
-/// A message that was gone to, in the memory of the reader.
-pub struct Heard<'a> {
-    /// The number of its topic and type, the same for all messages with this pair in one reading.
-    pub number: usize,
-    /// The full name of its topic.
-    pub topic: &'a Arc<str>,
-    /// Its type.
-    pub type_name: &'a Arc<str>,
-    /// When it was received, in nanoseconds.
-    pub log_time_ns: u64,
-    publish_time_ns: u64,
-    sequence: u32,
-    /// As recorded.
-    pub bytes: &'a [u8],
-}
-
-impl Heard<'_> {
-    fn to_message(&self) -> BagMessage {
-        BagMessage {
-            topic: self.topic.clone(),
-            type_name: self.type_name.clone(),
-            log_time_ns: self.log_time_ns,
-            publish_time_ns: self.publish_time_ns,
-            sequence: self.sequence,
-            bytes: self.bytes.to_vec(),
-        }
-    }
-}
-
 /// The messages of a bag; see [`super::Bag::messages`].
 pub struct Messages<'a> {
     files: std::slice::Iter<'a, BagFile>,
@@ -71,12 +42,8 @@ impl<'a> Messages<'a> {
         Self { files: files.iter(), topics, current: None, known: Vec::new() }
     }
 
-    /// Goes to the next message, without copying it: [`Messages::heard`] gives it.
-    ///
-    /// # Returns
-    ///
-    /// `None` at the end.
-    pub(crate) fn advance(&mut self) -> Option<Result<(), BagError>> {
+    /// Goes to the next message; `None` at the end.
+    fn advance(&mut self) -> Option<Result<(), BagError>> {
         loop {
             let Some(current) = &mut self.current else {
                 match OpenFile::new(self.files.next()?, self.topics.as_ref()) {
@@ -102,22 +69,17 @@ impl<'a> Messages<'a> {
     }
 
     /// The message that was gone to.
-    ///
-    /// # Panics
-    ///
-    /// If [`Messages::advance`] has not just gone to one.
-    pub(crate) fn heard(&self) -> Heard<'_> {
+    fn message(&self) -> BagMessage {
         let current = self.current.as_ref().expect("a message was gone to");
         let (topic, type_name) = &self.known[current.number];
-        let (header, bytes) = current.heard();
-        Heard {
-            number: current.number,
-            topic,
-            type_name,
+        let (header, bytes) = current.message();
+        BagMessage {
+            topic: topic.clone(),
+            type_name: type_name.clone(),
             log_time_ns: header.log_time,
             publish_time_ns: header.publish_time,
             sequence: header.sequence,
-            bytes,
+            bytes: bytes.to_vec(),
         }
     }
 }
@@ -127,7 +89,7 @@ impl Iterator for Messages<'_> {
 
     fn next(&mut self) -> Option<Self::Item> {
         match self.advance()? {
-            Ok(()) => Some(Ok(self.heard().to_message())),
+            Ok(()) => Some(Ok(self.message())),
             Err(error) => Some(Err(error)),
         }
     }
@@ -144,6 +106,8 @@ struct OpenFile<'a> {
     /// That message, if it was compressed by itself.
     unpacked: Option<Vec<u8>>,
     n_messages: u64,
+    /// How many there are; `None` for a file that is damaged.
+    n_expected: Option<u64>,
     last_log_time_ns: Option<u64>,
 }
 
@@ -180,8 +144,17 @@ impl<'a> OpenFile<'a> {
                 Source::Indexed(Box::new(indexed))
             }
         };
-        let (numbers, number, unpacked) = (Vec::new(), 0, None);
-        Ok(Self { file, source, numbers, number, unpacked, n_messages: 0, last_log_time_ns: None })
+        let n_all = file.topics.iter().map(|topic| topic.n_messages).sum();
+        Ok(Self {
+            file,
+            source,
+            numbers: Vec::new(),
+            number: 0,
+            unpacked: None,
+            n_messages: 0,
+            n_expected: file.damage.is_none().then_some(n_all),
+            last_log_time_ns: None,
+        })
     }
 
     fn advance(&mut self, known: &mut Vec<(Arc<str>, Arc<str>)>) -> Result<bool, BagError> {
@@ -208,6 +181,8 @@ impl<'a> OpenFile<'a> {
                 }
                 None
             }
+            // What follows a whole file's last message need not read.
+            Source::Linear { .. } if Some(self.n_messages) == self.n_expected => return Ok(None),
             Source::Linear { reader, heard } => {
                 let Some(read) = reader.next().transpose()? else { return Ok(None) };
                 let header = MessageHeader {
@@ -220,7 +195,7 @@ impl<'a> OpenFile<'a> {
                 Some(read.channel)
             }
         };
-        let (header, bytes) = self.heard();
+        let (header, bytes) = self.message();
         let (id, sequence, log_time_ns) = (header.channel_id, header.sequence, header.log_time);
         let unpacked =
             if bytes.starts_with(&ZSTD_MAGIC) { Some(plain(bytes.to_vec())?) } else { None };
@@ -243,7 +218,7 @@ impl<'a> OpenFile<'a> {
     }
 
     /// The message that was gone to.
-    fn heard(&self) -> (MessageHeader, &[u8]) {
+    fn message(&self) -> (MessageHeader, &[u8]) {
         let (header, bytes) = match &self.source {
             Source::Indexed(reader) => reader.heard(),
             Source::Linear { heard: (header, bytes), .. } => (*header, &**bytes),

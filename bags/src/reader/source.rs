@@ -152,7 +152,8 @@ pub fn check_header(source: &mut Source, path: &Path) -> Result<String, BagError
         return Err(incomplete(McapError::UnexpectedEof));
     }
     match mcap::parse_record(opcode, &body).map_err(incomplete)? {
-        Record::Header(header) if header.profile == "ros2" => Ok(header.library),
+        // Some writers leave it out.
+        Record::Header(header) if ["ros2", ""].contains(&&*header.profile) => Ok(header.library),
         Record::Header(header) => Err(BagError::Profile { path, found: header.profile }),
         _ => Err(BagError::NotMcap { path }),
     }

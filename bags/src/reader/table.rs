@@ -69,6 +69,12 @@ impl Table {
         read(file).ok().flatten()
     }
 
+    /// The same, with every channel to be looked for in every chunk.
+    pub fn without_channel_lists(mut self) -> Self {
+        self.channel_lists.iter_mut().for_each(Vec::clear);
+        self
+    }
+
     /// The same without the places of chunks.
     pub fn without_chunks(self) -> Self {
         Self { chunks: Vec::new(), channel_lists: Vec::new(), ..self }

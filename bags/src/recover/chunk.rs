@@ -30,7 +30,9 @@ pub struct Chunk<'a> {
 impl Chunk<'_> {
     /// Its content as the file has it.
     pub fn content(&self) -> &[u8] {
-        &self.body[self.head.n_head_bytes.min(self.body.len())..]
+        let from = self.head.n_head_bytes.min(self.body.len());
+        let n_bytes = usize::try_from(self.head.compressed_size).unwrap_or(usize::MAX);
+        &self.body[from..from.saturating_add(n_bytes).min(self.body.len())]
     }
 
     /// The longest content that is believed, in bytes.
@@ -73,7 +75,8 @@ impl Chunk<'_> {
         let length = (self.head.n_head_bytes as u64).saturating_add(self.head.compressed_size);
         let mut head = vec![op::CHUNK];
         head.extend(length.to_le_bytes());
-        let mut source = Cursor::new(head).chain(self.body);
+        let whole = self.head.n_head_bytes.saturating_add(self.content().len());
+        let mut source = Cursor::new(head).chain(&self.body[..whole.min(self.body.len())]);
         let mut reader = LinearReader::new_with_options(options);
         while let Some(event) = reader.next_event() {
             match event? {
@@ -82,7 +85,7 @@ impl Chunk<'_> {
                     reader.notify_read(n_read);
                 }
                 LinearReadEvent::Record { data, opcode } => {
-                    if frame::is_sound(opcode, data) {
+                    if frame::is_readable(opcode, data) {
                         take(mcap::parse_record(opcode, data)?)?;
                     }
                 }
@@ -123,7 +126,7 @@ fn record_at(content: &[u8], at: usize) -> Option<(Record<'_>, usize)> {
     let end = start.checked_add(usize::try_from(length).ok()?)?;
     let body = content.get(start..end)?;
     if !frame::may_be_in_chunks(opcode)
-        || !frame::is_sound(opcode, body)
+        || !frame::is_readable(opcode, body)
         || is_half_written(&content[..end], end, content)
     {
         return None;

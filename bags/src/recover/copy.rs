@@ -85,7 +85,7 @@ impl Copier {
             let body = content.get(start..end)?;
             match opcode {
                 op::MESSAGE => self.note(at, body)?,
-                op::SCHEMA | op::CHANNEL if frame::is_sound(opcode, body) => {
+                op::SCHEMA | op::CHANNEL if frame::is_readable(opcode, body) => {
                     definitions.push(mcap::parse_record(opcode, body).ok()?.into_owned());
                 }
                 _ => return None,

@@ -80,6 +80,12 @@ impl ChunkHead {
         self.compressed_size.checked_add(self.n_head_bytes as u64) == Some(length)
     }
 
+    /// Whether the record holds the chunk; MCAP allows more bytes behind it.
+    pub fn is_within(&self, length: u64) -> bool {
+        let end = self.compressed_size.checked_add(self.n_head_bytes as u64);
+        end.is_some_and(|end| end <= length)
+    }
+
     /// Whether there is a content: a head out of zeros is none.
     pub fn is_filled(&self) -> bool {
         self.compressed_size > 0 && self.uncompressed_size > 0
@@ -93,21 +99,31 @@ impl ChunkHead {
 
 /// Whether a record other than a chunk is sound as far as its lengths tell.
 pub fn is_sound(opcode: u8, body: &[u8]) -> bool {
+    fields_of(opcode, body).is_some_and(|n_behind| n_behind == 0)
+}
+
+/// Whether a record other than a chunk has all of its fields; MCAP allows more bytes behind them.
+pub fn is_readable(opcode: u8, body: &[u8]) -> bool {
+    fields_of(opcode, body).is_some()
+}
+
+/// How many bytes stand behind the fields of a record; `None` if not all of these are there.
+fn fields_of(opcode: u8, body: &[u8]) -> Option<usize> {
     let mut fields = Fields(body);
     let read = match opcode {
         op::HEADER => fields.text().and_then(|_| fields.text()).map(|_| ()),
         op::FOOTER => fields.skip(20),
         op::SCHEMA => fields.schema(),
         op::CHANNEL => fields.channel(),
-        op::MESSAGE => return body.len() >= MESSAGE_HEAD_BYTES,
+        op::MESSAGE => return (body.len() >= MESSAGE_HEAD_BYTES).then_some(0),
         op::MESSAGE_INDEX => fields.message_index(),
         op::ATTACHMENT => fields.attachment(),
         op::METADATA => fields.text().and_then(|_| fields.sized()).map(|_| ()),
         op::DATA_END => fields.skip(4),
         // The rest stands behind the data, where nothing is to be saved.
-        _ => return mcap::parse_record(opcode, body).is_ok(),
+        _ => return mcap::parse_record(opcode, body).is_ok().then_some(0),
     };
-    read.is_some() && fields.0.is_empty()
+    read.map(|()| fields.0.len())
 }
 
 /// Whether the data of a message starts as ROS 2 writes it, or is compressed by rosbag2.

@@ -48,6 +48,19 @@ pub struct Loss {
     pub bounds_ns: Option<(u64, u64)>,
 }
 
+impl Loss {
+    /// Whether recording may have gone on behind it.
+    pub fn is_of_the_end(&self) -> bool {
+        matches!(self.kind, LossKind::EndOfFile | LossKind::EndOfChunk | LossKind::File)
+    }
+}
+
+/// Whether everything that was recorded was saved.
+pub fn is_complete(losses: &[Loss], lost: &LostMessages) -> bool {
+    let is_recorded = |loss: &Loss| loss.kind != LossKind::TableOfContents;
+    lost.is_exact && lost.total() == 0 && !losses.iter().any(is_recorded)
+}
+
 /// Messages that could not be saved.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct LostMessages {

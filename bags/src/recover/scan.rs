@@ -122,6 +122,18 @@ impl Scan<'_> {
         Ok(())
     }
 
+    /// Whether a record is what it says. Behind damage nothing may be left over in it; before, the
+    /// record before it has led here, and MCAP allows bytes behind the fields of a record.
+    fn is_record(&self, opcode: u8, body: &[u8]) -> bool {
+        frame::is_sound(opcode, body)
+            || (self.found.losses.is_empty() && frame::is_readable(opcode, body))
+    }
+
+    /// The same for a chunk.
+    fn is_chunk(&self, head: &ChunkHead, length: u64) -> bool {
+        head.fits(length) || (self.found.losses.is_empty() && head.is_within(length))
+    }
+
     /// Looks at what starts here, and reads it.
     fn frame(&mut self) -> io::Result<Frame> {
         let start = self.bytes.read(self.at, HEAD_BYTES + frame::MAX_CHUNK_HEAD_BYTES)?;
@@ -138,7 +150,7 @@ impl Scan<'_> {
         let is_expected = frame::is_known(opcode);
         if opcode == op::CHUNK {
             return match chunk_head {
-                Some(head) if head.fits(length) && length <= available => {
+                Some(head) if length <= available && self.is_chunk(&head, length) => {
                     let body = self.bytes.read(body_at, to_usize(length))?;
                     Ok(Frame::Record { opcode, body })
                 }
@@ -159,7 +171,7 @@ impl Scan<'_> {
             return Ok(Frame::Broken);
         }
         let body = self.bytes.read(body_at, to_usize(length))?;
-        if !frame::is_sound(opcode, &body) {
+        if !self.is_record(opcode, &body) {
             return Ok(Frame::Broken);
         }
         if opcode == op::MESSAGE && !is_followed && self.is_message_broken(body_at + length)? {

@@ -7,8 +7,9 @@ use mcap::records::{self, AttachmentHeader, MessageHeader, Record};
 
 use super::chunk::Chunk;
 use super::copy::{Copier, schema_of};
-use super::loss::Loss;
+use super::loss::{Loss, LostMessages, is_complete};
 use super::parts::Schema;
+use super::recovery;
 use super::target::{PackedChunk, Target};
 use crate::metadata::{self, FileInformation, Information};
 use crate::reader::{Table, ZSTD_MAGIC, plain};
@@ -235,21 +236,36 @@ impl Sink {
         self.target()?.metadata(&record.name, &record.metadata)
     }
 
+    /// Messages in the new bag so far, by topic.
+    pub fn n_messages_of_topic(&self) -> BTreeMap<String, u64> {
+        let Some(target) = &self.target else { return BTreeMap::new() };
+        let mut of_topic: BTreeMap<String, u64> = BTreeMap::new();
+        for (id, (_, known)) in &target.definitions().channels {
+            *of_topic.entry(known.topic.clone()).or_default() +=
+                target.counts.get(id).copied().unwrap_or(0);
+        }
+        of_topic
+    }
+
     /// Writes into the new bag, if there is one, what is missing in it.
-    pub fn describe(&mut self, name: &str, losses: &[Loss]) -> Result<(), BagError> {
+    pub fn describe(&mut self, losses: &[Loss], lost: &LostMessages) -> Result<(), BagError> {
         let Some(target) = &mut self.target else { return Ok(()) };
         let n_bytes: u64 = losses.iter().map(|loss| loss.n_bytes).sum();
         let mut pairs = BTreeMap::from([
             ("n_losses".to_owned(), losses.len().to_string()),
             ("n_bytes_lost".to_owned(), n_bytes.to_string()),
+            (recovery::IS_COMPLETE.to_owned(), is_complete(losses, lost).to_string()),
+            (recovery::N_MESSAGES_LOST.to_owned(), lost.total().to_string()),
+            (recovery::IS_EXACT.to_owned(), lost.is_exact.to_string()),
+            (recovery::LACKS_END.to_owned(), losses.iter().any(Loss::is_of_the_end).to_string()),
         ]);
         for (index, loss) in losses.iter().take(MAX_DESCRIBED).enumerate() {
             let file = loss.path.file_name().unwrap_or_default().to_string_lossy();
             let Loss { at_byte, n_bytes, reason, .. } = loss;
             let text = format!("{file}: {n_bytes} bytes at {at_byte}: {reason}");
-            pairs.insert(format!("loss_{index}"), text);
+            pairs.insert(format!("{}{index}", recovery::LOSS), text);
         }
-        target.metadata(name, &pairs)
+        target.metadata(recovery::RECORD, &pairs)
     }
 
     /// Closes the new bag.
@@ -258,17 +274,13 @@ impl Sink {
     ///
     /// `None` if there was nothing to put into it.
     pub fn finish(self) -> Result<Option<BagSummary>, BagError> {
+        let n_messages_of_topic = self.n_messages_of_topic();
         let Some(mut target) = self.target else { return Ok(None) };
         target.close_chunk()?;
         let counted = target.definitions().channels.iter();
         let topics: Vec<_> = counted
             .map(|(id, (_, known))| known.with_count(target.counts.get(id).copied().unwrap_or(0)))
             .collect();
-        let mut n_messages_of_topic: BTreeMap<String, u64> = BTreeMap::new();
-        for topic in &topics {
-            let name = topic.topic_metadata.name.clone();
-            *n_messages_of_topic.entry(name).or_default() += topic.message_count;
-        }
         let n_messages = n_messages_of_topic.values().sum();
         let (file, bounds_ns) = (target.path().to_owned(), target.bounds_ns);
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();

@@ -10,7 +10,7 @@ use super::rows::Rows;
 use super::{Keep, TrajectoryError};
 
 /// Fewer commands than this do not show how regular they are.
-pub const MIN_COMMANDS: usize = 10;
+const MIN_COMMANDS: usize = 10;
 
 /// Poses and commands are of one rate if their periods differ by less than one in so many.
 const SAME_RATE: u64 = 4;
@@ -62,18 +62,14 @@ pub fn period_ns(robots: &[RecordedRobot], recorded_ns: u64) -> u64 {
     let (low_ns, middle_ns, high_ns) = (at_percent(5), at_percent(50), at_percent(95));
     let is_regular = low_ns > middle_ns * 2 / 3 && high_ns < middle_ns * 3 / 2;
     // Poses that are rarer than commands are no reason to invent more of them.
-    if is_regular && is_rarer(middle_ns, recorded_ns) { middle_ns } else { recorded_ns }
-}
-
-/// Whether commands with this distance are of a lower rate than poses with that one.
-pub fn is_rarer(commands_ns: u64, poses_ns: u64) -> bool {
-    commands_ns > poses_ns + poses_ns / SAME_RATE
+    let is_rarer = middle_ns > recorded_ns + recorded_ns / SAME_RATE;
+    if is_regular && is_rarer { middle_ns } else { recorded_ns }
 }
 
 /// Which poses of each robot stand side by side with those of all others.
 ///
 /// The edge of the window may fall between the robots of one sample, so the first and the last
-/// sample are dropped where a robot lacks them; a bag that breaks off may lack more at its end.
+/// sample are dropped where a robot lacks them.
 ///
 /// # Returns
 ///
@@ -147,7 +143,7 @@ fn comes_or_leaves(collected: &Collected, period_ns: u64) -> bool {
     let most_ns = most_step_ns(period_ns);
     robots.iter().any(|robot| {
         let late = first_ns(robot) - earliest_ns > most_ns;
-        late || (latest_ns - last_ns(robot) > most_ns && !collected.breaks_off)
+        late || latest_ns - last_ns(robot) > most_ns
     })
 }
 

@@ -13,7 +13,7 @@ use super::finding::Finding;
 use super::pose::{self, PoseSample, RawPose};
 use super::transforms::Tree;
 use super::{PoseSource, TrajectoryError, TrajectoryOptions};
-use crate::{Bag, BagError, BagMessage, TopicInfo};
+use crate::{Bag, BagMessage, TopicInfo};
 
 /// Transforms that never change; heard once, and true from the beginning.
 const TF_STATIC: &str = "/tf_static";
@@ -36,6 +36,8 @@ pub struct LeaseSample {
     pub log_ns: u64,
     /// Whether it let the robots move.
     pub running: bool,
+    /// Of which run it is, by its place among them.
+    pub run: usize,
 }
 
 /// What one pass over the bag found.
@@ -43,12 +45,12 @@ pub struct LeaseSample {
 pub struct Collected {
     /// All robots that have poses; `robot_2` before `robot_10`.
     pub robots: Vec<RecordedRobot>,
-    /// The lease, in the order of the bag; `None` if there is no such topic.
+    /// The leases of the run, in the order of the bag; `None` if there is no such topic.
     pub lease: Option<Vec<LeaseSample>>,
     /// Where the poses came from.
     pub poses: PoseSource,
-    /// Whether the bag ends before the run did, perhaps.
-    pub breaks_off: bool,
+    /// The last log time in the bag, in nanoseconds.
+    pub end_ns: u64,
     /// What was passed over.
     pub findings: Vec<Finding>,
 }
@@ -59,7 +61,9 @@ struct Found {
     poses: BTreeMap<String, Vec<PoseSample>>,
     commands: BTreeMap<String, Vec<CommandSample>>,
     lease: Vec<LeaseSample>,
-    /// The robots that the lease names.
+    /// The runs that leases are of, by id, with the robots that they let move.
+    runs: Vec<(String, BTreeSet<String>)>,
+    /// The robots that the lease of the run names.
     members: BTreeSet<String>,
     /// The most poses in one message without names.
     n_unnamed: usize,
@@ -77,6 +81,9 @@ const MOST_ROOM: u64 = 4_000_000;
 /// Reads the bag once.
 pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, TrajectoryError> {
     let topics = bag.topics();
+    if let Some(damage) = bag.damage().into_iter().next() {
+        return Err(TrajectoryError::Damaged(damage));
+    }
     if bag.n_messages() == 0 {
         return Err(TrajectoryError::NoMessages { n_topics: topics.len() });
     }
@@ -91,13 +98,9 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
         found.tree = fixed(bag, &topics)?;
     }
     for message in bag.messages_on(wanted.iter().map(|topic| topic.name.as_str())) {
-        match message {
-            Ok(message) => found.take(source, &message)?,
-            // The bag says where it breaks off; what came before is as good as ever.
-            Err(BagError::Incomplete { .. }) => {}
-            Err(error) => return Err(error.into()),
-        }
+        found.take(source, &message?)?;
     }
+    found.keep_one_run(options.run_id.as_deref());
 
     if found.poses.is_empty() {
         let silent = topics.iter().filter(|topic| has_poses(&topics, topic, source));
@@ -116,16 +119,13 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
         robots,
         lease: has_lease.then_some(found.lease),
         poses: source,
-        breaks_off: !bag.damage().is_empty(),
+        end_ns: bag.files().iter().filter_map(|file| Some(file.bounds_ns?.1)).max().unwrap_or(0),
         findings,
     })
 }
 
 /// The source that was asked for, or the first that is there.
-pub fn choose(
-    topics: &[TopicInfo],
-    asked: Option<PoseSource>,
-) -> Result<PoseSource, TrajectoryError> {
+fn choose(topics: &[TopicInfo], asked: Option<PoseSource>) -> Result<PoseSource, TrajectoryError> {
     let is_there =
         |source: &PoseSource| topics.iter().any(|topic| has_poses(topics, topic, *source));
     let candidates = asked.map_or(PoseSource::ALL.to_vec(), |source| vec![source]);
@@ -156,7 +156,7 @@ fn has_commands(topic: &TopicInfo) -> bool {
 }
 
 /// The topics with poses, commands and the lease; each must have one type.
-pub fn wanted_topics(
+fn wanted_topics(
     topics: &[TopicInfo],
     source: PoseSource,
 ) -> Result<Vec<&TopicInfo>, TrajectoryError> {
@@ -205,9 +205,14 @@ impl Found {
         if topic == topics::LEASE.name {
             let lease = decode::<RunLease>(message)?;
             let running = lease.state == RunLease::RUNNING;
-            self.lease.push(LeaseSample { log_ns, running });
+            let run = self.runs.iter().position(|(run_id, _)| *run_id == lease.run_id);
+            let run = run.unwrap_or_else(|| {
+                self.runs.push((lease.run_id, BTreeSet::new()));
+                self.runs.len() - 1
+            });
+            self.lease.push(LeaseSample { log_ns, running, run });
             if running {
-                self.members.extend(lease.robots);
+                self.runs[run].1.extend(lease.robots);
             }
         } else if let Some(robot) = pose::robot_before(topic, topics::CMD_VEL.name) {
             let command = if &*message.type_name == Twist::TYPE_NAME {
@@ -224,6 +229,15 @@ impl Found {
             }
         }
         Ok(())
+    }
+
+    /// Forgets the leases of other runs, who may be anybody in the same network.
+    fn keep_one_run(&mut self, run_id: Option<&str>) {
+        let named = self.runs.iter().position(|(known, _)| Some(known.as_str()) == run_id);
+        let first = || self.lease.iter().find(|sample| sample.running).map(|sample| sample.run);
+        let Some(run) = named.or_else(first) else { return };
+        self.lease.retain(|sample| sample.run == run);
+        self.members = std::mem::take(&mut self.runs[run].1);
     }
 
     fn take_pose(
@@ -367,25 +381,15 @@ impl Found {
 /// # Errors
 ///
 /// If the bag cannot be read there, or a message is none.
-pub fn fixed(bag: &Bag, topics: &[TopicInfo]) -> Result<Tree, TrajectoryError> {
+fn fixed(bag: &Bag, topics: &[TopicInfo]) -> Result<Tree, TrajectoryError> {
     let is_fixed =
         |topic: &&TopicInfo| topic.name == TF_STATIC && topic.type_name == TFMessage::TYPE_NAME;
     let names = topics.iter().filter(is_fixed).map(|topic| topic.name.as_str());
     let mut tree = Tree::default();
     for message in bag.messages_on(names) {
-        match message {
-            Ok(message) => drop(tree.take(decode(&message)?)),
-            Err(BagError::Incomplete { .. }) => {}
-            Err(error) => return Err(error.into()),
-        }
+        drop(tree.take(decode(&message?)?));
     }
     Ok(tree)
-}
-
-/// The robots that were told something.
-pub fn commanded(topics: &[TopicInfo]) -> Vec<String> {
-    let told = topics.iter().filter(|topic| has_commands(topic) && topic.n_messages > 0);
-    told.filter_map(|topic| pose::robot_before(&topic.name, topics::CMD_VEL.name)).collect()
 }
 
 fn decode<M: RosMessage>(message: &BagMessage) -> Result<M, TrajectoryError> {

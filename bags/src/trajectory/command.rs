@@ -65,10 +65,26 @@ impl CommandSample {
         self.stamp.map(Stamp::ns)
     }
 
+    /// Sets its clock back by so much, in nanoseconds.
+    pub fn set_back(&mut self, by_ns: i128) {
+        let shifted = |stamp: Stamp| Stamp::of(set_back(stamp.ns(), by_ns));
+        self.stamp = self.stamp.and_then(shifted);
+    }
+
+    /// Forgets its stamp, so that its log time counts.
+    pub fn without_stamp(&mut self) {
+        self.stamp = None;
+    }
+
     /// Whether the robot was to do anything.
     pub fn moves(&self) -> bool {
         self.command != Command::STOP
     }
+}
+
+/// A time by a clock that was set back by so much, in nanoseconds.
+pub fn set_back(time_ns: u64, by_ns: i128) -> u64 {
+    u64::try_from((i128::from(time_ns) - by_ns).max(0)).unwrap_or(u64::MAX)
 }
 
 /// The command that answered each pose.

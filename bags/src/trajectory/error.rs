@@ -1,6 +1,6 @@
 //! Why a bag gives no trajectory.
 
-use crate::BagError;
+use crate::{BagError, Damage};
 
 use super::PoseSource;
 
@@ -11,6 +11,9 @@ pub enum TrajectoryError {
     /// The bag itself does not read.
     #[error("cannot read the bag")]
     Bag(#[from] BagError),
+    /// The bag is not as it was written, or breaks off.
+    #[error("{}", damaged(.0))]
+    Damaged(Damage),
     /// No topic of the bag has poses.
     #[error("the bag has no poses: {} among its topics: {}", wanted(*.asked), list(.topics))]
     NoPoses {
@@ -210,6 +213,41 @@ pub enum TrajectoryError {
         /// Last pose of the robot that left last, in seconds.
         expected_last_s: f64,
     },
+    /// A robot's poses end before the run does.
+    #[error(
+        "robot {robot} has no pose after {last_s:.1} s of {end_s:.1} s: a run is judged by its end"
+    )]
+    EndsEarly {
+        /// The robot.
+        robot: String,
+        /// Its last pose, in seconds since the start of the run.
+        last_s: f64,
+        /// The end of the run, in seconds since its start.
+        end_s: f64,
+    },
+    /// Robots start where no two bodies have room.
+    #[error(
+        "robots {} start on one spot, ({x_m:.2} m, {y_m:.2} m): each has poses in a frame of its own?",
+        list(.robots)
+    )]
+    OneSpot {
+        /// The robots.
+        robots: Vec<String>,
+        /// Where, in metres.
+        x_m: f64,
+        /// Where, in metres.
+        y_m: f64,
+    },
+    /// The stamps of a robot's poses come from a clock that was set, or is of another rate.
+    #[error(
+        "the stamps of robot {robot} move by {by_s:.3} s against those of the others during the run"
+    )]
+    Clocks {
+        /// The robot.
+        robot: String,
+        /// How much, in seconds.
+        by_s: f64,
+    },
     /// A robot's poses are between those of the others.
     #[error(
         "robot {robot} has a pose at {time_s:.3} s where {reference} has one at {expected_s:.3} s, more than half a period apart"
@@ -246,7 +284,17 @@ impl TrajectoryError {
             Self::TooClose { .. } => {
                 "give every robot a name of its own, and one source of poses, and record the run again"
             }
-            Self::ClockBackwards { .. } => {
+            Self::Damaged(_) => {
+                "save what can be saved with `rsrs bag recover BAG`, and read the bag that it writes"
+            }
+            Self::EndsEarly { .. } => {
+                "judge the run by eye: `rsrs label BAG --as PHASE --by WHO`, or run it again"
+            }
+            Self::OneSpot { .. } => {
+                "poses must be in one frame: record those of a tracker, or the transforms from one \
+                 `map` to each robot's odometry on /tf and /tf_static, and take them with `--poses`"
+            }
+            Self::ClockBackwards { .. } | Self::Clocks { .. } => {
                 "a clock was set during the run: keep clocks with chrony, and record the run again; or \
                  judge it by eye: `rsrs label BAG --as PHASE --by WHO`"
             }
@@ -290,4 +338,17 @@ fn wanted(asked: Option<PoseSource>) -> &'static str {
 /// Names one after the other; none is said, too.
 fn list(names: &[String]) -> String {
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
+/// Where a bag is not as it was written.
+fn damaged(damage: &Damage) -> String {
+    let Damage { path, n_messages, last_log_time_ns, at_byte, is_end, reason } = damage;
+    let what = if *is_end { "breaks off" } else { "is damaged" };
+    let last = last_log_time_ns.map_or_else(String::new, |time_ns| {
+        format!(", the last one at {:.1} s of log time", time_ns as f64 / 1e9)
+    });
+    let path = path.display();
+    format!(
+        "{path} {what} at byte {at_byte} ({reason}); {n_messages} messages came before it{last}"
+    )
 }

@@ -53,6 +53,13 @@ pub enum Finding {
         /// How much earlier, in seconds.
         by_s: f64,
     },
+    /// Stamps came from several clocks; all were put on that of the recorder.
+    Clocks {
+        /// The least of them was so far ahead of the recorder's clock, in seconds.
+        least_s: f64,
+        /// The most of them was so far ahead of it, in seconds.
+        most_s: f64,
+    },
     /// Something has poses and is no robot of this run.
     Ignored {
         /// Its name.
@@ -83,6 +90,11 @@ impl fmt::Display for Finding {
             Self::EarlyEnd { robot, by_s } => {
                 write!(formatter, "{robot}: last pose {by_s:.2} s before the others")
             }
+            Self::Clocks { least_s, most_s } => write!(
+                formatter,
+                "stamps of several clocks, {least_s:+.3} s to {most_s:+.3} s off the recorder's: \
+                 aligned by log time"
+            ),
             Self::Ignored { name } => write!(formatter, "{name}: no robot of this run, ignored"),
         }
     }

@@ -158,25 +158,6 @@ fn exchange(robots: &mut [RecordedRobot], reaches: &[Reach], jumps: &[Jump]) -> 
     Some(Finding::Swap { robots: names, time_s: jumps[0].stamp_ns as f64 / 1e9 })
 }
 
-/// How fast a robot came from one pose to the next, in metres per second; 0 within the noise.
-pub fn beyond_noise_m_s(from: &PoseSample, to: &PoseSample) -> f64 {
-    let (dx_m, dy_m) = (to.pose.x_m - from.pose.x_m, to.pose.y_m - from.pose.y_m);
-    // Most steps are short, and squares are enough to see it.
-    if dx_m * dx_m + dy_m * dy_m < 0.9 * MIN_JUMP_M * MIN_JUMP_M {
-        return 0.0;
-    }
-    let way_m = distance_m(from, to);
-    if way_m <= MIN_JUMP_M { 0.0 } else { way_m / seconds_between(from, to) }
-}
-
-/// Whether a robot that was told no more than this can have been so fast, whatever its other poses
-/// say: [`mend`] would leave it as it is.
-///
-/// The last bits are left to [`mend`].
-pub fn is_allowed_m_s(fastest_m_s: f64, told_m_s: f64) -> bool {
-    fastest_m_s * (1.0 + 1e-9) <= SPEED_FACTOR * told_m_s
-}
-
 fn refusal(robot: &RecordedRobot, reach: &Reach, jump: Jump) -> TrajectoryError {
     let (from, to) = (&robot.poses[jump.sample - 1], &robot.poses[jump.sample]);
     TrajectoryError::Jump {

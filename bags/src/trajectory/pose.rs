@@ -114,11 +114,6 @@ pub fn of_transforms(message: TFMessage) -> Vec<RawPose> {
 }
 
 impl RawPose {
-    /// A pose of nobody in particular.
-    pub fn nameless(stamp: Time, position: Vector3, orientation: Quaternion) -> Self {
-        Self { robot: String::new(), frame: String::new(), stamp, position, orientation }
-    }
-
     /// The pose on the floor.
     ///
     /// # Errors

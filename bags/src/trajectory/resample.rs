@@ -38,21 +38,19 @@ pub struct Times {
     pub recorded_ns: u64,
     /// The period of the trajectory, in nanoseconds.
     pub period_ns: u64,
-    /// Whether the bag ends before the run did.
-    pub breaks_off: bool,
 }
 
 /// How completely a robot was seen, in nanoseconds.
 #[derive(Clone, Copy)]
-pub struct Seen<'a> {
+struct Seen<'a> {
     /// The robot.
-    pub robot: &'a str,
+    robot: &'a str,
     /// Its first and its last pose.
-    pub span_ns: (u64, u64),
+    span_ns: (u64, u64),
     /// The longest time without a pose.
-    pub longest_ns: u64,
+    longest_ns: u64,
     /// The time that lacks poses.
-    pub missing_ns: u64,
+    missing_ns: u64,
 }
 
 /// Interpolates the robots' poses to one grid of times.
@@ -122,7 +120,7 @@ fn see(robot: &RecordedRobot, recorded_ns: u64) -> Result<Seen<'_>, TrajectoryEr
 /// # Errors
 ///
 /// [`TrajectoryError::TooManyMissing`] and [`TrajectoryError::Span`].
-pub fn check(
+fn check(
     seen: &[Seen],
     times: Times,
     findings: &mut Vec<Finding>,
@@ -165,7 +163,7 @@ fn common_span(
     let most_ns = (all_ns / MAX_TRIMMED).min(MAX_TRIMMED_NS).max(usual_ns);
     for Seen { robot, span_ns: (first_ns, last_ns), .. } in seen {
         let late_ns = first_ns - earliest_ns;
-        let early_ns = if times.breaks_off { 0 } else { latest_ns - last_ns };
+        let early_ns = latest_ns - last_ns;
         let robot = || (*robot).to_owned();
         if late_ns > most_ns || early_ns > most_ns || start_ns >= end_ns {
             return Err(TrajectoryError::Span {
@@ -187,7 +185,7 @@ fn common_span(
 }
 
 /// The pose at a time between a robot's first and last one.
-pub fn pose_at(poses: &[PoseSample], time_ns: u64) -> PoseSample {
+fn pose_at(poses: &[PoseSample], time_ns: u64) -> PoseSample {
     let after = poses.partition_point(|pose| pose.stamp_ns < time_ns).min(poses.len() - 1);
     let (before, next) = (poses[after.saturating_sub(1)], poses[after]);
     let step_ns = next.stamp_ns - before.stamp_ns;

@@ -1,7 +1,8 @@
 //! When the swarm was running.
 
 use super::TrajectoryError;
-use super::collect::{Collected, LeaseSample};
+use super::collect::{Collected, LeaseSample, RecordedRobot};
+use super::resample::most_gap_ns;
 
 /// By what the running time was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +47,7 @@ pub fn running_window(
 ) -> Result<RunningWindow, TrajectoryError> {
     if let Some(lease) = &collected.lease {
         let (start_ns, end_ns) = longest_running(lease).ok_or(TrajectoryError::NeverRunning)?;
+        let end_ns = end_ns.min(collected.end_ns);
         return Ok(RunningWindow { start_ns, end_ns, source: WindowSource::Lease });
     }
     let moving = || {
@@ -63,15 +65,38 @@ pub fn running_window(
 
 /// Keeps the poses of the running time.
 ///
+/// # Arguments
+///
+/// * `recorded_ns` — the median distance of poses, in nanoseconds.
+///
 /// # Errors
 ///
-/// [`TrajectoryError::TooFewPoses`] if a robot has less than two.
-pub fn cut(collected: &mut Collected, window: &RunningWindow) -> Result<(), TrajectoryError> {
+/// [`TrajectoryError::TooFewPoses`] if a robot has less than two, and [`TrajectoryError::EndsEarly`] if
+/// its poses end before the running time does: what it did then is not known, and the judge looks at
+/// the end.
+pub fn cut(
+    collected: &mut Collected,
+    window: &RunningWindow,
+    recorded_ns: u64,
+) -> Result<(), TrajectoryError> {
     for robot in &mut collected.robots {
         robot.poses.retain(|pose| window.contains(pose.log_ns));
         if robot.poses.len() < 2 {
             let (robot, n_samples) = (robot.name.clone(), robot.poses.len());
             return Err(TrajectoryError::TooFewPoses { robot, n_samples });
+        }
+    }
+    let since_start_s = |log_ns: u64| log_ns.saturating_sub(window.start_ns) as f64 / 1e9;
+    let last_ns = |robot: &RecordedRobot| robot.poses[robot.poses.len() - 1].log_ns;
+    let first_to_end = collected.robots.iter().min_by_key(|robot| last_ns(robot));
+    if let Some(robot) = first_to_end {
+        let last_ns = last_ns(robot);
+        if window.end_ns.saturating_sub(last_ns) > most_gap_ns(recorded_ns) {
+            return Err(TrajectoryError::EndsEarly {
+                robot: robot.name.clone(),
+                last_s: since_start_s(last_ns),
+                end_s: since_start_s(window.end_ns),
+            });
         }
     }
     Ok(())
@@ -100,7 +125,7 @@ mod tests {
     use super::*;
 
     fn lease(states: &[(u64, bool)]) -> Vec<LeaseSample> {
-        states.iter().map(|&(log_ns, running)| LeaseSample { log_ns, running }).collect()
+        states.iter().map(|&(log_ns, running)| LeaseSample { log_ns, running, run: 0 }).collect()
     }
 
     #[test]

@@ -9,6 +9,7 @@ use rsrs_core::circumstances::Circumstances;
 use rsrs_core::diagram::PhaseDiagram;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord};
+use rsrs_sim::sweep::confirmation_seed;
 
 use crate::failure::{help_of, in_one_line, with_help};
 use crate::recorded_run;
@@ -98,6 +99,10 @@ struct Entrance<'a> {
     diagram: &'a PhaseDiagram,
     /// What each cell stands for, in the order of the diagram.
     circumstances: Vec<Circumstances>,
+    /// Digests of the worlds that were simulated, in the order of the diagram.
+    worlds: Vec<u64>,
+    /// Seed of the sweep.
+    seed: u64,
     /// The value of each capability that the sweep has one value of.
     capabilities: Vec<(Axis, f64)>,
 }
@@ -117,6 +122,8 @@ impl<'a> Entrance<'a> {
         Ok(Self {
             diagram,
             circumstances: circumstances.collect(),
+            worlds: cells.iter().map(|(_, conditions)| conditions.digest()).collect(),
+            seed: result.source.sweep.seed,
             capabilities: capabilities.collect::<anyhow::Result<_>>()?,
         })
     }
@@ -127,8 +134,8 @@ impl<'a> Entrance<'a> {
         let record = recorded_run::record_in(&bag)?.with_context(|| {
             format!("{name}: holds no record of its experiment, so nobody knows what was run")
         })?;
-        if let Some(damage) = recorded_run::break_in(&bag) {
-            bail!("{name}: {damage}, so the run was not recorded to its end");
+        if let Some(lack) = recorded_run::lack_in(&bag) {
+            bail!("{name}: {lack}, so nobody knows what the whole run was");
         }
         if record.backend == Backend::Mixed {
             bail!("{name}: some of its robots were simulated, so it says nothing of reality");
@@ -138,7 +145,32 @@ impl<'a> Entrance<'a> {
         let run = record.circumstances();
         let cell = self.diagram.locate(&self.cell(&run)).with_context(|| name.to_string())?;
         self.circumstances[cell].admit(&run).with_context(|| name.to_string())?;
+        self.refuse_own(path, (&record, cell))?;
         Ok(Admitted { bag: path.to_path_buf(), cell, record, ending })
+    }
+
+    /// Refuses a replicate of the sweep itself: a prediction that is held against itself always holds.
+    fn refuse_own(
+        &self,
+        path: &Path,
+        (record, cell): (&ExperimentRecord, usize),
+    ) -> anyhow::Result<()> {
+        let is_its_world =
+            record.backend == Backend::Simulator && record.conditions.digest() == self.worlds[cell];
+        let seeds = [self.seed, confirmation_seed(self.seed)];
+        if !(is_its_world && seeds.contains(&record.seed)) {
+            return Ok(());
+        }
+        Err(with_help(
+            format!(
+                "{}: is a replicate of the sweep itself, with its robots and its seed, {}, so it says \
+                 nothing of reality",
+                path.display(),
+                record.seed
+            ),
+            "compare runs of the robots; where a simulator stands in for them, it moves the robots as \
+             measured, and has a seed of its own (`--seed`)",
+        ))
     }
 
     /// The values of a run on the swept axes.

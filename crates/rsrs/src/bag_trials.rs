@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use rsrs_bags::Bag;
-use rsrs_bags::trajectory::{RecordedTrajectory, TrajectoryOptions, read_trajectory};
+use rsrs_bags::trajectory::{Keep, RecordedTrajectory, read_trajectory};
 use rsrs_core::conditions::Placement;
 use rsrs_core::controller::{Command, ControllerParameters};
 use rsrs_core::trial::{DetectionTrial, DrivenSample, DrivenTrial, Neighbour, PeriodTrial, Trials};
@@ -59,7 +59,9 @@ pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
     if let Some(standing) = standing(&bag)? {
         return Ok(BagTrials { standing: Some(standing), ..BagTrials::default() });
     }
-    let recorded = read_trajectory(&bag, &TrajectoryOptions::default()).map_err(|error| {
+    let record = recorded_run::record_in(&bag)?;
+    let options = recorded_run::trajectory_options(record.as_ref(), None, Keep::All);
+    let recorded = read_trajectory(&bag, &options).map_err(|error| {
         let (message, help) = (format!("{}: {error}", path.display()), error.help());
         explained(error, message, help)
     })?;
@@ -85,7 +87,9 @@ fn standing(bag: &Bag) -> anyhow::Result<Option<Standing>> {
     };
     let neighbour = match record.conditions.placement {
         Placement::Pair { distance_m, bearing_rad } => Some(Neighbour { distance_m, bearing_rad }),
-        Placement::DiscFacingOut { .. } => None,
+        Placement::DiscFacingOut { .. }
+        | Placement::BoxFacingOut { .. }
+        | Placement::Given { .. } => None,
     };
     let readings = sensor_readings::count(bag.path(), robot, None)?;
     Ok(Some(Standing { robot: robot.clone(), neighbour, readings }))

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use rsrs_core::axis::Cell;
-use rsrs_core::choice::{AsMeasured, AtCircliness, Choice, REGION_B_S_LOW, rank};
+use rsrs_core::choice::{AsMeasured, AtCircliness, Candidate, Choice, rank};
 use rsrs_core::comparison::Share;
 use rsrs_core::diagram::DiagramCell;
 use rsrs_core::order::Evidence;
@@ -17,16 +17,17 @@ use crate::progress::watched;
 use crate::result_folder;
 use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;
+use crate::wording::counted;
 
-/// Fresh runs that confirm the winner where nothing else is asked for.
+/// Fresh runs that confirm a candidate, in each world, where nothing else is asked for.
 pub const CONFIRM: u64 = 1000;
 
 /// How to choose.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
-    /// Fresh runs that confirm the winner; at least 1.
+    /// Fresh runs that confirm a candidate, in each world; at least 1.
     pub confirm: u64,
-    /// Least confirmed lower bound of `B_s` of a viable cell, from 0 to 1.
+    /// Least confirmed lower bound of `B_s` of a viable cell in both worlds, from 0 to 1.
     pub viable: f64,
     /// Threads to run on.
     pub n_threads: usize,
@@ -48,9 +49,9 @@ pub struct NoViableCell {
     cell: Option<Cell>,
     /// Why no cell is viable.
     pub reason: String,
-    /// The best cell, if one was good enough to be confirmed.
+    /// The best of the cells that were confirmed, if one was worth it.
     pub best: Option<Choice>,
-    /// The cell that milled most often in the sweep, if none was good enough to be confirmed.
+    /// The cell that milled most often in the sweep, made worse.
     pub best_swept: Option<BestSwept>,
 }
 
@@ -64,7 +65,8 @@ pub struct BestSwept {
     n_replicates: u64,
 }
 
-/// Chooses the most robust milling cell of a sweep and confirms it on fresh seeds.
+/// Chooses the most robust milling cell of a sweep: candidates are confirmed on fresh seeds, in both
+/// worlds, from the most robust on, until one holds.
 ///
 /// # Arguments
 ///
@@ -72,45 +74,82 @@ pub struct BestSwept {
 ///
 /// # Errors
 ///
-/// If the folder is not a sweep's, or the confirmation is called off.
+/// If the folder is not that of a sweep of both worlds, or a confirmation is called off.
 pub fn choose(folder: &Path, options: Options) -> anyhow::Result<Chosen> {
     let result = result_folder::read(folder)?;
     let kind = result.source.sweep.interval_kind();
-    let Some(candidate) = rank(&result.diagram, kind).into_iter().next() else {
-        let best = BestSwept::of(&result);
+    let candidates = rank(result.worlds()?, kind, options.viable);
+    let mut best: Option<Choice> = None;
+    for (candidate, n_tried) in candidates.iter().zip(1..) {
+        let mut choice = confirmed(&result.source, candidate, options)?;
+        choice.candidates_tried = Some(n_tried);
+        if choice.is_viable(options.viable) {
+            return Ok(Chosen::Viable(choice));
+        }
+        if best.as_ref().is_none_or(|best| choice.least_low() > best.least_low()) {
+            best = Some(choice);
+        }
+    }
+    let none = match best {
+        Some(best) => NoViableCell {
+            cell: None,
+            reason: none_confirmed(&best, (candidates.len(), options.viable)),
+            best: Some(best),
+            best_swept: Some(BestSwept::of(&result)),
+        },
+        None => NoViableCell::swept(BestSwept::of(&result), options.viable),
+    };
+    Ok(Chosen::NoViableCell(none))
+}
+
+/// Confirms a candidate on fresh seeds, in both worlds.
+fn confirmed(
+    source: &ResolvedSweep,
+    candidate: &Candidate,
+    options: Options,
+) -> anyhow::Result<Choice> {
+    let fresh = confirm(options, source, candidate.index)?;
+    let mut choice = Choice::new(candidate, fresh.counts(1)[0]);
+    choice.sweep_digest = Some(source.digest());
+    let judged: Vec<(Phase, Evidence)> =
+        fresh.outcomes.iter().map(|outcome| (outcome.phase, outcome.evidence)).collect();
+    choice.by_circliness = AtCircliness::of(&judged);
+    if let Some(measured) = source.as_measured() {
+        let fresh = confirm(options, &measured, candidate.index)?;
+        choice.as_measured = Some(AsMeasured::of(&fresh.counts(1)[0]));
+    }
+    Ok(choice)
+}
+
+fn none_confirmed(best: &Choice, (n_candidates, viable): (usize, f64)) -> String {
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    let measured = best.as_measured.map_or_else(String::new, |measured| {
+        format!("; as measured {}, lower bound {}", percent(measured.share), percent(measured.low))
+    });
+    format!(
+        "the best of {}, {}, mills in {} of fresh runs, lower bound {}{measured}; wanted {}",
+        counted(n_candidates as u64, "candidate"),
+        best.cell,
+        percent(best.b_s),
+        percent(best.b_s_low),
+        percent(viable)
+    )
+}
+
+impl NoViableCell {
+    fn swept(best: BestSwept, viable: f64) -> Self {
         let reason = format!(
-            "no cell's B_s has a lower bound of {REGION_B_S_LOW}; the best, {}, mills in {:.1} % of \
-             {} runs (95 % interval {:.1} to {:.1} %)",
+            "no cell may mill in {:.1} % of runs, made worse and as measured; made worse the best, \
+             {}, mills in {:.1} % of {} runs (95 % interval {:.1} to {:.1} %)",
+            100.0 * viable,
             best.cell,
             100.0 * best.b_s,
             best.n_replicates,
             100.0 * best.b_s_low,
             100.0 * best.b_s_high
         );
-        let best_swept = Some(best);
-        let none = NoViableCell { cell: None, reason, best: None, best_swept };
-        return Ok(Chosen::NoViableCell(none));
-    };
-    let fresh = confirm(options, &result.source, candidate.index)?;
-    let mut choice = Choice::new(&candidate, fresh.counts(1)[0]);
-    let evidence: Vec<Evidence> = fresh.outcomes.iter().map(|outcome| outcome.evidence).collect();
-    choice.by_circliness = AtCircliness::of(&evidence);
-    if let Some(measured) = result.source.as_measured() {
-        let fresh = confirm(options, &measured, candidate.index)?;
-        choice.as_measured = Some(AsMeasured::of(&fresh.counts(1)[0]));
+        Self { cell: None, reason, best: None, best_swept: Some(best) }
     }
-    if choice.is_viable(options.viable) {
-        return Ok(Chosen::Viable(choice));
-    }
-    let reason = format!(
-        "the best, {}, mills in {:.1} % of fresh runs, lower bound {:.1} %, wanted {:.1} %",
-        choice.cell,
-        100.0 * choice.b_s,
-        100.0 * choice.b_s_low,
-        100.0 * options.viable
-    );
-    let none = NoViableCell { cell: None, reason, best: Some(choice), best_swept: None };
-    Ok(Chosen::NoViableCell(none))
 }
 
 /// Writes a choice into a file.
@@ -133,6 +172,14 @@ fn confirm(options: Options, source: &ResolvedSweep, index: usize) -> anyhow::Re
         n_threads: options.n_threads,
     };
     watched("confirming", |watch| rsrs_sim::sweep::confirm(&cells[index].1, runs, watch))
+}
+
+impl NoViableCell {
+    /// The cell that came nearest.
+    pub fn best_cell(&self) -> &Cell {
+        let swept = || &self.best_swept.as_ref().expect("one of both is there").cell;
+        self.best.as_ref().map_or_else(swept, |choice| &choice.cell)
+    }
 }
 
 impl BestSwept {

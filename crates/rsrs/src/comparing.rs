@@ -33,9 +33,11 @@ use crate::sweep_result::SweepResult;
 pub fn compare(folder: &Path, wanted: &LabelledBags) -> anyhow::Result<Report> {
     let result = result_folder::read(folder)?;
     let prediction = Prediction::of(folder, &result)?;
-    let (counted, others): (Vec<Admitted>, Vec<Admitted>) = admit(&result, &wanted.bags)?
-        .into_iter()
-        .partition(|run| run.ending.kind == EndingKind::Completed);
+    let (counted, others): (Vec<Admitted>, Vec<Admitted>) =
+        admit(&result, &wanted.bags)?.into_iter().partition(|run| {
+            let is_whole = run.ending.lost.is_empty() || wanted.with_lost_robots;
+            run.ending.kind == EndingKind::Completed && is_whole
+        });
     let labelled = label_all(&counted, &wanted.labels)?;
 
     let mut real: BTreeMap<usize, PhaseCounts> = BTreeMap::new();
@@ -56,7 +58,7 @@ pub fn compare(folder: &Path, wanted: &LabelledBags) -> anyhow::Result<Report> {
             simulated: simulated.phases,
         })
         .collect();
-    let comparison = Comparison::of(&cells);
+    let comparison = Comparison::with_margin(&cells, wanted.margin);
     let next = next_step(&comparison, &cells, &not_run(&result, &cells));
     let counted =
         counted.into_iter().zip(labelled).map(|(run, label)| (cell(run.cell), run, label));
@@ -110,6 +112,12 @@ impl<'a> Prediction<'a> {
         let chosen = match result_folder::read_choice(folder)? {
             None => None,
             Some(choice) => {
+                let SweepResult { source, .. } = result;
+                let digest = choice.sweep_digest.as_deref();
+                source.sweep.check_choice(&source.profile, digest).map_err(|error| {
+                    let message = format!("choice.json in {} {error}", folder.display());
+                    with_help(message, choose_again(folder))
+                })?;
                 let index = result.diagram.locate(&choice.cell).map_err(|error| {
                     let message =
                         format!("choice.json in {} is of another sweep: {error}", folder.display());

@@ -5,11 +5,12 @@ mod text;
 use std::path::PathBuf;
 
 use rsrs_core::axis::Cell;
-use rsrs_core::comparison::{CellComparison, CellRuns, Comparison, MARGIN, Tally, Verdict};
+use rsrs_core::comparison::{CellComparison, CellRuns, Comparison, Tally, Verdict};
 use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::next_experiment::NextStep;
 use rsrs_core::phase::Phase;
-use rsrs_fleet::record::Backend;
+use rsrs_core::pooled::Pooled;
+use rsrs_fleet::record::{Backend, Ending, EndingKind, LostRobot};
 use rsrs_view::diagram::ExperimentMark;
 use serde::Serialize;
 
@@ -21,10 +22,15 @@ use crate::labelling::Labelled;
 /// Recorded runs, held against a sweep.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// Violated if any cell is; supported if all are.
+    /// What follows from all runs together.
     pub verdict: Verdict,
     /// What it means, or rests on, in a few words.
     pub summary: String,
+    /// All runs of all cells together, on which the verdict rests.
+    pub pooled: Pooled,
+    /// If undecided: further real runs that would support the claim if all of them mill; `null` also if
+    /// no number that a laboratory runs would.
+    pub further_runs: Option<u64>,
     /// Who labelled the runs.
     pub labels: String,
     /// Cell by cell, in the order of the sweep.
@@ -46,7 +52,8 @@ pub struct Report {
 pub struct ComparedCell {
     /// The cell.
     pub cell: Cell,
-    /// What follows from its runs.
+    /// What follows from its runs alone, corrected for the number of cells; violated only if all cells
+    /// together are.
     pub verdict: Verdict,
     /// Number of real runs.
     pub n_real: u64,
@@ -70,12 +77,21 @@ pub struct ComparedCell {
     pub simulated: PhaseCounts,
     /// Whether the simulated runs are fresh ones, which did not choose the cell.
     pub is_confirmed: bool,
-    /// Probability of so few real mills if real robots milled as often as simulated ones.
+    /// Probability of so few real mills if real robots milled as often as simulated ones; exact for a
+    /// number of runs that was fixed before the first.
     pub p_value: f64,
     /// The same, corrected for the number of cells.
     pub p_corrected: f64,
-    /// Probability that `B_r >= B_s - 0.1`.
+    /// Posterior probability that `B_r >= B_s - margin`.
     pub p_supported: f64,
+    /// Evidence that `B_r < B_s`, however often one looked.
+    pub e_violated: f64,
+    /// Its inverse, at most 1, corrected for the number of cells.
+    pub p_violated: f64,
+    /// Evidence that `B_r >= B_s - margin`, however often one looked.
+    pub e_supported: f64,
+    /// Its inverse, at most 1, corrected for the number of cells.
+    pub p_not_supported: f64,
     /// If undecided: further real runs that would support the claim if all of them mill.
     pub further_runs: Option<u64>,
 }
@@ -99,6 +115,21 @@ pub struct NotCounted {
     pub ending: &'static str,
     /// The cause that was recorded at its end.
     pub reason: String,
+    /// Robots that did not take part to the end.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lost_robots: Vec<LostRobot>,
+}
+
+impl NotCounted {
+    fn of(run: Admitted) -> Self {
+        let Ending { kind, reason, lost } = run.ending;
+        let causes: Vec<String> = (!reason.is_empty())
+            .then_some(reason)
+            .into_iter()
+            .chain(lost.iter().map(ToString::to_string))
+            .collect();
+        Self { bag: run.bag, ending: kind.key(), reason: causes.join("; "), lost_robots: lost }
+    }
 }
 
 /// Simulated runs of one cell.
@@ -136,16 +167,14 @@ impl Report {
     ) -> Self {
         let compared = comparison.cells.iter().zip(cells.iter().zip(simulated));
         let notes = notes(&runs);
-        let not_counted = runs.others.into_iter().map(|run| NotCounted {
-            bag: run.bag,
-            ending: run.ending.kind.key(),
-            reason: run.ending.reason,
-        });
+        let not_counted = runs.others.into_iter().map(NotCounted::of);
         let bags =
             runs.counted.into_iter().map(|(cell, _, labelled)| ComparedBag { cell, labelled });
         Self {
             verdict: comparison.verdict,
             summary: summary(comparison),
+            pooled: comparison.pooled,
+            further_runs: comparison.further_runs,
             labels: JUDGE.to_owned(),
             cells: compared
                 .map(|(cell, (runs, simulated))| of_cell(cell, runs, *simulated))
@@ -197,25 +226,44 @@ fn of_cell(cell: &CellComparison, runs: &CellRuns, simulated: Simulated) -> Comp
         p_value: cell.p_value,
         p_corrected: cell.p_corrected,
         p_supported: cell.p_supported,
+        e_violated: cell.e_violated,
+        p_violated: cell.p_violated,
+        e_supported: cell.e_supported,
+        p_not_supported: cell.p_not_supported,
         further_runs: cell.further_runs,
     }
 }
 
 fn summary(comparison: &Comparison) -> String {
     let n_cells = comparison.cells.len();
-    let verdict = comparison.verdict;
-    let n = comparison.cells.iter().filter(|cell| cell.verdict == verdict).count();
-    let what = match verdict {
+    match comparison.verdict {
+        Verdict::Violated if n_cells > 1 => {
+            let is_named = |cell: &&CellComparison| cell.verdict == Verdict::Violated;
+            let named = comparison.cells.iter().filter(is_named).count();
+            let where_ = match named {
+                0 => "no single one of which shows it alone".to_owned(),
+                n => format!("and {n} of them by themselves"),
+            };
+            format!(
+                "real robots mill less often than simulated ones in these {n_cells} cells together, \
+                 {where_}"
+            )
+        }
         Verdict::Violated => "real robots mill less often than simulated ones".to_owned(),
         Verdict::Supported => format!(
-            "real robots mill as often as simulated ones, or at most {:.0} percentage points less \
-             often",
-            100.0 * MARGIN
+            "averaged over the runs, real robots mill as often as simulated ones, or at most {:.0} \
+             percentage points less often",
+            100.0 * comparison.pooled.margin
         ),
         Verdict::Undecided if n_cells == 0 => "no run counts".to_owned(),
-        Verdict::Undecided => "too few real runs to say".to_owned(),
-    };
-    if n_cells > 1 { format!("{what}, in {n} of {n_cells} cells") } else { what }
+        Verdict::Undecided => match comparison.further_runs {
+            Some(n) => format!(
+                "the runs do not say yet; {} would support the claim if every one of them mills",
+                counted(n, "further real run")
+            ),
+            None => "the runs do not say yet".to_owned(),
+        },
+    }
 }
 
 fn notes(runs: &Runs) -> Vec<String> {
@@ -236,6 +284,21 @@ fn notes(runs: &Runs) -> Vec<String> {
         notes.push(format!(
             "in {n_alone} of {} the lease of some robots was their controller's only",
             counted(runs.counted.len() as u64, "run")
+        ));
+    }
+    for (_, run, _) in &runs.counted {
+        let lost: Vec<String> = run.ending.lost.iter().map(ToString::to_string).collect();
+        if !lost.is_empty() {
+            notes.push(format!("{} counts, though {}", run.bag.display(), lost.join("; ")));
+        }
+    }
+    let is_left_out =
+        |run: &&Admitted| run.ending.kind == EndingKind::Completed && !run.ending.lost.is_empty();
+    let n_left_out = runs.others.iter().filter(is_left_out).count();
+    if n_left_out > 0 {
+        notes.push(format!(
+            "{} went on without a robot that was lost; `--with-lost-robots` counts such runs, too",
+            counted(n_left_out as u64, "run")
         ));
     }
     notes

@@ -38,10 +38,12 @@ impl ExperimentBar {
     /// Shows how far the experiment has come.
     pub fn show(&self, progress: &Progress) {
         match progress {
-            Progress::Say(text) if self.voice == Voice::Aloud => {
-                self.bar.suspend(|| say_note(text));
+            Progress::Say(text) => {
+                if self.voice == Voice::Aloud {
+                    self.bar.suspend(|| say_note(text));
+                }
+                self.bar.set_prefix(text.clone());
             }
-            Progress::Say(text) => self.bar.set_prefix(text.clone()),
             Progress::Done { done, of } => {
                 if !self.counts.replace(true) {
                     self.bar.set_length(*of);
@@ -50,6 +52,10 @@ impl ExperimentBar {
                     ));
                     // What came before the first step says nothing about the pace.
                     self.bar.reset_eta();
+                }
+                if self.voice == Voice::Aloud {
+                    // What was said last stands on a line of its own.
+                    self.bar.set_prefix("running");
                 }
                 self.bar.set_position(*done);
             }
@@ -64,5 +70,30 @@ fn style(template: &str) -> ProgressStyle {
 impl Drop for ExperimentBar {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn beside_robots_the_bar_shows_what_they_do_now() {
+        let bar = ExperimentBar::new("milling", Voice::Aloud);
+        let say = |text: &str| bar.show(&Progress::Say(text.to_owned()));
+        let mut prefixes = vec![bar.bar.prefix()];
+
+        say("all 9 robots are armed");
+        prefixes.push(bar.bar.prefix());
+        bar.show(&Progress::Done { done: 0, of: 60 });
+        say("robot_3: detections come too rarely");
+        bar.show(&Progress::Done { done: 1, of: 60 });
+        prefixes.push(bar.bar.prefix());
+        say("stopping every robot");
+        prefixes.push(bar.bar.prefix());
+
+        let expected =
+            ["looking for the robots", "all 9 robots are armed", "running", "stopping every robot"];
+        assert_eq!(prefixes, expected);
     }
 }

@@ -3,6 +3,9 @@
 use std::error::Error;
 use std::io::Write;
 
+use rsrs_core::profile::BeyondLimits;
+use rsrs_core::start_file::StartFileError;
+use rsrs_experiment_runner::plan::SweptCellError;
 use rsrs_fleet::experiment::ExperimentError;
 use rsrs_fleet::fleet_file::FleetFileError;
 
@@ -53,7 +56,10 @@ pub fn help_of(error: &anyhow::Error) -> Option<String> {
         let with_help = cause.downcast_ref().map(|with_help: &WithHelp| with_help.help.clone());
         let fleet = || cause.downcast_ref::<FleetFileError>()?.help();
         let experiment = || cause.downcast_ref::<ExperimentError>()?.help();
-        with_help.or_else(fleet).or_else(experiment)
+        let swept = || Some(cause.downcast_ref::<SweptCellError>()?.help());
+        let limits = || Some(cause.downcast_ref::<BeyondLimits>()?.help());
+        let starts = || cause.downcast_ref::<StartFileError>()?.help();
+        with_help.or_else(starts).or_else(fleet).or_else(experiment).or_else(swept).or_else(limits)
     })
 }
 

@@ -1,21 +1,27 @@
 //! The network in which robots are.
 
-use rsrs_ros::interfaces;
 use rsrs_ros::ros_args::{Environment, RosArgs};
 use rsrs_ros::session::SessionOptions;
 
 use crate::failure::with_help;
+use crate::notes::say_note;
 
 /// The network that a person has chosen, by `--interface` or the environment.
+///
+/// What the environment makes of the choice is printed, such as `ROS_LOCALHOST_ONLY`, which keeps
+/// this program on this machine.
 ///
 /// # Errors
 ///
 /// If none is chosen, or there is none of that name or address.
 pub fn chosen_network(interface: Option<&str>) -> anyhow::Result<SessionOptions> {
-    let variable = std::env::var(interfaces::VARIABLE).ok();
-    let address = interfaces::chosen(interface, variable.as_deref())
-        .map_err(|error| with_help(error.to_string(), error.help()))?;
     let environment = Environment::of_this_process();
-    let (ros, _) = RosArgs::parse(&[], &environment)?;
-    Ok(SessionOptions { domain_id: ros.domain_id, interfaces: vec![address] })
+    let (mut ros, _) = RosArgs::parse(&[], &environment)?;
+    let network = ros
+        .network(interface, &environment)
+        .map_err(|error| with_help(error.to_string(), error.help()))?;
+    for note in &ros.notes {
+        say_note(&note.to_string());
+    }
+    Ok(network)
 }

@@ -4,6 +4,8 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use rsrs_core::comparison::MARGIN;
+
 use crate::human_labels::JUDGE;
 
 /// Which runs are held against a sweep.
@@ -20,6 +22,27 @@ pub struct LabelledBags {
         hide_default_value = true
     )]
     pub labels: Labeller,
+    /// Count runs that went on without a robot that was lost, too (default: they are listed, and do
+    /// not count).
+    #[arg(long)]
+    pub with_lost_robots: bool,
+    /// By how much real robots may mill less often than simulated ones and still support the claim;
+    /// choose it before the first run (default: 0.1).
+    #[arg(long, value_name = "SHARE", default_value_t = MARGIN, hide_default_value = true,
+          value_parser = margin)]
+    pub margin: f64,
+}
+
+/// Reads a margin.
+fn margin(text: &str) -> Result<f64, String> {
+    let margin: f64 = text.parse().map_err(|error| format!("`{text}` is not a number: {error}"))?;
+    if (0.0..=0.5).contains(&margin) {
+        Ok(margin)
+    } else {
+        Err(format!(
+            "found {margin}, expected a share from 0 to 0.5, such as 0.1 for 10 percentage points"
+        ))
+    }
 }
 
 /// Whose labels count.

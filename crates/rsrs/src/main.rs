@@ -1,5 +1,6 @@
 //! The command line of RSRS: one file for each subcommand.
 
+mod ablation;
 mod admission;
 mod bag_trials;
 mod boundaries;
@@ -17,6 +18,7 @@ mod interrupt;
 mod keyboard;
 mod labelled_bags;
 mod labelling;
+mod lock_file;
 mod merging;
 mod node_process;
 mod notes;
@@ -30,6 +32,7 @@ mod replicate_table;
 mod result_folder;
 mod running;
 mod sensor_readings;
+mod settling;
 mod shard;
 mod simulated_fleet;
 mod start_poses;

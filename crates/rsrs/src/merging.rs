@@ -27,6 +27,7 @@ use crate::sweeping::{Plan, sweep_into};
 /// none of them; if the folder cannot be written.
 pub fn merge(shards: &[PathBuf], folder: &Path, n_threads: usize) -> anyhow::Result<SweepResult> {
     refuse_one_of_them(shards, folder)?;
+    refuse_twice(shards)?;
     let source = one_sweep(shards)?;
     let sites = shards.iter().map(|shard| open(shard)).collect::<anyhow::Result<Vec<_>>>()?;
     let name = shards[0].display().to_string();
@@ -62,6 +63,25 @@ fn refuse_one_of_them(shards: &[PathBuf], folder: &Path) -> anyhow::Result<()> {
         ));
     }
     Ok(())
+}
+
+/// A shard under two names is one, and half of a sweep.
+fn refuse_twice(shards: &[PathBuf]) -> anyhow::Result<()> {
+    let place = |shard: &PathBuf| shard.canonicalize().unwrap_or_else(|_| shard.clone());
+    let twice = shards.iter().enumerate().find_map(|(position, shard)| {
+        let before = shards[..position].iter().find(|other| place(other) == place(shard))?;
+        Some((before, shard))
+    });
+    match twice {
+        None => Ok(()),
+        Some((before, shard)) if before == shard => {
+            Err(with_help(format!("{} is given twice", shard.display()), "name every shard once"))
+        }
+        Some((before, shard)) => Err(with_help(
+            format!("{} and {} are the same folder", before.display(), shard.display()),
+            "name every shard once",
+        )),
+    }
 }
 
 /// What all shards are parts of.

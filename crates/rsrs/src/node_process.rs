@@ -1,5 +1,6 @@
 //! A node of this program as a process of its own, ended with this one whatever happens.
 
+use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::Duration;
 
@@ -16,6 +17,21 @@ const PATIENCE: Duration = Duration::from_secs(5);
 pub struct NodeProcess {
     name: &'static str,
     child: Child,
+}
+
+/// This very program, also after another one was built or installed in its place: a campaign of a day
+/// ends with the program that it was begun with.
+fn this_program() -> anyhow::Result<Command> {
+    /// What runs, whatever lies at its path now; only Linux has it.
+    const RUNNING: &str = "/proc/self/exe";
+    let path = std::env::current_exe().context("finding this program")?;
+    if !Path::new(RUNNING).exists() {
+        return Ok(Command::new(path));
+    }
+    let mut command = Command::new(RUNNING);
+    // Tools that list processes show where it was started from.
+    std::os::unix::process::CommandExt::arg0(&mut command, path);
+    Ok(command)
 }
 
 impl NodeProcess {
@@ -37,8 +53,7 @@ impl NodeProcess {
         parameters: &[&str],
         network: impl FnOnce(&mut Command),
     ) -> anyhow::Result<Self> {
-        let program = std::env::current_exe().context("finding this program")?;
-        let mut command = Command::new(program);
+        let mut command = this_program()?;
         let parent = std::process::id().to_string();
         command.args(["node", "--parent", &parent, name, "--robots", &robots.join(",")]);
         command.args(["--ros-args", "--log-level", "warn"]).args(parameters);

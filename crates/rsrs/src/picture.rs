@@ -9,7 +9,7 @@ use rsrs_view::diagram::{DiagramPicture, ExperimentMark};
 
 use crate::boundaries::{Plane, boundaries};
 use crate::failure::with_help;
-use crate::sweep_result::SweepResult;
+use crate::sweep_result::{SweepResult, World};
 
 /// Width of PNG pictures, in pixels: sharp in print across a column.
 pub const PNG_WIDTH_PX: u32 = 1600;
@@ -31,6 +31,8 @@ pub struct Wish {
     pub chosen: Option<Cell>,
     /// Where experiments were run.
     pub experiments: Vec<ExperimentMark>,
+    /// The world.
+    pub world: World,
     /// What `rsrs validate` said of the simulated robots, if it was asked.
     pub validation: Option<String>,
 }
@@ -39,9 +41,9 @@ pub struct Wish {
 ///
 /// # Errors
 ///
-/// If an axis or value was not swept.
+/// If an axis or value was not swept, or the sweep does not hold the world.
 pub fn of_sweep(result: &SweepResult, wish: &Wish) -> anyhow::Result<String> {
-    let diagram = &result.diagram;
+    let diagram = result.of_world(wish.world)?;
     let mut unused =
         diagram.axes.iter().copied().filter(|axis| wish.at.iter().all(|(at, _)| at != axis));
     let x = wish.x.or_else(|| unused.next()).unwrap_or(Axis::Speed);
@@ -52,7 +54,8 @@ pub fn of_sweep(result: &SweepResult, wish: &Wish) -> anyhow::Result<String> {
             .copied()
             .find(|axis| *axis != x && wish.at.iter().all(|(at, _)| at != axis))
     });
-    let cells = result.source.cells("sweep.yaml")?;
+    let measured = (wish.world == World::AsMeasured).then(|| result.source.as_measured()).flatten();
+    let cells = measured.as_ref().unwrap_or(&result.source).cells("sweep.yaml")?;
     let at = slice(diagram, (x, y), wish);
     let (plane, conditions) = plane(diagram, &cells, (x, y, &at));
     let boundaries = boundaries(&conditions, plane);
@@ -62,7 +65,7 @@ pub fn of_sweep(result: &SweepResult, wish: &Wish) -> anyhow::Result<String> {
         y,
         at: &at,
         title: format!("Phases of a milling swarm: {}", result.source.profile.name),
-        subtitle: subtitle(result, &conditions),
+        subtitle: subtitle((result, diagram), wish.world, &conditions),
         chosen: wish.chosen.as_ref(),
         boundaries: &boundaries,
         experiments: &wish.experiments,
@@ -106,22 +109,31 @@ fn slice(diagram: &PhaseDiagram, (x, y): (Axis, Option<Axis>), wish: &Wish) -> V
     wish.at.iter().copied().chain(free.into_iter().zip(rest)).collect()
 }
 
-fn subtitle(result: &SweepResult, conditions: &Conditions) -> String {
+fn subtitle(
+    (result, diagram): (&SweepResult, &PhaseDiagram),
+    world: World,
+    conditions: &Conditions,
+) -> String {
     let sweep = &result.source.sweep;
+    let is_one = result.source.as_measured().is_none();
+    let world = match world {
+        World::Harsher if !is_one => "robots made worse",
+        World::Harsher | World::AsMeasured => "robots as measured",
+    };
     let sees = match conditions.robot.sees {
         Sees::Body => "sees bodies",
         Sees::Centre => "sees centres",
     };
-    let robots = if result.diagram.axes.contains(&Axis::Robots) {
+    let robots = if diagram.axes.contains(&Axis::Robots) {
         String::new()
     } else {
         format!("N = {}, ", conditions.robots)
     };
     let n = |entry: &DiagramCell| entry.counts.total();
-    let least = result.diagram.cells.iter().map(n).min().unwrap_or(0);
-    let most = result.diagram.cells.iter().map(n).max().unwrap_or(0);
+    let least = diagram.cells.iter().map(n).min().unwrap_or(0);
+    let most = diagram.cells.iter().map(n).max().unwrap_or(0);
     let replicates = if least == most { least.to_string() } else { format!("{least} to {most}") };
-    format!("{robots}{} s, {replicates} replicates per cell, {sees}", sweep.duration_s)
+    format!("{world}, {robots}{} s, {replicates} replicates per cell, {sees}", sweep.duration_s)
 }
 
 /// The plane of the picture, and the conditions of a cell in it.

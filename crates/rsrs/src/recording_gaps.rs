@@ -38,21 +38,40 @@ pub fn in_bag(bag: &Bag) -> Vec<Gap> {
     gaps
 }
 
-/// The same for a person, a line for each topic.
+/// The same for a person: a line for all topics that lack the same.
 pub fn lines(gaps: &[Gap]) -> Vec<String> {
-    let line = |gap: &Gap| {
-        let Gap { topic, n_missing, n_overflowed } = gap;
-        let mut parts = Vec::new();
-        if *n_missing > 0 {
-            parts.push(format!("{} missing between recorded ones", counted(*n_missing, "sample")));
+    let mut groups: Vec<Vec<&Gap>> = Vec::new();
+    for gap in gaps {
+        let same = groups.iter_mut().find(|group| {
+            (group[0].n_missing, group[0].n_overflowed) == (gap.n_missing, gap.n_overflowed)
+        });
+        match same {
+            Some(group) => group.push(gap),
+            None => groups.push(vec![gap]),
         }
-        if *n_overflowed > 0 {
-            let samples = counted(*n_overflowed, "sample");
-            parts.push(format!("{samples} let go because the queue to the bag was full"));
-        }
-        format!("{topic}: {}", parts.join(", "))
+    }
+    groups.iter().map(|group| line(group)).collect()
+}
+
+/// What topics lack, each as much as the first one.
+fn line(group: &[&Gap]) -> String {
+    let Gap { topic, n_missing, n_overflowed } = group[0];
+    let each = if group.len() > 1 { " on each" } else { "" };
+    let mut parts = Vec::new();
+    if *n_missing > 0 {
+        let samples = counted(*n_missing, "sample");
+        parts.push(format!("{samples} missing between recorded ones{each}"));
+    }
+    if *n_overflowed > 0 {
+        let samples = counted(*n_overflowed, "sample");
+        parts.push(format!("{samples} let go because the queue to the bag was full{each}"));
+    }
+    let topics = match group.len() - 1 {
+        0 => topic.clone(),
+        1 => format!("{topic} and {}", group[1].topic),
+        n => format!("{topic} and {n} other topics"),
     };
-    gaps.iter().map(line).collect()
+    format!("{topics}: {}", parts.join(", "))
 }
 
 #[cfg(test)]
@@ -75,6 +94,29 @@ mod tests {
                 "/camera: 2,000 samples missing between recorded ones, 7 samples let go because the \
                  queue to the bag was full",
             ]
+        );
+    }
+
+    #[test]
+    fn topics_that_lack_the_same_share_a_line() {
+        let gap = |robot: u32| Gap {
+            topic: format!("/robot_{robot}/robot_status"),
+            n_missing: 1,
+            n_overflowed: 0,
+        };
+        let nine: Vec<Gap> = (1..=9).map(gap).collect();
+        let two = [gap(1), gap(2)];
+
+        assert_eq!(
+            lines(&nine),
+            [
+                "/robot_1/robot_status and 8 other topics: 1 sample missing between recorded ones on each"
+            ]
+        );
+        assert_eq!(
+            lines(&two),
+            ["/robot_1/robot_status and /robot_2/robot_status: 1 sample missing between recorded \
+              ones on each"]
         );
     }
 }

@@ -14,6 +14,8 @@ use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::order::Evidence;
 use rsrs_sim::sweep::ReplicateOutcome;
 
+use crate::sweep_result::{SweepResult, World};
+
 /// A column of order parameters: its name, and how to read it.
 type Column = (&'static str, fn(&ReplicateOutcome) -> Option<f64>);
 
@@ -51,7 +53,7 @@ const _: fn(Evidence) = |Evidence {
 const GROUP_ROWS: usize = 65_536;
 
 /// A table that is being written: one row for each replicate with axes, number, seed, phase, order
-/// parameters and time to converge.
+/// parameters, time to converge, and which world it is of.
 ///
 /// Its bytes follow from its rows, however they are appended, and so does its memory: that of one
 /// group of rows.
@@ -59,6 +61,8 @@ pub struct ReplicateTable<'a> {
     path: &'a Path,
     diagram: &'a PhaseDiagram,
     seed: u64,
+    /// That of the first as many rows as there are cells, and that of the next.
+    worlds: Vec<World>,
     writer: SerializedFileWriter<File>,
     rows: Vec<ReplicateOutcome>,
 }
@@ -68,13 +72,18 @@ impl<'a> ReplicateTable<'a> {
     ///
     /// # Arguments
     ///
-    /// * `diagram` — the swept axes and cells; outcomes refer to the cells by index.
-    /// * `seed` — of the sweep.
+    /// * `result` — the sweep; outcomes refer to its cells by index, first to those of robots made
+    ///   worse, and from there on to those of robots as measured.
     ///
     /// # Errors
     ///
     /// If the file cannot be written.
-    pub fn create(path: &'a Path, diagram: &'a PhaseDiagram, seed: u64) -> anyhow::Result<Self> {
+    pub fn create(path: &'a Path, result: &'a SweepResult) -> anyhow::Result<Self> {
+        let (diagram, seed) = (&result.diagram, result.source.sweep.seed);
+        let worlds = match result.source.as_measured() {
+            Some(_) => vec![World::Harsher, World::AsMeasured],
+            None => vec![World::AsMeasured],
+        };
         let properties = WriterProperties::builder()
             .set_created_by("rsrs".to_owned())
             .set_compression(parquet::basic::Compression::SNAPPY)
@@ -84,7 +93,7 @@ impl<'a> ReplicateTable<'a> {
         let file = File::create(path).with_context(|| cannot_write(path))?;
         let writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties))
             .with_context(|| cannot_write(path))?;
-        Ok(Self { path, diagram, seed, writer, rows: Vec::new() })
+        Ok(Self { path, diagram, seed, worlds, writer, rows: Vec::new() })
     }
 
     /// Appends rows.
@@ -117,19 +126,25 @@ impl<'a> ReplicateTable<'a> {
 
     fn write_group(&mut self, rows: &[ReplicateOutcome]) -> anyhow::Result<()> {
         let (diagram, seed) = (self.diagram, self.seed);
+        let n_cells = diagram.cells.len();
+        let phases: Vec<&str> = rows.iter().map(|row| row.phase.key()).collect();
+        let worlds: Vec<&str> =
+            rows.iter().map(|row| self.worlds[row.cell / n_cells].key()).collect();
         let mut group = self.writer.next_row_group()?;
         for axis in &diagram.axes {
             let value = |row: &ReplicateOutcome| {
-                diagram.cells[row.cell].cell.get(*axis).expect("every cell has every axis")
+                let cell = &diagram.cells[row.cell % n_cells].cell;
+                cell.get(*axis).expect("every cell has every axis")
             };
             doubles(&mut group, &rows.iter().map(value).collect::<Vec<_>>())?;
         }
         integers(&mut group, rows.iter().map(|row| row.replicate))?;
         integers(&mut group, rows.iter().map(|_| seed))?;
-        phases(&mut group, rows)?;
+        keys(&mut group, &phases)?;
         for (_, read) in COLUMNS {
             optional_doubles(&mut group, &rows.iter().map(read).collect::<Vec<_>>())?;
         }
+        keys(&mut group, &worlds)?;
         group.close()?;
         Ok(())
     }
@@ -147,7 +162,8 @@ fn schema(axes: &[Axis]) -> String {
         "required binary phase (utf8);".to_owned(),
     ];
     let columns = COLUMNS.iter().map(|(name, _)| format!("optional double {name};"));
-    let fields: Vec<String> = axes.chain(fixed).chain(columns).collect();
+    let world = ["required binary world (utf8);".to_owned()];
+    let fields: Vec<String> = axes.chain(fixed).chain(columns).chain(world).collect();
     format!("message replicate {{ {} }}", fields.join(" "))
 }
 
@@ -174,10 +190,9 @@ fn integers(group: &mut Group<'_>, values: impl Iterator<Item = u64>) -> anyhow:
     Ok(column.close()?)
 }
 
-fn phases(group: &mut Group<'_>, outcomes: &[ReplicateOutcome]) -> anyhow::Result<()> {
-    let keys: Vec<ByteArray> =
-        outcomes.iter().map(|row| ByteArray::from(row.phase.key())).collect();
-    let mut column = group.next_column()?.context("a column for the phase")?;
+fn keys(group: &mut Group<'_>, keys: &[&str]) -> anyhow::Result<()> {
+    let keys: Vec<ByteArray> = keys.iter().map(|key| ByteArray::from(*key)).collect();
+    let mut column = group.next_column()?.context("a column for each key")?;
     column.typed::<ByteArrayType>().write_batch(&keys, None, None)?;
     Ok(column.close()?)
 }

@@ -59,13 +59,18 @@ pub fn read(folder: &Path) -> anyhow::Result<SweepResult> {
     let path = folder.join(CELLS);
     let text = read_text(&path)?;
     let axes = source.sweep.swept_axes();
-    let cells = cells::from_csv(&text, &axes, source.sweep.interval_kind())
+    let worlds = cells::from_csv(&text, &axes, source.sweep.interval_kind())
         .with_context(|| path.display().to_string())?;
-    let swept: Vec<Cell> = cells.iter().map(|entry| entry.cell.clone()).collect();
+    let swept: Vec<Cell> = worlds.simulated.iter().map(|entry| entry.cell.clone()).collect();
     if swept != source.sweep.all_cells() {
         bail!("{} does not hold the cells of {SWEEP}", path.display());
     }
-    Ok(SweepResult { source, diagram: PhaseDiagram { axes, cells } })
+    let diagram = |cells| PhaseDiagram { axes: axes.clone(), cells };
+    Ok(SweepResult {
+        source,
+        diagram: diagram(worlds.simulated),
+        as_measured: worlds.as_measured.map(diagram),
+    })
 }
 
 /// Reads the choice that lies beside a sweep's files; `None` if there is none.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use rsrs_experiment_runner::plan::Plan;
 use rsrs_experiment_runner::{RunReport, run};
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::record::{Backend, EndingKind};
+use rsrs_fleet::record::{Backend, EndingKind, LostRobot};
 use rsrs_ros::session::SessionOptions;
 use serde::Serialize;
 
@@ -27,6 +27,8 @@ pub struct RunSummary {
     pub ending: &'static str,
     /// Why, if it was not completed.
     pub reason: String,
+    /// Robots that were lost on the way, and when.
+    pub lost_robots: Vec<LostRobot>,
     /// Messages in the bag.
     pub n_messages: u64,
     /// Messages missing in the bag between two that are in it, on topics that are to lose none.
@@ -97,6 +99,7 @@ fn summary(plan: &Plan, report: RunReport, gaps: Vec<Gap>) -> RunSummary {
         run_id: record.run_id.clone(),
         ending: report.ending.kind.key(),
         reason: report.ending.reason,
+        lost_robots: report.ending.lost,
         n_messages: report.bag.as_ref().map_or(0, |bag| bag.n_messages),
         bag: report.bag.map(|bag| bag.folder),
         n_lost: report.n_lost,

@@ -35,6 +35,8 @@ pub fn count(bag: &Path, robot: &str, most: Option<u64>) -> anyhow::Result<Readi
     let opened = recorded_run::open(bag)?;
     let detection = topics::DETECTION.for_robot(robot);
     let (mut found, mut from_ns) = (Readings::default(), None);
+    // Anybody in the same network may give leases of another run.
+    let mut run_id = None;
     let settling = Duration::from_secs_f64(GETTING_GOING_S);
     let settling_ns = u64::try_from(settling.as_nanos()).expect("half a second is short");
     for message in opened.messages_on([topics::LEASE.name.to_owned(), detection.clone()]) {
@@ -43,8 +45,11 @@ pub fn count(bag: &Path, robot: &str, most: Option<u64>) -> anyhow::Result<Readi
             let lease: RunLease = cdr::decode(&message.bytes).with_context(what)?;
             let is_running = lease.state == RunLease::RUNNING;
             match from_ns {
-                None if is_running => from_ns = Some(message.log_time_ns + settling_ns),
-                Some(_) if !is_running => break,
+                None if is_running => {
+                    from_ns = Some(message.log_time_ns + settling_ns);
+                    run_id = Some(lease.run_id);
+                }
+                Some(_) if !is_running && run_id == Some(lease.run_id) => break,
                 _ => {}
             }
             continue;

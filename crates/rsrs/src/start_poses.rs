@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-use rsrs_core::conditions::Conditions;
+use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::unicycle::Pose;
 use rsrs_experiment_runner::plan::Plan;
-use rsrs_fleet::placement::CLEARANCE_RADII;
+use rsrs_fleet::placement::WantedStart;
 use rsrs_sim::draw::{RunKey, Seed};
 use rsrs_sim::placement;
 use serde::Serialize;
@@ -17,8 +17,13 @@ use crate::failure::explained;
 pub struct StartPoses {
     /// Of the poses.
     pub seed: u64,
-    /// Radius of the disc of the robots' centres, in metres.
+    /// Radius of the disc around the origin that holds the robots' centres, in metres.
     pub disc_radius_m: f64,
+    /// Where they start: `disc_facing_out`, `box_facing_out` or `file`.
+    pub placement: &'static str,
+    /// Where the centres lie, in words.
+    #[serde(skip)]
+    pub area: String,
     /// Least distance between two centres, in metres.
     pub clearance_m: f64,
     /// Radius of a robot's body, in metres.
@@ -59,10 +64,22 @@ impl StartPoses {
             heading_rad: wrapped(pose.heading_rad),
             heading_deg: wrapped(pose.heading_rad).to_degrees(),
         });
+        let (placement, area) = match &record.conditions.placement {
+            Placement::BoxFacingOut { width_m, height_m } => {
+                ("box_facing_out", format!("in a box of {width_m} m by {height_m} m, facing out"))
+            }
+            Placement::Given { .. } => ("file", "where the table puts them".to_owned()),
+            disc => {
+                let radius_m = disc.radius_m();
+                ("disc_facing_out", format!("in a disc of radius {radius_m} m, facing out"))
+            }
+        };
         Ok(Self {
+            placement,
+            area,
             seed: record.seed,
             disc_radius_m: record.conditions.placement.radius_m(),
-            clearance_m: CLEARANCE_RADII * record.conditions.robot.radius_m,
+            clearance_m: WantedStart::of(&record.conditions, record.replicate).clearance_m,
             body_radius_m: record.conditions.robot.radius_m,
             robots: robots.collect(),
         })
@@ -74,11 +91,11 @@ impl fmt::Display for StartPoses {
         let width = self.robots.iter().map(|pose| pose.robot.len()).max().unwrap_or(0).max(5);
         write!(
             out,
-            "{} robots in a disc of radius {} m, centres at least {:.3} m apart, seed {}\n\
-             x and y from the centre of the disc; heading counterclockwise from x\n\n\
+            "{} robots {}, centres at least {:.3} m apart, seed {}\n\
+             x and y from the centre; heading counterclockwise from x\n\n\
              {:width$}   x (m)   y (m)  heading (°)  heading (rad)",
             self.robots.len(),
-            self.disc_radius_m,
+            self.area,
             self.clearance_m,
             self.seed,
             "robot",
@@ -114,7 +131,7 @@ mod tests {
     use rsrs_core::axis::Cell;
     use rsrs_core::conditions::Settings;
     use rsrs_core::profile::RobotProfile;
-    use rsrs_fleet::placement::{StartDisc, deviations};
+    use rsrs_fleet::placement::deviations;
 
     use super::*;
 
@@ -130,18 +147,17 @@ mod tests {
     #[test]
     fn what_the_runner_checks_is_what_the_simulator_places() {
         let conditions = flockbots();
-        let clearance_m = CLEARANCE_RADII * conditions.robot.radius_m;
-        let wanted = StartDisc { radius_m: 0.825, clearance_m };
+        let wanted = WantedStart::of(&conditions, 0);
 
         for seed in 0..200 {
             let poses = poses(&conditions, Seed { seed, replicate: 0 }).unwrap();
             let named: Vec<_> = poses
                 .into_iter()
                 .enumerate()
-                .map(|(robot, pose)| (robot.to_string(), pose))
+                .map(|(robot, pose)| (robot, robot.to_string(), pose))
                 .collect();
 
-            assert_eq!(deviations(wanted, &named), [], "seed {seed}");
+            assert_eq!(deviations(&wanted, &named), [], "seed {seed}");
         }
     }
 

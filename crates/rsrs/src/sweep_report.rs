@@ -8,6 +8,8 @@ use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::phase::Phase;
 use serde::Serialize;
 
+use crate::ablation::Ablation;
+use crate::settling::Unsettled;
 use crate::sweep_result::SweepResult;
 use crate::sweeping::knowledge;
 
@@ -24,6 +26,11 @@ pub struct SweepReport {
     /// How cells ended, of an adaptive sweep.
     #[serde(skip_serializing_if = "Option::is_none")]
     adaptive: Option<Endings>,
+    /// Cells at the edge of the milling region whose runs were not given enough time.
+    pub unsettled_edge: Vec<Unsettled>,
+    /// Which factors make the best cell worse; not there if some cell mills in most runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub factors: Option<Ablation>,
     /// Of each run, in seconds.
     #[serde(skip)]
     duration_s: f64,
@@ -56,6 +63,8 @@ impl SweepReport {
             runs: runs().sum(),
             phases: result.diagram.majorities(),
             adaptive: endings(result),
+            unsettled_edge: Vec::new(),
+            factors: None,
             duration_s: sweep.duration_s,
             runs_of_a_cell: (runs().min().unwrap_or(0), runs().max().unwrap_or(0)),
         }
@@ -75,11 +84,13 @@ impl fmt::Display for SweepReport {
             )?,
         }
         let folder = self.folder.display();
+        let factors = self.factors.as_ref().map(|factors| format!("{}\n", factors.in_words()));
         write!(
             out,
             ": {}\n{folder}/diagram.svg\n{folder}/cells.csv\n{folder}/replicates.parquet\n\
-             next: rsrs choose {folder} -o {folder}/choice.json",
-            in_words(&self.phases)
+             {}next: rsrs choose {folder} -o {folder}/choice.json",
+            in_words(&self.phases),
+            factors.unwrap_or_default()
         )
     }
 }

@@ -7,6 +7,7 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::document;
 use rsrs_core::harsher::{Harsher, HarsherFactors};
 use rsrs_core::profile::{ProfileError, RobotProfile};
+use rsrs_core::start_file::{Headings, StartPlacement, Starts, read_starts};
 use rsrs_core::sweep_file::{SweepFile, SweepFileError};
 use serde::{Deserialize, Serialize};
 
@@ -35,8 +36,14 @@ impl ResolvedSweep {
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         let name = path.display().to_string();
         let text = read_text(path)?;
-        let sweep = SweepFile::parse(&name, &text).map_err(explain_sweep)?;
-        let profile = read_profile(&path.parent().unwrap_or(Path::new("")).join(&sweep.profile))?;
+        let mut sweep = SweepFile::parse(&name, &text).map_err(explain_sweep)?;
+        let beside = path.parent().unwrap_or(Path::new(""));
+        let profile = read_profile(&beside.join(&sweep.profile))?;
+        if let Some(StartPlacement::File { path, headings }) = &sweep.placement {
+            let starts = read_start_table(&beside.join(path), *headings)?;
+            sweep.placement = Some(StartPlacement::Given { starts: starts.starts });
+        }
+        sweep.harsher = Harsher::from(sweep.factors(&profile));
         let provenance = Provenance::of(&profile);
         Ok(Self { sweep, profile, provenance })
     }
@@ -61,9 +68,14 @@ impl ResolvedSweep {
 
     /// The same sweep with the robots as measured; `None` if it is that already.
     pub fn as_measured(&self) -> Option<Self> {
-        let none = Harsher(HarsherFactors::NONE);
+        let none = Harsher::from(HarsherFactors::NONE);
         let sweep = SweepFile { harsher: none, ..self.sweep.clone() };
         (self.sweep.harsher != sweep.harsher).then(|| Self { sweep, ..self.clone() })
+    }
+
+    /// Names the results of this sweep: 16 hexadecimal digits.
+    pub fn digest(&self) -> String {
+        self.sweep.digest(&self.profile)
     }
 
     /// The cells with their conditions.
@@ -74,6 +86,16 @@ impl ResolvedSweep {
     pub fn cells(&self, file: &str) -> anyhow::Result<Vec<(Cell, Conditions)>> {
         self.sweep.resolve(file, &self.profile).map_err(explain_sweep)
     }
+}
+
+/// Reads a table of start poses; that names of robots are in it does not count where all are alike.
+fn read_start_table(path: &Path, headings: Option<Headings>) -> anyhow::Result<Starts> {
+    let name = path.display().to_string();
+    let text = read_text(path)?;
+    read_starts(&name, &text, headings).map_err(|error| match error.help() {
+        Some(help) => with_help(error.to_string(), help),
+        None => error.into(),
+    })
 }
 
 /// Reads a profile.
@@ -94,11 +116,8 @@ pub fn read_profile(path: &Path) -> anyhow::Result<RobotProfile> {
 }
 
 fn explain_sweep(error: SweepFileError) -> anyhow::Error {
-    match &error {
-        SweepFileError::Document(document) => match document.help() {
-            Some(help) => with_help(error.to_string(), help),
-            None => error.into(),
-        },
-        _ => error.into(),
+    match error.help() {
+        Some(help) => with_help(error.to_string(), help),
+        None => error.into(),
     }
 }

@@ -52,10 +52,7 @@ pub fn sweep_into(
         .map(|adaptive| Schedule::new(adaptive, plan.runs.replicates, &plan.cells));
     match sweeping.rounds(schedule.as_ref()) {
         Ok(Swept { counts, rounds }) => {
-            let entries = plan.cells.iter().cloned().zip(counts);
-            let cells = entries.map(|(cell, counts)| DiagramCell { cell, counts }).collect();
-            let diagram = PhaseDiagram { axes: source.sweep.swept_axes(), cells };
-            let result = SweepResult { source, diagram };
+            let result = plan.result(source, &counts);
             let work = plan.numbered(&rounds);
             let command = unfinished::command(folder);
             site.finish(&result, work, n_threads).map_err(|error| kept(folder, &command, error))?;
@@ -120,6 +117,8 @@ pub fn knowledge(result: &SweepResult) -> Option<Vec<Knowledge>> {
 /// What is to be swept.
 pub struct Plan {
     cells: Vec<Cell>,
+    /// Those of all cells with the robots made worse, and after them those of all cells with the
+    /// robots as measured, if they are others.
     conditions: Vec<Conditions>,
     runs: Runs,
 }
@@ -138,8 +137,11 @@ impl Plan {
     ///
     /// If a cell cannot be simulated.
     pub fn new(name: &str, source: &ResolvedSweep, n_threads: usize) -> anyhow::Result<Self> {
-        let (cells, conditions): (Vec<Cell>, Vec<Conditions>) =
+        let (cells, mut conditions): (Vec<Cell>, Vec<Conditions>) =
             source.cells(name)?.into_iter().unzip();
+        if let Some(measured) = source.as_measured() {
+            conditions.extend(measured.cells(name)?.into_iter().map(|(_, conditions)| conditions));
+        }
         let runs = Runs {
             seed: source.sweep.seed,
             replicates: source.sweep.replicates,
@@ -153,6 +155,24 @@ impl Plan {
     /// All blocks with their numbers, of a sweep that is not adaptive.
     pub fn blocks(&self) -> impl Iterator<Item = (u64, Block)> + '_ {
         (0..).zip(blocks(&self.conditions, self.runs.duration_s, self.first_round()))
+    }
+
+    /// What came out.
+    ///
+    /// # Arguments
+    ///
+    /// * `counts` — in the order of the conditions.
+    fn result(&self, source: ResolvedSweep, counts: &[PhaseCounts]) -> SweepResult {
+        let axes = source.sweep.swept_axes();
+        let diagram = |counts: &[PhaseCounts]| PhaseDiagram {
+            axes: axes.clone(),
+            cells: (self.cells.iter().cloned().zip(counts))
+                .map(|(cell, counts)| DiagramCell { cell, counts: *counts })
+                .collect(),
+        };
+        let mut worlds = counts.chunks(self.cells.len()).map(diagram);
+        let simulated = worlds.next().expect("a sweep has cells");
+        SweepResult { diagram: simulated, as_measured: worlds.next(), source }
     }
 
     fn first_round(&self) -> Round {
@@ -261,8 +281,10 @@ impl<'a> Sweeping<'a> {
             let n = counts[cell].total();
             Piece { cell, replicates: n..n + more }
         };
-        let more = schedule.next_round(counts);
-        more.into_iter().enumerate().map(piece).filter(|piece| piece.n_rows() > 0).collect()
+        // Each world decides for itself where it is uncertain.
+        let worlds = counts.chunks(self.plan.cells.len());
+        let more = worlds.flat_map(|counts| schedule.next_round(counts));
+        more.enumerate().map(piece).filter(|piece| piece.n_rows() > 0).collect()
     }
 
     /// Finishes the blocks of a round and counts their phases.
@@ -363,7 +385,7 @@ fn kept(folder: &Path, command: &str, error: anyhow::Error) -> anyhow::Error {
 /// Names the cell that cannot be simulated.
 fn explain(name: &str, cells: &[Cell], error: SweepError) -> anyhow::Error {
     let (SweepError::Placement { cell, .. } | SweepError::Judge { cell, .. }) = &error;
-    let cell = &cells[*cell];
+    let cell = &cells[cell % cells.len()];
     match error {
         SweepError::Placement { source, .. } => {
             with_help(format!("{name}: cell `{cell}`: {source}"), source.help())

@@ -75,7 +75,8 @@ impl Judged {
         let fixed = source.sweep.fixed.values.iter().filter(|(axis, _)| axis.is_capability());
         let fixed: BTreeMap<String, f64> =
             fixed.map(|(axis, value)| (axis.key().to_owned(), *value)).collect();
-        let (profile_digest, harsher) = (source.profile.digest(), source.sweep.factors());
+        let (profile_digest, harsher) =
+            (source.profile.digest(), source.sweep.factors(&source.profile));
         let made = serde_json::to_string(&(&profile_digest, harsher, &fixed));
         let mut digest = Digest::new("simulator");
         digest.text(&made.expect("numbers and texts are plain data"));

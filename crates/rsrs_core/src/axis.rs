@@ -1,5 +1,7 @@
 //! Axes of a sweep, and cells: one value on each swept axis.
 
+mod unit;
+
 use std::fmt;
 use std::str::FromStr;
 
@@ -9,6 +11,8 @@ use serde::{Serialize, Serializer};
 
 use crate::document::nearest;
 use crate::harsher::tidy;
+
+pub use unit::OtherUnit;
 
 /// A quantity that a sweep can vary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -204,6 +208,9 @@ pub enum CellError {
         /// The text found.
         found: String,
     },
+    /// The value is likely in another unit.
+    #[error(transparent)]
+    Unit(#[from] OtherUnit),
     /// An axis is given twice.
     #[error("{axis} is given twice")]
     Twice {
@@ -228,6 +235,15 @@ impl Cell {
                 return Err(CellError::NotANumber { axis, found: value.to_string() });
             }
             cell.values.push((axis, value));
+        }
+        Ok(cell)
+    }
+
+    /// A cell as a person wrote it: values that look like millimetres or degrees are refused.
+    fn written(values: Vec<(Axis, f64)>) -> Result<Self, CellError> {
+        let cell = Self::new(values)?;
+        for (axis, value) in cell.iter() {
+            axis.check_unit(value)?;
         }
         Ok(cell)
     }
@@ -275,7 +291,7 @@ impl FromStr for Cell {
                 .ok_or_else(|| CellError::NotANumber { axis, found: value.to_owned() })?;
             Ok((axis, number))
         });
-        Self::new(values.collect::<Result<Vec<_>, CellError>>()?)
+        Self::written(values.collect::<Result<Vec<_>, CellError>>()?)
     }
 }
 
@@ -302,7 +318,7 @@ impl<'de> Deserialize<'de> for Cell {
                 while let Some(entry) = map.next_entry::<Axis, f64>()? {
                     values.push(entry);
                 }
-                Cell::new(values).map_err(de::Error::custom)
+                Cell::written(values).map_err(de::Error::custom)
             }
         }
         deserializer.deserialize_map(CellVisitor)
@@ -355,6 +371,13 @@ impl<'de> Deserialize<'de> for AxisValues {
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<AxisValues, A::Error> {
                 let spaced = Spaced::deserialize(de::value::MapAccessDeserializer::new(map))?;
+                for (key, end) in [("from", spaced.from), ("to", spaced.to)] {
+                    if !end.is_finite() {
+                        return Err(de::Error::custom(format!(
+                            "`{key}` is {end}, expected a finite number"
+                        )));
+                    }
+                }
                 if spaced.steps > MOST_STEPS {
                     return Err(de::Error::custom(format!(
                         "`steps` is {}, expected at most {MOST_STEPS}",

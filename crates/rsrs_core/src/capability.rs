@@ -56,6 +56,7 @@ pub fn violations(
     simulated: &Conditions,
 ) -> Result<Vec<CapabilityViolation>, ConditionsError> {
     let settings = Settings {
+        placement: None,
         values: vec![
             (Axis::Speed, simulated.controller.speed_m_s),
             (Axis::TurnRate, simulated.controller.turn_rate_rad_s),

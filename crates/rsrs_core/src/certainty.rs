@@ -5,7 +5,9 @@ use std::ops::Range;
 use serde::Serialize;
 
 use crate::order::Evidence;
-use crate::phase::{BLOCK_S, Phase, Spread, Thresholds, Verdict, samples_in, spread, window};
+use crate::phase::{
+    BLOCK_S, Phase, Spread, Thresholds, Verdict, good_blocks, lasting, samples_in, spread, window,
+};
 use crate::trajectory::{Bodies, Trajectory};
 
 /// How sure a verdict is.
@@ -21,6 +23,9 @@ pub struct Certainty {
     /// Share of the blocks of 10 s in the window which by themselves show the same phase, from 0
     /// to 1.
     pub confidence: f64,
+    /// Share of these blocks that satisfy the rule of stable milling by themselves, from 0 to 1; a
+    /// stable mill breaks it in at most one of six.
+    pub steady: f64,
 }
 
 /// One order parameter and one boundary.
@@ -101,7 +106,11 @@ impl Certainty {
     pub fn of(run: (&Trajectory, &Bodies), verdict: &Verdict, thresholds: &Thresholds) -> Self {
         let (trajectory, bodies) = run;
         let window = window(trajectory);
-        let state = State::of(trajectory, window.clone(), verdict.evidence);
+        let (n_good, n_blocks) = good_blocks(trajectory, bodies, thresholds);
+        // Where the whole window is no stable mill, its blocks would change together with it.
+        let is_whole = thresholds.is_stable(&verdict.evidence);
+        let blocks = if is_whole { (n_good, n_blocks) } else { (0, 0) };
+        let state = State { blocks, ..State::of(trajectory, window.clone(), verdict.evidence) };
         let margins = margins(thresholds, &state, verdict.n_robots);
         let decided = |crossed: &[Margin]| state.after(crossed).phase(thresholds);
         let near: Vec<Margin> = margins
@@ -115,6 +124,7 @@ impl Certainty {
             is_settled,
             confidence: confidence(trajectory, bodies, (window, verdict.phase, thresholds)),
             margins,
+            steady: n_good as f64 / n_blocks as f64,
         }
     }
 }
@@ -124,16 +134,18 @@ impl Certainty {
 struct State {
     evidence: Evidence,
     spread: Option<Spread>,
+    /// Good blocks, of how many; none of a block, or where they are not asked.
+    blocks: (usize, usize),
 }
 
 impl State {
     fn of(trajectory: &Trajectory, samples: Range<usize>, evidence: Evidence) -> Self {
         let spread = evidence.lost.is_none().then(|| spread(trajectory, samples, &evidence));
-        Self { evidence, spread }
+        Self { evidence, spread, blocks: (0, 0) }
     }
 
     fn phase(&self, thresholds: &Thresholds) -> Phase {
-        thresholds.phase(&self.evidence, self.spread)
+        lasting(thresholds.phase(&self.evidence, self.spread), self.blocks)
     }
 
     /// The same with some order parameters just on the other side of their boundaries.
@@ -147,7 +159,7 @@ impl State {
     }
 
     fn value(&self, parameter: Parameter) -> f64 {
-        let Self { evidence, spread } = self;
+        let Self { evidence, spread, .. } = self;
         match parameter {
             Parameter::Lost => evidence.lost.unwrap_or(0.0),
             Parameter::Growth => spread.map_or(0.0, |spread| spread.growth),
@@ -160,7 +172,7 @@ impl State {
     }
 
     fn set(&mut self, parameter: Parameter, value: f64) {
-        let Self { evidence, spread } = self;
+        let Self { evidence, spread, .. } = self;
         match parameter {
             // None of the robots is lost below the first one.
             Parameter::Lost => evidence.lost = Some(value),
@@ -192,8 +204,8 @@ fn margins(thresholds: &Thresholds, state: &State, n_robots: usize) -> Vec<Margi
         boundary,
         distance: boundary - state.value(parameter),
     };
-    let is_range_known = state.evidence.lost.is_some();
-    let dispersion = if is_range_known {
+    let is_reach_known = state.evidence.lost.is_some();
+    let dispersion = if is_reach_known {
         at_least(Phase::Dispersion, Parameter::Lost, thresholds.dispersion_lost)
     } else {
         at_least(Phase::Dispersion, Parameter::Growth, thresholds.dispersion_growth)
@@ -209,7 +221,7 @@ fn margins(thresholds: &Thresholds, state: &State, n_robots: usize) -> Vec<Margi
         at_least(stable, Parameter::Circliness, thresholds.stable_circliness),
         below(stable, Parameter::Blocked, thresholds.stable_blocked),
     ];
-    if is_range_known {
+    if is_reach_known {
         // A stable mill has lost nobody: the boundary is the first robot.
         margins.push(below(stable, Parameter::Lost, 1.0 / n_robots as f64));
     }

@@ -6,7 +6,7 @@ use crate::conditions::{Arena, Conditions, Placement};
 use crate::controller::ControllerParameters;
 
 /// The part of the conditions `E` that the operator of a real run decides, and must keep.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Circumstances {
     /// Number of robots.
     pub robots: usize,
@@ -38,7 +38,7 @@ impl Circumstances {
         Self {
             robots: conditions.robots,
             controller: conditions.controller,
-            placement: conditions.placement,
+            placement: conditions.placement.clone(),
             arena: conditions.arena,
             duration_s,
         }
@@ -56,9 +56,13 @@ impl Circumstances {
             return refuse("the number of robots", run.robots.to_string(), self.robots.to_string());
         }
         if let Some(pair) =
-            [run.placement, self.placement].into_iter().find(|placement| is_pair(*placement))
+            [&run.placement, &self.placement].into_iter().find(|placement| is_pair(placement))
         {
             return refuse("the placement", format!("{pair:?}"), "robots in a disc".to_owned());
+        }
+        let [found, expected] = [&run.placement, &self.placement].map(kind);
+        if found != expected {
+            return refuse("the placement", found.to_owned(), expected.to_owned());
         }
         for (aspect, unit, found, expected) in [
             ("the speed", "m/s", run.controller.speed_m_s, self.controller.speed_m_s),
@@ -76,6 +80,9 @@ impl Circumstances {
                 return refuse(aspect, format!("{found} {unit}"), format!("{expected} {unit}"));
             }
         }
+        if !is_same_start(&run.placement, &self.placement) {
+            return refuse("the placement", format!("another {found}"), format!("the {expected}"));
+        }
         if run.arena.walls != self.arena.walls {
             let named = |walls| format!("{walls:?}").to_lowercase();
             return refuse("what the walls do", named(run.arena.walls), named(self.arena.walls));
@@ -85,8 +92,22 @@ impl Circumstances {
 }
 
 /// Whether robots were put there to be measured, which is no swarm.
-fn is_pair(placement: Placement) -> bool {
+fn is_pair(placement: &Placement) -> bool {
     matches!(placement, Placement::Pair { .. })
+}
+
+fn kind(placement: &Placement) -> &'static str {
+    match placement {
+        Placement::DiscFacingOut { .. } => "disc",
+        Placement::BoxFacingOut { .. } => "box",
+        Placement::Given { .. } => "table of start poses",
+        Placement::Pair { .. } => "pair",
+    }
+}
+
+/// Whether robots start in one box, or by one table; the radii of discs are compared as numbers are.
+fn is_same_start(found: &Placement, expected: &Placement) -> bool {
+    matches!(expected, Placement::DiscFacingOut { .. }) || found == expected
 }
 
 /// Numbers that differ by less than this share were the same number before they were written.

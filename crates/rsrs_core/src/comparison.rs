@@ -9,6 +9,7 @@ use crate::axis::Cell;
 use crate::diagram::PhaseCounts;
 use crate::interval::Interval;
 use crate::phase::Phase;
+use crate::pooled::{Pooled, PooledTest, e_value, p_value};
 use crate::posterior::probability_at_least;
 
 pub use crate::share::Share;
@@ -28,11 +29,12 @@ pub struct CellRuns {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// Reality mills less often than the simulator; more than chance explains.
+    /// In at least one of the cells, reality mills less often than the simulator.
     Violated,
-    /// Reality mills at least as often, or at most 0.1 less often, with a probability of 0.95.
+    /// Averaged over the runs, reality mills at least as often as the simulator, or less often by at
+    /// most the margin.
     Supported,
-    /// Too few runs to say.
+    /// The runs do not say yet.
     Undecided,
 }
 
@@ -49,15 +51,25 @@ pub struct CellComparison {
     pub simulated: Share,
     /// Interval of `B_s`.
     pub simulated_interval: Interval,
-    /// Fisher's exact probability of so few real mills if `B_r = B_s`; one-sided.
+    /// Fisher's exact probability of so few real mills if `B_r = B_s`; one-sided, for a number of runs
+    /// that was fixed before the first.
     pub p_value: f64,
     /// The same, corrected for the number of cells after Holm.
     pub p_corrected: f64,
-    /// Posterior probability that `B_r >= B_s - 0.1`, with uniform priors.
+    /// Posterior probability that `B_r >= B_s - margin`, with uniform priors.
     pub p_supported: f64,
-    /// What follows.
+    /// Evidence that `B_r < B_s` here, however often one looked.
+    pub e_violated: f64,
+    /// Its inverse, at most 1, corrected for the number of cells after Holm.
+    pub p_violated: f64,
+    /// Evidence that `B_r >= B_s - margin` here, however often one looked.
+    pub e_supported: f64,
+    /// Its inverse, at most 1, corrected for the number of cells after Holm.
+    pub p_not_supported: f64,
+    /// What follows for this cell; violated only if all cells together are.
     pub verdict: Verdict,
-    /// If undecided: how many further real runs would support the inequality if all of them mill.
+    /// If undecided: how many further real runs would support the inequality here if all of them mill;
+    /// `None` also if [`MOST_RUNS`] would not.
     pub further_runs: Option<u64>,
 }
 
@@ -77,82 +89,152 @@ pub struct Tally {
 pub struct Comparison {
     /// Cell by cell, in the order given.
     pub cells: Vec<CellComparison>,
-    /// Violated if any cell is; supported if all are.
+    /// All runs of all cells together, on which the verdict rests.
+    pub pooled: Pooled,
+    /// What follows from all runs.
     pub verdict: Verdict,
+    /// If undecided: how many further real runs would support the inequality if all of them mill,
+    /// those cells run next that were run least; `None` also if [`MOST_RUNS`] would not.
+    pub further_runs: Option<u64>,
     /// Run by run.
     pub tally: Tally,
 }
 
-/// By how much `B_r` may fall short of `B_s` and still support the inequality.
+/// By how much `B_r` may fall short of `B_s` and still support the inequality, unless asked
+/// otherwise.
 pub const MARGIN: f64 = 0.1;
 
-/// A corrected probability below this violates the inequality.
+/// How often either verdict may be said wrongly, however often one looks.
 pub const SIGNIFICANCE: f64 = 0.05;
 
-/// A posterior probability from this on supports it.
-pub const SUPPORT: f64 = 0.95;
+/// More runs than this are not asked for: they decide nothing in a laboratory.
+pub const MOST_RUNS: u64 = 1024;
 
 impl Comparison {
-    /// Compares real runs with simulated ones, cell by cell.
+    /// Compares real runs with simulated ones, with the usual [`MARGIN`].
+    pub fn of(runs: &[CellRuns]) -> Self {
+        Self::with_margin(runs, MARGIN)
+    }
+
+    /// Compares real runs with simulated ones.
+    ///
+    /// The verdict rests on all runs together. It is `violated` if they would be improbable did real
+    /// robots mill at least as often as simulated ones in every cell; then those cells are named that
+    /// show it alone, corrected for their number. It is `supported` if they would be improbable did real
+    /// robots, averaged over the runs, mill less often by more than the margin. Either is said wrongly
+    /// with a probability of at most [`SIGNIFICANCE`], whatever number of runs one looked at before.
+    ///
+    /// # Arguments
+    ///
+    /// * `runs` — cell by cell.
+    /// * `margin` — by how much `B_r` may fall short, from 0 to less than 1.
     ///
     /// # Source
     ///
-    /// `eq:finalgap`; the tally of the caption of `fig:phase_plot2`.
-    pub fn of(runs: &[CellRuns]) -> Self {
-        let p_values: Vec<f64> = runs
+    /// `eq:finalgap`; the tally of the caption of `fig:phase_plot2`; [`crate::e_value`].
+    pub fn with_margin(runs: &[CellRuns], margin: f64) -> Self {
+        let shares: Vec<(Share, Share)> = runs
             .iter()
-            .map(|runs| fisher_less(Share::milling(&runs.real), Share::milling(&runs.simulated)))
+            .map(|runs| (Share::milling(&runs.real), Share::milling(&runs.simulated)))
             .collect();
-        let cells: Vec<CellComparison> = runs
-            .iter()
-            .zip(p_values.iter().zip(holm(&p_values)))
-            .map(|(runs, (p_value, p_corrected))| compare_cell(runs, *p_value, p_corrected))
+        let test = PooledTest::new(&shares, margin);
+        let verdict = decide(test.log_e());
+        let corrected = Corrected::of(&shares, &test);
+        let cells = (0..runs.len())
+            .map(|index| compare_cell((&runs[index], &test, index), &corrected, verdict))
             .collect();
-        let any = |verdict| cells.iter().any(|cell| cell.verdict == verdict);
-        let verdict = if any(Verdict::Violated) {
-            Verdict::Violated
-        } else if any(Verdict::Undecided) || cells.is_empty() {
-            Verdict::Undecided
-        } else {
-            Verdict::Supported
-        };
-        Self { cells, verdict, tally: tally(runs) }
+        let simulated: Vec<Share> = shares.iter().map(|(_, simulated)| *simulated).collect();
+        let further = |n: u64| test.log_e_if_all_mill(n);
+        Self {
+            cells,
+            pooled: test.summary(&simulated, enough()),
+            verdict,
+            further_runs: (verdict == Verdict::Undecided && !runs.is_empty())
+                .then(|| runs_until(|n| further(n) >= enough()))
+                .flatten(),
+            tally: tally(runs),
+        }
     }
 }
 
-fn compare_cell(runs: &CellRuns, p_value: f64, p_corrected: f64) -> CellComparison {
-    let (real, simulated) = (Share::milling(&runs.real), Share::milling(&runs.simulated));
-    let p_supported = probability_at_least(real, simulated, MARGIN);
-    let verdict = if p_corrected < SIGNIFICANCE {
+/// The logarithm of the evidence that decides.
+pub fn enough() -> f64 {
+    -libm::log(SIGNIFICANCE)
+}
+
+/// What follows from the logarithms of the evidence of [`PooledTest::log_e`].
+pub fn decide((less, at_least): (f64, f64)) -> Verdict {
+    if less >= enough() {
         Verdict::Violated
-    } else if p_supported >= SUPPORT {
+    } else if at_least >= enough() {
+        Verdict::Supported
+    } else {
+        Verdict::Undecided
+    }
+}
+
+/// Probabilities of every cell, corrected for the number of cells.
+struct Corrected {
+    exact: Vec<f64>,
+    violated: Vec<f64>,
+    not_supported: Vec<f64>,
+}
+
+impl Corrected {
+    fn of(shares: &[(Share, Share)], test: &PooledTest) -> Self {
+        let corrected = |of_cell: &dyn Fn(usize) -> f64| {
+            holm(&(0..shares.len()).map(of_cell).collect::<Vec<f64>>())
+        };
+        Self {
+            exact: corrected(&|cell| fisher_less(shares[cell].0, shares[cell].1)),
+            violated: corrected(&|cell| p_value(test.log_e_of(cell).0)),
+            not_supported: corrected(&|cell| p_value(test.log_e_of(cell).1)),
+        }
+    }
+}
+
+fn compare_cell(
+    (runs, test, index): (&CellRuns, &PooledTest, usize),
+    corrected: &Corrected,
+    of_all: Verdict,
+) -> CellComparison {
+    let (real, simulated) = (Share::milling(&runs.real), Share::milling(&runs.simulated));
+    let (p_violated, p_not_supported) = (corrected.violated[index], corrected.not_supported[index]);
+    let (less, at_least) = test.log_e_of(index);
+    let verdict = if of_all == Verdict::Violated && p_violated <= SIGNIFICANCE {
+        Verdict::Violated
+    } else if p_not_supported <= SIGNIFICANCE {
         Verdict::Supported
     } else {
         Verdict::Undecided
     };
+    let if_all_mill = |n: u64| test.log_e_of_after(index, Share { hits: n, n }).1 >= enough();
     CellComparison {
         cell: runs.cell.clone(),
         real,
         real_interval: real.interval(),
         simulated,
         simulated_interval: simulated.interval(),
-        p_value,
-        p_corrected,
-        p_supported,
+        p_value: fisher_less(real, simulated),
+        p_corrected: corrected.exact[index],
+        p_supported: probability_at_least(real, simulated, test.margin()),
+        e_violated: e_value(less),
+        p_violated,
+        e_supported: e_value(at_least),
+        p_not_supported,
         verdict,
-        further_runs: (verdict == Verdict::Undecided).then(|| further_runs(real, simulated)),
+        further_runs: (verdict == Verdict::Undecided).then(|| runs_until(if_all_mill)).flatten(),
     }
 }
 
-/// The least number of further runs, all milling, after which the inequality is supported.
-fn further_runs(real: Share, simulated: Share) -> u64 {
-    let is_enough = |further: u64| {
-        let real = Share { hits: real.hits + further, n: real.n + further };
-        probability_at_least(real, simulated, MARGIN) >= SUPPORT
-    };
+/// The least number of runs, of at most [`MOST_RUNS`], from which on a condition holds.
+pub(crate) fn runs_until(is_enough: impl Fn(u64) -> bool) -> Option<u64> {
     let mut enough = 1;
     while !is_enough(enough) {
         enough *= 2;
+        if enough > MOST_RUNS {
+            return None;
+        }
     }
     let mut too_few = enough / 2;
     while enough - too_few > 1 {
@@ -163,7 +245,7 @@ fn further_runs(real: Share, simulated: Share) -> u64 {
             too_few = middle;
         }
     }
-    enough
+    Some(enough)
 }
 
 /// Fisher's exact test that the real share is not below the simulated one.

@@ -1,7 +1,9 @@
 //! The conditions of one experiment: everything that the outcome may depend on, the paper's `E`.
 
 mod check;
+mod reach;
 mod resolve;
+mod starts;
 
 use serde::{Deserialize, Serialize};
 
@@ -9,9 +11,11 @@ use crate::controller::ControllerParameters;
 use crate::digest::Digest;
 use crate::profile::{Sees, Sensing};
 use crate::trajectory::Bodies;
+use crate::unicycle::Pose;
 
 pub use check::Impossible;
 pub use resolve::{ConditionsError, Settings};
+pub use starts::StartsError;
 
 /// All aspects of a world, resolved to numbers: the paper's `E`.
 ///
@@ -36,13 +40,25 @@ pub struct Conditions {
 }
 
 /// Where the robots start.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Placement {
     /// Uniform in a disc, facing away from its centre, as in §IV step 3.
     DiscFacingOut {
         /// Radius of the disc, in metres.
         radius_m: f64,
+    },
+    /// Uniform in a box around the origin, facing away from its centre.
+    BoxFacingOut {
+        /// Along x, in metres.
+        width_m: f64,
+        /// Along y, in metres.
+        height_m: f64,
+    },
+    /// Where a table puts them: replicate k takes set k, and after the last one the first again.
+    Given {
+        /// Shape `[n_sets][n_robots]`.
+        starts: Vec<Vec<Pose>>,
     },
     /// One robot at the origin, heading along x, and at most one other beside it, facing away: a
     /// detection trial of §IV step 1.
@@ -56,10 +72,15 @@ pub enum Placement {
 
 impl Placement {
     /// Radius of the disc about the origin that holds every centre, in metres.
-    pub fn radius_m(self) -> f64 {
+    pub fn radius_m(&self) -> f64 {
         match self {
-            Self::DiscFacingOut { radius_m } => radius_m,
-            Self::Pair { distance_m, .. } => distance_m,
+            Self::DiscFacingOut { radius_m } => *radius_m,
+            Self::BoxFacingOut { width_m, height_m } => libm::hypot(*width_m, *height_m) / 2.0,
+            Self::Given { starts } => {
+                let poses = starts.iter().flatten();
+                poses.map(|pose| libm::hypot(pose.x_m, pose.y_m)).fold(0.0, f64::max)
+            }
+            Self::Pair { distance_m, .. } => *distance_m,
         }
     }
 }
@@ -201,6 +222,6 @@ impl Conditions {
 
     /// What the judge must know of the robots.
     pub fn bodies(&self) -> Bodies {
-        Bodies { radius_m: Some(self.robot.radius_m), range_m: Some(self.robot.region.range_m()) }
+        Bodies::seen_by(&self.robot.region, self.robot.sees, self.robot.radius_m)
     }
 }

@@ -6,6 +6,8 @@ use crate::profile::RobotProfile;
 
 /// The factors that make the simulated robot worse than the measured one.
 ///
+/// What a sweep file leaves out follows from the robot: [`HarsherFactors::for_robot`].
+///
 /// A robot that is worse in every capability does not by itself make `eq:finalgap` hold:
 /// imperfection also helps (some false detections break up split groups). The comparison tests
 /// that inequality; it is never assumed.
@@ -17,21 +19,31 @@ use crate::profile::RobotProfile;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct HarsherFactors {
-    /// Times the standard deviations of both gains (default: 2.5; the Flockbot's 0.02 becomes 0.05).
+    /// Times the standard deviations of both gains (default: 2.5, or less where a robot at three of
+    /// them would hardly move; the Flockbot's 0.02 becomes 0.05).
     pub gain_sd_factor: f64,
-    /// Times the probability of missing a neighbour (default: 10; a miss of 0.02 becomes 0.20).
+    /// Times the probability of missing a neighbour (default: 10, or less where fewer than four fifths
+    /// of the measured detections would be left; a miss of 0.02 becomes 0.20).
     pub miss_factor: f64,
     /// Times the false-positive rate (default: 1.23; 0.065 becomes the 0.08 at the measured
     /// interval's upper end).
     pub false_positive_factor: f64,
-    /// Times the sensing polygon's size, at most 1 (default: 1).
+    /// Times the sensing polygon's size, at most 1 (default: 0.95; a cone is left as it is).
     pub polygon_scale: f64,
-    /// Added sensor latency, in steps (default: 0).
+    /// Added sensor latency, in steps (default: 1 for a sensor that has some, else 0).
     pub latency_extra_steps: u32,
-    /// Times the gusts (default: 1).
+    /// Times the gusts (default: 1.5 where there are some).
     pub gust_factor: f64,
-    /// Times the turn bias and the heading noise (default: 1).
+    /// Times the turn bias and the heading noise (default: 1.5 where there are some).
     pub drift_factor: f64,
+    /// Times the time constant of the turning rate (default: 1.25 where there is one).
+    #[serde(skip_serializing_if = "is_one")]
+    pub yaw_lag_factor: f64,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_one(factor: &f64) -> bool {
+    factor.to_bits() == 1.0_f64.to_bits()
 }
 
 impl Default for HarsherFactors {
@@ -44,9 +56,17 @@ impl Default for HarsherFactors {
             latency_extra_steps: 0,
             gust_factor: 1.0,
             drift_factor: 1.0,
+            yaw_lag_factor: 1.0,
         }
     }
 }
+
+/// Share of measured true positives that the default factors leave at least: a Flockbot keeps 0.80 of
+/// 0.98.
+pub(crate) const KEPT: f64 = 0.8;
+
+/// Gains are drawn up to so many standard deviations from the mean.
+pub(crate) const TRUNCATED_SD: f64 = 3.0;
 
 /// A factor that would make the simulated robot better than the measured one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -72,7 +92,74 @@ impl HarsherFactors {
         latency_extra_steps: 0,
         gust_factor: 1.0,
         drift_factor: 1.0,
+        yaw_lag_factor: 1.0,
     };
+
+    /// The factors of a sweep that names none: everything that this robot has gets worse, and nothing
+    /// comes to nothing.
+    ///
+    /// # Source
+    ///
+    /// §IV: the simulated robots are "less capable in every aspect".
+    pub fn for_robot(measured: &RobotProfile) -> Self {
+        let usual = Self::default();
+        let (actuation, sensing) = (&measured.actuation, &measured.sensing);
+        let (speed, turn) = (&actuation.speed, &actuation.turn);
+        let speeds = speed.gain_by_command.iter().map(|gain| gain.mean);
+        let turns = turn.gain_by_command.iter().map(|gain| gain.mean);
+        // A robot at the edge of the distribution keeps half of its gain.
+        let slowest = |gains: &mut dyn Iterator<Item = f64>, sd: f64| {
+            gains.fold(f64::INFINITY, f64::min) / 2.0 / (TRUNCATED_SD * sd)
+        };
+        let gain_sd_factor = usual
+            .gain_sd_factor
+            .min(slowest(&mut { speeds }, speed.robot_sd))
+            .min(slowest(&mut { turns }, turn.robot_sd));
+        let least_detections = (1.0 - KEPT * sensing.true_positive) / (1.0 - sensing.true_positive);
+        let if_any = |has: bool, factor: f64| if has { factor } else { 1.0 };
+        let drifts = turn.bias_sd_rad_s > 0.0 || turn.heading_noise_sd_rad > 0.0;
+        Self {
+            gain_sd_factor: one_decimal(gain_sd_factor),
+            miss_factor: one_decimal(usual.miss_factor.min(least_detections)),
+            false_positive_factor: usual.false_positive_factor,
+            polygon_scale: if_any(sensing.polygon_m.is_some(), 0.95),
+            latency_extra_steps: sensing.latency_steps.min(1),
+            gust_factor: if_any(actuation.gust.sd_m_s > 0.0, 1.5),
+            drift_factor: if_any(drifts, 1.5),
+            yaw_lag_factor: if_any(actuation.yaw_lag_s > 0.0, 1.25),
+        }
+    }
+
+    /// What each factor does by itself, and what is left without it: of those that change this robot.
+    pub fn ablations(&self, measured: &RobotProfile) -> Vec<Ablation> {
+        type Set = fn(HarsherFactors, HarsherFactors) -> HarsherFactors;
+        let sets: [(&'static str, Set); 8] = [
+            ("gain_sd_factor", |to, of| Self { gain_sd_factor: of.gain_sd_factor, ..to }),
+            ("miss_factor", |to, of| Self { miss_factor: of.miss_factor, ..to }),
+            ("false_positive_factor", |to, of| Self {
+                false_positive_factor: of.false_positive_factor,
+                ..to
+            }),
+            ("polygon_scale", |to, of| Self { polygon_scale: of.polygon_scale, ..to }),
+            ("latency_extra_steps", |to, of| Self {
+                latency_extra_steps: of.latency_extra_steps,
+                ..to
+            }),
+            ("gust_factor", |to, of| Self { gust_factor: of.gust_factor, ..to }),
+            ("drift_factor", |to, of| Self { drift_factor: of.drift_factor, ..to }),
+            ("yaw_lag_factor", |to, of| Self { yaw_lag_factor: of.yaw_lag_factor, ..to }),
+        ];
+        sets.into_iter()
+            .map(|(key, set)| Ablation {
+                key,
+                alone: set(Self::NONE, *self),
+                without: set(*self, Self::NONE),
+            })
+            .filter(|ablation| {
+                ablation.alone.apply(measured).is_ok_and(|simulated| simulated != *measured)
+            })
+            .collect()
+    }
 
     /// Makes a measured robot worse.
     ///
@@ -99,6 +186,7 @@ impl HarsherFactors {
         for sd in [&mut actuation.turn.bias_sd_rad_s, &mut actuation.turn.heading_noise_sd_rad] {
             *sd = tidy(*sd * self.drift_factor);
         }
+        actuation.yaw_lag_s = tidy(actuation.yaw_lag_s * self.yaw_lag_factor);
         let sensing = &mut simulated.sensing;
         let miss = (1.0 - sensing.true_positive) * self.miss_factor;
         sensing.true_positive = tidy((1.0 - miss).clamp(0.0, 1.0));
@@ -120,6 +208,7 @@ impl HarsherFactors {
             ("false_positive_factor", self.false_positive_factor),
             ("gust_factor", self.gust_factor),
             ("drift_factor", self.drift_factor),
+            ("yaw_lag_factor", self.yaw_lag_factor),
         ] {
             if !(found >= 1.0 && found.is_finite()) {
                 return Err(NotHarsher { key, found, expected: "1 or more" });
@@ -139,9 +228,80 @@ pub(crate) fn tidy(number: f64) -> f64 {
     (number * 1e12).round() / 1e12
 }
 
-/// The value of `harsher:` in a sweep file: factors, or the word `none`.
+/// A factor in one decimal, and at least 1: below it, it would make the better robot.
+pub(crate) fn one_decimal(factor: f64) -> f64 {
+    ((factor * 10.0 + 1e-9).floor() / 10.0).max(1.0)
+}
+
+/// One factor by itself, and all the others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ablation {
+    /// The factor.
+    pub key: &'static str,
+    /// This factor, with the robot else as measured.
+    pub alone: HarsherFactors,
+    /// All factors but this one.
+    pub without: HarsherFactors,
+}
+
+/// The value of `harsher:` in a sweep file: some of the factors, or the word `none`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Harsher(pub HarsherFactors);
+pub struct Harsher(Given);
+
+/// The factors that a file gives.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Given {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gain_sd_factor: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    miss_factor: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    false_positive_factor: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    polygon_scale: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    latency_extra_steps: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gust_factor: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drift_factor: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    yaw_lag_factor: Option<f64>,
+}
+
+impl Harsher {
+    /// All factors, those that are not given as this robot needs them.
+    pub fn factors(&self, measured: &RobotProfile) -> HarsherFactors {
+        let left_out = HarsherFactors::for_robot(measured);
+        let or = |given: Option<f64>, left_out: f64| given.unwrap_or(left_out);
+        HarsherFactors {
+            gain_sd_factor: or(self.0.gain_sd_factor, left_out.gain_sd_factor),
+            miss_factor: or(self.0.miss_factor, left_out.miss_factor),
+            false_positive_factor: or(self.0.false_positive_factor, left_out.false_positive_factor),
+            polygon_scale: or(self.0.polygon_scale, left_out.polygon_scale),
+            latency_extra_steps: self.0.latency_extra_steps.unwrap_or(left_out.latency_extra_steps),
+            gust_factor: or(self.0.gust_factor, left_out.gust_factor),
+            drift_factor: or(self.0.drift_factor, left_out.drift_factor),
+            yaw_lag_factor: or(self.0.yaw_lag_factor, left_out.yaw_lag_factor),
+        }
+    }
+}
+
+impl From<HarsherFactors> for Harsher {
+    fn from(factors: HarsherFactors) -> Self {
+        Self(Given {
+            gain_sd_factor: Some(factors.gain_sd_factor),
+            miss_factor: Some(factors.miss_factor),
+            false_positive_factor: Some(factors.false_positive_factor),
+            polygon_scale: Some(factors.polygon_scale),
+            latency_extra_steps: Some(factors.latency_extra_steps),
+            gust_factor: Some(factors.gust_factor),
+            drift_factor: Some(factors.drift_factor),
+            yaw_lag_factor: Some(factors.yaw_lag_factor),
+        })
+    }
+}
 
 impl Serialize for Harsher {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -166,13 +326,13 @@ impl<'de> serde::de::Visitor<'de> for HarsherVisitor {
 
     fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Harsher, E> {
         if word == "none" {
-            return Ok(Harsher(HarsherFactors::NONE));
+            return Ok(HarsherFactors::NONE.into());
         }
         Err(E::invalid_value(serde::de::Unexpected::Str(word), &self))
     }
 
     fn visit_map<A: serde::de::MapAccess<'de>>(self, map: A) -> Result<Harsher, A::Error> {
-        HarsherFactors::deserialize(serde::de::value::MapAccessDeserializer::new(map)).map(Harsher)
+        Given::deserialize(serde::de::value::MapAccessDeserializer::new(map)).map(Harsher)
     }
 }
 

@@ -14,7 +14,7 @@
 //! ([`agreement`]), and what geometry expects of it ([`theory`]); what follows
 //! for a cell ([`diagram`], [`interval`], [`sequence`], [`choice`]), where to simulate more
 //! ([`adaptive`]), and for the method ([`circumstances`],
-//! [`comparison`]).
+//! [`comparison`], [`pooled`], [`e_value`]).
 
 #![expect(
     clippy::cast_possible_truncation,
@@ -34,6 +34,7 @@ pub mod axis;
 pub mod conditions;
 pub mod harsher;
 pub mod profile;
+pub mod start_file;
 pub mod sweep_file;
 
 pub mod capability;
@@ -60,12 +61,15 @@ pub mod choice;
 pub mod circumstances;
 pub mod comparison;
 pub mod diagram;
+pub mod e_value;
 pub mod interval;
 pub mod interval_kind;
 pub mod next_experiment;
+pub mod pooled;
 mod posterior;
 mod quantile;
 pub mod sequence;
+pub mod settling;
 pub mod share;
 
 pub mod digest;

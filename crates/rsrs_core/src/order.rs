@@ -14,19 +14,19 @@ use crate::unicycle::Pose;
 /// Order parameters of one window: what a verdict rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
-    /// Share of robots that had no neighbour within range for more than half of the window; `None`
-    /// if the range is unknown.
+    /// Share of robots that had no neighbour within reach for more than half of the window; `None`
+    /// if the reach is unknown.
     pub lost: Option<f64>,
     /// Share of time in which robots were blocked: in one second they came less than 20 % as far
-    /// as they were commanded to drive.
+    /// as they were commanded to drive, forward less backward.
     pub blocked: f64,
     /// Share of robots that were blocked for more than 90 % of the window.
     pub stuck: f64,
     /// How well headings circle the centroid: the normalised angular momentum, from 0 to 1;
     /// [`rounded`].
     pub rotation: f64,
-    /// How far robots really went around the centroid, over how far they were commanded to drive;
-    /// about 1 for a ring that runs freely, 0 for one that is jammed.
+    /// How far robots really went around the centroid, over how far they were commanded to drive,
+    /// forward less backward; about 1 for a ring that runs freely, 0 for one that is jammed.
     pub orbit: f64,
     /// `1 - (r_min / r_max)²` of the distances from the centroid; 0 for a ring.
     pub fatness: f64,
@@ -150,7 +150,9 @@ struct Ring {
 impl Ring {
     fn of(trajectory: &Trajectory, samples: Range<usize>) -> Self {
         let (mut rotation, mut tangentness, mut radius_m, mut fatness) = (0.0, 0.0, 0.0, 0.0);
-        let (mut orbited_m, mut commanded_m) = (0.0, 0.0);
+        let mut orbited_m = 0.0;
+        // Forward less backward.
+        let mut commanded_m = vec![0.0_f64; trajectory.n_robots];
         let mut arms_before: Vec<Vector2<f64>> = Vec::with_capacity(trajectory.n_robots);
         for sample in samples.clone() {
             let poses = trajectory.poses_at(sample);
@@ -170,13 +172,14 @@ impl Ring {
                     arms_before.push(arm);
                 } else {
                     let command = &trajectory.commands_at(sample - 1)[robot];
-                    commanded_m += command.speed_m_s.abs() * trajectory.period_s;
+                    commanded_m[robot] += command.speed_m_s * trajectory.period_s;
                     orbited_m += angle_between(arms_before[robot], arm) * arm_m;
                     arms_before[robot] = arm;
                 }
             }
             fatness += if most_m2 > 0.0 { 1.0 - least_m2 / most_m2 } else { 0.0 };
         }
+        let commanded_m = commanded_m.iter().map(|way_m| way_m.abs()).sum::<f64>();
         let n_samples = samples.len() as f64;
         let n_poses = n_samples * trajectory.n_robots as f64;
         Self {
@@ -226,7 +229,7 @@ struct Neighbours {
 impl Neighbours {
     fn of(trajectory: &Trajectory, samples: Range<usize>, bodies: &Bodies) -> Self {
         let n_robots = trajectory.n_robots;
-        let range_m2 = bodies.range_m.map(|range_m| range_m * range_m);
+        let reach_m2 = bodies.reach_m.map(|reach_m| reach_m * reach_m);
         let contact_m2 = bodies.radius_m.map(|radius_m| {
             let contact_m = 2.0 * radius_m * (1.0 + CONTACT_TOLERANCE);
             contact_m * contact_m
@@ -238,7 +241,7 @@ impl Neighbours {
         for sample in samples.clone() {
             nearest_neighbours(trajectory.poses_at(sample), &mut nearest_m2);
             for (alone, distance_m2) in alone.iter_mut().zip(&nearest_m2) {
-                *alone += usize::from(range_m2.is_some_and(|range_m2| *distance_m2 > range_m2));
+                *alone += usize::from(reach_m2.is_some_and(|reach_m2| *distance_m2 > reach_m2));
             }
             let touches = |distance_m2: &f64| contact_m2.is_some_and(|limit| *distance_m2 < limit);
             let before = touched.get_or_insert_with(|| nearest_m2.iter().map(touches).collect());
@@ -252,7 +255,7 @@ impl Neighbours {
         let is_lost = |steps: &&usize| **steps as f64 > LOST_SHARE * n_samples;
         let robot_seconds = n_samples * trajectory.period_s * n_robots as f64;
         Self {
-            lost: range_m2.map(|_| alone.iter().filter(is_lost).count() as f64 / n_robots as f64),
+            lost: reach_m2.map(|_| alone.iter().filter(is_lost).count() as f64 / n_robots as f64),
             contact_onsets_per_s: contact_m2.map(|_| onsets as f64 / robot_seconds),
         }
     }
@@ -290,10 +293,10 @@ impl Blocking {
         let mut blocked = vec![0_usize; n_robots];
         for (robot, blocked) in blocked.iter_mut().enumerate() {
             let speed_m_s =
-                |sample: usize| trajectory.commands[sample * n_robots + robot].speed_m_s.abs();
+                |sample: usize| trajectory.commands[sample * n_robots + robot].speed_m_s;
             let place = |sample: usize| position(&trajectory.poses[sample * n_robots + robot]);
             for now in samples.start + back..samples.end {
-                let commanded_m = (now - back..now).map(speed_m_s).sum::<f64>();
+                let commanded_m = (now - back..now).map(speed_m_s).sum::<f64>().abs();
                 let limit_m = BLOCKED_SHARE * commanded_m * trajectory.period_s;
                 let moved_m2 = (place(now) - place(now - back)).norm_squared();
                 *blocked += usize::from(moved_m2 < limit_m * limit_m);

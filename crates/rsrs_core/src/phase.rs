@@ -83,7 +83,7 @@ impl fmt::Display for Phase {
 pub struct Thresholds {
     /// Share of lost robots from which on a swarm is dispersed.
     pub dispersion_lost: f64,
-    /// Growth of the mean radius from which on a swarm of unknown range is dispersed.
+    /// Growth of the mean radius from which on a swarm of unknown reach is dispersed.
     pub dispersion_growth: f64,
     /// Share of stuck robots from which on a swarm is colliding.
     pub colliding_stuck: f64,
@@ -120,7 +120,7 @@ impl Default for Thresholds {
     }
 }
 
-/// How the mean radius of a swarm changed: what tells dispersion where the range is unknown.
+/// How the mean radius of a swarm changed: what tells dispersion where the reach is unknown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
     /// Mean radius in the window over the mean radius at the start; dimensionless.
@@ -130,7 +130,8 @@ pub struct Spread {
 }
 
 impl Thresholds {
-    /// The phase of a swarm with these order parameters, by the first rule that holds.
+    /// The phase of a swarm with these order parameters, by the first rule that holds: that of the
+    /// whole window, before [`lasting`].
     ///
     /// # Arguments
     ///
@@ -215,9 +216,33 @@ pub const BLOCK_S: f64 = 10.0;
 /// As many good blocks in a row are a mill that has formed.
 pub const GOOD_BLOCKS: usize = 3;
 
+/// As many blocks of the window may break the rule of stable milling: a ring in which a single
+/// robot strays for a moment is still one.
+pub const STRAY_BLOCKS: usize = 1;
+
+/// The phase of a run whose whole window shows this one: a mill that tears apart inside the window
+/// is not stable, however good it is on average.
+///
+/// # Arguments
+///
+/// * `whole` — what [`Thresholds::phase`] says.
+/// * `n_good`, `n_blocks` — how many of the window's blocks of 10 s satisfy the rule of stable
+///   milling by themselves, of how many.
+///
+/// # Source
+///
+/// Of nine rules this meets most labels by eye: `docs/judge_by_eye.md`.
+pub fn lasting(whole: Phase, (n_good, n_blocks): (usize, usize)) -> Phase {
+    if whole == Phase::StableMilling && n_good + STRAY_BLOCKS < n_blocks {
+        return Phase::SemiStableMilling;
+    }
+    whole
+}
+
 /// Labels a run: simulated or real, by what a bag can know.
 ///
-/// Motion comes before shape: a jammed ring is round, too.
+/// Motion comes before shape: a jammed ring is round, too. And a mill lasts: at most one of the
+/// window's six blocks may break the rule of stable milling ([`lasting`]).
 ///
 /// # Arguments
 ///
@@ -248,9 +273,14 @@ pub fn label_with(
     check(trajectory)?;
     let window = window(trajectory);
     let evidence = Evidence::of(trajectory, window.clone(), bodies);
-    let spread = evidence.lost.is_none().then(|| spread(trajectory, window, &evidence));
+    let spread = evidence.lost.is_none().then(|| spread(trajectory, window.clone(), &evidence));
+    let whole = thresholds.phase(&evidence, spread);
+    let phase = match whole {
+        Phase::StableMilling => lasting(whole, good_blocks(trajectory, bodies, thresholds)),
+        _ => whole,
+    };
     Ok(Verdict {
-        phase: thresholds.phase(&evidence, spread),
+        phase,
         evidence,
         n_robots: trajectory.n_robots,
         duration_s: trajectory.duration_s(),
@@ -286,6 +316,22 @@ pub fn converged_s(trajectory: &Trajectory, bodies: &Bodies, phase: Phase) -> Op
         }
     }
     None
+}
+
+/// How many blocks of the window satisfy the rule of stable milling by themselves, of how many.
+pub(crate) fn good_blocks(
+    trajectory: &Trajectory,
+    bodies: &Bodies,
+    thresholds: &Thresholds,
+) -> (usize, usize) {
+    let window = window(trajectory);
+    let n_block = samples_in(BLOCK_S, trajectory.period_s).min(window.len());
+    let n_blocks = window.len() / n_block;
+    let is_good = |block: &usize| {
+        let start = window.start + block * n_block;
+        thresholds.is_stable(&Evidence::of(trajectory, start..start + n_block, bodies))
+    };
+    ((0..n_blocks).filter(is_good).count(), n_blocks)
 }
 
 /// Whole periods in a time, at least one: the samples of a window or a block.

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::axis::{Axis, OtherUnit};
 use crate::interval::Interval;
 use crate::quantile;
 
@@ -54,6 +55,9 @@ pub enum PlanError {
         /// What it may be.
         expected: &'static str,
     },
+    /// A limit that is likely in another unit.
+    #[error(transparent)]
+    Unit(#[from] OtherUnit),
 }
 
 /// The trials worth running.
@@ -240,14 +244,16 @@ impl PlanRequest {
                 return refuse(name, most, "more than the least");
             }
         }
+        Axis::Speed.check_unit(self.limits_m_s[1])?;
+        Axis::TurnRate.check_unit(self.limits_rad_s[1])?;
+        Axis::Range.check_unit(self.range_m)?;
+        Axis::HalfAngle.check_unit(self.half_angle_rad)?;
+        Axis::Period.check_unit(self.period_s)?;
         if !(self.trial_sd >= 0.0 && self.trial_sd.is_finite()) {
             return refuse("the spread between trials", self.trial_sd, "0 or more");
         }
         if !(self.range_m > 2.0 * self.radius_m && self.range_m.is_finite()) {
             return refuse("the sensor's range in m", self.range_m, "more than two radii");
-        }
-        if self.half_angle_rad > std::f64::consts::PI {
-            return refuse("the sensor's half-angle in rad", self.half_angle_rad, "at most π");
         }
         Ok(())
     }

@@ -1,12 +1,15 @@
 //! The measured robot: what step 1 of the method finds out, as a file.
 
 mod check;
+mod limits;
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
 use crate::document::{self, DocumentError};
+
+pub use limits::BeyondLimits;
 
 /// A robot as it was measured: every capability, with where its number comes from.
 ///

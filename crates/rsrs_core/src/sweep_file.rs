@@ -1,18 +1,22 @@
 //! The sweep file: which cells to simulate, how often, and from which seed.
 
 mod check;
+mod digest;
 
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use crate::adaptive::Adaptive;
-use crate::axis::{Axis, AxisValues, Cell};
+use crate::axis::{Axis, AxisValues, Cell, OtherUnit};
 use crate::conditions::{Conditions, ConditionsError, Settings, Walls};
 use crate::document::{self, DocumentError};
 use crate::harsher::{Harsher, HarsherFactors, NotHarsher};
 use crate::interval_kind::IntervalKind;
-use crate::profile::RobotProfile;
+use crate::profile::{BeyondLimits, RobotProfile};
+use crate::start_file::StartPlacement;
+
+pub use digest::OtherSweep;
 
 /// A sweep as written by a person: YAML with units in its keys.
 #[derive(Clone, Debug, PartialEq, Serialize, serde::Deserialize)]
@@ -29,10 +33,14 @@ pub struct SweepFile {
     /// Values that hold in every cell.
     #[serde(default)]
     pub fixed: Fixed,
+    /// Where the robots start, if not in a disc of `placement_radius_m`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub placement: Option<StartPlacement>,
     /// A list of cells instead of a grid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cells: Option<Vec<Cell>>,
-    /// Replicates of each cell; of an adaptive sweep, those that each cell begins with.
+    /// Replicates of each cell, in each of both worlds (default: 100); of an adaptive sweep, those that each cell begins with.
+    #[serde(default = "usual_replicates")]
     pub replicates: u64,
     /// Simulated time of each replicate, in seconds.
     pub duration_s: f64,
@@ -41,6 +49,10 @@ pub struct SweepFile {
     /// When a cell has had enough replicates; none for the same number in every cell.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adaptive: Option<Adaptive>,
+}
+
+fn usual_replicates() -> u64 {
+    100
 }
 
 /// Swept axes in the order of the file; the first is the picture's x.
@@ -98,6 +110,30 @@ pub enum SweepFileError {
         /// What is wrong with it.
         problem: &'static str,
     },
+    /// A value that is likely in another unit.
+    #[error("{file}: {source}")]
+    Unit {
+        /// The file.
+        file: String,
+        /// Which one.
+        source: OtherUnit,
+    },
+    /// An axis with two claims on its value.
+    #[error("{file}: `{axis}` is {problem}")]
+    Twice {
+        /// The file.
+        file: String,
+        /// The axis.
+        axis: Axis,
+        /// Where.
+        problem: &'static str,
+    },
+    /// A placement that is a trial's.
+    #[error("{file}: `placement` is a pair, expected disc_facing_out, box_facing_out or file")]
+    Pair {
+        /// The file.
+        file: String,
+    },
     /// More cells than can be kept.
     #[error("{file}: the axes span {found:e} cells, expected at most {MOST_CELLS}")]
     TooManyCells {
@@ -126,6 +162,16 @@ pub enum SweepFileError {
         /// Which factor.
         source: NotHarsher,
     },
+    /// A cell that the robots must not be commanded.
+    #[error("{file}: cell `{cell}`: {source}")]
+    Limits {
+        /// The file.
+        file: String,
+        /// The cell.
+        cell: Cell,
+        /// Which command.
+        source: BeyondLimits,
+    },
     /// A cell that cannot be simulated.
     #[error("{file}: cell `{cell}`: {source}")]
     Cell {
@@ -136,6 +182,24 @@ pub enum SweepFileError {
         /// Why.
         source: ConditionsError,
     },
+}
+
+impl SweepFileError {
+    /// What to do next.
+    pub fn help(&self) -> Option<String> {
+        match self {
+            Self::Document(error) => error.help(),
+            Self::Limits { source, .. } => Some(source.help()),
+            Self::Twice { axis: Axis::PlacementRadius, .. } => {
+                Some("keep `placement` or `placement_radius_m`".to_owned())
+            }
+            Self::Pair { .. } => {
+                Some("trials of two robots are driven by `rsrs measure drive`".to_owned())
+            }
+            Self::Twice { axis, .. } => Some(format!("keep one value or one list of `{axis}`")),
+            _ => None,
+        }
+    }
 }
 
 /// Seeds are below this, so that they fit the signed integers of ROS parameters and YAML tools.
@@ -201,7 +265,11 @@ impl SweepFile {
 
     /// The settings that hold in every cell.
     pub fn settings(&self) -> Settings {
-        Settings { values: self.fixed.values.clone(), walls: self.fixed.walls }
+        Settings {
+            values: self.fixed.values.clone(),
+            walls: self.fixed.walls,
+            placement: self.placement.as_ref().and_then(StartPlacement::placement),
+        }
     }
 
     /// The conditions of every cell, in the order of [`Self::all_cells`].
@@ -220,22 +288,25 @@ impl SweepFile {
         measured: &RobotProfile,
     ) -> Result<Vec<(Cell, Conditions)>, SweepFileError> {
         let simulated = self
-            .harsher
-            .0
+            .factors(measured)
             .apply(measured)
             .map_err(|source| SweepFileError::NotHarsher { file: file.to_owned(), source })?;
         let settings = self.settings();
+        let file = || file.to_owned();
         let resolve = |cell: Cell| match Conditions::resolve(&simulated, &settings.with_cell(&cell))
         {
-            Ok(conditions) => Ok((cell, conditions)),
-            Err(source) => Err(SweepFileError::Cell { file: file.to_owned(), cell, source }),
+            Ok(conditions) => match measured.check_limits(conditions.controller) {
+                Ok(()) => Ok((cell, conditions)),
+                Err(source) => Err(SweepFileError::Limits { file: file(), cell, source }),
+            },
+            Err(source) => Err(SweepFileError::Cell { file: file(), cell, source }),
         };
         self.all_cells().into_iter().map(resolve).collect()
     }
 
-    /// The factors of `harsher`.
-    pub fn factors(&self) -> HarsherFactors {
-        self.harsher.0
+    /// The factors of `harsher`, those that it leaves out as this robot needs them.
+    pub fn factors(&self, measured: &RobotProfile) -> HarsherFactors {
+        self.harsher.factors(measured)
     }
 }
 

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::conditions::Region;
 use crate::controller::Command;
+use crate::profile::Sees;
 use crate::unicycle::Pose;
 
 /// Poses and commands of `n_robots` robots, sampled once per control period.
@@ -25,8 +27,24 @@ pub struct Trajectory {
 pub struct Bodies {
     /// Radius of one robot's body, in metres; unknown for many a foreign bag.
     pub radius_m: Option<f64>,
-    /// How far a robot sees, centre to centre, in metres; unknown for many a foreign bag.
-    pub range_m: Option<f64>,
+    /// Reach: how far from a robot's centre the centre of another can be seen, in metres; unknown
+    /// for many a foreign bag.
+    ///
+    /// Where bodies are seen this is more than the sensor's range: see
+    /// [`Region::reach_m`](crate::conditions::Region::reach_m).
+    pub reach_m: Option<f64>,
+}
+
+impl Bodies {
+    /// What is known of robots with this sensor.
+    ///
+    /// # Arguments
+    ///
+    /// * `region`, `sees` — where a robot detects what of a neighbour.
+    /// * `radius_m` — radius of every robot's body, in metres.
+    pub fn seen_by(region: &Region, sees: Sees, radius_m: f64) -> Self {
+        Self { radius_m: Some(radius_m), reach_m: Some(region.reach_m(sees, radius_m)) }
+    }
 }
 
 impl Trajectory {

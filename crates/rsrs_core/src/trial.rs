@@ -16,7 +16,7 @@ use table::{Row, Table};
 mod driven;
 mod error;
 mod reduced;
-mod table;
+pub(crate) mod table;
 
 /// All trials of one table.
 #[derive(Clone, Debug, PartialEq)]
@@ -235,13 +235,13 @@ pub fn period_trials(file: &str, text: &str) -> Result<Trials<PeriodTrial>, Tria
 }
 
 /// A robot of this method is small: a larger command is one in millimetres per second.
-const MAX_SPEED_M_S: f64 = 5.0;
+pub(crate) const MAX_SPEED_M_S: f64 = 5.0;
 /// One and a half turns a second; a larger command is one in degrees per second.
-const MAX_TURN_RATE_RAD_S: f64 = 10.0;
+pub(crate) const MAX_TURN_RATE_RAD_S: f64 = 10.0;
 /// A binary sensor of a small robot does not reach further.
-const MAX_SENSING_M: f64 = 20.0;
+pub(crate) const MAX_SENSING_M: f64 = 20.0;
 /// A robot that decides every five seconds cannot mill; the paper's decide every 130 ms.
-const MAX_PERIOD_S: f64 = 5.0;
+pub(crate) const MAX_PERIOD_S: f64 = 5.0;
 
 impl Table<'_> {
     /// Reads every row; the first column is the robot's name.

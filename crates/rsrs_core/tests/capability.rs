@@ -17,9 +17,13 @@ fn profile(text: &str) -> RobotProfile {
     RobotProfile::parse("p.yaml", text).expect("the profiles that ship are valid")
 }
 
+/// The cells of a sweep for robots that may be commanded anything.
 fn cells(measured: &RobotProfile, sweep: &str) -> Vec<Conditions> {
+    let mut measured = measured.clone();
+    measured.actuation.speed.limits_m_s = [0.01, 1.0];
+    measured.actuation.turn.limits_rad_s = [0.05, 5.0];
     let sweep = SweepFile::parse("s.yaml", sweep).expect("the sweep that ships is valid");
-    let cells = sweep.resolve("s.yaml", measured).expect("it can be simulated");
+    let cells = sweep.resolve("s.yaml", &measured).expect("it can be simulated");
     cells.into_iter().map(|(_, conditions)| conditions).collect()
 }
 

@@ -7,8 +7,8 @@ use rsrs_core::trajectory::{Bodies, Trajectory};
 use rsrs_core::unicycle::Pose;
 
 const PERIOD_S: f64 = 0.13;
-const FLOCKBOT: Bodies = Bodies { radius_m: Some(0.075), range_m: Some(0.75) };
-const UNKNOWN_RANGE: Bodies = Bodies { radius_m: Some(0.075), range_m: None };
+const FLOCKBOT: Bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.75) };
+const UNKNOWN_REACH: Bodies = Bodies { radius_m: Some(0.075), reach_m: None };
 
 /// Nine robots on a ring, each at a radius of its own that is a function of robot and time.
 fn ring(radius_m: impl Fn(usize, f64) -> f64, orbits_at_m_s: f64) -> Trajectory {
@@ -131,7 +131,7 @@ fn moving_as_far_as_the_nearest_boundary_changes_the_phase_and_less_does_not() {
 fn without_a_range_growth_is_the_boundary_of_dispersion() {
     let growing = |_: usize, time_s: f64| 0.7 + 0.03 * time_s;
 
-    let (verdict, certainty) = judged(&ring(growing, 0.15), &UNKNOWN_RANGE);
+    let (verdict, certainty) = judged(&ring(growing, 0.15), &UNKNOWN_REACH);
 
     assert_eq!(verdict.phase, Phase::Dispersion);
     assert_eq!(certainty.margins[0].parameter, Parameter::Growth);

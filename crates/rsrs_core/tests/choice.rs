@@ -2,7 +2,7 @@
 
 use rsrs_core::axis::{Axis, Cell};
 use rsrs_core::choice::{
-    AsMeasured, AtCircliness, Candidate, Choice, Margin, VIABLE_B_S_LOW, rank,
+    AsMeasured, AtCircliness, Candidate, Choice, Margin, VIABLE_B_S_LOW, Worlds, rank,
 };
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_core::interval_kind::IntervalKind;
@@ -40,7 +40,14 @@ fn confirmed(milling: u64, n: u64) -> PhaseCounts {
 }
 
 fn ranked(diagram: &PhaseDiagram) -> Vec<Candidate> {
-    rank(diagram, IntervalKind::ClopperPearson)
+    let worlds = Worlds { simulated: diagram, as_measured: None };
+    rank(worlds, IntervalKind::ClopperPearson, VIABLE_B_S_LOW)
+}
+
+/// The candidates of two worlds.
+fn ranked_in_both(simulated: &PhaseDiagram, measured: &PhaseDiagram) -> Vec<Candidate> {
+    let worlds = Worlds { simulated, as_measured: Some(measured) };
+    rank(worlds, IntervalKind::ClopperPearson, VIABLE_B_S_LOW)
 }
 
 fn position(cell: &Cell) -> (f64, f64) {
@@ -56,12 +63,15 @@ fn the_middle_of_the_region_wins() {
         "0fffff0", "0fffff0", "0fffff0", "0fffff0", "0fffff0", "0000000",
     ]));
 
+    // A cell stands for its neighbours, too: those next to a cell that never mills are outside of the
+    // region, and come last.
     assert_eq!(ranked.len(), 25);
     assert_eq!(position(&ranked[0].cell), (0.20, 1.0));
-    assert_eq!(ranked[0].depth.to_bits(), 3.0_f64.to_bits());
+    assert_eq!(ranked[0].depth.to_bits(), 2.0_f64.to_bits());
+    assert_eq!(ranked.iter().filter(|candidate| candidate.depth > 0.0).count(), 9);
     let margin = ranked[0].margin[&Axis::TurnRate];
-    assert_eq!(margin, Margin { low: 0.5, high: 0.5 });
-    assert_eq!(ranked[0].margin[&Axis::Speed], Margin { low: 0.1, high: 0.1 });
+    assert_eq!(margin, Margin { low: 0.25, high: 0.25 });
+    assert_eq!(ranked[0].margin[&Axis::Speed], Margin { low: 0.05, high: 0.05 });
 }
 
 #[test]
@@ -74,31 +84,70 @@ fn the_border_of_the_grid_is_an_edge() {
 }
 
 #[test]
-fn a_hole_is_an_edge_and_depth_is_euclidean() {
-    let ranked = ranked(&diagram(&["fffff", "fffff", "fffff", "ff0ff", "fffff", "fffff", "fffff"]));
+fn a_hole_of_the_region_is_an_edge_and_depth_is_euclidean() {
+    let ranked = ranked(&diagram(&[
+        "fffffff", "fffffff", "fffffff", "fff0fff", "fff0fff", "fffffff", "fffffff", "fffffff",
+    ]));
 
-    // All cells are next to the border, the hole, or diagonal to it and one from the border.
-    let diagonal = ranked.iter().find(|entry| position(&entry.cell) == (0.10, 0.75));
-    assert_eq!(diagonal.expect("it mills").depth.to_bits(), 2.0_f64.sqrt().to_bits());
-    assert_eq!(position(&ranked[0].cell), (0.15, 0.50));
+    // Around the two cells that never mill, the mean of nine is below 0.8 where both are among them.
+    let diagonal = ranked.iter().find(|entry| position(&entry.cell) == (0.10, 1.75));
+    assert_eq!(diagonal.expect("it mills").depth.to_bits(), 2.0_f64.to_bits());
+    let beside = ranked.iter().find(|entry| position(&entry.cell) == (0.15, 1.25));
+    assert_eq!(beside.expect("it mills").depth.to_bits(), 0.0_f64.to_bits());
+    assert!(ranked.iter().all(|entry| position(&entry.cell) != (0.20, 1.25)));
 }
 
 #[test]
-fn of_equally_deep_cells_the_one_that_mills_more_often_wins_and_then_the_central_one() {
-    let better = ranked(&diagram(&["000000", "0ddfd0", "000000"]));
-    let central = ranked(&diagram(&["0000000", "0fffff0", "0000000"]));
+fn one_bad_draw_makes_no_hole() {
+    // 11 of 16 in the middle: it may be one of 0.8 still.
+    let ranked = ranked(&diagram(&["fffff", "fffff", "ffbff", "fffff", "fffff"]));
 
-    assert_eq!(position(&better[0].cell), (0.20, 0.5));
-    assert_eq!(position(&central[0].cell), (0.20, 0.5));
+    assert_eq!(position(&ranked[0].cell), (0.15, 0.75));
+    assert_eq!(ranked[0].depth.to_bits(), 3.0_f64.to_bits());
 }
 
 #[test]
-fn twelve_of_sixteen_is_outside_and_thirteen_inside() {
-    // The lower bounds are 0.476 and 0.544.
-    let ranked = ranked(&diagram(&["cd"]));
+fn the_world_in_which_mills_are_rarer_counts() {
+    let worse = diagram(&["fffff", "fffff", "fffff", "fffff", "fffff"]);
+    let measured = diagram(&["ff000", "ff000", "ff000", "ff000", "ff000"]);
 
-    assert_eq!(ranked.len(), 1);
-    assert_eq!(position(&ranked[0].cell).0.to_bits(), 0.10_f64.to_bits());
+    let here = ranked_in_both(&worse, &measured);
+    let there = ranked_in_both(&measured, &worse);
+
+    let cells = |ranked: &[Candidate]| {
+        ranked.iter().map(|candidate| candidate.index).collect::<Vec<usize>>()
+    };
+    assert_eq!(cells(&here), cells(&there));
+    assert_eq!(here.len(), 10);
+    assert_eq!(position(&here[0].cell).0.to_bits(), 0.05_f64.to_bits());
+}
+
+#[test]
+fn a_cell_that_mills_alone_comes_last_and_is_not_forgotten() {
+    let ranked =
+        ranked(&diagram(&["0000000", "0000f00", "0000000", "fff0000", "fff0000", "fff0000"]));
+
+    let last = ranked.last().expect("there are candidates");
+    assert_eq!(position(&last.cell), (0.25, 1.25));
+    assert_eq!((ranked.len(), last.depth.to_bits()), (10, 0.0_f64.to_bits()));
+}
+
+#[test]
+fn of_equally_deep_cells_the_one_whose_neighbourhood_mills_more_often_wins_then_the_central_one() {
+    let better = ranked(&diagram(&["dddddddd", "dddddfdd", "dddddddd"]));
+    let central = ranked(&diagram(&["fffff", "fffff"]));
+
+    assert_eq!(position(&better[0].cell), (0.25, 0.5));
+    assert_eq!(position(&central[0].cell).0.to_bits(), 0.15_f64.to_bits());
+}
+
+#[test]
+fn a_cell_that_surely_mills_too_seldom_is_no_candidate() {
+    // The upper bounds are 0.78 and 0.80.
+    let candidates = ranked(&diagram(&["89"]));
+
+    assert_eq!(candidates.len(), 1);
+    assert_eq!(position(&candidates[0].cell).0.to_bits(), 0.10_f64.to_bits());
 }
 
 #[test]
@@ -123,6 +172,7 @@ fn a_point_that_was_not_simulated_is_outside() {
     let ranked = ranked(&sparse);
 
     assert_eq!(ranked[0].depth.to_bits(), 2.0_f64.sqrt().to_bits());
+    assert_eq!(ranked[0].smooth.to_bits(), 1.0_f64.to_bits());
 }
 
 #[test]
@@ -147,6 +197,8 @@ fn that_worse_robots_mill_more_often_is_said_only_where_it_is_sure() {
     };
 
     assert!(choice(636).worse_is_better());
+    assert!(!choice(810).is_viable(VIABLE_B_S_LOW), "as measured it is not sure");
+    assert!(choice(860).is_viable(VIABLE_B_S_LOW));
     assert!(!choice(840).worse_is_better(), "the intervals overlap");
     assert!(!choice(1000).worse_is_better());
     assert!(!Choice::new(&ranked[0], confirmed(868, 1000)).worse_is_better());
@@ -154,7 +206,7 @@ fn that_worse_robots_mill_more_often_is_said_only_where_it_is_sure() {
 
 #[test]
 fn the_share_of_mills_moves_with_the_circliness_that_makes_one() {
-    let mill = |circliness| Evidence {
+    let evidence = |circliness| Evidence {
         lost: Some(0.0),
         blocked: 0.0,
         stuck: 0.0,
@@ -168,10 +220,20 @@ fn the_share_of_mills_moves_with_the_circliness_that_makes_one() {
         circliness_ceiling: 0.95,
     };
 
+    let mill = |circliness: f64| {
+        let is_stable = circliness >= 0.5;
+        let phase = if is_stable { Phase::StableMilling } else { Phase::SemiStableMilling };
+        (phase, evidence(circliness))
+    };
+    // A fifth one that was torn apart counts nowhere.
+    let torn = (Phase::SemiStableMilling, evidence(0.9));
+
     let moved = AtCircliness::of(&[mill(0.3), mill(0.45), mill(0.55), mill(0.65)]);
+    let with_torn = AtCircliness::of(&[mill(0.65), torn]);
 
     let found: Vec<(f64, f64)> = moved.iter().map(|at| (at.stable_circliness, at.b_s)).collect();
     assert_eq!(found, [(0.4, 0.75), (0.5, 0.5), (0.6, 0.25)]);
+    assert!(with_torn.iter().all(|at| at.b_s.to_bits() == 0.5_f64.to_bits()), "{with_torn:?}");
 }
 
 #[test]
@@ -219,29 +281,30 @@ fn on_three_axes_the_middle_wins_and_every_axis_has_its_margin() {
 
     let ranked = ranked(&cube);
 
-    // Two steps to the nearest point outside, on the second axis; of the cells that are as deep, the
-    // one next to the region's centroid, (3, 2, 2.5).
-    assert_eq!(ranked.len(), 5 * 3 * 4);
-    assert_eq!(ranked[0].depth.to_bits(), 2.0_f64.to_bits());
+    // Of 27 neighbours 18 mill next to one side that does not, so the region is a step smaller there;
+    // on the first axis 5 of 7 are left, on the second 1 of 5, on the third 3 of 5.
+    let inside: Vec<&Candidate> = ranked.iter().filter(|entry| entry.depth > 0.0).collect();
+    assert_eq!((ranked.len(), inside.len()), (5 * 3 * 4, 9));
+    assert_eq!(ranked[0].depth.to_bits(), 1.0_f64.to_bits());
     assert_eq!(
         ranked[0].cell.to_string(),
-        "speed_m_s=0.15000000000000002,turn_rate_rad_s=0.5,robots=7"
+        "speed_m_s=0.15000000000000002,turn_rate_rad_s=0.5,robots=8"
     );
-    assert_eq!(ranked[0].margin[&Axis::Speed], Margin { low: 0.1, high: 0.1 });
-    assert_eq!(ranked[0].margin[&Axis::TurnRate], Margin { low: 0.25, high: 0.25 });
-    assert_eq!(ranked[0].margin[&Axis::Robots], Margin { low: 1.0, high: 2.0 });
+    assert_eq!(ranked[0].margin[&Axis::Speed], Margin { low: 0.05, high: 0.05 });
+    assert_eq!(ranked[0].margin[&Axis::TurnRate], Margin { low: 0.0, high: 0.0 });
+    assert_eq!(ranked[0].margin[&Axis::Robots], Margin { low: 1.0, high: 1.0 });
 }
 
 #[test]
-fn where_the_runs_decided_their_number_the_region_is_smaller() {
-    // The lower bounds of 13 of 16 are 0.544 if 16 was fixed before, and 0.47 at any time.
-    let diagram = diagram(&["df"]);
+fn where_the_runs_decided_their_number_fewer_cells_are_excluded() {
+    // The upper bounds of 8 of 16 are 0.75 if 16 was fixed before, and more at any time.
+    let diagram = diagram(&["8f"]);
+    let worlds = Worlds { simulated: &diagram, as_measured: None };
 
-    let fixed = rank(&diagram, IntervalKind::ClopperPearson);
-    let anytime = rank(&diagram, IntervalKind::AnytimeValid);
+    let fixed = rank(worlds, IntervalKind::ClopperPearson, VIABLE_B_S_LOW);
+    let anytime = rank(worlds, IntervalKind::AnytimeValid, VIABLE_B_S_LOW);
 
-    assert_eq!((fixed.len(), anytime.len()), (2, 1));
-    assert_eq!(anytime[0].index, 1);
+    assert_eq!((fixed.len(), anytime.len()), (1, 2));
 }
 
 #[test]

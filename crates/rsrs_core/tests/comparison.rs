@@ -51,32 +51,88 @@ fn three_mills_of_three_are_undecided_and_say_how_many_more_would_do() {
 
     let cell = &comparison.cells[0];
     assert_eq!(comparison.verdict, Verdict::Undecided);
-    // Ten of ten give 0.945, eleven of eleven 0.958: the fourth to the eleventh run.
-    assert_eq!(cell.further_runs, Some(8));
+    assert_eq!((cell.further_runs, comparison.further_runs), (Some(13), Some(13)));
+    let decided = Comparison::of(&[runs(counts(16, 0), counts(868, 132))]);
+    let nearly = Comparison::of(&[runs(counts(15, 0), counts(868, 132))]);
+    assert_eq!((nearly.verdict, decided.verdict), (Verdict::Undecided, Verdict::Supported));
     assert!((cell.p_supported - 0.653_031_747_682_258).abs() < 1e-9);
     assert!((cell.real_interval.low - 0.292_401_773_821_286_7).abs() < 1e-9);
 }
 
 #[test]
-fn no_mill_of_three_violates_the_inequality() {
-    let comparison = Comparison::of(&[runs(counts(0, 3), counts(868, 132))]);
+fn no_mill_of_four_violates_the_inequality() {
+    let comparison = Comparison::of(&[runs(counts(0, 4), counts(868, 132))]);
 
     assert_eq!(comparison.verdict, Verdict::Violated);
-    assert_eq!(comparison.cells[0].further_runs, None);
+    assert_eq!((comparison.cells[0].further_runs, comparison.further_runs), (None, None));
+}
+
+#[test]
+fn no_mill_in_nine_cells_that_were_run_once_each_violates_the_inequality() {
+    let nine = vec![runs(counts(0, 1), counts(850, 150)); 9];
+    let one = [runs(counts(0, 9), counts(850, 150))];
+
+    let (in_nine, in_one) = (Comparison::of(&nine), Comparison::of(&one));
+
+    assert_eq!((in_nine.verdict, in_one.verdict), (Verdict::Violated, Verdict::Violated));
+    // No cell shows it alone, so none is named.
+    assert!(in_nine.cells.iter().all(|cell| cell.verdict == Verdict::Undecided));
+    assert!(in_nine.pooled.p_value < 1e-6, "{:?}", in_nine.pooled);
+}
+
+#[test]
+fn it_does_not_matter_for_the_claim_over_how_many_cells_the_mills_are_spread() {
+    for n in [9, 18] {
+        let spread = vec![runs(counts(n / 9, 0), counts(850, 150)); 9];
+        let one = [runs(counts(n, 0), counts(850, 150))];
+
+        let (in_nine, in_one) = (Comparison::of(&spread), Comparison::of(&one));
+
+        assert_eq!(in_nine.verdict, in_one.verdict, "{n} of {n}");
+        // The same runs need no second one in each cell; they support the claim a little better,
+        // because the errors of nine simulated shares average out.
+        assert!(in_nine.pooled.e_supported >= in_one.pooled.e_supported);
+        assert!(in_nine.further_runs <= in_one.further_runs);
+    }
+    // 0.75^9 = 0.075: no test at 5 % takes nine of nine for more than 0.75.
+    let nine = Comparison::of(&vec![runs(counts(1, 0), counts(850, 150)); 9]);
+    let wider = Comparison::with_margin(&vec![runs(counts(2, 0), counts(850, 150)); 9], 0.1);
+    assert_eq!((nine.verdict, wider.verdict), (Verdict::Undecided, Verdict::Supported));
+    assert!(nine.pooled.shortfall_at_most.expect("nine of nine exclude much") <= 0.25);
+}
+
+#[test]
+fn one_cell_that_is_much_worse_is_found_among_eight_that_are_not() {
+    let mut cells = vec![runs(counts(20, 0), counts(868, 132)); 8];
+    cells.push(runs(counts(0, 8), counts(868, 132)));
+
+    let comparison = Comparison::of(&cells);
+
+    assert_eq!(comparison.verdict, Verdict::Violated);
+    assert_eq!(comparison.cells[8].verdict, Verdict::Violated);
+    assert!(comparison.cells[..8].iter().all(|cell| cell.verdict != Verdict::Violated));
 }
 
 #[test]
 fn the_correction_for_many_cells_can_undo_a_violation() {
-    let suspicious = runs(counts(1, 2), counts(868, 132));
-    let fine = runs(counts(20, 0), counts(868, 132));
+    let suspicious = runs(counts(2, 3), counts(868, 132));
+    let fine = runs(counts(40, 0), counts(868, 132));
 
     let alone = Comparison::of(std::slice::from_ref(&suspicious));
     let among_others = Comparison::of(&[fine, suspicious]);
 
-    assert_eq!(alone.cells[0].verdict, Verdict::Violated);
+    assert!(alone.cells[0].p_corrected < 0.05, "{:?}", alone.cells[0]);
+    assert!(alone.cells[0].p_violated < among_others.cells[1].p_violated);
+    assert_ne!(among_others.cells[1].verdict, Verdict::Violated);
     assert_eq!(among_others.cells[0].verdict, Verdict::Supported);
-    assert_eq!(among_others.cells[1].verdict, Verdict::Undecided);
-    assert_eq!(among_others.verdict, Verdict::Undecided);
+    assert_ne!(among_others.verdict, Verdict::Violated);
+}
+
+#[test]
+fn where_hardly_a_simulated_robot_mills_there_is_nothing_to_fall_short_of() {
+    let comparison = Comparison::of(&[runs(counts(0, 3), counts(0, 100))]);
+
+    assert_eq!(comparison.verdict, Verdict::Supported);
 }
 
 #[test]
@@ -94,6 +150,14 @@ fn the_tally_counts_run_by_run_against_the_majority() {
     let comparison = Comparison::of(&[runs(real, semi_stable), runs(dispersed, colliding)]);
 
     assert_eq!(comparison.tally, Tally { same: 2, easier: 1, harder: 2 });
+}
+
+#[test]
+fn where_every_simulated_run_mills_real_ones_decide_too() {
+    let all = counts(16, 0);
+
+    assert_eq!(Comparison::of(&[runs(counts(0, 9), all)]).verdict, Verdict::Violated);
+    assert_eq!(Comparison::of(&[runs(counts(60, 0), all)]).verdict, Verdict::Supported);
 }
 
 #[test]

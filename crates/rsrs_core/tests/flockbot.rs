@@ -11,6 +11,8 @@ use rsrs_core::profile::RobotProfile;
 use rsrs_core::sweep_file::SweepFile;
 
 const PROFILE: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
+const GROUP_SENSOR: &str =
+    include_str!("../../../launch_configs/profiles/flockbot_group_sensor.yaml");
 const SWEEP: &str = include_str!("../../../launch_configs/sweeps/flockbot_speed_turn.yaml");
 
 fn flockbot() -> RobotProfile {
@@ -18,9 +20,16 @@ fn flockbot() -> RobotProfile {
 }
 
 #[test]
-fn every_number_of_the_flockbot_says_where_it_comes_from() {
-    let profile = flockbot();
-    let value = serde_json::to_value(&profile).expect("a profile is plain data");
+fn every_number_of_the_flockbots_says_where_it_comes_from() {
+    let group = RobotProfile::parse("flockbot_group_sensor.yaml", GROUP_SENSOR)
+        .expect("the profile that ships is valid");
+    for profile in [flockbot(), group] {
+        assert_explained(&profile);
+    }
+}
+
+fn assert_explained(profile: &RobotProfile) {
+    let value = serde_json::to_value(profile).expect("a profile is plain data");
     let mut found = BTreeSet::new();
     numbers(&value, "", &mut found);
 
@@ -32,6 +41,20 @@ fn every_number_of_the_flockbot_says_where_it_comes_from() {
         let is_said = source.contains("assumed") || source.contains(':') || source == "tab:speed1";
         assert!(is_said, "{key}: {source}");
     }
+}
+
+#[test]
+fn the_second_flockbot_differs_in_how_far_it_sees_and_in_nothing_else() {
+    let mut group = RobotProfile::parse("group.yaml", GROUP_SENSOR).expect("it is valid");
+    let ours = flockbot();
+
+    let cone = group.sensing.cone.as_mut().expect("it sees a cone");
+    assert!((cone.range_m - 3.6).abs() < 1e-12);
+    cone.range_m = 0.75;
+
+    group.name.clone_from(&ours.name);
+    group.provenance = ours.provenance.clone();
+    assert_eq!(group, ours);
 }
 
 #[test]
@@ -52,7 +75,7 @@ fn the_sweep_spans_the_papers_plane_with_the_harsher_robot() {
 
     let cells = sweep.resolve("sweep.yaml", &flockbot()).expect("all cells can be simulated");
 
-    assert_eq!((cells.len(), sweep.replicates), (11 * 8, 16));
+    assert_eq!((cells.len(), sweep.replicates), (11 * 8, 100));
     let best = |entry: &&(rsrs_core::axis::Cell, Conditions)| {
         entry.0.get(Axis::Speed) == Some(0.15) && entry.0.get(Axis::TurnRate) == Some(0.75)
     };

@@ -1,14 +1,16 @@
 //! The judge on made-up trajectories, whose phase is known by construction.
 
+use rsrs_core::conditions::Region;
 use rsrs_core::controller::Command;
 use rsrs_core::phase::{self, JudgeError, Phase, Thresholds, Verdict};
+use rsrs_core::profile::Sees;
 use rsrs_core::trajectory::{Bodies, Trajectory};
 use rsrs_core::unicycle::Pose;
 
 const PERIOD_S: f64 = 0.13;
 const SPEED_M_S: f64 = 0.15;
-const FLOCKBOT: Bodies = Bodies { radius_m: Some(0.075), range_m: Some(0.75) };
-const UNKNOWN_RANGE: Bodies = Bodies { radius_m: Some(0.075), range_m: None };
+const FLOCKBOT: Bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.75) };
+const UNKNOWN_REACH: Bodies = Bodies { radius_m: Some(0.075), reach_m: None };
 
 /// A run of nine robots whose poses are a function of robot and time.
 fn run(duration_s: f64, pose: impl Fn(usize, f64) -> Pose) -> Trajectory {
@@ -76,6 +78,45 @@ fn a_ring_that_turns_clockwise_mills_as_well() {
 }
 
 #[test]
+fn a_clean_ring_that_drives_forward_and_backward_is_stable_milling() {
+    // Forward for most of the time, and backward every fifth period.
+    let mut trajectory = run(70.0, ring(0.7, SPEED_M_S));
+    for (row, command) in trajectory.commands.iter_mut().enumerate() {
+        let is_back = (row / 9) % 5 == 4;
+        command.speed_m_s = if is_back { -SPEED_M_S } else { 1.5 * SPEED_M_S };
+    }
+
+    let verdict = label(&trajectory, &FLOCKBOT);
+
+    assert_eq!(verdict.phase, Phase::StableMilling);
+    assert_near(verdict.evidence.orbit, 1.0, 0.01);
+    assert_near(verdict.evidence.blocked, 0.0, 0.0);
+}
+
+#[test]
+fn a_mill_that_tears_apart_inside_the_window_is_not_stable() {
+    // Two robots of nine wander across the ring; for 12 s it is one stray moment, for 25 s it is not.
+    let torn = |from_s: f64, to_s: f64| {
+        let moving = ring(0.7, SPEED_M_S);
+        let pose = move |robot: usize, time_s: f64| {
+            let pose = moving(robot, time_s);
+            let is_away = robot < 2 && (from_s..to_s).contains(&time_s);
+            let share = if is_away { 0.4 } else { 1.0 };
+            Pose { x_m: share * pose.x_m, y_m: share * pose.y_m, ..pose }
+        };
+        label(&run(60.0, pose), &FLOCKBOT)
+    };
+
+    let moment = torn(12.0, 18.0);
+    let longer = torn(12.0, 36.0);
+
+    assert_eq!(moment.phase, Phase::StableMilling);
+    assert_eq!(longer.phase, Phase::SemiStableMilling);
+    // The whole window alone does not show it.
+    assert!(Thresholds::default().is_stable(&longer.evidence), "{:?}", longer.evidence);
+}
+
+#[test]
 fn a_jammed_ring_is_colliding_however_round_it_is() {
     let verdict = label(&run(70.0, ring(0.3, 0.0)), &FLOCKBOT);
 
@@ -112,15 +153,29 @@ fn robots_that_lose_each_other_disperse() {
 }
 
 #[test]
-fn without_a_range_dispersion_shows_in_a_growing_radius() {
-    let verdict = label(&run(120.0, dispersing), &UNKNOWN_RANGE);
+fn nobody_is_lost_across_a_gap_that_bodies_are_seen_across() {
+    let cone = Region::Cone { half_angle_rad: 0.2, range_m: 0.75 };
+    // Neighbours on the ring are 0.76 m apart.
+    let radius_m = 0.38 / libm::sin(std::f64::consts::PI / 9.0);
+    let trajectory = run(70.0, ring(radius_m, SPEED_M_S));
+
+    let body = label(&trajectory, &Bodies::seen_by(&cone, Sees::Body, 0.075));
+    let centre = label(&trajectory, &Bodies::seen_by(&cone, Sees::Centre, 0.075));
+
+    assert_eq!((body.phase, body.evidence.lost), (Phase::StableMilling, Some(0.0)));
+    assert_eq!((centre.phase, centre.evidence.lost), (Phase::Dispersion, Some(1.0)));
+}
+
+#[test]
+fn without_a_reach_dispersion_shows_in_a_growing_radius() {
+    let verdict = label(&run(120.0, dispersing), &UNKNOWN_REACH);
 
     assert_eq!((verdict.phase, verdict.evidence.lost), (Phase::Dispersion, None));
 }
 
 #[test]
 fn a_mill_without_a_known_range_is_not_blocked_by_what_is_unknown() {
-    let verdict = label(&run(70.0, ring(0.7, SPEED_M_S)), &UNKNOWN_RANGE);
+    let verdict = label(&run(70.0, ring(0.7, SPEED_M_S)), &UNKNOWN_REACH);
 
     assert_eq!((verdict.phase, verdict.evidence.lost), (Phase::StableMilling, None));
 }
@@ -204,7 +259,7 @@ fn a_robot_that_bumps_once_has_one_onset() {
 
 #[test]
 fn the_contact_of_bodies_of_unknown_size_is_unknown() {
-    let bodies = Bodies { radius_m: None, range_m: Some(0.75) };
+    let bodies = Bodies { radius_m: None, reach_m: Some(0.75) };
 
     let verdict = label(&run(70.0, ring(0.7, SPEED_M_S)), &bodies);
 
@@ -248,7 +303,7 @@ fn nobody_cannot_be_judged_and_one_robot_alone_is_lost() {
 
 #[test]
 fn the_verdict_serialises_under_the_names_of_the_contract() {
-    let verdict = label(&run(70.0, ring(0.7, SPEED_M_S)), &UNKNOWN_RANGE);
+    let verdict = label(&run(70.0, ring(0.7, SPEED_M_S)), &UNKNOWN_REACH);
 
     let json = serde_json::to_value(verdict).expect("a verdict is plain data");
 

@@ -106,4 +106,8 @@ fn a_request_that_makes_no_sense_is_refused() {
     assert_eq!(Plan::new(nobody), Err(PlanError::NoRobots));
     insta::assert_snapshot!(Plan::new(backwards).unwrap_err(), @"the greatest safe speed in m/s is 0.1, expected more than the least");
     insta::assert_snapshot!(Plan::new(blind).unwrap_err(), @"the sensor's range in m is 0.1, expected more than two radii");
+    let millimetres = PlanRequest { limits_m_s: [20.0, 300.0], ..request() };
+    let degrees = PlanRequest { limits_rad_s: [5.0, 140.0], ..request() };
+    insta::assert_snapshot!(Plan::new(millimetres).unwrap_err(), @"speed_m_s is 300: this looks like mm/s, expected m/s");
+    insta::assert_snapshot!(Plan::new(degrees).unwrap_err(), @"turn_rate_rad_s is 140: this looks like degrees per second, expected rad/s");
 }

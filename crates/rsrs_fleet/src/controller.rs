@@ -2,12 +2,14 @@
 //!
 //! Where the robot has no gate of ours, the controller holds the lease: see `holder`.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
 
 use rsrs_core::controller::{Command, ControllerParameters, Reaction, decide};
 
 use crate::beat::Beat;
+use crate::e_stop::{Locks, Source};
+use crate::epoch;
 use crate::message::{Lease, LeaseState, RobotState, Status, armed_reason};
 use crate::robot::Robot;
 use crate::timing::{FORGOTTEN, LEASE};
@@ -27,8 +29,18 @@ pub enum Event {
     Lease(Lease),
     /// Parameters were set, from the fleet file or by a client.
     Parameters(Settings),
-    /// The e-stop topic said engaged or released; only who holds the lease needs to know.
-    EStop(bool),
+    /// A source said on the e-stop topic that it is engaged, or that it is not; only who holds the
+    /// lease needs to know.
+    EStop {
+        /// Who.
+        source: Source,
+        /// What it says.
+        engaged: bool,
+    },
+    /// Somebody releases the locks of these sources.
+    Release(BTreeSet<Source>),
+    /// What the e-stop has locked on another robot.
+    LocksOfOthers(Locks),
     /// Time passed.
     Tick,
 }
@@ -138,7 +150,8 @@ impl Controller {
     /// process said of its parameters, and these have others.
     #[must_use]
     pub fn of_a_new_process(self) -> Self {
-        Self { silence: Silence { length: FORGOTTEN, began: None }, ..self }
+        let silence = Silence { length: FORGOTTEN, began: None };
+        Self { silence, holder: self.holder.map(Holder::of_a_new_process), ..self }
     }
 
     /// The gate in the controller; `None` where the robot has one of its own.
@@ -190,7 +203,7 @@ impl Controller {
             }
             // What waited for the end of its silence.
             Event::Tick => self.answer(&mut actions, now),
-            Event::EStop(_) => {}
+            Event::EStop { .. } | Event::Release(_) | Event::LocksOfOthers(_) => {}
         }
         actions.extend(self.status_due(now).map(Action::Status));
         actions
@@ -229,7 +242,9 @@ impl Controller {
             return;
         }
         let highest = self.bound.as_ref().map_or(0, |bound| bound.epoch);
-        let new_run = lease.epoch > highest && lease.state == LeaseState::Armed;
+        let new_run = lease.epoch > highest
+            && lease.state == LeaseState::Armed
+            && epoch::check(lease.epoch, highest).is_ok();
         let same_run = self
             .bound
             .as_ref()

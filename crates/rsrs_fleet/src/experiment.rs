@@ -3,8 +3,9 @@
 mod recording;
 
 use rsrs_core::axis::{Axis, Cell};
-use rsrs_core::conditions::{Placement, Settings};
+use rsrs_core::conditions::Settings;
 use rsrs_core::document::{self, DocumentError};
+use rsrs_core::start_file::StartPlacement;
 use rsrs_core::sweep_file::SEED_LIMIT;
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +22,7 @@ pub struct ExperimentFile {
     /// Or a sweep's folder with the choice beside it, relative to this file.
     pub from: Option<String>,
     /// Where the robots start.
-    pub placement: Placement,
+    pub placement: StartPlacement,
     /// How long the robots move, in seconds.
     pub duration_s: f64,
     /// Seed of the simulated world, below 2^63.
@@ -145,6 +146,12 @@ pub enum CellRefused {
         /// The axis.
         axis: Axis,
     },
+    /// The experiment's `placement` is no disc, and the cell has the radius of one.
+    #[error("placement_radius_m is {found_m} m, and `placement` is no disc")]
+    NoDisc {
+        /// In the cell, in metres.
+        found_m: f64,
+    },
     /// The experiment's `placement` says where robots start, and the cell says otherwise.
     #[error("placement_radius_m is {found_m} m, expected {expected_m} m as in `placement`")]
     OtherPlacement {
@@ -193,11 +200,20 @@ impl ExperimentFile {
         let out_of_range = |key, found, expected| {
             Err(ExperimentError::OutOfRange { file: file.to_owned(), key, found, expected })
         };
-        let Placement::DiscFacingOut { radius_m } = self.placement else {
-            return Err(ExperimentError::NoSwarm { file: file.to_owned() });
+        let lengths = match &self.placement {
+            StartPlacement::DiscFacingOut { radius_m } => vec![("placement.radius_m", *radius_m)],
+            StartPlacement::BoxFacingOut { width_m, height_m } => {
+                vec![("placement.width_m", *width_m), ("placement.height_m", *height_m)]
+            }
+            StartPlacement::Pair { .. } => {
+                return Err(ExperimentError::NoSwarm { file: file.to_owned() });
+            }
+            StartPlacement::File { .. } | StartPlacement::Given { .. } => Vec::new(),
         };
-        if !(radius_m > 0.0 && radius_m.is_finite()) {
-            return out_of_range("placement.radius_m", radius_m, "a finite length above 0 m");
+        for (key, length_m) in lengths {
+            if !(length_m > 0.0 && length_m.is_finite()) {
+                return out_of_range(key, length_m, "a finite length above 0 m");
+            }
         }
         if !(self.duration_s > 0.0 && self.duration_s.is_finite()) {
             return out_of_range("duration_s", self.duration_s, "a finite time above 0 s");
@@ -231,14 +247,20 @@ impl ExperimentFile {
         if let Some(axis) = required.into_iter().find(|axis| cell.get(*axis).is_none()) {
             return Err(CellRefused::Missing { axis });
         }
-        let expected_m = self.placement.radius_m();
+        let mut settings = Settings::default().with_cell(cell);
+        let StartPlacement::DiscFacingOut { radius_m: expected_m } = self.placement else {
+            settings.placement = self.placement.placement();
+            return match cell.get(Axis::PlacementRadius) {
+                Some(found_m) => Err(CellRefused::NoDisc { found_m }),
+                None => Ok(settings),
+            };
+        };
         match cell.get(Axis::PlacementRadius) {
             Some(found_m) if (found_m - expected_m).abs() > SAME * expected_m => {
                 return Err(CellRefused::OtherPlacement { found_m, expected_m });
             }
             _ => {}
         }
-        let mut settings = Settings::default().with_cell(cell);
         settings.values.push((Axis::PlacementRadius, expected_m));
         Ok(settings)
     }

@@ -104,7 +104,9 @@ pub enum FleetFileError {
         found: u32,
     },
     /// A name that ROS would not take as a namespace.
-    #[error("{file}: robot name `{name}`, expected a lower-case letter, then a-z, 0-9 and _")]
+    #[error(
+        "{file}: robot name `{name}`, expected a lower-case letter, then a-z, 0-9 and single _"
+    )]
     Name {
         /// The file.
         file: String,
@@ -315,6 +317,7 @@ fn first_of<T: Clone>(layers: [&Option<T>; 3]) -> Option<T> {
 fn is_name(name: &str) -> bool {
     name.starts_with(|first: char| first.is_ascii_lowercase())
         && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+        && !name.contains("__")
 }
 
 /// A map in the order of the file.
@@ -408,15 +411,12 @@ robots:
     fn names_keys_types_and_versions_that_do_not_fit_are_refused() {
         for (from, to, expected) in [
             ("zebra:", "Zebra:", "robot name `Zebra`"),
+            ("zebra:", "ze__bra:", "robot name `ze__bra`, expected a lower-case letter, then a-z"),
             ("enabled: false", "enable: false", "did you mean `enabled`?"),
             ("type: flockbot}", "type: flocbot}", "type `flocbot`, expected one of: flockbot"),
             ("fileversion: 1", "fileversion: 2", "fileversion is 2, expected 1"),
             ("profile: p.yaml, ", "", "zebra has no `profile`"),
-            (
-                "fileversion: 1\nall: {",
-                "fileversion: 1\nall: {lease: controller, ",
-                "zebra has a gate",
-            ),
+            ("1\nall: {", "1\nall: {lease: controller, ", "zebra has a gate"),
         ] {
             let error = FleetFile::parse("fleet.yaml", &LAYERED.replace(from, to)).unwrap_err();
 

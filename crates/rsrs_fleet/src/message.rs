@@ -70,6 +70,9 @@ pub struct Status {
 /// How the reason of a robot that stands begins while the e-stop holds it, whatever else does.
 pub const E_STOP_REASON: &str = "e-stop";
 
+/// The reason of a robot of a simulator that has placed no world with it: it senses and moves nothing.
+pub const WITHOUT_WORLD_REASON: &str = "its simulator has placed no world: set its `conditions`";
+
 /// Around the name of the run for which a robot or controller waits.
 const ARMED_FOR: (&str, &str) = ("armed for run ", ", waiting for the start");
 
@@ -101,9 +104,15 @@ impl Status {
         last.is_none_or(|(counter, at)| self.counter > counter || now.saturating_sub(at) > LEASE)
     }
 
+    /// Whether it is a robot of a simulator without a world.
+    pub fn is_without_world(&self) -> bool {
+        self.state == RobotState::Idle && self.stop_reason == WITHOUT_WORLD_REASON
+    }
+
     /// Whether this robot has heard the e-stop and is locked by it.
     pub fn holds_e_stop(&self) -> bool {
-        self.state == RobotState::Stopped && self.stop_reason.starts_with(E_STOP_REASON)
+        let stands = matches!(self.state, RobotState::Stopped | RobotState::Fault);
+        stands && self.stop_reason.starts_with(E_STOP_REASON)
     }
 }
 

@@ -1,14 +1,59 @@
 //! Whether the robots stand on the floor as the experiment wants them to start.
 
+use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::unicycle::Pose;
 
-/// How the robots are to start: in a disc around the origin, facing away from it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StartDisc {
-    /// Radius of the disc of their centres, in metres.
-    pub radius_m: f64,
+/// How the robots are to start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WantedStart {
+    /// Where.
+    pub area: StartArea,
     /// Least distance between two centres, in metres.
     pub clearance_m: f64,
+}
+
+/// Where the robots are to start.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StartArea {
+    /// In a disc around the origin, facing away from it.
+    Disc {
+        /// Radius of the disc of their centres, in metres.
+        radius_m: f64,
+    },
+    /// In a box around the origin, facing away from it.
+    Box {
+        /// Along x, in metres.
+        width_m: f64,
+        /// Along y, in metres.
+        height_m: f64,
+    },
+    /// Each at a pose of its own, in the order of the robots.
+    Poses(Vec<Pose>),
+}
+
+impl WantedStart {
+    /// How the robots of these conditions are to start.
+    ///
+    /// # Arguments
+    ///
+    /// * `replicate` — of several tables of poses, which one.
+    pub fn of(conditions: &Conditions, replicate: u64) -> Self {
+        let area = match &conditions.placement {
+            Placement::BoxFacingOut { width_m, height_m } => {
+                StartArea::Box { width_m: *width_m, height_m: *height_m }
+            }
+            Placement::Given { starts } => {
+                // A number that is no index is far beyond the last set, which none of ours is.
+                let set = replicate % starts.len().max(1) as u64;
+                let set = usize::try_from(set).unwrap_or_default();
+                StartArea::Poses(starts.get(set).cloned().unwrap_or_default())
+            }
+            disc => StartArea::Disc { radius_m: disc.radius_m() },
+        };
+        // A table may put robots as near as they can stand.
+        let radii = if matches!(area, StartArea::Poses(_)) { 2.0 } else { CLEARANCE_RADII };
+        Self { area, clearance_m: radii * conditions.robot.radius_m }
+    }
 }
 
 /// Least distance between two centres at the start, in robot radii; as the simulator places them.
@@ -33,6 +78,51 @@ pub enum Deviation {
         found_m: f64,
         /// Radius of the disc, in metres.
         expected_m: f64,
+    },
+    /// A robot is out of the box.
+    #[error(
+        "{robot}: at ({x_m:.2}, {y_m:.2}) m, expected within a box of {width_m:.3} m by {height_m:.3} m"
+    )]
+    OutsideBox {
+        /// The robot.
+        robot: String,
+        /// Where it is, in metres.
+        x_m: f64,
+        /// Where it is, in metres.
+        y_m: f64,
+        /// Width of the box, in metres.
+        width_m: f64,
+        /// Height of the box, in metres.
+        height_m: f64,
+    },
+    /// A robot is not at its place.
+    #[error(
+        "{robot}: at ({x_m:.2}, {y_m:.2}) m, expected ({expected_x_m:.2}, {expected_y_m:.2}) m, \
+         {found_m:.2} m away"
+    )]
+    Misplaced {
+        /// The robot.
+        robot: String,
+        /// Where it is, in metres.
+        x_m: f64,
+        /// Where it is, in metres.
+        y_m: f64,
+        /// Its place, in metres.
+        expected_x_m: f64,
+        /// Its place, in metres.
+        expected_y_m: f64,
+        /// How far from its place, in metres.
+        found_m: f64,
+    },
+    /// A robot does not head where it should.
+    #[error("{robot}: heading {found_deg:.0}°, expected {expected_deg:.0}°")]
+    HeadingOfPose {
+        /// The robot.
+        robot: String,
+        /// Its heading, in degrees.
+        found_deg: f64,
+        /// The wanted one, in degrees.
+        expected_deg: f64,
     },
     /// Two robots nearly touch.
     #[error(
@@ -63,24 +153,27 @@ pub enum Deviation {
 ///
 /// # Arguments
 ///
-/// * `robots` — names and poses in one frame, whose origin is the centre of the disc.
-pub fn deviations(wanted: StartDisc, robots: &[(String, Pose)]) -> Vec<Deviation> {
+/// * `robots` — numbers from 0, names and poses in one frame, whose origin is the centre of the area.
+pub fn deviations(wanted: &WantedStart, robots: &[(usize, String, Pose)]) -> Vec<Deviation> {
     let mut deviations = Vec::new();
-    for (index, (robot, pose)) in robots.iter().enumerate() {
-        let found_m = libm::hypot(pose.x_m, pose.y_m);
-        if found_m > wanted.radius_m + TOLERANCE_M {
-            let (robot, expected_m) = (robot.clone(), wanted.radius_m);
-            deviations.push(Deviation::Outside { robot, found_m, expected_m });
+    for (index, (number, robot, pose)) in robots.iter().enumerate() {
+        match &wanted.area {
+            StartArea::Disc { radius_m } => {
+                deviations.extend(out_of_disc(*radius_m, robot, *pose));
+                deviations.extend(not_facing_out(robot, *pose));
+            }
+            StartArea::Box { width_m, height_m } => {
+                deviations.extend(out_of_box((*width_m, *height_m), robot, *pose));
+                deviations.extend(not_facing_out(robot, *pose));
+            }
+            StartArea::Poses(poses) => {
+                let expected = poses.get(*number);
+                deviations.extend(
+                    expected.into_iter().flat_map(|expected| misplaced(*expected, robot, *pose)),
+                );
+            }
         }
-        let expected_rad = libm::atan2(pose.y_m, pose.x_m);
-        if found_m > CENTRE_M && off_deg(pose.heading_rad, expected_rad) > TOLERANCE_DEG {
-            deviations.push(Deviation::Heading {
-                robot: robot.clone(),
-                found_deg: pose.heading_rad.to_degrees(),
-                expected_deg: expected_rad.to_degrees(),
-            });
-        }
-        for (other, place) in &robots[..index] {
+        for (_, other, place) in &robots[..index] {
             let found_m = libm::hypot(pose.x_m - place.x_m, pose.y_m - place.y_m);
             if found_m < wanted.clearance_m - TOLERANCE_M {
                 deviations.push(Deviation::TooClose {
@@ -94,6 +187,53 @@ pub fn deviations(wanted: StartDisc, robots: &[(String, Pose)]) -> Vec<Deviation
     deviations
 }
 
+fn out_of_disc(radius_m: f64, robot: &str, pose: Pose) -> Option<Deviation> {
+    let found_m = libm::hypot(pose.x_m, pose.y_m);
+    (found_m > radius_m + TOLERANCE_M).then(|| Deviation::Outside {
+        robot: robot.to_owned(),
+        found_m,
+        expected_m: radius_m,
+    })
+}
+
+fn out_of_box((width_m, height_m): (f64, f64), robot: &str, pose: Pose) -> Option<Deviation> {
+    let Pose { x_m, y_m, .. } = pose;
+    let is_out =
+        x_m.abs() > width_m / 2.0 + TOLERANCE_M || y_m.abs() > height_m / 2.0 + TOLERANCE_M;
+    let robot = || robot.to_owned();
+    is_out.then(|| Deviation::OutsideBox { robot: robot(), x_m, y_m, width_m, height_m })
+}
+
+fn not_facing_out(robot: &str, pose: Pose) -> Option<Deviation> {
+    let expected_rad = libm::atan2(pose.y_m, pose.x_m);
+    let is_off = libm::hypot(pose.x_m, pose.y_m) > CENTRE_M
+        && off_deg(pose.heading_rad, expected_rad) > TOLERANCE_DEG;
+    is_off.then(|| Deviation::Heading {
+        robot: robot.to_owned(),
+        found_deg: pose.heading_rad.to_degrees(),
+        expected_deg: expected_rad.to_degrees(),
+    })
+}
+
+fn misplaced(expected: Pose, robot: &str, pose: Pose) -> Vec<Deviation> {
+    let found_m = libm::hypot(pose.x_m - expected.x_m, pose.y_m - expected.y_m);
+    let place = (found_m > TOLERANCE_M).then(|| Deviation::Misplaced {
+        robot: robot.to_owned(),
+        x_m: pose.x_m,
+        y_m: pose.y_m,
+        expected_x_m: expected.x_m,
+        expected_y_m: expected.y_m,
+        found_m,
+    });
+    let is_off = off_deg(pose.heading_rad, expected.heading_rad) > TOLERANCE_DEG;
+    let heading = is_off.then(|| Deviation::HeadingOfPose {
+        robot: robot.to_owned(),
+        found_deg: pose.heading_rad.to_degrees(),
+        expected_deg: expected.heading_rad.to_degrees(),
+    });
+    place.into_iter().chain(heading).collect()
+}
+
 /// Angle between two headings, in degrees, 0 to 180.
 fn off_deg(one_rad: f64, other_rad: f64) -> f64 {
     libm::acos(libm::cos(one_rad - other_rad).clamp(-1.0, 1.0)).to_degrees()
@@ -103,10 +243,39 @@ fn off_deg(one_rad: f64, other_rad: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const WANTED: StartDisc = StartDisc { radius_m: 0.825, clearance_m: 0.165 };
+    const WANTED: WantedStart =
+        WantedStart { area: StartArea::Disc { radius_m: 0.825 }, clearance_m: 0.165 };
 
-    fn at(name: &str, (x_m, y_m): (f64, f64), heading_deg: f64) -> (String, Pose) {
-        (name.to_owned(), Pose { x_m, y_m, heading_rad: heading_deg.to_radians() })
+    fn at(name: &str, (x_m, y_m): (f64, f64), heading_deg: f64) -> (usize, String, Pose) {
+        let number: usize = name.rsplit('_').next().unwrap().parse().unwrap();
+        (number - 1, name.to_owned(), Pose { x_m, y_m, heading_rad: heading_deg.to_radians() })
+    }
+
+    #[test]
+    fn robots_that_are_not_in_the_box_or_at_their_places_are_told_of() {
+        let clearance_m = 0.165;
+        let wanted_box =
+            WantedStart { area: StartArea::Box { width_m: 2.0, height_m: 1.0 }, clearance_m };
+        let pose = |x_m, y_m, heading_rad| Pose { x_m, y_m, heading_rad };
+        let poses = vec![pose(0.5, 0.0, 0.0), pose(-0.5, 0.0, 0.0), pose(0.0, 0.5, 1.0)];
+        let wanted_poses = WantedStart { area: StartArea::Poses(poses), clearance_m };
+        let robots = [at("robot_1", (0.5, 0.0), 0.0), at("robot_3", (0.0, 0.9), 90.0)];
+
+        let texts = |wanted: &WantedStart| -> Vec<String> {
+            deviations(wanted, &robots).iter().map(ToString::to_string).collect()
+        };
+
+        assert_eq!(
+            texts(&wanted_box),
+            ["robot_3: at (0.00, 0.90) m, expected within a box of 2.000 m by 1.000 m"]
+        );
+        assert_eq!(
+            texts(&wanted_poses),
+            [
+                "robot_3: at (0.00, 0.90) m, expected (0.00, 0.50) m, 0.40 m away",
+                "robot_3: heading 90°, expected 57°"
+            ]
+        );
     }
 
     #[test]
@@ -118,7 +287,7 @@ mod tests {
             at("robot_4", (0.01, 0.0), 77.0),
         ];
 
-        assert_eq!(deviations(WANTED, &robots), []);
+        assert_eq!(deviations(&WANTED, &robots), []);
     }
 
     #[test]
@@ -129,7 +298,7 @@ mod tests {
             at("robot_3", (0.0, 0.6), 80.0),
         ];
 
-        let texts: Vec<_> = deviations(WANTED, &robots).iter().map(ToString::to_string).collect();
+        let texts: Vec<_> = deviations(&WANTED, &robots).iter().map(ToString::to_string).collect();
 
         assert_eq!(
             texts,

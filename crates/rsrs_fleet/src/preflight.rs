@@ -2,9 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rsrs_core::unicycle::Pose;
+
+use crate::e_stop::{Locks, Source};
+use crate::epoch;
 use crate::message::{RobotState, Status};
 use crate::timing::{CLOCK_SKEW, LEASE};
 
+mod places;
 mod problem;
 
 pub use problem::Problem;
@@ -21,8 +26,20 @@ pub struct Expected {
     /// Battery voltage below which a robot starts no run, in volts; robots without a limit are left
     /// out.
     pub battery_min_v: BTreeMap<String, f64>,
+    /// Robots that must stand apart before they move; `None` where nobody tells of poses, or the
+    /// simulator has placed all of them.
+    pub apart: Option<Apart>,
     /// Robots without a gate of ours: their controllers hold their leases, and speak in their stead.
     pub controller_only: BTreeSet<String>,
+}
+
+/// Robots with bodies, on one floor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Apart {
+    /// Their names.
+    pub robots: BTreeSet<String>,
+    /// Radius of each body, in metres.
+    pub radius_m: f64,
 }
 
 impl Expected {
@@ -80,6 +97,17 @@ pub struct Graph {
     pub simulator: bool,
     /// Topics that were asked for and cannot be recorded, and why.
     pub unrecordable: BTreeMap<String, String>,
+    /// Topics that robots are steered by and whose ends do not fit each other.
+    pub unfit: BTreeSet<UnfitTopic>,
+}
+
+/// A topic whose ends do not fit each other.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct UnfitTopic {
+    /// Full name of the topic.
+    pub topic: String,
+    /// Which ends, and what to change.
+    pub reason: String,
 }
 
 /// One end of a topic.
@@ -91,6 +119,8 @@ pub struct Endpoint {
     pub type_name: String,
     /// Full name of its node; `None` if it does not say.
     pub node: Option<String>,
+    /// Its GUID.
+    pub guid: [u8; 16],
 }
 
 /// What is there.
@@ -104,11 +134,19 @@ pub struct Seen {
     pub controllers: BTreeSet<String>,
     /// Runs of other runners whose leases are heard now.
     pub other_runs: BTreeSet<String>,
-    /// Whether the e-stop is engaged.
-    pub e_stop: bool,
+    /// Who has engaged the e-stop, as the runner has received it.
+    pub e_stop: Locks,
+    /// The highest epoch that was received.
+    pub highest_epoch: u64,
     /// How far each robot's wall clock is ahead of ours, in seconds, by the stamps of its statuses;
     /// robots that do not stamp are left out.
     pub clock_ahead_s: BTreeMap<String, f64>,
+    /// How far the clock by which each robot's poses are stamped is ahead of ours, in seconds.
+    pub pose_ahead_s: BTreeMap<String, f64>,
+    /// Frame and last pose of each robot whose pose was heard.
+    pub poses: BTreeMap<String, (String, Pose)>,
+    /// By frame: the frame that it is in, as transforms say.
+    pub parents: BTreeMap<String, String>,
     /// How long messages wait on this machine until they are looked at, in seconds; `None` if that
     /// is not known.
     pub behind_s: Option<f64>,
@@ -139,9 +177,7 @@ pub struct Ailment {
 /// All problems; none if the experiment can start.
 pub fn problems(expected: &Expected, seen: &Seen) -> Vec<Problem> {
     let mut problems = Vec::new();
-    if seen.e_stop {
-        problems.push(Problem::EStop);
-    }
+    problems.extend(e_stop(seen));
     let is_locked = |robot: &&String| seen.robots.get(*robot).is_some_and(Status::holds_e_stop);
     let robots: Vec<_> = expected.robots.iter().filter(is_locked).cloned().collect();
     if !robots.is_empty() {
@@ -157,6 +193,7 @@ pub fn problems(expected: &Expected, seen: &Seen) -> Vec<Problem> {
     for robot in &expected.robots {
         problems.extend(of_robot(robot, expected, seen, hearing));
     }
+    problems.extend(expected.apart.iter().flat_map(|apart| places::problems(apart, seen)));
     let (publishers, subscribers) =
         (by_topic(&seen.graph.publishers), by_topic(&seen.graph.subscribers));
     for topic in &expected.topics {
@@ -165,12 +202,23 @@ pub fn problems(expected: &Expected, seen: &Seen) -> Vec<Problem> {
             [&publishers, &subscribers].map(|ends| ends.get(name).map_or(&[][..], Vec::as_slice));
         problems.extend(of_topic(topic, publishers, subscribers));
     }
+    problems.extend(seen.graph.unfit.iter().cloned().map(Problem::Unfit));
     let unrecordable = seen.graph.unrecordable.iter();
     problems.extend(unrecordable.map(|(topic, reason)| Problem::Unrecordable {
         topic: topic.clone(),
         reason: reason.clone(),
     }));
     problems
+}
+
+/// The e-stop as it is engaged, by the nodes that are there.
+fn e_stop(seen: &Seen) -> Option<Problem> {
+    let node = |source: &Source| {
+        let ends = seen.graph.publishers.iter();
+        ends.filter(|end| end.guid == source.0).find_map(|end| end.node.clone())
+    };
+    let by: BTreeSet<String> = seen.e_stop.0.keys().filter_map(node).collect();
+    (!seen.e_stop.0.is_empty()).then(|| Problem::EStop { by: by.into_iter().collect() })
 }
 
 /// Whether silence and old stamps say something of the robots.
@@ -200,6 +248,13 @@ fn of_robot(robot: &str, expected: &Expected, seen: &Seen, hearing: Hearing) -> 
         None => {}
         Some(status) => {
             problems.extend(of_status(robot, status, expected.battery_min_v.get(robot)));
+            // A runner with a simulator sets the conditions itself.
+            if status.is_without_world() && !expected.simulator {
+                problems.push(Problem::WithoutWorld { robot: named() });
+            }
+            if let Err(refused) = epoch::check(status.epoch, seen.highest_epoch) {
+                problems.push(Problem::Epoch { robot: named(), refused });
+            }
         }
     }
     if in_time && !seen.controllers.contains(robot) {
@@ -208,6 +263,12 @@ fn of_robot(robot: &str, expected: &Expected, seen: &Seen, hearing: Hearing) -> 
     match seen.clock_ahead_s.get(robot) {
         Some(ahead_s) if in_time && ahead_s.abs() > CLOCK_SKEW.as_secs_f64() => {
             problems.push(Problem::Clock { robot: named(), ahead_s: *ahead_s });
+        }
+        _ => {}
+    }
+    match seen.pose_ahead_s.get(robot) {
+        Some(ahead_s) if in_time && ahead_s.abs() > CLOCK_SKEW.as_secs_f64() => {
+            problems.push(Problem::PoseClock { robot: named(), ahead_s: *ahead_s });
         }
         _ => {}
     }

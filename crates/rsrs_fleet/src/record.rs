@@ -1,13 +1,14 @@
 //! The record of one run: all that it takes to repeat it, and how it ended. Both go into its bag.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use rsrs_core::circumstances::Circumstances;
 use rsrs_core::conditions::Conditions;
 use serde::{Deserialize, Serialize};
 
 use crate::experiment::{RobotLost, Time};
-use crate::runner::Outcome;
+use crate::runner::{Outcome, grouped};
 
 /// Name of the attachment of a bag that holds an [`ExperimentRecord`] as JSON.
 pub const ATTACHMENT: &str = "experiment.json";
@@ -121,12 +122,31 @@ impl ExperimentRecord {
 }
 
 /// How a run ended, decided before anyone looked at what the swarm did.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Ending {
     /// In a word.
     pub kind: EndingKind,
     /// Why, where it was not completed; else empty.
     pub reason: String,
+    /// Robots that were lost on the way, in the order in which they were, whatever was done about it.
+    pub lost: Vec<LostRobot>,
+}
+
+/// A robot that took part in only the beginning of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LostRobot {
+    /// Its name.
+    pub robot: String,
+    /// How long after the start of the robots' movement it was given up, in seconds.
+    pub after_s: f64,
+    /// What was wrong with it.
+    pub reason: String,
+}
+
+impl fmt::Display for LostRobot {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{} lost after {:.1} s: {}", self.robot, self.after_s, self.reason)
+    }
 }
 
 /// How a run ended, in a word.
@@ -162,33 +182,52 @@ impl EndingKind {
 }
 
 impl Ending {
+    /// The ending of a run that lost no robot, without a reason.
+    pub fn completed() -> Self {
+        Self { kind: EndingKind::Completed, reason: String::new(), lost: Vec::new() }
+    }
+
     /// The ending that an outcome is.
-    pub fn of(outcome: &Outcome) -> Self {
+    ///
+    /// # Arguments
+    ///
+    /// * `lost` — robots that were lost on the way.
+    pub fn of(outcome: &Outcome, lost: &[LostRobot]) -> Self {
         let (kind, reason) = match outcome {
             Outcome::Completed => (EndingKind::Completed, String::new()),
             Outcome::Void { reason } => (EndingKind::Void, reason.clone()),
             Outcome::Aborted { reason } => (EndingKind::Aborted, reason.clone()),
-            Outcome::Failed { problems } => {
-                let reasons: Vec<String> = problems.iter().map(ToString::to_string).collect();
-                (EndingKind::Failed, reasons.join("; "))
-            }
+            Outcome::Failed { problems } => (EndingKind::Failed, grouped(problems).join("; ")),
         };
-        Self { kind, reason }
+        Self { kind, reason, lost: lost.to_vec() }
     }
 
-    /// The ending as a bag's metadata holds it.
+    /// The ending as a bag's metadata holds it: `lost` is a JSON list, left out where no robot was.
+    ///
+    /// # Panics
+    ///
+    /// Never: a lost robot is plain data.
     pub fn to_pairs(&self) -> BTreeMap<String, String> {
-        BTreeMap::from([
+        let mut pairs = BTreeMap::from([
             ("ending".to_owned(), self.kind.key().to_owned()),
             ("reason".to_owned(), self.reason.clone()),
-        ])
+        ]);
+        if !self.lost.is_empty() {
+            let lost = serde_json::to_string(&self.lost).expect("lost robots are plain data");
+            pairs.insert("lost".to_owned(), lost);
+        }
+        pairs
     }
 
-    /// Reads an ending back; `None` if it is none of ours.
+    /// Reads an ending back; `None` if it is none of ours, or says what none of ours says.
     pub fn from_pairs(pairs: &BTreeMap<String, String>) -> Option<Self> {
         let key = pairs.get("ending")?;
         let kind = EndingKind::from_key(key)?;
-        Some(Self { kind, reason: pairs.get("reason").cloned().unwrap_or_default() })
+        let lost = match pairs.get("lost") {
+            Some(text) => serde_json::from_str(text).ok()?,
+            None => Vec::new(),
+        };
+        Some(Self { kind, reason: pairs.get("reason").cloned().unwrap_or_default(), lost })
     }
 }
 
@@ -250,9 +289,29 @@ mod tests {
 
     #[test]
     fn an_ending_reads_back() {
-        let ending = Ending::of(&Outcome::Void { reason: "frozen".to_owned() });
+        let ending = Ending::of(&Outcome::Void { reason: "frozen".to_owned() }, &[]);
 
         assert_eq!(Ending::from_pairs(&ending.to_pairs()), Some(ending));
         assert_eq!(Ending::from_pairs(&BTreeMap::new()), None);
+    }
+
+    #[test]
+    fn an_ending_says_who_was_lost_and_when() {
+        let lost = LostRobot {
+            robot: "robot_3".to_owned(),
+            after_s: 20.4,
+            reason: "silent for more than 1 s".to_owned(),
+        };
+        let ending = Ending { lost: vec![lost.clone()], ..Ending::completed() };
+
+        let pairs = ending.to_pairs();
+
+        assert_eq!(Ending::from_pairs(&pairs), Some(ending));
+        assert_eq!(lost.to_string(), "robot_3 lost after 20.4 s: silent for more than 1 s");
+        let unreadable = BTreeMap::from([
+            ("ending".to_owned(), "completed".to_owned()),
+            ("lost".to_owned(), "who knows".to_owned()),
+        ]);
+        assert_eq!(Ending::from_pairs(&unreadable), None, "nobody takes it for a whole run");
     }
 }

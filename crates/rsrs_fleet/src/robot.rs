@@ -8,15 +8,20 @@
 
 pub mod detector;
 pub mod limits;
+mod stand_reason;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
 
 use rsrs_core::controller::Command;
 
 use crate::beat::Beat;
+use crate::e_stop::{EStop, Locks, Source};
+use crate::epoch::{self, BeyondRunners};
 use crate::message::{E_STOP_REASON, Lease, LeaseState, RobotState, Status, armed_reason};
-use crate::timing::{ABANDONED, CONTROLLER, E_STOP_SILENCE, LEASE};
+use crate::timing::{ABANDONED, ASK_OTHERS, CONTROLLER, LEASE};
+
+pub use stand_reason::StandReason;
 
 /// What happens to a robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,8 +35,19 @@ pub enum Event {
     /// A velocity command arrived that the robot cannot follow; whoever sent it is not to be obeyed
     /// with an older one either.
     CommandRefused,
-    /// The e-stop topic said engaged or released.
-    EStop(bool),
+    /// A source said on the e-stop topic that it is engaged, or that it is not.
+    EStop {
+        /// Who.
+        source: Source,
+        /// What it says.
+        engaged: bool,
+    },
+    /// Somebody releases the locks of these sources.
+    Release(BTreeSet<Source>),
+    /// What the e-stop has locked on another robot.
+    LocksOfOthers(Locks),
+    /// The simulator that this robot is in has placed no world with it, or has placed one.
+    WithoutWorld(bool),
     /// The driver of its wheels or sensor failed.
     Fault(String),
     /// The driver works again. A robot whose driver failed in a running run stays out of it.
@@ -54,45 +70,6 @@ pub struct RobotOptions {
     pub lapse_grace: Duration,
 }
 
-/// Why a robot stands.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum StandReason {
-    /// It belongs to no run.
-    Idle,
-    /// It waits for the start.
-    Armed,
-    /// It hears a running lease but was not armed for it, as after a restart.
-    NotArmed,
-    /// No lease has echoed a recent enough status.
-    LeaseLapsed,
-    /// Its controller has been silent, or drives with other parameters than the runner confirmed.
-    ControllerUnconfirmed,
-    /// The e-stop is engaged, or its publisher has fallen silent during the run.
-    EStop,
-    /// It stands until a newer epoch arms it.
-    Latched(String),
-    /// Its hardware failed.
-    Fault(String),
-}
-
-impl StandReason {
-    /// The reason in words, as statuses tell it.
-    pub fn text(&self) -> String {
-        match self {
-            Self::Idle => "belongs to no run".to_owned(),
-            Self::Armed => "armed, waiting for the start".to_owned(),
-            Self::NotArmed => "not armed in this run".to_owned(),
-            Self::LeaseLapsed => "lease ran out".to_owned(),
-            Self::ControllerUnconfirmed => {
-                "controller silent or its parameters not the confirmed ones".to_owned()
-            }
-            Self::EStop => E_STOP_REASON.to_owned(),
-            Self::Latched(reason) => reason.clone(),
-            Self::Fault(reason) => format!("hardware fault: {reason}"),
-        }
-    }
-}
-
 /// The gate of one robot.
 #[derive(Clone, Debug)]
 pub struct Robot {
@@ -101,6 +78,10 @@ pub struct Robot {
     latched: Option<String>,
     fault: Option<String>,
     e_stop: EStop,
+    asking: Asking,
+    is_without_world: bool,
+    /// An epoch that no runner made, and that was refused last.
+    refused_epoch: Option<BeyondRunners>,
     /// The newest word of its controller, and when it came.
     controller: Option<(Status, Duration)>,
     command: Option<(Command, Duration)>,
@@ -128,17 +109,16 @@ impl Binding {
     }
 }
 
-/// The lock of `twist_mux`: engaged by word, or by the silence of a publisher that was heard during
-/// the run; only a word releases it, so that an operator who takes a silent publisher away says so.
+/// So long a robot whose process has just started belongs to no run.
 #[derive(Clone, Copy, Debug, Default)]
-struct EStop {
-    engaged: bool,
-    heard: Option<Duration>,
+struct Asking {
+    length: Duration,
+    began: Option<Duration>,
 }
 
-impl EStop {
-    fn is_silent(self, now: Duration) -> bool {
-        self.heard.is_some_and(|heard| now.saturating_sub(heard) > E_STOP_SILENCE)
+impl Asking {
+    fn is_over(self, now: Duration) -> bool {
+        self.began.map_or(self.length.is_zero(), |began| now.saturating_sub(began) >= self.length)
     }
 }
 
@@ -154,6 +134,9 @@ impl Robot {
             latched: None,
             fault: None,
             e_stop: EStop::default(),
+            asking: Asking::default(),
+            is_without_world: false,
+            refused_epoch: None,
             controller: None,
             command: None,
             lapsed_since: None,
@@ -175,6 +158,34 @@ impl Robot {
         self
     }
 
+    /// The same robot, in a process that has just started: it asks the others what the e-stop has
+    /// locked before it belongs to a run.
+    #[must_use]
+    pub fn of_a_new_process(self) -> Self {
+        Self { asking: Asking { length: ASK_OTHERS, began: None }, ..self }
+    }
+
+    /// A robot with other options that has forgotten its runs, and not the e-stop.
+    #[must_use]
+    pub fn anew(&self, options: RobotOptions) -> Self {
+        Self {
+            e_stop: self.e_stop.clone(),
+            asking: self.asking,
+            is_without_world: self.is_without_world,
+            ..Self::new(options)
+        }
+    }
+
+    /// Who has locked it by the e-stop, as it answers others who ask.
+    pub fn locks(&self) -> Locks {
+        self.e_stop.locks()
+    }
+
+    /// The epoch that it refused last because no runner made it.
+    pub fn refused_epoch(&self) -> Option<BeyondRunners> {
+        self.refused_epoch
+    }
+
     /// Takes an event.
     ///
     /// # Returns
@@ -182,17 +193,24 @@ impl Robot {
     /// A status to publish, if it is time for one or the robot's state changed.
     pub fn on_event(&mut self, event: Event, now: Duration) -> Option<Status> {
         // What has run out by now has run out, whatever comes now.
+        self.asking.began.get_or_insert(now);
         self.latch(now);
         match event {
             Event::Lease(lease) => self.on_lease(&lease, now),
             Event::Controller(status) => self.hear_controller(status, now),
             Event::Command(command) => self.command = Some((command, now)),
-            Event::EStop(engaged) => self.e_stop = EStop { engaged, heard: Some(now) },
+            Event::EStop { source, engaged } => self.e_stop.receive((source, engaged), now),
+            Event::Release(sources) => self.e_stop.release(&sources),
+            // Who has been there all the time knows better than the others.
+            Event::LocksOfOthers(locks) if !self.asking.is_over(now) => {
+                self.e_stop.adopt(&locks, now);
+            }
+            Event::WithoutWorld(is_without) => self.is_without_world = is_without,
             Event::CommandRefused => self.command = None,
             Event::Fault(reason) => self.fault = Some(reason),
             Event::Repaired => self.fault = None,
             Event::Battery(battery_v) => self.battery_v = battery_v,
-            Event::Tick => {}
+            Event::LocksOfOthers(_) | Event::Tick => {}
         }
         self.latch(now);
         self.status_due(now)
@@ -213,8 +231,12 @@ impl Robot {
         let highest = self.bound.as_ref().map_or(0, |bound| bound.epoch);
         // A lease that comes late, as from before this robot was started again, arms nobody.
         let is_prompt = sent_at.is_some_and(|at| now.saturating_sub(at) <= LEASE);
-        if lease.epoch > highest && lease.state == LeaseState::Armed && is_prompt {
-            self.bind(lease, now);
+        let is_new = lease.epoch > highest && lease.state == LeaseState::Armed && is_prompt;
+        if is_new && self.asking.is_over(now) {
+            match epoch::check(lease.epoch, highest) {
+                Ok(_) => self.bind(lease, now),
+                Err(refused) => self.refused_epoch = Some(refused),
+            }
         }
         let Some(bound) = &mut self.bound else { return };
         if lease.epoch != bound.epoch || lease.run_id != bound.run_id {
@@ -245,19 +267,16 @@ impl Robot {
         self.latched = None;
         self.lapsed_since = None;
         self.command = None;
-        // Whoever released the lock before this run need not stay; whoever speaks now must.
-        if self.e_stop.is_silent(now) {
-            self.e_stop.heard = None;
-        }
+        self.e_stop.forget_silent(now);
     }
 
     /// Latches what must not heal by itself.
     fn latch(&mut self, now: Duration) {
-        if self.e_stop_holds(now) {
-            self.e_stop.engaged = true;
-            if self.bound.is_some() {
-                self.latched.get_or_insert_with(|| "stopped by the e-stop".to_owned());
-            }
+        if self.is_held(now) {
+            self.e_stop.lapse(now);
+        }
+        if self.e_stop.is_engaged() && self.bound.is_some() {
+            self.latched.get_or_insert_with(|| "stopped by the e-stop".to_owned());
         }
         let running = self.bound.as_ref().is_some_and(|bound| bound.running);
         if !running || self.latched.is_some() {
@@ -281,7 +300,7 @@ impl Robot {
 
     /// Silence counts while the robot could move.
     fn e_stop_holds(&self, now: Duration) -> bool {
-        self.e_stop.engaged || (self.is_held(now) && self.e_stop.is_silent(now))
+        self.e_stop.is_engaged() || (self.is_held(now) && self.e_stop.would_lapse(now))
     }
 
     /// Whether a run could move it: one that stands for good, or whose runner is gone, is not held.
@@ -306,7 +325,13 @@ impl Robot {
         if let Some(reason) = &self.latched {
             return Some(StandReason::Latched(reason.clone()));
         }
-        let Some(bound) = &self.bound else { return Some(StandReason::Idle) };
+        let Some(bound) = &self.bound else {
+            return Some(match (self.asking.is_over(now), self.is_without_world) {
+                (_, true) => StandReason::WithoutWorld,
+                (false, false) => StandReason::Asking,
+                (true, false) => StandReason::Idle,
+            });
+        };
         if !bound.running {
             // A runner that died before the start holds nobody and nobody's parameters.
             let is_alone = bound.is_alone(now);
@@ -345,7 +370,9 @@ impl Robot {
     pub fn state(&self, now: Duration) -> RobotState {
         match self.standing(now) {
             None => RobotState::Moving,
-            Some(StandReason::Idle) => RobotState::Idle,
+            Some(StandReason::Idle | StandReason::Asking | StandReason::WithoutWorld) => {
+                RobotState::Idle
+            }
             Some(StandReason::Armed) => RobotState::Armed,
             Some(StandReason::Fault(_)) => RobotState::Fault,
             Some(_) => RobotState::Stopped,
@@ -396,6 +423,10 @@ impl Robot {
             stop_reason: match (self.standing(now), &self.bound) {
                 (None, _) => String::new(),
                 (Some(StandReason::Armed), Some(bound)) => armed_reason(&bound.run_id),
+                // Whoever stops all robots must know that this one has received it, too.
+                (Some(reason @ StandReason::Fault(_)), _) if self.e_stop_holds(now) => {
+                    format!("{E_STOP_REASON}; {}", reason.text())
+                }
                 (Some(reason), _) => reason.text(),
             },
             battery_v: self.battery_v,

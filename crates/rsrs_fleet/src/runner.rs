@@ -3,23 +3,32 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use crate::e_stop::EStop;
+use crate::epoch::{self, BeyondRunners};
 use crate::experiment::RobotLost;
 use crate::message::{E_STOP_REASON, Lease, LeaseState};
 use crate::preflight::{self, Graph, Seen};
-use crate::timing::{ARM, BEAT, CONFIGURE, LOCKSTEP_GRACE, RECORDER, SILENCE, STAND};
+use crate::record::LostRobot;
+use crate::timing::{
+    ARM, BEAT, CONFIGURE, FIRST_SAMPLE, LOCKSTEP_GRACE, LOOK_AGAIN, RECORDER, SILENCE, STAND,
+};
 
 mod floor;
+mod grouped;
 mod outcome;
 mod requests;
 mod roster;
 mod search;
+mod strangers;
 mod words;
 
 use floor::Floor;
-pub use outcome::{Failure, Outcome, Target};
+pub use grouped::grouped;
+pub use outcome::{Failure, Outcome, SampleKind, Target};
 use requests::Requests;
 use roster::{Bond, Patience, Roster};
 use search::Search;
+use strangers::Strangers;
 pub use words::{Action, Event, Pace, RunnerOptions};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +53,9 @@ pub struct Runner {
     /// Since when it is in its phase; `None` before the first event.
     since: Option<Duration>,
     graph: Graph,
+    /// When it was told last what the discovery database holds.
+    looked: Duration,
+    strangers: Strangers,
     search: Search,
     roster: Roster,
     floor: Floor,
@@ -53,15 +65,18 @@ pub struct Runner {
     /// Other runs by id: their epoch, and when they were heard last.
     others: BTreeMap<String, (u64, Duration)>,
     highest_epoch: u64,
+    /// The last epoch that no runner made.
+    refused_epoch: Option<BeyondRunners>,
     /// The epoch of this run; 0 before it arms.
     epoch: u64,
-    e_stop: bool,
+    e_stop: EStop,
     recorder_opened: bool,
     recorder_closed: bool,
     recorded: u64,
     simulated_at: Option<Duration>,
     last_lease: Option<(LeaseState, Duration)>,
     outcome: Option<Outcome>,
+    lost: Vec<LostRobot>,
     not_standing: Vec<String>,
 }
 
@@ -72,6 +87,8 @@ impl Runner {
             phase: Phase::Discover,
             since: None,
             graph: Graph::default(),
+            looked: Duration::ZERO,
+            strangers: Strangers::default(),
             search: Search::default(),
             roster: Roster::new(&options.expected.robots),
             floor: Floor::default(),
@@ -79,14 +96,16 @@ impl Runner {
             requests: Requests::default(),
             others: BTreeMap::new(),
             highest_epoch: 0,
+            refused_epoch: None,
             epoch: 0,
-            e_stop: false,
+            e_stop: EStop::default(),
             recorder_opened: false,
             recorder_closed: false,
             recorded: 0,
             simulated_at: None,
             last_lease: None,
             outcome: None,
+            lost: Vec::new(),
             not_standing: Vec::new(),
             options,
         }
@@ -102,9 +121,28 @@ impl Runner {
         self.outcome.as_ref()
     }
 
-    /// Whether it still wants to know what the discovery database holds.
-    pub fn looks(&self) -> bool {
-        self.phase == Phase::Discover
+    /// Robots that were lost while they should have moved, in that order.
+    pub fn lost(&self) -> &[LostRobot] {
+        &self.lost
+    }
+
+    /// Whether it wants to know now what the discovery database holds: all the time until all is
+    /// found, then now and then, because somebody may start to steer its robots.
+    pub fn looks(&self, now: Duration) -> bool {
+        match self.phase {
+            Phase::Discover => true,
+            Phase::Stop | Phase::Close | Phase::Done => false,
+            _ => now.saturating_sub(self.looked) >= LOOK_AGAIN,
+        }
+    }
+
+    fn see(&mut self, graph: Graph, now: Duration, actions: &mut Vec<Action>) {
+        self.looked = now;
+        if self.phase == Phase::Discover {
+            self.graph = graph;
+        } else if let Some(found) = self.strangers.find(&self.options.expected, &graph, now) {
+            self.abort(found, now, actions);
+        }
     }
 
     /// How long the robots have been allowed to move; `None` before and after.
@@ -139,13 +177,13 @@ impl Runner {
 
     fn take(&mut self, event: Event, now: Duration, actions: &mut Vec<Action>) {
         match event {
-            Event::Seen(graph) => self.graph = graph,
+            Event::Seen(graph) => self.see(graph, now, actions),
             Event::RobotStatus { robot, status } => {
-                self.highest_epoch = self.highest_epoch.max(status.epoch);
+                self.raise_epoch(status.epoch, &robot, actions);
                 self.roster.hear_robot(&robot, status, now);
             }
             Event::ControllerStatus { robot, status } => {
-                self.highest_epoch = self.highest_epoch.max(status.epoch);
+                self.raise_epoch(status.epoch, &robot, actions);
                 self.roster.hear_controller(&robot, status, now);
             }
             Event::ClockAhead { robot, seconds } => self.floor.hear_clock(robot, seconds),
@@ -157,6 +195,7 @@ impl Runner {
                 }
             }
             Event::Pose { robot, frame, pose } => self.floor.hear_pose(robot, frame, pose),
+            Event::Sampled { robot, kind } => self.roster.receive_sample(&robot, kind, now),
             Event::ParametersSet { target, result } if self.phase == Phase::Configure => {
                 self.requests.answer(&target, result);
             }
@@ -178,13 +217,15 @@ impl Runner {
             }
             Event::SimulatorVoid { reason } => self.end(Outcome::Void { reason }, now, actions),
             Event::LeaseHeard(lease) => self.hear_lease(lease, now, actions),
-            Event::EStop(engaged) => {
-                self.floor.hear_e_stop();
-                self.e_stop = engaged;
+            Event::EStop { source, engaged } => {
+                self.e_stop.receive((source, engaged), now);
                 if engaged && self.phase != Phase::Discover {
                     self.abort(E_STOP_REASON.to_owned(), now, actions);
                 }
             }
+            Event::Release(sources) => self.e_stop.release(&sources),
+            Event::PoseAhead { robot, seconds } => self.floor.hear_pose_clock(robot, seconds),
+            Event::Transform { child, parent } => self.floor.hear_transform(&child, parent),
             Event::Interrupt { reason } => self.abort(reason, now, actions),
         }
     }
@@ -205,11 +246,28 @@ impl Runner {
         if lease.run_id == self.options.run_id {
             return;
         }
-        self.highest_epoch = self.highest_epoch.max(lease.epoch);
+        // No gate obeys an epoch that no runner made, so it takes no robot away.
+        if !self.raise_epoch(lease.epoch, &format!("run {}", lease.run_id), actions) {
+            return;
+        }
         if self.phase != Phase::Discover && lease.epoch >= self.epoch {
             self.abort(format!("another runner is active, run {}", lease.run_id), now, actions);
         }
         self.others.insert(lease.run_id, (lease.epoch, now));
+    }
+
+    /// Takes note of an epoch; one that no runner made is told once and counts for nothing.
+    fn raise_epoch(&mut self, epoch: u64, who: &str, actions: &mut Vec<Action>) -> bool {
+        match epoch::check(epoch, self.highest_epoch) {
+            Ok(epoch) => self.highest_epoch = self.highest_epoch.max(epoch),
+            Err(refused) => {
+                if self.refused_epoch.replace(refused) != Some(refused) {
+                    actions.push(Action::Say(format!("{who}: {refused}")));
+                }
+                return false;
+            }
+        }
+        true
     }
 
     fn abort(&mut self, reason: String, now: Duration, actions: &mut Vec<Action>) {

@@ -59,6 +59,18 @@ pub struct Placed {
     pub period_ns: u64,
     /// The pace.
     pub time: Time,
+    /// Where the robots' gates are.
+    pub gates: Gates,
+}
+
+/// Where the gates in front of virtual wheels are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Gates {
+    /// In the simulator, which therefore knows when a run is over.
+    #[default]
+    Here,
+    /// In nodes of the robots' own; a robot that stands may move again.
+    Elsewhere,
 }
 
 /// What the gate of one robot says now.

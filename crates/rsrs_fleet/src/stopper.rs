@@ -1,15 +1,18 @@
 //! Who stops everything: says so until every robot has acknowledged, with or without a runner.
 //!
 //! A robot acknowledges by its status: while the e-stop holds it, it is stopped and its reason begins
-//! with [`E_STOP_REASON`](crate::message::E_STOP_REASON). The lock outlives whoever engaged it; a
-//! release is a word too. A robot that was stopped in a run stands until a newer epoch arms it,
-//! released or not.
+//! with [`E_STOP_REASON`](crate::message::E_STOP_REASON). The lock outlives whoever engaged it. A robot
+//! that was stopped in a run stands until a newer epoch arms it, released or not.
+//!
+//! A release names the locks that it ends, as the robots report them. It leaves alone what still holds:
+//! a source that still says `true`, or has said it and is still there to say `false`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
+use crate::e_stop::{Cause, Locks, Source};
 use crate::message::{RobotState, Status};
-use crate::timing::{ACKNOWLEDGE, BEAT, LOOK};
+use crate::timing::{ACKNOWLEDGE, BEAT, LOOK, SILENCE};
 
 /// What every robot is to hear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +38,22 @@ pub enum Event {
         /// Its word.
         status: Status,
     },
+    /// A source said on the e-stop topic that it is engaged, or that it is not.
+    EStop {
+        /// Who.
+        source: Source,
+        /// What it says.
+        engaged: bool,
+    },
+    /// A robot, or several in one process, reported what the e-stop has locked on it.
+    Locks {
+        /// Who reports: the GUID of its publisher.
+        reporter: Source,
+        /// The locks.
+        locks: Locks,
+    },
+    /// Publishers of the e-stop topic that are there now, without our own.
+    Publishers(BTreeSet<Source>),
     /// Someone does not want to wait any longer.
     Interrupt,
     /// Time passed.
@@ -42,10 +61,12 @@ pub enum Event {
 }
 
 /// What a stopper does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Action {
     /// Publish this on the e-stop topic.
     Say(bool),
+    /// Release the locks of these sources.
+    Release(BTreeSet<Source>),
     /// It is over, and so it ended; nothing more comes.
     Finish(Ending),
 }
@@ -75,11 +96,19 @@ pub struct Answer {
     pub last: Option<Status>,
 }
 
+/// Robots that are followed; no fleet of this protocol is that large.
+pub const MOST_ROBOTS: usize = 1_000;
+
 /// Stops, or releases, every robot there is.
 #[derive(Clone, Debug)]
 pub struct Stopper {
     word: Word,
     robots: BTreeMap<String, Heard>,
+    /// By who reports them: the locks of robots.
+    locks: BTreeMap<Source, Locks>,
+    /// When each source said `true` last.
+    engaged_at: BTreeMap<Source, Duration>,
+    present: BTreeSet<Source>,
     started: Option<Duration>,
     /// When the word was said first, and last.
     said: Option<(Duration, Duration)>,
@@ -100,6 +129,9 @@ impl Stopper {
         Self {
             word,
             robots: BTreeMap::new(),
+            locks: BTreeMap::new(),
+            engaged_at: BTreeMap::new(),
+            present: BTreeSet::new(),
             started: None,
             said: None,
             is_interrupted: false,
@@ -120,7 +152,7 @@ impl Stopper {
         self.take(event, now);
 
         let elapsed = now.saturating_sub(started);
-        let mut actions: Vec<_> = self.say(elapsed, now).into_iter().collect();
+        let mut actions = self.say(elapsed, now);
         if let Some(ending) = self.ending(elapsed) {
             self.is_over = true;
             actions.push(Action::Finish(ending));
@@ -142,8 +174,11 @@ impl Stopper {
     fn take(&mut self, event: Event, now: Duration) {
         match event {
             Event::Found { robot } => {
-                self.robots.entry(robot).or_default();
+                if self.follows(&robot) {
+                    self.robots.entry(robot).or_default();
+                }
             }
+            Event::Status { robot, .. } if !self.follows(&robot) => {}
             Event::Status { robot, status } => {
                 let (word, has_said) = (self.word, self.said.is_some());
                 let heard = self.robots.entry(robot).or_default();
@@ -157,23 +192,75 @@ impl Stopper {
                     .then(|| heard.acknowledged.unwrap_or(now));
                 heard.last = Some((status, now));
             }
+            Event::EStop { source, engaged: true } => {
+                let is_known = self.engaged_at.contains_key(&source);
+                if is_known || self.engaged_at.len() < MOST_ROBOTS {
+                    self.engaged_at.insert(source, now);
+                }
+            }
+            Event::EStop { source, engaged: false } => {
+                self.engaged_at.remove(&source);
+            }
+            Event::Locks { reporter, locks } => {
+                if self.locks.contains_key(&reporter) || self.locks.len() < MOST_ROBOTS {
+                    self.locks.insert(reporter, locks);
+                }
+            }
+            Event::Publishers(present) => self.present = present,
             Event::Interrupt => self.is_interrupted = true,
             Event::Tick => {}
         }
     }
 
+    /// Whether it follows a robot of this name, or has room for one more.
+    ///
+    /// Names come from the network, and whoever sends them may send any number.
+    pub fn follows(&self, robot: &str) -> bool {
+        self.robots.contains_key(robot) || self.robots.len() < MOST_ROBOTS
+    }
+
     /// Says the word ten times a second; a release only after a look at what it would do.
-    fn say(&mut self, elapsed: Duration, now: Duration) -> Option<Action> {
+    fn say(&mut self, elapsed: Duration, now: Duration) -> Vec<Action> {
         if self.said.is_none() && self.word == Word::Release && (elapsed < LOOK || self.is_in_run())
         {
-            return None;
+            return Vec::new();
         }
-        let is_due = self.said.is_none_or(|(_, last)| now.saturating_sub(last) >= BEAT);
-        is_due.then(|| {
-            let first = self.said.map_or(now, |(first, _)| first);
-            self.said = Some((first, now));
-            Action::Say(self.word == Word::Engage)
-        })
+        if self.said.is_some_and(|(_, last)| now.saturating_sub(last) < BEAT) {
+            return Vec::new();
+        }
+        let first = self.said.map_or(now, |(first, _)| first);
+        self.said = Some((first, now));
+        if self.word == Word::Engage {
+            return vec![Action::Say(true)];
+        }
+        // Locks that know no sources, as that of twist_mux, hear a `false`.
+        let holding = self.holding(now);
+        let all = self.all_locks().0.into_keys();
+        let released: BTreeSet<_> = all.filter(|source| !holding.0.contains_key(source)).collect();
+        let release = (!released.is_empty()).then_some(Action::Release(released));
+        [Action::Say(false)].into_iter().chain(release).collect()
+    }
+
+    /// Locks that no release ends: their sources are there to do it, or still say that they lock.
+    pub fn holding(&self, now: Duration) -> Locks {
+        let mut locks = self.all_locks();
+        let says_so = |source: &Source| {
+            self.engaged_at.get(source).is_some_and(|at| now.saturating_sub(*at) <= SILENCE)
+        };
+        locks.0.retain(|source, cause| {
+            says_so(source) || (*cause == Cause::Engaged && self.present.contains(source))
+        });
+        locks
+    }
+
+    /// Every lock that a robot reports.
+    fn all_locks(&self) -> Locks {
+        let mut all = BTreeMap::new();
+        for (source, cause) in self.locks.values().flat_map(|locks| &locks.0) {
+            let worst = all.entry(*source).or_insert(*cause);
+            *worst = (*worst).min(*cause);
+        }
+        Locks(all)
     }
 
     fn ending(&self, elapsed: Duration) -> Option<Ending> {
@@ -198,159 +285,13 @@ impl Stopper {
     }
 }
 
-/// A robot whose hardware has failed stands as well, and can say no more than that.
+/// A robot whose hardware has failed says so, and that the e-stop holds it: it may be repaired.
 fn acknowledges(word: Word, status: &Status) -> bool {
     match word {
-        Word::Engage => status.holds_e_stop() || status.state == RobotState::Fault,
+        Word::Engage => status.holds_e_stop(),
         Word::Release => !status.holds_e_stop(),
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use std::sync::atomic::{AtomicU64, Ordering};
-
-    use super::*;
-    use crate::message::E_STOP_REASON;
-
-    fn ms(milliseconds: u64) -> Duration {
-        Duration::from_millis(milliseconds)
-    }
-
-    fn status(state: RobotState, stop_reason: &str) -> Status {
-        // Each is newer than all before it.
-        static COUNTER: AtomicU64 = AtomicU64::new(1);
-        Status {
-            counter: COUNTER.fetch_add(1, Ordering::Relaxed),
-            epoch: 0,
-            parameter_digest: 0,
-            state,
-            stop_reason: stop_reason.to_owned(),
-            battery_v: f32::NAN,
-        }
-    }
-
-    fn says(robot: &str, state: RobotState, stop_reason: &str) -> Event {
-        Event::Status { robot: robot.to_owned(), status: status(state, stop_reason) }
-    }
-
-    fn found(robot: &str) -> Event {
-        Event::Found { robot: robot.to_owned() }
-    }
-
-    #[test]
-    fn the_first_word_is_said_at_once_and_then_ten_times_a_second() {
-        let mut stopper = Stopper::new(Word::Engage);
-
-        let times: Vec<_> = (0..30)
-            .map(|tick| 10 * tick)
-            .filter(|at| stopper.on_event(Event::Tick, ms(*at)) == [Action::Say(true)])
-            .collect();
-
-        assert_eq!(times, [0, 100, 200]);
-    }
-
-    #[test]
-    fn it_ends_when_every_robot_stands_and_none_turns_up_any_more() {
-        let mut stopper = Stopper::new(Word::Engage);
-        stopper.on_event(Event::Tick, ms(0));
-        stopper.on_event(says("robot_1", RobotState::Stopped, "e-stop"), ms(40));
-
-        assert!(!stopper.on_event(Event::Tick, ms(1_999)).contains(&finished()));
-        assert!(stopper.on_event(Event::Tick, ms(2_000)).contains(&finished()));
-        assert_eq!(stopper.answers()[0].acknowledged_after, Some(ms(40)));
-    }
-
-    fn finished() -> Action {
-        Action::Finish(Ending::Acknowledged)
-    }
-
-    #[test]
-    fn a_robot_that_stands_for_another_reason_has_not_acknowledged() {
-        for (state, reason) in [
-            (RobotState::Idle, "belongs to no run"),
-            (RobotState::Armed, "armed, waiting for the start"),
-            (RobotState::Moving, ""),
-            (RobotState::Stopped, "lease ran out"),
-        ] {
-            let mut stopper = Stopper::new(Word::Engage);
-            stopper.on_event(Event::Tick, ms(0));
-
-            stopper.on_event(says("robot_1", state, reason), ms(50));
-
-            assert_eq!(stopper.answers()[0].acknowledged_after, None, "{state}");
-        }
-    }
-
-    #[test]
-    fn who_is_expected_and_silent_is_named_after_a_bounded_time() {
-        let mut stopper = Stopper::new(Word::Engage);
-        stopper.on_event(found("robot_9"), ms(0));
-        stopper.on_event(says("robot_1", RobotState::Fault, "hardware fault: wheel"), ms(50));
-
-        let end = stopper.on_event(Event::Tick, ms(7_000));
-
-        assert!(end.contains(&Action::Finish(Ending::TimedOut)), "{end:?}");
-        let silent: Vec<_> = stopper
-            .answers()
-            .into_iter()
-            .filter(|answer| answer.acknowledged_after.is_none())
-            .map(|answer| answer.robot)
-            .collect();
-        assert_eq!(silent, ["robot_9"]);
-    }
-
-    #[test]
-    fn an_acknowledgement_that_comes_late_or_again_is_none() {
-        let mut stopper = Stopper::new(Word::Engage);
-        stopper.on_event(Event::Tick, ms(0));
-        let earlier = says("a", RobotState::Stopped, E_STOP_REASON);
-        stopper.on_event(says("a", RobotState::Moving, ""), ms(10));
-
-        stopper.on_event(earlier, ms(20));
-
-        assert_eq!(stopper.answers()[0].acknowledged_after, None);
-    }
-
-    #[test]
-    fn no_robot_at_all_is_no_acknowledgement() {
-        let mut stopper = Stopper::new(Word::Engage);
-        stopper.on_event(Event::Tick, ms(0));
-
-        let end = stopper.on_event(Event::Tick, ms(7_000));
-
-        assert!(end.contains(&Action::Finish(Ending::TimedOut)), "{end:?}");
-    }
-
-    #[test]
-    fn a_robot_that_is_released_by_someone_else_has_no_longer_acknowledged() {
-        let mut stopper = Stopper::new(Word::Engage);
-        stopper.on_event(Event::Tick, ms(0));
-        stopper.on_event(says("robot_1", RobotState::Stopped, "e-stop"), ms(50));
-
-        stopper.on_event(says("robot_1", RobotState::Stopped, "stopped by the e-stop"), ms(90));
-
-        assert_eq!(stopper.answers()[0].acknowledged_after, None);
-    }
-
-    #[test]
-    fn a_release_looks_first_and_ends_when_no_robot_is_locked() {
-        let mut stopper = Stopper::new(Word::Release);
-        let locked = || says("robot_1", RobotState::Stopped, "e-stop");
-        assert_eq!(stopper.on_event(locked(), ms(0)), []);
-
-        assert_eq!(stopper.on_event(locked(), ms(2_000)), [Action::Say(false)]);
-        let end =
-            stopper.on_event(says("robot_1", RobotState::Stopped, "lease ran out"), ms(2_050));
-
-        assert_eq!(end, [finished()]);
-    }
-
-    #[test]
-    fn a_release_among_moving_robots_says_nothing() {
-        let mut stopper = Stopper::new(Word::Release);
-        stopper.on_event(says("robot_1", RobotState::Moving, ""), ms(0));
-
-        assert_eq!(stopper.on_event(Event::Tick, ms(2_000)), [Action::Finish(Ending::InRun)]);
-    }
-}
+mod tests;

@@ -21,6 +21,12 @@ pub const ABANDONED: Duration = Duration::from_secs(5);
 /// How long an e-stop publisher may be silent before the lock engages by itself.
 pub const E_STOP_SILENCE: Duration = Duration::from_millis(500);
 
+/// How long a robot whose node has just started listens to what the e-stop has locked on the others.
+pub const ASK_OTHERS: Duration = Duration::from_secs(2);
+
+/// How long a world in lockstep waits for what it needs for a step before its run is void.
+pub const STEP_AT_LEAST: Duration = Duration::from_secs(30);
+
 /// How long stepping may stay frozen in lockstep before the run is void.
 pub const LOCKSTEP_GRACE: Duration = Duration::from_secs(5);
 
@@ -35,9 +41,27 @@ pub fn command_timeout(period_s: f64) -> Duration {
 /// How long a node may be silent before the runner takes it for gone.
 pub const SILENCE: Duration = Duration::from_secs(1);
 
+/// Silence of a robot's sensor after which a controller that holds its lease reports a fault, and age
+/// of its last detection then.
+pub const SENSOR_SILENCE: Duration = Duration::from_secs(1);
+
+/// How long detections may stay away in a run before the runner gives their robot up.
+pub const DETECTION_SILENCE: Duration = Duration::from_secs(3);
+
+/// How long poses may stay away in a run before the runner gives their robot up: a tracker that loses
+/// sight of a robot for a moment is no loss.
+pub const POSE_SILENCE: Duration = Duration::from_secs(5);
+
+/// How long the runner waits, from the start of the movement, for the first detection or pose of a
+/// robot.
+pub const FIRST_SAMPLE: Duration = Duration::from_secs(5);
+
 /// How long the runner looks for what an experiment needs, from when it last found more of it:
 /// hundreds of robots take their time to start.
 pub const DISCOVER: Duration = Duration::from_secs(10);
+
+/// How often the runner looks for publishers that have started since it found all that it needs.
+pub const LOOK_AGAIN: Duration = Duration::from_millis(500);
 
 /// How long the runner looks at most while its own machine does not keep up with what it hears, as
 /// when dozens of processes start on it.

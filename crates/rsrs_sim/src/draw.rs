@@ -65,6 +65,11 @@ impl RunKey {
         Self { seed, digest }
     }
 
+    /// Number of the replicate, from 0.
+    pub fn replicate(&self) -> u64 {
+        self.seed.replicate
+    }
+
     /// The key of one robot's draws for one purpose.
     pub fn key(&self, robot: usize, purpose: Purpose) -> Key {
         let words = [self.digest, self.seed.replicate, robot as u64, purpose as u64];

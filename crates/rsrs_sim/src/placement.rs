@@ -1,5 +1,7 @@
 //! Where the robots start.
 
+use std::fmt;
+
 use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::unicycle::Pose;
 
@@ -9,14 +11,14 @@ use crate::draw::{Purpose, RunKey};
 /// Robots that do not find room where they are to start.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "{robots} robots do not fit into a disc of radius {radius_m:.3} m, {spacing_m:.3} m apart and \
+    "{robots} robots do not fit into {area}, {spacing_m:.3} m apart and \
      within the walls: {placed} found a place, and no more than {at_most} ever do"
 )]
 pub struct PlacementError {
     /// Robots asked for.
     pub robots: usize,
-    /// Radius of the disc of their centres, in metres.
-    pub radius_m: f64,
+    /// Where their centres were to be.
+    pub area: Area,
     /// Least distance between two centres, in metres.
     pub spacing_m: f64,
     /// Robots that found a place before the tries ran out.
@@ -25,10 +27,80 @@ pub struct PlacementError {
     pub at_most: usize,
 }
 
+/// Where the robots' centres lie at the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Area {
+    /// A disc around the origin.
+    Disc {
+        /// Its radius, in metres.
+        radius_m: f64,
+    },
+    /// A box around the origin.
+    Box {
+        /// Along x, in metres.
+        width_m: f64,
+        /// Along y, in metres.
+        height_m: f64,
+    },
+}
+
+impl fmt::Display for Area {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Disc { radius_m } => write!(out, "a disc of radius {radius_m:.3} m"),
+            Self::Box { width_m, height_m } => {
+                write!(out, "a box of {width_m:.3} m by {height_m:.3} m")
+            }
+        }
+    }
+}
+
+impl Area {
+    /// Half of the side of the square around it, in metres.
+    fn half_m(self) -> f64 {
+        match self {
+            Self::Disc { radius_m } => radius_m,
+            Self::Box { width_m, height_m } => width_m.max(height_m) / 2.0,
+        }
+    }
+
+    /// A pose in it that faces away from the origin; uniform for uniform numbers.
+    fn facing_out(self, first: f64, second: f64) -> Pose {
+        match self {
+            Self::Disc { radius_m } => facing_out(radius_m, first, second),
+            Self::Box { width_m, height_m } => {
+                let (x_m, y_m) = (width_m * (first - 0.5), height_m * (second - 0.5));
+                Pose { x_m, y_m, heading_rad: libm::atan2(y_m, x_m) }
+            }
+        }
+    }
+
+    /// Centres at least `spacing_m` apart are discs of half that radius in an area that is wider by
+    /// it; no packing is denser than the hexagonal one.
+    fn most_that_fit(self, spacing_m: f64) -> usize {
+        match self {
+            Self::Disc { radius_m } => most_that_fit(radius_m, spacing_m),
+            Self::Box { width_m, height_m } => {
+                let area_m2 = (width_m + spacing_m) * (height_m + spacing_m);
+                let each_m2 = spacing_m * spacing_m * 12_f64.sqrt() / 4.0;
+                (area_m2 / each_m2).floor().max(1.0) as usize
+            }
+        }
+    }
+}
+
 impl PlacementError {
     /// What to do next.
     pub fn help(&self) -> String {
-        "widen `placement_radius_m` (and `arena_m`), or take fewer `robots`".to_owned()
+        match self.area {
+            Area::Disc { .. } => {
+                "widen `placement_radius_m` (and `arena_m`), or take fewer `robots`"
+            }
+            Area::Box { .. } => {
+                "widen the box of `placement` (and `arena_m`), or take fewer `robots`"
+            }
+        }
+        .to_owned()
     }
 }
 
@@ -48,26 +120,35 @@ const MAX_TRIES: usize = 20_000;
 ///
 /// [`PlacementError`] if they do not fit.
 pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, PlacementError> {
-    let radius_m = match conditions.placement {
-        Placement::DiscFacingOut { radius_m } => radius_m,
+    let area = match &conditions.placement {
+        Placement::DiscFacingOut { radius_m } => Area::Disc { radius_m: *radius_m },
+        Placement::BoxFacingOut { width_m, height_m } => {
+            Area::Box { width_m: *width_m, height_m: *height_m }
+        }
+        // Checked conditions have at least one set, with a pose for each robot.
+        Placement::Given { starts } => {
+            let set = run.replicate() % starts.len() as u64;
+            return Ok(starts[set as usize].clone());
+        }
         Placement::Pair { distance_m, bearing_rad } => {
-            return Ok(pair(distance_m, bearing_rad).into_iter().take(conditions.robots).collect());
+            let pair = pair(*distance_m, *bearing_rad);
+            return Ok(pair.into_iter().take(conditions.robots).collect());
         }
     };
     let spacing_m = SPACING_RADII * conditions.robot.radius_m;
-    let at_most = most_that_fit(radius_m, spacing_m);
+    let at_most = area.most_that_fit(spacing_m);
     let refuse =
-        |placed| PlacementError { robots: conditions.robots, radius_m, spacing_m, placed, at_most };
+        |placed| PlacementError { robots: conditions.robots, area, spacing_m, placed, at_most };
     if conditions.robots > at_most {
         return Err(refuse(0));
     }
     let border = Border::new(&conditions.arena, conditions.robot.radius_m);
     let mut poses: Vec<Pose> = Vec::with_capacity(conditions.robots);
-    let mut taken = Taken::new(radius_m, spacing_m, conditions.robots);
+    let mut taken = Taken::new(area.half_m(), spacing_m, conditions.robots);
     for robot in 0..conditions.robots {
         let mut stream = run.stream(robot, Purpose::Placement);
         let place = (0..MAX_TRIES)
-            .map(|_| facing_out(radius_m, stream.uniform(), stream.uniform()))
+            .map(|_| area.facing_out(stream.uniform(), stream.uniform()))
             .find(|pose| {
                 border.admits(pose.x_m as f32, pose.y_m as f32)
                     && taken.near(pose).all(|other| {
@@ -194,6 +275,41 @@ mod tests {
 
         // A quarter of the area, within four standard errors.
         assert!((inner as f64 / 10_000.0 - 0.25).abs() < 0.018, "{inner}");
+    }
+
+    #[test]
+    fn a_start_in_a_box_is_uniform_and_faces_out() {
+        let placement = Placement::BoxFacingOut { width_m: 2.0, height_m: 0.5 };
+        let conditions = Conditions { robots: 1, placement, ..flockbot_conditions() };
+
+        let poses = (0..10_000).map(|replicate| place(&conditions, run(replicate)).unwrap()[0]);
+        let (mut right, mut upper) = (0, 0);
+        for pose in poses {
+            assert!(pose.x_m.abs() <= 1.0 && pose.y_m.abs() <= 0.25, "{pose:?}");
+            let away = libm::atan2(pose.y_m, pose.x_m) - pose.heading_rad;
+            assert!(away.abs() < 1e-9, "{pose:?}");
+            right += u32::from(pose.x_m > 0.5);
+            upper += u32::from(pose.y_m > 0.125);
+        }
+
+        // A quarter of each, within four standard errors.
+        for share in [right, upper].map(|n| f64::from(n) / 10_000.0) {
+            assert!((share - 0.25).abs() < 0.018, "{share}");
+        }
+    }
+
+    #[test]
+    fn too_many_robots_for_a_box_are_refused_with_how_many_fit() {
+        let placement = Placement::BoxFacingOut { width_m: 1.0, height_m: 0.5 };
+        let conditions = Conditions { robots: 200, placement, ..flockbot_conditions() };
+
+        let error = place(&conditions, run(0)).unwrap_err();
+
+        assert!(
+            error.to_string().contains("do not fit into a box of 1.000 m by 0.500 m"),
+            "{error}"
+        );
+        assert!(error.help().contains("widen the box of `placement`"), "{}", error.help());
     }
 
     #[test]

@@ -49,7 +49,7 @@ pub fn svg(picture: &PlacementPicture) -> String {
     let bodies = picture.robots.iter().map(|(_, pose)| robot(&field, *pose, picture.radius_m));
     let names = picture.robots.iter().map(|(name, pose)| name_of(&field, name, *pose));
     let bottom_px = field.top_px + field.height_px + 28.0;
-    let caption = "dashed: disc of the centres; cross: origin";
+    let caption = "dashed: disc that holds the centres; cross: origin";
     let page = Element::picture(PAGE_PX, bottom_px + 16.0, &picture.title)
         .children(header)
         .child(disc(&field, picture.disc_m))

@@ -198,6 +198,11 @@ pub const DEFINITIONS: &[Definition] = &[
         hash: "RIHS01_f49fb3ae2cf070f793645ff749683ac6b06203e41c891e17701b1cb597ce6a01",
     },
     Definition {
+        type_name: "std_msgs/msg/String",
+        text: include_str!("../../definitions/std_msgs/msg/String.msg"),
+        hash: "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18",
+    },
+    Definition {
         type_name: "tf2_msgs/msg/TFMessage",
         text: include_str!("../../definitions/tf2_msgs/msg/TFMessage.msg"),
         hash: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",

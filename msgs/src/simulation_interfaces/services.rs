@@ -158,6 +158,21 @@ pub struct SetEntityStateRequest {
     pub set_acceleration: bool,
 }
 
+/// Moves an entity, as in version 1 of the package: all of the state is meant.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SetEntityStateRequest1 {
+    /// Its name.
+    pub entity: String,
+    /// Its new state; the stamp does not matter.
+    pub state: EntityState,
+}
+
+impl From<SetEntityStateRequest1> for SetEntityStateRequest {
+    fn from(SetEntityStateRequest1 { entity, state }: SetEntityStateRequest1) -> Self {
+        Self { entity, state, set_pose: true, set_twist: true, set_acceleration: true }
+    }
+}
+
 /// Answers [`SetEntityStateRequest`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SetEntityStateResponse {
@@ -188,5 +203,6 @@ ros_messages! {
     GetEntityStateRequest => "simulation_interfaces/srv/GetEntityState_Request",
     GetEntityStateResponse => "simulation_interfaces/srv/GetEntityState_Response",
     SetEntityStateRequest => "simulation_interfaces/srv/SetEntityState_Request",
+    SetEntityStateRequest1 => "simulation_interfaces/srv/SetEntityState_Request",
     SetEntityStateResponse => "simulation_interfaces/srv/SetEntityState_Response",
 }

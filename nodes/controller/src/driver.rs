@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use rsrs_core::controller::Reaction;
 use rsrs_fleet::controller::{Action, Controller, Event};
+use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::timing::BEAT;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
@@ -20,6 +21,7 @@ use rsrs_ros::ros_args::Note;
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use rsrs_ros::shutdown;
 use rsrs_wire as wire;
+use rsrs_wire::e_stop::{EStopMessage, EStopSubscriptions, LocksPublisher};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::parameters::{self, NODE};
@@ -34,7 +36,7 @@ enum Heard {
     Virtual(usize, Bool),
     Lease(RunLease),
     Clock(u64),
-    EStop(bool),
+    EStop(EStopMessage),
     ParametersOf(String),
 }
 
@@ -71,7 +73,7 @@ pub struct Hosting {
 ///
 /// If the network cannot be used, or a reliable subscriber stops acknowledging.
 pub async fn run(options: NodeArguments) -> anyhow::Result<()> {
-    let session = Session::open(&options.session)?;
+    let session = Session::open_with(&options.session, &options.ros)?;
     let robots = options.robots.iter().map(|robot| Hosting {
         robot: robot.clone(),
         given: options.ros.parameters(&format!("/{robot}/{NODE}")),
@@ -109,6 +111,7 @@ pub async fn serve(session: &Session, robots: Vec<Hosting>, notes: &[Note]) -> a
             .map_err(|_closed| "the node is shutting down".to_owned())
     })?;
     let mut hosted = Vec::new();
+    let mut e_stop = None;
     let mut subscriptions = Vec::new();
     for (index, robot) in names.iter().enumerate() {
         hosted.push(host(session, &server, robot)?);
@@ -120,14 +123,17 @@ pub async fn serve(session: &Session, robots: Vec<Hosting>, notes: &[Note]) -> a
     if let Some(first) = hosted.first() {
         subscriptions.extend(listen_to_all(session, &first.node, &heard)?);
         if hosted.iter().any(|controller| controller.machine.gate().is_some()) {
-            subscriptions.push(listen_to_e_stop(session, &first.node, &heard)?);
+            e_stop = Some(EStop::new(session, &first.node, &heard)?);
         }
         for note in notes {
             first.node.say(Level::Warn, &note.to_string());
         }
         first.node.say(Level::Info, &format!("{} controllers ready", hosted.len()));
     }
-    answer(&mut hosted, &server, &mut events).await
+    tokio::select! {
+        ended = answer(&mut hosted, (&server, e_stop), &mut events) => ended,
+        ended = session.ended() => Err(ended.into()),
+    }
 }
 
 fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Result<Hosted> {
@@ -202,22 +208,37 @@ fn listen_to_all(
     ])
 }
 
-/// Who holds a lease stops for the e-stop.
-fn listen_to_e_stop(
-    session: &Session,
-    node: &NodeHandle,
-    heard: &UnboundedSender<Heard>,
-) -> anyhow::Result<Subscription> {
-    let (heard, topic) = (heard.clone(), topics::E_STOP);
-    Ok(session.subscribe(node, topic.name, topic.qos, move |sample| {
-        let engaged: Bool = sample.message;
-        drop(heard.send(Heard::EStop(engaged.data)));
-    })?)
+/// Who holds a lease stops for the e-stop, and answers others who ask for its locks.
+struct EStop {
+    locks: LocksPublisher,
+    _subscriptions: EStopSubscriptions,
+}
+
+impl EStop {
+    fn new(
+        session: &Session,
+        node: &NodeHandle,
+        heard: &UnboundedSender<Heard>,
+    ) -> anyhow::Result<Self> {
+        let heard = heard.clone();
+        let deliver = move |message| drop(heard.send(Heard::EStop(message)));
+        Ok(Self {
+            locks: LocksPublisher::new(session, node)?,
+            _subscriptions: EStopSubscriptions::new(session, node, deliver)?,
+        })
+    }
+
+    /// Says what is locked on any of the robots.
+    async fn tell(&mut self, hosted: &[Hosted]) -> anyhow::Result<()> {
+        let gates = hosted.iter().filter_map(|controller| controller.machine.gate());
+        let locks = gates.flat_map(|gate| gate.locks().0).collect();
+        Ok(self.locks.tell(Locks(locks)).await?)
+    }
 }
 
 async fn answer(
     hosted: &mut [Hosted],
-    server: &ParameterServer,
+    (server, mut e_stop): (&ParameterServer, Option<EStop>),
     events: &mut UnboundedReceiver<Heard>,
 ) -> anyhow::Result<()> {
     let start = Instant::now();
@@ -246,6 +267,9 @@ async fn answer(
                 }
             }
         }
+        if let Some(e_stop) = &mut e_stop {
+            e_stop.tell(hosted).await?;
+        }
     }
 }
 
@@ -260,7 +284,11 @@ fn for_whom(heard: Heard, hosted: &[Hosted], server: &ParameterServer) -> Vec<(u
         Heard::Of(index, event) => vec![(index, event)],
         Heard::Virtual(..) => Vec::new(),
         Heard::Clock(stamp_ns) => all(Event::Clock(stamp_ns)),
-        Heard::EStop(engaged) => all(Event::EStop(engaged)),
+        Heard::EStop(EStopMessage::Said { source, engaged }) => {
+            all(Event::EStop { source, engaged })
+        }
+        Heard::EStop(EStopMessage::Release(sources)) => all(Event::Release(sources)),
+        Heard::EStop(EStopMessage::Locks { locks, .. }) => all(Event::LocksOfOthers(locks)),
         Heard::Lease(message) => match wire::lease(message) {
             Ok(lease) => all(Event::Lease(lease)),
             Err(error) => {

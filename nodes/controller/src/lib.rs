@@ -12,9 +12,11 @@ pub use driver::{Hosting, serve};
 pub use parameters::{LEASE, LEASE_CONTROLLER, LEASE_GATE, NAMES, NODE};
 
 use anyhow::Context;
-use rsrs_ros::logging::{self, Level};
 use rsrs_ros::node_arguments::{self, NodeArguments};
-use rsrs_ros::ros_args::Environment;
+use rsrs_ros::ros_args::{Environment, TopicRules};
+
+/// The node of each robot, whose topics may have other names.
+const NODES: (&[&str], TopicRules) = (&[NODE], TopicRules::Followed);
 
 /// What the node says of itself.
 const HELP: &str = "\
@@ -42,11 +44,8 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
     if node_arguments::has_helped(arguments, HELP)? {
         return Ok(());
     }
-    let options = NodeArguments::parse(arguments, &Environment::of_this_process(), NODE)?;
-    logging::init(
-        options.log_level.unwrap_or(Level::Info),
-        std::env::var("RUST_LOG").ok().as_deref(),
-    );
+    let options = NodeArguments::parse(arguments, &Environment::of_this_process(), NODES)?;
+    options.ros.start_logging(options.log_level);
     tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()

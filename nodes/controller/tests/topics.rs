@@ -9,7 +9,7 @@ use std::time::Duration;
 use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Bool;
-use rsrs_msgs::topics;
+use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
 use support::{PATIENCE, eventually, in_own_network, session};
@@ -30,14 +30,66 @@ impl Drop for Node {
 }
 
 fn start() -> Node {
+    start_with(&[])
+}
+
+fn start_with(more_for_ros: &[&str]) -> Node {
     let child = Command::new(env!("CARGO_BIN_EXE_controller_node"))
         .args(["--interface", "127.0.0.1", "--robots", "robot_1,robot_2"])
         .args(["--ros-args", "-p", "speed:=0.15", "-p", "turn_rate:=0.75"])
+        .args(more_for_ros)
         .env("ROS_DOMAIN_ID", "42")
         .stdout(Stdio::null())
         .spawn()
         .expect("the node was built for this test");
     Node(child)
+}
+
+#[test]
+fn topics_have_the_names_that_they_are_remapped_to_and_nothing_goes_to_rosout() {
+    in_own_network(
+        "topics_have_the_names_that_they_are_remapped_to_and_nothing_goes_to_rosout",
+        remapped,
+    );
+}
+
+async fn remapped() {
+    let _node = start_with(&[
+        "-r",
+        "/robot_2/detection:=/camera/seen",
+        "-r",
+        "/robot_2/cmd_vel:=/base/cmd_vel",
+        "--disable-rosout-logs",
+    ]);
+    let session = session();
+    let visitor = session.node("/", "visitor").expect("the name is allowed");
+    let (to_commands, mut commands) = unbounded_channel::<TwistStamped>();
+    let qos = topics::CMD_VEL.qos;
+    let _commands = session
+        .subscribe(&visitor, "/base/cmd_vel", qos, move |sample| {
+            drop(to_commands.send(sample.message));
+        })
+        .expect("the topic is allowed");
+    // As a sensor of ROS 2 publishes.
+    let detections = session
+        .publish_on::<Bool>(&visitor, "/camera/seen", Qos::best_effort(5))
+        .expect("the topic is allowed");
+
+    assert_eq!(command_for(SEEN, &detections, &mut commands).await, (0.15, 0.75));
+    assert_eq!(command_for(NOT_SEEN, &detections, &mut commands).await, (0.15, -0.75));
+
+    let named = || {
+        let mut endpoints = session.endpoints();
+        endpoints.retain(|end| end.node.as_deref() == Some(CONTROLLER));
+        endpoints
+    };
+    eventually("the controller's node has a name", || !named().is_empty()).await;
+    let topics: Vec<String> = named().into_iter().map(|end| end.topic).collect();
+    assert!(topics.iter().any(|topic| topic == "/base/cmd_vel"), "{topics:?}");
+    let left = ["/rosout", "/robot_2/cmd_vel", "/robot_2/detection"];
+    assert!(!topics.iter().any(|topic| left.contains(&topic.as_str())), "{topics:?}");
+    drop((detections, visitor));
+    session.close().await;
 }
 
 async fn publisher(session: &Session, node: &NodeHandle) -> Publisher<Bool> {

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use rsrs_core::axis::{Cell, CellError};
 use rsrs_fleet::record::Backend;
-use rsrs_ros::interfaces::{self, InterfaceError};
+use rsrs_ros::interfaces::InterfaceError;
 use rsrs_ros::logging::Level;
-use rsrs_ros::ros_args::{Environment, RosArgs, RosArgsError};
+use rsrs_ros::ros_args::{Environment, RosArgs, RosArgsError, TopicRules};
 use rsrs_ros::session::SessionOptions;
 
 use crate::driver::NODE;
@@ -21,13 +21,15 @@ pub struct RunnerArguments {
     pub session: SessionOptions,
     /// From which level on to log.
     pub log_level: Option<Level>,
+    /// What was said to ROS 2.
+    pub ros: RosArgs,
 }
 
 /// Why the runner cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum RunnerArgumentsError {
     /// The arguments for ROS 2 are wrong.
-    #[error(transparent)]
+    #[error("{0}{help}", help = .0.help().map_or_else(String::new, |help| format!("; {help}")))]
     Ros(#[from] RosArgsError),
     /// No interface is chosen, or it does not exist.
     #[error("{0}; {help}", help = .0.help())]
@@ -50,6 +52,14 @@ pub enum RunnerArgumentsError {
         /// The flag.
         flag: String,
     },
+    /// The runner has no namespace.
+    #[error(
+        "`-r __ns:={namespace}`: the runner is in no namespace; the robots' are in the fleet file"
+    )]
+    Namespace {
+        /// The namespace.
+        namespace: String,
+    },
     /// A backend that there is not.
     #[error("`--backend {found}`, expected sim or fleet")]
     Backend {
@@ -71,7 +81,12 @@ impl RunnerArguments {
         arguments: &[String],
         environment: &Environment,
     ) -> Result<Self, RunnerArgumentsError> {
-        let (ros, rest) = RosArgs::parse(arguments, environment)?;
+        let (mut ros, rest) = RosArgs::parse(arguments, environment)?;
+        ros.check_rules(&[NODE], TopicRules::Refused)?;
+        let (namespace, _) = ros.node("/", NODE);
+        if namespace != "/" {
+            return Err(RunnerArgumentsError::Namespace { namespace });
+        }
         let (mut interface, mut experiment) = (None, None);
         let (mut cell, mut from, mut bag) = (None, None, None);
         let mut backend = Backend::Fleet;
@@ -98,8 +113,6 @@ impl RunnerArguments {
             }
         }
         let experiment = experiment.ok_or(RunnerArgumentsError::NoExperiment)?;
-        let address =
-            interfaces::chosen(interface.as_deref(), environment.variable(interfaces::VARIABLE))?;
         Ok(Self {
             request: Request {
                 experiment,
@@ -110,8 +123,9 @@ impl RunnerArguments {
                 seed: None,
                 place_check: PlaceCheck::On,
             },
-            session: SessionOptions { domain_id: ros.domain_id, interfaces: vec![address] },
+            session: ros.network(interface.as_deref(), environment)?,
             log_level: ros.log_level(NODE),
+            ros,
         })
     }
 }
@@ -143,6 +157,15 @@ mod tests {
     fn the_fleet_is_what_runs_unless_the_simulator_is_named() {
         assert_eq!(parse(&["--experiment", "e.yaml"]).unwrap().request.backend, Backend::Fleet);
         assert!(parse(&["--experiment", "e.yaml", "--backend", "gazebo"]).is_err());
+    }
+
+    #[test]
+    fn names_that_the_runner_could_not_follow_are_refused() {
+        for rule in ["__node:=conductor", "__ns:=/lab", "/swarm/lease:=/lease"] {
+            let error = parse(&["--experiment", "e.yaml", "--ros-args", "-r", rule]).unwrap_err();
+
+            assert!(error.to_string().starts_with(&format!("`-r {rule}`: ")), "{error}");
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Samples, answers and timers in; leases, requests and a bag out.
 
-use std::collections::BTreeMap;
+mod watching;
+
 use std::pin::Pin;
 use std::time::{Duration, Instant};
 
@@ -8,7 +9,6 @@ use anyhow::Context;
 use futures::StreamExt;
 use futures::stream::FuturesUnordered;
 use rsrs_bags::BagSummary;
-use rsrs_fleet::experiment::Time;
 use rsrs_fleet::message::{RobotState, Status};
 use rsrs_fleet::rates::Rates;
 use rsrs_fleet::record::Ending;
@@ -18,10 +18,12 @@ use rsrs_msgs::rsrs::{Recorded, RunLease};
 use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::logging::Level;
-use rsrs_ros::parameters::{ClientOptions, ParameterClient};
-use rsrs_ros::session::{NodeHandle, Publisher, ReceivedRaw, Session, SessionOptions};
+use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterServer};
+use rsrs_ros::session::{
+    MiddlewareEnded, NodeHandle, Publisher, ReceivedRaw, Session, SessionOptions,
+};
 use rsrs_wire as wire;
-use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::ears::{self, Ear, Queue, Role, Sample};
 use crate::expectation::{self, Heard};
@@ -29,7 +31,7 @@ use crate::extras::Extras;
 use crate::meaning;
 use crate::parameters;
 use crate::plan::Plan;
-use crate::recorder::Recorder;
+use crate::recorder::{Recorder, Written};
 use crate::report::{Progress, RunReport, Times};
 
 /// Name of the runner's node.
@@ -37,6 +39,8 @@ pub const NODE: &str = "experiment_runner";
 
 /// How often time passes for the machine while nothing arrives.
 const GLANCE: Duration = Duration::from_millis(20);
+/// A runner that has not looked for so long has been stopped itself, or its machine is very busy.
+const STOOD_STILL: Duration = Duration::from_millis(500);
 /// How often the discovery database is looked at.
 const LOOK: Duration = Duration::from_millis(100);
 /// How long one request for parameters is tried before the machine asks again.
@@ -60,6 +64,11 @@ struct Run<'a> {
     recorder: Option<Recorder>,
     /// What came before the bag was open, and belongs to its beginning.
     early: Vec<Sample>,
+    /// Where the thread that writes the bag reports.
+    to_written: UnboundedSender<Written>,
+    /// Whether the middleware has ended: then nothing can be published any more.
+    is_cut_off: bool,
+    /// The last step that was confirmed; 0 is none.
     recorded_step: u64,
     times: Times,
     /// The simulator's last word, and when it came.
@@ -97,7 +106,9 @@ pub async fn run(
     let session = Session::open(network)?;
     let node = session.node("/", NODE)?;
     let ears = ears::ears(&plan.robots);
+    let server = ParameterServer::without_parameters(&session, &node)?;
     let (sender, mut samples) = unbounded_channel();
+    let (to_written, mut written) = unbounded_channel();
     let queue = Queue::new(sender);
     let subscriptions = ears::listen(&session, &ears, &queue)?;
     let options = ClientOptions { patience: ONE_REQUEST, mapping: None };
@@ -116,6 +127,8 @@ pub async fn run(
         start: Instant::now(),
         recorder: None,
         early: Vec::new(),
+        to_written,
+        is_cut_off: false,
         recorded_step: 0,
         times: Times::default(),
         simulator: None,
@@ -127,18 +140,23 @@ pub async fn run(
         finished: None,
         watch,
     };
-    let ended = run.serve(&mut samples, stop).await;
+    let ended = run.serve((&mut samples, &mut written), stop).await;
     let report = ended.and_then(|()| run.report());
     drop(run);
-    drop((client, subscriptions));
+    drop((client, subscriptions, server));
     session.close().await;
     report
+}
+
+/// Ends the run because nothing can be sent or received any more.
+fn interrupt(ended: &MiddlewareEnded) -> Event {
+    Event::Interrupt { reason: ended.to_string() }
 }
 
 impl<'a> Run<'a> {
     async fn serve(
         &mut self,
-        samples: &mut UnboundedReceiver<Sample>,
+        (samples, written): (&mut UnboundedReceiver<Sample>, &mut UnboundedReceiver<Written>),
         stop: impl Future<Output = String>,
     ) -> anyhow::Result<()> {
         let mut requests: Requests<'a> = FuturesUnordered::new();
@@ -148,39 +166,50 @@ impl<'a> Run<'a> {
         look.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
         let mut stop = std::pin::pin!(stop);
         let mut is_stopped = false;
+        let session = self.session;
+        let mut looked = Instant::now();
+        let mut cut_off = std::pin::pin!(session.ended());
         while self.finished.is_none() {
             tokio::select! {
                 reason = &mut stop, if !is_stopped => {
                     is_stopped = true;
                     self.advance(Event::Interrupt { reason }, &mut requests).await?;
                 }
+                ended = &mut cut_off, if !self.is_cut_off => {
+                    self.is_cut_off = true;
+                    self.advance(interrupt(&ended), &mut requests).await?;
+                }
+                Some(written) = written.recv() => self.take_written(written, &mut requests).await?,
                 Some(sample) = samples.recv() => self.hear(sample, &mut requests).await?,
                 Some(answer) = requests.next() => {
                     self.close_question(&answer);
                     self.advance(answer, &mut requests).await?;
                 }
                 _ = look.tick() => {
-                    // It copies thousands of entries, which nobody needs once all is there.
-                    if self.machine.looks() {
+                    // It copies thousands of entries, which are seldom needed once all is there.
+                    if self.machine.looks(self.start.elapsed()) {
                         let unrecordable = self.look_for_extras()?;
                         let graph =
-                            expectation::graph(self.session, self.simulator_is(), unrecordable);
+                            expectation::graph((self.session, self.plan), self.simulator_is(), unrecordable);
                         self.advance(Event::Seen(graph), &mut requests).await?;
                     }
+                    self.repeat_recorded().await?;
                     self.watch_rates();
                 }
-                _ = glance.tick() => self.advance(Event::Tick, &mut requests).await?,
+                _ = glance.tick() => {
+                    let stood_still = std::mem::replace(&mut looked, Instant::now()).elapsed();
+                    let ended = if stood_still >= STOOD_STILL && !self.is_cut_off {
+                        session.has_ended_meanwhile().await
+                    } else {
+                        None
+                    };
+                    self.is_cut_off |= ended.is_some();
+                    let event = ended.map_or(Event::Tick, |ended| interrupt(&ended));
+                    self.advance(event, &mut requests).await?;
+                }
             }
         }
         Ok(())
-    }
-
-    /// Listens to what was asked for by name, as soon as somebody publishes it.
-    fn look_for_extras(&mut self) -> anyhow::Result<BTreeMap<String, String>> {
-        if self.recorder.is_none() {
-            self.extras.look(self.session, &mut self.ears)?;
-        }
-        Ok(self.extras.unrecordable())
     }
 
     fn simulator_is(&self) -> Heard {
@@ -192,7 +221,7 @@ impl<'a> Run<'a> {
 
     /// Keeps a sample, and tells the machine what it means.
     async fn hear(&mut self, sample: Sample, requests: &mut Requests<'a>) -> anyhow::Result<()> {
-        if let Some(event) = self.record(&sample).await? {
+        if let Some(event) = self.record(&sample) {
             self.advance(event, requests).await?;
         }
         let role = self.ears[sample.ear].role;
@@ -204,7 +233,8 @@ impl<'a> Run<'a> {
         if let Some(rates) = &mut self.rates {
             rates.heard(&self.ears[sample.ear].name, self.start.elapsed());
         }
-        if role == Role::Preparation && self.recorder.is_none() {
+        let is_early = matches!(role, Role::Preparation | Role::StaticTransforms);
+        if is_early && self.recorder.is_none() {
             self.early.push(sample);
         }
         for event in events {
@@ -213,50 +243,46 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// While robots move in real time, tells how long they have, and what comes too rarely.
-    fn watch_rates(&mut self) {
-        let now = self.start.elapsed();
-        let (Some(running), Time::RealTime) =
-            (self.machine.running_for(now), self.plan.record.time)
-        else {
-            return;
-        };
-        let of = Duration::from_secs_f64(self.plan.record.duration_s).as_secs();
-        (self.watch)(Progress::Done { done: running.as_secs(), of });
-        let (ears, period_s) = (&self.ears, self.plan.record.conditions.period_s);
-        let rates = self.rates.get_or_insert_with(|| {
-            let each_period = |ear: &&Ear| matches!(ear.role, Role::Detection | Role::Command);
-            let topics = ears.iter().filter(each_period).map(|ear| ear.name.clone());
-            Rates::new(topics, period_s, now)
-        });
-        for change in rates.changes(now) {
-            self.say(change);
-        }
-    }
-
     fn say(&mut self, text: String) {
         self.node.say(Level::Info, &text);
         (self.watch)(Progress::Say(text));
     }
 
-    /// Writes a sample into the bag, if one is open.
-    async fn record(&mut self, sample: &Sample) -> anyhow::Result<Option<Event>> {
-        let Some(recorder) = &mut self.recorder else {
-            return Ok(None);
+    /// Has a sample written into the bag, if one is open.
+    fn record(&mut self, sample: &Sample) -> Option<Event> {
+        let recorder = self.recorder.as_mut()?;
+        let taken = recorder.take((sample.ear, &self.ears[sample.ear]), &sample.received);
+        taken.err().map(|error| Event::RecorderFailed { reason: error.in_full() })
+    }
+
+    /// Takes a report of the thread that writes the bag.
+    async fn take_written(
+        &mut self,
+        written: Written,
+        requests: &mut Requests<'a>,
+    ) -> anyhow::Result<()> {
+        let event = match written {
+            Written::Opened => Event::RecorderReady,
+            Written::Step(step) => {
+                self.times.stepped(Instant::now());
+                self.recorded_step = step;
+                if !self.is_cut_off {
+                    self.recorded.publish(Recorded { step }).await?;
+                }
+                (self.watch)(Progress::Done { done: step, of: self.plan.steps() });
+                Event::Recorded { step }
+            }
+            Written::NotOpened(error) => {
+                self.recorder = None;
+                Event::RecorderFailed { reason: error.in_full() }
+            }
+            Written::Failed(error) => Event::RecorderFailed { reason: error.in_full() },
+            Written::Closed(summary) => {
+                self.bag = Some(summary);
+                Event::RecorderClosed
+            }
         };
-        let ear = (sample.ear, &self.ears[sample.ear]);
-        if let Err(error) = recorder.take(ear, &sample.received) {
-            return Ok(Some(Event::RecorderFailed { reason: error.to_string() }));
-        }
-        let step = recorder.step();
-        if step == self.recorded_step {
-            return Ok(None);
-        }
-        self.recorded_step = step;
-        self.times.stepped(Instant::now());
-        self.recorded.publish(Recorded { step }).await?;
-        (self.watch)(Progress::Done { done: step, of: self.plan.steps() });
-        Ok(Some(Event::Recorded { step }))
+        self.advance(event, requests).await
     }
 
     /// What a sample says to the machine.
@@ -267,8 +293,11 @@ impl<'a> Run<'a> {
                 self.simulator = Some((status.clone(), Instant::now()));
                 Ok(self.simulator_says(&status).into_iter().collect())
             }
-            // Poses are asked for before robots move.
-            Role::Odometry(_) | Role::Pose(_) if self.rates.is_some() => Ok(Vec::new()),
+            // Where robots are is asked for before they move; then, whether their poses still come.
+            Role::Odometry(_) | Role::Pose(_) if self.rates.is_some() => {
+                Ok(meaning::sampled(self.plan, role).into_iter().collect())
+            }
+            Role::Transforms if self.rates.is_some() => Ok(Vec::new()),
             _ => meaning::events(self.plan, role, received),
         }
     }
@@ -308,6 +337,7 @@ impl<'a> Run<'a> {
         requests: &mut Requests<'a>,
     ) -> anyhow::Result<Option<Event>> {
         match action {
+            Action::PublishLease(_) if self.is_cut_off => {}
             Action::PublishLease(lease) => {
                 self.lease.publish(wire::lease_message(&lease, wall_time())).await?;
             }
@@ -325,17 +355,17 @@ impl<'a> Run<'a> {
             Action::ReadBack(Target::Simulator) => self.asks_simulator = true,
             Action::ReadBack(Target::Robot(robot)) => {
                 self.open.push(Action::ReadBack(Target::Robot(robot.clone())));
-                let (client, lease) = (self.client, self.plan.lease_of(&robot));
+                let (client, plan) = (self.client, self.plan);
                 requests.push(Box::pin(async move {
-                    let result = parameters::read_back(client, (&robot, lease)).await;
+                    let result = parameters::read_back(client, plan, &robot).await;
                     Event::ReadBack { target: Target::Robot(robot), result }
                 }));
             }
             Action::OpenRecorder => {
                 self.times.confirmed.get_or_insert(self.start.elapsed());
-                return Ok(Some(self.open_recorder()));
+                return Ok(self.open_recorder());
             }
-            Action::CloseRecorder => return Ok(Some(self.close_recorder())),
+            Action::CloseRecorder => return Ok(self.close_recorder()),
             Action::Say(text) => self.say(text),
             Action::Finish { outcome, not_standing } => {
                 self.finished = Some((outcome, not_standing));
@@ -353,8 +383,9 @@ impl<'a> Run<'a> {
         self.open.retain(|open| *open != question);
     }
 
-    fn open_recorder(&mut self) -> Event {
-        let opened = Recorder::open(&self.plan.bag, self.plan, &self.ears);
+    fn open_recorder(&mut self) -> Option<Event> {
+        let to_written = self.to_written.clone();
+        let opened = Recorder::open(&self.plan.bag, self.plan, &self.ears, to_written);
         let begun = opened.and_then(|mut recorder| {
             for Sample { ear, received, .. } in self.early.drain(..) {
                 recorder.take((ear, &self.ears[ear]), &received)?;
@@ -364,33 +395,28 @@ impl<'a> Run<'a> {
         match begun {
             Ok(recorder) => {
                 self.recorder = Some(recorder);
-                Event::RecorderReady
+                None
             }
-            Err(error) => Event::RecorderFailed { reason: error.to_string() },
+            Err(error) => Some(Event::RecorderFailed { reason: error.in_full() }),
         }
     }
 
-    fn close_recorder(&mut self) -> Event {
-        let ending = self.machine.outcome().map(Ending::of);
+    fn close_recorder(&mut self) -> Option<Event> {
+        let ending = self.machine.outcome().map(|outcome| Ending::of(outcome, self.machine.lost()));
         let ending = ending.expect("the recorder is closed when the run has ended");
         let Some(recorder) = self.recorder.take() else {
-            return Event::RecorderClosed;
+            return Some(Event::RecorderClosed);
         };
         self.n_lost = recorder.n_lost();
-        match recorder.close(&ending) {
-            Ok(summary) => {
-                self.bag = Some(summary);
-                Event::RecorderClosed
-            }
-            Err(error) => Event::RecorderFailed { reason: error.to_string() },
-        }
+        recorder.close(&ending);
+        None
     }
 
     fn report(&mut self) -> anyhow::Result<RunReport> {
         let (outcome, not_standing) =
             self.finished.take().context("the run ends when the machine says so")?;
         Ok(RunReport {
-            ending: Ending::of(&outcome),
+            ending: Ending::of(&outcome, self.machine.lost()),
             not_standing,
             bag: self.bag.take(),
             n_lost: self.n_lost,

@@ -13,7 +13,7 @@ use tokio::sync::mpsc::UnboundedSender;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// What a robot's sensor says.
-    Detection,
+    Detection(usize),
     /// A robot's velocity command.
     Command,
     /// Where a robot says it is.
@@ -34,6 +34,12 @@ pub enum Role {
     Lease,
     /// The e-stop.
     EStop,
+    /// Releases of the e-stop's locks.
+    EStopRelease,
+    /// The tree of transforms.
+    Transforms,
+    /// The part of it that stays as it is, kept also from before the bag is open.
+    StaticTransforms,
     /// The health of parts.
     Diagnostics,
     /// Changes of parameters and what nodes say, kept also from before the bag is open: they tell how
@@ -70,6 +76,11 @@ impl Ear {
     pub fn described(name: String, (type_name, qos): (&str, Qos), role: Role) -> Self {
         let type_name = type_name.to_owned();
         Self { name, type_name, qos, role, definition: None, overflow: Arc::default() }
+    }
+
+    /// Counts a sample that was let go because the queue to the bag was full.
+    pub fn count_overflow(&self) {
+        self.overflow.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Samples that were let go because the queue to the bag was full.
@@ -128,7 +139,7 @@ pub fn ears(robots: &[FleetRobot]) -> Vec<Ear> {
             CmdVel::Twist => topics::CMD_VEL_UNSTAMPED,
         };
         for (topic, role) in [
-            (topics::DETECTION, Role::Detection),
+            (topics::DETECTION, Role::Detection(index)),
             (cmd_vel, Role::Command),
             (topics::ODOM, Role::Odometry(index)),
             (topics::POSE, Role::Pose(index)),
@@ -149,8 +160,11 @@ pub fn ears(robots: &[FleetRobot]) -> Vec<Ear> {
         (topics::SIMULATOR_STATUS, Role::Simulator),
         (topics::LEASE, Role::Lease),
         (topics::E_STOP, Role::EStop),
+        (topics::E_STOP_RELEASE, Role::EStopRelease),
+        (topics::E_STOP_LOCKS, Role::Other),
         (topics::DIAGNOSTICS, Role::Diagnostics),
-        (topics::TF, Role::Other),
+        (topics::TF, Role::Transforms),
+        (topics::TF_STATIC, Role::StaticTransforms),
         (topics::PARAMETER_EVENTS, Role::Preparation),
         (topics::ROSOUT, Role::Preparation),
     ] {

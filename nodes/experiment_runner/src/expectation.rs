@@ -1,19 +1,21 @@
 //! What must be there for a run, and what is there.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::PoseSource;
-use rsrs_fleet::placement::{CLEARANCE_RADII, StartDisc};
-use rsrs_fleet::preflight::{self, Expected, ExpectedTopic, Graph, Publishers};
+use rsrs_fleet::placement::WantedStart;
+use rsrs_fleet::preflight::{self, Apart, Expected, ExpectedTopic, Graph, Publishers};
 use rsrs_fleet::record::Backend;
-use rsrs_fleet::runner::{Pace, RunnerOptions};
+use rsrs_fleet::runner::{Pace, RunnerOptions, SampleKind};
 use rsrs_fleet::simulator::placement_digest;
 use rsrs_fleet::timing::COUNTDOWN;
+use rsrs_msgs::topics;
 use rsrs_ros::session::{Endpoint, EndpointKind, Session};
 
 use crate::ears::{Ear, Role};
+use crate::fit;
 use crate::plan::{PlaceCheck, Plan, Poses};
 
 /// What the machine must know of a run.
@@ -41,22 +43,31 @@ pub fn runner_options(plan: &Plan, ears: &[Ear]) -> RunnerOptions {
             Backend::Fleet | Backend::Mixed => COUNTDOWN,
             Backend::Simulator => Duration::ZERO,
         },
+        samples: samples(plan),
         start: (record.backend != Backend::Simulator && plan.place_check == PlaceCheck::On)
-            .then(|| start(plan)),
+            .then(|| WantedStart::of(&record.conditions, record.replicate)),
     }
 }
 
-fn start(plan: &Plan) -> StartDisc {
-    let conditions = &plan.record.conditions;
-    let radius_m = conditions.placement.radius_m();
-    StartDisc { radius_m, clearance_m: CLEARANCE_RADII * conditions.robot.radius_m }
+/// What must keep coming from every robot.
+fn samples(plan: &Plan) -> BTreeSet<SampleKind> {
+    if plan.record.time == Time::Lockstep {
+        return BTreeSet::new();
+    }
+    let needs_poses = plan.poses == Poses::Required && plan.record.backend != Backend::Simulator;
+    let poses = needs_poses.then_some(SampleKind::Pose);
+    poses.into_iter().chain([SampleKind::Detection]).collect()
 }
 
 fn expected(plan: &Plan, ears: &[Ear]) -> Expected {
     let topics = ears.iter().map(|ear| ExpectedTopic {
         name: ear.name.clone(),
         type_name: ear.type_name.clone(),
-        publishers: publishers(plan, ear.role),
+        publishers: if ear.name.ends_with(topics::VIRTUAL_DETECTION.name) {
+            Publishers::AtMostOne
+        } else {
+            publishers(plan, ear.role)
+        },
     });
     let limits = plan.robots.iter().filter_map(|robot| {
         let limit_v = robot.battery_min_v.filter(|_| !plan.is_virtual(robot))?;
@@ -68,12 +79,25 @@ fn expected(plan: &Plan, ears: &[Ear]) -> Expected {
         topics: topics.collect(),
         battery_min_v: limits.collect(),
         controller_only: plan.record.controller_only.iter().cloned().collect(),
+        apart: apart(plan),
     }
+}
+
+/// Robots whose poses are published, and were not made by the simulator.
+fn apart(plan: &Plan) -> Option<Apart> {
+    if plan.poses != Poses::Required || plan.record.backend == Backend::Simulator {
+        return None;
+    }
+    let real = plan.robots.iter().filter(|robot| !plan.is_virtual(robot));
+    Some(Apart {
+        robots: real.map(|robot| robot.name.clone()).collect(),
+        radius_m: plan.record.conditions.robot.radius_m,
+    })
 }
 
 fn publishers(plan: &Plan, role: Role) -> Publishers {
     match role {
-        Role::Detection | Role::Command => Publishers::One,
+        Role::Detection(_) | Role::Command => Publishers::One,
         Role::Odometry(_) | Role::Pose(_) if plan.poses == Poses::IfThere => Publishers::AtMostOne,
         Role::Odometry(robot) if plan.pose_of(robot) == PoseSource::Odom => Publishers::One,
         Role::Pose(robot) if plan.pose_of(robot) == PoseSource::Pose => Publishers::One,
@@ -88,10 +112,17 @@ fn publishers(plan: &Plan, role: Role) -> Publishers {
 ///
 /// * `simulator` — whether the simulator was heard just now.
 /// * `unrecordable` — topics that were asked for and cannot be recorded, and why.
-pub fn graph(session: &Session, simulator: Heard, unrecordable: BTreeMap<String, String>) -> Graph {
+pub fn graph(
+    (session, plan): (&Session, &Plan),
+    simulator: Heard,
+    unrecordable: BTreeMap<String, String>,
+) -> Graph {
+    let endpoints = session.endpoints();
+    let unfit = fit::unfit(&endpoints, &plan.record.robots);
     let (writers, readers): (Vec<_>, Vec<_>) =
-        session.endpoints().into_iter().partition(|endpoint| endpoint.kind == EndpointKind::Writer);
+        endpoints.into_iter().partition(|endpoint| endpoint.kind == EndpointKind::Writer);
     Graph {
+        unfit,
         publishers: writers.into_iter().map(end).collect(),
         subscribers: readers.into_iter().map(end).collect(),
         simulator: simulator == Heard::Recently,
@@ -100,8 +131,8 @@ pub fn graph(session: &Session, simulator: Heard, unrecordable: BTreeMap<String,
 }
 
 fn end(endpoint: Endpoint) -> preflight::Endpoint {
-    let Endpoint { topic, type_name, node, .. } = endpoint;
-    preflight::Endpoint { topic, type_name, node }
+    let Endpoint { topic, type_name, node, guid, .. } = endpoint;
+    preflight::Endpoint { topic, type_name, node, guid }
 }
 
 /// Whether somebody was heard.

@@ -9,6 +9,7 @@ mod driver;
 mod ears;
 mod expectation;
 mod extras;
+mod fit;
 mod meaning;
 mod parameters;
 pub mod plan;
@@ -22,7 +23,6 @@ pub use report::{Progress, RunReport};
 
 use anyhow::{Context, bail};
 use rsrs_fleet::record::{Ending, EndingKind};
-use rsrs_ros::logging::{self, Level};
 use rsrs_ros::node_arguments;
 use rsrs_ros::ros_args::Environment;
 use rsrs_ros::shutdown;
@@ -59,10 +59,8 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
         return Ok(());
     }
     let options = RunnerArguments::parse(arguments, &Environment::of_this_process())?;
-    logging::init(
-        options.log_level.unwrap_or(Level::Info),
-        std::env::var("RUST_LOG").ok().as_deref(),
-    );
+    options.ros.start_logging(options.log_level);
+    options.ros.log_notes(NODE);
     let plan = Plan::read(&options.request)?;
     let stop = async {
         match shutdown::requested().await {
@@ -77,7 +75,7 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
         .build()
         .context("starting the runtime")?
         .block_on(run(&plan, &options.session, &mut watch, stop))?;
-    let Ending { kind, reason } = report.ending;
+    let Ending { kind, reason, .. } = report.ending;
     if kind != EndingKind::Completed {
         bail!("run {}: {reason}", kind.key());
     }

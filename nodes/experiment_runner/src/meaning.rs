@@ -1,16 +1,19 @@
 //! What the samples of a run mean to its machine.
 
 use rsrs_core::unicycle::Pose;
+use rsrs_fleet::e_stop::{Locks, NoLocks, Source};
+use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::PoseSource;
 use rsrs_fleet::message::Status;
 use rsrs_fleet::record::Backend;
-use rsrs_fleet::runner::Event;
-use rsrs_msgs::builtin_interfaces::Time;
+use rsrs_fleet::runner::{Event, SampleKind};
+use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
-use rsrs_msgs::geometry_msgs::{self, PoseStamped, Quaternion};
+use rsrs_msgs::geometry_msgs::{self, PoseStamped, Quaternion, TransformStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
-use rsrs_msgs::std_msgs::{Bool, Header};
+use rsrs_msgs::std_msgs::{Bool, Header, Text};
+use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::ReceivedRaw;
@@ -48,26 +51,54 @@ pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Eve
             let lease = wire::lease(message).map_err(|error| error.to_string())?;
             waited.into_iter().chain([Event::LeaseHeard(lease)]).collect()
         }
-        Role::EStop => vec![Event::EStop(decode::<Bool>(data)?.data)],
+        Role::EStop => {
+            let (source, engaged) = (Source(received.writer), decode::<Bool>(data)?.data);
+            vec![Event::EStop { source, engaged }]
+        }
+        Role::EStopRelease => {
+            let locks: Locks =
+                decode::<Text>(data)?.data.parse().map_err(|error: NoLocks| error.to_string())?;
+            vec![Event::Release(locks.0.into_keys().collect())]
+        }
+        Role::Transforms | Role::StaticTransforms if plan.record.backend != Backend::Simulator => {
+            transforms(decode(data)?)
+        }
         Role::Diagnostics => diagnoses(plan, decode(data)?),
         Role::Odometry(index) if is_wanted(plan, index, PoseSource::Odom) => {
             let Odometry { header, pose, .. } = decode(data)?;
-            vec![pose_event(robot(index), header, &pose.pose)?]
+            pose_events(robot(index), (header, received.received_time_ns), &pose.pose)?
         }
         Role::Pose(index) if is_wanted(plan, index, PoseSource::Pose) => {
             let PoseStamped { header, pose } = decode(data)?;
-            vec![pose_event(robot(index), header, &pose)?]
+            pose_events(robot(index), (header, received.received_time_ns), &pose)?
         }
+        Role::Detection(_) => sampled(plan, role).into_iter().collect(),
         Role::Odometry(_)
         | Role::Pose(_)
         | Role::Simulator
-        | Role::Detection
         | Role::Command
         | Role::WorldDigest
         | Role::Clock
         | Role::Preparation
+        | Role::Transforms
+        | Role::StaticTransforms
         | Role::Other => Vec::new(),
     })
+}
+
+/// That a sample has come which must keep coming.
+pub fn sampled(plan: &Plan, role: Role) -> Option<Event> {
+    let (index, kind) = match role {
+        Role::Detection(index) => (index, SampleKind::Detection),
+        Role::Odometry(index) if is_wanted(plan, index, PoseSource::Odom) => {
+            (index, SampleKind::Pose)
+        }
+        Role::Pose(index) if is_wanted(plan, index, PoseSource::Pose) => (index, SampleKind::Pose),
+        _ => return None,
+    };
+    // In lockstep the simulator waits for all of them.
+    let is_watched = plan.record.time == Time::RealTime;
+    is_watched.then(|| Event::Sampled { robot: plan.record.robots[index].clone(), kind })
 }
 
 /// Understands a status.
@@ -93,7 +124,7 @@ fn is_wanted(plan: &Plan, robot: usize, source: PoseSource) -> bool {
 }
 
 /// How far a stamp is ahead of a time on our clock, in seconds; `None` for one that was not set.
-fn seconds_ahead(stamp: Time, ours_ns: u64) -> Option<f64> {
+fn seconds_ahead(stamp: Stamp, ours_ns: u64) -> Option<f64> {
     let stamp_ns = stamp.to_nanos().filter(|nanos| *nanos > 0)?;
     Some((i128::from(stamp_ns) - i128::from(ours_ns)) as f64 / 1e9)
 }
@@ -118,6 +149,27 @@ fn diagnoses(plan: &Plan, array: DiagnosticArray) -> Vec<Event> {
             Some(Event::Diagnosed { robot, part: diagnosis.name, error })
         })
         .collect()
+}
+
+fn transforms(message: TFMessage) -> Vec<Event> {
+    let transforms = message.transforms.into_iter();
+    let event = |transform: TransformStamped| Event::Transform {
+        child: transform.child_frame_id,
+        parent: transform.header.frame_id,
+    };
+    transforms.map(event).collect()
+}
+
+/// Where a robot is, and, where that is stamped, by which clock.
+fn pose_events(
+    robot: String,
+    (header, received_ns): (Header, u64),
+    pose: &geometry_msgs::Pose,
+) -> Result<Vec<Event>, String> {
+    let ahead = seconds_ahead(header.stamp, received_ns);
+    let clock = ahead.map(|seconds| Event::PoseAhead { robot: robot.clone(), seconds });
+    let pose = pose_event(robot, header, pose)?;
+    Ok(clock.into_iter().chain([pose]).collect())
 }
 
 fn pose_event(robot: String, header: Header, pose: &geometry_msgs::Pose) -> Result<Event, String> {

@@ -12,6 +12,8 @@ const SPEED: &str = "speed";
 const TURN_RATE: &str = "turn_rate";
 const CONSTANT: &str = "constant";
 const LEASE: &str = "lease";
+const SPEED_MAX: &str = "speed_max";
+const TURN_RATE_MAX: &str = "turn_rate_max";
 
 /// Sets all parameters of a target at once.
 ///
@@ -38,24 +40,32 @@ pub async fn configure(
 /// than the fleet file says.
 pub async fn read_back(
     client: &ParameterClient<'_>,
-    (robot, lease): (&str, LeaseHolder),
+    plan: &Plan,
+    robot: &str,
 ) -> Result<u64, String> {
-    let values = client.get(&controller(robot), &[SPEED, TURN_RATE, CONSTANT, LEASE]).await;
+    let lease = plan.lease_of(robot);
+    let names = [SPEED, TURN_RATE, CONSTANT, LEASE, SPEED_MAX, TURN_RATE_MAX];
+    let values = client.get(&controller(robot), &names).await;
     match values.map_err(|error| error.to_string())?.as_slice() {
         [
             ParameterValue::Double(speed_m_s),
             ParameterValue::Double(turn_rate_rad_s),
             ParameterValue::Bool(is_constant),
             ParameterValue::String(holder),
+            ParameterValue::Double(speed_max_m_s),
+            ParameterValue::Double(turn_rate_max_rad_s),
         ] => {
             check_lease(holder, lease)?;
+            if lease == LeaseHolder::Controller {
+                check_limits([*speed_max_m_s, *turn_rate_max_rad_s], plan.limits)?;
+            }
             let (speed_m_s, turn_rate_rad_s) = (*speed_m_s, *turn_rate_rad_s);
             let reaction = if *is_constant { Reaction::Constant } else { Reaction::ToDetections };
             Ok(ControllerParameters { speed_m_s, turn_rate_rad_s }.digest_with(reaction))
         }
         other => Err(format!(
-            "{SPEED}, {TURN_RATE}, {CONSTANT} and {LEASE} are {other:?}, expected two doubles, a bool \
-             and a string"
+            "{} are {other:?}, expected two doubles, a bool, a string and two doubles",
+            names.join(", ")
         )),
     }
 }
@@ -72,6 +82,23 @@ fn check_lease(found: &str, expected: LeaseHolder) -> Result<(), String> {
         "`{LEASE}` is `{found}`, expected `{expected}` as in the fleet file: start its controller with \
          `-p {LEASE}:={expected}`"
     ))
+}
+
+/// Where nothing of ours is in front of the wheels, its controller alone keeps to a robot's limits.
+fn check_limits(found: [f64; 2], limits: [f64; 2]) -> Result<(), String> {
+    for ((name, unit), (found, limit)) in [(SPEED_MAX, "m/s"), (TURN_RATE_MAX, "rad/s")]
+        .into_iter()
+        .zip(found.into_iter().zip(limits))
+    {
+        if found > limit {
+            return Err(format!(
+                "`{name}` is {found} {unit}, expected at most {limit} {unit}, the limit of the robot's \
+                 profile, because no gate of ours keeps to it: start its controller with \
+                 `-p {name}:={limit:?}`"
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn controller(robot: &str) -> String {
@@ -109,4 +136,25 @@ fn of_simulator(plan: &Plan) -> Vec<(String, ParameterValue)> {
         ("robots".to_owned(), ParameterValue::StringArray(record.robots.clone())),
         ("tracked_by".to_owned(), ParameterValue::String(tracked_by.to_owned())),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_controller_without_a_gate_keeps_to_the_limits_of_the_profile() {
+        assert_eq!(check_limits([0.1, 2.5], [0.1, 2.5]), Ok(()));
+
+        let refused = check_limits([0.3, 2.5], [0.1, 2.5]).unwrap_err();
+
+        assert!(
+            refused.starts_with("`speed_max` is 0.3 m/s, expected at most 0.1 m/s"),
+            "{refused}"
+        );
+        assert!(refused.ends_with("`-p speed_max:=0.1`"), "{refused}");
+        assert!(
+            check_limits([0.1, 3.0], [0.1, 2.0]).unwrap_err().ends_with("`-p turn_rate_max:=2.0`")
+        );
+    }
 }

@@ -3,20 +3,23 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
-use jiff::Timestamp;
-use rsrs_core::axis::Cell;
+use rsrs_core::axis::{Axis, Cell};
 use rsrs_core::conditions::Conditions;
+use rsrs_core::harsher::HarsherFactors;
 use rsrs_core::profile::RobotProfile;
 use rsrs_fleet::experiment::{ExperimentFile, SimulatedProfile, Time};
 use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetFile, FleetRobot, LeaseHolder, PoseSource};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 
 mod recording;
+mod run_id;
+mod starts;
 mod swept;
 mod trial;
 
 pub use recording::Recording;
-pub use swept::SweptCell;
+use run_id::new_run_id;
+pub use swept::{SweptCell, SweptCellError};
 pub use trial::{GETTING_GOING_S, Trial, TrialRequest};
 
 /// What a person asks for.
@@ -65,6 +68,8 @@ pub struct Plan {
     pub place_check: PlaceCheck,
     /// What is recorded besides the topics of every run.
     pub recording: Recording,
+    /// The fastest that the robots may be told, by their profile, in m/s and rad/s.
+    pub limits: [f64; 2],
 }
 
 /// Whether the poses of the robots must be known.
@@ -88,27 +93,34 @@ impl Plan {
     /// bag exists already.
     pub fn read(request: &Request) -> anyhow::Result<Self> {
         let (name, text) = read(&request.experiment)?;
-        let experiment = ExperimentFile::parse(&name, &text)?;
+        let mut experiment = ExperimentFile::parse(&name, &text)?;
         let beside = request.experiment.parent().unwrap_or(Path::new(""));
         let (cell, swept) = cell(request, &experiment, beside)?;
-        let settings = experiment.settings(&cell).with_context(|| format!("cell `{cell}`"))?;
+        let starts = starts::read(&mut experiment.placement, beside)?;
+        let mut settings = experiment.settings(&cell).with_context(|| format!("cell `{cell}`"))?;
 
         let fleet_path = beside.join(&experiment.fleet);
         let (fleet_name, fleet_text) = read(&fleet_path)?;
         let fleet = FleetFile::parse(&fleet_name, &fleet_text)?;
-        let n_robots =
-            Conditions::resolve(&profile_of_first(&fleet, &fleet_path)?.1, &settings)?.robots;
+        let first = Conditions::resolve(&profile_of_first(&fleet, &fleet_path)?.1, &settings);
+        let n_robots = match &starts {
+            None => first?.robots,
+            Some(table) => first.with_context(|| table.name.clone())?.robots,
+        };
         let robots: Vec<FleetRobot> =
             fleet.first(n_robots).context(fleet_name)?.into_iter().cloned().collect();
         let (profile_text, measured) = common_profile(&robots, &fleet_path)?;
+        starts.iter().try_for_each(|table| table.check(&robots))?;
 
-        let (time, moved) =
+        let Moved { time, profile: moved, capabilities } =
             pace_and_profile(request.backend, &experiment, &measured, swept.as_ref())?;
+        settings.values.extend(capabilities);
         if time == Time::Lockstep {
             refuse_unstamped(&robots)?;
         }
         let conditions = Conditions::resolve(&moved, &settings)?;
-        let run_id = run_id(&request.experiment);
+        measured.check_limits(conditions.controller).with_context(|| format!("cell `{cell}`"))?;
+        let run_id = new_run_id(&request.experiment)?;
         let backend = backend(request.backend, &robots)?;
         let record = ExperimentRecord {
             robots: robots.iter().map(|robot| robot.name.clone()).collect(),
@@ -133,13 +145,15 @@ impl Plan {
             bail!("{} exists already; give another folder for the bag", bag.display());
         }
         let recording = Recording::read(&experiment.record, beside, &record.robots)?;
-        let files = vec![
+        let mut files = vec![
             ("experiment.yaml", text),
             ("fleet.yaml", fleet_text),
             ("profile.yaml", profile_text),
         ];
+        files.extend(starts.map(|table| ("starts.csv", table.text)));
         let place_check = request.place_check;
-        Ok(Self { record, robots, bag, files, poses: Poses::Required, place_check, recording })
+        let (poses, limits) = (Poses::Required, limits(&measured));
+        Ok(Self { record, robots, bag, files, poses, place_check, recording, limits })
     }
 
     /// Steps of the run.
@@ -181,6 +195,11 @@ impl Plan {
     }
 }
 
+/// The fastest that a robot may be told, in m/s and rad/s.
+fn limits(profile: &RobotProfile) -> [f64; 2] {
+    [profile.actuation.speed.limits_m_s[1], profile.actuation.turn.limits_rad_s[1]]
+}
+
 /// The cell to run, and the swept one that it is held against, if there is one.
 fn cell(
     request: &Request,
@@ -207,25 +226,34 @@ fn cell(
     }
 }
 
-/// The pace of the run, and the robot that the simulator moves.
+/// What is moved, and how fast.
+struct Moved {
+    time: Time,
+    profile: RobotProfile,
+    /// What robots can do in the cell of the sweep, where it says that.
+    capabilities: Vec<(Axis, f64)>,
+}
+
+/// The pace of the run, and the robot that is moved.
 fn pace_and_profile(
     backend: Backend,
     experiment: &ExperimentFile,
     measured: &RobotProfile,
     swept: Option<&SweptCell>,
-) -> anyhow::Result<(Time, RobotProfile)> {
-    match backend {
-        Backend::Fleet | Backend::Mixed => Ok((Time::RealTime, measured.clone())),
-        Backend::Simulator => {
-            let moved = match experiment.simulator.profile {
-                SimulatedProfile::Measured => measured.clone(),
-                SimulatedProfile::Harsher => {
-                    swept.map(|swept| swept.factors).unwrap_or_default().apply(measured)?
-                }
-            };
-            Ok((experiment.simulator.time, moved))
-        }
+) -> anyhow::Result<Moved> {
+    let time = match backend {
+        Backend::Fleet | Backend::Mixed => Time::RealTime,
+        Backend::Simulator => experiment.simulator.time,
+    };
+    let is_simulated = backend == Backend::Simulator;
+    if is_simulated && experiment.simulator.profile == SimulatedProfile::Harsher {
+        let usual = || HarsherFactors::for_robot(measured);
+        let factors = swept.map_or_else(usual, |swept| swept.factors);
+        let capabilities = swept.map(|swept| swept.capabilities.clone()).unwrap_or_default();
+        return Ok(Moved { time, profile: factors.apply(measured)?, capabilities });
     }
+    swept.map_or(Ok(()), SweptCell::check_measured)?;
+    Ok(Moved { time, profile: measured.clone(), capabilities: Vec::new() })
 }
 
 /// Robots whose lease is their controller's only; where the simulator stands in, it has a gate.
@@ -239,7 +267,10 @@ fn controller_only(backend: Backend, robots: &[FleetRobot]) -> Vec<String> {
 /// A fleet some of whose robots are virtual and some are not is a mixed one.
 fn backend(asked: Backend, robots: &[FleetRobot]) -> anyhow::Result<Backend> {
     let mut real = robots.iter().filter(|robot| robot.driver != Driver::Virtual);
-    let Some(first) = real.next() else { return Ok(asked) };
+    let Some(first) = real.next() else {
+        // On a fleet's network, but moved by the simulator, which has to be told its conditions.
+        return Ok(if asked == Backend::Fleet { Backend::Mixed } else { asked });
+    };
     let n_virtual = robots.iter().filter(|robot| robot.driver == Driver::Virtual).count();
     if asked != Backend::Fleet || n_virtual == 0 {
         return Ok(asked);
@@ -292,13 +323,6 @@ fn refuse_unstamped(robots: &[FleetRobot]) -> anyhow::Result<()> {
     }
 }
 
-/// A name that no two runs share: the experiment, when, and by which process.
-fn run_id(experiment: &Path) -> String {
-    let stem = experiment.file_stem().map_or_else(|| "run".into(), |stem| stem.to_string_lossy());
-    let now = Timestamp::now().strftime("%Y%m%dT%H%M%S.%3fZ");
-    format!("{stem}_{now}_{:x}", std::process::id()).replace('.', "_")
-}
-
 fn read(path: &Path) -> anyhow::Result<(String, String)> {
     let name = path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
@@ -330,6 +354,7 @@ mod tests {
         assert_eq!(asked(0).unwrap(), Backend::Fleet);
         assert_eq!(asked(1).unwrap(), Backend::Mixed);
         assert_eq!(asked(2).unwrap(), Backend::Mixed);
+        assert_eq!(asked(3).unwrap(), Backend::Mixed, "a simulator moves all of them");
         let simulated = backend(Backend::Simulator, &robots([PoseSource::Odom; 3], 1));
         assert_eq!(simulated.unwrap(), Backend::Simulator, "then the simulator is all of them");
     }

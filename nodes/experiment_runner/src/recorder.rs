@@ -1,13 +1,15 @@
 //! The bag of a run while it is written: what came when, and whether a step is complete.
 
 mod account;
+mod disk;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::io;
 use std::path::Path;
 
-use rsrs_bags::{BagError, BagOptions, BagSummary, BagWriter, ChannelId, Sample as Message};
+use rsrs_bags::{BagError, BagOptions, BagWriter};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending};
 use rsrs_msgs::cdr::{self, CdrError, ENCAPSULATION};
@@ -15,11 +17,14 @@ use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::WorldDigest;
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::ReceivedRaw;
+use tokio::sync::mpsc::UnboundedSender;
 
 use crate::ears::{Ear, Role};
 use crate::plan::Plan;
 use account::Account;
 pub use account::RECORD as RECORDING;
+pub use disk::Written;
+use disk::{Disk, Message, ROOM};
 
 /// Why a bag is not what the run was.
 #[derive(Debug, thiserror::Error)]
@@ -27,6 +32,22 @@ pub enum RecorderError {
     /// The bag cannot be written.
     #[error(transparent)]
     Bag(#[from] BagError),
+    /// There is no thread to write in.
+    #[error("no thread for the bag")]
+    Thread {
+        /// What the system said.
+        #[source]
+        source: io::Error,
+    },
+    /// The queue to the bag is full.
+    #[error(
+        "the disk is too slow: {n_waiting} messages wait to be written, and the queue is full; \
+         record to another disk, or fewer topics"
+    )]
+    TooSlow {
+        /// Messages in the queue.
+        n_waiting: usize,
+    },
     /// A topic of the lockstep has skipped or repeated a step.
     #[error("{topic}: message {count} is of step {found}, expected step {count}")]
     OutOfStep {
@@ -56,13 +77,23 @@ pub enum RecorderError {
     },
 }
 
+impl RecorderError {
+    /// What went wrong, with what the system says of it: that a disk is full, say.
+    pub fn in_full(self) -> String {
+        format!("{:#}", anyhow::Error::from(self))
+    }
+}
+
 /// The recorder of one run.
+///
+/// It decides what time it is in the bag and counts what is missing; another thread writes.
 pub struct Recorder {
-    writer: BagWriter,
+    disk: Disk,
     /// A topic is added with its first message, so that the bag lists no topic that nobody used.
-    channels: BTreeMap<usize, ChannelId>,
+    added: BTreeSet<usize>,
     pace: Pace,
     account: Account,
+    has_overflowed: bool,
 }
 
 /// What time it is in the bag.
@@ -74,23 +105,39 @@ enum Pace {
 }
 
 impl Recorder {
-    /// Opens the bag, with all in it that it takes to repeat the run.
+    /// Has the bag opened, with all in it that it takes to repeat the run. Messages may be taken at
+    /// once.
+    ///
+    /// # Arguments
+    ///
+    /// * `report` — receives [`Written::Opened`], or why the bag cannot be opened, such as a folder
+    ///   that exists; later what has been written.
     ///
     /// # Errors
     ///
-    /// [`RecorderError::Bag`], among others if the folder exists.
-    pub fn open(folder: &Path, plan: &Plan, ears: &[Ear]) -> Result<Self, RecorderError> {
+    /// [`RecorderError::Thread`].
+    pub fn open(
+        folder: &Path,
+        plan: &Plan,
+        ears: &[Ear],
+        report: UnboundedSender<Written>,
+    ) -> Result<Self, RecorderError> {
         let record = &plan.record;
         let custom_data = BTreeMap::from([
             ("run_id".to_owned(), record.run_id.clone()),
             ("rsrs_version".to_owned(), record.provenance.version.clone()),
         ]);
-        let mut writer =
-            BagWriter::create_packed(folder, BagOptions { custom_data }, plan.recording.packing)?;
-        writer.attach(ATTACHMENT, "application/json", record.to_json().as_bytes())?;
-        for (name, text) in &plan.files {
-            writer.attach(name, "application/yaml", text.as_bytes())?;
-        }
+        let (folder, packing) = (folder.to_owned(), plan.recording.packing);
+        let (record_json, files) = (record.to_json(), plan.files.clone());
+        let open = move || {
+            let mut writer =
+                BagWriter::create_packed(&folder, BagOptions { custom_data }, packing)?;
+            writer.attach(ATTACHMENT, "application/json", record_json.as_bytes())?;
+            for (name, text) in &files {
+                writer.attach(name, "application/yaml", text.as_bytes())?;
+            }
+            Ok(writer)
+        };
         let pace = match record.time {
             Time::RealTime => Pace::Wall,
             Time::Lockstep => Pace::Lockstep {
@@ -104,18 +151,21 @@ impl Recorder {
                 ),
             },
         };
-        Ok(Self::around(writer, pace, ears))
+        Ok(Self::around(Disk::start(open, |_| {}, report, ROOM)?, pace, ears))
     }
 
-    fn around(writer: BagWriter, pace: Pace, ears: &[Ear]) -> Self {
-        Self { writer, channels: BTreeMap::new(), pace, account: Account::new(ears) }
+    fn around(disk: Disk, pace: Pace, ears: &[Ear]) -> Self {
+        let account = Account::new(ears);
+        Self { disk, added: BTreeSet::new(), pace, account, has_overflowed: false }
     }
 
-    /// Takes a message.
+    /// Takes a message, which is written later. It never waits for the disk.
     ///
     /// # Errors
     ///
-    /// [`RecorderError`]; in lockstep a message that is missing shows with the next one.
+    /// [`RecorderError`]; in lockstep a message that is missing shows with the next one. The first
+    /// message that finds the queue full is [`RecorderError::TooSlow`]; those after it are counted
+    /// only.
     pub fn take(
         &mut self,
         (index, ear): (usize, &Ear),
@@ -123,32 +173,32 @@ impl Recorder {
     ) -> Result<(), RecorderError> {
         let data = &received.message;
         let log_time_ns = self.pace.log_time_ns((index, ear), data)?;
+        if !self.disk.has_room_for(data.len()) {
+            ear.count_overflow();
+            if std::mem::replace(&mut self.has_overflowed, true) {
+                return Ok(());
+            }
+            return Err(RecorderError::TooSlow { n_waiting: self.disk.n_waiting() });
+        }
         let publish_time_ns = match self.pace {
             Pace::Wall => received.source_time_ns.unwrap_or(log_time_ns),
             Pace::Lockstep { .. } => log_time_ns,
         };
-        let channel = if let Some(channel) = self.channels.get(&index) {
-            *channel
-        } else {
-            let added = match &ear.definition {
-                Some(definition) => {
-                    self.writer.add_topic_with_schema(&ear.name, ear.qos, definition)?
-                }
-                None => self.writer.add_topic(&ear.name, &ear.type_name, ear.qos)?,
-            };
-            self.channels.insert(index, added);
-            added
-        };
+        if self.added.insert(index) {
+            self.disk.add_topic(index, ear);
+        }
         // The field of the file has 32 bits; counts beyond them start over.
         let sequence = u32::try_from(received.sequence & u64::from(u32::MAX))
             .expect("the mask leaves 32 bits");
-        self.writer.write(channel, Message { log_time_ns, publish_time_ns, sequence, data })?;
+        let (data, step) = (data.clone(), self.step());
+        let ear = index;
+        self.disk.write(Message { ear, log_time_ns, publish_time_ns, sequence, data, step });
         self.account.add((index, received.writer), received.sequence);
         Ok(())
     }
 
     /// The last step that every topic of the lockstep has made; 0 in real time.
-    pub fn step(&self) -> u64 {
+    fn step(&self) -> u64 {
         match &self.pace {
             Pace::Wall => 0,
             Pace::Lockstep { steps, .. } => steps.made_by_all,
@@ -160,15 +210,11 @@ impl Recorder {
         self.account.n_missing_of_reliable()
     }
 
-    /// Closes the bag, which says how the run ended and what of it is missing.
-    ///
-    /// # Errors
-    ///
-    /// [`BagError`].
-    pub fn close(mut self, ending: &Ending) -> Result<BagSummary, BagError> {
-        self.writer.metadata(RECORDING, self.account.to_pairs())?;
-        self.writer.metadata(ENDING, ending.to_pairs())?;
-        self.writer.finish()
+    /// Has the bag closed, which says how the run ended and what of it is missing.
+    /// [`Written::Closed`] reports it.
+    pub fn close(self, ending: &Ending) {
+        let records = vec![(RECORDING, self.account.to_pairs()), (ENDING, ending.to_pairs())];
+        self.disk.close(records);
     }
 }
 
@@ -176,7 +222,7 @@ impl Recorder {
 fn makes_a_step(role: Role) -> bool {
     matches!(
         role,
-        Role::Detection | Role::Command | Role::Odometry(_) | Role::WorldDigest | Role::Clock
+        Role::Detection(_) | Role::Command | Role::Odometry(_) | Role::WorldDigest | Role::Clock
     )
 }
 
@@ -231,7 +277,7 @@ impl Pace {
         let undecodable = |source| RecorderError::Undecodable { topic: ear.name.clone(), source };
         let stamped_ns = match ear.role {
             // Its type has no stamp; the simulator publishes one for each step, and reliably.
-            Role::Detection => count * *period_ns,
+            Role::Detection(_) => count * *period_ns,
             Role::WorldDigest => {
                 let message: WorldDigest = cdr::decode(data).map_err(undecodable)?;
                 message.step * *period_ns

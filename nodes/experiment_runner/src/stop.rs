@@ -3,18 +3,20 @@
 //! What it decides is [`rsrs_fleet::stopper`]. Robots make themselves known by the topic of their
 //! status, or are named by a lease or by who asks for the stop.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-use rsrs_fleet::stopper::{Action, Answer, Ending, Event, Stopper, Word};
+use rsrs_fleet::e_stop::{Cause, Source};
+use rsrs_fleet::stopper::{Action, Answer, Ending, Event, MOST_ROBOTS, Stopper, Word};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
-use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::std_msgs::{Bool, Text};
 use rsrs_msgs::topics;
 use rsrs_ros::logging::Level;
 use rsrs_ros::session::{
-    EndpointKind, NodeHandle, Publisher, Session, SessionOptions, Subscription,
+    EndpointKind, NodeHandle, Publisher, Session, SessionError, SessionOptions, Subscription,
 };
 use rsrs_wire as wire;
+use rsrs_wire::e_stop::{EStopMessage, EStopSubscriptions};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 /// Name of the node.
@@ -32,8 +34,21 @@ pub struct StopReport {
     pub ending: Ending,
     /// What came of it for each robot, by name.
     pub answers: Vec<Answer>,
+    /// Who still holds robots after a release.
+    pub holding: Vec<Holding>,
     /// How long it took, in seconds.
     pub took_s: f64,
+}
+
+/// A lock of the e-stop that a release leaves alone.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Holding {
+    /// Who holds it.
+    pub source: Source,
+    /// The full name of its node, if it is there and says so.
+    pub node: Option<String>,
+    /// How it came to lock.
+    pub cause: Cause,
 }
 
 /// Says the word until every known robot has acknowledged it, or the time is up.
@@ -55,7 +70,10 @@ pub async fn say_to_all(
     let session = Session::open(network)?;
     let told = Teller::new(&session, Stopper::new(word));
     let report = match told {
-        Ok(mut teller) => teller.tell(robots, interrupt).await,
+        Ok(mut teller) => tokio::select! {
+            report = teller.tell(robots, interrupt) => report,
+            ended = session.ended() => Err(ended.into()),
+        },
         Err(error) => Err(error),
     };
     session.close().await;
@@ -68,8 +86,13 @@ struct Teller<'a> {
     node: NodeHandle,
     machine: Stopper,
     e_stop: Publisher<Bool>,
+    release: Publisher<Text>,
     start: Instant,
     ears: BTreeMap<String, Subscription>,
+    /// Names that are no robot's.
+    refused: BTreeSet<String>,
+    /// Nodes of the publishers of the e-stop topic, as far as they were ever known.
+    nodes: BTreeMap<Source, String>,
     ending: Option<Ending>,
 }
 
@@ -79,6 +102,12 @@ impl<'a> Teller<'a> {
         let topic = topics::E_STOP;
         Ok(Self {
             e_stop: session.publish_on(&node, topic.name, topic.qos)?,
+            release: {
+                let topic = topics::E_STOP_RELEASE;
+                session.publish_on(&node, topic.name, topic.qos)?
+            },
+            refused: BTreeSet::new(),
+            nodes: BTreeMap::new(),
             session,
             node,
             machine,
@@ -95,11 +124,12 @@ impl<'a> Teller<'a> {
     ) -> anyhow::Result<StopReport> {
         let (heard, mut events) = unbounded_channel();
         // The first word goes out before anything else is looked at.
-        self.advance(Event::Tick).await?;
+        self.advance(Event::Tick).await;
         for robot in robots {
-            self.find(robot, &heard).await?;
+            self.find(robot, &heard).await;
         }
         let _leases = self.listen_to_leases(&heard)?;
+        let _e_stop = self.listen_to_e_stop(&heard)?;
         let mut glance = tokio::time::interval(GLANCE);
         glance.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
         let mut look = tokio::time::interval(LOOK_AROUND);
@@ -108,47 +138,112 @@ impl<'a> Teller<'a> {
         let mut is_interrupted = false;
         loop {
             if let Some(ending) = self.ending {
-                let took_s = self.start.elapsed().as_secs_f64();
-                return Ok(StopReport { ending, answers: self.machine.answers(), took_s });
+                return Ok(self.report(ending));
             }
             tokio::select! {
                 () = &mut interrupt, if !is_interrupted => {
                     is_interrupted = true;
-                    self.advance(Event::Interrupt).await?;
+                    self.advance(Event::Interrupt).await;
                 }
                 Some(event) = events.recv() => match event {
-                    Event::Found { robot } => self.find(&robot, &heard).await?,
-                    event => self.advance(event).await?,
+                    Event::Found { robot } => self.find(&robot, &heard).await,
+                    event => self.advance(event).await,
                 },
-                _ = look.tick() => {
-                    for robot in self.robots_around() {
-                        self.find(&robot, &heard).await?;
-                    }
-                }
-                _ = glance.tick() => self.advance(Event::Tick).await?,
+                _ = look.tick() => self.look_around(&heard).await,
+                _ = glance.tick() => self.advance(Event::Tick).await,
             }
         }
     }
 
-    /// Lets the machine take an event, and does what follows.
-    async fn advance(&mut self, event: Event) -> anyhow::Result<()> {
+    fn report(&self, ending: Ending) -> StopReport {
+        let now = self.start.elapsed();
+        let holding = self.machine.holding(now).0.into_iter();
+        StopReport {
+            ending,
+            answers: self.machine.answers(),
+            holding: holding
+                .map(|(source, cause)| Holding {
+                    source,
+                    node: self.nodes.get(&source).cloned(),
+                    cause,
+                })
+                .collect(),
+            took_s: now.as_secs_f64(),
+        }
+    }
+
+    /// Lets the machine take an event, and does what follows. What cannot be published now is said
+    /// again soon: who stops robots does not give up.
+    async fn advance(&mut self, event: Event) {
         for action in self.machine.on_event(event, self.start.elapsed()) {
-            match action {
-                Action::Say(data) => self.e_stop.publish(Bool { data }).await?,
-                Action::Finish(ending) => self.ending = Some(ending),
+            let published = match action {
+                Action::Say(data) => self.e_stop.publish(Bool { data }).await,
+                Action::Release(sources) => {
+                    self.release.publish(wire::e_stop::release_message(&sources)).await
+                }
+                Action::Finish(ending) => {
+                    self.ending = Some(ending);
+                    Ok(())
+                }
+            };
+            if let Err(error) = published {
+                self.node.say(Level::Error, &error.to_string());
             }
         }
-        Ok(())
     }
 
-    /// Listens to a robot, once.
-    async fn find(&mut self, robot: &str, heard: &UnboundedSender<Event>) -> anyhow::Result<()> {
-        if self.ears.contains_key(robot) {
-            return Ok(());
+    async fn look_around(&mut self, heard: &UnboundedSender<Event>) {
+        let endpoints = self.session.endpoints();
+        let writers = endpoints.iter().filter(|endpoint| endpoint.kind == EndpointKind::Writer);
+        let of_e_stop = writers.clone().filter(|endpoint| endpoint.topic == topics::E_STOP.name);
+        for endpoint in of_e_stop.clone() {
+            if let Some(node) = &endpoint.node {
+                self.nodes.insert(Source(endpoint.guid), node.clone());
+            }
         }
+        let present = of_e_stop.map(|endpoint| Source(endpoint.guid)).collect();
+        let robots: Vec<&str> = writers
+            .filter(|endpoint| endpoint.type_name == topics::STATUS.type_name)
+            .filter_map(|endpoint| robot_of(&endpoint.topic))
+            .collect();
+        for robot in robots {
+            self.find(robot, heard).await;
+        }
+        self.advance(Event::Publishers(present)).await;
+    }
+
+    /// Listens to a robot, once; a name that no robot can have is left out.
+    async fn find(&mut self, robot: &str, heard: &UnboundedSender<Event>) {
+        let is_new = !self.ears.contains_key(robot) && !self.refused.contains(robot);
+        if !is_new || !self.machine.follows(robot) {
+            return;
+        }
+        let reason = if is_name(robot) {
+            match self.listen_to_robot(robot, heard) {
+                Ok(ear) => {
+                    self.ears.insert(robot.to_owned(), ear);
+                    self.advance(Event::Found { robot: robot.to_owned() }).await;
+                    return;
+                }
+                Err(error) => error.to_string(),
+            }
+        } else {
+            "no robot can have this name".to_owned()
+        };
+        if self.refused.len() < MOST_ROBOTS {
+            self.node.say(Level::Warn, &format!("left out robot `{robot}`: {reason}"));
+            self.refused.insert(robot.to_owned());
+        }
+    }
+
+    fn listen_to_robot(
+        &self,
+        robot: &str,
+        heard: &UnboundedSender<Event>,
+    ) -> Result<Subscription, SessionError> {
         let (name, heard, node) = (robot.to_owned(), heard.clone(), self.node.clone());
         let topic = topics::STATUS;
-        let ear = self.session.subscribe(
+        self.session.subscribe(
             &self.node,
             &topic.for_robot(robot),
             topic.qos,
@@ -163,9 +258,25 @@ impl<'a> Teller<'a> {
                     }
                 }
             },
-        )?;
-        self.ears.insert(robot.to_owned(), ear);
-        self.advance(Event::Found { robot: robot.to_owned() }).await
+        )
+    }
+
+    /// Who locks, as the sources say and as the robots report.
+    fn listen_to_e_stop(
+        &self,
+        heard: &UnboundedSender<Event>,
+    ) -> Result<EStopSubscriptions, SessionError> {
+        let heard = heard.clone();
+        EStopSubscriptions::new(self.session, &self.node, move |message| {
+            let event = match message {
+                EStopMessage::Said { source, engaged } => Event::EStop { source, engaged },
+                EStopMessage::Locks { reporter, locks } => Event::Locks { reporter, locks },
+                // Another release is no business of ours.
+                EStopMessage::Release(_) => return,
+            };
+            // Nobody listens any more once it is over.
+            drop(heard.send(event));
+        })
     }
 
     /// A lease names robots that have never been heard, too.
@@ -177,24 +288,21 @@ impl<'a> Teller<'a> {
             topic.name,
             topic.qos,
             move |sample: rsrs_ros::session::Received<RunLease>| {
-                for robot in sample.message.robots {
+                for robot in sample.message.robots.into_iter().take(MOST_ROBOTS) {
                     // Nobody listens any more once it is over.
                     drop(heard.send(Event::Found { robot }));
                 }
             },
         )?)
     }
+}
 
-    /// Robots whose status somebody publishes.
-    fn robots_around(&self) -> Vec<String> {
-        let endpoints = self.session.endpoints();
-        let topics = endpoints
-            .iter()
-            .filter(|endpoint| endpoint.kind == EndpointKind::Writer)
-            .filter(|endpoint| endpoint.type_name == topics::STATUS.type_name)
-            .map(|endpoint| endpoint.topic.as_str());
-        topics.filter_map(robot_of).map(str::to_owned).collect()
-    }
+/// Whether ROS takes it as a namespace of one part.
+fn is_name(robot: &str) -> bool {
+    let is_part = |sign: char| sign.is_ascii_alphanumeric() || sign == '_';
+    robot.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+        && robot.chars().all(is_part)
+        && !robot.contains("__")
 }
 
 /// `robot_3` of `/robot_3/status`; the simulator has a status and is no robot.
@@ -209,6 +317,12 @@ fn robot_of(topic: &str) -> Option<&str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_cannot_be_a_namespace_is_no_robot() {
+        assert!(["robot_3", "R2D2", "_a"].into_iter().all(is_name));
+        assert!(!["", "no robot", "a/b", "3", "a__b", "é"].into_iter().any(is_name));
+    }
 
     #[test]
     fn robots_are_known_by_their_status_and_by_that_alone() {

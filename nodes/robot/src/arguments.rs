@@ -9,7 +9,7 @@ use rsrs_core::profile::{ProfileError, RobotProfile};
 use rsrs_fleet::fleet_file::{self, CmdVel, FleetFile, FleetFileError, FleetRobot};
 use rsrs_ros::node_arguments::{NodeArguments, NodeArgumentsError};
 use rsrs_ros::parameters::ParameterValue;
-use rsrs_ros::ros_args::Environment;
+use rsrs_ros::ros_args::{Environment, TopicRules};
 
 use crate::driver::serial::{BAUD, PORT};
 use crate::driver::{DriverKind, NoSuchDriver};
@@ -104,6 +104,9 @@ pub enum ArgumentsError {
     },
 }
 
+/// Names of its nodes.
+const NODES: [&str; 2] = [NODE, rsrs_controller_node::NODE];
+
 /// The node's own flags.
 #[derive(Debug, Default)]
 struct Flags {
@@ -125,7 +128,7 @@ impl RobotArguments {
     /// [`ArgumentsError`].
     pub fn parse(arguments: &[String], environment: &Environment) -> Result<Self, ArgumentsError> {
         let (flags, rest) = Flags::split(arguments)?;
-        let node = NodeArguments::parse(&rest, environment, NODE)?;
+        let node = NodeArguments::parse(&rest, environment, (&NODES, TopicRules::Followed))?;
         let [robot] = &node.robots[..] else {
             return Err(ArgumentsError::Robots { found: node.robots.len() });
         };

@@ -23,7 +23,6 @@ pub use arguments::{ArgumentsError, RobotArguments};
 pub use parameters::NODE;
 
 use anyhow::Context;
-use rsrs_ros::logging::{self, Level};
 use rsrs_ros::node_arguments;
 use rsrs_ros::ros_args::Environment;
 
@@ -59,10 +58,7 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
         return Ok(());
     }
     let options = RobotArguments::parse(arguments, &Environment::of_this_process())?;
-    logging::init(
-        options.node.log_level.unwrap_or(Level::Info),
-        std::env::var("RUST_LOG").ok().as_deref(),
-    );
+    options.node.ros.start_logging(options.node.log_level);
     tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()

@@ -2,9 +2,9 @@
 
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
-use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::session::{NodeHandle, Session, SessionError, Subscription};
+use rsrs_wire::e_stop::{EStopMessage, EStopSubscriptions};
 use tokio::sync::mpsc::UnboundedSender;
 
 /// What reaches the robot.
@@ -12,8 +12,8 @@ use tokio::sync::mpsc::UnboundedSender;
 pub enum Heard {
     /// A lease.
     Lease(RunLease),
-    /// The e-stop topic.
-    EStop(bool),
+    /// Something of the e-stop.
+    EStop(EStopMessage),
     /// What its controller says of itself.
     Controller(RobotStatus),
     /// A velocity command.
@@ -41,23 +41,36 @@ pub fn listen(
     (node, robot): (&NodeHandle, &str),
     commands: Commands,
     heard: &UnboundedSender<Heard>,
-) -> Result<[Subscription; 4], SessionError> {
-    let (to_lease, to_stop, to_controller) = (heard.clone(), heard.clone(), heard.clone());
-    let (lease, e_stop, status) = (topics::LEASE, topics::E_STOP, topics::CONTROLLER_STATUS);
+) -> Result<[Subscription; 3], SessionError> {
+    let (to_lease, to_controller) = (heard.clone(), heard.clone());
+    let (lease, status) = (topics::LEASE, topics::CONTROLLER_STATUS);
     // In all of these, the receiver is gone only while the node shuts down.
     Ok([
         session.subscribe(node, lease.name, lease.qos, move |sample| {
             drop(to_lease.send(Heard::Lease(sample.message)));
-        })?,
-        session.subscribe(node, e_stop.name, e_stop.qos, move |sample| {
-            let engaged: Bool = sample.message;
-            drop(to_stop.send(Heard::EStop(engaged.data)));
         })?,
         session.subscribe(node, &status.for_robot(robot), status.qos, move |sample| {
             drop(to_controller.send(Heard::Controller(sample.message)));
         })?,
         listen_to_commands(session, (node, robot), commands, heard.clone())?,
     ])
+}
+
+/// Starts to listen to the e-stop.
+///
+/// # Errors
+///
+/// If a topic cannot be made.
+pub fn listen_to_e_stop(
+    session: &Session,
+    node: &NodeHandle,
+    heard: &UnboundedSender<Heard>,
+) -> Result<EStopSubscriptions, SessionError> {
+    let heard = heard.clone();
+    EStopSubscriptions::new(session, node, move |message| {
+        // The receiver is gone only while the node shuts down.
+        drop(heard.send(Heard::EStop(message)));
+    })
 }
 
 fn listen_to_commands(

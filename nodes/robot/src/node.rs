@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use anyhow::bail;
 use rsrs_controller_node::Hosting;
 use rsrs_core::controller::Command;
+use rsrs_fleet::epoch::BeyondRunners;
 use rsrs_fleet::message::RobotState;
 use rsrs_fleet::robot::detector::{Detector, Reading};
 use rsrs_fleet::robot::limits::Ramp;
@@ -18,6 +19,7 @@ use rsrs_ros::parameters::{Arming, ParameterServer};
 use rsrs_ros::session::{NodeHandle, Session, Subscription};
 use rsrs_ros::shutdown;
 use rsrs_wire as wire;
+use rsrs_wire::e_stop::{EStopMessage, EStopSubscriptions, LocksPublisher};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::time::{Interval, MissedTickBehavior};
 
@@ -28,7 +30,7 @@ use crate::driver::ros::RosDriver;
 use crate::driver::serial::SerialDriver;
 use crate::driver::virtual_robot::VirtualDriver;
 use crate::driver::{Driver, DriverKind, Place, Report, Sensed};
-use crate::listening::{Commands, Heard, listen};
+use crate::listening::{Commands, Heard, listen, listen_to_e_stop};
 use crate::parameters::{self, CMD_VEL_TYPE, NODE, PERIOD, Settings};
 use crate::voice::Voice;
 
@@ -50,7 +52,7 @@ const LAST_STOPS: usize = 3;
 /// If the network cannot be used, a start value of a parameter is wrong, or a reliable subscriber
 /// stops acknowledging.
 pub async fn run(options: RobotArguments) -> anyhow::Result<()> {
-    let session = Session::open(&options.node.session)?;
+    let session = Session::open_with(&options.node.session, &options.node.ros)?;
     let ended = match options.driver {
         DriverKind::Serial => host::<SerialDriver>(&session, options).await,
         DriverKind::Ros => host::<RosDriver>(&session, options).await,
@@ -72,6 +74,7 @@ async fn host<D: Driver>(session: &Session, options: RobotArguments) -> anyhow::
         biased;
         ended = robot.serve(&mut events) => ended,
         ended = serve_controller(session, controller) => ended,
+        ended = session.ended() => Err(ended.into()),
     };
     let stopped = robot.stand_down().await;
     ended.and(stopped)
@@ -111,7 +114,11 @@ struct RobotNode<D> {
     refused: u64,
     complained: Option<Duration>,
     arming: Arming,
-    _subscriptions: [Subscription; 4],
+    /// The epoch that the gate refused last, which was said.
+    refused_epoch: Option<BeyondRunners>,
+    locks: LocksPublisher,
+    _subscriptions: [Subscription; 3],
+    _e_stop: EStopSubscriptions,
 }
 
 /// What the loop woke up for.
@@ -149,7 +156,8 @@ impl<D: Driver> RobotNode<D> {
             command_timeout: command_timeout(period_s),
             lapse_grace: Duration::ZERO,
         })
-        .counting_from(wire::first_counter(wall_time()));
+        .counting_from(wire::first_counter(wall_time()))
+        .of_a_new_process();
         Ok(Self {
             driver: D::open(place)?,
             kind: options.driver,
@@ -168,6 +176,9 @@ impl<D: Driver> RobotNode<D> {
             refused: 0,
             complained: None,
             arming: Arming::Disarmed,
+            refused_epoch: None,
+            locks: LocksPublisher::new(session, &node)?,
+            _e_stop: listen_to_e_stop(session, &node, heard)?,
             _subscriptions: listen(session, (&node, &name), commands, heard)?,
             server,
             node,
@@ -214,7 +225,14 @@ impl<D: Driver> RobotNode<D> {
         if let Some(status) = self.gate.on_event(event, self.now()) {
             self.voice.status(&status).await?;
         }
-        Ok(())
+        let refused = self.gate.refused_epoch();
+        if refused != self.refused_epoch {
+            self.refused_epoch = refused;
+            if let Some(refused) = refused {
+                self.node.say(Level::Warn, &refused.to_string());
+            }
+        }
+        Ok(self.locks.tell(self.gate.locks()).await?)
     }
 
     async fn hear(&mut self, heard: Heard) -> anyhow::Result<()> {
@@ -226,7 +244,15 @@ impl<D: Driver> RobotNode<D> {
                     Ok(())
                 }
             },
-            Heard::EStop(engaged) => self.tell_gate(Event::EStop(engaged)).await,
+            Heard::EStop(EStopMessage::Said { source, engaged }) => {
+                self.tell_gate(Event::EStop { source, engaged }).await
+            }
+            Heard::EStop(EStopMessage::Release(sources)) => {
+                self.tell_gate(Event::Release(sources)).await
+            }
+            Heard::EStop(EStopMessage::Locks { locks, .. }) => {
+                self.tell_gate(Event::LocksOfOthers(locks)).await
+            }
             Heard::Controller(message) => match wire::status(message) {
                 Ok(status) => self.tell_gate(Event::Controller(status)).await,
                 Err(error) => {

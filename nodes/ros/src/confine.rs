@@ -37,7 +37,7 @@ impl Confinement {
 #[derive(Debug, thiserror::Error)]
 pub enum ConfineError {
     /// This machine does not let this user make network namespaces; nothing has changed.
-    #[error("this machine forbids network namespaces to this user")]
+    #[error("this machine forbids network namespaces to this user, or has none")]
     Forbidden {
         /// What the kernel said.
         #[source]
@@ -72,10 +72,16 @@ impl ConfineError {
 
     fn of(source: io::Error) -> Self {
         match source.raw_os_error() {
-            // The last two: no more namespaces allowed, and a kernel without them.
-            Some(libc::EPERM | libc::EACCES | libc::ENOSPC | libc::ENOSYS) => {
-                Self::Forbidden { source }
-            }
+            // No right to; no more namespaces allowed, as newer and as older kernels say it; a kernel
+            // built without one kind of them, or without all.
+            Some(
+                libc::EPERM
+                | libc::EACCES
+                | libc::ENOSPC
+                | libc::EUSERS
+                | libc::EINVAL
+                | libc::ENOSYS,
+            ) => Self::Forbidden { source },
             _ => Self::Kernel { source },
         }
     }
@@ -244,6 +250,23 @@ mod tests {
 
         assert!(matches!(error, ConfineError::Forbidden { .. }), "{error:?}");
         assert!(error.help().is_some());
+    }
+
+    #[test]
+    fn whatever_a_kernel_calls_a_machine_without_namespaces_it_is_forbidden() {
+        let refusals: [fn(c_int) -> io::Result<()>; 4] = [
+            |_| Err(io::Error::from_raw_os_error(libc::EINVAL)),
+            |_| Err(io::Error::from_raw_os_error(libc::EUSERS)),
+            |_| Err(io::Error::from_raw_os_error(libc::ENOSPC)),
+            |_| Err(io::Error::from_raw_os_error(libc::ENOSYS)),
+        ];
+        for refusal in refusals {
+            let error = ConfineError::of(steps(refusal).enter().unwrap_err());
+
+            assert!(matches!(error, ConfineError::Forbidden { .. }), "{error:?}");
+        }
+        let broken = ConfineError::of(io::Error::from_raw_os_error(libc::EIO));
+        assert!(matches!(broken, ConfineError::Kernel { .. }), "{broken:?}");
     }
 
     #[test]

@@ -10,6 +10,8 @@ pub const VARIABLE: &str = "RSRS_INTERFACE";
 
 /// The loopback interface.
 pub const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
+/// Its name on Linux.
+const LOOPBACK_NAME: &str = "lo";
 
 /// One address of one interface.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -86,6 +88,11 @@ pub fn list() -> Result<Vec<Interface>, InterfaceError> {
 /// [`InterfaceError`], with the interfaces that there are.
 pub fn chosen(flag: Option<&str>, variable: Option<&str>) -> Result<IpAddr, InterfaceError> {
     choose(flag.or(variable), list()?)
+}
+
+/// Whether somebody who chose this interface chose the loopback interface.
+pub(crate) fn is_loopback(wanted: &str) -> bool {
+    wanted == LOOPBACK_NAME || wanted.parse().is_ok_and(|address: IpAddr| address.is_loopback())
 }
 
 fn choose(wanted: Option<&str>, available: Vec<Interface>) -> Result<IpAddr, InterfaceError> {

@@ -1,5 +1,6 @@
 //! System calls that the standard library does not offer: the only unsafe code.
 
+use std::collections::BTreeSet;
 use std::ffi::{CStr, c_char, c_int, c_ulong};
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
@@ -142,6 +143,24 @@ pub(crate) fn try_in_a_copy(attempt: impl FnOnce() -> io::Result<()>) -> io::Res
 /// How many threads this process has.
 pub(crate) fn n_threads() -> io::Result<usize> {
     Ok(std::fs::read_dir("/proc/self/task")?.count())
+}
+
+/// Identities of the threads of this process whose name starts so.
+pub(crate) fn threads_named(start: &str) -> io::Result<BTreeSet<u32>> {
+    let mut found = BTreeSet::new();
+    for entry in std::fs::read_dir("/proc/self/task")? {
+        let entry = entry?;
+        let Some(id) = entry.file_name().to_str().and_then(|name| name.parse().ok()) else {
+            continue;
+        };
+        // A thread may end while we look.
+        if std::fs::read_to_string(entry.path().join("comm"))
+            .is_ok_and(|name| name.starts_with(start))
+        {
+            found.insert(id);
+        }
+    }
+    Ok(found)
 }
 
 /// Sends this process `SIGTERM` when the thread that started it ends.

@@ -2,9 +2,9 @@
 
 use std::io::{self, Write};
 
-use crate::interfaces::{self, InterfaceError};
+use crate::interfaces::InterfaceError;
 use crate::logging::Level;
-use crate::ros_args::{Environment, RosArgs, RosArgsError, START};
+use crate::ros_args::{Environment, RosArgs, RosArgsError, START, TopicRules};
 use crate::session::SessionOptions;
 
 /// What a node of ours is told when it starts.
@@ -24,8 +24,18 @@ pub struct NodeArguments {
 #[derive(Debug, thiserror::Error)]
 pub enum NodeArgumentsError {
     /// The arguments for ROS 2 are wrong.
-    #[error(transparent)]
+    #[error("{0}{help}", help = .0.help().map_or_else(String::new, |help| format!("; {help}")))]
     Ros(#[from] RosArgsError),
+    /// The namespace and `--robots` name different robots.
+    #[error(
+        "namespace `{namespace}` beside `--robots {robots}`: leave one out, or give both the same robot"
+    )]
+    Namespace {
+        /// The namespace.
+        namespace: String,
+        /// The robots.
+        robots: String,
+    },
     /// No interface is chosen, or it does not exist.
     #[error("{0}; {help}", help = .0.help())]
     Interface(#[from] InterfaceError),
@@ -51,10 +61,11 @@ const HELP_OF_ALL: &str = "\
   --interface NAME|IP   network interface to speak on; RSRS_INTERFACE without it. There is no
                         default, so that nothing speaks on a LAN by accident
   --ros-args            as in ROS 2: -r NAME:=NAME, -p NAME:=VALUE, --params-file FILE,
-                        --log-level LEVEL
+                        --log-level LEVEL, --disable-rosout-logs; nodes keep their names
   -h, --help            this text
 
-ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE mean what they mean in ROS 2.
+ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE mean what they mean in ROS 2: LOCALHOST stays on the
+loopback interface, whatever interface is chosen.
 ";
 
 /// Prints a node's help, if the arguments ask for it.
@@ -86,17 +97,22 @@ impl NodeArguments {
     ///
     /// # Arguments
     ///
-    /// * `node` — the node's name where none is given.
+    /// * `nodes` — names of its nodes for each robot; parameters and log levels are those of the first.
+    /// * `topics` — whether its topics can have other names.
     ///
     /// # Errors
     ///
     /// [`NodeArgumentsError`].
+    ///
+    /// # Panics
+    ///
+    /// If `nodes` is empty.
     pub fn parse(
         arguments: &[String],
         environment: &Environment,
-        node: &str,
+        (nodes, topics): (&[&str], TopicRules),
     ) -> Result<Self, NodeArgumentsError> {
-        let (ros, rest) = RosArgs::parse(arguments, environment)?;
+        let (mut ros, rest) = RosArgs::parse(arguments, environment)?;
         let (mut interface, mut robots) = (None, Vec::new());
         let mut rest = rest.into_iter();
         while let Some(flag) = rest.next() {
@@ -108,17 +124,21 @@ impl NodeArguments {
                 _ => return Err(NodeArgumentsError::Unexpected { found: flag }),
             }
         }
-        if robots.is_empty() {
-            let (namespace, _) = ros.node("/", node);
-            match namespace.trim_matches('/') {
-                "" => return Err(NodeArgumentsError::NoRobot),
-                robot => robots.push(robot.to_owned()),
+        ros.check_rules(nodes, topics)?;
+        let node = *nodes.first().expect("every program has a node");
+        let (namespace, _) = ros.node("/", node);
+        match namespace.trim_matches('/') {
+            "" if robots.is_empty() => return Err(NodeArgumentsError::NoRobot),
+            "" => {}
+            robot if robots.is_empty() => robots.push(robot.to_owned()),
+            robot if robots == [robot] => {}
+            _ => {
+                let robots = robots.join(",");
+                return Err(NodeArgumentsError::Namespace { namespace, robots });
             }
         }
-        let address =
-            interfaces::chosen(interface.as_deref(), environment.variable(interfaces::VARIABLE))?;
         Ok(Self {
-            session: SessionOptions { domain_id: ros.domain_id, interfaces: vec![address] },
+            session: ros.network(interface.as_deref(), environment)?,
             robots,
             log_level: ros.log_level(node),
             ros,
@@ -136,8 +156,10 @@ mod tests {
         let environment = Environment::new(&[("RSRS_INTERFACE", "127.0.0.1")], |_| {
             Err(io::ErrorKind::NotFound.into())
         });
-        NodeArguments::parse(&arguments, &environment, "controller")
+        NodeArguments::parse(&arguments, &environment, NODE)
     }
+
+    const NODE: (&[&str], TopicRules) = (&["controller"], TopicRules::Followed);
 
     #[test]
     fn the_namespace_names_the_robot_and_parameters_reach_it() {
@@ -147,6 +169,22 @@ mod tests {
         assert_eq!(options.robots[0], "robot_3");
         let parameters = options.ros.parameters("/robot_3/controller");
         assert_eq!(parameters["speed"], ParameterValue::Double(0.15));
+    }
+
+    #[test]
+    fn what_cannot_be_followed_is_refused_and_not_ignored() {
+        for (rule, expected) in [
+            ("__node:=brain", "`-r __node:=brain`: the nodes of this program are called"),
+            ("__ns:=/robot_2", "namespace `/robot_2` beside `--robots robot_1`"),
+        ] {
+            let error = parse(&["--robots", "robot_1", "--ros-args", "-r", rule]).unwrap_err();
+
+            assert!(error.to_string().starts_with(expected), "{error}");
+        }
+        let same = ["__node:=controller", "__ns:=/robot_1", "cmd_vel:=/base/cmd_vel"];
+        for rule in same {
+            parse(&["--robots", "robot_1", "--ros-args", "-r", rule]).unwrap();
+        }
     }
 
     #[test]
@@ -184,7 +222,7 @@ mod tests {
         let nobody_chose = Environment::new(&[], |_| Err(io::ErrorKind::NotFound.into()));
         let arguments = ["--robots".to_owned(), "robot_1".to_owned()];
 
-        let error = NodeArguments::parse(&arguments, &nobody_chose, "controller").unwrap_err();
+        let error = NodeArguments::parse(&arguments, &nobody_chose, NODE).unwrap_err();
 
         assert!(matches!(error, NodeArgumentsError::Interface(InterfaceError::NotChosen { .. })));
     }

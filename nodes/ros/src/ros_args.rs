@@ -1,7 +1,7 @@
 //! What a person, a launch file and the environment say to a node, as ROS 2 programs understand it.
 //!
 //! `--ros-args -r __ns:=/robot_3 -r cmd_vel:=/base/cmd_vel -p speed:=0.15 --params-file x.yaml
-//! --log-level debug --`, and `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE` and
+//! --log-level debug --disable-rosout-logs --`, and `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE` and
 //! `ROS_LOCALHOST_ONLY`. What cannot be honoured is an error, or a [`Note`] where ROS 2 programs
 //! usually run without it.
 
@@ -15,18 +15,29 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
-use crate::logging::Level;
+use crate::interfaces::{self, InterfaceError, LOOPBACK};
+use crate::logging::{self, Level};
 use crate::parameters::ParameterValue;
+use crate::session::SessionOptions;
 
 pub use discovery::{DiscoveryRange, Note};
 pub use error::RosArgsError;
 use overrides::Overrides;
 use remap::Remaps;
+pub use remap::TopicRules;
 
 /// Starts the arguments that are meant for ROS 2.
 pub(crate) const START: &str = "--ros-args";
 /// Ends them.
 const END: &str = "--";
+
+/// Flags with a value that ROS 2 programs take and that mean nothing here.
+const WITHOUT_EFFECT: [(&str, &str); 4] = [
+    ("-e", "this program does not use DDS Security"),
+    ("--enclave", "this program does not use DDS Security"),
+    ("--log-config-file", "log lines go to standard error and /rosout; set `--log-level`"),
+    ("--log-file-name", "log lines go to standard error and /rosout"),
+];
 
 /// What a process sees of its surroundings: variables and files.
 #[derive(Clone, Debug)]
@@ -63,8 +74,14 @@ pub struct RosArgs {
     pub domain_id: u16,
     /// How far to look for others.
     pub discovery_range: DiscoveryRange,
-    /// What cannot be honoured, to be said to the person.
+    /// What a person may not expect, to be said to them.
     pub notes: Vec<Note>,
+    /// Whether log lines go to `/rosout`, too.
+    pub to_rosout: bool,
+    /// Whether log lines go to standard error.
+    to_stderr: bool,
+    /// The variable that keeps this program on this machine.
+    localhost: Option<&'static str>,
     remaps: Remaps,
     overrides: Overrides,
     log_levels: Vec<(Option<String>, Level)>,
@@ -88,7 +105,10 @@ impl RosArgs {
         let mut parsed = Self {
             domain_id: discovery.domain_id,
             discovery_range: discovery.range,
+            localhost: discovery.localhost,
             notes: discovery.notes,
+            to_rosout: true,
+            to_stderr: true,
             remaps: Remaps::default(),
             overrides: Overrides::default(),
             log_levels: Vec::new(),
@@ -101,11 +121,30 @@ impl RosArgs {
                 // A second start within the arguments for ROS 2 is allowed there, too.
                 (_, START) => for_ros = true,
                 (true, END) => for_ros = false,
+                (true, flag) if parsed.take_switch(flag) => {}
                 (true, flag) => parsed.take_flag(flag, arguments.next(), environment)?,
                 (false, other) => rest.push(other.to_owned()),
             }
         }
         Ok((parsed, rest))
+    }
+
+    /// Takes a flag that has no value.
+    ///
+    /// # Returns
+    ///
+    /// Whether it is one.
+    fn take_switch(&mut self, flag: &str) -> bool {
+        match flag {
+            "--enable-rosout-logs" => self.to_rosout = true,
+            "--disable-rosout-logs" => self.to_rosout = false,
+            "--enable-stdout-logs" => self.to_stderr = true,
+            "--disable-stdout-logs" => self.to_stderr = false,
+            // Files of a logging library, of which this program writes none.
+            "--enable-external-lib-logs" | "--disable-external-lib-logs" => {}
+            _ => return false,
+        }
+        true
     }
 
     fn take_flag(
@@ -115,11 +154,16 @@ impl RosArgs {
         environment: &Environment,
     ) -> Result<(), RosArgsError> {
         let known = ["-r", "--remap", "-p", "--param", "--params-file", "--log-level"];
-        if !known.contains(&flag) {
+        let without_effect = WITHOUT_EFFECT.iter().find(|(known, _)| *known == flag);
+        if !known.contains(&flag) && without_effect.is_none() {
             return Err(RosArgsError::UnknownFlag { flag: flag.to_owned() });
         }
         let missing = || RosArgsError::MissingValue { flag: flag.to_owned() };
         let value = value.filter(|value| *value != END).ok_or_else(missing)?;
+        if let Some((flag, reason)) = without_effect {
+            self.notes.push(Note::WithoutEffect { flag: format!("{flag} {value}"), reason });
+            return Ok(());
+        }
         match flag {
             "-r" | "--remap" => self.remaps.take(value),
             "-p" | "--param" => self.overrides.take(value),
@@ -136,6 +180,69 @@ impl RosArgs {
         let level = level.parse().map_err(|source| RosArgsError::Level { source })?;
         self.log_levels.push((logger, level));
         Ok(())
+    }
+
+    /// The network to join: through the interface that was chosen, unless the environment keeps this
+    /// program on this machine.
+    ///
+    /// # Arguments
+    ///
+    /// * `flag` — value of `--interface`, a name or an address.
+    ///
+    /// # Errors
+    ///
+    /// [`InterfaceError`] if no interface is chosen and ROS 2 is not told to stay on this machine.
+    pub fn network(
+        &mut self,
+        flag: Option<&str>,
+        environment: &Environment,
+    ) -> Result<SessionOptions, InterfaceError> {
+        let variable = environment.variable(interfaces::VARIABLE);
+        let address = match self.localhost {
+            Some(because) => {
+                let chosen = flag.or(variable);
+                if !chosen.is_some_and(interfaces::is_loopback) {
+                    let instead_of = chosen.map(str::to_owned);
+                    self.notes.push(Note::Localhost { because, instead_of });
+                }
+                LOOPBACK
+            }
+            None => interfaces::chosen(flag, variable)?,
+        };
+        Ok(SessionOptions { domain_id: self.domain_id, interfaces: vec![address] })
+    }
+
+    /// Sends log lines where they are wanted.
+    ///
+    /// # Arguments
+    ///
+    /// * `level` — from which level on; information and worse if nobody said so.
+    pub fn start_logging(&self, level: Option<Level>) {
+        if self.to_stderr {
+            let level = level.unwrap_or(Level::Info);
+            logging::init(level, std::env::var("RUST_LOG").ok().as_deref());
+        }
+    }
+
+    /// Logs what a person may not expect, for a program that does not say it by a node.
+    pub fn log_notes(&self, node: &str) {
+        for note in &self.notes {
+            log::warn!("[{node}] {note}");
+        }
+    }
+
+    /// Refuses rules for names that a program would have to ignore.
+    ///
+    /// # Arguments
+    ///
+    /// * `nodes` — names of its nodes, by which others find them.
+    /// * `topics` — whether its topics can have other names.
+    ///
+    /// # Errors
+    ///
+    /// [`RosArgsError::FixedNode`] and [`RosArgsError::FixedTopic`].
+    pub fn check_rules(&self, nodes: &[&str], topics: TopicRules) -> Result<(), RosArgsError> {
+        self.remaps.check(nodes, topics)
     }
 
     /// Namespace and name of a node, after `__ns` and `__node`.
@@ -209,6 +316,55 @@ mod tests {
 
         assert_eq!(error.to_string(), "unknown flag `--use-sim-time` after --ros-args");
         assert!(error.help().is_some());
+    }
+
+    #[test]
+    fn what_launch_passes_along_is_understood_or_named() {
+        let line = "--ros-args --enclave /robot -e /robot --log-config-file log.yaml \
+            --disable-rosout-logs --disable-external-lib-logs --disable-stdout-logs \
+            --enable-stdout-logs";
+
+        let (args, rest) = parse(line).unwrap();
+
+        assert_eq!(rest, [""; 0]);
+        assert!(!args.to_rosout && args.to_stderr);
+        let notes: Vec<String> = args.notes.iter().map(ToString::to_string).collect();
+        assert_eq!(
+            notes,
+            [
+                "`--enclave /robot` has no effect: this program does not use DDS Security",
+                "`-e /robot` has no effect: this program does not use DDS Security",
+                "`--log-config-file log.yaml` has no effect: log lines go to standard error and \
+                 /rosout; set `--log-level`",
+            ]
+        );
+    }
+
+    #[test]
+    fn who_is_to_stay_on_this_machine_does_so_whatever_interface_is_chosen() {
+        let network = |variables: &[(&str, &str)], flag| {
+            let environment = Environment::new(variables, |_| Err(io::ErrorKind::NotFound.into()));
+            let (mut args, _) = RosArgs::parse(&[], &environment).unwrap();
+            let network = args.network(flag, &environment).unwrap();
+            let notes: Vec<String> = args.notes.iter().map(ToString::to_string).collect();
+            (network.interfaces, notes)
+        };
+        let range = ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
+        let said = "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST: this program uses the loopback \
+                    interface only";
+
+        let by_variable = network(&[range, ("RSRS_INTERFACE", "eth9")], None);
+        let by_flag = network(&[range, ("RSRS_INTERFACE", "eth9")], Some("10.0.0.7"));
+        let by_nobody = network(&[range], None);
+        let the_same = network(&[range], Some("lo"));
+        let old = network(&[("ROS_LOCALHOST_ONLY", "1")], Some("10.0.0.7"));
+
+        assert_eq!(by_variable, (vec![LOOPBACK], vec![format!("{said}, and not `eth9`")]));
+        assert_eq!(by_flag, (vec![LOOPBACK], vec![format!("{said}, and not `10.0.0.7`")]));
+        assert_eq!(by_nobody, (vec![LOOPBACK], vec![said.to_owned()]));
+        assert_eq!(the_same, (vec![LOOPBACK], vec![]));
+        assert_eq!(old.0, [LOOPBACK]);
+        assert!(old.1[1].starts_with("ROS_LOCALHOST_ONLY=1: this program uses"), "{:?}", old.1);
     }
 
     #[test]

@@ -35,6 +35,9 @@ impl<R> Reply<R> {
 
 /// Offers a service of a node.
 ///
+/// Every request is answered: one that cannot be understood, as of another version of the service, with
+/// the default of the answer, which by its type says that it was refused.
+///
 /// # Arguments
 ///
 /// * `name` — below the node's, such as `step_simulation`.
@@ -47,21 +50,58 @@ impl<R> Reply<R> {
 /// # Panics
 ///
 /// If the request is not of a type called `package/srv/Name_Request`: then it is none.
-pub fn offer<Q: RosMessage, R: RosMessage>(
+pub fn offer<Q: RosMessage, R: RosMessage + Default>(
     session: &Session,
     node: &NodeHandle,
     name: &str,
+    deliver: impl FnMut(Q, Reply<R>) + Send + 'static,
+) -> Result<Service, SessionError> {
+    let decode = |body: &[u8]| cdr::decode_body::<Q>(body, ByteOrder::Little).ok();
+    offer_decoded(session, (node, name), decode, deliver)
+}
+
+/// As [`offer`], for a service whose requests are shorter in an older version of its package.
+///
+/// # Errors
+///
+/// As [`offer`].
+///
+/// # Panics
+///
+/// As [`offer`].
+pub fn offer_to_both<Older, Q, R>(
+    session: &Session,
+    node: &NodeHandle,
+    name: &str,
+    deliver: impl FnMut(Q, Reply<R>) + Send + 'static,
+) -> Result<Service, SessionError>
+where
+    Older: RosMessage,
+    Q: RosMessage + From<Older>,
+    R: RosMessage + Default,
+{
+    let decode = |body: &[u8]| {
+        let older = || cdr::decode_body::<Older>(body, ByteOrder::Little).map(Q::from);
+        cdr::decode_body::<Q>(body, ByteOrder::Little).or_else(|_| older()).ok()
+    };
+    offer_decoded(session, (node, name), decode, deliver)
+}
+
+fn offer_decoded<Q: RosMessage, R: RosMessage + Default>(
+    session: &Session,
+    (node, name): (&NodeHandle, &str),
+    decode: impl Fn(&[u8]) -> Option<Q> + Send + 'static,
     mut deliver: impl FnMut(Q, Reply<R>) + Send + 'static,
 ) -> Result<Service, SessionError> {
     let service = format!("{}/{name}", node.full_name());
     let server = raw::server(session, node, &service, &type_name::<Q>())?;
-    let decode = |body: &[u8]| cdr::decode_body::<Q>(body, ByteOrder::Little).ok();
+    let refusal = || Some(cdr::encode_body(&R::default()));
     let answer = move |request| {
         let (sender, answer) = oneshot::channel();
         deliver(request, Reply(sender));
         async move { answer.await.ok().map(|answer: R| cdr::encode_body(&answer)) }
     };
-    Ok(Service { _task: session.run(raw::answer_all(service, server, decode, answer)) })
+    Ok(Service { _task: session.run(raw::answer_all(service, server, (decode, refusal), answer)) })
 }
 
 fn type_name<Q: RosMessage>() -> ServiceTypeName {

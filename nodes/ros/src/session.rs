@@ -11,24 +11,30 @@
 mod endpoint;
 mod error;
 mod graph;
+mod matching;
 mod node;
 mod pace;
 mod prefix;
 mod publisher;
 mod qos;
+mod quality;
 mod raw;
 mod subscription;
+mod threads;
 mod wire;
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use futures::{Stream, StreamExt};
 use ros2_client::{Context, MessageTypeName, Name, NodeName, NodeOptions};
 use rsrs_msgs::RosMessage;
-use rsrs_msgs::topics::Qos;
+use rsrs_msgs::topics::{Qos, Reliability};
 use rustdds::DomainParticipantBuilder;
+
+use crate::ros_args::RosArgs;
 
 pub use endpoint::{Endpoint, EndpointKind};
 pub use error::{NotMatched, PublishError, SessionError};
@@ -38,12 +44,15 @@ pub(crate) use qos::profile;
 pub use raw::RawPublisher;
 pub(crate) use subscription::Task;
 pub use subscription::{Counts, Received, ReceivedRaw, Subscription};
+pub use threads::MiddlewareEnded;
 pub(crate) use wire::Bytes;
 
 use endpoint::Index;
 use graph::Graph;
 use pace::Pace;
-use subscription::Tasks;
+use quality::Watch;
+use subscription::{Failure, Tasks};
+use threads::Threads;
 use wire::Wire;
 
 /// How often the discovery database is asked while waiting for somebody.
@@ -68,10 +77,15 @@ pub struct Session {
     context: Context,
     nodes: Mutex<BTreeMap<String, (NodeHandle, ros2_client::Node)>>,
     tasks: Tasks,
+    threads: Threads,
     graph: Arc<Graph>,
     follows_graph: Once,
+    watch: Arc<Watch>,
+    watches: Once,
     index: Mutex<Index>,
     pace: Pace,
+    /// What was said to ROS 2, of which names of topics and `/rosout` matter here.
+    arguments: Option<RosArgs>,
 }
 
 impl Session {
@@ -87,10 +101,12 @@ impl Session {
         let runtime = tokio::runtime::Handle::try_current()
             .map_err(|source| SessionError::NoRuntime { source })?;
         let failed = |reason: String| SessionError::Join { domain_id: options.domain_id, reason };
-        let participant = DomainParticipantBuilder::new(options.domain_id)
-            .with_only_networks(options.interfaces.iter().copied())
-            .build()
-            .map_err(|error| failed(error.to_string()))?;
+        let (participant, threads) = Threads::started_by(|| {
+            DomainParticipantBuilder::new(options.domain_id)
+                .with_only_networks(options.interfaces.iter().copied())
+                .build()
+                .map_err(|error| failed(error.to_string()))
+        })?;
         let qos = rustdds::QosPolicyBuilder::new().build();
         let publisher =
             participant.create_publisher(&qos).map_err(|error| failed(error.to_string()))?;
@@ -106,11 +122,33 @@ impl Session {
             context,
             nodes: Mutex::default(),
             tasks: Tasks::on(runtime),
+            threads,
             graph: Arc::default(),
             follows_graph: Once::new(),
+            watch: Arc::default(),
+            watches: Once::new(),
             index: Mutex::default(),
             pace: Pace::default(),
+            arguments: None,
         })
+    }
+
+    /// Joins a network, with other names for topics of nodes, and without `/rosout`, where that was
+    /// said to ROS 2. Raw topics belong to no node and keep their names.
+    ///
+    /// # Errors
+    ///
+    /// As [`Session::open`].
+    pub fn open_with(options: &SessionOptions, arguments: &RosArgs) -> Result<Self, SessionError> {
+        Ok(Self { arguments: Some(arguments.clone()), ..Self::open(options)? })
+    }
+
+    /// The name of a node's topic, after remapping.
+    fn remapped(&self, node: &NodeHandle, topic: &str) -> String {
+        let Some(arguments) = &self.arguments else { return topic.to_owned() };
+        let (namespace, name) = node.full_name().rsplit_once('/').unwrap_or_default();
+        let namespace = if namespace.is_empty() { "/" } else { namespace };
+        arguments.topic((namespace, name), topic)
     }
 
     /// A node by its full name, made at the first call.
@@ -140,7 +178,9 @@ impl Session {
         })?;
         self.pace.wait(2);
         let node = pace::persist(|| {
-            let options = NodeOptions::new().enable_rosout(true).start_parameter_services(false);
+            let to_rosout = self.arguments.as_ref().is_none_or(|arguments| arguments.to_rosout);
+            let options =
+                NodeOptions::new().enable_rosout(to_rosout).start_parameter_services(false);
             self.context
                 .new_node(node_name.clone(), options)
                 .map_err(|error| SessionError::endpoint(&full_name, &error))
@@ -165,6 +205,7 @@ impl Session {
         topic: &str,
         qos: Qos,
     ) -> Result<Publisher<M>, SessionError> {
+        let topic = &self.remapped(node, topic);
         let profile = profile(qos);
         let writer = self.with_node(node, 1, |node| {
             let dds_topic = node.create_topic(&ros_name(topic)?, message_type::<M>(), &profile);
@@ -175,7 +216,8 @@ impl Session {
         Ok(Publisher::new(topic, writer))
     }
 
-    /// Starts to listen; every sample is handed to `deliver` in a task of its own.
+    /// Starts to listen; every sample is handed to `deliver` in a task of its own. Where `qos` is
+    /// reliable, samples of best-effort publishers are delivered as well.
     ///
     /// Samples that do not decode are counted and logged, because another program sent them.
     ///
@@ -194,6 +236,7 @@ impl Session {
         qos: Qos,
         deliver: impl FnMut(Received<M>) + Send + 'static,
     ) -> Result<Subscription, SessionError> {
+        let topic = &self.remapped(node, topic);
         let profile = profile(qos);
         let reader = self.with_node(node, 1, |node| {
             let dds_topic = node.create_topic(&ros_name(topic)?, message_type::<M>(), &profile);
@@ -201,7 +244,13 @@ impl Session {
             node.create_subscription::<Wire<M>>(&dds_topic, Some(profile.clone()))
                 .map_err(|error| SessionError::endpoint(topic, &error))
         })?;
-        Ok(self.tasks.deliver(topic, subscription::typed(reader), deliver))
+        let samples = subscription::typed(reader);
+        if qos.reliability == Reliability::BestEffort {
+            return Ok(self.tasks.deliver(topic, samples, deliver));
+        }
+        let best_effort = self.best_effort(topic, M::TYPE_NAME, qos)?;
+        let best_effort = best_effort.map(|sample| sample.and_then(raw::decode));
+        Ok(self.tasks.deliver(topic, futures::stream::select(samples, best_effort), deliver))
     }
 
     /// Starts to listen to bytes of any type; they keep their 4 bytes of encapsulation, as in a bag.
@@ -226,7 +275,27 @@ impl Session {
         let policies = qos::policies(qos);
         let reader =
             pace::persist(|| raw::reader(&self.participant, &self.subscriber, &names, &policies))?;
-        Ok(self.tasks.deliver(topic, raw::stream(reader), deliver))
+        let samples = raw::stream(reader);
+        if qos.reliability == Reliability::BestEffort {
+            return Ok(self.tasks.deliver(topic, samples, deliver));
+        }
+        let best_effort = self.best_effort(topic, type_name, qos)?;
+        Ok(self.tasks.deliver(topic, futures::stream::select(samples, best_effort), deliver))
+    }
+
+    /// What is sent best effort on a topic that is subscribed reliably.
+    fn best_effort(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: Qos,
+    ) -> Result<impl Stream<Item = Result<ReceivedRaw, Failure>> + use<>, SessionError> {
+        self.watches.call_once(|| {
+            let watch = Arc::clone(&self.watch);
+            let watching = watch.run(self.participant.clone(), self.subscriber.clone());
+            self.tasks.run(watching).until_close();
+        });
+        Ok(self.watch.samples(raw::DdsNames::of_topic(topic, type_name)?, qos))
     }
 
     /// Starts to publish bytes of any type.
@@ -267,55 +336,18 @@ impl Session {
         names.into_iter().collect()
     }
 
-    /// Waits until at least so many subscribers of a topic are known.
-    ///
-    /// # Errors
-    ///
-    /// [`NotMatched`] after `timeout`.
-    pub async fn wait_for_readers(
-        &self,
-        topic: &str,
-        at_least: usize,
-        timeout: Duration,
-    ) -> Result<(), NotMatched> {
-        self.wait_for(EndpointKind::Reader, topic, at_least, timeout).await
+    /// Waits until the middleware has ended by itself, after which nothing is sent or received any
+    /// more although no call fails. A node ends then, so that a service can start it again.
+    pub async fn ended(&self) -> MiddlewareEnded {
+        self.threads.ended().await
     }
 
-    /// Waits until at least so many publishers of a topic are known.
-    ///
-    /// # Errors
-    ///
-    /// [`NotMatched`] after `timeout`.
-    pub async fn wait_for_writers(
-        &self,
-        topic: &str,
-        at_least: usize,
-        timeout: Duration,
-    ) -> Result<(), NotMatched> {
-        self.wait_for(EndpointKind::Writer, topic, at_least, timeout).await
-    }
-
-    async fn wait_for(
-        &self,
-        kind: EndpointKind,
-        topic: &str,
-        wanted: usize,
-        timeout: Duration,
-    ) -> Result<(), NotMatched> {
-        let start = Instant::now();
-        loop {
-            let found = endpoint::count(&self.participant, kind, topic);
-            let waited = start.elapsed();
-            if found >= wanted {
-                return Ok(());
-            }
-            if waited >= timeout {
-                let topic = topic.to_owned();
-                let waited_s = waited.as_secs_f64();
-                return Err(NotMatched { topic, kind, found, wanted, waited_s });
-            }
-            tokio::time::sleep(POLL).await;
-        }
+    /// Whether the middleware has ended, for a program that has itself stood still for a while: a
+    /// process that was stopped should not take the silence of others for their fault.
+    pub async fn has_ended_meanwhile(&self) -> Option<MiddlewareEnded> {
+        // A thread whose wait was interrupted takes a moment to end.
+        tokio::time::sleep(POLL).await;
+        self.threads.have_ended()
     }
 
     /// Leaves the network, so that the others see it at once and nothing is left running.

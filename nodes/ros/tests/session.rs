@@ -2,6 +2,7 @@
 
 mod support;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -11,7 +12,7 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::clock::{ClockFollower, ClockPublisher};
-use rsrs_ros::session::{Endpoint, EndpointKind, Received, ReceivedRaw};
+use rsrs_ros::session::{Endpoint, EndpointKind, Received, ReceivedRaw, Session};
 use support::{PATIENCE, eventually, in_own_network, session};
 use tokio::sync::mpsc;
 
@@ -58,6 +59,69 @@ fn what_one_session_publishes_another_receives() {
         drop(publisher);
         controller.close().await;
         robot.close().await;
+    });
+}
+
+#[test]
+fn best_effort_and_reliable_publishers_are_both_received_each_sample_once() {
+    let name = "best_effort_and_reliable_publishers_are_both_received_each_sample_once";
+    in_own_network(name, async || {
+        let (robot, sensor, other) = (session(), session(), session());
+        let reliable = Qos::reliable(200);
+        let node = robot.node("/robot_1", "controller").unwrap();
+        let (deliver, mut typed) = channel();
+        let _typed = robot.subscribe(&node, "/robot_1/detection", reliable, deliver).unwrap();
+        let (deliver, mut bytes) = channel::<ReceivedRaw>();
+        let _raw =
+            robot.subscribe_raw("/robot_1/detection", Bool::TYPE_NAME, reliable, deliver).unwrap();
+        let publish = |session: &Session, qos| {
+            let node = session.node("/robot_1", "sensor").unwrap();
+            session.publish_on::<Bool>(&node, "/robot_1/detection", qos).unwrap()
+        };
+        let from_sensor = publish(&sensor, Qos::best_effort(10));
+        let from_other = publish(&other, reliable);
+        // Both subscriptions, and those that best-effort publishers need.
+        sensor.wait_for_readers("/robot_1/detection", 4, PATIENCE).await.unwrap();
+        other.wait_for_readers("/robot_1/detection", 4, PATIENCE).await.unwrap();
+
+        // What is sent before the other side knows of a publisher is lost if it is best effort.
+        let mut of_sensor: Option<[u8; 16]> = None;
+        while of_sensor.is_none() {
+            from_sensor.publish(Bool { data: false }).await.unwrap();
+            tokio::time::sleep(std::time::Duration::from_millis(50)).await;
+            let received = typed.try_recv();
+            of_sensor = received.ok().map(|received: Received<Bool>| received.writer);
+        }
+        for _ in 0..100 {
+            from_sensor.publish(Bool { data: true }).await.unwrap();
+            from_other.publish(Bool { data: true }).await.unwrap();
+            tokio::time::sleep(std::time::Duration::from_millis(2)).await;
+        }
+
+        let mut sequences: BTreeMap<[u8; 16], Vec<u64>> = BTreeMap::new();
+        let is_done = |sequences: &BTreeMap<[u8; 16], Vec<u64>>| {
+            sequences.len() == 2 && sequences.values().all(|those| those.len() >= 100)
+        };
+        while !is_done(&sequences) {
+            let received = next(&mut typed).await;
+            if received.message.data {
+                sequences.entry(received.writer).or_default().push(received.sequence);
+            }
+        }
+        for those in sequences.values() {
+            assert!(those.windows(2).all(|pair| pair[1] == pair[0] + 1), "{those:?}");
+        }
+        assert!(sequences.contains_key(&of_sensor.unwrap()));
+        let mut raw: BTreeMap<[u8; 16], u64> = BTreeMap::new();
+        while raw.len() < 2 || raw.values().any(|last| *last < 100) {
+            let received = next(&mut bytes).await;
+            let before = raw.insert(received.writer, received.sequence);
+            assert!(before.is_none_or(|before| before < received.sequence), "once each");
+        }
+        drop((from_sensor, from_other));
+        for session in [sensor, other, robot] {
+            session.close().await;
+        }
     });
 }
 
@@ -276,7 +340,7 @@ fn the_clock_of_one_session_is_followed_by_another() {
 fn what_a_driver_holds_can_go_to_another_thread() {
     fn is_send<T: Send + 'static>() {}
 
-    is_send::<rsrs_ros::session::Session>();
+    is_send::<Session>();
     is_send::<rsrs_ros::session::Publisher<Bool>>();
     is_send::<rsrs_ros::session::RawPublisher>();
     is_send::<rsrs_ros::session::Subscription>();

@@ -3,6 +3,8 @@
 //! The protocol knows no wire format and the messages know no protocol; this is where they meet.
 //! What a message cannot mean is refused here, so that no machine has to distrust its events.
 
+pub mod e_stop;
+
 use rsrs_core::controller::Command;
 use rsrs_fleet::message::{Echo, Lease, LeaseState, RobotState, Status};
 use rsrs_msgs::builtin_interfaces::Time;

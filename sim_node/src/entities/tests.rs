@@ -1,7 +1,7 @@
 use rsrs_core::conditions::{Arena, Conditions, Settings};
 use rsrs_core::profile::RobotProfile;
 use rsrs_fleet::experiment::Time as Pace;
-use rsrs_fleet::simulator::Placed;
+use rsrs_fleet::simulator::{Gates, Placed};
 use rsrs_msgs::geometry_msgs;
 use rsrs_msgs::simulation_interfaces::TagsFilter;
 use rsrs_sim::draw::Seed;
@@ -28,7 +28,8 @@ fn stage() -> Stage {
     }
     let names = ["robot_1", "robot_2", "robot_3", "real"].map(str::to_owned);
     let rows = Rows::of(&names, &names[..3], 4).unwrap();
-    let placed = Placed { digest: 1, n_robots: 3, steps: 1, period_ns: 1, time: Pace::RealTime };
+    let (time, gates) = (Pace::RealTime, Gates::Here);
+    let placed = Placed { digest: 1, n_robots: 3, steps: 1, period_ns: 1, time, gates };
     Stage::new(Wanted { world, placed, conditions, rows })
 }
 

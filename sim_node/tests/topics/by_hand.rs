@@ -11,14 +11,16 @@ use rsrs_msgs::simulation_interfaces::{
     GetEntityStateRequest, GetEntityStateResponse, GetSimulationStateRequest,
     GetSimulationStateResponse, GetSimulatorFeaturesRequest, GetSimulatorFeaturesResponse,
     ResetSimulationRequest, ResetSimulationResponse, Result as Outcome, SetEntityStateRequest,
-    SetEntityStateResponse, SetSimulationStateRequest, SetSimulationStateResponse, SimulationState,
-    SimulatorFeatures, StepSimulationRequest, StepSimulationResponse,
+    SetEntityStateRequest1, SetEntityStateResponse, SetSimulationStateRequest,
+    SetSimulationStateResponse, SimulationState, SimulatorFeatures, StepSimulationRequest,
+    StepSimulationResponse,
 };
 use rsrs_msgs::topics;
 use rsrs_ros::parameters::Mapping;
 use rsrs_ros::services::ServiceClient;
 use rsrs_ros::session::{NodeHandle, Session};
 use rsrs_sim::episode::episode_digests;
+use serde::{Deserialize, Serialize};
 
 use crate::fleet::{
     Latest, ROBOTS, SEED, World, armed_lease, conditions, controller_status, publisher, start,
@@ -34,6 +36,16 @@ fn tools_step_pause_reset_and_move_a_world_that_no_run_holds() {
 #[test]
 fn no_tool_moves_a_world_that_a_run_holds() {
     in_own_network("by_hand::no_tool_moves_a_world_that_a_run_holds", held);
+}
+
+/// A request to set a state that no version of the package has.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct OtherVersion {
+    number: u64,
+}
+
+impl RosMessage for OtherVersion {
+    const TYPE_NAME: &'static str = "simulation_interfaces/srv/SetEntityState_Request";
 }
 
 /// Somebody with a tool.
@@ -158,6 +170,24 @@ async fn moves_a_robot(hand: &Hand<'_>) {
     assert_eq!(answer.result.result, Outcome::OK, "{}", answer.result.error_message);
     let is_there = || odom.place(ROBOTS[1]).is_some_and(|place| (place[0] - 2.0).abs() < 1e-6);
     eventually("the robot is said to be there", is_there).await;
+    // As tools of Jazzy ask, whose requests have no flags at their end.
+    let mut request = SetEntityStateRequest1 {
+        entity: ROBOTS[0].to_owned(),
+        ..SetEntityStateRequest1::default()
+    };
+    request.state.pose.position = Point { x: -2.0, y: 1.0, z: 0.0 };
+    request.state.pose.orientation.w = 1.0;
+    let answer: SetEntityStateResponse = hand.call("set_entity_state", request).await;
+    assert_eq!(answer.result.result, Outcome::OK, "{}", answer.result.error_message);
+    let is_there = || odom.place(ROBOTS[0]).is_some_and(|place| (place[0] + 2.0).abs() < 1e-6);
+    eventually("the other robot is said to be there", is_there).await;
+    // A request that is of no version is answered, too, as its vendor calls services.
+    if hand.mapping == Mapping::Enhanced {
+        let answer: SetEntityStateResponse =
+            hand.call("set_entity_state", OtherVersion::default()).await;
+        assert_eq!(answer.result.result, Outcome::FEATURE_UNSUPPORTED);
+    }
+
     let request = GetEntityStateRequest { entity: ROBOTS[1].to_owned() };
     let answer: GetEntityStateResponse = hand.call("get_entity_state", request).await;
     assert!((answer.state.pose.position.y + 1.5).abs() < 1e-6, "{:?}", answer.state);

@@ -119,15 +119,20 @@ fn experiments(findings: &Findings) -> String {
     let tally = Tally::of(findings);
     text + &format!(
         "\nThe tally of the nine: {} as simulated, {} easier, {} harder; the paper has 5, 4 and 0.\n\
-         `rsrs compare` on the nine bags: {}.\n\
+         `rsrs compare` on the nine bags, all together: {}; {} of them milled where {:.1} would if robots \
+         milled as often as simulated ones, and as far as nine runs say they mill less often by at most {:.0} \
+         percentage points.\n\
          Over {REPETITIONS} repetitions of all nine, a tally has {:.1} as simulated, {:.1} easier and {:.1} harder \
          on average; {} of the {REPETITIONS} have none harder, and {} are exactly 5, 4, 0.\n\
-         The last column is the verdict on `eq:finalgap` cell by cell, by the same statistics as \
-         `rsrs compare`, on all {} runs together: {}.\n",
+         The last column is what each cell says by itself of `eq:finalgap`, corrected for their number, by the \
+         same statistics as `rsrs compare`; all {} runs together: {}.\n",
         tally.same,
         tally.easier,
         tally.harder,
         findings.comparison["verdict"].as_str().unwrap_or("nothing"),
+        findings.comparison["pooled"]["n_milled"],
+        findings.comparison["pooled"]["n_expected"].as_f64().unwrap_or(f64::NAN),
+        100.0 * findings.comparison["pooled"]["shortfall_at_most"].as_f64().unwrap_or(1.0),
         mean(findings, |tally| tally.same),
         mean(findings, |tally| tally.easier),
         mean(findings, |tally| tally.harder),
@@ -190,7 +195,8 @@ fn hopeless(findings: &Findings) -> String {
          The paper gives no numbers of its SMARS and lighter-than-air robots, only what was wrong with \
          them: bad sensors, and large disturbances.\n\
          The profiles here are made up to have these faults (`launch_configs/profiles`), and are searched \
-         over speed, turning rate and number of robots, made worse by the default factors.\n\n\
+         over speed, turning rate and number of robots, made worse by the default factors, which make everything \
+         worse that a profile has and take nothing to nothing.\n\n\
          | robot | made worse: best `B_s` | where | `rsrs choose` | as measured: best `B_s` |\n\
          |---|---|---|---|---|\n",
     );
@@ -261,10 +267,14 @@ fn limits(findings: &Findings) -> String {
     format!(
         "## What this does not show\n\n\
          - The boundaries of the paper's diagram, cell by cell: its figure is not in its text, and the range and \
-         angle of its sensor are not either. Here they are 0.75 m and 0.2 rad, calibrated so that the \
-         paper's cell lies inside the milling region (`launch_configs/profiles/flockbot.yaml`).\n\
+         angle of its sensor are not either. The angle, 0.2 rad, is that of the group's own \
+         configurations; the range, 0.75 m, is ours, calibrated so that the paper's cell lies inside the milling \
+         region (`launch_configs/profiles/flockbot.yaml`). The group's configurations say 3.6 m \
+         (`flockbot_group_sensor.yaml`), with which {} of {} cells mill.\n\
          - The labels of the paper's authors, who judged by eye. Here a judge with fixed rules looks at the last \
          60 s.\n\
-         - Flockbots. {harder}\n"
+         - Flockbots. {harder}\n",
+        statements::n_milling_cells(&findings.group_sensor),
+        findings.group_sensor.cells.len(),
     )
 }

@@ -49,6 +49,8 @@ pub struct Searched {
     pub reason: Option<String>,
     /// The plane of speed and turning rate.
     pub diagram: PhaseDiagram,
+    /// What `rsrs choose` says of each factor in the best cell; `null` for robots as measured.
+    pub factors: Value,
 }
 
 /// One setting varied at the paper's cell.
@@ -67,8 +69,15 @@ pub struct Findings {
     pub validation: Value,
     /// The plane of the paper's diagram.
     pub plane: PhaseDiagram,
+    /// The same plane, of runs three times as long.
+    pub long: PhaseDiagram,
+    /// The same plane, with the sensor of the group's own configurations.
+    pub group_sensor: PhaseDiagram,
     /// What `rsrs choose` reported.
     pub choice: Value,
+    /// Speed and turning rate that `rsrs choose` recommends after sweeps with other seeds; `None` where
+    /// no cell is viable.
+    pub recommended: Vec<Option<(f64, f64)>>,
     /// The nine experiments, the paper's cell first.
     pub experiments: Vec<Experiment>,
     /// What `rsrs compare` reported of their bags.
@@ -111,8 +120,11 @@ pub fn find(work: &Path, root: &Path) -> anyhow::Result<Findings> {
 
     let axes = "{speed_m_s: {from: 0.05, to: 0.30, steps: 11}, \
                 turn_rate_rad_s: {from: 0.25, to: 2.0, steps: 8}}";
-    let plane = flockbots("plane", axes);
-    let plane = sweep(&program, work, &plane)?;
+    let of_plane = flockbots("plane", axes);
+    let plane = sweep(&program, work, &of_plane)?;
+    let long = Wanted { name: "long", duration_s: 900, ..of_plane };
+    let group = Wanted { name: "group", profile: "flockbot_group_sensor", ..of_plane };
+    let (long, group) = (sweep(&program, work, &long)?, sweep(&program, work, &group)?);
     experiments::drive_alone(&work.join("alone.csv"), &measured)?;
     let validation = program.run("validate plane --trajectories alone.csv --format json")?.json;
     let choice = program.run("choose plane -o plane/choice.json --format json")?.json;
@@ -128,6 +140,9 @@ pub fn find(work: &Path, root: &Path) -> anyhow::Result<Findings> {
     let comparison = program.run(&compare)?.json;
 
     Ok(Findings {
+        recommended: recommended(&program, work, &of_plane)?,
+        long,
+        group_sensor: group,
         tallies: tallies(&experiments),
         repeated: Comparison::of(&runs(&experiments, 0..REPETITIONS)),
         bumping: bumping(&measured)?,
@@ -146,14 +161,32 @@ pub fn find(work: &Path, root: &Path) -> anyhow::Result<Findings> {
 fn copy_launch_configs(work: &Path, root: &Path) -> anyhow::Result<()> {
     let (from, to) = (root.join("launch_configs/profiles"), work.join("launch_configs/profiles"));
     std::fs::create_dir_all(&to).with_context(|| to.display().to_string())?;
-    for name in ["flockbot.yaml", "smars.yaml", "lta.yaml"] {
+    for name in ["flockbot.yaml", "flockbot_group_sensor.yaml", "smars.yaml", "lta.yaml"] {
         std::fs::copy(from.join(name), to.join(name)).with_context(|| name.to_owned())?;
     }
     Ok(())
 }
 
 fn flockbots<'a>(name: &'a str, axes: &'a str) -> Wanted<'a> {
-    Wanted { name, profile: "flockbot", harsher: "{}", axes, fixed: FIXED }
+    let (duration_s, seed) = (300, 1);
+    Wanted { name, profile: "flockbot", harsher: "{}", axes, fixed: FIXED, duration_s, seed }
+}
+
+/// Sweeps whose recommendation is asked for.
+pub const SEEDS: u64 = 10;
+
+fn recommended(
+    program: &Program,
+    work: &Path,
+    plane: &Wanted,
+) -> anyhow::Result<Vec<Option<(f64, f64)>>> {
+    let choose = |seed: u64| {
+        let name = format!("seed_{seed}");
+        sweep(program, work, &Wanted { name: &name, seed, ..*plane })?;
+        let cell = program.run(&format!("choose {name} --format json"))?.json["cell"].take();
+        Ok(cell["speed_m_s"].as_f64().zip(cell["turn_rate_rad_s"].as_f64()))
+    };
+    (1..=SEEDS).map(choose).collect()
 }
 
 fn experiment(
@@ -208,7 +241,7 @@ pub const CONTINUOUSLY_PER_S: f64 = 0.02;
 /// Looks for contacts in the semi-stable runs of simulated robots that turn as fast as the paper's, at
 /// all speeds.
 fn bumping(measured: &RobotProfile) -> anyhow::Result<(u64, u64)> {
-    let harsher = HarsherFactors::default().apply(measured)?;
+    let harsher = HarsherFactors::for_robot(measured).apply(measured)?;
     let (mut n_bumping, mut n) = (0, 0);
     for speed_m_s in [0.10, 0.15, 0.20, 0.25, 0.30] {
         let conditions = conditions(&harsher, 9, (speed_m_s, 0.75))?;
@@ -298,11 +331,12 @@ fn search(
         let kind = if harsher == "none" { "measured" } else { "harsher" };
         let name = format!("{profile}_{kind}_{robots}");
         let fixed = format!("{{robots: {robots}, arena_m: {arena_m}, walls: stop}}");
-        let wanted = Wanted { name: &name, profile, harsher, axes, fixed: &fixed };
+        let wanted = Wanted { profile, harsher, fixed: &fixed, ..flockbots(&name, axes) };
         let diagram = sweep(program, work, &wanted)?;
         let chosen = program.run(&format!("choose {name} --format json"))?;
         let reason = chosen.json["reason"].as_str().map(str::to_owned);
-        Ok(Searched { robots, reason: reason.filter(|_| chosen.code != 0), diagram })
+        let factors = chosen.json["factors"].clone();
+        Ok(Searched { robots, reason: reason.filter(|_| chosen.code != 0), diagram, factors })
     };
     [4, 6, 9, 12].into_iter().map(search).collect()
 }

@@ -22,6 +22,10 @@ pub struct Wanted<'a> {
     pub axes: &'a str,
     /// `fixed:` in YAML.
     pub fixed: &'a str,
+    /// Length of each run, in seconds.
+    pub duration_s: u32,
+    /// Seed of the sweep.
+    pub seed: u64,
 }
 
 /// Runs of each cell.
@@ -33,10 +37,11 @@ pub const REPLICATES: u64 = 100;
 ///
 /// If the sweep fails.
 pub fn sweep(program: &Program, folder: &Path, wanted: &Wanted) -> anyhow::Result<PhaseDiagram> {
-    let Wanted { name, profile, harsher, axes, fixed } = wanted;
+    let Wanted { name, profile, harsher, axes, fixed, duration_s, seed } = wanted;
     let text = format!(
         "profile: launch_configs/profiles/{profile}.yaml\nharsher: {harsher}\naxes: {axes}\n\
-         fixed: {fixed}\nreplicates: {REPLICATES}\nduration_s: 300\nseed: 1\n"
+         fixed: {fixed}\nreplicates: {REPLICATES}\nduration_s: {duration_s}\n\
+         seed: {seed}\n"
     );
     let file = folder.join(format!("{name}.yaml"));
     std::fs::write(&file, text).with_context(|| file.display().to_string())?;

@@ -1,29 +1,38 @@
 //! `rsrs choose`: the most robust milling cell, confirmed.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use rsrs_core::axis::Cell;
 use rsrs_core::choice::{Choice, VIABLE_B_S_LOW};
+use rsrs_core::settling::Settling;
+use serde::Serialize;
 
+use crate::ablation::{Ablation, REPLICATES, ablate};
 use crate::choosing::{CONFIRM, Chosen, Options, as_measured, choose, write};
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::progress::threads;
+use crate::result_folder;
+use crate::settling;
+use crate::wording::counted;
 
 /// Choose the milling cell that may drift furthest, and confirm it on fresh seeds.
 ///
-/// Cells are ranked by their depth inside the region where the lower bound of `B_s` is at least 0.5.
-/// The winner looks better than it is, so only fresh runs feed its `B_s`. The same cell is run with
-/// the robots as measured, too: being worse helps in some cells, and there fewer real robots mill.
-/// Exit code 3 says that no cell is viable.
+/// The share of mills that counts is the smaller of both worlds': robots made worse, and as measured.
+/// It is smoothed over neighbouring cells, and cells are ranked by their depth inside the region where
+/// it is viable. From the deepest on, cells are confirmed in both worlds until one is viable: what was
+/// swept flatters a cell, so only fresh runs feed its `B_s`.
+/// The last lines say which of the factors that make robots worse does it in that cell: each alone, and
+/// all but each. Exit code 3 says that no cell is viable.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Folder of a sweep.
     folder: PathBuf,
-    /// Fresh runs that confirm the winner (default: 1000).
+    /// Fresh runs that confirm a cell, in each world (default: 1000).
     #[arg(long, value_name = "N", default_value_t = CONFIRM, hide_default_value = true,
           value_parser = clap::value_parser!(u64).range(1..))]
     confirm: u64,
-    /// Least confirmed lower bound of `B_s` of a viable cell (default: 0.8).
+    /// Least confirmed lower bound of `B_s` of a viable cell, in both worlds (default: 0.8).
     #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true,
           value_parser = share)]
     viable: f64,
@@ -60,18 +69,49 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         n_threads: threads(arguments.threads),
     };
     match choose(&arguments.folder, options)? {
-        Chosen::Viable(choice) => {
+        Chosen::Viable(mut choice) => {
+            choice.settling = settled(&arguments.folder, &choice, options.n_threads)?;
             if let Some(path) = &arguments.output {
                 write(path, &choice)?;
             }
-            report(arguments.format, &choice, &text(&choice))?;
+            report_with_factors(arguments, &choice, (&choice.cell, &text(&choice)))?;
             Ok(Outcome::Done)
         }
         Chosen::NoViableCell(none) => {
-            report(arguments.format, &none, &format!("no viable cell: {}", none.reason))?;
+            let said = format!("no viable cell: {}", none.reason);
+            report_with_factors(arguments, &none, (none.best_cell(), &said))?;
             Ok(Outcome::NegativeAnswer)
         }
     }
+}
+
+/// Whether the chosen cell is settled at the duration of its sweep.
+fn settled(folder: &Path, choice: &Choice, n_threads: usize) -> anyhow::Result<Option<Settling>> {
+    let result = result_folder::read(folder)?;
+    let index = result.diagram.locate(&choice.cell)?;
+    settling::of_cell(&result.source, index, n_threads)
+}
+
+/// An answer, and which factors make the robots of its cell worse.
+#[derive(Serialize)]
+struct WithFactors<'a, T> {
+    #[serde(flatten)]
+    answer: &'a T,
+    /// What every factor does in that cell; `null` if none changes this robot.
+    factors: Option<Ablation>,
+}
+
+fn report_with_factors<T: Serialize>(
+    arguments: &Arguments,
+    answer: &T,
+    (cell, said): (&Cell, &str),
+) -> anyhow::Result<()> {
+    let result = result_folder::read(&arguments.folder)?;
+    let runs = (REPLICATES.min(arguments.confirm), threads(arguments.threads));
+    let factors = ablate(&result.source, cell, runs)?;
+    let in_words = factors.as_ref().map(|factors| format!("\n{}", factors.in_words()));
+    let said = said.to_owned() + &in_words.unwrap_or_default();
+    report(arguments.format, &WithFactors { answer, factors }, &said)
 }
 
 fn text(choice: &Choice) -> String {
@@ -92,10 +132,18 @@ fn text(choice: &Choice) -> String {
             100.0 * choice.b_s_high
         ),
     ];
+    lines.extend(tried(choice));
     lines.extend(as_measured(choice).map(|text| format!("  {text}")));
+    lines.extend(choice.settling.map(|settling| format!("  {}", settling::text(&settling))));
     lines.extend(by_circliness(choice));
     lines.extend(margins);
     lines.join("\n")
+}
+
+/// How many cells came before this one and did not hold.
+fn tried(choice: &Choice) -> Option<String> {
+    let n_before = choice.candidates_tried?.checked_sub(1).filter(|n| *n > 0)?;
+    Some(format!("  {} ranked before it did not hold", counted(n_before, "cell")))
 }
 
 /// How `B_s` moves with the circliness from which a mill is called stable.

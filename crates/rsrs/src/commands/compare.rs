@@ -15,9 +15,12 @@ use crate::labelled_bags::LabelledBags;
 /// not swept. A run that did not complete is listed with its cause and does not count.
 ///
 /// The claim is that real robots mill at least as often as simulated ones, because those are
-/// deliberately worse. It is `violated` if so few real mills would be improbable (below 0.05) if it
-/// held, `supported` if it holds with a probability of 0.95 or more, give or take 10 percentage
-/// points, and else `undecided`. Exit code 3 says that it is violated.
+/// deliberately worse. The verdict rests on all runs of all cells together. It is `violated` if they
+/// show that in at least one of the cells real robots mill less often; the cells that show it by
+/// themselves are named. It is `supported` if they show that real robots, averaged over the runs, mill
+/// as often, or less often by at most the margin. Either is said wrongly with a probability of at most
+/// 0.05, whatever number of runs one looked at before: add runs and compare again as you like. Else it
+/// is `undecided`. Exit code 3 says that it is violated.
 ///
 /// The last line says what to do next: the experiment that would tell most, or, where real robots
 /// mill less often, back to measuring them.
@@ -25,7 +28,8 @@ use crate::labelled_bags::LabelledBags;
 #[command(after_help = "\
 Examples:
   rsrs compare results/flockbot --bags runs/monday_*
-  rsrs compare results/flockbot --bags runs/one runs/two --format json")]
+  rsrs compare results/flockbot --bags runs/one runs/two --format json
+  rsrs compare results/flockbot --bags runs/* --margin 0.2")]
 pub struct Arguments {
     /// Folder of a sweep; with `choice.json` in it, the chosen cell is compared with its fresh runs.
     folder: PathBuf,

@@ -5,19 +5,20 @@ use std::path::PathBuf;
 use anyhow::Context;
 use rsrs_core::axis::{Axis, Cell};
 use rsrs_core::comparison::Share;
-use rsrs_core::diagram::DiagramCell;
+use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
 use rsrs_view::page::Page;
 
 use crate::failure::{Outcome, with_help};
 use crate::files::write_file;
 use crate::picture::{PNG_WIDTH_PX, Wish, of_sweep};
 use crate::result_folder;
-use crate::sweep_result::SweepResult;
+use crate::sweep_result::{SweepResult, World};
 use crate::validation_file;
 
 /// Draw the phase diagram of a sweep.
 ///
-/// Hue is the most frequent phase of a cell, lightness its share. The dashed line is the analytic
+/// A sweep holds two worlds, and the picture says which it shows: that of robots made worse, or, with
+/// `--world as-measured`, that of robots as measured. Hue is the most frequent phase of a cell, lightness its share. The dashed line is the analytic
 /// turn balance. With `choice.json` beside the sweep's files, the chosen cell is marked; with
 /// `validation.json`, its answer is noted.
 #[derive(clap::Args)]
@@ -36,6 +37,9 @@ pub struct Arguments {
     /// Values on further axes, as AXIS=VALUE,…
     #[arg(long, value_name = "AXIS=V")]
     at: Option<Cell>,
+    /// The robots: made worse as the sweep says, or as measured (default: harsher).
+    #[arg(long, value_enum, default_value = "harsher", hide_default_value = true)]
+    world: World,
 }
 
 /// Runs the command.
@@ -58,27 +62,28 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         at: arguments.at.iter().flat_map(Cell::iter).collect(),
         chosen: result_folder::read_choice(&arguments.folder)?.map(|choice| choice.cell),
         experiments: Vec::new(),
+        world: arguments.world,
         validation: validation_file::note(&arguments.folder, &result.source)?,
     };
     let svg = of_sweep(&result, &wish)?;
+    let diagram = result.of_world(arguments.world)?;
     let bytes = match ending {
         "svg" => svg.into_bytes(),
         "png" => rsrs_view::raster::png(&svg, PNG_WIDTH_PX)?,
-        _ => page(&result, &svg)?.into_bytes(),
+        _ => page((&result, diagram), &svg)?.into_bytes(),
     };
     write_file(&arguments.output, &bytes)?;
     Ok(Outcome::Done)
 }
 
 /// The picture on a page, with the numbers behind it and how they were made.
-fn page(result: &SweepResult, svg: &str) -> anyhow::Result<String> {
+fn page((result, diagram): (&SweepResult, &PhaseDiagram), svg: &str) -> anyhow::Result<String> {
     let source = &result.source;
     let mut page = Page::new(&format!("Phase diagram: {}", source.profile.name));
     page.figure(svg, &[]);
     page.heading("Cells");
     let kind = source.sweep.interval_kind();
-    let rows: Vec<[String; 5]> = result
-        .diagram
+    let rows: Vec<[String; 5]> = diagram
         .cells
         .iter()
         .map(|DiagramCell { cell, counts }| {

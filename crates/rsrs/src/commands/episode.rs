@@ -7,6 +7,7 @@ use rsrs_core::axis::Cell;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::order::Evidence;
 use rsrs_core::phase::{Phase, label};
+use rsrs_core::settling::Settling;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 use serde::Serialize;
@@ -14,8 +15,10 @@ use serde::Serialize;
 use crate::commands::{Format, report};
 use crate::episode_bag::{self, EpisodeError};
 use crate::failure::{Outcome, explained, with_help};
+use crate::progress::threads;
 use crate::provenance;
 use crate::result_folder;
+use crate::settling;
 use crate::sweep_result::SweepResult;
 use crate::wording::counted;
 
@@ -58,6 +61,8 @@ struct Summary {
     n_robots: usize,
     duration_s: f64,
     n_messages: u64,
+    /// Whether the runs of its cell were given enough time; `None` if they are too short to tell.
+    settling: Option<Settling>,
 }
 
 /// Runs the command.
@@ -68,7 +73,7 @@ struct Summary {
 /// cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let result = result_folder::read(&arguments.folder)?;
-    let (cell, conditions) = find(&result, arguments)?;
+    let (index, (cell, conditions)) = find(&result, arguments)?;
     let record = record(&result, conditions, arguments.replicate);
     let (written, trajectory) =
         episode_bag::write(&arguments.output, &record).map_err(|error| {
@@ -91,6 +96,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         n_robots: verdict.n_robots,
         duration_s: verdict.duration_s,
         n_messages: written.n_messages,
+        settling: settling::of_cell(&result.source, index, threads(None))?,
     };
     report(arguments.format, &summary, &text(&summary))?;
     Ok(Outcome::Done)
@@ -98,8 +104,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 
 fn text(summary: &Summary) -> String {
     let bag = summary.bag.display();
+    let settling = summary.settling.as_ref();
+    let settling =
+        settling.map_or_else(String::new, |found| format!("\n  {}", settling::text(found)));
     format!(
-        "{bag}: {}, replicate {} of {}, seed {} ({}, {:.0} s, {})\nnext: rsrs label {bag}",
+        "{bag}: {}, replicate {} of {}, seed {} ({}, {:.0} s, {}){settling}\nnext: rsrs label {bag}",
         summary.phase,
         summary.replicate,
         summary.cell,
@@ -110,7 +119,10 @@ fn text(summary: &Summary) -> String {
     )
 }
 
-fn find(result: &SweepResult, arguments: &Arguments) -> anyhow::Result<(Cell, Conditions)> {
+fn find(
+    result: &SweepResult,
+    arguments: &Arguments,
+) -> anyhow::Result<(usize, (Cell, Conditions))> {
     let folder = arguments.folder.display();
     let sweep = &result.source.sweep;
     let index = result.diagram.locate(&arguments.cell).with_context(|| folder.to_string())?;
@@ -125,7 +137,7 @@ fn find(result: &SweepResult, arguments: &Arguments) -> anyhow::Result<(Cell, Co
         ));
     }
     let mut cells = result.source.cells(&format!("sweep.yaml in {folder}"))?;
-    Ok(cells.swap_remove(index))
+    Ok((index, cells.swap_remove(index)))
 }
 
 /// The record of a run that never was on any network.
@@ -133,7 +145,7 @@ fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> Exper
     let sweep = &result.source.sweep;
     let program = (env!("CARGO_PKG_VERSION"), provenance::COMMIT);
     ExperimentRecord {
-        run_id: format!("episode_{:016x}_{replicate}", conditions.digest()),
+        run_id: run_id(&conditions, sweep.duration_s, (sweep.seed, replicate)),
         robots: (1..=conditions.robots).map(|robot| format!("robot_{robot}")).collect(),
         duration_s: sweep.duration_s,
         seed: sweep.seed,
@@ -145,4 +157,11 @@ fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> Exper
         provenance: Provenance::new(program, &result.source.profile.digest(), &conditions),
         conditions,
     }
+}
+
+/// Names a replicate by all that it follows from, so that the same one has the same name wherever it
+/// is made, and another has another: that of a sweep with another seed, in another world, or shorter.
+fn run_id(conditions: &Conditions, duration_s: f64, (seed, replicate): (u64, u64)) -> String {
+    let steps = conditions.steps(duration_s);
+    format!("episode_{:016x}_{steps}_steps_seed_{seed}_{replicate}", conditions.digest())
 }

@@ -11,10 +11,11 @@ use rsrs_core::conditions::Region;
 use rsrs_core::phase::Phase;
 use rsrs_core::trajectory::Bodies;
 
+use crate::admission::{LABEL, refuse};
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::human_labels::{self, HumanLabel};
-use crate::labelling::{LabelOptions, Labelled, label_bag};
+use crate::labelling::{CutRun, LabelOptions, Labelled, label_bag};
 use crate::recorded_run;
 use crate::sweep_source::read_profile;
 
@@ -22,8 +23,12 @@ use crate::sweep_source::read_profile;
 ///
 /// The judge looks at the last 60 s in which the run's lease said RUNNING, or else in which robots
 /// were commanded to move. It needs poses. The robots' body and sensing range come from
-/// `--profile`, or else from the record of the experiment that bags of `rsrs` hold. Without a
-/// range, dispersion is judged by growth alone.
+/// `--profile`, or else from the record of the experiment that bags of `rsrs` hold. Without them,
+/// dispersion is judged by growth alone.
+///
+/// Bags that cannot be labelled are named, each with its reason, when the others are labelled; the
+/// exit code is 1 then. A damaged bag is refused; `rsrs bag recover` saves what is left of it, and of
+/// a run whose end is lost `--part` labels what there is.
 ///
 /// With `--as` the label is yours: it is added to a file in the bag's folder, and changes nothing
 /// that is there. With `--agreement` nothing is labelled: it says how far the judge and people agree,
@@ -40,7 +45,7 @@ pub struct Arguments {
     bags: Vec<PathBuf>,
     /// Add a label of your own.
     #[arg(long = "as", value_name = "PHASE", requires = "by", value_parser = phases(),
-          conflicts_with_all = ["agreement", "profile", "poses"])]
+          conflicts_with_all = ["agreement", "profile", "poses", "part"])]
     phase: Option<Phase>,
     /// Your name, for your own label.
     #[arg(long, value_name = "WHO", requires = "phase")]
@@ -58,6 +63,9 @@ pub struct Arguments {
     /// Topic that poses come from (default: the first of these that the bag has).
     #[arg(long, value_enum)]
     poses: Option<Source>,
+    /// Label what there is of a run whose end was not recorded; such a label counts nowhere.
+    #[arg(long)]
+    part: bool,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -86,8 +94,8 @@ fn phases() -> impl TypedValueParser<Value = Phase> {
 ///
 /// # Errors
 ///
-/// If a bag cannot be read, has no poses, or is too short, or labels beside it do not read; the
-/// first such bag is named.
+/// If a bag cannot be read, is damaged, has no poses, or is too short, or labels beside it do not
+/// read: all such bags, each with its reason, when the others are labelled.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some((phase, by)) = arguments.phase.zip(arguments.by.as_deref()) {
         let label = HumanLabel::now(phase, by, arguments.note.as_deref())?;
@@ -97,20 +105,31 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if arguments.agreement {
         return agreement::run(&arguments.bags, options, arguments.format);
     }
-    let labelled = arguments
-        .bags
-        .iter()
-        .map(|bag| label_bag(bag, options))
-        .collect::<anyhow::Result<Vec<Labelled>>>()?;
-    let lines: Vec<String> = labelled.iter().map(text::judged).collect();
-    report(arguments.format, &labelled, &lines.join("\n"))?;
-    Ok(Outcome::Done)
+    let mut labelled: Vec<Labelled> = Vec::new();
+    let mut refusals = Vec::new();
+    for bag in &arguments.bags {
+        match label_bag(bag, options) {
+            Ok(label) => labelled.push(label),
+            Err(refusal) => refusals.push(refusal),
+        }
+    }
+    if !labelled.is_empty() {
+        let lines: Vec<String> = labelled.iter().map(text::judged).collect();
+        report(arguments.format, &labelled, &lines.join("\n"))?;
+    }
+    match <[anyhow::Error; 1]>::try_from(refusals) {
+        // One bag alone has its whole story.
+        Ok([refusal]) if labelled.is_empty() => Err(refusal),
+        Ok(refusals) => refuse(LABEL, &refusals, arguments.bags.len()).map(|()| Outcome::Done),
+        Err(refusals) => refuse(LABEL, &refusals, arguments.bags.len()).map(|()| Outcome::Done),
+    }
 }
 
 /// Adds a person's label to every bag; to none if one of them is no bag or its labels do not read.
 fn add(arguments: &Arguments, label: &HumanLabel) -> anyhow::Result<Outcome> {
     for bag in &arguments.bags {
-        recorded_run::open(bag)?;
+        // Who has watched the run needs no recording of it.
+        recorded_run::open_damaged(bag)?;
         human_labels::read(bag)?;
     }
     let mut labelled = Vec::new();
@@ -137,8 +156,8 @@ fn options(arguments: &Arguments) -> anyhow::Result<LabelOptions> {
         None => None,
         Some(path) => {
             let profile = read_profile(path)?;
-            let range_m = Some(Region::of(&profile.sensing).range_m());
-            Some(Bodies { radius_m: Some(profile.body.radius_m), range_m })
+            let region = Region::of(&profile.sensing);
+            Some(Bodies::seen_by(&region, profile.sensing.sees, profile.body.radius_m))
         }
     };
     let poses = arguments.poses.map(|poses| match poses {
@@ -148,5 +167,6 @@ fn options(arguments: &Arguments) -> anyhow::Result<LabelOptions> {
         Source::PoseArray => PoseSource::PoseArray,
         Source::Tf => PoseSource::Tf,
     });
-    Ok(LabelOptions { bodies, poses })
+    let cut = if arguments.part { CutRun::Judged } else { CutRun::Refused };
+    Ok(LabelOptions { bodies, poses, cut })
 }

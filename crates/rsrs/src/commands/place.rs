@@ -17,8 +17,9 @@ use crate::start_poses::{StartPose, StartPoses};
 /// Print start poses for the floor, as a table and a picture.
 ///
 /// They are those with which the simulator starts this experiment with measured robots. The robots'
-/// centres lie in a disc around the origin, far enough apart, and every robot faces away from the
-/// centre; `--seed` gives others that are as good.
+/// centres lie in a disc or a box around the origin, far enough apart, and every robot faces away from
+/// the centre; `--seed` gives others that are as good. With `placement: {kind: file, path: …}` they are
+/// those of the table, checked against the robots and the arena.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -83,12 +84,7 @@ fn draw(path: &Path, experiment: &Path, poses: &StartPoses) -> anyhow::Result<()
         disc_m: poses.disc_radius_m,
         radius_m: poses.body_radius_m,
         title: format!("Start of {stem}"),
-        subtitle: format!(
-            "{} robots facing out, disc of radius {} m, seed {}",
-            robots.len(),
-            poses.disc_radius_m,
-            poses.seed
-        ),
+        subtitle: format!("{} robots {}, seed {}", robots.len(), poses.area, poses.seed),
     });
     match path.extension().and_then(|ending| ending.to_str()) {
         Some("svg") => write_file(path, svg.as_bytes()),

@@ -19,8 +19,9 @@ use crate::recorded_run;
 /// Publish a bag on the network, or feed it to the controller or the judge.
 ///
 /// On the network, messages go out at the pace of their recording and with the quality of service that
-/// was recorded; `/clock` says the recorded time. Topics that move robots or permit them to move
-/// (velocity commands, leases, the e-stop, statuses) are left out unless `--topics` names them. In a
+/// was recorded; `/clock` says the recorded time. Topics by which robots are steered (detections,
+/// velocity commands, poses of a tracker, `hardware/…`, leases, the e-stop, statuses) are left out
+/// unless `--topics` names them, and so is what another program publishes now. In a
 /// terminal, each with Enter: nothing pauses and goes on, `s` makes a step, `s 42` goes to 42 s behind
 /// the start, `+10` and `-10` go 10 s on and back, `q` ends.
 ///
@@ -46,7 +47,7 @@ pub struct Arguments {
     #[arg(long, value_name = "R", default_value_t = 1.0, hide_default_value = true,
           value_parser = positive)]
     rate: f64,
-    /// Topics to publish (default: all that neither move robots nor permit it).
+    /// Topics to publish (default: all by which no robot is steered).
     #[arg(long, value_name = "TOPIC", num_args = 1..)]
     topics: Vec<String>,
     /// Start again at the end, until SIGINT or SIGTERM.

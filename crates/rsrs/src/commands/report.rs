@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rsrs_core::certainty::Certainty;
 use rsrs_core::choice::Choice;
+use rsrs_core::comparison::SIGNIFICANCE;
 use rsrs_core::phase::WINDOW_S;
 use rsrs_view::page::Page;
 use rsrs_view::trajectory::{TrajectoryPicture, svg};
@@ -102,9 +103,14 @@ fn page(
         page.paragraph(&chosen(choice));
     }
 
+    page.heading("Comparison, all cells together");
+    page.table(["all runs", "found"], &rows_of_all(comparison));
     page.heading("Comparison, cell by cell");
-    let rows: Vec<[String; 5]> = comparison.cells.iter().map(row_of_cell).collect();
-    page.table(["cell", "real runs", "simulated runs", "p, corrected", "verdict"], &rows);
+    let rows: Vec<[String; 6]> = comparison.cells.iter().map(row_of_cell).collect();
+    page.table(
+        ["cell", "real runs", "simulated runs", "p, exact", "p at any time", "by itself"],
+        &rows,
+    );
 
     page.heading("Runs");
     page.figures(&comparison.bags.iter().map(figure).collect::<anyhow::Result<Vec<_>>>()?);
@@ -145,7 +151,30 @@ fn chosen(choice: &Choice) -> String {
     )
 }
 
-fn row_of_cell(cell: &ComparedCell) -> [String; 5] {
+fn rows_of_all(comparison: &Comparison) -> Vec<[String; 2]> {
+    let pooled = &comparison.pooled;
+    let short = pooled.shortfall_at_most.map_or_else(
+        || "not bounded".to_owned(),
+        |short| format!("at most {:.0} percentage points", 100.0 * short),
+    );
+    [
+        ("milled", format!("{} of {}", pooled.n_milled, pooled.n_real)),
+        ("expected if both mill equally often", format!("{:.1}", pooled.n_expected)),
+        ("evidence that real robots mill less often", format!("{:.3e}", pooled.e_violated)),
+        (
+            "evidence that they mill as often, but for the margin",
+            format!("{:.3e}", pooled.e_supported),
+        ),
+        ("margin", format!("{:.0} percentage points", 100.0 * pooled.margin)),
+        ("evidence that decides", format!("{}", 1.0 / SIGNIFICANCE)),
+        ("less often, as far as these runs say, by", short),
+        ("p, exact if the number of runs was fixed before", format!("{:.3}", pooled.p_value)),
+    ]
+    .map(|(what, found)| [what.to_owned(), found])
+    .into()
+}
+
+fn row_of_cell(cell: &ComparedCell) -> [String; 6] {
     let share = |share: f64, low: f64, high: f64, n: u64| {
         let [share, low, high] = [share, low, high].map(|share| 100.0 * share);
         format!("{share:.1} % of {n} milled ({low:.1} to {high:.1} %)")
@@ -155,6 +184,7 @@ fn row_of_cell(cell: &ComparedCell) -> [String; 5] {
         share(cell.b_r, cell.b_r_low, cell.b_r_high, cell.n_real),
         share(cell.b_s, cell.b_s_low, cell.b_s_high, cell.n_simulated),
         format!("{:.3}", cell.p_corrected),
+        format!("{:.3}", cell.p_violated),
         cell.verdict_in_a_word().to_owned(),
     ]
 }

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use rsrs_experiment_runner::stop::{StopReport, say_to_all};
+use rsrs_experiment_runner::stop::{Holding, StopReport, say_to_all};
+use rsrs_fleet::e_stop::Cause;
 use rsrs_fleet::fleet_file::FleetFile;
 use rsrs_fleet::stopper::{Answer, Ending, Word};
 use rsrs_ros::logging::{self, Level};
@@ -20,6 +21,7 @@ use crate::notes::say_note;
 /// Needs no runner. Robots are found by their statuses and by leases; `--fleet` names those that
 /// should be there. The robots stay locked after the command has ended: no run starts before
 /// `rsrs stop --release`, and robots that were stopped in a run stand until a new run arms them.
+/// Whoever else publishes on the e-stop topic cannot undo it; a release names who still holds.
 /// Exit code 3 says that a robot has not acknowledged within 7 s: go and look.
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -51,8 +53,21 @@ struct StopSummary {
     acknowledged: bool,
     /// How long it took, in seconds.
     took_s: f64,
+    /// Who still holds robots after a release.
+    holding: Vec<HoldingRow>,
     /// By name.
     robots: Vec<RobotRow>,
+}
+
+/// A lock that a release leaves alone.
+#[derive(Serialize)]
+struct HoldingRow {
+    /// The node that holds it, if it says its name.
+    node: Option<String>,
+    /// The GUID of its publisher.
+    publisher: String,
+    /// Whether it said that it is engaged, or fell silent.
+    cause: &'static str,
 }
 
 #[derive(Serialize)]
@@ -112,7 +127,22 @@ fn summary(word: Word, report: &StopReport) -> StopSummary {
         },
         acknowledged: report.ending == Ending::Acknowledged,
         took_s: report.took_s,
+        holding: match word {
+            Word::Engage => Vec::new(),
+            Word::Release => report.holding.iter().map(holding_row).collect(),
+        },
         robots: report.answers.iter().map(row).collect(),
+    }
+}
+
+fn holding_row(holding: &Holding) -> HoldingRow {
+    HoldingRow {
+        node: holding.node.clone(),
+        publisher: holding.source.to_string(),
+        cause: match holding.cause {
+            Cause::Engaged => "engaged",
+            Cause::Silent => "silent",
+        },
     }
 }
 
@@ -174,12 +204,24 @@ fn say_ending(word: Word, report: &StopReport) {
         (Ending::TimedOut | Ending::Interrupted, _) if n_robots == 0 => format!(
             "no robot found in {took_s:.0} s; is this their interface, and their ROS_DOMAIN_ID?"
         ),
+        (Ending::TimedOut | Ending::Interrupted, Word::Release) if !report.holding.is_empty() => {
+            let names = report.holding.iter().map(name_of).collect::<Vec<_>>();
+            format!(
+                "the e-stop is still held by {}: release it there, or end that program (one that \
+                 died is forgotten after half a minute), and type `rsrs stop --release` again",
+                names.join(", ")
+            )
+        }
         (Ending::TimedOut | Ending::Interrupted, _) => format!(
             "not acknowledged within {took_s:.1} s by {} of {n_robots} robots, go and look: {}",
             silent.len(),
             silent.join(", ")
         ),
     });
+}
+
+fn name_of(holding: &Holding) -> String {
+    holding.node.clone().unwrap_or_else(|| format!("publisher {}", holding.source))
 }
 
 fn all_of(n_robots: usize) -> String {

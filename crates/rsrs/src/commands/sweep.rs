@@ -3,13 +3,20 @@
 use std::path::PathBuf;
 
 use rsrs_core::adaptive::Adaptive;
+use rsrs_core::capability::lost_capabilities;
+use rsrs_core::diagram::DiagramCell;
+use rsrs_core::phase::Phase;
 use serde::Serialize;
 
+use crate::ablation::{Ablation, REPLICATES, ablate, best_as_measured};
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
+use crate::notes::say_note;
 use crate::progress::threads;
+use crate::settling;
 use crate::shard::Shard;
 use crate::sweep_report::SweepReport;
+use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;
 use crate::sweeping::{sweep_into, sweep_shard};
 use crate::wording::counted;
@@ -79,14 +86,47 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         source.sweep.adaptive = Some(arguments.adapt(source.sweep.adaptive.unwrap_or_default()));
         source.sweep.check(&name)?;
     }
+    warn_of_lost_capabilities(&source);
     let n_threads = threads(arguments.threads);
     if let Some(shard) = arguments.shard {
         return run_shard(arguments, (&name, &source), (shard, n_threads));
     }
     let result = sweep_into(&arguments.output, (&name, source), n_threads)?;
-    let summary = SweepReport::of(&arguments.output, &result);
+    let (n_edge, unsettled) = settling::at_edge(&result, n_threads)?;
+    if let Some(warning) = settling::warning(&arguments.output, (n_edge, &unsettled)) {
+        say_note(&format!("warning: {warning}"));
+    }
+    let mut summary = SweepReport::of(&arguments.output, &result);
+    summary.unsettled_edge = unsettled;
+    summary.factors = factors_that_stop_it(&result, n_threads)?;
     report(arguments.format, &summary, &summary.to_string())?;
     Ok(Outcome::Done)
+}
+
+/// Says which capabilities the factors take away, before anything is simulated.
+fn warn_of_lost_capabilities(source: &ResolvedSweep) {
+    let measured = &source.profile;
+    // Factors that are refused are an error of the sweep, which says where they stand.
+    let simulated = source.sweep.factors(measured).apply(measured);
+    for lost in simulated.iter().flat_map(|simulated| lost_capabilities(measured, simulated)) {
+        say_note(&format!("warning: {lost}"));
+    }
+}
+
+/// Which factors make the cell worse that mills most often as measured, where no cell mills in most runs.
+fn factors_that_stop_it(
+    result: &SweepResult,
+    n_threads: usize,
+) -> anyhow::Result<Option<Ablation>> {
+    let mills = |entry: &DiagramCell| entry.counts.share(Phase::StableMilling) >= 0.5;
+    if result.diagram.cells.iter().any(mills) {
+        return Ok(None);
+    }
+    let runs = (REPLICATES.min(result.source.sweep.replicates), n_threads);
+    match best_as_measured(&result.source, runs)? {
+        Some(cell) => ablate(&result.source, &cell, runs),
+        None => Ok(None),
+    }
 }
 
 fn run_shard(

@@ -175,7 +175,7 @@ fn judged_conditions(
 
 fn judge(case: &Case) -> anyhow::Result<Answer> {
     let source = &case.source;
-    let (measured, factors) = (&source.profile, source.sweep.factors());
+    let (measured, factors) = (&source.profile, source.sweep.factors(&source.profile));
     let robot = factors.apply(measured)?;
     let settings = source.sweep.settings().with_cell(&case.at);
     let validation = validate(&robot, &settings, &case.trials, &case.options)?;

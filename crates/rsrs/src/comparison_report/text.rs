@@ -2,9 +2,9 @@
 
 use std::fmt::{Display, Formatter, Result};
 
-use rsrs_core::comparison::{MARGIN, SIGNIFICANCE, SUPPORT, Tally, Verdict};
+use rsrs_core::comparison::{MOST_RUNS, SIGNIFICANCE, Tally, Verdict};
 use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::next_experiment::{DECIDES, MOST_RUNS, NextStep};
+use rsrs_core::next_experiment::{Experiment, NextStep};
 use rsrs_core::phase::Phase;
 
 use super::{ComparedCell, Report, counted};
@@ -24,6 +24,7 @@ impl Display for Report {
             self.write_cell(cell, formatter)?;
         }
         if !self.cells.is_empty() {
+            self.write_pooled(formatter)?;
             let Tally { same, easier, harder } = self.tally;
             writeln!(
                 formatter,
@@ -53,7 +54,13 @@ impl ComparedCell {
 impl Report {
     /// What follows from all runs.
     pub fn verdict_in_words(&self) -> String {
-        format!("verdict: {} ({})", word(self.verdict), self.summary)
+        let error = match self.verdict {
+            Verdict::Undecided => String::new(),
+            Verdict::Violated | Verdict::Supported => format!(
+                "; said wrongly with a probability of at most {SIGNIFICANCE}, however often one looks"
+            ),
+        };
+        format!("verdict: {} ({}{error})", word(self.verdict), self.summary)
     }
 
     /// What to do next.
@@ -65,20 +72,12 @@ impl Report {
                 100.0 * b_r,
                 100.0 * b_s
             ),
-            NextStep::Run(experiment) => {
-                let cell = &experiment.cell;
-                let runs = match experiment.runs {
-                    Some(n) => format!(
-                        "{} there decide with a probability of {DECIDES}",
-                        counted(n, "further real run")
-                    ),
-                    None => format!("not even {MOST_RUNS} there would be sure to decide"),
-                };
-                format!(
-                    "`rsrs run EXPERIMENT --from SWEEP --cell {cell}`, where one run tells most ({:.3} bit); {runs}",
-                    experiment.information_bits
-                )
-            }
+            NextStep::Run(experiment) => format!(
+                "`rsrs run EXPERIMENT --from SWEEP --cell {}`, where one run tells most ({:.3} bit); {}",
+                experiment.cell,
+                experiment.information_bits,
+                runs_that_decide(experiment)
+            ),
             NextStep::Nothing => "no further run in a swept cell would tell more".to_owned(),
         }
     }
@@ -93,35 +92,90 @@ impl Report {
         let which = if cell.is_confirmed { "fresh run" } else { "run" };
         let simulated = share([cell.b_s, cell.b_s_low, cell.b_s_high], (&cell.simulated, which));
         writeln!(formatter, "  simulated  {simulated}")?;
-        write_chances(cell, formatter)?;
-        write!(formatter, "  {}", word(cell.verdict))?;
-        if let Some(n) = cell.further_runs {
-            let runs = counted(n, "further real run");
-            write!(formatter, ": {runs} would support the claim if every one of them mills")?;
+        writeln!(formatter, "  by itself  {}", by_itself(cell))
+    }
+
+    fn write_pooled(&self, formatter: &mut Formatter<'_>) -> Result {
+        let pooled = &self.pooled;
+        let percentage_points = format!("{:.0} percentage points", 100.0 * pooled.margin);
+        let decides = 1.0 / SIGNIFICANCE;
+        writeln!(
+            formatter,
+            "all runs: {} of {} milled, {:.1} expected if real robots mill as often as simulated ones",
+            pooled.n_milled,
+            counted(pooled.n_real, "run"),
+            pooled.n_expected
+        )?;
+        writeln!(
+            formatter,
+            "  evidence that they mill less often: {} (from {decides} on the claim is violated)",
+            evidence(pooled.e_violated)
+        )?;
+        writeln!(
+            formatter,
+            "  evidence that they mill as often, or at most {percentage_points} less often: {} (from \
+             {decides} on the claim is supported)",
+            evidence(pooled.e_supported)
+        )?;
+        match pooled.shortfall_at_most {
+            Some(short) => writeln!(
+                formatter,
+                "  as far as these runs say, they mill less often by at most {:.0} percentage points",
+                100.0 * short
+            )?,
+            None => {
+                writeln!(
+                    formatter,
+                    "  how much less often they may mill, these runs do not bound"
+                )?;
+            }
         }
-        writeln!(formatter)
+        writeln!(
+            formatter,
+            "  chance of so few mills if both mill equally often: {} (exact if the number of runs was \
+             fixed before; for information)",
+            chance(pooled.p_value)
+        )
     }
 }
 
-fn write_chances(cell: &ComparedCell, formatter: &mut Formatter<'_>) -> Result {
-    let corrected = if cell.p_corrected > cell.p_value {
-        format!(", {} corrected for the number of cells", chance(cell.p_corrected))
-    } else {
-        String::new()
-    };
-    writeln!(
-        formatter,
-        "  chance of so few real mills if both mill equally often: {}{corrected} (below \
-         {SIGNIFICANCE} violates the claim)",
-        chance(cell.p_value)
-    )?;
-    writeln!(
-        formatter,
-        "  chance that real robots mill as often, or at most {:.0} percentage points less often: {} ({SUPPORT} \
-         supports it)",
-        100.0 * MARGIN,
-        chance(cell.p_supported)
-    )
+/// What a cell says by itself.
+fn by_itself(cell: &ComparedCell) -> String {
+    let word = word(cell.verdict);
+    let less =
+        format!("{:.1} % of real and {:.1} % of simulated", 100.0 * cell.b_r, 100.0 * cell.b_s);
+    match (cell.verdict, cell.further_runs) {
+        (Verdict::Violated, _) => format!("{word}: {less} runs mill"),
+        (Verdict::Undecided, Some(n)) => format!(
+            "{word}: {} would support the claim here if every one of them mills",
+            counted(n, "further real run")
+        ),
+        (Verdict::Undecided, None) | (Verdict::Supported, _) => word.to_owned(),
+    }
+}
+
+/// How many runs decide, and how surely.
+fn runs_that_decide(experiment: &Experiment) -> String {
+    match experiment.runs {
+        Some(n) => format!(
+            "{} there decide with a probability of {:.2}",
+            counted(n, "further real run"),
+            experiment.chance
+        ),
+        None => format!(
+            "even {MOST_RUNS} there decide with a probability of {:.2} only: real robots may mill less \
+             often by about as much as the margin, or too few simulated runs say how often theirs do",
+            experiment.chance
+        ),
+    }
+}
+
+fn evidence(e_value: f64) -> String {
+    match e_value {
+        great if great >= 1e4 => "over 10000".to_owned(),
+        small if small < 0.01 => "under 0.01".to_owned(),
+        e_value => format!("{e_value:.2}"),
+    }
 }
 
 /// How often a cell mills, and what else came of it.

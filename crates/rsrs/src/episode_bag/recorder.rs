@@ -7,7 +7,7 @@ use std::path::Path;
 use rsrs_bags::{BagError, BagOptions, BagSummary, BagWriter, ChannelId, Sample};
 use rsrs_core::controller::Command;
 use rsrs_core::unicycle::Pose;
-use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, EndingKind, ExperimentRecord};
+use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::geometry_msgs::{self, Point, PoseWithCovariance, Quaternion, TwistWithCovariance};
 use rsrs_msgs::nav_msgs::Odometry;
@@ -169,7 +169,7 @@ impl<'a> Recorder<'a> {
     ///
     /// If the bag cannot be written.
     pub fn close(mut self) -> Result<BagSummary, BagError> {
-        let ending = Ending { kind: EndingKind::Completed, reason: String::new() };
+        let ending = Ending::completed();
         self.writer.metadata(ENDING, ending.to_pairs())?;
         self.writer.finish()
     }

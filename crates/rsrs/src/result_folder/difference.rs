@@ -17,7 +17,7 @@ pub fn first_difference(there: &ResolvedSweep, here: &ResolvedSweep) -> Option<S
 }
 
 /// What a sweep consists of, in the order of its file.
-fn sections(source: &ResolvedSweep) -> [(&'static str, Value); 11] {
+fn sections(source: &ResolvedSweep) -> [(&'static str, Value); 12] {
     let sweep = &source.sweep;
     [
         ("profile", value(&sweep.profile)),
@@ -26,6 +26,7 @@ fn sections(source: &ResolvedSweep) -> [(&'static str, Value); 11] {
         ("axes", value(&sweep.swept_axes())),
         ("axes", value(&sweep.axes)),
         ("fixed", value(&sweep.fixed)),
+        ("placement", value(&sweep.placement)),
         ("cells", value(&sweep.cells)),
         ("replicates", value(&sweep.replicates)),
         ("duration_s", value(&sweep.duration_s)),

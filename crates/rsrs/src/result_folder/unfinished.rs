@@ -7,9 +7,10 @@
 //! renamed and removed. Nothing of this depends on who did which block when, so the finished folder
 //! is the same byte for byte.
 
-use std::fs::{File, TryLockError};
+use std::fs::File;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use anyhow::Context;
 use rsrs_core::digest::Digest;
@@ -20,6 +21,7 @@ use super::difference::first_difference;
 use super::{CELLS, SWEEP, cells, draw, read_source};
 use crate::failure::with_help;
 use crate::files::write_file;
+use crate::lock_file::try_lock;
 use crate::replicate_table::ReplicateTable;
 use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;
@@ -70,11 +72,13 @@ pub struct Unfinished {
 /// cannot be made.
 pub fn open(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Site> {
     let sweep = serde_saphyr::to_string(source).context("the sweep as YAML")?;
-    if !folder.exists() {
-        make(folder, &sweep)?;
-    }
+    let made = make(folder, &sweep)?;
     let is_begun = is_unfinished(folder);
-    let lock = if is_begun { Some(lock(folder)?) } else { None };
+    let lock = match made {
+        Some(lock) => Some(lock),
+        None if is_begun => Some(lock(folder)?),
+        None => None,
+    };
     let there = refuse_another_sweep(folder, source)?;
     let discarded = folder.join(DISCARDED);
     if discarded.exists() {
@@ -93,45 +97,47 @@ pub fn open(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Site> {
 }
 
 /// Makes the folder: beside its place, so that there is never one without its `sweep.yaml`.
-fn make(folder: &Path, sweep: &str) -> anyhow::Result<()> {
+///
+/// # Returns
+///
+/// The lock of the new folder; `None` if there is a folder already, or another process has made it.
+fn make(folder: &Path, sweep: &str) -> anyhow::Result<Option<File>> {
     let name = folder.file_name().context("the output folder needs a name")?;
-    let parent = folder.parent().unwrap_or(Path::new(""));
-    let draft = parent.join(format!(".{}.new", name.to_string_lossy()));
-    if draft.exists() {
-        remove_folder(&draft)?;
+    let draft = folder.with_file_name(format!(".{}.new", name.to_string_lossy()));
+    while !folder.exists() {
+        let site = draft.join(UNFINISHED);
+        std::fs::create_dir_all(&site)
+            .with_context(|| format!("cannot make {}", draft.display()))?;
+        match try_lock(&site.join(LOCK)) {
+            // Another process has made the folder, and this draft is one too many.
+            Ok(Some(_lock)) if folder.exists() => remove_folder(&draft)?,
+            Ok(Some(lock)) => {
+                let made = write_file(&draft.join(SWEEP), sweep.as_bytes())
+                    .and_then(|()| move_to(&draft, folder));
+                if made.is_err() {
+                    // The first error is the one to report; a draft that cannot be removed is named
+                    // by it.
+                    drop(std::fs::remove_dir_all(&draft));
+                }
+                return made.map(|()| Some(lock));
+            }
+            // Another process makes this very folder, which takes it a moment.
+            Ok(None) => std::thread::sleep(Duration::from_millis(10)),
+            // It has done so between the two lines above.
+            Err(_) if folder.exists() || !site.exists() => {}
+            Err(error) => return Err(error),
+        }
     }
-    let made = std::fs::create_dir_all(draft.join(UNFINISHED))
-        .with_context(|| format!("cannot make {}", draft.display()))
-        .and_then(|()| write_file(&draft.join(UNFINISHED).join(LOCK), b""))
-        .and_then(|()| write_file(&draft.join(SWEEP), sweep.as_bytes()))
-        .and_then(|()| move_to(&draft, folder));
-    if made.is_err() {
-        // The first error is the one to report; a draft that cannot be removed is named by it.
-        drop(std::fs::remove_dir_all(&draft));
-    }
-    made
+    Ok(None)
 }
 
 fn lock(folder: &Path) -> anyhow::Result<File> {
-    let path = folder.join(UNFINISHED).join(LOCK);
-    let file = File::options()
-        .write(true)
-        .create(true)
-        .truncate(false)
-        .open(&path)
-        .with_context(|| format!("cannot open {}", path.display()))?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        // Some network file systems have no locks; then nothing tells that two are at work.
-        Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => Ok(file),
-        Err(TryLockError::Error(error)) => {
-            Err(error).with_context(|| format!("cannot lock {}", path.display()))
-        }
-        Err(TryLockError::WouldBlock) => Err(with_help(
+    try_lock(&folder.join(UNFINISHED).join(LOCK))?.ok_or_else(|| {
+        with_help(
             format!("another process is sweeping into {}", folder.display()),
             "wait until it ends, or stop it and run this command again",
-        )),
-    }
+        )
+    })
 }
 
 fn refuse_another_sweep(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<ResolvedSweep> {
@@ -261,7 +267,7 @@ impl Unfinished {
         let site = self.folder.join(UNFINISHED);
         let tabulate = || {
             self.write_replicates(&site.join(REPLICATES), result, blocks)?;
-            let csv = cells::to_csv(&result.diagram, result.source.sweep.interval_kind());
+            let csv = cells::to_csv(result);
             write_file(&site.join(CELLS), csv.as_bytes())?;
             // The disk takes its time too, while the picture is being drawn.
             [REPLICATES, CELLS].iter().try_for_each(|name| save(&site.join(name)))
@@ -293,7 +299,7 @@ impl Unfinished {
         result: &SweepResult,
         blocks: impl Iterator<Item = (u64, Block)>,
     ) -> anyhow::Result<()> {
-        let mut table = ReplicateTable::create(path, &result.diagram, result.source.sweep.seed)?;
+        let mut table = ReplicateTable::create(path, result)?;
         for (number, block) in blocks {
             let outcomes = self.read(number, &block)?.with_context(|| {
                 format!("block {number} in {} was changed meanwhile", self.folder.display())

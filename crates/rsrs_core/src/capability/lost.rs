@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 
-use crate::harsher::HarsherFactors;
+use crate::harsher::{KEPT, TRUNCATED_SD, one_decimal};
 use crate::profile::RobotProfile;
 
 /// A capability that the measured robot has and the simulated one has all but lost.
@@ -31,11 +31,6 @@ pub struct LostCapability {
 
 /// A sensor that detects neighbours by no more than this share oftener than nothing is blind.
 const BLIND: f64 = 0.1;
-/// Share of a measured true-positive rate that is worth simulating: the default factor leaves a
-/// Flockbot 0.80 of 0.98.
-const KEPT: f64 = 0.8;
-/// Gains are drawn up to so many standard deviations from the mean.
-const TRUNCATED_SD: f64 = 3.0;
 
 /// The capabilities that some factors take away from a robot.
 ///
@@ -91,7 +86,7 @@ fn sensor(measured: &RobotProfile, simulated: &RobotProfile) -> Option<LostCapab
         simulated: simulated.sensing.true_positive,
         meaning: "hardly more than its false detections",
         key: "miss_factor",
-        instead: at_least_one((1.0 - kept) / (1.0 - true_positive)),
+        instead: one_decimal((1.0 - kept) / (1.0 - true_positive)),
     })
 }
 
@@ -109,18 +104,14 @@ fn gain(
         simulated: least(simulated_sd),
         meaning: "a robot that hardly moves",
         key: "gain_sd_factor",
-        instead: at_least_one(mean / 2.0 / (TRUNCATED_SD * measured_sd)),
+        instead: one_decimal(mean / 2.0 / (TRUNCATED_SD * measured_sd)),
     })
-}
-
-/// A factor in one decimal; a factor below 1 would make the better robot.
-fn at_least_one(factor: f64) -> f64 {
-    ((factor * 10.0).floor() / 10.0).max(HarsherFactors::NONE.miss_factor)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::harsher::HarsherFactors;
 
     const PROFILES: [&str; 3] = [
         include_str!("../../../../launch_configs/profiles/flockbot.yaml"),
@@ -133,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn the_default_factors_blind_the_made_up_smars_and_no_other() {
+    fn the_factors_of_a_flockbot_blind_the_made_up_smars_and_no_other() {
         let lost = PROFILES.map(|text| {
             lost(&RobotProfile::parse("robot.yaml", text).unwrap(), HarsherFactors::default())
         });
@@ -145,6 +136,68 @@ mod tests {
              detections; the measured one has 0.90; set `harsher: {miss_factor: 2.7}` or measure \
              more precisely"
         );
+    }
+
+    #[test]
+    fn the_factors_that_are_left_out_blind_no_robot_and_make_everything_worse() {
+        for text in PROFILES {
+            let measured = RobotProfile::parse("robot.yaml", text).unwrap();
+            let factors = HarsherFactors::for_robot(&measured);
+
+            let simulated = factors.apply(&measured).unwrap();
+
+            assert_eq!(lost_capabilities(&measured, &simulated), []);
+            let of = |robot: &RobotProfile| {
+                let (actuation, sensing) = (&robot.actuation, &robot.sensing);
+                let corner = sensing.polygon_m.as_ref().map_or(0.0, |corners| corners[2][0]);
+                [
+                    actuation.speed.robot_sd,
+                    actuation.speed.step_sd,
+                    actuation.turn.robot_sd,
+                    actuation.turn.step_sd,
+                    actuation.turn.bias_sd_rad_s,
+                    actuation.turn.heading_noise_sd_rad,
+                    actuation.gust.sd_m_s,
+                    actuation.yaw_lag_s,
+                    1.0 - sensing.true_positive,
+                    sensing.false_positive,
+                    -corner,
+                    f64::from(sensing.latency_steps),
+                ]
+            };
+            for (index, (worse, as_measured)) in
+                of(&simulated).iter().zip(of(&measured)).enumerate()
+            {
+                let has_it = as_measured.abs() > 0.0;
+                assert!(!has_it || *worse > as_measured, "{} {index}: {worse}", measured.name);
+            }
+        }
+    }
+
+    #[test]
+    fn each_factor_that_changes_a_robot_is_tried_alone_and_left_out() {
+        let measured = RobotProfile::parse("smars.yaml", PROFILES[2]).unwrap();
+        let factors = HarsherFactors::for_robot(&measured);
+
+        let ablations = factors.ablations(&measured);
+
+        let keys: Vec<&str> = ablations.iter().map(|ablation| ablation.key).collect();
+        assert_eq!(
+            keys,
+            [
+                "gain_sd_factor",
+                "miss_factor",
+                "false_positive_factor",
+                "polygon_scale",
+                "drift_factor"
+            ]
+        );
+        let missing = ablations[1];
+        assert_eq!(
+            missing.alone,
+            HarsherFactors { miss_factor: factors.miss_factor, ..HarsherFactors::NONE }
+        );
+        assert_eq!(missing.without, HarsherFactors { miss_factor: 1.0, ..factors });
     }
 
     #[test]

@@ -2,7 +2,10 @@
 
 use std::fmt;
 
-use super::{Conditions, GainDistribution, MAX_ROBOTS, Placement, Region, SimulatedRobot};
+use super::{
+    Conditions, GainDistribution, MAX_ROBOTS, Placement, Region, SimulatedRobot, StartsError,
+    starts,
+};
 use crate::profile::MAX_CORNERS;
 
 /// The least and the greatest value that a number may have.
@@ -61,6 +64,9 @@ pub enum Impossible {
         /// The greatest that it may be.
         most: f64,
     },
+    /// Robots cannot start where a table puts them.
+    #[error(transparent)]
+    Starts(#[from] StartsError),
     /// The sensor's polygon is no region.
     #[error(
         "robot.region.polygon.corners_m has {corners} corners, expected 3 to {MAX_CORNERS}, \
@@ -111,6 +117,11 @@ impl Conditions {
 fn check_placement(conditions: &Conditions) -> Result<(), Impossible> {
     match conditions.placement {
         Placement::DiscFacingOut { radius_m } => within("placement.radius_m", radius_m, SIZE),
+        Placement::BoxFacingOut { width_m, height_m } => {
+            within("placement.width_m", width_m, SIZE)?;
+            within("placement.height_m", height_m, SIZE)
+        }
+        Placement::Given { ref starts } => Ok(starts::check(starts, conditions)?),
         Placement::Pair { distance_m, bearing_rad } => {
             within("robots", conditions.robots as f64, PAIR)?;
             within("placement.distance_m", distance_m, SIZE)?;

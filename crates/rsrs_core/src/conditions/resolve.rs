@@ -13,6 +13,8 @@ pub struct Settings {
     pub values: Vec<(Axis, f64)>,
     /// What happens at the arena's border.
     pub walls: Walls,
+    /// Where the robots start, if not in a disc of the radius among the values.
+    pub placement: Option<Placement>,
 }
 
 /// Why a profile and settings do not make conditions.
@@ -84,9 +86,9 @@ impl Conditions {
         let conditions = Self {
             robots: required(operator.robots, Axis::Robots)? as usize,
             controller,
-            placement: Placement::DiscFacingOut {
+            placement: settings.placement.clone().unwrap_or(Placement::DiscFacingOut {
                 radius_m: operator.placement_radius_m.unwrap_or(default_radius_m),
-            },
+            }),
             arena: Arena { side_m: operator.arena_m.unwrap_or(ARENA_M), walls: settings.walls },
             robot: simulated,
             period_s: robot.computation.period_s,

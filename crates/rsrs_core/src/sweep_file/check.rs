@@ -2,6 +2,7 @@
 
 use super::{MOST_CELLS, MOST_REPLICATES, SEED_LIMIT, SweepFile, SweepFileError};
 use crate::axis::{Axis, Cell};
+use crate::start_file::StartPlacement;
 
 impl SweepFile {
     /// Checks all that can be checked without the profile.
@@ -27,7 +28,35 @@ impl SweepFile {
         if let Some(cells) = &self.cells {
             check_cells(file, cells)?;
         }
+        self.check_fixed(file)?;
         self.check_numbers(file)
+    }
+
+    /// What is fixed has one value, and is not swept as well.
+    fn check_fixed(&self, file: &str) -> Result<(), SweepFileError> {
+        let refuse =
+            |axis, problem| Err(SweepFileError::Twice { file: file.to_owned(), axis, problem });
+        let swept = self.swept_axes();
+        for (position, (axis, value)) in self.fixed.values.iter().enumerate() {
+            if self.fixed.values[..position].iter().any(|(other, _)| other == axis) {
+                return refuse(*axis, "fixed twice");
+            }
+            if swept.contains(axis) {
+                return refuse(*axis, "swept and fixed, expected one of both");
+            }
+            check_unit(file, *axis, *value)?;
+        }
+        let has_radius = swept.contains(&Axis::PlacementRadius)
+            || self.fixed.values.iter().any(|(axis, _)| *axis == Axis::PlacementRadius);
+        match self.placement {
+            Some(StartPlacement::Pair { .. }) => {
+                Err(SweepFileError::Pair { file: file.to_owned() })
+            }
+            Some(_) if has_radius => {
+                refuse(Axis::PlacementRadius, "given beside `placement`, expected one of both")
+            }
+            _ => Ok(()),
+        }
     }
 
     fn check_numbers(&self, file: &str) -> Result<(), SweepFileError> {
@@ -70,10 +99,15 @@ fn check_axis(file: &str, axis: Axis, values: &[f64]) -> Result<(), SweepFileErr
         return refuse(*found, "is not a finite number");
     }
     // Zeros of both signs are one value.
-    match sorted.windows(2).find(|pair| pair[0] >= pair[1]) {
-        Some(pair) => refuse(pair[0], "occurs twice"),
-        None => Ok(()),
+    if let Some(pair) = sorted.windows(2).find(|pair| pair[0] >= pair[1]) {
+        return refuse(pair[0], "occurs twice");
     }
+    values.iter().try_for_each(|value| check_unit(file, axis, *value))
+}
+
+fn check_unit(file: &str, axis: Axis, value: f64) -> Result<(), SweepFileError> {
+    let refuse = |source| SweepFileError::Unit { file: file.to_owned(), source };
+    axis.check_unit(value).map_err(refuse)
 }
 
 fn check_cells(file: &str, cells: &[Cell]) -> Result<(), SweepFileError> {

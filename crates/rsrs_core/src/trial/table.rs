@@ -103,6 +103,11 @@ impl<'a> Table<'a> {
         self.file
     }
 
+    /// Whether an optional column is there.
+    pub fn has(&self, column: usize) -> bool {
+        self.places[column].is_some()
+    }
+
     /// The next row that is not blank.
     ///
     /// # Errors

@@ -11,7 +11,7 @@ use rsrs_core::controller::Command;
 use super::{Action, Event};
 use crate::message::Status;
 use crate::robot::{self, Robot, RobotOptions};
-use crate::timing::{BEAT, SILENCE};
+use crate::timing::{BEAT, SENSOR_SILENCE, SILENCE};
 
 /// A gate at the mouth of a controller.
 #[derive(Clone, Debug)]
@@ -22,6 +22,36 @@ pub(super) struct Holder {
     told: Option<Command>,
     /// Since when it stands, and when that was said last.
     stands: Option<(Duration, Duration)>,
+    sensor: Sensor,
+}
+
+/// Whether the robot's sensor works, as far as a controller can know that: if the robot dies, so does
+/// its sensor, and nobody else would say so.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sensor {
+    /// When its last detection came, or else the first event of all.
+    since: Option<Duration>,
+    is_silent: bool,
+}
+
+impl Sensor {
+    /// What to report, if its state has changed.
+    fn on_event(&mut self, event: &Event, now: Duration) -> Option<robot::Event> {
+        if matches!(event, Event::Detection(_)) {
+            self.since = Some(now);
+        }
+        let since = *self.since.get_or_insert(now);
+        let is_silent = now.saturating_sub(since) > SENSOR_SILENCE;
+        if std::mem::replace(&mut self.is_silent, is_silent) == is_silent {
+            return None;
+        }
+        Some(if is_silent {
+            let silence_s = SENSOR_SILENCE.as_secs();
+            robot::Event::Fault(format!("no detection received for more than {silence_s} s"))
+        } else {
+            robot::Event::Repaired
+        })
+    }
 }
 
 impl Holder {
@@ -29,11 +59,15 @@ impl Holder {
         // A floor forgives no lapse.
         let lapse_grace = Duration::ZERO;
         let options = RobotOptions { name: robot.to_owned(), command_timeout, lapse_grace };
-        Self { gate: Robot::new(options), told: None, stands: None }
+        Self { gate: Robot::new(options), told: None, stands: None, sensor: Sensor::default() }
     }
 
     pub(super) fn counting_from(self, counter: u64) -> Self {
         Self { gate: self.gate.counting_from(counter), ..self }
+    }
+
+    pub(super) fn of_a_new_process(self) -> Self {
+        Self { gate: self.gate.of_a_new_process(), ..self }
     }
 
     pub(super) fn gate(&self) -> &Robot {
@@ -55,9 +89,21 @@ impl Holder {
         now: Duration,
     ) -> Vec<Action> {
         let mut actions = Vec::new();
+        if let Some(news) = self.sensor.on_event(event, now) {
+            self.tell(news, now, &mut actions);
+        }
         match event {
             Event::Lease(lease) => self.tell(robot::Event::Lease(lease.clone()), now, &mut actions),
-            Event::EStop(engaged) => self.tell(robot::Event::EStop(*engaged), now, &mut actions),
+            Event::EStop { source, engaged } => {
+                let event = robot::Event::EStop { source: *source, engaged: *engaged };
+                self.tell(event, now, &mut actions);
+            }
+            Event::Release(sources) => {
+                self.tell(robot::Event::Release(sources.clone()), now, &mut actions);
+            }
+            Event::LocksOfOthers(locks) => {
+                self.tell(robot::Event::LocksOfOthers(locks.clone()), now, &mut actions);
+            }
             Event::Detection(_) | Event::Clock(_) | Event::Parameters(_) | Event::Tick => {}
         }
         self.tell(robot::Event::Controller(word), now, &mut actions);
@@ -105,6 +151,7 @@ mod tests {
 
     use super::super::{Controller, Settings, Stamp};
     use super::*;
+    use crate::e_stop::Source;
     use crate::message::{Echo, Lease, LeaseState, RobotState};
     use crate::timing::LEASE;
 
@@ -160,6 +207,7 @@ mod tests {
         fn drive(&mut self) {
             self.after(0, Event::Tick);
             self.after(1_200, Event::Tick);
+            self.after(10, Event::Detection(false));
             let armed = self.lease(LeaseState::Armed);
             self.after(10, armed);
             let running = self.lease(LeaseState::Running);
@@ -219,13 +267,54 @@ mod tests {
     }
 
     #[test]
+    fn a_sensor_that_falls_silent_is_a_fault_that_its_return_does_not_undo_in_the_run() {
+        let mut robot = Robot1::new();
+        robot.drive();
+
+        for _ in 0..11 {
+            let running = robot.lease(LeaseState::Running);
+            robot.after(100, running);
+        }
+        let gate = robot.controller.gate().unwrap();
+        assert_eq!(gate.state(robot.now), RobotState::Fault);
+        assert_eq!(gate.latched(), Some("hardware fault: no detection received for more than 1 s"));
+
+        let running = robot.lease(LeaseState::Running);
+        robot.after(10, running);
+        assert_eq!(robot.after(10, Event::Detection(true)), [ZERO]);
+        assert_eq!(robot.controller.gate().unwrap().state(robot.now), RobotState::Stopped);
+    }
+
+    #[test]
+    fn a_robot_that_never_detected_anything_is_in_fault_until_it_does() {
+        let mut robot = Robot1::new();
+        robot.after(0, Event::Tick);
+        robot.after(1_001, Event::Tick);
+        assert_eq!(robot.controller.gate().unwrap().state(robot.now), RobotState::Fault);
+
+        robot.after(10, Event::Detection(false));
+
+        assert_eq!(robot.controller.gate().unwrap().state(robot.now), RobotState::Idle);
+    }
+
+    const BUTTON: Source = Source([7; 16]);
+
+    fn engaged() -> Event {
+        Event::EStop { source: BUTTON, engaged: true }
+    }
+
+    fn released() -> Event {
+        Event::EStop { source: BUTTON, engaged: false }
+    }
+
+    #[test]
     fn the_e_stop_is_a_zero_at_once_and_holds() {
         let mut robot = Robot1::new();
         robot.drive();
 
-        assert_eq!(robot.after(5, Event::EStop(true)), [ZERO]);
+        assert_eq!(robot.after(5, engaged()), [ZERO]);
         assert_eq!(robot.after(5, Event::Detection(true)), [ZERO]);
-        robot.after(5, Event::EStop(false));
+        robot.after(5, released());
         let running = robot.lease(LeaseState::Running);
         robot.after(5, running);
         assert_eq!(robot.after(5, Event::Detection(true)), [ZERO], "until a newer epoch arms it");

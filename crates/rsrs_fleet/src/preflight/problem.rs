@@ -1,6 +1,7 @@
 //! The reasons not to start a run, in words.
 
-use super::Ailment;
+use super::{Ailment, UnfitTopic};
+use crate::epoch::BeyondRunners;
 use crate::timing::{CLOCK_SKEW, LEASE};
 
 /// One reason not to start.
@@ -52,6 +53,9 @@ pub enum Problem {
         /// The type of the topic.
         expected: String,
     },
+    /// The ends of a topic that robots are steered by do not fit each other.
+    #[error("{}: {}", .0.topic, .0.reason)]
+    Unfit(UnfitTopic),
     /// A topic that was asked for cannot be recorded.
     #[error("{topic}: {reason}")]
     Unrecordable {
@@ -140,6 +144,62 @@ pub enum Problem {
         robots: Vec<String>,
     },
     /// The e-stop is engaged.
-    #[error("the e-stop is engaged")]
-    EStop,
+    #[error("the e-stop is engaged{}{}", if by.is_empty() { "" } else { " by " }, by.join(", "))]
+    EStop {
+        /// Nodes that have engaged it, those that say who they are.
+        by: Vec<String>,
+    },
+    /// A simulator has the robot, and nothing for it to sense and to move in.
+    #[error(
+        "{robot}: its simulator has placed no world (let this run set its conditions: \
+         `driver: {{kind: virtual}}` in the fleet file)"
+    )]
+    WithoutWorld {
+        /// The robot.
+        robot: String,
+    },
+    /// It obeys an epoch that no runner made, and will obey no other.
+    #[error("{robot}: {refused}; start its node again")]
+    Epoch {
+        /// The robot.
+        robot: String,
+        /// The epoch.
+        refused: BeyondRunners,
+    },
+    /// Whoever publishes its poses has another clock; commands and poses would not fit together.
+    #[error(
+        "{robot}: its poses are stamped {:.1} s {} our clock, expected within {} s (set the clock of \
+         whoever publishes them, or stamp with it)",
+        ahead_s.abs(),
+        if *ahead_s > 0.0 { "ahead of" } else { "behind" },
+        CLOCK_SKEW.as_secs()
+    )]
+    PoseClock {
+        /// The robot.
+        robot: String,
+        /// How far the stamps are ahead, in seconds.
+        ahead_s: f64,
+    },
+    /// Robots that cannot all be where their poses say.
+    #[error(
+        "{} are on one spot: centres less than {radius_m:.3} m apart, which is their radius (odometry \
+         that starts at 0, 0 on each robot is no pose on the floor: publish poses in one frame)",
+        robots.join(", ")
+    )]
+    OneSpot {
+        /// Their names.
+        robots: Vec<String>,
+        /// Radius of their bodies, in metres.
+        radius_m: f64,
+    },
+    /// Poses in frames of which nobody knows how they lie to each other.
+    #[error(
+        "poses are in different frames that no transform on /tf or /tf_static ties together: {} \
+         (publish them in one frame)",
+        frames.iter().map(|(robot, frame)| format!("{robot} in `{frame}`")).collect::<Vec<_>>().join(", ")
+    )]
+    Frames {
+        /// One robot of each frame, and the frame.
+        frames: Vec<(String, String)>,
+    },
 }

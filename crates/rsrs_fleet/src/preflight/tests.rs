@@ -1,4 +1,5 @@
 use super::*;
+use crate::e_stop::Cause;
 
 fn expected() -> Expected {
     Expected {
@@ -20,6 +21,7 @@ fn publisher(topic: &str, type_name: &str) -> Endpoint {
         topic: topic.to_owned(),
         type_name: format!("geometry_msgs/msg/{type_name}"),
         node: None,
+        guid: [0; 16],
     }
 }
 
@@ -69,7 +71,7 @@ fn every_problem_is_named_at_once() {
     seen.robots.insert("robot_2".to_owned(), status(RobotState::Fault, "motor driver hot"));
     seen.controllers.remove("robot_2");
     seen.other_runs.insert("other".to_owned());
-    seen.e_stop = true;
+    seen.e_stop = Locks([(Source([3; 16]), Cause::Engaged)].into());
 
     let sentences: Vec<_> = problems(&expected(), &seen).iter().map(ToString::to_string).collect();
 
@@ -225,4 +227,78 @@ fn a_robot_whose_lease_nobody_holds_is_named_with_what_to_type() {
     let said = problem.to_string();
     assert!(said.starts_with("robot_2: nobody holds its lease"), "{said}");
     assert!(said.contains("-p lease:=controller"), "{said}");
+}
+
+/// Robots at these places, each in its frame.
+fn at(places: [(&str, f64); 2]) -> (Expected, Seen) {
+    let robots = ["robot_1", "robot_2"].map(str::to_owned);
+    let expected = Expected {
+        apart: Some(Apart { robots: robots.clone().into(), radius_m: 0.075 }),
+        ..expected()
+    };
+    let poses = robots.into_iter().zip(places).map(|(robot, (frame, x_m))| {
+        (robot, (frame.to_owned(), Pose { x_m, y_m: 0.0, heading_rad: 0.0 }))
+    });
+    (expected, Seen { poses: poses.collect(), ..complete() })
+}
+
+#[test]
+fn robots_on_one_spot_are_refused() {
+    let (expected, seen) = at([("odom", 0.0), ("odom", 0.0)]);
+    let said = sentences(&expected, &seen);
+    assert!(said.len() == 1 && said[0].starts_with("robot_1, robot_2 are on one spot"), "{said:?}");
+
+    let (expected, seen) = at([("odom", 0.0), ("odom", 0.15)]);
+    assert_eq!(sentences(&expected, &seen), [""; 0]);
+}
+
+#[test]
+fn frames_that_no_transform_ties_together_are_refused() {
+    let (expected, mut seen) = at([("robot_1/odom", 0.0), ("/robot_2/odom", 0.0)]);
+    let said = sentences(&expected, &seen);
+    assert_eq!(
+        said,
+        ["poses are in different frames that no transform on /tf or /tf_static ties together: \
+          robot_1 in `robot_1/odom`, robot_2 in `robot_2/odom` (publish them in one frame)"]
+    );
+
+    for robot in ["robot_1", "robot_2"] {
+        seen.parents.insert(format!("{robot}/odom"), "map".to_owned());
+    }
+    assert_eq!(sentences(&expected, &seen), [""; 0]);
+}
+
+#[test]
+fn poses_of_another_clock_are_refused() {
+    let mut seen = complete();
+    seen.pose_ahead_s.insert("robot_1".to_owned(), -60.0);
+    seen.pose_ahead_s.insert("robot_2".to_owned(), -0.4);
+
+    let said = sentences(&expected(), &seen);
+
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(said[0].starts_with("robot_1: its poses are stamped 60.0 s behind our clock"));
+}
+
+#[test]
+fn a_robot_of_a_simulator_without_a_world_is_refused_where_no_simulator_is_set() {
+    let mut seen = complete();
+    let reason = crate::message::WITHOUT_WORLD_REASON;
+    seen.robots.insert("robot_1".to_owned(), status(RobotState::Idle, reason));
+
+    assert_eq!(sentences(&expected(), &seen), [""; 0], "the run sets its conditions");
+    let said = sentences(&Expected { simulator: false, ..expected() }, &seen);
+
+    assert!(said.len() == 1 && said[0].starts_with("robot_1: its simulator has placed no world"));
+}
+
+#[test]
+fn an_epoch_that_no_runner_made_is_named_with_its_robot() {
+    let mut seen = complete();
+    let robot = Status { epoch: u64::MAX, ..status(RobotState::Idle, "") };
+    seen.robots.insert("robot_1".to_owned(), robot);
+
+    let said = sentences(&expected(), &seen);
+
+    assert!(said[0].starts_with("robot_1: epoch 18446744073709551615 refused"), "{said:?}");
 }

@@ -1,5 +1,8 @@
 use super::*;
+use crate::e_stop::Cause;
 use crate::message::Echo;
+
+mod of_two_sources;
 
 const DIGEST: u64 = 7;
 
@@ -39,6 +42,17 @@ fn controller_in(epoch: u64, parameter_digest: u64, at: Duration) -> Event {
         stop_reason: String::new(),
         battery_v: f32::NAN,
     })
+}
+
+/// The one source of most tests.
+const BUTTON: Source = Source([1; 16]);
+
+fn engaged() -> Event {
+    Event::EStop { source: BUTTON, engaged: true }
+}
+
+fn released() -> Event {
+    Event::EStop { source: BUTTON, engaged: false }
 }
 
 /// A robot that moves at time 0 under epoch 1.
@@ -179,7 +193,7 @@ fn a_stale_command_stops_the_wheels_without_a_latch() {
 #[test]
 fn a_silent_e_stop_publisher_locks() {
     let mut robot = moving();
-    robot.on_event(Event::EStop(false), ms(0));
+    robot.on_event(released(), ms(0));
 
     assert_ne!(robot.drive(ms(300)), Command::STOP);
     robot.on_event(lease(1, LeaseState::Running, 1), ms(400));
@@ -189,14 +203,14 @@ fn a_silent_e_stop_publisher_locks() {
 #[test]
 fn a_lock_by_silence_is_released_by_a_word_and_not_by_arming() {
     let mut robot = moving();
-    robot.on_event(Event::EStop(false), ms(0));
+    robot.on_event(released(), ms(0));
     robot.on_event(lease(1, LeaseState::Running, 1), ms(400));
     robot.on_event(Event::Tick, ms(501));
 
     robot.on_event(lease(2, LeaseState::Armed, robot.beat.counter()), ms(600));
     assert_eq!(robot.standing(ms(600)), Some(StandReason::EStop));
 
-    robot.on_event(Event::EStop(false), ms(700));
+    robot.on_event(released(), ms(700));
     robot.on_event(lease(3, LeaseState::Armed, robot.beat.counter()), ms(800));
     assert_eq!(robot.state(ms(800)), RobotState::Armed);
 }
@@ -207,7 +221,7 @@ fn a_release_does_not_lock_a_robot_whose_runner_died_before_the_start() {
     let status = robot.on_event(Event::Tick, ms(0)).unwrap();
     robot.on_event(lease(1, LeaseState::Armed, status.counter), ms(0));
 
-    robot.on_event(Event::EStop(false), ms(5_000));
+    robot.on_event(released(), ms(5_000));
 
     robot.on_event(Event::Tick, ms(6_000));
     assert_eq!(robot.standing(ms(6_000)), Some(StandReason::LeaseLapsed));
@@ -216,7 +230,7 @@ fn a_release_does_not_lock_a_robot_whose_runner_died_before_the_start() {
 #[test]
 fn who_engages_the_e_stop_may_leave_and_the_robot_still_stands() {
     let mut robot = moving();
-    robot.on_event(Event::EStop(true), ms(10));
+    robot.on_event(engaged(), ms(10));
 
     let status = robot.on_event(Event::Tick, ms(60_000)).unwrap();
     robot.on_event(lease(2, LeaseState::Armed, status.counter), ms(60_000));
@@ -227,8 +241,8 @@ fn who_engages_the_e_stop_may_leave_and_the_robot_still_stands() {
 #[test]
 fn who_releases_the_e_stop_may_leave_and_a_newer_epoch_moves() {
     let mut robot = moving();
-    robot.on_event(Event::EStop(true), ms(10));
-    robot.on_event(Event::EStop(false), ms(1_000));
+    robot.on_event(engaged(), ms(10));
+    robot.on_event(released(), ms(1_000));
     let stopped = robot.standing(ms(5_000));
 
     let status = robot.on_event(Event::Tick, ms(5_000)).expect("a status is due");
@@ -245,10 +259,10 @@ fn a_robot_that_stands_for_another_reason_says_that_it_has_heard_the_e_stop() {
     let mut robot = moving();
     robot.on_event(Event::Tick, ms(600));
 
-    let status = robot.on_event(Event::EStop(true), ms(700)).expect("a status is due");
+    let status = robot.on_event(engaged(), ms(700)).expect("a status is due");
 
     assert!(status.holds_e_stop(), "{status:?}");
-    let status = robot.on_event(Event::EStop(false), ms(800)).expect("a status is due");
+    let status = robot.on_event(released(), ms(800)).expect("a status is due");
     assert_eq!(status.stop_reason, "lease ran out");
 }
 

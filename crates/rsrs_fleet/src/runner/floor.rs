@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use rsrs_core::unicycle::Pose;
 
-use crate::placement::{self, StartDisc};
+use crate::placement::{self, WantedStart};
 use crate::preflight::Ailment;
 
 /// The floor, as heard.
@@ -16,8 +16,14 @@ pub(super) struct Floor {
     ailments: BTreeMap<(String, String), String>,
     /// By robot: the frame and the last pose in it.
     poses: BTreeMap<String, (String, Pose)>,
-    has_e_stop: bool,
+    /// How far the stamps of each robot's poses are ahead of our clock, in seconds.
+    pose_ahead_s: BTreeMap<String, Recent>,
+    /// By frame: the frame that it is in.
+    parents: BTreeMap<String, String>,
 }
+
+/// Frames that are kept; trees of transforms are smaller.
+const MOST_FRAMES: usize = 10_000;
 
 /// The last numbers of a kind, as many as statuses and leases come in a second.
 #[derive(Clone, Debug, Default)]
@@ -64,19 +70,33 @@ impl Floor {
         self.poses.insert(robot, (frame, pose));
     }
 
-    pub(super) fn hear_e_stop(&mut self) {
-        self.has_e_stop = true;
+    pub(super) fn hear_pose_clock(&mut self, robot: String, ahead_s: f64) {
+        self.pose_ahead_s.entry(robot).or_default().push(ahead_s);
     }
 
-    pub(super) fn has_e_stop(&self) -> bool {
-        self.has_e_stop
+    pub(super) fn hear_transform(&mut self, child: &str, parent: String) {
+        if self.parents.len() < MOST_FRAMES {
+            let child = child.trim_start_matches('/').to_owned();
+            self.parents.insert(child, parent);
+        }
+    }
+
+    pub(super) fn pose_ahead_s(&self) -> BTreeMap<String, f64> {
+        largest_of_each(&self.pose_ahead_s)
+    }
+
+    pub(super) fn poses(&self) -> BTreeMap<String, (String, Pose)> {
+        self.poses.clone()
+    }
+
+    pub(super) fn parents(&self) -> BTreeMap<String, String> {
+        self.parents.clone()
     }
 
     /// The way of a message makes it old and never young: the largest of a second's leads is
     /// nearest to the clock's.
     pub(super) fn clock_ahead_s(&self) -> BTreeMap<String, f64> {
-        let leads = self.clock_ahead_s.iter();
-        leads.filter_map(|(robot, lead)| Some((robot.clone(), lead.largest()?))).collect()
+        largest_of_each(&self.clock_ahead_s)
     }
 
     /// The longest wait of the last second on this machine.
@@ -94,13 +114,13 @@ impl Floor {
     }
 
     /// What to tell the operator of where the robots stand.
-    pub(super) fn standing_places(&self, wanted: StartDisc, robots: &[String]) -> Vec<String> {
+    pub(super) fn standing_places(&self, wanted: &WantedStart, robots: &[String]) -> Vec<String> {
         let (known, unknown): (Vec<_>, Vec<_>) =
-            robots.iter().partition(|robot| self.poses.contains_key(*robot));
+            robots.iter().enumerate().partition(|(_, robot)| self.poses.contains_key(*robot));
         if known.is_empty() {
             return vec!["start poses not checked: none is heard".to_owned()];
         }
-        let frames: BTreeSet<_> = known.iter().map(|robot| &self.poses[*robot].0).collect();
+        let frames: BTreeSet<_> = known.iter().map(|(_, robot)| &self.poses[*robot].0).collect();
         if frames.len() > 1 {
             let frames: Vec<_> = frames.into_iter().map(|frame| format!("`{frame}`")).collect();
             return vec![format!(
@@ -108,14 +128,20 @@ impl Floor {
                 frames.join(", ")
             )];
         }
-        let poses: Vec<_> =
-            known.iter().map(|robot| ((*robot).clone(), self.poses[*robot].1)).collect();
+        let poses: Vec<_> = known
+            .iter()
+            .map(|(number, robot)| (*number, (*robot).clone(), self.poses[*robot].1))
+            .collect();
         let deviations = placement::deviations(wanted, &poses);
-        let told = unknown.iter().map(|robot| format!("{robot}: no pose heard"));
+        let told = unknown.iter().map(|(_, robot)| format!("{robot}: no pose heard"));
         let mut told: Vec<_> = told.chain(deviations.iter().map(ToString::to_string)).collect();
         if told.is_empty() {
             told.push(format!("all {} robots stand where they should start", robots.len()));
         }
         told
     }
+}
+
+fn largest_of_each(leads: &BTreeMap<String, Recent>) -> BTreeMap<String, f64> {
+    leads.iter().filter_map(|(robot, lead)| Some((robot.clone(), lead.largest()?))).collect()
 }

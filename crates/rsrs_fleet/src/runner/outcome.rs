@@ -40,6 +40,24 @@ impl std::fmt::Display for Target {
     }
 }
 
+/// What must keep coming from every robot while it moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SampleKind {
+    /// What its sensor detects.
+    Detection,
+    /// Where it is.
+    Pose,
+}
+
+impl std::fmt::Display for SampleKind {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::Detection => "detection",
+            Self::Pose => "pose",
+        })
+    }
+}
+
 /// One reason for which a run could not be started or recorded.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Failure {
@@ -69,6 +87,17 @@ pub enum Failure {
         robot: String,
         /// What it says instead.
         found: String,
+    },
+    /// Nothing of a kind came from a robot since the start, so that nothing of it can have moved it.
+    #[error(
+        "{robot}: no {kind} received since the start (`ros2 topic hz` on its topic shows whether \
+         anything is published)"
+    )]
+    NoSample {
+        /// The robot.
+        robot: String,
+        /// What did not come.
+        kind: SampleKind,
     },
     /// The recorder did not do its work.
     #[error("recorder: {reason}")]

@@ -3,8 +3,9 @@
 use crate::message::E_STOP_REASON;
 
 use super::{
-    ARM, Action, Bond, CONFIGURE, Duration, Failure, LOCKSTEP_GRACE, Outcome, Pace, Patience,
-    Phase, RECORDER, Requests, RobotLost, Runner, SILENCE, STAND, Seen, Target, preflight,
+    ARM, Action, Bond, CONFIGURE, Duration, FIRST_SAMPLE, Failure, LOCKSTEP_GRACE, LostRobot,
+    Outcome, Pace, Patience, Phase, RECORDER, Requests, RobotLost, Runner, SILENCE, STAND, Seen,
+    Strangers, Target, preflight,
 };
 
 impl Runner {
@@ -39,8 +40,12 @@ impl Runner {
                 .filter(|(_, (_, heard))| now.saturating_sub(*heard) <= SILENCE)
                 .map(|(run_id, _)| run_id.clone())
                 .collect(),
-            e_stop: self.e_stop,
+            e_stop: self.e_stop.locks(),
+            highest_epoch: self.highest_epoch,
             clock_ahead_s: self.floor.clock_ahead_s(),
+            pose_ahead_s: self.floor.pose_ahead_s(),
+            poses: self.floor.poses(),
+            parents: self.floor.parents(),
             behind_s: self.floor.behind_s(),
             ailments: self.floor.ailments(),
         };
@@ -48,6 +53,7 @@ impl Runner {
         self.graph = seen.graph;
         // Another runner beats ten times a second: who has listened for less has not listened.
         if problems.is_empty() && self.elapsed(now) >= SILENCE {
+            self.strangers = Strangers::none_of(&self.graph);
             let robots = self.options.expected.robots.len();
             actions.extend(self.options.expected.leases().into_iter().map(Action::Say));
             actions.push(Action::Say(format!("found all {robots} robots; setting parameters")));
@@ -101,7 +107,8 @@ impl Runner {
 
     /// Takes an epoch above all that were ever heard.
     pub(super) fn arm(&mut self, now: Duration, actions: &mut Vec<Action>) {
-        self.epoch = self.highest_epoch + 1;
+        self.epoch =
+            self.highest_epoch.checked_add(1).expect("epochs in the upper half are refused");
         actions.push(Action::Say(format!("arming, epoch {}", self.epoch)));
         self.enter(Phase::Arm, now);
     }
@@ -120,7 +127,7 @@ impl Runner {
         }
         let waiting = self.roster.not_armed(self.bond(), now);
         if waiting.is_empty() {
-            if let Some(start) = self.options.start {
+            if let Some(start) = &self.options.start {
                 let robots = &self.options.expected.robots;
                 let told = self.floor.standing_places(start, robots);
                 actions.extend(told.into_iter().map(Action::Say));
@@ -144,17 +151,22 @@ impl Runner {
     /// Counts down, where somebody stands beside the robots.
     fn begin(&mut self, now: Duration, actions: &mut Vec<Action>) {
         if self.options.countdown.is_zero() {
-            actions.push(Action::Say("running".to_owned()));
-            self.enter(Phase::Run, now);
+            self.start(now, actions);
             return;
         }
-        if !self.floor.has_e_stop() {
+        if !self.e_stop.is_used() {
             let alone = "no e-stop publisher is heard; `rsrs stop` or Ctrl-C stops the robots";
             actions.push(Action::Say(alone.to_owned()));
         }
         self.told_s = u64::MAX;
         self.enter(Phase::CountDown, now);
         self.count_down(now, actions);
+    }
+
+    fn start(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        actions.push(Action::Say("running".to_owned()));
+        self.roster.forget_samples();
+        self.enter(Phase::Run, now);
     }
 
     fn count_down(&mut self, now: Duration, actions: &mut Vec<Action>) {
@@ -168,8 +180,7 @@ impl Runner {
         }
         let left = self.options.countdown.saturating_sub(self.elapsed(now));
         if left.is_zero() {
-            actions.push(Action::Say("running".to_owned()));
-            self.enter(Phase::Run, now);
+            self.start(now, actions);
             return;
         }
         let left_s = left.as_millis().div_ceil(1000).try_into().unwrap_or(u64::MAX);
@@ -223,12 +234,19 @@ impl Runner {
             let ours = preflight::too_slow(self.floor.behind_s());
             actions.extend(ours.map(|problem| Action::Say(problem.to_string())));
         }
-        for (robot, trouble) in lost {
-            actions.push(Action::Say(format!("lost {robot}: {trouble}")));
-            if self.options.robot_lost == RobotLost::Abort {
-                self.abort(format!("lost {robot}: {trouble}"), now, actions);
-                return;
-            }
+        let after_s = self.elapsed(now).as_secs_f64();
+        let lost = lost.into_iter();
+        let lost: Vec<_> =
+            lost.map(|(robot, reason)| LostRobot { robot, after_s, reason }).collect();
+        self.lost.extend(lost.iter().cloned());
+        let mut told: Vec<String> = lost
+            .into_iter()
+            .map(|LostRobot { robot, reason, .. }| format!("lost {robot}: {reason}"))
+            .collect();
+        actions.extend(told.iter().cloned().map(Action::Say));
+        if self.options.robot_lost == RobotLost::Abort && !told.is_empty() {
+            self.abort(told.swap_remove(0), now, actions);
+            return;
         }
         if self.roster.all_lost() {
             self.abort("lost every robot".to_owned(), now, actions);
@@ -236,11 +254,26 @@ impl Runner {
         }
         match self.options.pace {
             Pace::RealTime { duration } => {
-                if self.elapsed(now) >= duration {
+                let is_over = self.elapsed(now) >= duration;
+                if is_over || self.elapsed(now) >= FIRST_SAMPLE {
+                    self.need_samples(now, actions);
+                }
+                if is_over {
                     self.end(Outcome::Completed, now, actions);
                 }
             }
             Pace::Lockstep { steps } => self.await_recorded(steps, now, actions),
+        }
+    }
+
+    /// A robot without detections has not moved by them, and one without poses cannot be judged: a
+    /// run in which either never came is none.
+    fn need_samples(&mut self, now: Duration, actions: &mut Vec<Action>) {
+        let missing = self.roster.without_samples(&self.options.samples).into_iter();
+        let problems: Vec<_> =
+            missing.map(|(robot, kind)| Failure::NoSample { robot, kind }).collect();
+        if !problems.is_empty() {
+            self.fail(problems, now, actions);
         }
     }
 

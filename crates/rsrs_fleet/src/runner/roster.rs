@@ -3,8 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
+use super::SampleKind;
 use crate::message::{Echo, RobotState, Status};
-use crate::timing::SILENCE;
+use crate::timing::{DETECTION_SILENCE, POSE_SILENCE, SILENCE};
 
 /// The robots of a run, in its order.
 #[derive(Clone, Debug)]
@@ -17,6 +18,8 @@ struct Member {
     name: String,
     robot: Option<Heard>,
     controller: Option<Heard>,
+    /// When the last sample of each kind came, since the start of the movement.
+    samples: BTreeMap<SampleKind, Duration>,
     /// Since when it is not as it should be during the run.
     troubled_since: Option<Duration>,
     lost: bool,
@@ -67,6 +70,7 @@ impl Roster {
                 name: name.clone(),
                 robot: None,
                 controller: None,
+                samples: BTreeMap::new(),
                 troubled_since: None,
                 lost: false,
             })
@@ -88,6 +92,32 @@ impl Roster {
         if let Some(member) = self.member(name) {
             Heard::hear(&mut member.controller, status, now);
         }
+    }
+
+    pub(super) fn receive_sample(&mut self, name: &str, kind: SampleKind, now: Duration) {
+        if let Some(member) = self.member(name) {
+            member.samples.insert(kind, now);
+        }
+    }
+
+    /// The robots are about to move: samples count from now on.
+    pub(super) fn forget_samples(&mut self) {
+        for member in &mut self.members {
+            member.samples.clear();
+        }
+    }
+
+    /// Robots of which no sample of some kind has come since the start.
+    pub(super) fn without_samples(
+        &self,
+        kinds: &BTreeSet<SampleKind>,
+    ) -> Vec<(String, SampleKind)> {
+        let present = self.members.iter().filter(|member| !member.lost);
+        let missing = present.flat_map(|member| {
+            let missing = kinds.iter().filter(|kind| !member.samples.contains_key(*kind));
+            missing.map(|kind| (member.name.clone(), *kind))
+        });
+        missing.collect()
     }
 
     /// The highest epoch that a robot or controller of this run obeys.
@@ -164,6 +194,12 @@ impl Roster {
     ) -> Vec<(String, String)> {
         let mut lost = Vec::new();
         for member in self.members.iter_mut().filter(|member| !member.lost) {
+            if let Some((kind, silence)) = member.sample_missing(now) {
+                member.lost = true;
+                let reason = format!("no {kind} received for more than {} s", silence.as_secs());
+                lost.push((member.name.clone(), reason));
+                continue;
+            }
             let Some(trouble) = member.trouble(epoch, now) else {
                 member.troubled_since = None;
                 continue;
@@ -232,6 +268,17 @@ fn unlike_armed(heard: Option<&Heard>, bond: Bond<'_>, now: Duration) -> Option<
 }
 
 impl Member {
+    /// What came, and comes no more.
+    fn sample_missing(&self, now: Duration) -> Option<(SampleKind, Duration)> {
+        self.samples.iter().find_map(|(kind, at)| {
+            let silence = match kind {
+                SampleKind::Detection => DETECTION_SILENCE,
+                SampleKind::Pose => POSE_SILENCE,
+            };
+            (now.saturating_sub(*at) > silence).then_some((*kind, silence))
+        })
+    }
+
     fn trouble(&self, epoch: u64, now: Duration) -> Option<String> {
         let Some(heard) = self.robot.as_ref().filter(|heard| heard.is_recent(now)) else {
             return Some(format!("silent for more than {} s", SILENCE.as_secs()));

@@ -3,10 +3,13 @@ use std::collections::BTreeSet;
 use rsrs_core::controller::{ControllerParameters, Reaction};
 
 use super::*;
+use crate::e_stop::Source;
 use crate::message::{RobotState, Status};
 use crate::preflight::Expected;
 
 mod on_the_floor;
+mod samples;
+mod strangers;
 
 const CONTROLLER: ControllerParameters =
     ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
@@ -23,6 +26,7 @@ struct Bench {
     parameter_digest: u64,
     read_digest: u64,
     simulated: bool,
+    publishers: Vec<preflight::Endpoint>,
     opened: bool,
     closed: bool,
     configured: Vec<Target>,
@@ -56,6 +60,7 @@ impl Bench {
             robot_lost: RobotLost::Abort,
             countdown: Duration::ZERO,
             start: None,
+            samples: BTreeSet::new(),
         };
         change(&mut options);
         Self {
@@ -68,6 +73,7 @@ impl Bench {
             parameter_digest: CONTROLLER.digest(),
             read_digest: CONTROLLER.digest(),
             simulated: true,
+            publishers: Vec::new(),
             opened: false,
             closed: false,
             configured: Vec::new(),
@@ -118,7 +124,8 @@ impl Bench {
     fn beat(&mut self) {
         self.now_ms += 100;
         self.counter += 1;
-        self.give(Event::Seen(Graph { simulator: self.simulated, ..Graph::default() }));
+        let (simulator, publishers) = (self.simulated, self.publishers.clone());
+        self.give(Event::Seen(Graph { publishers, simulator, ..Graph::default() }));
         for name in NAMES {
             if self.silent.contains(name) {
                 continue;
@@ -313,7 +320,7 @@ fn the_e_stop_ends_the_run() {
     let mut bench = Bench::lockstep();
     bench.run();
 
-    bench.give(Event::EStop(true));
+    bench.give(Event::EStop { source: Source([1; 16]), engaged: true });
 
     assert_eq!(bench.state(), Some(LeaseState::Stopped));
     assert_eq!(bench.end().0, Outcome::Aborted { reason: "e-stop".to_owned() });
@@ -360,6 +367,12 @@ fn a_lost_robot_may_be_noted_and_the_run_go_on() {
     bench.silent.insert("robot_2");
 
     assert_eq!(bench.end(), (Outcome::Completed, vec!["robot_2".to_owned()]));
+    let [lost] = bench.runner.lost() else { panic!("{:?}", bench.runner.lost()) };
+    assert_eq!(
+        (lost.robot.as_str(), lost.reason.as_str()),
+        ("robot_2", "silent for more than 1 s")
+    );
+    assert!((1.0..1.5).contains(&lost.after_s), "{}", lost.after_s);
 }
 
 #[test]

@@ -1,14 +1,16 @@
 //! What a runner is told to do, what happens to it, and what it does.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use rsrs_core::controller::{ControllerParameters, Reaction};
 use rsrs_core::unicycle::Pose;
 
-use super::{Outcome, Target};
+use super::{Outcome, SampleKind, Target};
+use crate::e_stop::Source;
 use crate::experiment::RobotLost;
 use crate::message::{Lease, Status};
-use crate::placement::StartDisc;
+use crate::placement::WantedStart;
 use crate::preflight::{Expected, Graph};
 
 /// What a runner is to do.
@@ -33,7 +35,10 @@ pub struct RunnerOptions {
     /// nobody stands beside them.
     pub countdown: Duration,
     /// Where the robots should stand at the start; `None` if nobody needs to look.
-    pub start: Option<StartDisc>,
+    pub start: Option<WantedStart>,
+    /// What must keep coming from every robot while it moves; nothing in lockstep, where the
+    /// simulator steps only when all is there.
+    pub samples: BTreeSet<SampleKind>,
 }
 
 impl RunnerOptions {
@@ -99,6 +104,13 @@ pub enum Event {
         /// The diagnosis, if it is an error.
         error: Option<String>,
     },
+    /// A robot's pose was stamped with this much more than our wall clock said when it came.
+    PoseAhead {
+        /// The robot.
+        robot: String,
+        /// The lead of the clock of whoever sees it there, in seconds.
+        seconds: f64,
+    },
     /// A robot's pose was heard.
     Pose {
         /// The robot.
@@ -107,6 +119,13 @@ pub enum Event {
         frame: String,
         /// Where it stands.
         pose: Pose,
+    },
+    /// A sample that must keep coming was received.
+    Sampled {
+        /// The robot that it is of.
+        robot: String,
+        /// What it is.
+        kind: SampleKind,
     },
     /// A request to set parameters was answered.
     ParametersSet {
@@ -145,8 +164,22 @@ pub enum Event {
     },
     /// A lease was heard, from whomever.
     LeaseHeard(Lease),
-    /// The e-stop topic said engaged or released.
-    EStop(bool),
+    /// A source said on the e-stop topic that it is engaged, or that it is not.
+    EStop {
+        /// Who.
+        source: Source,
+        /// What it says.
+        engaged: bool,
+    },
+    /// Somebody releases the e-stop locks of these sources.
+    Release(BTreeSet<Source>),
+    /// A frame is fixed to, or moves in, another one.
+    Transform {
+        /// The frame.
+        child: String,
+        /// The one that it is in.
+        parent: String,
+    },
     /// Someone wants the run to end now.
     Interrupt {
         /// Why.
@@ -165,7 +198,10 @@ impl Event {
             | Self::ClockAhead { .. }
             | Self::Behind { .. }
             | Self::Diagnosed { .. }
-            | Self::Pose { .. } => true,
+            | Self::Pose { .. }
+            | Self::PoseAhead { .. }
+            | Self::Transform { .. }
+            | Self::Sampled { .. } => true,
             Self::Seen(_)
             | Self::ParametersSet { .. }
             | Self::ReadBack { .. }
@@ -176,7 +212,8 @@ impl Event {
             | Self::SimulatorComplete
             | Self::SimulatorVoid { .. }
             | Self::LeaseHeard(_)
-            | Self::EStop(_)
+            | Self::EStop { .. }
+            | Self::Release(_)
             | Self::Interrupt { .. }
             | Self::Tick => false,
         }

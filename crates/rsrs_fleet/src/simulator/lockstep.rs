@@ -7,7 +7,7 @@ use rsrs_core::controller::Command;
 
 use super::{Action, Event, Placed, Progress, RECORDER_WINDOW, Refusal, check};
 use crate::message::RobotState;
-use crate::timing::LOCKSTEP_GRACE;
+use crate::timing::{LOCKSTEP_GRACE, STEP_AT_LEAST};
 
 /// The world steps when every robot has answered its detection; nothing sleeps, nothing is invented.
 #[derive(Clone, Debug, Default)]
@@ -19,6 +19,10 @@ pub(super) struct Lockstep {
     recorded: u64,
     permitted: bool,
     frozen_since: Option<Duration>,
+    /// When it last sensed, or was permitted to; `None` before that.
+    stepped: Option<Duration>,
+    /// By robot: why its last command for this step was refused.
+    refused: BTreeMap<usize, Refusal>,
 }
 
 impl Lockstep {
@@ -42,6 +46,7 @@ impl Lockstep {
             }
             Event::Command { robot, stamp_ns, command } => {
                 if let Err(reason) = self.take(placed, (*robot, *command), *stamp_ns) {
+                    self.refused.insert(*robot, reason.clone());
                     actions.push(Action::Refuse { robot: *robot, reason });
                 }
             }
@@ -51,7 +56,8 @@ impl Lockstep {
         }
         if self.permitted {
             self.frozen_since = None;
-            self.go_on(placed, progress, actions);
+            self.go_on(placed, progress, (now, actions));
+            self.judge_stall(placed, progress, (now, actions));
         } else if *progress == Progress::Started {
             self.freeze(placed, progress, (now, actions));
         }
@@ -85,6 +91,8 @@ impl Lockstep {
         progress: &mut Progress,
         (now, actions): (Duration, &mut Vec<Action>),
     ) {
+        // What it waits for is told by the gates; the time does not count twice.
+        self.stepped = None;
         let since = *self.frozen_since.get_or_insert(now);
         if now.saturating_sub(since) < LOCKSTEP_GRACE {
             return;
@@ -100,8 +108,14 @@ impl Lockstep {
     }
 
     /// Advances when all have answered, and senses when the recorder is close enough behind.
-    fn go_on(&mut self, placed: &Placed, progress: &mut Progress, actions: &mut Vec<Action>) {
+    fn go_on(
+        &mut self,
+        placed: &Placed,
+        progress: &mut Progress,
+        (now, actions): (Duration, &mut Vec<Action>),
+    ) {
         *progress = Progress::Started;
+        self.stepped.get_or_insert(now);
         if self.waiting.as_ref().is_some_and(|commands| commands.len() == placed.n_robots) {
             let commands = self.waiting.take().expect("checked in the line above");
             actions.push(Action::Advance { commands: commands.into_values().collect() });
@@ -115,9 +129,54 @@ impl Lockstep {
             actions.push(Action::Complete { reason });
         } else if self.step < self.recorded + RECORDER_WINDOW {
             self.step += 1;
+            self.stepped = Some(now);
             self.waiting = Some(BTreeMap::new());
+            self.refused.clear();
             let stamp_ns = Some(self.step * placed.period_ns);
             actions.push(Action::Sense { step: self.step, stamp_ns });
         }
+    }
+
+    /// All robots may move, and there is no step: what is lost does not come any more.
+    fn judge_stall(
+        &mut self,
+        placed: &Placed,
+        progress: &mut Progress,
+        (now, actions): (Duration, &mut Vec<Action>),
+    ) {
+        let since = *self.stepped.get_or_insert(now);
+        let is_over = matches!(progress, Progress::Complete(_));
+        if is_over || now.saturating_sub(since) < STEP_AT_LEAST {
+            return;
+        }
+        let reason = format!(
+            "no step for {} s at step {} of {}: {}",
+            STEP_AT_LEAST.as_secs(),
+            self.step,
+            placed.steps,
+            self.owed(placed)
+        );
+        *progress = Progress::Void(reason.clone());
+        actions.push(Action::Void { reason });
+    }
+
+    /// Who owes what.
+    fn owed(&self, placed: &Placed) -> String {
+        let Some(waiting) = &self.waiting else {
+            let (recorded, step) = (self.recorded, self.step);
+            return format!(
+                "the recorder has confirmed step {recorded}, expected at least {}",
+                (step + 1).saturating_sub(RECORDER_WINDOW)
+            );
+        };
+        let silent = (0..placed.n_robots).filter(|robot| !waiting.contains_key(robot));
+        let owed = silent.map(|robot| {
+            let number = robot + 1;
+            match self.refused.get(&robot) {
+                Some(refusal) => format!("robot {number} of the world ({refusal})"),
+                None => format!("robot {number} of the world"),
+            }
+        });
+        format!("no command from {}", owed.collect::<Vec<_>>().join(", "))
     }
 }

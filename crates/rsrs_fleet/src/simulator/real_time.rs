@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{Action, Event, Gate, Placed, Progress, check};
+use super::{Action, Event, Gate, Gates, Placed, Progress, check};
 use crate::message::RobotState;
 
 /// Least time between two warnings that the world does not keep up.
@@ -45,7 +45,7 @@ impl RealTime {
         match event {
             Event::Gates(gates) => {
                 assert_eq!(gates.len(), placed.n_robots, "one gate for each robot");
-                pass(gates, progress, actions);
+                pass(placed, gates, (progress, actions));
                 if now >= self.due {
                     self.tick(placed, (gates, progress), now, actions);
                 }
@@ -100,10 +100,11 @@ impl RealTime {
 }
 
 /// The run starts with the first robot that moves, and is over when no robot can move any more.
-fn pass(gates: &[Gate], progress: &mut Progress, actions: &mut Vec<Action>) {
+fn pass(placed: &Placed, gates: &[Gate], (progress, actions): (&mut Progress, &mut Vec<Action>)) {
     let some = |wanted: RobotState| gates.iter().any(|gate| gate.state == wanted);
     match progress {
         Progress::Waiting if some(RobotState::Moving) => *progress = Progress::Started,
+        Progress::Started if placed.gates == Gates::Elsewhere => {}
         Progress::Started if !some(RobotState::Moving) && !some(RobotState::Armed) => {
             let reason = "every robot has stopped";
             *progress = Progress::Complete(reason);

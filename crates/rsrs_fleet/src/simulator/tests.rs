@@ -20,7 +20,8 @@ fn command(robot: usize, stamp_ns: Option<u64>) -> Event {
 }
 
 fn lockstep(n_robots: usize, steps: u64) -> Simulator {
-    let placed = Placed { digest: DIGEST, n_robots, steps, period_ns: 130, time: Time::Lockstep };
+    let (time, gates) = (Time::Lockstep, Gates::Here);
+    let placed = Placed { digest: DIGEST, n_robots, steps, period_ns: 130, time, gates };
     let mut simulator = Simulator::new();
     simulator.on_event(Event::Placed(placed), Duration::ZERO);
     simulator
@@ -28,7 +29,8 @@ fn lockstep(n_robots: usize, steps: u64) -> Simulator {
 
 fn real_time(n_robots: usize) -> Simulator {
     let period_ns = u64::try_from(PERIOD.as_nanos()).unwrap();
-    let placed = Placed { digest: DIGEST, n_robots, steps: 1, period_ns, time: Time::RealTime };
+    let (time, gates) = (Time::RealTime, Gates::Here);
+    let placed = Placed { digest: DIGEST, n_robots, steps: 1, period_ns, time, gates };
     let mut simulator = Simulator::new();
     simulator.on_event(Event::Placed(placed), Duration::ZERO);
     simulator
@@ -211,8 +213,14 @@ fn the_status_tells_an_empty_simulator_from_a_placed_a_moving_and_a_failed_one()
 
 #[test]
 fn a_world_that_is_placed_is_said_at_once_and_another_one_too() {
-    let placed =
-        Placed { digest: DIGEST, n_robots: 1, steps: 1, period_ns: 130, time: Time::Lockstep };
+    let placed = Placed {
+        digest: DIGEST,
+        n_robots: 1,
+        steps: 1,
+        period_ns: 130,
+        time: Time::Lockstep,
+        gates: Gates::Here,
+    };
     let mut simulator = Simulator::new();
     simulator.on_event(Event::Removed, Duration::ZERO);
 
@@ -311,4 +319,67 @@ fn in_real_time_the_run_is_over_when_no_robot_can_move_any_more() {
     // Sensors work on, but the world stands until it is placed again.
     let look = [Action::Sense { step: 1, stamp_ns: None }];
     assert_eq!(pace(&mut simulator, Event::Gates(vec![MOVING; 2]), PERIOD), look);
+}
+
+#[test]
+fn a_lockstep_run_in_which_a_command_is_lost_is_void_and_says_who_owes_it() {
+    let mut simulator = lockstep(2, 5);
+    pace(&mut simulator, Event::Gates(vec![MOVING; 2]), ms(0));
+    pace(&mut simulator, command(0, Some(130)), ms(1));
+    pace(&mut simulator, command(1, Some(7)), ms(2));
+
+    assert_eq!(pace(&mut simulator, Event::Gates(vec![MOVING; 2]), ms(29_999)), []);
+    let end = pace(&mut simulator, Event::Gates(vec![MOVING; 2]), ms(30_000));
+
+    let reason = "no step for 30 s at step 1 of 5: no command from robot 2 of the world (command \
+                  stamped 7 ns, expected 130 ns)";
+    assert_eq!(end, [Action::Void { reason: reason.to_owned() }]);
+    assert_eq!(simulator.step(), 1, "it never steps with an invented command");
+}
+
+#[test]
+fn a_lockstep_run_whose_recorder_is_not_received_any_more_is_void_and_says_so() {
+    let mut simulator = lockstep(1, 50);
+    let mut now = ms(0);
+    pace(&mut simulator, Event::Gates(vec![MOVING]), now);
+    for step in 1..=20 {
+        now += ms(10);
+        pace(&mut simulator, command(0, Some(130 * step)), now);
+    }
+
+    let end = pace(&mut simulator, Event::Gates(vec![MOVING]), now + ms(30_000));
+
+    let reason = "no step for 30 s at step 20 of 50: the recorder has confirmed step 0, expected at \
+                  least 1";
+    assert_eq!(end, [Action::Void { reason: reason.to_owned() }]);
+}
+
+#[test]
+fn a_confirmation_that_comes_again_lets_a_lockstep_run_go_on() {
+    let mut simulator = lockstep(1, 50);
+    pace(&mut simulator, Event::Gates(vec![MOVING]), ms(0));
+    for step in 1..=20 {
+        pace(&mut simulator, command(0, Some(130 * step)), ms(10));
+    }
+
+    let next = pace(&mut simulator, Event::Recorded { step: 20 }, ms(29_000));
+
+    assert_eq!(next, [Action::Sense { step: 21, stamp_ns: Some(130 * 21) }]);
+    assert_eq!(pace(&mut simulator, Event::Gates(vec![MOVING]), ms(58_000)), []);
+}
+
+#[test]
+fn robots_with_gates_of_their_own_may_stand_and_move_again() {
+    let mut simulator = Simulator::new();
+    let period_ns = u64::try_from(PERIOD.as_nanos()).unwrap();
+    let (time, gates) = (Time::RealTime, Gates::Elsewhere);
+    let placed = Placed { digest: DIGEST, n_robots: 1, steps: 1, period_ns, time, gates };
+    simulator.on_event(Event::Placed(placed), Duration::ZERO);
+    pace(&mut simulator, Event::Gates(vec![MOVING]), Duration::ZERO);
+
+    let stands = pace(&mut simulator, Event::Gates(vec![STOPPED]), PERIOD);
+    let moves = pace(&mut simulator, Event::Gates(vec![MOVING]), PERIOD * 2);
+
+    assert!(!stands.iter().any(|action| matches!(action, Action::Complete { .. })), "{stands:?}");
+    assert!(moves.contains(&Action::Advance { commands: vec![FORWARD] }), "{moves:?}");
 }

@@ -5,15 +5,17 @@ use std::time::Duration;
 
 use rsrs_core::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::controller::{Controller, Settings, Stamp};
+use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::runner::Outcome;
 use rsrs_fleet::stopper::{self, Stopper, Word};
 
 use crate::network::{Delivery, Item, Message, Network, Node};
-use crate::scenario::{Body, N_ROBOTS, Scenario};
+use crate::scenario::{Body, N_BUTTONS, N_ROBOTS, Scenario};
 use crate::witness::{FASTEST, GLANCE_MS, WHEELS_MS, Witness};
 
 mod conducting;
 mod controlling;
+mod e_stop;
 mod happenings;
 mod robots;
 mod simulating;
@@ -41,7 +43,7 @@ const TOO_LONG_MS: u64 = 60_000;
 /// After all is over, for late messages to do their harm, in milliseconds.
 const AFTERMATH_MS: u64 = 700;
 /// Room for every node of [`Fleet::slot`].
-const N_NODES: usize = 2 * N_ROBOTS + N_RUNNERS + 4;
+const N_NODES: usize = 2 * N_ROBOTS + N_RUNNERS + 3 + N_BUTTONS;
 
 /// How a scenario went.
 #[derive(Debug, Default)]
@@ -93,8 +95,10 @@ struct Fleet {
     simulator: Option<SimulatorHost>,
     /// Who stops or releases now, which of it, and since when.
     stopper: Option<(Stopper, Word, u64)>,
-    /// What the button says; `None` if it is silent.
-    button: Option<bool>,
+    /// What each button says; `None` if it is silent.
+    buttons: [Option<bool>; N_BUTTONS],
+    /// What each gate last said that the e-stop has locked on it; who asks hears it again.
+    locks: [Locks; N_ROBOTS],
     is_healed: bool,
     /// Whether anybody ever spoke on the e-stop topic.
     e_stop_was_used: bool,
@@ -134,7 +138,9 @@ fn new_controller(robot: usize, scenario: &Scenario, now_ms: u64) -> Controller 
     } else {
         Controller::new(&name(robot), settings)
     };
-    controller.counting_from(now_ms).of_a_new_process()
+    let controller = controller.counting_from(now_ms);
+    // At the beginning of a story the fleet has been there for a while.
+    if now_ms == 0 { controller } else { controller.of_a_new_process() }
 }
 
 fn stamp(body: Body) -> Stamp {
@@ -158,9 +164,10 @@ impl Fleet {
             runners: BTreeMap::new(),
             simulator: (!is_real).then(SimulatorHost::default),
             stopper: None,
-            button: None,
+            buttons: [None; N_BUTTONS],
+            locks: std::array::from_fn(|_| Locks::default()),
             is_healed: false,
-            e_stop_was_used: scenario.has_button,
+            e_stop_was_used: scenario.has_button.contains(&true),
             is_released: false,
             quiet_ms: None,
             story: Story::default(),
@@ -175,9 +182,11 @@ impl Fleet {
         if !is_real {
             fleet.switch_on(Node::Simulator);
         }
-        if fleet.scenario.has_button {
-            fleet.button = Some(false);
-            fleet.switch_on(Node::Button);
+        for button in 0..N_BUTTONS {
+            if fleet.scenario.has_button[button] {
+                fleet.buttons[button] = Some(false);
+                fleet.switch_on(Node::Button(button));
+            }
         }
         for (at_ms, happening) in fleet.scenario.happenings.clone() {
             fleet.network.plan(at_ms.max(1), Item::Happening(happening));
@@ -243,7 +252,7 @@ impl Fleet {
             }
             Node::Simulator => (3_000, self.scenario.too_fast_ppm[0]),
             Node::Runner(runner) => (77_000 * runner as u64, 0),
-            Node::Stopper | Node::Button | Node::Stranger => (5, 0),
+            Node::Stopper | Node::Button(_) | Node::Stranger => (5, 0),
         };
         let ns_per_ms = 1_000_000_u64.checked_add_signed(ppm).expect("clocks are nearly right");
         Duration::from_nanos((offset_ms + self.now_ms) * ns_per_ms)
@@ -264,14 +273,14 @@ impl Fleet {
             Node::Runner(runner) => 2 * N_ROBOTS + runner,
             Node::Simulator => 2 * N_ROBOTS + N_RUNNERS,
             Node::Stopper => 2 * N_ROBOTS + N_RUNNERS + 1,
-            Node::Button => 2 * N_ROBOTS + N_RUNNERS + 2,
-            Node::Stranger => 2 * N_ROBOTS + N_RUNNERS + 3,
+            Node::Stranger => 2 * N_ROBOTS + N_RUNNERS + 2,
+            Node::Button(button) => 2 * N_ROBOTS + N_RUNNERS + 3 + button,
         }
     }
 
     fn beat_ms(node: Node) -> u64 {
         match node {
-            Node::Button => 100,
+            Node::Button(_) => 100,
             _ => 20,
         }
     }
@@ -285,12 +294,15 @@ impl Fleet {
             Node::Runner(runner) => self.runner_ticks(runner),
             Node::Simulator => self.simulator_ticks(),
             Node::Stopper => {
+                let present = (0..N_BUTTONS).filter(|button| self.buttons[*button].is_some());
+                let present = present.map(|button| self.source(Node::Button(button))).collect();
+                self.tell_stopper(stopper::Event::Publishers(present));
                 self.tell_stopper(stopper::Event::Tick);
                 self.judge_stop()
             }
-            Node::Button => {
-                if let Some(engaged) = self.button {
-                    self.say_e_stop(Node::Button, &Message::EStop(engaged));
+            Node::Button(button) => {
+                if let Some(engaged) = self.buttons[button] {
+                    self.say_e_stop((node, engaged));
                 }
                 Ok(())
             }
@@ -334,19 +346,10 @@ impl Fleet {
             {
                 Delivery::Reliable
             }
-            Message::EStop(_) => Delivery::Once,
+            Message::EStop(..) | Message::Release(_) => Delivery::Once,
+            // Latched: whoever was cut off gets it later.
+            Message::Locks(_) => Delivery::Reliable,
             _ => Delivery::BestEffort,
-        }
-    }
-
-    /// Says a word of the e-stop topic to all who listen there.
-    fn say_e_stop(&mut self, from: Node, word: &Message) {
-        self.e_stop_was_used = true;
-        for robot in 0..N_ROBOTS {
-            self.send(from, self.gatekeeper(robot), word.clone());
-        }
-        for runner in 0..N_RUNNERS {
-            self.send(from, Node::Runner(runner), word.clone());
         }
     }
 
@@ -356,12 +359,8 @@ impl Fleet {
             (Node::Controller(robot), message) => self.controller_hears(robot, from, message),
             (Node::Runner(runner), message) => self.runner_hears(runner, from, message),
             (Node::Simulator, message) => self.simulator_hears(from, message),
-            (Node::Stopper, Message::RobotStatus(status, _)) => {
-                let (Node::Robot(robot) | Node::Controller(robot)) = from else {
-                    panic!("a status from {from:?}")
-                };
-                let status = (*status).clone();
-                self.tell_stopper(stopper::Event::Status { robot: name(robot), status });
+            (Node::Stopper, message) => {
+                self.stopper_hears(from, message);
                 Ok(())
             }
             (to, message) => panic!("{message:?} from {from:?} to {to:?}"),

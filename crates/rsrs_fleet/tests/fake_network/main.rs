@@ -11,6 +11,8 @@
 //!   for two runs, even if their runners cannot hear each other and have taken the same epoch;
 //! - what stops a robot in a run stops it until a newer epoch arms it;
 //! - whoever hears a stop stands within 200 ms, and whoever has acknowledged one has heard it;
+//! - of two who engage the e-stop, none undoes what the other did: a lock ends when the same source
+//!   says so, or by a release that names it, and a source that falls silent in a run locks;
 //! - wheels whose process has died or hangs stand within their own 250 ms;
 //! - a runner that hears another neither arms nor runs, and parameters stay while a run holds them;
 //! - in lockstep every robot moves once in every step, by the answer to what it sensed in that step;
@@ -191,6 +193,19 @@ fn robots_without_a_gate_are_moved_and_stopped_by_their_controllers() {
     assert!(completed.movements >= 60, "{}", completed.movements);
     assert_eq!(stopped.stops[0].ending, Ending::Acknowledged);
     assert_eq!(taken_over.outcomes[&1], Outcome::Completed);
+}
+
+#[test]
+fn a_robot_that_dies_under_the_eyes_of_its_controller_ends_the_run() {
+    for robot in 0..3 {
+        let alone = Scenario { controller_only: [true; 3], ..Scenario::calm(1) };
+        let crash = Happening::Crash(Node::Robot(robot));
+
+        let story = play(alone.with(2_000, crash));
+
+        let Outcome::Aborted { reason } = &story.outcomes[&0] else { panic!("{story:?}") };
+        assert!(reason.contains("no detection received for more than 1 s"), "{reason}");
+    }
 }
 
 #[test]

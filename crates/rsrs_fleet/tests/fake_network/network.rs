@@ -7,6 +7,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use rsrs_core::controller::Command;
 use rsrs_fleet::controller::Settings;
+use rsrs_fleet::e_stop::{Locks, Source};
 use rsrs_fleet::message::{Lease, Status};
 use rsrs_fleet::runner::{self, Target};
 
@@ -20,8 +21,8 @@ pub enum Node {
     Runner(usize),
     Simulator,
     Stopper,
-    /// The button on the wall: publishes on the e-stop topic all the time.
-    Button,
+    /// A button on the wall: publishes on the e-stop topic all the time.
+    Button(usize),
     /// Somebody who publishes velocity commands beside the controllers.
     Stranger,
 }
@@ -44,7 +45,11 @@ pub enum Message {
     Detection(bool),
     Clock(u64),
     Command(Command, Option<u64>),
-    EStop(bool),
+    EStop(Source, bool),
+    /// Somebody ends these locks of the e-stop.
+    Release(Rc<BTreeSet<Source>>),
+    /// What the e-stop has locked on a robot.
+    Locks(Rc<Locks>),
     /// The simulator has published this step.
     Sensed(u64),
     Recorded(u64),

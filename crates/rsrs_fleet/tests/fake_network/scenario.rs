@@ -10,6 +10,9 @@ use crate::network::{Faults, Node};
 
 pub const N_ROBOTS: usize = 3;
 
+/// Buttons that may be on the wall.
+pub const N_BUTTONS: usize = 2;
+
 /// Nothing begins to go wrong after this time, in milliseconds.
 pub const LAST_HAPPENING_MS: u64 = 4_500;
 
@@ -41,10 +44,12 @@ pub enum Happening {
     Stop,
     /// Somebody types `rsrs stop --release`.
     Release,
-    /// The button says engaged from now on.
-    Press,
-    /// The button's node dies.
-    ButtonFallsSilent,
+    /// A button says engaged from now on.
+    Press(usize),
+    /// A button says from now on that it is not engaged.
+    Unpress(usize),
+    /// A button's node dies.
+    ButtonFallsSilent(usize),
     /// Somebody sets the parameters of a controller.
     Meddle(usize),
     /// A stranger sends a robot a command that is beyond its limits.
@@ -63,8 +68,8 @@ pub struct Scenario {
     pub robot_lost: RobotLost,
     /// What happens, and when, in milliseconds.
     pub happenings: Vec<(u64, Happening)>,
-    /// Whether there is a button, which says that it is released until something happens to it.
-    pub has_button: bool,
+    /// Which buttons there are; each says that it is not engaged until something happens to it.
+    pub has_button: [bool; N_BUTTONS],
     /// Robots without a gate of ours: their controllers hold the lease.
     pub controller_only: [bool; N_ROBOTS],
     /// Whether runners hear the robots, and never each other.
@@ -90,7 +95,7 @@ impl Scenario {
             faults: Faults::none(),
             robot_lost: RobotLost::Abort,
             happenings: Vec::new(),
-            has_button: false,
+            has_button: [false; N_BUTTONS],
             controller_only: [false; N_ROBOTS],
             are_runners_apart: false,
             liar: None,
@@ -116,7 +121,7 @@ impl Scenario {
             body,
             faults: draw.faults(),
             robot_lost: draw.of(&[RobotLost::Abort, RobotLost::Note]),
-            has_button: draw.chance(0.2),
+            has_button: [draw.chance(0.2), false],
             liar: draw.chance(0.05).then(|| draw.robot()),
             ahead_ms: draw.clocks(&[0, 0, 0, 300, -300, 6_000]),
             too_fast_ppm: draw.clocks(&[0, 2_000, -2_000]),
@@ -125,8 +130,8 @@ impl Scenario {
             happenings: draw.happenings(body),
             ..Self::calm(seed)
         };
-        if !scenario.has_button {
-            let needs_button = [Happening::Press, Happening::ButtonFallsSilent];
+        if !scenario.has_button[0] {
+            let needs_button = [Happening::Press(0), Happening::ButtonFallsSilent(0)];
             scenario.happenings.retain(|(_, happening)| !needs_button.contains(happening));
         }
         if body != Body::Real {
@@ -149,6 +154,21 @@ impl Scenario {
             let is_start = |happening: &Happening| *happening == Happening::Start(1);
             scenario.happenings.retain(|(_, happening)| !is_start(happening));
             scenario.happenings.push((draw.of(&[1, 30, 100, 300]), Happening::Start(1)));
+        }
+        let mut generator = ChaCha8Rng::seed_from_u64(seed);
+        generator.set_stream(4);
+        let mut draw = Draw { generator: &mut generator };
+        scenario.has_button[1] = draw.chance(0.3);
+        for (button, is_there) in scenario.has_button.into_iter().enumerate() {
+            for (probability, happening) in [
+                (0.3, Happening::Press(button)),
+                (0.3, Happening::Unpress(button)),
+                (0.1, Happening::ButtonFallsSilent(button)),
+            ] {
+                if is_there && draw.chance(probability) {
+                    scenario.happenings.push((draw.time(), happening));
+                }
+            }
         }
         scenario.with(LAST_HAPPENING_MS, Happening::Heal)
     }
@@ -233,8 +253,8 @@ impl Draw<'_> {
             (0.3, Happening::Start(1)),
             (0.1, Happening::Interrupt),
             (0.1, Happening::Stop),
-            (0.3, Happening::Press),
-            (0.3, Happening::ButtonFallsSilent),
+            (0.3, Happening::Press(0)),
+            (0.3, Happening::ButtonFallsSilent(0)),
             (0.15, Happening::Meddle(other)),
             (0.15, Happening::Beyond(one)),
             (0.05, Happening::DiskFull),

@@ -127,3 +127,56 @@ fn a_release_in_the_middle_of_a_run_disturbs_nothing() {
     assert_eq!(story.stops[0].ending, Ending::InRun);
     assert_eq!(story.outcomes[&0], Outcome::Completed);
 }
+
+/// A stop in the second second, and another run that is tried in the sixth.
+fn stopped_then_run() -> Scenario {
+    Scenario::calm(1).with(2_000, Happening::Stop).with(6_000, Happening::Start(1))
+}
+
+fn first_problem(story: &crate::fleet::Story) -> String {
+    match &story.outcomes[&1] {
+        Outcome::Failed { problems } => problems[0].to_string(),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_box_that_says_false_all_the_time_undoes_no_stop() {
+    let story = play(Scenario { has_button: [true, false], ..stopped_then_run() });
+
+    assert_eq!(story.stops[0].ending, Ending::Acknowledged);
+    assert!(first_problem(&story).starts_with("the e-stop holds robot_1, robot_2, robot_3"));
+}
+
+#[test]
+fn a_release_ends_no_lock_of_a_button_that_is_pressed() {
+    let pressed = Scenario { has_button: [true, true], ..Scenario::calm(1) }
+        .with(2_000, Happening::Press(0))
+        .with(2_500, Happening::Stop);
+    let held = pressed.clone().with(6_000, Happening::Release);
+    let free = pressed.with(6_000, Happening::Unpress(0)).with(6_500, Happening::Release);
+
+    let (held, free) = (play(held), play(free.with(12_000, Happening::Start(1))));
+
+    assert_eq!(held.stops[1].ending, Ending::TimedOut);
+    assert_eq!(free.stops[1].ending, Ending::Acknowledged);
+    assert_eq!(free.outcomes[&1], Outcome::Completed);
+}
+
+#[test]
+fn a_robot_that_is_started_again_learns_from_the_others_that_it_is_stopped() {
+    for controller_only in [[false; 3], [true; 3]] {
+        let node = if controller_only[1] { Node::Controller(1) } else { Node::Robot(1) };
+        let restarted = Scenario { controller_only, ..Scenario::calm(1) }
+            .with(2_000, Happening::Stop)
+            .with(4_500, Happening::Crash(node))
+            .with(4_600, Happening::Restart(node));
+
+        let refused = play(restarted.clone().with(7_000, Happening::Start(1)));
+        let released = restarted.with(7_000, Happening::Release);
+        let released = play(released.with(11_000, Happening::Start(1)));
+
+        assert!(first_problem(&refused).starts_with("the e-stop holds robot_1, robot_2, robot_3"));
+        assert_eq!(released.outcomes[&1], Outcome::Completed);
+    }
+}

@@ -3,9 +3,10 @@
 //! It keeps its own books on the true clock, by what was delivered and to whom, and asks the
 //! machines only which epoch they obey and whether they let anything through.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rsrs_core::controller::Command;
+use rsrs_fleet::e_stop::{Cause, Locks, Source};
 use rsrs_fleet::message::{Lease, LeaseState};
 
 use crate::network::Sent;
@@ -45,10 +46,10 @@ pub struct Witness {
     controller_sent_ms: u64,
     /// When the last command came.
     commanded_ms: Option<u64>,
-    /// When it first heard the e-stop that holds it.
-    e_stop_ms: Option<u64>,
-    /// When somebody last spoke on the e-stop topic.
-    e_stop_word_ms: Option<u64>,
+    /// Who has engaged the e-stop, and when it heard that first.
+    engaged_ms: BTreeMap<Source, u64>,
+    /// When each source last spoke on the e-stop topic.
+    word_ms: BTreeMap<Source, u64>,
     /// When it heard, first, that it has to stand in the epoch that it obeys, and why.
     told_to_stand: Option<(u64, &'static str)>,
     /// It must not move in this epoch any more, nor in an older one, for this reason.
@@ -125,21 +126,35 @@ impl Witness {
         self.commanded_ms = None;
     }
 
-    pub fn e_stop_engaged(&mut self, now_ms: u64) {
-        self.e_stop_word(now_ms);
-        self.was_locked = true;
-        self.e_stop_ms.get_or_insert(now_ms);
-        self.must_stand(now_ms, "the e-stop was engaged");
+    /// A source speaks on the e-stop topic.
+    pub fn e_stop(&mut self, (source, engaged): (Source, bool), now_ms: u64) {
+        self.was_locked |= self.is_any_silent(now_ms + 2 * DRIFT_MS);
+        self.word_ms.insert(source, now_ms);
+        if engaged {
+            self.was_locked = true;
+            self.engaged_ms.entry(source).or_insert(now_ms);
+            self.must_stand(now_ms, "the e-stop was engaged");
+        } else {
+            self.engaged_ms.remove(&source);
+        }
     }
 
-    pub fn e_stop_released(&mut self, now_ms: u64) {
-        self.e_stop_word(now_ms);
-        self.e_stop_ms = None;
+    /// A release names these sources: their locks end, and no others.
+    pub fn e_stop_is_released(&mut self, sources: &BTreeSet<Source>) {
+        for source in sources {
+            self.engaged_ms.remove(source);
+            self.word_ms.remove(source);
+        }
     }
 
-    fn e_stop_word(&mut self, now_ms: u64) {
-        self.was_locked |= self.is_silent(now_ms + 2 * DRIFT_MS);
-        self.e_stop_word_ms = Some(now_ms);
+    /// It has these locks from others, or from before it forgot everything else.
+    pub fn adopts(&mut self, locks: &Locks) {
+        self.was_locked |= !locks.0.is_empty();
+        for (source, cause) in &locks.0 {
+            if *cause == Cause::Engaged {
+                self.engaged_ms.entry(*source).or_insert(0);
+            }
+        }
     }
 
     fn must_stand(&mut self, now_ms: u64, why: &'static str) {
@@ -163,11 +178,11 @@ impl Witness {
 
     /// Whether the e-stop ever locked it, before it restarted or after.
     pub fn was_locked(&self, now_ms: u64) -> bool {
-        self.was_locked || self.is_silent(now_ms + 2 * DRIFT_MS)
+        self.was_locked || self.is_any_silent(now_ms + 2 * DRIFT_MS)
     }
 
-    fn is_silent(&self, now_ms: u64) -> bool {
-        self.e_stop_word_ms.is_some_and(|at_ms| now_ms > at_ms + E_STOP_SILENCE_MS + DRIFT_MS)
+    fn is_any_silent(&self, now_ms: u64) -> bool {
+        self.word_ms.values().any(|at_ms| is_silent(*at_ms, now_ms))
     }
 
     /// The epoch in which it moved last, and when it was last allowed to.
@@ -200,14 +215,15 @@ impl Witness {
                 self.controller
             ));
         }
-        if let Some(heard_ms) = self.e_stop_ms {
-            return Err(format!("moves at {now_ms} ms, heard the e-stop at {heard_ms} ms"));
+        if let Some((source, heard_ms)) = self.engaged_ms.first_key_value() {
+            return Err(format!("moves at {now_ms} ms, heard e-stop {source} at {heard_ms} ms"));
         }
-        if let Some(word_ms) = self.e_stop_word_ms
-            && word_ms >= since_ms
-            && self.is_silent(now_ms.saturating_sub(since_look_ms))
-        {
-            return Err(format!("moves at {now_ms} ms, the e-stop is silent since {word_ms} ms"));
+        let looked_ms = now_ms.saturating_sub(since_look_ms);
+        let gone = |(_, word_ms): &(&Source, &u64)| {
+            **word_ms >= since_ms && is_silent(**word_ms, looked_ms)
+        };
+        if let Some((source, word_ms)) = self.word_ms.iter().find(gone) {
+            return Err(format!("moves at {now_ms} ms, e-stop {source} silent since {word_ms} ms"));
         }
         if let Some((barred, why)) = self.barred
             && epoch <= barred
@@ -260,4 +276,8 @@ impl Witness {
         }
         Ok(())
     }
+}
+
+fn is_silent(word_ms: u64, now_ms: u64) -> bool {
+    now_ms > word_ms + E_STOP_SILENCE_MS + DRIFT_MS
 }

@@ -2,7 +2,7 @@
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::order::Evidence;
-use rsrs_core::phase::{BLOCK_S, Phase, Thresholds, Verdict, WINDOW_S, samples_in};
+use rsrs_core::phase::{BLOCK_S, Phase, Thresholds, Verdict, WINDOW_S, lasting, samples_in};
 use rsrs_core::trajectory::Bodies;
 
 use super::Judged;
@@ -124,13 +124,13 @@ impl<S: Simd> UnitEngine<S> {
         })
     }
 
-    /// Which of the lanes `open` were stable mills in a block, as bits.
-    fn good(&mut self, block: u64, open: u32, around: &Around) -> u32 {
+    /// Which of the lanes `open` were stable mills in the block that begins at a sample, as bits.
+    fn good(&mut self, start: u64, open: u32, around: &Around) -> u32 {
         let simd = self.simd;
         let window = Window {
             rows: &self.rows,
-            start: block * around.n_block,
-            end: (block + 1) * around.n_block,
+            start,
+            end: start + around.n_block,
             commanded: &around.commanded[1],
             bodies: around.bodies,
         };
@@ -149,6 +149,44 @@ impl<S: Simd> UnitEngine<S> {
             };
             good | u32::from(is_good) << lane
         })
+    }
+}
+
+impl<S: Simd> UnitEngine<S> {
+    /// The phases of all lanes; those of stable mills are asked of their blocks, too.
+    ///
+    /// # Arguments
+    ///
+    /// * `start`, `n_window` — the window.
+    fn phases(
+        &mut self,
+        evidence: &[Evidence],
+        (start, n_window): (u64, u64),
+        around: &Around,
+    ) -> Vec<Phase> {
+        let thresholds = Thresholds::default();
+        let mut phases: Vec<Phase> =
+            evidence.iter().map(|evidence| thresholds.phase(evidence, None)).collect();
+        let is_stable = |phase: &Phase| *phase == Phase::StableMilling;
+        let stable = phases
+            .iter()
+            .enumerate()
+            .fold(0, |bits, (lane, phase)| bits | u32::from(is_stable(phase)) << lane);
+        if stable == 0 {
+            return phases;
+        }
+        let n_block = around.n_block.min(n_window);
+        let n_blocks = n_window / n_block;
+        let mut n_good = vec![0; phases.len()];
+        for block in 0..n_blocks {
+            for lane in lanes(self.good(start + block * n_block, stable, around)) {
+                n_good[lane] += 1;
+            }
+        }
+        for lane in lanes(stable) {
+            phases[lane] = lasting(phases[lane], (n_good[lane], n_blocks as usize));
+        }
+        phases
     }
 }
 
@@ -182,7 +220,8 @@ impl<S: Simd> Engine for UnitEngine<S> {
         for asked in Converging::asked(n_blocks) {
             let end = (asked + AROUND + 1).min(n_blocks) * n_block;
             swarms.run(&mut self.rows, end - 1 - swarms.step_index());
-            converging.search(asked, n_blocks, |block, open| self.good(block, open, &around));
+            let good = |block, open| self.good(block * n_block, open, &around);
+            converging.search(asked, n_blocks, good);
             if converging.open() == 0 {
                 break;
             }
@@ -198,17 +237,19 @@ impl<S: Simd> Engine for UnitEngine<S> {
             commanded: &around.commanded[0],
             bodies: around.bodies,
         };
+        let start = window.start;
         let evidence = gather(self.simd, window, &mut self.scratch, 0..runs.len());
-        let judged =
-            evidence.into_iter().zip(converging.first_blocks()).map(|(evidence, first_block)| {
-                let phase = Thresholds::default().phase(&evidence, None);
+        let phases = self.phases(&evidence, (start, n_window as u64), &around);
+        let judged = (evidence.into_iter().zip(phases).zip(converging.first_blocks())).map(
+            |((evidence, phase), first_block)| {
                 let duration_s = n_samples as f64 * conditions.period_s;
                 let verdict = Verdict { phase, evidence, n_robots: conditions.robots, duration_s };
                 let converged_s = first_block
                     .filter(|_| phase == Phase::StableMilling)
                     .map(|block| (block * n_block) as f64 * conditions.period_s);
                 Judged { verdict, converged_s }
-            });
+            },
+        );
         Ok(Some(judged.collect()))
     }
 

@@ -44,16 +44,17 @@ impl Commanded {
         period_s: f64,
         (n_samples, n_robots): (usize, usize),
     ) -> Self {
-        let (mut way_m, mut turned) = (0.0, 0.0);
-        for _ in 0..(n_samples - 1) * n_robots {
-            way_m += speed_m_s.abs() * period_s;
+        let (mut way_of_one_m, mut turned) = (0.0_f64, 0.0);
+        for _ in 1..n_samples {
+            way_of_one_m += speed_m_s * period_s;
         }
+        let way_m = (0..n_robots).map(|_| way_of_one_m.abs()).sum::<f64>();
         for _ in 0..n_samples * n_robots {
             turned += turn_rate_rad_s.abs();
         }
         let mean_turn_rad = turned * period_s / (n_samples * n_robots) as f64;
         let back = (BLOCKED_OVER_S / period_s).round().max(1.0) as u64;
-        let commanded_m = (0..back).map(|_| speed_m_s.abs()).sum::<f64>();
+        let commanded_m = (0..back).map(|_| speed_m_s).sum::<f64>().abs();
         let limit_m = BLOCKED_SHARE * commanded_m * period_s;
         Self {
             period_s,
@@ -138,7 +139,7 @@ fn evidence<S: Simd>(
     let (rotation, tangentness) = motion.headings(window, lane);
     let robot_seconds = n_samples * commanded.period_s * n_robots;
     Evidence {
-        lost: window.bodies.range_m.map(|_| n_lost as f64 / n_robots),
+        lost: window.bodies.reach_m.map(|_| n_lost as f64 / n_robots),
         blocked,
         stuck,
         rotation,

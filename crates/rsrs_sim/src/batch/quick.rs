@@ -269,10 +269,10 @@ impl<S: Simd> Quick<'_, S> {
     fn together(&mut self) -> u32 {
         let (simd, window, n_robots) = (self.simd, self.window, self.n_robots());
         let one = |number| simd.single(number);
-        let Some(range_m) = window.bodies.range_m else {
+        let Some(reach_m) = window.bodies.reach_m else {
             return u32::MAX;
         };
-        let range_m2 = one((range_m * range_m * (1.0 - DISTANCE_MARGIN)) as f32);
+        let reach_m2 = one((reach_m * reach_m * (1.0 - DISTANCE_MARGIN)) as f32);
         let n_samples = (window.end - window.start) as f64;
         // A robot is lost if it is alone for more than this share: so many samples near are enough.
         let enough = (n_samples - (LOST_SHARE * n_samples).floor()) as u64;
@@ -286,7 +286,7 @@ impl<S: Simd> Quick<'_, S> {
             let row = window.rows.at(sample);
             nearest_neighbours(simd, row, nearest_m2);
             for (near, nearest_m2) in near.iter_mut().zip(&*nearest_m2) {
-                *near = *near + one(1.0).unless(range_m2.lt(*nearest_m2));
+                *near = *near + one(1.0).unless(reach_m2.lt(*nearest_m2));
             }
             if sample + 1 - window.start >= enough {
                 let limit = one(enough as f32 - 0.5);
@@ -358,7 +358,7 @@ mod tests {
             start: 0,
             end: N_SAMPLES as u64,
             commanded: &commanded,
-            bodies: Bodies { radius_m: Some(0.075), range_m: Some(0.75) },
+            bodies: Bodies { radius_m: Some(0.075), reach_m: Some(0.75) },
         };
         let memory = &mut Memory::new();
         let quick = Quick { simd, window, open: 0b1111, memory }.run();

@@ -4,6 +4,7 @@ use proptest::prelude::*;
 use rsrs_core::conditions::{Arena, Conditions, GainDistribution, Placement, Region, Walls};
 use rsrs_core::phase;
 use rsrs_core::profile::Sees;
+use rsrs_core::unicycle::Pose;
 use rsrs_sim::batch::{Batch, Judged, Unit};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
@@ -89,6 +90,33 @@ fn crowds_and_jams_pass_through_the_states_of_the_reference() {
 
         assert_eq!(strays(&conditions, 3, 300), [], "{robots} robots");
     }
+}
+
+#[test]
+fn robots_in_a_box_or_where_a_table_puts_them_pass_through_the_states_of_the_reference() {
+    let mut in_a_box = flockbots(0.15, 0.75, &HARSHER);
+    in_a_box.placement = Placement::BoxFacingOut { width_m: 2.0, height_m: 0.8 };
+    // Five sets, so that neither lanes nor replicates go through them evenly.
+    let place = |set: u32, robot: u32| Pose {
+        x_m: 0.2 * f64::from(robot) - 0.8,
+        y_m: 0.1 * f64::from(set) + 0.03 * f64::from(robot % 3),
+        heading_rad: 1.3 * f64::from(robot) - 5.0,
+    };
+    let sets = (0..5).map(|set| (0..9).map(|robot| place(set, robot)).collect());
+    let mut by_a_table = flockbots(0.15, 0.75, &HARSHER);
+    by_a_table.placement = Placement::Given { starts: sets.collect() };
+    for conditions in [&in_a_box, &by_a_table] {
+        conditions.check().expect("the robots fit");
+
+        assert_eq!(strays(conditions, 3, 600), [], "{:?}", conditions.placement);
+    }
+    let starts = |replicate| {
+        let seed = Seed { seed: 3, replicate };
+        run_episode(&by_a_table, seed, 1.0).expect("the robots fit").poses[0]
+    };
+    assert_ne!(starts(0), starts(1));
+    let near = |one: Pose, other: Pose| libm::hypot(one.x_m - other.x_m, one.y_m - other.y_m) < 0.1;
+    assert!(near(starts(1), place(1, 0)) && near(starts(6), place(1, 0)), "each in its turn");
 }
 
 #[test]

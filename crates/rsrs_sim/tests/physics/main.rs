@@ -10,8 +10,11 @@
 #[path = "../../src/example.rs"]
 mod example;
 mod mills;
+mod neutral;
 mod ring;
 mod support;
 mod swarms;
 mod swarmsim;
 mod tables;
+#[path = "../../../../msgs/tests/venv/mod.rs"]
+mod venv;

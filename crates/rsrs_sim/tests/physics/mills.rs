@@ -3,7 +3,9 @@
 use std::ops::RangeInclusive;
 
 use rsrs_core::conditions::{Conditions, Placement, Region};
+use rsrs_core::phase::Phase;
 use rsrs_core::theory::Ring;
+use rsrs_sim::batch::{Batch, Judged};
 
 use crate::support::{n_milling, perfect_flockbots};
 
@@ -20,21 +22,18 @@ fn far_sighted(robots: usize) -> Conditions {
     conditions
 }
 
+/// Robots that drive and turn at these rates, from a disc of this radius.
+fn driving(robots: usize, (speed_m_s, turn_rate_rad_s, radius_m): (f64, f64, f64)) -> Conditions {
+    let mut conditions = far_sighted(robots);
+    conditions.controller.speed_m_s = speed_m_s;
+    conditions.controller.turn_rate_rad_s = turn_rate_rad_s;
+    conditions.placement = Placement::DiscFacingOut { radius_m };
+    conditions
+}
+
 /// Holds so many robots against geometry.
-fn check(
-    robots: RangeInclusive<usize>,
-    duration_s: f64,
-    (speed_m_s, turn_rate_rad_s, radius_m): (f64, f64, f64),
-) {
-    let cells: Vec<Conditions> = robots
-        .map(|robots| {
-            let mut conditions = far_sighted(robots);
-            conditions.controller.speed_m_s = speed_m_s;
-            conditions.controller.turn_rate_rad_s = turn_rate_rad_s;
-            conditions.placement = Placement::DiscFacingOut { radius_m };
-            conditions
-        })
-        .collect();
+fn check(robots: RangeInclusive<usize>, duration_s: f64, how: (f64, f64, f64)) {
+    let cells: Vec<Conditions> = robots.map(|robots| driving(robots, how)).collect();
 
     let counts = n_milling(&cells, REPLICATES, duration_s);
 
@@ -54,7 +53,29 @@ fn five_robots_mill_and_four_run_into_each_other() {
 }
 
 #[test]
-fn fourteen_robots_mill_and_fifteen_grow_out_of_sight() {
-    // Fast, as the ring of fourteen is 7 m wide and that of fifteen would be 19 m.
-    check(9..=16, 3000.0, (0.3, 0.75, 1.5));
+fn fourteen_robots_mill_on_the_ring_of_geometry_and_fifteen_at_the_end_of_their_reach() {
+    // Fast, as the ring of fourteen is 14 m wide.
+    let cells: Vec<Conditions> = (9..=16).map(|robots| driving(robots, (0.3, 0.75, 1.5))).collect();
+
+    for cell in &cells {
+        let ring = Ring::of(cell).expect("robots with a cone see bodies");
+        let reach_m = cell.bodies().reach_m.expect("their sensor is known");
+        // From fifteen on the ring would be wider than they see: it grows until each only just sees
+        // the next.
+        let chord_m = ring.chord_m().map_or(reach_m, |chord_m| chord_m.min(reach_m));
+        let angle_rad = std::f64::consts::PI / cell.robots as f64;
+        assert_eq!(ring.exists(), cell.robots <= 14);
+
+        let judged = Batch::new().judge(cell, (1, 0..REPLICATES), 3000.0).expect("fit and long");
+
+        let is_mill = |judged: &&Judged| judged.verdict.phase == Phase::StableMilling;
+        let mills: Vec<&Judged> = judged.iter().filter(is_mill).collect();
+        // A start may lead to two rings in place of one.
+        assert!(mills.len() as u64 >= REPLICATES - 2, "{} robots: {judged:?}", cell.robots);
+        for mill in mills {
+            let found_m = 2.0 * mill.verdict.evidence.mean_radius_m * libm::sin(angle_rad);
+            // Steering once per period widens the ring a little.
+            assert!((found_m / chord_m - 1.0).abs() < 0.05, "{}: {found_m}", cell.robots);
+        }
+    }
 }

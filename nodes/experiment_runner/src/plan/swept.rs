@@ -1,6 +1,6 @@
 //! The cell of a sweep that a run holds against its prediction.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use rsrs_core::axis::{Axis, Cell};
@@ -10,10 +10,55 @@ use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_core::document;
 use rsrs_core::harsher::HarsherFactors;
 use rsrs_core::profile::RobotProfile;
-use rsrs_core::sweep_file::SweepFile;
+use rsrs_core::sweep_file::{OtherSweep, SweepFile};
 use serde::Deserialize;
 
 use super::read;
+
+/// Why a cell of a sweep cannot be run.
+#[derive(Debug, thiserror::Error)]
+pub enum SweptCellError {
+    /// The cell says what its robots can do, and those of the run are others.
+    #[error(
+        "cell `{cell}` of {} is one of robots with {axis}={value}, a capability, and the run moves \
+         the robots as measured",
+        folder.display()
+    )]
+    Capability {
+        /// The cell.
+        cell: Cell,
+        /// Folder of the sweep.
+        folder: PathBuf,
+        /// The capability.
+        axis: Axis,
+        /// Its value in the cell.
+        value: f64,
+    },
+    /// The choice beside the sweep is another one's.
+    #[error("{} {source}", path.display())]
+    OtherSweep {
+        /// The choice.
+        path: PathBuf,
+        /// Folder of the sweep.
+        folder: PathBuf,
+        /// Whose it is.
+        source: OtherSweep,
+    },
+}
+
+impl SweptCellError {
+    /// What to do next.
+    pub fn help(&self) -> String {
+        match self {
+            Self::Capability { .. } => "`simulator: {profile: harsher}` in the experiment file \
+                 simulates the robots of the cell; for real robots, sweep what can be set on them"
+                .to_owned(),
+            Self::OtherSweep { path, folder, .. } => {
+                format!("choose again: `rsrs choose {} -o {}`", folder.display(), path.display())
+            }
+        }
+    }
+}
 
 /// A swept cell, with what a run must keep to be compared with it.
 #[derive(Clone, Debug)]
@@ -24,6 +69,14 @@ pub struct SweptCell {
     pub circumstances: Circumstances,
     /// How the sweep's robots are worse than the measured ones.
     pub factors: HarsherFactors,
+    /// What the sweep's robots can do in this cell, where the sweep says it: fixed or swept.
+    pub capabilities: Vec<(Axis, f64)>,
+    /// Folder of the sweep.
+    folder: PathBuf,
+    /// The cell on all axes of the sweep.
+    swept: Cell,
+    /// The first capability that differs between the cells of the sweep.
+    varied: Option<Axis>,
 }
 
 /// The part of a result folder's `sweep.yaml` that says what was swept.
@@ -61,21 +114,46 @@ impl SweptCell {
         };
         let asked = match asked {
             Some(cell) => cell.clone(),
-            None => chosen(folder)?,
+            None => chosen(folder, (&sweep, &profile))?,
         };
         let index = diagram.locate(&asked).with_context(|| folder.display().to_string())?;
-        let (_, conditions) = &cells[index];
+        let (swept, conditions) = &cells[index];
         let cell = Cell::new([
             (Axis::Speed, conditions.controller.speed_m_s),
             (Axis::TurnRate, conditions.controller.turn_rate_rad_s),
             (Axis::Robots, conditions.robots as f64),
         ])?;
         let circumstances = Circumstances::of(conditions, sweep.duration_s);
-        Ok(Self { cell, circumstances, factors: sweep.factors() })
+        let said = sweep.fixed.values.iter().copied().chain(swept.iter());
+        let mut axes = diagram.axes.iter().copied();
+        Ok(Self {
+            cell,
+            circumstances,
+            factors: sweep.factors(&profile),
+            capabilities: said.filter(|(axis, _)| axis.is_capability()).collect(),
+            folder: folder.to_owned(),
+            swept: swept.clone(),
+            varied: axes.find(|axis| axis.is_capability() && diagram.values(*axis).len() > 1),
+        })
+    }
+
+    /// Refuses to run this cell with robots as measured where the sweep tells its cells apart by what
+    /// robots can do: nobody can set that.
+    ///
+    /// # Errors
+    ///
+    /// [`SweptCellError::Capability`].
+    pub fn check_measured(&self) -> Result<(), SweptCellError> {
+        let Some((axis, value)) = self.varied.and_then(|axis| Some((axis, self.swept.get(axis)?)))
+        else {
+            return Ok(());
+        };
+        let (cell, folder) = (self.swept.clone(), self.folder.clone());
+        Err(SweptCellError::Capability { cell, folder, axis, value })
     }
 }
 
-fn chosen(folder: &Path) -> anyhow::Result<Cell> {
+fn chosen(folder: &Path, (sweep, profile): (&SweepFile, &RobotProfile)) -> anyhow::Result<Cell> {
     let path = folder.join("choice.json");
     if !path.exists() {
         let folder = folder.display();
@@ -87,5 +165,8 @@ fn chosen(folder: &Path) -> anyhow::Result<Cell> {
     let (name, text) = read(&path)?;
     let choice: Choice =
         serde_json::from_str(&text).with_context(|| format!("{name} is not a choice"))?;
+    sweep.check_choice(profile, choice.sweep_digest.as_deref()).map_err(|source| {
+        SweptCellError::OtherSweep { path: path.clone(), folder: folder.to_owned(), source }
+    })?;
     Ok(choice.cell)
 }

@@ -12,7 +12,7 @@ use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::fleet_file::{CmdVel, FleetFile, FleetRobot};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 
-use super::{PROGRAM, PlaceCheck, Plan, Poses, Recording, common_profile, read, run_id};
+use super::{PROGRAM, PlaceCheck, Plan, Poses, Recording, common_profile, new_run_id, read};
 
 /// What a person asks for.
 #[derive(Clone, Debug)]
@@ -108,7 +108,7 @@ impl Plan {
         let time = time(request.backend, &robots)?;
         let conditions = conditions(request, (&measured, robots.len()))?;
         let duration_s = request.trial.duration_s(conditions.period_s);
-        let run_id = run_id(Path::new(&format!("trial_{}", request.robot)));
+        let run_id = new_run_id(Path::new(&format!("trial_{}", request.robot)))?;
         let record = ExperimentRecord {
             robots: robots.iter().map(|robot| robot.name.clone()).collect(),
             provenance: Provenance::new(PROGRAM, &measured.digest(), &conditions),
@@ -128,8 +128,8 @@ impl Plan {
         }
         let files = vec![("fleet.yaml", text), ("profile.yaml", profile_text)];
         let (poses, place_check) = (Poses::IfThere, PlaceCheck::Off);
-        let recording = Recording::default();
-        Ok(Self { record, robots, bag, files, poses, place_check, recording })
+        let (recording, limits) = (Recording::default(), super::limits(&measured));
+        Ok(Self { record, robots, bag, files, poses, place_check, recording, limits })
     }
 }
 
@@ -197,15 +197,14 @@ fn conditions(
         (Axis::TurnRate, command.turn_rate_rad_s),
         (Axis::Robots, n_robots as f64),
     ];
+    let settings = Settings { values, walls: Walls::None, placement: None };
     let mut conditions = match request.trial {
         Trial::Drive { command, duration_s } => {
             check_drive(command, duration_s)?;
-            Conditions::resolve(measured, &Settings { values, walls: Walls::None })?
+            Conditions::resolve(measured, &settings)?
         }
         Trial::Stand { samples: 0, .. } => bail!("0 readings, expected 1 or more"),
-        Trial::Stand { .. } => {
-            held(Conditions::resolve(measured, &Settings { values, walls: Walls::None })?)
-        }
+        Trial::Stand { .. } => held(Conditions::resolve(measured, &settings)?),
     };
     if let Some(Neighbour { distance_m, bearing_rad }) = request.trial.neighbour() {
         let least_m = 2.0 * conditions.robot.radius_m;
@@ -252,6 +251,8 @@ fn check_drive(command: ControllerParameters, duration_s: f64) -> anyhow::Result
             bail!("{what} is {found} {unit}, expected 0 {unit} or more");
         }
     }
+    Axis::Speed.check_unit(speed_m_s)?;
+    Axis::TurnRate.check_unit(turn_rate_rad_s)?;
     if speed_m_s == 0.0 && turn_rate_rad_s == 0.0 {
         bail!("speed and turning rate are both 0, expected a command that moves");
     }

@@ -6,16 +6,17 @@ mod support;
 
 use std::time::Duration;
 
-use rsrs_bags::Bag;
-use rsrs_fleet::record::EndingKind;
+use rsrs_bags::{Bag, BagSummary};
+use rsrs_fleet::record::Ending;
 use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
 use support::{PATIENCE, in_own_network, session};
-use tokio::sync::mpsc::unbounded_channel;
+use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use tokio::time::MissedTickBehavior;
 
+use super::disk::{Job, Room};
 use super::*;
 use crate::ears;
 
@@ -30,13 +31,39 @@ fn ear(robot: usize, topic: topics::Topic) -> Ear {
     Ear::new(topic.for_robot(&format!("robot_{robot}")), topic, Role::Other)
 }
 
-fn recorder(folder: &Path, ears: &[Ear]) -> Recorder {
-    let writer = BagWriter::create(folder, BagOptions::default()).expect("it is new");
-    Recorder::around(writer, Pace::Wall, ears)
+/// A recorder whose thread does `before` each job.
+fn recorder_before(
+    folder: &Path,
+    ears: &[Ear],
+    before: impl FnMut(&Job) + Send + 'static,
+    room: Room,
+) -> (Recorder, UnboundedReceiver<Written>) {
+    let (report, written) = unbounded_channel();
+    let folder = folder.to_owned();
+    let open = move || Ok(BagWriter::create(&folder, BagOptions::default())?);
+    let disk = Disk::start(open, before, report, room).expect("there are threads");
+    (Recorder::around(disk, Pace::Wall, ears), written)
 }
 
-fn completed() -> Ending {
-    Ending { kind: EndingKind::Completed, reason: String::new() }
+fn recorder(folder: &Path, ears: &[Ear]) -> (Recorder, UnboundedReceiver<Written>) {
+    recorder_before(folder, ears, |_| {}, ROOM)
+}
+
+fn sample(sequence: u64) -> ReceivedRaw {
+    let message = cdr::encode(&Bool { data: true });
+    let (source_time_ns, received_time_ns, writer) = (None, 0, [1; 16]);
+    ReceivedRaw { message, source_time_ns, received_time_ns, sequence, writer }
+}
+
+/// Waits until the bag is closed.
+fn summary(written: &mut UnboundedReceiver<Written>) -> BagSummary {
+    loop {
+        match written.blocking_recv().expect("the thread reports how it ends") {
+            Written::Closed(summary) => return summary,
+            Written::Opened | Written::Step(_) => {}
+            failed @ (Written::NotOpened(_) | Written::Failed(_)) => panic!("{failed:?}"),
+        }
+    }
 }
 
 #[test]
@@ -44,7 +71,7 @@ fn samples_that_never_came_are_counted_by_topic_and_told_in_the_bag() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
     let ears = [ear(1, topics::DETECTION), ear(2, topics::DETECTION)];
-    let mut recorder = recorder(&path, &ears);
+    let (mut recorder, mut written) = recorder(&path, &ears);
 
     for (index, writer, sequence) in [(0, 1, 5), (1, 2, 1), (0, 1, 6), (0, 1, 9), (0, 3, 1)] {
         let message = cdr::encode(&Bool { data: true });
@@ -54,7 +81,8 @@ fn samples_that_never_came_are_counted_by_topic_and_told_in_the_bag() {
         recorder.take((index, &ears[index]), &received).unwrap();
     }
     assert_eq!(recorder.n_lost(), 2);
-    recorder.close(&completed()).unwrap();
+    recorder.close(&Ending::completed());
+    summary(&mut written);
 
     let bag = Bag::open(&path).unwrap();
     let told = bag.metadata("rsrs.recording").unwrap();
@@ -62,6 +90,92 @@ fn samples_that_never_came_are_counted_by_topic_and_told_in_the_bag() {
     assert_eq!(told["n_missing /robot_1/detection"], "2");
     assert_eq!(told["n_overflowed"], "0");
     assert_eq!(told.len(), 3);
+}
+
+/// A disk that takes its time for what `is_slow` says, longer than a lease holds.
+fn slow_disk(is_slow: impl Fn(&Job) -> bool + Send + 'static) -> impl FnMut(&Job) + Send + 'static {
+    move |job| {
+        if is_slow(job) {
+            std::thread::sleep(Duration::from_millis(600));
+        }
+    }
+}
+
+/// For which jobs a disk takes its time.
+type IsSlow = fn(&Job) -> bool;
+
+#[test]
+fn a_disk_that_is_slow_to_write_or_to_synchronise_holds_up_nobody_and_loses_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let ears = [ear(1, topics::DETECTION)];
+    let is_synchronised = |job: &Job| matches!(job, Job::Close(_));
+    let is_third = |job: &Job| matches!(job, Job::Write(message) if message.sequence == 3);
+    let disks: [(&str, IsSlow); 2] = [("write", is_third), ("sync", is_synchronised)];
+    for (name, is_slow) in disks {
+        let path = folder.path().join(name);
+        let (mut recorder, mut written) = recorder_before(&path, &ears, slow_disk(is_slow), ROOM);
+
+        let start = std::time::Instant::now();
+        for sequence in 1..=500 {
+            recorder.take((0, &ears[0]), &sample(sequence)).unwrap();
+        }
+        recorder.close(&Ending::completed());
+        let took = start.elapsed();
+
+        assert_eq!(summary(&mut written).n_messages, 500, "{name}");
+        assert!(start.elapsed() >= Duration::from_millis(600), "{name}: the disk was slow");
+        assert!(took < Duration::from_millis(500), "{name}: the lease would have lapsed: {took:?}");
+        assert_eq!(Bag::open(&path).unwrap().metadata(RECORDING).unwrap()["n_missing"], "0");
+    }
+}
+
+#[test]
+fn a_full_queue_is_reported_once_and_what_it_drops_is_counted_in_the_bag() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run");
+    let ears = [ear(1, topics::DETECTION)];
+    let (go, gone) = std::sync::mpsc::channel::<()>();
+    let stuck = move |job: &Job| {
+        if matches!(job, Job::Write(message) if message.sequence == 1) {
+            gone.recv().unwrap();
+        }
+    };
+    let room = Room { messages: 10, bytes: 1 << 20 };
+    let (mut recorder, mut written) = recorder_before(&path, &ears, stuck, room);
+
+    let taken: Vec<_> =
+        (1..=15).map(|sequence| recorder.take((0, &ears[0]), &sample(sequence))).collect();
+    go.send(()).unwrap();
+    recorder.close(&Ending::completed());
+    let summary = summary(&mut written);
+
+    let refused: Vec<usize> =
+        (0..15).filter(|index| taken[*index].is_err()).map(|index| index + 1).collect();
+    assert_eq!(refused, [11]);
+    let error = taken[10].as_ref().unwrap_err().to_string();
+    assert!(error.starts_with("the disk is too slow: 10 messages wait"), "{error}");
+    assert_eq!(summary.n_messages, 10);
+    let bag = Bag::open(&path).unwrap();
+    let told = bag.metadata(RECORDING).unwrap();
+    assert_eq!(told["n_overflowed"], "5");
+    assert_eq!(told["n_overflowed /robot_1/detection"], "5");
+}
+
+#[test]
+fn a_run_that_breaks_off_leaves_what_was_in_the_queue() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run");
+    let ears = [ear(1, topics::DETECTION)];
+    let is_first = |job: &Job| matches!(job, Job::Write(message) if message.sequence == 1);
+    let (mut recorder, _written) = recorder_before(&path, &ears, slow_disk(is_first), ROOM);
+
+    for sequence in 1..=20 {
+        recorder.take((0, &ears[0]), &sample(sequence)).unwrap();
+    }
+    drop(recorder);
+
+    let bag = Bag::open(&path).unwrap();
+    assert_eq!(bag.messages().flatten().count(), 20);
 }
 
 #[test]
@@ -92,7 +206,7 @@ fn a_hundred_robots_with_three_topics_at_20_hz_are_recorded_without_loss() {
             listener.wait_for_writers(&ear.name, 1, PATIENCE).await.unwrap();
         }
         let folder = tempfile::tempdir().unwrap();
-        let mut recorder = recorder(&folder.path().join("run"), &ears);
+        let (mut recorder, mut written) = recorder(&folder.path().join("run"), &ears);
 
         let publish = async {
             let mut clock = tokio::time::interval(STEP);
@@ -113,7 +227,9 @@ fn a_hundred_robots_with_three_topics_at_20_hz_are_recorded_without_loss() {
             }
         };
         futures::join!(publish, record);
-        let summary = recorder.close(&completed()).unwrap();
+        recorder.close(&Ending::completed());
+        let closed = tokio::task::spawn_blocking(move || summary(&mut written));
+        let summary = closed.await.expect("the bag is closed");
 
         assert_eq!(summary.n_messages_of_topic.len(), ears.len());
         assert!(summary.n_messages_of_topic.values().all(|n| *n == N_STEPS as u64));
@@ -123,4 +239,16 @@ fn a_hundred_robots_with_three_topics_at_20_hz_are_recorded_without_loss() {
         robots.close().await;
         listener.close().await;
     });
+}
+
+#[test]
+fn errors_of_the_disk_keep_their_reason() {
+    let source = io::Error::from(io::ErrorKind::StorageFull);
+    let reason = source.to_string();
+    let path = std::path::PathBuf::from("run");
+
+    let error = RecorderError::from(BagError::Write { path, source: source.into() });
+
+    let said = error.in_full();
+    assert!(said.starts_with("cannot record into run: ") && said.ends_with(&reason), "{said}");
 }

@@ -73,6 +73,22 @@ pub struct ParameterServer {
 }
 
 impl ParameterServer {
+    /// Starts to answer for a node that has no parameters: tools that list those of all nodes wait for
+    /// each that does not answer.
+    ///
+    /// # Errors
+    ///
+    /// [`ParameterServerError`].
+    pub fn without_parameters(
+        session: &Session,
+        node: &NodeHandle,
+    ) -> Result<Self, ParameterServerError> {
+        let (namespace, name) = node.full_name().rsplit_once('/').unwrap_or_default();
+        let namespace = if namespace.is_empty() { "/" } else { namespace }.to_owned();
+        let node = NodeParameters { namespace, name: name.to_owned(), parameters: Vec::new() };
+        Self::start(session, vec![node], |_, _| Ok(()))
+    }
+
     /// Declares parameters and starts to answer.
     ///
     /// `use_sim_time` is not declared: nodes of ours follow `/clock` in lockstep or not at all, and
@@ -238,5 +254,5 @@ fn serve(
     let server = raw::server(session, node, &name, &service.ros_type())?;
     let decode = move |body: &[u8]| Request::decode(service, body);
     let answer = move |request| std::future::ready(Some(lock(&state).answer(&node_name, request)));
-    Ok(session.run(raw::answer_all(name, server, decode, answer)))
+    Ok(session.run(raw::answer_all(name, server, (decode, || None), answer)))
 }

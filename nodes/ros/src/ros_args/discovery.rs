@@ -18,9 +18,23 @@ pub enum DiscoveryRange {
     SystemDefault,
 }
 
-/// Something in the environment that is not honoured, or not a good idea.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Something in the environment or the arguments that a person may not expect to be as it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Note {
+    /// The environment keeps this program on this machine, whatever interface was chosen.
+    Localhost {
+        /// The variable and its value.
+        because: &'static str,
+        /// The interface that was chosen and is not used.
+        instead_of: Option<String>,
+    },
+    /// An argument for ROS 2 that means nothing to this program.
+    WithoutEffect {
+        /// The argument.
+        flag: String,
+        /// Why not.
+        reason: &'static str,
+    },
     /// `ROS_AUTOMATIC_DISCOVERY_RANGE=OFF`.
     RangeOff,
     /// `ROS_STATIC_PEERS`.
@@ -37,6 +51,16 @@ pub enum Note {
 impl fmt::Display for Note {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Localhost { because, instead_of } => {
+                write!(formatter, "{because}: this program uses the loopback interface only")?;
+                match instead_of {
+                    Some(interface) => write!(formatter, ", and not `{interface}`"),
+                    None => Ok(()),
+                }
+            }
+            Self::WithoutEffect { flag, reason } => {
+                write!(formatter, "`{flag}` has no effect: {reason}")
+            }
             Self::RangeOff => formatter.write_str(
                 "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF is not honoured: \
                  this middleware always discovers; LOCALHOST stays on this machine",
@@ -62,6 +86,8 @@ impl fmt::Display for Note {
 pub(super) struct Discovery {
     pub(super) domain_id: u16,
     pub(super) range: DiscoveryRange,
+    /// The variable that keeps this program on this machine.
+    pub(super) localhost: Option<&'static str>,
     pub(super) notes: Vec<Note>,
 }
 
@@ -79,9 +105,12 @@ pub(super) fn read(environment: &Environment) -> Result<Discovery, RosArgsError>
 
     let mut range =
         range(environment.variable("ROS_AUTOMATIC_DISCOVERY_RANGE").unwrap_or_default())?;
+    let mut localhost =
+        (range == DiscoveryRange::Localhost).then_some("ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST");
     if environment.variable("ROS_LOCALHOST_ONLY") == Some("1") {
         // It goes before the newer variable in ROS 2, too.
         range = DiscoveryRange::Localhost;
+        localhost = Some("ROS_LOCALHOST_ONLY=1");
         notes.push(Note::LocalhostOnly);
     }
     if range == DiscoveryRange::Off {
@@ -90,7 +119,7 @@ pub(super) fn read(environment: &Environment) -> Result<Discovery, RosArgsError>
     if environment.variable("ROS_STATIC_PEERS").is_some_and(|peers| !peers.is_empty()) {
         notes.push(Note::StaticPeers);
     }
-    Ok(Discovery { domain_id, range, notes })
+    Ok(Discovery { domain_id, range, localhost, notes })
 }
 
 fn domain_id(text: &str) -> Result<u16, RosArgsError> {

@@ -92,6 +92,24 @@ pub enum RosArgsError {
         /// What is wrong with it.
         reason: String,
     },
+    /// A node cannot have another name.
+    #[error(
+        "`-r {rule}`: the nodes of this program are called `{nodes}`, by which others find them"
+    )]
+    FixedNode {
+        /// The rule.
+        rule: String,
+        /// Names of its nodes.
+        nodes: String,
+    },
+    /// A topic cannot have another name.
+    #[error("`-r {rule}`: the topics of `{nodes}` have fixed names, by which others find them")]
+    FixedTopic {
+        /// The rule.
+        rule: String,
+        /// Names of its nodes.
+        nodes: String,
+    },
     /// `ROS_DOMAIN_ID` is no domain.
     #[error("ROS_DOMAIN_ID is `{found}`, expected a number from 0 to 232, best below 102")]
     Domain {
@@ -114,9 +132,11 @@ impl RosArgsError {
     pub fn help(&self) -> Option<&'static str> {
         match self {
             Self::UnknownFlag { .. } => Some(
-                "known are -r (--remap), -p (--param), --params-file and --log-level; \
-                 `--` ends them",
+                "known are -r (--remap), -p (--param), --params-file, --log-level and \
+                 --enable/--disable-rosout-logs; `--` ends them",
             ),
+            Self::FixedNode { .. } => Some("give the robot another namespace instead"),
+            Self::FixedTopic { .. } => Some("give the other program's topic this name instead"),
             Self::FileShape { .. } => Some("see launch_configs for an example"),
             _ => None,
         }

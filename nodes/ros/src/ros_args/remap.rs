@@ -9,6 +9,8 @@ struct Rule {
     node: Option<String>,
     kind: Kind,
     to: String,
+    /// As it was given.
+    text: String,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,6 +18,15 @@ enum Kind {
     Namespace,
     NodeName,
     Topic { from: String },
+}
+
+/// Whether the topics of a program can have other names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TopicRules {
+    /// They can.
+    Followed,
+    /// They cannot: other programs find them by theirs.
+    Refused,
 }
 
 /// All rules, in the order in which they were given.
@@ -52,7 +63,33 @@ impl Remaps {
         if let Some(node) = node.filter(|node| !is_token(node)) {
             return Err(refused(node));
         }
-        self.rules.push(Rule { node: node.map(str::to_owned), kind, to: to.to_owned() });
+        let text = rule.to_owned();
+        self.rules.push(Rule { node: node.map(str::to_owned), kind, to: to.to_owned(), text });
+        Ok(())
+    }
+
+    /// Refuses rules for nodes of these names that they could not follow.
+    pub(super) fn check(&self, nodes: &[&str], topics: TopicRules) -> Result<(), RosArgsError> {
+        let is_for_us =
+            |rule: &&Rule| rule.node.as_deref().is_none_or(|node| nodes.contains(&node));
+        for rule in self.rules.iter().filter(is_for_us) {
+            let text = || rule.text.clone();
+            match &rule.kind {
+                Kind::NodeName if !nodes.contains(&rule.to.as_str()) => {
+                    return Err(RosArgsError::FixedNode {
+                        rule: text(),
+                        nodes: nodes.join("`, `"),
+                    });
+                }
+                Kind::Topic { .. } if topics == TopicRules::Refused => {
+                    return Err(RosArgsError::FixedTopic {
+                        rule: text(),
+                        nodes: nodes.join("`, `"),
+                    });
+                }
+                Kind::Namespace | Kind::NodeName | Kind::Topic { .. } => {}
+            }
+        }
         Ok(())
     }
 
@@ -162,6 +199,22 @@ mod tests {
         assert_eq!(one.node("/", "robot").0, "/");
         assert_eq!(one.topic(("/", "controller"), "a"), "/b");
         assert_eq!(one.topic(("/", "robot"), "a"), "/a");
+    }
+
+    #[test]
+    fn what_a_program_could_not_follow_is_refused_by_name() {
+        let check = |rule: &str, topics| remaps(&[rule]).check(&["robot", "controller"], topics);
+        let refused = |rule, topics| check(rule, topics).unwrap_err().to_string();
+
+        assert!(check("__node:=controller", TopicRules::Refused).is_ok());
+        assert!(check("a:=b", TopicRules::Followed).is_ok());
+        assert!(check("other:a:=b", TopicRules::Refused).is_ok());
+        assert_eq!(
+            refused("__node:=brain", TopicRules::Followed),
+            "`-r __node:=brain`: the nodes of this program are called `robot`, `controller`, by \
+             which others find them"
+        );
+        assert!(refused("robot:a:=b", TopicRules::Refused).starts_with("`-r robot:a:=b`: the"));
     }
 
     #[test]

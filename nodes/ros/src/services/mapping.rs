@@ -18,6 +18,12 @@ impl Mapping {
         if vendor == CYCLONE { Self::Cyclone } else { Self::Enhanced }
     }
 
+    /// The mapping in which a request is answered that cannot be understood.
+    pub(super) fn likely(vendor: [u8; 2], request: &[u8]) -> Self {
+        let likely = Self::of_vendor(vendor);
+        if request.len() < likely.n_header_bytes() { Self::Enhanced } else { likely }
+    }
+
     /// Both, the likelier one first.
     fn in_order(vendor: [u8; 2]) -> [Self; 2] {
         let likely = Self::of_vendor(vendor);

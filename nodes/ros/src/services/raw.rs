@@ -69,11 +69,13 @@ pub(crate) fn client(
 ///
 /// * `service` — full name, for the log.
 /// * `decode` — understands a request without a header.
+/// * `refusal` — the body of the answer to a request that cannot be understood; `None` if there is
+///   none.
 /// * `answer` — the body of the answer; `None` if there is none.
 pub(crate) async fn answer_all<Q, A>(
     service: String,
     server: RawServer,
-    decode: impl Fn(&[u8]) -> Option<Q>,
+    (decode, refusal): (impl Fn(&[u8]) -> Option<Q>, impl Fn() -> Option<Vec<u8>>),
     mut answer: impl FnMut(Q) -> A,
 ) where
     A: Future<Output = Option<Vec<u8>>>,
@@ -82,11 +84,14 @@ pub(crate) async fn answer_all<Q, A>(
     while let Some(received) = requests.next().await {
         match received {
             Ok((id, Bytes(bytes))) => {
-                let Some((mapping, request)) = understood(vendor_of(id), &bytes, &decode) else {
-                    log::warn!("`{service}`: request of another type");
-                    continue;
+                let asked = understood(vendor_of(id), &bytes, &decode);
+                let (mapping, body) = if let Some((mapping, request)) = asked {
+                    (mapping, answer(request).await)
+                } else {
+                    log::warn!("`{service}`: request of another type or version, refused");
+                    (Mapping::likely(vendor_of(id), &bytes), refusal())
                 };
-                let Some(body) = answer(request).await else {
+                let Some(body) = body else {
                     log::warn!("`{service}`: a request is not answered");
                     continue;
                 };

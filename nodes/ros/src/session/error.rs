@@ -23,6 +23,13 @@ pub enum SessionError {
         /// What the middleware said.
         reason: String,
     },
+    /// The middleware's threads cannot be watched.
+    #[error("the threads of this process cannot be listed")]
+    Threads {
+        /// What the kernel said.
+        #[source]
+        source: std::io::Error,
+    },
     /// ROS 2 does not allow this name.
     #[error("`{name}` is no ROS 2 name: {reason}")]
     Name {

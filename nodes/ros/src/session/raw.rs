@@ -1,12 +1,15 @@
 //! Topics of any type, as the bytes that a bag keeps.
 
 use std::convert::Infallible;
+use std::fmt;
 
 use futures::{Stream, StreamExt};
+use rsrs_msgs::RosMessage;
 use rsrs_msgs::cdr::ENCAPSULATION;
 use rustdds::no_key::{
     DataWriter, Decode, DefaultDecoder, DeserializerAdapter, SerializerAdapter, SimpleDataReader,
 };
+use rustdds::serialization::deserialize_from_cdr_with_rep_id;
 use rustdds::{
     DomainParticipant, QosPolicies, RepresentationIdentifier, Subscriber, Timestamp, Topic,
     TopicKind,
@@ -15,9 +18,11 @@ use rustdds::{
 use super::endpoint::dds_type;
 use super::publisher::{PATIENCE, within_patience};
 use super::subscription::{Failure, Received, ReceivedRaw};
+use super::wire::Wire;
 use super::{PublishError, SessionError, graph, ros_name};
 
 /// What a topic and its type are called in DDS.
+#[derive(Clone, Debug)]
 pub(super) struct DdsNames {
     topic: String,
     type_name: String,
@@ -34,6 +39,11 @@ impl DdsNames {
         Ok(Self { topic: format!("rt{topic}"), type_name })
     }
 
+    /// The topic's name in DDS.
+    pub(super) fn topic(&self) -> &str {
+        &self.topic
+    }
+
     /// Of the topic on which participants tell their nodes.
     pub(super) fn of_graph() -> Self {
         Self { topic: graph::TOPIC.to_owned(), type_name: graph::DDS_TYPE.to_owned() }
@@ -47,6 +57,12 @@ impl DdsNames {
         participant
             .create_topic(self.topic.clone(), self.type_name.clone(), qos, TopicKind::NoKey)
             .map_err(|error| SessionError::endpoint(&self.topic, &error))
+    }
+}
+
+impl fmt::Display for DdsNames {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "`{}`", self.topic.strip_prefix("rt").unwrap_or(&self.topic))
     }
 }
 
@@ -145,6 +161,23 @@ pub(super) fn reader(
     subscriber
         .create_simple_datareader_no_key(&topic, Some(qos.clone()))
         .map_err(|error| SessionError::endpoint(&names.topic, &error))
+}
+
+/// What bytes with encapsulation mean.
+pub(super) fn decode<M: RosMessage>(sample: ReceivedRaw) -> Result<Received<M>, Failure> {
+    let undecodable = |reason: String| Failure::Undecodable(reason);
+    let Received { message, source_time_ns, received_time_ns, sequence, writer } = sample;
+    let (encapsulation, body) = message
+        .split_first_chunk::<4>()
+        .ok_or_else(|| undecodable(format!("{} bytes", message.len())))?;
+    let [high, low, ..] = *encapsulation;
+    let (encoding, _) = ENCODINGS
+        .into_iter()
+        .find(|(_, bytes)| *bytes == [high, low])
+        .ok_or_else(|| undecodable(format!("encapsulation {encapsulation:02x?}")))?;
+    let (Wire(message), _) = deserialize_from_cdr_with_rep_id::<Wire<M>>(body, encoding)
+        .map_err(|error| undecodable(error.to_string()))?;
+    Ok(Received { message, source_time_ns, received_time_ns, sequence, writer })
 }
 
 /// The samples of a reader of bytes.

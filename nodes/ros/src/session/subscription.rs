@@ -83,7 +83,8 @@ pub(crate) struct Task {
 }
 
 impl Task {
-    fn until_close(mut self) {
+    /// Lets it run until the session is closed, with nobody to hold this.
+    pub(super) fn until_close(mut self) {
         self.ends_on_drop = false;
     }
 }
@@ -159,7 +160,12 @@ async fn deliver_all<T>(
     while let Some(sample) = samples.next().await {
         match sample {
             Ok(received) => {
-                let before = last.insert(received.writer, received.sequence);
+                let before = last.get(&received.writer).copied();
+                // Two readers of one topic share what came for either of them.
+                if before.is_some_and(|before| received.sequence <= before) {
+                    continue;
+                }
+                last.insert(received.writer, received.sequence);
                 let lost = before.map_or(0, |before| received.sequence.saturating_sub(before + 1));
                 counters.lost.fetch_add(lost, Ordering::Relaxed);
                 counters.taken.fetch_add(1, Ordering::Relaxed);

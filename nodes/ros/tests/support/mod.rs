@@ -3,6 +3,7 @@
 use std::ffi::OsString;
 use std::io::Write;
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use rsrs_ros::confine;
@@ -13,6 +14,9 @@ use rsrs_ros::session::{Session, SessionOptions};
 const IS_CHILD: &str = "RSRS_TEST_IN_OWN_NETWORK";
 /// Printed at the end of the body, so that a child which ran no test is noticed.
 const DONE: &str = "the body of the test has run";
+
+/// Robots that are driven in real time have deadlines; two fleets at once would miss each other's.
+static ONE_FLEET: Mutex<()> = Mutex::new(());
 
 /// Long enough for a busy machine.
 pub const PATIENCE: Duration = Duration::from_secs(30);
@@ -47,6 +51,7 @@ pub fn in_own_network_with(test: &str, variables: &[(&str, OsString)], body: imp
 }
 
 fn run_child(test: &str, variables: &[(&str, OsString)]) {
+    let _alone = ONE_FLEET.lock().unwrap_or_else(PoisonError::into_inner);
     let executable = std::env::current_exe().expect("a running test has an executable");
     let mut command = Command::new(executable);
     command

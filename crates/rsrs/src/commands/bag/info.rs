@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use rsrs_bags::{Bag, BagInfo, OfferedQos};
-use rsrs_fleet::record::ExperimentRecord;
+use rsrs_fleet::record::{ExperimentRecord, LostRobot};
 use serde::Serialize;
 
 use crate::commands::{Format, report};
@@ -16,7 +16,8 @@ use crate::wording::{count, counted, moment, size};
 
 /// Say what is in a bag: topics, times, the experiment, labels, and where it breaks off.
 ///
-/// Exit code 3 says that the recording breaks off, so that data may be lost.
+/// Every file is read through, against the checksums in it. Exit code 3 says that the recording breaks
+/// off or is damaged, or was recovered from one that was, so that data are lost.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -43,6 +44,8 @@ struct Report {
     ending: Option<&'static str>,
     /// Why, if it was not completed.
     reason: Option<String>,
+    /// Robots that did not take part to the end.
+    lost_robots: Vec<LostRobot>,
     /// What people labelled the bag.
     labels: Vec<HumanLabel>,
 }
@@ -53,7 +56,7 @@ struct Report {
 ///
 /// If the bag, its record or the labels beside it cannot be read.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let bag = recorded_run::open(&arguments.bag)?;
+    let bag = recorded_run::open_damaged(&arguments.bag)?;
     let record = recorded_run::record_in(&bag)?;
     let ending = recorded_run::ending_in(&bag)?;
     let result = Report {
@@ -61,11 +64,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         run_id: record.as_ref().map(|record| record.run_id.clone()),
         n_robots: record.as_ref().map(|record| record.robots.len()),
         ending: ending.as_ref().map(|ending| ending.kind.key()),
+        lost_robots: ending.as_ref().map(|ending| ending.lost.clone()).unwrap_or_default(),
         reason: ending.map(|ending| ending.reason).filter(|reason| !reason.is_empty()),
         labels: human_labels::read(&arguments.bag)?,
     };
     report(arguments.format, &result, &text(&result, record.as_ref(), &bag))?;
-    Ok(if result.info.damage.is_empty() { Outcome::Done } else { Outcome::NegativeAnswer })
+    let lacks = result.info.recovery.as_ref().is_some_and(|recovery| !recovery.is_complete);
+    let is_whole = result.info.damage.is_empty() && !lacks;
+    Ok(if is_whole { Outcome::Done } else { Outcome::NegativeAnswer })
 }
 
 fn text(result: &Report, record: Option<&ExperimentRecord>, bag: &Bag) -> String {
@@ -86,12 +92,21 @@ fn text(result: &Report, record: Option<&ExperimentRecord>, bag: &Bag) -> String
     if let Some(record) = record {
         line(format!("run: {}", run_of(record, result)));
     }
+    for lost in &result.lost_robots {
+        line(lost.to_string());
+    }
     line(format!("written by: {}", writer(info)));
     for label in &result.labels {
         line(format!("label: {label}"));
     }
     for damage in &info.damage {
         line(format!("damage: {}: {}", damage.path.display(), damage.reason));
+    }
+    for fault in &info.summary_faults {
+        line(format!("damage: the summary section alone, of which nothing is needed: {fault}"));
+    }
+    if let Some(lack) = recorded_run::lack_in(bag) {
+        line(format!("damage: {lack}"));
     }
     if let Some(broken) = recorded_run::break_in(bag) {
         line(format!("damage: {broken}"));

@@ -171,9 +171,13 @@ impl<'a> Conductor<'a> {
                 None => anyhow::anyhow!(message),
             });
         }
-        let ending = Ending { kind, reason: summary.reason.clone() };
+        let lost = summary.lost_robots.clone();
+        let ending = Ending { kind, reason: summary.reason.clone(), lost };
         let manifest = self.folder.finish(item, (plan.record, &ending), Some(summary.n_lost))?;
         say_note(&format!("{name}: {}{}", manifest.ending, outcome(&manifest)));
+        for lost in &summary.lost_robots {
+            say_note(&format!("  {lost}"));
+        }
         for line in recording_gaps::lines(&manifest.gaps) {
             say_note(&format!("  {line}"));
         }

@@ -49,7 +49,9 @@ impl Summary {
     pub fn is_whole(&self) -> bool {
         let completed = EndingKind::Completed.key();
         self.experiments.iter().all(|row| {
-            row.ending.as_deref() == Some(completed) && row.n_lost.is_none_or(|n_lost| n_lost == 0)
+            let has_overflowed = row.gaps.iter().any(|gap| gap.n_overflowed > 0);
+            let has_lost = row.n_lost.is_some_and(|n_lost| n_lost > 0) || has_overflowed;
+            row.ending.as_deref() == Some(completed) && !has_lost
         })
     }
 }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use rsrs_core::certainty::Certainty;
 
-use crate::labelling::Labelled;
+use crate::labelling::{Labelled, RunPart};
 
 /// What the judge says of a bag: the label, and below it what else there is to know.
 pub fn judged(labelled: &Labelled) -> String {
@@ -14,7 +14,7 @@ pub fn judged(labelled: &Labelled) -> String {
     {
         let lost = match evidence.lost {
             Some(lost) => format!("lost {lost:.2}"),
-            None => "lost unknown without a sensing range".to_owned(),
+            None => "lost unknown without the robots' reach".to_owned(),
         };
         write!(
             text,
@@ -42,8 +42,19 @@ pub fn judged(labelled: &Labelled) -> String {
     if !labelled.controller_only.is_empty() {
         line(format!("lease: controller only: {}", labelled.controller_only.join(", ")));
     }
+    for lost in &labelled.lost_robots {
+        line(lost.to_string());
+    }
+    if let Some(ending) = labelled.ending {
+        let reason = labelled.reason.as_deref().unwrap_or_default();
+        line(format!("the run was not completed: {ending} ({reason})"));
+    }
+    if let Some(RunPart { recorded_s, set_s }) = labelled.part {
+        let of = set_s.map_or_else(String::new, |set_s| format!(" of {set_s:.0} s"));
+        line(format!("only a part of the run: {recorded_s:.1} s{of}; it counts nowhere"));
+    }
     if let Some(damage) = &labelled.damage {
-        line(format!("{damage}; what came before was judged"));
+        line(damage.clone());
     }
     text
 }

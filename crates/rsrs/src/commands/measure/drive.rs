@@ -4,6 +4,7 @@ mod crew;
 mod operator;
 mod result;
 mod standing;
+mod table_file;
 mod template;
 
 use std::path::PathBuf;
@@ -164,7 +165,7 @@ async fn made(
     let summary = crew.conduct(plan).await?;
     let found = match TrialResult::of_bag(&plan.bag, plan)? {
         Some(found) => found,
-        None => operator::ask(&plan.bag, plan)?,
+        None => operator::ask(&plan.bag, plan).await?,
     };
     Ok((found, summary))
 }

@@ -93,7 +93,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let unmeasured = unmeasured(arguments)?;
     let (fitted, left_out) = fit_tables(arguments, &unmeasured)?;
     let profile = fitted.profile(&arguments.name, &unmeasured);
-    let simulated = HarsherFactors::default().apply(&profile)?;
+    let simulated = HarsherFactors::for_robot(&profile).apply(&profile)?;
     let lost = lost_capabilities(&profile, &simulated);
     if let Some(path) = &arguments.output {
         let text = serde_saphyr::to_string(&profile).context("the profile as YAML")?;

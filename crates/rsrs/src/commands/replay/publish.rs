@@ -5,23 +5,28 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use rsrs_bags::{Bag, BagError, BagMessage};
+use rsrs_msgs::RosMessage;
+use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::topics;
 use rsrs_ros::clock::ClockPublisher;
-use rsrs_ros::session::{RawPublisher, Session, SessionOptions};
+use rsrs_ros::parameters::ParameterServer;
+use rsrs_ros::session::{Endpoint, EndpointKind, RawPublisher, Session, SessionOptions};
 use rsrs_ros::shutdown;
 use serde::Serialize;
 
 use super::Pace;
 use super::controls::{Controls, KEYS, Wish};
-use super::selection::Selection;
+use super::selection::{Selected, Selection};
 use crate::commands::{Format, report};
-use crate::failure::Outcome;
+use crate::failure::{Outcome, with_help};
 use crate::notes::say_note;
-use crate::recorded_run;
 use crate::wording::{count, counted};
 
 /// How often `/clock` says the time between messages.
 const CLOCK_PERIOD: Duration = Duration::from_millis(25);
+
+/// Time in which other publishers on the network are found, at least.
+const DISCOVERY: Duration = Duration::from_secs(2);
 
 /// How long the publishers stay after their last message. Some subscribers drop what they have not
 /// looked at yet when a publisher leaves, though they have acknowledged it.
@@ -41,9 +46,6 @@ struct Summary {
     took_s: f64,
     /// How far it fell behind its pace at worst, in seconds.
     late_s: f64,
-    /// Where the recording breaks off.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    damage: Option<String>,
 }
 
 /// Publishes a bag.
@@ -59,7 +61,7 @@ pub async fn run(
     format: Format,
 ) -> anyhow::Result<Outcome> {
     for (names, why) in [
-        (&selection.guarded, "they move robots or permit it; `--topics` takes them by name"),
+        (&selection.guarded, "robots are steered by them; `--topics` takes them by name"),
         (&selection.foreign, "the bag does not hold them as ROS 2 sends them"),
     ] {
         if !names.is_empty() {
@@ -71,36 +73,88 @@ pub async fn run(
         }
     }
     let session = Session::open(network)?;
-    let played = play(&session, bag, selection, pace).await;
+    let played = match without_living(&session, selection).await {
+        Ok(allowed) => play(&session, bag, &allowed, pace).await.map(|played| (played, allowed)),
+        Err(error) => Err(error),
+    };
     session.close().await;
-    let Played { n_messages, took, late } = played?;
-    let left_out = [&selection.guarded[..], &selection.foreign[..]].concat();
+    let (Played { n_messages, took, late }, allowed) = played?;
+    let n_topics = allowed.topics.len();
+    let left_out = [&selection.guarded[..], &selection.foreign[..], &allowed.living[..]].concat();
     let summary = Summary {
         bag: bag.path().to_owned(),
         n_messages,
-        n_topics: selection.topics.len(),
+        n_topics,
         left_out,
         took_s: took.as_secs_f64(),
         late_s: late.as_secs_f64(),
-        damage: recorded_run::break_in(bag),
     };
     report(format, &summary, &text(&summary))?;
-    Ok(if summary.damage.is_some() { Outcome::NegativeAnswer } else { Outcome::Done })
+    Ok(Outcome::Done)
+}
+
+/// What may be published on a network.
+struct Allowed {
+    topics: Vec<Selected>,
+    /// Topics that are left out, because another program publishes them now.
+    living: Vec<String>,
+    /// Whether the recorded time is published where the bag has no clock of its own.
+    clock: bool,
+}
+
+/// Leaves out what another program publishes now, unless it was asked for by name: two publishers of a
+/// robot's topic would be taken for one, and live controllers would stamp their commands with a
+/// recorded time.
+async fn without_living(session: &Session, selection: &Selection) -> anyhow::Result<Allowed> {
+    // Names of nodes come a moment after the first question.
+    session.endpoints();
+    tokio::time::sleep(DISCOVERY).await;
+    let mut writers = session.endpoints();
+    writers.retain(|end| end.kind == EndpointKind::Writer);
+    let is_live = |end: &Endpoint| {
+        [RobotStatus::TYPE_NAME, RunLease::TYPE_NAME].contains(&end.type_name.as_str())
+    };
+    let has_robots = writers.iter().any(is_live);
+    let publishers: BTreeMap<String, Option<String>> =
+        writers.into_iter().map(|end| (end.topic, end.node)).collect();
+    let (mut allowed, mut living) = (Vec::new(), Vec::new());
+    for topic in &selection.topics {
+        match publishers.get(&topic.name) {
+            None if has_robots && topic.name == topics::CLOCK.name && !topic.is_named => {
+                living.push(topic.name.clone());
+            }
+            Some(node) if !topic.is_named => {
+                let node = node.as_deref().unwrap_or("a program without a name");
+                say_note(&format!(
+                    "left out {}: {node} publishes it now; `--topics` takes it by name",
+                    topic.name
+                ));
+                living.push(topic.name.clone());
+            }
+            _ => allowed.push(topic.clone()),
+        }
+    }
+    if allowed.is_empty() {
+        return Err(with_help(
+            "nothing is left to publish: robots are live on this network",
+            "publish into a network without robots, or name topics with `--topics`",
+        ));
+    }
+    if has_robots && !allowed.iter().any(|topic: &Selected| topic.name == topics::CLOCK.name) {
+        say_note("the time is not published: there are robots on this network");
+    }
+    Ok(Allowed { topics: allowed, living, clock: !has_robots })
 }
 
 fn text(summary: &Summary) -> String {
-    let mut text = format!(
+    format!(
         "{}: {} on {} in {:.1} s, at most {:.3} s late",
         summary.bag.display(),
         counted(summary.n_messages, "message"),
         counted(summary.n_topics as u64, "topic"),
         summary.took_s,
         summary.late_s
-    );
-    if let Some(damage) = &summary.damage {
-        text.extend(["\n", damage]);
-    }
-    text
+    )
 }
 
 /// What came of it.
@@ -113,19 +167,21 @@ struct Played {
 async fn play(
     session: &Session,
     bag: &Bag,
-    selection: &Selection,
+    allowed: &Allowed,
     pace: &Pace,
 ) -> anyhow::Result<Played> {
     let mut publishers = BTreeMap::new();
-    for topic in &selection.topics {
+    for topic in &allowed.topics {
         let publisher = session.publish_raw(&topic.name, &topic.type_name, topic.qos)?;
         publishers.insert(topic.name.as_str(), publisher);
     }
     // A bag with its own clock keeps it.
-    let clock = if publishers.contains_key(topics::CLOCK.name) {
+    let clock = if publishers.contains_key(topics::CLOCK.name) || !allowed.clock {
         None
     } else {
-        Some(ClockPublisher::new(session, &session.node("/", "replay")?)?)
+        let node = session.node("/", "replay")?;
+        let parameters = ParameterServer::without_parameters(session, &node)?;
+        Some((ClockPublisher::new(session, &node)?, parameters))
     };
     let controls = Controls::listen();
     if pace.is_paused && !controls.has_person() {
@@ -145,6 +201,7 @@ async fn play(
     let began = Instant::now();
     let ended = tokio::select! {
         request = shutdown::requested() => { request?; Ok(()) }
+        ended = session.ended() => Err(ended.into()),
         ended = async { player.whole(bag, pace).await?; player.settle().await } => ended,
     };
     ended?;
@@ -186,7 +243,8 @@ impl Place {
 /// Somebody who plays a bag.
 struct Player<'a> {
     publishers: BTreeMap<&'a str, RawPublisher>,
-    clock: Option<ClockPublisher>,
+    /// The clock, and what tools ask of its node.
+    clock: Option<(ClockPublisher, ParameterServer)>,
     controls: Controls,
     rate: f64,
     state: State,
@@ -312,7 +370,7 @@ impl Player<'_> {
 
     async fn say_time(&self, time_ns: u64) -> anyhow::Result<()> {
         match &self.clock {
-            Some(clock) => Ok(clock.publish(time_ns).await?),
+            Some((clock, _)) => Ok(clock.publish(time_ns).await?),
             None => Ok(()),
         }
     }

@@ -18,6 +18,8 @@ pub struct Selected {
     pub type_name: String,
     /// The quality of service that was recorded.
     pub qos: Qos,
+    /// Whether it was asked for by name.
+    pub is_named: bool,
 }
 
 /// What is published of a bag, and what is not.
@@ -25,13 +27,13 @@ pub struct Selected {
 pub struct Selection {
     /// The topics to publish.
     pub topics: Vec<Selected>,
-    /// Topics that are left out, because they move robots or permit it.
+    /// Topics that are left out, because robots are steered by them.
     pub guarded: Vec<String>,
     /// Topics that cannot be published, because the bag does not hold them as ROS 2 sends them.
     pub foreign: Vec<String>,
 }
 
-/// Types of messages that move a robot, permit it to move, or stand for a robot that is alive.
+/// Types of messages that steer a robot, permit it to move, or stand for a robot that is alive.
 const GUARDED: [&str; 5] = [
     Twist::TYPE_NAME,
     TwistStamped::TYPE_NAME,
@@ -39,6 +41,16 @@ const GUARDED: [&str; 5] = [
     RobotStatus::TYPE_NAME,
     Recorded::TYPE_NAME,
 ];
+
+/// Whether robots are steered by a topic: a controller answers every detection with a command, a base
+/// driver every command, and the simulator of a mixed fleet follows poses.
+fn steers(name: &str, type_name: &str) -> bool {
+    let names = [topics::DETECTION, topics::VIRTUAL_DETECTION, topics::POSE];
+    GUARDED.contains(&type_name)
+        || name == topics::E_STOP.name
+        || name.contains("/hardware/")
+        || names.iter().any(|topic| name.rsplit('/').next() == Some(topic.name))
+}
 
 /// Depth where the recording does not say one.
 const DEPTH: u32 = 100;
@@ -71,8 +83,7 @@ pub fn select(bag: &Bag, wanted: &[String]) -> anyhow::Result<Selection> {
         if !(is_named || wanted.is_empty()) {
             continue;
         }
-        let is_guarded =
-            GUARDED.contains(&topic.type_name.as_str()) || topic.name == topics::E_STOP.name;
+        let is_guarded = steers(&topic.name, &topic.type_name);
         if topic.type_name.is_empty() || topic.encoding != "cdr" {
             selection.foreign.push(topic.name.clone());
         } else if is_guarded && !is_named {
@@ -80,13 +91,13 @@ pub fn select(bag: &Bag, wanted: &[String]) -> anyhow::Result<Selection> {
         } else {
             let qos = summary.offered_qos.first().map_or(Qos::reliable(DEPTH), quality);
             let (name, type_name) = (topic.name.clone(), topic.type_name.clone());
-            selection.topics.push(Selected { name, type_name, qos });
+            selection.topics.push(Selected { name, type_name, qos, is_named });
         }
     }
     if selection.topics.is_empty() {
         return Err(with_help(
             format!("{}: nothing is left to publish", bag.path().display()),
-            "name topics that move robots, or permit it, with `--topics` if you mean them",
+            "name topics by which robots are steered with `--topics` if you mean them",
         ));
     }
     Ok(selection)
@@ -105,5 +116,35 @@ fn quality(offered: &OfferedQos) -> Qos {
             _ => Durability::Volatile,
         },
         depth: if offered.history == "keep_all" || depth == 0 { DEPTH } else { depth },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whatever_steers_a_robot_is_guarded_and_what_shows_it_is_not() {
+        let bool_type = topics::DETECTION.type_name;
+        for (name, type_name) in [
+            ("/robot_1/detection", bool_type),
+            ("/robot_1/virtual_detection", bool_type),
+            ("/robot_1/hardware/range", topics::HARDWARE_RANGE.type_name),
+            ("/robot_1/hardware/cmd_vel", Twist::TYPE_NAME),
+            ("/robot_1/pose", topics::POSE.type_name),
+            ("/base/velocity", TwistStamped::TYPE_NAME),
+            ("/swarm/lease", RunLease::TYPE_NAME),
+            ("/swarm/e_stop", bool_type),
+        ] {
+            assert!(steers(name, type_name), "{name}");
+        }
+        for (name, type_name) in [
+            ("/robot_1/odom", topics::ODOM.type_name),
+            ("/robot_1/range", topics::RANGE.type_name),
+            ("/tf", topics::TF.type_name),
+            ("/camera/pose_image", "sensor_msgs/msg/Image"),
+        ] {
+            assert!(!steers(name, type_name), "{name}");
+        }
     }
 }

@@ -3,14 +3,15 @@
 use rsrs_core::unicycle::Pose;
 
 use super::*;
-use crate::placement::StartDisc;
+use crate::placement::{StartArea, WantedStart};
 
 fn floor() -> Bench {
     Bench::with(|options| {
         options.pace = Pace::RealTime { duration: Duration::from_secs(4) };
         options.expected.simulator = false;
         options.countdown = Duration::from_secs(3);
-        options.start = Some(StartDisc { radius_m: 0.8, clearance_m: 0.165 });
+        options.start =
+            Some(WantedStart { area: StartArea::Disc { radius_m: 0.8 }, clearance_m: 0.165 });
     })
 }
 

@@ -74,6 +74,7 @@ impl Fleet {
             robot_lost: self.scenario.robot_lost,
             countdown: std::time::Duration::from_millis(self.scenario.countdown_ms),
             start: None,
+            samples: BTreeSet::new(),
         };
         let host = RunnerHost {
             machine: Runner::new(options),
@@ -117,7 +118,12 @@ impl Fleet {
                 }
                 self.tell_runner(runner, Event::LeaseHeard((*lease).clone()))
             }
-            (Message::EStop(engaged), _) => self.tell_runner(runner, Event::EStop(engaged)),
+            (Message::EStop(source, engaged), _) => {
+                self.tell_runner(runner, Event::EStop { source, engaged })
+            }
+            (Message::Release(sources), _) => {
+                self.tell_runner(runner, Event::Release((*sources).clone()))
+            }
             (Message::RobotStatus(status, sent), Node::Robot(robot) | Node::Controller(robot)) => {
                 let last = &mut host.heard[robot];
                 *last = last.filter(|last| last.at_ms >= sent.at_ms).or(Some(sent));

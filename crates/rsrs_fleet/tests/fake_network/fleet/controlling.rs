@@ -24,9 +24,18 @@ impl Fleet {
                 }
                 self.tell_controller(robot, Event::Lease((*lease).clone()))
             }
-            Message::EStop(engaged) => {
-                self.witness_e_stop((robot, engaged));
-                self.tell_controller(robot, Event::EStop(engaged))
+            Message::EStop(source, engaged) => {
+                self.witness_e_stop(robot, (source, engaged));
+                self.tell_controller(robot, Event::EStop { source, engaged })
+            }
+            Message::Release(sources) => {
+                self.witnesses[robot].e_stop_is_released(&sources);
+                self.tell_controller(robot, Event::Release((*sources).clone()))
+            }
+            Message::Locks(locks) => {
+                self.tell_controller(robot, Event::LocksOfOthers((*locks).clone()))?;
+                self.witness_adoption(robot);
+                Ok(())
             }
             Message::Detection(detected) => self.tell_controller(robot, Event::Detection(detected)),
             Message::Clock(stamp_ns) => self.tell_controller(robot, Event::Clock(stamp_ns)),
@@ -86,6 +95,9 @@ impl Fleet {
                     }
                 }
             }
+        }
+        if holds_lease {
+            self.tell_locks(robot);
         }
         self.judge_mouth(robot)
     }

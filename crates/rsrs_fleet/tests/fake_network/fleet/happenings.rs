@@ -1,5 +1,6 @@
 //! What happens to a fleet, and what its people do about it.
 
+use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::message::{Lease, LeaseState};
 use rsrs_fleet::runner;
 use rsrs_fleet::stopper::{self, Stopper, Word};
@@ -7,7 +8,7 @@ use rsrs_fleet::stopper::{self, Stopper, Word};
 use super::simulating::SimulatorHost;
 use super::{AFTERMATH_MS, BEYOND, Fleet, LAST_RUNNER, N_RUNNERS, name, new_controller};
 use crate::network::{Item, Message, Node};
-use crate::scenario::{Body, Happening, N_ROBOTS};
+use crate::scenario::{Body, Happening, N_BUTTONS, N_ROBOTS};
 
 /// A controller takes the run for gone when it has not heard of it for so long, in milliseconds.
 const HOLD_MS: u64 = 498;
@@ -25,8 +26,13 @@ impl Fleet {
             Happening::Interrupt => return self.interrupt(0),
             Happening::Stop => self.start_stopper(Word::Engage),
             Happening::Release => self.start_stopper(Word::Release),
-            Happening::Press => self.button = self.button.map(|_| true),
-            Happening::ButtonFallsSilent => self.button = None,
+            Happening::Press(button) => {
+                self.buttons[button] = self.buttons[button].map(|_| true);
+            }
+            Happening::Unpress(button) => {
+                self.buttons[button] = self.buttons[button].map(|_| false);
+            }
+            Happening::ButtonFallsSilent(button) => self.buttons[button] = None,
             Happening::Meddle(robot) => return self.meddle(robot),
             Happening::Beyond(robot) => {
                 let command = BEYOND[robot % BEYOND.len()];
@@ -78,6 +84,7 @@ impl Fleet {
         }
         match node {
             Node::Robot(robot) => self.robots_start([robot]),
+            // All of its gates forget at once, and nobody is left to ask.
             Node::Simulator => self.robots_start(Self::all_robots()),
             Node::Controller(robot) => {
                 self.controllers[robot] = new_controller(robot, &self.scenario, self.now_ms);
@@ -90,6 +97,12 @@ impl Fleet {
             _ => {}
         }
         self.switch_on(node);
+        if let Node::Robot(robot) | Node::Controller(robot) = node
+            && self.gatekeeper(robot) == node
+        {
+            self.locks[robot] = Locks::default();
+            self.ask_for_locks(node);
+        }
     }
 
     fn interrupt(&mut self, runner: usize) -> Result<(), String> {
@@ -103,6 +116,7 @@ impl Fleet {
         }
         self.stopper = Some((Stopper::new(word), word, self.now_ms));
         self.switch_on(Node::Stopper);
+        self.ask_for_locks(Node::Stopper);
         // As from a fleet file: a robot that is out of reach should be named.
         for robot in 0..N_ROBOTS {
             self.tell_stopper(stopper::Event::Found { robot: name(robot) });
@@ -113,7 +127,7 @@ impl Fleet {
     fn heal(&mut self) -> Result<(), String> {
         self.is_healed = true;
         self.network.heal();
-        self.button = None;
+        self.buttons = [None; N_BUTTONS];
         self.scenario.liar = None;
         self.scenario.ahead_ms = [0; N_ROBOTS];
         for robot in 0..N_ROBOTS {

@@ -4,6 +4,7 @@
 use std::time::Duration;
 
 use rsrs_core::controller::Command;
+use rsrs_fleet::e_stop::{Locks, Source};
 use rsrs_fleet::message::{Lease, Status};
 use rsrs_fleet::robot::limits::{Limits, Ramp};
 use rsrs_fleet::robot::{Event, Robot, RobotOptions};
@@ -41,7 +42,11 @@ impl RobotHost {
     pub fn new(robot: usize, now_ms: u64) -> Self {
         let options = options(robot, Duration::ZERO);
         Self {
-            gate: Robot::new(options.clone()).counting_from(now_ms),
+            gate: {
+                let gate = Robot::new(options.clone()).counting_from(now_ms);
+                // At the beginning of a story the fleet has been there for a while.
+                if now_ms == 0 { gate } else { gate.of_a_new_process() }
+            },
             options,
             ramp: Ramp::standing(Duration::ZERO),
             wheels: None,
@@ -87,9 +92,18 @@ impl Fleet {
                 witness.controller(status.parameter_digest, sent.at_ms, now_ms);
                 self.tell_robot(robot, Event::Controller((*status).clone()))
             }
-            Message::EStop(engaged) => {
-                self.witness_e_stop((robot, engaged));
-                self.tell_robot(robot, Event::EStop(engaged))
+            Message::EStop(source, engaged) => {
+                self.witness_e_stop(robot, (source, engaged));
+                self.tell_robot(robot, Event::EStop { source, engaged })
+            }
+            Message::Release(sources) => {
+                self.witnesses[robot].e_stop_is_released(&sources);
+                self.tell_robot(robot, Event::Release((*sources).clone()))
+            }
+            Message::Locks(locks) => {
+                self.tell_robot(robot, Event::LocksOfOthers((*locks).clone()))?;
+                self.witness_adoption(robot);
+                Ok(())
             }
             Message::Command(command, stamp_ns) if self.simulator.is_some() => {
                 self.simulator_is_commanded(robot, command, stamp_ns)
@@ -133,6 +147,7 @@ impl Fleet {
         if let Some(status) = status {
             self.say_status(robot, status);
         }
+        self.tell_locks(robot);
         Ok(())
     }
 
@@ -157,14 +172,19 @@ impl Fleet {
         }
     }
 
-    pub(super) fn witness_e_stop(&mut self, (robot, engaged): (usize, bool)) {
-        let (witness, now_ms) = (&mut self.witnesses[robot], self.now_ms);
-        if engaged {
-            witness.e_stop_engaged(now_ms);
-        } else {
-            witness.e_stop_released(now_ms);
-        }
-        self.note(|| format!("{} hears the e-stop: {engaged}", name(robot)));
+    pub(super) fn witness_e_stop(&mut self, robot: usize, (source, engaged): (Source, bool)) {
+        self.witnesses[robot].e_stop((source, engaged), self.now_ms);
+        self.note(|| format!("{} hears the e-stop: {source} {engaged}", name(robot)));
+    }
+
+    pub(super) fn witness_adoption_of(&mut self, robot: usize, locks: &Locks) {
+        self.witnesses[robot].adopts(locks);
+    }
+
+    /// What a gate takes over from others has locked it, as if it had heard it itself.
+    pub(super) fn witness_adoption(&mut self, robot: usize) {
+        let locks = self.gate(robot).locks();
+        self.witnesses[robot].adopts(&locks);
     }
 
     /// Makes the wheels do what the gate lets through.

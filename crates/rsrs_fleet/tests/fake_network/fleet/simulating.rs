@@ -7,7 +7,7 @@ use rsrs_fleet::experiment::Time;
 use rsrs_fleet::message::RobotState;
 use rsrs_fleet::robot;
 use rsrs_fleet::runner::Target;
-use rsrs_fleet::simulator::{Action, Event, Gate, Placed, Simulator};
+use rsrs_fleet::simulator::{Action, Event, Gate, Gates, Placed, Simulator};
 use rsrs_fleet::timing::LOCKSTEP_GRACE;
 
 use super::robots::{RobotHost, options};
@@ -99,10 +99,11 @@ impl Fleet {
         for robot in 0..N_ROBOTS {
             let options = options(robot, lapse_grace);
             if options != self.robots[robot].options {
-                // A robot that has to change is switched off and on again.
+                // A robot that has to change is switched off and on again, and keeps its locks.
+                let before = self.robots[robot].gate.clone();
                 self.robots_start([robot]);
-                self.robots[robot].gate =
-                    robot::Robot::new(options.clone()).counting_from(self.now_ms);
+                self.witness_adoption_of(robot, &before.locks());
+                self.robots[robot].gate = before.anew(options.clone()).counting_from(self.now_ms);
                 self.robots[robot].options = options;
             }
         }
@@ -114,6 +115,7 @@ impl Fleet {
             steps: STEPS,
             period_ns: PERIOD_NS,
             time,
+            gates: Gates::Here,
         }))?;
         Ok(Ok(()))
     }

@@ -22,7 +22,10 @@ impl Fleet {
         for action in actions {
             match action {
                 stopper::Action::Say(engaged) => {
-                    self.say_e_stop(Node::Stopper, &Message::EStop(engaged));
+                    self.say_e_stop((Node::Stopper, engaged));
+                }
+                stopper::Action::Release(sources) => {
+                    self.say_to_all(Node::Stopper, &Message::Release(sources.into()));
                 }
                 stopper::Action::Finish(ending) => {
                     self.note(|| format!("stopper: {ending:?}"));

@@ -4,7 +4,7 @@
 //! precision gives the same answer unless a distance is within its error of a limit, and then the
 //! definition is asked.
 //!
-//! Robots go a short way in a period. So once all of them are well within range of another and touch
+//! Robots go a short way in a period. So once all of them are well within reach of another and touch
 //! nobody, that stays so until one has gone as far as there is room, and until then nobody is held
 //! against all others.
 
@@ -26,7 +26,7 @@ const ROOM_MARGIN: f32 = 1e-4;
 
 /// Counts of one window, and the memory to make them.
 pub struct Company<S: Simd> {
-    /// Samples in which each robot had nobody within range; shape `[n_robots]`.
+    /// Samples in which each robot had nobody within reach; shape `[n_robots]`.
     alone: Vec<S::F>,
     /// Looks at which it was blocked; shape `[n_robots]`.
     blocked: Vec<S::F>,
@@ -119,18 +119,18 @@ impl<S: Simd> Work for Keep<'_, S> {
     fn run(mut self) {
         let Self { simd, window, .. } = self;
         let bodies = window.bodies;
-        let range_m2 = bodies.range_m.map_or(f64::INFINITY, |range_m| range_m * range_m);
+        let reach_m2 = bodies.reach_m.map_or(f64::INFINITY, |reach_m| reach_m * reach_m);
         let contact_m2 = bodies.radius_m.map_or(0.0, |radius_m| {
             let contact_m = 2.0 * radius_m * (1.0 + CONTACT_TOLERANCE);
             contact_m * contact_m
         });
-        let range = Limit::new(simd, range_m2);
+        let reach = Limit::new(simd, reach_m2);
         let contact = Limit::new(simd, contact_m2);
         let blocked = Limit::new(simd, window.commanded.blocked_below_m2);
         self.company.clear(simd, window.rows.at(window.start).len());
         for sample in window.start..window.end {
-            if !self.has_room(sample) && !self.makes_room(sample, range, contact) {
-                self.meet(sample, range, contact);
+            if !self.has_room(sample) && !self.makes_room(sample, reach, contact) {
+                self.meet(sample, reach, contact);
             }
             // Who is told to stand is not blocked.
             if blocked.exact_m2 > 0.0 && sample >= window.start + window.commanded.back {
@@ -163,7 +163,7 @@ impl<'a, S: Simd> Keep<'a, S> {
     /// Holds everybody against all others, and says whether all are near another and touch nobody.
     /// Then there may be room to go on.
     #[inline(always)]
-    fn makes_room(&mut self, sample: u64, range: Limit<S::F>, contact: Limit<S::F>) -> bool {
+    fn makes_room(&mut self, sample: u64, reach: Limit<S::F>, contact: Limit<S::F>) -> bool {
         let (simd, row) = (self.simd, self.row(sample));
         let one = |number| simd.single(number);
         let company = &mut *self.company;
@@ -173,17 +173,17 @@ impl<'a, S: Simd> Keep<'a, S> {
             least_m2 = least_m2.least(*nearest_m2);
             most_m2 = most_m2.most(*nearest_m2);
         }
-        let is_good = most_m2.lt(range.low_m2) & contact.high_m2.lt(least_m2);
+        let is_good = most_m2.lt(reach.low_m2) & contact.high_m2.lt(least_m2);
         if !is_everywhere::<S>(is_good) {
             company.room_m2 = one(-1.0);
             return false;
         }
         // Two robots come closer by twice the way that each has gone.
-        let range_m = range.low_m2.least(one(f32::MAX)).sqrt();
-        let to_range_m = range_m - most_m2.sqrt();
+        let reach_m = reach.low_m2.least(one(f32::MAX)).sqrt();
+        let to_reach_m = reach_m - most_m2.sqrt();
         let to_contact_m = least_m2.sqrt() - contact.high_m2.sqrt();
         let margin_m = one(ROOM_MARGIN) * most_m2.sqrt();
-        let room_m = (to_range_m.least(to_contact_m) - margin_m) * one(0.499);
+        let room_m = (to_reach_m.least(to_contact_m) - margin_m) * one(0.499);
         company.room_m2 = S::F::select(room_m.gt(one(0.0)), room_m * room_m, one(-1.0));
         for (place, body) in company.places.iter_mut().zip(row) {
             *place = (body.x_m, body.y_m);
@@ -194,7 +194,7 @@ impl<'a, S: Simd> Keep<'a, S> {
 
     /// Counts who is alone and who comes into contact, with the nearest neighbours as they are.
     #[inline(always)]
-    fn meet(&mut self, sample: u64, range: Limit<S::F>, contact: Limit<S::F>) {
+    fn meet(&mut self, sample: u64, reach: Limit<S::F>, contact: Limit<S::F>) {
         let (simd, row) = (self.simd, self.row(sample));
         let one = simd.single(1.0);
         let is_first = sample == self.window.start;
@@ -202,7 +202,7 @@ impl<'a, S: Simd> Keep<'a, S> {
         for robot in 0..row.len() {
             let nearest_m2 = company.nearest_m2[robot];
             let exact = |lane: usize| nearest_by_definition(row, robot, lane);
-            let is_near = is_below(simd, nearest_m2, range, |lane| exact(lane) <= range.exact_m2);
+            let is_near = is_below(simd, nearest_m2, reach, |lane| exact(lane) <= reach.exact_m2);
             let touches =
                 is_below(simd, nearest_m2, contact, |lane| exact(lane) < contact.exact_m2);
             company.alone[robot] = company.alone[robot] + one.unless(is_near);

@@ -8,25 +8,51 @@ use rsrs_core::controller::ControllerParameters;
 use rsrs_experiment_runner::plan::Plan;
 
 use super::result::{Motion, Source, TrialResult};
+use crate::failure::with_help;
 use crate::interrupt::asked_to_stop;
 
-/// Asks on standard error for what the robot did, and reads the answers from standard input.
+/// Asks on standard error for what the robot did, and reads the answers from standard input; a signal
+/// ends it.
 ///
 /// What is no answer is asked again: the trial was driven already.
 ///
 /// # Errors
 ///
-/// If standard input ends before the answers.
-pub fn ask(bag: &Path, plan: &Plan) -> anyhow::Result<TrialResult> {
+/// If standard input ends before the answers, or a signal comes.
+pub async fn ask(bag: &Path, plan: &Plan) -> anyhow::Result<TrialResult> {
     let record = &plan.record;
     let driven = (record.conditions.controller, record.duration_s);
-    let mut interview =
-        Interview { input: std::io::stdin().lock(), output: std::io::stderr().lock() };
-    let motion = interview
-        .motion(driven)
-        .with_context(|| format!("{} has no poses, so somebody must say it", bag.display()))?;
+    let unanswered = || format!("{} has no poses, so somebody must say it", bag.display());
+    let motion = asked(move |interview| interview.motion(driven)).await;
+    let motion = motion.and_then(|motion| {
+        motion.ok_or_else(|| {
+            with_help(
+                "called off before the answer",
+                "the trial was driven: write what you measured into the table, or drive it again",
+            )
+        })
+    });
+    let motion = motion.with_context(unanswered)?;
     let robot = plan.robots[0].name.clone();
     Ok(TrialResult { bag: bag.to_owned(), robot, source: Source::Operator, motion })
+}
+
+/// Puts a question to the person at the terminal; `None` if a signal comes before the answer.
+async fn asked<T: Send + 'static>(
+    question: impl FnOnce(&mut Terminal) -> anyhow::Result<T> + Send + 'static,
+) -> anyhow::Result<Option<T>> {
+    let (sender, answer) = tokio::sync::oneshot::channel();
+    // A thread that waits for a line cannot be ended; it goes with the process.
+    std::thread::spawn(move || {
+        // Standard error is not locked: others report there while nobody answers.
+        let mut interview = Interview { input: std::io::stdin().lock(), output: std::io::stderr() };
+        // Nobody waits for it when the command was ended meanwhile.
+        drop(sender.send(question(&mut interview)));
+    });
+    tokio::select! {
+        answer = answer => answer.context("the thread that asks has ended")?.map(Some),
+        _ = asked_to_stop() => Ok(None),
+    }
 }
 
 /// What a person says before a trial.
@@ -46,19 +72,8 @@ pub enum Ready {
 ///
 /// If standard input ends before the answer.
 pub async fn ready(words: &str) -> anyhow::Result<Ready> {
-    let (sender, answer) = tokio::sync::oneshot::channel();
     let words = words.to_owned();
-    // A thread that waits for a line cannot be ended; it goes with the process.
-    std::thread::spawn(move || {
-        let mut interview =
-            Interview { input: std::io::stdin().lock(), output: std::io::stderr().lock() };
-        // Nobody listens when the command was ended meanwhile.
-        drop(sender.send(interview.ready(&words)));
-    });
-    tokio::select! {
-        answer = answer => answer.context("the thread that asks has ended")?,
-        _ = asked_to_stop() => Ok(Ready::End),
-    }
+    Ok(asked(move |interview| interview.ready(&words)).await?.unwrap_or(Ready::End))
 }
 
 /// Where questions go, and where answers come from.
@@ -66,6 +81,9 @@ struct Interview<I, O> {
     input: I,
     output: O,
 }
+
+/// Where the person is.
+type Terminal = Interview<std::io::StdinLock<'static>, std::io::Stderr>;
 
 impl<I: BufRead, O: Write> Interview<I, O> {
     /// The questions for a command that was driven for some seconds.

@@ -3,18 +3,17 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
-use rsrs_bags::trajectory::{
-    RecordedTrajectory, TrajectoryError, TrajectoryOptions, read_trajectory,
-};
+use anyhow::{Context, bail};
+use rsrs_bags::trajectory::{Keep, RecordedTrajectory, TrajectoryError, read_trajectory};
 use rsrs_core::controller::ControllerParameters;
 use rsrs_core::trial::{DrivenTrial, Neighbour, reduced};
 use rsrs_experiment_runner::plan::{Plan, Trial};
 use serde::Serialize;
 
+use super::table_file::{self, TableLock};
 use crate::bag_trials;
 use crate::failure::with_help;
-use crate::files::{read_text, write_file};
+use crate::files::read_text;
 use crate::recorded_run;
 use crate::sensor_readings::Readings;
 
@@ -115,6 +114,8 @@ pub fn check_table(path: &Path, trial: &Trial) -> anyhow::Result<()> {
             ));
         }
     };
+    // Another process may fill it in for hours; that is said before anything moves.
+    let _lock = TableLock::take(path, table_file::PATIENCE)?;
     if !path.exists() {
         return Ok(());
     }
@@ -138,7 +139,8 @@ impl TrialResult {
     /// If the bag cannot be read, or its poses are no drive.
     pub fn of_bag(bag: &Path, plan: &Plan) -> anyhow::Result<Option<Self>> {
         let opened = recorded_run::open(bag)?;
-        let recorded = read_trajectory(&opened, &TrajectoryOptions::default());
+        let options = recorded_run::trajectory_options(Some(&plan.record), None, Keep::All);
+        let recorded = read_trajectory(&opened, &options);
         if is_unseen(&recorded) {
             return Ok(None);
         }
@@ -214,13 +216,15 @@ impl TrialResult {
     /// If the table cannot be read or written.
     pub fn append_to(&self, path: &Path) -> anyhow::Result<()> {
         let Some(row) = self.row() else { return Ok(()) };
+        let lost = || format!("the row of this trial is not in the table: `{row}`");
+        let lock = TableLock::take(path, table_file::PATIENCE).with_context(lost)?;
         let mut text =
             if path.exists() { read_text(path)? } else { format!("{}\n", self.header()) };
         if !text.ends_with('\n') {
             text.push('\n');
         }
         writeln!(text, "{row}").expect("a string takes any text");
-        write_file(path, text.as_bytes())
+        lock.replace(&text).with_context(lost)
     }
 
     /// The result for people: where it is, and the row with its header.

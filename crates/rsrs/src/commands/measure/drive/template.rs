@@ -6,14 +6,17 @@ use anyhow::{Context, bail};
 use rsrs_core::trial::Neighbour;
 
 use super::result::HEADERS;
+use super::table_file::{self, TableLock};
 use crate::failure::with_help;
-use crate::files::{read_text, write_file};
+use crate::files::read_text;
 use crate::sensor_readings::Readings;
 
 /// A table of detections, some rows of which are still without their count.
 pub struct Template {
     path: PathBuf,
     lines: Vec<String>,
+    /// No other process fills it in meanwhile.
+    lock: TableLock,
 }
 
 /// A trial that is still to be made.
@@ -34,9 +37,12 @@ impl Template {
     ///
     /// # Errors
     ///
-    /// If it cannot be read, or has another header.
+    /// If it cannot be read, has another header, or another process fills it in.
     pub fn open(path: &Path) -> anyhow::Result<Self> {
         let name = path.display();
+        // Without a table there is nothing to lock.
+        read_text(path)?;
+        let lock = TableLock::take(path, table_file::PATIENCE)?;
         let text = read_text(path)?;
         let lines: Vec<String> = text.lines().map(str::to_owned).collect();
         let found = lines.first().map_or("", String::as_str);
@@ -46,7 +52,7 @@ impl Template {
                 "`rsrs measure plan FLEET -o DIR` makes such a table: DIR/detection.csv",
             ));
         }
-        Ok(Self { path: path.to_owned(), lines })
+        Ok(Self { path: path.to_owned(), lines, lock })
     }
 
     /// The rows without a count, in their order.
@@ -100,11 +106,8 @@ impl Template {
         let kept: Vec<&str> = row.split(',').take(3).collect();
         *row = format!("{},{},{}", kept.join(","), found.samples, found.detections);
         let text = self.lines.join("\n") + "\n";
-        // A table that is being written is not the one that there is.
-        let beside = self.path.with_extension("csv.unfinished");
-        write_file(&beside, text.as_bytes())?;
-        std::fs::rename(&beside, &self.path)
-            .with_context(|| format!("cannot replace {}", self.path.display()))
+        let row = &self.lines[todo.line - 1];
+        self.lock.replace(&text).with_context(|| format!("this row is not in the table: `{row}`"))
     }
 }
 
@@ -140,6 +143,7 @@ mod tests {
         let todo = template.todo().unwrap();
 
         template.fill(&todo[1], Readings { samples: 299, detections: 21 }).unwrap();
+        drop(template);
 
         let text = std::fs::read_to_string(&path).unwrap();
         let rows = "a,0.3,-0.2,70,\na,0.4,0,70,12\nb,,,299,21\n";

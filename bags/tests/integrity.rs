@@ -1,0 +1,145 @@
+//! Bags with other bytes than were written are told from whole ones, whoever wrote them.
+
+mod recording;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Cursor;
+use std::path::Path;
+
+use mcap::WriteOptions;
+use mcap::records::MessageHeader;
+use recording::damage::{bag_of, file_of, messages, temporary};
+use rsrs_bags::{Bag, BagMessage, Compression, recover_into};
+
+/// What a bag with these bytes gives: `None` if it says that it is damaged, or no bag.
+fn read(folder: &Path, bytes: &[u8]) -> Option<Vec<BagMessage>> {
+    let path = folder.join("changed.mcap");
+    fs::write(&path, bytes).expect("room");
+    let bag = Bag::open(&path).ok()?;
+    if !bag.damage().is_empty() {
+        return None;
+    }
+    Some(bag.messages().collect::<Result<_, _>>().expect("it says that it is whole"))
+}
+
+#[test]
+fn a_flipped_bit_anywhere_is_found_or_changes_no_message() {
+    let folder = temporary();
+    for compression in [Compression::None, Compression::Zstd, Compression::Lz4] {
+        let place = folder.path().join(format!("{compression:?}"));
+        fs::create_dir(&place).expect("room");
+        let bag = bag_of(&place, compression, 8);
+        let whole = messages(&bag);
+        let bytes = fs::read(file_of(&bag)).expect("it was just written");
+        let mut n_found = 0;
+
+        // Each byte of one file or another: they begin alike.
+        for at in (compression as usize..bytes.len()).step_by(5) {
+            let mut flipped = bytes.clone();
+            flipped[at] ^= 1 << (at % 8);
+            match read(&place, &flipped) {
+                None => n_found += 1,
+                Some(read) => assert_eq!(read, whole, "{compression:?}, byte {at}"),
+            }
+        }
+
+        // Everything but the summary section.
+        assert!(n_found > bytes.len() / 15, "{n_found} of {} found", bytes.len());
+    }
+}
+
+/// A file by another writer, as its bytes.
+fn foreign(options: WriteOptions) -> Vec<u8> {
+    let mut file = Cursor::new(Vec::new());
+    let mut writer = options.profile("ros2").create(&mut file).expect("room");
+    let schema = writer.add_schema("std_msgs/msg/Bool", "ros2msg", b"bool data").expect("room");
+    let pairs = BTreeMap::new();
+    let channel_id = writer.add_channel(schema, "/detection", "cdr", &pairs).expect("room");
+    writer.add_channel(schema, "/nobody", "cdr", &pairs).expect("room");
+    for log_time in 0..50 {
+        let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time: 1 };
+        writer.write_to_known_channel(&header, &[0, 1, 0, 0, 1]).expect("room");
+    }
+    writer.finish().expect("room");
+    drop(writer);
+    file.into_inner()
+}
+
+#[test]
+fn files_whose_writers_left_out_checksums_or_chunks_are_whole() {
+    let folder = temporary();
+    let plain = || {
+        let none = WriteOptions::new().compression(None).calculate_chunk_crcs(false);
+        none.calculate_data_section_crc(false).calculate_summary_section_crc(false)
+    };
+    for (way, options) in [
+        plain(),
+        plain().use_chunks(false),
+        plain().calculate_chunk_crcs(true),
+        plain().use_chunks(false).calculate_data_section_crc(true),
+        plain().compression(Some(mcap::Compression::Zstd)),
+        plain().emit_summary_records(false).emit_summary_offsets(false),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let read = read(folder.path(), &foreign(options));
+
+        assert_eq!(read.map(|read| read.len()), Some(50), "way {way}");
+    }
+}
+
+#[test]
+fn a_changed_chunk_is_found_by_its_own_checksum_and_named_by_its_place() {
+    let folder = temporary();
+    let options = WriteOptions::new().compression(None).calculate_data_section_crc(false);
+    let mut bytes = foreign(options);
+    // The last byte of the last message.
+    let message = [0, 1, 0, 0, 1];
+    let at = bytes.windows(5).rposition(|bytes| bytes == message).expect("it has messages") + 4;
+    bytes[at] ^= 1;
+    let path = folder.path().join("changed.mcap");
+    fs::write(&path, &bytes).expect("room");
+
+    let damage = Bag::open(&path).expect("it has a header").damage();
+
+    assert_eq!(damage.len(), 1);
+    assert!(damage[0].reason.starts_with("Chunk CRC failed"), "{damage:?}");
+    assert!(!damage[0].is_end && damage[0].at_byte > 0 && damage[0].at_byte < at as u64);
+}
+
+#[test]
+fn a_message_that_is_no_message_any_more_is_missed_without_any_checksum() {
+    let folder = temporary();
+    let options = WriteOptions::new().use_chunks(false).calculate_data_section_crc(false);
+    let mut bytes = foreign(options.calculate_summary_section_crc(false));
+    let head = [&[5][..], &27_u64.to_le_bytes()].concat();
+    let at = bytes.windows(head.len()).position(|bytes| bytes == head).expect("it has messages");
+    // A kind of record that nobody knows is passed over.
+    bytes[at] = 0x85;
+
+    assert_eq!(read(folder.path(), &bytes), None);
+}
+
+#[test]
+fn a_recovered_bag_says_how_much_it_lacks() {
+    let folder = temporary();
+    let bag = bag_of(folder.path(), Compression::None, 40);
+    let whole = folder.path().join("whole");
+    recover_into(&bag, &whole).expect("it is a bag");
+    let path = file_of(&bag);
+    let bytes = fs::read(&path).expect("it was just written");
+    fs::write(&path, &bytes[..bytes.len() / 2]).expect("room");
+    let cut = folder.path().join("cut");
+    let recovered = recover_into(&bag, &cut).expect("it is a bag");
+
+    let of_whole = Bag::open(&whole).expect("it is a bag").recovery().expect("it was recovered");
+    let of_cut = Bag::open(&cut).expect("it is a bag").recovery().expect("it was recovered");
+
+    assert!(of_whole.is_complete && of_whole.n_messages_lost == 0);
+    assert!(!of_cut.is_complete);
+    assert_eq!(of_cut.n_messages_lost, recovered.lost.total());
+    assert_eq!(of_cut.is_exact, recovered.lost.is_exact);
+    assert_eq!(of_cut.losses.len(), recovered.losses.len());
+}

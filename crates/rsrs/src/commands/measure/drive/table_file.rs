@@ -1,0 +1,131 @@
+//! A table of trials on disk: written by one process at a time, and never half-written.
+
+use std::fs::File;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+
+use crate::failure::with_help;
+use crate::lock_file::try_lock;
+
+/// How long a row waits for another process that adds one, which takes milliseconds.
+pub const PATIENCE: Duration = Duration::from_secs(10);
+
+/// The right to write a table; no other process has it meanwhile.
+#[derive(Debug)]
+pub struct TableLock {
+    table: PathBuf,
+    lock: PathBuf,
+    /// Held open, for it is the lock.
+    _file: File,
+}
+
+impl TableLock {
+    /// Takes the right to write a table.
+    ///
+    /// # Arguments
+    ///
+    /// * `patience` — how long to wait for another process.
+    ///
+    /// # Errors
+    ///
+    /// If another process has it all the while, or its folder is not writable.
+    pub fn take(table: &Path, patience: Duration) -> anyhow::Result<Self> {
+        let lock = beside(table, "lock");
+        let start = Instant::now();
+        loop {
+            let locked = try_lock(&lock)
+                .with_context(|| format!("{} cannot be filled in", table.display()))?;
+            if let Some(file) = locked {
+                return Ok(Self { table: table.to_owned(), lock, _file: file });
+            }
+            if start.elapsed() >= patience {
+                return Err(with_help(
+                    format!("another process is filling in {}", table.display()),
+                    "wait until it ends, or give another table",
+                ));
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Replaces the table by a text, on disk at once: there is the whole old one or the whole new one,
+    /// whatever happens meanwhile.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be written, as on a full disk; then the old one is there.
+    pub fn replace(&self, text: &str) -> anyhow::Result<()> {
+        // What a link points to is replaced, and not the link.
+        let table = self.table.canonicalize().unwrap_or_else(|_| self.table.clone());
+        let draft = beside(&table, "new");
+        let write = |mut file: File| file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
+        let written = File::create(&draft)
+            .and_then(write)
+            .and_then(|()| std::fs::rename(&draft, &table))
+            .with_context(|| format!("cannot write {}; it is as it was", table.display()));
+        if written.is_err() {
+            // It may be what fills the disk. The first error is the one to report.
+            drop(std::fs::remove_file(&draft));
+        }
+        written
+    }
+}
+
+impl Drop for TableLock {
+    fn drop(&mut self) {
+        // Whoever finds it left over locks it all the same.
+        drop(std::fs::remove_file(&self.lock));
+    }
+}
+
+/// `.speed.csv.lock` beside `speed.csv`.
+fn beside(table: &Path, ending: &str) -> PathBuf {
+    let name = table.file_name().unwrap_or_default().to_string_lossy();
+    table.with_file_name(format!(".{name}.{ending}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_that_many_add_at_once_are_all_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let table = folder.path().join("speed.csv");
+        std::fs::write(&table, "header\n").unwrap();
+        let add = |who: usize| {
+            for row in 0..20 {
+                let lock = TableLock::take(&table, Duration::from_secs(60)).unwrap();
+                let text = std::fs::read_to_string(&table).unwrap();
+                lock.replace(&format!("{text}{who},{row}\n")).unwrap();
+            }
+        };
+
+        std::thread::scope(|scope| {
+            for who in 0..4 {
+                scope.spawn(move || add(who));
+            }
+        });
+
+        let text = std::fs::read_to_string(&table).unwrap();
+        assert_eq!(text.lines().count(), 1 + 4 * 20, "{text}");
+        let left: Vec<_> = std::fs::read_dir(&folder).unwrap().collect();
+        assert_eq!(left.len(), 1, "nothing is left beside the table");
+    }
+
+    #[test]
+    fn a_table_that_another_one_fills_in_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let table = folder.path().join("speed.csv");
+        let first = TableLock::take(&table, Duration::ZERO).unwrap();
+
+        let error = TableLock::take(&table, Duration::ZERO).unwrap_err().to_string();
+
+        assert!(error.starts_with("another process is filling in"), "{error}");
+        drop(first);
+        assert!(TableLock::take(&table, Duration::ZERO).is_ok());
+    }
+}

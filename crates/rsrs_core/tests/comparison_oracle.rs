@@ -1,0 +1,49 @@
+//! The evidence of comparisons is that of adaptive quadrature and of scipy's distributions.
+
+#[path = "../../../msgs/tests/venv/mod.rs"]
+mod venv;
+
+use std::path::Path;
+use std::process::Command;
+
+use rsrs_core::comparison::{Share, enough};
+use rsrs_core::pooled::PooledTest;
+use serde_json::{Value, json};
+
+/// Real and simulated hits and runs of each cell.
+type Cells = [[(u64, u64); 2]];
+
+fn case(cells: &Cells, margin: f64) -> Value {
+    let share = |(hits, n)| Share { hits, n };
+    let shares: Vec<(Share, Share)> =
+        cells.iter().map(|[real, simulated]| (share(*real), share(*simulated))).collect();
+    let simulated: Vec<Share> = shares.iter().map(|(_, simulated)| *simulated).collect();
+    let pooled = PooledTest::new(&shares, margin).summary(&simulated, enough());
+    json!({"cells": cells, "margin": margin, "pooled": pooled})
+}
+
+#[test]
+fn pooled_evidence_and_the_exact_test_agree_with_scipy() {
+    let nine: Vec<[(u64, u64); 2]> =
+        (0..9).map(|cell| [(cell % 2, 1), (80 + 2 * cell, 100)]).collect();
+    let cases = [
+        case(&[[(0, 1), (868, 1000)]], 0.1),
+        case(&[[(16, 16), (868, 1000)]], 0.1),
+        case(&[[(1, 3), (14, 16)]], 0.1),
+        case(&[[(0, 4), (3, 100)]], 0.1),
+        case(&[[(40, 50), (197, 200)]], 0.2),
+        case(&[[(9, 10), (12, 16)], [(3, 8), (868, 1000)]], 0.1),
+        case(&nine, 0.1),
+        case(&[[(30, 30), (16, 16)]], 0.1),
+        case(&[[(5, 9), (1000, 1000)], [(1, 2), (0, 16)]], 0.1),
+    ];
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("comparison_oracle.json");
+    let text = serde_json::to_string(&cases).expect("plain data");
+    std::fs::write(&file, text).expect("the target directory can be written");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/comparison_oracle.py");
+
+    let python = venv::python_with("scipy", &["scipy==1.17.*", "statsmodels==0.14.*"], &[]);
+    let printed = venv::must_run(Command::new(python).arg(script).arg(&file));
+
+    assert_eq!(printed.trim(), "9 cases agree");
+}

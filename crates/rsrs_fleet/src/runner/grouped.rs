@@ -1,0 +1,152 @@
+//! What keeps a run from starting, each cause once, however many robots it holds.
+
+use super::outcome::{Failure, Target};
+use crate::preflight::{Problem, UnfitTopic};
+
+/// Names of robots that one line has before the rest of them are only counted.
+const MOST_NAMES: usize = 12;
+
+/// One line for each cause, in the order in which they were found.
+///
+/// What is wrong with several robots in the same words is one cause with several names; nine lines of
+/// one sentence hide the tenth.
+pub fn grouped(failures: &[Failure]) -> Vec<String> {
+    let mut causes: Vec<(String, Vec<&str>)> = Vec::new();
+    for failure in failures {
+        let text = failure.to_string();
+        let Some(robot) = failure.robot() else {
+            causes.push((text, Vec::new()));
+            continue;
+        };
+        let cause = text.replace(robot, PLACE);
+        match causes.iter_mut().find(|(other, _)| *other == cause) {
+            Some((_, robots)) => robots.push(robot),
+            None => causes.push((cause, vec![robot])),
+        }
+    }
+    causes.into_iter().map(|(cause, robots)| line(&cause, &robots)).collect()
+}
+
+/// A cause with the names of its robots; names of topics have several in braces, as shells do.
+fn line(cause: &str, robots: &[&str]) -> String {
+    let names = names(robots);
+    let topics = match robots.len() {
+        0 | 1 => format!("/{names}/"),
+        _ => format!("/{{{names}}}/"),
+    };
+    cause.replace(&format!("/{PLACE}/"), &topics).replace(PLACE, &names)
+}
+
+/// Stands for the robot's name; no text of ours has it.
+const PLACE: &str = "\u{0}";
+
+fn names(robots: &[&str]) -> String {
+    if robots.len() <= MOST_NAMES {
+        return robots.join(", ");
+    }
+    format!("{} and {} more", robots[..MOST_NAMES].join(", "), robots.len() - MOST_NAMES)
+}
+
+impl Failure {
+    /// The robot that it is about, if it is about one.
+    fn robot(&self) -> Option<&str> {
+        match self {
+            Self::Preflight(problem) => problem.robot(),
+            Self::NotSet { target, .. } | Self::NotConfirmed { target, .. } => match target {
+                Target::Robot(robot) => Some(robot),
+                Target::Simulator => None,
+            },
+            Self::NotArmed { robot, .. } | Self::NoSample { robot, .. } => Some(robot),
+            Self::Recorder { .. } => None,
+        }
+    }
+}
+
+impl Problem {
+    /// The robot that it is about, if it is about one; that of a topic is its namespace.
+    fn robot(&self) -> Option<&str> {
+        match self {
+            Self::RobotMissing { robot }
+            | Self::LeaseNotHeld { robot }
+            | Self::ControllerMissing { robot }
+            | Self::Faulted { robot, .. }
+            | Self::BatteryLow { robot, .. }
+            | Self::BatteryUnknown { robot, .. }
+            | Self::WithoutWorld { robot }
+            | Self::Epoch { robot, .. }
+            | Self::PoseClock { robot, .. }
+            | Self::Clock { robot, .. } => Some(robot),
+            Self::Ailing(ailment) => Some(&ailment.robot),
+            Self::Unfit(UnfitTopic { topic, .. })
+            | Self::WrongType { topic, .. }
+            | Self::WrongSubscriber { topic, .. }
+            | Self::NoPublisher { topic }
+            | Self::SeveralPublishers { topic, .. } => {
+                topic.strip_prefix('/')?.split_once('/').map(|(robot, _)| robot)
+            }
+            Self::SimulatorMissing
+            | Self::Unrecordable { .. }
+            | Self::OtherRunner { .. }
+            | Self::TooSlow { .. }
+            | Self::Locked { .. }
+            | Self::OneSpot { .. }
+            | Self::Frames { .. }
+            | Self::EStop { .. } => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn missing(robot: usize) -> Failure {
+        Problem::RobotMissing { robot: format!("robot_{robot}") }.into()
+    }
+
+    fn silent(robot: usize) -> Failure {
+        Problem::NoPublisher { topic: format!("/robot_{robot}/detection") }.into()
+    }
+
+    #[test]
+    fn a_cause_is_one_line_however_many_robots_it_holds() {
+        let failures: Vec<Failure> = [Problem::SimulatorMissing.into()]
+            .into_iter()
+            .chain((1..=9).flat_map(|robot| [missing(robot), silent(robot)]))
+            .collect();
+
+        let lines = grouped(&failures);
+
+        let nine =
+            "robot_1, robot_2, robot_3, robot_4, robot_5, robot_6, robot_7, robot_8, robot_9";
+        assert_eq!(
+            lines,
+            [
+                "no simulator discovered".to_owned(),
+                format!("{nine}: no status heard"),
+                format!("/{{{nine}}}/detection: nobody publishes it"),
+            ]
+        );
+    }
+
+    #[test]
+    fn what_differs_is_said_of_each_robot() {
+        let faulted = |robot: &str, reason: &str| {
+            let (robot, reason) = (robot.to_owned(), reason.to_owned());
+            Failure::from(Problem::Faulted { robot, reason })
+        };
+        let failures =
+            [faulted("a", "no battery"), faulted("b", "no motor"), faulted("c", "no motor")];
+
+        assert_eq!(grouped(&failures), ["a: no battery", "b, c: no motor"]);
+    }
+
+    #[test]
+    fn of_very_many_robots_some_are_named() {
+        let failures: Vec<Failure> = (1..=100).map(missing).collect();
+
+        let [line] = &grouped(&failures)[..] else { panic!("one cause") };
+
+        assert!(line.ends_with("robot_12 and 88 more: no status heard"), "{line}");
+    }
+}

@@ -1,0 +1,64 @@
+//! Who publishes what only one node may, and was not there when the run began.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+
+use crate::preflight::{Endpoint, Expected, Graph, Publishers};
+use crate::timing::SILENCE;
+
+/// The publishers that were there when all that the run needs was found.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Strangers {
+    known: BTreeSet<[u8; 16]>,
+    /// Topics, and the nodes that published them: one of these that starts again is no stranger.
+    nodes: BTreeSet<(String, String)>,
+    /// By publisher: since when it is known to be none of these.
+    since: BTreeMap<[u8; 16], Duration>,
+}
+
+impl Strangers {
+    /// Nobody is a stranger yet.
+    pub(super) fn none_of(graph: &Graph) -> Self {
+        let node = |end: &Endpoint| Some((end.topic.clone(), end.node.clone()?));
+        Self {
+            known: graph.publishers.iter().map(|end| end.guid).collect(),
+            nodes: graph.publishers.iter().filter_map(node).collect(),
+            since: BTreeMap::new(),
+        }
+    }
+
+    /// The first second publisher of a topic that has one, in words.
+    ///
+    /// A node may be discovered after its publishers: who has no name gets a second to say it.
+    pub(super) fn find(
+        &mut self,
+        expected: &Expected,
+        graph: &Graph,
+        now: Duration,
+    ) -> Option<String> {
+        let only_one = expected.topics.iter().filter(|topic| topic.publishers != Publishers::Any);
+        for topic in only_one {
+            let here = graph.publishers.iter().filter(|end| end.topic == topic.name);
+            if here.clone().count() < 2 {
+                continue;
+            }
+            for end in here.filter(|end| !self.known.contains(&end.guid)) {
+                let since = *self.since.entry(end.guid).or_insert(now);
+                match &end.node {
+                    Some(node) if self.nodes.contains(&(topic.name.clone(), node.clone())) => {}
+                    Some(node) => {
+                        return Some(format!("a second publisher of {}: node {node}", topic.name));
+                    }
+                    None if now.saturating_sub(since) >= SILENCE => {
+                        let name = &topic.name;
+                        return Some(format!(
+                            "a second publisher of {name}, of a node that does not say its name"
+                        ));
+                    }
+                    None => {}
+                }
+            }
+        }
+        None
+    }
+}

@@ -1,0 +1,66 @@
+//! Detections that never come, or come no more.
+
+use super::*;
+
+/// A run of robots whose detections are watched.
+fn sampled(robot_lost: RobotLost) -> Bench {
+    Bench::with(|options| {
+        options.pace = Pace::RealTime { duration: Duration::from_secs(8) };
+        options.robot_lost = robot_lost;
+        options.samples = [SampleKind::Detection].into();
+    })
+}
+
+fn detection(robot: &str) -> Event {
+    Event::Sampled { robot: robot.to_owned(), kind: SampleKind::Detection }
+}
+
+#[test]
+fn a_run_without_a_detection_since_its_start_has_failed() {
+    let mut bench = sampled(RobotLost::Note);
+    // What was detected before the start moved nobody.
+    for name in NAMES {
+        bench.give(detection(name));
+    }
+    bench.run();
+    let start_ms = bench.now_ms;
+
+    let mut beats = 0;
+    while bench.finish.is_none() {
+        bench.give(detection("robot_1"));
+        bench.beat();
+        beats += 1;
+        assert!(beats < 100, "it goes on for ever");
+    }
+
+    let problems = bench.problems();
+    assert_eq!(problems.len(), 1, "{problems:?}");
+    assert!(problems[0].starts_with("robot_2: no detection received since the start"));
+    assert!((5_000..5_500).contains(&(bench.now_ms - start_ms)));
+}
+
+#[test]
+fn a_robot_whose_detections_stop_is_lost() {
+    for (robot_lost, is_completed) in [(RobotLost::Abort, false), (RobotLost::Note, true)] {
+        let mut bench = sampled(robot_lost);
+        bench.run();
+        for beat in 0..300 {
+            if bench.finish.is_some() {
+                break;
+            }
+            bench.give(detection("robot_1"));
+            if beat < 20 {
+                bench.give(detection("robot_2"));
+            }
+            bench.beat();
+        }
+
+        let (outcome, _) = bench.end();
+        assert_eq!(outcome == Outcome::Completed, is_completed, "{outcome:?}");
+        let [lost] = bench.runner.lost() else { panic!("{:?}", bench.runner.lost()) };
+        assert_eq!(
+            lost.to_string(),
+            "robot_2 lost after 5.0 s: no detection received for more than 3 s"
+        );
+    }
+}

@@ -1,0 +1,198 @@
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::*;
+use crate::message::E_STOP_REASON;
+
+fn ms(milliseconds: u64) -> Duration {
+    Duration::from_millis(milliseconds)
+}
+
+fn status(state: RobotState, stop_reason: &str) -> Status {
+    // Each is newer than all before it.
+    static COUNTER: AtomicU64 = AtomicU64::new(1);
+    Status {
+        counter: COUNTER.fetch_add(1, Ordering::Relaxed),
+        epoch: 0,
+        parameter_digest: 0,
+        state,
+        stop_reason: stop_reason.to_owned(),
+        battery_v: f32::NAN,
+    }
+}
+
+fn says(robot: &str, state: RobotState, stop_reason: &str) -> Event {
+    Event::Status { robot: robot.to_owned(), status: status(state, stop_reason) }
+}
+
+fn found(robot: &str) -> Event {
+    Event::Found { robot: robot.to_owned() }
+}
+
+#[test]
+fn the_first_word_is_said_at_once_and_then_ten_times_a_second() {
+    let mut stopper = Stopper::new(Word::Engage);
+
+    let times: Vec<_> = (0..30)
+        .map(|tick| 10 * tick)
+        .filter(|at| stopper.on_event(Event::Tick, ms(*at)) == [Action::Say(true)])
+        .collect();
+
+    assert_eq!(times, [0, 100, 200]);
+}
+
+#[test]
+fn it_ends_when_every_robot_stands_and_none_turns_up_any_more() {
+    let mut stopper = Stopper::new(Word::Engage);
+    stopper.on_event(Event::Tick, ms(0));
+    stopper.on_event(says("robot_1", RobotState::Stopped, "e-stop"), ms(40));
+
+    assert!(!stopper.on_event(Event::Tick, ms(1_999)).contains(&finished()));
+    assert!(stopper.on_event(Event::Tick, ms(2_000)).contains(&finished()));
+    assert_eq!(stopper.answers()[0].acknowledged_after, Some(ms(40)));
+}
+
+fn finished() -> Action {
+    Action::Finish(Ending::Acknowledged)
+}
+
+#[test]
+fn a_robot_that_stands_for_another_reason_has_not_acknowledged() {
+    for (state, reason) in [
+        (RobotState::Idle, "belongs to no run"),
+        (RobotState::Armed, "armed, waiting for the start"),
+        (RobotState::Moving, ""),
+        (RobotState::Stopped, "lease ran out"),
+        (RobotState::Fault, "hardware fault: wheel"),
+    ] {
+        let mut stopper = Stopper::new(Word::Engage);
+        stopper.on_event(Event::Tick, ms(0));
+
+        stopper.on_event(says("robot_1", state, reason), ms(50));
+
+        assert_eq!(stopper.answers()[0].acknowledged_after, None, "{state}");
+    }
+}
+
+#[test]
+fn who_is_expected_and_silent_is_named_after_a_bounded_time() {
+    let mut stopper = Stopper::new(Word::Engage);
+    stopper.on_event(found("robot_9"), ms(0));
+    stopper.on_event(says("robot_1", RobotState::Fault, "e-stop; hardware fault: wheel"), ms(50));
+
+    let end = stopper.on_event(Event::Tick, ms(7_000));
+
+    assert!(end.contains(&Action::Finish(Ending::TimedOut)), "{end:?}");
+    let silent: Vec<_> = stopper
+        .answers()
+        .into_iter()
+        .filter(|answer| answer.acknowledged_after.is_none())
+        .map(|answer| answer.robot)
+        .collect();
+    assert_eq!(silent, ["robot_9"]);
+}
+
+#[test]
+fn an_acknowledgement_that_comes_late_or_again_is_none() {
+    let mut stopper = Stopper::new(Word::Engage);
+    stopper.on_event(Event::Tick, ms(0));
+    let earlier = says("a", RobotState::Stopped, E_STOP_REASON);
+    stopper.on_event(says("a", RobotState::Moving, ""), ms(10));
+
+    stopper.on_event(earlier, ms(20));
+
+    assert_eq!(stopper.answers()[0].acknowledged_after, None);
+}
+
+#[test]
+fn no_robot_at_all_is_no_acknowledgement() {
+    let mut stopper = Stopper::new(Word::Engage);
+    stopper.on_event(Event::Tick, ms(0));
+
+    let end = stopper.on_event(Event::Tick, ms(7_000));
+
+    assert!(end.contains(&Action::Finish(Ending::TimedOut)), "{end:?}");
+}
+
+#[test]
+fn a_robot_that_is_released_by_someone_else_has_no_longer_acknowledged() {
+    let mut stopper = Stopper::new(Word::Engage);
+    stopper.on_event(Event::Tick, ms(0));
+    stopper.on_event(says("robot_1", RobotState::Stopped, "e-stop"), ms(50));
+
+    stopper.on_event(says("robot_1", RobotState::Stopped, "stopped by the e-stop"), ms(90));
+
+    assert_eq!(stopper.answers()[0].acknowledged_after, None);
+}
+
+#[test]
+fn a_release_looks_first_and_ends_when_no_robot_is_locked() {
+    let mut stopper = Stopper::new(Word::Release);
+    let locked = || says("robot_1", RobotState::Stopped, "e-stop");
+    assert_eq!(stopper.on_event(locked(), ms(0)), []);
+
+    assert_eq!(stopper.on_event(locked(), ms(2_000)), [Action::Say(false)]);
+    let end = stopper.on_event(says("robot_1", RobotState::Stopped, "lease ran out"), ms(2_050));
+
+    assert_eq!(end, [finished()]);
+}
+
+#[test]
+fn a_release_among_moving_robots_says_nothing() {
+    let mut stopper = Stopper::new(Word::Release);
+    stopper.on_event(says("robot_1", RobotState::Moving, ""), ms(0));
+
+    assert_eq!(stopper.on_event(Event::Tick, ms(2_000)), [Action::Finish(Ending::InRun)]);
+}
+
+const LEFT: Source = Source([1; 16]);
+const THERE: Source = Source([2; 16]);
+const REPORTER: Source = Source([9; 16]);
+
+fn locked_by(sources: &[(Source, Cause)]) -> Event {
+    let locks = Locks(sources.iter().copied().collect());
+    Event::Locks { reporter: REPORTER, locks }
+}
+
+#[test]
+fn a_release_ends_the_locks_of_who_has_left_and_names_who_still_holds() {
+    let mut stopper = Stopper::new(Word::Release);
+    stopper.on_event(says("robot_1", RobotState::Stopped, "e-stop"), ms(0));
+    stopper.on_event(locked_by(&[(LEFT, Cause::Engaged), (THERE, Cause::Engaged)]), ms(0));
+    stopper.on_event(Event::Publishers([THERE].into()), ms(0));
+
+    let actions = stopper.on_event(Event::Tick, ms(2_000));
+    assert_eq!(actions, [Action::Say(false), Action::Release([LEFT].into())]);
+    assert_eq!(stopper.holding(ms(2_000)), Locks([(THERE, Cause::Engaged)].into()));
+
+    // It goes.
+    stopper.on_event(locked_by(&[(THERE, Cause::Engaged)]), ms(2_010));
+    stopper.on_event(Event::Publishers(BTreeSet::new()), ms(2_020));
+    let actions = stopper.on_event(Event::Tick, ms(2_100));
+    assert_eq!(actions, [Action::Say(false), Action::Release([THERE].into())]);
+}
+
+#[test]
+fn a_source_that_fell_silent_is_released_and_one_that_says_true_is_not() {
+    let mut stopper = Stopper::new(Word::Release);
+    stopper.on_event(locked_by(&[(LEFT, Cause::Engaged), (THERE, Cause::Silent)]), ms(0));
+    stopper.on_event(Event::Publishers([THERE].into()), ms(0));
+    stopper.on_event(Event::EStop { source: LEFT, engaged: true }, ms(1_500));
+
+    let actions = stopper.on_event(Event::Tick, ms(2_000));
+
+    assert_eq!(actions, [Action::Say(false), Action::Release([THERE].into())]);
+    assert_eq!(stopper.holding(ms(2_000)), Locks([(LEFT, Cause::Engaged)].into()));
+}
+
+#[test]
+fn any_number_of_names_is_followed_up_to_a_bound() {
+    let mut stopper = Stopper::new(Word::Engage);
+    stopper.on_event(found("robot_1"), ms(0));
+
+    for name in 0..5_000 {
+        stopper.on_event(found(&format!("nobody_{name}")), ms(0));
+    }
+
+    assert_eq!(stopper.answers().len(), MOST_ROBOTS);
+    assert!(stopper.follows("robot_1") && !stopper.follows("robot_2"));
+}

@@ -1,0 +1,81 @@
+//! Who engages the e-stop, who is locked by whom, and who asks for that.
+
+use rsrs_fleet::e_stop::Source;
+use rsrs_fleet::stopper;
+
+use super::{Fleet, N_RUNNERS, name};
+use crate::network::{Message, Node};
+use crate::scenario::N_ROBOTS;
+
+impl Fleet {
+    /// Says a word of the e-stop to all who listen there.
+    pub(super) fn say_e_stop(&mut self, (from, engaged): (Node, bool)) {
+        let word = Message::EStop(self.source(from), engaged);
+        self.say_to_all(from, &word);
+        if from != Node::Stopper {
+            self.send(from, Node::Stopper, word);
+        }
+    }
+
+    pub(super) fn say_to_all(&mut self, from: Node, word: &Message) {
+        self.e_stop_was_used = true;
+        for robot in 0..N_ROBOTS {
+            self.send(from, self.gatekeeper(robot), word.clone());
+        }
+        for runner in 0..N_RUNNERS {
+            self.send(from, Node::Runner(runner), word.clone());
+        }
+    }
+
+    /// Names the publisher of a node in this life.
+    pub(super) fn source(&self, node: Node) -> Source {
+        let slot = self.slot(node);
+        let mut guid = [0; 16];
+        guid[0] = u8::try_from(slot).expect("there are few nodes");
+        guid[4..8].copy_from_slice(&self.processes[slot].life.to_be_bytes());
+        Source(guid)
+    }
+
+    /// A gate tells everybody what the e-stop has locked on it, when that changes.
+    pub(super) fn tell_locks(&mut self, robot: usize) {
+        let locks = self.gate(robot).locks();
+        if locks == self.locks[robot] {
+            return;
+        }
+        self.locks[robot].clone_from(&locks);
+        let from = self.gatekeeper(robot);
+        let message = Message::Locks(locks.into());
+        for other in (0..N_ROBOTS).filter(|other| *other != robot) {
+            self.send(from, self.gatekeeper(other), message.clone());
+        }
+        self.send(from, Node::Stopper, message);
+    }
+
+    /// Who starts to listen hears what every gate that lives has last told of its locks.
+    pub(super) fn ask_for_locks(&mut self, asking: Node) {
+        for robot in 0..N_ROBOTS {
+            let from = self.gatekeeper(robot);
+            if from != asking && self.processes[self.slot(from)].is_up {
+                let message = Message::Locks(self.locks[robot].clone().into());
+                self.send(from, asking, message);
+            }
+        }
+    }
+
+    pub(super) fn stopper_hears(&mut self, from: Node, message: Message) {
+        let event = match (message, from) {
+            (Message::RobotStatus(status, _), Node::Robot(robot) | Node::Controller(robot)) => {
+                stopper::Event::Status { robot: name(robot), status: (*status).clone() }
+            }
+            (Message::EStop(source, engaged), _) => stopper::Event::EStop { source, engaged },
+            (Message::Locks(locks), Node::Robot(robot) | Node::Controller(robot)) => {
+                // Robots of one process have one publisher, and here each its own.
+                let Source(mut guid) = self.source(from);
+                guid[15] = u8::try_from(robot).expect("there are few robots");
+                stopper::Event::Locks { reporter: Source(guid), locks: (*locks).clone() }
+            }
+            (other, from) => panic!("a stopper hears {other:?} from {from:?}"),
+        };
+        self.tell_stopper(event);
+    }
+}

@@ -1,0 +1,171 @@
+//! The default plane in both worlds: swept, or drawn from the truth.
+
+use std::sync::atomic::AtomicBool;
+
+use rsrs_core::axis::Cell;
+use rsrs_core::choice::{Worlds, rank};
+use rsrs_core::conditions::Conditions;
+use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
+use rsrs_core::digest::mix;
+use rsrs_core::harsher::{Harsher, HarsherFactors};
+use rsrs_core::interval_kind::IntervalKind;
+use rsrs_core::phase::Phase;
+use rsrs_core::profile::RobotProfile;
+use rsrs_core::sweep_file::SweepFile;
+use rsrs_sim::sweep::{Runs, Watch, confirm, sweep};
+
+use crate::rules::VIABLE;
+
+/// Replicates of a sweep.
+pub const REPLICATES: [u64; 5] = [16, 50, 100, 200, 400];
+/// Runs of the truth and of a confirmation.
+pub const TRUTH: u64 = 1000;
+const DURATION_S: f64 = 300.0;
+/// A seed that no sweep has.
+const TRUTH_SEED: u64 = 1_000_001;
+
+/// Simulates the plane.
+pub struct Sweeper {
+    cells: Vec<Cell>,
+    /// Those of robots made worse, then those of robots as measured.
+    conditions: Vec<Conditions>,
+    n_threads: usize,
+}
+
+/// The counts of both worlds.
+pub struct Plane {
+    pub worlds: [PhaseDiagram; 2],
+}
+
+impl Sweeper {
+    /// The plane of the shipped sweep.
+    pub fn new() -> Self {
+        let name = "flockbot_speed_turn.yaml";
+        let text = include_str!("../../../../launch_configs/sweeps/flockbot_speed_turn.yaml");
+        let worse = SweepFile::parse(name, text).expect("it is shipped");
+        let text = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+        let robot = RobotProfile::parse("flockbot.yaml", text).expect("it is shipped");
+        let measured = SweepFile { harsher: Harsher::from(HarsherFactors::NONE), ..worse.clone() };
+        let resolve =
+            |file: &SweepFile| file.resolve(name, &robot).expect("its cells are possible");
+        let (cells, mut conditions): (Vec<Cell>, Vec<Conditions>) =
+            resolve(&worse).into_iter().unzip();
+        conditions.extend(resolve(&measured).into_iter().map(|(_, conditions)| conditions));
+        let n_threads = std::thread::available_parallelism().map_or(1, usize::from);
+        Self { cells, conditions, n_threads }
+    }
+
+    fn runs(&self, seed: u64, replicates: u64) -> Runs {
+        Runs { seed, replicates, duration_s: DURATION_S, n_threads: self.n_threads }
+    }
+
+    /// Sweeps the plane.
+    pub fn sweep(&self, seed: u64, replicates: u64) -> Plane {
+        let watch = Watch { progress: &|_| {}, cancel: &AtomicBool::new(false) };
+        let swept = sweep(&self.conditions, self.runs(seed, replicates), watch);
+        let counts = swept.expect("the robots fit").counts(self.conditions.len());
+        let (worse, measured) = counts.split_at(self.cells.len());
+        Plane { worlds: [worse, measured].map(|counts| self.diagram(counts)) }
+    }
+
+    /// How 1,000 runs of every cell end.
+    pub fn truth(&self) -> Plane {
+        self.sweep(TRUTH_SEED, TRUTH)
+    }
+
+    /// How often a cell mills in fresh runs, in both worlds.
+    pub fn confirm(&self, seed: u64, cell: usize) -> [u64; 2] {
+        [cell, cell + self.cells.len()].map(|index| {
+            let watch = Watch { progress: &|_| {}, cancel: &AtomicBool::new(false) };
+            let fresh = confirm(&self.conditions[index], self.runs(seed, TRUTH), watch);
+            fresh.expect("the robots fit").counts(1)[0].get(Phase::StableMilling)
+        })
+    }
+
+    fn diagram(&self, counts: &[PhaseCounts]) -> PhaseDiagram {
+        let entries = self.cells.iter().cloned().zip(counts);
+        let cells = entries.map(|(cell, counts)| DiagramCell { cell, counts: *counts }).collect();
+        PhaseDiagram { axes: self.cells[0].axes(), cells }
+    }
+
+    /// Cells as people read them.
+    pub fn names(&self, cells: &[usize]) -> String {
+        let name = |cell: &usize| {
+            let values: Vec<String> =
+                self.cells[*cell].iter().map(|(_, value)| format!("{value:.3}")).collect();
+            format!("({})", values.join(", "))
+        };
+        cells.iter().map(name).collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl Plane {
+    /// The shares of mills of a cell, made worse and as measured.
+    pub fn shares(&self, cell: usize) -> [f64; 2] {
+        [0, 1].map(|world| self.worlds[world].cells[cell].counts.share(Phase::StableMilling))
+    }
+
+    /// The smaller of both.
+    pub fn least(&self, cell: usize) -> f64 {
+        let [worse, measured] = self.shares(cell);
+        worse.min(measured)
+    }
+
+    /// Counts of mills of a cell in so many runs as this plane says, in both worlds.
+    pub fn hits(&self, cell: usize, (draw, n): (u64, u64)) -> [u64; 2] {
+        let [worse, measured] = self.shares(cell);
+        [(0_u64, worse), (1, measured)].map(|(world, share)| {
+            let key = mix(mix(mix(draw) ^ cell as u64) ^ (world << 32) ^ n);
+            let is_hit = |run: &u64| {
+                let uniform = (mix(key ^ *run) >> 11) as f64 / (1_u64 << 53) as f64;
+                uniform < share
+            };
+            (0..n).filter(is_hit).count() as u64
+        })
+    }
+
+    /// A sweep of so many replicates as this plane says.
+    pub fn drawn(&self, (draw, replicates): (u64, u64)) -> Self {
+        let mut worlds = self.worlds.clone();
+        for cell in 0..worlds[0].cells.len() {
+            let hits = self.hits(cell, (2 * draw, replicates));
+            for (world, hits) in worlds.iter_mut().zip(hits) {
+                let mut counts = PhaseCounts::default();
+                counts.add_many(Phase::StableMilling, hits);
+                counts.add_many(Phase::Unformed, replicates - hits);
+                world.cells[cell].counts = counts;
+            }
+        }
+        Self { worlds }
+    }
+
+    /// The cells that lie deepest where at least the viable share mills in both worlds.
+    pub fn deepest(&self) -> Vec<usize> {
+        let worlds = Worlds { simulated: &self.worlds[0], as_measured: Some(&self.worlds[1]) };
+        let ranked = rank(worlds, IntervalKind::ClopperPearson, VIABLE);
+        let viable = || ranked.iter().filter(|candidate| self.least(candidate.index) >= VIABLE);
+        let most = viable().map(|candidate| candidate.depth).fold(0.0, f64::max);
+        viable().filter(|it| it.depth >= most).map(|it| it.index).collect()
+    }
+
+    /// Where a cell lies, in grid steps.
+    pub fn place(&self, cell: usize) -> [usize; 2] {
+        let diagram = &self.worlds[0];
+        [0, 1].map(|axis| {
+            let axis = diagram.axes[axis];
+            let value = diagram.cells[cell].cell.get(axis).expect("the axis is swept");
+            diagram.values(axis).partition_point(|other| *other < value)
+        })
+    }
+
+    /// How far a cell is from the nearest of others, in grid steps.
+    pub fn nearest(&self, cell: usize, others: &[usize]) -> f64 {
+        let here = self.place(cell);
+        let distance = |other: &usize| {
+            let there = self.place(*other);
+            let square = |axis: usize| (here[axis] as f64 - there[axis] as f64).powi(2);
+            (square(0) + square(1)).sqrt()
+        };
+        others.iter().map(distance).fold(f64::INFINITY, f64::min)
+    }
+}

@@ -1,0 +1,52 @@
+//! What a run does every now and then, whatever arrives.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use rsrs_fleet::experiment::Time;
+use rsrs_fleet::rates::Rates;
+use rsrs_msgs::rsrs::Recorded;
+
+use super::Run;
+use crate::ears::{Ear, Role};
+use crate::report::Progress;
+
+impl Run<'_> {
+    /// Listens to what was asked for by name, as soon as somebody publishes it.
+    pub(super) fn look_for_extras(&mut self) -> anyhow::Result<BTreeMap<String, String>> {
+        if self.recorder.is_none() {
+            self.extras.look(self.session, &mut self.ears)?;
+        }
+        Ok(self.extras.unrecordable())
+    }
+
+    /// A confirmation that nobody has received must not hold the world for ever.
+    pub(super) async fn repeat_recorded(&mut self) -> anyhow::Result<()> {
+        let step = self.recorded_step;
+        if step > 0 && !self.is_cut_off {
+            self.recorded.publish(Recorded { step }).await?;
+        }
+        Ok(())
+    }
+
+    /// While robots move in real time, tells how long they have, and what comes too rarely.
+    pub(super) fn watch_rates(&mut self) {
+        let now = self.start.elapsed();
+        let (Some(running), Time::RealTime) =
+            (self.machine.running_for(now), self.plan.record.time)
+        else {
+            return;
+        };
+        let of = Duration::from_secs_f64(self.plan.record.duration_s).as_secs();
+        (self.watch)(Progress::Done { done: running.as_secs(), of });
+        let (ears, period_s) = (&self.ears, self.plan.record.conditions.period_s);
+        let rates = self.rates.get_or_insert_with(|| {
+            let each_period = |ear: &&Ear| matches!(ear.role, Role::Detection(_) | Role::Command);
+            let topics = ears.iter().filter(each_period).map(|ear| ear.name.clone());
+            Rates::new(topics, period_s, now)
+        });
+        for change in rates.changes(now) {
+            self.say(change);
+        }
+    }
+}

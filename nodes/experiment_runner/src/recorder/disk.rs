@@ -1,0 +1,246 @@
+//! The thread that writes the bag, and the queue in front of it.
+//!
+//! A disk may take seconds for a single call, above all when a file is synchronised. Nobody who sends
+//! leases may wait for that: messages go into a queue, and one that finds it full is dropped and
+//! counted.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use rsrs_bags::{BagSummary, BagWriter, ChannelId, Sample};
+use tokio::sync::mpsc::UnboundedSender;
+
+use super::RecorderError;
+use crate::ears::Ear;
+
+/// How long a recorder that is dropped without being closed waits for the messages before it.
+const PATIENCE: Duration = Duration::from_secs(10);
+const LOOK: Duration = Duration::from_millis(10);
+
+/// Room of the queue.
+#[derive(Clone, Copy, Debug)]
+pub struct Room {
+    pub messages: usize,
+    pub bytes: usize,
+}
+
+/// Room for 12 s of 100 robots at 20 Hz.
+pub const ROOM: Room = Room { messages: 100_000, bytes: 256 << 20 };
+
+/// What the thread has done.
+#[derive(Debug)]
+pub enum Written {
+    /// The bag is open.
+    Opened,
+    /// Every topic up to this step is in the bag.
+    Step(u64),
+    /// The bag cannot be opened, and there is nothing to close.
+    NotOpened(RecorderError),
+    /// Something cannot be written. The bag is to be closed all the same, if that can be done.
+    Failed(RecorderError),
+    /// The bag is closed.
+    Closed(BagSummary),
+}
+
+/// What the thread is to do.
+#[derive(Debug)]
+pub enum Job {
+    /// Add a topic, known by the index of its ear.
+    AddTopic(usize, Box<Ear>),
+    /// Write a message.
+    Write(Message),
+    /// Write these records, and close the bag.
+    Close(Vec<(&'static str, BTreeMap<String, String>)>),
+}
+
+/// A message on its way into the bag.
+#[derive(Debug)]
+pub struct Message {
+    pub ear: usize,
+    pub log_time_ns: u64,
+    pub publish_time_ns: u64,
+    pub sequence: u32,
+    pub data: Vec<u8>,
+    /// The step that all topics of the lockstep have made with this message.
+    pub step: u64,
+}
+
+/// The front end of the thread.
+pub struct Disk {
+    jobs: Option<Sender<Job>>,
+    waiting: Arc<Waiting>,
+    room: Room,
+    thread: JoinHandle<()>,
+    is_closing: bool,
+}
+
+/// What is in the queue.
+#[derive(Debug, Default)]
+struct Waiting {
+    messages: AtomicUsize,
+    bytes: AtomicUsize,
+}
+
+impl Disk {
+    /// Starts the thread.
+    ///
+    /// # Arguments
+    ///
+    /// * `open` — opens the bag, in the thread.
+    /// * `before` — called in the thread before each job; tests are slow there.
+    /// * `report` — where the thread reports.
+    ///
+    /// # Errors
+    ///
+    /// [`RecorderError::Thread`].
+    pub fn start(
+        open: impl FnOnce() -> Result<BagWriter, RecorderError> + Send + 'static,
+        mut before: impl FnMut(&Job) + Send + 'static,
+        report: UnboundedSender<Written>,
+        room: Room,
+    ) -> Result<Self, RecorderError> {
+        let (jobs, queue) = channel();
+        let waiting = Arc::new(Waiting::default());
+        let behind = Arc::clone(&waiting);
+        let thread = std::thread::Builder::new().name("bag".to_owned()).spawn(move || {
+            // Nobody is left to be told once the run is over.
+            let tell = |written| drop(report.send(written));
+            match open() {
+                Ok(writer) => {
+                    tell(Written::Opened);
+                    let writing = Writing::new(writer, &tell);
+                    if let Err(error) = writing.run(&mut before, &Queue { queue, behind }) {
+                        tell(Written::Failed(error));
+                    }
+                }
+                Err(error) => tell(Written::NotOpened(error)),
+            }
+        });
+        let thread = thread.map_err(|source| RecorderError::Thread { source })?;
+        Ok(Self { jobs: Some(jobs), waiting, room, thread, is_closing: false })
+    }
+
+    /// Adds a topic.
+    pub fn add_topic(&self, index: usize, ear: &Ear) {
+        self.send(Job::AddTopic(index, Box::new(ear.clone())));
+    }
+
+    /// Whether there is room for a message of so many bytes.
+    pub fn has_room_for(&self, n_bytes: usize) -> bool {
+        self.waiting.messages.load(Ordering::Relaxed) < self.room.messages
+            && self.waiting.bytes.load(Ordering::Relaxed) + n_bytes <= self.room.bytes
+    }
+
+    /// Messages in the queue.
+    pub fn n_waiting(&self) -> usize {
+        self.waiting.messages.load(Ordering::Relaxed)
+    }
+
+    /// Queues a message; there must be room for it.
+    pub fn write(&self, message: Message) {
+        self.waiting.messages.fetch_add(1, Ordering::Relaxed);
+        self.waiting.bytes.fetch_add(message.data.len(), Ordering::Relaxed);
+        self.send(Job::Write(message));
+    }
+
+    /// Has the bag closed after what is in the queue; the thread reports when that is done.
+    pub fn close(mut self, records: Vec<(&'static str, BTreeMap<String, String>)>) {
+        self.is_closing = true;
+        self.send(Job::Close(records));
+    }
+
+    fn send(&self, job: Job) {
+        // A thread that has failed has said so, and takes nothing more.
+        drop(self.jobs.as_ref().expect("only dropping takes it").send(job));
+    }
+}
+
+impl Drop for Disk {
+    /// What is in the queue still belongs into the bag when a run breaks off.
+    fn drop(&mut self) {
+        self.jobs = None;
+        let start = Instant::now();
+        while !self.is_closing && !self.thread.is_finished() && start.elapsed() < PATIENCE {
+            std::thread::sleep(LOOK);
+        }
+    }
+}
+
+/// The thread's end of the queue.
+struct Queue {
+    queue: Receiver<Job>,
+    behind: Arc<Waiting>,
+}
+
+/// What the thread does.
+struct Writing<'a, Tell> {
+    writer: BagWriter,
+    channels: BTreeMap<usize, ChannelId>,
+    step: u64,
+    has_failed: bool,
+    tell: &'a Tell,
+}
+
+impl<'a, Tell: Fn(Written)> Writing<'a, Tell> {
+    fn new(writer: BagWriter, tell: &'a Tell) -> Self {
+        Self { writer, channels: BTreeMap::new(), step: 0, has_failed: false, tell }
+    }
+
+    /// Does all jobs, until one closes the bag or nobody is left to send any.
+    fn run(mut self, before: &mut impl FnMut(&Job), jobs: &Queue) -> Result<(), RecorderError> {
+        for job in &jobs.queue {
+            before(&job);
+            match job {
+                Job::AddTopic(index, ear) => match add_topic(&mut self.writer, &ear) {
+                    Ok(channel) => drop(self.channels.insert(index, channel)),
+                    Err(error) => self.fail(error),
+                },
+                Job::Write(message) => {
+                    let n_bytes = message.data.len();
+                    self.write(message);
+                    jobs.behind.messages.fetch_sub(1, Ordering::Relaxed);
+                    jobs.behind.bytes.fetch_sub(n_bytes, Ordering::Relaxed);
+                }
+                Job::Close(records) => {
+                    for (name, pairs) in records {
+                        self.writer.metadata(name, pairs)?;
+                    }
+                    (self.tell)(Written::Closed(self.writer.finish()?));
+                    return Ok(());
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, message: Message) {
+        let Message { ear, log_time_ns, publish_time_ns, sequence, data, step } = message;
+        // A topic that could not be added has failed already.
+        let Some(channel) = self.channels.get(&ear) else { return };
+        let sample = Sample { log_time_ns, publish_time_ns, sequence, data: &data };
+        if let Err(error) = self.writer.write(*channel, sample) {
+            self.fail(error.into());
+        } else if step > self.step {
+            self.step = step;
+            (self.tell)(Written::Step(step));
+        }
+    }
+
+    /// The first failure ends the run; those that follow from it say nothing new.
+    fn fail(&mut self, error: RecorderError) {
+        if !std::mem::replace(&mut self.has_failed, true) {
+            (self.tell)(Written::Failed(error));
+        }
+    }
+}
+
+fn add_topic(writer: &mut BagWriter, ear: &Ear) -> Result<ChannelId, RecorderError> {
+    Ok(match &ear.definition {
+        Some(definition) => writer.add_topic_with_schema(&ear.name, ear.qos, definition)?,
+        None => writer.add_topic(&ear.name, &ear.type_name, ear.qos)?,
+    })
+}

@@ -1,0 +1,109 @@
+//! The middleware's own threads, and whether they still run.
+//!
+//! A thread that waits for packets ends for good when a signal interrupts its wait, as happens when a
+//! process is stopped (`SIGSTOP`, Ctrl-Z) and continued: from then on nothing is sent or received,
+//! and no call fails. That a thread is gone can be seen for certain and without any network
+//! traffic, while a heartbeat that is late may as well be late because the machine is busy.
+
+use std::collections::BTreeSet;
+use std::io;
+use std::sync::Mutex;
+use std::time::Duration;
+
+use super::{SessionError, lock};
+use crate::kernel;
+
+/// Start of the names that the middleware gives its threads.
+const NAME: &str = "RustDDS";
+/// How often to look.
+const LOOK: Duration = Duration::from_millis(250);
+
+/// While a participant is made, its threads must not be mixed up with those of another.
+static MAKING: Mutex<()> = Mutex::new(());
+
+/// The threads of one participant.
+#[derive(Debug)]
+pub(super) struct Threads {
+    ids: BTreeSet<u32>,
+}
+
+/// A thread of the middleware has ended, although the session is open.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the middleware has ended ({found} of its {expected} threads run), as it does when a process \
+     is stopped (Ctrl-Z, SIGSTOP) and continued: nothing is sent or received any more; start this \
+     program again"
+)]
+pub struct MiddlewareEnded {
+    /// Threads that still run.
+    pub found: usize,
+    /// Threads that it started.
+    pub expected: usize,
+}
+
+impl Threads {
+    /// Makes a participant, and remembers which threads it started.
+    pub(super) fn started_by<T>(
+        make: impl FnOnce() -> Result<T, SessionError>,
+    ) -> Result<(T, Self), SessionError> {
+        let _alone = lock(&MAKING);
+        let failed = |source| SessionError::Threads { source };
+        let before = running().map_err(failed)?;
+        let made = make()?;
+        let ids: BTreeSet<u32> = running().map_err(failed)?.difference(&before).copied().collect();
+        assert!(!ids.is_empty(), "a participant has threads, and they have names");
+        Ok((made, Self { ids }))
+    }
+
+    /// Waits until one of them has ended.
+    pub(super) async fn ended(&self) -> MiddlewareEnded {
+        loop {
+            tokio::time::sleep(LOOK).await;
+            if let Some(ended) = self.have_ended() {
+                return ended;
+            }
+        }
+    }
+
+    /// Whether one of them has ended.
+    pub(super) fn have_ended(&self) -> Option<MiddlewareEnded> {
+        let expected = self.ids.len();
+        // A table that cannot be read now says nothing; it is read again.
+        let found = running().map_or(expected, |now| self.ids.intersection(&now).count());
+        (found < expected).then_some(MiddlewareEnded { found, expected })
+    }
+}
+
+/// Threads of the middleware in this process.
+fn running() -> io::Result<BTreeSet<u32>> {
+    kernel::threads_named(NAME)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn a_thread_that_ends_is_noticed_and_one_that_runs_is_not() {
+        let (end, ends) = std::sync::mpsc::channel::<()>();
+        let (tell, told) = std::sync::mpsc::channel::<()>();
+        let (thread, threads) = Threads::started_by(|| {
+            let thread = std::thread::Builder::new().name(format!("{NAME} of a test"));
+            let spawned = thread.spawn(move || {
+                tell.send(()).unwrap();
+                ends.recv().unwrap();
+            });
+            told.recv().unwrap();
+            Ok(spawned.unwrap())
+        })
+        .unwrap();
+
+        let early = tokio::time::timeout(4 * LOOK, threads.ended()).await;
+        end.send(()).unwrap();
+        thread.join().unwrap();
+        let ended = threads.ended().await;
+
+        assert!(early.is_err(), "{early:?}");
+        assert_eq!(ended, MiddlewareEnded { found: 0, expected: 1 });
+    }
+}

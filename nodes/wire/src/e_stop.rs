@@ -1,0 +1,119 @@
+//! The e-stop's three topics: who says what, who is released, and what is locked.
+
+use std::collections::BTreeSet;
+
+use rsrs_fleet::e_stop::{Locks, Source};
+use rsrs_msgs::std_msgs::{Bool, Text};
+use rsrs_msgs::topics;
+use rsrs_ros::session::{
+    NodeHandle, PublishError, Publisher, Received, Session, SessionError, Subscription,
+};
+
+/// What was received on one of the topics.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum EStopMessage {
+    /// A source says that it is engaged, or that it is not.
+    Said {
+        /// Who.
+        source: Source,
+        /// What.
+        engaged: bool,
+    },
+    /// Somebody ends the locks of these sources.
+    Release(BTreeSet<Source>),
+    /// What is locked on the robots of a process.
+    Locks {
+        /// The publisher of that process.
+        reporter: Source,
+        /// The locks.
+        locks: Locks,
+    },
+}
+
+/// Receives from all three topics until it is dropped.
+#[derive(Debug)]
+pub struct EStopSubscriptions {
+    _all: [Subscription; 3],
+}
+
+impl EStopSubscriptions {
+    /// Subscribes.
+    ///
+    /// # Arguments
+    ///
+    /// * `deliver` — takes every message; text that names no locks is logged and left out.
+    ///
+    /// # Errors
+    ///
+    /// If a subscription cannot be made.
+    pub fn new(
+        session: &Session,
+        node: &NodeHandle,
+        deliver: impl Fn(EStopMessage) + Clone + Send + 'static,
+    ) -> Result<Self, SessionError> {
+        let (said, release, locks) = (topics::E_STOP, topics::E_STOP_RELEASE, topics::E_STOP_LOCKS);
+        let (to_said, to_release, to_locks) = (deliver.clone(), deliver.clone(), deliver);
+        let all = [
+            session.subscribe(node, said.name, said.qos, move |sample: Received<Bool>| {
+                let source = Source(sample.writer);
+                to_said(EStopMessage::Said { source, engaged: sample.message.data });
+            })?,
+            session.subscribe(node, release.name, release.qos, move |sample: Received<Text>| {
+                if let Some(locks) = understood(release.name, &sample.message) {
+                    to_release(EStopMessage::Release(locks.0.into_keys().collect()));
+                }
+            })?,
+            session.subscribe(node, locks.name, locks.qos, move |sample: Received<Text>| {
+                let reporter = Source(sample.writer);
+                if let Some(locks) = understood(locks.name, &sample.message) {
+                    to_locks(EStopMessage::Locks { reporter, locks });
+                }
+            })?,
+        ];
+        Ok(Self { _all: all })
+    }
+}
+
+/// Reads locks; what is none is logged.
+pub fn understood(topic: &str, text: &Text) -> Option<Locks> {
+    text.data.parse().inspect_err(|error| log::warn!("refused a message on {topic}: {error}")).ok()
+}
+
+/// Puts the names of sources into a message; why they lock does not matter to a release.
+pub fn release_message(sources: &BTreeSet<Source>) -> Text {
+    let locks = sources.iter().map(|source| (*source, rsrs_fleet::e_stop::Cause::Engaged));
+    Text { data: Locks(locks.collect()).to_string() }
+}
+
+/// Says what is locked on the robots of this process, whenever that changes.
+pub struct LocksPublisher {
+    publisher: Publisher<Text>,
+    told: Locks,
+}
+
+impl LocksPublisher {
+    /// Nothing is locked, and nothing was said.
+    ///
+    /// # Errors
+    ///
+    /// If the topic cannot be made.
+    pub fn new(session: &Session, node: &NodeHandle) -> Result<Self, SessionError> {
+        let topic = topics::E_STOP_LOCKS;
+        let publisher = session.publish_on(node, topic.name, topic.qos)?;
+        Ok(Self { publisher, told: Locks::default() })
+    }
+
+    /// Says what is locked now, if it is something else than before.
+    ///
+    /// # Errors
+    ///
+    /// [`PublishError`].
+    pub async fn tell(&mut self, locks: Locks) -> Result<(), PublishError> {
+        if locks == self.told {
+            return Ok(());
+        }
+        self.publisher.publish(Text { data: locks.to_string() }).await?;
+        self.told = locks;
+        Ok(())
+    }
+}

@@ -1,0 +1,88 @@
+//! Worlds that are placed, and robots that are in none.
+
+use std::time::{Duration, Instant};
+
+use rsrs_fleet::robot;
+use rsrs_fleet::simulator::{Event, Gates};
+use rsrs_fleet::timing::BEAT;
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_ros::logging::Level;
+
+use super::{Simulation, Step, step_response};
+use crate::mixed::{RealRobots, TrackedBy};
+use crate::parameters;
+use crate::rows::Rows;
+use crate::stage::Stage;
+use crate::stand_in::StandIn;
+
+impl Simulation<'_> {
+    /// Places the world that the parameters ask for; a run that is under way ends with it.
+    pub(crate) async fn place(&mut self) -> anyhow::Result<()> {
+        self.stage = None;
+        if let Some(Step { asked, reply }) = self.steps.take() {
+            reply.send(step_response(asked, asked));
+        }
+        self.stamp_ns = None;
+        (self.real, self.stand_in) = (RealRobots::default(), None);
+        let wanted = parameters::wanted(&self.server, &self.hosted);
+        let n_placed = match &wanted {
+            Ok(Some(wanted)) => wanted.placed.n_robots,
+            Ok(None) | Err(_) => 0,
+        };
+        let now = self.start.elapsed();
+        for (index, robot) in self.robots.iter_mut().enumerate() {
+            robot.on_event(robot::Event::WithoutWorld(index >= n_placed), now).await?;
+        }
+        match wanted {
+            Ok(Some(wanted)) => {
+                let placed = wanted.placed;
+                for robot in &mut self.robots[..placed.n_robots] {
+                    robot.join(placed.time, Duration::from_nanos(placed.period_ns));
+                }
+                self.ears.follow_types(self.session, &self.robots, placed.time)?;
+                self.follow(&wanted.rows, Duration::from_nanos(placed.period_ns))?;
+                self.stage = Some(Stage::new(wanted));
+                self.display.wipe();
+                self.advance(Event::Placed(placed)).await
+            }
+            Ok(None) => {
+                self.display.wipe();
+                self.advance(Event::Removed).await
+            }
+            Err(error) => {
+                self.display.wipe();
+                self.node.say(Level::Error, &format!("no world is placed: {error}"));
+                self.advance(Event::NotPlaced { reason: error.to_string() }).await
+            }
+        }
+    }
+
+    /// Follows the real robots of a world.
+    fn follow(&mut self, rows: &Rows, period: Duration) -> anyhow::Result<()> {
+        let names: Vec<String> = rows.tracked.iter().map(|row| rows.names[*row].clone()).collect();
+        if !names.is_empty() {
+            let by = parameters::tracked_by(&self.server)?;
+            self.real = RealRobots::follow(self.session, &self.node, (&names, by), &self.to_me)?;
+            if by == TrackedBy::Pose {
+                let ours = (&self.hosted[..rows.ours.len()], period);
+                self.stand_in = Some(StandIn::new(self.session, &self.node, ours)?);
+            }
+            let text = format!("mixed fleet: {} are real and followed", names.join(", "));
+            self.node.say(Level::Info, &text);
+        }
+        Ok(())
+    }
+
+    /// The sensors of robot nodes work, and see nothing, where there is no world yet.
+    pub(super) async fn sense_nothing(&mut self) -> anyhow::Result<()> {
+        let is_due = self.sensed_nothing.elapsed() >= BEAT;
+        if parameters::gates(&self.server) == Gates::Here || !is_due {
+            return Ok(());
+        }
+        self.sensed_nothing = Instant::now();
+        for robot in &self.robots[self.placed_robots().len()..] {
+            robot.publish_detection(Bool { data: false }).await?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,94 @@
+//! Nodes that are started by hand, as the documentation has it.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use rsrs_bags::Bag;
+use rsrs_fleet::record::{ENDING, Ending};
+use rsrs_msgs::cdr;
+use rsrs_msgs::nav_msgs::Odometry;
+
+use crate::fleet::{ROBOTS, experiment, node};
+use crate::processes::rsrs;
+use crate::support::{PATIENCE, in_own_network};
+
+const PAGE: &str = include_str!("../docs/fleet_without_robots.md");
+const PROFILE: &str = include_str!("../launch_configs/profiles/flockbot.yaml");
+
+/// What the page tells its reader to type, in its order.
+fn commands_of(page: &str) -> String {
+    let blocks = page.split("```sh\n").skip(1);
+    blocks.map(|block| block.split("```").next().expect("a block ends")).collect()
+}
+
+/// Types it, in a folder that has nothing but the profile.
+fn typed(script: &str, folder: &Path) -> Output {
+    std::fs::write(folder.join("flockbot.yaml"), PROFILE).expect("writable");
+    let ends = "trap 'kill $(jobs -p); wait' EXIT\n";
+    let program = Path::new(env!("CARGO_BIN_EXE_rsrs")).parent().expect("it is in a folder");
+    let path = std::env::var("PATH").expect("every shell has one");
+    Command::new("timeout")
+        .args(["300", "bash", "-e", "-c", &format!("{ends}{script}")])
+        .env("PATH", format!("{}:{path}", program.display()))
+        .env("ROS_DOMAIN_ID", "42")
+        .env_remove("RSRS_INTERFACE")
+        .current_dir(folder)
+        .output()
+        .expect("every system has bash")
+}
+
+/// How far a robot was from where it stood first, at most, in metres.
+fn strayed_m(bag: &Bag, robot: &str) -> f64 {
+    let mut first = None;
+    let mut farthest_m = 0.0_f64;
+    for message in bag.messages_on([format!("/{robot}/odom")]) {
+        let message = message.expect("the bag is whole");
+        let odometry: Odometry = cdr::decode(&message.bytes).expect("it is odometry");
+        let place = odometry.pose.pose.position;
+        let (x_m, y_m) = *first.get_or_insert((place.x, place.y));
+        let (dx_m, dy_m) = (place.x - x_m, place.y - y_m);
+        farthest_m = farthest_m.max((dx_m * dx_m + dy_m * dy_m).sqrt());
+    }
+    farthest_m
+}
+
+#[test]
+fn the_page_of_a_fleet_without_robots_works_to_the_letter() {
+    in_own_network("by_hand::the_page_of_a_fleet_without_robots_works_to_the_letter", async || {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+
+        let output = typed(&commands_of(PAGE), folder.path());
+
+        let text = String::from_utf8_lossy(&output.stdout);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{text}\n{errors}");
+        assert_eq!(text.matches("stopped: e-stop").count(), 3, "{text}\n{errors}");
+        let bag = Bag::open(&folder.path().join("bag")).expect("the run was recorded");
+        let ending = Ending::from_pairs(bag.metadata(ENDING).expect("it has ended"));
+        assert_eq!(ending, Some(Ending::completed()));
+        for robot in &ROBOTS[..3] {
+            let strayed_m = strayed_m(&bag, robot);
+            assert!((0.1..2.0).contains(&strayed_m), "{robot} strayed {strayed_m} m");
+        }
+    });
+}
+
+#[test]
+fn robots_of_a_simulator_without_a_world_are_refused() {
+    in_own_network("by_hand::robots_of_a_simulator_without_a_world_are_refused", async || {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        // As a fleet file of real robots, on a network where only the simulator answers.
+        let real = ("driver: {kind: virtual}", "driver: {kind: ros}");
+        let experiment = experiment(folder.path(), 5, &[real]);
+        let (_simulator, _controllers) = (node("sim", &ROBOTS), node("controller", &ROBOTS));
+
+        let mut command = rsrs();
+        command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
+        command.arg(experiment).arg("-o").arg(folder.path().join("bag"));
+        let mut run = crate::processes::Process::start(&mut command);
+        let (status, errors) = run.wait(2 * PATIENCE);
+
+        assert_eq!(status.code(), Some(1), "{errors}");
+        assert!(errors.contains("robot_9: its simulator has placed no world"), "{errors}");
+    });
+}

@@ -1,0 +1,49 @@
+//! The program as its users meet it: one binary of tests, so that what they share is built once.
+
+mod addressing;
+mod bags_cli;
+mod by_hand;
+mod campaign;
+mod cells;
+mod cli;
+mod command;
+mod compare;
+mod deploy;
+mod dry_run;
+#[path = "../crates/rsrs/src/episode_bag.rs"]
+mod episode_bag;
+mod factors;
+mod fleet;
+mod fleet_foreign;
+mod floor;
+mod interop;
+mod interop_robot;
+mod judge;
+mod kills;
+mod laboratory;
+mod measure;
+#[path = "../nodes/robot/tests/robot/micro.rs"]
+#[expect(dead_code, reason = "microcontrollers that misbehave are tested beside their driver")]
+mod micro;
+mod mixed;
+mod pipeline;
+mod placing;
+mod processes;
+mod protocol;
+mod recorded;
+mod recording;
+mod replay;
+mod report;
+mod resume;
+mod scale;
+mod starts;
+mod stopping;
+#[path = "../nodes/ros/tests/support/mod.rs"]
+mod support;
+mod swept_cells;
+mod terminal;
+mod tidy;
+#[path = "../msgs/tests/venv/mod.rs"]
+mod venv;
+mod work;
+mod worlds;

@@ -1,0 +1,277 @@
+//! Which cells may be swept, chosen and run: those that robots can be commanded, in the units that are
+//! asked for, of the sweep that is asked for.
+
+use std::path::Path;
+use std::process::Output;
+use std::time::Duration;
+
+use crate::command::{code, repository, rsrs, stderr, stdout};
+use crate::floor::Run;
+use crate::laboratory::{self, SPEEDS, chosen, swept, write_sweep};
+use crate::processes::{Process, confined_rsrs};
+use rsrs_bags::Bag;
+use rsrs_core::conditions::Region;
+use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
+
+/// Far longer than it takes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// What is refused in a sweep file of the Flockbot, in one line.
+fn refused(folder: &Path, lines: &str) -> String {
+    let sweep =
+        format!("profile: flockbot.yaml\n{lines}\nreplicates: 1\nduration_s: 60\nseed: 7\n");
+    std::fs::write(folder.join("odd.yaml"), sweep).expect("the folder is writable");
+    let output = rsrs(folder, &["sweep", "odd.yaml", "-o", "odd"]);
+    assert_eq!(code(&output), 1, "{lines}: {}", stdout(&output));
+    assert!(!folder.join("odd").exists(), "{lines}");
+    stderr(&output)
+}
+
+#[test]
+fn cells_beyond_the_robots_limits_are_refused_wherever_they_are_asked_for() {
+    let place = laboratory::workplace(SPEEDS, "true_positive: 0.8");
+    let experiment = repository().join("launch_configs/experiments/flockbot_milling.yaml");
+    let experiment = experiment.to_str().expect("the path is text");
+    let too_fast = "speed_m_s is 0.4, beyond the robots' limits: expected 0.02 to 0.3 m/s";
+    let slower = std::fs::read_to_string(place.path().join("flockbot.yaml")).expect("it is there");
+    let slower = slower.replace("limits_m_s: [0.02, 0.30]", "limits_m_s: [0.02, 0.10]");
+    std::fs::write(place.path().join("slow.yaml"), slower).expect("the folder is writable");
+
+    let sweep = refused(
+        place.path(),
+        "axes: {speed_m_s: {from: 0.1, to: 0.4, steps: 4}}\n\
+         fixed: {turn_rate_rad_s: 0.75, robots: 9, placement_radius_m: 0.6}",
+    );
+    let fixed = refused(
+        place.path(),
+        "axes: {speed_m_s: [0.1, 0.15]}\n\
+         fixed: {turn_rate_rad_s: 2.6, robots: 9, placement_radius_m: 0.6}",
+    );
+    let cell = "speed_m_s=0.4,turn_rate_rad_s=0.75,robots=9";
+    let run = rsrs(place.path(), &["run", experiment, "--cell", cell]);
+    let placed = rsrs(place.path(), &["place", experiment, "--cell", cell]);
+
+    assert!(sweep.contains(&format!("odd.yaml: cell `speed_m_s=0.4`: {too_fast}")), "{sweep}");
+    assert!(sweep.contains("help: stay within the limits; if the robots were found"), "{sweep}");
+    assert!(fixed.contains("turn_rate_rad_s is 2.6, beyond the robots' limits"), "{fixed}");
+    for output in [&run, &placed] {
+        assert_eq!(code(output), 1, "{}", stdout(output));
+        assert!(stderr(output).contains(too_fast), "{}", stderr(output));
+        assert!(
+            stderr(output).contains("change `actuation.speed.limits_m_s`"),
+            "{}",
+            stderr(output)
+        );
+    }
+    // Robots that are slower are not recommended the speed of others.
+    let sweep = std::fs::read_to_string(place.path().join("sweep.yaml")).expect("it is there");
+    let sweep = sweep.replace("flockbot.yaml", "slow.yaml");
+    std::fs::write(place.path().join("slow_sweep.yaml"), sweep).expect("the folder is writable");
+    let slow = rsrs(place.path(), &["sweep", "slow_sweep.yaml", "-o", "out"]);
+    assert_eq!(code(&slow), 1);
+    assert!(stderr(&slow).contains("expected 0.02 to 0.1 m/s"), "{}", stderr(&slow));
+}
+
+#[test]
+fn values_in_other_units_are_refused_wherever_a_person_types_them() {
+    let place = laboratory::workplace(SPEEDS, "true_positive: 0.8");
+    let experiment = repository().join("launch_configs/experiments/flockbot_milling.yaml");
+    let experiment = experiment.to_str().expect("the path is text");
+    let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");
+    let fleet = fleet.to_str().expect("the path is text");
+    let fixed = "turn_rate_rad_s: 0.75, robots: 9, placement_radius_m: 0.6";
+    let millimetres = "this looks like mm/s, expected m/s";
+    let degrees = "this looks like degrees per second, expected rad/s";
+
+    for (lines, expected) in [
+        (
+            format!("axes: {{speed_m_s: {{from: 50, to: 300, steps: 3}}}}\nfixed: {{{fixed}}}"),
+            format!("odd.yaml: speed_m_s is 50: {millimetres}"),
+        ),
+        (
+            "cells: [{speed_m_s: 0.15, turn_rate_rad_s: 43}]\nfixed: {robots: 9}".to_owned(),
+            format!("turn_rate_rad_s is 43: {degrees}"),
+        ),
+        (
+            "axes: {turn_rate_rad_s: [0.75]}\nfixed: {robots: 9, speed_m_s: 150}".to_owned(),
+            format!("odd.yaml: speed_m_s is 150: {millimetres}"),
+        ),
+    ] {
+        let said = refused(place.path(), &lines);
+        assert!(said.contains(&expected), "{lines}: {said}");
+    }
+    let cell = rsrs(place.path(), &["run", experiment, "--cell", "speed_m_s=150,robots=9"]);
+    assert_eq!(code(&cell), 2);
+    assert!(
+        stderr(&cell).contains(&format!("speed_m_s is 150: {millimetres}")),
+        "{}",
+        stderr(&cell)
+    );
+    let plan = rsrs(place.path(), &["measure", "plan", fleet, "--speed", "20,300"]);
+    assert_eq!(code(&plan), 1);
+    assert!(
+        stderr(&plan).contains(&format!("speed_m_s is 300: {millimetres}")),
+        "{}",
+        stderr(&plan)
+    );
+    let drive = ["measure", "drive", fleet, "--robot", "robot_1", "--duration", "20"];
+    let drive = rsrs(place.path(), &[&drive[..], &["--turn-rate", "45"]].concat());
+    assert_eq!(code(&drive), 1);
+    assert!(
+        stderr(&drive).contains(&format!("turn_rate_rad_s is 45: {degrees}")),
+        "{}",
+        stderr(&drive)
+    );
+}
+
+#[test]
+fn an_axis_that_is_swept_and_fixed_has_two_values_and_is_refused() {
+    let place = laboratory::workplace(SPEEDS, "true_positive: 0.8");
+
+    let both = refused(
+        place.path(),
+        "axes: {speed_m_s: [0.1, 0.15]}\n\
+         fixed: {speed_m_s: 0.2, turn_rate_rad_s: 0.75, robots: 9}",
+    );
+    let listed = refused(
+        place.path(),
+        "cells: [{speed_m_s: 0.15, robots: 9}]\nfixed: {turn_rate_rad_s: 0.75, robots: 8}",
+    );
+
+    assert!(both.contains("odd.yaml: `speed_m_s` is swept and fixed, expected one"), "{both}");
+    assert!(listed.contains("odd.yaml: `robots` is swept and fixed, expected one"), "{listed}");
+}
+
+/// The record of a bag.
+fn record(bag: &Path) -> ExperimentRecord {
+    let bag = Bag::open(bag).expect("the bag is whole");
+    let record = bag.attachment(ATTACHMENT).expect("a bag of ours has a record");
+    let record = std::str::from_utf8(&record.data).expect("JSON is text");
+    ExperimentRecord::from_json(record).expect("the record reads back")
+}
+
+#[test]
+fn a_cell_with_a_capability_is_run_with_robots_that_have_it_or_not_at_all() {
+    let place = swept("range_m: [0.75, 2]", "speed_m_s: 0.15");
+    let files = repository().join("launch_configs");
+    for folder in ["fleets", "profiles", "experiments"] {
+        std::fs::create_dir(place.path().join(folder)).expect("the folder is writable");
+    }
+    for file in ["fleets/nine_virtual.yaml", "profiles/flockbot.yaml"] {
+        std::fs::copy(files.join(file), place.path().join(file)).expect("it is shipped");
+    }
+    let text = std::fs::read_to_string(files.join("experiments/flockbot_milling.yaml"))
+        .expect("it is shipped")
+        .replace("0.825", "0.60")
+        .replace("duration_s: 300", "duration_s: 120");
+    let write = |name: &str, text: &str| {
+        std::fs::write(place.path().join(name), text).expect("the folder is writable");
+    };
+    write("experiments/measured.yaml", &text);
+    write("experiments/harsher.yaml", &text.replace("profile: measured", "profile: harsher"));
+    let cell = "range_m=2,turn_rate_rad_s=0.75";
+
+    let measured =
+        rsrs(place.path(), &["run", "experiments/measured.yaml", "--from", "out", "--cell", cell]);
+    let mut command = confined_rsrs();
+    command.current_dir(place.path()).args(["run", "experiments/harsher.yaml", "--from", "out"]);
+    let mut harsher = Process::start(command.args(["--cell", cell, "-o", "far"]));
+    let (status, errors) = harsher.wait(PATIENCE);
+
+    assert_eq!(code(&measured), 1, "{}", stdout(&measured));
+    let said = stderr(&measured);
+    let expected = "cell `range_m=2,turn_rate_rad_s=0.75` of out is one of robots with range_m=2, a \
+                    capability, and the run moves the robots as measured";
+    assert!(said.contains(expected), "{said}");
+    assert!(
+        said.contains("help: `simulator: {profile: harsher}` in the experiment file"),
+        "{said}"
+    );
+    assert!(status.success(), "{errors}");
+    let simulated = record(&place.path().join("far")).conditions.robot;
+    let Region::Cone { range_m, .. } = simulated.region else { panic!("{simulated:?}") };
+    assert_eq!(range_m.to_bits(), 2.0_f64.to_bits());
+    // Of the same robots as in the sweep, to the last number: the cell's own replicate.
+    let episode = ["episode", "out", "--cell", cell, "--replicate", "0", "-o", "replicate"];
+    let episode = rsrs(place.path(), &episode);
+    assert_eq!(code(&episode), 0, "{}", stderr(&episode));
+    assert_eq!(record(&place.path().join("replicate")).conditions.robot, simulated);
+}
+
+#[test]
+fn a_choice_of_another_sweep_over_the_same_cells_is_refused() {
+    let place = chosen();
+    write_sweep(place.path(), "other.yaml", (SPEEDS, "true_positive: 0.9"));
+    let other = rsrs(place.path(), &["sweep", "other.yaml", "-o", "other"]);
+    assert_eq!(code(&other), 0, "{}", stderr(&other));
+    let choice = place.path().join("out/choice.json");
+    std::fs::copy(&choice, place.path().join("other/choice.json")).expect("both are there");
+    Run::new(1).record(place.path(), "monday");
+    let experiment = repository().join("launch_configs/experiments/flockbot_milling.yaml");
+    let experiment = experiment.to_str().expect("the path is text");
+
+    let compared = rsrs(place.path(), &["compare", "other", "--bags", "monday"]);
+    let run = rsrs(place.path(), &["run", experiment, "--from", "other"]);
+    let own = rsrs(place.path(), &["compare", "out", "--bags", "monday"]);
+
+    assert_eq!(code(&own), 0, "{}", stderr(&own));
+    for output in [&compared, &run] {
+        assert_eq!(code(output), 1, "{}", stdout(output));
+        let said = stderr(output);
+        assert!(said.contains("was chosen from another sweep: sweep_digest is "), "{said}");
+        assert!(said.contains("`rsrs choose other -o other/choice.json`"), "{said}");
+    }
+    // One that does not say whose it is could be anyone's.
+    let mut anonymous: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(&choice).expect("it is there")).expect("it is JSON");
+    anonymous
+        .as_object_mut()
+        .expect("an object")
+        .remove("sweep_digest")
+        .expect("it says whose it is");
+    std::fs::write(&choice, anonymous.to_string()).expect("the folder is writable");
+    let compared = rsrs(place.path(), &["compare", "out", "--bags", "monday"]);
+    assert_eq!(code(&compared), 1);
+    let said = stderr(&compared);
+    assert!(said.contains("does not say from which sweep it was chosen"), "{said}");
+}
+
+/// One replicate of a sweep as a bag.
+fn episode(folder: &Path, (sweep, bag): (&str, &str)) {
+    let cell = "speed_m_s=0.15,turn_rate_rad_s=0.75";
+    let output = rsrs(folder, &["episode", sweep, "--cell", cell, "--replicate", "0", "-o", bag]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+}
+
+#[test]
+fn a_sweep_is_not_compared_with_its_own_replicates() {
+    let place = chosen();
+    let sweep = std::fs::read_to_string(place.path().join("sweep.yaml")).expect("it is there");
+    for seed in [8, 9] {
+        let other = sweep.replace("seed: 7", &format!("seed: {seed}"));
+        std::fs::write(place.path().join("other.yaml"), other).expect("the folder is writable");
+        let folder = format!("seed_{seed}");
+        let output = rsrs(place.path(), &["sweep", "other.yaml", "-o", &folder]);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        episode(place.path(), (&folder, &format!("of_{seed}")));
+    }
+    episode(place.path(), ("out", "own"));
+    let compare = |bags: &[&str]| -> Output {
+        rsrs(place.path(), &[&["compare", "out", "--bags"], bags].concat())
+    };
+
+    let own = compare(&["own"]);
+    let others = compare(&["of_8", "of_9"]);
+    let twice = compare(&["of_8", "of_8"]);
+
+    assert_eq!(code(&own), 1, "{}", stdout(&own));
+    let expected = "own: is a replicate of the sweep itself, with its robots and its seed, 7";
+    assert!(stderr(&own).contains(expected), "{}", stderr(&own));
+    // Replicates 0 of sweeps that differ in their seed alone are two runs.
+    assert_eq!(code(&others), 0, "{}", stderr(&others));
+    assert!(stdout(&others).contains("of 2 runs milled"), "{}", stdout(&others));
+    let ids = ["of_8", "of_9"].map(|bag| record(&place.path().join(bag)).run_id);
+    assert_ne!(ids[0], ids[1]);
+    assert_eq!(code(&twice), 1);
+    assert!(stderr(&twice).contains("of_8: is the same run as of_8"), "{}", stderr(&twice));
+}
