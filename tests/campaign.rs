@@ -330,3 +330,22 @@ fn who_places_the_robots_may_skip_and_quit() {
     assert!(said.contains("robot_3 "), "{said}");
     assert!(!place.path().join("out/001_three").exists(), "nothing was run");
 }
+
+#[test]
+fn a_campaign_whose_program_is_rebuilt_goes_on_with_the_old_one() {
+    let place = place();
+    let program = place.path().join("rsrs");
+    std::fs::copy(env!("CARGO_BIN_EXE_rsrs"), &program).expect("the folder is writable");
+    let mut command = Command::new(&program);
+    rsrs_ros::confine::start_in_own_network(&mut command);
+    command.current_dir(place.path()).args(["campaign", "campaign.yaml", "-o", "out"]);
+
+    let mut process = Process::start(&mut command);
+    wait_for("the first recording", || place.path().join("out/001_three/bag/bag_0.mcap").exists());
+    std::fs::remove_file(&program).expect("it is there");
+    std::fs::write(&program, "#!/bin/sh\nexit 70\n").expect("the folder is writable");
+    let (status, errors) = process.wait(PATIENCE);
+
+    assert!(status.success(), "{errors}");
+    check_manifest(&place.path().join("out/002_three"));
+}

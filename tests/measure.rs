@@ -2,6 +2,7 @@
 //! robots; over DDS too.
 
 mod drive;
+mod interrupted;
 mod tables;
 mod validate;
 

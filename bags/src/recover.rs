@@ -20,6 +20,7 @@ mod table;
 mod target;
 
 use std::collections::BTreeMap;
+use std::error::Error;
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -208,9 +209,17 @@ fn whole_file(path: &Path, error: &BagError) -> Loss {
         at_byte: 0,
         n_bytes: path.metadata().map_or(0, |metadata| metadata.len()),
         kind: LossKind::File,
-        reason: error.to_string(),
+        reason: with_cause(error),
         n_messages: None,
         bounds_ns: None,
+    }
+}
+
+/// An error and what the system said.
+fn with_cause(error: &BagError) -> String {
+    match error.source() {
+        Some(cause) => format!("{error}: {cause}"),
+        None => error.to_string(),
     }
 }
 

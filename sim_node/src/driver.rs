@@ -241,7 +241,7 @@ impl<'a> Simulation<'a> {
     }
 
     fn placed_robots(&self) -> &[VirtualRobot] {
-        &self.robots[..self.stage.as_ref().map_or(0, |stage| stage.placed.n_robots)]
+        &self.robots[..self.stage.as_ref().map_or(0, |stage| stage.placed.robots.len())]
     }
 
     /// Nobody replaces the world of a run that holds its robots.

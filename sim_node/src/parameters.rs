@@ -246,7 +246,7 @@ pub fn wanted(server: &ParameterServer, hosted: &[String]) -> Result<Option<Want
     check_length(&conditions, steps)?;
     let placed = Placed {
         digest: placement_digest(&conditions, seed, replicate, steps),
-        n_robots: rows.ours.len(),
+        robots: rows.ours.iter().map(|row| rows.names[*row].clone()).collect(),
         steps,
         period_ns: period_ns(&conditions),
         time,

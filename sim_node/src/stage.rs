@@ -56,7 +56,7 @@ impl Stage {
         let mut stage = Self {
             followed: followed.collect(),
             history: History::new(conditions.period_s, conditions.robots),
-            obeyed: vec![Command::STOP; placed.n_robots],
+            obeyed: vec![Command::STOP; placed.robots.len()],
             names: rows.names.clone().into(),
             is_ours: is_ours.into(),
             look: Arc::new(Look::of(&conditions)),

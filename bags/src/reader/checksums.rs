@@ -2,6 +2,7 @@
 
 use std::io::{self, Read};
 
+use mcap::McapResult;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
@@ -66,13 +67,9 @@ impl Checksums {
         while let Some(event) = reader.next_event() {
             let fault = match event {
                 Ok(LinearReadEvent::ReadRequest(n_bytes)) => {
-                    match read_some(&mut source, reader.insert(n_bytes)) {
-                        Ok(n_read) => {
-                            reader.notify_read(n_read);
-                            continue;
-                        }
-                        Err(error) if is_of_the_system(&error) => return Err(error),
-                        Err(error) => Fault::new(at_byte, &error.into()),
+                    match feed(&mut reader, &mut source, n_bytes)? {
+                        Ok(()) => continue,
+                        Err(error) => Fault::new(at_byte, &error),
                     }
                 }
                 Ok(LinearReadEvent::Record { data: body, opcode }) => {
@@ -120,9 +117,28 @@ pub fn reason(error: &mcap::McapError) -> String {
     }
 }
 
-/// Whether the system cannot read, rather than a decompressor.
-pub fn is_of_the_system(error: &io::Error) -> bool {
-    error.raw_os_error().is_some()
+/// Gives a reader the bytes that it asks for.
+///
+/// # Returns
+///
+/// What a decompressor makes of them, if it fails.
+///
+/// # Errors
+///
+/// What the system says, where it cannot read the file.
+pub fn feed(
+    reader: &mut LinearReader,
+    source: &mut impl Read,
+    n_bytes: usize,
+) -> io::Result<McapResult<()>> {
+    match read_some(source, reader.insert(n_bytes)) {
+        Ok(n_read) => {
+            reader.notify_read(n_read);
+            Ok(Ok(()))
+        }
+        Err(error) if error.raw_os_error().is_some() => Err(error),
+        Err(error) => Ok(Err(error.into())),
+    }
 }
 
 fn part(checksum: u32) -> Part {

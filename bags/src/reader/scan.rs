@@ -9,8 +9,7 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, McapResult};
 
 use super::Attachment;
-use super::checksums::{Fault, HEAD_BYTES, is_of_the_system};
-use super::source::read_some;
+use super::checksums::{Fault, HEAD_BYTES, feed};
 use super::table::{ChunkPlace, Table};
 use crate::recover::frame::{self, ChunkHead};
 use crate::unpack::Unpacker;
@@ -64,13 +63,9 @@ impl Scan {
         while let Some(event) = reader.next_event() {
             let taken = match event {
                 Ok(LinearReadEvent::ReadRequest(n_bytes)) => {
-                    match read_some(&mut source, reader.insert(n_bytes)) {
-                        Ok(n_read) => {
-                            reader.notify_read(n_read);
-                            continue;
-                        }
-                        Err(error) if is_of_the_system(&error) => return Err(error),
-                        Err(error) => Err(error.into()),
+                    match feed(&mut reader, &mut source, n_bytes)? {
+                        Ok(()) => continue,
+                        Err(error) => Err(error),
                     }
                 }
                 // What follows repeats what was said before.

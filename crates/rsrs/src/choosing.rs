@@ -15,6 +15,7 @@ use serde::Serialize;
 use crate::files::write_file;
 use crate::progress::watched;
 use crate::result_folder;
+use crate::settling;
 use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;
 use crate::wording::counted;
@@ -66,7 +67,8 @@ pub struct BestSwept {
 }
 
 /// Chooses the most robust milling cell of a sweep: candidates are confirmed on fresh seeds, in both
-/// worlds, from the most robust on, until one holds.
+/// worlds, from the most robust on, until one holds. Whether that one is settled at the duration of
+/// the sweep is part of the choice.
 ///
 /// # Arguments
 ///
@@ -84,6 +86,8 @@ pub fn choose(folder: &Path, options: Options) -> anyhow::Result<Chosen> {
         let mut choice = confirmed(&result.source, candidate, options)?;
         choice.candidates_tried = Some(n_tried);
         if choice.is_viable(options.viable) {
+            choice.settling =
+                settling::of_cell(&result.source, candidate.index, options.n_threads)?;
             return Ok(Chosen::Viable(choice));
         }
         if best.as_ref().is_none_or(|best| choice.least_low() > best.least_low()) {

@@ -8,6 +8,7 @@ use rsrs_experiment_runner::plan::Plan;
 use rsrs_fleet::placement::WantedStart;
 use rsrs_sim::draw::{RunKey, Seed};
 use rsrs_sim::placement;
+use rsrs_view::placement::Area;
 use serde::Serialize;
 
 use crate::failure::explained;
@@ -24,6 +25,9 @@ pub struct StartPoses {
     /// Where the centres lie, in words.
     #[serde(skip)]
     pub area: String,
+    /// Where the centres lie, on the picture.
+    #[serde(skip)]
+    pub drawn_area: Area,
     /// Least distance between two centres, in metres.
     pub clearance_m: f64,
     /// Radius of a robot's body, in metres.
@@ -64,21 +68,28 @@ impl StartPoses {
             heading_rad: wrapped(pose.heading_rad),
             heading_deg: wrapped(pose.heading_rad).to_degrees(),
         });
-        let (placement, area) = match &record.conditions.placement {
-            Placement::BoxFacingOut { width_m, height_m } => {
-                ("box_facing_out", format!("in a box of {width_m} m by {height_m} m, facing out"))
+        let reach_m = record.conditions.placement.radius_m();
+        let (placement, area, drawn_area) = match &record.conditions.placement {
+            Placement::BoxFacingOut { width_m, height_m } => (
+                "box_facing_out",
+                format!("in a box of {width_m} m by {height_m} m, facing out"),
+                Area::Box { width_m: *width_m, height_m: *height_m },
+            ),
+            Placement::Given { .. } => {
+                ("file", "where the table puts them".to_owned(), Area::Table { reach_m })
             }
-            Placement::Given { .. } => ("file", "where the table puts them".to_owned()),
-            disc => {
-                let radius_m = disc.radius_m();
-                ("disc_facing_out", format!("in a disc of radius {radius_m} m, facing out"))
-            }
+            _ => (
+                "disc_facing_out",
+                format!("in a disc of radius {reach_m} m, facing out"),
+                Area::Disc { radius_m: reach_m },
+            ),
         };
         Ok(Self {
             placement,
             area,
+            drawn_area,
             seed: record.seed,
-            disc_radius_m: record.conditions.placement.radius_m(),
+            disc_radius_m: reach_m,
             clearance_m: WantedStart::of(&record.conditions, record.replicate).clearance_m,
             body_radius_m: record.conditions.robot.radius_m,
             robots: robots.collect(),

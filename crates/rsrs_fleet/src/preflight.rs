@@ -23,6 +23,8 @@ pub struct Expected {
     pub simulator: bool,
     /// The topics it reads and writes.
     pub topics: Vec<ExpectedTopic>,
+    /// Further topics by which robots are steered, and which may have one publisher each.
+    pub steering: BTreeSet<String>,
     /// Battery voltage below which a robot starts no run, in volts; robots without a limit are left
     /// out.
     pub battery_min_v: BTreeMap<String, f64>,

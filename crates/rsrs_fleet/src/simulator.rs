@@ -46,12 +46,12 @@ pub fn placement_digest(conditions: &Conditions, seed: u64, replicate: u64, step
 }
 
 /// A world whose robots stand at their start poses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Placed {
     /// Its name, as [`placement_digest`] gives it.
     pub digest: u64,
-    /// Number of robots.
-    pub n_robots: usize,
+    /// Names of the robots that the simulator moves; shape `[n_robots]`.
+    pub robots: Vec<String>,
     /// Steps to make in lockstep; in real time the runner ends the run, and this is only part of
     /// the name.
     pub steps: u64,
@@ -379,8 +379,8 @@ impl Run {
 
 /// Refuses what no robot of the world can follow, at any pace.
 fn check(placed: &Placed, robot: usize, command: Command) -> Result<(), Refusal> {
-    if robot >= placed.n_robots {
-        return Err(Refusal::NotPlaced { n_robots: placed.n_robots });
+    if robot >= placed.robots.len() {
+        return Err(Refusal::NotPlaced { n_robots: placed.robots.len() });
     }
     let Command { speed_m_s, turn_rate_rad_s } = command;
     if speed_m_s.abs() <= MAX_COMMAND && turn_rate_rad_s.abs() <= MAX_COMMAND {

@@ -12,8 +12,8 @@ use crate::svg::{Element, line_of_text, number};
 pub struct PlacementPicture<'a> {
     /// Names and poses; the centre of the disc is the origin.
     pub robots: &'a [(String, Pose)],
-    /// Radius of the disc of the robots' centres, in metres; positive.
-    pub disc_m: f64,
+    /// Where the robots' centres may lie, around the origin.
+    pub area: Area,
     /// Radius of a robot's body, in metres; positive.
     pub radius_m: f64,
     /// The title; any text.
@@ -22,7 +22,71 @@ pub struct PlacementPicture<'a> {
     pub subtitle: String,
 }
 
-/// Draws where the robots start: the disc, its centre with the axes, and every robot by its name.
+/// Where the centres of robots may lie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Area {
+    /// In a disc around the origin; its radius in metres, positive.
+    Disc {
+        /// In metres.
+        radius_m: f64,
+    },
+    /// In a box around the origin; its sides along x and y in metres, positive.
+    Box {
+        /// Along x, in metres.
+        width_m: f64,
+        /// Along y, in metres.
+        height_m: f64,
+    },
+    /// Where a table puts them: nothing is drawn around them.
+    Table {
+        /// Distance of the farthest centre from the origin, in metres.
+        reach_m: f64,
+    },
+}
+
+impl Area {
+    /// Half of what it takes along x and y, in metres.
+    fn half_extents_m(self) -> (f64, f64) {
+        match self {
+            Self::Disc { radius_m } => (radius_m, radius_m),
+            Self::Box { width_m, height_m } => (width_m / 2.0, height_m / 2.0),
+            Self::Table { reach_m } => (reach_m, reach_m),
+        }
+    }
+
+    fn caption(self) -> &'static str {
+        match self {
+            Self::Disc { .. } => "dashed: disc that holds the centres; cross: origin",
+            Self::Box { .. } => "dashed: box that holds the centres; cross: origin",
+            Self::Table { .. } => "cross: origin",
+        }
+    }
+
+    /// Its border, where it has one.
+    fn border(self, field: &Field) -> Option<Element> {
+        let (x_px, y_px) = field.point(0.0, 0.0);
+        let outline = match self {
+            Self::Disc { radius_m } => Element::new("circle")
+                .at("cx", x_px)
+                .at("cy", y_px)
+                .at("r", radius_m * field.px_per_m),
+            Self::Box { width_m, height_m } => Element::new("rect")
+                .at("x", x_px - width_m / 2.0 * field.px_per_m)
+                .at("y", y_px - height_m / 2.0 * field.px_per_m)
+                .at("width", width_m * field.px_per_m)
+                .at("height", height_m * field.px_per_m),
+            Self::Table { .. } => return None,
+        };
+        let dashed = outline
+            .with("fill", "none")
+            .with("stroke", QUIET_INK)
+            .at("stroke-width", 1.2)
+            .with("stroke-dasharray", "7 4");
+        Some(dashed)
+    }
+}
+
+/// Draws where the robots start: their area, the origin with the axes, and every robot by its name.
 ///
 /// # Returns
 ///
@@ -33,31 +97,27 @@ pub struct PlacementPicture<'a> {
 /// If a pose or a length is not finite; the simulator places no such robot.
 pub fn svg(picture: &PlacementPicture) -> String {
     let numbers = picture.robots.iter().flat_map(|(_, pose)| [pose.x_m, pose.y_m]);
+    let (half_x_m, half_y_m) = picture.area.half_extents_m();
     assert!(
-        numbers.chain([picture.disc_m, picture.radius_m]).all(f64::is_finite),
+        numbers.chain([half_x_m, half_y_m, picture.radius_m]).all(f64::is_finite),
         "a placement is made of finite numbers"
     );
     let room_px = PAGE_PX - 2.0 * MARGIN_PX;
     let (header, header_px) =
         header(&picture.title, std::slice::from_ref(&picture.subtitle), MARGIN_PX, room_px);
-    let corner = |sign: f64| Pose {
-        x_m: sign * picture.disc_m,
-        y_m: sign * picture.disc_m,
-        heading_rad: 0.0,
-    };
+    let corner = |sign: f64| Pose { x_m: sign * half_x_m, y_m: sign * half_y_m, heading_rad: 0.0 };
     let field = Field::around(&[corner(-1.0), corner(1.0)], picture.radius_m, header_px + 10.0);
     let bodies = picture.robots.iter().map(|(_, pose)| robot(&field, *pose, picture.radius_m));
     let names = picture.robots.iter().map(|(name, pose)| name_of(&field, name, *pose));
     let bottom_px = field.top_px + field.height_px + 28.0;
-    let caption = "dashed: disc that holds the centres; cross: origin";
     let page = Element::picture(PAGE_PX, bottom_px + 16.0, &picture.title)
         .children(header)
-        .child(disc(&field, picture.disc_m))
-        .children(axes(&field, picture.disc_m))
+        .children(picture.area.border(&field))
+        .children(axes(&field, half_x_m.min(half_y_m)))
         .children(bodies)
         .children(names)
         .children(scale_bar(&field, bottom_px))
-        .child(small(MARGIN_PX, bottom_px, caption).with("fill", QUIET_INK));
+        .child(small(MARGIN_PX, bottom_px, picture.area.caption()).with("fill", QUIET_INK));
     format!("{page}\n")
 }
 
@@ -65,22 +125,10 @@ fn small(x_px: f64, y_px: f64, text: &str) -> Element {
     line_of_text(x_px, y_px, text).at("font-size", CAPTION_PX)
 }
 
-fn disc(field: &Field, disc_m: f64) -> Element {
-    let (x_px, y_px) = field.point(0.0, 0.0);
-    Element::new("circle")
-        .at("cx", x_px)
-        .at("cy", y_px)
-        .at("r", disc_m * field.px_per_m)
-        .with("fill", "none")
-        .with("stroke", QUIET_INK)
-        .at("stroke-width", 1.2)
-        .with("stroke-dasharray", "7 4")
-}
-
 /// Short arrows for x and y at the origin.
-fn axes(field: &Field, disc_m: f64) -> [Element; 3] {
+fn axes(field: &Field, half_extent_m: f64) -> [Element; 3] {
     let (x_px, y_px) = field.point(0.0, 0.0);
-    let length_px = 0.12 * disc_m * field.px_per_m;
+    let length_px = 0.12 * half_extent_m * field.px_per_m;
     let (x, y) = (number(x_px), number(y_px));
     let (left, right) = (number(x_px - length_px / 2.0), number(x_px + length_px));
     let (upper, lower) = (number(y_px - length_px), number(y_px + length_px / 2.0));
@@ -121,9 +169,13 @@ mod tests {
     use super::*;
 
     fn picture(robots: &[(String, Pose)]) -> String {
+        picture_in(Area::Disc { radius_m: 0.8 }, robots)
+    }
+
+    fn picture_in(area: Area, robots: &[(String, Pose)]) -> String {
         svg(&PlacementPicture {
             robots,
-            disc_m: 0.8,
+            area,
             radius_m: 0.075,
             title: "Start".to_owned(),
             subtitle: "2 robots".to_owned(),
@@ -150,5 +202,21 @@ mod tests {
         };
 
         assert!(height(&picture(&[at(0.5)])) < height(&picture(&[at(-0.5)])));
+    }
+
+    #[test]
+    fn a_box_is_drawn_with_its_sides_and_a_table_has_no_border() {
+        let robots = [("robot_1".to_owned(), Pose { x_m: 0.2, y_m: 0.0, heading_rad: 0.0 })];
+
+        let in_box = picture_in(Area::Box { width_m: 2.0, height_m: 0.5 }, &robots);
+        let in_table = picture_in(Area::Table { reach_m: 0.2 }, &robots);
+
+        let side = |name: &str| -> f64 {
+            let dashed = in_box.lines().find(|line| line.contains("stroke-dasharray"));
+            let text = dashed.expect("the box has a border").split(&format!(" {name}=\"")).nth(1);
+            text.and_then(|rest| rest.split('"').next()).expect("a side").parse().expect("a number")
+        };
+        assert!((side("width") / side("height") - 4.0).abs() < 0.01, "{in_box}");
+        assert!(!in_table.contains("stroke-dasharray"), "{in_table}");
     }
 }

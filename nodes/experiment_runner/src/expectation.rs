@@ -77,10 +77,18 @@ fn expected(plan: &Plan, ears: &[Ear]) -> Expected {
         robots: plan.record.robots.clone(),
         simulator: plan.record.backend != Backend::Fleet,
         topics: topics.collect(),
+        steering: steering(plan),
         battery_min_v: limits.collect(),
         controller_only: plan.record.controller_only.iter().cloned().collect(),
         apart: apart(plan),
     }
+}
+
+/// What steers a robot behind its gate, or in the stead of its sensor.
+fn steering(plan: &Plan) -> BTreeSet<String> {
+    let topics = [topics::HARDWARE_CMD_VEL, topics::VIRTUAL_DETECTION];
+    let robots = plan.record.robots.iter();
+    robots.flat_map(|robot| topics.map(|topic| topic.for_robot(robot))).collect()
 }
 
 /// Robots whose poses are published, and were not made by the simulator.

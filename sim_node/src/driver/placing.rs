@@ -26,7 +26,7 @@ impl Simulation<'_> {
         (self.real, self.stand_in) = (RealRobots::default(), None);
         let wanted = parameters::wanted(&self.server, &self.hosted);
         let n_placed = match &wanted {
-            Ok(Some(wanted)) => wanted.placed.n_robots,
+            Ok(Some(wanted)) => wanted.placed.robots.len(),
             Ok(None) | Err(_) => 0,
         };
         let now = self.start.elapsed();
@@ -35,8 +35,8 @@ impl Simulation<'_> {
         }
         match wanted {
             Ok(Some(wanted)) => {
-                let placed = wanted.placed;
-                for robot in &mut self.robots[..placed.n_robots] {
+                let placed = wanted.placed.clone();
+                for robot in &mut self.robots[..placed.robots.len()] {
                     robot.join(placed.time, Duration::from_nanos(placed.period_ns));
                 }
                 self.ears.follow_types(self.session, &self.robots, placed.time)?;

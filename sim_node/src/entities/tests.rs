@@ -29,7 +29,8 @@ fn stage() -> Stage {
     let names = ["robot_1", "robot_2", "robot_3", "real"].map(str::to_owned);
     let rows = Rows::of(&names, &names[..3], 4).unwrap();
     let (time, gates) = (Pace::RealTime, Gates::Here);
-    let placed = Placed { digest: 1, n_robots: 3, steps: 1, period_ns: 1, time, gates };
+    let robots = names[..3].to_vec();
+    let placed = Placed { digest: 1, robots, steps: 1, period_ns: 1, time, gates };
     Stage::new(Wanted { world, placed, conditions, rows })
 }
 

@@ -1,10 +1,9 @@
 //! `rsrs choose`: the most robust milling cell, confirmed.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use rsrs_core::axis::Cell;
 use rsrs_core::choice::{Choice, VIABLE_B_S_LOW};
-use rsrs_core::settling::Settling;
 use serde::Serialize;
 
 use crate::ablation::{Ablation, REPLICATES, ablate};
@@ -69,8 +68,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         n_threads: threads(arguments.threads),
     };
     match choose(&arguments.folder, options)? {
-        Chosen::Viable(mut choice) => {
-            choice.settling = settled(&arguments.folder, &choice, options.n_threads)?;
+        Chosen::Viable(choice) => {
             if let Some(path) = &arguments.output {
                 write(path, &choice)?;
             }
@@ -83,13 +81,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             Ok(Outcome::NegativeAnswer)
         }
     }
-}
-
-/// Whether the chosen cell is settled at the duration of its sweep.
-fn settled(folder: &Path, choice: &Choice, n_threads: usize) -> anyhow::Result<Option<Settling>> {
-    let result = result_folder::read(folder)?;
-    let index = result.diagram.locate(&choice.cell)?;
-    settling::of_cell(&result.source, index, n_threads)
 }
 
 /// An answer, and which factors make the robots of its cell worse.

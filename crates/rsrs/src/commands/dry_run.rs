@@ -25,6 +25,7 @@ use crate::own_network::OwnNetwork;
 use crate::picture::{self, Wish};
 use crate::progress::threads;
 use crate::running::{RunSummary, on_simulated_fleet};
+use crate::settling;
 use crate::simulated_fleet::SimulatedFleet;
 use crate::starter_files::StarterFiles;
 use crate::sweep_report::in_words;
@@ -60,6 +61,9 @@ pub struct Arguments {
 /// Experiments after which a dry run ends undecided. In fewer than one of twenty it comes to that:
 /// `the_default_dry_run_ends_with_a_verdict` in `tests/dry_run.rs`.
 const MOST_EXPERIMENTS: u64 = 60;
+
+/// Experiments that may be void, such as on a machine that is too busy, before a dry run gives up.
+const MOST_VOID: u64 = 3;
 
 /// By how much the stand-ins may mill less often: with it about 20 experiments decide, in a minute or two.
 /// A tenth, the usual margin, would take some hundred where both mill equally often.
@@ -135,7 +139,8 @@ impl DryRun<'_> {
         self.tell(&chosen(&choice))?;
 
         let experiments = self.run_experiments(&files, (&sweep, &choice))?;
-        let bags = experiments.iter().filter_map(|summary| summary.bag.clone()).collect();
+        let counted = experiments.iter().filter(|run| run.ending == EndingKind::Completed.key());
+        let bags = counted.filter_map(|summary| summary.bag.clone()).collect();
         let runs =
             LabelledBags { bags, labels: Labeller::Judge, with_lost_robots: false, margin: MARGIN };
         let comparison = compare(&sweep, &runs)?;
@@ -196,8 +201,18 @@ impl DryRun<'_> {
         };
         let mut summaries = Vec::new();
         let mut real = Share::default();
+        let mut n_void = 0;
         for (plan, number) in plans.iter().zip(1..) {
             let summary = on_simulated_fleet(plan, &self.network, fleet).await?;
+            if summary.ending == EndingKind::Void.key() && n_void < MOST_VOID {
+                n_void += 1;
+                self.tell(&format!(
+                    "experiment {number} {of}: seed {}: void, and does not count: {}",
+                    plan.record.seed, summary.reason
+                ))?;
+                summaries.push(summary);
+                continue;
+            }
             if summary.ending != EndingKind::Completed.key() {
                 return Err(with_help(
                     format!("experiment {number} {}: {}", summary.ending, summary.reason),
@@ -314,6 +329,7 @@ fn chosen(choice: &Choice) -> String {
         100.0 * choice.b_s_low,
         100.0 * choice.b_s_high
     );
-    let measured = choosing::as_measured(choice).map(|text| format!("\n  {text}"));
-    chosen + &measured.unwrap_or_default()
+    let measured = choosing::as_measured(choice);
+    let settling = choice.settling.map(|settling| settling::text(&settling));
+    [Some(chosen), measured, settling].into_iter().flatten().collect::<Vec<_>>().join("\n  ")
 }

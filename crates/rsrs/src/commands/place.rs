@@ -81,7 +81,7 @@ fn draw(path: &Path, experiment: &Path, poses: &StartPoses) -> anyhow::Result<()
     let stem = experiment.file_stem().map_or_else(String::new, |stem| stem.display().to_string());
     let svg = rsrs_view::placement::svg(&PlacementPicture {
         robots: &robots,
-        disc_m: poses.disc_radius_m,
+        area: poses.drawn_area,
         radius_m: poses.body_radius_m,
         title: format!("Start of {stem}"),
         subtitle: format!("{} robots {}, seed {}", robots.len(), poses.area, poses.seed),

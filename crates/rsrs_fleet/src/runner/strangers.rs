@@ -37,20 +37,19 @@ impl Strangers {
         now: Duration,
     ) -> Option<String> {
         let only_one = expected.topics.iter().filter(|topic| topic.publishers != Publishers::Any);
-        for topic in only_one {
-            let here = graph.publishers.iter().filter(|end| end.topic == topic.name);
+        for name in only_one.map(|topic| &topic.name).chain(&expected.steering) {
+            let here = graph.publishers.iter().filter(|end| end.topic == *name);
             if here.clone().count() < 2 {
                 continue;
             }
             for end in here.filter(|end| !self.known.contains(&end.guid)) {
                 let since = *self.since.entry(end.guid).or_insert(now);
                 match &end.node {
-                    Some(node) if self.nodes.contains(&(topic.name.clone(), node.clone())) => {}
+                    Some(node) if self.nodes.contains(&(name.clone(), node.clone())) => {}
                     Some(node) => {
-                        return Some(format!("a second publisher of {}: node {node}", topic.name));
+                        return Some(format!("a second publisher of {name}: node {node}"));
                     }
                     None if now.saturating_sub(since) >= SILENCE => {
-                        let name = &topic.name;
                         return Some(format!(
                             "a second publisher of {name}, of a node that does not say its name"
                         ));

@@ -40,7 +40,7 @@ impl Lockstep {
     ) {
         match event {
             Event::Gates(gates) => {
-                assert_eq!(gates.len(), placed.n_robots, "one gate for each robot");
+                assert_eq!(gates.len(), placed.robots.len(), "one gate for each robot");
                 self.permitted =
                     !gates.is_empty() && gates.iter().all(|gate| gate.state == RobotState::Moving);
             }
@@ -116,7 +116,7 @@ impl Lockstep {
     ) {
         *progress = Progress::Started;
         self.stepped.get_or_insert(now);
-        if self.waiting.as_ref().is_some_and(|commands| commands.len() == placed.n_robots) {
+        if self.waiting.as_ref().is_some_and(|commands| commands.len() == placed.robots.len()) {
             let commands = self.waiting.take().expect("checked in the line above");
             actions.push(Action::Advance { commands: commands.into_values().collect() });
         }
@@ -169,13 +169,11 @@ impl Lockstep {
                 (step + 1).saturating_sub(RECORDER_WINDOW)
             );
         };
-        let silent = (0..placed.n_robots).filter(|robot| !waiting.contains_key(robot));
-        let owed = silent.map(|robot| {
-            let number = robot + 1;
-            match self.refused.get(&robot) {
-                Some(refusal) => format!("robot {number} of the world ({refusal})"),
-                None => format!("robot {number} of the world"),
-            }
+        let names = placed.robots.iter().enumerate();
+        let silent = names.filter(|(robot, _)| !waiting.contains_key(robot));
+        let owed = silent.map(|(robot, name)| match self.refused.get(&robot) {
+            Some(refusal) => format!("{name} ({refusal})"),
+            None => name.clone(),
         });
         format!("no command from {}", owed.collect::<Vec<_>>().join(", "))
     }

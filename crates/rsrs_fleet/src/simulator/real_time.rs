@@ -44,7 +44,7 @@ impl RealTime {
     ) {
         match event {
             Event::Gates(gates) => {
-                assert_eq!(gates.len(), placed.n_robots, "one gate for each robot");
+                assert_eq!(gates.len(), placed.robots.len(), "one gate for each robot");
                 pass(placed, gates, (progress, actions));
                 if now >= self.due {
                     self.tick(placed, (gates, progress), now, actions);

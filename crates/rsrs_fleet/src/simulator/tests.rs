@@ -19,20 +19,27 @@ fn command(robot: usize, stamp_ns: Option<u64>) -> Event {
     Event::Command { robot, stamp_ns, command: FORWARD }
 }
 
+/// `robot_1` and on.
+fn names(n_robots: usize) -> Vec<String> {
+    (1..=n_robots).map(|number| format!("robot_{number}")).collect()
+}
+
 fn lockstep(n_robots: usize, steps: u64) -> Simulator {
     let (time, gates) = (Time::Lockstep, Gates::Here);
-    let placed = Placed { digest: DIGEST, n_robots, steps, period_ns: 130, time, gates };
+    let placed =
+        Placed { digest: DIGEST, robots: names(n_robots), steps, period_ns: 130, time, gates };
     let mut simulator = Simulator::new();
-    simulator.on_event(Event::Placed(placed), Duration::ZERO);
+    simulator.on_event(Event::Placed(placed.clone()), Duration::ZERO);
     simulator
 }
 
 fn real_time(n_robots: usize) -> Simulator {
     let period_ns = u64::try_from(PERIOD.as_nanos()).unwrap();
     let (time, gates) = (Time::RealTime, Gates::Here);
-    let placed = Placed { digest: DIGEST, n_robots, steps: 1, period_ns, time, gates };
+    let placed =
+        Placed { digest: DIGEST, robots: names(n_robots), steps: 1, period_ns, time, gates };
     let mut simulator = Simulator::new();
-    simulator.on_event(Event::Placed(placed), Duration::ZERO);
+    simulator.on_event(Event::Placed(placed.clone()), Duration::ZERO);
     simulator
 }
 
@@ -215,7 +222,7 @@ fn the_status_tells_an_empty_simulator_from_a_placed_a_moving_and_a_failed_one()
 fn a_world_that_is_placed_is_said_at_once_and_another_one_too() {
     let placed = Placed {
         digest: DIGEST,
-        n_robots: 1,
+        robots: names(1),
         steps: 1,
         period_ns: 130,
         time: Time::Lockstep,
@@ -224,7 +231,7 @@ fn a_world_that_is_placed_is_said_at_once_and_another_one_too() {
     let mut simulator = Simulator::new();
     simulator.on_event(Event::Removed, Duration::ZERO);
 
-    let first = status(&mut simulator, Event::Placed(placed), Duration::ZERO);
+    let first = status(&mut simulator, Event::Placed(placed.clone()), Duration::ZERO);
     let other = Event::Placed(Placed { digest: DIGEST + 1, ..placed });
     let second = status(&mut simulator, other, Duration::ZERO);
 
@@ -331,8 +338,8 @@ fn a_lockstep_run_in_which_a_command_is_lost_is_void_and_says_who_owes_it() {
     assert_eq!(pace(&mut simulator, Event::Gates(vec![MOVING; 2]), ms(29_999)), []);
     let end = pace(&mut simulator, Event::Gates(vec![MOVING; 2]), ms(30_000));
 
-    let reason = "no step for 30 s at step 1 of 5: no command from robot 2 of the world (command \
-                  stamped 7 ns, expected 130 ns)";
+    let reason = "no step for 30 s at step 1 of 5: no command from robot_2 (command stamped 7 ns, \
+                  expected 130 ns)";
     assert_eq!(end, [Action::Void { reason: reason.to_owned() }]);
     assert_eq!(simulator.step(), 1, "it never steps with an invented command");
 }
@@ -373,8 +380,8 @@ fn robots_with_gates_of_their_own_may_stand_and_move_again() {
     let mut simulator = Simulator::new();
     let period_ns = u64::try_from(PERIOD.as_nanos()).unwrap();
     let (time, gates) = (Time::RealTime, Gates::Elsewhere);
-    let placed = Placed { digest: DIGEST, n_robots: 1, steps: 1, period_ns, time, gates };
-    simulator.on_event(Event::Placed(placed), Duration::ZERO);
+    let placed = Placed { digest: DIGEST, robots: names(1), steps: 1, period_ns, time, gates };
+    simulator.on_event(Event::Placed(placed.clone()), Duration::ZERO);
     pace(&mut simulator, Event::Gates(vec![MOVING]), Duration::ZERO);
 
     let stands = pace(&mut simulator, Event::Gates(vec![STOPPED]), PERIOD);

@@ -4,6 +4,7 @@ use super::*;
 use crate::preflight::{Endpoint, ExpectedTopic, Publishers};
 
 const TOPIC: &str = "/robot_1/cmd_vel";
+const HARDWARE: &str = "/robot_1/hardware/cmd_vel";
 
 fn publisher(guid: u8, node: Option<&str>) -> Endpoint {
     Endpoint {
@@ -18,6 +19,7 @@ fn publisher(guid: u8, node: Option<&str>) -> Endpoint {
 fn outcome_after(publishers: &[Endpoint]) -> Outcome {
     let mut bench = Bench::with(|options| {
         options.pace = Pace::RealTime { duration: Duration::from_secs(4) };
+        options.expected.steering = [HARDWARE.to_owned()].into();
         options.expected.topics = vec![ExpectedTopic {
             name: TOPIC.to_owned(),
             type_name: "geometry_msgs/msg/TwistStamped".to_owned(),
@@ -40,6 +42,17 @@ fn a_second_publisher_of_commands_ends_the_run_with_its_nodes_name() {
         ..publisher(2, Some("/teleop"))
     };
     assert!(matches!(outcome_after(&[unstamped]), Outcome::Aborted { .. }));
+}
+
+#[test]
+fn a_second_publisher_behind_the_gate_ends_the_run_too() {
+    let of_hardware = |end| Endpoint { topic: HARDWARE.to_owned(), ..end };
+    let gate = of_hardware(publisher(3, Some("/robot_1/robot")));
+    let teleop = of_hardware(publisher(4, Some("/teleop")));
+
+    assert_eq!(outcome_after(std::slice::from_ref(&gate)), Outcome::Completed);
+    let reason = "a second publisher of /robot_1/hardware/cmd_vel: node /teleop".to_owned();
+    assert_eq!(outcome_after(&[gate, teleop]), Outcome::Aborted { reason });
 }
 
 #[test]

@@ -111,7 +111,7 @@ impl Fleet {
         (host.placed, host.step, host.moved) = (PLACED, 0, 0);
         self.tell_simulator(Event::Placed(Placed {
             digest: PLACED,
-            n_robots: N_ROBOTS,
+            robots: (1..=N_ROBOTS).map(|number| format!("robot_{number}")).collect(),
             steps: STEPS,
             period_ns: PERIOD_NS,
             time,
