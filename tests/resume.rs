@@ -66,7 +66,7 @@ fn kill_and_compare(place: &Place, arguments: &[&str]) {
 
 #[test]
 fn a_sweep_that_is_killed_at_any_moment_ends_in_the_same_bytes() {
-    kill_and_compare(&Place::with_sweep(4000), &[]);
+    kill_and_compare(&Place::with_sweep(2000), &[]);
 }
 
 #[test]

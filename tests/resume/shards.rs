@@ -4,7 +4,7 @@ use crate::work::{Place, bytes, code, contents, stderr};
 
 /// A sweep of eight blocks, done whole and in two shards.
 fn shared() -> Place {
-    let place = Place::with_sweep(4096);
+    let place = Place::with_sweep(2048);
     place.sweep_into("whole");
     for (folder, shard) in [("odd", "1/2"), ("even", "2/2")] {
         let output = place.rsrs(&["sweep", "sweep.yaml", "-o", folder, "--shard", shard]);
@@ -37,7 +37,7 @@ fn merged_shards_are_the_folder_of_one_machine_and_stay_as_they_are() {
 
 #[test]
 fn a_shard_that_was_killed_goes_on_and_does_no_other_ones_work() {
-    let place = Place::with_sweep(4096);
+    let place = Place::with_sweep(2048);
     let shard = ["sweep", "sweep.yaml", "-o", "odd", "--shard", "1/2"];
     let mut child = place.spawn(&shard);
     place.wait_for_blocks("odd", 1);

@@ -14,7 +14,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// Four cells with so many replicates of 60 s: 2,048 are a block.
+    /// Four cells in two worlds with so many replicates of 60 s: 2,048 are a block.
     pub fn with_sweep(replicates: u64) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

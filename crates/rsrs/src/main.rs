@@ -1,7 +1,6 @@
 //! The command line of RSRS: one file for each subcommand.
 
 mod ablation;
-mod admission;
 mod bag_trials;
 mod boundaries;
 mod choosing;
@@ -30,6 +29,7 @@ mod recorded_run;
 mod recording_gaps;
 mod replicate_table;
 mod result_folder;
+mod run_matching;
 mod running;
 mod sensor_readings;
 mod settling;

@@ -5,6 +5,9 @@ use std::time::Duration;
 /// Interval of leases and statuses: 10 Hz.
 pub const BEAT: Duration = Duration::from_millis(100);
 
+/// How often a node's machine is given the time while nothing arrives.
+pub const TICK: Duration = Duration::from_millis(20);
+
 /// How long a lease holds after *the robot sent* the status that it echoes.
 pub const LEASE: Duration = Duration::from_millis(500);
 
@@ -63,7 +66,7 @@ pub const DISCOVER: Duration = Duration::from_secs(10);
 /// How often the runner looks for publishers that have started since it found all that it needs.
 pub const LOOK_AGAIN: Duration = Duration::from_millis(500);
 
-/// How long the runner looks at most while its own machine does not keep up with what it hears, as
+/// How long the runner looks at most while its own machine does not keep up with what it receives, as
 /// when dozens of processes start on it.
 pub const CATCH_UP: Duration = Duration::from_secs(60);
 

@@ -13,7 +13,7 @@ use rsrs_fleet::message::{RobotState, Status};
 use rsrs_fleet::rates::Rates;
 use rsrs_fleet::record::Ending;
 use rsrs_fleet::runner::{Action, Event, Outcome, Runner, Target};
-use rsrs_fleet::timing::{CONFIGURE, SILENCE};
+use rsrs_fleet::timing::{CONFIGURE, SILENCE, TICK};
 use rsrs_msgs::rsrs::{Recorded, RunLease};
 use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
@@ -25,20 +25,18 @@ use rsrs_ros::session::{
 use rsrs_wire as wire;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
-use crate::ears::{self, Ear, Queue, Role, Sample};
-use crate::expectation::{self, Heard};
+use crate::expectation::{self, Presence};
 use crate::extras::Extras;
 use crate::meaning;
 use crate::parameters;
 use crate::plan::Plan;
+use crate::recorded_topics::{self, Queue, RecordedTopic, Role, Sample};
 use crate::recorder::{Recorder, Written};
 use crate::report::{Progress, RunReport, Times};
 
 /// Name of the runner's node.
 pub const NODE: &str = "experiment_runner";
 
-/// How often time passes for the machine while nothing arrives.
-const GLANCE: Duration = Duration::from_millis(20);
 /// A runner that has not looked for so long has been stopped itself, or its machine is very busy.
 const STOOD_STILL: Duration = Duration::from_millis(500);
 /// How often the discovery database is looked at.
@@ -55,7 +53,7 @@ struct Run<'a> {
     session: &'a Session,
     client: &'a ParameterClient<'a>,
     node: NodeHandle,
-    ears: Vec<Ear>,
+    recorded_topics: Vec<RecordedTopic>,
     extras: Extras,
     lease: Publisher<RunLease>,
     recorded: Publisher<Recorded>,
@@ -105,25 +103,25 @@ pub async fn run(
 ) -> anyhow::Result<RunReport> {
     let session = Session::open(network)?;
     let node = session.node("/", NODE)?;
-    let ears = ears::ears(&plan.robots);
+    let recorded_topics = recorded_topics::recorded_topics(&plan.robots);
     let server = ParameterServer::without_parameters(&session, &node)?;
     let (sender, mut samples) = unbounded_channel();
     let (to_written, mut written) = unbounded_channel();
     let queue = Queue::new(sender);
-    let subscriptions = ears::listen(&session, &ears, &queue)?;
+    let subscriptions = recorded_topics::listen(&session, &recorded_topics, &queue)?;
     let options = ClientOptions { patience: ONE_REQUEST, mapping: None };
     let client = ParameterClient::new(&session, &node, options);
     let (lease, recorded) = (topics::LEASE, topics::RECORDED);
     let mut run = Run {
         lease: session.publish_on(&node, lease.name, lease.qos)?,
         recorded: session.publish_on(&node, recorded.name, recorded.qos)?,
-        machine: Runner::new(expectation::runner_options(plan, &ears)),
-        extras: Extras::new(&plan.recording, &ears, queue),
+        machine: Runner::new(expectation::runner_options(plan, &recorded_topics)),
+        extras: Extras::new(&plan.recording, &recorded_topics, queue),
         plan,
         session: &session,
         client: &client,
         node,
-        ears,
+        recorded_topics,
         start: Instant::now(),
         recorder: None,
         early: Vec::new(),
@@ -148,6 +146,24 @@ pub async fn run(
     report
 }
 
+/// What the run waits for.
+enum Woken {
+    /// Somebody asks for its end.
+    Stop(String),
+    /// The middleware has ended.
+    CutOff(MiddlewareEnded),
+    /// The bag reports.
+    Written(Written),
+    /// A message.
+    Sample(Sample),
+    /// A request was answered.
+    Answer(Event),
+    /// It is time to look at the network.
+    Look,
+    /// Time passes.
+    Tick,
+}
+
 /// Ends the run because nothing can be sent or received any more.
 fn interrupt(ended: &MiddlewareEnded) -> Event {
     Event::Interrupt { reason: ended.to_string() }
@@ -160,78 +176,90 @@ impl<'a> Run<'a> {
         stop: impl Future<Output = String>,
     ) -> anyhow::Result<()> {
         let mut requests: Requests<'a> = FuturesUnordered::new();
-        let mut glance = tokio::time::interval(GLANCE);
-        glance.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+        let mut tick = tokio::time::interval(TICK);
+        tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
         let mut look = tokio::time::interval(LOOK);
         look.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
         let mut stop = std::pin::pin!(stop);
         let mut is_stopped = false;
         let session = self.session;
-        let mut looked = Instant::now();
         let mut cut_off = std::pin::pin!(session.ended());
+        let mut looked = Instant::now();
         while self.finished.is_none() {
-            tokio::select! {
-                reason = &mut stop, if !is_stopped => {
+            let woken = tokio::select! {
+                reason = &mut stop, if !is_stopped => Woken::Stop(reason),
+                ended = &mut cut_off, if !self.is_cut_off => Woken::CutOff(ended),
+                Some(written) = written.recv() => Woken::Written(written),
+                Some(sample) = samples.recv() => Woken::Sample(sample),
+                Some(answer) = requests.next() => Woken::Answer(answer),
+                _ = look.tick() => Woken::Look,
+                _ = tick.tick() => Woken::Tick,
+            };
+            // Before anything else is made of the time: silence is nobody's fault then.
+            let stood_still = std::mem::replace(&mut looked, Instant::now()).elapsed();
+            if stood_still >= STOOD_STILL
+                && !self.is_cut_off
+                && let Some(ended) = session.has_ended_meanwhile().await
+            {
+                self.is_cut_off = true;
+                self.advance(interrupt(&ended), &mut requests).await?;
+            }
+            match woken {
+                Woken::Stop(reason) => {
                     is_stopped = true;
                     self.advance(Event::Interrupt { reason }, &mut requests).await?;
                 }
-                ended = &mut cut_off, if !self.is_cut_off => {
+                Woken::CutOff(ended) => {
                     self.is_cut_off = true;
                     self.advance(interrupt(&ended), &mut requests).await?;
                 }
-                Some(written) = written.recv() => self.take_written(written, &mut requests).await?,
-                Some(sample) = samples.recv() => self.hear(sample, &mut requests).await?,
-                Some(answer) = requests.next() => {
+                Woken::Written(written) => self.take_written(written, &mut requests).await?,
+                Woken::Sample(sample) => self.receive(sample, &mut requests).await?,
+                Woken::Answer(answer) => {
                     self.close_question(&answer);
                     self.advance(answer, &mut requests).await?;
                 }
-                _ = look.tick() => {
-                    // It copies thousands of entries, which are seldom needed once all is there.
-                    if self.machine.looks(self.start.elapsed()) {
-                        let unrecordable = self.look_for_extras()?;
-                        let graph =
-                            expectation::graph((self.session, self.plan), self.simulator_is(), unrecordable);
-                        self.advance(Event::Seen(graph), &mut requests).await?;
-                    }
-                    self.repeat_recorded().await?;
-                    self.watch_rates();
-                }
-                _ = glance.tick() => {
-                    let stood_still = std::mem::replace(&mut looked, Instant::now()).elapsed();
-                    let ended = if stood_still >= STOOD_STILL && !self.is_cut_off {
-                        session.has_ended_meanwhile().await
-                    } else {
-                        None
-                    };
-                    self.is_cut_off |= ended.is_some();
-                    let event = ended.map_or(Event::Tick, |ended| interrupt(&ended));
-                    self.advance(event, &mut requests).await?;
-                }
+                Woken::Look => self.look(&mut requests).await?,
+                Woken::Tick => self.advance(Event::Tick, &mut requests).await?,
             }
         }
         Ok(())
     }
 
-    fn simulator_is(&self) -> Heard {
+    /// Looks at what there is in the network, and at what is repeated and counted.
+    async fn look(&mut self, requests: &mut Requests<'a>) -> anyhow::Result<()> {
+        // It copies thousands of entries, which are seldom needed once all is there.
+        if self.machine.looks(self.start.elapsed()) {
+            let unrecordable = self.look_for_extras()?;
+            let graph =
+                expectation::graph((self.session, self.plan), self.simulator_is(), unrecordable);
+            self.advance(Event::Seen(graph), requests).await?;
+        }
+        self.repeat_recorded().await?;
+        self.watch_rates();
+        Ok(())
+    }
+
+    fn simulator_is(&self) -> Presence {
         match &self.simulator {
-            Some((_, at)) if at.elapsed() <= SILENCE => Heard::Recently,
-            _ => Heard::Not,
+            Some((_, at)) if at.elapsed() <= SILENCE => Presence::Recently,
+            _ => Presence::Not,
         }
     }
 
     /// Keeps a sample, and tells the machine what it means.
-    async fn hear(&mut self, sample: Sample, requests: &mut Requests<'a>) -> anyhow::Result<()> {
+    async fn receive(&mut self, sample: Sample, requests: &mut Requests<'a>) -> anyhow::Result<()> {
         if let Some(event) = self.record(&sample) {
             self.advance(event, requests).await?;
         }
-        let role = self.ears[sample.ear].role;
+        let role = self.recorded_topics[sample.recorded_topic].role;
         let events = self.understand(role, &sample.received).unwrap_or_else(|reason| {
-            let topic = &self.ears[sample.ear].name;
+            let topic = &self.recorded_topics[sample.recorded_topic].name;
             self.node.say(Level::Warn, &format!("refused a message on {topic}: {reason}"));
             Vec::new()
         });
         if let Some(rates) = &mut self.rates {
-            rates.heard(&self.ears[sample.ear].name, self.start.elapsed());
+            rates.received(&self.recorded_topics[sample.recorded_topic].name, self.start.elapsed());
         }
         let is_early = matches!(role, Role::Preparation | Role::StaticTransforms);
         if is_early && self.recorder.is_none() {
@@ -251,7 +279,10 @@ impl<'a> Run<'a> {
     /// Has a sample written into the bag, if one is open.
     fn record(&mut self, sample: &Sample) -> Option<Event> {
         let recorder = self.recorder.as_mut()?;
-        let taken = recorder.take((sample.ear, &self.ears[sample.ear]), &sample.received);
+        let taken = recorder.take(
+            (sample.recorded_topic, &self.recorded_topics[sample.recorded_topic]),
+            &sample.received,
+        );
         taken.err().map(|error| Event::RecorderFailed { reason: error.in_full() })
     }
 
@@ -385,10 +416,11 @@ impl<'a> Run<'a> {
 
     fn open_recorder(&mut self) -> Option<Event> {
         let to_written = self.to_written.clone();
-        let opened = Recorder::open(&self.plan.bag, self.plan, &self.ears, to_written);
+        let opened = Recorder::open(&self.plan.bag, self.plan, &self.recorded_topics, to_written);
         let begun = opened.and_then(|mut recorder| {
-            for Sample { ear, received, .. } in self.early.drain(..) {
-                recorder.take((ear, &self.ears[ear]), &received)?;
+            for Sample { recorded_topic, received, .. } in self.early.drain(..) {
+                recorder
+                    .take((recorded_topic, &self.recorded_topics[recorded_topic]), &received)?;
             }
             Ok(recorder)
         });

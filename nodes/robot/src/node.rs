@@ -10,7 +10,7 @@ use rsrs_fleet::message::RobotState;
 use rsrs_fleet::robot::detector::{Detector, Reading};
 use rsrs_fleet::robot::limits::Ramp;
 use rsrs_fleet::robot::{Event, Robot, RobotOptions};
-use rsrs_fleet::timing::command_timeout;
+use rsrs_fleet::timing::{TICK, command_timeout};
 use rsrs_msgs::geometry_msgs::Twist;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_ros::clock::wall_time;
@@ -30,12 +30,10 @@ use crate::driver::ros::RosDriver;
 use crate::driver::serial::SerialDriver;
 use crate::driver::virtual_robot::VirtualDriver;
 use crate::driver::{Driver, DriverKind, Place, Report, Sensed};
-use crate::listening::{Commands, Heard, listen, listen_to_e_stop};
+use crate::listening::{Commands, Input, listen, listen_to_e_stop};
 use crate::parameters::{self, CMD_VEL_TYPE, NODE, PERIOD, Settings};
-use crate::voice::Voice;
+use crate::publishers::Publishers;
 
-/// How often the gate is looked at while nothing arrives.
-const GLANCE: Duration = Duration::from_millis(20);
 /// How often the wheels are told what they were told before: several times within their timeout.
 const WHEEL_BEAT: Duration = Duration::from_millis(50);
 /// How often the robot's health is told.
@@ -63,8 +61,8 @@ pub async fn run(options: RobotArguments) -> anyhow::Result<()> {
 }
 
 async fn host<D: Driver>(session: &Session, options: RobotArguments) -> anyhow::Result<()> {
-    let (heard, mut events) = unbounded_channel();
-    let mut robot = RobotNode::<D>::new(session, &options, &heard)?;
+    let (received, mut events) = unbounded_channel();
+    let mut robot = RobotNode::<D>::new(session, &options, &received)?;
     for note in &options.node.ros.notes {
         robot.node.say(Level::Warn, &note.to_string());
     }
@@ -98,7 +96,7 @@ struct RobotNode<D> {
     detector: Detector,
     settings: Settings,
     server: ParameterServer,
-    voice: Voice,
+    publishers: Publishers,
     start: Instant,
     period: Duration,
     /// What the driver says is wrong; at the start, that it has said nothing yet.
@@ -123,7 +121,7 @@ struct RobotNode<D> {
 
 /// What the loop woke up for.
 enum Woken {
-    Heard(Heard),
+    Input(Input),
     Report(Report),
     Glance,
     Period,
@@ -134,15 +132,15 @@ impl<D: Driver> RobotNode<D> {
     fn new(
         session: &Session,
         options: &RobotArguments,
-        heard: &UnboundedSender<Heard>,
+        received: &UnboundedSender<Input>,
     ) -> anyhow::Result<Self> {
         let name = options.robot.clone();
         let node = session.node(&format!("/{name}"), NODE)?;
         let full_name = node.full_name();
         let declared = parameters::declare(&name, options.driver, &options.given);
-        let changed = heard.clone();
+        let changed = received.clone();
         let server = ParameterServer::start(session, vec![declared], move |_, _| {
-            changed.send(Heard::Parameters).map_err(|_closed| "shutting down".to_owned())
+            changed.send(Input::Parameters).map_err(|_closed| "shutting down".to_owned())
         })?;
         let commands = match text(&server, full_name, CMD_VEL_TYPE).as_str() {
             "twist_stamped" => Commands::Stamped,
@@ -165,7 +163,7 @@ impl<D: Driver> RobotNode<D> {
             ramp: Ramp::standing(Duration::ZERO),
             detector: Detector::default(),
             settings: parameters::settings(&server, full_name),
-            voice: Voice::new(session, &node, &name)?,
+            publishers: Publishers::new(session, &node, &name)?,
             start: Instant::now(),
             period: Duration::from_secs_f64(period_s),
             driver_fault: Some("the driver has not answered yet".to_owned()),
@@ -178,17 +176,17 @@ impl<D: Driver> RobotNode<D> {
             arming: Arming::Disarmed,
             refused_epoch: None,
             locks: LocksPublisher::new(session, &node)?,
-            _e_stop: listen_to_e_stop(session, &node, heard)?,
-            _subscriptions: listen(session, (&node, &name), commands, heard)?,
+            _e_stop: listen_to_e_stop(session, &node, received)?,
+            _subscriptions: listen(session, (&node, &name), commands, received)?,
             server,
             node,
             name,
         })
     }
 
-    async fn serve(&mut self, events: &mut UnboundedReceiver<Heard>) -> anyhow::Result<()> {
+    async fn serve(&mut self, events: &mut UnboundedReceiver<Input>) -> anyhow::Result<()> {
         let mut asked_to_stop = std::pin::pin!(shutdown::requested());
-        let (mut glance, mut health) = (beat(GLANCE), beat(HEALTH_BEAT));
+        let (mut tick, mut health) = (beat(TICK), beat(HEALTH_BEAT));
         let mut period = beat(self.period);
         loop {
             let woken = tokio::select! {
@@ -197,14 +195,14 @@ impl<D: Driver> RobotNode<D> {
                     request?;
                     return Ok(());
                 }
-                Some(heard) = events.recv() => Woken::Heard(heard),
+                Some(received) = events.recv() => Woken::Input(received),
                 report = self.driver.report() => Woken::Report(report),
-                _ = glance.tick() => Woken::Glance,
+                _ = tick.tick() => Woken::Glance,
                 _ = period.tick() => Woken::Period,
                 _ = health.tick() => Woken::Health,
             };
             match woken {
-                Woken::Heard(heard) => self.hear(heard).await?,
+                Woken::Input(received) => self.receive(received).await?,
                 Woken::Report(report) => self.take(report).await?,
                 Woken::Glance => {}
                 Woken::Period => self.publish_detection().await?,
@@ -223,7 +221,7 @@ impl<D: Driver> RobotNode<D> {
 
     async fn tell_gate(&mut self, event: Event) -> anyhow::Result<()> {
         if let Some(status) = self.gate.on_event(event, self.now()) {
-            self.voice.status(&status).await?;
+            self.publishers.status(&status).await?;
         }
         let refused = self.gate.refused_epoch();
         if refused != self.refused_epoch {
@@ -235,33 +233,33 @@ impl<D: Driver> RobotNode<D> {
         Ok(self.locks.tell(self.gate.locks()).await?)
     }
 
-    async fn hear(&mut self, heard: Heard) -> anyhow::Result<()> {
-        match heard {
-            Heard::Lease(message) => match wire::lease(message) {
+    async fn receive(&mut self, received: Input) -> anyhow::Result<()> {
+        match received {
+            Input::Lease(message) => match wire::lease(message) {
                 Ok(lease) => self.tell_gate(Event::Lease(lease)).await,
                 Err(error) => {
                     self.node.say(Level::Warn, &format!("refused: {error}"));
                     Ok(())
                 }
             },
-            Heard::EStop(EStopMessage::Said { source, engaged }) => {
+            Input::EStop(EStopMessage::Said { source, engaged }) => {
                 self.tell_gate(Event::EStop { source, engaged }).await
             }
-            Heard::EStop(EStopMessage::Release(sources)) => {
+            Input::EStop(EStopMessage::Release(sources)) => {
                 self.tell_gate(Event::Release(sources)).await
             }
-            Heard::EStop(EStopMessage::Locks { locks, .. }) => {
+            Input::EStop(EStopMessage::Locks { locks, .. }) => {
                 self.tell_gate(Event::LocksOfOthers(locks)).await
             }
-            Heard::Controller(message) => match wire::status(message) {
+            Input::Controller(message) => match wire::status(message) {
                 Ok(status) => self.tell_gate(Event::Controller(status)).await,
                 Err(error) => {
                     self.node.say(Level::Warn, &format!("refused: {error}"));
                     Ok(())
                 }
             },
-            Heard::Command(twist) => self.command(&twist).await,
-            Heard::Parameters => {
+            Input::Command(twist) => self.command(&twist).await,
+            Input::Parameters => {
                 self.settings = parameters::settings(&self.server, self.node.full_name());
                 Ok(())
             }
@@ -302,7 +300,7 @@ impl<D: Driver> RobotNode<D> {
                     self.detector.on_reading(reading, &self.settings.detector, now);
                 }
                 if let Some(range) = range {
-                    self.voice.range(range).await?;
+                    self.publishers.range(range).await?;
                 }
             }
         }
@@ -364,7 +362,7 @@ impl<D: Driver> RobotNode<D> {
     /// Publishes what the robot sees; nothing while nothing is known.
     async fn publish_detection(&mut self) -> anyhow::Result<()> {
         if let Ok(data) = self.detector.detected(&self.settings.detector, self.now()) {
-            self.voice.detection(Bool { data }).await?;
+            self.publishers.detection(Bool { data }).await?;
         }
         Ok(())
     }
@@ -380,7 +378,7 @@ impl<D: Driver> RobotNode<D> {
             state: self.gate.state(now),
             refused: self.refused,
         };
-        Ok(self.voice.health(health).await?)
+        Ok(self.publishers.health(health).await?)
     }
 
     /// Stops the wheels, then says so.
@@ -391,7 +389,7 @@ impl<D: Driver> RobotNode<D> {
                 self.node.say(Level::Warn, &text);
                 break;
             }
-            tokio::time::sleep(GLANCE).await;
+            tokio::time::sleep(TICK).await;
         }
         self.tell_gate(Event::Fault("the robot's node has ended".to_owned())).await
     }

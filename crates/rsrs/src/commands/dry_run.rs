@@ -22,7 +22,7 @@ use crate::labelled_bags::{LabelledBags, Labeller};
 use crate::labelling::{LabelOptions, label_bag};
 use crate::notes::say_note;
 use crate::own_network::OwnNetwork;
-use crate::picture::{self, Wish};
+use crate::picture::{self, DiagramOptions};
 use crate::progress::threads;
 use crate::running::{RunSummary, on_simulated_fleet};
 use crate::settling;
@@ -245,8 +245,12 @@ impl DryRun<'_> {
         (choice, comparison): (&Choice, &Comparison),
     ) -> anyhow::Result<PathBuf> {
         let experiments = comparison.marks();
-        let wish = Wish { chosen: Some(choice.cell.clone()), experiments, ..Wish::default() };
-        let svg = picture::of_sweep(result, &wish)?;
+        let options = DiagramOptions {
+            chosen: Some(choice.cell.clone()),
+            experiments,
+            ..DiagramOptions::default()
+        };
+        let svg = picture::of_sweep(result, &options)?;
         let path = self.folder.join("diagram.png");
         write_file(&path, &rsrs_view::raster::png(&svg, picture::PNG_WIDTH_PX)?)?;
         write_file(&self.folder.join("diagram.svg"), svg.as_bytes())?;

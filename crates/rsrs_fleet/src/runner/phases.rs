@@ -3,8 +3,8 @@
 use crate::message::E_STOP_REASON;
 
 use super::{
-    ARM, Action, Bond, CONFIGURE, Duration, FIRST_SAMPLE, Failure, LOCKSTEP_GRACE, LostRobot,
-    Outcome, Pace, Patience, Phase, RECORDER, Requests, RobotLost, Runner, SILENCE, STAND, Seen,
+    ARM, Action, CONFIGURE, Duration, FIRST_SAMPLE, Failure, LOCKSTEP_GRACE, LostRobot, Outcome,
+    Pace, Patience, Phase, RECORDER, Requests, RobotLost, RunBinding, Runner, SILENCE, STAND, Seen,
     Strangers, Target, preflight,
 };
 
@@ -37,7 +37,7 @@ impl Runner {
             other_runs: self
                 .others
                 .iter()
-                .filter(|(_, (_, heard))| now.saturating_sub(*heard) <= SILENCE)
+                .filter(|(_, (_, received))| now.saturating_sub(*received) <= SILENCE)
                 .map(|(run_id, _)| run_id.clone())
                 .collect(),
             e_stop: self.e_stop.locks(),
@@ -47,7 +47,7 @@ impl Runner {
             poses: self.floor.poses(),
             parents: self.floor.parents(),
             behind_s: self.floor.behind_s(),
-            ailments: self.floor.ailments(),
+            diagnostic_errors: self.floor.diagnostic_errors(),
         };
         let problems = preflight::problems(&self.options.expected, &seen);
         self.graph = seen.graph;
@@ -105,7 +105,7 @@ impl Runner {
         }
     }
 
-    /// Takes an epoch above all that were ever heard.
+    /// Takes an epoch above all that were ever received.
     pub(super) fn arm(&mut self, now: Duration, actions: &mut Vec<Action>) {
         self.epoch =
             self.highest_epoch.checked_add(1).expect("epochs in the upper half are refused");
@@ -113,8 +113,8 @@ impl Runner {
         self.enter(Phase::Arm, now);
     }
 
-    fn bond(&self) -> Bond<'_> {
-        Bond {
+    fn binding(&self) -> RunBinding<'_> {
+        RunBinding {
             run_id: &self.options.run_id,
             epoch: self.epoch,
             parameter_digest: self.options.controller_digest(),
@@ -125,7 +125,7 @@ impl Runner {
         if self.is_taken_away(now, actions) {
             return;
         }
-        let waiting = self.roster.not_armed(self.bond(), now);
+        let waiting = self.roster.not_armed(self.binding(), now);
         if waiting.is_empty() {
             if let Some(start) = &self.options.start {
                 let robots = &self.options.expected.robots;
@@ -155,7 +155,7 @@ impl Runner {
             return;
         }
         if !self.e_stop.is_used() {
-            let alone = "no e-stop publisher is heard; `rsrs stop` or Ctrl-C stops the robots";
+            let alone = "no e-stop publisher is received; `rsrs stop` or Ctrl-C stops the robots";
             actions.push(Action::Say(alone.to_owned()));
         }
         self.told_s = u64::MAX;
@@ -173,7 +173,7 @@ impl Runner {
         if self.is_taken_away(now, actions) {
             return;
         }
-        let waiting = self.roster.not_armed(self.bond(), now);
+        let waiting = self.roster.not_armed(self.binding(), now);
         if !waiting.is_empty() {
             self.fail_to_arm(waiting, now, actions);
             return;
@@ -191,7 +191,7 @@ impl Runner {
     }
 
     /// Ends the run if it is no longer this runner's to conduct: robots that obey a higher epoch are
-    /// another runner's, and the e-stop is for all robots, whichever hears it first.
+    /// another runner's, and the e-stop is for all robots, whichever receives it first.
     fn is_taken_away(&mut self, now: Duration, actions: &mut Vec<Action>) -> bool {
         if self.roster.holds_e_stop() {
             self.abort(E_STOP_REASON.to_owned(), now, actions);
@@ -206,7 +206,7 @@ impl Runner {
             self.abort(reason, now, actions);
             return true;
         }
-        if let Some(other) = self.roster.armed_for_another(self.bond(), now) {
+        if let Some(other) = self.roster.armed_for_another(self.binding(), now) {
             let reason = format!("a robot is armed for run {other}: another runner has it");
             self.abort(reason, now, actions);
             return true;
@@ -219,7 +219,7 @@ impl Runner {
             return;
         }
         // In lockstep a lapse freezes the world and harms nothing; the simulator's word on it comes
-        // first. In real time a robot needs a moment to hear that it may move; one that is silent
+        // first. In real time a robot needs a moment to receive that it may move; one that is silent
         // may have been so since before the start, while the others move.
         let lapse = LOCKSTEP_GRACE + SILENCE;
         let patience = match self.options.pace {

@@ -21,7 +21,7 @@ use crate::simulated_fleet::SimulatedFleet;
 use crate::start_poses::StartPoses;
 
 /// Where the robots are.
-pub enum Floor {
+pub enum RunTarget {
     /// In a simulator that is started for the campaign.
     Simulator {
         /// Where it is.
@@ -31,7 +31,7 @@ pub enum Floor {
     },
     /// On the floor.
     Fleet {
-        /// Where they are heard.
+        /// Where they are received.
         network: SessionOptions,
     },
 }
@@ -46,13 +46,13 @@ enum Next {
 /// Conducts a campaign.
 pub struct Conductor<'a> {
     folder: &'a CampaignFolder,
-    floor: Floor,
+    floor: RunTarget,
     prompt: Prompt,
 }
 
 impl<'a> Conductor<'a> {
     /// Somebody who conducts the campaign of a folder.
-    pub fn new(folder: &'a CampaignFolder, floor: Floor, prompt: Prompt) -> Self {
+    pub fn new(folder: &'a CampaignFolder, floor: RunTarget, prompt: Prompt) -> Self {
         Self { folder, floor, prompt }
     }
 
@@ -70,7 +70,7 @@ impl<'a> Conductor<'a> {
             }
         }
         let ended = self.all(&open, items.len()).await;
-        if let Floor::Simulator { fleet: Some(fleet), .. } = self.floor {
+        if let RunTarget::Simulator { fleet: Some(fleet), .. } = self.floor {
             fleet.1.stop().await?;
         }
         ended
@@ -128,7 +128,7 @@ impl<'a> Conductor<'a> {
 
     /// Asks whoever places the robots; in the simulator, nobody does.
     async fn ask(&mut self, plan: &Plan, item: &Item) -> anyhow::Result<Answer> {
-        let Floor::Fleet { .. } = self.floor else { return Ok(Answer::Start) };
+        let RunTarget::Fleet { .. } = self.floor else { return Ok(Answer::Start) };
         let conditions = &plan.record.conditions.controller;
         let what = format!(
             "\n{}: {} m/s, {} rad/s, for {} s\nplace the robots:\n{}",
@@ -143,8 +143,8 @@ impl<'a> Conductor<'a> {
 
     async fn run(&mut self, plan: &Plan) -> anyhow::Result<RunSummary> {
         let (network, fleet) = match &mut self.floor {
-            Floor::Fleet { network } => return watched(plan, network, asked_to_stop()).await,
-            Floor::Simulator { network, fleet } => (network, fleet),
+            RunTarget::Fleet { network } => return watched(plan, network, asked_to_stop()).await,
+            RunTarget::Simulator { network, fleet } => (network, fleet),
         };
         let robots = &plan.record.robots;
         if let Some(other) = fleet.take_if(|it| it.0 != *robots) {

@@ -15,7 +15,7 @@ use rsrs_ros::shutdown;
 use serde::Serialize;
 
 use super::Pace;
-use super::controls::{Controls, KEYS, Wish};
+use super::controls::{Controls, KEYS, PlayerKey};
 use super::selection::{Selected, Selection};
 use crate::commands::{Format, report};
 use crate::failure::{Outcome, with_help};
@@ -317,7 +317,7 @@ impl Player<'_> {
         Ok(())
     }
 
-    /// Waits until a message is due, and hears what the person at the keyboard wants.
+    /// Waits until a message is due, and receives what the person at the keyboard wants.
     async fn wait_for(&mut self, log_ns: u64) -> anyhow::Result<()> {
         loop {
             match self.state {
@@ -331,8 +331,8 @@ impl Player<'_> {
                 State::Stepping(Some(now_ns)) if log_ns <= now_ns => return Ok(()),
                 State::Stepping(Some(_)) => self.state = State::Paused,
                 State::Paused => {
-                    let wish = self.controls.next().await;
-                    self.obey(wish);
+                    let key = self.controls.next().await;
+                    self.obey(key);
                     // Time did not pass.
                     self.anchor = None;
                 }
@@ -363,7 +363,7 @@ impl Player<'_> {
                 let passed_ns = nanoseconds(from.elapsed().as_secs_f64() * self.rate);
                 self.say_time(log_ns.min(from_ns.saturating_add(passed_ns))).await?;
             }
-            wish = self.controls.next() => self.obey(wish),
+            key = self.controls.next() => self.obey(key),
         }
         Ok(false)
     }
@@ -375,19 +375,19 @@ impl Player<'_> {
         }
     }
 
-    fn obey(&mut self, wish: Wish) {
-        self.state = match (wish, self.state) {
-            (Wish::Quit, _) => State::Quit,
-            (Wish::Step, _) => State::Stepping(None),
-            (Wish::Toggle, State::Playing)
-            | (Wish::GoTo(_) | Wish::GoBy(_), State::Stepping(_)) => State::Paused,
-            (Wish::Toggle, _) => State::Playing,
-            (Wish::GoTo(_) | Wish::GoBy(_), state) => state,
+    fn obey(&mut self, key: PlayerKey) {
+        self.state = match (key, self.state) {
+            (PlayerKey::Quit, _) => State::Quit,
+            (PlayerKey::Step, _) => State::Stepping(None),
+            (PlayerKey::Toggle, State::Playing)
+            | (PlayerKey::GoTo(_) | PlayerKey::GoBy(_), State::Stepping(_)) => State::Paused,
+            (PlayerKey::Toggle, _) => State::Playing,
+            (PlayerKey::GoTo(_) | PlayerKey::GoBy(_), state) => state,
         };
-        match wish {
-            Wish::GoTo(time_s) => self.place.go(self.place.first, time_s),
-            Wish::GoBy(by_s) => self.place.go(self.place.now, by_s),
-            Wish::Toggle | Wish::Step | Wish::Quit => {}
+        match key {
+            PlayerKey::GoTo(time_s) => self.place.go(self.place.first, time_s),
+            PlayerKey::GoBy(by_s) => self.place.go(self.place.now, by_s),
+            PlayerKey::Toggle | PlayerKey::Step | PlayerKey::Quit => {}
         }
         let at_s = self.place.now.saturating_sub(self.place.first) as f64 / 1e9;
         if self.state == State::Paused {

@@ -61,14 +61,18 @@ impl Fleet {
         self.tell_simulator(Event::Gates(gates))
     }
 
-    pub(super) fn simulator_hears(&mut self, from: Node, message: Message) -> Result<(), String> {
+    pub(super) fn simulator_receives(
+        &mut self,
+        from: Node,
+        message: Message,
+    ) -> Result<(), String> {
         match message {
             Message::Recorded(step) => self.tell_simulator(Event::Recorded { step })?,
             Message::Set(_) => {
                 let result = self.place()?;
                 self.send(Node::Simulator, from, Message::SetAnswer(Target::Simulator, result));
             }
-            other => panic!("the simulator hears {other:?}"),
+            other => panic!("the simulator receives {other:?}"),
         }
         self.look_at_gates()
     }
@@ -107,7 +111,7 @@ impl Fleet {
                 self.robots[robot].options = options;
             }
         }
-        let host = self.simulator.as_mut().expect("only a simulator hears this");
+        let host = self.simulator.as_mut().expect("only a simulator receives this");
         (host.placed, host.step, host.moved) = (PLACED, 0, 0);
         self.tell_simulator(Event::Placed(Placed {
             digest: PLACED,

@@ -1,6 +1,6 @@
 //! Who stops the fleet, on the network with everybody else.
 
-use rsrs_fleet::stopper::{self, Answer, Ending, Word};
+use rsrs_fleet::stopper::{self, Answer, Ending, StopCommand};
 
 use super::Fleet;
 use crate::network::{Message, Node};
@@ -38,12 +38,12 @@ impl Fleet {
         }
     }
 
-    /// Whoever is said to have acknowledged a stop has heard it.
+    /// Whoever is said to have acknowledged a stop has received it.
     pub(super) fn judge_stop(&self) -> Result<(), String> {
-        let Some((stopper, Word::Engage, _)) = &self.stopper else { return Ok(()) };
+        let Some((stopper, StopCommand::Engage, _)) = &self.stopper else { return Ok(()) };
         for (answer, witness) in stopper.answers().iter().zip(&self.witnesses) {
             if answer.acknowledged_after.is_some() && !witness.was_locked(self.now_ms) {
-                return Err(format!("{answer:?}, and has not heard the e-stop"));
+                return Err(format!("{answer:?}, and has not received the e-stop"));
             }
         }
         Ok(())

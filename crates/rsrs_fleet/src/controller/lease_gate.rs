@@ -15,7 +15,7 @@ use crate::timing::{BEAT, SENSOR_SILENCE, SILENCE};
 
 /// A gate at the mouth of a controller.
 #[derive(Clone, Debug)]
-pub(super) struct Holder {
+pub(super) struct LeaseGate {
     gate: Robot,
     /// What was published last; `None` before the first word, when the wheels may still turn as an
     /// earlier process told them to.
@@ -54,7 +54,7 @@ impl Sensor {
     }
 }
 
-impl Holder {
+impl LeaseGate {
     pub(super) fn new(robot: &str, command_timeout: Duration) -> Self {
         // A floor forgives no lapse.
         let lapse_grace = Duration::ZERO;
@@ -78,7 +78,7 @@ impl Holder {
     ///
     /// # Arguments
     ///
-    /// * `event` — what the controller has just heard.
+    /// * `event` — what the controller has just received.
     /// * `word` — what it would say of itself now: the gate goes by it.
     /// * `wanted` — what follows from the event.
     pub(super) fn hold(
