@@ -92,10 +92,10 @@ pub async fn run(options: NodeArguments) -> anyhow::Result<()> {
     let (received, mut events) = unbounded_channel();
     let mut simulation = Simulation::new(&session, &options, received)?;
     for note in &options.ros.notes {
-        simulation.node.say(Level::Warn, &note.to_string());
+        simulation.node.log(Level::Warn, &note.to_string());
     }
     let hosted = options.robots.len();
-    simulation.node.say(Level::Info, &format!("{hosted} virtual robots ready"));
+    simulation.node.log(Level::Info, &format!("{hosted} virtual robots ready"));
     let ended = tokio::select! {
         ended = simulation.serve(&mut events) => ended,
         ended = session.ended() => Err(ended.into()),
@@ -219,7 +219,7 @@ impl<'a> Simulation<'a> {
             }
             self.look_at_gates().await?;
             let locks = self.robots.iter().flat_map(|robot| robot.locks().0).collect();
-            self.locks.tell(Locks(locks)).await?;
+            self.locks.publish(Locks(locks)).await?;
         }
         Ok(())
     }
@@ -271,7 +271,7 @@ impl<'a> Simulation<'a> {
             Input::Lease(message) => match wire::lease(message) {
                 Ok(lease) => self.all_robots(&robot::Event::Lease(lease)).await,
                 Err(error) => {
-                    self.node.say(Level::Warn, &format!("refused: {error}"));
+                    self.node.log(Level::Warn, &format!("refused: {error}"));
                     Ok(())
                 }
             },
@@ -363,14 +363,14 @@ impl<'a> Simulation<'a> {
                 }
                 Action::Overrun { missed } => {
                     let text = format!("too slow for real time: {missed} periods left out so far");
-                    self.node.say(Level::Warn, &text);
+                    self.node.log(Level::Warn, &text);
                 }
                 Action::Complete { reason } => {
                     self.placed_world().stand();
-                    self.node.say(Level::Info, &format!("the run is over: {reason}"));
+                    self.node.log(Level::Info, &format!("the run is over: {reason}"));
                 }
                 Action::Void { reason } => {
-                    self.node.say(Level::Error, &format!("run is void: {reason}"));
+                    self.node.log(Level::Error, &format!("run is void: {reason}"));
                 }
                 Action::Status(status) => {
                     self.status.publish(wire::status_message(&status, wall_time())).await?;
@@ -403,14 +403,14 @@ impl<'a> Simulation<'a> {
         for (robot, (data, _)) in self.robots.iter().zip(&ours) {
             robot.publish_detection(Bool { data: *data }).await?;
         }
-        self.real.tell(&virtual_detections).await?;
+        self.real.publish(&virtual_detections).await?;
         for robot in placed_world
             .followed
             .iter_mut()
             .filter_map(|robot| robot.falls_silent().then_some(robot.row))
         {
             let name = &placed_world.rows.names[robot];
-            self.node.say(Level::Warn, &format!("no pose of {name} comes any more, or none yet"));
+            self.node.log(Level::Warn, &format!("no pose of {name} comes any more, or none yet"));
         }
         for (robot, (_, motion)) in self.robots.iter().zip(&ours) {
             robot.publish_motion(*motion, stamp).await?;

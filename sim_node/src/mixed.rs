@@ -149,7 +149,7 @@ impl RealRobots {
             // The receiver is gone only while the node shuts down.
             let tell = move |header: Header, pose: &geometry_msgs::Pose| match on_the_floor(pose) {
                 Some(pose) => drop(received.send(Input::Pose { robot: index, header, pose })),
-                None => speaker.say(Level::Warn, &format!("{name_of}: a pose is no pose")),
+                None => speaker.log(Level::Warn, &format!("{name_of}: a pose is no pose")),
             };
             all.poses.push(match by {
                 TrackedBy::Odom => {
@@ -176,7 +176,7 @@ impl RealRobots {
     /// # Errors
     ///
     /// If a reliable subscriber stops acknowledging.
-    pub async fn tell(&self, detections: &[bool]) -> anyhow::Result<()> {
+    pub async fn publish(&self, detections: &[bool]) -> anyhow::Result<()> {
         for (publisher, data) in self.detections.iter().zip(detections) {
             publisher.publish(Bool { data: *data }).await?;
         }

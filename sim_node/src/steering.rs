@@ -61,14 +61,14 @@ impl Simulation<'_> {
                 reply.send(wire::SetEntityStateResponse { result });
             }
             Call::Entities(..) | Call::EntitiesStates(..) | Call::EntityState(..) => {
-                self.tell(call);
+                self.send(call);
             }
         }
         Ok(())
     }
 
     /// Answers what only asks for robots.
-    fn tell(&self, call: Call) {
+    fn send(&self, call: Call) {
         let stamp = self.stamp();
         let placed_world = self.placed_world.as_ref().ok_or(HandRefusal::NoWorld);
         match call {

@@ -6,7 +6,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use rsrs_experiment_runner::Progress;
 
-use crate::notes::say_note;
+use crate::notes::print_note;
 
 /// What is being prepared, and then a bar that counts steps, or seconds in real time.
 pub struct ExperimentBar {
@@ -38,9 +38,9 @@ impl ExperimentBar {
     /// Shows how far the experiment has come.
     pub fn show(&self, progress: &Progress) {
         match progress {
-            Progress::Say(text) => {
+            Progress::Note(text) => {
                 if self.verbosity == Verbosity::Verbose {
-                    self.bar.suspend(|| say_note(text));
+                    self.bar.suspend(|| print_note(text));
                 }
                 self.bar.set_prefix(text.clone());
             }
@@ -80,7 +80,7 @@ mod tests {
     #[test]
     fn beside_robots_the_bar_shows_what_they_do_now() {
         let bar = ExperimentBar::new("milling", Verbosity::Verbose);
-        let say = |text: &str| bar.show(&Progress::Say(text.to_owned()));
+        let say = |text: &str| bar.show(&Progress::Note(text.to_owned()));
         let mut prefixes = vec![bar.bar.prefix()];
 
         say("all 9 robots are armed");

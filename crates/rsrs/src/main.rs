@@ -120,7 +120,7 @@ fn main() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::NegativeAnswer) => ExitCode::from(3),
         Err(error) => {
-            failure::say(&error);
+            failure::print_error(&error);
             ExitCode::FAILURE
         }
     }

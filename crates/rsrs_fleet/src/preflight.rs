@@ -329,13 +329,13 @@ fn of_topic(
         _ => {}
     }
     if topic.publishers == Publishers::One {
-        problems.extend(deaf_nodes(topic, subscribers));
+        problems.extend(mismatched_subscribers(topic, subscribers));
     }
     problems
 }
 
 /// Nodes of the topic's robot that wait for another type, and for that alone.
-fn deaf_nodes(topic: &ExpectedTopic, subscribers: &[&Endpoint]) -> Vec<Problem> {
+fn mismatched_subscribers(topic: &ExpectedTopic, subscribers: &[&Endpoint]) -> Vec<Problem> {
     let mut types_of: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     let robot = topic.name.rsplit_once('/').map_or("", |(namespace, _)| namespace);
     for end in subscribers {

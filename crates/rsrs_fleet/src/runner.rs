@@ -191,7 +191,7 @@ impl Runner {
             Event::Diagnosed { robot, part, error } => {
                 let news = self.floor.receive_diagnosis(robot, part, error);
                 if self.phase == Phase::Run {
-                    actions.extend(news.map(Action::Say));
+                    actions.extend(news.map(Action::Note));
                 }
             }
             Event::Pose { robot, frame, pose } => self.floor.receive_pose(robot, frame, pose),
@@ -262,7 +262,7 @@ impl Runner {
             Ok(epoch) => self.highest_epoch = self.highest_epoch.max(epoch),
             Err(refused) => {
                 if self.refused_epoch.replace(refused) != Some(refused) {
-                    actions.push(Action::Say(format!("{who}: {refused}")));
+                    actions.push(Action::Note(format!("{who}: {refused}")));
                 }
                 return false;
             }
@@ -280,7 +280,7 @@ impl Runner {
 
     /// Data that is lost outweighs a run that went well until then.
     fn fail_recorder(&mut self, reason: String, now: Duration, actions: &mut Vec<Action>) {
-        actions.push(Action::Say(format!("recorder: {reason}")));
+        actions.push(Action::Note(format!("recorder: {reason}")));
         let problems = vec![Failure::Recorder { reason }];
         if self.outcome == Some(Outcome::Completed) {
             self.outcome = Some(Outcome::Failed { problems });
@@ -298,7 +298,7 @@ impl Runner {
         if self.epoch == 0 {
             self.close(now, actions);
         } else {
-            actions.push(Action::Say("stopping every robot".to_owned()));
+            actions.push(Action::Note("stopping every robot".to_owned()));
             self.enter(Phase::Stop, now);
         }
     }

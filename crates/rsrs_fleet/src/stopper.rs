@@ -64,7 +64,7 @@ pub enum Event {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Action {
     /// Publish this on the e-stop topic.
-    Say(bool),
+    Publish(bool),
     /// Release the locks of these sources.
     Release(BTreeSet<Source>),
     /// It is over, and so it ended; nothing more comes.
@@ -152,7 +152,7 @@ impl Stopper {
         self.take(event, now);
 
         let elapsed = now.saturating_sub(started);
-        let mut actions = self.say(elapsed, now);
+        let mut actions = self.due_messages(elapsed, now);
         if let Some(ending) = self.ending(elapsed) {
             self.is_over = true;
             actions.push(Action::Finish(ending));
@@ -220,7 +220,7 @@ impl Stopper {
     }
 
     /// Says the word ten times a second; a release only after a look at what it would do.
-    fn say(&mut self, elapsed: Duration, now: Duration) -> Vec<Action> {
+    fn due_messages(&mut self, elapsed: Duration, now: Duration) -> Vec<Action> {
         if self.said.is_none()
             && self.word == StopCommand::Release
             && (elapsed < LOOK || self.is_in_run())
@@ -233,14 +233,14 @@ impl Stopper {
         let first = self.said.map_or(now, |(first, _)| first);
         self.said = Some((first, now));
         if self.word == StopCommand::Engage {
-            return vec![Action::Say(true)];
+            return vec![Action::Publish(true)];
         }
         // Locks that know no sources, as that of twist_mux, receive a `false`.
         let holding = self.holding(now);
         let all = self.all_locks().0.into_keys();
         let released: BTreeSet<_> = all.filter(|source| !holding.0.contains_key(source)).collect();
         let release = (!released.is_empty()).then_some(Action::Release(released));
-        [Action::Say(false)].into_iter().chain(release).collect()
+        [Action::Publish(false)].into_iter().chain(release).collect()
     }
 
     /// Locks that no release ends: their sources are there to do it, or still say that they lock.

@@ -123,9 +123,9 @@ pub async fn serve(session: &Session, robots: Vec<Hosting>, notes: &[Note]) -> a
             e_stop = Some(EStop::new(session, &first.node, &received)?);
         }
         for note in notes {
-            first.node.say(Level::Warn, &note.to_string());
+            first.node.log(Level::Warn, &note.to_string());
         }
-        first.node.say(Level::Info, &format!("{} controllers ready", hosted.len()));
+        first.node.log(Level::Info, &format!("{} controllers ready", hosted.len()));
     }
     tokio::select! {
         ended = answer(&mut hosted, (&server, e_stop), &mut events) => ended,
@@ -146,7 +146,7 @@ fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Res
     let first_counter = wire::first_counter(wall_time());
     let machine = parameters::controller(server, (node.full_name(), robot), first_counter);
     let gate_status = if machine.gate().is_some() {
-        node.say(Level::Info, "holds the lease: the robot has no gate of ours");
+        node.log(Level::Info, "holds the lease: the robot has no gate of ours");
         let topic = topics::STATUS;
         Some(session.publish_on(&node, &topic.for_robot(robot), topic.qos)?)
     } else {
@@ -226,10 +226,10 @@ impl EStop {
     }
 
     /// Says what is locked on any of the robots.
-    async fn tell(&mut self, hosted: &[Hosted]) -> anyhow::Result<()> {
+    async fn publish(&mut self, hosted: &[Hosted]) -> anyhow::Result<()> {
         let gates = hosted.iter().filter_map(|controller| controller.machine.gate());
         let locks = gates.flat_map(|gate| gate.locks().0).collect();
-        Ok(self.locks.tell(Locks(locks)).await?)
+        Ok(self.locks.publish(Locks(locks)).await?)
     }
 }
 
@@ -265,7 +265,7 @@ async fn answer(
             }
         }
         if let Some(e_stop) = &mut e_stop {
-            e_stop.tell(hosted).await?;
+            e_stop.publish(hosted).await?;
         }
     }
 }
@@ -290,7 +290,7 @@ fn for_whom(received: Input, hosted: &[Hosted], server: &ParameterServer) -> Vec
             Ok(lease) => all(Event::Lease(lease)),
             Err(error) => {
                 if let Some(first) = hosted.first() {
-                    first.node.say(Level::Warn, &format!("refused: {error}"));
+                    first.node.log(Level::Warn, &format!("refused: {error}"));
                 }
                 Vec::new()
             }

@@ -255,7 +255,7 @@ impl<'a> Run<'a> {
         let role = self.recorded_topics[sample.recorded_topic].role;
         let events = self.understand(role, &sample.received).unwrap_or_else(|reason| {
             let topic = &self.recorded_topics[sample.recorded_topic].name;
-            self.node.say(Level::Warn, &format!("refused a message on {topic}: {reason}"));
+            self.node.log(Level::Warn, &format!("refused a message on {topic}: {reason}"));
             Vec::new()
         });
         if let Some(rates) = &mut self.rates {
@@ -271,9 +271,9 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn say(&mut self, text: String) {
-        self.node.say(Level::Info, &text);
-        (self.watch)(Progress::Say(text));
+    fn note(&mut self, text: String) {
+        self.node.log(Level::Info, &text);
+        (self.watch)(Progress::Note(text));
     }
 
     /// Has a sample written into the bag, if one is open.
@@ -322,7 +322,7 @@ impl<'a> Run<'a> {
             Role::Simulator => {
                 let status = meaning::status(&received.message)?;
                 self.simulator = Some((status.clone(), Instant::now()));
-                Ok(self.simulator_says(&status).into_iter().collect())
+                Ok(self.on_simulator_status(&status).into_iter().collect())
             }
             // Where robots are is asked for before they move; then, whether their poses still come.
             Role::Odometry(_) | Role::Pose(_) if self.rates.is_some() => {
@@ -333,7 +333,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn simulator_says(&mut self, status: &Status) -> Option<Event> {
+    fn on_simulator_status(&mut self, status: &Status) -> Option<Event> {
         if std::mem::take(&mut self.asks_simulator) {
             let result = if status.state == RobotState::Fault {
                 Err(status.stop_reason.clone())
@@ -397,7 +397,7 @@ impl<'a> Run<'a> {
                 return Ok(self.open_recorder());
             }
             Action::CloseRecorder => return Ok(self.close_recorder()),
-            Action::Say(text) => self.say(text),
+            Action::Note(text) => self.note(text),
             Action::Finish { outcome, not_standing } => {
                 self.finished = Some((outcome, not_standing));
             }

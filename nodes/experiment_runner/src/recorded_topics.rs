@@ -149,7 +149,7 @@ pub fn recorded_topics(robots: &[FleetRobot]) -> Vec<RecordedTopic> {
         ] {
             recorded_topics.push(RecordedTopic::new(topic.for_robot(&robot.name), topic, role));
         }
-        if is_told_of_others(robot, robots) {
+        if receives_virtual_detections(robot, robots) {
             let topic = topics::VIRTUAL_DETECTION;
             recorded_topics.push(RecordedTopic::new(
                 topic.for_robot(&robot.name),
@@ -178,7 +178,7 @@ pub fn recorded_topics(robots: &[FleetRobot]) -> Vec<RecordedTopic> {
 }
 
 /// Whether the simulator tells a robot of those that only it can see: a real one among virtual ones.
-fn is_told_of_others(robot: &FleetRobot, all: &[FleetRobot]) -> bool {
+fn receives_virtual_detections(robot: &FleetRobot, all: &[FleetRobot]) -> bool {
     let is_virtual = |robot: &FleetRobot| robot.driver == Driver::Virtual;
     !is_virtual(robot) && all.iter().any(is_virtual)
 }

@@ -60,7 +60,7 @@ pub struct Holding {
 /// # Errors
 ///
 /// If the network cannot be used. A robot that does not acknowledge is part of the report.
-pub async fn say_to_all(
+pub async fn command_all(
     word: StopCommand,
     robots: &[String],
     network: &SessionOptions,
@@ -70,7 +70,7 @@ pub async fn say_to_all(
     let told = StopNode::new(&session, Stopper::new(word));
     let report = match told {
         Ok(mut stop_node) => tokio::select! {
-            report = stop_node.tell(robots, interrupt) => report,
+            report = stop_node.run(robots, interrupt) => report,
             ended = session.ended() => Err(ended.into()),
         },
         Err(error) => Err(error),
@@ -116,7 +116,7 @@ impl<'a> StopNode<'a> {
         })
     }
 
-    async fn tell(
+    async fn run(
         &mut self,
         robots: &[String],
         interrupt: impl Future<Output = ()>,
@@ -176,7 +176,7 @@ impl<'a> StopNode<'a> {
     async fn advance(&mut self, event: Event) {
         for action in self.machine.on_event(event, self.start.elapsed()) {
             let published = match action {
-                Action::Say(data) => self.e_stop.publish(Bool { data }).await,
+                Action::Publish(data) => self.e_stop.publish(Bool { data }).await,
                 Action::Release(sources) => {
                     self.release.publish(wire::e_stop::release_message(&sources)).await
                 }
@@ -186,7 +186,7 @@ impl<'a> StopNode<'a> {
                 }
             };
             if let Err(error) = published {
-                self.node.say(Level::Error, &error.to_string());
+                self.node.log(Level::Error, &error.to_string());
             }
         }
     }
@@ -230,7 +230,7 @@ impl<'a> StopNode<'a> {
             "no robot can have this name".to_owned()
         };
         if self.refused.len() < MOST_ROBOTS {
-            self.node.say(Level::Warn, &format!("left out robot `{robot}`: {reason}"));
+            self.node.log(Level::Warn, &format!("left out robot `{robot}`: {reason}"));
             self.refused.insert(robot.to_owned());
         }
     }
@@ -253,7 +253,7 @@ impl<'a> StopNode<'a> {
                         drop(received.send(Event::Status { robot: name.clone(), status }));
                     }
                     Err(error) => {
-                        node.say(Level::Warn, &format!("refused a status of {name}: {error}"));
+                        node.log(Level::Warn, &format!("refused a status of {name}: {error}"));
                     }
                 }
             },

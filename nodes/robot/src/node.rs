@@ -64,9 +64,9 @@ async fn host<D: Driver>(session: &Session, options: RobotArguments) -> anyhow::
     let (received, mut events) = unbounded_channel();
     let mut robot = RobotNode::<D>::new(session, &options, &received)?;
     for note in &options.node.ros.notes {
-        robot.node.say(Level::Warn, &note.to_string());
+        robot.node.log(Level::Warn, &note.to_string());
     }
-    robot.node.say(Level::Info, &format!("ready, with a {} driver", options.driver.name()));
+    robot.node.log(Level::Info, &format!("ready, with a {} driver", options.driver.name()));
     let controller = options.controller.map(|given| Hosting { robot: options.robot, given });
     let ended = tokio::select! {
         biased;
@@ -209,7 +209,7 @@ impl<D: Driver> RobotNode<D> {
                 Woken::Health => self.publish_health().await?,
             }
             self.look_for_faults().await?;
-            self.tell_gate(Event::Tick).await?;
+            self.step_gate(Event::Tick).await?;
             self.turn_wheels().await;
             self.hold_parameters()?;
         }
@@ -219,7 +219,7 @@ impl<D: Driver> RobotNode<D> {
         self.start.elapsed()
     }
 
-    async fn tell_gate(&mut self, event: Event) -> anyhow::Result<()> {
+    async fn step_gate(&mut self, event: Event) -> anyhow::Result<()> {
         if let Some(status) = self.gate.on_event(event, self.now()) {
             self.publishers.status(&status).await?;
         }
@@ -227,34 +227,34 @@ impl<D: Driver> RobotNode<D> {
         if refused != self.refused_epoch {
             self.refused_epoch = refused;
             if let Some(refused) = refused {
-                self.node.say(Level::Warn, &refused.to_string());
+                self.node.log(Level::Warn, &refused.to_string());
             }
         }
-        Ok(self.locks.tell(self.gate.locks()).await?)
+        Ok(self.locks.publish(self.gate.locks()).await?)
     }
 
     async fn receive(&mut self, received: Input) -> anyhow::Result<()> {
         match received {
             Input::Lease(message) => match wire::lease(message) {
-                Ok(lease) => self.tell_gate(Event::Lease(lease)).await,
+                Ok(lease) => self.step_gate(Event::Lease(lease)).await,
                 Err(error) => {
-                    self.node.say(Level::Warn, &format!("refused: {error}"));
+                    self.node.log(Level::Warn, &format!("refused: {error}"));
                     Ok(())
                 }
             },
             Input::EStop(EStopMessage::Said { source, engaged }) => {
-                self.tell_gate(Event::EStop { source, engaged }).await
+                self.step_gate(Event::EStop { source, engaged }).await
             }
             Input::EStop(EStopMessage::Release(sources)) => {
-                self.tell_gate(Event::Release(sources)).await
+                self.step_gate(Event::Release(sources)).await
             }
             Input::EStop(EStopMessage::Locks { locks, .. }) => {
-                self.tell_gate(Event::LocksOfOthers(locks)).await
+                self.step_gate(Event::LocksOfOthers(locks)).await
             }
             Input::Controller(message) => match wire::status(message) {
-                Ok(status) => self.tell_gate(Event::Controller(status)).await,
+                Ok(status) => self.step_gate(Event::Controller(status)).await,
                 Err(error) => {
-                    self.node.say(Level::Warn, &format!("refused: {error}"));
+                    self.node.log(Level::Warn, &format!("refused: {error}"));
                     Ok(())
                 }
             },
@@ -272,15 +272,15 @@ impl<D: Driver> RobotNode<D> {
             fits.map(|()| command).map_err(|error| error.to_string())
         });
         match checked {
-            Ok(command) => self.tell_gate(Event::Command(command)).await,
+            Ok(command) => self.step_gate(Event::Command(command)).await,
             Err(reason) => {
                 self.refused += 1;
                 let now = self.now();
                 if self.complained.is_none_or(|last| now.saturating_sub(last) >= COMPLAINT) {
                     self.complained = Some(now);
-                    self.node.say(Level::Warn, &format!("refused: {reason}"));
+                    self.node.log(Level::Warn, &format!("refused: {reason}"));
                 }
-                self.tell_gate(Event::CommandRefused).await
+                self.step_gate(Event::CommandRefused).await
             }
         }
     }
@@ -292,7 +292,7 @@ impl<D: Driver> RobotNode<D> {
                 self.told = None;
             }
             Report::Down(reason) => self.driver_fault = Some(reason),
-            Report::Battery(battery_v) => self.tell_gate(Event::Battery(battery_v)).await?,
+            Report::Battery(battery_v) => self.step_gate(Event::Battery(battery_v)).await?,
             Report::Sensed(Sensed { seen, range }) => {
                 let measured = range.as_ref().map(|range| Reading::Range(f64::from(range.range)));
                 let now = self.now();
@@ -321,12 +321,12 @@ impl<D: Driver> RobotNode<D> {
         self.fault.clone_from(&found);
         if let Some(reason) = found {
             let level = if self.has_worked { Level::Error } else { Level::Warn };
-            self.node.say(level, &reason);
-            self.tell_gate(Event::Fault(reason)).await?;
+            self.node.log(level, &reason);
+            self.step_gate(Event::Fault(reason)).await?;
         } else {
             self.has_worked = true;
-            self.node.say(Level::Info, "sensor and wheels work");
-            self.tell_gate(Event::Repaired).await?;
+            self.node.log(Level::Info, "sensor and wheels work");
+            self.step_gate(Event::Repaired).await?;
         }
         self.publish_health().await
     }
@@ -386,12 +386,12 @@ impl<D: Driver> RobotNode<D> {
         for _ in 0..LAST_STOPS {
             if let Err(error) = self.driver.drive(Command::STOP).await {
                 let text = format!("the wheels' own timeout has to stop them: {error:#}");
-                self.node.say(Level::Warn, &text);
+                self.node.log(Level::Warn, &text);
                 break;
             }
             tokio::time::sleep(TICK).await;
         }
-        self.tell_gate(Event::Fault("the robot's node has ended".to_owned())).await
+        self.step_gate(Event::Fault("the robot's node has ended".to_owned())).await
     }
 }
 

@@ -51,7 +51,7 @@ impl Simulation<'_> {
             }
             Err(error) => {
                 self.display.wipe();
-                self.node.say(Level::Error, &format!("no world is placed: {error}"));
+                self.node.log(Level::Error, &format!("no world is placed: {error}"));
                 self.advance(Event::NotPlaced { reason: error.to_string() }).await
             }
         }
@@ -69,7 +69,7 @@ impl Simulation<'_> {
                     Some(VirtualPosePublisher::new(self.session, &self.node, ours)?);
             }
             let text = format!("mixed fleet: {} are real and followed", names.join(", "));
-            self.node.say(Level::Info, &text);
+            self.node.log(Level::Info, &text);
         }
         Ok(())
     }

@@ -18,7 +18,7 @@ use rsrs_ros::logging::{self, Level};
 use crate::commands::{Backend, Format, report, runtime};
 use crate::failure::{Outcome, with_help};
 use crate::fleet_network::chosen_network;
-use crate::notes::say_note;
+use crate::notes::print_note;
 use crate::own_network::OwnNetwork;
 use conduct::{Conductor, RunTarget};
 use file::Experiment;
@@ -165,7 +165,7 @@ fn floor(arguments: &Arguments) -> anyhow::Result<RunTarget> {
             // Before the first thread is started.
             let network = OwnNetwork::enter()?;
             logging::init(Level::Warn, level.as_deref());
-            say_note(&network.note);
+            print_note(&network.note);
             Ok(RunTarget::Simulator { network, fleet: None })
         }
         Backend::Fleet => {

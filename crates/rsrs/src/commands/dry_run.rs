@@ -20,7 +20,7 @@ use crate::failure::{Outcome, with_help};
 use crate::files::write_file;
 use crate::labelled_bags::{LabelledBags, Labeller};
 use crate::labelling::{LabelOptions, label_bag};
-use crate::notes::say_note;
+use crate::notes::print_note;
 use crate::own_network::OwnNetwork;
 use crate::picture::{self, DiagramOptions};
 use crate::progress::threads;
@@ -129,14 +129,14 @@ impl DryRun<'_> {
         let launch_configs = self.folder.join("launch_configs");
         let files = StarterFiles::write(&launch_configs)?;
         let source = ResolvedSweep::read(&files.sweep)?;
-        self.tell(&measured_and_harsher(&source)?)?;
+        self.print(&measured_and_harsher(&source)?)?;
 
         let sweep = self.folder.join("sweep");
         let name = files.sweep.display().to_string();
         let result = sweep_into(&sweep, (&name, source), threads(None))?;
-        self.tell(&swept(&result))?;
+        self.print(&swept(&result))?;
         let choice = choose_cell(&sweep)?;
-        self.tell(&chosen(&choice))?;
+        self.print(&chosen(&choice))?;
 
         let experiments = self.run_experiments(&files, (&sweep, &choice))?;
         let counted = experiments.iter().filter(|run| run.ending == EndingKind::Completed.key());
@@ -144,21 +144,21 @@ impl DryRun<'_> {
         let runs =
             LabelledBags { bags, labels: Labeller::Judge, with_lost_robots: false, margin: MARGIN };
         let comparison = compare(&sweep, &runs)?;
-        self.tell(&format!("\n{comparison}"))?;
+        self.print(&format!("\n{comparison}"))?;
         let json = serde_json::to_string_pretty(&comparison).context("the comparison as JSON")?;
         write_file(&self.folder.join("comparison.json"), format!("{json}\n").as_bytes())?;
 
         let diagram = self.draw(&result, (&choice, &comparison))?;
-        self.tell(&self.files(&runs.bags))?;
+        self.print(&self.files(&runs.bags))?;
         let folder = self.folder.clone();
         Ok(Summary { folder, launch_configs, sweep, diagram, choice, experiments, comparison })
     }
 
     /// Says in text how far it is; JSON comes whole at the end.
-    fn tell(&self, text: &str) -> anyhow::Result<()> {
+    fn print(&self, text: &str) -> anyhow::Result<()> {
         match self.arguments.format {
             Format::Json => Ok(()),
-            Format::Text => commands::tell(text),
+            Format::Text => commands::print_text(text),
         }
     }
 
@@ -180,7 +180,7 @@ impl DryRun<'_> {
                 })
             })
             .collect::<anyhow::Result<Vec<Plan>>>()?;
-        say_note(&self.network.note);
+        print_note(&self.network.note);
         runtime()?.block_on(async {
             let mut fleet = SimulatedFleet::start(&self.network, &plans[0].record.robots)?;
             let summaries = self.run_all(&plans, choice, &mut fleet).await;
@@ -206,7 +206,7 @@ impl DryRun<'_> {
             let summary = on_simulated_fleet(plan, &self.network, fleet).await?;
             if summary.ending == EndingKind::Void.key() && n_void < MOST_VOID {
                 n_void += 1;
-                self.tell(&format!(
+                self.print(&format!(
                     "experiment {number} {of}: seed {}: void, and does not count: {}",
                     plan.record.seed, summary.reason
                 ))?;
@@ -224,7 +224,7 @@ impl DryRun<'_> {
             let pace = summary
                 .real_time_factor
                 .map_or_else(String::new, |factor| format!(", {factor:.0} times real time"));
-            self.tell(&format!(
+            self.print(&format!(
                 "experiment {number} {of}: seed {}, {} s over DDS{pace}, {} messages recorded: {phase}",
                 plan.record.seed, summary.duration_s, summary.n_messages
             ))?;

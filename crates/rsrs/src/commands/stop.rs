@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use rsrs_experiment_runner::stop::{Holding, StopReport, say_to_all};
+use rsrs_experiment_runner::stop::{Holding, StopReport, command_all};
 use rsrs_fleet::e_stop::Cause;
 use rsrs_fleet::fleet_file::FleetFile;
 use rsrs_fleet::stopper::{Answer, Ending, StopCommand};
@@ -14,7 +14,7 @@ use crate::commands::{Format, report, runtime};
 use crate::failure::{Outcome, explained};
 use crate::files::read_text;
 use crate::fleet_network::chosen_network;
-use crate::notes::say_note;
+use crate::notes::print_note;
 
 /// Stop every robot; return when all have acknowledged.
 ///
@@ -91,10 +91,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let network = chosen_network(arguments.interface.as_deref())?;
     let robots = arguments.fleet.as_deref().map_or_else(|| Ok(Vec::new()), enabled)?;
     let word = if arguments.release { StopCommand::Release } else { StopCommand::Engage };
-    let told = runtime()?.block_on(say_to_all(word, &robots, &network, interrupted()))?;
+    let told = runtime()?.block_on(command_all(word, &robots, &network, interrupted()))?;
     let summary = summary(word, &told);
     report(arguments.format, &summary, &text(word, &summary))?;
-    say_ending(word, &told);
+    print_ending(word, &told);
     Ok(match told.ending {
         Ending::Acknowledged => Outcome::Done,
         Ending::TimedOut | Ending::Interrupted | Ending::InRun => Outcome::NegativeAnswer,
@@ -185,7 +185,7 @@ fn text(word: StopCommand, summary: &StopSummary) -> String {
 }
 
 /// Says on standard error what follows.
-fn say_ending(word: StopCommand, report: &StopReport) {
+fn print_ending(word: StopCommand, report: &StopReport) {
     let silent: Vec<&str> = report
         .answers
         .iter()
@@ -193,7 +193,7 @@ fn say_ending(word: StopCommand, report: &StopReport) {
         .map(|answer| answer.robot.as_str())
         .collect();
     let (n_robots, took_s) = (report.answers.len(), report.took_s);
-    say_note(&match (report.ending, word) {
+    print_note(&match (report.ending, word) {
         (Ending::Acknowledged, StopCommand::Engage) => {
             format!("{} locked; `rsrs stop --release` lets the next run start", all_of(n_robots))
         }

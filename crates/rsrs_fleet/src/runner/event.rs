@@ -234,7 +234,7 @@ pub enum Action {
     /// Drain and close the bag.
     CloseRecorder,
     /// Tell the operator.
-    Say(String),
+    Note(String),
     /// The run is over; nothing more comes.
     Finish {
         /// How it ended.

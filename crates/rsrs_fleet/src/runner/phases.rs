@@ -55,14 +55,14 @@ impl Runner {
         if problems.is_empty() && self.elapsed(now) >= SILENCE {
             self.strangers = Strangers::none_of(&self.graph);
             let robots = self.options.expected.robots.len();
-            actions.extend(self.options.expected.leases().into_iter().map(Action::Say));
-            actions.push(Action::Say(format!("found all {robots} robots; setting parameters")));
+            actions.extend(self.options.expected.leases().into_iter().map(Action::Note));
+            actions.push(Action::Note(format!("found all {robots} robots; setting parameters")));
             self.requests = Requests::new(self.targets());
             self.enter(Phase::Configure, now);
             self.configure(now, actions);
             return;
         }
-        actions.extend(self.search.look(&problems, now).map(Action::Say));
+        actions.extend(self.search.look(&problems, now).map(Action::Note));
         if self.search.is_over(self.since.unwrap_or(now), now) {
             self.fail(problems.into_iter().map(Failure::from).collect(), now, actions);
         }
@@ -91,7 +91,7 @@ impl Runner {
 
     fn read_back(&mut self, now: Duration, actions: &mut Vec<Action>) {
         if self.requests.is_done() {
-            actions.push(Action::Say("parameters confirmed; opening the recorder".to_owned()));
+            actions.push(Action::Note("parameters confirmed; opening the recorder".to_owned()));
             actions.push(Action::OpenRecorder);
             self.recorder_opened = true;
             self.enter(Phase::Record, now);
@@ -109,7 +109,7 @@ impl Runner {
     pub(super) fn arm(&mut self, now: Duration, actions: &mut Vec<Action>) {
         self.epoch =
             self.highest_epoch.checked_add(1).expect("epochs in the upper half are refused");
-        actions.push(Action::Say(format!("arming, epoch {}", self.epoch)));
+        actions.push(Action::Note(format!("arming, epoch {}", self.epoch)));
         self.enter(Phase::Arm, now);
     }
 
@@ -130,7 +130,7 @@ impl Runner {
             if let Some(start) = &self.options.start {
                 let robots = &self.options.expected.robots;
                 let told = self.floor.standing_places(start, robots);
-                actions.extend(told.into_iter().map(Action::Say));
+                actions.extend(told.into_iter().map(Action::Note));
             }
             self.begin(now, actions);
         } else if self.elapsed(now) >= ARM {
@@ -156,7 +156,7 @@ impl Runner {
         }
         if !self.e_stop.is_used() {
             let alone = "no e-stop publisher is received; `rsrs stop` or Ctrl-C stops the robots";
-            actions.push(Action::Say(alone.to_owned()));
+            actions.push(Action::Note(alone.to_owned()));
         }
         self.told_s = u64::MAX;
         self.enter(Phase::CountDown, now);
@@ -164,7 +164,7 @@ impl Runner {
     }
 
     fn start(&mut self, now: Duration, actions: &mut Vec<Action>) {
-        actions.push(Action::Say("running".to_owned()));
+        actions.push(Action::Note("running".to_owned()));
         self.roster.forget_samples();
         self.enter(Phase::Run, now);
     }
@@ -186,7 +186,7 @@ impl Runner {
         let left_s = left.as_millis().div_ceil(1000).try_into().unwrap_or(u64::MAX);
         if left_s < self.told_s {
             self.told_s = left_s;
-            actions.push(Action::Say(format!("the robots move in {left_s} s")));
+            actions.push(Action::Note(format!("the robots move in {left_s} s")));
         }
     }
 
@@ -232,7 +232,7 @@ impl Runner {
         let lost = self.roster.newly_lost(self.epoch, patience, now);
         if !lost.is_empty() {
             let ours = preflight::too_slow(self.floor.behind_s());
-            actions.extend(ours.map(|problem| Action::Say(problem.to_string())));
+            actions.extend(ours.map(|problem| Action::Note(problem.to_string())));
         }
         let after_s = self.elapsed(now).as_secs_f64();
         let lost = lost.into_iter();
@@ -243,7 +243,7 @@ impl Runner {
             .into_iter()
             .map(|LostRobot { robot, reason, .. }| format!("lost {robot}: {reason}"))
             .collect();
-        actions.extend(told.iter().cloned().map(Action::Say));
+        actions.extend(told.iter().cloned().map(Action::Note));
         if self.options.robot_lost == RobotLost::Abort && !told.is_empty() {
             self.abort(told.swap_remove(0), now, actions);
             return;
@@ -293,7 +293,7 @@ impl Runner {
         if self.not_standing.is_empty() {
             self.close(now, actions);
         } else if self.elapsed(now) >= STAND {
-            actions.push(Action::Say(format!(
+            actions.push(Action::Note(format!(
                 "not confirmed to stand after {} s: {}",
                 STAND.as_secs(),
                 self.not_standing.join(", ")

@@ -111,7 +111,7 @@ impl Bench {
                     self.closed = true;
                     self.give(Event::RecorderClosed);
                 }
-                Action::Say(text) => self.told.push(text),
+                Action::Note(text) => self.told.push(text),
                 Action::Finish { outcome, not_standing } => {
                     assert!(self.finish.is_none(), "finished twice");
                     self.finish = Some((outcome, not_standing));

@@ -34,7 +34,7 @@ fn the_first_word_is_said_at_once_and_then_ten_times_a_second() {
 
     let times: Vec<_> = (0..30)
         .map(|tick| 10 * tick)
-        .filter(|at| stopper.on_event(Event::Tick, ms(*at)) == [Action::Say(true)])
+        .filter(|at| stopper.on_event(Event::Tick, ms(*at)) == [Action::Publish(true)])
         .collect();
 
     assert_eq!(times, [0, 100, 200]);
@@ -130,7 +130,7 @@ fn a_release_looks_first_and_ends_when_no_robot_is_locked() {
     let locked = || says("robot_1", RobotState::Stopped, "e-stop");
     assert_eq!(stopper.on_event(locked(), ms(0)), []);
 
-    assert_eq!(stopper.on_event(locked(), ms(2_000)), [Action::Say(false)]);
+    assert_eq!(stopper.on_event(locked(), ms(2_000)), [Action::Publish(false)]);
     let end = stopper.on_event(says("robot_1", RobotState::Stopped, "lease ran out"), ms(2_050));
 
     assert_eq!(end, [finished()]);
@@ -161,14 +161,14 @@ fn a_release_ends_the_locks_of_who_has_left_and_names_who_still_holds() {
     stopper.on_event(Event::Publishers([THERE].into()), ms(0));
 
     let actions = stopper.on_event(Event::Tick, ms(2_000));
-    assert_eq!(actions, [Action::Say(false), Action::Release([LEFT].into())]);
+    assert_eq!(actions, [Action::Publish(false), Action::Release([LEFT].into())]);
     assert_eq!(stopper.holding(ms(2_000)), Locks([(THERE, Cause::Engaged)].into()));
 
     // It goes.
     stopper.on_event(locked_by(&[(THERE, Cause::Engaged)]), ms(2_010));
     stopper.on_event(Event::Publishers(BTreeSet::new()), ms(2_020));
     let actions = stopper.on_event(Event::Tick, ms(2_100));
-    assert_eq!(actions, [Action::Say(false), Action::Release([THERE].into())]);
+    assert_eq!(actions, [Action::Publish(false), Action::Release([THERE].into())]);
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn a_source_that_fell_silent_is_released_and_one_that_says_true_is_not() {
 
     let actions = stopper.on_event(Event::Tick, ms(2_000));
 
-    assert_eq!(actions, [Action::Say(false), Action::Release([THERE].into())]);
+    assert_eq!(actions, [Action::Publish(false), Action::Release([THERE].into())]);
     assert_eq!(stopper.holding(ms(2_000)), Locks([(LEFT, Cause::Engaged)].into()));
 }
 

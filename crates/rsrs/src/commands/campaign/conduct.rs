@@ -13,7 +13,7 @@ use super::prompt::{Answer, Prompt};
 use crate::failure::with_help;
 use crate::files::write_file;
 use crate::interrupt::asked_to_stop;
-use crate::notes::say_note;
+use crate::notes::print_note;
 use crate::own_network::OwnNetwork;
 use crate::recording_gaps;
 use crate::running::{RunSummary, on_simulated_fleet, watched};
@@ -78,7 +78,7 @@ impl<'a> Conductor<'a> {
 
     async fn all(&mut self, open: &[&Item], n_items: usize) -> anyhow::Result<()> {
         if open.len() < n_items {
-            say_note(&format!("{} of {n_items} are finished", n_items - open.len()));
+            print_note(&format!("{} of {n_items} are finished", n_items - open.len()));
         }
         let mut stop: Pin<Box<dyn Future<Output = String>>> = Box::pin(asked_to_stop());
         for item in open {
@@ -101,11 +101,11 @@ impl<'a> Conductor<'a> {
     async fn one(&mut self, item: &Item) -> anyhow::Result<Next> {
         let name = &item.experiment.folder;
         if let Some(manifest) = self.folder.adopt(item)? {
-            say_note(&format!("{name}: its bag was complete already{}", outcome(&manifest)));
+            print_note(&format!("{name}: its bag was complete already{}", outcome(&manifest)));
             return Ok(Next::GoOn);
         }
         if let Some(aside) = self.folder.keep_aside(item)? {
-            say_note(&format!(
+            print_note(&format!(
                 "{name}: a recording that broke off is kept as {} and does not count",
                 aside.display()
             ));
@@ -174,12 +174,12 @@ impl<'a> Conductor<'a> {
         let lost = summary.lost_robots.clone();
         let ending = Ending { kind, reason: summary.reason.clone(), lost };
         let manifest = self.folder.finish(item, (plan.record, &ending), Some(summary.n_lost))?;
-        say_note(&format!("{name}: {}{}", manifest.ending, outcome(&manifest)));
+        print_note(&format!("{name}: {}{}", manifest.ending, outcome(&manifest)));
         for lost in &summary.lost_robots {
-            say_note(&format!("  {lost}"));
+            print_note(&format!("  {lost}"));
         }
         for line in recording_gaps::lines(&manifest.gaps) {
-            say_note(&format!("  {line}"));
+            print_note(&format!("  {line}"));
         }
         if summary.not_standing.is_empty() {
             return Ok(());

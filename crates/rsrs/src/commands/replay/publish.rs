@@ -19,7 +19,7 @@ use super::controls::{Controls, KEYS, PlayerKey};
 use super::selection::{Selected, Selection};
 use crate::commands::{Format, report};
 use crate::failure::{Outcome, with_help};
-use crate::notes::say_note;
+use crate::notes::print_note;
 use crate::wording::{count, counted};
 
 /// How often `/clock` says the time between messages.
@@ -65,7 +65,7 @@ pub async fn run(
         (&selection.foreign, "the bag does not hold them as ROS 2 sends them"),
     ] {
         if !names.is_empty() {
-            say_note(&format!(
+            print_note(&format!(
                 "left out {} ({why}): {}",
                 count(names.len() as u64),
                 names.join(", ")
@@ -125,7 +125,7 @@ async fn without_living(session: &Session, selection: &Selection) -> anyhow::Res
             }
             Some(node) if !topic.is_named => {
                 let node = node.as_deref().unwrap_or("a program without a name");
-                say_note(&format!(
+                print_note(&format!(
                     "left out {}: {node} publishes it now; `--topics` takes it by name",
                     topic.name
                 ));
@@ -141,7 +141,7 @@ async fn without_living(session: &Session, selection: &Selection) -> anyhow::Res
         ));
     }
     if has_robots && !allowed.iter().any(|topic: &Selected| topic.name == topics::CLOCK.name) {
-        say_note("the time is not published: there are robots on this network");
+        print_note("the time is not published: there are robots on this network");
     }
     Ok(Allowed { topics: allowed, living, clock: !has_robots })
 }
@@ -326,7 +326,7 @@ impl Player<'_> {
                 State::Stepping(None) => {
                     self.state = State::Stepping(Some(log_ns));
                     self.anchor = Some((log_ns, Instant::now()));
-                    return self.say_time(log_ns).await;
+                    return self.show_time(log_ns).await;
                 }
                 State::Stepping(Some(now_ns)) if log_ns <= now_ns => return Ok(()),
                 State::Stepping(Some(_)) => self.state = State::Paused,
@@ -354,21 +354,21 @@ impl Player<'_> {
         let now = Instant::now();
         if now >= due {
             self.late = self.late.max(now - due);
-            self.say_time(log_ns).await?;
+            self.show_time(log_ns).await?;
             return Ok(true);
         }
         let glance = due.min(now + CLOCK_PERIOD);
         tokio::select! {
             () = tokio::time::sleep_until(glance.into()) => {
                 let passed_ns = nanoseconds(from.elapsed().as_secs_f64() * self.rate);
-                self.say_time(log_ns.min(from_ns.saturating_add(passed_ns))).await?;
+                self.show_time(log_ns.min(from_ns.saturating_add(passed_ns))).await?;
             }
             key = self.controls.next() => self.obey(key),
         }
         Ok(false)
     }
 
-    async fn say_time(&self, time_ns: u64) -> anyhow::Result<()> {
+    async fn show_time(&self, time_ns: u64) -> anyhow::Result<()> {
         match &self.clock {
             Some((clock, _)) => Ok(clock.publish(time_ns).await?),
             None => Ok(()),
@@ -391,9 +391,9 @@ impl Player<'_> {
         }
         let at_s = self.place.now.saturating_sub(self.place.first) as f64 / 1e9;
         if self.state == State::Paused {
-            say_note(&format!("paused at {at_s:.2} s; {KEYS}"));
+            print_note(&format!("paused at {at_s:.2} s; {KEYS}"));
         } else if self.place.wanted.is_some() {
-            say_note(&format!("at {at_s:.2} s"));
+            print_note(&format!("at {at_s:.2} s"));
         }
     }
 }

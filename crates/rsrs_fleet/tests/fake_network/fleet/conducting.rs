@@ -138,7 +138,7 @@ impl Fleet {
                 let (robot, status) = (name(robot), (*status).clone());
                 self.tell_runner(runner, Event::ControllerStatus { robot, status })
             }
-            (Message::SimulatorStatus(status), _) => match simulator_says(host, &status) {
+            (Message::SimulatorStatus(status), _) => match on_simulator_status(host, &status) {
                 Some(event) => self.tell_runner(runner, event),
                 None => Ok(()),
             },
@@ -211,7 +211,7 @@ impl Fleet {
                 host.bag = Bag::Closed;
                 self.answer(runner, Event::RecorderClosed);
             }
-            Action::Say(text) => self.note(|| format!("runner {runner}: {text}")),
+            Action::Note(text) => self.note(|| format!("runner {runner}: {text}")),
             Action::Finish { outcome, not_standing } => {
                 if host.bag == Bag::Open {
                     return Err(format!("runner {runner} has finished, and its bag is open"));
@@ -260,7 +260,7 @@ fn node_of(target: &Target) -> Node {
 }
 
 /// As the runner's driver understands the simulator.
-fn simulator_says(host: &mut RunnerHost, status: &Status) -> Option<Event> {
+fn on_simulator_status(host: &mut RunnerHost, status: &Status) -> Option<Event> {
     if std::mem::take(&mut host.asks_simulator) {
         let result = if status.state == RobotState::Fault {
             Err(status.stop_reason.clone())

@@ -11,13 +11,13 @@ impl Fleet {
     /// Says a word of the e-stop to all who listen there.
     pub(super) fn say_e_stop(&mut self, (from, engaged): (Node, bool)) {
         let word = Message::EStop(self.source(from), engaged);
-        self.say_to_all(from, &word);
+        self.command_all(from, &word);
         if from != Node::Stopper {
             self.send(from, Node::Stopper, word);
         }
     }
 
-    pub(super) fn say_to_all(&mut self, from: Node, word: &Message) {
+    pub(super) fn command_all(&mut self, from: Node, word: &Message) {
         self.e_stop_was_used = true;
         for robot in 0..N_ROBOTS {
             self.send(from, self.gatekeeper(robot), word.clone());

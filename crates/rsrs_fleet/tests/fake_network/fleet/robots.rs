@@ -123,7 +123,7 @@ impl Fleet {
     }
 
     pub(super) fn tell_robot(&mut self, robot: usize, event: Event) -> Result<(), String> {
-        self.tell_gate(robot, event)?;
+        self.step_gate(robot, event)?;
         if self.scenario.body == Body::Real {
             self.turn_wheels(robot)
         } else {
@@ -132,7 +132,7 @@ impl Fleet {
     }
 
     /// Lets a gate take an event, and publishes the status that follows.
-    pub(super) fn tell_gate(&mut self, robot: usize, event: Event) -> Result<(), String> {
+    pub(super) fn step_gate(&mut self, robot: usize, event: Event) -> Result<(), String> {
         let node = Node::Robot(robot);
         let now = self.local(node);
         let was = self.robots[robot].gate.epoch();

@@ -39,7 +39,7 @@ fn detected(robot: usize, step: u64) -> bool {
 impl Fleet {
     pub(super) fn simulator_ticks(&mut self) -> Result<(), String> {
         for robot in 0..N_ROBOTS {
-            self.tell_gate(robot, robot::Event::Tick)?;
+            self.step_gate(robot, robot::Event::Tick)?;
         }
         self.look_at_gates()
     }
@@ -49,7 +49,7 @@ impl Fleet {
         let Some(host) = &self.simulator else { return Ok(()) };
         if host.machine.due().is_some() {
             for robot in 0..N_ROBOTS {
-                self.tell_gate(robot, robot::Event::Tick)?;
+                self.step_gate(robot, robot::Event::Tick)?;
             }
         }
         let now = self.local(Node::Simulator);
@@ -133,7 +133,7 @@ impl Fleet {
                 Action::Advance { commands } => self.advance(&commands)?,
                 Action::Obey { robot, command } => {
                     self.witnesses[robot].command(self.now_ms);
-                    self.tell_gate(robot, robot::Event::Command(command))?;
+                    self.step_gate(robot, robot::Event::Command(command))?;
                 }
                 Action::Refuse { robot, reason } => {
                     self.note(|| format!("command for {} refused: {reason}", name(robot)));

@@ -21,11 +21,11 @@ impl Fleet {
         let answers = machine.answers();
         for action in actions {
             match action {
-                stopper::Action::Say(engaged) => {
+                stopper::Action::Publish(engaged) => {
                     self.say_e_stop((Node::Stopper, engaged));
                 }
                 stopper::Action::Release(sources) => {
-                    self.say_to_all(Node::Stopper, &Message::Release(sources.into()));
+                    self.command_all(Node::Stopper, &Message::Release(sources.into()));
                 }
                 stopper::Action::Finish(ending) => {
                     self.note(|| format!("stopper: {ending:?}"));

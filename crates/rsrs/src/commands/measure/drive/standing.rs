@@ -14,7 +14,7 @@ use super::trial_nodes::{RunTarget, TrialNodes};
 use super::{Arguments, request};
 use crate::commands::{Backend, report, runtime};
 use crate::failure::Outcome;
-use crate::notes::say_note;
+use crate::notes::print_note;
 use crate::running::RunSummary;
 use crate::sensor_readings::{self, Readings};
 
@@ -141,7 +141,7 @@ pub async fn stand(
     let robot = &plan.robots[0].name;
     let found = sensor_readings::count(&plan.bag, robot, Some(samples))?;
     if found.samples < samples {
-        say_note(&format!(
+        print_note(&format!(
             "{robot}: {} readings came while the trial ran, {samples} were planned",
             found.samples
         ));

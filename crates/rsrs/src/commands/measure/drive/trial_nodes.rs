@@ -13,7 +13,7 @@ use crate::failure::with_help;
 use crate::fleet_network::chosen_network;
 use crate::interrupt::asked_to_stop;
 use crate::node_process::NodeProcess;
-use crate::notes::say_note;
+use crate::notes::print_note;
 use crate::own_network::OwnNetwork;
 use crate::running::{RunSummary, on_simulated_fleet, watched};
 use crate::simulated_fleet::{CONSTANT, SimulatedFleet};
@@ -122,7 +122,7 @@ impl<'a> TrialNodes<'a> {
 /// Refuses a run that was not completed.
 fn completed(plan: &Plan, summary: &RunSummary) -> anyhow::Result<()> {
     if !summary.not_standing.is_empty() {
-        say_note(&format!(
+        print_note(&format!(
             "not confirmed to stand, go and look: {}",
             summary.not_standing.join(", ")
         ));
