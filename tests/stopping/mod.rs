@@ -34,7 +34,7 @@ struct Floor {
     watch: Watch,
 }
 
-/// What was reported the robots.
+/// What was received from the robots.
 struct Watch {
     _subscriptions: Vec<Subscription>,
     received: UnboundedReceiver<Input>,

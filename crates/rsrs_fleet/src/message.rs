@@ -91,7 +91,7 @@ impl Status {
         (self.state == RobotState::Armed).then_some(run_id)
     }
 
-    /// Whether it is newer than what was reported its sender last.
+    /// Whether it is newer than what was received from its sender last.
     ///
     /// A lower counter is that of a message that was late, or came again. Who was silent for as long
     /// as a lease lasts may say anything: no lease echoes it, so that nothing it says keeps a robot

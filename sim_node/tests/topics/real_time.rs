@@ -63,7 +63,7 @@ async fn run() {
     session.close().await;
 }
 
-/// What is reported the simulator and its robots.
+/// What is received from the simulator and its robots.
 struct Seen {
     simulator: Latest<RobotStatus>,
     robots: Latest<RobotStatus>,

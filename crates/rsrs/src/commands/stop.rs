@@ -33,7 +33,7 @@ pub struct Arguments {
     /// Network interface of the fleet, by name or address (or `RSRS_INTERFACE`).
     #[arg(long, value_name = "NAME|IP")]
     interface: Option<String>,
-    /// Fleet file (YAML): its enabled robots must acknowledge, received of or not.
+    /// Fleet file (YAML): its enabled robots must acknowledge, seen or not.
     #[arg(long, value_name = "FLEET")]
     fleet: Option<PathBuf>,
     /// Release the lock instead; refused while robots are in a run.

@@ -1,4 +1,4 @@
-//! What the runner last received of each robot and its controller.
+//! What the runner last received from each robot and its controller.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;

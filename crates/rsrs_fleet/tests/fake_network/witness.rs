@@ -87,7 +87,7 @@ impl Witness {
         self.was_locked = self.was_locked(now_ms);
     }
 
-    /// A lease arrives; `echo` is what its runner had received of this robot last.
+    /// A lease arrives; `echo` is what its runner had received from this robot last.
     pub fn lease(&mut self, lease: &Lease, echo: Option<Sent>, now_ms: u64) {
         let entry = self.leases.entry(lease.epoch).or_insert((lease.parameter_digest, false));
         entry.1 |= lease.state == LeaseState::Running;

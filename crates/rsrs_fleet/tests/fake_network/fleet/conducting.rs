@@ -34,7 +34,7 @@ pub(super) struct RunnerHost {
     machine: Runner,
     bag: Bag,
     looked_ms: u64,
-    /// What it has received of each robot last.
+    /// What it has received from each robot last.
     received: [Option<Sent>; N_ROBOTS],
     asks_simulator: bool,
     has_configured: bool,

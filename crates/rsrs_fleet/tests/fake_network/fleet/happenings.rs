@@ -10,7 +10,7 @@ use super::{AFTERMATH_MS, BEYOND, Fleet, LAST_RUNNER, N_RUNNERS, name, new_contr
 use crate::network::{Item, Message, Node};
 use crate::scenario::{Body, Happening, N_BUTTONS, N_ROBOTS};
 
-/// A controller takes the run for gone when it has not received of it for so long, in milliseconds.
+/// A controller takes the run for gone when it has received nothing of it for so long, in milliseconds.
 const HOLD_MS: u64 = 498;
 
 impl Fleet {

@@ -163,7 +163,7 @@ impl Fleet {
         self.send(node, Node::Stopper, message);
     }
 
-    /// A lease arrives, with what its runner has received of the robot last.
+    /// A lease arrives, with what its runner has received from the robot last.
     pub(super) fn witness_lease(&mut self, (robot, echo): (usize, Option<Sent>), lease: &Lease) {
         let gate = self.gate(robot);
         // Of two runs of one epoch, the robot belongs to one.
