@@ -47,12 +47,16 @@ pub struct RobotStatus {
     pub counter: u64,
     /// The epoch obeyed now; 0 for none.
     pub epoch: u64,
+    /// The run that it belongs to; empty for none.
+    pub run_id: String,
     /// Digest of the parameters its controller has.
     pub parameter_digest: u64,
     /// [`RobotStatus::IDLE`], [`RobotStatus::ARMED`], [`RobotStatus::MOVING`],
     /// [`RobotStatus::STOPPED`] or [`RobotStatus::FAULT`].
     pub state: u8,
-    /// Why it stopped; empty if it did not.
+    /// Why it stands: [`RobotStatus::CAUSE_NONE`] to [`RobotStatus::CAUSE_HARDWARE`].
+    pub stop_cause: u8,
+    /// The cause in words, for people only; empty if it may move.
     pub stop_reason: String,
     /// Battery voltage, in volts; NaN if unknown.
     pub battery_v: f32,
@@ -67,8 +71,31 @@ impl RobotStatus {
     pub const MOVING: u8 = 2;
     /// Stopped, and latched until a newer epoch.
     pub const STOPPED: u8 = 3;
-    /// Cannot move; `stop_reason` says why.
+    /// Cannot move; `stop_cause` and `stop_reason` give the cause.
     pub const FAULT: u8 = 4;
+
+    /// It may move, or the sender is no robot.
+    pub const CAUSE_NONE: u8 = 0;
+    /// No run has claimed it.
+    pub const CAUSE_NO_RUN: u8 = 1;
+    /// Its node has just started and asks the others for the e-stop.
+    pub const CAUSE_ASKING: u8 = 2;
+    /// Its simulator has placed no world.
+    pub const CAUSE_NO_WORLD: u8 = 3;
+    /// Armed for `run_id`, which has not started.
+    pub const CAUSE_WAITING: u8 = 4;
+    /// It receives a running lease for which it was not armed.
+    pub const CAUSE_NOT_ARMED: u8 = 5;
+    /// Its lease ran out.
+    pub const CAUSE_LEASE: u8 = 6;
+    /// Its controller is silent, or has other parameters than the confirmed ones.
+    pub const CAUSE_CONTROLLER: u8 = 7;
+    /// The e-stop holds it, whatever else does.
+    pub const CAUSE_E_STOP: u8 = 8;
+    /// Latched until a newer epoch arms it.
+    pub const CAUSE_LATCHED: u8 = 9;
+    /// Its hardware has failed.
+    pub const CAUSE_HARDWARE: u8 = 10;
 }
 
 /// The fingerprint of the simulated world after a lockstep step.

@@ -10,7 +10,7 @@ use rsrs_core::controller::{Command, ControllerParameters, Reaction, decide};
 use crate::e_stop::{Locks, Source};
 use crate::epoch;
 use crate::heartbeat::Heartbeat;
-use crate::message::{Lease, LeaseState, RobotState, Status, armed_reason};
+use crate::message::{Lease, LeaseState, RobotState, Status, StopCause, armed_reason};
 use crate::robot::Robot;
 use crate::timing::{FORGOTTEN, LEASE};
 
@@ -285,15 +285,20 @@ impl Controller {
 
     /// What it says of itself.
     fn word(&self, now: Duration) -> Status {
+        let state = self.state(now);
+        let run_id = self.bound.as_ref().map_or_else(String::new, |bound| bound.run_id.clone());
+        let (stop_cause, stop_reason) = match state {
+            RobotState::Armed => (StopCause::Waiting, armed_reason(&run_id)),
+            _ => (StopCause::None, String::new()),
+        };
         Status {
             counter: self.beat.counter(),
             epoch: self.bound.as_ref().map_or(0, |bound| bound.epoch),
+            run_id,
             parameter_digest: self.settings.parameters.digest_with(self.settings.reaction),
-            state: self.state(now),
-            stop_reason: match &self.bound {
-                Some(bound) if self.state(now) == RobotState::Armed => armed_reason(&bound.run_id),
-                _ => String::new(),
-            },
+            state,
+            stop_cause,
+            stop_reason,
             battery_v: f32::NAN,
         }
     }

@@ -57,38 +57,61 @@ pub struct Status {
     pub counter: u64,
     /// The epoch obeyed; 0 is none.
     pub epoch: u64,
+    /// The run that it belongs to; empty for none.
+    pub run_id: String,
     /// Digest of its controller's parameters; 0 is unknown.
     pub parameter_digest: u64,
     /// What it does.
     pub state: RobotState,
-    /// Why it stands; empty while it may move.
+    /// Why it stands: what others decide by.
+    pub stop_cause: StopCause,
+    /// The cause in words, for people only; empty while it may move.
     pub stop_reason: String,
     /// Battery voltage; not a number if unknown.
     pub battery_v: f32,
 }
 
-/// How the reason of a robot that stands begins while the e-stop holds it, whatever else does.
+/// Why a robot stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum StopCause {
+    /// It may move, or the sender is no robot.
+    #[default]
+    None,
+    /// No run has claimed it.
+    NoRun,
+    /// Its node has just started and asks the others for the e-stop.
+    Asking,
+    /// Its simulator has placed no world with it: it senses and moves nothing.
+    NoWorld,
+    /// It is armed for a run that has not started.
+    Waiting,
+    /// It receives a running lease for which it was not armed.
+    NotArmed,
+    /// Its lease ran out.
+    Lease,
+    /// Its controller is silent, or has other parameters than the confirmed ones.
+    Controller,
+    /// The e-stop holds it, whatever else does.
+    EStop,
+    /// Latched until a newer epoch arms it.
+    Latched,
+    /// Its hardware has failed.
+    Hardware,
+}
+
+/// The e-stop as the reason of a stop, in words.
 pub const E_STOP_REASON: &str = "e-stop";
 
-/// The reason of a robot of a simulator that has placed no world with it: it senses and moves nothing.
-pub const WITHOUT_WORLD_REASON: &str = "its simulator has placed no world: set its `conditions`";
-
-/// Around the name of the run for which a robot or controller waits.
-const ARMED_FOR: (&str, &str) = ("armed for run ", ", waiting for the start");
-
-/// The reason of a robot or controller that stands because its run has not started, as its statuses
-/// tell it: whose it is.
+/// The reason of a robot or controller whose run has not started, in words.
 pub fn armed_reason(run_id: &str) -> String {
-    let (before, after) = ARMED_FOR;
-    format!("{before}{run_id}{after}")
+    format!("armed for run {run_id}, waiting for the start")
 }
 
 impl Status {
-    /// The run for whose start it waits; `None` if it does not wait, or does not say.
+    /// The run for whose start it waits; `None` if it does not wait.
     pub fn armed_for(&self) -> Option<&str> {
-        let (before, after) = ARMED_FOR;
-        let run_id = self.stop_reason.strip_prefix(before)?.strip_suffix(after)?;
-        (self.state == RobotState::Armed).then_some(run_id)
+        let is_waiting = self.state == RobotState::Armed && !self.run_id.is_empty();
+        is_waiting.then_some(self.run_id.as_str())
     }
 
     /// Whether it is newer than what was received from its sender last.
@@ -106,13 +129,12 @@ impl Status {
 
     /// Whether it is a robot of a simulator without a world.
     pub fn is_without_world(&self) -> bool {
-        self.state == RobotState::Idle && self.stop_reason == WITHOUT_WORLD_REASON
+        self.stop_cause == StopCause::NoWorld
     }
 
     /// Whether this robot has received the e-stop and is locked by it.
     pub fn holds_e_stop(&self) -> bool {
-        let stands = matches!(self.state, RobotState::Stopped | RobotState::Fault);
-        stands && self.stop_reason.starts_with(E_STOP_REASON)
+        self.stop_cause == StopCause::EStop
     }
 }
 

@@ -18,7 +18,9 @@ use rsrs_core::controller::Command;
 use crate::e_stop::{EStop, Locks, Source};
 use crate::epoch::{self, BeyondRunners};
 use crate::heartbeat::Heartbeat;
-use crate::message::{E_STOP_REASON, Lease, LeaseState, RobotState, Status, armed_reason};
+use crate::message::{
+    E_STOP_REASON, Lease, LeaseState, RobotState, Status, StopCause, armed_reason,
+};
 use crate::timing::{ABANDONED, ASK_OTHERS, CONTROLLER, LEASE};
 
 pub use stand_reason::StandReason;
@@ -415,20 +417,25 @@ impl Robot {
         if self.sent.len() > REMEMBERED {
             self.sent.pop_front();
         }
+        let (stop_cause, stop_reason) = match (self.standing(now), &self.bound) {
+            (None, _) => (StopCause::None, String::new()),
+            (Some(StandReason::Armed), Some(bound)) => {
+                (StopCause::Waiting, armed_reason(&bound.run_id))
+            }
+            // Whoever stops all robots must see that this one has received it, too.
+            (Some(reason @ StandReason::Fault(_)), _) if self.e_stop_holds(now) => {
+                (StopCause::EStop, format!("{E_STOP_REASON}; {}", reason.text()))
+            }
+            (Some(reason), _) => (reason.cause(), reason.text()),
+        };
         Some(Status {
             counter,
             epoch: self.epoch(),
+            run_id: self.run_id().unwrap_or_default().to_owned(),
             parameter_digest: self.parameter_digest(now),
             state,
-            stop_reason: match (self.standing(now), &self.bound) {
-                (None, _) => String::new(),
-                (Some(StandReason::Armed), Some(bound)) => armed_reason(&bound.run_id),
-                // Whoever stops all robots must know that this one has received it, too.
-                (Some(reason @ StandReason::Fault(_)), _) if self.e_stop_holds(now) => {
-                    format!("{E_STOP_REASON}; {}", reason.text())
-                }
-                (Some(reason), _) => reason.text(),
-            },
+            stop_cause,
+            stop_reason,
             battery_v: self.battery_v,
         })
     }

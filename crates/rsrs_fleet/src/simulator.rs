@@ -13,7 +13,7 @@ use rsrs_core::digest::Digest;
 
 use crate::experiment::Time;
 use crate::heartbeat::Heartbeat;
-use crate::message::{RobotState, Status};
+use crate::message::{RobotState, Status, StopCause};
 
 mod hand;
 mod lockstep;
@@ -308,8 +308,10 @@ impl Simulator {
         Some(Status {
             counter,
             epoch: 0,
+            run_id: String::new(),
             parameter_digest: standing.digest,
             state: standing.state,
+            stop_cause: StopCause::None,
             stop_reason: standing.reason.into_owned(),
             battery_v: f32::NAN,
         })

@@ -155,7 +155,7 @@ pub const DEFINITIONS: &[Definition] = &[
     Definition {
         type_name: "rsrs_msgs/msg/RobotStatus",
         text: include_str!("../../msg/RobotStatus.msg"),
-        hash: "RIHS01_61d7c6aa1dbf30f7a23b1642849918297774bebfbe8e5f17e7b7445d07331959",
+        hash: "RIHS01_b6b6f18154ef959131ac7e6e5565b9caf08884e6c17cca484d32ab84437910ae",
     },
     Definition {
         type_name: "rsrs_msgs/msg/RunLease",

@@ -6,7 +6,7 @@
 pub mod e_stop;
 
 use rsrs_core::controller::Command;
-use rsrs_fleet::message::{Echo, Lease, LeaseState, RobotState, Status};
+use rsrs_fleet::message::{Echo, Lease, LeaseState, RobotState, Status, StopCause};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped, Vector3};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
@@ -111,15 +111,47 @@ pub fn status(message: RobotStatus) -> Result<Status, InvalidMessage> {
             return Err(InvalidMessage::State { kind: "status", found, most: RobotStatus::FAULT });
         }
     };
+    let stop_cause = cause_of(message.stop_cause)?;
     Ok(Status {
         counter: message.counter,
         epoch: message.epoch,
+        run_id: message.run_id,
         parameter_digest: message.parameter_digest,
         state,
+        stop_cause,
         stop_reason: message.stop_reason,
         battery_v: message.battery_v,
     })
 }
+
+fn cause_of(number: u8) -> Result<StopCause, InvalidMessage> {
+    let mut causes = CAUSES.iter();
+    causes.find(|(_, of)| *of == number).map(|(cause, _)| *cause).ok_or(InvalidMessage::State {
+        kind: "cause of standing",
+        found: number,
+        most: RobotStatus::CAUSE_HARDWARE,
+    })
+}
+
+fn cause_number(cause: StopCause) -> u8 {
+    let mut causes = CAUSES.iter();
+    causes.find(|(of, _)| *of == cause).map(|(_, number)| *number).expect("all are in the table")
+}
+
+/// Every cause of standing and its number.
+const CAUSES: [(StopCause, u8); 11] = [
+    (StopCause::None, RobotStatus::CAUSE_NONE),
+    (StopCause::NoRun, RobotStatus::CAUSE_NO_RUN),
+    (StopCause::Asking, RobotStatus::CAUSE_ASKING),
+    (StopCause::NoWorld, RobotStatus::CAUSE_NO_WORLD),
+    (StopCause::Waiting, RobotStatus::CAUSE_WAITING),
+    (StopCause::NotArmed, RobotStatus::CAUSE_NOT_ARMED),
+    (StopCause::Lease, RobotStatus::CAUSE_LEASE),
+    (StopCause::Controller, RobotStatus::CAUSE_CONTROLLER),
+    (StopCause::EStop, RobotStatus::CAUSE_E_STOP),
+    (StopCause::Latched, RobotStatus::CAUSE_LATCHED),
+    (StopCause::Hardware, RobotStatus::CAUSE_HARDWARE),
+];
 
 /// Puts a status into a message, sent at `stamp`.
 pub fn status_message(status: &Status, stamp: Time) -> RobotStatus {
@@ -127,7 +159,9 @@ pub fn status_message(status: &Status, stamp: Time) -> RobotStatus {
         header: Header { stamp, frame_id: String::new() },
         counter: status.counter,
         epoch: status.epoch,
+        run_id: status.run_id.clone(),
         parameter_digest: status.parameter_digest,
+        stop_cause: cause_number(status.stop_cause),
         state: match status.state {
             RobotState::Idle => RobotStatus::IDLE,
             RobotState::Armed => RobotStatus::ARMED,
@@ -192,8 +226,10 @@ mod tests {
         let said = Status {
             counter: 3,
             epoch: 7,
+            run_id: "run 7".to_owned(),
             parameter_digest: 42,
             state: RobotState::Fault,
+            stop_cause: StopCause::Hardware,
             stop_reason: "wheel".to_owned(),
             battery_v: 7.4,
         };

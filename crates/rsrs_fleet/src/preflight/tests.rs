@@ -1,5 +1,6 @@
 use super::*;
 use crate::e_stop::Cause;
+use crate::message::StopCause;
 
 fn expected() -> Expected {
     Expected {
@@ -25,12 +26,14 @@ fn publisher(topic: &str, type_name: &str) -> Endpoint {
     }
 }
 
-fn status(state: RobotState, stop_reason: &str) -> Status {
+fn status(state: RobotState, (stop_cause, stop_reason): (StopCause, &str)) -> Status {
     Status {
         counter: 1,
         epoch: 0,
+        run_id: String::new(),
         parameter_digest: 0,
         state,
+        stop_cause,
         stop_reason: stop_reason.to_owned(),
         battery_v: f32::NAN,
     }
@@ -47,7 +50,10 @@ fn complete() -> Seen {
             simulator: true,
             ..Graph::default()
         },
-        robots: names.clone().map(|name| (name, status(RobotState::Idle, ""))).into(),
+        robots: names
+            .clone()
+            .map(|name| (name, status(RobotState::Idle, (StopCause::NoRun, ""))))
+            .into(),
         controllers: names.into(),
         ..Seen::default()
     }
@@ -68,7 +74,10 @@ fn every_problem_is_named_at_once() {
         publisher("/robot_2/cmd_vel", "TwistStamped"),
     ];
     seen.robots.remove("robot_1");
-    seen.robots.insert("robot_2".to_owned(), status(RobotState::Fault, "motor driver hot"));
+    seen.robots.insert(
+        "robot_2".to_owned(),
+        status(RobotState::Fault, (StopCause::Hardware, "motor driver hot")),
+    );
     seen.controllers.remove("robot_2");
     seen.other_runs.insert("other".to_owned());
     seen.e_stop = Locks([(Source([3; 16]), Cause::Engaged)].into());
@@ -158,7 +167,7 @@ fn a_machine_that_is_too_slow_says_so_and_blames_no_robot() {
 #[test]
 fn robots_that_the_e_stop_holds_are_named_with_what_releases_them() {
     let mut seen = complete();
-    seen.robots.insert("robot_2".to_owned(), status(RobotState::Stopped, "e-stop"));
+    seen.robots.insert("robot_2".to_owned(), status(RobotState::Stopped, (StopCause::EStop, "")));
 
     assert_eq!(
         sentences(&expected(), &seen),
@@ -285,8 +294,7 @@ fn poses_of_another_clock_are_refused() {
 #[test]
 fn a_robot_of_a_simulator_without_a_world_is_refused_where_no_simulator_is_set() {
     let mut seen = complete();
-    let reason = crate::message::WITHOUT_WORLD_REASON;
-    seen.robots.insert("robot_1".to_owned(), status(RobotState::Idle, reason));
+    seen.robots.insert("robot_1".to_owned(), status(RobotState::Idle, (StopCause::NoWorld, "")));
 
     assert_eq!(sentences(&expected(), &seen), [""; 0], "the run sets its conditions");
     let said = sentences(&Expected { simulator: false, ..expected() }, &seen);
@@ -297,7 +305,7 @@ fn a_robot_of_a_simulator_without_a_world_is_refused_where_no_simulator_is_set()
 #[test]
 fn an_epoch_that_no_runner_made_is_named_with_its_robot() {
     let mut seen = complete();
-    let robot = Status { epoch: u64::MAX, ..status(RobotState::Idle, "") };
+    let robot = Status { epoch: u64::MAX, ..status(RobotState::Idle, (StopCause::NoRun, "")) };
     seen.robots.insert("robot_1".to_owned(), robot);
 
     let said = sentences(&expected(), &seen);

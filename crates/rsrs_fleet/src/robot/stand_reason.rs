@@ -1,6 +1,6 @@
-//! Why a robot stands, in words.
+//! Why a robot stands.
 
-use crate::message::{E_STOP_REASON, WITHOUT_WORLD_REASON};
+use crate::message::{E_STOP_REASON, StopCause};
 
 /// Why a robot stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,12 +28,30 @@ pub enum StandReason {
 }
 
 impl StandReason {
-    /// The reason in words, as statuses tell it.
+    /// What others decide by.
+    pub fn cause(&self) -> StopCause {
+        match self {
+            Self::Idle => StopCause::NoRun,
+            Self::Asking => StopCause::Asking,
+            Self::WithoutWorld => StopCause::NoWorld,
+            Self::Armed => StopCause::Waiting,
+            Self::NotArmed => StopCause::NotArmed,
+            Self::LeaseLapsed => StopCause::Lease,
+            Self::ControllerUnconfirmed => StopCause::Controller,
+            Self::EStop => StopCause::EStop,
+            Self::Latched(_) => StopCause::Latched,
+            Self::Fault(_) => StopCause::Hardware,
+        }
+    }
+
+    /// The reason in words, for people.
     pub fn text(&self) -> String {
         match self {
             Self::Idle => "belongs to no run".to_owned(),
             Self::Asking => "just started: asks the other robots for the e-stop".to_owned(),
-            Self::WithoutWorld => WITHOUT_WORLD_REASON.to_owned(),
+            Self::WithoutWorld => {
+                "its simulator has placed no world: set its `conditions`".to_owned()
+            }
             Self::Armed => "armed, waiting for the start".to_owned(),
             Self::NotArmed => "not armed in this run".to_owned(),
             Self::LeaseLapsed => "lease ran out".to_owned(),

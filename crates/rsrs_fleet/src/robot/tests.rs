@@ -39,6 +39,8 @@ fn controller_in(epoch: u64, parameter_digest: u64, at: Duration) -> Event {
         epoch,
         parameter_digest,
         state: RobotState::Moving,
+        run_id: String::new(),
+        stop_cause: StopCause::None,
         stop_reason: String::new(),
         battery_v: f32::NAN,
     })

@@ -4,7 +4,7 @@ use rsrs_core::controller::{ControllerParameters, Reaction};
 
 use super::*;
 use crate::e_stop::Source;
-use crate::message::{RobotState, Status};
+use crate::message::{RobotState, Status, StopCause};
 use crate::preflight::Expected;
 
 mod on_the_floor;
@@ -31,7 +31,7 @@ struct Bench {
     closed: bool,
     configured: Vec<Target>,
     finish: Option<(Outcome, Vec<String>)>,
-    stop_reason: &'static str,
+    stop_cause: StopCause,
     /// What the operator was told.
     told: Vec<String>,
 }
@@ -78,7 +78,7 @@ impl Bench {
             closed: false,
             configured: Vec::new(),
             finish: None,
-            stop_reason: "",
+            stop_cause: StopCause::None,
             told: Vec::new(),
         }
     }
@@ -145,9 +145,12 @@ impl Bench {
             let status = Status {
                 counter: self.counter,
                 epoch,
+                run_id: String::new(),
                 parameter_digest: self.parameter_digest,
                 state,
-                stop_reason: self.stop_reason.to_owned(),
+                stop_cause: self.stop_cause,
+                // Nothing is decided by it.
+                stop_reason: "armed for run of another, waiting for the start".to_owned(),
                 battery_v: f32::NAN,
             };
             let robot = name.to_owned();

@@ -1,27 +1,30 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::*;
-use crate::message::E_STOP_REASON;
+use crate::message::StopCause;
 
 fn ms(milliseconds: u64) -> Duration {
     Duration::from_millis(milliseconds)
 }
 
-fn status(state: RobotState, stop_reason: &str) -> Status {
+fn status(state: RobotState, stop_cause: StopCause) -> Status {
     // Each is newer than all before it.
     static COUNTER: AtomicU64 = AtomicU64::new(1);
     Status {
         counter: COUNTER.fetch_add(1, Ordering::Relaxed),
         epoch: 0,
+        run_id: String::new(),
         parameter_digest: 0,
         state,
-        stop_reason: stop_reason.to_owned(),
+        stop_cause,
+        // Nothing is decided by it.
+        stop_reason: "e-stop, or anything else".to_owned(),
         battery_v: f32::NAN,
     }
 }
 
-fn says(robot: &str, state: RobotState, stop_reason: &str) -> Event {
-    Event::Status { robot: robot.to_owned(), status: status(state, stop_reason) }
+fn says(robot: &str, state: RobotState, stop_cause: StopCause) -> Event {
+    Event::Status { robot: robot.to_owned(), status: status(state, stop_cause) }
 }
 
 fn found(robot: &str) -> Event {
@@ -44,7 +47,7 @@ fn the_first_word_is_said_at_once_and_then_ten_times_a_second() {
 fn it_ends_when_every_robot_stands_and_none_turns_up_any_more() {
     let mut stopper = Stopper::new(StopCommand::Engage);
     stopper.on_event(Event::Tick, ms(0));
-    stopper.on_event(says("robot_1", RobotState::Stopped, "e-stop"), ms(40));
+    stopper.on_event(says("robot_1", RobotState::Stopped, StopCause::EStop), ms(40));
 
     assert!(!stopper.on_event(Event::Tick, ms(1_999)).contains(&finished()));
     assert!(stopper.on_event(Event::Tick, ms(2_000)).contains(&finished()));
@@ -57,17 +60,17 @@ fn finished() -> Action {
 
 #[test]
 fn a_robot_that_stands_for_another_reason_has_not_acknowledged() {
-    for (state, reason) in [
-        (RobotState::Idle, "belongs to no run"),
-        (RobotState::Armed, "armed, waiting for the start"),
-        (RobotState::Moving, ""),
-        (RobotState::Stopped, "lease ran out"),
-        (RobotState::Fault, "hardware fault: wheel"),
+    for (state, cause) in [
+        (RobotState::Idle, StopCause::NoRun),
+        (RobotState::Armed, StopCause::Waiting),
+        (RobotState::Moving, StopCause::None),
+        (RobotState::Stopped, StopCause::Lease),
+        (RobotState::Fault, StopCause::Hardware),
     ] {
         let mut stopper = Stopper::new(StopCommand::Engage);
         stopper.on_event(Event::Tick, ms(0));
 
-        stopper.on_event(says("robot_1", state, reason), ms(50));
+        stopper.on_event(says("robot_1", state, cause), ms(50));
 
         assert_eq!(stopper.answers()[0].acknowledged_after, None, "{state}");
     }
@@ -77,7 +80,7 @@ fn a_robot_that_stands_for_another_reason_has_not_acknowledged() {
 fn who_is_expected_and_silent_is_named_after_a_bounded_time() {
     let mut stopper = Stopper::new(StopCommand::Engage);
     stopper.on_event(found("robot_9"), ms(0));
-    stopper.on_event(says("robot_1", RobotState::Fault, "e-stop; hardware fault: wheel"), ms(50));
+    stopper.on_event(says("robot_1", RobotState::Fault, StopCause::EStop), ms(50));
 
     let end = stopper.on_event(Event::Tick, ms(7_000));
 
@@ -95,8 +98,8 @@ fn who_is_expected_and_silent_is_named_after_a_bounded_time() {
 fn an_acknowledgement_that_comes_late_or_again_is_none() {
     let mut stopper = Stopper::new(StopCommand::Engage);
     stopper.on_event(Event::Tick, ms(0));
-    let earlier = says("a", RobotState::Stopped, E_STOP_REASON);
-    stopper.on_event(says("a", RobotState::Moving, ""), ms(10));
+    let earlier = says("a", RobotState::Stopped, StopCause::EStop);
+    stopper.on_event(says("a", RobotState::Moving, StopCause::None), ms(10));
 
     stopper.on_event(earlier, ms(20));
 
@@ -117,9 +120,9 @@ fn no_robot_at_all_is_no_acknowledgement() {
 fn a_robot_that_is_released_by_someone_else_has_no_longer_acknowledged() {
     let mut stopper = Stopper::new(StopCommand::Engage);
     stopper.on_event(Event::Tick, ms(0));
-    stopper.on_event(says("robot_1", RobotState::Stopped, "e-stop"), ms(50));
+    stopper.on_event(says("robot_1", RobotState::Stopped, StopCause::EStop), ms(50));
 
-    stopper.on_event(says("robot_1", RobotState::Stopped, "stopped by the e-stop"), ms(90));
+    stopper.on_event(says("robot_1", RobotState::Stopped, StopCause::Latched), ms(90));
 
     assert_eq!(stopper.answers()[0].acknowledged_after, None);
 }
@@ -127,11 +130,11 @@ fn a_robot_that_is_released_by_someone_else_has_no_longer_acknowledged() {
 #[test]
 fn a_release_looks_first_and_ends_when_no_robot_is_locked() {
     let mut stopper = Stopper::new(StopCommand::Release);
-    let locked = || says("robot_1", RobotState::Stopped, "e-stop");
+    let locked = || says("robot_1", RobotState::Stopped, StopCause::EStop);
     assert_eq!(stopper.on_event(locked(), ms(0)), []);
 
     assert_eq!(stopper.on_event(locked(), ms(2_000)), [Action::Publish(false)]);
-    let end = stopper.on_event(says("robot_1", RobotState::Stopped, "lease ran out"), ms(2_050));
+    let end = stopper.on_event(says("robot_1", RobotState::Stopped, StopCause::Lease), ms(2_050));
 
     assert_eq!(end, [finished()]);
 }
@@ -139,7 +142,7 @@ fn a_release_looks_first_and_ends_when_no_robot_is_locked() {
 #[test]
 fn a_release_among_moving_robots_says_nothing() {
     let mut stopper = Stopper::new(StopCommand::Release);
-    stopper.on_event(says("robot_1", RobotState::Moving, ""), ms(0));
+    stopper.on_event(says("robot_1", RobotState::Moving, StopCause::None), ms(0));
 
     assert_eq!(stopper.on_event(Event::Tick, ms(2_000)), [Action::Finish(Ending::InRun)]);
 }
@@ -156,7 +159,7 @@ fn locked_by(sources: &[(Source, Cause)]) -> Event {
 #[test]
 fn a_release_ends_the_locks_of_who_has_left_and_names_who_still_holds() {
     let mut stopper = Stopper::new(StopCommand::Release);
-    stopper.on_event(says("robot_1", RobotState::Stopped, "e-stop"), ms(0));
+    stopper.on_event(says("robot_1", RobotState::Stopped, StopCause::EStop), ms(0));
     stopper.on_event(locked_by(&[(LEFT, Cause::Engaged), (THERE, Cause::Engaged)]), ms(0));
     stopper.on_event(Event::Publishers([THERE].into()), ms(0));
 

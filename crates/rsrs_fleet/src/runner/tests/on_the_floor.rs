@@ -97,7 +97,7 @@ fn a_robot_that_has_received_the_e_stop_tells_the_runner_of_it() {
         let mut bench = Bench::real_time(robot_lost);
         bench.run();
 
-        bench.stop_reason = "e-stop";
+        bench.stop_cause = StopCause::EStop;
         bench.stopped.insert("robot_1");
 
         assert_eq!(bench.end().0, Outcome::Aborted { reason: "e-stop".to_owned() });

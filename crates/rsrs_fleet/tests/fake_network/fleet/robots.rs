@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use rsrs_core::controller::Command;
 use rsrs_fleet::e_stop::{Locks, Source};
-use rsrs_fleet::message::{Lease, Status};
+use rsrs_fleet::message::{Lease, Status, StopCause};
 use rsrs_fleet::robot::limits::{Limits, Ramp};
 use rsrs_fleet::robot::{Event, Robot, RobotOptions};
 
@@ -152,9 +152,14 @@ impl Fleet {
     }
 
     /// A gate says what it does, wherever it is.
-    pub(super) fn say_status(&mut self, robot: usize, status: Status) {
+    pub(super) fn say_status(&mut self, robot: usize, mut status: Status) {
         let node = self.gatekeeper(robot);
         self.note(|| format!("{} says {}: {}", name(robot), status.state, status.stop_reason));
+        // Words are for people: whoever decided by them would be wrong here.
+        status.stop_reason = match status.stop_cause {
+            StopCause::Waiting => "armed for run run 9, waiting for the start".to_owned(),
+            _ => format!("e-stop; {}", status.stop_reason),
+        };
         let sent = Sent { life: self.witnesses[robot].life(), at_ms: self.now_ms };
         let message = Message::RobotStatus(status.into(), sent);
         for runner in 0..N_RUNNERS {
