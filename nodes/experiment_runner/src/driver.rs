@@ -1,5 +1,6 @@
 //! Samples, answers and timers in; leases, requests and a bag out.
 
+mod recording;
 mod watching;
 
 use std::pin::Pin;
@@ -276,16 +277,6 @@ impl<'a> Run<'a> {
         (self.watch)(Progress::Note(text));
     }
 
-    /// Has a sample written into the bag, if one is open.
-    fn record(&mut self, sample: &Sample) -> Option<Event> {
-        let recorder = self.recorder.as_mut()?;
-        let taken = recorder.take(
-            (sample.recorded_topic, &self.recorded_topics[sample.recorded_topic]),
-            &sample.received,
-        );
-        taken.err().map(|error| Event::RecorderFailed { reason: error.in_full() })
-    }
-
     /// Takes a report of the thread that writes the bag.
     async fn take_written(
         &mut self,
@@ -412,36 +403,6 @@ impl<'a> Run<'a> {
             _ => return,
         };
         self.open.retain(|open| *open != question);
-    }
-
-    fn open_recorder(&mut self) -> Option<Event> {
-        let to_written = self.to_written.clone();
-        let opened = Recorder::open(&self.plan.bag, self.plan, &self.recorded_topics, to_written);
-        let begun = opened.and_then(|mut recorder| {
-            for Sample { recorded_topic, received, .. } in self.early.drain(..) {
-                recorder
-                    .take((recorded_topic, &self.recorded_topics[recorded_topic]), &received)?;
-            }
-            Ok(recorder)
-        });
-        match begun {
-            Ok(recorder) => {
-                self.recorder = Some(recorder);
-                None
-            }
-            Err(error) => Some(Event::RecorderFailed { reason: error.in_full() }),
-        }
-    }
-
-    fn close_recorder(&mut self) -> Option<Event> {
-        let ending = self.machine.outcome().map(|outcome| Ending::of(outcome, self.machine.lost()));
-        let ending = ending.expect("the recorder is closed when the run has ended");
-        let Some(recorder) = self.recorder.take() else {
-            return Some(Event::RecorderClosed);
-        };
-        self.n_lost = recorder.n_lost();
-        recorder.close(&ending);
-        None
     }
 
     fn report(&mut self) -> anyhow::Result<RunReport> {
