@@ -38,7 +38,7 @@ mod resume;
 mod scale;
 mod starts;
 mod stopping;
-#[path = "../nodes/ros/tests/support/mod.rs"]
+#[path = "../crates/rsrs_ros/tests/support/mod.rs"]
 mod support;
 mod swept_cells;
 mod terminal;

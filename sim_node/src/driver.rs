@@ -24,8 +24,8 @@ use rsrs_ros::parameters::{Arming, ParameterServer};
 use rsrs_ros::services::{Reply, Service};
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
 use rsrs_ros::shutdown;
-use rsrs_wire as wire;
-use rsrs_wire::e_stop::{EStopMessage, LocksPublisher};
+use rsrs_ros::wire;
+use rsrs_ros::wire::e_stop::{EStopMessage, LocksPublisher};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::display::Display;

@@ -19,7 +19,7 @@ use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::logging::Level;
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
-use rsrs_wire as wire;
+use rsrs_ros::wire;
 
 use crate::frames::{FRAME, base_link, rotation};
 

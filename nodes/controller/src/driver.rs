@@ -20,8 +20,8 @@ use rsrs_ros::parameters::{Arming, ParameterServer, ParameterValue};
 use rsrs_ros::ros_args::Note;
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use rsrs_ros::shutdown;
-use rsrs_wire as wire;
-use rsrs_wire::e_stop::{EStopMessage, EStopSubscriptions, LocksPublisher};
+use rsrs_ros::wire;
+use rsrs_ros::wire::e_stop::{EStopMessage, EStopSubscriptions, LocksPublisher};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::parameters::{self, NODE};

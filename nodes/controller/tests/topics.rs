@@ -1,6 +1,6 @@
 //! The controller node as a process, over real DDS in a network of its own.
 
-#[path = "../../ros/tests/support/mod.rs"]
+#[path = "../../../crates/rsrs_ros/tests/support/mod.rs"]
 mod support;
 
 use std::process::{Child, Command, Stdio};

@@ -23,7 +23,7 @@ use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterServer};
 use rsrs_ros::session::{
     MiddlewareEnded, NodeHandle, Publisher, ReceivedRaw, Session, SessionOptions,
 };
-use rsrs_wire as wire;
+use rsrs_ros::wire;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::expectation::{self, Presence};

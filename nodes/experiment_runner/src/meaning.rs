@@ -17,7 +17,7 @@ use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::ReceivedRaw;
-use rsrs_wire as wire;
+use rsrs_ros::wire;
 
 use crate::plan::Plan;
 use crate::recorded_topics::Role;

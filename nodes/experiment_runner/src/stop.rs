@@ -16,8 +16,8 @@ use rsrs_ros::logging::Level;
 use rsrs_ros::session::{
     EndpointKind, NodeHandle, Publisher, Session, SessionError, SessionOptions, Subscription,
 };
-use rsrs_wire as wire;
-use rsrs_wire::e_stop::{EStopMessage, EStopSubscriptions};
+use rsrs_ros::wire;
+use rsrs_ros::wire::e_stop::{EStopMessage, EStopSubscriptions};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 /// Name of the node.

@@ -18,8 +18,8 @@ use rsrs_ros::logging::Level;
 use rsrs_ros::parameters::{Arming, ParameterServer};
 use rsrs_ros::session::{NodeHandle, Session, Subscription};
 use rsrs_ros::shutdown;
-use rsrs_wire as wire;
-use rsrs_wire::e_stop::{EStopMessage, EStopSubscriptions, LocksPublisher};
+use rsrs_ros::wire;
+use rsrs_ros::wire::e_stop::{EStopMessage, EStopSubscriptions, LocksPublisher};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::time::{Interval, MissedTickBehavior};
 

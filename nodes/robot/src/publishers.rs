@@ -9,7 +9,7 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{NodeHandle, PublishError, Publisher, Session, SessionError};
-use rsrs_wire as wire;
+use rsrs_ros::wire;
 
 use crate::diagnostics::{self, Health};
 

@@ -16,7 +16,7 @@ use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Received, Session, Subscription};
-use rsrs_wire as wire;
+use rsrs_ros::wire;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");

@@ -10,8 +10,8 @@ use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
 use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics;
 use rsrs_ros::session::{NodeHandle, Publisher, Received, Session, Subscription};
+use rsrs_ros::wire;
 use rsrs_sim::episode::episode_digests;
-use rsrs_wire as wire;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::fleet::{

@@ -1,6 +1,6 @@
 //! The simulator node as a process, over real DDS in a network of its own.
 
-#[path = "../../../nodes/ros/tests/support/mod.rs"]
+#[path = "../../../crates/rsrs_ros/tests/support/mod.rs"]
 mod support;
 
 #[expect(dead_code, reason = "the example that it belongs to measures time, too")]

@@ -11,7 +11,7 @@ use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
-use rsrs_wire as wire;
+use rsrs_ros::wire;
 
 use crate::fleet::{
     FORWARD, Latest, ROBOTS, World, armed_lease, conditions, controller_status, publisher, start,

@@ -15,7 +15,7 @@ use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_msgs::{RosMessage, cdr};
-use rsrs_wire as wire;
+use rsrs_ros::wire;
 
 /// One turn of a robot's control loop: what it saw, and what it did about it.
 #[derive(Clone, Copy, Debug)]

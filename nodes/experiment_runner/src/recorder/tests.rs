@@ -1,7 +1,7 @@
 //! The recorder over real DDS, in a network of its own.
 
 #[expect(dead_code, reason = "others use all of it")]
-#[path = "../../../ros/tests/support/mod.rs"]
+#[path = "../../../../crates/rsrs_ros/tests/support/mod.rs"]
 mod support;
 
 use std::time::Duration;

@@ -8,7 +8,7 @@ use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{Publisher, SessionError};
-use rsrs_wire as wire;
+use rsrs_ros::wire;
 
 use super::Place;
 

@@ -178,7 +178,7 @@ async fn speak(publishers: Publishers, said: Arc<Mutex<Said>>) {
             (lease, said.foreign_controller, said.e_stop, said.command)
         };
         if let Some(parameter_digest) = foreign {
-            let counter = rsrs_wire::first_counter(wall_time());
+            let counter = rsrs_ros::wire::first_counter(wall_time());
             // A controller stays in the run that it was armed for last.
             epoch = lease.as_ref().map_or(epoch, |lease| lease.epoch);
             let status = RobotStatus { counter, epoch, parameter_digest, ..RobotStatus::default() };

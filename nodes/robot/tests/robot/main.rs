@@ -8,5 +8,5 @@ mod micro;
 mod parameters;
 mod safety;
 mod serial;
-#[path = "../../../ros/tests/support/mod.rs"]
+#[path = "../../../../crates/rsrs_ros/tests/support/mod.rs"]
 mod support;

@@ -1,7 +1,7 @@
-//! The protocol's words to and from ROS messages, for every node that speaks it.
+//! The protocol's events from ROS messages, and messages from its actions.
 //!
-//! The protocol knows no wire format and the messages know no protocol; this is where they meet.
-//! What a message cannot mean is refused here, so that no machine has to distrust its events.
+//! What a message cannot mean in the protocol is refused here, so that no machine has to check its
+//! events again.
 
 pub mod e_stop;
 

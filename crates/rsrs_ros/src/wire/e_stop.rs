@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
+use crate::session::{
+    NodeHandle, PublishError, Publisher, Received, Session, SessionError, Subscription,
+};
 use rsrs_fleet::e_stop::{Locks, Source};
 use rsrs_msgs::std_msgs::{Bool, Text};
 use rsrs_msgs::topics;
-use rsrs_ros::session::{
-    NodeHandle, PublishError, Publisher, Received, Session, SessionError, Subscription,
-};
 
 /// What was received on one of the topics.
 #[derive(Clone, Debug, PartialEq, Eq)]

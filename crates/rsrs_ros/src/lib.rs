@@ -9,7 +9,8 @@
 //! * [`clock`] — simulated time on `/clock`.
 //! * [`ros_args`] — `--ros-args`, parameter files, `ROS_DOMAIN_ID` and its kin.
 //! * [`confine`] and [`interfaces`] — where the packets may go.
-//! * [`shutdown`] and [`logging`] — how a node ends and what it says.
+//! * [`shutdown`] and [`logging`] — how a node ends and what it logs.
+//! * [`wire`] — messages to and from the machines of `rsrs_fleet`.
 //!
 //! What it does not do: lifecycle nodes, actions, discovery servers, static peers.
 
@@ -25,3 +26,4 @@ pub mod services;
 pub mod session;
 pub mod shutdown;
 mod wall_time;
+pub mod wire;
