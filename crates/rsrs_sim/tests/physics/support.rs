@@ -20,6 +20,15 @@ pub fn perfect_flockbots() -> Conditions {
 
 /// How many replicates of each cell end in stable milling; two cells at a time.
 pub fn n_milling(cells: &[Conditions], replicates: u64, duration_s: f64) -> Vec<u64> {
+    count(cells, (replicates, duration_s), |judged| judged.verdict.phase == Phase::StableMilling)
+}
+
+/// How many replicates of each cell are such as is asked for; two cells at a time.
+pub fn count(
+    cells: &[Conditions],
+    (replicates, duration_s): (u64, f64),
+    is_such: impl Fn(&Judged) -> bool + Sync,
+) -> Vec<u64> {
     let next = AtomicUsize::new(0);
     let counts: Vec<AtomicU64> = cells.iter().map(|_| AtomicU64::new(0)).collect();
     let work = || {
@@ -30,13 +39,13 @@ pub fn n_milling(cells: &[Conditions], replicates: u64, duration_s: f64) -> Vec<
                 return;
             };
             let judged = batch.judge(cell, (1, 0..replicates), duration_s).expect("fit and long");
-            let is_mill = |judged: &&Judged| judged.verdict.phase == Phase::StableMilling;
-            counts[index].store(judged.iter().filter(is_mill).count() as u64, Ordering::Relaxed);
+            let n_such = judged.iter().filter(|judged| is_such(judged)).count();
+            counts[index].store(n_such as u64, Ordering::Relaxed);
         }
     };
     std::thread::scope(|scope| {
-        scope.spawn(work);
-        scope.spawn(work);
+        scope.spawn(&work);
+        scope.spawn(&work);
     });
     counts.into_iter().map(AtomicU64::into_inner).collect()
 }

@@ -1,5 +1,7 @@
 //! Milling fractions over one capability at a time, against an independent implementation: a program
-//! in double precision with another generator, platform trigonometry and a judge of its own.
+//! in double precision with another generator, platform trigonometry and a judge of its own. Its
+//! judge asks for stable milling over the whole window and not whether it lasts, so ours is asked
+//! the same here; `neutral.rs` holds the whole judge against another one.
 //!
 //! Its fractions come from 200 runs each, ours from 1,000. Both are counts, so a row agrees if the
 //! exact intervals of both overlap; at a tail of 0.001 on each side, a row whose fractions are equal
@@ -7,10 +9,11 @@
 
 use rsrs_core::conditions::{Arena, Conditions, Placement, Region, Walls};
 use rsrs_core::interval::Interval;
+use rsrs_core::phase::{Phase, Thresholds};
 use rsrs_core::profile::Sees;
 
 use crate::example::flockbot_conditions;
-use crate::support::n_milling;
+use crate::support::count;
 
 const REPLICATES: u64 = 1000;
 const THEIR_RUNS: u64 = 200;
@@ -40,7 +43,10 @@ fn rows<const N: usize>(
 /// The rows of which the intervals do not overlap.
 fn disagreements(rows: &[Row], duration_s: f64) -> Vec<String> {
     let cells: Vec<Conditions> = rows.iter().map(|row| row.conditions.clone()).collect();
-    let ours = n_milling(&cells, REPLICATES, duration_s);
+    let ours = count(&cells, (REPLICATES, duration_s), |judged| {
+        let whole = Thresholds::default().phase(&judged.verdict.evidence, None);
+        whole == Phase::StableMilling
+    });
     let disagrees = |(row, hits): (&Row, &u64)| {
         let their_hits = (row.milling_percent / 100.0 * THEIR_RUNS as f64).round() as u64;
         let theirs = Interval::with_tails(their_hits, THEIR_RUNS, TAIL);
