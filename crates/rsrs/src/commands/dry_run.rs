@@ -266,7 +266,13 @@ impl DryRun<'_> {
             format!("{folder}/diagram.png      the phase diagram (also as .svg)"),
             format!("{folder}/comparison.json"),
         ];
-        lines.extend(bags.iter().map(|bag| bag.display().to_string()));
+        lines.push(match bags {
+            [] => format!("{folder}/bags             no experiment was completed"),
+            [bag] => format!("{}   its recording", bag.display()),
+            [.., last] => {
+                format!("{folder}/bags             experiment_1 and on, to {}", last.display())
+            }
+        });
         lines.push(format!(
             "another cell: rsrs run {folder}/launch_configs/experiments/flockbot_milling.yaml --cell \
              speed_m_s=0.15,turn_rate_rad_s=0.75,robots=9"
