@@ -95,7 +95,7 @@ async fn lockstep_run() {
         })
         .expect("the topic is allowed");
     let (to_statuses, mut statuses) = unbounded_channel();
-    let statuses_of_all = hear_robots(&session, &node, &to_statuses).await;
+    let statuses_of_all = receive_robots(&session, &node, &to_statuses).await;
     let options = ClientOptions { patience: PATIENCE, mapping: None };
     let client = ParameterClient::new(&session, &node, options);
     place(&client, &conditions, expected.len()).await;
@@ -145,7 +145,7 @@ async fn lockstep_run() {
 }
 
 /// Hears every robot's statuses, once every end of the lockstep has found its other end.
-async fn hear_robots(
+async fn receive_robots(
     session: &Session,
     node: &NodeHandle,
     statuses: &UnboundedSender<(usize, RobotStatus)>,

@@ -150,8 +150,8 @@ async fn missing_robot() {
     let (status, errors) = runner.wait(PATIENCE);
 
     assert_eq!(status.code(), Some(1), "{errors}");
-    assert!(errors.contains("robot_9: no status heard"), "{errors}");
-    assert!(errors.contains("robot_9: no status of its controller heard"), "{errors}");
+    assert!(errors.contains("robot_9: no status received"), "{errors}");
+    assert!(errors.contains("robot_9: no status of its controller received"), "{errors}");
     assert!(!errors.contains("robot_8"), "{errors}");
     assert!(!bag.exists());
 }
@@ -181,9 +181,9 @@ async fn killed_runner() {
     let _controllers = node("controller", &ROBOTS);
     let session = session();
     let witness_node = session.node("/", "witness").expect("the name is allowed");
-    let (heard, mut statuses) = unbounded_channel();
+    let (received, mut statuses) = unbounded_channel();
     let (to_steps, mut steps) = unbounded_channel();
-    let subscriptions = witness(&session, &witness_node, (&heard, &to_steps));
+    let subscriptions = witness(&session, &witness_node, (&received, &to_steps));
     let bag = folder.path().join("bag");
     let runner = start_runner(&experiment, &bag);
     let mut states = [RobotStatus::IDLE; ROBOTS.len()];

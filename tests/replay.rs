@@ -220,12 +220,12 @@ async fn sought() {
     session.wait_for_writers(topic.name, 1, PATIENCE).await.expect("it is published");
 
     // To 6.5 s, a step; back 2 s, a step; to the beginning, a step; past the end.
-    let mut heard = Vec::new();
+    let mut received = Vec::new();
     for keys in [["s 6.5", "s"], ["-2", "s"], ["s 0", "s"]] {
         for key in keys {
             terminal.type_line(key);
         }
-        heard.push(clock.recv().await.expect("it is published"));
+        received.push(clock.recv().await.expect("it is published"));
     }
     terminal.type_line("+100");
     let ended = || replay.0.try_wait().expect("it is our child").is_some();
@@ -233,7 +233,7 @@ async fn sought() {
     let (status, errors) = replay.wait(PATIENCE);
 
     assert!(status.success(), "{errors}");
-    let steps: Vec<u64> = heard.iter().map(|time_ns| time_ns / period_ns).collect();
+    let steps: Vec<u64> = received.iter().map(|time_ns| time_ns / period_ns).collect();
     // Times are counted from the first lease, at 0 s; the first step is at 0.13 s.
     assert_eq!(steps, [50, 35, 1], "{errors}");
     assert!(clock.try_recv().is_err(), "nothing but the steps was played");
@@ -295,7 +295,7 @@ async fn published() {
         let (to_clock, clock) = unbounded_channel();
         (clock, to_clock)
     });
-    let (to_odom, mut heard) = unbounded_channel();
+    let (to_odom, mut received) = unbounded_channel();
     let _odom = session
         .subscribe_raw("/robot_1/odom", odom.type_name, odom.qos, move |sample| {
             to_odom.send(sample.message).expect("the test listens to the end");
@@ -323,7 +323,7 @@ async fn published() {
     eventually("the replay ends", ended).await;
     let took = begun.elapsed();
     let (status, errors) = replay.wait(PATIENCE);
-    let received: Vec<Vec<u8>> = std::iter::from_fn(|| heard.try_recv().ok()).collect();
+    let received: Vec<Vec<u8>> = std::iter::from_fn(|| received.try_recv().ok()).collect();
 
     assert!(status.success(), "{errors}");
     assert_eq!(received.len(), expected.len());

@@ -60,7 +60,7 @@ struct StartingTime {
     nanoseconds_since_epoch: u64,
 }
 
-/// A topic and how often it was heard.
+/// A topic and how often it was received.
 #[derive(Clone, Debug, Serialize)]
 pub struct TopicWithCount {
     /// The topic.

@@ -42,16 +42,16 @@ const LIVELINESS: [&str; 6] = [
 /// A profile of any version of rosbag2.
 #[derive(Deserialize)]
 struct Profile {
-    history: Word,
+    history: QosValue,
     depth: u64,
-    reliability: Word,
-    durability: Word,
+    reliability: QosValue,
+    durability: QosValue,
     #[serde(default)]
     deadline: Span,
     #[serde(default)]
     lifespan: Span,
     #[serde(default = "automatic")]
-    liveliness: Word,
+    liveliness: QosValue,
     #[serde(default)]
     liveliness_lease_duration: Span,
     #[serde(default)]
@@ -61,7 +61,7 @@ struct Profile {
 /// A number up to version 8, a word since.
 #[derive(Deserialize)]
 #[serde(untagged)]
-enum Word {
+enum QosValue {
     Number(usize),
     Name(String),
 }
@@ -79,11 +79,11 @@ impl Default for Span {
     }
 }
 
-fn automatic() -> Word {
-    Word::Number(1)
+fn automatic() -> QosValue {
+    QosValue::Number(1)
 }
 
-impl Word {
+impl QosValue {
     /// Its number among these names; what is not among them is unknown.
     fn number(&self, names: &[&'static str]) -> usize {
         let unknown = names.iter().position(|name| *name == "unknown").unwrap_or(0);
@@ -113,10 +113,10 @@ pub fn offered_qos_profiles(qos: Qos) -> String {
         Durability::Volatile => 2,
     };
     in_yaml(&[Profile {
-        history: Word::Number(1),
+        history: QosValue::Number(1),
         depth: qos.depth.into(),
-        reliability: Word::Number(reliability),
-        durability: Word::Number(durability),
+        reliability: QosValue::Number(reliability),
+        durability: QosValue::Number(durability),
         deadline: Span::default(),
         lifespan: Span::default(),
         liveliness: automatic(),

@@ -36,7 +36,7 @@ impl DiagnosticStatus {
     pub const WARN: u8 = 1;
     /// It fails.
     pub const ERROR: u8 = 2;
-    /// Not heard of for too long.
+    /// Nothing received for too long.
     pub const STALE: u8 = 3;
 }
 

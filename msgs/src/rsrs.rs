@@ -15,7 +15,7 @@ pub struct RunLease {
     pub header: Header,
     /// Which run this is; the same in the bag's experiment record.
     pub run_id: String,
-    /// Counts up from 1; a new runner takes the highest epoch it has heard, plus one.
+    /// Counts up from 1; a new runner takes the highest epoch it has received, plus one.
     pub epoch: u64,
     /// [`RunLease::IDLE`], [`RunLease::ARMED`], [`RunLease::RUNNING`] or [`RunLease::STOPPED`].
     pub state: u8,
@@ -23,7 +23,7 @@ pub struct RunLease {
     pub parameter_digest: u64,
     /// Names of the robots that may move; shape `[n_robots]`.
     pub robots: Vec<String>,
-    /// The last status counter heard from each robot, 0 for none; shape `[n_robots]`.
+    /// The last status counter received from each robot, 0 for none; shape `[n_robots]`.
     pub echoed_counter: Vec<u64>,
 }
 

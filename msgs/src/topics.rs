@@ -101,7 +101,7 @@ pub const CMD_VEL_UNSTAMPED: Topic =
     topic::<geometry_msgs::Twist>("cmd_vel", Qos::reliable(LOCKSTEP_DEPTH));
 /// Where the robot is: ground truth from the simulator, its own estimate from a robot.
 pub const ODOM: Topic = topic::<nav_msgs::Odometry>("odom", Qos::reliable(LOCKSTEP_DEPTH));
-/// Where a tracker sees the robot; best effort also hears trackers that are reliable.
+/// Where a tracker sees the robot; best effort also receives trackers that are reliable.
 pub const POSE: Topic = topic::<geometry_msgs::PoseStamped>("pose", Qos::best_effort(10));
 /// The raw range reading behind a detection, when the driver has it.
 pub const RANGE: Topic = topic::<sensor_msgs::Range>("range", Qos::best_effort(10));
@@ -115,7 +115,7 @@ pub const HARDWARE_CMD_VEL: Topic =
 /// The same for base drivers that take no stamp; the same name, and never both.
 pub const HARDWARE_CMD_VEL_UNSTAMPED: Topic =
     topic::<geometry_msgs::Twist>("hardware/cmd_vel", Qos::reliable(1));
-/// The readings of somebody else's distance sensor; best effort also hears reliable publishers.
+/// The readings of somebody else's distance sensor; best effort also receives reliable publishers.
 pub const HARDWARE_RANGE: Topic =
     topic::<sensor_msgs::Range>("hardware/range", Qos::best_effort(10));
 /// The readings of somebody else's laser scanner.

@@ -28,16 +28,16 @@ use rsrs_wire::e_stop::{EStopMessage, LocksPublisher};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::display::Display;
-use crate::listening::{Ears, Heard};
 use crate::mixed::RealRobots;
 use crate::parameters::{self, NODE};
+use crate::placed_world::{PlacedWorld, Sensed};
 use crate::robots::VirtualRobot;
 use crate::services;
-use crate::stage::{Sensed, Stage};
-use crate::stand_in::StandIn;
+use crate::subscriptions::{Input, Subscriptions};
+use crate::virtual_pose_publisher::VirtualPosePublisher;
 
 /// How often gates are looked at while nothing arrives.
-const GLANCE: Duration = Duration::from_millis(20);
+const TICK: Duration = Duration::from_millis(20);
 
 /// How often, before a run in real time, controllers are asked whether they stamp their commands.
 const LOOK_AROUND: Duration = Duration::from_secs(1);
@@ -49,11 +49,11 @@ pub struct Simulation<'a> {
     /// Names of the robots that it stands in for.
     hosted: Vec<String>,
     robots: Vec<VirtualRobot>,
-    ears: Ears,
-    to_me: UnboundedSender<Heard>,
+    subscriptions: Subscriptions,
+    to_me: UnboundedSender<Input>,
     real: RealRobots,
     /// Who speaks of ours in the tracker's stead, if one follows real robots.
-    stand_in: Option<StandIn>,
+    virtual_pose_publisher: Option<VirtualPosePublisher>,
     display: Display,
     _services: Vec<Service>,
     /// Who waits for steps.
@@ -61,7 +61,7 @@ pub struct Simulation<'a> {
     /// Whether somebody asked this program to end.
     pub(crate) is_quitting: bool,
     pub(crate) machine: Simulator,
-    pub(crate) stage: Option<Stage>,
+    pub(crate) placed_world: Option<PlacedWorld>,
     /// Simulated time of the last step, in nanoseconds; `None` in real time.
     pub(crate) stamp_ns: Option<u64>,
     clock: ClockPublisher,
@@ -91,13 +91,13 @@ pub struct Step {
 /// stops acknowledging.
 pub async fn run(options: NodeArguments) -> anyhow::Result<()> {
     let session = Session::open_with(&options.session, &options.ros)?;
-    let (heard, mut events) = unbounded_channel();
-    let mut simulation = Simulation::new(&session, &options, heard)?;
+    let (received, mut events) = unbounded_channel();
+    let mut simulation = Simulation::new(&session, &options, received)?;
     for note in &options.ros.notes {
-        simulation.node.say(Level::Warn, &note.to_string());
+        simulation.node.log(Level::Warn, &note.to_string());
     }
     let hosted = options.robots.len();
-    simulation.node.say(Level::Info, &format!("{hosted} virtual robots ready"));
+    simulation.node.log(Level::Info, &format!("{hosted} virtual robots ready"));
     let ended = tokio::select! {
         ended = simulation.serve(&mut events) => ended,
         ended = session.ended() => Err(ended.into()),
@@ -111,20 +111,20 @@ pub async fn run(options: NodeArguments) -> anyhow::Result<()> {
 fn serve_parameters(
     session: &Session,
     options: &NodeArguments,
-    heard: &UnboundedSender<Heard>,
+    received: &UnboundedSender<Input>,
 ) -> anyhow::Result<ParameterServer> {
     let hosted = options.robots.clone();
     let given = options.ros.parameters(parameters::FULL_NAME);
     let starts: Vec<_> = given.clone().into_iter().collect();
     parameters::check(&starts, &hosted).context("start value of a parameter")?;
-    let changed = heard.clone();
+    let changed = received.clone();
     let server =
         ParameterServer::start(session, vec![parameters::declare(given)?], move |_, changes| {
             parameters::check(changes, &hosted).map_err(|error| error.to_string())?;
-            changed.send(Heard::Parameters).map_err(|_closed| "shutting down".to_owned())
+            changed.send(Input::Parameters).map_err(|_closed| "shutting down".to_owned())
         })?;
     // Start values may ask for a world.
-    drop(heard.send(Heard::Parameters));
+    drop(received.send(Input::Parameters));
     Ok(server)
 }
 
@@ -157,10 +157,10 @@ impl<'a> Simulation<'a> {
     fn new(
         session: &'a Session,
         options: &NodeArguments,
-        heard: UnboundedSender<Heard>,
+        received: UnboundedSender<Input>,
     ) -> anyhow::Result<Self> {
         let node = session.node("/", NODE)?;
-        let server = serve_parameters(session, options, &heard)?;
+        let server = serve_parameters(session, options, &received)?;
         let gates = parameters::gates(&server);
         let robots = options
             .robots
@@ -169,23 +169,23 @@ impl<'a> Simulation<'a> {
             .collect::<anyhow::Result<Vec<_>>>()?;
         let (digest, status) = (topics::WORLD_DIGEST, topics::SIMULATOR_STATUS);
         // The receiver is gone only while the node shuts down.
-        let to_me = heard.clone();
-        let by_hand = move |call| drop(to_me.send(Heard::Call(call)));
+        let to_me = received.clone();
+        let by_hand = move |call| drop(to_me.send(Input::Call(call)));
         Ok(Self {
             session,
             hosted: options.robots.clone(),
             display: Display::new(session, &node)?,
             _services: services::offer(session, &node, by_hand)?,
-            ears: Ears::new(session, &node, &robots, heard.clone())?,
-            to_me: heard,
+            subscriptions: Subscriptions::new(session, &node, &robots, received.clone())?,
+            to_me: received,
             real: RealRobots::default(),
-            stand_in: None,
+            virtual_pose_publisher: None,
             steps: None,
             is_quitting: false,
             stamp_ns: None,
             robots,
             machine: Simulator::new(),
-            stage: None,
+            placed_world: None,
             clock: ClockPublisher::new(session, &node)?,
             digest: session.publish_on(&node, digest.name, digest.qos)?,
             status: session.publish_on(&node, status.name, status.qos)?,
@@ -199,9 +199,9 @@ impl<'a> Simulation<'a> {
         })
     }
 
-    async fn serve(&mut self, events: &mut UnboundedReceiver<Heard>) -> anyhow::Result<()> {
-        let mut glance = tokio::time::interval(GLANCE);
-        glance.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+    async fn serve(&mut self, events: &mut UnboundedReceiver<Input>) -> anyhow::Result<()> {
+        let mut tick = tokio::time::interval(TICK);
+        tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
         let mut asked_to_stop = std::pin::pin!(shutdown::requested());
         while !self.is_quitting {
             let due = self.machine.due().map(|due| self.start + due);
@@ -210,8 +210,8 @@ impl<'a> Simulation<'a> {
                     request?;
                     return Ok(());
                 }
-                Some(heard) = events.recv() => self.hear(heard).await?,
-                _ = glance.tick() => {
+                Some(received) = events.recv() => self.receive(received).await?,
+                _ = tick.tick() => {
                     self.all_robots(&robot::Event::Tick).await?;
                     self.look_around()?;
                     self.sense_nothing().await?;
@@ -221,14 +221,14 @@ impl<'a> Simulation<'a> {
             }
             self.look_at_gates().await?;
             let locks = self.robots.iter().flat_map(|robot| robot.locks().0).collect();
-            self.locks.tell(Locks(locks)).await?;
+            self.locks.publish(Locks(locks)).await?;
         }
         Ok(())
     }
 
     async fn look_at_gates(&mut self) -> anyhow::Result<()> {
         if self.machine.due().is_some() {
-            // What lapses in real time stops for good, before the world hears of it.
+            // What lapses in real time stops for good, before the world is notified.
             self.all_robots(&robot::Event::Tick).await?;
         }
         let now = self.start.elapsed();
@@ -241,7 +241,8 @@ impl<'a> Simulation<'a> {
     }
 
     fn placed_robots(&self) -> &[VirtualRobot] {
-        &self.robots[..self.stage.as_ref().map_or(0, |stage| stage.placed.n_robots)]
+        &self.robots
+            [..self.placed_world.as_ref().map_or(0, |placed_world| placed_world.placed.n_robots)]
     }
 
     /// Nobody replaces the world of a run that holds its robots.
@@ -259,44 +260,46 @@ impl<'a> Simulation<'a> {
             self.arming == Arming::Disarmed && self.looked_around.elapsed() >= LOOK_AROUND;
         if is_idle && self.machine.due().is_some() {
             self.looked_around = Instant::now();
-            self.ears.follow_types(self.session, &self.robots, Pace::RealTime)?;
+            self.subscriptions.follow_types(self.session, &self.robots, Pace::RealTime)?;
         }
         Ok(())
     }
 
-    async fn hear(&mut self, heard: Heard) -> anyhow::Result<()> {
+    async fn receive(&mut self, received: Input) -> anyhow::Result<()> {
         let now = self.start.elapsed();
-        match heard {
-            Heard::Lease(message) => match wire::lease(message) {
+        match received {
+            Input::Lease(message) => match wire::lease(message) {
                 Ok(lease) => self.all_robots(&robot::Event::Lease(lease)).await,
                 Err(error) => {
-                    self.node.say(Level::Warn, &format!("refused: {error}"));
+                    self.node.log(Level::Warn, &format!("refused: {error}"));
                     Ok(())
                 }
             },
-            Heard::EStop(message) => self.all_robots(&e_stop_event(message)).await,
-            Heard::Controller(index, status) => self.hear_controller((index, status), now).await,
-            Heard::Command { robot, stamp_ns, twist } => {
+            Input::EStop(message) => self.all_robots(&e_stop_event(message)).await,
+            Input::Controller(index, status) => self.receive_controller((index, status), now).await,
+            Input::Command { robot, stamp_ns, twist } => {
                 self.command((robot, stamp_ns), &twist).await
             }
-            Heard::Recorded(step) => self.advance(Event::Recorded { step }).await,
-            Heard::Parameters => self.place().await,
-            Heard::Pose { robot, header, pose } => {
-                if let Some(stand_in) = &mut self.stand_in {
-                    stand_in.follow(robot, &header).await?;
+            Input::Recorded(step) => self.advance(Event::Recorded { step }).await,
+            Input::Parameters => self.place().await,
+            Input::Pose { robot, header, pose } => {
+                if let Some(virtual_pose_publisher) = &mut self.virtual_pose_publisher {
+                    virtual_pose_publisher.follow(robot, &header).await?;
                 }
                 // A pose of a world before this one may still come.
-                let stage = self.stage.as_mut();
-                if let Some(robot) = stage.and_then(|stage| stage.followed.get_mut(robot)) {
-                    robot.hear(pose);
+                let placed_world = self.placed_world.as_mut();
+                if let Some(robot) =
+                    placed_world.and_then(|placed_world| placed_world.followed.get_mut(robot))
+                {
+                    robot.receive(pose);
                 }
                 Ok(())
             }
-            Heard::Call(call) => self.answer(call).await,
+            Input::Call(call) => self.answer(call).await,
         }
     }
 
-    async fn hear_controller(
+    async fn receive_controller(
         &mut self,
         (index, message): (usize, RobotStatus),
         now: Duration,
@@ -348,8 +351,8 @@ impl<'a> Simulation<'a> {
         for action in actions {
             match action {
                 Action::Sense { step, stamp_ns } => self.sense(step, stamp_ns).await?,
-                Action::Advance { commands } => self.stage().advance(commands),
-                Action::AdvanceFreely => self.stage().advance_freely(),
+                Action::Advance { commands } => self.placed_world().advance(commands),
+                Action::AdvanceFreely => self.placed_world().advance_freely(),
                 Action::Stepped { left } => self.stepped(left),
                 Action::Obey { robot, command } => {
                     let now = self.start.elapsed();
@@ -360,14 +363,14 @@ impl<'a> Simulation<'a> {
                 }
                 Action::Overrun { missed } => {
                     let text = format!("too slow for real time: {missed} periods left out so far");
-                    self.node.say(Level::Warn, &text);
+                    self.node.log(Level::Warn, &text);
                 }
                 Action::Complete { reason } => {
-                    self.stage().stand();
-                    self.node.say(Level::Info, &format!("the run is over: {reason}"));
+                    self.placed_world().stand();
+                    self.node.log(Level::Info, &format!("the run is over: {reason}"));
                 }
                 Action::Void { reason } => {
-                    self.node.say(Level::Error, &format!("run is void: {reason}"));
+                    self.node.log(Level::Error, &format!("run is void: {reason}"));
                 }
                 Action::Status(status) => {
                     self.status.publish(wire::status_message(&status, wall_time())).await?;
@@ -377,8 +380,8 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    fn stage(&mut self) -> &mut Stage {
-        self.stage.as_mut().expect("the machine moves only worlds that were placed")
+    fn placed_world(&mut self) -> &mut PlacedWorld {
+        self.placed_world.as_mut().expect("the machine moves only worlds that were placed")
     }
 
     /// Tells whoever asked for steps.
@@ -389,33 +392,37 @@ impl<'a> Simulation<'a> {
 
     /// Publishes one step: the clock first, then detections, then poses, then the digest.
     async fn sense(&mut self, step: u64, stamp_ns: Option<u64>) -> anyhow::Result<()> {
-        let stage = self.stage.as_mut().expect("the machine senses only worlds that were placed");
+        let placed_world =
+            self.placed_world.as_mut().expect("the machine senses only worlds that were placed");
         self.stamp_ns = stamp_ns;
         if let Some(stamp_ns) = stamp_ns {
             self.clock.publish(stamp_ns).await?;
         }
         let stamp = stamp_ns.map_or_else(wall_time, Time::from_nanos);
-        let Sensed { digest, ours, virtual_detections } = stage.sense();
+        let Sensed { digest, ours, virtual_detections } = placed_world.sense();
         for (robot, (data, _)) in self.robots.iter().zip(&ours) {
             robot.publish_detection(Bool { data: *data }).await?;
         }
-        self.real.tell(&virtual_detections).await?;
-        for robot in
-            stage.followed.iter_mut().filter_map(|robot| robot.falls_silent().then_some(robot.row))
+        self.real.publish(&virtual_detections).await?;
+        for robot in placed_world
+            .followed
+            .iter_mut()
+            .filter_map(|robot| robot.falls_silent().then_some(robot.row))
         {
-            let name = &stage.rows.names[robot];
-            self.node.say(Level::Warn, &format!("no pose of {name} comes any more, or none yet"));
+            let name = &placed_world.rows.names[robot];
+            self.node.log(Level::Warn, &format!("no pose of {name} comes any more, or none yet"));
         }
         for (robot, (_, motion)) in self.robots.iter().zip(&ours) {
             robot.publish_motion(*motion, stamp).await?;
         }
-        if let Some(stand_in) = &mut self.stand_in {
-            stand_in.step(ours.iter().map(|(_, motion)| motion.pose));
+        if let Some(virtual_pose_publisher) = &mut self.virtual_pose_publisher {
+            virtual_pose_publisher.step(ours.iter().map(|(_, motion)| motion.pose));
         }
         self.digest.publish(WorldDigest { step, digest }).await?;
         if self.display.is_due() {
-            let label = self.display.label(&stage.history, stage.conditions.bodies()).await;
-            self.display.show(stage.scene(stamp, &label));
+            let label =
+                self.display.label(&placed_world.history, placed_world.conditions.bodies()).await;
+            self.display.show(placed_world.scene(stamp, &label));
         }
         Ok(())
     }

@@ -12,8 +12,8 @@ use rsrs_msgs::std_msgs::Header;
 
 use crate::frames::FRAME;
 use crate::mixed::on_the_floor;
+use crate::placed_world::PlacedWorld;
 use crate::robots::pose_message;
-use crate::stage::Stage;
 
 /// Why entities cannot be found or moved.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -63,7 +63,10 @@ const FLAT: f64 = 1e-3;
 /// # Errors
 ///
 /// [`EntityError::Filter`] and [`EntityError::Unsupported`].
-pub fn pick(stage: &Stage, filters: &EntityFilters) -> Result<Vec<usize>, EntityError> {
+pub fn pick(
+    placed_world: &PlacedWorld,
+    filters: &EntityFilters,
+) -> Result<Vec<usize>, EntityError> {
     let name = regex_lite::Regex::new(&filters.filter).map_err(|error| EntityError::Filter {
         filter: filters.filter.clone(),
         reason: error.to_string(),
@@ -76,12 +79,12 @@ pub fn pick(stage: &Stage, filters: &EntityFilters) -> Result<Vec<usize>, Entity
         return Ok(Vec::new());
     }
     let volume = Volume::of(&filters.bounds)?;
-    let radius_m = stage.conditions.robot.radius_m;
+    let radius_m = placed_world.conditions.robot.radius_m;
     let passes = |(row, pose): (usize, Pose)| {
         let is_inside = volume.overlaps(&pose, radius_m);
-        (is_inside && name.is_match(&stage.rows.names[row])).then_some(row)
+        (is_inside && name.is_match(&placed_world.rows.names[row])).then_some(row)
     };
-    Ok(stage.world.poses().enumerate().filter_map(passes).collect())
+    Ok(placed_world.world.poses().enumerate().filter_map(passes).collect())
 }
 
 /// The row of a robot.
@@ -89,8 +92,8 @@ pub fn pick(stage: &Stage, filters: &EntityFilters) -> Result<Vec<usize>, Entity
 /// # Errors
 ///
 /// [`EntityError::NotFound`].
-pub fn row(stage: &Stage, name: &str) -> Result<usize, EntityError> {
-    let row = stage.rows.names.iter().position(|known| known == name);
+pub fn row(placed_world: &PlacedWorld, name: &str) -> Result<usize, EntityError> {
+    let row = placed_world.rows.names.iter().position(|known| known == name);
     row.ok_or_else(|| EntityError::NotFound { name: name.to_owned() })
 }
 
@@ -99,13 +102,13 @@ pub fn row(stage: &Stage, name: &str) -> Result<usize, EntityError> {
 /// # Arguments
 ///
 /// * `rows` — which robots; shape `[n_entities]`.
-pub fn states(stage: &Stage, rows: &[usize], stamp: Time) -> Vec<EntityState> {
-    let poses: Vec<Pose> = stage.world.poses().collect();
+pub fn states(placed_world: &PlacedWorld, rows: &[usize], stamp: Time) -> Vec<EntityState> {
+    let poses: Vec<Pose> = placed_world.world.poses().collect();
     let state = |row: &usize| {
         let pose = poses[*row];
-        let ours = stage.rows.ours.iter().position(|ours| ours == row);
+        let ours = placed_world.rows.ours.iter().position(|ours| ours == row);
         let twist = ours.map(|robot| {
-            let command = stage.obeyed()[robot];
+            let command = placed_world.obeyed()[robot];
             let (sine, cosine) = libm::sincos(pose.heading_rad);
             let (x, y) = (command.speed_m_s * cosine, command.speed_m_s * sine);
             Twist {
@@ -129,11 +132,11 @@ pub fn states(stage: &Stage, rows: &[usize], stamp: Time) -> Vec<EntityState> {
 ///
 /// [`EntityError`], all but those of filters.
 pub fn wanted(
-    stage: &Stage,
+    placed_world: &PlacedWorld,
     request: &SetEntityStateRequest,
 ) -> Result<Option<(usize, Pose)>, EntityError> {
-    let row = row(stage, &request.entity)?;
-    if stage.rows.tracked.contains(&row) {
+    let row = row(placed_world, &request.entity)?;
+    if placed_world.rows.tracked.contains(&row) {
         return Err(EntityError::Real { name: request.entity.clone() });
     }
     let state = &request.state;
@@ -154,8 +157,8 @@ pub fn wanted(
     let Some(pose) = on_the_floor(&state.pose).filter(|_| is_flat) else {
         return refused("none on the floor");
     };
-    let arena = stage.conditions.arena;
-    let reach_m = arena.side_m / 2.0 - stage.conditions.robot.radius_m;
+    let arena = placed_world.conditions.arena;
+    let reach_m = arena.side_m / 2.0 - placed_world.conditions.robot.radius_m;
     let is_inside = pose.x_m.abs() <= reach_m && pose.y_m.abs() <= reach_m;
     if arena.walls != Walls::None && !is_inside {
         return refused("outside the arena");

@@ -9,15 +9,15 @@ mod display;
 mod driver;
 mod entities;
 mod frames;
-mod listening;
 mod mixed;
 mod parameters;
+mod placed_world;
 mod robots;
 mod rows;
 mod services;
-mod stage;
-mod stand_in;
 mod steering;
+mod subscriptions;
+mod virtual_pose_publisher;
 
 pub use parameters::NODE;
 

@@ -14,12 +14,12 @@ use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use rsrs_sim::view::View;
 use tokio::sync::mpsc::UnboundedSender;
 
-use crate::listening::Heard;
+use crate::subscriptions::Input;
 
-/// A real robot of which nothing is heard for so long may be anywhere.
+/// A real robot of which nothing is received for so long may be anywhere.
 const SILENCE: Duration = Duration::from_secs(1);
 
-/// Where a robot stands until it is first heard of: out of everybody's sight, in metres.
+/// Where a robot stands until it is first reported: out of everybody's sight, in metres.
 const NOWHERE_M: f64 = 1e6;
 
 /// Where the poses of real robots come from.
@@ -39,8 +39,8 @@ pub struct Followed {
     view: View,
     latency_steps: usize,
     /// Where it was last.
-    heard: Option<Pose>,
-    /// When that was heard; at first, when it was begun to listen.
+    received: Option<Pose>,
+    /// When that was received; at first, when it was begun to listen.
     at: Instant,
     is_missed: bool,
     /// Whether it saw one of ours, with the step; the newest last.
@@ -48,7 +48,7 @@ pub struct Followed {
 }
 
 impl Followed {
-    /// A robot of which nothing has been heard yet.
+    /// A robot of which nothing has been received yet.
     pub fn new(row: usize, robot: &SimulatedRobot) -> Self {
         let latency_steps =
             usize::try_from(robot.latency_steps).expect("32 bits fit the address space");
@@ -57,7 +57,7 @@ impl Followed {
             row,
             view,
             latency_steps,
-            heard: None,
+            received: None,
             at: Instant::now(),
             is_missed: false,
             seen: VecDeque::new(),
@@ -65,8 +65,8 @@ impl Followed {
     }
 
     /// Takes its pose.
-    pub fn hear(&mut self, pose: Pose) {
-        (self.heard, self.at, self.is_missed) = (Some(pose), Instant::now(), false);
+    pub fn receive(&mut self, pose: Pose) {
+        (self.received, self.at, self.is_missed) = (Some(pose), Instant::now(), false);
     }
 
     /// Whether it has just fallen silent: once for each silence.
@@ -80,7 +80,7 @@ impl Followed {
     pub fn pose(&self) -> Pose {
         let nowhere =
             Pose { x_m: NOWHERE_M, y_m: NOWHERE_M + 1e3 * self.row as f64, heading_rad: 0.0 };
-        self.heard.unwrap_or(nowhere)
+        self.received.unwrap_or(nowhere)
     }
 
     /// Whether its sensor would report one of our robots.
@@ -138,18 +138,18 @@ impl RealRobots {
         session: &Session,
         node: &NodeHandle,
         (names, by): (&[String], TrackedBy),
-        heard: &UnboundedSender<Heard>,
+        received: &UnboundedSender<Input>,
     ) -> anyhow::Result<Self> {
         let mut all = Self::default();
         for (index, name) in names.iter().enumerate() {
             let topic = topics::VIRTUAL_DETECTION;
             all.detections.push(session.publish_on(node, &topic.for_robot(name), topic.qos)?);
-            let (heard, speaker) = (heard.clone(), node.clone());
+            let (received, speaker) = (received.clone(), node.clone());
             let name_of = name.clone();
             // The receiver is gone only while the node shuts down.
             let tell = move |header: Header, pose: &geometry_msgs::Pose| match on_the_floor(pose) {
-                Some(pose) => drop(heard.send(Heard::Pose { robot: index, header, pose })),
-                None => speaker.say(Level::Warn, &format!("{name_of}: a pose is no pose")),
+                Some(pose) => drop(received.send(Input::Pose { robot: index, header, pose })),
+                None => speaker.log(Level::Warn, &format!("{name_of}: a pose is no pose")),
             };
             all.poses.push(match by {
                 TrackedBy::Odom => {
@@ -176,7 +176,7 @@ impl RealRobots {
     /// # Errors
     ///
     /// If a reliable subscriber stops acknowledging.
-    pub async fn tell(&self, detections: &[bool]) -> anyhow::Result<()> {
+    pub async fn publish(&self, detections: &[bool]) -> anyhow::Result<()> {
         for (publisher, data) in self.detections.iter().zip(detections) {
             publisher.publish(Bool { data: *data }).await?;
         }
@@ -228,17 +228,17 @@ mod tests {
         assert!(!robot.detects(&ours, (1, true)), "nobody knows where it is");
 
         // Looking north at the one half a metre away; then east.
-        robot.hear(at(3.0, 2.0, std::f64::consts::FRAC_PI_2));
+        robot.receive(at(3.0, 2.0, std::f64::consts::FRAC_PI_2));
         assert!(robot.detects(&ours, (2, true)));
         assert!(!robot.detects(&ours, (2, false)), "the draw says that it is missed");
-        robot.hear(at(3.0, 2.0, 0.0));
+        robot.receive(at(3.0, 2.0, 0.0));
         assert!(!robot.detects(&ours, (3, true)));
     }
 
     #[test]
     fn what_is_seen_is_delivered_as_late_as_the_conditions_say() {
         let mut robot = followed(2);
-        robot.hear(at(0.0, 0.0, 0.0));
+        robot.receive(at(0.0, 0.0, 0.0));
         let (ahead, behind) = ([at(0.5, 0.0, 0.0)], [at(-0.5, 0.0, 0.0)]);
 
         let delivered: Vec<bool> = [&ahead, &behind, &behind, &behind]

@@ -91,7 +91,7 @@ impl VirtualRobot {
 
     /// Logs a warning about it.
     pub fn warn(&self, text: &str) {
-        self.node.say(Level::Warn, &format!("{}: {text}", self.name));
+        self.node.log(Level::Warn, &format!("{}: {text}", self.name));
     }
 
     /// Becomes a robot of a world with this pace and period.

@@ -31,7 +31,7 @@ pub enum Call {
 ///
 /// # Arguments
 ///
-/// * `heard` — takes every call.
+/// * `received` — takes every call.
 ///
 /// # Errors
 ///
@@ -39,9 +39,9 @@ pub enum Call {
 pub fn offer(
     session: &Session,
     node: &NodeHandle,
-    heard: impl Fn(Call) + Clone + Send + 'static,
+    received: impl Fn(Call) + Clone + Send + 'static,
 ) -> anyhow::Result<Vec<Service>> {
-    let ends = Ends { session, node, heard };
+    let ends = Ends { session, node, received };
     Ok(vec![
         ends.offer::<wire::GetSimulatorFeaturesRequest, _>(
             "get_simulator_features",
@@ -66,7 +66,7 @@ pub fn offer(
 struct Ends<'a, H> {
     session: &'a Session,
     node: &'a NodeHandle,
-    heard: H,
+    received: H,
 }
 
 impl<H: Fn(Call) + Clone + Send + 'static> Ends<'_, H> {
@@ -75,9 +75,9 @@ impl<H: Fn(Call) + Clone + Send + 'static> Ends<'_, H> {
         name: &str,
         call: impl Fn(Q, Reply<R>) -> Call + Send + 'static,
     ) -> anyhow::Result<Service> {
-        let heard = self.heard.clone();
+        let received = self.received.clone();
         Ok(services::offer(self.session, self.node, name, move |request, reply| {
-            heard(call(request, reply));
+            received(call(request, reply));
         })?)
     }
 
@@ -91,8 +91,8 @@ impl<H: Fn(Call) + Clone + Send + 'static> Ends<'_, H> {
         Q: RosMessage + From<Older>,
         R: RosMessage + Default,
     {
-        let heard = self.heard.clone();
-        let deliver = move |request, reply| heard(call(request, reply));
+        let received = self.received.clone();
+        let deliver = move |request, reply| received(call(request, reply));
         Ok(services::offer_to_both::<Older, Q, R>(self.session, self.node, name, deliver)?)
     }
 }

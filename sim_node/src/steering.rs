@@ -9,8 +9,8 @@ use rsrs_ros::clock::wall_time;
 
 use crate::driver::{Simulation, Step};
 use crate::entities::{self, EntityError};
+use crate::placed_world::PlacedWorld;
 use crate::services::{Call, done, outcome};
-use crate::stage::Stage;
 
 /// What this simulator can do.
 const FEATURES: [u16; 10] = [
@@ -61,33 +61,35 @@ impl Simulation<'_> {
                 reply.send(wire::SetEntityStateResponse { result });
             }
             Call::Entities(..) | Call::EntitiesStates(..) | Call::EntityState(..) => {
-                self.tell(call);
+                self.send(call);
             }
         }
         Ok(())
     }
 
     /// Answers what only asks for robots.
-    fn tell(&self, call: Call) {
+    fn send(&self, call: Call) {
         let stamp = self.stamp();
-        let stage = self.stage.as_ref().ok_or(HandRefusal::NoWorld);
+        let placed_world = self.placed_world.as_ref().ok_or(HandRefusal::NoWorld);
         match call {
             Call::Entities(request, reply) => {
-                let (result, rows) = picked(stage, &request.filters);
-                let entities = names(self.stage.as_ref(), &rows);
+                let (result, rows) = picked(placed_world, &request.filters);
+                let entities = names(self.placed_world.as_ref(), &rows);
                 reply.send(wire::GetEntitiesResponse { result, entities });
             }
             Call::EntitiesStates(request, reply) => {
-                let (result, rows) = picked(stage, &request.filters);
-                let stage = self.stage.as_ref();
-                let states = stage.map(|stage| entities::states(stage, &rows, stamp));
-                let (entities, states) = (names(stage, &rows), states.unwrap_or_default());
+                let (result, rows) = picked(placed_world, &request.filters);
+                let placed_world = self.placed_world.as_ref();
+                let states =
+                    placed_world.map(|placed_world| entities::states(placed_world, &rows, stamp));
+                let (entities, states) = (names(placed_world, &rows), states.unwrap_or_default());
                 reply.send(wire::GetEntitiesStatesResponse { result, entities, states });
             }
             Call::EntityState(request, reply) => {
-                let found = stage.map_err(held).and_then(|stage| {
-                    let row = entities::row(stage, &request.entity).map_err(|e| refused(&e))?;
-                    Ok(entities::states(stage, &[row], stamp).remove(0))
+                let found = placed_world.map_err(held).and_then(|placed_world| {
+                    let row =
+                        entities::row(placed_world, &request.entity).map_err(|e| refused(&e))?;
+                    Ok(entities::states(placed_world, &[row], stamp).remove(0))
                 });
                 let (result, state) = match found {
                     Ok(state) => (done(), state),
@@ -167,11 +169,12 @@ impl Simulation<'_> {
         if let Err(refusal) = self.machine.check_hand() {
             return Ok(held(refusal));
         }
-        let stage = self.stage.as_mut().expect("a world that a hand may move is there");
-        match entities::wanted(stage, request) {
+        let placed_world =
+            self.placed_world.as_mut().expect("a world that a hand may move is there");
+        match entities::wanted(placed_world, request) {
             Ok(None) => Ok(done()),
             Ok(Some((row, pose))) => {
-                stage.world.displace(row, pose);
+                placed_world.world.displace(row, pose);
                 self.by_hand(Hand::Touch).await
             }
             Err(error) => Ok(refused(&error)),
@@ -204,19 +207,19 @@ fn features() -> wire::GetSimulatorFeaturesResponse {
 }
 
 fn picked(
-    stage: Result<&Stage, HandRefusal>,
+    placed_world: Result<&PlacedWorld, HandRefusal>,
     filters: &wire::EntityFilters,
 ) -> (Outcome, Vec<usize>) {
     // Without a world there are no robots.
-    let Ok(stage) = stage else { return (done(), Vec::new()) };
-    match entities::pick(stage, filters) {
+    let Ok(placed_world) = placed_world else { return (done(), Vec::new()) };
+    match entities::pick(placed_world, filters) {
         Ok(rows) => (done(), rows),
         Err(error) => (refused(&error), Vec::new()),
     }
 }
 
-fn names(stage: Option<&Stage>, rows: &[usize]) -> Vec<String> {
-    let names = stage.map_or(&[][..], |stage| &stage.rows.names);
+fn names(placed_world: Option<&PlacedWorld>, rows: &[usize]) -> Vec<String> {
+    let names = placed_world.map_or(&[][..], |placed_world| &placed_world.rows.names);
     rows.iter().map(|row| names[*row].clone()).collect()
 }
 

@@ -93,7 +93,7 @@ impl Floor {
     }
 }
 
-/// What the robots' hardware and the tracker above them say and hear.
+/// What the robots' hardware and the tracker above them say and receive.
 struct Hardware {
     floor: Floor,
     ranges: Vec<Publisher<Range>>,
@@ -214,12 +214,12 @@ impl Console {
         let mut process = Process::start(command.stdin(terminal.input()));
         let mut stderr = process.0.stderr.take().expect("it is piped");
         let said = Arc::new(Mutex::new(String::new()));
-        let hearing = said.clone();
+        let reception = said.clone();
         thread::spawn(move || {
             let mut piece = [0; 4096];
             while let Ok(n_bytes @ 1..) = stderr.read(&mut piece) {
                 let text = String::from_utf8_lossy(&piece[..n_bytes]);
-                hearing.lock().unwrap_or_else(PoisonError::into_inner).push_str(&text);
+                reception.lock().unwrap_or_else(PoisonError::into_inner).push_str(&text);
             }
         });
         Self { process, terminal, said }
@@ -361,6 +361,6 @@ fn check_bag(path: &Path, seed: u64) {
             let bytes = &message.as_ref().expect("it is whole").bytes;
             cdr::decode::<Bool>(bytes).is_ok()
         });
-        assert!(n_detections.count() > 10, "{name} was never heard");
+        assert!(n_detections.count() > 10, "{name} was never received");
     }
 }

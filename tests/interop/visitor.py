@@ -22,27 +22,27 @@ PAIRS = 60
 
 
 class Visitor:
-    """A node with the robot's parameters, and what it heard on two of its topics."""
+    """A node with the robot's parameters, and what it received on two of its topics."""
 
     def __init__(self):
         self.node = rclpy.create_node("visitor")
         self.detections, self.commands = {}, {}
         # Deep enough for the whole run, however seldom this thread is let to run.
         reliable = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
-        for kind, topic, heard in [
-            (Bool, "/robot_3/detection", self.hear_detection),
-            (TwistStamped, "/robot_3/cmd_vel", self.hear_command),
+        for kind, topic, received in [
+            (Bool, "/robot_3/detection", self.receive_detection),
+            (TwistStamped, "/robot_3/cmd_vel", self.receive_command),
         ]:
-            self.node.create_subscription(kind, topic, heard, reliable)
+            self.node.create_subscription(kind, topic, received, reliable)
         self.client = AsyncParameterClient(self.node, CONTROLLER)
         if not self.client.wait_for_services(timeout_sec=PATIENCE_S):
             sys.exit(f"{CONTROLLER} has no parameter services")
 
-    def hear_detection(self, message, info):
+    def receive_detection(self, message, info):
         """The controller answers the nth detection with the nth command."""
         self.detections[info["publication_sequence_number"]] = message.data
 
-    def hear_command(self, message, info):
+    def receive_command(self, message, info):
         answer = (message.twist.linear.x, message.twist.angular.z)
         sent_ns = info["source_timestamp"]
         self.commands[info["publication_sequence_number"]] = (sent_ns, answer)

@@ -20,7 +20,7 @@ use crate::fleet::{ROBOTS, experiment, node, signal};
 use crate::processes::{Process, rsrs};
 use crate::support::{PATIENCE, eventually, in_own_network, session};
 
-/// A robot stands at once when it hears the e-stop; the rest is for the status to arrive on a busy
+/// A robot stands at once when it receives the e-stop; the rest is for the status to arrive on a busy
 /// machine.
 const STANDS_WITHIN: Duration = Duration::from_secs(1);
 
@@ -34,10 +34,10 @@ struct Floor {
     watch: Watch,
 }
 
-/// What was heard of the robots.
+/// What was received from the robots.
 struct Watch {
     _subscriptions: Vec<Subscription>,
-    heard: UnboundedReceiver<Heard>,
+    received: UnboundedReceiver<Input>,
     robots: [RobotStatus; ROBOTS.len()],
     has_moved: bool,
     /// When the e-stop was engaged first, and when the last robot stood because of it.
@@ -45,7 +45,7 @@ struct Watch {
     stood: Option<Instant>,
 }
 
-enum Heard {
+enum Input {
     Status(usize, Box<RobotStatus>, Instant),
     EStop(bool, Instant),
 }
@@ -121,16 +121,16 @@ impl Floor {
 
 impl Watch {
     fn new(session: &Session, node: &NodeHandle) -> Self {
-        let (sender, heard) = unbounded_channel();
+        let (sender, received) = unbounded_channel();
         let topic = topics::STATUS;
         let mut subscriptions: Vec<_> = (0..ROBOTS.len())
             .map(|robot| {
-                let sender: UnboundedSender<Heard> = sender.clone();
+                let sender: UnboundedSender<Input> = sender.clone();
                 session
                     .subscribe(node, &topic.for_robot(ROBOTS[robot]), topic.qos, move |sample| {
                         let status = Box::new(sample.message);
                         // The test has ended when nobody listens.
-                        drop(sender.send(Heard::Status(robot, status, Instant::now())));
+                        drop(sender.send(Input::Status(robot, status, Instant::now())));
                     })
                     .expect("the topic is allowed")
             })
@@ -139,12 +139,12 @@ impl Watch {
         let e_stop = session.subscribe(node, topic.name, topic.qos, move |sample| {
             let Bool { data } = sample.message;
             // The test has ended when nobody listens.
-            drop(sender.send(Heard::EStop(data, Instant::now())));
+            drop(sender.send(Input::EStop(data, Instant::now())));
         });
         subscriptions.push(e_stop.expect("the topic is allowed"));
         Self {
             _subscriptions: subscriptions,
-            heard,
+            received,
             robots: std::array::from_fn(|_| RobotStatus::default()),
             has_moved: false,
             engaged: None,
@@ -153,14 +153,14 @@ impl Watch {
     }
 
     fn update(&mut self) {
-        while let Ok(heard) = self.heard.try_recv() {
-            match heard {
-                Heard::EStop(engaged, at) => {
+        while let Ok(received) = self.received.try_recv() {
+            match received {
+                Input::EStop(engaged, at) => {
                     if engaged {
                         self.engaged.get_or_insert(at);
                     }
                 }
-                Heard::Status(robot, status, at) => {
+                Input::Status(robot, status, at) => {
                     self.has_moved |= status.state == RobotStatus::MOVING;
                     self.robots[robot] = *status;
                     if self.stood.is_none() && self.all_hold() {
@@ -301,7 +301,7 @@ async fn stop_without_one() {
     let (code, table, errors) = stop(&["--fleet", &fleet_file(&floor.experiment)]).await;
 
     assert_eq!(code, Some(3), "{table}\n{errors}");
-    assert!(table.contains("robot_9  NO             -  no status heard"), "{table}");
+    assert!(table.contains("robot_9  NO             -  no status received"), "{table}");
     assert!(errors.contains("by 1 of 9 robots, go and look: robot_9"), "{errors}");
     assert_eq!(table.matches("stopped: e-stop").count(), 8, "{table}");
     floor.close().await;

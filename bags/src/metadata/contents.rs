@@ -36,7 +36,7 @@ pub struct Contents {
     pub ros_distro: Option<String>,
 }
 
-/// A topic and how often the recorder heard it.
+/// A topic and how often the recorder received it.
 #[derive(Clone, Debug, Deserialize)]
 pub struct CountedTopic {
     /// The topic.

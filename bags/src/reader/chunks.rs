@@ -97,8 +97,8 @@ impl Unpacking {
             }
             if is_last || n_bytes >= BATCH_BYTES {
                 n_bytes = 0;
-                let is_heard = sender.send(std::mem::take(&mut batch)).is_ok();
-                if is_last || !is_heard {
+                let is_received = sender.send(std::mem::take(&mut batch)).is_ok();
+                if is_last || !is_received {
                     return;
                 }
             }

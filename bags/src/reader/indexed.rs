@@ -21,14 +21,14 @@ pub struct Indexed {
     n_read: usize,
     contents: Contents,
     wanted: Option<Vec<bool>>,
-    /// Contents of which not all was heard yet.
+    /// Contents of which not all was received yet.
     open: Vec<OpenChunk>,
     /// The messages of open chunks, in order.
     entries: Vec<Entry>,
     next_entry: usize,
 }
 
-/// A chunk of which not all was heard yet.
+/// A chunk of which not all was received yet.
 struct OpenChunk {
     content: Vec<u8>,
     content_at: u64,
@@ -96,13 +96,13 @@ impl Indexed {
     ///
     /// # Returns
     ///
-    /// Whether there is one; it is what [`Indexed::heard`] gives then.
+    /// Whether there is one; it is what [`Indexed::received`] gives then.
     ///
     /// # Errors
     ///
     /// If a chunk does not unpack, or what is in it is no record.
     pub fn advance(&mut self) -> McapResult<bool> {
-        self.forget_heard();
+        self.forget_received();
         loop {
             let next = self.entries.get(self.next_entry).map(|entry| entry.log_time_ns);
             let chunk = self.chunks.get(self.n_read).map(|(first_ns, _)| *first_ns);
@@ -118,7 +118,7 @@ impl Indexed {
     }
 
     /// The message that was gone to.
-    pub fn heard(&self) -> (MessageHeader, &[u8]) {
+    pub fn received(&self) -> (MessageHeader, &[u8]) {
         let entry = self.entries[self.next_entry - 1];
         let content = &self.open[entry.chunk as usize].content;
         let body = &content[entry.at..entry.at + entry.n_bytes as usize];
@@ -135,8 +135,8 @@ impl Indexed {
         (header, data)
     }
 
-    /// Counts the last message as heard, so that the room of its chunk can be used again.
-    fn forget_heard(&mut self) {
+    /// Counts the last message as received, so that the room of its chunk can be used again.
+    fn forget_received(&mut self) {
         if let Some(entry) = self.next_entry.checked_sub(1).map(|last| self.entries[last]) {
             self.open[entry.chunk as usize].n_left -= 1;
         }
@@ -155,7 +155,7 @@ impl Indexed {
         });
         let spent = std::mem::take(&mut self.open[slot].content);
         let content = self.contents.next(spent).ok_or(McapError::UnexpectedEof)??;
-        // What was heard goes before new entries come: a chunk may overlap many others.
+        // What was received goes before new entries come: a chunk may overlap many others.
         if self.next_entry > 1 {
             self.entries.drain(..self.next_entry - 1);
             self.next_entry = 1;

@@ -116,7 +116,10 @@ enum Source {
     /// By its table of contents, in order of log time.
     Indexed(Box<Indexed>),
     /// From front to back.
-    Linear { reader: Box<mcap::io::MessageReader<source::Source>>, heard: (MessageHeader, Vec<u8>) },
+    Linear {
+        reader: Box<mcap::io::MessageReader<source::Source>>,
+        received: (MessageHeader, Vec<u8>),
+    },
 }
 
 impl<'a> OpenFile<'a> {
@@ -129,8 +132,8 @@ impl<'a> OpenFile<'a> {
                 let reader = mcap::io::MessageReader::new_with_options(source, options);
                 let none =
                     MessageHeader { channel_id: 0, sequence: 0, log_time: 0, publish_time: 0 };
-                let heard = (none, Vec::new());
-                Source::Linear { reader: Box::new(reader), heard }
+                let received = (none, Vec::new());
+                Source::Linear { reader: Box::new(reader), received }
             }
             Some(table) => {
                 let source = open(&file.path)?;
@@ -183,7 +186,7 @@ impl<'a> OpenFile<'a> {
             }
             // What follows a whole file's last message need not read.
             Source::Linear { .. } if Some(self.n_messages) == self.n_expected => return Ok(None),
-            Source::Linear { reader, heard } => {
+            Source::Linear { reader, received } => {
                 let Some(read) = reader.next().transpose()? else { return Ok(None) };
                 let header = MessageHeader {
                     channel_id: read.channel.id,
@@ -191,7 +194,7 @@ impl<'a> OpenFile<'a> {
                     log_time: read.log_time,
                     publish_time: read.publish_time,
                 };
-                *heard = (header, read.data.into_owned());
+                *received = (header, read.data.into_owned());
                 Some(read.channel)
             }
         };
@@ -220,8 +223,8 @@ impl<'a> OpenFile<'a> {
     /// The message that was gone to.
     fn message(&self) -> (MessageHeader, &[u8]) {
         let (header, bytes) = match &self.source {
-            Source::Indexed(reader) => reader.heard(),
-            Source::Linear { heard: (header, bytes), .. } => (*header, &**bytes),
+            Source::Indexed(reader) => reader.received(),
+            Source::Linear { received: (header, bytes), .. } => (*header, &**bytes),
         };
         (header, self.unpacked.as_deref().unwrap_or(bytes))
     }

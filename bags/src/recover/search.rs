@@ -110,6 +110,7 @@ fn is_record(
         return Ok(true);
     }
     let message = loose_message(&body);
-    Ok(message
-        .is_some_and(|(header, data)| sink.knows(header.channel_id) && frame::is_like_cdr(data)))
+    Ok(message.is_some_and(|(header, data)| {
+        sink.has_channel(header.channel_id) && frame::is_like_cdr(data)
+    }))
 }

@@ -106,7 +106,7 @@ impl Sink {
     }
 
     /// Whether messages of this channel can be saved.
-    pub fn knows(&self, channel_id: u16) -> bool {
+    pub fn has_channel(&self, channel_id: u16) -> bool {
         self.topic(channel_id).is_some()
     }
 

@@ -15,7 +15,7 @@ use super::transforms::Tree;
 use super::{PoseSource, TrajectoryError, TrajectoryOptions};
 use crate::{Bag, BagMessage, TopicInfo};
 
-/// Transforms that never change; heard once, and true from the beginning.
+/// Transforms that never change; received once, and true from the beginning.
 const TF_STATIC: &str = "/tf_static";
 
 /// What was recorded of one robot.

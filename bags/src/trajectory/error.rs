@@ -22,7 +22,7 @@ pub enum TrajectoryError {
         /// The topics that are there, with their types.
         topics: Vec<String>,
     },
-    /// The recorder has heard nothing.
+    /// The recorder has received nothing.
     #[error("the bag has no messages; topics in it: {n_topics}")]
     NoMessages {
         /// How many topics it has.

@@ -10,7 +10,7 @@ use super::pose::{self, RawPose};
 /// Chains are longer than this only if they lead in a circle.
 const MAX_LENGTH: usize = 32;
 
-/// The frames of a bag, each in its parent as it was last heard.
+/// The frames of a bag, each in its parent as it was last received.
 ///
 /// A localisation that moves `map` to `odom` seldom is taken as it last was: between two of its
 /// messages nothing is interpolated.

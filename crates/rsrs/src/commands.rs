@@ -51,8 +51,8 @@ pub enum Format {
 /// As [`tell`].
 pub fn report(format: Format, value: &impl Serialize, text: &str) -> anyhow::Result<()> {
     match format {
-        Format::Text => tell(text.trim_end()),
-        Format::Json => tell(&serde_json::to_string_pretty(value).context("result as JSON")?),
+        Format::Text => print_text(text.trim_end()),
+        Format::Json => print_text(&serde_json::to_string_pretty(value).context("result as JSON")?),
     }
 }
 
@@ -61,7 +61,7 @@ pub fn report(format: Format, value: &impl Serialize, text: &str) -> anyhow::Res
 /// # Errors
 ///
 /// If standard output cannot be written, as to a disk that is full.
-pub fn tell(text: &str) -> anyhow::Result<()> {
+pub fn print_text(text: &str) -> anyhow::Result<()> {
     match writeln!(std::io::stdout(), "{text}") {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         written => written.context("writing to standard output"),

@@ -9,12 +9,12 @@ use rsrs_core::diagram::{DiagramCell, PhaseCounts};
 use rsrs_core::next_experiment::next_step;
 use rsrs_fleet::record::EndingKind;
 
-use crate::admission::{Admitted, LABEL, admit, refuse};
 use crate::comparison_report::{Report, Runs, Simulated};
 use crate::failure::{explained, with_help};
 use crate::labelled_bags::{LabelledBags, Labeller};
 use crate::labelling::{LabelOptions, Labelled, label_bag, label_by};
 use crate::result_folder;
+use crate::run_matching::{Admitted, LABEL, admit, refuse};
 use crate::sweep_result::SweepResult;
 
 /// Compares recorded runs with the cells of a sweep that they belong to.

@@ -14,10 +14,10 @@ use rsrs_fleet::record::{Backend, Ending, EndingKind, LostRobot};
 use rsrs_view::diagram::ExperimentMark;
 use serde::Serialize;
 
-use crate::admission::Admitted;
 use crate::failure::Outcome;
 use crate::human_labels::JUDGE;
 use crate::labelling::Labelled;
+use crate::run_matching::Admitted;
 
 /// Recorded runs, held against a sweep.
 #[derive(Clone, Debug, Serialize)]

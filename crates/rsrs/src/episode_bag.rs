@@ -19,7 +19,7 @@ use rsrs_sim::draw::Seed;
 use rsrs_sim::placement::PlacementError;
 use rsrs_sim::world::World;
 
-use recorder::{Recorder, Thought};
+use recorder::{Recorder, RobotStep};
 
 /// Why there is no bag of a simulated run.
 #[derive(Debug, thiserror::Error)]
@@ -111,8 +111,8 @@ impl<'a> Lockstep<'a> {
         let time_ns = step * self.period_ns;
         let Self { recorder, .. } = self;
         recorder.put((self.clock, time_ns), &Clock { clock: Stamp::from_nanos(time_ns) })?;
-        let thoughts: Vec<Thought> = (0..commands.len())
-            .map(|robot| Thought {
+        let thoughts: Vec<RobotStep> = (0..commands.len())
+            .map(|robot| RobotStep {
                 robot,
                 time_ns,
                 pose: moment.poses[robot],
@@ -121,15 +121,15 @@ impl<'a> Lockstep<'a> {
                 command: commands[robot],
             })
             .collect();
-        for thought in &thoughts {
-            recorder.detection(thought)?;
+        for step in &thoughts {
+            recorder.detection(step)?;
         }
-        for thought in &thoughts {
-            recorder.odometry(thought)?;
+        for step in &thoughts {
+            recorder.odometry(step)?;
         }
         recorder.put((self.digest, time_ns), &WorldDigest { step, digest: moment.digest })?;
-        for thought in &thoughts {
-            recorder.command(thought)?;
+        for step in &thoughts {
+            recorder.command(step)?;
         }
         Ok(())
     }

@@ -6,41 +6,41 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use rsrs_experiment_runner::Progress;
 
-use crate::notes::say_note;
+use crate::notes::print_note;
 
 /// What is being prepared, and then a bar that counts steps, or seconds in real time.
 pub struct ExperimentBar {
     bar: ProgressBar,
     counts: Cell<bool>,
-    voice: Voice,
+    verbosity: Verbosity,
 }
 
 /// How what is said is shown.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Voice {
+pub enum Verbosity {
     /// The last word beside the bar.
     Quiet,
     /// Every word on a line of its own, for somebody who stands beside robots.
-    Aloud,
+    Verbose,
 }
 
 impl ExperimentBar {
     /// Shows the name of the experiment.
-    pub fn new(name: &str, voice: Voice) -> Self {
+    pub fn new(name: &str, verbosity: Verbosity) -> Self {
         let bar = ProgressBar::new_spinner();
         bar.set_style(style("{msg}: {prefix}"));
         bar.set_message(name.to_owned());
         bar.set_prefix("looking for the robots");
         bar.enable_steady_tick(Duration::from_millis(100));
-        Self { bar, counts: Cell::new(false), voice }
+        Self { bar, counts: Cell::new(false), verbosity }
     }
 
     /// Shows how far the experiment has come.
     pub fn show(&self, progress: &Progress) {
         match progress {
-            Progress::Say(text) => {
-                if self.voice == Voice::Aloud {
-                    self.bar.suspend(|| say_note(text));
+            Progress::Note(text) => {
+                if self.verbosity == Verbosity::Verbose {
+                    self.bar.suspend(|| print_note(text));
                 }
                 self.bar.set_prefix(text.clone());
             }
@@ -53,7 +53,7 @@ impl ExperimentBar {
                     // What came before the first step says nothing about the pace.
                     self.bar.reset_eta();
                 }
-                if self.voice == Voice::Aloud {
+                if self.verbosity == Verbosity::Verbose {
                     // What was said last stands on a line of its own.
                     self.bar.set_prefix("running");
                 }
@@ -79,8 +79,8 @@ mod tests {
 
     #[test]
     fn beside_robots_the_bar_shows_what_they_do_now() {
-        let bar = ExperimentBar::new("milling", Voice::Aloud);
-        let say = |text: &str| bar.show(&Progress::Say(text.to_owned()));
+        let bar = ExperimentBar::new("milling", Verbosity::Verbose);
+        let say = |text: &str| bar.show(&Progress::Note(text.to_owned()));
         let mut prefixes = vec![bar.bar.prefix()];
 
         say("all 9 robots are armed");

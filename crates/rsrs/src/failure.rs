@@ -84,7 +84,7 @@ pub fn in_one_line(error: &anyhow::Error) -> String {
 }
 
 /// Says an error once, with its causes and the help that it carries.
-pub fn say(error: &anyhow::Error) {
+pub fn print_error(error: &anyhow::Error) {
     let mut text = format!("error: {}\n", texts(error).join("\n  because "));
     if let Some(help) = help_of(error) {
         text.extend(["help: ", &help, "\n"]);

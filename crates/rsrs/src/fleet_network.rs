@@ -4,7 +4,7 @@ use rsrs_ros::ros_args::{Environment, RosArgs};
 use rsrs_ros::session::SessionOptions;
 
 use crate::failure::with_help;
-use crate::notes::say_note;
+use crate::notes::print_note;
 
 /// The network that a person has chosen, by `--interface` or the environment.
 ///
@@ -21,7 +21,7 @@ pub fn chosen_network(interface: Option<&str>) -> anyhow::Result<SessionOptions>
         .network(interface, &environment)
         .map_err(|error| with_help(error.to_string(), error.help()))?;
     for note in &ros.notes {
-        say_note(&note.to_string());
+        print_note(&note.to_string());
     }
     Ok(network)
 }

@@ -37,6 +37,6 @@ pub async fn asked_to_stop() -> String {
     match shutdown::requested().await {
         Ok(shutdown::Request::Interrupt) => "interrupted".to_owned(),
         Ok(shutdown::Request::Terminate) => "asked to terminate".to_owned(),
-        Err(error) => format!("signals cannot be heard: {error}"),
+        Err(error) => format!("signals cannot be received: {error}"),
     }
 }

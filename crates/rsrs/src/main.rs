@@ -1,7 +1,6 @@
 //! The command line of RSRS: one file for each subcommand.
 
 mod ablation;
-mod admission;
 mod bag_trials;
 mod boundaries;
 mod choosing;
@@ -30,6 +29,7 @@ mod recorded_run;
 mod recording_gaps;
 mod replicate_table;
 mod result_folder;
+mod run_matching;
 mod running;
 mod sensor_readings;
 mod settling;
@@ -120,7 +120,7 @@ fn main() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::NegativeAnswer) => ExitCode::from(3),
         Err(error) => {
-            failure::say(&error);
+            failure::print_error(&error);
             ExitCode::FAILURE
         }
     }

@@ -63,7 +63,7 @@ impl OwnNetwork {
     }
 
     /// Tells a node where it is.
-    pub fn tell<'a>(&self, node: &'a mut Command) -> &'a mut Command {
+    pub fn configure<'a>(&self, node: &'a mut Command) -> &'a mut Command {
         for variable in DISCOVERY {
             node.env_remove(variable);
         }

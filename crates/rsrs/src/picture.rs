@@ -19,7 +19,7 @@ const NOT_VALIDATED: &str = "simulated robots not validated against real traject
 
 /// What a person asked of the picture.
 #[derive(Clone, Debug, Default)]
-pub struct Wish {
+pub struct DiagramOptions {
     /// Horizontal axis; the first swept one if not said.
     pub x: Option<Axis>,
     /// Vertical axis; the second swept one if not said.
@@ -42,21 +42,22 @@ pub struct Wish {
 /// # Errors
 ///
 /// If an axis or value was not swept, or the sweep does not hold the world.
-pub fn of_sweep(result: &SweepResult, wish: &Wish) -> anyhow::Result<String> {
-    let diagram = result.of_world(wish.world)?;
+pub fn of_sweep(result: &SweepResult, options: &DiagramOptions) -> anyhow::Result<String> {
+    let diagram = result.of_world(options.world)?;
     let mut unused =
-        diagram.axes.iter().copied().filter(|axis| wish.at.iter().all(|(at, _)| at != axis));
-    let x = wish.x.or_else(|| unused.next()).unwrap_or(Axis::Speed);
-    let y = wish.y.or_else(|| {
+        diagram.axes.iter().copied().filter(|axis| options.at.iter().all(|(at, _)| at != axis));
+    let x = options.x.or_else(|| unused.next()).unwrap_or(Axis::Speed);
+    let y = options.y.or_else(|| {
         diagram
             .axes
             .iter()
             .copied()
-            .find(|axis| *axis != x && wish.at.iter().all(|(at, _)| at != axis))
+            .find(|axis| *axis != x && options.at.iter().all(|(at, _)| at != axis))
     });
-    let measured = (wish.world == World::AsMeasured).then(|| result.source.as_measured()).flatten();
+    let measured =
+        (options.world == World::AsMeasured).then(|| result.source.as_measured()).flatten();
     let cells = measured.as_ref().unwrap_or(&result.source).cells("sweep.yaml")?;
-    let at = slice(diagram, (x, y), wish);
+    let at = slice(diagram, (x, y), options);
     let (plane, conditions) = plane(diagram, &cells, (x, y, &at));
     let boundaries = boundaries(&conditions, plane);
     let picture = DiagramPicture {
@@ -65,11 +66,11 @@ pub fn of_sweep(result: &SweepResult, wish: &Wish) -> anyhow::Result<String> {
         y,
         at: &at,
         title: format!("Phases of a milling swarm: {}", result.source.profile.name),
-        subtitle: subtitle((result, diagram), wish.world, &conditions),
-        chosen: wish.chosen.as_ref(),
+        subtitle: subtitle((result, diagram), options.world, &conditions),
+        chosen: options.chosen.as_ref(),
         boundaries: &boundaries,
-        experiments: &wish.experiments,
-        note: Some(wish.validation.clone().unwrap_or_else(|| NOT_VALIDATED.to_owned())),
+        experiments: &options.experiments,
+        note: Some(options.validation.clone().unwrap_or_else(|| NOT_VALIDATED.to_owned())),
     };
     rsrs_view::diagram::svg(&picture).map_err(|error| match error.help() {
         Some(help) => with_help(error.to_string(), help),
@@ -86,13 +87,17 @@ pub fn of_sweep(result: &SweepResult, wish: &Wish) -> anyhow::Result<String> {
 /// # Returns
 ///
 /// What was wished, and for every other axis with several values a value too.
-fn slice(diagram: &PhaseDiagram, (x, y): (Axis, Option<Axis>), wish: &Wish) -> Vec<(Axis, f64)> {
-    let is_wished = |axis: Axis| wish.at.iter().any(|(at, _)| *at == axis);
+fn slice(
+    diagram: &PhaseDiagram,
+    (x, y): (Axis, Option<Axis>),
+    options: &DiagramOptions,
+) -> Vec<(Axis, f64)> {
+    let is_wished = |axis: Axis| options.at.iter().any(|(at, _)| *at == axis);
     let is_free = |axis: &Axis| *axis != x && Some(*axis) != y && !is_wished(*axis);
     let free: Vec<Axis> = diagram.axes.iter().copied().filter(is_free).collect();
     let values =
         |cell: &Cell| -> Option<Vec<f64>> { free.iter().map(|axis| cell.get(*axis)).collect() };
-    let has_wished = |cell: &Cell| wish.at.iter().all(|(axis, at)| cell.get(*axis) == Some(*at));
+    let has_wished = |cell: &Cell| options.at.iter().all(|(axis, at)| cell.get(*axis) == Some(*at));
     let mut slices: Vec<(Vec<f64>, usize)> = Vec::new();
     for cell in diagram.cells.iter().map(|entry| &entry.cell).filter(|cell| has_wished(cell)) {
         let Some(values) = values(cell) else { continue };
@@ -103,10 +108,10 @@ fn slice(diagram: &PhaseDiagram, (x, y): (Axis, Option<Axis>), wish: &Wish) -> V
     }
     let most = slices.iter().map(|(_, n_cells)| *n_cells).max().unwrap_or(0);
     slices.retain(|(_, n_cells)| *n_cells == most);
-    let chosen = wish.chosen.as_ref().and_then(values);
+    let chosen = options.chosen.as_ref().and_then(values);
     let middle = slices.get(slices.len().saturating_sub(1) / 2).map(|(values, _)| values.clone());
     let rest = chosen.or(middle).unwrap_or_default();
-    wish.at.iter().copied().chain(free.into_iter().zip(rest)).collect()
+    options.at.iter().copied().chain(free.into_iter().zip(rest)).collect()
 }
 
 fn subtitle(

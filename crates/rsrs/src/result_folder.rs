@@ -34,8 +34,8 @@ const CHOICE: &str = "choice.json";
 /// If it cannot be drawn or written.
 pub fn draw(folder: &Path, result: &SweepResult) -> anyhow::Result<()> {
     let validation = validation_file::note(folder, &result.source)?;
-    let wish = picture::Wish { validation, ..picture::Wish::default() };
-    let svg = picture::of_sweep(result, &wish)?;
+    let options = picture::DiagramOptions { validation, ..picture::DiagramOptions::default() };
+    let svg = picture::of_sweep(result, &options)?;
     write_file(&folder.join("diagram.svg"), svg.as_bytes())?;
     write_file(&folder.join("diagram.png"), &rsrs_view::raster::png(&svg, picture::PNG_WIDTH_PX)?)
 }

@@ -9,7 +9,7 @@ use rsrs_fleet::record::{Backend, EndingKind, LostRobot};
 use rsrs_ros::session::SessionOptions;
 use serde::Serialize;
 
-use crate::experiment_bar::{ExperimentBar, Voice};
+use crate::experiment_bar::{ExperimentBar, Verbosity};
 use crate::interrupt::asked_to_stop;
 use crate::own_network::OwnNetwork;
 use crate::recorded_run;
@@ -78,11 +78,11 @@ pub async fn watched(
     stop: impl Future<Output = String>,
 ) -> anyhow::Result<RunSummary> {
     let name = plan.bag.file_name().map_or_else(String::new, |name| name.display().to_string());
-    let voice = match plan.record.backend {
-        Backend::Simulator => Voice::Quiet,
-        Backend::Fleet | Backend::Mixed => Voice::Aloud,
+    let verbosity = match plan.record.backend {
+        Backend::Simulator => Verbosity::Quiet,
+        Backend::Fleet | Backend::Mixed => Verbosity::Verbose,
     };
-    let bar = ExperimentBar::new(&name, voice);
+    let bar = ExperimentBar::new(&name, verbosity);
     let report = run(plan, network, &mut |progress| bar.show(&progress), stop).await?;
     let gaps = match &report.bag {
         Some(bag) => recording_gaps::in_bag(&recorded_run::open(&bag.folder)?),

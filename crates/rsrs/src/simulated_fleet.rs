@@ -38,7 +38,7 @@ impl SimulatedFleet {
     ) -> anyhow::Result<Self> {
         let start = |name, parameters: &[&str]| {
             NodeProcess::start(name, robots, parameters, |command| {
-                network.tell(command);
+                network.configure(command);
             })
         };
         Ok(Self { simulator: start("sim", &[])?, controllers: start("controller", controller)? })

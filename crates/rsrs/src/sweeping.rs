@@ -349,7 +349,7 @@ impl<'a> Sweeping<'a> {
                 ),
                 format!("go on with `{}`", self.command()),
             ))),
-            Err(BlockError::Keep(error)) => {
+            Err(BlockError::KeepBlock(error)) => {
                 Err(Failure::Other(kept(self.folder, &self.command(), error)))
             }
             Err(BlockError::Sweep(error)) => {

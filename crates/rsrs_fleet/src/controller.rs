@@ -7,16 +7,16 @@ use std::time::Duration;
 
 use rsrs_core::controller::{Command, ControllerParameters, Reaction, decide};
 
-use crate::beat::Beat;
 use crate::e_stop::{Locks, Source};
 use crate::epoch;
+use crate::heartbeat::Heartbeat;
 use crate::message::{Lease, LeaseState, RobotState, Status, armed_reason};
 use crate::robot::Robot;
 use crate::timing::{FORGOTTEN, LEASE};
 
-mod holder;
+mod lease_gate;
 
-use holder::Holder;
+use lease_gate::LeaseGate;
 
 /// What happens to a controller.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,10 +90,10 @@ pub struct Controller {
     /// Detections that wait for their step's clock, and clocks that wait for their detection.
     detections: VecDeque<bool>,
     clocks: VecDeque<u64>,
-    beat: Beat<RobotState>,
+    beat: Heartbeat<RobotState>,
     silence: Silence,
     /// The lease, if no gate in front of the wheels holds it.
-    holder: Option<Holder>,
+    lease_gate: Option<LeaseGate>,
 }
 
 /// So long a process that has just started says no command, unless a run arms it.
@@ -108,7 +108,7 @@ struct Binding {
     run_id: String,
     epoch: u64,
     state: LeaseState,
-    heard: Duration,
+    received: Duration,
 }
 
 impl Controller {
@@ -120,9 +120,9 @@ impl Controller {
             bound: None,
             detections: VecDeque::new(),
             clocks: VecDeque::new(),
-            beat: Beat::default(),
+            beat: Heartbeat::default(),
             silence: Silence::default(),
-            holder: None,
+            lease_gate: None,
         }
     }
 
@@ -132,16 +132,16 @@ impl Controller {
     ///
     /// * `command_timeout` — age at which its last decision is stale.
     pub fn holding_lease(robot: &str, settings: Settings, command_timeout: Duration) -> Self {
-        let holder = Some(Holder::new(robot, command_timeout));
-        Self { holder, ..Self::new(robot, settings) }
+        let lease_gate = Some(LeaseGate::new(robot, command_timeout));
+        Self { lease_gate, ..Self::new(robot, settings) }
     }
 
     /// The same controller, that counts its statuses up from another number, as
     /// [`Robot::counting_from`] says.
     #[must_use]
     pub fn counting_from(mut self, counter: u64) -> Self {
-        self.beat = Beat::from(counter);
-        self.holder = self.holder.map(|holder| holder.counting_from(counter));
+        self.beat = Heartbeat::from(counter);
+        self.lease_gate = self.lease_gate.map(|lease_gate| lease_gate.counting_from(counter));
         self
     }
 
@@ -151,12 +151,12 @@ impl Controller {
     #[must_use]
     pub fn of_a_new_process(self) -> Self {
         let silence = Silence { length: FORGOTTEN, began: None };
-        Self { silence, holder: self.holder.map(Holder::of_a_new_process), ..self }
+        Self { silence, lease_gate: self.lease_gate.map(LeaseGate::of_a_new_process), ..self }
     }
 
     /// The gate in the controller; `None` where the robot has one of its own.
     pub fn gate(&self) -> Option<&Robot> {
-        self.holder.as_ref().map(Holder::gate)
+        self.lease_gate.as_ref().map(LeaseGate::gate)
     }
 
     /// What the controller is set to.
@@ -168,16 +168,16 @@ impl Controller {
     pub fn is_armed(&self, now: Duration) -> bool {
         self.bound.as_ref().is_some_and(|bound| {
             matches!(bound.state, LeaseState::Armed | LeaseState::Running)
-                && now.saturating_sub(bound.heard) <= LEASE
+                && now.saturating_sub(bound.received) <= LEASE
         })
     }
 
     /// Takes an event.
     pub fn on_event(&mut self, event: Event, now: Duration) -> Vec<Action> {
-        let Some(mut holder) = self.holder.take() else { return self.react(event, now) };
+        let Some(mut lease_gate) = self.lease_gate.take() else { return self.react(event, now) };
         let wanted = self.react(event.clone(), now);
-        let actions = holder.hold(&event, self.word(now), wanted, now);
-        self.holder = Some(holder);
+        let actions = lease_gate.hold(&event, self.word(now), wanted, now);
+        self.lease_gate = Some(lease_gate);
         actions
     }
 
@@ -257,7 +257,7 @@ impl Controller {
                 run_id: lease.run_id.clone(),
                 epoch: lease.epoch,
                 state: lease.state,
-                heard: now,
+                received: now,
             });
         }
     }

@@ -13,9 +13,9 @@
 //! [`runner`], [`rates`]); who stops everything ([`stopper`]); which robots there are
 //! ([`fleet_file`]), what is run with them ([`experiment`]) and what was run ([`record`]).
 
-mod beat;
 pub mod e_stop;
 pub mod epoch;
+mod heartbeat;
 pub mod message;
 pub mod timing;
 

@@ -10,13 +10,13 @@ use crate::timing::LEASE;
 pub struct Lease {
     /// The run that it belongs to.
     pub run_id: String,
-    /// Rises with every run; a robot never obeys an epoch lower than one it has heard.
+    /// Rises with every run; a robot never obeys an epoch lower than one it has received.
     pub epoch: u64,
     /// What the robots may do.
     pub state: LeaseState,
     /// Digest of the controller parameters that the runner confirmed.
     pub parameter_digest: u64,
-    /// The robots of the run, each with the counter of the last status the runner heard from it.
+    /// The robots of the run, each with the counter of the last status the runner received from it.
     pub robots: Vec<Echo>,
 }
 
@@ -25,7 +25,7 @@ pub struct Lease {
 pub struct Echo {
     /// The robot.
     pub robot: String,
-    /// Counter of its last status that the runner heard; 0 if none.
+    /// Counter of its last status that the runner received; 0 if none.
     pub counter: u64,
 }
 
@@ -91,15 +91,15 @@ impl Status {
         (self.state == RobotState::Armed).then_some(run_id)
     }
 
-    /// Whether it is newer than what was heard of its sender last.
+    /// Whether it is newer than what was received from its sender last.
     ///
     /// A lower counter is that of a message that was late, or came again. Who was silent for as long
     /// as a lease lasts may say anything: no lease echoes it, so that nothing it says keeps a robot
-    /// moving, and one whose clock was set back before it started would not be heard otherwise.
+    /// moving, and one whose clock was set back before it started would not be received otherwise.
     ///
     /// # Arguments
     ///
-    /// * `last` — the counter of the newest status so far, and when it was heard.
+    /// * `last` — the counter of the newest status so far, and when it was received.
     pub fn is_news(&self, last: Option<(u64, Duration)>, now: Duration) -> bool {
         last.is_none_or(|(counter, at)| self.counter > counter || now.saturating_sub(at) > LEASE)
     }
@@ -109,7 +109,7 @@ impl Status {
         self.state == RobotState::Idle && self.stop_reason == WITHOUT_WORLD_REASON
     }
 
-    /// Whether this robot has heard the e-stop and is locked by it.
+    /// Whether this robot has received the e-stop and is locked by it.
     pub fn holds_e_stop(&self) -> bool {
         let stands = matches!(self.state, RobotState::Stopped | RobotState::Fault);
         stands && self.stop_reason.starts_with(E_STOP_REASON)

@@ -128,11 +128,11 @@ pub struct Endpoint {
 pub struct Seen {
     /// Discovered endpoints.
     pub graph: Graph,
-    /// Last status of each robot that was heard.
+    /// Last status of each robot that was received.
     pub robots: BTreeMap<String, Status>,
-    /// Controllers that were heard, by robot.
+    /// Controllers that were received, by robot.
     pub controllers: BTreeSet<String>,
-    /// Runs of other runners whose leases are heard now.
+    /// Runs of other runners whose leases are received now.
     pub other_runs: BTreeSet<String>,
     /// Who has engaged the e-stop, as the runner has received it.
     pub e_stop: Locks,
@@ -143,7 +143,7 @@ pub struct Seen {
     pub clock_ahead_s: BTreeMap<String, f64>,
     /// How far the clock by which each robot's poses are stamped is ahead of ours, in seconds.
     pub pose_ahead_s: BTreeMap<String, f64>,
-    /// Frame and last pose of each robot whose pose was heard.
+    /// Frame and last pose of each robot whose pose was received.
     pub poses: BTreeMap<String, (String, Pose)>,
     /// By frame: the frame that it is in, as transforms say.
     pub parents: BTreeMap<String, String>,
@@ -151,12 +151,12 @@ pub struct Seen {
     /// is not known.
     pub behind_s: Option<f64>,
     /// What robots' diagnostics call an error now.
-    pub ailments: BTreeSet<Ailment>,
+    pub diagnostic_errors: BTreeSet<DiagnosticError>,
 }
 
 /// A part of a robot that its diagnostics call an error.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Ailment {
+pub struct DiagnosticError {
     /// The robot.
     pub robot: String,
     /// The part, as its diagnostics name it.
@@ -185,13 +185,13 @@ pub fn problems(expected: &Expected, seen: &Seen) -> Vec<Problem> {
     }
     problems.extend(seen.other_runs.iter().map(|run| Problem::OtherRunner { run_id: run.clone() }));
     let too_slow = too_slow(seen.behind_s);
-    let hearing = if too_slow.is_some() { Hearing::Behind } else { Hearing::InTime };
+    let reception = if too_slow.is_some() { Reception::Behind } else { Reception::InTime };
     problems.extend(too_slow);
-    if hearing == Hearing::InTime && expected.simulator && !seen.graph.simulator {
+    if reception == Reception::InTime && expected.simulator && !seen.graph.simulator {
         problems.push(Problem::SimulatorMissing);
     }
     for robot in &expected.robots {
-        problems.extend(of_robot(robot, expected, seen, hearing));
+        problems.extend(of_robot(robot, expected, seen, reception));
     }
     problems.extend(expected.apart.iter().flat_map(|apart| places::problems(apart, seen)));
     let (publishers, subscribers) =
@@ -223,7 +223,7 @@ fn e_stop(seen: &Seen) -> Option<Problem> {
 
 /// Whether silence and old stamps say something of the robots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Hearing {
+enum Reception {
     /// They do.
     InTime,
     /// They do not: what was said waits here.
@@ -236,9 +236,9 @@ pub(crate) fn too_slow(behind_s: Option<f64>) -> Option<Problem> {
     Some(Problem::TooSlow { behind_s })
 }
 
-fn of_robot(robot: &str, expected: &Expected, seen: &Seen, hearing: Hearing) -> Vec<Problem> {
+fn of_robot(robot: &str, expected: &Expected, seen: &Seen, reception: Reception) -> Vec<Problem> {
     let named = || robot.to_owned();
-    let in_time = hearing == Hearing::InTime;
+    let in_time = reception == Reception::InTime;
     let mut problems = Vec::new();
     match seen.robots.get(robot) {
         None if in_time && expected.controller_only.contains(robot) => {
@@ -272,8 +272,9 @@ fn of_robot(robot: &str, expected: &Expected, seen: &Seen, hearing: Hearing) -> 
         }
         _ => {}
     }
-    let ailments = seen.ailments.iter().filter(|ailment| ailment.robot == robot);
-    problems.extend(ailments.cloned().map(Problem::Ailing));
+    let diagnostic_errors =
+        seen.diagnostic_errors.iter().filter(|diagnostic_error| diagnostic_error.robot == robot);
+    problems.extend(diagnostic_errors.cloned().map(Problem::Diagnostic));
     problems
 }
 
@@ -326,13 +327,13 @@ fn of_topic(
         _ => {}
     }
     if topic.publishers == Publishers::One {
-        problems.extend(deaf_nodes(topic, subscribers));
+        problems.extend(mismatched_subscribers(topic, subscribers));
     }
     problems
 }
 
 /// Nodes of the topic's robot that wait for another type, and for that alone.
-fn deaf_nodes(topic: &ExpectedTopic, subscribers: &[&Endpoint]) -> Vec<Problem> {
+fn mismatched_subscribers(topic: &ExpectedTopic, subscribers: &[&Endpoint]) -> Vec<Problem> {
     let mut types_of: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     let robot = topic.name.rsplit_once('/').map_or("", |(namespace, _)| namespace);
     for end in subscribers {

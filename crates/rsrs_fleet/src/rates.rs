@@ -21,7 +21,7 @@ pub struct Rates {
 #[derive(Clone, Debug)]
 struct Watched {
     name: String,
-    heard: VecDeque<Duration>,
+    received: VecDeque<Duration>,
     is_slow: bool,
 }
 
@@ -32,7 +32,7 @@ impl Rates {
     ///
     /// * `period_s` — how often each has a sample, in seconds; above 0.
     pub fn new(topics: impl IntoIterator<Item = String>, period_s: f64, now: Duration) -> Self {
-        let watch = |name| Watched { name, heard: VecDeque::new(), is_slow: false };
+        let watch = |name| Watched { name, received: VecDeque::new(), is_slow: false };
         Self {
             expected_hz: 1.0 / period_s,
             topics: topics.into_iter().map(watch).collect(),
@@ -41,9 +41,9 @@ impl Rates {
     }
 
     /// A sample came; those of other topics do not count.
-    pub fn heard(&mut self, topic: &str, now: Duration) {
+    pub fn received(&mut self, topic: &str, now: Duration) {
         for watched in self.topics.iter_mut().filter(|watched| watched.name == topic) {
-            watched.heard.push_back(now);
+            watched.received.push_back(now);
         }
     }
 
@@ -51,17 +51,17 @@ impl Rates {
     pub fn changes(&mut self, now: Duration) -> Vec<String> {
         let mut changes = Vec::new();
         for watched in &mut self.topics {
-            while watched.heard.front().is_some_and(|at| now.saturating_sub(*at) > WINDOW) {
-                watched.heard.pop_front();
+            while watched.received.front().is_some_and(|at| now.saturating_sub(*at) > WINDOW) {
+                watched.received.pop_front();
             }
             if now.saturating_sub(self.since) < WINDOW {
                 continue;
             }
-            let found_hz = watched.heard.len() as f64 / WINDOW.as_secs_f64();
+            let found_hz = watched.received.len() as f64 / WINDOW.as_secs_f64();
             let (name, expected_hz) = (&watched.name, self.expected_hz);
             if !watched.is_slow && found_hz < SLOW * expected_hz {
                 watched.is_slow = true;
-                changes.push(if watched.heard.is_empty() {
+                changes.push(if watched.received.is_empty() {
                     format!("{name}: silent, expected {expected_hz:.1} Hz")
                 } else {
                     format!("{name}: {found_hz:.1} Hz, expected {expected_hz:.1} Hz")
@@ -87,7 +87,7 @@ mod tests {
         for tick in 0..150_u64 {
             let now = Duration::from_millis(100 * tick);
             if !(50..90).contains(&tick) {
-                rates.heard("/robot_1/detection", now);
+                rates.received("/robot_1/detection", now);
             }
             told.extend(rates.changes(now).into_iter().map(|text| (tick, text)));
         }

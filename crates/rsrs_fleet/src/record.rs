@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use rsrs_core::circumstances::Circumstances;
 use rsrs_core::conditions::Conditions;
+use rsrs_core::operator_conditions::OperatorConditions;
 use serde::{Deserialize, Serialize};
 
 use crate::experiment::{RobotLost, Time};
@@ -116,8 +116,8 @@ impl ExperimentRecord {
     }
 
     /// What must be the same for the run to be compared with a simulated cell.
-    pub fn circumstances(&self) -> Circumstances {
-        Circumstances::of(&self.conditions, self.duration_s)
+    pub fn operator_conditions(&self) -> OperatorConditions {
+        OperatorConditions::of(&self.conditions, self.duration_s)
     }
 }
 
@@ -274,11 +274,11 @@ mod tests {
 
     #[test]
     fn the_shipped_experiment_is_the_papers_best_cell() {
-        let circumstances = record().circumstances();
+        let operator_conditions = record().operator_conditions();
 
-        assert_eq!(circumstances.robots, 9);
-        assert_eq!(circumstances.placement, Placement::DiscFacingOut { radius_m: 0.825 });
-        assert_eq!(circumstances.controller.digest(), {
+        assert_eq!(operator_conditions.robots, 9);
+        assert_eq!(operator_conditions.placement, Placement::DiscFacingOut { radius_m: 0.825 });
+        assert_eq!(operator_conditions.controller.digest(), {
             let best = rsrs_core::controller::ControllerParameters {
                 speed_m_s: 0.15,
                 turn_rate_rad_s: 0.75,

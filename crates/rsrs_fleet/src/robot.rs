@@ -15,9 +15,9 @@ use std::time::Duration;
 
 use rsrs_core::controller::Command;
 
-use crate::beat::Beat;
 use crate::e_stop::{EStop, Locks, Source};
 use crate::epoch::{self, BeyondRunners};
+use crate::heartbeat::Heartbeat;
 use crate::message::{E_STOP_REASON, Lease, LeaseState, RobotState, Status, armed_reason};
 use crate::timing::{ABANDONED, ASK_OTHERS, CONTROLLER, LEASE};
 
@@ -87,7 +87,7 @@ pub struct Robot {
     command: Option<(Command, Duration)>,
     lapsed_since: Option<Duration>,
     battery_v: f32,
-    beat: Beat<RobotState>,
+    beat: Heartbeat<RobotState>,
     sent: VecDeque<(u64, Duration)>,
 }
 
@@ -97,15 +97,15 @@ struct Binding {
     epoch: u64,
     parameter_digest: u64,
     running: bool,
-    /// When a lease of it was heard last.
-    heard: Duration,
+    /// When a lease of it was received last.
+    received: Duration,
     fresh_until: Duration,
 }
 
 impl Binding {
     /// Whether the runner has been silent for longer than a lease lasts.
     fn is_alone(&self, now: Duration) -> bool {
-        now.saturating_sub(self.heard) > LEASE
+        now.saturating_sub(self.received) > LEASE
     }
 }
 
@@ -141,7 +141,7 @@ impl Robot {
             command: None,
             lapsed_since: None,
             battery_v: f32::NAN,
-            beat: Beat::default(),
+            beat: Heartbeat::default(),
             sent: VecDeque::new(),
         }
     }
@@ -154,7 +154,7 @@ impl Robot {
     ///   clock's milliseconds are.
     #[must_use]
     pub fn counting_from(mut self, counter: u64) -> Self {
-        self.beat = Beat::from(counter);
+        self.beat = Heartbeat::from(counter);
         self
     }
 
@@ -197,7 +197,7 @@ impl Robot {
         self.latch(now);
         match event {
             Event::Lease(lease) => self.on_lease(&lease, now),
-            Event::Controller(status) => self.hear_controller(status, now),
+            Event::Controller(status) => self.receive_controller(status, now),
             Event::Command(command) => self.command = Some((command, now)),
             Event::EStop { source, engaged } => self.e_stop.receive((source, engaged), now),
             Event::Release(sources) => self.e_stop.release(&sources),
@@ -216,7 +216,7 @@ impl Robot {
         self.status_due(now)
     }
 
-    fn hear_controller(&mut self, status: Status, now: Duration) {
+    fn receive_controller(&mut self, status: Status, now: Duration) {
         let last = self.controller.as_ref().map(|(status, at)| (status.counter, *at));
         let rises = last.is_none_or(|(counter, _)| status.counter > counter);
         // While a run may still move the robot, silence makes no old word true.
@@ -242,7 +242,7 @@ impl Robot {
         if lease.epoch != bound.epoch || lease.run_id != bound.run_id {
             return;
         }
-        bound.heard = now;
+        bound.received = now;
         match lease.state {
             LeaseState::Running => bound.running = true,
             LeaseState::Stopped => {
@@ -261,7 +261,7 @@ impl Robot {
             epoch: lease.epoch,
             parameter_digest: lease.parameter_digest,
             running: false,
-            heard: now,
+            received: now,
             fresh_until: now,
         });
         self.latched = None;
@@ -310,7 +310,7 @@ impl Robot {
 
     /// Whether no run will move it, as far as can be told: a runner may come back after a while.
     fn is_free(&self, now: Duration) -> bool {
-        let is_left = |bound: &Binding| now.saturating_sub(bound.heard) > ABANDONED;
+        let is_left = |bound: &Binding| now.saturating_sub(bound.received) > ABANDONED;
         self.latched.is_some() || self.bound.as_ref().is_none_or(is_left)
     }
 
@@ -341,11 +341,11 @@ impl Robot {
             return Some(StandReason::LeaseLapsed);
         }
         match &self.controller {
-            Some((status, heard))
+            Some((status, received))
                 // One that was started again in the middle obeys no epoch, whoever has set it since.
                 if status.epoch == bound.epoch
                     && status.parameter_digest == bound.parameter_digest
-                    && now.saturating_sub(*heard) <= CONTROLLER =>
+                    && now.saturating_sub(*received) <= CONTROLLER =>
             {
                 None
             }
@@ -356,9 +356,9 @@ impl Robot {
     /// What the wheels do now: the last command while it is fresh and the robot may move.
     pub fn drive(&self, now: Duration) -> Command {
         match self.command {
-            Some((command, heard))
+            Some((command, received))
                 if self.standing(now).is_none()
-                    && now.saturating_sub(heard) <= self.options.command_timeout =>
+                    && now.saturating_sub(received) <= self.options.command_timeout =>
             {
                 command
             }

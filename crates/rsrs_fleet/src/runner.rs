@@ -13,23 +13,23 @@ use crate::timing::{
     ARM, BEAT, CONFIGURE, FIRST_SAMPLE, LOCKSTEP_GRACE, LOOK_AGAIN, RECORDER, SILENCE, STAND,
 };
 
-mod floor;
+mod event;
 mod grouped;
 mod outcome;
 mod requests;
 mod roster;
 mod search;
+mod start_check;
 mod strangers;
-mod words;
 
-use floor::Floor;
+pub use event::{Action, Event, Pace, RunnerOptions};
 pub use grouped::grouped;
 pub use outcome::{Failure, Outcome, SampleKind, Target};
 use requests::Requests;
-use roster::{Bond, Patience, Roster};
+use roster::{Patience, Roster, RunBinding};
 use search::Search;
+use start_check::StartCheck;
 use strangers::Strangers;
-pub use words::{Action, Event, Pace, RunnerOptions};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
@@ -58,11 +58,11 @@ pub struct Runner {
     strangers: Strangers,
     search: Search,
     roster: Roster,
-    floor: Floor,
+    floor: StartCheck,
     /// Whole seconds of the countdown that were left when it was told last.
     told_s: u64,
     requests: Requests,
-    /// Other runs by id: their epoch, and when they were heard last.
+    /// Other runs by id: their epoch, and when they were received last.
     others: BTreeMap<String, (u64, Duration)>,
     highest_epoch: u64,
     /// The last epoch that no runner made.
@@ -91,7 +91,7 @@ impl Runner {
             strangers: Strangers::default(),
             search: Search::default(),
             roster: Roster::new(&options.expected.robots),
-            floor: Floor::default(),
+            floor: StartCheck::default(),
             told_s: 0,
             requests: Requests::default(),
             others: BTreeMap::new(),
@@ -180,21 +180,21 @@ impl Runner {
             Event::Seen(graph) => self.see(graph, now, actions),
             Event::RobotStatus { robot, status } => {
                 self.raise_epoch(status.epoch, &robot, actions);
-                self.roster.hear_robot(&robot, status, now);
+                self.roster.receive_robot(&robot, status, now);
             }
             Event::ControllerStatus { robot, status } => {
                 self.raise_epoch(status.epoch, &robot, actions);
-                self.roster.hear_controller(&robot, status, now);
+                self.roster.receive_controller(&robot, status, now);
             }
-            Event::ClockAhead { robot, seconds } => self.floor.hear_clock(robot, seconds),
-            Event::Behind { seconds } => self.floor.hear_delay(seconds),
+            Event::ClockAhead { robot, seconds } => self.floor.receive_clock(robot, seconds),
+            Event::Behind { seconds } => self.floor.receive_delay(seconds),
             Event::Diagnosed { robot, part, error } => {
-                let news = self.floor.hear_diagnosis(robot, part, error);
+                let news = self.floor.receive_diagnosis(robot, part, error);
                 if self.phase == Phase::Run {
-                    actions.extend(news.map(Action::Say));
+                    actions.extend(news.map(Action::Note));
                 }
             }
-            Event::Pose { robot, frame, pose } => self.floor.hear_pose(robot, frame, pose),
+            Event::Pose { robot, frame, pose } => self.floor.receive_pose(robot, frame, pose),
             Event::Sampled { robot, kind } => self.roster.receive_sample(&robot, kind, now),
             Event::ParametersSet { target, result } if self.phase == Phase::Configure => {
                 self.requests.answer(&target, result);
@@ -216,7 +216,7 @@ impl Runner {
                 self.simulated_at.get_or_insert(now);
             }
             Event::SimulatorVoid { reason } => self.end(Outcome::Void { reason }, now, actions),
-            Event::LeaseHeard(lease) => self.hear_lease(lease, now, actions),
+            Event::LeaseHeard(lease) => self.receive_lease(lease, now, actions),
             Event::EStop { source, engaged } => {
                 self.e_stop.receive((source, engaged), now);
                 if engaged && self.phase != Phase::Discover {
@@ -224,8 +224,8 @@ impl Runner {
                 }
             }
             Event::Release(sources) => self.e_stop.release(&sources),
-            Event::PoseAhead { robot, seconds } => self.floor.hear_pose_clock(robot, seconds),
-            Event::Transform { child, parent } => self.floor.hear_transform(&child, parent),
+            Event::PoseAhead { robot, seconds } => self.floor.receive_pose_clock(robot, seconds),
+            Event::Transform { child, parent } => self.floor.receive_transform(&child, parent),
             Event::Interrupt { reason } => self.abort(reason, now, actions),
         }
     }
@@ -241,8 +241,8 @@ impl Runner {
         Err(format!("digest {found:016x}, expected {expected:016x}"))
     }
 
-    /// A runner that hears another with a right to the same robots stops.
-    fn hear_lease(&mut self, lease: Lease, now: Duration, actions: &mut Vec<Action>) {
+    /// A runner that receives another with a right to the same robots stops.
+    fn receive_lease(&mut self, lease: Lease, now: Duration, actions: &mut Vec<Action>) {
         if lease.run_id == self.options.run_id {
             return;
         }
@@ -262,7 +262,7 @@ impl Runner {
             Ok(epoch) => self.highest_epoch = self.highest_epoch.max(epoch),
             Err(refused) => {
                 if self.refused_epoch.replace(refused) != Some(refused) {
-                    actions.push(Action::Say(format!("{who}: {refused}")));
+                    actions.push(Action::Note(format!("{who}: {refused}")));
                 }
                 return false;
             }
@@ -280,7 +280,7 @@ impl Runner {
 
     /// Data that is lost outweighs a run that went well until then.
     fn fail_recorder(&mut self, reason: String, now: Duration, actions: &mut Vec<Action>) {
-        actions.push(Action::Say(format!("recorder: {reason}")));
+        actions.push(Action::Note(format!("recorder: {reason}")));
         let problems = vec![Failure::Recorder { reason }];
         if self.outcome == Some(Outcome::Completed) {
             self.outcome = Some(Outcome::Failed { problems });
@@ -298,7 +298,7 @@ impl Runner {
         if self.epoch == 0 {
             self.close(now, actions);
         } else {
-            actions.push(Action::Say("stopping every robot".to_owned()));
+            actions.push(Action::Note("stopping every robot".to_owned()));
             self.enter(Phase::Stop, now);
         }
     }

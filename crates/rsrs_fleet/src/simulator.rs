@@ -11,8 +11,8 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::controller::Command;
 use rsrs_core::digest::Digest;
 
-use crate::beat::Beat;
 use crate::experiment::Time;
+use crate::heartbeat::Heartbeat;
 use crate::message::{RobotState, Status};
 
 mod hand;
@@ -210,7 +210,7 @@ pub enum Refusal {
 #[derive(Clone, Debug, Default)]
 pub struct Simulator {
     stage: Stage,
-    beat: Beat<Standing>,
+    beat: Heartbeat<Standing>,
 }
 
 /// How it stands with the simulator.

@@ -14,9 +14,9 @@ use crate::e_stop::{Cause, Locks, Source};
 use crate::message::{RobotState, Status};
 use crate::timing::{ACKNOWLEDGE, BEAT, LOOK, SILENCE};
 
-/// What every robot is to hear.
+/// What every robot is to receive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Word {
+pub enum StopCommand {
     /// Stand, whatever anybody else says.
     Engage,
     /// A newer epoch may move you.
@@ -64,7 +64,7 @@ pub enum Event {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Action {
     /// Publish this on the e-stop topic.
-    Say(bool),
+    Publish(bool),
     /// Release the locks of these sources.
     Release(BTreeSet<Source>),
     /// It is over, and so it ended; nothing more comes.
@@ -90,9 +90,9 @@ pub enum Ending {
 pub struct Answer {
     /// The robot.
     pub robot: String,
-    /// From the first word until its acknowledgement was heard; `None` if it has not acknowledged.
+    /// From the first word until its acknowledgement was received; `None` if it has not acknowledged.
     pub acknowledged_after: Option<Duration>,
-    /// Its last status; `None` if none was heard.
+    /// Its last status; `None` if none was received.
     pub last: Option<Status>,
 }
 
@@ -102,8 +102,8 @@ pub const MOST_ROBOTS: usize = 1_000;
 /// Stops, or releases, every robot there is.
 #[derive(Clone, Debug)]
 pub struct Stopper {
-    word: Word,
-    robots: BTreeMap<String, Heard>,
+    word: StopCommand,
+    robots: BTreeMap<String, LastStatus>,
     /// By who reports them: the locks of robots.
     locks: BTreeMap<Source, Locks>,
     /// When each source said `true` last.
@@ -117,7 +117,7 @@ pub struct Stopper {
 }
 
 #[derive(Clone, Debug, Default)]
-struct Heard {
+struct LastStatus {
     /// Its newest status, and when it came.
     last: Option<(Status, Duration)>,
     acknowledged: Option<Duration>,
@@ -125,7 +125,7 @@ struct Heard {
 
 impl Stopper {
     /// A stopper that knows no robot and has said nothing.
-    pub fn new(word: Word) -> Self {
+    pub fn new(word: StopCommand) -> Self {
         Self {
             word,
             robots: BTreeMap::new(),
@@ -152,7 +152,7 @@ impl Stopper {
         self.take(event, now);
 
         let elapsed = now.saturating_sub(started);
-        let mut actions = self.say(elapsed, now);
+        let mut actions = self.due_messages(elapsed, now);
         if let Some(ending) = self.ending(elapsed) {
             self.is_over = true;
             actions.push(Action::Finish(ending));
@@ -163,10 +163,10 @@ impl Stopper {
     /// What came of it for each robot so far, by name.
     pub fn answers(&self) -> Vec<Answer> {
         let first = self.said.map_or(Duration::ZERO, |(first, _)| first);
-        let answers = self.robots.iter().map(|(robot, heard)| Answer {
+        let answers = self.robots.iter().map(|(robot, received)| Answer {
             robot: robot.clone(),
-            acknowledged_after: heard.acknowledged.map(|at| at.saturating_sub(first)),
-            last: heard.last.as_ref().map(|(status, _)| status.clone()),
+            acknowledged_after: received.acknowledged.map(|at| at.saturating_sub(first)),
+            last: received.last.as_ref().map(|(status, _)| status.clone()),
         });
         answers.collect()
     }
@@ -181,16 +181,16 @@ impl Stopper {
             Event::Status { robot, .. } if !self.follows(&robot) => {}
             Event::Status { robot, status } => {
                 let (word, has_said) = (self.word, self.said.is_some());
-                let heard = self.robots.entry(robot).or_default();
-                let last = heard.last.as_ref().map(|(status, at)| (status.counter, *at));
+                let received = self.robots.entry(robot).or_default();
+                let last = received.last.as_ref().map(|(status, at)| (status.counter, *at));
                 if !status.is_news(last, now) {
                     return;
                 }
                 // A status that contradicts an earlier one counts: another word may have come after
                 // ours.
-                heard.acknowledged = (has_said && acknowledges(word, &status))
-                    .then(|| heard.acknowledged.unwrap_or(now));
-                heard.last = Some((status, now));
+                received.acknowledged = (has_said && acknowledges(word, &status))
+                    .then(|| received.acknowledged.unwrap_or(now));
+                received.last = Some((status, now));
             }
             Event::EStop { source, engaged: true } => {
                 let is_known = self.engaged_at.contains_key(&source);
@@ -220,8 +220,10 @@ impl Stopper {
     }
 
     /// Says the word ten times a second; a release only after a look at what it would do.
-    fn say(&mut self, elapsed: Duration, now: Duration) -> Vec<Action> {
-        if self.said.is_none() && self.word == Word::Release && (elapsed < LOOK || self.is_in_run())
+    fn due_messages(&mut self, elapsed: Duration, now: Duration) -> Vec<Action> {
+        if self.said.is_none()
+            && self.word == StopCommand::Release
+            && (elapsed < LOOK || self.is_in_run())
         {
             return Vec::new();
         }
@@ -230,15 +232,15 @@ impl Stopper {
         }
         let first = self.said.map_or(now, |(first, _)| first);
         self.said = Some((first, now));
-        if self.word == Word::Engage {
-            return vec![Action::Say(true)];
+        if self.word == StopCommand::Engage {
+            return vec![Action::Publish(true)];
         }
-        // Locks that know no sources, as that of twist_mux, hear a `false`.
+        // Locks that know no sources, as that of twist_mux, receive a `false`.
         let holding = self.holding(now);
         let all = self.all_locks().0.into_keys();
         let released: BTreeSet<_> = all.filter(|source| !holding.0.contains_key(source)).collect();
         let release = (!released.is_empty()).then_some(Action::Release(released));
-        [Action::Say(false)].into_iter().chain(release).collect()
+        [Action::Publish(false)].into_iter().chain(release).collect()
     }
 
     /// Locks that no release ends: their sources are there to do it, or still say that they lock.
@@ -265,8 +267,8 @@ impl Stopper {
 
     fn ending(&self, elapsed: Duration) -> Option<Ending> {
         let all = !self.robots.is_empty()
-            && self.robots.values().all(|heard| heard.acknowledged.is_some());
-        if self.word == Word::Release && elapsed >= LOOK && self.said.is_none() {
+            && self.robots.values().all(|received| received.acknowledged.is_some());
+        if self.word == StopCommand::Release && elapsed >= LOOK && self.said.is_none() {
             return Some(Ending::InRun);
         }
         if all && elapsed >= LOOK {
@@ -279,17 +281,17 @@ impl Stopper {
     }
 
     fn is_in_run(&self) -> bool {
-        let last = self.robots.values().filter_map(|heard| heard.last.as_ref());
+        let last = self.robots.values().filter_map(|received| received.last.as_ref());
         last.into_iter()
             .any(|(status, _)| matches!(status.state, RobotState::Armed | RobotState::Moving))
     }
 }
 
 /// A robot whose hardware has failed says so, and that the e-stop holds it: it may be repaired.
-fn acknowledges(word: Word, status: &Status) -> bool {
+fn acknowledges(word: StopCommand, status: &Status) -> bool {
     match word {
-        Word::Engage => status.holds_e_stop(),
-        Word::Release => !status.holds_e_stop(),
+        StopCommand::Engage => status.holds_e_stop(),
+        StopCommand::Release => !status.holds_e_stop(),
     }
 }
 

@@ -63,7 +63,7 @@ pub const DISCOVER: Duration = Duration::from_secs(10);
 /// How often the runner looks for publishers that have started since it found all that it needs.
 pub const LOOK_AGAIN: Duration = Duration::from_millis(500);
 
-/// How long the runner looks at most while its own machine does not keep up with what it hears, as
+/// How long the runner looks at most while its own machine does not keep up with what it receives, as
 /// when dozens of processes start on it.
 pub const CATCH_UP: Duration = Duration::from_secs(60);
 

@@ -34,12 +34,12 @@ use crate::vector::portable::Portable;
 use crate::vector::{avx2::Avx2, avx512::Avx512};
 
 mod advance;
+mod approximate_judge;
 mod converging;
 mod engine;
 mod evidence;
 mod nearest;
 mod noise;
-mod quick;
 mod rows;
 mod sense;
 mod swarms;

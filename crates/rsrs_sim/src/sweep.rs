@@ -1,7 +1,7 @@
 //! Many runs: every cell of a sweep, every replicate of a cell, on any number of threads.
 
 mod block;
-mod floor;
+mod worker_pool;
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -19,7 +19,7 @@ use crate::draw::{RunKey, Seed};
 use crate::placement::{self, PlacementError};
 
 pub use block::{Block, MOST_ROWS, Piece, blocks};
-pub use floor::{BlockError, Ending, Keep, Work, run_blocks};
+pub use worker_pool::{BlockError, Ending, KeepBlock, Work, run_blocks};
 
 /// How every cell is run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -139,7 +139,7 @@ pub fn sweep(conditions: &[Conditions], runs: Runs, watch: Watch<'_>) -> Result<
     };
     let ending = run_blocks(work, cells, watch, &keep).map_err(|error| match error {
         BlockError::Sweep(error) => error,
-        BlockError::Keep(never) => match never {},
+        BlockError::KeepBlock(never) => match never {},
     })?;
     let whole_cells = whole_cells.into_inner().expect("no thread panics while holding it");
     let outcomes = whole_cells.into_values().flatten().collect();

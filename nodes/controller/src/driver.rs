@@ -28,10 +28,10 @@ use crate::parameters::{self, NODE};
 use crate::sight::VirtualSight;
 
 /// How often a controller that holds a lease looks at the time.
-const GLANCE: Duration = Duration::from_millis(20);
+const TICK: Duration = Duration::from_millis(20);
 
 /// What reaches the controllers: of one robot, or of all.
-enum Heard {
+enum Input {
     Of(usize, Event),
     Virtual(usize, Bool),
     Lease(RunLease),
@@ -95,7 +95,7 @@ pub async fn run(options: NodeArguments) -> anyhow::Result<()> {
 /// If a start value is wrong, the network cannot be used, or a reliable subscriber stops
 /// acknowledging.
 pub async fn serve(session: &Session, robots: Vec<Hosting>, notes: &[Note]) -> anyhow::Result<()> {
-    let (heard, mut events) = unbounded_channel();
+    let (received, mut events) = unbounded_channel();
     let (names, declared): (Vec<_>, Vec<_>) = robots
         .into_iter()
         .map(|Hosting { robot, given }| {
@@ -104,10 +104,10 @@ pub async fn serve(session: &Session, robots: Vec<Hosting>, notes: &[Note]) -> a
         })
         .unzip();
     let declared = declared.into_iter().collect::<Result<Vec<_>, _>>()?;
-    let changed = heard.clone();
+    let changed = received.clone();
     let server = ParameterServer::start(session, declared, move |node, _| {
         changed
-            .send(Heard::ParametersOf(node.to_owned()))
+            .send(Input::ParametersOf(node.to_owned()))
             .map_err(|_closed| "the node is shutting down".to_owned())
     })?;
     let mut hosted = Vec::new();
@@ -117,18 +117,18 @@ pub async fn serve(session: &Session, robots: Vec<Hosting>, notes: &[Note]) -> a
         hosted.push(host(session, &server, robot)?);
         let node = &hosted[index].node;
         let reaction = parameters::reaction(&server, node.full_name());
-        subscriptions.push(listen(session, node, (index, robot, reaction), &heard)?);
-        subscriptions.push(listen_to_simulator(session, node, (index, robot), &heard)?);
+        subscriptions.push(listen(session, node, (index, robot, reaction), &received)?);
+        subscriptions.push(listen_to_simulator(session, node, (index, robot), &received)?);
     }
     if let Some(first) = hosted.first() {
-        subscriptions.extend(listen_to_all(session, &first.node, &heard)?);
+        subscriptions.extend(listen_to_all(session, &first.node, &received)?);
         if hosted.iter().any(|controller| controller.machine.gate().is_some()) {
-            e_stop = Some(EStop::new(session, &first.node, &heard)?);
+            e_stop = Some(EStop::new(session, &first.node, &received)?);
         }
         for note in notes {
-            first.node.say(Level::Warn, &note.to_string());
+            first.node.log(Level::Warn, &note.to_string());
         }
-        first.node.say(Level::Info, &format!("{} controllers ready", hosted.len()));
+        first.node.log(Level::Info, &format!("{} controllers ready", hosted.len()));
     }
     tokio::select! {
         ended = answer(&mut hosted, (&server, e_stop), &mut events) => ended,
@@ -149,7 +149,7 @@ fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Res
     let first_counter = wire::first_counter(wall_time());
     let machine = parameters::controller(server, (node.full_name(), robot), first_counter);
     let gate_status = if machine.gate().is_some() {
-        node.say(Level::Info, "holds the lease: the robot has no gate of ours");
+        node.log(Level::Info, "holds the lease: the robot has no gate of ours");
         let topic = topics::STATUS;
         Some(session.publish_on(&node, &topic.for_robot(robot), topic.qos)?)
     } else {
@@ -163,15 +163,15 @@ fn listen(
     session: &Session,
     node: &NodeHandle,
     (index, robot, reaction): (usize, &str, Reaction),
-    heard: &UnboundedSender<Heard>,
+    received: &UnboundedSender<Input>,
 ) -> anyhow::Result<Subscription> {
-    let heard = heard.clone();
+    let received = received.clone();
     let topic = topics::DETECTION;
     Ok(session.subscribe(node, &topic.for_robot(robot), topic.qos, move |sample| {
         let detection: Bool = sample.message;
         let is_detected = detection.data || reaction == Reaction::Constant;
         // The receiver is gone only while the node shuts down.
-        drop(heard.send(Heard::Of(index, Event::Detection(is_detected))));
+        drop(received.send(Input::Of(index, Event::Detection(is_detected))));
     })?)
 }
 
@@ -180,29 +180,29 @@ fn listen_to_simulator(
     session: &Session,
     node: &NodeHandle,
     (index, robot): (usize, &str),
-    heard: &UnboundedSender<Heard>,
+    received: &UnboundedSender<Input>,
 ) -> anyhow::Result<Subscription> {
-    let (heard, topic) = (heard.clone(), topics::VIRTUAL_DETECTION);
+    let (received, topic) = (received.clone(), topics::VIRTUAL_DETECTION);
     Ok(session.subscribe(node, &topic.for_robot(robot), topic.qos, move |sample| {
-        drop(heard.send(Heard::Virtual(index, sample.message)));
+        drop(received.send(Input::Virtual(index, sample.message)));
     })?)
 }
 
 fn listen_to_all(
     session: &Session,
     node: &NodeHandle,
-    heard: &UnboundedSender<Heard>,
+    received: &UnboundedSender<Input>,
 ) -> anyhow::Result<[Subscription; 2]> {
-    let (to_lease, to_clock) = (heard.clone(), heard.clone());
+    let (to_lease, to_clock) = (received.clone(), received.clone());
     let (lease, clock) = (topics::LEASE, topics::CLOCK);
     Ok([
         session.subscribe(node, lease.name, lease.qos, move |sample| {
-            drop(to_lease.send(Heard::Lease(sample.message)));
+            drop(to_lease.send(Input::Lease(sample.message)));
         })?,
         session.subscribe(node, clock.name, clock.qos, move |sample| {
             let clock: Clock = sample.message;
             if let Some(stamp_ns) = clock.clock.to_nanos() {
-                drop(to_clock.send(Heard::Clock(stamp_ns)));
+                drop(to_clock.send(Input::Clock(stamp_ns)));
             }
         })?,
     ])
@@ -218,10 +218,10 @@ impl EStop {
     fn new(
         session: &Session,
         node: &NodeHandle,
-        heard: &UnboundedSender<Heard>,
+        received: &UnboundedSender<Input>,
     ) -> anyhow::Result<Self> {
-        let heard = heard.clone();
-        let deliver = move |message| drop(heard.send(Heard::EStop(message)));
+        let received = received.clone();
+        let deliver = move |message| drop(received.send(Input::EStop(message)));
         Ok(Self {
             locks: LocksPublisher::new(session, node)?,
             _subscriptions: EStopSubscriptions::new(session, node, deliver)?,
@@ -229,22 +229,22 @@ impl EStop {
     }
 
     /// Says what is locked on any of the robots.
-    async fn tell(&mut self, hosted: &[Hosted]) -> anyhow::Result<()> {
+    async fn publish(&mut self, hosted: &[Hosted]) -> anyhow::Result<()> {
         let gates = hosted.iter().filter_map(|controller| controller.machine.gate());
         let locks = gates.flat_map(|gate| gate.locks().0).collect();
-        Ok(self.locks.tell(Locks(locks)).await?)
+        Ok(self.locks.publish(Locks(locks)).await?)
     }
 }
 
 async fn answer(
     hosted: &mut [Hosted],
     (server, mut e_stop): (&ParameterServer, Option<EStop>),
-    events: &mut UnboundedReceiver<Heard>,
+    events: &mut UnboundedReceiver<Input>,
 ) -> anyhow::Result<()> {
     let start = Instant::now();
     let holds_lease = hosted.iter().any(|controller| controller.machine.gate().is_some());
     // A lease that has run out is noticed by looking.
-    let mut beat = tokio::time::interval(if holds_lease { GLANCE } else { BEAT });
+    let mut beat = tokio::time::interval(if holds_lease { TICK } else { BEAT });
     beat.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
     let mut asked_to_stop = std::pin::pin!(shutdown::requested());
     loop {
@@ -253,11 +253,11 @@ async fn answer(
                 request?;
                 return Ok(());
             }
-            Some(heard) = events.recv() => {
-                if let Heard::Virtual(index, detection) = heard {
-                    hosted[index].sight.hear(detection, Instant::now());
+            Some(received) = events.recv() => {
+                if let Input::Virtual(index, detection) = received {
+                    hosted[index].sight.receive(detection, Instant::now());
                 }
-                for (index, event) in for_whom(heard, hosted, server) {
+                for (index, event) in for_whom(received, hosted, server) {
                     step(&mut hosted[index], server, (event, start.elapsed())).await?;
                 }
             }
@@ -268,37 +268,37 @@ async fn answer(
             }
         }
         if let Some(e_stop) = &mut e_stop {
-            e_stop.tell(hosted).await?;
+            e_stop.publish(hosted).await?;
         }
     }
 }
 
 /// Which controllers an event is for.
-fn for_whom(heard: Heard, hosted: &[Hosted], server: &ParameterServer) -> Vec<(usize, Event)> {
+fn for_whom(received: Input, hosted: &[Hosted], server: &ParameterServer) -> Vec<(usize, Event)> {
     let all = |event: Event| (0..hosted.len()).map(|index| (index, event.clone())).collect();
-    match heard {
-        Heard::Of(index, Event::Detection(detected)) => {
+    match received {
+        Input::Of(index, Event::Detection(detected)) => {
             let detected = hosted[index].sight.with(Bool { data: detected }, Instant::now());
             vec![(index, Event::Detection(detected))]
         }
-        Heard::Of(index, event) => vec![(index, event)],
-        Heard::Virtual(..) => Vec::new(),
-        Heard::Clock(stamp_ns) => all(Event::Clock(stamp_ns)),
-        Heard::EStop(EStopMessage::Said { source, engaged }) => {
+        Input::Of(index, event) => vec![(index, event)],
+        Input::Virtual(..) => Vec::new(),
+        Input::Clock(stamp_ns) => all(Event::Clock(stamp_ns)),
+        Input::EStop(EStopMessage::Said { source, engaged }) => {
             all(Event::EStop { source, engaged })
         }
-        Heard::EStop(EStopMessage::Release(sources)) => all(Event::Release(sources)),
-        Heard::EStop(EStopMessage::Locks { locks, .. }) => all(Event::LocksOfOthers(locks)),
-        Heard::Lease(message) => match wire::lease(message) {
+        Input::EStop(EStopMessage::Release(sources)) => all(Event::Release(sources)),
+        Input::EStop(EStopMessage::Locks { locks, .. }) => all(Event::LocksOfOthers(locks)),
+        Input::Lease(message) => match wire::lease(message) {
             Ok(lease) => all(Event::Lease(lease)),
             Err(error) => {
                 if let Some(first) = hosted.first() {
-                    first.node.say(Level::Warn, &format!("refused: {error}"));
+                    first.node.log(Level::Warn, &format!("refused: {error}"));
                 }
                 Vec::new()
             }
         },
-        Heard::ParametersOf(node) => hosted
+        Input::ParametersOf(node) => hosted
             .iter()
             .position(|controller| controller.node.full_name() == node)
             .map(|index| (index, Event::Parameters(parameters::settings(server, &node))))

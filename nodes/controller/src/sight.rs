@@ -15,7 +15,7 @@ pub struct VirtualSight {
 
 impl VirtualSight {
     /// Takes what the simulator says at a time.
-    pub fn hear(&mut self, detection: Bool, now: Instant) {
+    pub fn receive(&mut self, detection: Bool, now: Instant) {
         self.seen = detection.data.then_some(now);
     }
 
@@ -40,11 +40,11 @@ mod tests {
         assert!(!sight.with(NOT_SEEN, start));
         assert!(sight.with(SEEN, start));
 
-        sight.hear(SEEN, start);
+        sight.receive(SEEN, start);
 
         assert!(sight.with(NOT_SEEN, start + Duration::from_millis(499)));
         assert!(!sight.with(NOT_SEEN, start + FORGOTTEN_AFTER), "it has gone");
-        sight.hear(NOT_SEEN, start);
+        sight.receive(NOT_SEEN, start);
         assert!(!sight.with(NOT_SEEN, start));
         assert!(sight.with(SEEN, start), "the robot's own sensor counts whatever it says");
     }

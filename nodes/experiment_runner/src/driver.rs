@@ -25,12 +25,12 @@ use rsrs_ros::session::{
 use rsrs_wire as wire;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
-use crate::ears::{self, Ear, Queue, Role, Sample};
-use crate::expectation::{self, Heard};
+use crate::expectation::{self, Presence};
 use crate::extras::Extras;
 use crate::meaning;
 use crate::parameters;
 use crate::plan::Plan;
+use crate::recorded_topics::{self, Queue, RecordedTopic, Role, Sample};
 use crate::recorder::{Recorder, Written};
 use crate::report::{Progress, RunReport, Times};
 
@@ -38,7 +38,7 @@ use crate::report::{Progress, RunReport, Times};
 pub const NODE: &str = "experiment_runner";
 
 /// How often time passes for the machine while nothing arrives.
-const GLANCE: Duration = Duration::from_millis(20);
+const TICK: Duration = Duration::from_millis(20);
 /// A runner that has not looked for so long has been stopped itself, or its machine is very busy.
 const STOOD_STILL: Duration = Duration::from_millis(500);
 /// How often the discovery database is looked at.
@@ -55,7 +55,7 @@ struct Run<'a> {
     session: &'a Session,
     client: &'a ParameterClient<'a>,
     node: NodeHandle,
-    ears: Vec<Ear>,
+    recorded_topics: Vec<RecordedTopic>,
     extras: Extras,
     lease: Publisher<RunLease>,
     recorded: Publisher<Recorded>,
@@ -105,25 +105,25 @@ pub async fn run(
 ) -> anyhow::Result<RunReport> {
     let session = Session::open(network)?;
     let node = session.node("/", NODE)?;
-    let ears = ears::ears(&plan.robots);
+    let recorded_topics = recorded_topics::recorded_topics(&plan.robots);
     let server = ParameterServer::without_parameters(&session, &node)?;
     let (sender, mut samples) = unbounded_channel();
     let (to_written, mut written) = unbounded_channel();
     let queue = Queue::new(sender);
-    let subscriptions = ears::listen(&session, &ears, &queue)?;
+    let subscriptions = recorded_topics::listen(&session, &recorded_topics, &queue)?;
     let options = ClientOptions { patience: ONE_REQUEST, mapping: None };
     let client = ParameterClient::new(&session, &node, options);
     let (lease, recorded) = (topics::LEASE, topics::RECORDED);
     let mut run = Run {
         lease: session.publish_on(&node, lease.name, lease.qos)?,
         recorded: session.publish_on(&node, recorded.name, recorded.qos)?,
-        machine: Runner::new(expectation::runner_options(plan, &ears)),
-        extras: Extras::new(&plan.recording, &ears, queue),
+        machine: Runner::new(expectation::runner_options(plan, &recorded_topics)),
+        extras: Extras::new(&plan.recording, &recorded_topics, queue),
         plan,
         session: &session,
         client: &client,
         node,
-        ears,
+        recorded_topics,
         start: Instant::now(),
         recorder: None,
         early: Vec::new(),
@@ -160,8 +160,8 @@ impl<'a> Run<'a> {
         stop: impl Future<Output = String>,
     ) -> anyhow::Result<()> {
         let mut requests: Requests<'a> = FuturesUnordered::new();
-        let mut glance = tokio::time::interval(GLANCE);
-        glance.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+        let mut tick = tokio::time::interval(TICK);
+        tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
         let mut look = tokio::time::interval(LOOK);
         look.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
         let mut stop = std::pin::pin!(stop);
@@ -180,7 +180,7 @@ impl<'a> Run<'a> {
                     self.advance(interrupt(&ended), &mut requests).await?;
                 }
                 Some(written) = written.recv() => self.take_written(written, &mut requests).await?,
-                Some(sample) = samples.recv() => self.hear(sample, &mut requests).await?,
+                Some(sample) = samples.recv() => self.receive(sample, &mut requests).await?,
                 Some(answer) = requests.next() => {
                     self.close_question(&answer);
                     self.advance(answer, &mut requests).await?;
@@ -196,7 +196,7 @@ impl<'a> Run<'a> {
                     self.repeat_recorded().await?;
                     self.watch_rates();
                 }
-                _ = glance.tick() => {
+                _ = tick.tick() => {
                     let stood_still = std::mem::replace(&mut looked, Instant::now()).elapsed();
                     let ended = if stood_still >= STOOD_STILL && !self.is_cut_off {
                         session.has_ended_meanwhile().await
@@ -212,26 +212,26 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn simulator_is(&self) -> Heard {
+    fn simulator_is(&self) -> Presence {
         match &self.simulator {
-            Some((_, at)) if at.elapsed() <= SILENCE => Heard::Recently,
-            _ => Heard::Not,
+            Some((_, at)) if at.elapsed() <= SILENCE => Presence::Recently,
+            _ => Presence::Not,
         }
     }
 
     /// Keeps a sample, and tells the machine what it means.
-    async fn hear(&mut self, sample: Sample, requests: &mut Requests<'a>) -> anyhow::Result<()> {
+    async fn receive(&mut self, sample: Sample, requests: &mut Requests<'a>) -> anyhow::Result<()> {
         if let Some(event) = self.record(&sample) {
             self.advance(event, requests).await?;
         }
-        let role = self.ears[sample.ear].role;
+        let role = self.recorded_topics[sample.recorded_topic].role;
         let events = self.understand(role, &sample.received).unwrap_or_else(|reason| {
-            let topic = &self.ears[sample.ear].name;
-            self.node.say(Level::Warn, &format!("refused a message on {topic}: {reason}"));
+            let topic = &self.recorded_topics[sample.recorded_topic].name;
+            self.node.log(Level::Warn, &format!("refused a message on {topic}: {reason}"));
             Vec::new()
         });
         if let Some(rates) = &mut self.rates {
-            rates.heard(&self.ears[sample.ear].name, self.start.elapsed());
+            rates.received(&self.recorded_topics[sample.recorded_topic].name, self.start.elapsed());
         }
         let is_early = matches!(role, Role::Preparation | Role::StaticTransforms);
         if is_early && self.recorder.is_none() {
@@ -243,15 +243,18 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn say(&mut self, text: String) {
-        self.node.say(Level::Info, &text);
-        (self.watch)(Progress::Say(text));
+    fn note(&mut self, text: String) {
+        self.node.log(Level::Info, &text);
+        (self.watch)(Progress::Note(text));
     }
 
     /// Has a sample written into the bag, if one is open.
     fn record(&mut self, sample: &Sample) -> Option<Event> {
         let recorder = self.recorder.as_mut()?;
-        let taken = recorder.take((sample.ear, &self.ears[sample.ear]), &sample.received);
+        let taken = recorder.take(
+            (sample.recorded_topic, &self.recorded_topics[sample.recorded_topic]),
+            &sample.received,
+        );
         taken.err().map(|error| Event::RecorderFailed { reason: error.in_full() })
     }
 
@@ -291,7 +294,7 @@ impl<'a> Run<'a> {
             Role::Simulator => {
                 let status = meaning::status(&received.message)?;
                 self.simulator = Some((status.clone(), Instant::now()));
-                Ok(self.simulator_says(&status).into_iter().collect())
+                Ok(self.on_simulator_status(&status).into_iter().collect())
             }
             // Where robots are is asked for before they move; then, whether their poses still come.
             Role::Odometry(_) | Role::Pose(_) if self.rates.is_some() => {
@@ -302,7 +305,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn simulator_says(&mut self, status: &Status) -> Option<Event> {
+    fn on_simulator_status(&mut self, status: &Status) -> Option<Event> {
         if std::mem::take(&mut self.asks_simulator) {
             let result = if status.state == RobotState::Fault {
                 Err(status.stop_reason.clone())
@@ -366,7 +369,7 @@ impl<'a> Run<'a> {
                 return Ok(self.open_recorder());
             }
             Action::CloseRecorder => return Ok(self.close_recorder()),
-            Action::Say(text) => self.say(text),
+            Action::Note(text) => self.note(text),
             Action::Finish { outcome, not_standing } => {
                 self.finished = Some((outcome, not_standing));
             }
@@ -385,10 +388,11 @@ impl<'a> Run<'a> {
 
     fn open_recorder(&mut self) -> Option<Event> {
         let to_written = self.to_written.clone();
-        let opened = Recorder::open(&self.plan.bag, self.plan, &self.ears, to_written);
+        let opened = Recorder::open(&self.plan.bag, self.plan, &self.recorded_topics, to_written);
         let begun = opened.and_then(|mut recorder| {
-            for Sample { ear, received, .. } in self.early.drain(..) {
-                recorder.take((ear, &self.ears[ear]), &received)?;
+            for Sample { recorded_topic, received, .. } in self.early.drain(..) {
+                recorder
+                    .take((recorded_topic, &self.recorded_topics[recorded_topic]), &received)?;
             }
             Ok(recorder)
         });

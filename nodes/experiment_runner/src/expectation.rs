@@ -14,12 +14,12 @@ use rsrs_fleet::timing::COUNTDOWN;
 use rsrs_msgs::topics;
 use rsrs_ros::session::{Endpoint, EndpointKind, Session};
 
-use crate::ears::{Ear, Role};
 use crate::fit;
 use crate::plan::{PlaceCheck, Plan, Poses};
+use crate::recorded_topics::{RecordedTopic, Role};
 
 /// What the machine must know of a run.
-pub fn runner_options(plan: &Plan, ears: &[Ear]) -> RunnerOptions {
+pub fn runner_options(plan: &Plan, recorded_topics: &[RecordedTopic]) -> RunnerOptions {
     let record = &plan.record;
     let pace = match record.time {
         Time::Lockstep => Pace::Lockstep { steps: plan.steps() },
@@ -27,7 +27,7 @@ pub fn runner_options(plan: &Plan, ears: &[Ear]) -> RunnerOptions {
     };
     RunnerOptions {
         run_id: record.run_id.clone(),
-        expected: expected(plan, ears),
+        expected: expected(plan, recorded_topics),
         controller: record.conditions.controller,
         reaction: plan.reaction(),
         simulator_digest: placement_digest(
@@ -59,14 +59,14 @@ fn samples(plan: &Plan) -> BTreeSet<SampleKind> {
     poses.into_iter().chain([SampleKind::Detection]).collect()
 }
 
-fn expected(plan: &Plan, ears: &[Ear]) -> Expected {
-    let topics = ears.iter().map(|ear| ExpectedTopic {
-        name: ear.name.clone(),
-        type_name: ear.type_name.clone(),
-        publishers: if ear.name.ends_with(topics::VIRTUAL_DETECTION.name) {
+fn expected(plan: &Plan, recorded_topics: &[RecordedTopic]) -> Expected {
+    let topics = recorded_topics.iter().map(|recorded_topic| ExpectedTopic {
+        name: recorded_topic.name.clone(),
+        type_name: recorded_topic.type_name.clone(),
+        publishers: if recorded_topic.name.ends_with(topics::VIRTUAL_DETECTION.name) {
             Publishers::AtMostOne
         } else {
-            publishers(plan, ear.role)
+            publishers(plan, recorded_topic.role)
         },
     });
     let limits = plan.robots.iter().filter_map(|robot| {
@@ -110,11 +110,11 @@ fn publishers(plan: &Plan, role: Role) -> Publishers {
 ///
 /// # Arguments
 ///
-/// * `simulator` — whether the simulator was heard just now.
+/// * `simulator` — whether the simulator was received just now.
 /// * `unrecordable` — topics that were asked for and cannot be recorded, and why.
 pub fn graph(
     (session, plan): (&Session, &Plan),
-    simulator: Heard,
+    simulator: Presence,
     unrecordable: BTreeMap<String, String>,
 ) -> Graph {
     let endpoints = session.endpoints();
@@ -125,7 +125,7 @@ pub fn graph(
         unfit,
         publishers: writers.into_iter().map(end).collect(),
         subscribers: readers.into_iter().map(end).collect(),
-        simulator: simulator == Heard::Recently,
+        simulator: simulator == Presence::Recently,
         unrecordable,
     }
 }
@@ -135,9 +135,9 @@ fn end(endpoint: Endpoint) -> preflight::Endpoint {
     preflight::Endpoint { topic, type_name, node, guid }
 }
 
-/// Whether somebody was heard.
+/// Whether somebody was received.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Heard {
+pub enum Presence {
     /// Within the time in which a node counts as alive.
     Recently,
     /// Never, or too long ago.

@@ -7,12 +7,12 @@ use rsrs_bags::definitions::{Definition, Definitions};
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rsrs_ros::session::{Endpoint, EndpointKind, Session, SessionError, Subscription};
 
-use crate::ears::{Ear, LEAST_DEPTH, Queue, Role};
 use crate::plan::Recording;
+use crate::recorded_topics::{LEAST_DEPTH, Queue, RecordedTopic, Role};
 
-/// Topics that are looked for, and those that are heard.
+/// Topics that are looked for, and those that are received.
 pub struct Extras {
-    /// Those that are not heard yet, each with the reason.
+    /// Those that are not received yet, each with the reason.
     waiting: BTreeMap<String, String>,
     definitions: Definitions,
     /// Types that were looked for; folders are not searched again for them.
@@ -24,9 +24,11 @@ pub struct Extras {
 }
 
 impl Extras {
-    /// Topics that nobody has looked for yet. What is heard in every run is left out.
-    pub fn new(recording: &Recording, ears: &[Ear], queue: Queue) -> Self {
-        let is_new = |name: &&String| !ears.iter().any(|ear| ear.name == **name);
+    /// Topics that nobody has looked for yet. What is received in every run is left out.
+    pub fn new(recording: &Recording, recorded_topics: &[RecordedTopic], queue: Queue) -> Self {
+        let is_new = |name: &&String| {
+            !recorded_topics.iter().any(|recorded_topic| recorded_topic.name == **name)
+        };
         let waiting = recording.topics.iter().filter(is_new);
         Self {
             waiting: waiting.map(|name| (name.clone(), NOBODY.to_owned())).collect(),
@@ -47,7 +49,11 @@ impl Extras {
     /// # Errors
     ///
     /// If a subscription cannot be made.
-    pub fn look(&mut self, session: &Session, ears: &mut Vec<Ear>) -> Result<(), SessionError> {
+    pub fn look(
+        &mut self,
+        session: &Session,
+        recorded_topics: &mut Vec<RecordedTopic>,
+    ) -> Result<(), SessionError> {
         if self.waiting.is_empty() {
             return Ok(());
         }
@@ -55,10 +61,12 @@ impl Extras {
         writers.retain(|end| end.kind == EndpointKind::Writer);
         for name in self.waiting.keys().cloned().collect::<Vec<_>>() {
             let of_topic: Vec<&Endpoint> = writers.iter().filter(|end| end.topic == name).collect();
-            match self.ear(&name, &of_topic) {
-                Ok(ear) => {
-                    self.subscriptions.push(self.queue.listen(session, (ears.len(), &ear))?);
-                    ears.push(ear);
+            match self.recorded_topic(&name, &of_topic) {
+                Ok(recorded_topic) => {
+                    self.subscriptions.push(
+                        self.queue.listen(session, (recorded_topics.len(), &recorded_topic))?,
+                    );
+                    recorded_topics.push(recorded_topic);
                     self.waiting.remove(&name);
                 }
                 Err(reason) => {
@@ -69,8 +77,12 @@ impl Extras {
         Ok(())
     }
 
-    /// What is to be heard of a topic, or why it is not.
-    fn ear(&mut self, name: &str, writers: &[&Endpoint]) -> Result<Ear, String> {
+    /// What is to be received of a topic, or why it is not.
+    fn recorded_topic(
+        &mut self,
+        name: &str,
+        writers: &[&Endpoint],
+    ) -> Result<RecordedTopic, String> {
         let types: BTreeSet<&str> = writers.iter().map(|end| end.type_name.as_str()).collect();
         let type_name = match types.iter().copied().collect::<Vec<_>>()[..] {
             [] => return Err(NOBODY.to_owned()),
@@ -87,9 +99,9 @@ impl Extras {
             Durability::TransientLocal => Role::Preparation,
             Durability::Volatile => Role::Other,
         };
-        let mut ear = Ear::described(name.to_owned(), (type_name, qos), role);
-        ear.definition = definition;
-        Ok(ear)
+        let mut recorded_topic = RecordedTopic::described(name.to_owned(), (type_name, qos), role);
+        recorded_topic.definition = definition;
+        Ok(recorded_topic)
     }
 
     /// The definition of a type; `None` for those that are compiled in.

@@ -6,13 +6,13 @@
 
 mod arguments;
 mod driver;
-mod ears;
 mod expectation;
 mod extras;
 mod fit;
 mod meaning;
 mod parameters;
 pub mod plan;
+mod recorded_topics;
 mod recorder;
 mod report;
 pub mod stop;
@@ -65,7 +65,7 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
     let stop = async {
         match shutdown::requested().await {
             Ok(_) => "interrupted".to_owned(),
-            Err(error) => format!("signals cannot be heard: {error}"),
+            Err(error) => format!("signals cannot be received: {error}"),
         }
     };
     // What it says goes to the log by itself.

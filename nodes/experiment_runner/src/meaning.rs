@@ -19,8 +19,8 @@ use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::ReceivedRaw;
 use rsrs_wire as wire;
 
-use crate::ears::Role;
 use crate::plan::Plan;
+use crate::recorded_topics::Role;
 
 /// What a sample says to the machine, except for the simulator's.
 ///

@@ -136,7 +136,7 @@ impl Plan {
             run_id: run_id.clone(),
         };
         if let Some(swept) = &swept {
-            swept.circumstances.admit(&record.circumstances()).with_context(|| {
+            swept.operator_conditions.admit(&record.operator_conditions()).with_context(|| {
                 format!("{} could not be compared with the sweep", request.experiment.display())
             })?;
         }

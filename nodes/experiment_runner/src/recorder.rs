@@ -19,8 +19,8 @@ use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::ReceivedRaw;
 use tokio::sync::mpsc::UnboundedSender;
 
-use crate::ears::{Ear, Role};
 use crate::plan::Plan;
+use crate::recorded_topics::{RecordedTopic, Role};
 use account::Account;
 pub use account::RECORD as RECORDING;
 pub use disk::Written;
@@ -119,7 +119,7 @@ impl Recorder {
     pub fn open(
         folder: &Path,
         plan: &Plan,
-        ears: &[Ear],
+        recorded_topics: &[RecordedTopic],
         report: UnboundedSender<Written>,
     ) -> Result<Self, RecorderError> {
         let record = &plan.record;
@@ -144,18 +144,19 @@ impl Recorder {
                 period_ns: period_ns(record.conditions.period_s),
                 now_ns: 0,
                 steps: Steps::of(
-                    ears.iter()
+                    recorded_topics
+                        .iter()
                         .enumerate()
-                        .filter(|(_, ear)| makes_a_step(ear.role))
+                        .filter(|(_, recorded_topic)| makes_a_step(recorded_topic.role))
                         .map(|(index, _)| index),
                 ),
             },
         };
-        Ok(Self::around(Disk::start(open, |_| {}, report, ROOM)?, pace, ears))
+        Ok(Self::around(Disk::start(open, |_| {}, report, ROOM)?, pace, recorded_topics))
     }
 
-    fn around(disk: Disk, pace: Pace, ears: &[Ear]) -> Self {
-        let account = Account::new(ears);
+    fn around(disk: Disk, pace: Pace, recorded_topics: &[RecordedTopic]) -> Self {
+        let account = Account::new(recorded_topics);
         Self { disk, added: BTreeSet::new(), pace, account, has_overflowed: false }
     }
 
@@ -168,13 +169,13 @@ impl Recorder {
     /// only.
     pub fn take(
         &mut self,
-        (index, ear): (usize, &Ear),
+        (index, recorded_topic): (usize, &RecordedTopic),
         received: &ReceivedRaw,
     ) -> Result<(), RecorderError> {
         let data = &received.message;
-        let log_time_ns = self.pace.log_time_ns((index, ear), data)?;
+        let log_time_ns = self.pace.log_time_ns((index, recorded_topic), data)?;
         if !self.disk.has_room_for(data.len()) {
-            ear.count_overflow();
+            recorded_topic.count_overflow();
             if std::mem::replace(&mut self.has_overflowed, true) {
                 return Ok(());
             }
@@ -185,14 +186,21 @@ impl Recorder {
             Pace::Lockstep { .. } => log_time_ns,
         };
         if self.added.insert(index) {
-            self.disk.add_topic(index, ear);
+            self.disk.add_topic(index, recorded_topic);
         }
         // The field of the file has 32 bits; counts beyond them start over.
         let sequence = u32::try_from(received.sequence & u64::from(u32::MAX))
             .expect("the mask leaves 32 bits");
         let (data, step) = (data.clone(), self.step());
-        let ear = index;
-        self.disk.write(Message { ear, log_time_ns, publish_time_ns, sequence, data, step });
+        let recorded_topic = index;
+        self.disk.write(Message {
+            recorded_topic,
+            log_time_ns,
+            publish_time_ns,
+            sequence,
+            data,
+            step,
+        });
         self.account.add((index, received.writer), received.sequence);
         Ok(())
     }
@@ -263,7 +271,7 @@ impl Pace {
     /// When a message counts as received: in lockstep, the time of its step.
     fn log_time_ns(
         &mut self,
-        (index, ear): (usize, &Ear),
+        (index, recorded_topic): (usize, &RecordedTopic),
         data: &[u8],
     ) -> Result<u64, RecorderError> {
         let Self::Lockstep { period_ns, now_ns, steps } = self else {
@@ -273,9 +281,10 @@ impl Pace {
             return Ok(*now_ns);
         };
         let unstamped =
-            || RecorderError::Unstamped { topic: ear.name.clone(), n_bytes: data.len() };
-        let undecodable = |source| RecorderError::Undecodable { topic: ear.name.clone(), source };
-        let stamped_ns = match ear.role {
+            || RecorderError::Unstamped { topic: recorded_topic.name.clone(), n_bytes: data.len() };
+        let undecodable =
+            |source| RecorderError::Undecodable { topic: recorded_topic.name.clone(), source };
+        let stamped_ns = match recorded_topic.role {
             // Its type has no stamp; the simulator publishes one for each step, and reliably.
             Role::Detection(_) => count * *period_ns,
             Role::WorldDigest => {
@@ -290,7 +299,7 @@ impl Pace {
         };
         if stamped_ns != count * *period_ns {
             return Err(RecorderError::OutOfStep {
-                topic: ear.name.clone(),
+                topic: recorded_topic.name.clone(),
                 count,
                 found: stamped_ns / *period_ns,
             });

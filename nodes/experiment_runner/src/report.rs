@@ -9,7 +9,7 @@ use rsrs_fleet::record::Ending;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Progress {
     /// Something to tell the operator.
-    Say(String),
+    Note(String),
     /// Steps that are recorded, of all; in real time, seconds that have passed.
     Done {
         /// So many are done.

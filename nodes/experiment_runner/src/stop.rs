@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use rsrs_fleet::e_stop::{Cause, Source};
-use rsrs_fleet::stopper::{Action, Answer, Ending, Event, MOST_ROBOTS, Stopper, Word};
+use rsrs_fleet::stopper::{Action, Answer, Ending, Event, MOST_ROBOTS, StopCommand, Stopper};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::{Bool, Text};
 use rsrs_msgs::topics;
@@ -23,7 +23,7 @@ use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 const NODE: &str = "rsrs_stop";
 
 /// How often time passes for the machine while nothing arrives.
-const GLANCE: Duration = Duration::from_millis(10);
+const TICK: Duration = Duration::from_millis(10);
 /// How often the discovery database is looked at.
 const LOOK_AROUND: Duration = Duration::from_millis(50);
 
@@ -61,17 +61,17 @@ pub struct Holding {
 /// # Errors
 ///
 /// If the network cannot be used. A robot that does not acknowledge is part of the report.
-pub async fn say_to_all(
-    word: Word,
+pub async fn command_all(
+    word: StopCommand,
     robots: &[String],
     network: &SessionOptions,
     interrupt: impl Future<Output = ()>,
 ) -> anyhow::Result<StopReport> {
     let session = Session::open(network)?;
-    let told = Teller::new(&session, Stopper::new(word));
+    let told = StopNode::new(&session, Stopper::new(word));
     let report = match told {
-        Ok(mut teller) => tokio::select! {
-            report = teller.tell(robots, interrupt) => report,
+        Ok(mut stop_node) => tokio::select! {
+            report = stop_node.run(robots, interrupt) => report,
             ended = session.ended() => Err(ended.into()),
         },
         Err(error) => Err(error),
@@ -81,14 +81,14 @@ pub async fn say_to_all(
 }
 
 /// A stopper and its ends of the network.
-struct Teller<'a> {
+struct StopNode<'a> {
     session: &'a Session,
     node: NodeHandle,
     machine: Stopper,
     e_stop: Publisher<Bool>,
     release: Publisher<Text>,
     start: Instant,
-    ears: BTreeMap<String, Subscription>,
+    recorded_topics: BTreeMap<String, Subscription>,
     /// Names that are no robot's.
     refused: BTreeSet<String>,
     /// Nodes of the publishers of the e-stop topic, as far as they were ever known.
@@ -96,7 +96,7 @@ struct Teller<'a> {
     ending: Option<Ending>,
 }
 
-impl<'a> Teller<'a> {
+impl<'a> StopNode<'a> {
     fn new(session: &'a Session, machine: Stopper) -> anyhow::Result<Self> {
         let node = session.node("/", NODE)?;
         let topic = topics::E_STOP;
@@ -112,26 +112,26 @@ impl<'a> Teller<'a> {
             node,
             machine,
             start: Instant::now(),
-            ears: BTreeMap::new(),
+            recorded_topics: BTreeMap::new(),
             ending: None,
         })
     }
 
-    async fn tell(
+    async fn run(
         &mut self,
         robots: &[String],
         interrupt: impl Future<Output = ()>,
     ) -> anyhow::Result<StopReport> {
-        let (heard, mut events) = unbounded_channel();
+        let (received, mut events) = unbounded_channel();
         // The first word goes out before anything else is looked at.
         self.advance(Event::Tick).await;
         for robot in robots {
-            self.find(robot, &heard).await;
+            self.find(robot, &received).await;
         }
-        let _leases = self.listen_to_leases(&heard)?;
-        let _e_stop = self.listen_to_e_stop(&heard)?;
-        let mut glance = tokio::time::interval(GLANCE);
-        glance.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+        let _leases = self.listen_to_leases(&received)?;
+        let _e_stop = self.listen_to_e_stop(&received)?;
+        let mut tick = tokio::time::interval(TICK);
+        tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
         let mut look = tokio::time::interval(LOOK_AROUND);
         look.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
         let mut interrupt = std::pin::pin!(interrupt);
@@ -146,11 +146,11 @@ impl<'a> Teller<'a> {
                     self.advance(Event::Interrupt).await;
                 }
                 Some(event) = events.recv() => match event {
-                    Event::Found { robot } => self.find(&robot, &heard).await,
+                    Event::Found { robot } => self.find(&robot, &received).await,
                     event => self.advance(event).await,
                 },
-                _ = look.tick() => self.look_around(&heard).await,
-                _ = glance.tick() => self.advance(Event::Tick).await,
+                _ = look.tick() => self.look_around(&received).await,
+                _ = tick.tick() => self.advance(Event::Tick).await,
             }
         }
     }
@@ -177,7 +177,7 @@ impl<'a> Teller<'a> {
     async fn advance(&mut self, event: Event) {
         for action in self.machine.on_event(event, self.start.elapsed()) {
             let published = match action {
-                Action::Say(data) => self.e_stop.publish(Bool { data }).await,
+                Action::Publish(data) => self.e_stop.publish(Bool { data }).await,
                 Action::Release(sources) => {
                     self.release.publish(wire::e_stop::release_message(&sources)).await
                 }
@@ -187,12 +187,12 @@ impl<'a> Teller<'a> {
                 }
             };
             if let Err(error) = published {
-                self.node.say(Level::Error, &error.to_string());
+                self.node.log(Level::Error, &error.to_string());
             }
         }
     }
 
-    async fn look_around(&mut self, heard: &UnboundedSender<Event>) {
+    async fn look_around(&mut self, received: &UnboundedSender<Event>) {
         let endpoints = self.session.endpoints();
         let writers = endpoints.iter().filter(|endpoint| endpoint.kind == EndpointKind::Writer);
         let of_e_stop = writers.clone().filter(|endpoint| endpoint.topic == topics::E_STOP.name);
@@ -207,21 +207,21 @@ impl<'a> Teller<'a> {
             .filter_map(|endpoint| robot_of(&endpoint.topic))
             .collect();
         for robot in robots {
-            self.find(robot, heard).await;
+            self.find(robot, received).await;
         }
         self.advance(Event::Publishers(present)).await;
     }
 
     /// Listens to a robot, once; a name that no robot can have is left out.
-    async fn find(&mut self, robot: &str, heard: &UnboundedSender<Event>) {
-        let is_new = !self.ears.contains_key(robot) && !self.refused.contains(robot);
+    async fn find(&mut self, robot: &str, received: &UnboundedSender<Event>) {
+        let is_new = !self.recorded_topics.contains_key(robot) && !self.refused.contains(robot);
         if !is_new || !self.machine.follows(robot) {
             return;
         }
         let reason = if is_name(robot) {
-            match self.listen_to_robot(robot, heard) {
-                Ok(ear) => {
-                    self.ears.insert(robot.to_owned(), ear);
+            match self.listen_to_robot(robot, received) {
+                Ok(recorded_topic) => {
+                    self.recorded_topics.insert(robot.to_owned(), recorded_topic);
                     self.advance(Event::Found { robot: robot.to_owned() }).await;
                     return;
                 }
@@ -231,7 +231,7 @@ impl<'a> Teller<'a> {
             "no robot can have this name".to_owned()
         };
         if self.refused.len() < MOST_ROBOTS {
-            self.node.say(Level::Warn, &format!("left out robot `{robot}`: {reason}"));
+            self.node.log(Level::Warn, &format!("left out robot `{robot}`: {reason}"));
             self.refused.insert(robot.to_owned());
         }
     }
@@ -239,9 +239,9 @@ impl<'a> Teller<'a> {
     fn listen_to_robot(
         &self,
         robot: &str,
-        heard: &UnboundedSender<Event>,
+        received: &UnboundedSender<Event>,
     ) -> Result<Subscription, SessionError> {
-        let (name, heard, node) = (robot.to_owned(), heard.clone(), self.node.clone());
+        let (name, received, node) = (robot.to_owned(), received.clone(), self.node.clone());
         let topic = topics::STATUS;
         self.session.subscribe(
             &self.node,
@@ -251,10 +251,10 @@ impl<'a> Teller<'a> {
                 match wire::status(sample.message) {
                     // Nobody listens any more once it is over.
                     Ok(status) => {
-                        drop(heard.send(Event::Status { robot: name.clone(), status }));
+                        drop(received.send(Event::Status { robot: name.clone(), status }));
                     }
                     Err(error) => {
-                        node.say(Level::Warn, &format!("refused a status of {name}: {error}"));
+                        node.log(Level::Warn, &format!("refused a status of {name}: {error}"));
                     }
                 }
             },
@@ -264,9 +264,9 @@ impl<'a> Teller<'a> {
     /// Who locks, as the sources say and as the robots report.
     fn listen_to_e_stop(
         &self,
-        heard: &UnboundedSender<Event>,
+        received: &UnboundedSender<Event>,
     ) -> Result<EStopSubscriptions, SessionError> {
-        let heard = heard.clone();
+        let received = received.clone();
         EStopSubscriptions::new(self.session, &self.node, move |message| {
             let event = match message {
                 EStopMessage::Said { source, engaged } => Event::EStop { source, engaged },
@@ -275,13 +275,13 @@ impl<'a> Teller<'a> {
                 EStopMessage::Release(_) => return,
             };
             // Nobody listens any more once it is over.
-            drop(heard.send(event));
+            drop(received.send(event));
         })
     }
 
-    /// A lease names robots that have never been heard, too.
-    fn listen_to_leases(&self, heard: &UnboundedSender<Event>) -> anyhow::Result<Subscription> {
-        let heard = heard.clone();
+    /// A lease names robots that have never been received, too.
+    fn listen_to_leases(&self, received: &UnboundedSender<Event>) -> anyhow::Result<Subscription> {
+        let received = received.clone();
         let topic = topics::LEASE;
         Ok(self.session.subscribe(
             &self.node,
@@ -290,7 +290,7 @@ impl<'a> Teller<'a> {
             move |sample: rsrs_ros::session::Received<RunLease>| {
                 for robot in sample.message.robots.into_iter().take(MOST_ROBOTS) {
                     // Nobody listens any more once it is over.
-                    drop(heard.send(Event::Found { robot }));
+                    drop(received.send(Event::Found { robot }));
                 }
             },
         )?)

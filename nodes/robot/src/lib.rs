@@ -17,7 +17,7 @@ pub mod driver;
 mod listening;
 mod node;
 mod parameters;
-mod voice;
+mod publishers;
 
 pub use arguments::{ArgumentsError, RobotArguments};
 pub use parameters::NODE;

@@ -1,4 +1,4 @@
-//! What the robot node hears from the network.
+//! What the robot node receives from the network.
 
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
@@ -9,7 +9,7 @@ use tokio::sync::mpsc::UnboundedSender;
 
 /// What reaches the robot.
 #[derive(Debug)]
-pub enum Heard {
+pub enum Input {
     /// A lease.
     Lease(RunLease),
     /// Something of the e-stop.
@@ -40,19 +40,19 @@ pub fn listen(
     session: &Session,
     (node, robot): (&NodeHandle, &str),
     commands: Commands,
-    heard: &UnboundedSender<Heard>,
+    received: &UnboundedSender<Input>,
 ) -> Result<[Subscription; 3], SessionError> {
-    let (to_lease, to_controller) = (heard.clone(), heard.clone());
+    let (to_lease, to_controller) = (received.clone(), received.clone());
     let (lease, status) = (topics::LEASE, topics::CONTROLLER_STATUS);
     // In all of these, the receiver is gone only while the node shuts down.
     Ok([
         session.subscribe(node, lease.name, lease.qos, move |sample| {
-            drop(to_lease.send(Heard::Lease(sample.message)));
+            drop(to_lease.send(Input::Lease(sample.message)));
         })?,
         session.subscribe(node, &status.for_robot(robot), status.qos, move |sample| {
-            drop(to_controller.send(Heard::Controller(sample.message)));
+            drop(to_controller.send(Input::Controller(sample.message)));
         })?,
-        listen_to_commands(session, (node, robot), commands, heard.clone())?,
+        listen_to_commands(session, (node, robot), commands, received.clone())?,
     ])
 }
 
@@ -64,12 +64,12 @@ pub fn listen(
 pub fn listen_to_e_stop(
     session: &Session,
     node: &NodeHandle,
-    heard: &UnboundedSender<Heard>,
+    received: &UnboundedSender<Input>,
 ) -> Result<EStopSubscriptions, SessionError> {
-    let heard = heard.clone();
+    let received = received.clone();
     EStopSubscriptions::new(session, node, move |message| {
         // The receiver is gone only while the node shuts down.
-        drop(heard.send(Heard::EStop(message)));
+        drop(received.send(Input::EStop(message)));
     })
 }
 
@@ -77,20 +77,20 @@ fn listen_to_commands(
     session: &Session,
     (node, robot): (&NodeHandle, &str),
     commands: Commands,
-    heard: UnboundedSender<Heard>,
+    received: UnboundedSender<Input>,
 ) -> Result<Subscription, SessionError> {
     match commands {
         Commands::Stamped => {
             let topic = topics::CMD_VEL;
             session.subscribe(node, &topic.for_robot(robot), topic.qos, move |sample| {
                 let stamped: TwistStamped = sample.message;
-                drop(heard.send(Heard::Command(stamped.twist)));
+                drop(received.send(Input::Command(stamped.twist)));
             })
         }
         Commands::Unstamped => {
             let topic = topics::CMD_VEL_UNSTAMPED;
             session.subscribe(node, &topic.for_robot(robot), topic.qos, move |sample| {
-                drop(heard.send(Heard::Command(sample.message)));
+                drop(received.send(Input::Command(sample.message)));
             })
         }
     }

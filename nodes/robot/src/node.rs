@@ -30,12 +30,12 @@ use crate::driver::ros::RosDriver;
 use crate::driver::serial::SerialDriver;
 use crate::driver::virtual_robot::VirtualDriver;
 use crate::driver::{Driver, DriverKind, Place, Report, Sensed};
-use crate::listening::{Commands, Heard, listen, listen_to_e_stop};
+use crate::listening::{Commands, Input, listen, listen_to_e_stop};
 use crate::parameters::{self, CMD_VEL_TYPE, NODE, PERIOD, Settings};
-use crate::voice::Voice;
+use crate::publishers::Publishers;
 
 /// How often the gate is looked at while nothing arrives.
-const GLANCE: Duration = Duration::from_millis(20);
+const TICK: Duration = Duration::from_millis(20);
 /// How often the wheels are told what they were told before: several times within their timeout.
 const WHEEL_BEAT: Duration = Duration::from_millis(50);
 /// How often the robot's health is told.
@@ -63,12 +63,12 @@ pub async fn run(options: RobotArguments) -> anyhow::Result<()> {
 }
 
 async fn host<D: Driver>(session: &Session, options: RobotArguments) -> anyhow::Result<()> {
-    let (heard, mut events) = unbounded_channel();
-    let mut robot = RobotNode::<D>::new(session, &options, &heard)?;
+    let (received, mut events) = unbounded_channel();
+    let mut robot = RobotNode::<D>::new(session, &options, &received)?;
     for note in &options.node.ros.notes {
-        robot.node.say(Level::Warn, &note.to_string());
+        robot.node.log(Level::Warn, &note.to_string());
     }
-    robot.node.say(Level::Info, &format!("ready, with a {} driver", options.driver.name()));
+    robot.node.log(Level::Info, &format!("ready, with a {} driver", options.driver.name()));
     let controller = options.controller.map(|given| Hosting { robot: options.robot, given });
     let ended = tokio::select! {
         biased;
@@ -98,7 +98,7 @@ struct RobotNode<D> {
     detector: Detector,
     settings: Settings,
     server: ParameterServer,
-    voice: Voice,
+    publishers: Publishers,
     start: Instant,
     period: Duration,
     /// What the driver says is wrong; at the start, that it has said nothing yet.
@@ -123,7 +123,7 @@ struct RobotNode<D> {
 
 /// What the loop woke up for.
 enum Woken {
-    Heard(Heard),
+    Input(Input),
     Report(Report),
     Glance,
     Period,
@@ -134,15 +134,15 @@ impl<D: Driver> RobotNode<D> {
     fn new(
         session: &Session,
         options: &RobotArguments,
-        heard: &UnboundedSender<Heard>,
+        received: &UnboundedSender<Input>,
     ) -> anyhow::Result<Self> {
         let name = options.robot.clone();
         let node = session.node(&format!("/{name}"), NODE)?;
         let full_name = node.full_name();
         let declared = parameters::declare(&name, options.driver, &options.given);
-        let changed = heard.clone();
+        let changed = received.clone();
         let server = ParameterServer::start(session, vec![declared], move |_, _| {
-            changed.send(Heard::Parameters).map_err(|_closed| "shutting down".to_owned())
+            changed.send(Input::Parameters).map_err(|_closed| "shutting down".to_owned())
         })?;
         let commands = match text(&server, full_name, CMD_VEL_TYPE).as_str() {
             "twist_stamped" => Commands::Stamped,
@@ -165,7 +165,7 @@ impl<D: Driver> RobotNode<D> {
             ramp: Ramp::standing(Duration::ZERO),
             detector: Detector::default(),
             settings: parameters::settings(&server, full_name),
-            voice: Voice::new(session, &node, &name)?,
+            publishers: Publishers::new(session, &node, &name)?,
             start: Instant::now(),
             period: Duration::from_secs_f64(period_s),
             driver_fault: Some("the driver has not answered yet".to_owned()),
@@ -178,17 +178,17 @@ impl<D: Driver> RobotNode<D> {
             arming: Arming::Disarmed,
             refused_epoch: None,
             locks: LocksPublisher::new(session, &node)?,
-            _e_stop: listen_to_e_stop(session, &node, heard)?,
-            _subscriptions: listen(session, (&node, &name), commands, heard)?,
+            _e_stop: listen_to_e_stop(session, &node, received)?,
+            _subscriptions: listen(session, (&node, &name), commands, received)?,
             server,
             node,
             name,
         })
     }
 
-    async fn serve(&mut self, events: &mut UnboundedReceiver<Heard>) -> anyhow::Result<()> {
+    async fn serve(&mut self, events: &mut UnboundedReceiver<Input>) -> anyhow::Result<()> {
         let mut asked_to_stop = std::pin::pin!(shutdown::requested());
-        let (mut glance, mut health) = (beat(GLANCE), beat(HEALTH_BEAT));
+        let (mut tick, mut health) = (beat(TICK), beat(HEALTH_BEAT));
         let mut period = beat(self.period);
         loop {
             let woken = tokio::select! {
@@ -197,21 +197,21 @@ impl<D: Driver> RobotNode<D> {
                     request?;
                     return Ok(());
                 }
-                Some(heard) = events.recv() => Woken::Heard(heard),
+                Some(received) = events.recv() => Woken::Input(received),
                 report = self.driver.report() => Woken::Report(report),
-                _ = glance.tick() => Woken::Glance,
+                _ = tick.tick() => Woken::Glance,
                 _ = period.tick() => Woken::Period,
                 _ = health.tick() => Woken::Health,
             };
             match woken {
-                Woken::Heard(heard) => self.hear(heard).await?,
+                Woken::Input(received) => self.receive(received).await?,
                 Woken::Report(report) => self.take(report).await?,
                 Woken::Glance => {}
                 Woken::Period => self.publish_detection().await?,
                 Woken::Health => self.publish_health().await?,
             }
             self.look_for_faults().await?;
-            self.tell_gate(Event::Tick).await?;
+            self.step_gate(Event::Tick).await?;
             self.turn_wheels().await;
             self.hold_parameters()?;
         }
@@ -221,47 +221,47 @@ impl<D: Driver> RobotNode<D> {
         self.start.elapsed()
     }
 
-    async fn tell_gate(&mut self, event: Event) -> anyhow::Result<()> {
+    async fn step_gate(&mut self, event: Event) -> anyhow::Result<()> {
         if let Some(status) = self.gate.on_event(event, self.now()) {
-            self.voice.status(&status).await?;
+            self.publishers.status(&status).await?;
         }
         let refused = self.gate.refused_epoch();
         if refused != self.refused_epoch {
             self.refused_epoch = refused;
             if let Some(refused) = refused {
-                self.node.say(Level::Warn, &refused.to_string());
+                self.node.log(Level::Warn, &refused.to_string());
             }
         }
-        Ok(self.locks.tell(self.gate.locks()).await?)
+        Ok(self.locks.publish(self.gate.locks()).await?)
     }
 
-    async fn hear(&mut self, heard: Heard) -> anyhow::Result<()> {
-        match heard {
-            Heard::Lease(message) => match wire::lease(message) {
-                Ok(lease) => self.tell_gate(Event::Lease(lease)).await,
+    async fn receive(&mut self, received: Input) -> anyhow::Result<()> {
+        match received {
+            Input::Lease(message) => match wire::lease(message) {
+                Ok(lease) => self.step_gate(Event::Lease(lease)).await,
                 Err(error) => {
-                    self.node.say(Level::Warn, &format!("refused: {error}"));
+                    self.node.log(Level::Warn, &format!("refused: {error}"));
                     Ok(())
                 }
             },
-            Heard::EStop(EStopMessage::Said { source, engaged }) => {
-                self.tell_gate(Event::EStop { source, engaged }).await
+            Input::EStop(EStopMessage::Said { source, engaged }) => {
+                self.step_gate(Event::EStop { source, engaged }).await
             }
-            Heard::EStop(EStopMessage::Release(sources)) => {
-                self.tell_gate(Event::Release(sources)).await
+            Input::EStop(EStopMessage::Release(sources)) => {
+                self.step_gate(Event::Release(sources)).await
             }
-            Heard::EStop(EStopMessage::Locks { locks, .. }) => {
-                self.tell_gate(Event::LocksOfOthers(locks)).await
+            Input::EStop(EStopMessage::Locks { locks, .. }) => {
+                self.step_gate(Event::LocksOfOthers(locks)).await
             }
-            Heard::Controller(message) => match wire::status(message) {
-                Ok(status) => self.tell_gate(Event::Controller(status)).await,
+            Input::Controller(message) => match wire::status(message) {
+                Ok(status) => self.step_gate(Event::Controller(status)).await,
                 Err(error) => {
-                    self.node.say(Level::Warn, &format!("refused: {error}"));
+                    self.node.log(Level::Warn, &format!("refused: {error}"));
                     Ok(())
                 }
             },
-            Heard::Command(twist) => self.command(&twist).await,
-            Heard::Parameters => {
+            Input::Command(twist) => self.command(&twist).await,
+            Input::Parameters => {
                 self.settings = parameters::settings(&self.server, self.node.full_name());
                 Ok(())
             }
@@ -274,15 +274,15 @@ impl<D: Driver> RobotNode<D> {
             fits.map(|()| command).map_err(|error| error.to_string())
         });
         match checked {
-            Ok(command) => self.tell_gate(Event::Command(command)).await,
+            Ok(command) => self.step_gate(Event::Command(command)).await,
             Err(reason) => {
                 self.refused += 1;
                 let now = self.now();
                 if self.complained.is_none_or(|last| now.saturating_sub(last) >= COMPLAINT) {
                     self.complained = Some(now);
-                    self.node.say(Level::Warn, &format!("refused: {reason}"));
+                    self.node.log(Level::Warn, &format!("refused: {reason}"));
                 }
-                self.tell_gate(Event::CommandRefused).await
+                self.step_gate(Event::CommandRefused).await
             }
         }
     }
@@ -294,7 +294,7 @@ impl<D: Driver> RobotNode<D> {
                 self.told = None;
             }
             Report::Down(reason) => self.driver_fault = Some(reason),
-            Report::Battery(battery_v) => self.tell_gate(Event::Battery(battery_v)).await?,
+            Report::Battery(battery_v) => self.step_gate(Event::Battery(battery_v)).await?,
             Report::Sensed(Sensed { seen, range }) => {
                 let measured = range.as_ref().map(|range| Reading::Range(f64::from(range.range)));
                 let now = self.now();
@@ -302,7 +302,7 @@ impl<D: Driver> RobotNode<D> {
                     self.detector.on_reading(reading, &self.settings.detector, now);
                 }
                 if let Some(range) = range {
-                    self.voice.range(range).await?;
+                    self.publishers.range(range).await?;
                 }
             }
         }
@@ -323,12 +323,12 @@ impl<D: Driver> RobotNode<D> {
         self.fault.clone_from(&found);
         if let Some(reason) = found {
             let level = if self.has_worked { Level::Error } else { Level::Warn };
-            self.node.say(level, &reason);
-            self.tell_gate(Event::Fault(reason)).await?;
+            self.node.log(level, &reason);
+            self.step_gate(Event::Fault(reason)).await?;
         } else {
             self.has_worked = true;
-            self.node.say(Level::Info, "sensor and wheels work");
-            self.tell_gate(Event::Repaired).await?;
+            self.node.log(Level::Info, "sensor and wheels work");
+            self.step_gate(Event::Repaired).await?;
         }
         self.publish_health().await
     }
@@ -364,7 +364,7 @@ impl<D: Driver> RobotNode<D> {
     /// Publishes what the robot sees; nothing while nothing is known.
     async fn publish_detection(&mut self) -> anyhow::Result<()> {
         if let Ok(data) = self.detector.detected(&self.settings.detector, self.now()) {
-            self.voice.detection(Bool { data }).await?;
+            self.publishers.detection(Bool { data }).await?;
         }
         Ok(())
     }
@@ -380,7 +380,7 @@ impl<D: Driver> RobotNode<D> {
             state: self.gate.state(now),
             refused: self.refused,
         };
-        Ok(self.voice.health(health).await?)
+        Ok(self.publishers.health(health).await?)
     }
 
     /// Stops the wheels, then says so.
@@ -388,12 +388,12 @@ impl<D: Driver> RobotNode<D> {
         for _ in 0..LAST_STOPS {
             if let Err(error) = self.driver.drive(Command::STOP).await {
                 let text = format!("the wheels' own timeout has to stop them: {error:#}");
-                self.node.say(Level::Warn, &text);
+                self.node.log(Level::Warn, &text);
                 break;
             }
-            tokio::time::sleep(GLANCE).await;
+            tokio::time::sleep(TICK).await;
         }
-        self.tell_gate(Event::Fault("the robot's node has ended".to_owned())).await
+        self.step_gate(Event::Fault("the robot's node has ended".to_owned())).await
     }
 }
 

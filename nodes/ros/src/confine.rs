@@ -1,7 +1,7 @@
 //! Networks of our own, from which no packet can reach a lab's robots.
 //!
 //! A middleware that is told to use the loopback interface only still binds its sockets to every
-//! interface and answers what it hears there. What has no business on the LAN therefore runs in a
+//! interface and answers what it receives there. What has no business on the LAN therefore runs in a
 //! network namespace, which has a loopback interface and nothing else.
 
 use std::collections::BTreeSet;

@@ -182,10 +182,10 @@ fn every_change_is_told_on_parameter_events() {
         let (fleet, lab) = (session(), session());
         let node = lab.node("/", "runner").unwrap();
         let events: Arc<Mutex<Vec<ParameterEvent>>> = Arc::default();
-        let heard = Arc::clone(&events);
+        let received = Arc::clone(&events);
         let topic = topics::PARAMETER_EVENTS;
         let deliver = move |received: Received<ParameterEvent>| {
-            heard.lock().unwrap().push(received.message);
+            received.lock().unwrap().push(received.message);
         };
         let _subscription = lab.subscribe(&node, topic.name, topic.qos, deliver).unwrap();
         let server = controllers(&fleet, 2);

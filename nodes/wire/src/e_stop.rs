@@ -108,7 +108,7 @@ impl LocksPublisher {
     /// # Errors
     ///
     /// [`PublishError`].
-    pub async fn tell(&mut self, locks: Locks) -> Result<(), PublishError> {
+    pub async fn publish(&mut self, locks: Locks) -> Result<(), PublishError> {
         if locks == self.told {
             return Ok(());
         }

@@ -14,7 +14,7 @@ use rsrs_msgs::std_msgs::Header;
 
 /// Why a message does not mean anything in the protocol.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Meaningless {
+pub enum InvalidMessage {
     /// A state that the protocol does not have.
     #[error("{kind} with state {found}, expected 0 to {most}")]
     State {
@@ -52,20 +52,20 @@ pub fn first_counter(now: Time) -> u64 {
 ///
 /// # Errors
 ///
-/// [`Meaningless`].
-pub fn lease(message: RunLease) -> Result<Lease, Meaningless> {
+/// [`InvalidMessage`].
+pub fn lease(message: RunLease) -> Result<Lease, InvalidMessage> {
     let state = match message.state {
         RunLease::IDLE => LeaseState::Idle,
         RunLease::ARMED => LeaseState::Armed,
         RunLease::RUNNING => LeaseState::Running,
         RunLease::STOPPED => LeaseState::Stopped,
         found => {
-            return Err(Meaningless::State { kind: "lease", found, most: RunLease::STOPPED });
+            return Err(InvalidMessage::State { kind: "lease", found, most: RunLease::STOPPED });
         }
     };
     let (robots, counters) = (message.robots.len(), message.echoed_counter.len());
     if robots != counters {
-        return Err(Meaningless::Lengths { robots, counters });
+        return Err(InvalidMessage::Lengths { robots, counters });
     }
     let echoes = message.robots.into_iter().zip(message.echoed_counter);
     Ok(Lease {
@@ -99,8 +99,8 @@ pub fn lease_message(lease: &Lease, stamp: Time) -> RunLease {
 ///
 /// # Errors
 ///
-/// [`Meaningless::State`].
-pub fn status(message: RobotStatus) -> Result<Status, Meaningless> {
+/// [`InvalidMessage::State`].
+pub fn status(message: RobotStatus) -> Result<Status, InvalidMessage> {
     let state = match message.state {
         RobotStatus::IDLE => RobotState::Idle,
         RobotStatus::ARMED => RobotState::Armed,
@@ -108,7 +108,7 @@ pub fn status(message: RobotStatus) -> Result<Status, Meaningless> {
         RobotStatus::STOPPED => RobotState::Stopped,
         RobotStatus::FAULT => RobotState::Fault,
         found => {
-            return Err(Meaningless::State { kind: "status", found, most: RobotStatus::FAULT });
+            return Err(InvalidMessage::State { kind: "status", found, most: RobotStatus::FAULT });
         }
     };
     Ok(Status {
@@ -144,13 +144,13 @@ pub fn status_message(status: &Status, stamp: Time) -> RobotStatus {
 ///
 /// # Errors
 ///
-/// [`Meaningless::NotFinite`].
-pub fn command(twist: &Twist) -> Result<Command, Meaningless> {
+/// [`InvalidMessage::NotFinite`].
+pub fn command(twist: &Twist) -> Result<Command, InvalidMessage> {
     let command = Command { speed_m_s: twist.linear.x, turn_rate_rad_s: twist.angular.z };
     if command.speed_m_s.is_finite() && command.turn_rate_rad_s.is_finite() {
         Ok(command)
     } else {
-        Err(Meaningless::NotFinite)
+        Err(InvalidMessage::NotFinite)
     }
 }
 
@@ -207,7 +207,7 @@ mod tests {
 
         assert_eq!(
             lease(message),
-            Err(Meaningless::State { kind: "lease", found: 9, most: RunLease::STOPPED })
+            Err(InvalidMessage::State { kind: "lease", found: 9, most: RunLease::STOPPED })
         );
     }
 
@@ -215,7 +215,7 @@ mod tests {
     fn a_lease_with_lists_of_different_lengths_is_refused() {
         let message = RunLease { robots: vec!["robot_1".to_owned()], ..RunLease::default() };
 
-        assert_eq!(lease(message), Err(Meaningless::Lengths { robots: 1, counters: 0 }));
+        assert_eq!(lease(message), Err(InvalidMessage::Lengths { robots: 1, counters: 0 }));
     }
 
     #[test]
@@ -225,6 +225,6 @@ mod tests {
 
         message.angular.z = f64::NAN;
 
-        assert_eq!(command(&message), Err(Meaningless::NotFinite));
+        assert_eq!(command(&message), Err(InvalidMessage::NotFinite));
     }
 }

@@ -30,17 +30,17 @@ const PATIENCE: Duration = Duration::from_secs(30);
 /// What a fleet went through.
 #[derive(Clone, Copy, Debug)]
 pub struct Report {
-    /// Steps whose digest was heard.
+    /// Steps whose digest was received.
     pub steps: u64,
     /// Detections that were answered.
     pub detections: u64,
-    /// Poses that were heard.
+    /// Poses that were received.
     pub poses: u64,
     /// Robots that said last that they obey their controllers.
     pub moving: usize,
     /// Samples that the middleware lost of detections, poses and digests.
     pub lost: u64,
-    /// From the first step that was heard to the last, on the wall.
+    /// From the first step that was received to the last, on the wall.
     pub took: Duration,
 }
 
@@ -56,7 +56,7 @@ pub enum Pace {
     },
 }
 
-enum Heard {
+enum Input {
     Detection(usize, bool),
     Digest(u64),
 }
@@ -73,7 +73,7 @@ pub struct Conductor<'a> {
     /// The last status of each robot.
     statuses: Arc<Mutex<Vec<RobotStatus>>>,
     poses: Arc<AtomicU64>,
-    heard: UnboundedReceiver<Heard>,
+    received: UnboundedReceiver<Input>,
     /// On topics that are to lose nothing.
     subscriptions: Vec<Subscription>,
     _to_statuses: Vec<Subscription>,
@@ -110,10 +110,10 @@ impl<'a> Conductor<'a> {
     pub async fn new(session: &'a Session, n_robots: usize, pace: Pace) -> Self {
         let node = session.node("/", "conductor").expect("the name is allowed");
         let robots = names(n_robots);
-        let (to_heard, heard) = unbounded_channel();
+        let (to_received, received) = unbounded_channel();
         let statuses = Arc::new(Mutex::new(vec![RobotStatus::default(); n_robots]));
         let poses = Arc::new(AtomicU64::new(0));
-        let subscriptions = listen(session, &node, &robots, (&to_heard, &poses));
+        let subscriptions = listen(session, &node, &robots, (&to_received, &poses));
         let to_statuses = listen_to_statuses(session, &node, &robots, &statuses);
         let conductor = Self {
             commands: of_each(session, &node, &robots, (topics::CMD_VEL.name, topics::CMD_VEL.qos)),
@@ -133,7 +133,7 @@ impl<'a> Conductor<'a> {
             beats: 0,
             statuses,
             poses,
-            heard,
+            received,
             subscriptions,
             _to_statuses: to_statuses,
         };
@@ -179,12 +179,12 @@ impl<'a> Conductor<'a> {
         };
         while start.elapsed() < until && steps < wanted {
             tokio::select! {
-                Some(heard) = self.heard.recv() => match heard {
-                    Heard::Detection(robot, detected) => {
+                Some(received) = self.received.recv() => match received {
+                    Input::Detection(robot, detected) => {
                         answered[robot] += 1;
                         self.answer(robot, (detected, answered[robot])).await;
                     }
-                    Heard::Digest(step) => {
+                    Input::Digest(step) => {
                         steps += 1;
                         last = Some(Instant::now());
                         first = first.or(last);
@@ -264,14 +264,14 @@ fn listen(
     session: &Session,
     node: &NodeHandle,
     robots: &[String],
-    (heard, poses): (&UnboundedSender<Heard>, &Arc<AtomicU64>),
+    (received, poses): (&UnboundedSender<Input>, &Arc<AtomicU64>),
 ) -> Vec<Subscription> {
     let mut made = Vec::new();
     for (index, robot) in robots.iter().enumerate() {
-        let (to_heard, topic) = (heard.clone(), topics::DETECTION);
+        let (to_received, topic) = (received.clone(), topics::DETECTION);
         // The conductor has ended when nobody listens.
         let deliver = move |sample: Received<Bool>| {
-            drop(to_heard.send(Heard::Detection(index, sample.message.data)));
+            drop(to_received.send(Input::Detection(index, sample.message.data)));
         };
         made.push(session.subscribe(node, &topic.for_robot(robot), topic.qos, deliver));
         let (poses, topic) = (Arc::clone(poses), topics::ODOM);
@@ -280,9 +280,9 @@ fn listen(
         };
         made.push(session.subscribe(node, &topic.for_robot(robot), topic.qos, deliver));
     }
-    let (to_heard, topic) = (heard.clone(), topics::WORLD_DIGEST);
+    let (to_received, topic) = (received.clone(), topics::WORLD_DIGEST);
     let deliver = move |sample: Received<WorldDigest>| {
-        drop(to_heard.send(Heard::Digest(sample.message.step)));
+        drop(to_received.send(Input::Digest(sample.message.step)));
     };
     made.push(session.subscribe(node, topic.name, topic.qos, deliver));
     made.into_iter().map(|made| made.expect("the topics are allowed")).collect()

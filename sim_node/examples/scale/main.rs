@@ -105,10 +105,10 @@ async fn measure(
     {
         bail!("only {} of {steps} steps were made within {} s", report.steps, LONGEST.as_secs());
     }
-    tell(n_robots, pace, (matched_s, cpu_s, wall_s), &report)
+    print_report(n_robots, pace, (matched_s, cpu_s, wall_s), &report)
 }
 
-fn tell(
+fn print_report(
     n_robots: usize,
     pace: Pace,
     (matched_s, cpu_s, wall_s): (f64, f64, f64),

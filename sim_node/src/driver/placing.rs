@@ -11,19 +11,19 @@ use rsrs_ros::logging::Level;
 use super::{Simulation, Step, step_response};
 use crate::mixed::{RealRobots, TrackedBy};
 use crate::parameters;
+use crate::placed_world::PlacedWorld;
 use crate::rows::Rows;
-use crate::stage::Stage;
-use crate::stand_in::StandIn;
+use crate::virtual_pose_publisher::VirtualPosePublisher;
 
 impl Simulation<'_> {
     /// Places the world that the parameters ask for; a run that is under way ends with it.
     pub(crate) async fn place(&mut self) -> anyhow::Result<()> {
-        self.stage = None;
+        self.placed_world = None;
         if let Some(Step { asked, reply }) = self.steps.take() {
             reply.send(step_response(asked, asked));
         }
         self.stamp_ns = None;
-        (self.real, self.stand_in) = (RealRobots::default(), None);
+        (self.real, self.virtual_pose_publisher) = (RealRobots::default(), None);
         let wanted = parameters::wanted(&self.server, &self.hosted);
         let n_placed = match &wanted {
             Ok(Some(wanted)) => wanted.placed.n_robots,
@@ -39,9 +39,9 @@ impl Simulation<'_> {
                 for robot in &mut self.robots[..placed.n_robots] {
                     robot.join(placed.time, Duration::from_nanos(placed.period_ns));
                 }
-                self.ears.follow_types(self.session, &self.robots, placed.time)?;
+                self.subscriptions.follow_types(self.session, &self.robots, placed.time)?;
                 self.follow(&wanted.rows, Duration::from_nanos(placed.period_ns))?;
-                self.stage = Some(Stage::new(wanted));
+                self.placed_world = Some(PlacedWorld::new(wanted));
                 self.display.wipe();
                 self.advance(Event::Placed(placed)).await
             }
@@ -51,7 +51,7 @@ impl Simulation<'_> {
             }
             Err(error) => {
                 self.display.wipe();
-                self.node.say(Level::Error, &format!("no world is placed: {error}"));
+                self.node.log(Level::Error, &format!("no world is placed: {error}"));
                 self.advance(Event::NotPlaced { reason: error.to_string() }).await
             }
         }
@@ -65,10 +65,11 @@ impl Simulation<'_> {
             self.real = RealRobots::follow(self.session, &self.node, (&names, by), &self.to_me)?;
             if by == TrackedBy::Pose {
                 let ours = (&self.hosted[..rows.ours.len()], period);
-                self.stand_in = Some(StandIn::new(self.session, &self.node, ours)?);
+                self.virtual_pose_publisher =
+                    Some(VirtualPosePublisher::new(self.session, &self.node, ours)?);
             }
             let text = format!("mixed fleet: {} are real and followed", names.join(", "));
-            self.node.say(Level::Info, &text);
+            self.node.log(Level::Info, &text);
         }
         Ok(())
     }

@@ -14,7 +14,7 @@ use crate::rows::Rows;
 const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
 
 /// Three robots of ours at (0, 0), (1, 0) and (2, 0) in an arena of 6 m, and a real one.
-fn stage() -> Stage {
+fn placed_world() -> PlacedWorld {
     let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
     let values = [("speed_m_s", 0.15), ("turn_rate_rad_s", 0.75), ("robots", 4.0)]
         .map(|(axis, value)| (axis.parse().unwrap(), value));
@@ -30,11 +30,11 @@ fn stage() -> Stage {
     let rows = Rows::of(&names, &names[..3], 4).unwrap();
     let (time, gates) = (Pace::RealTime, Gates::Here);
     let placed = Placed { digest: 1, n_robots: 3, steps: 1, period_ns: 1, time, gates };
-    Stage::new(Wanted { world, placed, conditions, rows })
+    PlacedWorld::new(Wanted { world, placed, conditions, rows })
 }
 
 fn picked(filters: &EntityFilters) -> Result<Vec<usize>, EntityError> {
-    pick(&stage(), filters)
+    pick(&placed_world(), filters)
 }
 
 fn bounds(r#type: u8, points: &[[f64; 3]]) -> EntityFilters {
@@ -86,14 +86,14 @@ fn request(entity: &str) -> SetEntityStateRequest {
 
 #[test]
 fn a_robot_is_put_where_it_can_be_and_nowhere_else() {
-    let stage = stage();
-    let (row, pose) = wanted(&stage, &request("robot_2")).unwrap().expect("a pose is meant");
+    let placed_world = placed_world();
+    let (row, pose) = wanted(&placed_world, &request("robot_2")).unwrap().expect("a pose is meant");
     assert_eq!((row, pose.x_m.to_bits()), (1, 1.5_f64.to_bits()));
     let nothing = SetEntityStateRequest { set_pose: false, ..request("robot_2") };
-    assert_eq!(wanted(&stage, &nothing), Ok(None));
+    assert_eq!(wanted(&placed_world, &nothing), Ok(None));
 
-    assert_eq!(wanted(&stage, &request("real")).unwrap_err().code(), 4);
-    assert_eq!(wanted(&stage, &request("robot_9")).unwrap_err().code(), 2);
+    assert_eq!(wanted(&placed_world, &request("real")).unwrap_err().code(), 4);
+    assert_eq!(wanted(&placed_world, &request("robot_9")).unwrap_err().code(), 2);
     for spoil in [
         |state: &mut EntityState| state.pose.position.x = f64::NAN,
         |state: &mut EntityState| state.pose.position.x = 2.95,
@@ -104,13 +104,13 @@ fn a_robot_is_put_where_it_can_be_and_nowhere_else() {
     ] {
         let mut request = request("robot_2");
         spoil(&mut request.state);
-        let error = wanted(&stage, &request).unwrap_err();
+        let error = wanted(&placed_world, &request).unwrap_err();
         assert_eq!(error.code(), SetEntityStateResponse::INVALID_POSE, "{error}");
     }
     let mut fast = request("robot_2");
     fast.state.twist.linear.x = 0.1;
-    assert_eq!(wanted(&stage, &fast), Err(EntityError::Velocity));
-    assert!(wanted(&stage, &SetEntityStateRequest { set_twist: false, ..fast }).is_ok());
+    assert_eq!(wanted(&placed_world, &fast), Err(EntityError::Velocity));
+    assert!(wanted(&placed_world, &SetEntityStateRequest { set_twist: false, ..fast }).is_ok());
 }
 
 fn turned_over() -> geometry_msgs::Quaternion {
@@ -119,13 +119,13 @@ fn turned_over() -> geometry_msgs::Quaternion {
 
 #[test]
 fn a_state_says_where_a_robot_is_and_how_it_is_to_move_in_the_frame_of_the_map() {
-    let mut stage = stage();
+    let mut placed_world = placed_world();
     let north = Pose { x_m: 1.0, y_m: 2.0, heading_rad: std::f64::consts::FRAC_PI_2 };
-    stage.advance_freely();
-    stage.world.displace(1, north);
-    let commanded = stage.obeyed()[1];
+    placed_world.advance_freely();
+    placed_world.world.displace(1, north);
+    let commanded = placed_world.obeyed()[1];
 
-    let state = states(&stage, &[1], Time::from_nanos(5)).remove(0);
+    let state = states(&placed_world, &[1], Time::from_nanos(5)).remove(0);
 
     assert_eq!((state.header.frame_id.as_str(), state.header.stamp.nanosec), ("map", 5));
     assert!((state.pose.position.y - 2.0).abs() < 1e-6);

@@ -92,7 +92,7 @@ impl Hand<'_> {
 async fn steering() {
     let _simulator = start();
     for mapping in [Mapping::Enhanced, Mapping::Cyclone] {
-        // The middleware hands what one reader has heard to the next one of the same participant,
+        // The middleware hands what one reader has received to the next one of the same participant,
         // and what is said in one mapping means nothing in the other.
         let session = session();
         let node = session.node("/", "tool").expect("the name is allowed");

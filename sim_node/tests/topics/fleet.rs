@@ -1,4 +1,4 @@
-//! The simulator's process, its world, and what is heard of it.
+//! The simulator's process, its world, and what is received from it.
 
 use std::collections::BTreeMap;
 use std::process::{Child, Command as Process, Stdio};

@@ -32,7 +32,7 @@ fn in_lockstep_the_world_passes_through_the_states_of_the_replicate() {
     );
 }
 
-enum Heard {
+enum Input {
     Detection(usize, bool),
     Digest(WorldDigest),
     /// The command in the first robot's odometry.
@@ -42,25 +42,25 @@ enum Heard {
 fn listen(
     session: &Session,
     node: &NodeHandle,
-    heard: &UnboundedSender<Heard>,
+    received: &UnboundedSender<Input>,
 ) -> Vec<Subscription> {
     let mut subscriptions = Vec::new();
     for (index, robot) in ROBOTS.iter().enumerate() {
-        let (to_heard, topic) = (heard.clone(), topics::DETECTION);
+        let (to_received, topic) = (received.clone(), topics::DETECTION);
         // The test has ended when nobody listens.
         let deliver = move |sample: Received<Bool>| {
-            drop(to_heard.send(Heard::Detection(index, sample.message.data)));
+            drop(to_received.send(Input::Detection(index, sample.message.data)));
         };
         subscriptions.push(session.subscribe(node, &topic.for_robot(robot), topic.qos, deliver));
     }
-    let (to_heard, topic) = (heard.clone(), topics::WORLD_DIGEST);
+    let (to_received, topic) = (received.clone(), topics::WORLD_DIGEST);
     let deliver = move |sample: Received<WorldDigest>| {
-        drop(to_heard.send(Heard::Digest(sample.message)));
+        drop(to_received.send(Input::Digest(sample.message)));
     };
     subscriptions.push(session.subscribe(node, topic.name, topic.qos, deliver));
-    let (to_heard, topic) = (heard.clone(), topics::ODOM);
+    let (to_received, topic) = (received.clone(), topics::ODOM);
     let deliver = move |sample: Received<Odometry>| {
-        drop(to_heard.send(Heard::Obeyed(command_of(&sample.message))));
+        drop(to_received.send(Input::Obeyed(command_of(&sample.message))));
     };
     subscriptions.push(session.subscribe(node, &topic.for_robot(ROBOTS[0]), topic.qos, deliver));
     subscriptions.into_iter().map(|made| made.expect("the topics are allowed")).collect()
@@ -72,8 +72,8 @@ async fn run() {
     let node = session.node("/", "conductor").expect("the name is allowed");
     let simulator = Latest::<RobotStatus>::of(&session, &node, topics::SIMULATOR_STATUS);
     let robots = Latest::<RobotStatus>::of(&session, &node, topics::STATUS);
-    let (to_heard, mut heard) = unbounded_channel();
-    let subscriptions = listen(&session, &node, &to_heard);
+    let (to_received, mut received) = unbounded_channel();
+    let subscriptions = listen(&session, &node, &to_received);
     let world = World { conditions: conditions(), steps: STEPS, time: "lockstep" };
     let duration_s = STEPS as f64 * world.conditions.period_s;
     let expected = episode_digests(&world.conditions, SEED, duration_s).expect("the robots fit");
@@ -87,7 +87,7 @@ async fn run() {
     assert_eq!(armed.parameter_digest, world.digest());
 
     let mut conductor = Conductor::new(&session, &node, &robots);
-    let run = conductor.conduct(&mut heard);
+    let run = conductor.conduct(&mut received);
     tokio::time::timeout(PATIENCE, run).await.expect("the run ends");
 
     let stopped = simulator.in_state(RobotStatus::STOPPED).await;
@@ -148,24 +148,24 @@ impl<'a> Conductor<'a> {
     }
 
     /// Leads the run until every digest has come, and every detection was answered.
-    async fn conduct(&mut self, heard: &mut UnboundedReceiver<Heard>) {
+    async fn conduct(&mut self, received: &mut UnboundedReceiver<Input>) {
         let mut lease = armed_lease();
         let mut beat = tokio::time::interval(Duration::from_millis(50));
         while (self.digests.len() as u64) < STEPS || self.steps_answered != [STEPS; ROBOTS.len()] {
             tokio::select! {
-                Some(heard) = heard.recv() => self.hear(heard).await,
+                Some(received) = received.recv() => self.receive(received).await,
                 _ = beat.tick() => self.beat(&mut lease).await,
             }
         }
         // The pose is published before the digest, but on another topic.
         while (self.obeyed.len() as u64) < STEPS {
-            self.hear(heard.recv().await.expect("the subscriptions live")).await;
+            self.receive(received.recv().await.expect("the subscriptions live")).await;
         }
     }
 
-    async fn hear(&mut self, heard: Heard) {
-        match heard {
-            Heard::Detection(robot, detected) => {
+    async fn receive(&mut self, received: Input) {
+        match received {
+            Input::Detection(robot, detected) => {
                 let command = decide(detected, conditions().controller);
                 self.steps_answered[robot] += 1;
                 let step = self.steps_answered[robot];
@@ -178,12 +178,12 @@ impl<'a> Conductor<'a> {
                     self.commanded.push(command);
                 }
             }
-            Heard::Digest(digest) => {
+            Input::Digest(digest) => {
                 self.digests.push(digest);
                 let step = digest.step;
                 self.recorded.publish(Recorded { step }).await.expect("a healthy network");
             }
-            Heard::Obeyed(command) => self.obeyed.push(command),
+            Input::Obeyed(command) => self.obeyed.push(command),
         }
     }
 

@@ -51,11 +51,11 @@ async fn run() {
     seen.stands_and_senses_before_the_start(world.digest()).await;
     // Controllers may come later than the world.
     let mut conductor = Conductor::new(&session, &node, &seen.robots);
-    until_a_twist_is_heard(&session).await;
+    until_a_twist_is_received(&session).await;
     conductor.until(|| seen.robots.all_in_state(RobotStatus::ARMED)).await;
     conductor.lease.state = RunLease::RUNNING;
     seen.moves(&mut conductor).await;
-    seen.one_that_hears_no_command_stands(&mut conductor).await;
+    seen.one_that_receives_no_command_stands(&mut conductor).await;
     seen.stops_without_leases(&world, &mut conductor).await;
     seen.stays_when_leases_come_back(&mut conductor).await;
 
@@ -63,7 +63,7 @@ async fn run() {
     session.close().await;
 }
 
-/// What is heard of the simulator and its robots.
+/// What is received from the simulator and its robots.
 struct Seen {
     simulator: Latest<RobotStatus>,
     robots: Latest<RobotStatus>,
@@ -111,7 +111,7 @@ impl Seen {
         assert!(age_ns.is_some_and(|age_ns| age_ns < 5_000_000_000), "{age_ns:?}");
     }
 
-    async fn one_that_hears_no_command_stands(&self, conductor: &mut Conductor<'_>) {
+    async fn one_that_receives_no_command_stands(&self, conductor: &mut Conductor<'_>) {
         conductor.silent = Some(0);
         let stands = || {
             let odometry = self.odom.get(ROBOTS[0]).expect("it has moved");
@@ -160,16 +160,16 @@ impl Seen {
 }
 
 /// Waits until the simulator listens to the third robot's commands as what they are.
-async fn until_a_twist_is_heard(session: &Session) {
+async fn until_a_twist_is_received(session: &Session) {
     let topic = topics::CMD_VEL_UNSTAMPED;
-    let is_heard = || {
+    let is_received = || {
         session.endpoints().iter().any(|endpoint| {
             endpoint.topic == topic.for_robot(ROBOTS[2])
                 && endpoint.type_name == topic.type_name
                 && endpoint.kind == rsrs_ros::session::EndpointKind::Reader
         })
     };
-    eventually("unstamped commands are heard", is_heard).await;
+    eventually("unstamped commands are received", is_received).await;
 }
 
 /// Whether leases come.

@@ -97,10 +97,10 @@ pub fn record(
     let mut floor = Floor::new(conditions, seed)?;
     recorder.lease(0, RunLease::RUNNING)?;
     while floor.time_s() < DURATION_S {
-        for thought in floor.advance() {
-            recorder.detection(&thought)?;
-            recorder.odometry(&thought)?;
-            recorder.command(&thought)?;
+        for step in floor.advance() {
+            recorder.detection(&step)?;
+            recorder.odometry(&step)?;
+            recorder.command(&step)?;
         }
     }
     recorder.lease(floor.time_ns(), RunLease::STOPPED)?;
@@ -180,12 +180,12 @@ pub fn drive_alone(path: &Path, measured: &RobotProfile) -> anyhow::Result<()> {
             let seed = Seed { seed: 100 * robot + trial, replicate: 0 };
             let mut floor = Floor::new(&conditions, seed)?;
             while floor.time_s() < TRIAL_S {
-                for thought in floor.advance() {
-                    let (pose, command) = (thought.pose, thought.command);
+                for step in floor.advance() {
+                    let (pose, command) = (step.pose, step.command);
                     writeln!(
                         table,
                         "{robot},{trial},{:.3},{:.5},{:.5},{:.5},{},{}",
-                        thought.time_ns as f64 / 1e9,
+                        step.time_ns as f64 / 1e9,
                         pose.x_m,
                         pose.y_m,
                         pose.heading_rad,

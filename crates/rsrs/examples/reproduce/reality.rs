@@ -16,7 +16,7 @@ use rsrs_core::unicycle::Pose;
 use rsrs_sim::draw::{RunKey, Seed};
 use rsrs_sim::placement::{self, PlacementError};
 
-use crate::recorder::Thought;
+use crate::recorder::RobotStep;
 
 /// Physical time step, in seconds.
 const STEP_S: f64 = 0.01;
@@ -119,7 +119,7 @@ impl Floor {
     /// # Returns
     ///
     /// What those robots thought whose time had come.
-    pub fn advance(&mut self) -> Vec<Thought> {
+    pub fn advance(&mut self) -> Vec<RobotStep> {
         let thoughts = self.think();
         let poses: Vec<Pose> = self.poses().collect();
         for robot in 0..self.robots.len() {
@@ -131,7 +131,7 @@ impl Floor {
         thoughts
     }
 
-    fn think(&mut self) -> Vec<Thought> {
+    fn think(&mut self) -> Vec<RobotStep> {
         let time_s = self.time_s();
         let poses: Vec<Pose> = self.poses().collect();
         let mut thoughts = Vec::new();
@@ -148,7 +148,7 @@ impl Floor {
             let time_ns = self.time_ns();
             let state = &mut self.robots[robot];
             let (pose, obeyed) = (state.pose, state.command);
-            thoughts.push(Thought { robot, time_ns, pose, obeyed, detected, command });
+            thoughts.push(RobotStep { robot, time_ns, pose, obeyed, detected, command });
             state.next_thought_s += self.conditions.period_s + jitter_s;
             state.command = command;
         }

@@ -18,9 +18,9 @@ use rsrs_ros::logging::{self, Level};
 use crate::commands::{Backend, Format, report, runtime};
 use crate::failure::{Outcome, with_help};
 use crate::fleet_network::chosen_network;
-use crate::notes::say_note;
+use crate::notes::print_note;
 use crate::own_network::OwnNetwork;
-use conduct::{Conductor, Floor};
+use conduct::{Conductor, RunTarget};
 use file::Experiment;
 use folder::CampaignFolder;
 use prompt::Prompt;
@@ -158,19 +158,19 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(if summary.is_whole() { Outcome::Done } else { Outcome::NegativeAnswer })
 }
 
-fn floor(arguments: &Arguments) -> anyhow::Result<Floor> {
+fn floor(arguments: &Arguments) -> anyhow::Result<RunTarget> {
     let level = std::env::var("RUST_LOG").ok();
     match arguments.backend {
         Backend::Sim => {
             // Before the first thread is started.
             let network = OwnNetwork::enter()?;
             logging::init(Level::Warn, level.as_deref());
-            say_note(&network.note);
-            Ok(Floor::Simulator { network, fleet: None })
+            print_note(&network.note);
+            Ok(RunTarget::Simulator { network, fleet: None })
         }
         Backend::Fleet => {
             logging::init(Level::Warn, level.as_deref());
-            Ok(Floor::Fleet { network: chosen_network(arguments.interface.as_deref())? })
+            Ok(RunTarget::Fleet { network: chosen_network(arguments.interface.as_deref())? })
         }
     }
 }

@@ -4,7 +4,7 @@ use anyhow::Context;
 use clap::CommandFactory;
 use clap_complete::Shell;
 
-use crate::commands::tell;
+use crate::commands::print_text;
 use crate::failure::Outcome;
 
 /// Print completions for a shell.
@@ -23,6 +23,6 @@ pub struct Arguments {
 pub fn run<C: CommandFactory>(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut C::command(), "rsrs", &mut script);
-    tell(String::from_utf8(script).context("completions are text")?.trim_end())?;
+    print_text(String::from_utf8(script).context("completions are text")?.trim_end())?;
     Ok(Outcome::Done)
 }

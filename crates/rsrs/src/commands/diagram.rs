@@ -10,7 +10,7 @@ use rsrs_view::page::Page;
 
 use crate::failure::{Outcome, with_help};
 use crate::files::write_file;
-use crate::picture::{PNG_WIDTH_PX, Wish, of_sweep};
+use crate::picture::{DiagramOptions, PNG_WIDTH_PX, of_sweep};
 use crate::result_folder;
 use crate::sweep_result::{SweepResult, World};
 use crate::validation_file;
@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         ));
     }
     let result = result_folder::read(&arguments.folder)?;
-    let wish = Wish {
+    let options = DiagramOptions {
         x: arguments.x,
         y: arguments.y,
         at: arguments.at.iter().flat_map(Cell::iter).collect(),
@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         world: arguments.world,
         validation: validation_file::note(&arguments.folder, &result.source)?,
     };
-    let svg = of_sweep(&result, &wish)?;
+    let svg = of_sweep(&result, &options)?;
     let diagram = result.of_world(arguments.world)?;
     let bytes = match ending {
         "svg" => svg.into_bytes(),

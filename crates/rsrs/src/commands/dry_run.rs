@@ -20,9 +20,9 @@ use crate::failure::{Outcome, with_help};
 use crate::files::write_file;
 use crate::labelled_bags::{LabelledBags, Labeller};
 use crate::labelling::{LabelOptions, label_bag};
-use crate::notes::say_note;
+use crate::notes::print_note;
 use crate::own_network::OwnNetwork;
-use crate::picture::{self, Wish};
+use crate::picture::{self, DiagramOptions};
 use crate::progress::threads;
 use crate::running::{RunSummary, on_simulated_fleet};
 use crate::simulated_fleet::SimulatedFleet;
@@ -125,35 +125,35 @@ impl DryRun<'_> {
         let launch_configs = self.folder.join("launch_configs");
         let files = StarterFiles::write(&launch_configs)?;
         let source = ResolvedSweep::read(&files.sweep)?;
-        self.tell(&measured_and_harsher(&source)?)?;
+        self.print(&measured_and_harsher(&source)?)?;
 
         let sweep = self.folder.join("sweep");
         let name = files.sweep.display().to_string();
         let result = sweep_into(&sweep, (&name, source), threads(None))?;
-        self.tell(&swept(&result))?;
+        self.print(&swept(&result))?;
         let choice = choose_cell(&sweep)?;
-        self.tell(&chosen(&choice))?;
+        self.print(&chosen(&choice))?;
 
         let experiments = self.run_experiments(&files, (&sweep, &choice))?;
         let bags = experiments.iter().filter_map(|summary| summary.bag.clone()).collect();
         let runs =
             LabelledBags { bags, labels: Labeller::Judge, with_lost_robots: false, margin: MARGIN };
         let comparison = compare(&sweep, &runs)?;
-        self.tell(&format!("\n{comparison}"))?;
+        self.print(&format!("\n{comparison}"))?;
         let json = serde_json::to_string_pretty(&comparison).context("the comparison as JSON")?;
         write_file(&self.folder.join("comparison.json"), format!("{json}\n").as_bytes())?;
 
         let diagram = self.draw(&result, (&choice, &comparison))?;
-        self.tell(&self.files(&runs.bags))?;
+        self.print(&self.files(&runs.bags))?;
         let folder = self.folder.clone();
         Ok(Summary { folder, launch_configs, sweep, diagram, choice, experiments, comparison })
     }
 
     /// Says in text how far it is; JSON comes whole at the end.
-    fn tell(&self, text: &str) -> anyhow::Result<()> {
+    fn print(&self, text: &str) -> anyhow::Result<()> {
         match self.arguments.format {
             Format::Json => Ok(()),
-            Format::Text => commands::tell(text),
+            Format::Text => commands::print_text(text),
         }
     }
 
@@ -175,7 +175,7 @@ impl DryRun<'_> {
                 })
             })
             .collect::<anyhow::Result<Vec<Plan>>>()?;
-        say_note(&self.network.note);
+        print_note(&self.network.note);
         runtime()?.block_on(async {
             let mut fleet = SimulatedFleet::start(&self.network, &plans[0].record.robots)?;
             let summaries = self.run_all(&plans, choice, &mut fleet).await;
@@ -209,7 +209,7 @@ impl DryRun<'_> {
             let pace = summary
                 .real_time_factor
                 .map_or_else(String::new, |factor| format!(", {factor:.0} times real time"));
-            self.tell(&format!(
+            self.print(&format!(
                 "experiment {number} {of}: seed {}, {} s over DDS{pace}, {} messages recorded: {phase}",
                 plan.record.seed, summary.duration_s, summary.n_messages
             ))?;
@@ -230,8 +230,12 @@ impl DryRun<'_> {
         (choice, comparison): (&Choice, &Comparison),
     ) -> anyhow::Result<PathBuf> {
         let experiments = comparison.marks();
-        let wish = Wish { chosen: Some(choice.cell.clone()), experiments, ..Wish::default() };
-        let svg = picture::of_sweep(result, &wish)?;
+        let options = DiagramOptions {
+            chosen: Some(choice.cell.clone()),
+            experiments,
+            ..DiagramOptions::default()
+        };
+        let svg = picture::of_sweep(result, &options)?;
         let path = self.folder.join("diagram.png");
         write_file(&path, &rsrs_view::raster::png(&svg, picture::PNG_WIDTH_PX)?)?;
         write_file(&self.folder.join("diagram.svg"), svg.as_bytes())?;

@@ -11,12 +11,12 @@ use rsrs_core::conditions::Region;
 use rsrs_core::phase::Phase;
 use rsrs_core::trajectory::Bodies;
 
-use crate::admission::{LABEL, refuse};
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::human_labels::{self, HumanLabel};
 use crate::labelling::{CutRun, LabelOptions, Labelled, label_bag};
 use crate::recorded_run;
+use crate::run_matching::{LABEL, refuse};
 use crate::sweep_source::read_profile;
 
 /// Label bags with the phase that their swarm settled into.

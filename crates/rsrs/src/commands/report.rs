@@ -18,7 +18,7 @@ use crate::failure::{Outcome, in_one_line, with_help};
 use crate::files::write_file;
 use crate::labelled_bags::LabelledBags;
 use crate::labelling::{LabelOptions, Labelled, judge};
-use crate::picture::{self, Wish};
+use crate::picture::{self, DiagramOptions};
 use crate::provenance;
 use crate::result_folder;
 use crate::sweep_result::SweepResult;
@@ -93,12 +93,12 @@ fn page(
     }
 
     page.heading("Phase diagram");
-    let wish = Wish {
+    let options = DiagramOptions {
         chosen: choice.map(|choice| choice.cell.clone()),
         experiments: comparison.marks(),
-        ..Wish::default()
+        ..DiagramOptions::default()
     };
-    page.figure(&picture::of_sweep(result, &wish)?, &[]);
+    page.figure(&picture::of_sweep(result, &options)?, &[]);
     if let Some(choice) = choice {
         page.paragraph(&chosen(choice));
     }

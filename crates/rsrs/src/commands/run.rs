@@ -13,7 +13,7 @@ use crate::commands::{Backend, Format, report, runtime};
 use crate::failure::{Outcome, with_help};
 use crate::fleet_network::chosen_network;
 use crate::interrupt::asked_to_stop;
-use crate::notes::say_note;
+use crate::notes::print_note;
 use crate::own_network::OwnNetwork;
 use crate::recording_gaps;
 use crate::running::{RunSummary, on_simulated_fleet, watched};
@@ -95,7 +95,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             // Before the first thread is started.
             let network = OwnNetwork::enter()?;
             logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
-            say_note(&network.note);
+            print_note(&network.note);
             runtime()?.block_on(simulated(&plan, &network))?
         }
         Backend::Fleet => {
@@ -125,7 +125,7 @@ async fn on_fleet(plan: &Plan, network: &SessionOptions) -> anyhow::Result<RunSu
 
 fn finish(format: Format, summary: &RunSummary) -> anyhow::Result<Outcome> {
     if !summary.not_standing.is_empty() {
-        say_note(&format!(
+        print_note(&format!(
             "not confirmed to stand, go and look: {}",
             summary.not_standing.join(", ")
         ));

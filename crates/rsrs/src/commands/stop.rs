@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use rsrs_experiment_runner::stop::{Holding, StopReport, say_to_all};
+use rsrs_experiment_runner::stop::{Holding, StopReport, command_all};
 use rsrs_fleet::e_stop::Cause;
 use rsrs_fleet::fleet_file::FleetFile;
-use rsrs_fleet::stopper::{Answer, Ending, Word};
+use rsrs_fleet::stopper::{Answer, Ending, StopCommand};
 use rsrs_ros::logging::{self, Level};
 use rsrs_ros::shutdown;
 use serde::Serialize;
@@ -14,7 +14,7 @@ use crate::commands::{Format, report, runtime};
 use crate::failure::{Outcome, explained};
 use crate::files::read_text;
 use crate::fleet_network::chosen_network;
-use crate::notes::say_note;
+use crate::notes::print_note;
 
 /// Stop every robot; return when all have acknowledged.
 ///
@@ -33,7 +33,7 @@ pub struct Arguments {
     /// Network interface of the fleet, by name or address (or `RSRS_INTERFACE`).
     #[arg(long, value_name = "NAME|IP")]
     interface: Option<String>,
-    /// Fleet file (YAML): its enabled robots must acknowledge, heard of or not.
+    /// Fleet file (YAML): its enabled robots must acknowledge, seen or not.
     #[arg(long, value_name = "FLEET")]
     fleet: Option<PathBuf>,
     /// Release the lock instead; refused while robots are in a run.
@@ -76,7 +76,7 @@ struct RobotRow {
     acknowledged: bool,
     /// From the first word to the acknowledgement, in seconds.
     after_s: Option<f64>,
-    /// The state in its last status; `None` if none was heard.
+    /// The state in its last status; `None` if none was received.
     state: Option<String>,
     stop_reason: Option<String>,
 }
@@ -90,18 +90,18 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
     let network = chosen_network(arguments.interface.as_deref())?;
     let robots = arguments.fleet.as_deref().map_or_else(|| Ok(Vec::new()), enabled)?;
-    let word = if arguments.release { Word::Release } else { Word::Engage };
-    let told = runtime()?.block_on(say_to_all(word, &robots, &network, interrupted()))?;
+    let word = if arguments.release { StopCommand::Release } else { StopCommand::Engage };
+    let told = runtime()?.block_on(command_all(word, &robots, &network, interrupted()))?;
     let summary = summary(word, &told);
     report(arguments.format, &summary, &text(word, &summary))?;
-    say_ending(word, &told);
+    print_ending(word, &told);
     Ok(match told.ending {
         Ending::Acknowledged => Outcome::Done,
         Ending::TimedOut | Ending::Interrupted | Ending::InRun => Outcome::NegativeAnswer,
     })
 }
 
-/// Signals that cannot be heard interrupt nothing: the wait is bounded.
+/// Signals that cannot be received interrupt nothing: the wait is bounded.
 async fn interrupted() {
     if shutdown::requested().await.is_err() {
         std::future::pending::<()>().await;
@@ -119,17 +119,17 @@ fn enabled(path: &Path) -> anyhow::Result<Vec<String>> {
     Ok(fleet.enabled().into_iter().map(str::to_owned).collect())
 }
 
-fn summary(word: Word, report: &StopReport) -> StopSummary {
+fn summary(word: StopCommand, report: &StopReport) -> StopSummary {
     StopSummary {
         word: match word {
-            Word::Engage => "stop",
-            Word::Release => "release",
+            StopCommand::Engage => "stop",
+            StopCommand::Release => "release",
         },
         acknowledged: report.ending == Ending::Acknowledged,
         took_s: report.took_s,
         holding: match word {
-            Word::Engage => Vec::new(),
-            Word::Release => report.holding.iter().map(holding_row).collect(),
+            StopCommand::Engage => Vec::new(),
+            StopCommand::Release => report.holding.iter().map(holding_row).collect(),
         },
         robots: report.answers.iter().map(row).collect(),
     }
@@ -158,15 +158,15 @@ fn row(answer: &Answer) -> RobotRow {
 }
 
 /// A table of the robots; those that have not acknowledged catch the eye.
-fn text(word: Word, summary: &StopSummary) -> String {
+fn text(word: StopCommand, summary: &StopSummary) -> String {
     if summary.robots.is_empty() {
         return "no robot found".to_owned();
     }
     let longest = summary.robots.iter().map(|row| row.robot.len()).max().unwrap_or(0);
     let width = longest.max("robot".len());
     let head = match word {
-        Word::Engage => "stands",
-        Word::Release => "released",
+        StopCommand::Engage => "stands",
+        StopCommand::Release => "released",
     };
     let mut lines = vec![format!("{:width$}  {head:8}  {:>6}  says", "robot", "after")];
     for row in &summary.robots {
@@ -177,7 +177,7 @@ fn text(word: Word, summary: &StopSummary) -> String {
             // "stopped by the runner" says both.
             (Some(state), Some(reason)) if reason.starts_with(state) => reason.to_owned(),
             (Some(state), Some(reason)) => format!("{state}: {reason}"),
-            (None, _) => "no status heard".to_owned(),
+            (None, _) => "no status received".to_owned(),
         };
         lines.push(format!("{:width$}  {answer:8}  {after:>6}  {says}", row.robot));
     }
@@ -185,7 +185,7 @@ fn text(word: Word, summary: &StopSummary) -> String {
 }
 
 /// Says on standard error what follows.
-fn say_ending(word: Word, report: &StopReport) {
+fn print_ending(word: StopCommand, report: &StopReport) {
     let silent: Vec<&str> = report
         .answers
         .iter()
@@ -193,18 +193,20 @@ fn say_ending(word: Word, report: &StopReport) {
         .map(|answer| answer.robot.as_str())
         .collect();
     let (n_robots, took_s) = (report.answers.len(), report.took_s);
-    say_note(&match (report.ending, word) {
-        (Ending::Acknowledged, Word::Engage) => {
+    print_note(&match (report.ending, word) {
+        (Ending::Acknowledged, StopCommand::Engage) => {
             format!("{} locked; `rsrs stop --release` lets the next run start", all_of(n_robots))
         }
-        (Ending::Acknowledged, Word::Release) => {
+        (Ending::Acknowledged, StopCommand::Release) => {
             format!("{} released, and stand until a run arms them", all_of(n_robots))
         }
         (Ending::InRun, _) => "robots are in a run: nothing was said to them".to_owned(),
         (Ending::TimedOut | Ending::Interrupted, _) if n_robots == 0 => format!(
             "no robot found in {took_s:.0} s; is this their interface, and their ROS_DOMAIN_ID?"
         ),
-        (Ending::TimedOut | Ending::Interrupted, Word::Release) if !report.holding.is_empty() => {
+        (Ending::TimedOut | Ending::Interrupted, StopCommand::Release)
+            if !report.holding.is_empty() =>
+        {
             let names = report.holding.iter().map(name_of).collect::<Vec<_>>();
             format!(
                 "the e-stop is still held by {}: release it there, or end that program (one that \

@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::ablation::{Ablation, REPLICATES, ablate, best_as_measured};
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use crate::notes::say_note;
+use crate::notes::print_note;
 use crate::progress::threads;
 use crate::settling;
 use crate::shard::Shard;
@@ -94,7 +94,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let result = sweep_into(&arguments.output, (&name, source), n_threads)?;
     let (n_edge, unsettled) = settling::at_edge(&result, n_threads)?;
     if let Some(warning) = settling::warning(&arguments.output, (n_edge, &unsettled)) {
-        say_note(&format!("warning: {warning}"));
+        print_note(&format!("warning: {warning}"));
     }
     let mut summary = SweepReport::of(&arguments.output, &result);
     summary.unsettled_edge = unsettled;
@@ -109,7 +109,7 @@ fn warn_of_lost_capabilities(source: &ResolvedSweep) {
     // Factors that are refused are an error of the sweep, which says where they stand.
     let simulated = source.sweep.factors(measured).apply(measured);
     for lost in simulated.iter().flat_map(|simulated| lost_capabilities(measured, simulated)) {
-        say_note(&format!("warning: {lost}"));
+        print_note(&format!("warning: {lost}"));
     }
 }
 

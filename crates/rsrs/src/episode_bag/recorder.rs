@@ -19,7 +19,7 @@ use rsrs_wire as wire;
 
 /// One turn of a robot's control loop: what it saw, and what it did about it.
 #[derive(Clone, Copy, Debug)]
-pub struct Thought {
+pub struct RobotStep {
     /// Which robot, in the order of the record.
     pub robot: usize,
     /// When, in nanoseconds from the start.
@@ -102,9 +102,9 @@ impl<'a> Recorder<'a> {
     /// # Errors
     ///
     /// If the bag cannot be written.
-    pub fn detection(&mut self, thought: &Thought) -> Result<(), BagError> {
-        let channel = self.robots[thought.robot].detection;
-        self.put((channel, thought.time_ns), &Bool { data: thought.detected })
+    pub fn detection(&mut self, step: &RobotStep) -> Result<(), BagError> {
+        let channel = self.robots[step.robot].detection;
+        self.put((channel, step.time_ns), &Bool { data: step.detected })
     }
 
     /// Writes where a robot was.
@@ -112,10 +112,10 @@ impl<'a> Recorder<'a> {
     /// # Errors
     ///
     /// If the bag cannot be written.
-    pub fn odometry(&mut self, thought: &Thought) -> Result<(), BagError> {
-        let robot = &self.robots[thought.robot];
-        let (channel, message) = (robot.odom, odometry(&robot.name, thought));
-        self.put((channel, thought.time_ns), &message)
+    pub fn odometry(&mut self, step: &RobotStep) -> Result<(), BagError> {
+        let robot = &self.robots[step.robot];
+        let (channel, message) = (robot.odom, odometry(&robot.name, step));
+        self.put((channel, step.time_ns), &message)
     }
 
     /// Writes what a robot was told.
@@ -123,10 +123,10 @@ impl<'a> Recorder<'a> {
     /// # Errors
     ///
     /// If the bag cannot be written.
-    pub fn command(&mut self, thought: &Thought) -> Result<(), BagError> {
-        let channel = self.robots[thought.robot].cmd_vel;
-        let stamp = Stamp::from_nanos(thought.time_ns);
-        self.put((channel, thought.time_ns), &wire::twist_stamped(thought.command, stamp))
+    pub fn command(&mut self, step: &RobotStep) -> Result<(), BagError> {
+        let channel = self.robots[step.robot].cmd_vel;
+        let stamp = Stamp::from_nanos(step.time_ns);
+        self.put((channel, step.time_ns), &wire::twist_stamped(step.command, stamp))
     }
 
     /// Writes a lease for all robots.
@@ -175,20 +175,20 @@ impl<'a> Recorder<'a> {
     }
 }
 
-fn odometry(robot: &str, thought: &Thought) -> Odometry {
-    let Pose { x_m, y_m, heading_rad } = thought.pose;
+fn odometry(robot: &str, step: &RobotStep) -> Odometry {
+    let Pose { x_m, y_m, heading_rad } = step.pose;
     let (sine, cosine) = libm::sincos(heading_rad / 2.0);
     let pose = geometry_msgs::Pose {
         position: Point { x: x_m, y: y_m, z: 0.0 },
         orientation: Quaternion { x: 0.0, y: 0.0, z: sine, w: cosine },
     };
-    let stamp = Stamp::from_nanos(thought.time_ns);
+    let stamp = Stamp::from_nanos(step.time_ns);
     Odometry {
         header: Header { stamp, frame_id: "map".to_owned() },
         child_frame_id: format!("{robot}/base_link"),
         pose: PoseWithCovariance { pose, ..PoseWithCovariance::default() },
         twist: TwistWithCovariance {
-            twist: wire::twist(thought.obeyed),
+            twist: wire::twist(step.obeyed),
             ..TwistWithCovariance::default()
         },
     }

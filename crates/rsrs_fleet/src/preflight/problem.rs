@@ -1,6 +1,6 @@
 //! The reasons not to start a run, in words.
 
-use super::{Ailment, UnfitTopic};
+use super::{DiagnosticError, UnfitTopic};
 use crate::epoch::BeyondRunners;
 use crate::timing::{CLOCK_SKEW, LEASE};
 
@@ -8,7 +8,7 @@ use crate::timing::{CLOCK_SKEW, LEASE};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Problem {
     /// No status of a robot.
-    #[error("{robot}: no status heard")]
+    #[error("{robot}: no status received")]
     RobotMissing {
         /// The robot.
         robot: String,
@@ -23,7 +23,7 @@ pub enum Problem {
         robot: String,
     },
     /// No status of a controller.
-    #[error("{robot}: no status of its controller heard")]
+    #[error("{robot}: no status of its controller received")]
     ControllerMissing {
         /// The robot.
         robot: String,
@@ -41,7 +41,7 @@ pub enum Problem {
         /// The type expected.
         expected: String,
     },
-    /// A node of a robot waits for another type; it hears nothing.
+    /// A node of a robot waits for another type; it receives nothing.
     #[error("{topic}: {node} waits for {found}, and {expected} is sent")]
     WrongSubscriber {
         /// The topic.
@@ -123,10 +123,10 @@ pub enum Problem {
         /// How far its clock is ahead, in seconds.
         ahead_s: f64,
     },
-    /// The runner's machine does not keep up with what is said; that it hears no robot in time is
+    /// The runner's machine does not keep up with what is said; that it receives no robot in time is
     /// not the robots' fault.
     #[error(
-        "this machine is too slow: what it hears waits {behind_s:.1} s until it is looked at, \
+        "this machine is too slow: what it receives waits {behind_s:.1} s until it is looked at, \
          expected at most {} s",
         LEASE.as_secs_f64()
     )]
@@ -136,7 +136,7 @@ pub enum Problem {
     },
     /// Its diagnostics report an error.
     #[error("{}: diagnostics: {}: {}", .0.robot, .0.part, .0.message)]
-    Ailing(Ailment),
+    Diagnostic(DiagnosticError),
     /// The e-stop holds robots, though nobody may say so any more.
     #[error("the e-stop holds {} (`rsrs stop --release` lets them go)", robots.join(", "))]
     Locked {

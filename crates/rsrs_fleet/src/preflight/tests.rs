@@ -81,9 +81,9 @@ fn every_problem_is_named_at_once() {
             "the e-stop is engaged",
             "another runner is active, run other",
             "no simulator discovered",
-            "robot_1: no status heard",
+            "robot_1: no status received",
             "robot_2: motor driver hot",
-            "robot_2: no status of its controller heard",
+            "robot_2: no status of its controller received",
             "/robot_1/cmd_vel: type is geometry_msgs/msg/Twist, expected \
              geometry_msgs/msg/TwistStamped",
             "/robot_2/cmd_vel: 2 publishers, expected 1 (two robots of one name?)",
@@ -115,7 +115,7 @@ fn clocks_batteries_and_diagnostics_are_looked_at() {
     seen.robots.get_mut("robot_1").expect("it is there").battery_v = 6.25;
     seen.clock_ahead_s.insert("robot_1".to_owned(), -61.5);
     seen.clock_ahead_s.insert("robot_2".to_owned(), 0.9);
-    seen.ailments.insert(Ailment {
+    seen.diagnostic_errors.insert(DiagnosticError {
         robot: "robot_2".to_owned(),
         part: "robot_2: link".to_owned(),
         message: "no answer".to_owned(),
@@ -147,8 +147,10 @@ fn a_machine_that_is_too_slow_says_so_and_blames_no_robot() {
 
     assert_eq!(
         slow,
-        ["this machine is too slow: what it hears waits 4.7 s until it is looked at, expected at \
-          most 0.5 s"]
+        [
+            "this machine is too slow: what it receives waits 4.7 s until it is looked at, expected at \
+          most 0.5 s"
+        ]
     );
     assert_eq!(in_time.len(), 5, "{in_time:?}");
 }

@@ -43,7 +43,7 @@ pub struct Detector {
     detected: bool,
     /// Readings in a row that say otherwise.
     against: u32,
-    heard: Option<Duration>,
+    received: Option<Duration>,
 }
 
 impl Detector {
@@ -59,7 +59,7 @@ impl Detector {
             // What was counted before a silence is not in a row with what comes after it.
             self.against = 0;
         }
-        self.heard = Some(now);
+        self.received = Some(now);
         if seen == self.detected {
             self.against = 0;
             return;
@@ -82,7 +82,7 @@ impl Detector {
         now: Duration,
     ) -> Result<bool, SensorFailure> {
         let timeout = settings.timeout;
-        match self.heard {
+        match self.received {
             None => Err(SensorFailure::NeverHeard),
             Some(_) if self.is_silent(settings, now) => Err(SensorFailure::Silent { timeout }),
             Some(_) => Ok(self.detected),
@@ -90,7 +90,7 @@ impl Detector {
     }
 
     fn is_silent(&self, settings: &DetectorSettings, now: Duration) -> bool {
-        self.heard.is_some_and(|heard| now.saturating_sub(heard) > settings.timeout)
+        self.received.is_some_and(|received| now.saturating_sub(received) > settings.timeout)
     }
 }
 

@@ -13,7 +13,7 @@ pub enum StandReason {
     WithoutWorld,
     /// It waits for the start.
     Armed,
-    /// It hears a running lease but was not armed for it, as after a restart.
+    /// It receives a running lease but was not armed for it, as after a restart.
     NotArmed,
     /// No lease has echoed a recent enough status.
     LeaseLapsed,

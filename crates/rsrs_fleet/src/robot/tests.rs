@@ -125,7 +125,7 @@ fn a_lease_that_comes_late_or_again_arms_nobody() {
 }
 
 #[test]
-fn a_robot_that_hears_no_lease_any_more_is_no_longer_armed_and_may_be_again() {
+fn a_robot_that_receives_no_lease_any_more_is_no_longer_armed_and_may_be_again() {
     let mut robot = robot();
     let status = robot.on_event(Event::Tick, ms(0)).unwrap();
     robot.on_event(lease(1, LeaseState::Armed, status.counter), ms(0));
@@ -138,7 +138,7 @@ fn a_robot_that_hears_no_lease_any_more_is_no_longer_armed_and_may_be_again() {
 }
 
 #[test]
-fn of_two_runs_of_one_epoch_it_hears_its_own_only() {
+fn of_two_runs_of_one_epoch_it_receives_its_own_only() {
     let mut robot = moving();
     let of_another = |state| match lease(1, state, 1) {
         Event::Lease(lease) => Event::Lease(Lease { run_id: "another".to_owned(), ..lease }),
@@ -255,7 +255,7 @@ fn who_releases_the_e_stop_may_leave_and_a_newer_epoch_moves() {
 }
 
 #[test]
-fn a_robot_that_stands_for_another_reason_says_that_it_has_heard_the_e_stop() {
+fn a_robot_that_stands_for_another_reason_says_that_it_has_received_the_e_stop() {
     let mut robot = moving();
     robot.on_event(Event::Tick, ms(600));
 
@@ -407,13 +407,13 @@ fn a_controller_that_was_started_again_and_set_anew_is_of_no_run() {
 }
 
 #[test]
-fn a_controller_whose_clock_was_set_back_is_heard_after_a_silence() {
+fn a_controller_whose_clock_was_set_back_is_received_after_a_silence() {
     let mut robot = moving();
     robot.on_event(controller(DIGEST, ms(5_000)), ms(0));
     robot.on_event(lease(1, LeaseState::Stopped, 1), ms(0));
 
     let deaf = robot.on_event(controller(DIGEST + 1, ms(1)), ms(400)).unwrap();
-    let hearing = robot.on_event(controller(DIGEST + 1, ms(2)), ms(510)).unwrap();
+    let reception = robot.on_event(controller(DIGEST + 1, ms(2)), ms(510)).unwrap();
 
-    assert_eq!((deaf.parameter_digest, hearing.parameter_digest), (DIGEST, DIGEST + 1));
+    assert_eq!((deaf.parameter_digest, reception.parameter_digest), (DIGEST, DIGEST + 1));
 }

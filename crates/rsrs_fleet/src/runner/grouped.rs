@@ -76,7 +76,7 @@ impl Problem {
             | Self::Epoch { robot, .. }
             | Self::PoseClock { robot, .. }
             | Self::Clock { robot, .. } => Some(robot),
-            Self::Ailing(ailment) => Some(&ailment.robot),
+            Self::Diagnostic(diagnostic_error) => Some(&diagnostic_error.robot),
             Self::Unfit(UnfitTopic { topic, .. })
             | Self::WrongType { topic, .. }
             | Self::WrongSubscriber { topic, .. }
@@ -123,7 +123,7 @@ mod tests {
             lines,
             [
                 "no simulator discovered".to_owned(),
-                format!("{nine}: no status heard"),
+                format!("{nine}: no status received"),
                 format!("/{{{nine}}}/detection: nobody publishes it"),
             ]
         );
@@ -147,6 +147,6 @@ mod tests {
 
         let [line] = &grouped(&failures)[..] else { panic!("one cause") };
 
-        assert!(line.ends_with("robot_12 and 88 more: no status heard"), "{line}");
+        assert!(line.ends_with("robot_12 and 88 more: no status received"), "{line}");
     }
 }

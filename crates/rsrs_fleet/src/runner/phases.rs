@@ -3,8 +3,8 @@
 use crate::message::E_STOP_REASON;
 
 use super::{
-    ARM, Action, Bond, CONFIGURE, Duration, FIRST_SAMPLE, Failure, LOCKSTEP_GRACE, LostRobot,
-    Outcome, Pace, Patience, Phase, RECORDER, Requests, RobotLost, Runner, SILENCE, STAND, Seen,
+    ARM, Action, CONFIGURE, Duration, FIRST_SAMPLE, Failure, LOCKSTEP_GRACE, LostRobot, Outcome,
+    Pace, Patience, Phase, RECORDER, Requests, RobotLost, RunBinding, Runner, SILENCE, STAND, Seen,
     Strangers, Target, preflight,
 };
 
@@ -37,7 +37,7 @@ impl Runner {
             other_runs: self
                 .others
                 .iter()
-                .filter(|(_, (_, heard))| now.saturating_sub(*heard) <= SILENCE)
+                .filter(|(_, (_, received))| now.saturating_sub(*received) <= SILENCE)
                 .map(|(run_id, _)| run_id.clone())
                 .collect(),
             e_stop: self.e_stop.locks(),
@@ -47,7 +47,7 @@ impl Runner {
             poses: self.floor.poses(),
             parents: self.floor.parents(),
             behind_s: self.floor.behind_s(),
-            ailments: self.floor.ailments(),
+            diagnostic_errors: self.floor.diagnostic_errors(),
         };
         let problems = preflight::problems(&self.options.expected, &seen);
         self.graph = seen.graph;
@@ -55,14 +55,14 @@ impl Runner {
         if problems.is_empty() && self.elapsed(now) >= SILENCE {
             self.strangers = Strangers::none_of(&self.graph);
             let robots = self.options.expected.robots.len();
-            actions.extend(self.options.expected.leases().into_iter().map(Action::Say));
-            actions.push(Action::Say(format!("found all {robots} robots; setting parameters")));
+            actions.extend(self.options.expected.leases().into_iter().map(Action::Note));
+            actions.push(Action::Note(format!("found all {robots} robots; setting parameters")));
             self.requests = Requests::new(self.targets());
             self.enter(Phase::Configure, now);
             self.configure(now, actions);
             return;
         }
-        actions.extend(self.search.look(&problems, now).map(Action::Say));
+        actions.extend(self.search.look(&problems, now).map(Action::Note));
         if self.search.is_over(self.since.unwrap_or(now), now) {
             self.fail(problems.into_iter().map(Failure::from).collect(), now, actions);
         }
@@ -91,7 +91,7 @@ impl Runner {
 
     fn read_back(&mut self, now: Duration, actions: &mut Vec<Action>) {
         if self.requests.is_done() {
-            actions.push(Action::Say("parameters confirmed; opening the recorder".to_owned()));
+            actions.push(Action::Note("parameters confirmed; opening the recorder".to_owned()));
             actions.push(Action::OpenRecorder);
             self.recorder_opened = true;
             self.enter(Phase::Record, now);
@@ -105,16 +105,16 @@ impl Runner {
         }
     }
 
-    /// Takes an epoch above all that were ever heard.
+    /// Takes an epoch above all that were ever received.
     pub(super) fn arm(&mut self, now: Duration, actions: &mut Vec<Action>) {
         self.epoch =
             self.highest_epoch.checked_add(1).expect("epochs in the upper half are refused");
-        actions.push(Action::Say(format!("arming, epoch {}", self.epoch)));
+        actions.push(Action::Note(format!("arming, epoch {}", self.epoch)));
         self.enter(Phase::Arm, now);
     }
 
-    fn bond(&self) -> Bond<'_> {
-        Bond {
+    fn binding(&self) -> RunBinding<'_> {
+        RunBinding {
             run_id: &self.options.run_id,
             epoch: self.epoch,
             parameter_digest: self.options.controller_digest(),
@@ -125,12 +125,12 @@ impl Runner {
         if self.is_taken_away(now, actions) {
             return;
         }
-        let waiting = self.roster.not_armed(self.bond(), now);
+        let waiting = self.roster.not_armed(self.binding(), now);
         if waiting.is_empty() {
             if let Some(start) = &self.options.start {
                 let robots = &self.options.expected.robots;
                 let told = self.floor.standing_places(start, robots);
-                actions.extend(told.into_iter().map(Action::Say));
+                actions.extend(told.into_iter().map(Action::Note));
             }
             self.begin(now, actions);
         } else if self.elapsed(now) >= ARM {
@@ -155,8 +155,8 @@ impl Runner {
             return;
         }
         if !self.e_stop.is_used() {
-            let alone = "no e-stop publisher is heard; `rsrs stop` or Ctrl-C stops the robots";
-            actions.push(Action::Say(alone.to_owned()));
+            let alone = "no e-stop publisher is received; `rsrs stop` or Ctrl-C stops the robots";
+            actions.push(Action::Note(alone.to_owned()));
         }
         self.told_s = u64::MAX;
         self.enter(Phase::CountDown, now);
@@ -164,7 +164,7 @@ impl Runner {
     }
 
     fn start(&mut self, now: Duration, actions: &mut Vec<Action>) {
-        actions.push(Action::Say("running".to_owned()));
+        actions.push(Action::Note("running".to_owned()));
         self.roster.forget_samples();
         self.enter(Phase::Run, now);
     }
@@ -173,7 +173,7 @@ impl Runner {
         if self.is_taken_away(now, actions) {
             return;
         }
-        let waiting = self.roster.not_armed(self.bond(), now);
+        let waiting = self.roster.not_armed(self.binding(), now);
         if !waiting.is_empty() {
             self.fail_to_arm(waiting, now, actions);
             return;
@@ -186,12 +186,12 @@ impl Runner {
         let left_s = left.as_millis().div_ceil(1000).try_into().unwrap_or(u64::MAX);
         if left_s < self.told_s {
             self.told_s = left_s;
-            actions.push(Action::Say(format!("the robots move in {left_s} s")));
+            actions.push(Action::Note(format!("the robots move in {left_s} s")));
         }
     }
 
     /// Ends the run if it is no longer this runner's to conduct: robots that obey a higher epoch are
-    /// another runner's, and the e-stop is for all robots, whichever hears it first.
+    /// another runner's, and the e-stop is for all robots, whichever receives it first.
     fn is_taken_away(&mut self, now: Duration, actions: &mut Vec<Action>) -> bool {
         if self.roster.holds_e_stop() {
             self.abort(E_STOP_REASON.to_owned(), now, actions);
@@ -206,7 +206,7 @@ impl Runner {
             self.abort(reason, now, actions);
             return true;
         }
-        if let Some(other) = self.roster.armed_for_another(self.bond(), now) {
+        if let Some(other) = self.roster.armed_for_another(self.binding(), now) {
             let reason = format!("a robot is armed for run {other}: another runner has it");
             self.abort(reason, now, actions);
             return true;
@@ -219,7 +219,7 @@ impl Runner {
             return;
         }
         // In lockstep a lapse freezes the world and harms nothing; the simulator's word on it comes
-        // first. In real time a robot needs a moment to hear that it may move; one that is silent
+        // first. In real time a robot needs a moment to receive that it may move; one that is silent
         // may have been so since before the start, while the others move.
         let lapse = LOCKSTEP_GRACE + SILENCE;
         let patience = match self.options.pace {
@@ -232,7 +232,7 @@ impl Runner {
         let lost = self.roster.newly_lost(self.epoch, patience, now);
         if !lost.is_empty() {
             let ours = preflight::too_slow(self.floor.behind_s());
-            actions.extend(ours.map(|problem| Action::Say(problem.to_string())));
+            actions.extend(ours.map(|problem| Action::Note(problem.to_string())));
         }
         let after_s = self.elapsed(now).as_secs_f64();
         let lost = lost.into_iter();
@@ -243,7 +243,7 @@ impl Runner {
             .into_iter()
             .map(|LostRobot { robot, reason, .. }| format!("lost {robot}: {reason}"))
             .collect();
-        actions.extend(told.iter().cloned().map(Action::Say));
+        actions.extend(told.iter().cloned().map(Action::Note));
         if self.options.robot_lost == RobotLost::Abort && !told.is_empty() {
             self.abort(told.swap_remove(0), now, actions);
             return;
@@ -293,7 +293,7 @@ impl Runner {
         if self.not_standing.is_empty() {
             self.close(now, actions);
         } else if self.elapsed(now) >= STAND {
-            actions.push(Action::Say(format!(
+            actions.push(Action::Note(format!(
                 "not confirmed to stand after {} s: {}",
                 STAND.as_secs(),
                 self.not_standing.join(", ")

@@ -1,4 +1,4 @@
-//! What the runner last heard of each robot and its controller.
+//! What the runner last received from each robot and its controller.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -16,8 +16,8 @@ pub(super) struct Roster {
 #[derive(Clone, Debug)]
 struct Member {
     name: String,
-    robot: Option<Heard>,
-    controller: Option<Heard>,
+    robot: Option<LastStatus>,
+    controller: Option<LastStatus>,
     /// When the last sample of each kind came, since the start of the movement.
     samples: BTreeMap<SampleKind, Duration>,
     /// Since when it is not as it should be during the run.
@@ -26,14 +26,14 @@ struct Member {
 }
 
 #[derive(Clone, Debug)]
-struct Heard {
+struct LastStatus {
     status: Status,
     at: Duration,
 }
 
-impl Heard {
+impl LastStatus {
     /// Keeps the newer of two statuses.
-    fn hear(slot: &mut Option<Self>, status: Status, at: Duration) {
+    fn receive(slot: &mut Option<Self>, status: Status, at: Duration) {
         let last = slot.as_ref().map(|last| (last.status.counter, last.at));
         if status.is_news(last, at) {
             *slot = Some(Self { status, at });
@@ -47,7 +47,7 @@ impl Heard {
 
 /// What a run expects its robots to say.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bond<'a> {
+pub(super) struct RunBinding<'a> {
     pub run_id: &'a str,
     pub epoch: u64,
     pub parameter_digest: u64,
@@ -58,7 +58,7 @@ pub(super) struct Bond<'a> {
 pub(super) struct Patience {
     /// It stands.
     pub standing: Duration,
-    /// It has not been heard for as long as robots may be silent.
+    /// It has not been received for as long as robots may be silent.
     pub silent: Duration,
 }
 
@@ -82,15 +82,15 @@ impl Roster {
         self.members.iter_mut().find(|member| member.name == name)
     }
 
-    pub(super) fn hear_robot(&mut self, name: &str, status: Status, now: Duration) {
+    pub(super) fn receive_robot(&mut self, name: &str, status: Status, now: Duration) {
         if let Some(member) = self.member(name) {
-            Heard::hear(&mut member.robot, status, now);
+            LastStatus::receive(&mut member.robot, status, now);
         }
     }
 
-    pub(super) fn hear_controller(&mut self, name: &str, status: Status, now: Duration) {
+    pub(super) fn receive_controller(&mut self, name: &str, status: Status, now: Duration) {
         if let Some(member) = self.member(name) {
-            Heard::hear(&mut member.controller, status, now);
+            LastStatus::receive(&mut member.controller, status, now);
         }
     }
 
@@ -123,17 +123,17 @@ impl Roster {
     /// The highest epoch that a robot or controller of this run obeys.
     pub(super) fn highest_epoch(&self) -> u64 {
         let sides = self.members.iter().flat_map(|member| [&member.robot, &member.controller]);
-        sides.flatten().map(|heard| heard.status.epoch).max().unwrap_or(0)
+        sides.flatten().map(|received| received.status.epoch).max().unwrap_or(0)
     }
 
     /// Another run for whose start a robot or controller of this run waits, in this epoch: of two
-    /// runners that cannot hear each other, both may have taken it.
-    pub(super) fn armed_for_another(&self, bond: Bond<'_>, now: Duration) -> Option<&str> {
+    /// runners that cannot receive each other, both may have taken it.
+    pub(super) fn armed_for_another(&self, binding: RunBinding<'_>, now: Duration) -> Option<&str> {
         let sides = self.members.iter().flat_map(|member| [&member.robot, &member.controller]);
-        let recent = sides.flatten().filter(|heard| heard.is_recent(now));
-        recent
-            .filter(|heard| heard.status.epoch == bond.epoch)
-            .find_map(|heard| heard.status.armed_for().filter(|run_id| *run_id != bond.run_id))
+        let recent = sides.flatten().filter(|received| received.is_recent(now));
+        recent.filter(|received| received.status.epoch == binding.epoch).find_map(|received| {
+            received.status.armed_for().filter(|run_id| *run_id != binding.run_id)
+        })
     }
 
     /// Counters of the last statuses, for the lease.
@@ -142,38 +142,44 @@ impl Roster {
             .iter()
             .map(|member| Echo {
                 robot: member.name.clone(),
-                counter: member.robot.as_ref().map_or(0, |heard| heard.status.counter),
+                counter: member.robot.as_ref().map_or(0, |received| received.status.counter),
             })
             .collect()
     }
 
-    /// The last status of every robot that is heard now.
+    /// The last status of every robot that is received now.
     pub(super) fn recent_robots(&self, now: Duration) -> BTreeMap<String, Status> {
         self.members
             .iter()
             .filter_map(|member| {
-                let heard = member.robot.as_ref().filter(|heard| heard.is_recent(now))?;
-                Some((member.name.clone(), heard.status.clone()))
+                let received = member.robot.as_ref().filter(|received| received.is_recent(now))?;
+                Some((member.name.clone(), received.status.clone()))
             })
             .collect()
     }
 
-    /// Robots whose controller is heard now.
+    /// Robots whose controller is received now.
     pub(super) fn recent_controllers(&self, now: Duration) -> BTreeSet<String> {
         self.members
             .iter()
-            .filter(|member| member.controller.as_ref().is_some_and(|heard| heard.is_recent(now)))
+            .filter(|member| {
+                member.controller.as_ref().is_some_and(|received| received.is_recent(now))
+            })
             .map(|member| member.name.clone())
             .collect()
     }
 
     /// Who has not confirmed that it is armed under this bond, with what it says instead.
-    pub(super) fn not_armed(&self, bond: Bond<'_>, now: Duration) -> Vec<(String, String)> {
+    pub(super) fn not_armed(
+        &self,
+        binding: RunBinding<'_>,
+        now: Duration,
+    ) -> Vec<(String, String)> {
         let mut waiting = Vec::new();
         for member in &self.members {
             let sides = [("", &member.robot), (" (controller)", &member.controller)];
-            for (side, heard) in sides {
-                if let Some(found) = unlike_armed(heard.as_ref(), bond, now) {
+            for (side, received) in sides {
+                if let Some(found) = unlike_armed(received.as_ref(), binding, now) {
                     waiting.push((format!("{}{side}", member.name), found));
                 }
             }
@@ -205,9 +211,9 @@ impl Roster {
                 continue;
             };
             let since = *member.troubled_since.get_or_insert(now);
-            let heard = member.robot.as_ref().filter(|heard| heard.is_recent(now));
-            let patience = match heard {
-                Some(heard) if heard.status.state == RobotState::Fault => Duration::ZERO,
+            let received = member.robot.as_ref().filter(|received| received.is_recent(now));
+            let patience = match received {
+                Some(received) if received.status.state == RobotState::Fault => Duration::ZERO,
                 Some(_) => patience.standing,
                 None => patience.silent,
             };
@@ -222,7 +228,7 @@ impl Roster {
     /// Whether the e-stop holds a robot.
     pub(super) fn holds_e_stop(&self) -> bool {
         let robots = self.members.iter().filter_map(|member| member.robot.as_ref());
-        robots.into_iter().any(|heard| heard.status.holds_e_stop())
+        robots.into_iter().any(|received| received.status.holds_e_stop())
     }
 
     pub(super) fn all_lost(&self) -> bool {
@@ -235,11 +241,11 @@ impl Roster {
         self.members
             .iter()
             .filter(|member| {
-                !member.robot.as_ref().is_some_and(|heard| {
-                    let obeys = heard.status.epoch == epoch;
+                !member.robot.as_ref().is_some_and(|received| {
+                    let obeys = received.status.epoch == epoch;
                     let may_move =
-                        matches!(heard.status.state, RobotState::Armed | RobotState::Moving);
-                    heard.at > since && !(obeys && may_move)
+                        matches!(received.status.state, RobotState::Armed | RobotState::Moving);
+                    received.at > since && !(obeys && may_move)
                 })
             })
             .map(|member| member.name.clone())
@@ -247,22 +253,26 @@ impl Roster {
     }
 }
 
-fn unlike_armed(heard: Option<&Heard>, bond: Bond<'_>, now: Duration) -> Option<String> {
-    let Some(heard) = heard.filter(|heard| heard.is_recent(now)) else {
+fn unlike_armed(
+    received: Option<&LastStatus>,
+    binding: RunBinding<'_>,
+    now: Duration,
+) -> Option<String> {
+    let Some(received) = received.filter(|received| received.is_recent(now)) else {
         return Some("silent".to_owned());
     };
-    let status = &heard.status;
-    if status.parameter_digest != bond.parameter_digest {
+    let status = &received.status;
+    if status.parameter_digest != binding.parameter_digest {
         return Some(format!(
             "parameter digest {:016x}, expected {:016x}",
-            status.parameter_digest, bond.parameter_digest
+            status.parameter_digest, binding.parameter_digest
         ));
     }
-    let armed = status.epoch == bond.epoch && status.state == RobotState::Armed;
+    let armed = status.epoch == binding.epoch && status.state == RobotState::Armed;
     (!armed).then(|| {
         format!(
             "{} in epoch {}, expected armed in epoch {}",
-            status.state, status.epoch, bond.epoch
+            status.state, status.epoch, binding.epoch
         )
     })
 }
@@ -280,10 +290,10 @@ impl Member {
     }
 
     fn trouble(&self, epoch: u64, now: Duration) -> Option<String> {
-        let Some(heard) = self.robot.as_ref().filter(|heard| heard.is_recent(now)) else {
+        let Some(received) = self.robot.as_ref().filter(|received| received.is_recent(now)) else {
             return Some(format!("silent for more than {} s", SILENCE.as_secs()));
         };
-        let status = &heard.status;
+        let status = &received.status;
         if status.state == RobotState::Moving && status.epoch == epoch {
             return None;
         }

@@ -10,7 +10,7 @@ use crate::timing::{CATCH_UP, DISCOVER};
 pub(super) struct Search {
     /// The least that was ever wrong.
     least: Option<usize>,
-    /// When it last found more, or could not hear what there is.
+    /// When it last found more, or could not receive what there is.
     since: Duration,
     is_behind: bool,
     was_behind: bool,

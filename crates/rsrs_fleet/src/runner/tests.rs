@@ -111,7 +111,7 @@ impl Bench {
                     self.closed = true;
                     self.give(Event::RecorderClosed);
                 }
-                Action::Say(text) => self.told.push(text),
+                Action::Note(text) => self.told.push(text),
                 Action::Finish { outcome, not_standing } => {
                     assert!(self.finish.is_none(), "finished twice");
                     self.finish = Some((outcome, not_standing));
@@ -218,7 +218,7 @@ fn a_real_time_run_is_complete_when_its_time_is_over() {
 }
 
 #[test]
-fn the_epoch_is_above_every_one_that_was_heard() {
+fn the_epoch_is_above_every_one_that_was_received() {
     let mut bench = Bench::lockstep();
 
     bench.run();
@@ -238,8 +238,8 @@ fn nothing_is_set_while_anything_is_missing() {
         problems,
         [
             "no simulator discovered",
-            "robot_2: no status heard",
-            "robot_2: no status of its controller heard"
+            "robot_2: no status received",
+            "robot_2: no status of its controller received"
         ]
     );
     assert_eq!(bench.configured, []);
@@ -327,7 +327,7 @@ fn the_e_stop_ends_the_run() {
 }
 
 #[test]
-fn a_runner_that_hears_another_with_as_high_an_epoch_stops() {
+fn a_runner_that_receives_another_with_as_high_an_epoch_stops() {
     let mut bench = Bench::lockstep();
     bench.run();
     let own = bench.lease.clone().expect("a running runner has published a lease");

@@ -30,11 +30,11 @@ fn found(robot: &str) -> Event {
 
 #[test]
 fn the_first_word_is_said_at_once_and_then_ten_times_a_second() {
-    let mut stopper = Stopper::new(Word::Engage);
+    let mut stopper = Stopper::new(StopCommand::Engage);
 
     let times: Vec<_> = (0..30)
         .map(|tick| 10 * tick)
-        .filter(|at| stopper.on_event(Event::Tick, ms(*at)) == [Action::Say(true)])
+        .filter(|at| stopper.on_event(Event::Tick, ms(*at)) == [Action::Publish(true)])
         .collect();
 
     assert_eq!(times, [0, 100, 200]);
@@ -42,7 +42,7 @@ fn the_first_word_is_said_at_once_and_then_ten_times_a_second() {
 
 #[test]
 fn it_ends_when_every_robot_stands_and_none_turns_up_any_more() {
-    let mut stopper = Stopper::new(Word::Engage);
+    let mut stopper = Stopper::new(StopCommand::Engage);
     stopper.on_event(Event::Tick, ms(0));
     stopper.on_event(says("robot_1", RobotState::Stopped, "e-stop"), ms(40));
 
@@ -64,7 +64,7 @@ fn a_robot_that_stands_for_another_reason_has_not_acknowledged() {
         (RobotState::Stopped, "lease ran out"),
         (RobotState::Fault, "hardware fault: wheel"),
     ] {
-        let mut stopper = Stopper::new(Word::Engage);
+        let mut stopper = Stopper::new(StopCommand::Engage);
         stopper.on_event(Event::Tick, ms(0));
 
         stopper.on_event(says("robot_1", state, reason), ms(50));
@@ -75,7 +75,7 @@ fn a_robot_that_stands_for_another_reason_has_not_acknowledged() {
 
 #[test]
 fn who_is_expected_and_silent_is_named_after_a_bounded_time() {
-    let mut stopper = Stopper::new(Word::Engage);
+    let mut stopper = Stopper::new(StopCommand::Engage);
     stopper.on_event(found("robot_9"), ms(0));
     stopper.on_event(says("robot_1", RobotState::Fault, "e-stop; hardware fault: wheel"), ms(50));
 
@@ -93,7 +93,7 @@ fn who_is_expected_and_silent_is_named_after_a_bounded_time() {
 
 #[test]
 fn an_acknowledgement_that_comes_late_or_again_is_none() {
-    let mut stopper = Stopper::new(Word::Engage);
+    let mut stopper = Stopper::new(StopCommand::Engage);
     stopper.on_event(Event::Tick, ms(0));
     let earlier = says("a", RobotState::Stopped, E_STOP_REASON);
     stopper.on_event(says("a", RobotState::Moving, ""), ms(10));
@@ -105,7 +105,7 @@ fn an_acknowledgement_that_comes_late_or_again_is_none() {
 
 #[test]
 fn no_robot_at_all_is_no_acknowledgement() {
-    let mut stopper = Stopper::new(Word::Engage);
+    let mut stopper = Stopper::new(StopCommand::Engage);
     stopper.on_event(Event::Tick, ms(0));
 
     let end = stopper.on_event(Event::Tick, ms(7_000));
@@ -115,7 +115,7 @@ fn no_robot_at_all_is_no_acknowledgement() {
 
 #[test]
 fn a_robot_that_is_released_by_someone_else_has_no_longer_acknowledged() {
-    let mut stopper = Stopper::new(Word::Engage);
+    let mut stopper = Stopper::new(StopCommand::Engage);
     stopper.on_event(Event::Tick, ms(0));
     stopper.on_event(says("robot_1", RobotState::Stopped, "e-stop"), ms(50));
 
@@ -126,11 +126,11 @@ fn a_robot_that_is_released_by_someone_else_has_no_longer_acknowledged() {
 
 #[test]
 fn a_release_looks_first_and_ends_when_no_robot_is_locked() {
-    let mut stopper = Stopper::new(Word::Release);
+    let mut stopper = Stopper::new(StopCommand::Release);
     let locked = || says("robot_1", RobotState::Stopped, "e-stop");
     assert_eq!(stopper.on_event(locked(), ms(0)), []);
 
-    assert_eq!(stopper.on_event(locked(), ms(2_000)), [Action::Say(false)]);
+    assert_eq!(stopper.on_event(locked(), ms(2_000)), [Action::Publish(false)]);
     let end = stopper.on_event(says("robot_1", RobotState::Stopped, "lease ran out"), ms(2_050));
 
     assert_eq!(end, [finished()]);
@@ -138,7 +138,7 @@ fn a_release_looks_first_and_ends_when_no_robot_is_locked() {
 
 #[test]
 fn a_release_among_moving_robots_says_nothing() {
-    let mut stopper = Stopper::new(Word::Release);
+    let mut stopper = Stopper::new(StopCommand::Release);
     stopper.on_event(says("robot_1", RobotState::Moving, ""), ms(0));
 
     assert_eq!(stopper.on_event(Event::Tick, ms(2_000)), [Action::Finish(Ending::InRun)]);
@@ -155,38 +155,38 @@ fn locked_by(sources: &[(Source, Cause)]) -> Event {
 
 #[test]
 fn a_release_ends_the_locks_of_who_has_left_and_names_who_still_holds() {
-    let mut stopper = Stopper::new(Word::Release);
+    let mut stopper = Stopper::new(StopCommand::Release);
     stopper.on_event(says("robot_1", RobotState::Stopped, "e-stop"), ms(0));
     stopper.on_event(locked_by(&[(LEFT, Cause::Engaged), (THERE, Cause::Engaged)]), ms(0));
     stopper.on_event(Event::Publishers([THERE].into()), ms(0));
 
     let actions = stopper.on_event(Event::Tick, ms(2_000));
-    assert_eq!(actions, [Action::Say(false), Action::Release([LEFT].into())]);
+    assert_eq!(actions, [Action::Publish(false), Action::Release([LEFT].into())]);
     assert_eq!(stopper.holding(ms(2_000)), Locks([(THERE, Cause::Engaged)].into()));
 
     // It goes.
     stopper.on_event(locked_by(&[(THERE, Cause::Engaged)]), ms(2_010));
     stopper.on_event(Event::Publishers(BTreeSet::new()), ms(2_020));
     let actions = stopper.on_event(Event::Tick, ms(2_100));
-    assert_eq!(actions, [Action::Say(false), Action::Release([THERE].into())]);
+    assert_eq!(actions, [Action::Publish(false), Action::Release([THERE].into())]);
 }
 
 #[test]
 fn a_source_that_fell_silent_is_released_and_one_that_says_true_is_not() {
-    let mut stopper = Stopper::new(Word::Release);
+    let mut stopper = Stopper::new(StopCommand::Release);
     stopper.on_event(locked_by(&[(LEFT, Cause::Engaged), (THERE, Cause::Silent)]), ms(0));
     stopper.on_event(Event::Publishers([THERE].into()), ms(0));
     stopper.on_event(Event::EStop { source: LEFT, engaged: true }, ms(1_500));
 
     let actions = stopper.on_event(Event::Tick, ms(2_000));
 
-    assert_eq!(actions, [Action::Say(false), Action::Release([THERE].into())]);
+    assert_eq!(actions, [Action::Publish(false), Action::Release([THERE].into())]);
     assert_eq!(stopper.holding(ms(2_000)), Locks([(LEFT, Cause::Engaged)].into()));
 }
 
 #[test]
 fn any_number_of_names_is_followed_up_to_a_bound() {
-    let mut stopper = Stopper::new(Word::Engage);
+    let mut stopper = Stopper::new(StopCommand::Engage);
     stopper.on_event(found("robot_1"), ms(0));
 
     for name in 0..5_000 {

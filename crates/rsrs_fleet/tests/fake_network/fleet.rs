@@ -7,7 +7,7 @@ use rsrs_core::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::controller::{Controller, Settings, Stamp};
 use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::runner::Outcome;
-use rsrs_fleet::stopper::{self, Stopper, Word};
+use rsrs_fleet::stopper::{self, StopCommand, Stopper};
 
 use crate::network::{Delivery, Item, Message, Network, Node};
 use crate::scenario::{Body, N_BUTTONS, N_ROBOTS, Scenario};
@@ -87,17 +87,17 @@ struct Fleet {
     controllers: Vec<Controller>,
     /// What each controller said on `cmd_vel` last; `None` if its process has not spoken.
     mouths: [Option<Command>; N_ROBOTS],
-    /// Until when the last lease of its run that each controller heard holds its parameters.
+    /// Until when the last lease of its run that each controller received holds its parameters.
     held_until_ms: [u64; N_ROBOTS],
     /// Epoch and name of that run.
     held_by: [(u64, String); N_ROBOTS],
     runners: BTreeMap<usize, RunnerHost>,
     simulator: Option<SimulatorHost>,
     /// Who stops or releases now, which of it, and since when.
-    stopper: Option<(Stopper, Word, u64)>,
+    stopper: Option<(Stopper, StopCommand, u64)>,
     /// What each button says; `None` if it is silent.
     buttons: [Option<bool>; N_BUTTONS],
-    /// What each gate last said that the e-stop has locked on it; who asks hears it again.
+    /// What each gate last said that the e-stop has locked on it; who asks receives it again.
     locks: [Locks; N_ROBOTS],
     is_healed: bool,
     /// Whether anybody ever spoke on the e-stop topic.
@@ -355,12 +355,12 @@ impl Fleet {
 
     fn deliver(&mut self, from: Node, to: Node, message: Message) -> Result<(), String> {
         match (to, message) {
-            (Node::Robot(robot), message) => self.robot_hears(robot, message),
-            (Node::Controller(robot), message) => self.controller_hears(robot, from, message),
-            (Node::Runner(runner), message) => self.runner_hears(runner, from, message),
-            (Node::Simulator, message) => self.simulator_hears(from, message),
+            (Node::Robot(robot), message) => self.robot_receives(robot, message),
+            (Node::Controller(robot), message) => self.controller_receives(robot, from, message),
+            (Node::Runner(runner), message) => self.runner_receives(runner, from, message),
+            (Node::Simulator, message) => self.simulator_receives(from, message),
             (Node::Stopper, message) => {
-                self.stopper_hears(from, message);
+                self.stopper_receives(from, message);
                 Ok(())
             }
             (to, message) => panic!("{message:?} from {from:?} to {to:?}"),

@@ -8,13 +8,13 @@
 //!   epoch, with the parameters that this epoch's runner confirmed, by a command younger than its
 //!   timeout and within its limits, while a bag records it;
 //! - no robot obeys an epoch after a newer one, and never do robots move in two epochs at once, nor
-//!   for two runs, even if their runners cannot hear each other and have taken the same epoch;
+//!   for two runs, even if their runners cannot receive each other and have taken the same epoch;
 //! - what stops a robot in a run stops it until a newer epoch arms it;
-//! - whoever hears a stop stands within 200 ms, and whoever has acknowledged one has heard it;
+//! - whoever receives a stop stands within 200 ms, and whoever has acknowledged one has received it;
 //! - of two who engage the e-stop, none undoes what the other did: a lock ends when the same source
 //!   says so, or by a release that names it, and a source that falls silent in a run locks;
 //! - wheels whose process has died or hangs stand within their own 250 ms;
-//! - a runner that hears another neither arms nor runs, and parameters stay while a run holds them;
+//! - a runner that receives another neither arms nor runs, and parameters stay while a run holds them;
 //! - in lockstep every robot moves once in every step, by the answer to what it sensed in that step;
 //! - every runner that lives finishes with its bag closed;
 //! - when all is healed, another run arms, moves every robot and is completed.
@@ -154,7 +154,7 @@ fn of_two_runners_that_start_at_once_none_moves_a_robot() {
 }
 
 #[test]
-fn runners_that_cannot_hear_each_other_hear_from_the_robots_whose_they_are() {
+fn runners_that_cannot_receive_each_other_receive_from_the_robots_whose_they_are() {
     let mut n_told = 0;
     for after_ms in 1..60 {
         let apart = Scenario { are_runners_apart: true, ..Scenario::calm(after_ms) };

@@ -37,7 +37,7 @@ pub struct Sent {
 /// What flies.
 #[derive(Clone, Debug)]
 pub enum Message {
-    /// A lease, with what its runner has heard of each robot last.
+    /// A lease, with what its runner has received from each robot last.
     Lease(Rc<Lease>, Rc<[Option<Sent>; N_ROBOTS]>),
     RobotStatus(Rc<Status>, Sent),
     ControllerStatus(Rc<Status>, Sent),

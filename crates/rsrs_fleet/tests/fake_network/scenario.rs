@@ -72,7 +72,7 @@ pub struct Scenario {
     pub has_button: [bool; N_BUTTONS],
     /// Robots without a gate of ours: their controllers hold the lease.
     pub controller_only: [bool; N_ROBOTS],
-    /// Whether runners hear the robots, and never each other.
+    /// Whether runners receive the robots, and never each other.
     pub are_runners_apart: bool,
     /// A controller that confirms its parameters and drives with others.
     pub liar: Option<usize>,

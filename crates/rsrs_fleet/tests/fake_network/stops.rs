@@ -23,7 +23,7 @@ fn no_seed_breaks_an_invariant_of_stops() {
         ]
     });
 
-    // The invariants hold where nothing moves and nobody hears: see that there is more to it.
+    // The invariants hold where nothing moves and nobody receives: see that there is more to it.
     let [acknowledged, named, interrupted] = counts[..] else { panic!("{counts:?}") };
     assert!(interrupted >= n_seeds / 4, "{interrupted} of {n_seeds} stops met a run");
     assert!(acknowledged >= n_seeds / 2, "{acknowledged} of {n_seeds} stops were acknowledged");
@@ -66,7 +66,7 @@ fn a_stop_under_loss_is_acknowledged_by_all() {
 }
 
 #[test]
-fn a_robot_that_is_cut_off_is_named_and_stands_without_having_heard_it() {
+fn a_robot_that_is_cut_off_is_named_and_stands_without_having_received_it() {
     let side: BTreeSet<_> = [Node::Robot(1), Node::Controller(1)].into();
     let faults = Faults { partition: Some((2_500, 20_000, side)), ..Faults::none() };
 

@@ -34,7 +34,7 @@ pub struct Witness {
     life: u32,
     /// Whether a lapse may heal, as in lockstep, where it freezes the world meanwhile.
     forgives: bool,
-    /// By epoch: the latest time up to which the runner's having heard it allows movement.
+    /// By epoch: the latest time up to which the runner's having received it allows movement.
     fresh_until_ms: BTreeMap<u64, u64>,
     /// By epoch: the digest that leases named, and whether one said `Running`.
     leases: BTreeMap<u64, (u64, bool)>,
@@ -46,11 +46,11 @@ pub struct Witness {
     controller_sent_ms: u64,
     /// When the last command came.
     commanded_ms: Option<u64>,
-    /// Who has engaged the e-stop, and when it heard that first.
+    /// Who has engaged the e-stop, and when it received that first.
     engaged_ms: BTreeMap<Source, u64>,
     /// When each source last spoke on the e-stop topic.
     word_ms: BTreeMap<Source, u64>,
-    /// When it heard, first, that it has to stand in the epoch that it obeys, and why.
+    /// When it received, first, that it has to stand in the epoch that it obeys, and why.
     told_to_stand: Option<(u64, &'static str)>,
     /// It must not move in this epoch any more, nor in an older one, for this reason.
     barred: Option<(u64, &'static str)>,
@@ -87,7 +87,7 @@ impl Witness {
         self.was_locked = self.was_locked(now_ms);
     }
 
-    /// A lease arrives; `echo` is what its runner had heard of this robot last.
+    /// A lease arrives; `echo` is what its runner had received from this robot last.
     pub fn lease(&mut self, lease: &Lease, echo: Option<Sent>, now_ms: u64) {
         let entry = self.leases.entry(lease.epoch).or_insert((lease.parameter_digest, false));
         entry.1 |= lease.state == LeaseState::Running;
@@ -215,8 +215,10 @@ impl Witness {
                 self.controller
             ));
         }
-        if let Some((source, heard_ms)) = self.engaged_ms.first_key_value() {
-            return Err(format!("moves at {now_ms} ms, heard e-stop {source} at {heard_ms} ms"));
+        if let Some((source, received_ms)) = self.engaged_ms.first_key_value() {
+            return Err(format!(
+                "moves at {now_ms} ms, received e-stop {source} at {received_ms} ms"
+            ));
         }
         let looked_ms = now_ms.saturating_sub(since_look_ms);
         let gone = |(_, word_ms): &(&Source, &u64)| {

@@ -76,7 +76,7 @@ impl<S: Simd> LaneRules<S> {
 
 /// One robot's step in every world, as far as it is known before the run.
 #[derive(Clone, Copy)]
-pub struct Habit<S: Simd> {
+pub struct NominalStep<S: Simd> {
     detection: LaneKey<S::U>,
     travel_m: S::F,
     left: (S::F, S::F),
@@ -85,7 +85,7 @@ pub struct Habit<S: Simd> {
 
 /// The rest of one robot's character, for worlds in which steps vary.
 #[derive(Clone, Copy)]
-pub struct Whims<S: Simd> {
+pub struct NoisyTraits<S: Simd> {
     speed_gain: S::F,
     turn_gain: S::F,
     turn_bias_rad_s: S::F,
@@ -103,7 +103,7 @@ pub struct Drift<F> {
     pub yaw_rate_rad_s: F,
 }
 
-impl<S: Simd> Habit<S> {
+impl<S: Simd> NominalStep<S> {
     /// The step of a robot in worlds where it has these traits, one for each lane.
     pub fn new<'a>(
         simd: S,
@@ -157,10 +157,10 @@ impl<S: Simd> Habit<S> {
 
     /// One step of a robot, in worlds where it may vary.
     #[inline(always)]
-    pub fn step_of_whim(
+    pub fn step_of_trait(
         &self,
         (simd, rules, step): (S, &LaneRules<S>, S::U),
-        (whims, drift): (&Whims<S>, &mut Drift<S::F>),
+        (noisy_traits, drift): (&NoisyTraits<S>, &mut Drift<S::F>),
         from: &Body<S::F>,
         (detected, blocked): (S::M, S::M),
     ) -> Body<S::F> {
@@ -168,29 +168,37 @@ impl<S: Simd> Habit<S> {
             Some(sd) => number + sd * key.normal(simd, step),
             None => number,
         };
-        let gain = with_noise(whims.speed_gain, rules.speed_gain_step_sd, &whims.speed_gain_noise);
+        let gain = with_noise(
+            noisy_traits.speed_gain,
+            rules.speed_gain_step_sd,
+            &noisy_traits.speed_gain_noise,
+        );
         let travel_m = (rules.speed_m_s * gain * rules.period_s).unless(blocked);
         let mut to_m = (from.x_m + travel_m * from.cosine, from.y_m + travel_m * from.sine);
         if let Some((decay, kick_m_s)) = rules.gusts {
             let gusted = |gust_m_s: S::F, key: &LaneKey<S::U>| {
                 decay * gust_m_s + kick_m_s * key.normal(simd, step)
             };
-            drift.gust_m_s.0 = gusted(drift.gust_m_s.0, &whims.gust_x);
-            drift.gust_m_s.1 = gusted(drift.gust_m_s.1, &whims.gust_y);
+            drift.gust_m_s.0 = gusted(drift.gust_m_s.0, &noisy_traits.gust_x);
+            drift.gust_m_s.1 = gusted(drift.gust_m_s.1, &noisy_traits.gust_y);
             to_m.0 = to_m.0 + drift.gust_m_s.0 * rules.period_s;
             to_m.1 = to_m.1 + drift.gust_m_s.1 * rules.period_s;
         }
         let (x_m, y_m) = rules.border((from.x_m, from.y_m), to_m);
         let turned = if rules.turn_varies() {
-            let gain = with_noise(whims.turn_gain, rules.turn_gain_step_sd, &whims.turn_gain_noise);
+            let gain = with_noise(
+                noisy_traits.turn_gain,
+                rules.turn_gain_step_sd,
+                &noisy_traits.turn_gain_noise,
+            );
             let told_rad_s = S::F::select(detected, rules.left_rad_s, rules.right_rad_s);
-            let mut rate_rad_s = told_rad_s * gain + whims.turn_bias_rad_s;
+            let mut rate_rad_s = told_rad_s * gain + noisy_traits.turn_bias_rad_s;
             if let Some(share) = rules.yaw_share {
                 rate_rad_s = drift.yaw_rate_rad_s + (rate_rad_s - drift.yaw_rate_rad_s) * share;
                 drift.yaw_rate_rad_s = rate_rad_s;
             }
             let sd = rules.heading_noise_sd_rad;
-            turn(simd, with_noise(rate_rad_s * rules.period_s, sd, &whims.heading_noise))
+            turn(simd, with_noise(rate_rad_s * rules.period_s, sd, &noisy_traits.heading_noise))
         } else {
             (
                 S::F::select(detected, self.left.0, self.right.0),
@@ -206,7 +214,7 @@ impl<S: Simd> Habit<S> {
     }
 }
 
-impl<S: Simd> Whims<S> {
+impl<S: Simd> NoisyTraits<S> {
     /// The character of a robot in these worlds, one for each lane.
     pub fn new<'a>(simd: S, robot: usize, world: impl Fn(usize) -> &'a Robots) -> Self {
         let traits = |lane| world(lane).traits[robot];

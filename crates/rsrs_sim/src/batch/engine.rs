@@ -6,9 +6,9 @@ use rsrs_core::phase::{BLOCK_S, Phase, Thresholds, Verdict, WINDOW_S, lasting, s
 use rsrs_core::trajectory::Bodies;
 
 use super::Judged;
+use super::approximate_judge::{Answer, ApproximateJudge, Memory};
 use super::converging::{AROUND, Converging, lanes};
 use super::evidence::{Commanded, Scratch, Window, gather};
-use super::quick::{Answer, Memory, Quick};
 use super::rows::Rows;
 use super::swarms::Swarms;
 use crate::draw::RunKey;
@@ -135,7 +135,7 @@ impl<S: Simd> UnitEngine<S> {
             bodies: around.bodies,
         };
         let memory = &mut self.memory;
-        let answers = simd.vectorize(Quick { simd, window, open, memory });
+        let answers = simd.vectorize(ApproximateJudge { simd, window, open, memory });
         let mut exact: Option<Vec<Evidence>> = None;
         lanes(open).fold(0, |good, lane| {
             let is_good = match answers[lane] {

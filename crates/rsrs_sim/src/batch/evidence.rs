@@ -14,10 +14,10 @@ use rsrs_core::trajectory::Bodies;
 
 use super::rows::Rows;
 use crate::vector::simd::Simd;
-use company::{Company, Keep};
-use ring::{Arms, Go, Motion};
+use neighbour_counts::{CountNeighbours, NeighbourCounts};
+use ring::{Arms, Motion, SumMotion};
 
-mod company;
+mod neighbour_counts;
 mod ring;
 
 /// What was commanded in a window: the same for all worlds, as all robots have the same controller.
@@ -84,13 +84,13 @@ pub struct Window<'a, F> {
 /// Memory for one window, used again from window to window.
 pub struct Scratch<S: Simd> {
     arms: Arms<S>,
-    company: Company<S>,
+    neighbour_counts: NeighbourCounts<S>,
 }
 
 impl<S: Simd> Scratch<S> {
     /// No memory yet.
     pub fn new(simd: S) -> Self {
-        Self { arms: Arms::new(), company: Company::new(simd) }
+        Self { arms: Arms::new(), neighbour_counts: NeighbourCounts::new(simd) }
     }
 }
 
@@ -105,19 +105,19 @@ pub fn gather<S: Simd>(
     scratch: &mut Scratch<S>,
     lanes: Range<usize>,
 ) -> Vec<Evidence> {
-    let Scratch { arms, company } = scratch;
-    simd.vectorize(Keep { simd, window, company: &mut *company });
+    let Scratch { arms, neighbour_counts } = scratch;
+    simd.vectorize(CountNeighbours { simd, window, neighbour_counts: &mut *neighbour_counts });
     let mut motions = Vec::with_capacity(S::LANES);
-    motions.extend(simd.vectorize(Go::<S, 0> { simd, window, arms: &mut *arms }));
+    motions.extend(simd.vectorize(SumMotion::<S, 0> { simd, window, arms: &mut *arms }));
     if lanes.end > S::LANES / 2 {
-        motions.extend(simd.vectorize(Go::<S, 1> { simd, window, arms }));
+        motions.extend(simd.vectorize(SumMotion::<S, 1> { simd, window, arms }));
     }
-    lanes.map(|lane| evidence(&window, company, &motions[lane], lane)).collect()
+    lanes.map(|lane| evidence(&window, neighbour_counts, &motions[lane], lane)).collect()
 }
 
 fn evidence<S: Simd>(
     window: &Window<'_, S::F>,
-    company: &Company<S>,
+    neighbour_counts: &NeighbourCounts<S>,
     motion: &Motion,
     lane: usize,
 ) -> Evidence {
@@ -125,7 +125,7 @@ fn evidence<S: Simd>(
     let n_samples = (window.end - window.start) as f64;
     let n_robots = window.rows.at(window.start).len() as f64;
     let n_looks = (window.end - window.start).saturating_sub(commanded.back);
-    let counts = company.counts(lane);
+    let counts = neighbour_counts.counts(lane);
     let is_stuck = |looks: &&f64| **looks > STUCK_SHARE * n_looks as f64;
     let is_lost = |steps: &&f64| **steps > LOST_SHARE * n_samples;
     let n_lost = counts.alone.iter().filter(is_lost).count();

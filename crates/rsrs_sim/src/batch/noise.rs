@@ -3,7 +3,7 @@
 use crate::draw::Key;
 use crate::turn::{self, HALF_PI, ROUNDER};
 
-use crate::vector::simd::{Number, Simd, Word};
+use crate::vector::simd::{LaneU32, Number, Simd};
 
 /// The keys of one robot's draws for one purpose, in every world.
 #[derive(Clone, Copy)]
@@ -12,7 +12,7 @@ pub struct LaneKey<U> {
     high: U,
 }
 
-impl<U: Word> LaneKey<U> {
+impl<U: LaneU32> LaneKey<U> {
     /// The keys of all lanes.
     pub fn new<S: Simd<U = U>>(simd: S, key: impl Fn(usize) -> Key) -> Self {
         Self { low: simd.words(|lane| key(lane).low), high: simd.words(|lane| key(lane).high) }

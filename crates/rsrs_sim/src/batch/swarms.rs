@@ -2,7 +2,7 @@
 
 use rsrs_core::conditions::Conditions;
 
-use super::advance::{Drift, Habit, LaneRules, Whims};
+use super::advance::{Drift, LaneRules, NoisyTraits, NominalStep};
 use super::rows::Rows;
 use super::sense::{Body, Cone, Found, LaneContact, LaneView, Polygon, Side, sense, sides};
 use crate::draw::RunKey;
@@ -20,8 +20,8 @@ pub struct Swarms<S: Simd> {
     rules: LaneRules<S>,
     view: ViewInLanes<S>,
     contact: LaneContact<S::F>,
-    habits: Vec<Habit<S>>,
-    whims: Vec<Whims<S>>,
+    nominal_steps: Vec<NominalStep<S>>,
+    noisy_traits: Vec<NoisyTraits<S>>,
     drifts: Vec<Drift<S::F>>,
     /// A ring of `latency + 1` rows.
     detections: Vec<S::M>,
@@ -72,8 +72,8 @@ impl<S: Simd> Swarms<S> {
         let rules = Rules::new(conditions);
         let controller = conditions.controller;
         let told = (controller.speed_m_s as f32, controller.turn_rate_rad_s as f32);
-        let habit = |robot: usize| Habit::new(simd, &rules, told, (robot, world));
-        let whims = |robot: usize| Whims::new(simd, robot, world);
+        let nominal_step = |robot: usize| NominalStep::new(simd, &rules, told, (robot, world));
+        let noisy_traits = |robot: usize| NoisyTraits::new(simd, robot, world);
         let zero = simd.single(0.0);
         let still = Drift { gust_m_s: (zero, zero), yaw_rate_rad_s: zero };
         let latency_steps = u64::from(conditions.robot.latency_steps);
@@ -86,8 +86,8 @@ impl<S: Simd> Swarms<S> {
             rules: lane_rules,
             view: ViewInLanes::new(simd, &rules.view),
             contact: LaneContact::new(simd, rules.contact),
-            habits: (0..n_robots).map(habit).collect(),
-            whims: (0..n_whims).map(whims).collect(),
+            nominal_steps: (0..n_robots).map(nominal_step).collect(),
+            noisy_traits: (0..n_whims).map(noisy_traits).collect(),
             drifts: vec![still; n_whims],
             detections: vec![simd.no(); (latency_steps as usize + 1) * n_robots],
             latency_steps,
@@ -121,7 +121,7 @@ impl<S: Simd> Swarms<S> {
 
     fn run_with<V: LaneView<S>>(&mut self, view: V, rows: &mut Rows<S::F>, n_steps: u64) {
         let simd = self.simd;
-        if self.whims.is_empty() {
+        if self.noisy_traits.is_empty() {
             simd.vectorize(Steps::<S, V, true> { swarms: self, view, rows, count: n_steps });
         } else {
             simd.vectorize(Steps::<S, V, false> { swarms: self, view, rows, count: n_steps });
@@ -186,21 +186,36 @@ impl<S: Simd> Swarms<S> {
         let arriving = self.detection_row(self.step + 1).start;
         let counter = simd.word(self.step as u32);
         let n_robots = from.len();
-        let Self { rules, contact, habits, whims, drifts, detections, seen, blocked, .. } = self;
+        let Self {
+            rules,
+            contact,
+            nominal_steps,
+            noisy_traits,
+            drifts,
+            detections,
+            seen,
+            blocked,
+            ..
+        } = self;
         let mut found = Found { seen: &mut seen[..n_robots], blocked: &mut blocked[..n_robots] };
         let sees = sense::<S, V, SOME>(simd, (view, *contact), (first, from), &mut found);
         let robots = first..first + SOME;
-        let habits = &habits[robots.clone()];
-        for ((robot, habit), sees) in robots.zip(habits).zip(sees) {
-            let detected = habit.detects(simd, rules, (sees, counter));
+        let nominal_steps = &nominal_steps[robots.clone()];
+        for ((robot, nominal_step), sees) in robots.zip(nominal_steps).zip(sees) {
+            let detected = nominal_step.detects(simd, rules, (sees, counter));
             let is_blocked = found.blocked[robot];
             to[robot] = if PLAIN {
-                habit.step(simd, rules, &from[robot], (detected, is_blocked))
+                nominal_step.step(simd, rules, &from[robot], (detected, is_blocked))
             } else {
                 detections[made + robot] = detected;
                 let found = (detections[arriving + robot], is_blocked);
-                let whims = (&whims[robot], &mut drifts[robot]);
-                habit.step_of_whim((simd, rules, counter), whims, &from[robot], found)
+                let noisy_traits = (&noisy_traits[robot], &mut drifts[robot]);
+                nominal_step.step_of_trait(
+                    (simd, rules, counter),
+                    noisy_traits,
+                    &from[robot],
+                    found,
+                )
             };
             (found.seen[robot], found.blocked[robot]) = (simd.no(), simd.no());
         }

@@ -5,7 +5,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
 
-use super::simd::{Mask, Number, Simd, Word, Work};
+use super::simd::{LaneU32, Mask, Number, Simd, Work};
 use super::x86::operator;
 
 /// The proof that this machine has AVX2.
@@ -20,7 +20,7 @@ pub struct Singles(__m256);
 pub struct Answers(__m256);
 /// Eight words.
 #[derive(Clone, Copy)]
-pub struct Words(__m256i);
+pub struct LanesU32(__m256i);
 /// Four numbers in double precision.
 #[derive(Clone, Copy)]
 pub struct Doubles(__m256d);
@@ -47,11 +47,11 @@ operator!(Answers, BitAnd, bitand, _mm256_and_ps);
 operator!(Answers, BitOr, bitor, _mm256_or_ps);
 operator!(DoubleAnswers, BitAnd, bitand, _mm256_and_pd);
 operator!(DoubleAnswers, BitOr, bitor, _mm256_or_pd);
-operator!(Words, Add, add, _mm256_add_epi32);
-operator!(Words, Mul, mul, _mm256_mullo_epi32);
-operator!(Words, BitXor, bitxor, _mm256_xor_si256);
-operator!(Words, BitAnd, bitand, _mm256_and_si256);
-operator!(Words, BitOr, bitor, _mm256_or_si256);
+operator!(LanesU32, Add, add, _mm256_add_epi32);
+operator!(LanesU32, Mul, mul, _mm256_mullo_epi32);
+operator!(LanesU32, BitXor, bitxor, _mm256_xor_si256);
+operator!(LanesU32, BitAnd, bitand, _mm256_and_si256);
+operator!(LanesU32, BitOr, bitor, _mm256_or_si256);
 
 macro_rules! number {
     ($vector:ident, $answers:ident, $scalar:ty, $n:literal, $set:ident, $andnot:ident, $sqrt:ident,
@@ -151,7 +151,7 @@ number!(
     _mm256_movemask_pd
 );
 
-impl Word for Words {
+impl LaneU32 for LanesU32 {
     #[inline(always)]
     fn shr(self, bits: u32) -> Self {
         // SAFETY: vectors come from a unit that was found on this machine.
@@ -168,7 +168,7 @@ impl Simd for Avx2 {
     const LANES: usize = 8;
     type F = Singles;
     type M = Answers;
-    type U = Words;
+    type U = LanesU32;
     type D = Doubles;
     type N = DoubleAnswers;
 
@@ -183,9 +183,9 @@ impl Simd for Avx2 {
         Doubles(unsafe { _mm256_set1_pd(number) })
     }
     #[inline(always)]
-    fn word(self, word: u32) -> Words {
+    fn word(self, word: u32) -> LanesU32 {
         // SAFETY: as above.
-        Words(unsafe { _mm256_set1_epi32(word.cast_signed()) })
+        LanesU32(unsafe { _mm256_set1_epi32(word.cast_signed()) })
     }
     #[inline(always)]
     fn no(self) -> Answers {
@@ -205,10 +205,10 @@ impl Simd for Avx2 {
         Doubles(unsafe { std::mem::transmute::<[f64; 4], __m256d>(numbers) })
     }
     #[inline(always)]
-    fn words(self, word: impl FnMut(usize) -> u32) -> Words {
+    fn words(self, word: impl FnMut(usize) -> u32) -> LanesU32 {
         let words: [u32; 8] = std::array::from_fn(word);
         // SAFETY: both are the same number of plain words.
-        Words(unsafe { std::mem::transmute::<[u32; 8], __m256i>(words) })
+        LanesU32(unsafe { std::mem::transmute::<[u32; 8], __m256i>(words) })
     }
     #[inline(always)]
     fn half<const HALF: usize>(self, numbers: Singles) -> Doubles {
@@ -222,34 +222,34 @@ impl Simd for Avx2 {
         })
     }
     #[inline(always)]
-    fn bits(self, numbers: Singles) -> Words {
+    fn bits(self, numbers: Singles) -> LanesU32 {
         // SAFETY: as above.
-        Words(unsafe { _mm256_castps_si256(numbers.0) })
+        LanesU32(unsafe { _mm256_castps_si256(numbers.0) })
     }
     #[inline(always)]
-    fn with_bits(self, words: Words) -> Singles {
+    fn with_bits(self, words: LanesU32) -> Singles {
         // SAFETY: as above.
         Singles(unsafe { _mm256_castsi256_ps(words.0) })
     }
     #[inline(always)]
-    fn to_singles(self, words: Words) -> Singles {
+    fn to_singles(self, words: LanesU32) -> Singles {
         // SAFETY: as above.
         Singles(unsafe { _mm256_cvtepi32_ps(words.0) })
     }
     #[inline(always)]
-    fn to_words(self, numbers: Singles) -> Words {
+    fn to_words(self, numbers: Singles) -> LanesU32 {
         // SAFETY: as above.
-        Words(unsafe { _mm256_cvttps_epi32(numbers.0) })
+        LanesU32(unsafe { _mm256_cvttps_epi32(numbers.0) })
     }
     #[inline(always)]
-    fn less(self, words: Words, than: Words) -> Answers {
+    fn less(self, words: LanesU32, than: LanesU32) -> Answers {
         // SAFETY: as above.
         Answers(unsafe { _mm256_castsi256_ps(_mm256_cmpgt_epi32(than.0, words.0)) })
     }
     #[inline(always)]
-    fn select(self, mask: Answers, yes: Words, no: Words) -> Words {
+    fn select(self, mask: Answers, yes: LanesU32, no: LanesU32) -> LanesU32 {
         // SAFETY: as above.
-        Words(unsafe { _mm256_blendv_epi8(no.0, yes.0, _mm256_castps_si256(mask.0)) })
+        LanesU32(unsafe { _mm256_blendv_epi8(no.0, yes.0, _mm256_castps_si256(mask.0)) })
     }
     #[inline]
     fn vectorize<W: Work>(self, work: W) -> W::Output {

@@ -5,7 +5,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
 
-use super::simd::{Mask, Number, Simd, Word, Work};
+use super::simd::{LaneU32, Mask, Number, Simd, Work};
 use super::x86::{bit_operator, operator};
 
 /// The proof that this machine has AVX-512.
@@ -20,7 +20,7 @@ pub struct Singles(__m512);
 pub struct Answers(__mmask16);
 /// Sixteen words.
 #[derive(Clone, Copy)]
-pub struct Words(__m512i);
+pub struct LanesU32(__m512i);
 /// Eight numbers in double precision.
 #[derive(Clone, Copy)]
 pub struct Doubles(__m512d);
@@ -48,11 +48,11 @@ bit_operator!(Answers, BitAnd, bitand, &);
 bit_operator!(Answers, BitOr, bitor, |);
 bit_operator!(DoubleAnswers, BitAnd, bitand, &);
 bit_operator!(DoubleAnswers, BitOr, bitor, |);
-operator!(Words, Add, add, _mm512_add_epi32);
-operator!(Words, Mul, mul, _mm512_mullo_epi32);
-operator!(Words, BitXor, bitxor, _mm512_xor_si512);
-operator!(Words, BitAnd, bitand, _mm512_and_si512);
-operator!(Words, BitOr, bitor, _mm512_or_si512);
+operator!(LanesU32, Add, add, _mm512_add_epi32);
+operator!(LanesU32, Mul, mul, _mm512_mullo_epi32);
+operator!(LanesU32, BitXor, bitxor, _mm512_xor_si512);
+operator!(LanesU32, BitAnd, bitand, _mm512_and_si512);
+operator!(LanesU32, BitOr, bitor, _mm512_or_si512);
 
 macro_rules! number {
     ($vector:ident, $answers:ident, $scalar:ty, $n:literal, $abs:ident, $zeroing:ident, $sqrt:ident,
@@ -149,7 +149,7 @@ number!(
     _mm512_mask_blend_pd
 );
 
-impl Word for Words {
+impl LaneU32 for LanesU32 {
     #[inline(always)]
     fn shr(self, bits: u32) -> Self {
         // SAFETY: vectors come from a unit that was found on this machine.
@@ -166,7 +166,7 @@ impl Simd for Avx512 {
     const LANES: usize = 16;
     type F = Singles;
     type M = Answers;
-    type U = Words;
+    type U = LanesU32;
     type D = Doubles;
     type N = DoubleAnswers;
 
@@ -181,9 +181,9 @@ impl Simd for Avx512 {
         Doubles(unsafe { _mm512_set1_pd(number) })
     }
     #[inline(always)]
-    fn word(self, word: u32) -> Words {
+    fn word(self, word: u32) -> LanesU32 {
         // SAFETY: as above.
-        Words(unsafe { _mm512_set1_epi32(word.cast_signed()) })
+        LanesU32(unsafe { _mm512_set1_epi32(word.cast_signed()) })
     }
     #[inline(always)]
     fn no(self) -> Answers {
@@ -202,10 +202,10 @@ impl Simd for Avx512 {
         Doubles(unsafe { std::mem::transmute::<[f64; 8], __m512d>(numbers) })
     }
     #[inline(always)]
-    fn words(self, word: impl FnMut(usize) -> u32) -> Words {
+    fn words(self, word: impl FnMut(usize) -> u32) -> LanesU32 {
         let words: [u32; 16] = std::array::from_fn(word);
         // SAFETY: both are the same number of plain words.
-        Words(unsafe { std::mem::transmute::<[u32; 16], __m512i>(words) })
+        LanesU32(unsafe { std::mem::transmute::<[u32; 16], __m512i>(words) })
     }
     #[inline(always)]
     fn half<const HALF: usize>(self, numbers: Singles) -> Doubles {
@@ -219,34 +219,34 @@ impl Simd for Avx512 {
         })
     }
     #[inline(always)]
-    fn bits(self, numbers: Singles) -> Words {
+    fn bits(self, numbers: Singles) -> LanesU32 {
         // SAFETY: as above.
-        Words(unsafe { _mm512_castps_si512(numbers.0) })
+        LanesU32(unsafe { _mm512_castps_si512(numbers.0) })
     }
     #[inline(always)]
-    fn with_bits(self, words: Words) -> Singles {
+    fn with_bits(self, words: LanesU32) -> Singles {
         // SAFETY: as above.
         Singles(unsafe { _mm512_castsi512_ps(words.0) })
     }
     #[inline(always)]
-    fn to_singles(self, words: Words) -> Singles {
+    fn to_singles(self, words: LanesU32) -> Singles {
         // SAFETY: as above.
         Singles(unsafe { _mm512_cvtepi32_ps(words.0) })
     }
     #[inline(always)]
-    fn to_words(self, numbers: Singles) -> Words {
+    fn to_words(self, numbers: Singles) -> LanesU32 {
         // SAFETY: as above.
-        Words(unsafe { _mm512_cvttps_epi32(numbers.0) })
+        LanesU32(unsafe { _mm512_cvttps_epi32(numbers.0) })
     }
     #[inline(always)]
-    fn less(self, words: Words, than: Words) -> Answers {
+    fn less(self, words: LanesU32, than: LanesU32) -> Answers {
         // SAFETY: as above.
         Answers(unsafe { _mm512_cmplt_epi32_mask(words.0, than.0) })
     }
     #[inline(always)]
-    fn select(self, mask: Answers, yes: Words, no: Words) -> Words {
+    fn select(self, mask: Answers, yes: LanesU32, no: LanesU32) -> LanesU32 {
         // SAFETY: as above.
-        Words(unsafe { _mm512_mask_blend_epi32(mask.0, no.0, yes.0) })
+        LanesU32(unsafe { _mm512_mask_blend_epi32(mask.0, no.0, yes.0) })
     }
     #[inline]
     fn vectorize<W: Work>(self, work: W) -> W::Output {

@@ -3,7 +3,7 @@
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
 
-use super::simd::{Mask, Number, Simd, Word, Work};
+use super::simd::{LaneU32, Mask, Number, Simd, Work};
 
 /// The unit that every machine has.
 #[derive(Clone, Copy)]
@@ -112,7 +112,7 @@ operator!(Lanes<u32, 4>, BitXor, bitxor, |a, b| a ^ b);
 operator!(Lanes<u32, 4>, BitAnd, bitand, |a, b| a & b);
 operator!(Lanes<u32, 4>, BitOr, bitor, |a, b| a | b);
 
-impl Word for Lanes<u32, 4> {
+impl LaneU32 for Lanes<u32, 4> {
     #[inline(always)]
     fn shr(self, bits: u32) -> Self {
         Self(self.0.map(|word| word >> bits))

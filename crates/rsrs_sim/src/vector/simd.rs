@@ -17,7 +17,7 @@ pub trait Simd: Copy + Send + Sync + 'static {
     /// Yes or no for each lane of single precision.
     type M: Mask;
     /// A vector of words.
-    type U: Word;
+    type U: LaneU32;
     /// A vector of double precision, for half of the worlds.
     type D: Number<Scalar = f64, Mask = Self::N>;
     /// Yes or no for each lane of double precision.
@@ -115,7 +115,7 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Send + 'st
 }
 
 /// A vector of words; arithmetic wraps.
-pub trait Word:
+pub trait LaneU32:
     Copy
     + Add<Output = Self>
     + Mul<Output = Self>

@@ -203,7 +203,7 @@ fn region() -> impl Strategy<Value = Region> {
 }
 
 prop_compose! {
-    fn robot_with_whims()(
+    fn robot_with_noisy_traits()(
         (speed_gain, turn_gain) in (gain(), gain()),
         (turn_bias, heading_noise, gust, yaw_lag) in
             (sometimes(0.1), sometimes(0.05), sometimes(0.1), sometimes(2.0)),
@@ -247,7 +247,7 @@ proptest! {
 
     #[test]
     fn any_robots_pass_through_the_states_of_the_reference(
-        conditions in robot_with_whims(),
+        conditions in robot_with_noisy_traits(),
         seed in 0_u64..1000,
     ) {
         prop_assert_eq!(strays(&conditions, seed, 120), []);
@@ -255,7 +255,7 @@ proptest! {
 
     #[test]
     fn any_run_is_judged_as_the_judge_judges(
-        conditions in robot_with_whims(),
+        conditions in robot_with_noisy_traits(),
         seed in 0_u64..1000,
         duration_s in 60.0..100.0,
     ) {

@@ -124,7 +124,7 @@ fn what_cannot_be_kept_ends_the_work() {
     let ending =
         run_blocks(work(&cells, 2), blocks.into_iter(), watch, &|number, _, _| Err(number));
 
-    assert!(matches!(ending, Err(BlockError::Keep(_))), "{ending:?}");
+    assert!(matches!(ending, Err(BlockError::KeepBlock(_))), "{ending:?}");
 }
 
 #[test]

@@ -8,14 +8,14 @@ use rsrs_fleet::rates::Rates;
 use rsrs_msgs::rsrs::Recorded;
 
 use super::Run;
-use crate::ears::{Ear, Role};
+use crate::recorded_topics::{RecordedTopic, Role};
 use crate::report::Progress;
 
 impl Run<'_> {
     /// Listens to what was asked for by name, as soon as somebody publishes it.
     pub(super) fn look_for_extras(&mut self) -> anyhow::Result<BTreeMap<String, String>> {
         if self.recorder.is_none() {
-            self.extras.look(self.session, &mut self.ears)?;
+            self.extras.look(self.session, &mut self.recorded_topics)?;
         }
         Ok(self.extras.unrecordable())
     }
@@ -39,14 +39,20 @@ impl Run<'_> {
         };
         let of = Duration::from_secs_f64(self.plan.record.duration_s).as_secs();
         (self.watch)(Progress::Done { done: running.as_secs(), of });
-        let (ears, period_s) = (&self.ears, self.plan.record.conditions.period_s);
+        let (recorded_topics, period_s) =
+            (&self.recorded_topics, self.plan.record.conditions.period_s);
         let rates = self.rates.get_or_insert_with(|| {
-            let each_period = |ear: &&Ear| matches!(ear.role, Role::Detection(_) | Role::Command);
-            let topics = ears.iter().filter(each_period).map(|ear| ear.name.clone());
+            let each_period = |recorded_topic: &&RecordedTopic| {
+                matches!(recorded_topic.role, Role::Detection(_) | Role::Command)
+            };
+            let topics = recorded_topics
+                .iter()
+                .filter(each_period)
+                .map(|recorded_topic| recorded_topic.name.clone());
             Rates::new(topics, period_s, now)
         });
         for change in rates.changes(now) {
-            self.say(change);
+            self.note(change);
         }
     }
 }

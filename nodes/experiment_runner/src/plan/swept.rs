@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use rsrs_core::axis::{Axis, Cell};
 use rsrs_core::choice::Choice;
-use rsrs_core::circumstances::Circumstances;
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_core::document;
 use rsrs_core::harsher::HarsherFactors;
+use rsrs_core::operator_conditions::OperatorConditions;
 use rsrs_core::profile::RobotProfile;
 use rsrs_core::sweep_file::{OtherSweep, SweepFile};
 use serde::Deserialize;
@@ -66,7 +66,7 @@ pub struct SweptCell {
     /// Speed, turning rate and number of robots.
     pub cell: Cell,
     /// What must be the same.
-    pub circumstances: Circumstances,
+    pub operator_conditions: OperatorConditions,
     /// How the sweep's robots are worse than the measured ones.
     pub factors: HarsherFactors,
     /// What the sweep's robots can do in this cell, where the sweep says it: fixed or swept.
@@ -123,12 +123,12 @@ impl SweptCell {
             (Axis::TurnRate, conditions.controller.turn_rate_rad_s),
             (Axis::Robots, conditions.robots as f64),
         ])?;
-        let circumstances = Circumstances::of(conditions, sweep.duration_s);
+        let operator_conditions = OperatorConditions::of(conditions, sweep.duration_s);
         let said = sweep.fixed.values.iter().copied().chain(swept.iter());
         let mut axes = diagram.axes.iter().copied();
         Ok(Self {
             cell,
-            circumstances,
+            operator_conditions,
             factors: sweep.factors(&profile),
             capabilities: said.filter(|(axis, _)| axis.is_capability()).collect(),
             folder: folder.to_owned(),

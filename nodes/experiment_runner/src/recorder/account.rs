@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 
 use rsrs_msgs::topics::Reliability;
 
-use crate::ears::Ear;
+use crate::recorded_topics::RecordedTopic;
 
 /// The record in a bag that says what is missing in it.
 pub const RECORD: &str = "rsrs.recording";
 
 /// What did not get into the bag.
 pub struct Account {
-    ears: Vec<Ear>,
+    recorded_topics: Vec<RecordedTopic>,
     /// The last count of each publisher, by topic and publisher.
     last: BTreeMap<(usize, [u8; 16]), u64>,
     /// Samples missing between two of one publisher, by topic.
@@ -20,8 +20,12 @@ pub struct Account {
 
 impl Account {
     /// Starts to count; what was let go on these topics is read at the end.
-    pub fn new(ears: &[Ear]) -> Self {
-        Self { ears: ears.to_vec(), last: BTreeMap::new(), gaps: BTreeMap::new() }
+    pub fn new(recorded_topics: &[RecordedTopic]) -> Self {
+        Self {
+            recorded_topics: recorded_topics.to_vec(),
+            last: BTreeMap::new(),
+            gaps: BTreeMap::new(),
+        }
     }
 
     /// Takes a publisher's count of a sample that was recorded.
@@ -40,7 +44,9 @@ impl Account {
     /// Samples missing on reliable topics.
     pub fn n_missing_of_reliable(&self) -> u64 {
         let is_reliable = |index: usize| {
-            self.ears.get(index).is_some_and(|ear| ear.qos.reliability == Reliability::Reliable)
+            self.recorded_topics.get(index).is_some_and(|recorded_topic| {
+                recorded_topic.qos.reliability == Reliability::Reliable
+            })
         };
         self.gaps.iter().filter(|(index, _)| is_reliable(**index)).map(|(_, missing)| missing).sum()
     }
@@ -52,18 +58,18 @@ impl Account {
     /// before the first and after the last that was recorded.
     pub fn to_pairs(&self) -> BTreeMap<String, String> {
         let n_missing: u64 = self.gaps.values().sum();
-        let n_overflowed: u64 = self.ears.iter().map(Ear::n_overflowed).sum();
+        let n_overflowed: u64 = self.recorded_topics.iter().map(RecordedTopic::n_overflowed).sum();
         let mut pairs = BTreeMap::from([
             ("n_missing".to_owned(), n_missing.to_string()),
             ("n_overflowed".to_owned(), n_overflowed.to_string()),
         ]);
-        for (index, ear) in self.ears.iter().enumerate() {
+        for (index, recorded_topic) in self.recorded_topics.iter().enumerate() {
             if let Some(n_missing) = self.gaps.get(&index) {
-                pairs.insert(format!("n_missing {}", ear.name), n_missing.to_string());
+                pairs.insert(format!("n_missing {}", recorded_topic.name), n_missing.to_string());
             }
-            if ear.n_overflowed() > 0 {
-                let n_overflowed = ear.n_overflowed().to_string();
-                pairs.insert(format!("n_overflowed {}", ear.name), n_overflowed);
+            if recorded_topic.n_overflowed() > 0 {
+                let n_overflowed = recorded_topic.n_overflowed().to_string();
+                pairs.insert(format!("n_overflowed {}", recorded_topic.name), n_overflowed);
             }
         }
         pairs

@@ -15,7 +15,7 @@ use rsrs_bags::{BagSummary, BagWriter, ChannelId, Sample};
 use tokio::sync::mpsc::UnboundedSender;
 
 use super::RecorderError;
-use crate::ears::Ear;
+use crate::recorded_topics::RecordedTopic;
 
 /// How long a recorder that is dropped without being closed waits for the messages before it.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -50,7 +50,7 @@ pub enum Written {
 #[derive(Debug)]
 pub enum Job {
     /// Add a topic, known by the index of its ear.
-    AddTopic(usize, Box<Ear>),
+    AddTopic(usize, Box<RecordedTopic>),
     /// Write a message.
     Write(Message),
     /// Write these records, and close the bag.
@@ -60,7 +60,7 @@ pub enum Job {
 /// A message on its way into the bag.
 #[derive(Debug)]
 pub struct Message {
-    pub ear: usize,
+    pub recorded_topic: usize,
     pub log_time_ns: u64,
     pub publish_time_ns: u64,
     pub sequence: u32,
@@ -125,8 +125,8 @@ impl Disk {
     }
 
     /// Adds a topic.
-    pub fn add_topic(&self, index: usize, ear: &Ear) {
-        self.send(Job::AddTopic(index, Box::new(ear.clone())));
+    pub fn add_topic(&self, index: usize, recorded_topic: &RecordedTopic) {
+        self.send(Job::AddTopic(index, Box::new(recorded_topic.clone())));
     }
 
     /// Whether there is room for a message of so many bytes.
@@ -195,10 +195,12 @@ impl<'a, Tell: Fn(Written)> Writing<'a, Tell> {
         for job in &jobs.queue {
             before(&job);
             match job {
-                Job::AddTopic(index, ear) => match add_topic(&mut self.writer, &ear) {
-                    Ok(channel) => drop(self.channels.insert(index, channel)),
-                    Err(error) => self.fail(error),
-                },
+                Job::AddTopic(index, recorded_topic) => {
+                    match add_topic(&mut self.writer, &recorded_topic) {
+                        Ok(channel) => drop(self.channels.insert(index, channel)),
+                        Err(error) => self.fail(error),
+                    }
+                }
                 Job::Write(message) => {
                     let n_bytes = message.data.len();
                     self.write(message);
@@ -218,9 +220,10 @@ impl<'a, Tell: Fn(Written)> Writing<'a, Tell> {
     }
 
     fn write(&mut self, message: Message) {
-        let Message { ear, log_time_ns, publish_time_ns, sequence, data, step } = message;
+        let Message { recorded_topic, log_time_ns, publish_time_ns, sequence, data, step } =
+            message;
         // A topic that could not be added has failed already.
-        let Some(channel) = self.channels.get(&ear) else { return };
+        let Some(channel) = self.channels.get(&recorded_topic) else { return };
         let sample = Sample { log_time_ns, publish_time_ns, sequence, data: &data };
         if let Err(error) = self.writer.write(*channel, sample) {
             self.fail(error.into());
@@ -238,9 +241,16 @@ impl<'a, Tell: Fn(Written)> Writing<'a, Tell> {
     }
 }
 
-fn add_topic(writer: &mut BagWriter, ear: &Ear) -> Result<ChannelId, RecorderError> {
-    Ok(match &ear.definition {
-        Some(definition) => writer.add_topic_with_schema(&ear.name, ear.qos, definition)?,
-        None => writer.add_topic(&ear.name, &ear.type_name, ear.qos)?,
+fn add_topic(
+    writer: &mut BagWriter,
+    recorded_topic: &RecordedTopic,
+) -> Result<ChannelId, RecorderError> {
+    Ok(match &recorded_topic.definition {
+        Some(definition) => {
+            writer.add_topic_with_schema(&recorded_topic.name, recorded_topic.qos, definition)?
+        }
+        None => {
+            writer.add_topic(&recorded_topic.name, &recorded_topic.type_name, recorded_topic.qos)?
+        }
     })
 }

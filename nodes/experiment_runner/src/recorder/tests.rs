@@ -18,7 +18,7 @@ use tokio::time::MissedTickBehavior;
 
 use super::disk::{Job, Room};
 use super::*;
-use crate::ears;
+use crate::recorded_topics;
 
 const N_ROBOTS: usize = 100;
 
@@ -27,14 +27,14 @@ const N_STEPS: usize = 100;
 
 const STEP: Duration = Duration::from_millis(50);
 
-fn ear(robot: usize, topic: topics::Topic) -> Ear {
-    Ear::new(topic.for_robot(&format!("robot_{robot}")), topic, Role::Other)
+fn recorded_topic(robot: usize, topic: topics::Topic) -> RecordedTopic {
+    RecordedTopic::new(topic.for_robot(&format!("robot_{robot}")), topic, Role::Other)
 }
 
 /// A recorder whose thread does `before` each job.
 fn recorder_before(
     folder: &Path,
-    ears: &[Ear],
+    recorded_topics: &[RecordedTopic],
     before: impl FnMut(&Job) + Send + 'static,
     room: Room,
 ) -> (Recorder, UnboundedReceiver<Written>) {
@@ -42,11 +42,14 @@ fn recorder_before(
     let folder = folder.to_owned();
     let open = move || Ok(BagWriter::create(&folder, BagOptions::default())?);
     let disk = Disk::start(open, before, report, room).expect("there are threads");
-    (Recorder::around(disk, Pace::Wall, ears), written)
+    (Recorder::around(disk, Pace::Wall, recorded_topics), written)
 }
 
-fn recorder(folder: &Path, ears: &[Ear]) -> (Recorder, UnboundedReceiver<Written>) {
-    recorder_before(folder, ears, |_| {}, ROOM)
+fn recorder(
+    folder: &Path,
+    recorded_topics: &[RecordedTopic],
+) -> (Recorder, UnboundedReceiver<Written>) {
+    recorder_before(folder, recorded_topics, |_| {}, ROOM)
 }
 
 fn sample(sequence: u64) -> ReceivedRaw {
@@ -70,15 +73,16 @@ fn summary(written: &mut UnboundedReceiver<Written>) -> BagSummary {
 fn samples_that_never_came_are_counted_by_topic_and_told_in_the_bag() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
-    let ears = [ear(1, topics::DETECTION), ear(2, topics::DETECTION)];
-    let (mut recorder, mut written) = recorder(&path, &ears);
+    let recorded_topics =
+        [recorded_topic(1, topics::DETECTION), recorded_topic(2, topics::DETECTION)];
+    let (mut recorder, mut written) = recorder(&path, &recorded_topics);
 
     for (index, writer, sequence) in [(0, 1, 5), (1, 2, 1), (0, 1, 6), (0, 1, 9), (0, 3, 1)] {
         let message = cdr::encode(&Bool { data: true });
         let writer = [writer; 16];
         let (source_time_ns, received_time_ns) = (None, 0);
         let received = ReceivedRaw { message, source_time_ns, received_time_ns, sequence, writer };
-        recorder.take((index, &ears[index]), &received).unwrap();
+        recorder.take((index, &recorded_topics[index]), &received).unwrap();
     }
     assert_eq!(recorder.n_lost(), 2);
     recorder.close(&Ending::completed());
@@ -107,17 +111,18 @@ type IsSlow = fn(&Job) -> bool;
 #[test]
 fn a_disk_that_is_slow_to_write_or_to_synchronise_holds_up_nobody_and_loses_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    let ears = [ear(1, topics::DETECTION)];
+    let recorded_topics = [recorded_topic(1, topics::DETECTION)];
     let is_synchronised = |job: &Job| matches!(job, Job::Close(_));
     let is_third = |job: &Job| matches!(job, Job::Write(message) if message.sequence == 3);
     let disks: [(&str, IsSlow); 2] = [("write", is_third), ("sync", is_synchronised)];
     for (name, is_slow) in disks {
         let path = folder.path().join(name);
-        let (mut recorder, mut written) = recorder_before(&path, &ears, slow_disk(is_slow), ROOM);
+        let (mut recorder, mut written) =
+            recorder_before(&path, &recorded_topics, slow_disk(is_slow), ROOM);
 
         let start = std::time::Instant::now();
         for sequence in 1..=500 {
-            recorder.take((0, &ears[0]), &sample(sequence)).unwrap();
+            recorder.take((0, &recorded_topics[0]), &sample(sequence)).unwrap();
         }
         recorder.close(&Ending::completed());
         let took = start.elapsed();
@@ -133,7 +138,7 @@ fn a_disk_that_is_slow_to_write_or_to_synchronise_holds_up_nobody_and_loses_noth
 fn a_full_queue_is_reported_once_and_what_it_drops_is_counted_in_the_bag() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
-    let ears = [ear(1, topics::DETECTION)];
+    let recorded_topics = [recorded_topic(1, topics::DETECTION)];
     let (go, gone) = std::sync::mpsc::channel::<()>();
     let stuck = move |job: &Job| {
         if matches!(job, Job::Write(message) if message.sequence == 1) {
@@ -141,10 +146,11 @@ fn a_full_queue_is_reported_once_and_what_it_drops_is_counted_in_the_bag() {
         }
     };
     let room = Room { messages: 10, bytes: 1 << 20 };
-    let (mut recorder, mut written) = recorder_before(&path, &ears, stuck, room);
+    let (mut recorder, mut written) = recorder_before(&path, &recorded_topics, stuck, room);
 
-    let taken: Vec<_> =
-        (1..=15).map(|sequence| recorder.take((0, &ears[0]), &sample(sequence))).collect();
+    let taken: Vec<_> = (1..=15)
+        .map(|sequence| recorder.take((0, &recorded_topics[0]), &sample(sequence)))
+        .collect();
     go.send(()).unwrap();
     recorder.close(&Ending::completed());
     let summary = summary(&mut written);
@@ -165,12 +171,13 @@ fn a_full_queue_is_reported_once_and_what_it_drops_is_counted_in_the_bag() {
 fn a_run_that_breaks_off_leaves_what_was_in_the_queue() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
-    let ears = [ear(1, topics::DETECTION)];
+    let recorded_topics = [recorded_topic(1, topics::DETECTION)];
     let is_first = |job: &Job| matches!(job, Job::Write(message) if message.sequence == 1);
-    let (mut recorder, _written) = recorder_before(&path, &ears, slow_disk(is_first), ROOM);
+    let (mut recorder, _written) =
+        recorder_before(&path, &recorded_topics, slow_disk(is_first), ROOM);
 
     for sequence in 1..=20 {
-        recorder.take((0, &ears[0]), &sample(sequence)).unwrap();
+        recorder.take((0, &recorded_topics[0]), &sample(sequence)).unwrap();
     }
     drop(recorder);
 
@@ -184,29 +191,36 @@ fn a_hundred_robots_with_three_topics_at_20_hz_are_recorded_without_loss() {
         "recorder::tests::a_hundred_robots_with_three_topics_at_20_hz_are_recorded_without_loss";
     in_own_network(name, async || {
         let topics = [topics::DETECTION, topics::CMD_VEL, topics::ODOM];
-        let ears: Vec<Ear> =
-            (0..N_ROBOTS).flat_map(|robot| topics.map(|topic| ear(robot, topic))).collect();
+        let recorded_topics: Vec<RecordedTopic> = (0..N_ROBOTS)
+            .flat_map(|robot| topics.map(|topic| recorded_topic(robot, topic)))
+            .collect();
         let (robots, listener) = (session(), session());
         let (sender, mut samples) = unbounded_channel();
-        let _subscriptions = ears::listen(&listener, &ears, &ears::Queue::new(sender)).unwrap();
+        let _subscriptions = recorded_topics::listen(
+            &listener,
+            &recorded_topics,
+            &recorded_topics::Queue::new(sender),
+        )
+        .unwrap();
         let mut publishers = Vec::new();
-        for ear in &ears {
+        for recorded_topic in &recorded_topics {
             // As deep as the recorder listens, because this machine may be busy with other tests.
             let qos = Qos::reliable(100);
-            let publisher = robots.publish_raw(&ear.name, &ear.type_name, qos).unwrap();
-            let message = match ear.type_name.as_str() {
+            let publisher =
+                robots.publish_raw(&recorded_topic.name, &recorded_topic.type_name, qos).unwrap();
+            let message = match recorded_topic.type_name.as_str() {
                 name if name == topics::DETECTION.type_name => cdr::encode(&Bool { data: true }),
                 name if name == topics::CMD_VEL.type_name => cdr::encode(&TwistStamped::default()),
                 _ => cdr::encode(&Odometry::default()),
             };
             publishers.push((publisher, message));
         }
-        for ear in &ears {
-            robots.wait_for_readers(&ear.name, 1, PATIENCE).await.unwrap();
-            listener.wait_for_writers(&ear.name, 1, PATIENCE).await.unwrap();
+        for recorded_topic in &recorded_topics {
+            robots.wait_for_readers(&recorded_topic.name, 1, PATIENCE).await.unwrap();
+            listener.wait_for_writers(&recorded_topic.name, 1, PATIENCE).await.unwrap();
         }
         let folder = tempfile::tempdir().unwrap();
-        let (mut recorder, mut written) = recorder(&folder.path().join("run"), &ears);
+        let (mut recorder, mut written) = recorder(&folder.path().join("run"), &recorded_topics);
 
         let publish = async {
             let mut clock = tokio::time::interval(STEP);
@@ -219,11 +233,11 @@ fn a_hundred_robots_with_three_topics_at_20_hz_are_recorded_without_loss() {
             }
         };
         let record = async {
-            for n_recorded in 0..ears.len() * N_STEPS {
+            for n_recorded in 0..recorded_topics.len() * N_STEPS {
                 let sample = tokio::time::timeout(PATIENCE, samples.recv()).await;
                 let Ok(Some(sample)) = sample else { panic!("only {n_recorded} samples came") };
-                let heard = (sample.ear, &ears[sample.ear]);
-                recorder.take(heard, &sample.received).unwrap();
+                let received = (sample.recorded_topic, &recorded_topics[sample.recorded_topic]);
+                recorder.take(received, &sample.received).unwrap();
             }
         };
         futures::join!(publish, record);
@@ -231,7 +245,7 @@ fn a_hundred_robots_with_three_topics_at_20_hz_are_recorded_without_loss() {
         let closed = tokio::task::spawn_blocking(move || summary(&mut written));
         let summary = closed.await.expect("the bag is closed");
 
-        assert_eq!(summary.n_messages_of_topic.len(), ears.len());
+        assert_eq!(summary.n_messages_of_topic.len(), recorded_topics.len());
         assert!(summary.n_messages_of_topic.values().all(|n| *n == N_STEPS as u64));
         let bag = Bag::open(&summary.folder).unwrap();
         assert_eq!(bag.metadata("rsrs.recording").unwrap()["n_missing"], "0");

@@ -34,9 +34,9 @@ pub struct Followed {
     pub base_ns: u64,
 }
 
-/// Something that was heard: when it was sent, when it was in hand, and which way it says to turn.
+/// Something that was received: when it was sent, when it was in hand, and which way it says to turn.
 #[derive(Clone, Copy, Debug)]
-struct Heard {
+struct LastCommand {
     sent_ns: u64,
     in_hand_ns: u64,
     is_left: bool,
@@ -44,9 +44,9 @@ struct Heard {
 
 #[derive(Debug, Default)]
 struct Witness {
-    detections: Vec<Heard>,
-    commands: Vec<Heard>,
-    wheels: Vec<Heard>,
+    detections: Vec<LastCommand>,
+    commands: Vec<LastCommand>,
+    wheels: Vec<LastCommand>,
     status: RobotStatus,
     controller_digest: u64,
 }
@@ -68,29 +68,36 @@ impl Base {
         let node = session.node("/", "base")?;
         let witness = Shared::default();
         let subscriptions = [
-            hear::<Bool>(session, &node, (topics::DETECTION, &witness), |witness, sample| {
-                witness.detections.push(heard(sample, |message| message.data));
+            receive::<Bool>(session, &node, (topics::DETECTION, &witness), |witness, sample| {
+                witness.detections.push(received(sample, |message| message.data));
             })?,
-            hear::<TwistStamped>(
+            receive::<TwistStamped>(
                 session,
                 &node,
                 (topics::CMD_VEL, &witness),
                 |witness, sample| {
-                    witness.commands.push(heard(sample, |message| message.twist.angular.z > 0.0));
+                    witness
+                        .commands
+                        .push(received(sample, |message| message.twist.angular.z > 0.0));
                 },
             )?,
-            hear::<Twist>(
+            receive::<Twist>(
                 session,
                 &node,
                 (topics::HARDWARE_CMD_VEL_UNSTAMPED, &witness),
                 |witness, sample| {
-                    witness.wheels.push(heard(sample, |message| message.angular.z > 0.0));
+                    witness.wheels.push(received(sample, |message| message.angular.z > 0.0));
                 },
             )?,
-            hear::<RobotStatus>(session, &node, (topics::STATUS, &witness), |witness, sample| {
-                witness.status.clone_from(&sample.message);
-            })?,
-            hear::<RobotStatus>(
+            receive::<RobotStatus>(
+                session,
+                &node,
+                (topics::STATUS, &witness),
+                |witness, sample| {
+                    witness.status.clone_from(&sample.message);
+                },
+            )?,
+            receive::<RobotStatus>(
                 session,
                 &node,
                 (topics::CONTROLLER_STATUS, &witness),
@@ -196,19 +203,19 @@ impl Witness {
 }
 
 /// The first of these that was sent after something and turns the same way.
-fn answer(heard: &[Heard], to: Heard) -> Option<Heard> {
-    let first = heard.partition_point(|heard| heard.sent_ns < to.sent_ns);
-    heard[first..].iter().find(|heard| heard.is_left == to.is_left).copied()
+fn answer(received: &[LastCommand], to: LastCommand) -> Option<LastCommand> {
+    let first = received.partition_point(|received| received.sent_ns < to.sent_ns);
+    received[first..].iter().find(|received| received.is_left == to.is_left).copied()
 }
 
-fn heard<M>(sample: &Received<M>, left: impl Fn(&M) -> bool) -> Heard {
+fn received<M>(sample: &Received<M>, left: impl Fn(&M) -> bool) -> LastCommand {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let in_hand_ns = u64::try_from(since_1970.as_nanos()).expect("64 bits last until 2554");
     let sent_ns = sample.source_time_ns.expect("our nodes say when they send");
-    Heard { sent_ns, in_hand_ns, is_left: left(&sample.message) }
+    LastCommand { sent_ns, in_hand_ns, is_left: left(&sample.message) }
 }
 
-fn hear<M: RosMessage>(
+fn receive<M: RosMessage>(
     session: &Session,
     node: &NodeHandle,
     (topic, witness): (Topic, &Shared),

@@ -49,8 +49,8 @@ fn main() -> anyhow::Result<()> {
             confine::into_own_network()?;
             let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
             runtime.block_on(async {
-                tell("controller in the robot's process", &inside(duration).await?)?;
-                tell("controller in a process of its own", &outside(duration).await?)
+                report("controller in the robot's process", &inside(duration).await?)?;
+                report("controller in a process of its own", &outside(duration).await?)
             })
         }
         _ => bail!("expected: SECONDS"),
@@ -102,7 +102,7 @@ async fn follow(duration: Duration) -> anyhow::Result<Vec<Followed>> {
     Ok(followed)
 }
 
-fn tell(what: &str, followed: &[Followed]) -> anyhow::Result<()> {
+fn report(what: &str, followed: &[Followed]) -> anyhow::Result<()> {
     let mut out = std::io::stdout();
     writeln!(out, "{what}: {} changes of the detection", followed.len())?;
     let all = |of: fn(&Followed) -> u64| followed.iter().map(of).collect();

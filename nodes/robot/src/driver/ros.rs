@@ -13,7 +13,7 @@ use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterValue};
 use rsrs_ros::session::Subscription;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
-use super::outlet::Outlet;
+use super::cmd_vel_publisher::CmdVelPublisher;
 use super::{Driver, Place, Report, Sensed, next_of};
 use crate::declared::{choice, double, text};
 
@@ -28,7 +28,7 @@ pub const CMD_VEL_TYPE: &str = "ros.cmd_vel_type";
 
 /// The driver.
 pub struct RosDriver {
-    outlet: Outlet,
+    cmd_vel_publisher: CmdVelPublisher,
     reports: UnboundedReceiver<Report>,
     sensor_topic: String,
     subscription: Subscription,
@@ -65,9 +65,9 @@ impl Driver for RosDriver {
 
     fn open(place: Place<'_>) -> Result<Self> {
         let value = |name| text(place.server, place.node.full_name(), name);
-        let outlet = match value(CMD_VEL_TYPE).as_str() {
-            "twist" => Outlet::unstamped(place)?,
-            "twist_stamped" => Outlet::stamped(place)?,
+        let cmd_vel_publisher = match value(CMD_VEL_TYPE).as_str() {
+            "twist" => CmdVelPublisher::unstamped(place)?,
+            "twist_stamped" => CmdVelPublisher::stamped(place)?,
             other => bail!("`{CMD_VEL_TYPE}` is `{other}`, expected twist or twist_stamped"),
         };
         let (to_node, reports) = unbounded_channel();
@@ -80,7 +80,7 @@ impl Driver for RosDriver {
             other => bail!("`{SENSOR_TYPE}` is `{other}`, expected range or laser_scan"),
         }
         .with_context(|| format!("`{SENSOR_TOPIC}`"))?;
-        Ok(Self { outlet, reports, sensor_topic, subscription })
+        Ok(Self { cmd_vel_publisher, reports, sensor_topic, subscription })
     }
 
     async fn report(&mut self) -> Report {
@@ -88,7 +88,7 @@ impl Driver for RosDriver {
     }
 
     async fn drive(&mut self, command: Command) -> Result<()> {
-        self.outlet.drive(command).await
+        self.cmd_vel_publisher.drive(command).await
     }
 
     fn health(&self) -> Vec<(&'static str, String)> {

@@ -10,12 +10,12 @@ use rsrs_ros::parameters::{Descriptor, ParameterValue};
 use rsrs_ros::session::Subscription;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
-use super::outlet::Outlet;
+use super::cmd_vel_publisher::CmdVelPublisher;
 use super::{Driver, Place, Report, Sensed, next_of};
 
 /// The driver.
 pub struct VirtualDriver {
-    outlet: Outlet,
+    cmd_vel_publisher: CmdVelPublisher,
     reports: UnboundedReceiver<Report>,
     subscription: Subscription,
 }
@@ -38,7 +38,7 @@ impl Driver for VirtualDriver {
                 // The receiver is gone only while the node shuts down.
                 drop(to_node.send(Report::Sensed(sensed)));
             })?;
-        Ok(Self { outlet: Outlet::stamped(place)?, reports, subscription })
+        Ok(Self { cmd_vel_publisher: CmdVelPublisher::stamped(place)?, reports, subscription })
     }
 
     async fn report(&mut self) -> Report {
@@ -46,7 +46,7 @@ impl Driver for VirtualDriver {
     }
 
     async fn drive(&mut self, command: Command) -> Result<()> {
-        self.outlet.drive(command).await
+        self.cmd_vel_publisher.drive(command).await
     }
 
     fn health(&self) -> Vec<(&'static str, String)> {

@@ -24,10 +24,10 @@ struct Last<M> {
 impl<M: RosMessage> Last<M> {
     fn of(session: &Session, node: &NodeHandle, topic: Topic) -> Self {
         let message = Arc::new(Mutex::new(None));
-        let heard = Arc::clone(&message);
+        let received = Arc::clone(&message);
         let name = topic.for_robot(ROBOT);
         let subscription = session.subscribe(node, &name, topic.qos, move |sample| {
-            *heard.lock().unwrap_or_else(PoisonError::into_inner) = Some(sample.message);
+            *received.lock().unwrap_or_else(PoisonError::into_inner) = Some(sample.message);
         });
         Self { message, _subscription: subscription.expect("the topic is allowed") }
     }
@@ -94,7 +94,7 @@ fn a_base_of_somebody_else_is_driven_by_its_range_sensor() {
         let far = Range { min_range: 0.02, max_range: 2.0, range: 1.5, ..Range::default() };
         let topic = topics::HARDWARE_RANGE;
         let sensor = Repeated::on(&session, &base, (&topic.for_robot(ROBOT), topic), far);
-        eventually("the controller is heard", || runner.said().controller_digest != 0).await;
+        eventually("the controller is received", || runner.said().controller_digest != 0).await;
         let digest = runner.said().controller_digest;
         runner.said().digest = digest;
         runner.run_epoch(1).await;

@@ -51,7 +51,7 @@ impl Drop for Node {
     }
 }
 
-/// What the runner says, and what it heard.
+/// What the runner says, and what it received.
 #[derive(Debug, Default)]
 pub struct Said {
     /// `None` is silence.
@@ -94,8 +94,8 @@ impl Runner {
                 })
                 .expect("the topic is allowed"),
         ];
-        let voice = Voice::new(session, node);
-        let task = tokio::spawn(speak(voice, Arc::clone(&said)));
+        let publishers = Publishers::new(session, node);
+        let task = tokio::spawn(speak(publishers, Arc::clone(&said)));
         Self { said, task, _subscriptions: subscriptions }
     }
 
@@ -120,8 +120,8 @@ impl Runner {
     pub async fn says(&self, what: &str, is_so: impl Fn(&RobotStatus) -> bool) {
         let start = Instant::now();
         while !is_so(&self.said().status) {
-            let heard = self.said().status.clone();
-            assert!(start.elapsed() < PATIENCE, "the robot is not {what}, it says {heard:?}");
+            let received = self.said().status.clone();
+            assert!(start.elapsed() < PATIENCE, "the robot is not {what}, it says {received:?}");
             tokio::time::sleep(Duration::from_millis(20)).await;
         }
     }
@@ -137,14 +137,14 @@ fn lock(said: &Mutex<Said>) -> MutexGuard<'_, Said> {
     said.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-struct Voice {
+struct Publishers {
     lease: Publisher<RunLease>,
     e_stop: Publisher<Bool>,
     controller: Publisher<RobotStatus>,
     command: Publisher<TwistStamped>,
 }
 
-impl Voice {
+impl Publishers {
     fn new(session: &Session, node: &NodeHandle) -> Self {
         let why = "the topic is allowed";
         let (lease, e_stop) = (topics::LEASE, topics::E_STOP);
@@ -158,7 +158,7 @@ impl Voice {
     }
 }
 
-async fn speak(voice: Voice, said: Arc<Mutex<Said>>) {
+async fn speak(publishers: Publishers, said: Arc<Mutex<Said>>) {
     let why = "a healthy network";
     let mut beat = tokio::time::interval(BEAT);
     let mut epoch = 0;
@@ -182,20 +182,20 @@ async fn speak(voice: Voice, said: Arc<Mutex<Said>>) {
             // A controller stays in the run that it was armed for last.
             epoch = lease.as_ref().map_or(epoch, |lease| lease.epoch);
             let status = RobotStatus { counter, epoch, parameter_digest, ..RobotStatus::default() };
-            voice.controller.publish(status).await.expect(why);
+            publishers.controller.publish(status).await.expect(why);
         }
         if let Some(lease) = lease {
-            voice.lease.publish(lease).await.expect(why);
+            publishers.lease.publish(lease).await.expect(why);
         }
         if let Some(data) = e_stop {
-            voice.e_stop.publish(Bool { data }).await.expect(why);
+            publishers.e_stop.publish(Bool { data }).await.expect(why);
         }
         if let Some((x, z)) = command {
             let twist = Twist {
                 linear: Vector3 { x, ..Vector3::default() },
                 angular: Vector3 { z, ..Vector3::default() },
             };
-            voice
+            publishers
                 .command
                 .publish(TwistStamped { header: Header::default(), twist })
                 .await

@@ -59,7 +59,7 @@ impl Micro {
     }
 
     /// Takes a byte; whole lines with the right checksum come out.
-    fn hear(&mut self, byte: u8) -> Option<String> {
+    fn receive(&mut self, byte: u8) -> Option<String> {
         match (byte, &mut self.line) {
             (b'$', line) => *line = Some(Vec::new()),
             (b'\n', line) => return body_of(&line.take()?),
@@ -123,7 +123,7 @@ fn body_of(line: &[u8]) -> Option<String> {
 
 /// A line that damages what it carries.
 struct Wire {
-    /// What was sent lately, to be heard again.
+    /// What was sent lately, to be received again.
     sent: VecDeque<Vec<u8>>,
     probability: f64,
 }
@@ -261,7 +261,7 @@ impl Conversation {
         self.tally.deliveries += 1;
         self.tally.damaged += u64::from(is_damaged);
         for byte in bytes {
-            let Some(body) = self.micro.hear(byte) else { continue };
+            let Some(body) = self.micro.receive(byte) else { continue };
             if !self.bodies.contains(&body) {
                 self.tally.collisions += 1;
                 continue;

@@ -30,7 +30,7 @@ pub enum Mood {
     Garbling,
     /// Every other line that it sends lacks its end.
     Halving,
-    /// Characters of what it hears are damaged on the way.
+    /// Characters of what it receives are damaged on the way.
     Mishearing,
     /// It reports a fault of its hardware.
     Broken,
@@ -136,13 +136,13 @@ impl Socket {
 struct Program {
     line: File,
     inside: Arc<Mutex<Inside>>,
-    heard: Vec<u8>,
+    received: Vec<u8>,
     is_greeted: bool,
     command: Option<(u16, Instant)>,
     wheels: (i32, i32),
     said: Instant,
     n_said: u64,
-    n_bytes_heard: u64,
+    n_bytes_received: u64,
     born: Instant,
 }
 
@@ -152,13 +152,13 @@ impl Program {
         Self {
             line,
             inside,
-            heard: Vec::new(),
+            received: Vec::new(),
             is_greeted: false,
             command: None,
             wheels: (0, 0),
             said,
             n_said: 0,
-            n_bytes_heard: 0,
+            n_bytes_received: 0,
             born: said,
         }
     }
@@ -199,14 +199,14 @@ impl Program {
         // An error is a line that nobody has opened, or that has nothing.
         let Ok(n_bytes) = self.line.read(&mut bytes) else { return };
         for byte in &mut bytes[..n_bytes] {
-            self.n_bytes_heard += 1;
-            if mood == Mood::Mishearing && self.n_bytes_heard.is_multiple_of(89) {
+            self.n_bytes_received += 1;
+            if mood == Mood::Mishearing && self.n_bytes_received.is_multiple_of(89) {
                 *byte ^= 0x04;
             }
         }
-        self.heard.extend(&bytes[..n_bytes]);
-        while let Some(end) = self.heard.iter().position(|byte| *byte == b'\n') {
-            let line: Vec<u8> = self.heard.drain(..=end).collect();
+        self.received.extend(&bytes[..n_bytes]);
+        while let Some(end) = self.received.iter().position(|byte| *byte == b'\n') {
+            let line: Vec<u8> = self.received.drain(..=end).collect();
             let text = String::from_utf8_lossy(&line).trim_end().to_owned();
             if let Some(body) = body_of(&text) {
                 self.obey(body, mood);

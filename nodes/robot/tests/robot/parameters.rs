@@ -1,4 +1,4 @@
-//! The parameters of a robot, as other programs set them, and its health, as monitors hear it.
+//! The parameters of a robot, as other programs set them, and its health, as monitors receive it.
 
 use rsrs_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use rsrs_msgs::rsrs::RobotStatus;
@@ -67,7 +67,7 @@ fn diagnostics_name_the_part_that_fails() {
         let node = Node::start(&["--driver", "serial", "--port", &port, "--without-controller"]);
         let session = session();
         let visitor = session.node("/", "visitor").expect("the name is allowed");
-        let (to_test, mut heard) = unbounded_channel::<DiagnosticArray>();
+        let (to_test, mut received) = unbounded_channel::<DiagnosticArray>();
         let topic = topics::DIAGNOSTICS;
         let _subscription = session
             .subscribe(&visitor, topic.name, topic.qos, move |sample| {
@@ -75,7 +75,7 @@ fn diagnostics_name_the_part_that_fails() {
             })
             .expect("the topic is allowed");
         let mut hardware_says = |level: u8, text: &str| {
-            std::iter::from_fn(|| heard.try_recv().ok()).any(|array| {
+            std::iter::from_fn(|| received.try_recv().ok()).any(|array| {
                 let hardware = &array.status[0];
                 assert_eq!(hardware.name, "robot_1: serial driver");
                 hardware.level == level && hardware.message.contains(text)

@@ -171,7 +171,7 @@ fn an_e_stop_latches_until_a_newer_epoch_arms() {
         scene.runner.run_epoch(2).await;
         scene.wheels_turn().await;
 
-        // Whoever was heard once and falls silent locks as well.
+        // Whoever was received once and falls silent locks as well.
         scene.runner.said().e_stop = None;
         scene.wheels_stand().await;
         scene.end().await;

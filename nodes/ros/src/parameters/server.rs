@@ -170,7 +170,7 @@ impl ParameterServer {
             ParameterServerError::Declaration { node: node.to_owned(), source }
         })?;
         store.apply(&changes);
-        state.tell(node, changes.to_vec());
+        state.publish_changes(node, changes.to_vec());
         Ok(())
     }
 
@@ -196,12 +196,12 @@ impl State {
         let Self { stores, validator, .. } = self;
         let store = stores.get_mut(node).expect("each service was started for one of the stores");
         let Answer { body, changes } = answer(request, store, &mut |c| validator(node, c));
-        self.tell(node, changes);
+        self.publish_changes(node, changes);
         body
     }
 
     /// Publishes changes, if there are any.
-    fn tell(&self, node: &str, changes: Vec<(String, ParameterValue)>) {
+    fn publish_changes(&self, node: &str, changes: Vec<(String, ParameterValue)>) {
         if !changes.is_empty() {
             let changed_parameters = changes.into_iter().map(parameter).collect();
             send(&self.events, ParameterEvent { changed_parameters, ..event(node) });

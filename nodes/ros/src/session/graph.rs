@@ -47,26 +47,26 @@ impl NodeEntitiesInfo {
 /// The last word of each participant.
 #[derive(Debug, Default)]
 pub(super) struct Graph {
-    words: Mutex<BTreeMap<Prefix, Word>>,
+    updates: Mutex<BTreeMap<Prefix, GraphUpdate>>,
 }
 
 /// A participant says all of its nodes again with every endpoint that it makes: who has hundreds of
 /// nodes says thousands of words of many kilobytes each, of which the last one counts. Words are
 /// therefore understood when somebody asks.
 #[derive(Debug)]
-enum Word {
+enum GraphUpdate {
     /// As bytes with encapsulation.
-    Heard(Vec<u8>),
+    Received(Vec<u8>),
     Understood(Vec<NodeEntitiesInfo>),
 }
 
-impl Word {
+impl GraphUpdate {
     /// The nodes that it names; none if it cannot be understood.
     ///
     /// A participant of ROS 2 Humble writes longer GIDs, is not understood and has no names here;
     /// its data flows all the same.
     fn nodes(&mut self) -> &[NodeEntitiesInfo] {
-        if let Self::Heard(sample) = self {
+        if let Self::Received(sample) = self {
             let info = cdr::decode::<ParticipantEntitiesInfo>(sample);
             let not_understood = |error| {
                 log::debug!("names of nodes are not understood: {error}");
@@ -76,7 +76,7 @@ impl Word {
         }
         match self {
             Self::Understood(nodes) => nodes,
-            Self::Heard(_) => unreachable!("it has just been understood"),
+            Self::Received(_) => unreachable!("it has just been understood"),
         }
     }
 }
@@ -87,7 +87,7 @@ impl Graph {
         let gid = sample.get(ENCAPSULATION.len()..).and_then(<[u8]>::first_chunk);
         match gid.copied() {
             Some(gid) => {
-                lock(&self.words).insert(prefix(gid), Word::Heard(sample));
+                lock(&self.updates).insert(prefix(gid), GraphUpdate::Received(sample));
             }
             None => log::debug!("{} bytes name no participant", sample.len()),
         }
@@ -95,7 +95,7 @@ impl Graph {
 
     /// Full names of the nodes of these participants.
     pub(super) fn node_names(&self, participants: &BTreeSet<Prefix>) -> BTreeSet<String> {
-        lock(&self.words)
+        lock(&self.updates)
             .iter_mut()
             .filter(|(participant, _)| participants.contains(*participant))
             .flat_map(|(_, word)| word.nodes().iter().map(NodeEntitiesInfo::full_name))
@@ -105,7 +105,7 @@ impl Graph {
     /// Full name of the node that has each endpoint.
     pub(super) fn owners(&self) -> BTreeMap<[u8; 16], String> {
         let mut owners = BTreeMap::new();
-        for node in lock(&self.words).values_mut().flat_map(Word::nodes) {
+        for node in lock(&self.updates).values_mut().flat_map(GraphUpdate::nodes) {
             let name = node.full_name();
             let endpoints = node.readers.iter().chain(&node.writers);
             owners.extend(endpoints.map(|guid| (*guid, name.clone())));

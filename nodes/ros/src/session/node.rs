@@ -27,7 +27,7 @@ impl NodeHandle {
     }
 
     /// Says something on stderr and on `/rosout`.
-    pub fn say(&self, level: Level, text: &str) {
+    pub fn log(&self, level: Level, text: &str) {
         // The name of a logger in ROS 2: `robot_3.controller`.
         let logger = self.full_name.trim_start_matches('/').replace('/', ".");
         log::log!(level.as_log(), "[{logger}] {text}");

@@ -179,7 +179,7 @@ async fn deliver_all<T>(
                 }
             }
             Err(Failure::Broken(reason)) => {
-                log::error!("`{topic}` is not heard any more: {reason}");
+                log::error!("`{topic}` is not received any more: {reason}");
                 return;
             }
         }

@@ -160,11 +160,11 @@ async fn echo<M: RosMessage>(
     let n_come = wanted.intersection(&come.lock().expect("nobody panics with it")).count();
     assert!(sent.is_ok(), "{}: {n_come} of {N_SAMPLES} messages came back", plan.name);
     if qos.durability == Durability::TransientLocal {
-        // Nobody publishes any more, and yet whoever comes now hears the echo.
+        // Nobody publishes any more, and yet whoever comes now receives the echo.
         let (come, _subscription) = listen::<M>(ours, node, (plan, qos));
         // As many of the last ones as the topic keeps.
         let kept = wanted.len().min(usize::try_from(qos.depth).expect("it is small"));
-        let came = crate::support::eventually("a late subscriber hears the echo", || {
+        let came = crate::support::eventually("a late subscriber receives the echo", || {
             let come = come.lock().expect("nobody panics with it");
             come.len() >= kept && come.is_subset(&wanted)
         });

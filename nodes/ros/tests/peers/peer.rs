@@ -114,7 +114,7 @@ impl Peer {
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("not JSON: {error}: {line}"))
     }
 
-    /// Tells it to end, and hears its last words.
+    /// Tells it to end, and receives its last words.
     pub async fn end<T: DeserializeOwned>(mut self) -> T {
         self.tell(&"end");
         let last = self.says().await;

@@ -99,7 +99,7 @@ def main():
     seen["services"] = sorted(name.rsplit("/", 1)[1] for name, _ in services)
     publishers = node.get_publisher_names_and_types_by_node("controller", "/robot_3")
     seen["publishers"] = {name: types for name, types in publishers}
-    # Until then the other side may not have heard that its request was granted.
+    # Until then the other side may not have received the answer to its request.
     wait_for(node, "the end", lambda: ends)
     seen["gain"] = node.get_parameter("gain").value
     print(json.dumps(seen))

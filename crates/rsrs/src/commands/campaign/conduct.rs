@@ -13,7 +13,7 @@ use super::prompt::{Answer, Prompt};
 use crate::failure::with_help;
 use crate::files::write_file;
 use crate::interrupt::asked_to_stop;
-use crate::notes::say_note;
+use crate::notes::print_note;
 use crate::own_network::OwnNetwork;
 use crate::recording_gaps;
 use crate::running::{RunSummary, on_simulated_fleet, watched};
@@ -21,7 +21,7 @@ use crate::simulated_fleet::SimulatedFleet;
 use crate::start_poses::StartPoses;
 
 /// Where the robots are.
-pub enum Floor {
+pub enum RunTarget {
     /// In a simulator that is started for the campaign.
     Simulator {
         /// Where it is.
@@ -31,7 +31,7 @@ pub enum Floor {
     },
     /// On the floor.
     Fleet {
-        /// Where they are heard.
+        /// Where they are received.
         network: SessionOptions,
     },
 }
@@ -46,13 +46,13 @@ enum Next {
 /// Conducts a campaign.
 pub struct Conductor<'a> {
     folder: &'a CampaignFolder,
-    floor: Floor,
+    floor: RunTarget,
     prompt: Prompt,
 }
 
 impl<'a> Conductor<'a> {
     /// Somebody who conducts the campaign of a folder.
-    pub fn new(folder: &'a CampaignFolder, floor: Floor, prompt: Prompt) -> Self {
+    pub fn new(folder: &'a CampaignFolder, floor: RunTarget, prompt: Prompt) -> Self {
         Self { folder, floor, prompt }
     }
 
@@ -70,7 +70,7 @@ impl<'a> Conductor<'a> {
             }
         }
         let ended = self.all(&open, items.len()).await;
-        if let Floor::Simulator { fleet: Some(fleet), .. } = self.floor {
+        if let RunTarget::Simulator { fleet: Some(fleet), .. } = self.floor {
             fleet.1.stop().await?;
         }
         ended
@@ -78,7 +78,7 @@ impl<'a> Conductor<'a> {
 
     async fn all(&mut self, open: &[&Item], n_items: usize) -> anyhow::Result<()> {
         if open.len() < n_items {
-            say_note(&format!("{} of {n_items} are finished", n_items - open.len()));
+            print_note(&format!("{} of {n_items} are finished", n_items - open.len()));
         }
         let mut stop: Pin<Box<dyn Future<Output = String>>> = Box::pin(asked_to_stop());
         for item in open {
@@ -101,11 +101,11 @@ impl<'a> Conductor<'a> {
     async fn one(&mut self, item: &Item) -> anyhow::Result<Next> {
         let name = &item.experiment.folder;
         if let Some(manifest) = self.folder.adopt(item)? {
-            say_note(&format!("{name}: its bag was complete already{}", outcome(&manifest)));
+            print_note(&format!("{name}: its bag was complete already{}", outcome(&manifest)));
             return Ok(Next::GoOn);
         }
         if let Some(aside) = self.folder.keep_aside(item)? {
-            say_note(&format!(
+            print_note(&format!(
                 "{name}: a recording that broke off is kept as {} and does not count",
                 aside.display()
             ));
@@ -128,7 +128,7 @@ impl<'a> Conductor<'a> {
 
     /// Asks whoever places the robots; in the simulator, nobody does.
     async fn ask(&mut self, plan: &Plan, item: &Item) -> anyhow::Result<Answer> {
-        let Floor::Fleet { .. } = self.floor else { return Ok(Answer::Start) };
+        let RunTarget::Fleet { .. } = self.floor else { return Ok(Answer::Start) };
         let conditions = &plan.record.conditions.controller;
         let what = format!(
             "\n{}: {} m/s, {} rad/s, for {} s\nplace the robots:\n{}",
@@ -143,8 +143,8 @@ impl<'a> Conductor<'a> {
 
     async fn run(&mut self, plan: &Plan) -> anyhow::Result<RunSummary> {
         let (network, fleet) = match &mut self.floor {
-            Floor::Fleet { network } => return watched(plan, network, asked_to_stop()).await,
-            Floor::Simulator { network, fleet } => (network, fleet),
+            RunTarget::Fleet { network } => return watched(plan, network, asked_to_stop()).await,
+            RunTarget::Simulator { network, fleet } => (network, fleet),
         };
         let robots = &plan.record.robots;
         if let Some(other) = fleet.take_if(|it| it.0 != *robots) {
@@ -174,12 +174,12 @@ impl<'a> Conductor<'a> {
         let lost = summary.lost_robots.clone();
         let ending = Ending { kind, reason: summary.reason.clone(), lost };
         let manifest = self.folder.finish(item, (plan.record, &ending), Some(summary.n_lost))?;
-        say_note(&format!("{name}: {}{}", manifest.ending, outcome(&manifest)));
+        print_note(&format!("{name}: {}{}", manifest.ending, outcome(&manifest)));
         for lost in &summary.lost_robots {
-            say_note(&format!("  {lost}"));
+            print_note(&format!("  {lost}"));
         }
         for line in recording_gaps::lines(&manifest.gaps) {
-            say_note(&format!("  {line}"));
+            print_note(&format!("  {line}"));
         }
         if summary.not_standing.is_empty() {
             return Ok(());

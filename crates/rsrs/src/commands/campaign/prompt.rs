@@ -4,7 +4,7 @@ use tokio::sync::mpsc::UnboundedReceiver;
 
 use crate::interrupt::asked_to_stop;
 use crate::keyboard;
-use crate::notes::say_note;
+use crate::notes::print_note;
 
 /// Who is asked before a run starts.
 pub enum Prompt {
@@ -53,7 +53,7 @@ impl Prompt {
     ///
     /// * `what` — the experiment, and where its robots start.
     pub async fn ask(&mut self, what: &str) -> Answer {
-        say_note(what);
+        print_note(what);
         let lines = match self {
             Self::Silent => return Answer::Start,
             Self::Gone => return Answer::Quit,
@@ -62,7 +62,7 @@ impl Prompt {
         // What was typed before it was asked is no answer.
         while lines.try_recv().is_ok() {}
         loop {
-            say_note(KEYS);
+            print_note(KEYS);
             let line = tokio::select! {
                 line = lines.recv() => line,
                 _ = asked_to_stop() => return Answer::Quit,

@@ -1,11 +1,11 @@
 //! `rsrs measure drive`: trials over ROS 2 under the lease, recorded.
 
-mod crew;
 mod operator;
 mod result;
 mod standing;
 mod table_file;
 mod template;
+mod trial_nodes;
 
 use std::path::PathBuf;
 
@@ -16,9 +16,9 @@ use rsrs_fleet::record;
 use crate::commands::{Backend, Format, report, runtime};
 use crate::failure::Outcome;
 use crate::running::RunSummary;
-use crew::{Crew, Floor};
 use operator::Ready;
 use result::TrialResult;
+use trial_nodes::{RunTarget, TrialNodes};
 
 /// Drive one trial, recorded in a bag: a robot moves by one constant command, or stands and senses.
 ///
@@ -122,7 +122,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(table) = &arguments.table {
         result::check_table(table, &request.trial)?;
     }
-    let floor = Floor::enter(arguments.backend, arguments.interface.as_deref())?;
+    let floor = RunTarget::enter(arguments.backend, arguments.interface.as_deref())?;
     let Some((found, summary)) = conduct(arguments, (&plan, request.trial), &floor)? else {
         return Ok(Outcome::Done);
     };
@@ -137,7 +137,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 fn conduct(
     arguments: &Arguments,
     (plan, trial): (&Plan, Trial),
-    floor: &Floor,
+    floor: &RunTarget,
 ) -> anyhow::Result<Option<(TrialResult, RunSummary)>> {
     let runtime = runtime()?;
     if let Trial::Stand { neighbour, .. } = trial
@@ -147,22 +147,23 @@ fn conduct(
         return Ok(None);
     }
     runtime.block_on(async {
-        let mut crew = Crew::start(floor, &plan.record.robots, plan.robots[0].cmd_vel)?;
-        let made = made(&mut crew, (plan, trial)).await;
-        crew.stop().await?;
+        let mut trial_nodes =
+            TrialNodes::start(floor, &plan.record.robots, plan.robots[0].cmd_vel)?;
+        let made = made(&mut trial_nodes, (plan, trial)).await;
+        trial_nodes.stop().await?;
         made.map(Some)
     })
 }
 
 async fn made(
-    crew: &mut Crew<'_>,
+    trial_nodes: &mut TrialNodes<'_>,
     (plan, trial): (&Plan, Trial),
 ) -> anyhow::Result<(TrialResult, RunSummary)> {
     if let Trial::Stand { neighbour, samples } = trial {
-        let (found, summary) = standing::stand(crew, plan, samples).await?;
+        let (found, summary) = standing::stand(trial_nodes, plan, samples).await?;
         return Ok((TrialResult::of_readings(plan, neighbour, found), summary));
     }
-    let summary = crew.conduct(plan).await?;
+    let summary = trial_nodes.conduct(plan).await?;
     let found = match TrialResult::of_bag(&plan.bag, plan)? {
         Some(found) => found,
         None => operator::ask(&plan.bag, plan).await?,

@@ -4,7 +4,7 @@ use tokio::sync::mpsc::UnboundedReceiver;
 
 /// What a person wants.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Wish {
+pub enum PlayerKey {
     /// Pause, or go on.
     Toggle,
     /// Play the messages of one moment, and pause.
@@ -21,7 +21,7 @@ pub enum Wish {
 pub const KEYS: &str = "Enter goes on, `s` makes a step, `s 42` goes to 42 s, `+10` and `-10` go on and \
                         back, `q` ends";
 
-impl Wish {
+impl PlayerKey {
     /// What a line means; `None` for what means nothing.
     fn of(line: &str) -> Option<Self> {
         let line = line.trim();
@@ -53,12 +53,12 @@ impl Controls {
     }
 
     /// The next thing that the person wants; never, where there is none.
-    pub async fn next(&mut self) -> Wish {
+    pub async fn next(&mut self) -> PlayerKey {
         while let Some(lines) = &mut self.lines {
             match lines.recv().await {
                 Some(line) => {
-                    if let Some(wish) = Wish::of(&line) {
-                        return wish;
+                    if let Some(key) = PlayerKey::of(&line) {
+                        return key;
                     }
                 }
                 // The keyboard is gone.
@@ -75,18 +75,18 @@ mod tests {
 
     #[test]
     fn enter_toggles_and_other_words_mean_nothing() {
-        let wishes = ["", " ", "p", "s", "q", "stop", "s x", "+", "s -3"].map(Wish::of);
+        let wishes = ["", " ", "p", "s", "q", "stop", "s x", "+", "s -3"].map(PlayerKey::of);
 
-        let toggle = Some(Wish::Toggle);
-        let (step, quit) = (Some(Wish::Step), Some(Wish::Quit));
+        let toggle = Some(PlayerKey::Toggle);
+        let (step, quit) = (Some(PlayerKey::Step), Some(PlayerKey::Quit));
         assert_eq!(wishes, [toggle, toggle, toggle, step, quit, None, None, None, None]);
     }
 
     #[test]
     fn places_are_times_and_ways_have_a_sign() {
-        let wishes = ["s 42.5", "+10", "-0.5"].map(Wish::of);
+        let wishes = ["s 42.5", "+10", "-0.5"].map(PlayerKey::of);
 
-        let expected = [Wish::GoTo(42.5), Wish::GoBy(10.0), Wish::GoBy(-0.5)];
+        let expected = [PlayerKey::GoTo(42.5), PlayerKey::GoBy(10.0), PlayerKey::GoBy(-0.5)];
         assert_eq!(wishes, expected.map(Some));
     }
 }

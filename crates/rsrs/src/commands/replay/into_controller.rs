@@ -181,7 +181,7 @@ fn decode<M: RosMessage>(message: &BagMessage) -> anyhow::Result<M> {
 /// Answers every detection of the running time as the controller does today.
 ///
 /// A command answers the latest detection that came before it, or up to a quarter of a period after
-/// it: a recorder may hear two topics the other way round.
+/// it: a recorder may receive two topics the other way round.
 fn compare(
     robot: String,
     recorded: &Recorded,

@@ -15,11 +15,11 @@ use rsrs_ros::shutdown;
 use serde::Serialize;
 
 use super::Pace;
-use super::controls::{Controls, KEYS, Wish};
+use super::controls::{Controls, KEYS, PlayerKey};
 use super::selection::{Selected, Selection};
 use crate::commands::{Format, report};
 use crate::failure::{Outcome, with_help};
-use crate::notes::say_note;
+use crate::notes::print_note;
 use crate::wording::{count, counted};
 
 /// How often `/clock` says the time between messages.
@@ -65,7 +65,7 @@ pub async fn run(
         (&selection.foreign, "the bag does not hold them as ROS 2 sends them"),
     ] {
         if !names.is_empty() {
-            say_note(&format!(
+            print_note(&format!(
                 "left out {} ({why}): {}",
                 count(names.len() as u64),
                 names.join(", ")
@@ -125,7 +125,7 @@ async fn without_living(session: &Session, selection: &Selection) -> anyhow::Res
             }
             Some(node) if !topic.is_named => {
                 let node = node.as_deref().unwrap_or("a program without a name");
-                say_note(&format!(
+                print_note(&format!(
                     "left out {}: {node} publishes it now; `--topics` takes it by name",
                     topic.name
                 ));
@@ -141,7 +141,7 @@ async fn without_living(session: &Session, selection: &Selection) -> anyhow::Res
         ));
     }
     if has_robots && !allowed.iter().any(|topic: &Selected| topic.name == topics::CLOCK.name) {
-        say_note("the time is not published: there are robots on this network");
+        print_note("the time is not published: there are robots on this network");
     }
     Ok(Allowed { topics: allowed, living, clock: !has_robots })
 }
@@ -317,7 +317,7 @@ impl Player<'_> {
         Ok(())
     }
 
-    /// Waits until a message is due, and hears what the person at the keyboard wants.
+    /// Waits until a message is due, and receives what the person at the keyboard wants.
     async fn wait_for(&mut self, log_ns: u64) -> anyhow::Result<()> {
         loop {
             match self.state {
@@ -326,13 +326,13 @@ impl Player<'_> {
                 State::Stepping(None) => {
                     self.state = State::Stepping(Some(log_ns));
                     self.anchor = Some((log_ns, Instant::now()));
-                    return self.say_time(log_ns).await;
+                    return self.show_time(log_ns).await;
                 }
                 State::Stepping(Some(now_ns)) if log_ns <= now_ns => return Ok(()),
                 State::Stepping(Some(_)) => self.state = State::Paused,
                 State::Paused => {
-                    let wish = self.controls.next().await;
-                    self.obey(wish);
+                    let key = self.controls.next().await;
+                    self.obey(key);
                     // Time did not pass.
                     self.anchor = None;
                 }
@@ -354,46 +354,46 @@ impl Player<'_> {
         let now = Instant::now();
         if now >= due {
             self.late = self.late.max(now - due);
-            self.say_time(log_ns).await?;
+            self.show_time(log_ns).await?;
             return Ok(true);
         }
         let glance = due.min(now + CLOCK_PERIOD);
         tokio::select! {
             () = tokio::time::sleep_until(glance.into()) => {
                 let passed_ns = nanoseconds(from.elapsed().as_secs_f64() * self.rate);
-                self.say_time(log_ns.min(from_ns.saturating_add(passed_ns))).await?;
+                self.show_time(log_ns.min(from_ns.saturating_add(passed_ns))).await?;
             }
-            wish = self.controls.next() => self.obey(wish),
+            key = self.controls.next() => self.obey(key),
         }
         Ok(false)
     }
 
-    async fn say_time(&self, time_ns: u64) -> anyhow::Result<()> {
+    async fn show_time(&self, time_ns: u64) -> anyhow::Result<()> {
         match &self.clock {
             Some((clock, _)) => Ok(clock.publish(time_ns).await?),
             None => Ok(()),
         }
     }
 
-    fn obey(&mut self, wish: Wish) {
-        self.state = match (wish, self.state) {
-            (Wish::Quit, _) => State::Quit,
-            (Wish::Step, _) => State::Stepping(None),
-            (Wish::Toggle, State::Playing)
-            | (Wish::GoTo(_) | Wish::GoBy(_), State::Stepping(_)) => State::Paused,
-            (Wish::Toggle, _) => State::Playing,
-            (Wish::GoTo(_) | Wish::GoBy(_), state) => state,
+    fn obey(&mut self, key: PlayerKey) {
+        self.state = match (key, self.state) {
+            (PlayerKey::Quit, _) => State::Quit,
+            (PlayerKey::Step, _) => State::Stepping(None),
+            (PlayerKey::Toggle, State::Playing)
+            | (PlayerKey::GoTo(_) | PlayerKey::GoBy(_), State::Stepping(_)) => State::Paused,
+            (PlayerKey::Toggle, _) => State::Playing,
+            (PlayerKey::GoTo(_) | PlayerKey::GoBy(_), state) => state,
         };
-        match wish {
-            Wish::GoTo(time_s) => self.place.go(self.place.first, time_s),
-            Wish::GoBy(by_s) => self.place.go(self.place.now, by_s),
-            Wish::Toggle | Wish::Step | Wish::Quit => {}
+        match key {
+            PlayerKey::GoTo(time_s) => self.place.go(self.place.first, time_s),
+            PlayerKey::GoBy(by_s) => self.place.go(self.place.now, by_s),
+            PlayerKey::Toggle | PlayerKey::Step | PlayerKey::Quit => {}
         }
         let at_s = self.place.now.saturating_sub(self.place.first) as f64 / 1e9;
         if self.state == State::Paused {
-            say_note(&format!("paused at {at_s:.2} s; {KEYS}"));
+            print_note(&format!("paused at {at_s:.2} s; {KEYS}"));
         } else if self.place.wanted.is_some() {
-            say_note(&format!("at {at_s:.2} s"));
+            print_note(&format!("at {at_s:.2} s"));
         }
     }
 }

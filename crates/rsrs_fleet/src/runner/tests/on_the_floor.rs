@@ -92,7 +92,7 @@ fn a_robot_that_falls_silent_just_before_the_start_ends_the_run_as_soon_as_any_o
 }
 
 #[test]
-fn a_robot_that_has_heard_the_e_stop_tells_the_runner_of_it() {
+fn a_robot_that_has_received_the_e_stop_tells_the_runner_of_it() {
     for robot_lost in [RobotLost::Abort, RobotLost::Note] {
         let mut bench = Bench::real_time(robot_lost);
         bench.run();
@@ -115,8 +115,8 @@ fn pose(robot: &str, frame: &str, x_m: f64) -> Event {
 #[test]
 fn the_operator_is_told_where_the_robots_stand() {
     for (events, expected) in [
-        (vec![], "start poses not checked: none is heard"),
-        (vec![pose("robot_1", "map", 0.5)], "robot_2: no pose heard"),
+        (vec![], "start poses not checked: none is received"),
+        (vec![pose("robot_1", "map", 0.5)], "robot_2: no pose received"),
         (
             vec![pose("robot_1", "map", 0.5), pose("robot_2", "map", 0.7)],
             "all 2 robots stand where they should start",

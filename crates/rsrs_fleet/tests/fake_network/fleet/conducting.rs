@@ -34,11 +34,11 @@ pub(super) struct RunnerHost {
     machine: Runner,
     bag: Bag,
     looked_ms: u64,
-    /// What it has heard of each robot last.
-    heard: [Option<Sent>; N_ROBOTS],
+    /// What it has received from each robot last.
+    received: [Option<Sent>; N_ROBOTS],
     asks_simulator: bool,
     has_configured: bool,
-    /// When it last heard another runner.
+    /// When it last received another runner.
     other_ms: Option<u64>,
     /// Why it must not arm or run any more.
     must_stop: Option<String>,
@@ -80,7 +80,7 @@ impl Fleet {
             machine: Runner::new(options),
             bag: Bag::None,
             looked_ms: 0,
-            heard: [None; N_ROBOTS],
+            received: [None; N_ROBOTS],
             asks_simulator: false,
             has_configured: false,
             other_ms: None,
@@ -103,7 +103,7 @@ impl Fleet {
         self.tell_runner(runner, Event::Tick)
     }
 
-    pub(super) fn runner_hears(
+    pub(super) fn runner_receives(
         &mut self,
         runner: usize,
         from: Node,
@@ -114,7 +114,7 @@ impl Fleet {
             (Message::Lease(lease, _), _) => {
                 host.other_ms = Some(self.now_ms);
                 if host.has_configured && lease.epoch >= host.machine.epoch() {
-                    host.must_stop.get_or_insert(format!("it has heard {}", lease.run_id));
+                    host.must_stop.get_or_insert(format!("it has received {}", lease.run_id));
                 }
                 self.tell_runner(runner, Event::LeaseHeard((*lease).clone()))
             }
@@ -125,7 +125,7 @@ impl Fleet {
                 self.tell_runner(runner, Event::Release((*sources).clone()))
             }
             (Message::RobotStatus(status, sent), Node::Robot(robot) | Node::Controller(robot)) => {
-                let last = &mut host.heard[robot];
+                let last = &mut host.received[robot];
                 *last = last.filter(|last| last.at_ms >= sent.at_ms).or(Some(sent));
                 let behind_ms = (self.now_ms - sent.at_ms).cast_signed();
                 let ahead_ms = self.scenario.ahead_ms[robot] - behind_ms;
@@ -138,7 +138,7 @@ impl Fleet {
                 let (robot, status) = (name(robot), (*status).clone());
                 self.tell_runner(runner, Event::ControllerStatus { robot, status })
             }
-            (Message::SimulatorStatus(status), _) => match simulator_says(host, &status) {
+            (Message::SimulatorStatus(status), _) => match on_simulator_status(host, &status) {
                 Some(event) => self.tell_runner(runner, event),
                 None => Ok(()),
             },
@@ -153,7 +153,7 @@ impl Fleet {
             (Message::GetAnswer(target, digest), _) => {
                 self.tell_runner(runner, Event::ReadBack { target, result: Ok(digest) })
             }
-            (other, from) => panic!("a runner hears {other:?} from {from:?}"),
+            (other, from) => panic!("a runner receives {other:?} from {from:?}"),
         }
     }
 
@@ -175,7 +175,7 @@ impl Fleet {
                 if let Some(reason) = host.must_stop.as_ref().filter(|_| moves) {
                     return Err(format!("runner {runner} says {:?}, though {reason}", lease.state));
                 }
-                let message = Message::Lease(lease.into(), host.heard.into());
+                let message = Message::Lease(lease.into(), host.received.into());
                 for robot in 0..N_ROBOTS {
                     self.send(node, Node::Robot(robot), message.clone());
                     self.send(node, Node::Controller(robot), message.clone());
@@ -191,7 +191,7 @@ impl Fleet {
                     && host.machine.epoch() == 0
                 {
                     return Err(format!(
-                        "runner {runner} sets {target}, but has just heard another"
+                        "runner {runner} sets {target}, but has just received another"
                     ));
                 }
                 let settings = Settings {
@@ -211,7 +211,7 @@ impl Fleet {
                 host.bag = Bag::Closed;
                 self.answer(runner, Event::RecorderClosed);
             }
-            Action::Say(text) => self.note(|| format!("runner {runner}: {text}")),
+            Action::Note(text) => self.note(|| format!("runner {runner}: {text}")),
             Action::Finish { outcome, not_standing } => {
                 if host.bag == Bag::Open {
                     return Err(format!("runner {runner} has finished, and its bag is open"));
@@ -260,7 +260,7 @@ fn node_of(target: &Target) -> Node {
 }
 
 /// As the runner's driver understands the simulator.
-fn simulator_says(host: &mut RunnerHost, status: &Status) -> Option<Event> {
+fn on_simulator_status(host: &mut RunnerHost, status: &Status) -> Option<Event> {
     if std::mem::take(&mut host.asks_simulator) {
         let result = if status.state == RobotState::Fault {
             Err(status.stop_reason.clone())

@@ -8,7 +8,7 @@ use super::{Fleet, N_RUNNERS, WANTED, name, stamp};
 use crate::network::{Message, Node, Sent};
 
 impl Fleet {
-    pub(super) fn controller_hears(
+    pub(super) fn controller_receives(
         &mut self,
         robot: usize,
         from: Node,
@@ -50,7 +50,7 @@ impl Fleet {
                 self.send(Node::Controller(robot), from, Message::GetAnswer(target, digest));
                 Ok(())
             }
-            other => panic!("a controller hears {other:?}"),
+            other => panic!("a controller receives {other:?}"),
         }
     }
 

@@ -11,13 +11,13 @@ impl Fleet {
     /// Says a word of the e-stop to all who listen there.
     pub(super) fn say_e_stop(&mut self, (from, engaged): (Node, bool)) {
         let word = Message::EStop(self.source(from), engaged);
-        self.say_to_all(from, &word);
+        self.command_all(from, &word);
         if from != Node::Stopper {
             self.send(from, Node::Stopper, word);
         }
     }
 
-    pub(super) fn say_to_all(&mut self, from: Node, word: &Message) {
+    pub(super) fn command_all(&mut self, from: Node, word: &Message) {
         self.e_stop_was_used = true;
         for robot in 0..N_ROBOTS {
             self.send(from, self.gatekeeper(robot), word.clone());
@@ -51,7 +51,7 @@ impl Fleet {
         self.send(from, Node::Stopper, message);
     }
 
-    /// Who starts to listen hears what every gate that lives has last told of its locks.
+    /// Who starts to listen receives what every gate that lives has last told of its locks.
     pub(super) fn ask_for_locks(&mut self, asking: Node) {
         for robot in 0..N_ROBOTS {
             let from = self.gatekeeper(robot);
@@ -62,7 +62,7 @@ impl Fleet {
         }
     }
 
-    pub(super) fn stopper_hears(&mut self, from: Node, message: Message) {
+    pub(super) fn stopper_receives(&mut self, from: Node, message: Message) {
         let event = match (message, from) {
             (Message::RobotStatus(status, _), Node::Robot(robot) | Node::Controller(robot)) => {
                 stopper::Event::Status { robot: name(robot), status: (*status).clone() }
@@ -74,7 +74,7 @@ impl Fleet {
                 guid[15] = u8::try_from(robot).expect("there are few robots");
                 stopper::Event::Locks { reporter: Source(guid), locks: (*locks).clone() }
             }
-            (other, from) => panic!("a stopper hears {other:?} from {from:?}"),
+            (other, from) => panic!("a stopper receives {other:?} from {from:?}"),
         };
         self.tell_stopper(event);
     }

@@ -3,14 +3,14 @@
 use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::message::{Lease, LeaseState};
 use rsrs_fleet::runner;
-use rsrs_fleet::stopper::{self, Stopper, Word};
+use rsrs_fleet::stopper::{self, StopCommand, Stopper};
 
 use super::simulating::SimulatorHost;
 use super::{AFTERMATH_MS, BEYOND, Fleet, LAST_RUNNER, N_RUNNERS, name, new_controller};
 use crate::network::{Item, Message, Node};
 use crate::scenario::{Body, Happening, N_BUTTONS, N_ROBOTS};
 
-/// A controller takes the run for gone when it has not heard of it for so long, in milliseconds.
+/// A controller takes the run for gone when it has received nothing of it for so long, in milliseconds.
 const HOLD_MS: u64 = 498;
 
 impl Fleet {
@@ -24,8 +24,8 @@ impl Fleet {
             }
             Happening::Start(runner) => self.start_runner(runner),
             Happening::Interrupt => return self.interrupt(0),
-            Happening::Stop => self.start_stopper(Word::Engage),
-            Happening::Release => self.start_stopper(Word::Release),
+            Happening::Stop => self.start_stopper(StopCommand::Engage),
+            Happening::Release => self.start_stopper(StopCommand::Release),
             Happening::Press(button) => {
                 self.buttons[button] = self.buttons[button].map(|_| true);
             }
@@ -110,7 +110,7 @@ impl Fleet {
         self.tell_runner(runner, runner::Event::Interrupt { reason })
     }
 
-    fn start_stopper(&mut self, word: Word) {
+    fn start_stopper(&mut self, word: StopCommand) {
         if self.stopper.is_some() {
             return;
         }
@@ -158,7 +158,7 @@ impl Fleet {
         }
         if self.e_stop_was_used && !self.is_released {
             self.is_released = true;
-            self.start_stopper(Word::Release);
+            self.start_stopper(StopCommand::Release);
         } else {
             self.start_runner(LAST_RUNNER);
         }
@@ -174,7 +174,7 @@ impl Fleet {
             && self.quiet_ms.is_some_and(|since_ms| self.now_ms > since_ms + AFTERMATH_MS)
     }
 
-    /// Keeps the books on what a controller hears of its run.
+    /// Keeps the books on what a controller receives of its run.
     pub(super) fn witness_hold(&mut self, robot: usize, lease: &Lease) {
         let holds = matches!(lease.state, LeaseState::Armed | LeaseState::Running);
         let (epoch, run_id) = &mut self.held_by[robot];

@@ -77,7 +77,7 @@ impl Fleet {
         self.tell_robot(robot, Event::Tick)
     }
 
-    pub(super) fn robot_hears(&mut self, robot: usize, message: Message) -> Result<(), String> {
+    pub(super) fn robot_receives(&mut self, robot: usize, message: Message) -> Result<(), String> {
         if self.scenario.controller_only[robot] {
             return Ok(());
         }
@@ -118,12 +118,12 @@ impl Fleet {
                     self.tell_robot(robot, Event::CommandRefused)
                 }
             },
-            other => panic!("a robot hears {other:?}"),
+            other => panic!("a robot receives {other:?}"),
         }
     }
 
     pub(super) fn tell_robot(&mut self, robot: usize, event: Event) -> Result<(), String> {
-        self.tell_gate(robot, event)?;
+        self.step_gate(robot, event)?;
         if self.scenario.body == Body::Real {
             self.turn_wheels(robot)
         } else {
@@ -132,7 +132,7 @@ impl Fleet {
     }
 
     /// Lets a gate take an event, and publishes the status that follows.
-    pub(super) fn tell_gate(&mut self, robot: usize, event: Event) -> Result<(), String> {
+    pub(super) fn step_gate(&mut self, robot: usize, event: Event) -> Result<(), String> {
         let node = Node::Robot(robot);
         let now = self.local(node);
         let was = self.robots[robot].gate.epoch();
@@ -163,7 +163,7 @@ impl Fleet {
         self.send(node, Node::Stopper, message);
     }
 
-    /// A lease arrives, with what its runner has heard of the robot last.
+    /// A lease arrives, with what its runner has received from the robot last.
     pub(super) fn witness_lease(&mut self, (robot, echo): (usize, Option<Sent>), lease: &Lease) {
         let gate = self.gate(robot);
         // Of two runs of one epoch, the robot belongs to one.
@@ -174,14 +174,14 @@ impl Fleet {
 
     pub(super) fn witness_e_stop(&mut self, robot: usize, (source, engaged): (Source, bool)) {
         self.witnesses[robot].e_stop((source, engaged), self.now_ms);
-        self.note(|| format!("{} hears the e-stop: {source} {engaged}", name(robot)));
+        self.note(|| format!("{} receives the e-stop: {source} {engaged}", name(robot)));
     }
 
     pub(super) fn witness_adoption_of(&mut self, robot: usize, locks: &Locks) {
         self.witnesses[robot].adopts(locks);
     }
 
-    /// What a gate takes over from others has locked it, as if it had heard it itself.
+    /// What a gate takes over from others has locked it, as if it had received it itself.
     pub(super) fn witness_adoption(&mut self, robot: usize) {
         let locks = self.gate(robot).locks();
         self.witnesses[robot].adopts(&locks);

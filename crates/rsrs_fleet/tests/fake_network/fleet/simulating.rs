@@ -39,7 +39,7 @@ fn detected(robot: usize, step: u64) -> bool {
 impl Fleet {
     pub(super) fn simulator_ticks(&mut self) -> Result<(), String> {
         for robot in 0..N_ROBOTS {
-            self.tell_gate(robot, robot::Event::Tick)?;
+            self.step_gate(robot, robot::Event::Tick)?;
         }
         self.look_at_gates()
     }
@@ -49,7 +49,7 @@ impl Fleet {
         let Some(host) = &self.simulator else { return Ok(()) };
         if host.machine.due().is_some() {
             for robot in 0..N_ROBOTS {
-                self.tell_gate(robot, robot::Event::Tick)?;
+                self.step_gate(robot, robot::Event::Tick)?;
             }
         }
         let now = self.local(Node::Simulator);
@@ -61,14 +61,18 @@ impl Fleet {
         self.tell_simulator(Event::Gates(gates))
     }
 
-    pub(super) fn simulator_hears(&mut self, from: Node, message: Message) -> Result<(), String> {
+    pub(super) fn simulator_receives(
+        &mut self,
+        from: Node,
+        message: Message,
+    ) -> Result<(), String> {
         match message {
             Message::Recorded(step) => self.tell_simulator(Event::Recorded { step })?,
             Message::Set(_) => {
                 let result = self.place()?;
                 self.send(Node::Simulator, from, Message::SetAnswer(Target::Simulator, result));
             }
-            other => panic!("the simulator hears {other:?}"),
+            other => panic!("the simulator receives {other:?}"),
         }
         self.look_at_gates()
     }
@@ -107,7 +111,7 @@ impl Fleet {
                 self.robots[robot].options = options;
             }
         }
-        let host = self.simulator.as_mut().expect("only a simulator hears this");
+        let host = self.simulator.as_mut().expect("only a simulator receives this");
         (host.placed, host.step, host.moved) = (PLACED, 0, 0);
         self.tell_simulator(Event::Placed(Placed {
             digest: PLACED,
@@ -129,7 +133,7 @@ impl Fleet {
                 Action::Advance { commands } => self.advance(&commands)?,
                 Action::Obey { robot, command } => {
                     self.witnesses[robot].command(self.now_ms);
-                    self.tell_gate(robot, robot::Event::Command(command))?;
+                    self.step_gate(robot, robot::Event::Command(command))?;
                 }
                 Action::Refuse { robot, reason } => {
                     self.note(|| format!("command for {} refused: {reason}", name(robot)));

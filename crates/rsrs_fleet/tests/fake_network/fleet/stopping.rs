@@ -1,6 +1,6 @@
 //! Who stops the fleet, on the network with everybody else.
 
-use rsrs_fleet::stopper::{self, Answer, Ending, Word};
+use rsrs_fleet::stopper::{self, Answer, Ending, StopCommand};
 
 use super::Fleet;
 use crate::network::{Message, Node};
@@ -21,11 +21,11 @@ impl Fleet {
         let answers = machine.answers();
         for action in actions {
             match action {
-                stopper::Action::Say(engaged) => {
+                stopper::Action::Publish(engaged) => {
                     self.say_e_stop((Node::Stopper, engaged));
                 }
                 stopper::Action::Release(sources) => {
-                    self.say_to_all(Node::Stopper, &Message::Release(sources.into()));
+                    self.command_all(Node::Stopper, &Message::Release(sources.into()));
                 }
                 stopper::Action::Finish(ending) => {
                     self.note(|| format!("stopper: {ending:?}"));
@@ -38,12 +38,12 @@ impl Fleet {
         }
     }
 
-    /// Whoever is said to have acknowledged a stop has heard it.
+    /// Whoever is said to have acknowledged a stop has received it.
     pub(super) fn judge_stop(&self) -> Result<(), String> {
-        let Some((stopper, Word::Engage, _)) = &self.stopper else { return Ok(()) };
+        let Some((stopper, StopCommand::Engage, _)) = &self.stopper else { return Ok(()) };
         for (answer, witness) in stopper.answers().iter().zip(&self.witnesses) {
             if answer.acknowledged_after.is_some() && !witness.was_locked(self.now_ms) {
-                return Err(format!("{answer:?}, and has not heard the e-stop"));
+                return Err(format!("{answer:?}, and has not received the e-stop"));
             }
         }
         Ok(())

@@ -26,7 +26,7 @@ impl<S: Simd> Arms<S> {
 }
 
 /// Sums the motion of one half of the lanes.
-pub struct Go<'a, S: Simd, const HALF: usize> {
+pub struct SumMotion<'a, S: Simd, const HALF: usize> {
     pub simd: S,
     pub window: Window<'a, S::F>,
     pub arms: &'a mut Arms<S>,
@@ -51,7 +51,7 @@ struct Sums<D> {
     orbited_m: D,
 }
 
-impl<S: Simd, const HALF: usize> Work for Go<'_, S, HALF> {
+impl<S: Simd, const HALF: usize> Work for SumMotion<'_, S, HALF> {
     type Output = Vec<Motion>;
 
     #[inline(always)]

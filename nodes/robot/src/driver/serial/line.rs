@@ -69,7 +69,7 @@ pub enum ToDevice {
     Drive {
         /// Counts commands, and starts again after 65,535.
         sequence: u16,
-        /// The time of the last state that was heard: the microcontroller's own clock tells how
+        /// The time of the last state that was received: the microcontroller's own clock tells how
         /// old the command is.
         time_ms: u32,
         /// The command.

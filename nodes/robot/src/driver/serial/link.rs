@@ -14,7 +14,7 @@ use super::line::{
     FromDevice, Identity, LONGEST, Mode, RangeReading, Setpoint, State, ToDevice, VERSION,
 };
 
-/// Greetings are repeated: a microcontroller that restarts when its port is opened hears the first
+/// Greetings are repeated: a microcontroller that restarts when its port is opened receives the first
 /// ones not at all.
 const GREET_EVERY: Duration = Duration::from_millis(200);
 /// How long a microcontroller may take to answer, its boot loader included.
@@ -47,7 +47,7 @@ pub enum LinkError {
     /// It fell silent.
     #[error("no state of the microcontroller for {} ms", SILENCE.as_millis())]
     Silent,
-    /// It does not hear, or does not obey.
+    /// It does not receive, or does not obey.
     #[error("a command was not acknowledged for {} ms", SILENCE.as_millis())]
     Unacknowledged,
     /// It was switched off and on.
@@ -91,7 +91,7 @@ struct Sent {
 #[derive(Clone, Debug)]
 enum Phase {
     Greeting { since: Duration, next: Duration },
-    Up { identity: Identity, heard: Duration, time_ms: Option<u32> },
+    Up { identity: Identity, received: Duration, time_ms: Option<u32> },
 }
 
 /// The conversation over one opening of a port.
@@ -141,9 +141,9 @@ impl Link {
     pub fn due(&self) -> Duration {
         match &self.phase {
             Phase::Greeting { next, .. } => *next,
-            Phase::Up { heard, .. } => {
-                let oldest = self.on_the_way.front().map_or(*heard, |sent| sent.at);
-                oldest.min(*heard) + SILENCE
+            Phase::Up { received, .. } => {
+                let oldest = self.on_the_way.front().map_or(*received, |sent| sent.at);
+                oldest.min(*received) + SILENCE
             }
         }
     }
@@ -169,7 +169,7 @@ impl Link {
                 *next = now + GREET_EVERY;
                 Ok(Some(ToDevice::Hello { nonce: self.nonce }.encode()))
             }
-            Phase::Up { heard, .. } if now.saturating_sub(*heard) >= SILENCE => {
+            Phase::Up { received, .. } if now.saturating_sub(*received) >= SILENCE => {
                 Err(LinkError::Silent)
             }
             Phase::Up { .. } => match self.on_the_way.front() {
@@ -256,7 +256,7 @@ impl Link {
         if !(1..=WHEEL_TIMEOUT_MS).contains(&identity.timeout_ms) {
             return Err(LinkError::Timeout { found_ms: identity.timeout_ms });
         }
-        self.phase = Phase::Up { identity, heard: now, time_ms: None };
+        self.phase = Phase::Up { identity, received: now, time_ms: None };
         Ok(())
     }
 
@@ -275,10 +275,10 @@ impl Link {
             Mode::Driving | Mode::TimedOut => {}
         }
         self.acknowledge(state)?;
-        let Phase::Up { identity, heard, time_ms } = &mut self.phase else {
+        let Phase::Up { identity, received, time_ms } = &mut self.phase else {
             unreachable!("the phase was looked at above");
         };
-        *heard = now;
+        *received = now;
         if time_ms.replace(state.time_ms).is_none() {
             reports.push(Report::Up);
         }

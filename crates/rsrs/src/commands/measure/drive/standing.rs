@@ -8,13 +8,13 @@ use rsrs_experiment_runner::plan::{Plan, Trial};
 use serde::Serialize;
 use tokio::runtime::Runtime;
 
-use super::crew::{Crew, Floor};
 use super::operator::{self, Ready};
 use super::template::{Template, Todo};
+use super::trial_nodes::{RunTarget, TrialNodes};
 use super::{Arguments, request};
 use crate::commands::{Backend, report, runtime};
 use crate::failure::Outcome;
-use crate::notes::say_note;
+use crate::notes::print_note;
 use crate::running::RunSummary;
 use crate::sensor_readings::{self, Readings};
 
@@ -49,7 +49,7 @@ pub fn fill(arguments: &Arguments, path: &Path) -> anyhow::Result<Outcome> {
     if !todo.is_empty() {
         std::fs::create_dir_all(&bags)
             .with_context(|| format!("cannot make {}", bags.display()))?;
-        let floor = Floor::enter(arguments.backend, arguments.interface.as_deref())?;
+        let floor = RunTarget::enter(arguments.backend, arguments.interface.as_deref())?;
         let runtime = runtime()?;
         for rows in todo.chunk_by(|row, next| row.robot == next.robot) {
             let mut shift = Shift { arguments, bags: &bags, template: &mut template };
@@ -73,7 +73,7 @@ impl Shift<'_> {
     /// Makes the trials; false if the operator ends them.
     fn work(
         &mut self,
-        (runtime, floor): (&Runtime, &Floor),
+        (runtime, floor): (&Runtime, &RunTarget),
         rows: &[Todo],
         filled: &mut Progress,
     ) -> anyhow::Result<bool> {
@@ -82,9 +82,9 @@ impl Shift<'_> {
         // The one that is measured, and whoever is put beside it in some trial.
         let all = plans.iter().max_by_key(|plan| plan.robots.len());
         let all = all.context("a group of rows has at least one")?;
-        let mut crew = {
+        let mut trial_nodes = {
             let _guard = runtime.enter();
-            Crew::start(floor, &all.record.robots, all.robots[0].cmd_vel)?
+            TrialNodes::start(floor, &all.record.robots, all.robots[0].cmd_vel)?
         };
         let mut goes_on = true;
         let worked = rows.iter().zip(&plans).try_for_each(|(row, plan)| {
@@ -94,7 +94,8 @@ impl Shift<'_> {
             let ready = ready(runtime, self.arguments.backend, &row.robot, row.neighbour)?;
             goes_on = ready != Ready::End;
             if ready == Ready::Go {
-                let (found, summary) = runtime.block_on(stand(&mut crew, plan, row.samples))?;
+                let (found, summary) =
+                    runtime.block_on(stand(&mut trial_nodes, plan, row.samples))?;
                 self.template.fill(row, found)?;
                 filled.n_filled += 1;
                 filled.n_left -= 1;
@@ -102,7 +103,7 @@ impl Shift<'_> {
             }
             anyhow::Ok(())
         });
-        let stopped = runtime.block_on(crew.stop());
+        let stopped = runtime.block_on(trial_nodes.stop());
         worked?;
         stopped?;
         Ok(goes_on)
@@ -132,15 +133,15 @@ pub fn ready(
 ///
 /// If it was not completed, or the bag has no readings.
 pub async fn stand(
-    crew: &mut Crew<'_>,
+    trial_nodes: &mut TrialNodes<'_>,
     plan: &Plan,
     samples: u64,
 ) -> anyhow::Result<(Readings, RunSummary)> {
-    let summary = crew.conduct(plan).await?;
+    let summary = trial_nodes.conduct(plan).await?;
     let robot = &plan.robots[0].name;
     let found = sensor_readings::count(&plan.bag, robot, Some(samples))?;
     if found.samples < samples {
-        say_note(&format!(
+        print_note(&format!(
             "{robot}: {} readings came while the trial ran, {samples} were planned",
             found.samples
         ));

@@ -9,7 +9,7 @@ fn ms(milliseconds: u64) -> Duration {
     Duration::from_millis(milliseconds)
 }
 
-fn hear(link: &mut Link, body: &str, at_ms: u64) -> Result<Vec<Report>, LinkError> {
+fn receive(link: &mut Link, body: &str, at_ms: u64) -> Result<Vec<Report>, LinkError> {
     link.on_bytes(encode(body).as_bytes(), ms(at_ms))
 }
 
@@ -18,8 +18,8 @@ fn greeted() -> Link {
     let mut link = Link::new(7, ms(0));
     let greeting = link.on_tick(ms(0)).unwrap();
     assert_eq!(greeting, Some(encode("H,1,7")));
-    assert_eq!(hear(&mut link, "I,1,7,test,250,400,20,750", 0), Ok(vec![]));
-    assert_eq!(hear(&mut link, "S,40,-,0,0,T,-,-,-", 0), Ok(vec![Report::Up]));
+    assert_eq!(receive(&mut link, "I,1,7,test,250,400,20,750", 0), Ok(vec![]));
+    assert_eq!(receive(&mut link, "S,40,-,0,0,T,-,-,-", 0), Ok(vec![Report::Up]));
     link
 }
 
@@ -28,7 +28,7 @@ fn no_command_is_sent_before_the_microcontroller_has_said_who_it_is() {
     let mut link = Link::new(7, ms(0));
 
     assert_eq!(link.drive(FORWARD, ms(0)), None);
-    hear(&mut link, "I,1,6,test,250,400,20,750", 0).unwrap();
+    receive(&mut link, "I,1,6,test,250,400,20,750", 0).unwrap();
     assert_eq!(link.drive(FORWARD, ms(0)), None, "that was the answer to an earlier greeting");
     assert_eq!(greeted().drive(FORWARD, ms(0)), Some(encode("V,1,40,150,750")));
 }
@@ -47,13 +47,13 @@ fn greetings_are_repeated_until_patience_ends() {
 fn a_microcontroller_that_does_not_fit_is_refused() {
     let mut link = Link::new(7, ms(0));
     assert_eq!(
-        hear(&mut link, "I,2,7,test,250,400,20,750", 0),
+        receive(&mut link, "I,2,7,test,250,400,20,750", 0),
         Err(LinkError::Version { found: 2 })
     );
 
     let mut link = Link::new(7, ms(0));
     assert_eq!(
-        hear(&mut link, "I,1,7,test,2000,400,20,750", 0),
+        receive(&mut link, "I,1,7,test,2000,400,20,750", 0),
         Err(LinkError::Timeout { found_ms: 2000 })
     );
 }
@@ -62,7 +62,7 @@ fn a_microcontroller_that_does_not_fit_is_refused() {
 fn a_state_brings_what_it_carries() {
     let mut link = greeted();
 
-    let reports = hear(&mut link, "S,40,-,0,0,T,1,312,7400", 10).unwrap();
+    let reports = receive(&mut link, "S,40,-,0,0,T,1,312,7400", 10).unwrap();
 
     let [Report::Sensed(sensed), Report::Battery(battery_v)] = &reports[..] else {
         panic!("{reports:?}");
@@ -88,7 +88,7 @@ fn a_microcontroller_that_talks_but_does_not_listen_is_noticed() {
     link.drive(FORWARD, ms(0)).unwrap();
 
     for at_ms in (50..500).step_by(50) {
-        hear(&mut link, "S,40,-,0,0,T,-,-,-", at_ms).unwrap();
+        receive(&mut link, "S,40,-,0,0,T,-,-,-", at_ms).unwrap();
         assert_eq!(link.on_tick(ms(at_ms)), Ok(None));
     }
     assert_eq!(link.on_tick(ms(500)), Err(LinkError::Unacknowledged));
@@ -98,12 +98,12 @@ fn a_microcontroller_that_talks_but_does_not_listen_is_noticed() {
 fn wheels_that_are_told_something_else_are_noticed() {
     let mut link = greeted();
     link.drive(FORWARD, ms(0)).unwrap();
-    assert_eq!(hear(&mut link, "S,40,1,150,750,R,-,-,-", 10), Ok(vec![]));
+    assert_eq!(receive(&mut link, "S,40,1,150,750,R,-,-,-", 10), Ok(vec![]));
 
     let found = Setpoint { speed_mm_s: 250, turn_rate_mrad_s: 750 };
     let expected = Setpoint { speed_mm_s: 150, turn_rate_mrad_s: 750 };
     assert_eq!(
-        hear(&mut link, "S,40,1,250,750,R,-,-,-", 20),
+        receive(&mut link, "S,40,1,250,750,R,-,-,-", 20),
         Err(LinkError::WrongWheels { found, expected })
     );
 }
@@ -113,7 +113,7 @@ fn wheels_that_run_on_after_the_timeout_are_noticed() {
     let mut link = greeted();
     link.drive(FORWARD, ms(0)).unwrap();
 
-    let error = hear(&mut link, "S,40,1,150,750,T,-,-,-", 300).unwrap_err();
+    let error = receive(&mut link, "S,40,1,150,750,T,-,-,-", 300).unwrap_err();
 
     assert!(matches!(error, LinkError::WrongWheels { .. }), "{error:?}");
 }
@@ -125,7 +125,7 @@ fn a_command_that_was_never_sent_a_restart_and_a_fault_end_the_conversation() {
         ("S,40,-,0,0,N,-,-,-", LinkError::Restarted),
         ("S,40,-,0,0,F,-,-,-", LinkError::Fault),
     ] {
-        assert_eq!(hear(&mut greeted(), body, 0), Err(expected));
+        assert_eq!(receive(&mut greeted(), body, 0), Err(expected));
     }
 }
 
@@ -134,7 +134,7 @@ fn a_line_without_an_end_does_not_take_the_next_one_with_it() {
     let mut link = greeted();
     link.on_bytes(b"$S,40,-,0,0,T,1", ms(10)).unwrap();
 
-    let reports = hear(&mut link, "S,40,-,0,0,T,0,-,-", 10).unwrap();
+    let reports = receive(&mut link, "S,40,-,0,0,T,0,-,-", 10).unwrap();
 
     assert_eq!(reports.len(), 1);
     assert_eq!(link.counts(), Counts { understood: 3, garbled: 1 });
@@ -148,7 +148,7 @@ fn a_flood_without_an_end_is_thrown_away() {
     link.on_bytes(&vec![b'7'; 100_000], ms(10)).unwrap();
 
     assert!(link.line.capacity() <= 2 * LONGEST);
-    assert_eq!(hear(&mut link, "S,40,-,0,0,T,0,-,-", 10).unwrap().len(), 1);
+    assert_eq!(receive(&mut link, "S,40,-,0,0,T,0,-,-", 10).unwrap().len(), 1);
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn command_numbers_start_again() {
     for count in 1..=70_000_u32 {
         link.drive(FORWARD, ms(0)).expect("the way is free");
         let sequence = count % 65_536;
-        hear(&mut link, &format!("S,40,{sequence},150,750,R,-,-,-"), 0).unwrap();
+        receive(&mut link, &format!("S,40,{sequence},150,750,R,-,-,-"), 0).unwrap();
     }
 }
 
@@ -183,6 +183,6 @@ proptest! {
         }
         reports.extend(link.on_bytes(left, ms(10)).unwrap());
 
-        prop_assert_eq!(reports, hear(&mut greeted(), "S,40,-,0,0,T,1,312,7400", 10).unwrap());
+        prop_assert_eq!(reports, receive(&mut greeted(), "S,40,-,0,0,T,1,312,7400", 10).unwrap());
     }
 }

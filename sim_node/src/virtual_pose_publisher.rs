@@ -17,14 +17,14 @@ use rsrs_ros::session::{NodeHandle, Publisher, Session};
 use crate::robots::pose_message;
 
 /// What speaks of our robots in a tracker's stead.
-pub struct StandIn {
+pub struct VirtualPosePublisher {
     publishers: Vec<Publisher<PoseStamped>>,
     track: Track,
     /// Real robots that the tracker has spoken of since we last did.
     spoken_of: BTreeSet<usize>,
 }
 
-impl StandIn {
+impl VirtualPosePublisher {
     /// Speaks of robots of a world with this period.
     ///
     /// # Errors

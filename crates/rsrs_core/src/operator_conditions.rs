@@ -7,7 +7,7 @@ use crate::controller::ControllerParameters;
 
 /// The part of the conditions `E` that the operator of a real run decides, and must keep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Circumstances {
+pub struct OperatorConditions {
     /// Number of robots.
     pub robots: usize,
     /// What every robot's controller was set to.
@@ -32,7 +32,7 @@ pub struct Incomparable {
     pub expected: String,
 }
 
-impl Circumstances {
+impl OperatorConditions {
     /// The circumstances that a simulated cell stands for.
     pub fn of(conditions: &Conditions, duration_s: f64) -> Self {
         Self {
@@ -118,7 +118,7 @@ mod tests {
     use super::*;
     use crate::conditions::Walls;
 
-    const SIMULATED: Circumstances = Circumstances {
+    const SIMULATED: OperatorConditions = OperatorConditions {
         robots: 9,
         controller: ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 },
         placement: Placement::DiscFacingOut { radius_m: 0.825 },
@@ -126,7 +126,7 @@ mod tests {
         duration_s: 300.0,
     };
 
-    fn refusal(run: &Circumstances) -> String {
+    fn refusal(run: &OperatorConditions) -> String {
         SIMULATED.admit(run).unwrap_err().to_string()
     }
 
@@ -142,23 +142,23 @@ mod tests {
         let arena = Arena { side_m: 15.0, walls: Walls::None };
 
         assert_eq!(
-            refusal(&Circumstances { robots: 8, ..SIMULATED }),
+            refusal(&OperatorConditions { robots: 8, ..SIMULATED }),
             "the number of robots is 8, expected 9 as simulated"
         );
         assert_eq!(
-            refusal(&Circumstances { controller, ..SIMULATED }),
+            refusal(&OperatorConditions { controller, ..SIMULATED }),
             "the turning rate is 0.8 rad/s, expected 0.75 rad/s as simulated"
         );
         assert_eq!(
-            refusal(&Circumstances { placement, ..SIMULATED }),
+            refusal(&OperatorConditions { placement, ..SIMULATED }),
             "the placement radius is 0.6 m, expected 0.825 m as simulated"
         );
         assert_eq!(
-            refusal(&Circumstances { arena, ..SIMULATED }),
+            refusal(&OperatorConditions { arena, ..SIMULATED }),
             "what the walls do is none, expected stop as simulated"
         );
         assert_eq!(
-            refusal(&Circumstances { duration_s: 120.0, ..SIMULATED }),
+            refusal(&OperatorConditions { duration_s: 120.0, ..SIMULATED }),
             "the duration is 120 s, expected 300 s as simulated"
         );
     }

@@ -16,7 +16,7 @@ use crate::robots::Motion;
 use crate::rows::Rows;
 
 /// A placed world.
-pub struct Stage {
+pub struct PlacedWorld {
     /// The world.
     pub world: World,
     /// What its pace has to know.
@@ -46,14 +46,14 @@ pub struct Sensed {
     pub virtual_detections: Vec<bool>,
 }
 
-impl Stage {
+impl PlacedWorld {
     /// A world whose robots stand at their start poses.
     pub fn new(wanted: Wanted) -> Self {
         let Wanted { world, placed, conditions, rows } = wanted;
         let is_ours: Vec<bool> =
             (0..conditions.robots).map(|row| rows.ours.contains(&row)).collect();
         let followed = rows.tracked.iter().map(|row| Followed::new(*row, &conditions.robot));
-        let mut stage = Self {
+        let mut placed_world = Self {
             followed: followed.collect(),
             history: History::new(conditions.period_s, conditions.robots),
             obeyed: vec![Command::STOP; placed.n_robots],
@@ -65,11 +65,11 @@ impl Stage {
             conditions,
             rows,
         };
-        stage.follow();
-        stage
+        placed_world.follow();
+        placed_world
     }
 
-    /// Senses for all robots, the real ones where they were heard of last.
+    /// Senses for all robots, the real ones where they were reported last.
     pub fn sense(&mut self) -> Sensed {
         self.follow();
         let step = self.world.step_index();

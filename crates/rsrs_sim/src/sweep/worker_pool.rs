@@ -34,7 +34,7 @@ pub enum BlockError<E> {
     Sweep(SweepError),
     /// What was finished could not be kept.
     #[error("a finished block cannot be kept")]
-    Keep(#[source] E),
+    KeepBlock(#[source] E),
 }
 
 /// How the work ended.
@@ -47,7 +47,8 @@ pub enum Ending {
 }
 
 /// What is done with the outcomes of a finished block, in the order of [`Block::rows`].
-pub type Keep<'a, E> = &'a (dyn Fn(u64, &Block, Vec<ReplicateOutcome>) -> Result<(), E> + Sync);
+pub type KeepBlock<'a, E> =
+    &'a (dyn Fn(u64, &Block, Vec<ReplicateOutcome>) -> Result<(), E> + Sync);
 
 /// Runs and judges every replicate of some blocks.
 ///
@@ -71,11 +72,11 @@ pub fn run_blocks<E: Send>(
     work: Work<'_>,
     blocks: impl Iterator<Item = (u64, Block)> + Send,
     watch: Watch<'_>,
-    keep: Keep<'_, E>,
+    keep: KeepBlock<'_, E>,
 ) -> Result<Ending, BlockError<E>> {
     let batch = Batch::new();
     let at_once = |conditions| batch.at_once(conditions, work.duration_s) as u64;
-    let floor = Floor {
+    let worker_pool = WorkerPool {
         work,
         watch,
         keep,
@@ -88,21 +89,21 @@ pub fn run_blocks<E: Send>(
     };
     std::thread::scope(|scope| {
         for _ in 1..work.n_threads {
-            scope.spawn(|| floor.work());
+            scope.spawn(|| worker_pool.work());
         }
-        floor.work();
+        worker_pool.work();
     });
-    let failure = floor.failure.into_inner().expect("no thread panics while holding it");
+    let failure = worker_pool.failure.into_inner().expect("no thread panics while holding it");
     match failure {
         Some((_, error)) => Err(error),
-        None if floor.is_called_off.into_inner() => Ok(Ending::CalledOff),
+        None if worker_pool.is_called_off.into_inner() => Ok(Ending::CalledOff),
         None => Ok(Ending::Finished),
     }
 }
 
 /// Replicates of one cell that one thread runs together: few, so that the threads end together and
 /// the 1,000 of a confirmation are shared.
-struct Unit {
+struct Job {
     block: Arc<OpenBlock>,
     /// Its place in the block.
     index: usize,
@@ -129,17 +130,17 @@ struct Finished {
 struct Dispenser<I> {
     blocks: I,
     begun: u64,
-    units: VecDeque<Unit>,
+    units: VecDeque<Job>,
 }
 
 /// A failure, after its place in the work: block and unit.
 type Failure<E> = ((u64, usize), BlockError<E>);
 
 /// What the threads share.
-struct Floor<'a, I, E> {
+struct WorkerPool<'a, I, E> {
     work: Work<'a>,
     watch: Watch<'a>,
-    keep: Keep<'a, E>,
+    keep: KeepBlock<'a, E>,
     /// How many replicates of each cell are best run together on this machine.
     at_once: Vec<u64>,
     dispenser: Mutex<Dispenser<I>>,
@@ -150,7 +151,7 @@ struct Floor<'a, I, E> {
     has_failed: AtomicBool,
 }
 
-impl<I: Iterator<Item = (u64, Block)>, E> Floor<'_, I, E> {
+impl<I: Iterator<Item = (u64, Block)>, E> WorkerPool<'_, I, E> {
     /// Takes units in order until there are none, one has failed, or the work is called off.
     ///
     /// What is begun is finished, so the first failure is the same for any number of threads.
@@ -172,7 +173,7 @@ impl<I: Iterator<Item = (u64, Block)>, E> Floor<'_, I, E> {
         }
     }
 
-    fn next_unit(&self) -> Option<Unit> {
+    fn next_unit(&self) -> Option<Job> {
         let mut dispenser = self.dispenser.lock().expect("no thread panics while holding it");
         if dispenser.units.is_empty() {
             let (number, block) = dispenser.blocks.next()?;
@@ -183,7 +184,7 @@ impl<I: Iterator<Item = (u64, Block)>, E> Floor<'_, I, E> {
         dispenser.units.pop_front()
     }
 
-    fn units(&self, (order, number): (u64, u64), block: Block) -> VecDeque<Unit> {
+    fn units(&self, (order, number): (u64, u64), block: Block) -> VecDeque<Job> {
         let ranges: Vec<(usize, Range<u64>)> = block
             .pieces
             .iter()
@@ -197,7 +198,7 @@ impl<I: Iterator<Item = (u64, Block)>, E> Floor<'_, I, E> {
         let units = ranges.iter().map(|_| Vec::new()).collect();
         let finished = Mutex::new(Finished { units, n_missing: ranges.len() });
         let block = Arc::new(OpenBlock { order, number, block, finished });
-        let unit = |(index, (cell, replicates))| Unit {
+        let unit = |(index, (cell, replicates))| Job {
             block: Arc::clone(&block),
             index,
             cell,
@@ -206,7 +207,7 @@ impl<I: Iterator<Item = (u64, Block)>, E> Floor<'_, I, E> {
         ranges.into_iter().enumerate().map(unit).collect()
     }
 
-    fn run(&self, unit: &Unit, batch: &mut Batch) -> Result<Vec<ReplicateOutcome>, SweepError> {
+    fn run(&self, unit: &Job, batch: &mut Batch) -> Result<Vec<ReplicateOutcome>, SweepError> {
         let (cell, replicates) = (unit.cell, unit.replicates.clone());
         let runs = (self.work.seed, replicates.clone());
         let judged = batch
@@ -227,7 +228,7 @@ impl<I: Iterator<Item = (u64, Block)>, E> Floor<'_, I, E> {
     }
 
     /// Puts the outcomes of a unit into its block, and keeps the block if they were the last.
-    fn put(&self, unit: &Unit, outcomes: Vec<ReplicateOutcome>) {
+    fn put(&self, unit: &Job, outcomes: Vec<ReplicateOutcome>) {
         let open = &unit.block;
         let whole = {
             let mut finished = open.finished.lock().expect("no thread panics while holding it");
@@ -238,7 +239,7 @@ impl<I: Iterator<Item = (u64, Block)>, E> Floor<'_, I, E> {
         if let Some(units) = whole {
             let outcomes = units.into_iter().flatten().collect();
             if let Err(error) = (self.keep)(open.number, &open.block, outcomes) {
-                self.fail((open.order, usize::MAX), BlockError::Keep(error));
+                self.fail((open.order, usize::MAX), BlockError::KeepBlock(error));
             }
         }
     }

@@ -16,14 +16,14 @@ use super::Place;
 const LATE: Duration = Duration::from_millis(100);
 
 /// Publishes commands that the gate let through.
-pub enum Outlet {
+pub enum CmdVelPublisher {
     /// With the time at which they were sent.
     Stamped(Publisher<TwistStamped>),
     /// Without.
     Unstamped(Publisher<Twist>),
 }
 
-impl Outlet {
+impl CmdVelPublisher {
     /// Publishes with stamps.
     pub fn stamped(place: Place<'_>) -> Result<Self, SessionError> {
         let topic = topics::HARDWARE_CMD_VEL;

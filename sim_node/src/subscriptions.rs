@@ -1,4 +1,4 @@
-//! What the simulator hears, and from which topics.
+//! What the simulator receives, and from which topics.
 
 use rsrs_core::unicycle::Pose;
 use rsrs_fleet::experiment::Time as Pace;
@@ -14,7 +14,7 @@ use crate::robots::VirtualRobot;
 use crate::services::Call;
 
 /// What reaches the simulator.
-pub enum Heard {
+pub enum Input {
     /// A lease.
     Lease(RunLease),
     /// The e-stop.
@@ -48,8 +48,8 @@ pub enum Heard {
 }
 
 /// Everything that the simulator listens to, until it is dropped.
-pub struct Ears {
-    heard: UnboundedSender<Heard>,
+pub struct Subscriptions {
+    received: UnboundedSender<Input>,
     commands: Vec<Commands>,
     _others: Vec<Subscription>,
     _e_stop: EStopSubscriptions,
@@ -62,9 +62,9 @@ struct Commands {
     _subscription: Subscription,
 }
 
-impl Ears {
+impl Subscriptions {
     /// Listens for the swarm and for each robot, whose commands are stamped until
-    /// [`Ears::follow_types`] says otherwise.
+    /// [`Subscriptions::follow_types`] says otherwise.
     ///
     /// # Errors
     ///
@@ -73,19 +73,19 @@ impl Ears {
         session: &Session,
         node: &NodeHandle,
         robots: &[VirtualRobot],
-        heard: UnboundedSender<Heard>,
+        received: UnboundedSender<Input>,
     ) -> anyhow::Result<Self> {
-        let mut others = listen(session, node, &heard)?;
+        let mut others = listen(session, node, &received)?;
         let mut commands = Vec::new();
         for (index, robot) in robots.iter().enumerate() {
             let [stamped, _] = robot.command_topics();
-            commands.push(listen_to_commands(session, (index, robot), stamped, &heard)?);
-            others.push(listen_to_controller(session, (index, robot), &heard)?);
+            commands.push(listen_to_commands(session, (index, robot), stamped, &received)?);
+            others.push(listen_to_controller(session, (index, robot), &received)?);
         }
-        let to_stop = heard.clone();
-        let e_stop = move |message| drop(to_stop.send(Heard::EStop(message)));
+        let to_stop = received.clone();
+        let e_stop = move |message| drop(to_stop.send(Input::EStop(message)));
         let e_stop = EStopSubscriptions::new(session, node, e_stop)?;
-        Ok(Self { heard, commands, _others: others, _e_stop: e_stop })
+        Ok(Self { received, commands, _others: others, _e_stop: e_stop })
     }
 
     /// Listens to commands of the type that each robot's controller publishes: in real time, with
@@ -118,7 +118,7 @@ impl Ears {
             let wanted = if is_unstamped { unstamped } else { stamped };
             if self.commands[index].topic != wanted {
                 self.commands[index] =
-                    listen_to_commands(session, (index, robot), wanted, &self.heard)?;
+                    listen_to_commands(session, (index, robot), wanted, &self.received)?;
             }
         }
         Ok(())
@@ -130,17 +130,17 @@ impl Ears {
 fn listen(
     session: &Session,
     node: &NodeHandle,
-    heard: &UnboundedSender<Heard>,
+    received: &UnboundedSender<Input>,
 ) -> anyhow::Result<Vec<Subscription>> {
-    let (to_lease, to_recorded) = (heard.clone(), heard.clone());
+    let (to_lease, to_recorded) = (received.clone(), received.clone());
     let (lease, recorded) = (topics::LEASE, topics::RECORDED);
     Ok(vec![
         session.subscribe(node, lease.name, lease.qos, move |sample| {
-            drop(to_lease.send(Heard::Lease(sample.message)));
+            drop(to_lease.send(Input::Lease(sample.message)));
         })?,
         session.subscribe(node, recorded.name, recorded.qos, move |sample| {
             let recorded: Recorded = sample.message;
-            drop(to_recorded.send(Heard::Recorded(recorded.step)));
+            drop(to_recorded.send(Input::Recorded(recorded.step)));
         })?,
     ])
 }
@@ -148,12 +148,12 @@ fn listen(
 fn listen_to_controller(
     session: &Session,
     (index, robot): (usize, &VirtualRobot),
-    heard: &UnboundedSender<Heard>,
+    received: &UnboundedSender<Input>,
 ) -> anyhow::Result<Subscription> {
-    let (heard, topic) = (heard.clone(), topics::CONTROLLER_STATUS);
+    let (received, topic) = (received.clone(), topics::CONTROLLER_STATUS);
     let name = topic.for_robot(&robot.name);
     Ok(session.subscribe(&robot.node, &name, topic.qos, move |sample| {
-        drop(heard.send(Heard::Controller(index, sample.message)));
+        drop(received.send(Input::Controller(index, sample.message)));
     })?)
 }
 
@@ -161,20 +161,20 @@ fn listen_to_commands(
     session: &Session,
     (index, robot): (usize, &VirtualRobot),
     topic: Topic,
-    heard: &UnboundedSender<Heard>,
+    received: &UnboundedSender<Input>,
 ) -> anyhow::Result<Commands> {
-    let (heard, name) = (heard.clone(), topic.for_robot(&robot.name));
+    let (received, name) = (received.clone(), topic.for_robot(&robot.name));
     let is_unstamped = topic.type_name == topics::CMD_VEL_UNSTAMPED.type_name;
     let subscription = if is_unstamped {
         session.subscribe(&robot.node, &name, topic.qos, move |sample| {
             let twist: Twist = sample.message;
-            drop(heard.send(Heard::Command { robot: index, stamp_ns: None, twist }));
+            drop(received.send(Input::Command { robot: index, stamp_ns: None, twist }));
         })?
     } else {
         session.subscribe(&robot.node, &name, topic.qos, move |sample| {
             let TwistStamped { header, twist } = sample.message;
             let stamp_ns = header.stamp.to_nanos();
-            drop(heard.send(Heard::Command { robot: index, stamp_ns, twist }));
+            drop(received.send(Input::Command { robot: index, stamp_ns, twist }));
         })?
     };
     Ok(Commands { topic, _subscription: subscription })

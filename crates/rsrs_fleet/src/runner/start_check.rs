@@ -5,15 +5,15 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use rsrs_core::unicycle::Pose;
 
 use crate::placement::{self, WantedStart};
-use crate::preflight::Ailment;
+use crate::preflight::DiagnosticError;
 
-/// The floor, as heard.
+/// The floor, as received.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Floor {
+pub(super) struct StartCheck {
     clock_ahead_s: BTreeMap<String, Recent>,
     behind_s: Recent,
     /// By robot and part: the diagnosis.
-    ailments: BTreeMap<(String, String), String>,
+    diagnostic_errors: BTreeMap<(String, String), String>,
     /// By robot: the frame and the last pose in it.
     poses: BTreeMap<String, (String, Pose)>,
     /// How far the stamps of each robot's poses are ahead of our clock, in seconds.
@@ -42,39 +42,39 @@ impl Recent {
     }
 }
 
-impl Floor {
-    pub(super) fn hear_clock(&mut self, robot: String, ahead_s: f64) {
+impl StartCheck {
+    pub(super) fn receive_clock(&mut self, robot: String, ahead_s: f64) {
         self.clock_ahead_s.entry(robot).or_default().push(ahead_s);
     }
 
-    pub(super) fn hear_delay(&mut self, behind_s: f64) {
+    pub(super) fn receive_delay(&mut self, behind_s: f64) {
         self.behind_s.push(behind_s);
     }
 
     /// Returns what to tell the operator, if it is news of an error.
-    pub(super) fn hear_diagnosis(
+    pub(super) fn receive_diagnosis(
         &mut self,
         robot: String,
         part: String,
         error: Option<String>,
     ) -> Option<String> {
         let Some(message) = error else {
-            self.ailments.remove(&(robot, part));
+            self.diagnostic_errors.remove(&(robot, part));
             return None;
         };
         let text = format!("diagnostics of {robot}: {part}: {message}");
-        self.ailments.insert((robot, part), message).is_none().then_some(text)
+        self.diagnostic_errors.insert((robot, part), message).is_none().then_some(text)
     }
 
-    pub(super) fn hear_pose(&mut self, robot: String, frame: String, pose: Pose) {
+    pub(super) fn receive_pose(&mut self, robot: String, frame: String, pose: Pose) {
         self.poses.insert(robot, (frame, pose));
     }
 
-    pub(super) fn hear_pose_clock(&mut self, robot: String, ahead_s: f64) {
+    pub(super) fn receive_pose_clock(&mut self, robot: String, ahead_s: f64) {
         self.pose_ahead_s.entry(robot).or_default().push(ahead_s);
     }
 
-    pub(super) fn hear_transform(&mut self, child: &str, parent: String) {
+    pub(super) fn receive_transform(&mut self, child: &str, parent: String) {
         if self.parents.len() < MOST_FRAMES {
             let child = child.trim_start_matches('/').to_owned();
             self.parents.insert(child, parent);
@@ -104,13 +104,11 @@ impl Floor {
         self.behind_s.largest()
     }
 
-    pub(super) fn ailments(&self) -> BTreeSet<Ailment> {
-        let ailments = self.ailments.iter().map(|((robot, part), message)| Ailment {
-            robot: robot.clone(),
-            part: part.clone(),
-            message: message.clone(),
+    pub(super) fn diagnostic_errors(&self) -> BTreeSet<DiagnosticError> {
+        let diagnostic_errors = self.diagnostic_errors.iter().map(|((robot, part), message)| {
+            DiagnosticError { robot: robot.clone(), part: part.clone(), message: message.clone() }
         });
-        ailments.collect()
+        diagnostic_errors.collect()
     }
 
     /// What to tell the operator of where the robots stand.
@@ -118,7 +116,7 @@ impl Floor {
         let (known, unknown): (Vec<_>, Vec<_>) =
             robots.iter().enumerate().partition(|(_, robot)| self.poses.contains_key(*robot));
         if known.is_empty() {
-            return vec!["start poses not checked: none is heard".to_owned()];
+            return vec!["start poses not checked: none is received".to_owned()];
         }
         let frames: BTreeSet<_> = known.iter().map(|(_, robot)| &self.poses[*robot].0).collect();
         if frames.len() > 1 {
@@ -133,7 +131,7 @@ impl Floor {
             .map(|(number, robot)| (*number, (*robot).clone(), self.poses[*robot].1))
             .collect();
         let deviations = placement::deviations(wanted, &poses);
-        let told = unknown.iter().map(|(_, robot)| format!("{robot}: no pose heard"));
+        let told = unknown.iter().map(|(_, robot)| format!("{robot}: no pose received"));
         let mut told: Vec<_> = told.chain(deviations.iter().map(ToString::to_string)).collect();
         if told.is_empty() {
             told.push(format!("all {} robots stand where they should start", robots.len()));

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use rsrs_core::axis::{Axis, Cell};
-use rsrs_core::circumstances::Circumstances;
 use rsrs_core::diagram::PhaseDiagram;
+use rsrs_core::operator_conditions::OperatorConditions;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord};
 use rsrs_sim::sweep::confirmation_seed;
@@ -35,11 +35,11 @@ pub struct Admitted {
 /// If the sweep varies what nobody can tell of a real robot; else all bags that are refused, each
 /// with its reason.
 pub fn admit(result: &SweepResult, bags: &[PathBuf]) -> anyhow::Result<Vec<Admitted>> {
-    let entrance = Entrance::to(result)?;
+    let matcher = RunMatcher::to(result)?;
     let mut admitted: Vec<Admitted> = Vec::new();
     let mut refusals = Vec::new();
     for bag in bags {
-        let run = entrance.admit(bag).and_then(|run| {
+        let run = matcher.admit(bag).and_then(|run| {
             refuse_repeated(&run, &admitted)?;
             Ok(run)
         });
@@ -95,10 +95,10 @@ pub fn refuse(refusal: Refusal, reasons: &[anyhow::Error], n_bags: usize) -> any
 }
 
 /// What a sweep asks of a bag.
-struct Entrance<'a> {
+struct RunMatcher<'a> {
     diagram: &'a PhaseDiagram,
     /// What each cell stands for, in the order of the diagram.
-    circumstances: Vec<Circumstances>,
+    operator_conditions: Vec<OperatorConditions>,
     /// Digests of the worlds that were simulated, in the order of the diagram.
     worlds: Vec<u64>,
     /// Seed of the sweep.
@@ -107,13 +107,13 @@ struct Entrance<'a> {
     capabilities: Vec<(Axis, f64)>,
 }
 
-impl<'a> Entrance<'a> {
+impl<'a> RunMatcher<'a> {
     fn to(result: &'a SweepResult) -> anyhow::Result<Self> {
         let diagram = &result.diagram;
         let duration_s = result.source.sweep.duration_s;
         let cells = result.source.cells("sweep.yaml")?;
-        let circumstances =
-            cells.iter().map(|(_, conditions)| Circumstances::of(conditions, duration_s));
+        let operator_conditions =
+            cells.iter().map(|(_, conditions)| OperatorConditions::of(conditions, duration_s));
         let capabilities = diagram
             .axes
             .iter()
@@ -121,7 +121,7 @@ impl<'a> Entrance<'a> {
             .map(|axis| Ok((*axis, single_value(diagram, *axis)?)));
         Ok(Self {
             diagram,
-            circumstances: circumstances.collect(),
+            operator_conditions: operator_conditions.collect(),
             worlds: cells.iter().map(|(_, conditions)| conditions.digest()).collect(),
             seed: result.source.sweep.seed,
             capabilities: capabilities.collect::<anyhow::Result<_>>()?,
@@ -142,9 +142,9 @@ impl<'a> Entrance<'a> {
         }
         let ending = recorded_run::ending_in(&bag)?
             .with_context(|| format!("{name}: does not say how its run ended"))?;
-        let run = record.circumstances();
+        let run = record.operator_conditions();
         let cell = self.diagram.locate(&self.cell(&run)).with_context(|| name.to_string())?;
-        self.circumstances[cell].admit(&run).with_context(|| name.to_string())?;
+        self.operator_conditions[cell].admit(&run).with_context(|| name.to_string())?;
         self.refuse_own(path, (&record, cell))?;
         Ok(Admitted { bag: path.to_path_buf(), cell, record, ending })
     }
@@ -174,7 +174,7 @@ impl<'a> Entrance<'a> {
     }
 
     /// The values of a run on the swept axes.
-    fn cell(&self, run: &Circumstances) -> Cell {
+    fn cell(&self, run: &OperatorConditions) -> Cell {
         let settings = self.diagram.axes.iter().filter_map(|axis| Some((*axis, set(*axis, run)?)));
         Cell::new(settings.chain(self.capabilities.iter().copied()))
             .expect("the axes of a sweep are distinct, and numbers in JSON finite")
@@ -182,7 +182,7 @@ impl<'a> Entrance<'a> {
 }
 
 /// What the operator of a run has set on an axis; `None` for what a robot is rather than set to.
-fn set(axis: Axis, run: &Circumstances) -> Option<f64> {
+fn set(axis: Axis, run: &OperatorConditions) -> Option<f64> {
     match axis {
         Axis::Speed => Some(run.controller.speed_m_s),
         Axis::TurnRate => Some(run.controller.turn_rate_rad_s),

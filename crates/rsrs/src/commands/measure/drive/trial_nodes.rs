@@ -13,20 +13,20 @@ use crate::failure::with_help;
 use crate::fleet_network::chosen_network;
 use crate::interrupt::asked_to_stop;
 use crate::node_process::NodeProcess;
-use crate::notes::say_note;
+use crate::notes::print_note;
 use crate::own_network::OwnNetwork;
 use crate::running::{RunSummary, on_simulated_fleet, watched};
 use crate::simulated_fleet::{CONSTANT, SimulatedFleet};
 
 /// Where trials are driven.
-pub enum Floor {
+pub enum RunTarget {
     /// A network of this process's own.
     Simulated(OwnNetwork),
     /// The fleet's.
     Real(SessionOptions),
 }
 
-impl Floor {
+impl RunTarget {
     /// Enters the network; to be called before the first thread is started.
     ///
     /// # Errors
@@ -43,14 +43,14 @@ impl Floor {
 }
 
 /// The processes that answer detections with a constant command, and what they move.
-pub enum Crew<'a> {
+pub enum TrialNodes<'a> {
     /// A simulator and its controllers.
     Simulated(&'a OwnNetwork, SimulatedFleet),
     /// The controllers of robots of the floor, whose own nodes run already.
     Real(&'a SessionOptions, NodeProcess),
 }
 
-impl<'a> Crew<'a> {
+impl<'a> TrialNodes<'a> {
     /// Starts the processes.
     ///
     /// # Arguments
@@ -61,13 +61,13 @@ impl<'a> Crew<'a> {
     /// # Errors
     ///
     /// If a process cannot be started.
-    pub fn start(floor: &'a Floor, robots: &[String], cmd_vel: CmdVel) -> anyhow::Result<Self> {
+    pub fn start(floor: &'a RunTarget, robots: &[String], cmd_vel: CmdVel) -> anyhow::Result<Self> {
         match floor {
-            Floor::Simulated(network) => {
+            RunTarget::Simulated(network) => {
                 let fleet = SimulatedFleet::start_constant(network, robots)?;
                 Ok(Self::Simulated(network, fleet))
             }
-            Floor::Real(network) => {
+            RunTarget::Real(network) => {
                 let mut parameters = CONSTANT.to_vec();
                 if cmd_vel == CmdVel::Twist {
                     parameters.extend(["-p", "cmd_vel_type:=twist"]);
@@ -122,7 +122,7 @@ impl<'a> Crew<'a> {
 /// Refuses a run that was not completed.
 fn completed(plan: &Plan, summary: &RunSummary) -> anyhow::Result<()> {
     if !summary.not_standing.is_empty() {
-        say_note(&format!(
+        print_note(&format!(
             "not confirmed to stand, go and look: {}",
             summary.not_standing.join(", ")
         ));

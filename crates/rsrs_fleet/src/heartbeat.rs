@@ -6,19 +6,19 @@ use crate::timing::BEAT;
 
 /// The statuses that a node has said, by their numbers.
 #[derive(Clone, Debug)]
-pub(crate) struct Beat<S> {
+pub(crate) struct Heartbeat<S> {
     counter: u64,
     /// What was said last, and when.
     last: Option<(S, Duration)>,
 }
 
-impl<S> Default for Beat<S> {
+impl<S> Default for Heartbeat<S> {
     fn default() -> Self {
         Self { counter: 0, last: None }
     }
 }
 
-impl<S: PartialEq> Beat<S> {
+impl<S: PartialEq> Heartbeat<S> {
     /// Nothing was said yet; numbers rise from here.
     pub fn from(counter: u64) -> Self {
         Self { counter, last: None }
@@ -33,7 +33,7 @@ impl<S: PartialEq> Beat<S> {
     ///
     /// # Arguments
     ///
-    /// * `state` — what others must hear of at once when it changes.
+    /// * `state` — what others must receive at once when it changes.
     pub fn due(&mut self, state: S, now: Duration) -> Option<u64> {
         let is_due = self
             .last
@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn changes_are_said_at_once_and_all_else_ten_times_a_second() {
-        let mut beat = Beat::from(7);
+        let mut beat = Heartbeat::from(7);
         let mut said = |state, at_ms| beat.due(state, Duration::from_millis(at_ms));
 
         assert_eq!(said('a', 0), Some(8));
@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn what_is_hurried_is_said_again() {
-        let mut beat = Beat::from(0);
+        let mut beat = Heartbeat::from(0);
         beat.due((), Duration::ZERO);
 
         beat.hurry();

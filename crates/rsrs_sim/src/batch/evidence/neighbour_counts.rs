@@ -25,7 +25,7 @@ const TINY_M2: f64 = 1e-30;
 const ROOM_MARGIN: f32 = 1e-4;
 
 /// Counts of one window, and the memory to make them.
-pub struct Company<S: Simd> {
+pub struct NeighbourCounts<S: Simd> {
     /// Samples in which each robot had nobody within reach; shape `[n_robots]`.
     alone: Vec<S::F>,
     /// Looks at which it was blocked; shape `[n_robots]`.
@@ -46,7 +46,7 @@ pub struct Counts {
     pub onsets: f64,
 }
 
-impl<S: Simd> Company<S> {
+impl<S: Simd> NeighbourCounts<S> {
     /// No memory yet.
     pub fn new(simd: S) -> Self {
         Self {
@@ -106,13 +106,13 @@ impl<F: Number<Scalar = f32>> Limit<F> {
 }
 
 /// Counts over a window.
-pub struct Keep<'a, S: Simd> {
+pub struct CountNeighbours<'a, S: Simd> {
     pub simd: S,
     pub window: Window<'a, S::F>,
-    pub company: &'a mut Company<S>,
+    pub neighbour_counts: &'a mut NeighbourCounts<S>,
 }
 
-impl<S: Simd> Work for Keep<'_, S> {
+impl<S: Simd> Work for CountNeighbours<'_, S> {
     type Output = ();
 
     #[inline(always)]
@@ -127,7 +127,7 @@ impl<S: Simd> Work for Keep<'_, S> {
         let reach = Limit::new(simd, reach_m2);
         let contact = Limit::new(simd, contact_m2);
         let blocked = Limit::new(simd, window.commanded.blocked_below_m2);
-        self.company.clear(simd, window.rows.at(window.start).len());
+        self.neighbour_counts.clear(simd, window.rows.at(window.start).len());
         for sample in window.start..window.end {
             if !self.has_room(sample) && !self.makes_room(sample, reach, contact) {
                 self.meet(sample, reach, contact);
@@ -140,7 +140,7 @@ impl<S: Simd> Work for Keep<'_, S> {
     }
 }
 
-impl<'a, S: Simd> Keep<'a, S> {
+impl<'a, S: Simd> CountNeighbours<'a, S> {
     fn row(&self, sample: u64) -> &'a [Body<S::F>] {
         self.window.rows.at(sample)
     }
@@ -148,16 +148,16 @@ impl<'a, S: Simd> Keep<'a, S> {
     /// Whether nobody has gone further than there was room for.
     #[inline(always)]
     fn has_room(&self, sample: u64) -> bool {
-        let company = &*self.company;
-        if company.room_m2.lt(self.simd.single(0.0)).any() {
+        let neighbour_counts = &*self.neighbour_counts;
+        if neighbour_counts.room_m2.lt(self.simd.single(0.0)).any() {
             return false;
         }
         let mut gone_m2 = self.simd.single(0.0);
-        for (body, place) in self.row(sample).iter().zip(&company.places) {
+        for (body, place) in self.row(sample).iter().zip(&neighbour_counts.places) {
             let (dx_m, dy_m) = (body.x_m - place.0, body.y_m - place.1);
             gone_m2 = gone_m2.most(dx_m * dx_m + dy_m * dy_m);
         }
-        is_everywhere::<S>(gone_m2.le(company.room_m2))
+        is_everywhere::<S>(gone_m2.le(neighbour_counts.room_m2))
     }
 
     /// Holds everybody against all others, and says whether all are near another and touch nobody.
@@ -166,16 +166,16 @@ impl<'a, S: Simd> Keep<'a, S> {
     fn makes_room(&mut self, sample: u64, reach: Limit<S::F>, contact: Limit<S::F>) -> bool {
         let (simd, row) = (self.simd, self.row(sample));
         let one = |number| simd.single(number);
-        let company = &mut *self.company;
-        nearest_neighbours(simd, row, &mut company.nearest_m2);
+        let neighbour_counts = &mut *self.neighbour_counts;
+        nearest_neighbours(simd, row, &mut neighbour_counts.nearest_m2);
         let (mut least_m2, mut most_m2) = (one(f32::INFINITY), one(0.0));
-        for nearest_m2 in &company.nearest_m2 {
+        for nearest_m2 in &neighbour_counts.nearest_m2 {
             least_m2 = least_m2.least(*nearest_m2);
             most_m2 = most_m2.most(*nearest_m2);
         }
         let is_good = most_m2.lt(reach.low_m2) & contact.high_m2.lt(least_m2);
         if !is_everywhere::<S>(is_good) {
-            company.room_m2 = one(-1.0);
+            neighbour_counts.room_m2 = one(-1.0);
             return false;
         }
         // Two robots come closer by twice the way that each has gone.
@@ -184,11 +184,11 @@ impl<'a, S: Simd> Keep<'a, S> {
         let to_contact_m = least_m2.sqrt() - contact.high_m2.sqrt();
         let margin_m = one(ROOM_MARGIN) * most_m2.sqrt();
         let room_m = (to_reach_m.least(to_contact_m) - margin_m) * one(0.499);
-        company.room_m2 = S::F::select(room_m.gt(one(0.0)), room_m * room_m, one(-1.0));
-        for (place, body) in company.places.iter_mut().zip(row) {
+        neighbour_counts.room_m2 = S::F::select(room_m.gt(one(0.0)), room_m * room_m, one(-1.0));
+        for (place, body) in neighbour_counts.places.iter_mut().zip(row) {
             *place = (body.x_m, body.y_m);
         }
-        company.touched.fill(simd.no());
+        neighbour_counts.touched.fill(simd.no());
         true
     }
 
@@ -198,19 +198,20 @@ impl<'a, S: Simd> Keep<'a, S> {
         let (simd, row) = (self.simd, self.row(sample));
         let one = simd.single(1.0);
         let is_first = sample == self.window.start;
-        let company = &mut *self.company;
+        let neighbour_counts = &mut *self.neighbour_counts;
         for robot in 0..row.len() {
-            let nearest_m2 = company.nearest_m2[robot];
+            let nearest_m2 = neighbour_counts.nearest_m2[robot];
             let exact = |lane: usize| nearest_by_definition(row, robot, lane);
             let is_near = is_below(simd, nearest_m2, reach, |lane| exact(lane) <= reach.exact_m2);
             let touches =
                 is_below(simd, nearest_m2, contact, |lane| exact(lane) < contact.exact_m2);
-            company.alone[robot] = company.alone[robot] + one.unless(is_near);
+            neighbour_counts.alone[robot] = neighbour_counts.alone[robot] + one.unless(is_near);
             if touches.any() && !is_first {
                 let now = one - one.unless(touches);
-                company.onsets = company.onsets + now.unless(company.touched[robot]);
+                neighbour_counts.onsets =
+                    neighbour_counts.onsets + now.unless(neighbour_counts.touched[robot]);
             }
-            company.touched[robot] = touches;
+            neighbour_counts.touched[robot] = touches;
         }
     }
 
@@ -227,7 +228,9 @@ impl<'a, S: Simd> Keep<'a, S> {
         if is_everywhere::<S>(below.high_m2.lt(least_m2)) {
             return;
         }
-        for ((now, before), blocked) in now.iter().zip(before).zip(&mut self.company.blocked) {
+        for ((now, before), blocked) in
+            now.iter().zip(before).zip(&mut self.neighbour_counts.blocked)
+        {
             let is_blocked = is_below(simd, between_m2(now, before), below, |lane| {
                 between_by_definition(now, before, lane) < below.exact_m2
             });

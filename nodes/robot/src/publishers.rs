@@ -14,7 +14,7 @@ use rsrs_wire as wire;
 use crate::diagnostics::{self, Health};
 
 /// A robot's publishers. Each of its sentences fails if a reliable subscriber stops acknowledging.
-pub struct Voice {
+pub struct Publishers {
     robot: String,
     detection: Publisher<Bool>,
     range: Publisher<Range>,
@@ -22,7 +22,7 @@ pub struct Voice {
     diagnostics: Publisher<DiagnosticArray>,
 }
 
-impl Voice {
+impl Publishers {
     /// Starts to publish.
     ///
     /// # Errors

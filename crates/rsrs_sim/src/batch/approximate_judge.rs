@@ -43,7 +43,7 @@ pub enum Answer {
 }
 
 /// Asks all lanes of a block; `open` are those whose answer matters, as bits.
-pub struct Quick<'a, S: Simd> {
+pub struct ApproximateJudge<'a, S: Simd> {
     pub simd: S,
     pub window: Window<'a, S::F>,
     pub open: u32,
@@ -71,7 +71,7 @@ struct Certain {
     no: u32,
 }
 
-impl<S: Simd> Work for Quick<'_, S> {
+impl<S: Simd> Work for ApproximateJudge<'_, S> {
     type Output = Vec<Answer>;
 
     #[inline(always)]
@@ -147,7 +147,7 @@ impl<F: Number<Scalar = f32>> ShapeSums<F> {
     }
 }
 
-impl<S: Simd> Quick<'_, S> {
+impl<S: Simd> ApproximateJudge<'_, S> {
     fn n_robots(&self) -> usize {
         self.window.rows.at(self.window.start).len()
     }
@@ -361,9 +361,9 @@ mod tests {
             bodies: Bodies { radius_m: Some(0.075), reach_m: Some(0.75) },
         };
         let memory = &mut Memory::new();
-        let quick = Quick { simd, window, open: 0b1111, memory }.run();
+        let approximate_judge = ApproximateJudge { simd, window, open: 0b1111, memory }.run();
         let exact = gather(simd, window, &mut Scratch::new(simd), 0..4);
-        quick.into_iter().zip(exact).collect()
+        approximate_judge.into_iter().zip(exact).collect()
     }
 
     #[test]
@@ -384,11 +384,11 @@ mod tests {
                 held_samples: between(0.0, 20.0),
                 phase_rad: between(-3.0, 3.0),
             });
-            for (quick, exact) in answers(mills) {
+            for (approximate_judge, exact) in answers(mills) {
                 let is_stable = thresholds.phase(&exact, None) == Phase::StableMilling;
-                assert_ne!((quick, is_stable), (Answer::Yes, false), "{exact:?}");
-                assert_ne!((quick, is_stable), (Answer::No, true), "{exact:?}");
-                n_unclear += usize::from(quick == Answer::Unclear);
+                assert_ne!((approximate_judge, is_stable), (Answer::Yes, false), "{exact:?}");
+                assert_ne!((approximate_judge, is_stable), (Answer::No, true), "{exact:?}");
+                n_unclear += usize::from(approximate_judge == Answer::Unclear);
                 n_stable += usize::from(is_stable);
                 let healed = [
                     Evidence { lost: Some(0.0), ..exact },

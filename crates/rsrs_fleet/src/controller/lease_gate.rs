@@ -15,7 +15,7 @@ use crate::timing::{BEAT, SENSOR_SILENCE, SILENCE};
 
 /// A gate at the mouth of a controller.
 #[derive(Clone, Debug)]
-pub(super) struct Holder {
+pub(super) struct LeaseGate {
     gate: Robot,
     /// What was published last; `None` before the first word, when the wheels may still turn as an
     /// earlier process told them to.
@@ -54,7 +54,7 @@ impl Sensor {
     }
 }
 
-impl Holder {
+impl LeaseGate {
     pub(super) fn new(robot: &str, command_timeout: Duration) -> Self {
         // A floor forgives no lapse.
         let lapse_grace = Duration::ZERO;
@@ -78,7 +78,7 @@ impl Holder {
     ///
     /// # Arguments
     ///
-    /// * `event` — what the controller has just heard.
+    /// * `event` — what the controller has just received.
     /// * `word` — what it would say of itself now: the gate goes by it.
     /// * `wanted` — what follows from the event.
     pub(super) fn hold(
@@ -90,29 +90,31 @@ impl Holder {
     ) -> Vec<Action> {
         let mut actions = Vec::new();
         if let Some(news) = self.sensor.on_event(event, now) {
-            self.tell(news, now, &mut actions);
+            self.step_gate(news, now, &mut actions);
         }
         match event {
-            Event::Lease(lease) => self.tell(robot::Event::Lease(lease.clone()), now, &mut actions),
+            Event::Lease(lease) => {
+                self.step_gate(robot::Event::Lease(lease.clone()), now, &mut actions)
+            }
             Event::EStop { source, engaged } => {
                 let event = robot::Event::EStop { source: *source, engaged: *engaged };
-                self.tell(event, now, &mut actions);
+                self.step_gate(event, now, &mut actions);
             }
             Event::Release(sources) => {
-                self.tell(robot::Event::Release(sources.clone()), now, &mut actions);
+                self.step_gate(robot::Event::Release(sources.clone()), now, &mut actions);
             }
             Event::LocksOfOthers(locks) => {
-                self.tell(robot::Event::LocksOfOthers(locks.clone()), now, &mut actions);
+                self.step_gate(robot::Event::LocksOfOthers(locks.clone()), now, &mut actions);
             }
             Event::Detection(_) | Event::Clock(_) | Event::Parameters(_) | Event::Tick => {}
         }
-        self.tell(robot::Event::Controller(word), now, &mut actions);
+        self.step_gate(robot::Event::Controller(word), now, &mut actions);
         for action in wanted {
             match action {
                 Action::Command { command, stamp_ns } => {
-                    self.tell(robot::Event::Command(command), now, &mut actions);
+                    self.step_gate(robot::Event::Command(command), now, &mut actions);
                     let command = self.gate.drive(now);
-                    actions.push(self.say(command, stamp_ns, now));
+                    actions.push(self.publish(command, stamp_ns, now));
                 }
                 other => actions.push(other),
             }
@@ -121,11 +123,11 @@ impl Holder {
         actions
     }
 
-    fn tell(&mut self, event: robot::Event, now: Duration, actions: &mut Vec<Action>) {
+    fn step_gate(&mut self, event: robot::Event, now: Duration, actions: &mut Vec<Action>) {
         actions.extend(self.gate.on_event(event, now).map(Action::GateStatus));
     }
 
-    fn say(&mut self, command: Command, stamp_ns: Option<u64>, now: Duration) -> Action {
+    fn publish(&mut self, command: Command, stamp_ns: Option<u64>, now: Duration) -> Action {
         self.told = Some(command);
         self.stands =
             (command == Command::STOP).then(|| (self.stands.map_or(now, |(since, _)| since), now));
@@ -141,7 +143,7 @@ impl Holder {
             }
             (Some(_), None) => self.gate.drive(now) == Command::STOP,
         };
-        is_due.then(|| self.say(Command::STOP, None, now))
+        is_due.then(|| self.publish(Command::STOP, None, now))
     }
 }
 

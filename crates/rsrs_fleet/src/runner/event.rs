@@ -111,7 +111,7 @@ pub enum Event {
         /// The lead of the clock of whoever sees it there, in seconds.
         seconds: f64,
     },
-    /// A robot's pose was heard.
+    /// A robot's pose was received.
     Pose {
         /// The robot.
         robot: String,
@@ -141,7 +141,7 @@ pub enum Event {
         /// Digest of the parameters, or why there is none.
         result: Result<u64, String>,
     },
-    /// The recorder hears every topic.
+    /// The recorder receives every topic.
     RecorderReady,
     /// The recorder has taken every topic up to this step.
     Recorded {
@@ -162,7 +162,7 @@ pub enum Event {
         /// Why.
         reason: String,
     },
-    /// A lease was heard, from whomever.
+    /// A lease was received, from whomever.
     LeaseHeard(Lease),
     /// A source said on the e-stop topic that it is engaged, or that it is not.
     EStop {
@@ -234,7 +234,7 @@ pub enum Action {
     /// Drain and close the bag.
     CloseRecorder,
     /// Tell the operator.
-    Say(String),
+    Note(String),
     /// The run is over; nothing more comes.
     Finish {
         /// How it ended.

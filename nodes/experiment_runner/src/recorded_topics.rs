@@ -51,7 +51,7 @@ pub enum Role {
 
 /// One topic that is listened to.
 #[derive(Clone, Debug)]
-pub struct Ear {
+pub struct RecordedTopic {
     /// Its full name.
     pub name: String,
     /// Its type, such as `std_msgs/msg/Bool`.
@@ -66,7 +66,7 @@ pub struct Ear {
     overflow: Arc<AtomicU64>,
 }
 
-impl Ear {
+impl RecordedTopic {
     /// A topic of which nothing was let go yet.
     pub fn new(name: String, topic: Topic, role: Role) -> Self {
         Self::described(name, (topic.type_name, topic.qos), role)
@@ -93,7 +93,7 @@ impl Ear {
 #[derive(Debug)]
 pub struct Sample {
     /// Index of the ear.
-    pub ear: usize,
+    pub recorded_topic: usize,
     /// What came.
     pub received: ReceivedRaw,
     /// Free again when the sample is dropped.
@@ -131,8 +131,8 @@ const QUEUE_SAMPLES: usize = 100_000;
 pub const LEAST_DEPTH: u32 = 100;
 
 /// The topics of a run.
-pub fn ears(robots: &[FleetRobot]) -> Vec<Ear> {
-    let mut ears = Vec::new();
+pub fn recorded_topics(robots: &[FleetRobot]) -> Vec<RecordedTopic> {
+    let mut recorded_topics = Vec::new();
     for (index, robot) in robots.iter().enumerate() {
         let cmd_vel = match robot.cmd_vel {
             CmdVel::TwistStamped => topics::CMD_VEL,
@@ -147,11 +147,15 @@ pub fn ears(robots: &[FleetRobot]) -> Vec<Ear> {
             (topics::STATUS, Role::Robot(index)),
             (topics::CONTROLLER_STATUS, Role::Controller(index)),
         ] {
-            ears.push(Ear::new(topic.for_robot(&robot.name), topic, role));
+            recorded_topics.push(RecordedTopic::new(topic.for_robot(&robot.name), topic, role));
         }
-        if is_told_of_others(robot, robots) {
+        if receives_virtual_detections(robot, robots) {
             let topic = topics::VIRTUAL_DETECTION;
-            ears.push(Ear::new(topic.for_robot(&robot.name), topic, Role::Other));
+            recorded_topics.push(RecordedTopic::new(
+                topic.for_robot(&robot.name),
+                topic,
+                Role::Other,
+            ));
         }
     }
     for (topic, role) in [
@@ -168,13 +172,13 @@ pub fn ears(robots: &[FleetRobot]) -> Vec<Ear> {
         (topics::PARAMETER_EVENTS, Role::Preparation),
         (topics::ROSOUT, Role::Preparation),
     ] {
-        ears.push(Ear::new(topic.name.to_owned(), topic, role));
+        recorded_topics.push(RecordedTopic::new(topic.name.to_owned(), topic, role));
     }
-    ears
+    recorded_topics
 }
 
 /// Whether the simulator tells a robot of those that only it can see: a real one among virtual ones.
-fn is_told_of_others(robot: &FleetRobot, all: &[FleetRobot]) -> bool {
+fn receives_virtual_detections(robot: &FleetRobot, all: &[FleetRobot]) -> bool {
     let is_virtual = |robot: &FleetRobot| robot.driver == Driver::Virtual;
     !is_virtual(robot) && all.iter().any(is_virtual)
 }
@@ -186,10 +190,14 @@ fn is_told_of_others(robot: &FleetRobot, all: &[FleetRobot]) -> bool {
 /// If a subscription cannot be made.
 pub fn listen(
     session: &Session,
-    ears: &[Ear],
+    recorded_topics: &[RecordedTopic],
     queue: &Queue,
 ) -> Result<Vec<Subscription>, SessionError> {
-    ears.iter().enumerate().map(|ear| queue.listen(session, ear)).collect()
+    recorded_topics
+        .iter()
+        .enumerate()
+        .map(|recorded_topic| queue.listen(session, recorded_topic))
+        .collect()
 }
 
 /// The way of samples to the bag, which has room for so many of them.
@@ -212,19 +220,24 @@ impl Queue {
     pub fn listen(
         &self,
         session: &Session,
-        (index, ear): (usize, &Ear),
+        (index, recorded_topic): (usize, &RecordedTopic),
     ) -> Result<Subscription, SessionError> {
         let (samples, taken, overflow) =
-            (self.samples.clone(), self.taken.clone(), ear.overflow.clone());
-        let qos = Qos { depth: ear.qos.depth.max(LEAST_DEPTH), ..ear.qos };
-        session.subscribe_raw(&ear.name, &ear.type_name, qos, move |received| {
-            let Some(place) = Place::take(&taken) else {
-                overflow.fetch_add(1, Ordering::Relaxed);
-                return;
-            };
-            // Nobody listens any more once the run is over.
-            drop(samples.send(Sample { ear: index, received, _place: place }));
-        })
+            (self.samples.clone(), self.taken.clone(), recorded_topic.overflow.clone());
+        let qos = Qos { depth: recorded_topic.qos.depth.max(LEAST_DEPTH), ..recorded_topic.qos };
+        session.subscribe_raw(
+            &recorded_topic.name,
+            &recorded_topic.type_name,
+            qos,
+            move |received| {
+                let Some(place) = Place::take(&taken) else {
+                    overflow.fetch_add(1, Ordering::Relaxed);
+                    return;
+                };
+                // Nobody listens any more once the run is over.
+                drop(samples.send(Sample { recorded_topic: index, received, _place: place }));
+            },
+        )
     }
 }
 
