@@ -15,7 +15,8 @@ use rsrs_fleet::record::Ending;
 use rsrs_fleet::runner::{Action, Event, Outcome, Runner, Target};
 use rsrs_fleet::timing::{CONFIGURE, SILENCE};
 use rsrs_msgs::rsrs::{Recorded, RunLease};
-use rsrs_msgs::topics;
+use rsrs_msgs::std_msgs::Text;
+use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::logging::Level;
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterServer};
@@ -59,6 +60,8 @@ struct Run<'a> {
     extras: Extras,
     lease: Publisher<RunLease>,
     recorded: Publisher<Recorded>,
+    /// The record of the run and its ending, for who looks on.
+    notes: [Publisher<Text>; 2],
     machine: Runner,
     start: Instant,
     recorder: Option<Recorder>,
@@ -114,9 +117,12 @@ pub async fn run(
     let options = ClientOptions { patience: ONE_REQUEST, mapping: None };
     let client = ParameterClient::new(&session, &node, options);
     let (lease, recorded) = (topics::LEASE, topics::RECORDED);
+    let note = |topic: Topic| session.publish_on(&node, topic.name, topic.qos);
+    let notes = [note(topics::EXPERIMENT)?, note(topics::ENDING)?];
     let mut run = Run {
         lease: session.publish_on(&node, lease.name, lease.qos)?,
         recorded: session.publish_on(&node, recorded.name, recorded.qos)?,
+        notes,
         machine: Runner::new(expectation::runner_options(plan, &recorded_topics)),
         extras: Extras::new(&plan.recording, &recorded_topics, queue),
         plan,
@@ -366,9 +372,10 @@ impl<'a> Run<'a> {
             }
             Action::OpenRecorder => {
                 self.times.confirmed.get_or_insert(self.start.elapsed());
+                self.note(0, self.plan.record.to_json()).await?;
                 return Ok(self.open_recorder());
             }
-            Action::CloseRecorder => return Ok(self.close_recorder()),
+            Action::CloseRecorder => return self.close_recorder().await,
             Action::Note(text) => self.note(text),
             Action::Finish { outcome, not_standing } => {
                 self.finished = Some((outcome, not_standing));
@@ -405,15 +412,24 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn close_recorder(&mut self) -> Option<Event> {
+    /// Publishes what the bag also holds.
+    async fn note(&self, publisher: usize, data: String) -> anyhow::Result<()> {
+        if !self.is_cut_off {
+            self.notes[publisher].publish(Text { data }).await?;
+        }
+        Ok(())
+    }
+
+    async fn close_recorder(&mut self) -> anyhow::Result<Option<Event>> {
         let ending = self.machine.outcome().map(|outcome| Ending::of(outcome, self.machine.lost()));
         let ending = ending.expect("the recorder is closed when the run has ended");
+        self.note(1, ending.to_json(&self.plan.record.run_id)).await?;
         let Some(recorder) = self.recorder.take() else {
-            return Some(Event::RecorderClosed);
+            return Ok(Some(Event::RecorderClosed));
         };
         self.n_lost = recorder.n_lost();
         recorder.close(&ending);
-        None
+        Ok(None)
     }
 
     fn report(&mut self) -> anyhow::Result<RunReport> {
