@@ -2,6 +2,7 @@
 //! people.
 
 mod bad_bags;
+mod converted;
 mod integrity;
 mod labels;
 mod standing;

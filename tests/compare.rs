@@ -20,14 +20,19 @@ fn a_bag_is_labelled_by_the_body_and_the_range_in_its_record() {
     Run::new(1).record(place.path(), "ours");
     Run { lacks: Some(Part::Record), ..Run::new(1) }.record(place.path(), "foreign");
 
-    let labels = json(&rsrs(place.path(), &["label", "ours", "foreign", "--format", "json"]));
+    let both = rsrs(place.path(), &["label", "ours", "foreign", "--format", "json"]);
+    let labels = json(&both);
+    let of_foreign = ["label", "foreign", "--reach", "0.825", "--format", "json"];
+    let foreign = json(&rsrs(place.path(), &of_foreign));
 
     assert_eq!(labels[0]["phase"], "stable_milling");
     assert_eq!((&labels[0]["n_robots"], &labels[0]["by"]), (&9.into(), &"judge".into()));
     assert_eq!(labels[0]["evidence"]["lost"], 0.0);
     assert!(labels[0]["evidence"]["contact_onsets_per_s"].is_number());
-    assert_eq!(labels[1]["evidence"]["lost"], Value::Null);
-    assert_eq!(labels[1]["evidence"]["contact_onsets_per_s"], Value::Null);
+    assert_eq!((code(&both), labels.as_array().map(Vec::len)), (1, Some(1)));
+    assert!(stderr(&both).contains("foreign: holds no record"), "{}", stderr(&both));
+    assert_eq!(foreign[0]["evidence"]["lost"], 0.0);
+    assert_eq!(foreign[0]["evidence"]["contact_onsets_per_s"], Value::Null);
 }
 
 #[test]

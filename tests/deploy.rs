@@ -94,6 +94,20 @@ fn the_package_is_a_prefix_in_which_ros_finds_the_nodes() {
     let share = prefix.join("share/rsrs");
     assert_eq!(found.trim(), format!("{} {}", prefix.display(), share.display()));
 
+    let msgs = prefix.join("share/rsrs_msgs");
+    let index = prefix.join("share/ament_index/resource_index");
+    assert!(index.join("packages/rsrs_msgs").exists() && msgs.join("package.xml").exists());
+    let listed = fs::read_to_string(index.join("rosidl_interfaces/rsrs_msgs")).expect("text");
+    let mut files: Vec<String> = fs::read_dir(msgs.join("msg"))
+        .expect("the types are there")
+        .map(|entry| format!("msg/{}", entry.expect("readable").file_name().display()))
+        .collect();
+    files.sort();
+    assert_eq!(listed.lines().collect::<Vec<_>>(), files, "what `ros2 interface list` finds");
+    for viewer in ["swarm.rviz", "swarm.foxglove.json"] {
+        assert!(share.join("config/viewers").join(viewer).exists(), "{viewer}");
+    }
+
     let mut executables: Vec<String> = fs::read_dir(prefix.join("lib/rsrs"))
         .expect("the folder in which ROS looks for executables")
         .map(|entry| entry.expect("readable").file_name().into_string().expect("text"))

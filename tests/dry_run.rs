@@ -13,11 +13,13 @@ use rsrs_core::comparison::{Share, Verdict, decide};
 use rsrs_core::phase::Phase;
 use rsrs_core::pooled::PooledTest;
 use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
-use rsrs_fleet::record::{ATTACHMENT, Backend, ExperimentRecord};
+use rsrs_fleet::record::{ATTACHMENT, Backend, Ending, ExperimentRecord};
 use rsrs_msgs::cdr;
 use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::WorldDigest;
+use rsrs_msgs::std_msgs::Text;
+use rsrs_msgs::topics;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
 use rsrs_sim::sweep::{Runs, Watch, sweep};
@@ -143,6 +145,13 @@ fn check_bag(path: &Path) -> ExperimentRecord {
     let record = bag.attachment(ATTACHMENT).expect("a bag of ours has a record");
     let record = std::str::from_utf8(&record.data).expect("JSON is text");
     let record = ExperimentRecord::from_json(record).expect("the record reads back");
+    let [on_topic] = &messages(&bag, topics::EXPERIMENT.name)[..] else { panic!("one record") };
+    let on_topic: Text = cdr::decode(&on_topic.1).expect("it is a text");
+    assert_eq!(ExperimentRecord::from_json(&on_topic.data).expect("it reads"), record);
+    let [ending] = &messages(&bag, topics::ENDING.name)[..] else { panic!("one ending") };
+    let ending: Text = cdr::decode(&ending.1).expect("it is a text");
+    let (ending, run_id) = Ending::from_json(&ending.data).expect("it reads");
+    assert_eq!((ending, run_id), (Ending::completed(), record.run_id.clone()));
     let seed = Seed { seed: record.seed, replicate: record.replicate };
     let expected =
         episode_digests(&record.conditions, seed, record.duration_s).expect("the robots fit");
@@ -165,7 +174,21 @@ fn check_bag(path: &Path) -> ExperimentRecord {
         }
     }
     check_poses_and_commands(&bag, &record, seed);
+    check_pictures(&bag, n_steps);
     record
+}
+
+/// What viewers show when the bag is played: frames at nearly every step, and markers.
+fn check_pictures(bag: &Bag, n_steps: usize) {
+    let times = |topic: &str| -> Vec<u64> {
+        messages(bag, topic).into_iter().map(|(time_ns, _)| time_ns).collect()
+    };
+    let (frames, markers) = (times(topics::TF.name), times(topics::MARKERS.name));
+    // The world does not wait for them: a busy machine leaves some out.
+    assert!(frames.len() > n_steps / 3, "{} frames in {n_steps} steps", frames.len());
+    assert!(markers.len() > n_steps / 20, "{} markers in {n_steps} steps", markers.len());
+    let between = markers.windows(2).map(|pair| pair[1] - pair[0]);
+    assert!(between.clone().all(|ns| ns >= 450_000_000), "{:?}", between.min());
 }
 
 fn check_poses_and_commands(bag: &Bag, record: &ExperimentRecord, seed: Seed) {

@@ -211,6 +211,13 @@ fn rclpy_uses_a_robots_parameters_and_sees_its_commands_follow_its_detections() 
         assert_eq!(during["while_armed"], json!([false, reason]));
         assert_eq!(during["values"], json!([0.15, 0.75]), "the cell of the experiment");
         check_pairs(&during["pairs"]);
+        let mut nodes = ROBOTS.map(|robot| format!("/{robot}/controller")).to_vec();
+        nodes.extend(["/experiment_runner", "/simulator"].map(str::to_owned));
+        nodes.sort();
+        assert_eq!(during["nodes"], json!(nodes), "every node that is announced");
+        assert_eq!(during["silent"], json!([]), "each has parameter services");
+        assert_eq!(during["robots"], json!(ROBOTS), "the record is published");
+        assert_eq!(after["ending"], "aborted", "so is the ending");
         assert_eq!(after["values"], json!([0.2, 0.75]), "after a run parameters can be set again");
     });
 }

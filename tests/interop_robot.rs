@@ -205,3 +205,116 @@ fn check_robot(bag: &Bag, robot: &str) {
     let expected_m = SPEED_M_S * RUN_S as f64;
     assert!((0.6..1.1).contains(&(path_m / expected_m)), "{robot} went {path_m:.2} m");
 }
+
+/// A fleet of plain rclpy robots without a gate of ours: what they command, and how each subscribes and
+/// publishes.
+const KINDS: [(&str, &str, &str); 8] = [
+    ("twist", "default", "default"),
+    ("twist", "sensor", "sensor"),
+    ("twist", "depth_1", "kept"),
+    ("twist", "default", "depth_1"),
+    ("twist_stamped", "default", "default"),
+    ("twist_stamped", "sensor", "sensor"),
+    ("twist_stamped", "depth_1", "kept"),
+    ("twist_stamped", "default", "depth_1"),
+];
+
+/// Runs a fleet of foreign robots, of which the simulator has none.
+///
+/// # Arguments
+///
+/// * `bases` — what the robots really are; the fleet file and the controllers are those of [`KINDS`].
+///
+/// # Returns
+///
+/// How the run ended, what it said, and its bag.
+fn run_of_bases(
+    python: &Path,
+    folder: &Path,
+    bases: &[(&str, &str, &str)],
+) -> (Option<i32>, String, PathBuf) {
+    let lines: Vec<(String, String)> = KINDS
+        .iter()
+        .zip(ROBOTS)
+        .map(|((commands, _, _), robot)| {
+            let plain = format!("{robot}: {{enabled: true, type: flockbot");
+            (format!("{plain}}}"), format!("{plain}, cmd_vel: {commands}, lease: controller}}"))
+        })
+        .collect();
+    let mut changes = vec![
+        ("robots: 9", "robots: 8"),
+        ("time: lockstep", "time: real_time"),
+        ("driver: {kind: virtual}", "driver: {kind: ros}"),
+        ("robot_9: {enabled: true", "robot_9: {enabled: false"),
+    ];
+    changes.extend(lines.iter().map(|(from, to)| (from.as_str(), to.as_str())));
+    let experiment = experiment(folder, RUN_S, &changes);
+    let bag = folder.join("bag");
+
+    let mut robots = Command::new(python);
+    for variable in ["ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY"] {
+        robots.env_remove(variable);
+    }
+    robots.arg(repository().join("tests/interop/robots.py"));
+    robots.args(bases.iter().zip(ROBOTS).map(|((commands, subscribes, publishes), robot)| {
+        format!("{robot}:{commands}:{subscribes}:{publishes}")
+    }));
+    robots.env("ROS_DOMAIN_ID", "42").env("ROS_LOG_DIR", folder.join("logs")).stdout(Stdio::null());
+    let _robots = Process(robots.spawn().expect("the interpreter is there"));
+    let _controllers = ["twist", "twist_stamped"].map(|commands| {
+        let of_type = KINDS.iter().zip(ROBOTS).filter(|((kind, _, _), _)| *kind == commands);
+        let names: Vec<&str> = of_type.map(|(_, robot)| robot).collect();
+        let mut controllers = rsrs();
+        controllers.args(["node", "controller", "--interface", "127.0.0.1"]);
+        controllers.args(["--robots", &names.join(","), "--ros-args", "-p", "lease:=controller"]);
+        controllers.args(["-p", &format!("cmd_vel_type:={commands}")]).stdout(Stdio::null());
+        Process(controllers.spawn().expect("the program was built for this test"))
+    });
+    let mut command = rsrs();
+    command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
+    let mut run = Process::start(command.arg(experiment).arg("-o").arg(&bag));
+    let (status, said) = run.wait(PATIENCE);
+    (status.code(), said, bag)
+}
+
+#[test]
+fn rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_named() {
+    let python = python();
+    let name = "interop_robot::\
+        rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_named";
+    in_own_network(name, async || {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let (code, said, bag) = run_of_bases(&python, folder.path(), &KINDS);
+        assert_eq!(code, Some(0), "{said}");
+        let bag = Bag::open(&bag).expect("the run was recorded");
+        let at_least = RUN_S * 6;
+        let topics = bag.topics();
+        for robot in &ROBOTS[..KINDS.len()] {
+            for topic in ["detection", "cmd_vel", "odom"] {
+                let name = format!("/{robot}/{topic}");
+                let n = topics.iter().find(|it| it.name == name).map_or(0, |it| it.n_messages);
+                assert!(n >= at_least, "{n} messages on {name}");
+            }
+            let poses = messages::<Odometry>(&bag, (robot, "odom"));
+            let ends = [&poses[0], &poses[poses.len() - 1]].map(|it| it.pose.pose.position);
+            assert!(distance_m(&ends[0], &ends[1]) > 0.05, "{robot} has not moved");
+        }
+
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let mut bases = KINDS;
+        bases[0].1 = "kept";
+        bases[5].0 = "twist";
+        let (code, said, _) = run_of_bases(&python, folder.path(), &bases);
+        assert_eq!(code, Some(1), "{said}");
+        for named in [
+            "/robot_1/cmd_vel: /robot_1/base subscribes transient local, and /robot_1/controller \
+             publishes volatile: set the durability of the subscription to volatile",
+            "/robot_6/cmd_vel: /robot_6/base waits for geometry_msgs/msg/Twist, and \
+             geometry_msgs/msg/TwistStamped is sent: say `cmd_vel: twist` in the fleet file, and \
+             start the controller with `-p cmd_vel_type:=twist`",
+        ] {
+            assert!(said.contains(named), "{said}");
+        }
+        assert!(!said.contains("/robot_2"), "{said}");
+    });
+}

@@ -47,3 +47,4 @@ mod tidy;
 mod venv;
 mod work;
 mod worlds;
+mod written_files;

@@ -330,7 +330,7 @@ async fn published() {
     assert!(received == expected, "the messages are those of the bag");
     assert_eq!(clock.len(), 100, "the bag's own clock");
     assert_eq!(guarded, 0);
-    assert!(errors.contains("left out 5 (robots are steered by them"), "{errors}");
+    assert!(errors.contains("left out 7 (robots are steered by them"), "{errors}");
     // 13 s five times as fast, after 3 s.
     assert!(took > Duration::from_millis(5500), "{took:?}");
     session.close().await;

@@ -136,7 +136,7 @@ fn read_all(path: &Path) -> Outcome {
 fn label(path: &Path) -> Outcome {
     let options = TrajectoryOptions { keep: Keep::JUDGED, ..TrajectoryOptions::default() };
     let recorded = read_trajectory(&Bag::open(path)?, &options)?;
-    let bodies = Bodies { radius_m: None, reach_m: None };
+    let bodies = Bodies { radius_m: None, reach_m: Some(0.75) };
     let verdict = phase::label(&recorded.trajectory, &bodies)?;
     if verdict.n_robots == N_ROBOTS { Ok(()) } else { Err("robots are missing".into()) }
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use rsrs_msgs::topics;
 use serde::Serialize;
 
 use crate::{Bag, Damage, OfferedQos, Recovery, qos};
@@ -134,7 +135,11 @@ impl Bag {
             duration_s,
             n_messages: self.n_messages(),
             topics: self.topic_summaries(duration_s),
-            has_experiment: self.attachment(EXPERIMENT_ATTACHMENT).is_some(),
+            has_experiment: self.attachment(EXPERIMENT_ATTACHMENT).is_some()
+                || self
+                    .topics()
+                    .iter()
+                    .any(|topic| topic.name == topics::EXPERIMENT.name && topic.n_messages > 0),
             attachments,
             metadata: self.metadata_names(),
             custom_data: self.custom_data().clone(),

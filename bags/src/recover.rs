@@ -115,11 +115,13 @@ pub fn recover_into(path: &Path, folder: &Path) -> Result<Recovered, BagError> {
     }
     let mut losses = Vec::new();
     let mut lost = LostMessages { is_exact: true, ..LostMessages::default() };
+    let mut is_closed = true;
     for file in &paths {
         match salvage(file, folder, &mut sink) {
             Ok(found) => {
-                losses.extend(found.0);
-                lost.add(found.1);
+                losses.extend(found.losses);
+                lost.add(found.lost);
+                is_closed &= found.is_closed;
             }
             Err(error) if paths.len() == 1 || is_of_writing(&error) => return Err(error),
             Err(error) => {
@@ -130,6 +132,10 @@ pub fn recover_into(path: &Path, folder: &Path) -> Result<Recovered, BagError> {
     }
     if !lost.is_exact {
         lost = by_table_of_contents(contents.as_ref(), &sink.n_messages_of_topic()).unwrap_or(lost);
+    }
+    if losses.is_empty() && is_closed {
+        // Nothing was recorded, and nothing is lost of it.
+        sink.keep_empty()?;
     }
     sink.describe(&losses, &lost)?;
     let (n_attachments, n_metadata) = (sink.n_attachments, sink.n_metadata);
@@ -149,12 +155,16 @@ pub fn recover_into(path: &Path, folder: &Path) -> Result<Recovered, BagError> {
     })
 }
 
+/// What was found in one file.
+struct Salvaged {
+    losses: Vec<Loss>,
+    lost: LostMessages,
+    /// Whether it ends as it should.
+    is_closed: bool,
+}
+
 /// Saves what is in one file.
-fn salvage(
-    path: &Path,
-    folder: &Path,
-    sink: &mut Sink,
-) -> Result<(Vec<Loss>, LostMessages), BagError> {
+fn salvage(path: &Path, folder: &Path, sink: &mut Sink) -> Result<Salvaged, BagError> {
     let io = |source| BagError::Io { action: "read", path: path.to_owned(), source };
     let source = Source::open(path)?;
     let unpacked = match source {
@@ -186,7 +196,7 @@ fn salvage(
         let is_exact = found.is_closed && found.losses.iter().all(is_known);
         LostMessages { of_topic: found.missing, is_exact }
     };
-    Ok((found.losses, lost))
+    Ok(Salvaged { losses: found.losses, lost, is_closed: found.is_closed })
 }
 
 /// What is missing of the messages that `metadata.yaml` names.

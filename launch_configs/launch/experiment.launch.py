@@ -3,7 +3,7 @@
     ros2 launch rsrs experiment.launch.py experiment:=milling.yaml interface:=wlan0
     ros2 launch rsrs experiment.launch.py experiment:=milling.yaml backend:=sim
 
-Everything ends when the experiment does. `rsrs run` does the same without ROS 2 installed.
+Everything ends when the experiment does, with exit code 1 if it was not completed. `rsrs run` does the same without ROS 2 installed.
 """
 
 from pathlib import Path
@@ -20,6 +20,13 @@ def enabled_robots(experiment):
     fleet = experiment.parent / yaml.safe_load(experiment.read_text())["fleet"]
     robots = yaml.safe_load(fleet.read_text())["robots"]
     return [name for name, robot in robots.items() if robot.get("enabled", True)]
+
+
+def finish(event, context):
+    """Ends everything when the runner has ended; `ros2 launch` fails with what fails in here."""
+    if event.returncode:
+        raise RuntimeError(f"the experiment ended with exit code {event.returncode}")
+    return Shutdown(reason="the experiment is over")
 
 
 def nodes(context):
@@ -39,7 +46,7 @@ def nodes(context):
     experiment = Path(value("experiment")).absolute()
     output = ["--output", value("output")] if value("output") else []
     told = ["--experiment", str(experiment), "--backend", value("backend"), *output]
-    runner = node("experiment_runner", *told, on_exit=Shutdown())
+    runner = node("experiment_runner", *told, on_exit=finish)
     if not is_simulated:
         return [runner]
     robots = ["--robots", ",".join(enabled_robots(experiment))]

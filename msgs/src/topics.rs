@@ -91,6 +91,10 @@ const fn topic<M: RosMessage>(name: &'static str, qos: Qos) -> Topic {
 /// simulator and recorder.
 const LOCKSTEP_DEPTH: u32 = 200;
 
+/// The last sample is kept for those who come later.
+const LATCHED: Qos =
+    Qos { reliability: Reliability::Reliable, durability: Durability::TransientLocal, depth: 1 };
+
 /// Whether the robot sees another one; one sample per control period.
 pub const DETECTION: Topic = topic::<std_msgs::Bool>("detection", Qos::reliable(LOCKSTEP_DEPTH));
 /// The command that answers a detection; in lockstep, stamped with the detection's `/clock`.
@@ -139,10 +143,12 @@ pub const E_STOP: Topic = topic::<std_msgs::Bool>("/swarm/e_stop", Qos::reliable
 pub const E_STOP_RELEASE: Topic =
     topic::<std_msgs::Text>("/swarm/e_stop_release", Qos::reliable(10));
 /// Which publishers have locked the robots of a process; latched, for robots that start again.
-pub const E_STOP_LOCKS: Topic = topic::<std_msgs::Text>(
-    "/swarm/e_stop_locks",
-    Qos { reliability: Reliability::Reliable, durability: Durability::TransientLocal, depth: 1 },
-);
+pub const E_STOP_LOCKS: Topic = topic::<std_msgs::Text>("/swarm/e_stop_locks", LATCHED);
+/// The record of the run, as the bag's attachment has it: JSON. Latched, and a message because
+/// converters of bags keep nothing else.
+pub const EXPERIMENT: Topic = topic::<std_msgs::Text>("/swarm/experiment", LATCHED);
+/// How the run ended, as the bag's metadata has it: JSON.
+pub const ENDING: Topic = topic::<std_msgs::Text>("/swarm/ending", LATCHED);
 /// The fingerprint of the simulated world, after each lockstep step.
 pub const WORLD_DIGEST: Topic =
     topic::<rsrs::WorldDigest>("/swarm/world_digest", Qos::reliable(LOCKSTEP_DEPTH));
@@ -192,6 +198,8 @@ pub const ALL: &[Topic] = &[
     E_STOP,
     E_STOP_RELEASE,
     E_STOP_LOCKS,
+    EXPERIMENT,
+    ENDING,
     WORLD_DIGEST,
     RECORDED,
     CLOCK,

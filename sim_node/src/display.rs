@@ -1,8 +1,10 @@
 //! What viewers are shown of the world: the transform tree and the markers.
 //!
-//! Viewers are guests. Nothing is made for them while none is there, they get at most ten pictures a
-//! second however fast the world goes, and the world never waits for them: a task of its own
-//! publishes the newest picture, and forgets those that it had no time for.
+//! Viewers are guests. Nothing is made for them while none is there, they get ten frames of each
+//! second, by the world's clock or by that on the wall, whichever goes faster, and the world never
+//! waits for them: a task of its own publishes the newest picture, and forgets those that it had no
+//! time for. In lockstep, where a second of the world takes milliseconds, markers come twice in each
+//! of its seconds, because they are large.
 
 mod history;
 mod markers;
@@ -26,6 +28,13 @@ pub use scene::{Look, Scene};
 /// Least time between two pictures.
 const SHOWN_EVERY: Duration = Duration::from_millis(100);
 
+/// Least time of the world between two pictures, for bags that are played at the world's pace: a
+/// little less, because a period may end just before it is over.
+const SHOWN_EVERY_NS: u64 = 99_000_000;
+
+/// Least time of the world between two pictures with markers, where it is faster than the wall's.
+const MARKED_EVERY_NS: u64 = 500_000_000;
+
 /// How often the display looks for viewers.
 const LOOKS_EVERY: Duration = Duration::from_millis(500);
 
@@ -38,8 +47,25 @@ pub struct Display {
     publishing: JoinHandle<()>,
     watched: Watched,
     looked: Option<Instant>,
-    shown: Option<Instant>,
+    shown: Option<Shown>,
+    /// When markers were shown last.
+    marked: Option<Shown>,
     judging: Judging,
+}
+
+/// When something was shown, by both clocks.
+#[derive(Clone, Copy, Debug)]
+struct Shown {
+    at: Instant,
+    /// Of the world, in nanoseconds.
+    world_ns: u64,
+}
+
+impl Shown {
+    /// Whether it was long enough ago by one of them; the world's goes back when it is placed anew.
+    fn is_old(&self, world_ns: u64, every_ns: u64) -> bool {
+        self.at.elapsed() >= SHOWN_EVERY || world_ns.abs_diff(self.world_ns) >= every_ns
+    }
 }
 
 /// Which of the two topics somebody listens to.
@@ -87,6 +113,7 @@ impl Display {
             watched: Watched::default(),
             looked: None,
             shown: None,
+            marked: None,
             judging: Judging::default(),
         })
     }
@@ -105,16 +132,31 @@ impl Display {
     }
 
     /// Whether it is time for the next picture, and somebody looks.
-    pub fn is_due(&self) -> bool {
+    ///
+    /// # Arguments
+    ///
+    /// * `world_ns` — time of the world, in nanoseconds.
+    pub fn is_due(&self, world_ns: u64) -> bool {
         self.watched != Watched::default()
-            && self.shown.is_none_or(|at| at.elapsed() >= SHOWN_EVERY)
+            && self.shown.is_none_or(|shown| shown.is_old(world_ns, SHOWN_EVERY_NS))
     }
 
     /// Shows a scene.
-    pub fn show(&mut self, scene: Scene) {
-        self.shown = Some(Instant::now());
+    ///
+    /// # Arguments
+    ///
+    /// * `world_ns` — time of the world, in nanoseconds.
+    pub fn show(&mut self, scene: Scene, world_ns: u64) {
+        let now = Some(Shown { at: Instant::now(), world_ns });
+        let markers = self.watched.markers
+            && self.marked.is_none_or(|marked| marked.is_old(world_ns, MARKED_EVERY_NS));
+        self.shown = now;
+        if markers {
+            self.marked = now;
+        }
+        let watched = Watched { markers, ..self.watched };
         // Who publishes ends with this.
-        self.pictures.send_replace(Some(Picture::Scene(Box::new(scene), self.watched)));
+        self.pictures.send_replace(Some(Picture::Scene(Box::new(scene), watched)));
     }
 
     /// Wipes what was shown: there is no world.

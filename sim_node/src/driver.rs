@@ -5,6 +5,7 @@ mod placing;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
+use rsrs_core::profile::RobotProfile;
 use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::experiment::Time as Pace;
 use rsrs_fleet::message::RobotState;
@@ -66,6 +67,8 @@ pub struct Simulation<'a> {
     digest: Publisher<WorldDigest>,
     status: Publisher<RobotStatus>,
     server: ParameterServer,
+    /// What robots of a cell are that is set by hand.
+    profile: RobotProfile,
     locks: LocksPublisher,
     arming: Arming,
     pub(crate) start: Instant,
@@ -110,20 +113,21 @@ fn serve_parameters(
     session: &Session,
     options: &NodeArguments,
     received: &UnboundedSender<Input>,
-) -> anyhow::Result<ParameterServer> {
+) -> anyhow::Result<(ParameterServer, RobotProfile)> {
     let hosted = options.robots.clone();
     let given = options.ros.parameters(parameters::FULL_NAME);
     let starts: Vec<_> = given.clone().into_iter().collect();
-    parameters::check(&starts, &hosted).context("start value of a parameter")?;
-    let changed = received.clone();
+    let profile = parameters::profile(&given)?;
+    parameters::check(&starts, &hosted, &profile).context("start value of a parameter")?;
+    let (changed, of_cells) = (received.clone(), profile.clone());
     let server =
         ParameterServer::start(session, vec![parameters::declare(given)?], move |_, changes| {
-            parameters::check(changes, &hosted).map_err(|error| error.to_string())?;
+            parameters::check(changes, &hosted, &of_cells).map_err(|error| error.to_string())?;
             changed.send(Input::Parameters).map_err(|_closed| "shutting down".to_owned())
         })?;
     // Start values may ask for a world.
     drop(received.send(Input::Parameters));
-    Ok(server)
+    Ok((server, profile))
 }
 
 fn step_response(left: u64, asked: u64) -> StepSimulationResponse {
@@ -158,7 +162,7 @@ impl<'a> Simulation<'a> {
         received: UnboundedSender<Input>,
     ) -> anyhow::Result<Self> {
         let node = session.node("/", NODE)?;
-        let server = serve_parameters(session, options, &received)?;
+        let (server, profile) = serve_parameters(session, options, &received)?;
         let gates = parameters::gates(&server);
         let robots = options
             .robots
@@ -172,6 +176,7 @@ impl<'a> Simulation<'a> {
         Ok(Self {
             session,
             hosted: options.robots.clone(),
+            profile,
             display: Display::new(session, &node)?,
             _services: services::offer(session, &node, by_hand)?,
             subscriptions: Subscriptions::new(session, &node, &robots, received.clone())?,
@@ -419,10 +424,11 @@ impl<'a> Simulation<'a> {
             virtual_pose_publisher.step(ours.iter().map(|(_, motion)| motion.pose));
         }
         self.digest.publish(WorldDigest { step, digest }).await?;
-        if self.display.is_due() {
+        let world_ns = stamp.to_nanos().unwrap_or(0);
+        if self.display.is_due(world_ns) {
             let label =
                 self.display.label(&placed_world.history, placed_world.conditions.bodies()).await;
-            self.display.show(placed_world.scene(stamp, &label));
+            self.display.show(placed_world.scene(stamp, &label), world_ns);
         }
         Ok(())
     }

@@ -1,9 +1,12 @@
 //! The parameters of the simulator: which world, from which seed, for how many steps, at what pace.
 
+mod by_hand;
+
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 use rsrs_core::conditions::{Conditions, Impossible};
+use rsrs_core::profile::RobotProfile;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::simulator::{Gates, Placed, placement_digest};
 use rsrs_ros::parameters::{
@@ -15,6 +18,8 @@ use rsrs_sim::world::World;
 
 use crate::mixed::TrackedBy;
 use crate::rows::{Rows, RowsError};
+use by_hand::{CELL, CellRefused};
+pub use by_hand::{profile, take_cell};
 
 /// Name of the simulator's node.
 pub const NODE: &str = "simulator";
@@ -61,6 +66,9 @@ pub enum WorldError {
         #[from]
         source: Impossible,
     },
+    /// A cell that was set by hand makes no world.
+    #[error(transparent)]
+    Cell(#[from] CellRefused),
     /// The robots are not those of the conditions.
     #[error(transparent)]
     Rows(#[from] RowsError),
@@ -146,7 +154,10 @@ pub fn declare(mut given: BTreeMap<String, ParameterValue>) -> Result<NodeParame
     };
     let mut parameters = vec![
         (
-            text(CONDITIONS, "Conditions of the experiment, as JSON; empty is no world."),
+            text(
+                CONDITIONS,
+                "Conditions of the experiment, as JSON, for programs; by hand, set `cell`. Empty is no world.",
+            ),
             ParameterValue::String(String::new()),
         ),
         count(SEED, "Seed of the world, below 2^63.", i64::MAX as f64),
@@ -157,6 +168,7 @@ pub fn declare(mut given: BTreeMap<String, ParameterValue>) -> Result<NodeParame
         (tracked_by, ParameterValue::String(TRACKERS[0].0.to_owned())),
         (hardware_only(), ParameterValue::Bool(false)),
     ];
+    parameters.extend(by_hand::declared());
     for (descriptor, value) in &mut parameters {
         if let Some(start) = given.remove(&descriptor.name) {
             *value = start;
@@ -191,17 +203,25 @@ pub fn gates(server: &ParameterServer) -> Gates {
 ///
 /// * `values` — by name; those that are missing stay as they are.
 /// * `hosted` — the robots that the simulator stands in for.
+/// * `profile` — what robots of a cell are.
 ///
 /// # Errors
 ///
 /// [`WorldError`], for the answer to whoever sets them.
-pub fn check(values: &[(String, ParameterValue)], hosted: &[String]) -> Result<(), WorldError> {
+pub fn check(
+    values: &[(String, ParameterValue)],
+    hosted: &[String],
+    profile: &RobotProfile,
+) -> Result<(), WorldError> {
     let (mut conditions, mut names, mut time) = (None, &[][..], None);
     let mut steps = 0;
     for (name, value) in values {
         match (name.as_str(), value) {
             (CONDITIONS, ParameterValue::String(text)) if !text.is_empty() => {
                 conditions = Some(read_conditions(text)?);
+            }
+            (CELL, ParameterValue::String(text)) if !text.is_empty() => {
+                conditions = Some(by_hand::conditions(text, profile)?);
             }
             (TIME, ParameterValue::String(text)) => time = Some(read_time(text)?),
             (ROBOTS, ParameterValue::StringArray(values)) => names = values,

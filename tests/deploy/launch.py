@@ -51,7 +51,21 @@ def started_by_python(path, given):
             for started in action.options["function"](context):
                 options = started.options
                 assert options["package"] == "rsrs", options
+                if "on_exit" in options:
+                    check_exits(options["on_exit"])
                 yield options["executable"], options.get("namespace"), options["arguments"]
+
+
+def check_exits(on_exit):
+    """What ends everything fails if the node has failed: `ros2 launch` then exits with 1."""
+    ended = on_exit(types.SimpleNamespace(returncode=0), None)
+    assert isinstance(ended, Record), ended
+    try:
+        on_exit(types.SimpleNamespace(returncode=3), None)
+    except RuntimeError as error:
+        assert "exit code 3" in str(error), error
+    else:
+        raise AssertionError("a failed experiment ends like a good one")
 
 
 def started_by_xml(path, given):

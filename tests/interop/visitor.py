@@ -12,8 +12,8 @@ import rclpy
 from geometry_msgs.msg import TwistStamped
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
-from rclpy.qos import QoSProfile, ReliabilityPolicy
-from std_msgs.msg import Bool
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Bool, String
 
 CONTROLLER = "/robot_3/controller"
 NAMES = ["speed", "turn_rate"]
@@ -34,9 +34,17 @@ class Visitor:
             (TwistStamped, "/robot_3/cmd_vel", self.receive_command),
         ]:
             self.node.create_subscription(kind, topic, received, reliable)
+        self.notes = {}
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        for topic in ["/swarm/experiment", "/swarm/ending"]:
+            self.node.create_subscription(
+                String, topic, lambda note, topic=topic: self.receive_note(topic, note), latched)
         self.client = AsyncParameterClient(self.node, CONTROLLER)
         if not self.client.wait_for_services(timeout_sec=PATIENCE_S):
             sys.exit(f"{CONTROLLER} has no parameter services")
+
+    def receive_note(self, topic, note):
+        self.notes[topic] = json.loads(note.data)
 
     def receive_detection(self, message, info):
         """The controller answers the nth detection with the nth command."""
@@ -84,6 +92,22 @@ class Visitor:
         (limits,) = descriptor.floating_point_range
         return [descriptor.description, descriptor.type, limits.from_value, limits.to_value]
 
+    def unanswered(self):
+        """All other nodes, and those of them that `ros2 param list` would wait for."""
+        names = {
+            f"{namespace.rstrip('/')}/{name}"
+            for name, namespace in self.node.get_node_names_and_namespaces()
+            if name != self.node.get_name() and not name.startswith("_")
+        }
+        silent = []
+        for name in sorted(names):
+            client = AsyncParameterClient(self.node, name)
+            if not client.wait_for_services(timeout_sec=5.0):
+                silent.append(name)
+                continue
+            self.answer(lambda: client.list_parameters([], 0))
+        return sorted(names), silent
+
     def set(self, name, value):
         """Whether it was set, and why not."""
         parameters = [Parameter(name, value=value)]
@@ -109,7 +133,10 @@ def during(visitor):
     # Until it is armed this sets the value that it has in the run anyway.
     visitor.wait_for("the run", lambda: not visitor.set("speed", 0.15)[0])
     armed_ns = time.time_ns()
-    seen = {"while_armed": visitor.set("speed", 0.2), "values": visitor.get()}
+    visitor.wait_for("the record", lambda: "/swarm/experiment" in visitor.notes)
+    record = visitor.notes["/swarm/experiment"]
+    nodes, silent = visitor.unanswered()
+    seen = {"nodes": nodes, "silent": silent, "robots": record["robots"], "while_armed": visitor.set("speed", 0.2), "values": visitor.get()}
 
     def enough():
         pairs = visitor.pairs(armed_ns)
@@ -122,7 +149,8 @@ def during(visitor):
 def after(visitor):
     """The run is over."""
     visitor.wait_for("the end of the run", lambda: visitor.set("speed", 0.2)[0])
-    return {"values": visitor.get()}
+    visitor.wait_for("the ending", lambda: "/swarm/ending" in visitor.notes)
+    return {"values": visitor.get(), "ending": visitor.notes["/swarm/ending"]["ending"]}
 
 
 def main():

@@ -294,6 +294,15 @@ impl Sink {
         Ok(Some(BagSummary { folder, file, files, n_messages, n_messages_of_topic, bounds_ns }))
     }
 
+    /// Makes the new bag, though there may be nothing to put into it.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be made.
+    pub fn keep_empty(&mut self) -> Result<(), BagError> {
+        self.target().map(drop)
+    }
+
     fn target(&mut self) -> Result<&mut Target, BagError> {
         if self.target.is_none() {
             let name = new_folder(&self.folder)?;

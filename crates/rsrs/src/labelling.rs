@@ -2,14 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use rsrs_bags::trajectory::{
     Finding, Keep, PoseSource, RecordedTrajectory, TrajectoryError, read_trajectory,
 };
 use rsrs_bags::{Bag, Recovery};
 use rsrs_core::certainty::Certainty;
 use rsrs_core::order::Evidence;
-use rsrs_core::phase::{Phase, Thresholds, label};
+use rsrs_core::phase::{JudgeError, Phase, Thresholds, label};
 use rsrs_core::trajectory::Bodies;
 use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord, LostRobot};
 use rsrs_msgs::topics::{self, Topic};
@@ -174,7 +173,7 @@ fn judge_what_is_kept(
         return Err(only_a_part(path, part));
     }
     let trajectory = &recorded.trajectory;
-    let verdict = label(trajectory, &bodies).with_context(|| path.display().to_string())?;
+    let verdict = label(trajectory, &bodies).map_err(|error| not_judged(path, error))?;
     let certainty = Certainty::of((trajectory, &bodies), &verdict, &Thresholds::default());
     let stopped = ending.as_ref().filter(|ending| ending.kind != EndingKind::Completed);
     let labelled = Labelled {
@@ -210,6 +209,22 @@ fn refused((path, error): (&Path, TrajectoryError), ending: Option<&Ending>) -> 
     };
     let (message, help) = (format!("{}: {error}{lost}", path.display()), error.help());
     explained(error, message, help)
+}
+
+/// Why a trajectory is not judged, and what to give the judge.
+fn not_judged(path: &Path, error: JudgeError) -> anyhow::Error {
+    let name = path.display();
+    let help = format!(
+        "say what the robots are: `rsrs label {name} --profile PROFILE`, or how far one senses the \
+         centre of another, in metres: `--reach M`"
+    );
+    match error {
+        JudgeError::UnknownReach { .. } => {
+            let message = format!("{name}: holds no record of its experiment; {error}");
+            explained(error, message, Some(&help))
+        }
+        error => anyhow::Error::from(error).context(name.to_string()),
+    }
 }
 
 /// How much of a run there is, if its end was not recorded; one that was stopped has its end.

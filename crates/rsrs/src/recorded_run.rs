@@ -5,8 +5,11 @@ use std::time::Duration;
 
 use anyhow::Context;
 use rsrs_bags::trajectory::{Keep, PoseSource, TrajectoryOptions};
-use rsrs_bags::{Bag, Damage};
+use rsrs_bags::{Bag, BagError, Damage, TopicInfo};
 use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
+use rsrs_msgs::cdr;
+use rsrs_msgs::std_msgs::Text;
+use rsrs_msgs::topics::{self, Topic};
 
 use crate::failure::{explained, with_help};
 use crate::wording::{count, counted};
@@ -52,11 +55,50 @@ pub fn open_damaged(path: &Path) -> anyhow::Result<Bag> {
 /// If there is one that does not read; the error names the bag.
 pub fn record_in(bag: &Bag) -> anyhow::Result<Option<ExperimentRecord>> {
     let Some(attachment) = bag.attachment(ATTACHMENT) else {
-        return Ok(None);
+        return record_on_topic(bag);
     };
     let what = || format!("{}: its record, {ATTACHMENT}, does not read", bag.path().display());
     let text = std::str::from_utf8(&attachment.data).with_context(what)?;
     Ok(Some(ExperimentRecord::from_json(text).with_context(what)?))
+}
+
+/// The record of the first run that is in a bag without attachments, as converters leave it.
+fn record_on_topic(bag: &Bag) -> anyhow::Result<Option<ExperimentRecord>> {
+    let what = || format!("{}: {} does not read", bag.path().display(), topics::EXPERIMENT.name);
+    let text = texts_on(bag, &topics::EXPERIMENT)?.into_iter().next();
+    let record = text.map(|text| ExperimentRecord::from_json(&text).with_context(what));
+    record.transpose()
+}
+
+/// The ending of a run, by id, in a bag without metadata.
+fn ending_on_topic(bag: &Bag) -> anyhow::Result<Option<Ending>> {
+    let what = || format!("{}: {}", bag.path().display(), topics::ENDING.name);
+    let run_id = record_in(bag)?.map(|record| record.run_id);
+    for text in texts_on(bag, &topics::ENDING)? {
+        let (ending, of) = Ending::from_json(&text).with_context(what)?;
+        if run_id.as_ref().is_none_or(|run_id| *run_id == of) {
+            return Ok(Some(ending));
+        }
+    }
+    Ok(None)
+}
+
+/// The texts on a topic, up to where the recording breaks off.
+fn texts_on(bag: &Bag, topic: &Topic) -> anyhow::Result<Vec<String>> {
+    let is_there = |found: &TopicInfo| found.name == topic.name && found.n_messages > 0;
+    if !bag.topics().iter().any(is_there) {
+        return Ok(Vec::new());
+    }
+    let mut texts = Vec::new();
+    for message in bag.messages_on([topic.name]) {
+        let message = match message {
+            Err(BagError::Incomplete { .. }) => break,
+            message => message?,
+        };
+        let what = || format!("{}: {} is no text", bag.path().display(), topic.name);
+        texts.push(cdr::decode::<Text>(&message.bytes).with_context(what)?.data);
+    }
+    Ok(texts)
 }
 
 /// How the run ended: `None` if the recorder did not live to say it.
@@ -66,7 +108,7 @@ pub fn record_in(bag: &Bag) -> anyhow::Result<Option<ExperimentRecord>> {
 /// If what it says is no ending; the error names the bag.
 pub fn ending_in(bag: &Bag) -> anyhow::Result<Option<Ending>> {
     let Some(pairs) = bag.metadata(ENDING) else {
-        return Ok(None);
+        return ending_on_topic(bag);
     };
     let ending = Ending::from_pairs(pairs).with_context(|| {
         format!(

@@ -5,9 +5,7 @@ use std::ops::Range;
 use serde::Serialize;
 
 use crate::order::Evidence;
-use crate::phase::{
-    BLOCK_S, Phase, Spread, Thresholds, Verdict, good_blocks, lasting, samples_in, spread, window,
-};
+use crate::phase::{BLOCK_S, Phase, Thresholds, Verdict, good_blocks, lasting, samples_in, window};
 use crate::trajectory::{Bodies, Trajectory};
 
 /// How sure a verdict is.
@@ -48,8 +46,6 @@ pub struct Margin {
 pub enum Parameter {
     /// Share of lost robots.
     Lost,
-    /// Mean radius over that at the start ([`Spread`]).
-    Growth,
     /// Share of stuck robots.
     Stuck,
     /// Share of time blocked.
@@ -67,7 +63,6 @@ impl Parameter {
     pub fn key(self) -> &'static str {
         match self {
             Self::Lost => "lost",
-            Self::Growth => "growth",
             Self::Stuck => "stuck",
             Self::Blocked => "blocked",
             Self::Rotation => "rotation",
@@ -110,7 +105,7 @@ impl Certainty {
         // Where the whole window is no stable mill, its blocks would change together with it.
         let is_whole = thresholds.is_stable(&verdict.evidence);
         let blocks = if is_whole { (n_good, n_blocks) } else { (0, 0) };
-        let state = State { blocks, ..State::of(trajectory, window.clone(), verdict.evidence) };
+        let state = State { evidence: verdict.evidence, blocks };
         let margins = margins(thresholds, &state, verdict.n_robots);
         let decided = |crossed: &[Margin]| state.after(crossed).phase(thresholds);
         let near: Vec<Margin> = margins
@@ -133,19 +128,13 @@ impl Certainty {
 #[derive(Clone, Copy)]
 struct State {
     evidence: Evidence,
-    spread: Option<Spread>,
     /// Good blocks, of how many; none of a block, or where they are not asked.
     blocks: (usize, usize),
 }
 
 impl State {
-    fn of(trajectory: &Trajectory, samples: Range<usize>, evidence: Evidence) -> Self {
-        let spread = evidence.lost.is_none().then(|| spread(trajectory, samples, &evidence));
-        Self { evidence, spread, blocks: (0, 0) }
-    }
-
     fn phase(&self, thresholds: &Thresholds) -> Phase {
-        lasting(thresholds.phase(&self.evidence, self.spread), self.blocks)
+        lasting(thresholds.phase(&self.evidence), self.blocks)
     }
 
     /// The same with some order parameters just on the other side of their boundaries.
@@ -159,10 +148,9 @@ impl State {
     }
 
     fn value(&self, parameter: Parameter) -> f64 {
-        let Self { evidence, spread, .. } = self;
+        let Self { evidence, .. } = self;
         match parameter {
             Parameter::Lost => evidence.lost.unwrap_or(0.0),
-            Parameter::Growth => spread.map_or(0.0, |spread| spread.growth),
             Parameter::Stuck => evidence.stuck,
             Parameter::Blocked => evidence.blocked,
             Parameter::Rotation => evidence.rotation,
@@ -172,15 +160,10 @@ impl State {
     }
 
     fn set(&mut self, parameter: Parameter, value: f64) {
-        let Self { evidence, spread, .. } = self;
+        let Self { evidence, .. } = self;
         match parameter {
             // None of the robots is lost below the first one.
             Parameter::Lost => evidence.lost = Some(value),
-            Parameter::Growth => {
-                if let Some(spread) = spread {
-                    spread.growth = value;
-                }
-            }
             Parameter::Stuck => evidence.stuck = value,
             Parameter::Blocked => evidence.blocked = value,
             Parameter::Rotation => evidence.rotation = value,
@@ -204,30 +187,21 @@ fn margins(thresholds: &Thresholds, state: &State, n_robots: usize) -> Vec<Margi
         boundary,
         distance: boundary - state.value(parameter),
     };
-    let is_reach_known = state.evidence.lost.is_some();
-    let dispersion = if is_reach_known {
-        at_least(Phase::Dispersion, Parameter::Lost, thresholds.dispersion_lost)
-    } else {
-        at_least(Phase::Dispersion, Parameter::Growth, thresholds.dispersion_growth)
-    };
     let stable = Phase::StableMilling;
     let semi_stable = Phase::SemiStableMilling;
-    let mut margins = vec![
-        dispersion,
+    vec![
+        at_least(Phase::Dispersion, Parameter::Lost, thresholds.dispersion_lost),
         at_least(Phase::CollidingUnstable, Parameter::Stuck, thresholds.colliding_stuck),
         at_least(Phase::CollidingUnstable, Parameter::Blocked, thresholds.colliding_blocked),
         at_least(stable, Parameter::Rotation, thresholds.stable_rotation),
         at_least(stable, Parameter::Orbit, thresholds.stable_orbit),
         at_least(stable, Parameter::Circliness, thresholds.stable_circliness),
         below(stable, Parameter::Blocked, thresholds.stable_blocked),
-    ];
-    if is_reach_known {
         // A stable mill has lost nobody: the boundary is the first robot.
-        margins.push(below(stable, Parameter::Lost, 1.0 / n_robots as f64));
-    }
-    margins.push(at_least(semi_stable, Parameter::Rotation, thresholds.semi_stable_rotation));
-    margins.push(at_least(semi_stable, Parameter::Orbit, thresholds.semi_stable_orbit));
-    margins
+        below(stable, Parameter::Lost, 1.0 / n_robots as f64),
+        at_least(semi_stable, Parameter::Rotation, thresholds.semi_stable_rotation),
+        at_least(semi_stable, Parameter::Orbit, thresholds.semi_stable_orbit),
+    ]
 }
 
 /// How far from a boundary is far enough.
@@ -278,8 +252,8 @@ fn confidence(
     let is_same = |block: &usize| {
         let start = window.start + block * n_block;
         let samples = start..start + n_block;
-        let evidence = Evidence::of(trajectory, samples.clone(), bodies);
-        State::of(trajectory, samples, evidence).phase(thresholds) == phase
+        let evidence = Evidence::of(trajectory, samples, bodies);
+        State { evidence, blocks: (0, 0) }.phase(thresholds) == phase
     };
     (0..n_blocks).filter(is_same).count() as f64 / n_blocks as f64
 }

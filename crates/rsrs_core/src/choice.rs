@@ -89,12 +89,12 @@ impl AtCircliness {
     pub fn of(judged: &[(Phase, Evidence)]) -> Vec<Self> {
         let whole = Thresholds::default();
         let lasts = |(phase, evidence): &&(Phase, Evidence)| {
-            *phase == Phase::StableMilling || whole.phase(evidence, None) != Phase::StableMilling
+            *phase == Phase::StableMilling || whole.phase(evidence) != Phase::StableMilling
         };
         let at = |stable_circliness: f64| {
             let thresholds = Thresholds { stable_circliness, ..Thresholds::default() };
             let is_mill = |(_, evidence): &&(Phase, Evidence)| {
-                thresholds.phase(evidence, None) == Phase::StableMilling
+                thresholds.phase(evidence) == Phase::StableMilling
             };
             let n_mills = judged.iter().filter(lasts).filter(is_mill).count();
             Self { stable_circliness, b_s: n_mills as f64 / judged.len() as f64 }

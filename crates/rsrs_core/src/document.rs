@@ -1,6 +1,9 @@
 //! YAML documents: parsed strictly, refused with file, line, column and the nearest valid key.
 
-use serde::de::DeserializeOwned;
+use std::collections::BTreeSet;
+use std::fmt;
+
+use serde::de::{Deserialize, DeserializeOwned, Deserializer, IgnoredAny, MapAccess, Visitor};
 
 /// Why a document was refused, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -29,9 +32,21 @@ pub enum Problem {
         /// All valid keys at this place.
         expected: Vec<String>,
     },
+    /// Keys without which the document says too little; all of them.
+    #[error("{}", missing(keys))]
+    Missing {
+        /// The keys, in the order in which the document's kind has them.
+        keys: Vec<String>,
+    },
     /// Anything else that the parser or a value's type refuses.
     #[error("{0}")]
     Invalid(String),
+}
+
+fn missing(keys: &[String]) -> String {
+    let named: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
+    let fields = if keys.len() == 1 { "field" } else { "fields" };
+    format!("missing {fields} {}", named.join(", "))
 }
 
 fn suggestion(nearest: Option<&str>, expected: &[String]) -> String {
@@ -47,6 +62,10 @@ impl DocumentError {
         match &self.problem {
             Problem::UnknownKey { expected, .. } => {
                 Some(format!("the keys here are: {}", expected.join(", ")))
+            }
+            Problem::Missing { keys } => {
+                let lines: Vec<String> = keys.iter().map(|key| format!("`{key}:`")).collect();
+                Some(format!("give {}", lines.join(", ")))
             }
             Problem::Invalid(_) => None,
         }
@@ -67,6 +86,65 @@ impl DocumentError {
 pub fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, DocumentError> {
     let options = serde_saphyr::options! { with_snippet: false };
     serde_saphyr::from_str_with_options(text, options).map_err(|error| refuse(file, &error))
+}
+
+/// As [`parse`]; where keys are missing, all of them are named and not only the first.
+///
+/// # Arguments
+///
+/// * `required` — the keys of `T` that have no default, in their order.
+///
+/// # Errors
+///
+/// As [`parse`].
+pub fn parse_with<T: DeserializeOwned>(
+    file: &str,
+    text: &str,
+    required: &[&str],
+) -> Result<T, DocumentError> {
+    let refused = match parse::<T>(file, text) {
+        Ok(parsed) => return Ok(parsed),
+        Err(refused) => refused,
+    };
+    // What does not parse as a map lacks more than keys.
+    let Ok(Keys(found)) = parse(file, text) else { return Err(refused) };
+    let keys: Vec<String> =
+        required.iter().filter(|key| !found.contains(**key)).map(|key| (*key).to_owned()).collect();
+    let is_first_missing = |key: &String| match &refused.problem {
+        Problem::Invalid(problem) => problem.contains(&format!("missing field `{key}`")),
+        Problem::UnknownKey { .. } | Problem::Missing { .. } => false,
+    };
+    if keys.iter().any(is_first_missing) {
+        return Err(DocumentError { problem: Problem::Missing { keys }, ..refused });
+    }
+    Err(refused)
+}
+
+/// The keys of a map, whatever they stand for.
+struct Keys(BTreeSet<String>);
+
+impl<'de> Deserialize<'de> for Keys {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Found;
+
+        impl<'de> Visitor<'de> for Found {
+            type Value = Keys;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str("a map")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Keys, A::Error> {
+                let mut keys = BTreeSet::new();
+                while let Some((key, IgnoredAny)) = map.next_entry()? {
+                    keys.insert(key);
+                }
+                Ok(Keys(keys))
+            }
+        }
+
+        deserializer.deserialize_map(Found)
+    }
 }
 
 fn refuse(file: &str, error: &serde_saphyr::Error) -> DocumentError {
@@ -170,6 +248,22 @@ mod tests {
         let error = parse::<Sweep>("sweep.yaml", "duration_s: 300\n").unwrap_err();
 
         assert!(error.to_string().contains("missing field `replicates`"), "{error}");
+    }
+
+    #[test]
+    fn all_missing_keys_are_named_at_once_and_other_mistakes_before_them() {
+        let keys = ["duration_s", "replicates"];
+        let told = |text: &str| parse_with::<Sweep>("sweep.yaml", text, &keys).unwrap_err();
+
+        let nothing = told("{}");
+        assert!(
+            nothing.to_string().ends_with("missing fields `duration_s`, `replicates`"),
+            "{nothing}"
+        );
+        assert_eq!(nothing.help().unwrap(), "give `duration_s:`, `replicates:`");
+        assert!(told("duration_s: 3").to_string().ends_with("missing field `replicates`"));
+        assert!(told("duration: 3").to_string().contains("did you mean `duration_s`?"));
+        assert!(told("duration_s: much").to_string().contains("invalid"));
     }
 
     #[test]

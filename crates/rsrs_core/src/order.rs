@@ -241,7 +241,9 @@ impl Neighbours {
         for sample in samples.clone() {
             nearest_neighbours(trajectory.poses_at(sample), &mut nearest_m2);
             for (alone, distance_m2) in alone.iter_mut().zip(&nearest_m2) {
-                *alone += usize::from(reach_m2.is_some_and(|reach_m2| *distance_m2 > reach_m2));
+                let is_alone =
+                    reach_m2.map_or(distance_m2.is_infinite(), |reach_m2| *distance_m2 > reach_m2);
+                *alone += usize::from(is_alone);
             }
             let touches = |distance_m2: &f64| contact_m2.is_some_and(|limit| *distance_m2 < limit);
             let before = touched.get_or_insert_with(|| nearest_m2.iter().map(touches).collect());
@@ -254,8 +256,11 @@ impl Neighbours {
         let n_samples = samples.len() as f64;
         let is_lost = |steps: &&usize| **steps as f64 > LOST_SHARE * n_samples;
         let robot_seconds = n_samples * trajectory.period_s * n_robots as f64;
+        // Whoever is alone has lost everybody, at any reach.
+        let is_decided = reach_m2.is_some() || n_robots == 1;
+        let lost = || alone.iter().filter(is_lost).count() as f64 / n_robots as f64;
         Self {
-            lost: reach_m2.map(|_| alone.iter().filter(is_lost).count() as f64 / n_robots as f64),
+            lost: is_decided.then(lost),
             contact_onsets_per_s: contact_m2.map(|_| onsets as f64 / robot_seconds),
         }
     }
@@ -274,6 +279,18 @@ fn nearest_neighbours(poses: &[Pose], nearest_m2: &mut [f64]) {
         }
         nearest_m2[robot] = nearest;
     }
+}
+
+/// Distance of every robot to its nearest neighbour, in metres; infinite for a robot that is the only
+/// one.
+///
+/// # Arguments
+///
+/// * `poses` — all robots at one time; shape `[n_robots]`.
+pub(crate) fn nearest_neighbours_m(poses: &[Pose]) -> Vec<f64> {
+    let mut nearest = vec![f64::INFINITY; poses.len()];
+    nearest_neighbours(poses, &mut nearest);
+    nearest.into_iter().map(f64::sqrt).collect()
 }
 
 /// Who is kept from driving.

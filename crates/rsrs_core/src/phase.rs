@@ -1,11 +1,13 @@
 //! The phases of a milling swarm, and the judge that tells them apart.
 
+mod by_reach;
+
 use std::fmt;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use crate::order::{self, Evidence};
+use crate::order::Evidence;
 use crate::trajectory::{Bodies, Trajectory};
 
 /// What a swarm settled into.
@@ -83,8 +85,6 @@ impl fmt::Display for Phase {
 pub struct Thresholds {
     /// Share of lost robots from which on a swarm is dispersed.
     pub dispersion_lost: f64,
-    /// Growth of the mean radius from which on a swarm of unknown reach is dispersed.
-    pub dispersion_growth: f64,
     /// Share of stuck robots from which on a swarm is colliding.
     pub colliding_stuck: f64,
     /// Share of time blocked from which on a swarm is colliding.
@@ -107,7 +107,6 @@ impl Default for Thresholds {
     fn default() -> Self {
         Self {
             dispersion_lost: 0.25,
-            dispersion_growth: 2.0,
             colliding_stuck: 0.2,
             colliding_blocked: 0.25,
             stable_rotation: 0.9,
@@ -120,29 +119,15 @@ impl Default for Thresholds {
     }
 }
 
-/// How the mean radius of a swarm changed: what tells dispersion where the reach is unknown.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spread {
-    /// Mean radius in the window over the mean radius at the start; dimensionless.
-    pub growth: f64,
-    /// Whether the radius is greater in the second half of the window than in the first.
-    pub is_growing: bool,
-}
-
 impl Thresholds {
     /// The phase of a swarm with these order parameters, by the first rule that holds: that of the
     /// whole window, before [`lasting`].
     ///
     /// # Arguments
     ///
-    /// * `evidence` — the order parameters.
-    /// * `spread` — how the radius changed; it counts only where `evidence.lost` is unknown.
-    pub fn phase(&self, evidence: &Evidence, spread: Option<Spread>) -> Phase {
-        let is_dispersed = match (evidence.lost, spread) {
-            (Some(lost), _) => lost >= self.dispersion_lost,
-            (None, Some(spread)) => spread.is_growing && spread.growth >= self.dispersion_growth,
-            (None, None) => false,
-        };
+    /// * `evidence` — the order parameters; [`label`] asks nothing of those whose `lost` is unknown.
+    pub fn phase(&self, evidence: &Evidence) -> Phase {
+        let is_dispersed = evidence.lost.is_some_and(|lost| lost >= self.dispersion_lost);
         let is_colliding =
             evidence.stuck >= self.colliding_stuck || evidence.blocked >= self.colliding_blocked;
         let is_semi_stable = evidence.rotation >= self.semi_stable_rotation
@@ -205,6 +190,12 @@ pub enum JudgeError {
         /// When, in seconds from the start.
         time_s: f64,
     },
+    /// The reach is unknown, and with it who has lost whom: another reach is another phase.
+    #[error("the robots' reach is not known, and decides: {}", by_reach::in_words(phases))]
+    UnknownReach {
+        /// The phase from each reach on, in metres, ascending; the first one from 0.
+        phases: Vec<(f64, Phase)>,
+    },
 }
 
 /// The time at the end of a run that is judged, in seconds.
@@ -251,7 +242,8 @@ pub fn lasting(whole: Phase, (n_good, n_blocks): (usize, usize)) -> Phase {
 ///
 /// # Errors
 ///
-/// [`JudgeError`] if there is no robot, too little time, or a number that is not finite.
+/// [`JudgeError`] if there is no robot, too little time, a number that is not finite, or a reach that
+/// is not known.
 ///
 /// # Source
 ///
@@ -272,9 +264,12 @@ pub fn label_with(
 ) -> Result<Verdict, JudgeError> {
     check(trajectory)?;
     let window = window(trajectory);
-    let evidence = Evidence::of(trajectory, window.clone(), bodies);
-    let spread = evidence.lost.is_none().then(|| spread(trajectory, window.clone(), &evidence));
-    let whole = thresholds.phase(&evidence, spread);
+    let evidence = Evidence::of(trajectory, window, bodies);
+    if evidence.lost.is_none() {
+        let phases = by_reach::phases(trajectory, bodies.radius_m, thresholds);
+        return Err(JudgeError::UnknownReach { phases });
+    }
+    let whole = thresholds.phase(&evidence);
     let phase = match whole {
         Phase::StableMilling => lasting(whole, good_blocks(trajectory, bodies, thresholds)),
         _ => whole,
@@ -348,21 +343,6 @@ pub fn samples_in(time_s: f64, period_s: f64) -> usize {
 pub(crate) fn window(trajectory: &Trajectory) -> Range<usize> {
     let n_samples = trajectory.n_samples();
     n_samples - samples_in(WINDOW_S, trajectory.period_s)..n_samples
-}
-
-/// How the mean radius changed up to a window, and within it.
-pub(crate) fn spread(trajectory: &Trajectory, window: Range<usize>, evidence: &Evidence) -> Spread {
-    let mean = |samples: Range<usize>| {
-        let n_samples = samples.len().max(1) as f64;
-        samples.map(|sample| order::mean_radius_m(trajectory.poses_at(sample))).sum::<f64>()
-            / n_samples
-    };
-    let middle = window.start + window.len() / 2;
-    let start_m = order::mean_radius_m(trajectory.poses_at(0));
-    Spread {
-        growth: if start_m > 0.0 { evidence.mean_radius_m / start_m } else { 1.0 },
-        is_growing: mean(middle..window.end) > mean(window.start..middle),
-    }
 }
 
 fn check(trajectory: &Trajectory) -> Result<(), JudgeError> {

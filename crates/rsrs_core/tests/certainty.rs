@@ -8,7 +8,6 @@ use rsrs_core::unicycle::Pose;
 
 const PERIOD_S: f64 = 0.13;
 const FLOCKBOT: Bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.75) };
-const UNKNOWN_REACH: Bodies = Bodies { radius_m: Some(0.075), reach_m: None };
 
 /// Nine robots on a ring, each at a radius of its own that is a function of robot and time.
 fn ring(radius_m: impl Fn(usize, f64) -> f64, orbits_at_m_s: f64) -> Trajectory {
@@ -116,7 +115,7 @@ fn moving_as_far_as_the_nearest_boundary_changes_the_phase_and_less_does_not() {
                     evidence.rotation += sign(3);
                     evidence.orbit += sign(4);
                     evidence.circliness += sign(5);
-                    Thresholds::default().phase(&evidence, None)
+                    Thresholds::default().phase(&evidence)
                 });
                 corners.filter(|phase| *phase != verdict.phase).count()
             };
@@ -125,16 +124,4 @@ fn moving_as_far_as_the_nearest_boundary_changes_the_phase_and_less_does_not() {
             assert_eq!(moved(0.999_999), 0, "{verdict:?} {nearest:?}");
         }
     }
-}
-
-#[test]
-fn without_a_range_growth_is_the_boundary_of_dispersion() {
-    let growing = |_: usize, time_s: f64| 0.7 + 0.03 * time_s;
-
-    let (verdict, certainty) = judged(&ring(growing, 0.15), &UNKNOWN_REACH);
-
-    assert_eq!(verdict.phase, Phase::Dispersion);
-    assert_eq!(certainty.margins[0].parameter, Parameter::Growth);
-    assert!(certainty.margins[0].distance > 0.0);
-    assert!(certainty.margins.iter().all(|margin| margin.parameter != Parameter::Lost));
 }

@@ -167,17 +167,40 @@ fn nobody_is_lost_across_a_gap_that_bodies_are_seen_across() {
 }
 
 #[test]
-fn without_a_reach_dispersion_shows_in_a_growing_radius() {
-    let verdict = label(&run(120.0, dispersing), &UNKNOWN_REACH);
+fn a_reach_that_is_not_known_chooses_no_phase_and_is_asked_for() {
+    let mill = run(70.0, ring(0.7, SPEED_M_S));
+    let refused = phase::label(&mill, &UNKNOWN_REACH).expect_err("the reach decides");
 
-    assert_eq!((verdict.phase, verdict.evidence.lost), (Phase::Dispersion, None));
+    // Neighbours in a ring of nine are `2 r sin(20°)` apart.
+    let apart_m = 1.4 * libm::sin(std::f64::consts::PI / 9.0);
+    let JudgeError::UnknownReach { phases } = &refused else { panic!("{refused}") };
+    assert_eq!(
+        phases.iter().map(|(_, phase)| *phase).collect::<Vec<_>>(),
+        [Phase::Dispersion, Phase::StableMilling]
+    );
+    assert!((phases[1].0 - apart_m).abs() < 2e-3, "{phases:?}, expected {apart_m}");
+    assert_eq!(
+        refused.to_string(),
+        "the robots' reach is not known, and decides: dispersion below 0.48 m, stable milling from \
+         0.48 m on"
+    );
+    for (reach_m, expected) in [(0.47, Phase::Dispersion), (0.49, Phase::StableMilling)] {
+        let bodies = Bodies { reach_m: Some(reach_m), ..UNKNOWN_REACH };
+        assert_eq!(label(&mill, &bodies).phase, expected);
+    }
 }
 
 #[test]
-fn a_mill_without_a_known_range_is_not_blocked_by_what_is_unknown() {
-    let verdict = label(&run(70.0, ring(0.7, SPEED_M_S)), &UNKNOWN_REACH);
+fn a_robot_by_itself_has_lost_the_others_at_any_reach() {
+    let mut alone = Trajectory::new(PERIOD_S, 1);
+    let nine = run(70.0, ring(0.7, SPEED_M_S));
+    alone.poses = nine.poses.chunks(9).map(|poses| poses[0]).collect();
+    alone.commands = nine.commands.chunks(9).map(|commands| commands[0]).collect();
 
-    assert_eq!((verdict.phase, verdict.evidence.lost), (Phase::StableMilling, None));
+    for bodies in [FLOCKBOT, UNKNOWN_REACH] {
+        let verdict = label(&alone, &bodies);
+        assert_eq!((verdict.phase, verdict.evidence.lost), (Phase::Dispersion, Some(1.0)));
+    }
 }
 
 #[test]
@@ -303,7 +326,7 @@ fn nobody_cannot_be_judged_and_one_robot_alone_is_lost() {
 
 #[test]
 fn the_verdict_serialises_under_the_names_of_the_contract() {
-    let verdict = label(&run(70.0, ring(0.7, SPEED_M_S)), &UNKNOWN_REACH);
+    let verdict = label(&run(70.0, ring(0.7, SPEED_M_S)), &FLOCKBOT);
 
     let json = serde_json::to_value(verdict).expect("a verdict is plain data");
 
@@ -324,7 +347,7 @@ fn the_verdict_serialises_under_the_names_of_the_contract() {
     expected.sort_unstable();
     assert_eq!(keys, expected);
     assert_eq!(json["phase"], "stable_milling");
-    assert!(json["evidence"]["lost"].is_null());
+    assert_eq!(json["evidence"]["lost"], 0.0);
 }
 
 proptest::proptest! {

@@ -191,7 +191,8 @@ impl ExperimentFile {
     ///
     /// [`ExperimentError`], the first problem found.
     pub fn parse(file: &str, text: &str) -> Result<Self, ExperimentError> {
-        let experiment: Self = document::parse(file, text)?;
+        let required = ["fleet", "placement", "duration_s", "seed"];
+        let experiment: Self = document::parse_with(file, text, &required)?;
         experiment.check(file)?;
         Ok(experiment)
     }

@@ -1,10 +1,14 @@
 //! The fleet file: which robots there are and how to reach them.
 
+mod error;
+
 use std::fmt;
 use std::marker::PhantomData;
 
-use rsrs_core::document::{self, DocumentError};
+use rsrs_core::document;
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
+
+pub use error::{FleetFileError, Lack};
 
 /// A fleet, resolved: every robot with its own value of everything.
 ///
@@ -89,80 +93,6 @@ pub enum LeaseHolder {
     Controller,
 }
 
-/// Why a fleet file cannot be used.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum FleetFileError {
-    /// The text is not a fleet file.
-    #[error(transparent)]
-    Document(#[from] DocumentError),
-    /// A version of the format that is not this one.
-    #[error("{file}: fileversion is {found}, expected {FILE_VERSION}")]
-    Version {
-        /// The file.
-        file: String,
-        /// The version found.
-        found: u32,
-    },
-    /// A name that ROS would not take as a namespace.
-    #[error(
-        "{file}: robot name `{name}`, expected a lower-case letter, then a-z, 0-9 and single _"
-    )]
-    Name {
-        /// The file.
-        file: String,
-        /// The name found.
-        name: String,
-    },
-    /// A robot of a type that the file does not describe.
-    #[error("{file}: {robot} has type `{found}`, expected one of: {}", expected.join(", "))]
-    UnknownType {
-        /// The file.
-        file: String,
-        /// The robot.
-        robot: String,
-        /// The type found.
-        found: String,
-        /// The types of the file.
-        expected: Vec<String>,
-    },
-    /// A gate of ours is in front of the wheels, and somebody else is to hold the lease.
-    #[error(
-        "{file}: {robot} has a gate of ours, expected `lease: gate` or `driver: {{kind: ros}}`"
-    )]
-    HasGate {
-        /// The file.
-        file: String,
-        /// The robot.
-        robot: String,
-    },
-    /// Neither the robot, nor its type, nor `all` says it.
-    #[error("{file}: {robot} has no `{key}`, nor has its type or `all`")]
-    Missing {
-        /// The file.
-        file: String,
-        /// The robot.
-        robot: String,
-        /// The key.
-        key: &'static str,
-    },
-}
-
-impl FleetFileError {
-    /// What to do next.
-    pub fn help(&self) -> Option<String> {
-        match self {
-            Self::Document(error) => error.help(),
-            Self::Missing { key, .. } => {
-                Some(format!("give `{key}` under the robot, its type or `all`"))
-            }
-            Self::Version { .. }
-            | Self::Name { .. }
-            | Self::UnknownType { .. }
-            | Self::HasGate { .. } => None,
-        }
-    }
-}
-
 /// An experiment with more robots than the fleet has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the fleet has {found} enabled robots, expected at least {expected}")]
@@ -186,14 +116,19 @@ impl FleetFile {
     ///
     /// # Errors
     ///
-    /// [`FleetFileError`], the first problem found.
+    /// [`FleetFileError`], the first problem found; keys that are missing all at once.
     pub fn parse(file: &str, text: &str) -> Result<Self, FleetFileError> {
-        let written: Written = document::parse(file, text)?;
+        let written: Written = document::parse_with(file, text, &["fileversion", "robots"])?;
         if written.fileversion != FILE_VERSION {
             return Err(FleetFileError::Version {
                 file: file.to_owned(),
                 found: written.fileversion,
             });
+        }
+        let lacks: Vec<Lack> =
+            written.robots.0.iter().filter_map(|(name, robot)| written.lack(name, robot)).collect();
+        if !lacks.is_empty() {
+            return Err(FleetFileError::Missing { file: file.to_owned(), robots: lacks });
         }
         let robots = written
             .robots
@@ -250,7 +185,7 @@ struct Layer {
 #[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenRobot {
-    enabled: bool,
+    enabled: Option<bool>,
     #[serde(rename = "type")]
     robot_type: Option<String>,
     profile: Option<String>,
@@ -262,6 +197,26 @@ struct WrittenRobot {
 }
 
 impl Written {
+    /// What the file does not say of a robot; that of a robot of an unknown type is not asked.
+    fn lack(&self, name: &str, robot: &WrittenRobot) -> Option<Lack> {
+        let unspecific = Layer::default();
+        let of_type = match &robot.robot_type {
+            None => &unspecific,
+            Some(found) => self.robot_types.get(found)?,
+        };
+        let all = &self.all;
+        let has = [
+            ("driver", robot.driver.is_some() || of_type.driver.is_some() || all.driver.is_some()),
+            (
+                "profile",
+                [&robot.profile, &of_type.profile, &all.profile].iter().any(|it| it.is_some()),
+            ),
+        ];
+        let keys: Vec<&str> = has.iter().filter(|(_, has)| !has).map(|(key, _)| *key).collect();
+        let enabled = robot.enabled.is_none();
+        (enabled || !keys.is_empty()).then(|| Lack { robot: name.to_owned(), enabled, keys })
+    }
+
     fn resolve(
         &self,
         file: &str,
@@ -283,20 +238,17 @@ impl Written {
                 })?
             }
         };
-        let missing =
-            |key| FleetFileError::Missing { file: file.to_owned(), robot: name.to_owned(), key };
+        let said = "what is missing was said before robots are resolved";
         let all = &self.all;
-        let driver = first_of([&robot.driver, &of_type.driver, &all.driver])
-            .ok_or_else(|| missing("driver"))?;
+        let driver = first_of([&robot.driver, &of_type.driver, &all.driver]).expect(said);
         let lease = first_of([&robot.lease, &of_type.lease, &all.lease]).unwrap_or_default();
         if lease == LeaseHolder::Controller && driver != Driver::Ros {
             return Err(FleetFileError::HasGate { file: file.to_owned(), robot: name.to_owned() });
         }
         Ok(FleetRobot {
             name: name.to_owned(),
-            enabled: robot.enabled,
-            profile: first_of([&robot.profile, &of_type.profile, &all.profile])
-                .ok_or_else(|| missing("profile"))?,
+            enabled: robot.enabled.expect(said),
+            profile: first_of([&robot.profile, &of_type.profile, &all.profile]).expect(said),
             driver,
             lease,
             cmd_vel: first_of([&robot.cmd_vel, &of_type.cmd_vel, &all.cmd_vel]).unwrap_or_default(),
@@ -416,12 +368,33 @@ robots:
             ("type: flockbot}", "type: flocbot}", "type `flocbot`, expected one of: flockbot"),
             ("fileversion: 1", "fileversion: 2", "fileversion is 2, expected 1"),
             ("profile: p.yaml, ", "", "zebra has no `profile`"),
+            ("fileversion: 1\n", "", "missing field `fileversion`"),
             ("1\nall: {", "1\nall: {lease: controller, ", "zebra has a gate"),
         ] {
             let error = FleetFile::parse("fleet.yaml", &LAYERED.replace(from, to)).unwrap_err();
 
             assert!(error.to_string().contains(expected), "{error}");
         }
+    }
+
+    #[test]
+    fn everything_that_is_missing_is_named_at_once() {
+        let text = "fileversion: 1\nrobots:\n  a: {enabled: true}\n  b: {driver: {kind: ros}}\n";
+
+        let error = FleetFile::parse("fleet.yaml", text).unwrap_err();
+
+        assert_eq!(
+            error.to_string(),
+            "fleet.yaml: a has no `driver` and no `profile`, nor has its type or `all`; b has no \
+             `enabled` and no `profile`, nor has its type or `all`"
+        );
+        assert_eq!(
+            error.help().unwrap(),
+            "give `driver`, `profile` under the robot, its type or `all`; say `enabled: true` or \
+             `false` of each robot"
+        );
+        let nothing = FleetFile::parse("fleet.yaml", "{}").unwrap_err().to_string();
+        assert!(nothing.ends_with("missing fields `fileversion`, `robots`"), "{nothing}");
     }
 
     #[test]

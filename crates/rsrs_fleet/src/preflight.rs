@@ -1,6 +1,7 @@
 //! What must be there before anything is set or moved; every problem is named at once.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 
 use rsrs_core::unicycle::Pose;
 
@@ -101,6 +102,8 @@ pub struct Graph {
     pub unrecordable: BTreeMap<String, String>,
     /// Topics that robots are steered by and whose ends do not fit each other.
     pub unfit: BTreeSet<UnfitTopic>,
+    /// Topics on which somebody receives nothing without whom the run can do.
+    pub onlookers: BTreeSet<UnfitTopic>,
 }
 
 /// A topic whose ends do not fit each other.
@@ -110,6 +113,26 @@ pub struct UnfitTopic {
     pub topic: String,
     /// Which ends, and what to change.
     pub reason: String,
+}
+
+impl fmt::Display for UnfitTopic {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}: {}", self.topic, self.reason)
+    }
+}
+
+/// What to type so that a robot is commanded by messages of this type, to be put behind a sentence;
+/// `None` if no command is of it.
+pub fn commands_as(type_name: &str) -> Option<String> {
+    let word = match type_name {
+        "geometry_msgs/msg/Twist" => "twist",
+        "geometry_msgs/msg/TwistStamped" => "twist_stamped",
+        _ => return None,
+    };
+    Some(format!(
+        ": say `cmd_vel: {word}` in the fleet file, and start the controller with \
+         `-p cmd_vel_type:={word}`"
+    ))
 }
 
 /// One end of a topic.
@@ -314,6 +337,7 @@ fn of_topic(
     let mut problems: Vec<_> = types(&wrong)
         .map(|found| Problem::WrongType {
             topic: named(),
+            nodes: nodes_of(&wrong, &found),
             found,
             expected: topic.type_name.clone(),
         })
@@ -354,6 +378,13 @@ fn mismatched_subscribers(topic: &ExpectedTopic, subscribers: &[&Endpoint]) -> V
             expected: topic.type_name.clone(),
         })
         .collect()
+}
+
+/// The nodes that have an end of this type, those that say their name.
+fn nodes_of(ends: &[&Endpoint], type_name: &str) -> Vec<String> {
+    let of_type = ends.iter().filter(|end| end.type_name == type_name);
+    let nodes: BTreeSet<String> = of_type.filter_map(|end| end.node.clone()).collect();
+    nodes.into_iter().collect()
 }
 
 /// Each type once.

@@ -181,6 +181,26 @@ impl EndingKind {
     }
 }
 
+/// Key of the run's id beside its ending.
+const RUN_ID: &str = "run_id";
+
+/// Why a text is no ending.
+#[derive(Debug, thiserror::Error)]
+pub enum InvalidEnding {
+    /// It is no JSON of texts.
+    #[error("expected a JSON object of texts")]
+    Json(#[from] serde_json::Error),
+    /// It names no run.
+    #[error("names no `{RUN_ID}`")]
+    NoRun,
+    /// It names no ending.
+    #[error("says {pairs:?}, which is no ending")]
+    NoEnding {
+        /// What it says.
+        pairs: BTreeMap<String, String>,
+    },
+}
+
 impl Ending {
     /// The ending of a run that lost no robot, without a reason.
     pub fn completed() -> Self {
@@ -217,6 +237,29 @@ impl Ending {
             pairs.insert("lost".to_owned(), lost);
         }
         pairs
+    }
+
+    /// The ending of a run as JSON, for a message of its own: the pairs of [`Self::to_pairs`] beside
+    /// `run_id`.
+    ///
+    /// # Panics
+    ///
+    /// Never: pairs of texts are plain data.
+    pub fn to_json(&self, run_id: &str) -> String {
+        let mut pairs = self.to_pairs();
+        pairs.insert(RUN_ID.to_owned(), run_id.to_owned());
+        serde_json::to_string(&pairs).expect("pairs of texts are plain data")
+    }
+
+    /// Reads what [`Self::to_json`] has written: the ending, and the id of its run.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidEnding`].
+    pub fn from_json(text: &str) -> Result<(Self, String), InvalidEnding> {
+        let mut pairs: BTreeMap<String, String> = serde_json::from_str(text)?;
+        let run_id = pairs.remove(RUN_ID).ok_or(InvalidEnding::NoRun)?;
+        Ok((Self::from_pairs(&pairs).ok_or(InvalidEnding::NoEnding { pairs })?, run_id))
     }
 
     /// Reads an ending back; `None` if it is none of ours, or says what none of ours says.
@@ -291,8 +334,16 @@ mod tests {
     fn an_ending_reads_back() {
         let ending = Ending::of(&Outcome::Void { reason: "frozen".to_owned() }, &[]);
 
-        assert_eq!(Ending::from_pairs(&ending.to_pairs()), Some(ending));
+        assert_eq!(Ending::from_pairs(&ending.to_pairs()), Some(ending.clone()));
+        assert_eq!(Ending::from_json(&ending.to_json("r")).unwrap(), (ending, "r".to_owned()));
         assert_eq!(Ending::from_pairs(&BTreeMap::new()), None);
+        for (text, expected) in [
+            ("over", "expected a JSON object of texts"),
+            ("{\"ending\": \"void\"}", "names no `run_id`"),
+            ("{\"run_id\": \"r\", \"ending\": \"well\"}", "which is no ending"),
+        ] {
+            assert!(Ending::from_json(text).unwrap_err().to_string().contains(expected));
+        }
     }
 
     #[test]

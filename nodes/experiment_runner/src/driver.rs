@@ -16,7 +16,8 @@ use rsrs_fleet::record::Ending;
 use rsrs_fleet::runner::{Action, Event, Outcome, Runner, Target};
 use rsrs_fleet::timing::{CONFIGURE, SILENCE, TICK};
 use rsrs_msgs::rsrs::{Recorded, RunLease};
-use rsrs_msgs::topics;
+use rsrs_msgs::std_msgs::Text;
+use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::logging::Level;
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterServer};
@@ -58,6 +59,8 @@ struct Run<'a> {
     extras: Extras,
     lease: Publisher<RunLease>,
     recorded: Publisher<Recorded>,
+    /// The record of the run and its ending, for who looks on.
+    notes: [Publisher<Text>; 2],
     machine: Runner,
     start: Instant,
     recorder: Option<Recorder>,
@@ -113,9 +116,12 @@ pub async fn run(
     let options = ClientOptions { patience: ONE_REQUEST, mapping: None };
     let client = ParameterClient::new(&session, &node, options);
     let (lease, recorded) = (topics::LEASE, topics::RECORDED);
+    let note = |topic: Topic| session.publish_on(&node, topic.name, topic.qos);
+    let notes = [note(topics::EXPERIMENT)?, note(topics::ENDING)?];
     let mut run = Run {
         lease: session.publish_on(&node, lease.name, lease.qos)?,
         recorded: session.publish_on(&node, recorded.name, recorded.qos)?,
+        notes,
         machine: Runner::new(expectation::runner_options(plan, &recorded_topics)),
         extras: Extras::new(&plan.recording, &recorded_topics, queue),
         plan,
@@ -385,9 +391,10 @@ impl<'a> Run<'a> {
             }
             Action::OpenRecorder => {
                 self.times.confirmed.get_or_insert(self.start.elapsed());
+                self.publish_note(0, self.plan.record.to_json()).await?;
                 return Ok(self.open_recorder());
             }
-            Action::CloseRecorder => return Ok(self.close_recorder()),
+            Action::CloseRecorder => return self.close_recorder().await,
             Action::Note(text) => self.note(text),
             Action::Finish { outcome, not_standing } => {
                 self.finished = Some((outcome, not_standing));

@@ -14,7 +14,7 @@ use rsrs_fleet::timing::COUNTDOWN;
 use rsrs_msgs::topics;
 use rsrs_ros::session::{Endpoint, EndpointKind, Session};
 
-use crate::fit;
+use crate::fit::{self, Fit};
 use crate::plan::{PlaceCheck, Plan, Poses};
 use crate::recorded_topics::{RecordedTopic, Role};
 
@@ -126,11 +126,12 @@ pub fn graph(
     unrecordable: BTreeMap<String, String>,
 ) -> Graph {
     let endpoints = session.endpoints();
-    let unfit = fit::unfit(&endpoints, &plan.record.robots);
+    let Fit { unfit, onlookers } = fit::fit(&endpoints, &plan.record.robots);
     let (writers, readers): (Vec<_>, Vec<_>) =
         endpoints.into_iter().partition(|endpoint| endpoint.kind == EndpointKind::Writer);
     Graph {
         unfit,
+        onlookers,
         publishers: writers.into_iter().map(end).collect(),
         subscribers: readers.into_iter().map(end).collect(),
         simulator: simulator == Presence::Recently,

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rsrs_bags::definitions::{Definition, Definitions};
-use rsrs_msgs::topics::{Durability, Qos, Reliability};
+use rsrs_msgs::topics::{self, Durability, Qos, Reliability};
 use rsrs_ros::session::{Endpoint, EndpointKind, Session, SessionError, Subscription};
 
 use crate::plan::Recording;
@@ -26,8 +26,10 @@ pub struct Extras {
 impl Extras {
     /// Topics that nobody has looked for yet. What is received in every run is left out.
     pub fn new(recording: &Recording, recorded_topics: &[RecordedTopic], queue: Queue) -> Self {
+        let own = [topics::EXPERIMENT.name, topics::ENDING.name];
         let is_new = |name: &&String| {
             !recorded_topics.iter().any(|recorded_topic| recorded_topic.name == **name)
+                && !own.contains(&name.as_str())
         };
         let waiting = recording.topics.iter().filter(is_new);
         Self {

@@ -1,55 +1,118 @@
-//! Whether the ends of topics by which robots are steered fit each other: those that do not are silent.
+//! Whether the ends of topics fit each other: those that do not are silent.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rsrs_fleet::preflight::UnfitTopic;
-use rsrs_msgs::topics::{self, Durability, Qos, Reliability};
+use rsrs_fleet::preflight::{UnfitTopic, commands_as};
+use rsrs_msgs::topics::{self, Durability, Qos, Reliability, Topic};
 use rsrs_ros::session::{Endpoint, EndpointKind};
 
 /// The simulator, in which virtual robots are.
 const SIMULATOR: &str = "/simulator";
 /// Bytes of an identity that name the participant.
 const PARTICIPANT: usize = 12;
+/// How identities begin in our middleware, whose reliable subscriptions receive best-effort
+/// publishers, too.
+const OUR_VENDOR: [u8; 2] = [1, 0x12];
 
-/// Topics of these robots whose ends do not fit each other.
+/// Topics by which robots are steered: who receives nothing there does not move.
+const STEERING: [Topic; 2] = [topics::CMD_VEL, topics::HARDWARE_CMD_VEL];
+/// Topics by which robots sense: who receives nothing there is blind.
+const SENSING: [Topic; 3] =
+    [topics::HARDWARE_RANGE, topics::HARDWARE_SCAN, topics::VIRTUAL_DETECTION];
+
+/// Topics whose ends do not fit each other.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Fit {
+    /// Those that robots of the run need.
+    pub unfit: BTreeSet<UnfitTopic>,
+    /// Those without which the run can do: somebody looks on and receives nothing.
+    pub onlookers: BTreeSet<UnfitTopic>,
+}
+
+/// Looks at every topic of these robots and of the swarm.
 ///
 /// # Arguments
 ///
 /// * `endpoints` — all that are known.
 /// * `robots` — names.
-pub fn unfit(endpoints: &[Endpoint], robots: &[String]) -> BTreeSet<UnfitTopic> {
-    let steering = [topics::CMD_VEL, topics::HARDWARE_CMD_VEL];
-    let mut topics: BTreeMap<String, (&str, Vec<&Endpoint>)> = BTreeMap::new();
-    for robot in robots {
-        for topic in steering {
-            topics.insert(topic.for_robot(robot), (robot, Vec::new()));
-        }
-    }
-    for end in endpoints {
-        if let Some((_, ends)) = topics.get_mut(&end.topic) {
-            ends.push(end);
-        }
-    }
-    let mut unfit = BTreeSet::new();
-    for (topic, (robot, ends)) in topics {
+pub fn fit(endpoints: &[Endpoint], robots: &[String]) -> Fit {
+    let mut fit = Fit::default();
+    for (name, Candidates { topic, robot, ends }) in &topics_of(endpoints, robots) {
         let (writers, readers): (Vec<&Endpoint>, Vec<_>) =
-            ends.into_iter().partition(|end| end.kind == EndpointKind::Writer);
-        let is_hardware = topic.ends_with(topics::HARDWARE_CMD_VEL.name);
+            ends.iter().copied().partition(|end| end.kind == EndpointKind::Writer);
+        let unfit = |reason| UnfitTopic { topic: name.clone(), reason };
+        let is_hardware = topic.name == topics::HARDWARE_CMD_VEL.name;
         if is_hardware && writers.len() > 1 {
             let reason = format!("{} publish it, expected 1 publisher", names(&writers));
-            unfit.insert(UnfitTopic { topic: topic.clone(), reason });
+            fit.unfit.insert(unfit(reason));
         }
         // What nodes of the robot itself expect of `cmd_vel` is compared with the fleet file.
         let is_compared = |end: &Endpoint| {
-            !is_hardware && end.node.as_deref().is_some_and(|node| is_of(node, robot))
+            topic.name == topics::CMD_VEL.name
+                && end.node.as_deref().is_some_and(|node| is_of(node, robot))
         };
+        let is_among = |all: &[Topic]| all.iter().any(|one| one.name == topic.name);
         for reader in &readers {
             let types = if is_compared(reader) { Types::Compared } else { Types::Open };
-            let reason = why_silent(reader, (&readers, &writers), types);
-            unfit.extend(reason.map(|reason| UnfitTopic { topic: topic.clone(), reason }));
+            let Some(reason) = why_silent(reader, (&readers, &writers), types) else { continue };
+            if is_among(&STEERING) || (is_among(&SENSING) && is_ours(reader)) {
+                fit.unfit.insert(unfit(reason));
+            } else if !is_ours(reader) {
+                fit.onlookers.insert(unfit(reason));
+            }
+        }
+        fit.onlookers.extend(not_kept(topic, &writers).map(unfit));
+    }
+    fit
+}
+
+/// The ends of a topic that is in our table.
+struct Candidates<'a> {
+    topic: Topic,
+    robot: &'a str,
+    ends: Vec<&'a Endpoint>,
+}
+
+fn topics_of<'a>(
+    endpoints: &'a [Endpoint],
+    robots: &'a [String],
+) -> BTreeMap<String, Candidates<'a>> {
+    let mut found = BTreeMap::new();
+    for topic in topics::ALL {
+        for robot in robots {
+            let ends = Candidates { topic: *topic, robot, ends: Vec::new() };
+            found.entry(topic.for_robot(robot)).or_insert(ends);
         }
     }
-    unfit
+    for end in endpoints {
+        if let Some(of_topic) = found.get_mut(&end.topic) {
+            of_topic.ends.push(end);
+        }
+    }
+    found
+}
+
+/// Who publishes for the moment what late subscribers are to receive, too: none of ours does then.
+fn not_kept(topic: &Topic, writers: &[&Endpoint]) -> impl Iterator<Item = String> {
+    let is_kept = topic.qos.durability == Durability::TransientLocal;
+    // Whatever a log or the locks of another program lack, no run needs it.
+    let is_needed = is_kept && topic.name == topics::TF_STATIC.name;
+    let volatile: Vec<&Endpoint> = writers
+        .iter()
+        .filter(|end| is_needed && end.qos.durability == Durability::Volatile)
+        .copied()
+        .collect();
+    volatile.into_iter().map(|end| {
+        format!(
+            "{} publishes volatile, and it is subscribed transient local: set the durability of the \
+             publisher to transient local",
+            names(&[end])
+        )
+    })
+}
+
+fn is_ours(end: &Endpoint) -> bool {
+    end.guid[..2] == OUR_VENDOR
 }
 
 /// Whether the type of a subscriber is compared elsewhere.
@@ -71,7 +134,7 @@ fn why_silent(
     // A program may subscribe one topic in several ways, of which one has to match.
     let own = readers.iter().filter(|other| participant(other) == participant(reader));
     let is_matched = |reader: &Endpoint, writer: &Endpoint| {
-        mismatch(reader.qos, writer.qos).is_none()
+        mismatch(asked(reader), writer.qos).is_none()
             && (types == Types::Compared || reader.type_name == writer.type_name)
     };
     if own
@@ -83,11 +146,49 @@ fn why_silent(
     let from = names(&[writer]);
     if reader.type_name != writer.type_name && types == Types::Open {
         let (found, expected) = (&reader.type_name, &writer.type_name);
-        return Some(format!("{node} subscribes {found}, and {from} publishes {expected}"));
+        let advice = advice(reader, writer);
+        return Some(format!("{node} subscribes {found}, and {from} publishes {expected}{advice}"));
     }
-    mismatch(reader.qos, writer.qos).map(|(asked, offered, change)| {
+    mismatch(asked(reader), writer.qos).map(|(asked, offered, change)| {
         format!("{node} subscribes {asked}, and {from} publishes {offered}: {change}")
     })
+}
+
+/// What to type so that the types are the same; empty where it depends.
+fn advice(reader: &Endpoint, writer: &Endpoint) -> String {
+    let ends_with = |topic: &Topic| reader.topic.ends_with(&format!("/{}", topic.name));
+    let short = |type_name: &str| type_name.rsplit('/').next().map(str::to_owned);
+    if ends_with(&topics::HARDWARE_CMD_VEL) && is_ours(writer) {
+        let word = match short(&reader.type_name).as_deref() {
+            Some("Twist") => "twist",
+            Some("TwistStamped") => "twist_stamped",
+            _ => return String::new(),
+        };
+        return format!(": start `rsrs node robot` with `-p ros.cmd_vel_type:={word}`");
+    }
+    if ends_with(&topics::CMD_VEL) {
+        return commands_as(&reader.type_name).unwrap_or_default();
+    }
+    let is_sensor = [topics::HARDWARE_RANGE, topics::HARDWARE_SCAN].iter().any(ends_with);
+    let word = match short(&writer.type_name).as_deref() {
+        Some("Range") => "range",
+        Some("LaserScan") => "laser_scan",
+        _ => return String::new(),
+    };
+    if is_sensor && is_ours(reader) {
+        let topic = &reader.topic;
+        return format!(
+            ": start `rsrs node robot` with `-p ros.sensor_type:={word} -p ros.sensor_topic:={topic}`"
+        );
+    }
+    String::new()
+}
+
+/// What a subscriber asks for; ours receive best-effort publishers, whatever is discovered of them.
+fn asked(reader: &Endpoint) -> Qos {
+    let reliability =
+        if is_ours(reader) { Reliability::BestEffort } else { reader.qos.reliability };
+    Qos { reliability, ..reader.qos }
 }
 
 /// What keeps a subscriber from matching a publisher.
@@ -157,7 +258,7 @@ mod tests {
                 .iter()
                 .map(|(node, type_name, qos)| end(node, EndpointKind::Reader, type_name, *qos)),
         );
-        let unfit = unfit(&ends, &["robot_1".to_owned()]);
+        let unfit = fit(&ends, &["robot_1".to_owned()]).unfit;
         assert!(unfit.iter().all(|unfit| unfit.topic == "/robot_1/cmd_vel"));
         unfit.into_iter().map(|unfit| unfit.reason).collect()
     }
@@ -194,7 +295,8 @@ mod tests {
         assert_eq!(
             reasons(&readers),
             ["/base_1 subscribes geometry_msgs/msg/Twist, and /robot_1/controller publishes \
-              geometry_msgs/msg/TwistStamped"]
+              geometry_msgs/msg/TwistStamped: say `cmd_vel: twist` in the fleet file, and start \
+              the controller with `-p cmd_vel_type:=twist`"]
         );
     }
 
@@ -206,6 +308,59 @@ mod tests {
         assert_eq!(reasons(&both), [""; 0]);
     }
 
+    fn on(topic: &str, end: Endpoint) -> Endpoint {
+        Endpoint { topic: topic.to_owned(), ..end }
+    }
+
+    fn ours(mut end: Endpoint) -> Endpoint {
+        end.guid[..2].copy_from_slice(&OUR_VENDOR);
+        end
+    }
+
+    #[test]
+    fn a_sensor_of_another_type_is_named_with_what_to_type_and_one_that_is_best_effort_is_fit() {
+        let scan = "sensor_msgs/msg/LaserScan";
+        let (topic, effort) = ("/robot_1/hardware/range", Qos::best_effort(5));
+        let gate =
+            |qos| ours(end("/robot_1/robot", EndpointKind::Reader, "sensor_msgs/msg/Range", qos));
+        let sensor = |type_name| end("/robot_1/base", EndpointKind::Writer, type_name, effort);
+        let ends = |type_name, qos| [gate(qos), sensor(type_name)].map(|end| on(topic, end));
+        let robots = ["robot_1".to_owned()];
+
+        assert_eq!(fit(&ends("sensor_msgs/msg/Range", Qos::reliable(1)), &robots), Fit::default());
+        let unfit: Vec<_> = fit(&ends(scan, effort), &robots).unfit.into_iter().collect();
+        assert_eq!(
+            unfit[0].reason,
+            "/robot_1/robot subscribes sensor_msgs/msg/Range, and /robot_1/base publishes \
+             sensor_msgs/msg/LaserScan: start `rsrs node robot` with \
+             `-p ros.sensor_type:=laser_scan -p ros.sensor_topic:=/robot_1/hardware/range`"
+        );
+    }
+
+    #[test]
+    fn onlookers_who_receive_nothing_are_named_and_keep_no_run_from_starting() {
+        let lease = topics::LEASE;
+        let runner =
+            ours(end("/experiment_runner", EndpointKind::Writer, lease.type_name, lease.qos));
+        let board = end("/board", EndpointKind::Reader, lease.type_name, Qos::reliable(1));
+        let camera = end("/camera", EndpointKind::Writer, topics::TF.type_name, Qos::reliable(1));
+        let ends = [on(lease.name, runner), on(lease.name, board), on("/tf_static", camera)];
+
+        let Fit { unfit, onlookers } = fit(&ends, &["robot_1".to_owned()]);
+
+        assert!(unfit.is_empty(), "{unfit:?}");
+        let reasons: Vec<String> = onlookers.into_iter().map(|it| it.reason).collect();
+        assert_eq!(
+            reasons,
+            [
+                "/board subscribes reliable, and /experiment_runner publishes best effort: set the \
+                 reliability of the subscription to best effort",
+                "/camera publishes volatile, and it is subscribed transient local: set the durability \
+                 of the publisher to transient local",
+            ]
+        );
+    }
+
     #[test]
     fn two_publishers_of_a_bases_commands_are_named() {
         let writers = ["/robot_1/robot", "/teleop"].map(|node| Endpoint {
@@ -213,7 +368,8 @@ mod tests {
             ..end(node, EndpointKind::Writer, STAMPED, Qos::reliable(1))
         });
 
-        let unfit: Vec<_> = unfit(&writers, &["robot_1".to_owned()]).into_iter().collect();
+        let unfit = fit(&writers, &["robot_1".to_owned()]).unfit;
+        let unfit: Vec<_> = unfit.into_iter().collect();
 
         assert_eq!(unfit[0].topic, "/robot_1/hardware/cmd_vel");
         assert_eq!(unfit[0].reason, "/robot_1/robot and /teleop publish it, expected 1 publisher");

@@ -82,6 +82,7 @@ pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Eve
         | Role::Preparation
         | Role::Transforms
         | Role::StaticTransforms
+        | Role::Markers
         | Role::Other => Vec::new(),
     })
 }

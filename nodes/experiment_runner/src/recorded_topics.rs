@@ -40,6 +40,8 @@ pub enum Role {
     Transforms,
     /// The part of it that stays as it is, kept also from before the bag is open.
     StaticTransforms,
+    /// What the simulator shows: kept now and then.
+    Markers,
     /// The health of parts.
     Diagnostics,
     /// Changes of parameters and what nodes say, kept also from before the bag is open: they tell how
@@ -166,6 +168,7 @@ pub fn recorded_topics(robots: &[FleetRobot]) -> Vec<RecordedTopic> {
         (topics::E_STOP, Role::EStop),
         (topics::E_STOP_RELEASE, Role::EStopRelease),
         (topics::E_STOP_LOCKS, Role::Other),
+        (topics::MARKERS, Role::Markers),
         (topics::DIAGNOSTICS, Role::Diagnostics),
         (topics::TF, Role::Transforms),
         (topics::TF_STATIC, Role::StaticTransforms),

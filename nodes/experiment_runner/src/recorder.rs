@@ -15,6 +15,8 @@ use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending};
 use rsrs_msgs::cdr::{self, CdrError, ENCAPSULATION};
 use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::WorldDigest;
+use rsrs_msgs::std_msgs::Text;
+use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::ReceivedRaw;
 use tokio::sync::mpsc::UnboundedSender;
@@ -94,7 +96,19 @@ pub struct Recorder {
     pace: Pace,
     account: Account,
     has_overflowed: bool,
+    run_id: String,
+    /// Log time of the last markers that were kept, in nanoseconds.
+    marked_ns: Option<u64>,
 }
+
+/// Least log time between two markers that are kept: ten in a second, as live viewers get them, would
+/// be most of the bag.
+const MARKERS_EVERY_NS: u64 = 450_000_000;
+
+/// Where a topic is known by the index of its ear, these are those that nobody listens to: what the
+/// runner itself says of the run.
+const EXPERIMENT: usize = usize::MAX;
+const ENDED: usize = usize::MAX - 1;
 
 /// What time it is in the bag.
 enum Pace {
@@ -152,12 +166,17 @@ impl Recorder {
                 ),
             },
         };
-        Ok(Self::around(Disk::start(open, |_| {}, report, ROOM)?, pace, recorded_topics))
+        let mut recorder =
+            Self::around(Disk::start(open, |_| {}, report, ROOM)?, pace, recorded_topics);
+        recorder.run_id.clone_from(&record.run_id);
+        recorder.note((EXPERIMENT, topics::EXPERIMENT), record.to_json());
+        Ok(recorder)
     }
 
     fn around(disk: Disk, pace: Pace, recorded_topics: &[RecordedTopic]) -> Self {
         let account = Account::new(recorded_topics);
-        Self { disk, added: BTreeSet::new(), pace, account, has_overflowed: false }
+        let (added, run_id) = (BTreeSet::new(), String::new());
+        Self { disk, added, pace, account, has_overflowed: false, run_id, marked_ns: None }
     }
 
     /// Takes a message, which is written later. It never waits for the disk.
@@ -174,6 +193,10 @@ impl Recorder {
     ) -> Result<(), RecorderError> {
         let data = &received.message;
         let log_time_ns = self.pace.log_time_ns((index, recorded_topic), data)?;
+        if recorded_topic.role == Role::Markers && !self.keeps_markers(log_time_ns) {
+            self.account.add((index, received.writer), received.sequence);
+            return Ok(());
+        }
         if !self.disk.has_room_for(data.len()) {
             recorded_topic.count_overflow();
             if std::mem::replace(&mut self.has_overflowed, true) {
@@ -205,6 +228,34 @@ impl Recorder {
         Ok(())
     }
 
+    /// Whether it is time for the next markers.
+    fn keeps_markers(&mut self, now_ns: u64) -> bool {
+        let is_due =
+            self.marked_ns.is_none_or(|last_ns| now_ns.abs_diff(last_ns) >= MARKERS_EVERY_NS);
+        if is_due {
+            self.marked_ns = Some(now_ns);
+        }
+        is_due
+    }
+
+    /// Writes a text of the runner itself: converters of bags keep messages, and neither attachments
+    /// nor metadata.
+    fn note(&self, (index, topic): (usize, Topic), text: String) {
+        let now_ns = match self.pace {
+            Pace::Wall => wall_time().to_nanos().unwrap_or(0),
+            Pace::Lockstep { now_ns, .. } => now_ns,
+        };
+        self.disk.add_topic(index, &RecordedTopic::new(topic.name.to_owned(), topic, Role::Other));
+        self.disk.write(Message {
+            recorded_topic: index,
+            log_time_ns: now_ns,
+            publish_time_ns: now_ns,
+            sequence: 0,
+            data: cdr::encode(&Text { data: text }),
+            step: 0,
+        });
+    }
+
     /// The last step that every topic of the lockstep has made; 0 in real time.
     fn step(&self) -> u64 {
         match &self.pace {
@@ -221,6 +272,7 @@ impl Recorder {
     /// Has the bag closed, which says how the run ended and what of it is missing.
     /// [`Written::Closed`] reports it.
     pub fn close(self, ending: &Ending) {
+        self.note((ENDED, topics::ENDING), ending.to_json(&self.run_id));
         let records = vec![(RECORDING, self.account.to_pairs()), (ENDING, ending.to_pairs())];
         self.disk.close(records);
     }

@@ -24,7 +24,10 @@ impl Simulation<'_> {
         }
         self.stamp_ns = None;
         (self.real, self.virtual_pose_publisher) = (RealRobots::default(), None);
-        let wanted = parameters::wanted(&self.server, &self.hosted);
+        let taken = parameters::take_cell(&self.server, &self.profile);
+        let wanted = taken
+            .map_err(parameters::WorldError::from)
+            .and_then(|()| parameters::wanted(&self.server, &self.hosted));
         let n_placed = match &wanted {
             Ok(Some(wanted)) => wanted.placed.robots.len(),
             Ok(None) | Err(_) => 0,

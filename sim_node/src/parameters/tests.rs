@@ -1,13 +1,16 @@
 use rsrs_core::axis::Axis;
 use rsrs_core::conditions::Settings;
-use rsrs_core::profile::RobotProfile;
 
 use super::*;
 
 const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
 
+fn flockbot() -> RobotProfile {
+    RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap()
+}
+
 fn conditions() -> Conditions {
-    let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
+    let profile = flockbot();
     let values = vec![(Axis::Speed, 0.15), (Axis::TurnRate, 0.75), (Axis::Robots, 3.0)];
     Conditions::resolve(&profile, &Settings { values, ..Settings::default() }).unwrap()
 }
@@ -21,14 +24,16 @@ fn hosted() -> Vec<String> {
 }
 
 fn refusal(values: &[(String, ParameterValue)]) -> String {
-    check(values, &hosted()).unwrap_err().to_string()
+    check(values, &hosted(), &flockbot()).unwrap_err().to_string()
 }
 
 #[test]
 fn conditions_that_make_a_world_are_taken() {
     let json = serde_json::to_string(&conditions()).unwrap();
 
-    assert!(check(&[text(CONDITIONS, &json), text(TIME, "real_time")], &hosted()).is_ok());
+    assert!(
+        check(&[text(CONDITIONS, &json), text(TIME, "real_time")], &hosted(), &flockbot()).is_ok()
+    );
 }
 
 #[test]
@@ -81,7 +86,7 @@ fn a_world_with_real_robots_is_taken_in_real_time_alone() {
     let robots = (ROBOTS.to_owned(), ParameterValue::StringArray(names));
     let real_time = [json.clone(), robots.clone(), text(TIME, "real_time")];
 
-    assert!(check(&real_time, &hosted()).is_ok());
+    assert!(check(&real_time, &hosted(), &flockbot()).is_ok());
     assert_eq!(
         refusal(&[json, robots, text(TIME, "lockstep")]),
         "`time` is `lockstep` and real is none of this simulator's robots, expected `real_time` \
@@ -91,4 +96,23 @@ fn a_world_with_real_robots_is_taken_in_real_time_alone() {
         refusal(&[text(TRACKED_BY, "tf")]),
         "`tracked_by` is `tf`, expected `odom` or `pose`"
     );
+}
+
+#[test]
+fn a_cell_that_is_typed_makes_the_conditions_that_programs_send() {
+    let cell = "speed_m_s=0.15,turn_rate_rad_s=0.75,robots=3";
+
+    assert_eq!(by_hand::conditions(cell, &flockbot()).unwrap(), conditions());
+    assert!(check(&[text(CELL, cell)], &hosted(), &flockbot()).is_ok());
+    for (cell, expected) in [
+        ("fast", "`cell` is `fast`, expected values such as `speed_m_s=0.15,robots=3`"),
+        ("speed_m_s=0.15", "`cell`: "),
+        ("speed_m_s=0.15,turn_rate_rad_s=0.75,robots=4", "4"),
+    ] {
+        assert!(
+            refusal(&[text(CELL, cell)]).contains(expected),
+            "{}",
+            refusal(&[text(CELL, cell)])
+        );
+    }
 }

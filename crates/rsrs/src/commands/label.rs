@@ -23,8 +23,8 @@ use crate::sweep_source::read_profile;
 ///
 /// The judge looks at the last 60 s in which the run's lease said RUNNING, or else in which robots
 /// were commanded to move. It needs poses. The robots' body and sensing range come from
-/// `--profile`, or else from the record of the experiment that bags of `rsrs` hold. Without them,
-/// dispersion is judged by growth alone.
+/// `--profile`, their reach alone from `--reach`, or else both from the record of the experiment that
+/// bags of `rsrs` hold. Without them nothing is labelled, and it is said which reach is which phase.
 ///
 /// Bags that cannot be labelled are named, each with its reason, when the others are labelled; the
 /// exit code is 1 then. A damaged bag is refused; `rsrs bag recover` saves what is left of it, and of
@@ -45,7 +45,7 @@ pub struct Arguments {
     bags: Vec<PathBuf>,
     /// Add a label of your own.
     #[arg(long = "as", value_name = "PHASE", requires = "by", value_parser = phases(),
-          conflicts_with_all = ["agreement", "profile", "poses", "part"])]
+          conflicts_with_all = ["agreement", "profile", "reach", "poses", "part"])]
     phase: Option<Phase>,
     /// Your name, for your own label.
     #[arg(long, value_name = "WHO", requires = "phase")]
@@ -60,6 +60,10 @@ pub struct Arguments {
     /// each bag's record says).
     #[arg(long, value_name = "PROFILE")]
     profile: Option<PathBuf>,
+    /// How far from the centre of a robot it senses the centre of another, in metres (default: what
+    /// each bag's record says).
+    #[arg(long, value_name = "M", conflicts_with = "profile", value_parser = reach)]
+    reach: Option<f64>,
     /// Topic that poses come from (default: the first of these that the bag has).
     #[arg(long, value_enum)]
     poses: Option<Source>,
@@ -83,6 +87,16 @@ enum Source {
     PoseArray,
     /// `/tf`.
     Tf,
+}
+
+fn reach(text: &str) -> Result<f64, String> {
+    let reach_m: f64 =
+        text.parse().map_err(|_no_number| "expected a number of metres".to_owned())?;
+    if reach_m.is_finite() && reach_m > 0.0 {
+        Ok(reach_m)
+    } else {
+        Err("expected a positive number of metres".to_owned())
+    }
 }
 
 fn phases() -> impl TypedValueParser<Value = Phase> {
@@ -153,7 +167,7 @@ fn add(arguments: &Arguments, label: &HumanLabel) -> anyhow::Result<Outcome> {
 
 fn options(arguments: &Arguments) -> anyhow::Result<LabelOptions> {
     let bodies = match &arguments.profile {
-        None => None,
+        None => arguments.reach.map(|reach_m| Bodies { radius_m: None, reach_m: Some(reach_m) }),
         Some(path) => {
             let profile = read_profile(path)?;
             let region = Region::of(&profile.sensing);

@@ -12,7 +12,7 @@ use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::geometry_msgs::{self, Point, PoseWithCovariance, Quaternion, TwistWithCovariance};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::RunLease;
-use rsrs_msgs::std_msgs::{Bool, Header};
+use rsrs_msgs::std_msgs::{Bool, Header, Text};
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::wire;
@@ -47,6 +47,10 @@ pub struct Recorder<'a> {
     writer: BagWriter,
     record: &'a ExperimentRecord,
     lease: ChannelId,
+    /// The record of the run and its ending as messages, which converters of bags keep.
+    notes: [ChannelId; 2],
+    /// The last log time, in nanoseconds.
+    now_ns: u64,
     robots: Vec<Robot>,
 }
 
@@ -83,6 +87,7 @@ impl<'a> Recorder<'a> {
         let more = more.into_iter().map(|topic| add(topic, ""));
         let more: Vec<ChannelId> = more.collect::<Result<_, BagError>>()?;
         let lease = add(topics::LEASE, "")?;
+        let notes = [add(topics::EXPERIMENT, "")?, add(topics::ENDING, "")?];
         let robots = record.robots.iter().map(|name| {
             Ok(Robot {
                 name: name.clone(),
@@ -94,7 +99,9 @@ impl<'a> Recorder<'a> {
         let robots = robots.collect::<Result<_, BagError>>()?;
         let more = <[ChannelId; N]>::try_from(more)
             .unwrap_or_else(|_| unreachable!("one channel was added for each topic"));
-        Ok((Self { writer, record, lease, robots }, more))
+        let mut recorder = Self { writer, record, lease, notes, now_ns: 0, robots };
+        recorder.put((notes[0], 0), &Text { data: record.to_json() })?;
+        Ok((recorder, more))
     }
 
     /// Writes what a robot saw.
@@ -157,6 +164,7 @@ impl<'a> Recorder<'a> {
         (channel, time_ns): (ChannelId, u64),
         message: &M,
     ) -> Result<(), BagError> {
+        self.now_ns = self.now_ns.max(time_ns);
         let data = cdr::encode(message);
         let sample =
             Sample { log_time_ns: time_ns, publish_time_ns: time_ns, sequence: 0, data: &data };
@@ -170,6 +178,8 @@ impl<'a> Recorder<'a> {
     /// If the bag cannot be written.
     pub fn close(mut self) -> Result<BagSummary, BagError> {
         let ending = Ending::completed();
+        let text = Text { data: ending.to_json(&self.record.run_id) };
+        self.put((self.notes[1], self.now_ns), &text)?;
         self.writer.metadata(ENDING, ending.to_pairs())?;
         self.writer.finish()
     }

@@ -1,8 +1,18 @@
 //! The reasons not to start a run, in words.
 
-use super::{DiagnosticError, UnfitTopic};
+use super::{DiagnosticError, UnfitTopic, commands_as};
 use crate::epoch::BeyondRunners;
 use crate::timing::{CLOCK_SKEW, LEASE};
+
+fn by(nodes: &[String]) -> String {
+    if nodes.is_empty() { String::new() } else { format!(" by {}", nodes.join(", ")) }
+}
+
+/// What to type where commands are of another type.
+fn of_commands(topic: &str, found: &str) -> String {
+    let is_of_commands = topic.ends_with("/cmd_vel");
+    is_of_commands.then(|| commands_as(found)).flatten().unwrap_or_default()
+}
 
 /// One reason not to start.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -32,17 +42,26 @@ pub enum Problem {
     #[error("no simulator discovered")]
     SimulatorMissing,
     /// A topic has another type than expected; the middleware would never match it.
-    #[error("{topic}: type is {found}, expected {expected}")]
+    #[error(
+        "{topic}: type is {found}{}, expected {expected}{}",
+        by(nodes),
+        of_commands(topic, found)
+    )]
     WrongType {
         /// The topic.
         topic: String,
+        /// Who publishes it so.
+        nodes: Vec<String>,
         /// The type found.
         found: String,
         /// The type expected.
         expected: String,
     },
     /// A node of a robot waits for another type; it receives nothing.
-    #[error("{topic}: {node} waits for {found}, and {expected} is sent")]
+    #[error(
+        "{topic}: {node} waits for {found}, and {expected} is sent{}",
+        of_commands(topic, found)
+    )]
     WrongSubscriber {
         /// The topic.
         topic: String,
@@ -54,7 +73,7 @@ pub enum Problem {
         expected: String,
     },
     /// The ends of a topic that robots are steered by do not fit each other.
-    #[error("{}: {}", .0.topic, .0.reason)]
+    #[error("{0}")]
     Unfit(UnfitTopic),
     /// A topic that was asked for cannot be recorded.
     #[error("{topic}: {reason}")]

@@ -51,10 +51,13 @@ impl Runner {
         };
         let problems = preflight::problems(&self.options.expected, &seen);
         self.graph = seen.graph;
+        let onlookers: Vec<Action> =
+            self.graph.onlookers.iter().map(|it| Action::Note(format!("note: {it}"))).collect();
         // Another runner beats ten times a second: who has listened for less has not listened.
         if problems.is_empty() && self.elapsed(now) >= SILENCE {
             self.strangers = Strangers::none_of(&self.graph);
             let robots = self.options.expected.robots.len();
+            actions.extend(onlookers);
             actions.extend(self.options.expected.leases().into_iter().map(Action::Note));
             actions.push(Action::Note(format!("found all {robots} robots; setting parameters")));
             self.requests = Requests::new(self.targets());
@@ -64,6 +67,7 @@ impl Runner {
         }
         actions.extend(self.search.look(&problems, now).map(Action::Note));
         if self.search.is_over(self.since.unwrap_or(now), now) {
+            actions.extend(onlookers);
             self.fail(problems.into_iter().map(Failure::from).collect(), now, actions);
         }
     }

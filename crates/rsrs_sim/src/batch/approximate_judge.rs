@@ -385,7 +385,7 @@ mod tests {
                 phase_rad: between(-3.0, 3.0),
             });
             for (approximate_judge, exact) in answers(mills) {
-                let is_stable = thresholds.phase(&exact, None) == Phase::StableMilling;
+                let is_stable = thresholds.phase(&exact) == Phase::StableMilling;
                 assert_ne!((approximate_judge, is_stable), (Answer::Yes, false), "{exact:?}");
                 assert_ne!((approximate_judge, is_stable), (Answer::No, true), "{exact:?}");
                 n_unclear += usize::from(approximate_judge == Answer::Unclear);
@@ -396,7 +396,7 @@ mod tests {
                     Evidence { blocked: 0.0, ..exact },
                 ];
                 for (n, healed) in by_cause.iter_mut().zip(healed) {
-                    let is_cured = thresholds.phase(&healed, None) == Phase::StableMilling;
+                    let is_cured = thresholds.phase(&healed) == Phase::StableMilling;
                     *n += usize::from(is_cured && !is_stable);
                 }
             }

@@ -166,7 +166,7 @@ impl<S: Simd> UnitEngine<S> {
     ) -> Vec<Phase> {
         let thresholds = Thresholds::default();
         let mut phases: Vec<Phase> =
-            evidence.iter().map(|evidence| thresholds.phase(evidence, None)).collect();
+            evidence.iter().map(|evidence| thresholds.phase(evidence)).collect();
         let is_stable = |phase: &Phase| *phase == Phase::StableMilling;
         let stable = phases
             .iter()

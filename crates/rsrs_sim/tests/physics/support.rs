@@ -44,8 +44,8 @@ pub fn count(
         }
     };
     std::thread::scope(|scope| {
-        scope.spawn(&work);
-        scope.spawn(&work);
+        scope.spawn(work);
+        scope.spawn(work);
     });
     counts.into_iter().map(AtomicU64::into_inner).collect()
 }

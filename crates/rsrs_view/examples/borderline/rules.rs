@@ -74,7 +74,7 @@ impl Judged {
 
 /// The phase by the whole window alone.
 fn whole_phase(evidence: &Evidence) -> Phase {
-    Thresholds::default().phase(evidence, None)
+    Thresholds::default().phase(evidence)
 }
 
 /// The samples of one of so many parts of a window.

@@ -2,6 +2,7 @@
 
 use rsrs_fleet::record::Ending;
 use rsrs_fleet::runner::Event;
+use rsrs_msgs::std_msgs::Text;
 
 use super::{Run, Sample};
 use crate::recorder::Recorder;
@@ -36,14 +37,23 @@ impl Run<'_> {
         }
     }
 
-    pub(super) fn close_recorder(&mut self) -> Option<Event> {
+    /// Publishes what the bag also holds.
+    pub(super) async fn publish_note(&self, publisher: usize, data: String) -> anyhow::Result<()> {
+        if !self.is_cut_off {
+            self.notes[publisher].publish(Text { data }).await?;
+        }
+        Ok(())
+    }
+
+    pub(super) async fn close_recorder(&mut self) -> anyhow::Result<Option<Event>> {
         let ending = self.machine.outcome().map(|outcome| Ending::of(outcome, self.machine.lost()));
         let ending = ending.expect("the recorder is closed when the run has ended");
+        self.publish_note(1, ending.to_json(&self.plan.record.run_id)).await?;
         let Some(recorder) = self.recorder.take() else {
-            return Some(Event::RecorderClosed);
+            return Ok(Some(Event::RecorderClosed));
         };
         self.n_lost = recorder.n_lost();
         recorder.close(&ending);
-        None
+        Ok(None)
     }
 }

@@ -43,11 +43,12 @@ const GUARDED: [&str; 5] = [
 ];
 
 /// Whether robots are steered by a topic: a controller answers every detection with a command, a base
-/// driver every command, and the simulator of a mixed fleet follows poses.
+/// driver every command, and the simulator of a mixed fleet follows poses. What a runner says of its
+/// run is taken for that of a run that goes on.
 fn steers(name: &str, type_name: &str) -> bool {
     let names = [topics::DETECTION, topics::VIRTUAL_DETECTION, topics::POSE];
     GUARDED.contains(&type_name)
-        || name == topics::E_STOP.name
+        || [topics::E_STOP, topics::EXPERIMENT, topics::ENDING].iter().any(|it| name == it.name)
         || name.contains("/hardware/")
         || names.iter().any(|topic| name.rsplit('/').next() == Some(topic.name))
 }
@@ -135,6 +136,8 @@ mod tests {
             ("/base/velocity", TwistStamped::TYPE_NAME),
             ("/swarm/lease", RunLease::TYPE_NAME),
             ("/swarm/e_stop", bool_type),
+            (topics::EXPERIMENT.name, topics::EXPERIMENT.type_name),
+            (topics::ENDING.name, topics::ENDING.type_name),
         ] {
             assert!(steers(name, type_name), "{name}");
         }

@@ -1,0 +1,116 @@
+//! Why a fleet file cannot be used, in words.
+
+use std::collections::BTreeSet;
+use std::fmt;
+
+use rsrs_core::document::DocumentError;
+
+use super::FILE_VERSION;
+
+/// Why a fleet file cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FleetFileError {
+    /// The text is not a fleet file.
+    #[error(transparent)]
+    Document(#[from] DocumentError),
+    /// A version of the format that is not this one.
+    #[error("{file}: fileversion is {found}, expected {FILE_VERSION}")]
+    Version {
+        /// The file.
+        file: String,
+        /// The version found.
+        found: u32,
+    },
+    /// A name that ROS would not take as a namespace.
+    #[error(
+        "{file}: robot name `{name}`, expected a lower-case letter, then a-z, 0-9 and single _"
+    )]
+    Name {
+        /// The file.
+        file: String,
+        /// The name found.
+        name: String,
+    },
+    /// A robot of a type that the file does not describe.
+    #[error("{file}: {robot} has type `{found}`, expected one of: {}", expected.join(", "))]
+    UnknownType {
+        /// The file.
+        file: String,
+        /// The robot.
+        robot: String,
+        /// The type found.
+        found: String,
+        /// The types of the file.
+        expected: Vec<String>,
+    },
+    /// A gate of ours is in front of the wheels, and somebody else is to hold the lease.
+    #[error(
+        "{file}: {robot} has a gate of ours, expected `lease: gate` or `driver: {{kind: ros}}`"
+    )]
+    HasGate {
+        /// The file.
+        file: String,
+        /// The robot.
+        robot: String,
+    },
+    /// Neither the robots, nor their types, nor `all` say it; all that is missing in the file.
+    #[error("{file}: {}", robots.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
+    Missing {
+        /// The file.
+        file: String,
+        /// What each robot lacks.
+        robots: Vec<Lack>,
+    },
+}
+
+/// What a robot of a fleet file lacks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Lack {
+    /// The robot.
+    pub robot: String,
+    /// Whether it says nothing of `enabled`, which nobody else can say.
+    pub enabled: bool,
+    /// Keys that nor its type nor `all` has.
+    pub keys: Vec<&'static str>,
+}
+
+impl fmt::Display for Lack {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let named = |keys: &[&str]| {
+            let keys: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
+            keys.join(" and no ")
+        };
+        write!(formatter, "{} has no ", self.robot)?;
+        match (self.enabled, &self.keys[..]) {
+            (true, []) => write!(formatter, "`enabled`"),
+            (true, keys) => {
+                write!(formatter, "`enabled` and no {}, nor has its type or `all`", named(keys))
+            }
+            (false, keys) => write!(formatter, "{}, nor has its type or `all`", named(keys)),
+        }
+    }
+}
+
+impl FleetFileError {
+    /// What to do next.
+    pub fn help(&self) -> Option<String> {
+        match self {
+            Self::Document(error) => error.help(),
+            Self::Missing { robots, .. } => {
+                let keys: BTreeSet<&str> = robots.iter().flat_map(|it| &it.keys).copied().collect();
+                let keys: Vec<String> = keys.into_iter().map(|key| format!("`{key}`")).collect();
+                let shared = (!keys.is_empty()).then(|| {
+                    format!("give {} under the robot, its type or `all`", keys.join(", "))
+                });
+                let enabled = robots.iter().any(|lack| lack.enabled);
+                let own =
+                    enabled.then(|| "say `enabled: true` or `false` of each robot".to_owned());
+                Some(shared.into_iter().chain(own).collect::<Vec<_>>().join("; "))
+            }
+            Self::Version { .. }
+            | Self::Name { .. }
+            | Self::UnknownType { .. }
+            | Self::HasGate { .. } => None,
+        }
+    }
+}

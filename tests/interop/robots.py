@@ -1,0 +1,66 @@
+"""Plain rclpy robots in one process, each with another quality of service; see interop_robot.rs.
+
+    python robots.py NAME:COMMANDS:SUBSCRIBES:PUBLISHES ...
+
+COMMANDS is twist or twist_stamped, the other two are a quality of service below. Each robot publishes
+`detection` and `odom`, and obeys `cmd_vel`.
+"""
+
+import math
+import sys
+import time
+
+import rclpy
+from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from std_msgs.msg import Bool
+
+PERIOD_S = 0.13
+QUALITIES = {
+    "default": QoSProfile(depth=10),
+    "sensor": qos_profile_sensor_data,
+    "kept": QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+    "depth_1": QoSProfile(depth=1),
+}
+
+
+class Robot(Node):
+    def __init__(self, index, name, commands, subscribes, publishes):
+        super().__init__("base", namespace=name)
+        self.x, self.y, self.heading = float(index), 0.0, 0.0
+        self.twist, self.commanded_s = Twist(), 0.0
+        if commands == "twist":
+            self.create_subscription(Twist, "cmd_vel", self.obey, QUALITIES[subscribes])
+        else:
+            self.create_subscription(
+                TwistStamped, "cmd_vel", lambda m: self.obey(m.twist), QUALITIES[subscribes])
+        self.detection = self.create_publisher(Bool, "detection", QUALITIES[publishes])
+        self.odom = self.create_publisher(Odometry, "odom", QUALITIES[publishes])
+        self.create_timer(PERIOD_S, self.live)
+
+    def obey(self, twist):
+        self.twist, self.commanded_s = twist, time.monotonic()
+
+    def live(self):
+        if time.monotonic() - self.commanded_s < 0.5:
+            self.x += self.twist.linear.x * PERIOD_S * math.cos(self.heading)
+            self.y += self.twist.linear.x * PERIOD_S * math.sin(self.heading)
+            self.heading += self.twist.angular.z * PERIOD_S
+        self.detection.publish(Bool(data=False))
+        odometry = Odometry()
+        odometry.header.stamp = self.get_clock().now().to_msg()
+        odometry.header.frame_id = "map"
+        position, turned = odometry.pose.pose.position, odometry.pose.pose.orientation
+        position.x, position.y = self.x, self.y
+        turned.z, turned.w = math.sin(self.heading / 2), math.cos(self.heading / 2)
+        self.odom.publish(odometry)
+
+
+rclpy.init()
+executor = SingleThreadedExecutor()
+for index, robot in enumerate(sys.argv[1:]):
+    executor.add_node(Robot(index, *robot.split(":")))
+executor.spin()

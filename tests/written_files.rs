@@ -1,0 +1,16 @@
+//! Files that people write, as they are told what is wrong with them.
+
+use crate::command::{code, rsrs, stderr};
+
+#[test]
+fn an_experiment_that_lacks_several_keys_is_told_of_all_of_them_at_once() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(place.path().join("run.yaml"), "seed: 3\n").expect("the folder is writable");
+
+    let output = rsrs(place.path(), &["run", "run.yaml", "-o", "bag"]);
+
+    assert_eq!(code(&output), 1);
+    let said = stderr(&output);
+    assert!(said.contains("missing fields `fleet`, `placement`, `duration_s`"), "{said}");
+    assert!(said.contains("help: give `fleet:`, `placement:`, `duration_s:`"), "{said}");
+}
