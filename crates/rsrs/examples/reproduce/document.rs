@@ -45,12 +45,12 @@ fn preface() -> String {
          - each wheel follows its command with a time constant of {} s;\n\
          - a wheel begins to slip {} times per second and robot, keeps {:.0} % of its speed, and grips again after \
          {shortest_s} to {longest_s} s;\n\
-         - every robot thinks by its own clock, every 0.13 s give or take {:.0} ms, and not in step with the \
+         - every robot decides by its own clock, every 0.13 s give or take {:.0} ms, and not in step with the \
          others;\n\
          - bodies push each other apart, and time goes on in steps of 10 ms.\n\n\
          These numbers were chosen before anything was run, and were not fitted to the paper.\n\
          So agreement below shows that the method does what the paper says of it under faults that its \
-         simulator does not know; it does not show what Flockbots do.\n",
+         simulator does not have; it does not show what Flockbots do.\n",
         FAULTS.motor_lag_s,
         FAULTS.slips_per_s,
         100.0 * FAULTS.grip,

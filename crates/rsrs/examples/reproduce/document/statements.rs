@@ -61,8 +61,8 @@ pub fn section(findings: &Findings) -> String {
         placement(findings),
         more_is_not_better(findings),
         semi_stable(findings),
-        cannot_mill(findings, ("smars", "SMARS: the sensors are so bad that, made worse in simulation, the robots are not capable of anything")),
-        cannot_mill(findings, ("lta", "LTA: the disturbances are so large that the harsher simulation shows no desirable behaviour")),
+        cannot_mill(findings, ("smars", &SENSOR_FACTORS), "SMARS: the sensors are so bad that, made worse in simulation, the robots are not capable of anything"),
+        cannot_mill(findings, ("lta", &DISTURBANCE_FACTORS), "LTA: the disturbances are so large that the harsher simulation shows no desirable behaviour"),
     ]
     .iter()
     .map(|row| {
@@ -375,17 +375,37 @@ fn semi_stable(findings: &Findings) -> Statement {
     }
 }
 
-fn cannot_mill(findings: &Findings, (name, says): (&str, &'static str)) -> Statement {
+/// What makes a sensor worse.
+const SENSOR_FACTORS: [&str; 3] = ["miss_factor", "false_positive_factor", "polygon_scale"];
+
+/// What makes disturbances worse.
+const DISTURBANCE_FACTORS: [&str; 2] = ["gust_factor", "drift_factor"];
+
+fn cannot_mill(
+    findings: &Findings,
+    (name, of_fault): (&str, &[&str]),
+    says: &'static str,
+) -> Statement {
     let robot = findings.hopeless.iter().find(|robot| robot.name == name);
     let robot = robot.expect("both robots were tried");
     let (searched, _, b_s) = Hopeless::best(&robot.harsher);
     let (_, _, measured) = Hopeless::best(&robot.measured);
     let found = if robot.is_viable() { "finds" } else { "does not find" };
+    // The fault does it if one of its factors alone leaves less than half of what was measured.
+    let does_it = effects(&searched.factors).any(|effect| {
+        of_fault.contains(&effect["factor"].as_str().unwrap_or("?"))
+            && effect["b_s_alone"].as_f64().is_some_and(|alone| alone < measured / 2.0)
+    });
     // A robot that could not mill as measured either was not stopped by being made worse.
-    let agrees = match (robot.is_viable(), measured >= 0.5) {
+    let agrees = match (robot.is_viable(), measured >= 0.5 && does_it) {
         (true, _) => Agreement::No,
         (false, true) => Agreement::Yes,
         (false, false) => Agreement::Partly,
+    };
+    let cause = if does_it {
+        ""
+    } else {
+        " No factor of that fault does it alone: the cause in that cell is another one."
     };
     Statement {
         place: "end of §IV",
@@ -397,17 +417,19 @@ fn cannot_mill(findings: &Findings, (name, says): (&str, &'static str)) -> State
             factor_by_factor(&searched.factors)
         ),
         agrees,
-        why: "The profile is made up, with that fault.".to_owned(),
+        why: format!("The profile is made up, with that fault.{cause}"),
     }
+}
+
+/// What each factor does, as `rsrs choose` reports it.
+fn effects(factors: &serde_json::Value) -> impl Iterator<Item = &serde_json::Value> {
+    factors["factors"].as_array().into_iter().flatten()
 }
 
 /// What each factor does in the best cell.
 fn factor_by_factor(factors: &serde_json::Value) -> String {
     let share = |value: &serde_json::Value| format!("{:.2}", value.as_f64().unwrap_or(f64::NAN));
-    let effects: Vec<String> = factors["factors"]
-        .as_array()
-        .into_iter()
-        .flatten()
+    let effects: Vec<String> = effects(factors)
         .map(|effect| {
             format!(
                 "`{}` {} alone and {} without it",
