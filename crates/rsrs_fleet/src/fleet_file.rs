@@ -1,10 +1,10 @@
 //! The fleet file: which robots there are and how to reach them.
 
-use std::fmt;
-use std::marker::PhantomData;
+mod ordered;
 
 use rsrs_core::document::{self, DocumentError};
-use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
+
+use ordered::Ordered;
 
 /// A fleet, resolved: every robot with its own value of everything.
 ///
@@ -23,8 +23,8 @@ pub struct FleetRobot {
     pub name: String,
     /// Whether experiments may use it.
     pub enabled: bool,
-    /// Path of its measured profile, relative to the fleet file.
-    pub profile: String,
+    /// Path of its measured profile, relative to the fleet file; `None` if it was not measured yet.
+    pub profile: Option<String>,
     /// What moves it.
     pub driver: Driver,
     /// The type of its velocity commands.
@@ -152,6 +152,10 @@ impl FleetFileError {
     pub fn help(&self) -> Option<String> {
         match self {
             Self::Document(error) => error.help(),
+            Self::Missing { key, file, .. } if *key == PROFILE => Some(format!(
+                "give `profile` under the robot, its type or `all`; to make one, measure the \
+                 robots: `rsrs measure plan {file} -o trials`"
+            )),
             Self::Missing { key, .. } => {
                 Some(format!("give `{key}` under the robot, its type or `all`"))
             }
@@ -172,6 +176,9 @@ pub struct TooFewRobots {
     /// Robots that the cell asks for.
     pub expected: usize,
 }
+
+/// The key of a robot's profile.
+const PROFILE: &str = "profile";
 
 /// The only version of the format.
 const FILE_VERSION: u32 = 1;
@@ -197,8 +204,7 @@ impl FleetFile {
         }
         let robots = written
             .robots
-            .0
-            .iter()
+            .entries()
             .map(|(name, robot)| written.resolve(file, name, robot))
             .collect::<Result<_, _>>()?;
         Ok(Self { robots })
@@ -207,6 +213,23 @@ impl FleetFile {
     /// Names of the robots that experiments may use, in the order of the file.
     pub fn enabled(&self) -> Vec<&str> {
         self.robots.iter().filter(|robot| robot.enabled).map(|robot| robot.name.as_str()).collect()
+    }
+
+    /// The path of a robot's profile, relative to the file.
+    ///
+    /// # Arguments
+    ///
+    /// * `file` — name of the document, for errors only.
+    ///
+    /// # Errors
+    ///
+    /// [`FleetFileError::Missing`] if it was not measured yet.
+    pub fn profile_of<'a>(file: &str, robot: &'a FleetRobot) -> Result<&'a str, FleetFileError> {
+        robot.profile.as_deref().ok_or_else(|| FleetFileError::Missing {
+            file: file.to_owned(),
+            robot: robot.name.clone(),
+            key: PROFILE,
+        })
     }
 
     /// The first enabled robots: those that a cell with `robots: n` takes.
@@ -279,7 +302,7 @@ impl Written {
                     file: file.to_owned(),
                     robot: name.to_owned(),
                     found: found.clone(),
-                    expected: self.robot_types.0.iter().map(|(key, _)| key.clone()).collect(),
+                    expected: self.robot_types.entries().map(|(key, _)| key.clone()).collect(),
                 })?
             }
         };
@@ -295,8 +318,7 @@ impl Written {
         Ok(FleetRobot {
             name: name.to_owned(),
             enabled: robot.enabled,
-            profile: first_of([&robot.profile, &of_type.profile, &all.profile])
-                .ok_or_else(|| missing("profile"))?,
+            profile: first_of([&robot.profile, &of_type.profile, &all.profile]),
             driver,
             lease,
             cmd_vel: first_of([&robot.cmd_vel, &of_type.cmd_vel, &all.cmd_vel]).unwrap_or_default(),
@@ -318,44 +340,6 @@ fn is_name(name: &str) -> bool {
     name.starts_with(|first: char| first.is_ascii_lowercase())
         && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
         && !name.contains("__")
-}
-
-/// A map in the order of the file.
-struct Ordered<T>(Vec<(String, T)>);
-
-impl<T> Default for Ordered<T> {
-    fn default() -> Self {
-        Self(Vec::new())
-    }
-}
-
-impl<T> Ordered<T> {
-    fn get(&self, key: &str) -> Option<&T> {
-        self.0.iter().find(|(other, _)| other == key).map(|(_, value)| value)
-    }
-}
-
-impl<'de, T: Deserialize<'de>> Deserialize<'de> for Ordered<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Entries<T>(PhantomData<T>);
-        impl<'de, T: Deserialize<'de>> Visitor<'de> for Entries<T> {
-            type Value = Ordered<T>;
-            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-                formatter.write_str("a map from names")
-            }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Ordered<T>, A::Error> {
-                let mut entries: Vec<(String, T)> = Vec::new();
-                while let Some((key, value)) = map.next_entry::<String, T>()? {
-                    if entries.iter().any(|(other, _)| *other == key) {
-                        return Err(de::Error::custom(format!("`{key}` is given twice")));
-                    }
-                    entries.push((key, value));
-                }
-                Ok(Ordered(entries))
-            }
-        }
-        deserializer.deserialize_map(Entries(PhantomData))
-    }
 }
 
 #[cfg(test)]
@@ -415,7 +399,6 @@ robots:
             ("enabled: false", "enable: false", "did you mean `enabled`?"),
             ("type: flockbot}", "type: flocbot}", "type `flocbot`, expected one of: flockbot"),
             ("fileversion: 1", "fileversion: 2", "fileversion is 2, expected 1"),
-            ("profile: p.yaml, ", "", "zebra has no `profile`"),
             ("1\nall: {", "1\nall: {lease: controller, ", "zebra has a gate"),
         ] {
             let error = FleetFile::parse("fleet.yaml", &LAYERED.replace(from, to)).unwrap_err();
