@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use rsrs_bags::Bag;
+use rsrs_core::profile::RobotProfile;
 use rsrs_fleet::record::{ENDING, Ending};
 use rsrs_msgs::cdr;
 use rsrs_msgs::nav_msgs::Odometry;
@@ -13,6 +14,9 @@ use crate::processes::rsrs;
 use crate::support::{PATIENCE, in_own_network};
 
 const PAGE: &str = include_str!("../docs/fleet_without_robots.md");
+const PAGES_OF_RCLPY: [&str; 2] =
+    [include_str!("../docs/your_robots_in_rclpy.md"), include_str!("../docs/measure_them.md")];
+const RCLPY_FLEET: &str = include_str!("../docs/examples/rclpy_fleet.py");
 const PROFILE: &str = include_str!("../launch_configs/profiles/flockbot.yaml");
 
 /// What the page tells its reader to type, in its order.
@@ -21,20 +25,29 @@ fn commands_of(page: &str) -> String {
     blocks.map(|block| block.split("```").next().expect("a block ends")).collect()
 }
 
-/// Types it, in a folder that has nothing but the profile.
-fn typed(script: &str, folder: &Path) -> Output {
-    std::fs::write(folder.join("flockbot.yaml"), PROFILE).expect("writable");
+/// Types it, in a folder that has what is shipped.
+///
+/// # Arguments
+///
+/// * `more` — folders in which the shell looks for programs besides ours.
+fn typed(script: &str, folder: &Path, (more, patience_s): (&[&Path], u32)) -> Output {
     let ends = "trap 'kill $(jobs -p); wait' EXIT\n";
     let program = Path::new(env!("CARGO_BIN_EXE_rsrs")).parent().expect("it is in a folder");
     let path = std::env::var("PATH").expect("every shell has one");
     Command::new("timeout")
-        .args(["300", "bash", "-e", "-c", &format!("{ends}{script}")])
-        .env("PATH", format!("{}:{path}", program.display()))
+        .args([&patience_s.to_string(), "bash", "-e", "-c", &format!("{ends}{script}")])
+        .env("PATH", format!("{}{}:{path}", more_of(more), program.display()))
+        .env("ROS_LOG_DIR", folder.join("logs"))
+        .env_remove("ROS_AUTOMATIC_DISCOVERY_RANGE")
         .env("ROS_DOMAIN_ID", "42")
         .env_remove("RSRS_INTERFACE")
         .current_dir(folder)
         .output()
         .expect("every system has bash")
+}
+
+fn more_of(folders: &[&Path]) -> String {
+    folders.iter().map(|folder| folder.display().to_string() + ":").collect()
 }
 
 /// How far a robot was from where it stood first, at most, in metres.
@@ -57,7 +70,9 @@ fn the_page_of_a_fleet_without_robots_works_to_the_letter() {
     in_own_network("by_hand::the_page_of_a_fleet_without_robots_works_to_the_letter", async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
 
-        let output = typed(&commands_of(PAGE), folder.path());
+        std::fs::write(folder.path().join("flockbot.yaml"), PROFILE).expect("writable");
+
+        let output = typed(&commands_of(PAGE), folder.path(), (&[], 300));
 
         let text = String::from_utf8_lossy(&output.stdout);
         let errors = String::from_utf8_lossy(&output.stderr);
@@ -90,5 +105,49 @@ fn robots_of_a_simulator_without_a_world_are_refused() {
 
         assert_eq!(status.code(), Some(1), "{errors}");
         assert!(errors.contains("robot_9: its simulator has placed no world"), "{errors}");
+    });
+}
+
+/// A fitted number of a profile, and what it was made with in the example.
+fn check_profile(profile: &RobotProfile) {
+    let actuation = &profile.actuation;
+    let driving = actuation.turn.driving_gain_by_command.as_ref().expect("arcs were driven");
+    for (what, found, made_with) in [
+        ("speed", actuation.speed.gain_by_command[0].mean, 0.92),
+        ("turn in place", actuation.turn.gain_by_command[0].mean, 0.95),
+        ("turn while driving", driving[0].mean, 0.88),
+        ("period", profile.computation.period_s / 0.1, 1.0),
+        ("true positives", profile.sensing.true_positive, 0.95),
+    ] {
+        // A few trials on a busy machine.
+        assert!((found - made_with).abs() < 0.06, "{what}: {found}, made with {made_with}");
+    }
+    assert!(profile.sensing.false_positive < 0.12, "{:?}", profile.sensing);
+    let polygon = profile.sensing.polygon_m.as_ref().expect("it is fitted");
+    let farthest_m = polygon.iter().map(|[x_m, y_m]| libm::hypot(*x_m, *y_m)).fold(0.0, f64::max);
+    assert!((0.45..0.75).contains(&farthest_m), "{polygon:?}");
+}
+
+#[test]
+fn the_pages_of_robots_in_rclpy_work_to_the_letter() {
+    let python = crate::interop_robot::python();
+    in_own_network("by_hand::the_pages_of_robots_in_rclpy_work_to_the_letter", async || {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        std::fs::write(folder.path().join("rclpy_fleet.py"), RCLPY_FLEET).expect("writable");
+        let script: String = PAGES_OF_RCLPY.map(commands_of).concat();
+        let programs = python.parent().expect("it is in a folder");
+
+        let output = typed(&script, folder.path(), (&[programs], 1500));
+
+        let text = String::from_utf8_lossy(&output.stdout);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{}\n{text}\n{said}", output.status);
+        assert!(text.contains(" rows filled in, 0 left"), "{text}");
+        let profile = std::fs::read_to_string(folder.path().join("mine.yaml")).expect("it is made");
+        check_profile(&RobotProfile::parse("mine.yaml", &profile).expect("it is a profile"));
+        let bag = Bag::open(&folder.path().join("bag")).expect("the run was recorded");
+        for robot in ROBOTS.iter().take(3) {
+            assert!(strayed_m(&bag, robot) > 0.1, "{robot} did not move");
+        }
     });
 }

@@ -221,6 +221,73 @@ fn the_controller_of_a_robot_without_a_gate_holds_its_lease() {
     );
 }
 
+/// A folder with a fleet of one foreign robot that nobody has measured, and a plan of two trials.
+fn unmeasured() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("writable");
+    };
+    let fleet = format!(
+        "fileversion: 1\nall: {{driver: {{kind: ros}}, cmd_vel: twist, lease: controller}}\n\
+         robots:\n  {FOREIGN}: {{enabled: true}}\n"
+    );
+    write("fleet.yaml", &fleet);
+    std::fs::create_dir(folder.path().join("trials")).expect("writable");
+    let speed = "robot,commanded_m_s,distance_m,duration_s,lateral_m,heading_change_rad,paused_s";
+    write("trials/speed.csv", &format!("{speed}\n{FOREIGN},0.2,0.8,,,,\n"));
+    let detection = "robot,distance_m,bearing_rad,samples,detections";
+    write("trials/detection.csv", &format!("{detection}\n{FOREIGN},,,20,\n"));
+    write("trials/period.csv", &format!("robot,period_s\n{FOREIGN},\n{FOREIGN},\n"));
+    folder
+}
+
+#[test]
+fn a_trial_in_which_commands_paused_is_made_again() {
+    in_own_network("fleet_foreign::a_trial_in_which_commands_paused_is_made_again", async || {
+        let folder = unmeasured();
+        let session = session();
+        let bases = Bases::new(&session);
+        let (wheels, is_dead) = (bases.wheels.clone(), bases.is_dead.clone());
+        tokio::select! {
+            () = bases.live() => {}
+            () = paused(folder.path(), &wheels, &is_dead) => {}
+        }
+        drop(bases);
+        session.close().await;
+    });
+}
+
+async fn paused(folder: &Path, wheels: &Wheels, is_dead: &AtomicBool) {
+    let mut command = rsrs();
+    command.current_dir(folder).args(["measure", "drive", "fleet.yaml", "--plan", "trials"]);
+    command.args(["--backend", "fleet", "--interface", "127.0.0.1", "--place-command", "true"]);
+    let drive = Process::start(command.stdin(Stdio::null()));
+    eventually("the robot is told to move", || lock(wheels)[1].is_moving).await;
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    is_dead.store(true, Ordering::Relaxed);
+    tokio::time::sleep(Duration::from_millis(600)).await;
+    is_dead.store(false, Ordering::Relaxed);
+    let (code, said) = ended(drive).await;
+
+    assert_eq!(code, 0, "{said}");
+    assert!(said.contains("trials/speed.csv:2: commands paused for "), "{said}");
+    assert!(said.contains("it is made again"), "{said}");
+    let limits = "robot_2 has no profile yet; its limits are those of the trials, 0.2 m/s";
+    assert!(said.contains(limits), "{said}");
+    let read = |name: &str| {
+        std::fs::read_to_string(folder.join("trials").join(name)).expect("it is there")
+    };
+    let speed = read("speed.csv");
+    let fields: Vec<&str> = speed.lines().nth(1).expect("one row").split(',').collect();
+    assert!(!fields[3].is_empty() && fields[6].is_empty(), "{speed}");
+    assert!(folder.join("trials/bags/speed_2_2").exists(), "the second trial has a bag, too");
+    assert!(read("detection.csv").contains(&format!("{FOREIGN},,,20,0")), "{said}");
+    for row in read("period.csv").lines().skip(1) {
+        let period_s: f64 = row.split(',').nth(1).expect("a period").parse().expect("a number");
+        assert!((0.05..0.3).contains(&period_s), "{row}");
+    }
+}
+
 async fn tell(mut story: Story<'_>) {
     let _ours = our_robot();
     // Whoever forgets it is told what to type.

@@ -77,7 +77,7 @@ fn distance_m(from: &Point, to: &Point) -> f64 {
 }
 
 /// The interpreter with what the example needs.
-fn python() -> PathBuf {
+pub fn python() -> PathBuf {
     let packages = [
         "ros-jazzy-rclpy[fastrtps]==7.1.6",
         "ros-jazzy-std-msgs==5.3.6",

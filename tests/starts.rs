@@ -252,3 +252,28 @@ fn whether_cells_are_settled_is_said_by_sweep_choose_and_episode() {
         "{said}"
     );
 }
+
+#[test]
+fn it_is_said_where_robots_that_start_closer_together_would_mill() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let here = place.path();
+    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
+    std::fs::copy(profile, here.join("flockbot.yaml")).expect("it is shipped");
+    let sweep = "profile: flockbot.yaml\naxes: {turn_rate_rad_s: [0.75]}\n\
+                 fixed: {speed_m_s: 0.15, robots: 9, placement_radius_m: 1.6, arena_m: 15}\n\
+                 replicates: 50\nduration_s: 300\nseed: 7\n";
+    write(here, "far.yaml", sweep);
+    rsrs(here, &["sweep", "far.yaml", "-o", "far"]);
+
+    let choose = ["choose", "far", "--confirm", "100", "--viable", "0.6"];
+    let text = rsrs(here, &choose);
+    let answer = rsrs(here, &[&choose[..], &["--format", "json"]].concat());
+
+    assert_eq!((code(&text), code(&answer)), (3, 3), "{}{}", stdout(&text), stderr(&text));
+    let smaller = &json(&answer)["smaller_placement"];
+    let radius_m = smaller["placement_radius_m"].as_f64().expect("a radius");
+    assert!((0.8..1.3).contains(&radius_m), "{smaller}");
+    assert!(smaller["b_s_low"].as_f64().expect("a bound") >= 0.6, "{smaller}");
+    let said = format!("with `placement_radius_m: {radius_m}` (now 1.60) it mills in ");
+    assert!(stdout(&text).contains(&said), "{}", stdout(&text));
+}

@@ -32,7 +32,8 @@ fn read_and_fit(bencher: Bencher<'_, '_>, n_rows: usize) {
     bencher.counter(ItemsCount::new(n_rows)).bench_local(|| {
         let speed = speed_trials("speed.csv", black_box(&text)).expect("a valid table");
         let (speed, turn, detection) = (&speed, &turn, &detection);
-        let tables = Tables { speed, turn, detection, period: None, driven: &[] };
+        let tables =
+            Tables { speed, turn, detection, period: None, driven: &[], arc: None, from_rest: &[] };
         black_box(fit(tables, &Unmeasured::default()).expect("there is a region"))
     });
 }

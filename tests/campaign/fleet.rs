@@ -266,27 +266,30 @@ impl Console {
 fn a_campaign_of_a_fleet_is_placed_interrupted_and_gone_on_with_to_its_end() {
     let name =
         "campaign::fleet::a_campaign_of_a_fleet_is_placed_interrupted_and_gone_on_with_to_its_end";
-    in_own_network(name, async || {
-        let session = session();
-        let hardware = Hardware::new(&session);
-        let _robots = ROBOTS.map(robot);
-        let told = async {
-            for name in ROBOTS {
-                let status = topics::STATUS.for_robot(name);
-                session.wait_for_writers(&status, 1, PATIENCE).await.expect("the robot starts");
-                let range = topics::HARDWARE_RANGE.for_robot(name);
-                session.wait_for_readers(&range, 1, PATIENCE).await.expect("the robot starts");
-            }
-            let floor = hardware.floor.clone();
-            tokio::task::spawn_blocking(move || conduct(&floor)).await
-        };
-        tokio::select! {
-            () = hardware.live() => {}
-            told = told => told.expect("the panic above says why"),
+    in_own_network(name, async || on_the_floor(conduct).await);
+}
+
+/// Has robots live on a floor while something is done with them.
+async fn on_the_floor(done: fn(&Floor)) {
+    let session = session();
+    let hardware = Hardware::new(&session);
+    let _robots = ROBOTS.map(robot);
+    let told = async {
+        for name in ROBOTS {
+            let status = topics::STATUS.for_robot(name);
+            session.wait_for_writers(&status, 1, PATIENCE).await.expect("the robot starts");
+            let range = topics::HARDWARE_RANGE.for_robot(name);
+            session.wait_for_readers(&range, 1, PATIENCE).await.expect("the robot starts");
         }
-        drop(hardware);
-        session.close().await;
-    });
+        let floor = hardware.floor.clone();
+        tokio::task::spawn_blocking(move || done(&floor)).await
+    };
+    tokio::select! {
+        () = hardware.live() => {}
+        told = told => told.expect("the panic above says why"),
+    }
+    drop(hardware);
+    session.close().await;
 }
 
 fn conduct(floor: &Floor) {
@@ -337,6 +340,59 @@ fn conduct(floor: &Floor) {
     let (again, _, said) = Console::open(place.path()).end();
     assert_eq!(again, Some(0), "{said}");
     assert!(!said.contains("place the robots"), "{said}");
+}
+
+/// Goes through a campaign of one run whose robots a program places.
+fn conduct_placed(floor: &Floor) {
+    let place = laboratory();
+    let one = "experiments:\n- {experiment: short.yaml, seeds: [5]}\n";
+    write(place.path(), "campaign.yaml", one);
+    let start = |program: &str| {
+        let mut command = rsrs();
+        command.current_dir(place.path()).args(["campaign", "campaign.yaml", "-o", "out"]);
+        command.args([
+            "--backend",
+            "fleet",
+            "--interface",
+            "127.0.0.1",
+            "--place-command",
+            program,
+        ]);
+        Process::start(command.stdin(Stdio::null()))
+    };
+
+    let (failed, said) = start("echo robot_2 is stuck; exit 7").wait(PATIENCE);
+
+    assert_eq!(failed.code(), Some(1), "{said}");
+    assert!(said.contains("did not place the robots (exit status: 7)"), "{said}");
+    assert!(said.contains("robot_2 is stuck"), "{said}");
+    assert!(!place.path().join("out/001_short/manifest.json").exists(), "nothing was run");
+
+    let mut run = start("cat > wanted.json; until [ -e placed ]; do sleep 0.05; done; sleep 0.5");
+    let wanted = place.path().join("wanted.json");
+    let text = || std::fs::read_to_string(&wanted).unwrap_or_default();
+    wait_for("the placement", || text().ends_with('\n'));
+    let told: Value = serde_json::from_str(&text()).expect("a line of JSON");
+    assert_eq!(told["purpose"], "001_short");
+    for (robot, body) in told["robots"].as_array().expect("robots").iter().zip(0..) {
+        let number = |key: &str| robot[key].as_f64().expect("a number");
+        assert_eq!(robot["name"], ROBOTS[body]);
+        let (x_m, y_m, heading_rad) = (number("x_m"), number("y_m"), number("heading_rad"));
+        floor.bodies()[body] = Body { x_m, y_m, heading_rad, told: Twist::default() };
+    }
+    write(place.path(), "placed", "");
+    let (status, said) = run.wait(PATIENCE);
+
+    assert_eq!(status.code(), Some(0), "{said}");
+    assert!(said.contains("all 3 robots stand where they should start"), "{said}");
+    check_bag(&place.path().join("out/001_short/bag"), 5);
+}
+
+#[test]
+fn a_program_places_the_robots_of_a_campaign_and_stops_it_when_it_cannot() {
+    let name = "campaign::fleet::\
+        a_program_places_the_robots_of_a_campaign_and_stops_it_when_it_cannot";
+    in_own_network(name, async || on_the_floor(conduct_placed).await);
 }
 
 /// The bag of a run of the fleet, in which every robot began where it was to begin, and drove.

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 use std::process::{Command, Output};
+use std::time::{Duration, Instant};
 
 use super::{number, read, trials, write};
 use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::processes::Process;
 
 /// One trial of one virtual robot; the command goes into a network of its own.
 fn drive(folder: &Path, robot: &str, rest: &[&str]) -> Output {
@@ -190,6 +192,88 @@ fn a_virtual_fleet_gives_back_the_profile_that_it_was_simulated_with() {
     assert_eq!(read(place.path(), "driven_turn.csv").lines().count(), 13);
 }
 
+/// Rows of a table that have their last result.
+fn n_done(table: &str, column: usize) -> usize {
+    let rows = table.lines().skip(1);
+    rows.filter(|row| row.split(',').nth(column).is_some_and(|field| !field.is_empty())).count()
+}
+
+#[test]
+fn a_plan_that_is_killed_goes_on_with_the_rows_that_are_left() {
+    let place = trials();
+    let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");
+    let fleet = fleet.to_str().expect("the path is UTF-8").to_owned();
+    let plan = ["measure", "plan", &fleet, "--robots", "2", "--commands", "1", "--track", "1"];
+    let coarse = ["--speed", "0.1,0.2", "--turn-rate", "0.5,1.5", "--precision", "0.05"];
+    let grid = ["--distances", "4", "--bearings", "3", "--rate-precision", "0.2", "-o", "trials"];
+    let planned = rsrs(place.path(), &[&plan[..], &coarse, &grid].concat());
+    assert_eq!(code(&planned), 0, "{}", stderr(&planned));
+    let arguments = ["measure", "drive", &fleet, "--plan", "trials", "--seed", "3"];
+    let speed = || read(place.path(), "trials/speed.csv");
+
+    let mut killed = crate::processes::rsrs();
+    killed.current_dir(place.path()).args(arguments);
+    let mut killed = Process::start(&mut killed);
+    let start = Instant::now();
+    while n_done(&speed(), 3) < 2 {
+        assert!(start.elapsed() < Duration::from_secs(300), "{}", speed());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    killed.0.kill().expect("it is our child");
+    killed.0.wait().expect("it is our child");
+    let before = speed();
+    let output = rsrs(place.path(), &arguments);
+
+    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    assert!(stdout(&output).contains(" rows filled in, 0 left"), "{}", stdout(&output));
+    let done = |row: &&str| row.split(',').nth(3).is_some_and(|field| !field.is_empty());
+    for row in before.lines().filter(done) {
+        assert!(speed().contains(row), "{row} was measured again:\n{}", speed());
+    }
+    for (table, column, n_rows) in
+        [("speed", 3, 6), ("turn", 3, 6), ("arcs", 4, 6), ("detection", 4, 14), ("period", 1, 40)]
+    {
+        let text = read(place.path(), &format!("trials/{table}.csv"));
+        assert_eq!(n_done(&text, column), n_rows, "{table}: {text}");
+        assert_eq!(text.lines().count(), n_rows + 1, "{table}: {text}");
+    }
+    let fitted = rsrs(
+        place.path(),
+        &["measure", "fit", "--plan", "trials", "--name", "v", "-o", "v.yaml", "--format", "json"],
+    );
+    assert_eq!(code(&fitted), 0, "{}", stderr(&fitted));
+    let details = &json(&fitted)["details"];
+    // Virtual robots of the Flockbot's profile turn alike while they drive, and without a lag.
+    assert!(holds(&details["arc"]["by_command"][0]["gain"], 0.97), "{details}");
+    assert!(read(place.path(), "v.yaml").contains("driving_gain_by_command"));
+    assert!(read(place.path(), "v.yaml").contains("yaw_lag_s: 0"), "{}", details["yaw_lag"]);
+}
+
+#[test]
+fn a_plan_needs_no_profile_and_no_fleet() {
+    let place = trials();
+    write(
+        place.path(),
+        "fleet.yaml",
+        "fileversion: 1\nall: {driver: {kind: ros}, lease: controller}\nrobots:\n  a: {enabled: true}\n",
+    );
+
+    let of_fleet = rsrs(place.path(), &["measure", "plan", "fleet.yaml", "-o", "one"]);
+    let of_limits = ["measure", "plan", "--robots", "2", "--speed", "0.1,0.2"];
+    let of_limits = rsrs(place.path(), &[&of_limits[..], &["-o", "two"]].concat());
+    let simulated = ["measure", "drive", "fleet.yaml", "--robot", "a", "--alone"];
+    let simulated = rsrs(place.path(), &simulated);
+
+    assert_eq!([&of_fleet, &of_limits, &simulated].map(code), [0, 0, 1]);
+    assert!(read(place.path(), "one/speed.csv").contains("\na,0.02,2,,,,\n"));
+    assert!(read(place.path(), "two/arcs.csv").contains("\nrobot_2,0.15,"));
+    let said = stderr(&simulated);
+    assert!(
+        said.contains("a has no `profile`, so it cannot be simulated; with `--backend fleet`"),
+        "{said}"
+    );
+}
+
 #[test]
 fn a_trial_that_cannot_be_driven_is_refused_before_anything_moves() {
     let place = trials();
@@ -221,14 +305,14 @@ fn a_detection_trial_that_cannot_be_is_refused_before_anything_is_placed() {
     let near = drive(place.path(), "robot_1", &["--distance", "0.1", "--bearing", "0"]);
     let nowhere = drive(place.path(), "robot_1", &["--distance", "0.3"]);
     let table = rsrs(place.path(), &["measure", "drive", &fleet, "--template", "near.csv"]);
-    let other = rsrs(place.path(), &["measure", "drive", &fleet, "--template", "speed.csv"]);
+    let other = rsrs(place.path(), &["measure", "drive", &fleet, "--template", "period.csv"]);
 
     assert_eq!([&near, &nowhere, &table, &other].map(code), [1, 2, 1, 1]);
     let expected = "the neighbour is 0.1 m away, expected 0.15 m or more";
     assert!(stderr(&near).contains(expected), "{}", stderr(&near));
     assert!(stderr(&table).contains("near.csv:3"), "{}", stderr(&table));
     assert!(stderr(&table).contains(expected), "{}", stderr(&table));
-    assert!(stderr(&other).contains("speed.csv:1: the header is"), "{}", stderr(&other));
+    assert!(stderr(&other).contains("period.csv:1: the header is"), "{}", stderr(&other));
     assert!(read(place.path(), "near.csv").contains("robot_1,0.3,0,70,\n"), "nothing was measured");
 }
 

@@ -133,6 +133,86 @@ fn robots_that_are_too_fast_are_named_with_the_factor_that_contains_them() {
     assert_eq!(code(&wider), 0, "{}{}", stdout(&wider), stderr(&wider));
 }
 
+/// Trials that turn to the other side every 2 s, of robots whose turning rate goes a share of the way to
+/// its command in each period, and that turn by another gain.
+fn switching(share: f64, turn_gain: f64) -> String {
+    let mut csv =
+        "robot,trial,time_s,x_m,y_m,heading_rad,commanded_m_s,commanded_rad_s\n".to_owned();
+    for (robot, gain) in GAINS.iter().enumerate() {
+        for trial in 1..=3 {
+            let mut pose = Pose { x_m: 1.0, y_m: -2.0, heading_rad: 0.3 };
+            let mut rate_rad_s = 0.0;
+            for sample in 0..155 {
+                let time_s = f64::from(sample) * 0.13;
+                let commanded_rad_s = if (sample / 15) % 2 == 0 { 0.75 } else { -0.75 };
+                let Pose { x_m, y_m, heading_rad } = pose;
+                writeln!(
+                    csv,
+                    "robot_{},{trial},{time_s:.2},{x_m:.5},{y_m:.5},{heading_rad:.5},0.15,{commanded_rad_s}",
+                    robot + 1
+                )
+                .expect("a string takes any text");
+                rate_rad_s += share * (commanded_rad_s - rate_rad_s);
+                let driven = Command { speed_m_s: 0.15, turn_rate_rad_s: rate_rad_s };
+                let gain = ActuationGain { speed: *gain, turn: turn_gain };
+                pose = step(pose, driven, gain, 0.13);
+            }
+        }
+    }
+    csv
+}
+
+#[test]
+fn robots_that_turn_otherwise_are_told_apart_from_robots_that_vary() {
+    for (share, turn_gain, said, unsaid) in [
+        (0.13 / 0.65, 0.97, "their turning rate lags: `yaw_lag_s` is 0.65", "by a gain of"),
+        (1.0, 0.72, "turn otherwise while they drive: by a gain of 0.720", "rate lags"),
+    ] {
+        let place = workplace();
+        write(place.path(), "driven.csv", switching(share, turn_gain));
+
+        let output = validate(place.path(), "sweep.yaml", &["-o", "validation"]);
+
+        assert_eq!(code(&output), 3, "{}{}", stdout(&output), stderr(&output));
+        let text = stdout(&output);
+        assert!(text.contains(said) && !text.contains(unsaid), "{text}");
+        assert!(!text.contains("gain_sd_factor"), "{text}");
+        let lines = text.lines().filter(|line| line.starts_with("changing commands"));
+        assert_eq!(lines.count(), 1, "{text}");
+        let answer: serde_json::Value =
+            serde_json::from_str(&read(place.path(), "validation/validation.json"))
+                .expect("it is JSON");
+        assert!(answer["turning"].is_object() && answer["smallest_factors"].is_null());
+    }
+}
+
+#[test]
+fn a_validation_elsewhere_leaves_the_folder_of_the_sweep_as_it_is() {
+    let place = workplace();
+    let robots = Robots { command: CURVE, faster: [1.0; 5], bias_rad_s: 0.0 };
+    write(place.path(), "driven.csv", trajectories(&robots));
+    rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
+    let files = || {
+        let entries = std::fs::read_dir(place.path().join("out")).expect("it is a folder");
+        let mut files: Vec<_> = entries
+            .map(|entry| {
+                let path = entry.expect("it is readable").path();
+                (path.clone(), std::fs::read(path).expect("it is a file"))
+            })
+            .collect();
+        files.sort();
+        files
+    };
+    let before = files();
+
+    let output = validate(place.path(), "out", &["-o", "elsewhere"]);
+
+    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    assert!(files() == before, "the folder of the sweep was changed");
+    assert!(place.path().join("elsewhere/validation.json").exists());
+    assert!(place.path().join("elsewhere/reach_1.png").exists());
+}
+
 #[test]
 fn robots_that_curve_out_of_a_straight_line_are_beyond_every_factor_of_a_profile_without_drift() {
     let place = workplace();

@@ -22,6 +22,8 @@ use crate::wording::names;
 pub struct BagTrials {
     /// Every robot's drives, from one standstill to the next.
     pub driven: Vec<DrivenTrial>,
+    /// The same with the time in which the robot got going, from its standstill.
+    pub from_rest: Vec<DrivenTrial>,
     /// Every robot's times from one detection to the next, in seconds.
     pub periods_s: Vec<(String, Vec<f64>)>,
     /// What the robot of a trial saw that stood in it.
@@ -66,14 +68,17 @@ pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
         explained(error, message, help)
     })?;
     let name = path.file_stem().map_or_else(String::new, |stem| stem.display().to_string());
-    let driven =
-        (0..recorded.robots.len()).flat_map(|robot| drives(&recorded, (robot, &name))).collect();
+    let drives = |part: fn(&[DrivenSample]) -> &[DrivenSample]| {
+        let robots = 0..recorded.robots.len();
+        robots.flat_map(|robot| drives(&recorded, (robot, &name), part)).collect()
+    };
+    let (driven, from_rest) = (drives(going), drives(|drive| drive));
     let periods_s = recorded
         .robots
         .iter()
         .map(|robot| Ok((robot.clone(), periods(&bag, &recorded, robot)?)))
         .collect::<anyhow::Result<_>>()?;
-    Ok(BagTrials { driven, periods_s, standing: None })
+    Ok(BagTrials { driven, from_rest, periods_s, standing: None })
 }
 
 /// What was sensed in a trial in which nobody was to move: of a run of ours that was set to no speed
@@ -103,7 +108,8 @@ fn standing(bag: &Bag) -> anyhow::Result<Option<Standing>> {
 pub fn detection_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<DetectionTrial>> {
     let standing = || bags.iter().filter_map(|(path, it)| Some((path, it.standing.as_ref()?)));
     let paths: Vec<&PathBuf> = standing().map(|(path, _)| path).collect();
-    let mut table = Trials { file: names(&paths), robots: Vec::new(), rows: Vec::new() };
+    let mut table =
+        Trials { file: names(&paths), robots: Vec::new(), rows: Vec::new(), paused: Vec::new() };
     for (_, Standing { robot, neighbour, readings }) in standing() {
         let line = table.rows.len() as u64 + 1;
         let robot = position(&mut table.robots, robot);
@@ -129,7 +135,8 @@ fn position(robots: &mut Vec<String>, name: &str) -> usize {
 /// `None` if no bag has detections.
 pub fn period_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<PeriodTrial>> {
     let paths: Vec<&PathBuf> = bags.iter().map(|(path, _)| path).collect();
-    let mut table = Trials { file: names(&paths), robots: Vec::new(), rows: Vec::new() };
+    let mut table =
+        Trials { file: names(&paths), robots: Vec::new(), rows: Vec::new(), paused: Vec::new() };
     for (name, periods_s) in bags.iter().flat_map(|(_, trials)| &trials.periods_s) {
         let robot = position(&mut table.robots, name);
         for period_s in periods_s {
@@ -140,8 +147,12 @@ pub fn period_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<PeriodTrial>
     (!table.rows.is_empty()).then_some(table)
 }
 
-/// One robot's drives: from one standstill to the next, without the time in which it got going.
-fn drives(recorded: &RecordedTrajectory, (robot, bag): (usize, &str)) -> Vec<DrivenTrial> {
+/// One robot's drives: a part of what lies between one standstill and the next.
+fn drives(
+    recorded: &RecordedTrajectory,
+    (robot, bag): (usize, &str),
+    part: fn(&[DrivenSample]) -> &[DrivenSample],
+) -> Vec<DrivenTrial> {
     let trajectory = &recorded.trajectory;
     let sample = |sample: usize| DrivenSample {
         time_s: sample as f64 * trajectory.period_s,
@@ -152,7 +163,7 @@ fn drives(recorded: &RecordedTrajectory, (robot, bag): (usize, &str)) -> Vec<Dri
     let name = |drive: usize| if drive == 0 { bag.to_owned() } else { format!("{bag}:{drive}") };
     samples
         .split(|sample| sample.command == Command::STOP)
-        .map(going)
+        .map(part)
         .filter(|drive| drive.len() >= 2)
         .enumerate()
         .map(|(drive, samples)| DrivenTrial {

@@ -1,5 +1,7 @@
 //! Chooses the most robust milling cell of a sweep.
 
+mod smaller_placement;
+
 use std::path::Path;
 
 use anyhow::Context;
@@ -19,6 +21,7 @@ use crate::settling;
 use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;
 use crate::wording::counted;
+pub use smaller_placement::SmallerPlacement;
 
 /// Fresh runs that confirm a candidate, in each world, where nothing else is asked for.
 pub const CONFIRM: u64 = 1000;
@@ -54,6 +57,9 @@ pub struct NoViableCell {
     pub best: Option<Choice>,
     /// The cell that milled most often in the sweep, made worse.
     pub best_swept: Option<BestSwept>,
+    /// A disc in which robots would have to start for that cell to be viable, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smaller_placement: Option<SmallerPlacement>,
 }
 
 /// The cell that milled most often in a sweep; of equals the first.
@@ -94,15 +100,18 @@ pub fn choose(folder: &Path, options: Options) -> anyhow::Result<Chosen> {
             best = Some(choice);
         }
     }
-    let none = match best {
+    let mut none = match best {
         Some(best) => NoViableCell {
             cell: None,
             reason: none_confirmed(&best, (candidates.len(), options.viable)),
             best: Some(best),
             best_swept: Some(BestSwept::of(&result)),
+            smaller_placement: None,
         },
         None => NoViableCell::swept(BestSwept::of(&result), options.viable),
     };
+    let index = result.diagram.locate(none.best_cell())?;
+    none.smaller_placement = smaller_placement::find(&result.source, index, options)?;
     Ok(Chosen::NoViableCell(none))
 }
 
@@ -152,7 +161,7 @@ impl NoViableCell {
             100.0 * best.b_s_low,
             100.0 * best.b_s_high
         );
-        Self { cell: None, reason, best: None, best_swept: Some(best) }
+        Self { cell: None, reason, best: None, best_swept: Some(best), smaller_placement: None }
     }
 }
 

@@ -25,19 +25,32 @@ pub fn table<T>(
     })
 }
 
+/// Trajectories of all tables and bags.
+#[derive(Clone, Debug, Default)]
+pub struct Trajectories {
+    /// While the robots were going.
+    pub driven: Vec<DrivenTrial>,
+    /// From their standstills.
+    pub from_rest: Vec<DrivenTrial>,
+}
+
 /// Reads trajectories from all tables and bags, one after the other.
 ///
 /// # Errors
 ///
 /// As [`table`] and [`bag_trials::read`].
-pub fn trajectories(paths: &[PathBuf]) -> anyhow::Result<Vec<DrivenTrial>> {
-    let mut trials = Vec::new();
+pub fn trajectories(paths: &[PathBuf]) -> anyhow::Result<Trajectories> {
+    let mut found = Trajectories::default();
     for path in paths {
         if is_bag(path) {
-            trials.extend(bag_trials::read(path)?.driven);
+            let trials = bag_trials::read(path)?;
+            found.driven.extend(trials.driven);
+            found.from_rest.extend(trials.from_rest);
         } else {
-            trials.extend(table(path, driven_trials)?);
+            let trials = table(path, driven_trials)?;
+            found.from_rest.extend(trials.iter().cloned());
+            found.driven.extend(trials);
         }
     }
-    Ok(trials)
+    Ok(found)
 }

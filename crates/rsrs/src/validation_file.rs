@@ -9,6 +9,7 @@ use rsrs_core::capability::{CapabilityViolation, LostCapability, SensorViolation
 use rsrs_core::digest::Digest;
 use rsrs_core::harsher::HarsherFactors;
 use rsrs_core::validation::Validation;
+use rsrs_core::variance::Estimate;
 use serde::{Deserialize, Serialize};
 
 use crate::files::{read_text, write_file};
@@ -53,8 +54,21 @@ pub struct Answer {
     /// The smallest factors with which the trials are contained; `None` if they are, or if no factor
     /// helps.
     pub smallest_factors: Option<HarsherFactors>,
+    /// What the trajectories say of turning, if a profile with it contains them; then no factor is
+    /// searched.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turning: Option<Turning>,
     /// Where it comes from.
     pub provenance: Provenance,
+}
+
+/// How real robots turn, where that is why they leave the simulated reach.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Turning {
+    /// Time constant of their turning rate, in seconds; `None` if it is that of the profile.
+    pub yaw_lag_s: Option<Estimate>,
+    /// Gain of their turning rate while they drive; dimensionless; `None` if it is that of the profile.
+    pub driving_gain: Option<Estimate>,
 }
 
 /// What a picture says of an answer.

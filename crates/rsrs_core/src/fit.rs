@@ -2,11 +2,13 @@
 
 use serde::Serialize;
 
-use crate::trial::{DetectionTrial, DrivenTrial, PeriodTrial, SpeedTrial, Trials, TurnTrial};
+use crate::trial::{
+    ArcTrial, DetectionTrial, DrivenTrial, PeriodTrial, SpeedTrial, Trials, TurnTrial,
+};
 use crate::variance::{Estimate, MeanSquare, sd};
 
 pub use caution::Caution;
-pub use contour::RELIABLE;
+pub use contour::{BearingReach, RELIABLE};
 pub use drift::{Drift, DriftSource};
 pub use inscribed::inscribed;
 pub use likelihood::Likelihood;
@@ -18,6 +20,7 @@ pub use report::{SensorFit, SpeedFit, TurnFit};
 pub use sensor::{SensorMap, sensor_map};
 pub use sensor_node::{Rate, SensorNode};
 pub use steps::{StepNoise, step_noise};
+pub use yaw_lag::{YawLag, yaw_lag};
 
 mod caution;
 mod contour;
@@ -35,6 +38,7 @@ mod report;
 mod sensor;
 mod sensor_node;
 mod steps;
+mod yaw_lag;
 
 use observation::Observation;
 
@@ -47,6 +51,8 @@ pub struct Tables<'a> {
     pub speed: &'a Trials<SpeedTrial>,
     /// Turns in place.
     pub turn: &'a Trials<TurnTrial>,
+    /// Turns while driving, if they were measured.
+    pub arc: Option<&'a Trials<ArcTrial>>,
     /// Detections.
     pub detection: &'a Trials<DetectionTrial>,
     /// Control periods, if they were measured.
@@ -54,6 +60,9 @@ pub struct Tables<'a> {
     /// Trajectories, if there are any: they show single steps. Straight runs and turns in them count
     /// only if they are also in `speed` and `turn`; [`crate::trial::reduced`] makes those tables.
     pub driven: &'a [DrivenTrial],
+    /// Trajectories whose robot stood when they began, if there are any: they show how its turning
+    /// rate follows a command that has changed.
+    pub from_rest: &'a [DrivenTrial],
 }
 
 /// A kind of robot as it was measured.
@@ -82,8 +91,12 @@ pub struct Details {
     pub files: Files,
     /// How robots follow commanded speeds.
     pub speed: Population,
-    /// How robots follow commanded turning rates.
+    /// How robots follow commanded turning rates in place.
     pub turn: Population,
+    /// How robots follow commanded turning rates while they drive, if that was measured.
+    pub arc: Option<Population>,
+    /// With which time constant the turning rate follows its command, if trajectories show it.
+    pub yaw_lag: Option<YawLag>,
     /// Bias, heading noise and gusts, if straight runs say where they ended.
     pub drift: Option<Drift>,
     /// Noise from step to step, if trajectories show it.
@@ -103,6 +116,9 @@ pub struct Files {
     pub speed: String,
     /// Turns in place.
     pub turn: String,
+    /// Turns while driving.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arc: Option<String>,
     /// Detections.
     pub detection: String,
     /// Control periods.
@@ -196,11 +212,14 @@ pub fn fit(tables: Tables, unmeasured: &Unmeasured) -> Result<Fit, FitError> {
         files: Files {
             speed: tables.speed.file.clone(),
             turn: tables.turn.file.clone(),
+            arc: tables.arc.map(|arc| arc.file.clone()),
             detection: tables.detection.file.clone(),
             period: tables.period.map(|period| period.file.clone()),
         },
         speed: motion::population(&speed),
         turn: motion::population(&turn),
+        arc: tables.arc.map(|arc| motion::population(&arc_observations(arc))),
+        yaw_lag: yaw_lag(tables.from_rest, period_s),
         drift: drift::drift(tables.speed, drift::Times { period_s, gust_time_constant_s }),
         steps: step_noise(tables.driven, period_s),
         sensor,
@@ -230,11 +249,18 @@ fn speed_observations(trials: &Trials<SpeedTrial>) -> Vec<Observation> {
 }
 
 fn turn_observations(trials: &Trials<TurnTrial>) -> Vec<Observation> {
-    let observation = |trial: &TurnTrial| Observation {
+    trials.rows.iter().map(turn_observation).collect()
+}
+
+fn arc_observations(trials: &Trials<ArcTrial>) -> Vec<Observation> {
+    trials.rows.iter().map(|trial| turn_observation(&trial.turn)).collect()
+}
+
+fn turn_observation(trial: &TurnTrial) -> Observation {
+    Observation {
         robot: trial.robot,
         line: trial.line,
         command: trial.commanded_rad_s,
         gain: trial.angle_rad / trial.duration_s / trial.commanded_rad_s,
-    };
-    trials.rows.iter().map(observation).collect()
+    }
 }

@@ -106,7 +106,7 @@ impl HarsherFactors {
         let (actuation, sensing) = (&measured.actuation, &measured.sensing);
         let (speed, turn) = (&actuation.speed, &actuation.turn);
         let speeds = speed.gain_by_command.iter().map(|gain| gain.mean);
-        let turns = turn.gain_by_command.iter().map(|gain| gain.mean);
+        let turns = turn.means();
         // A robot at the edge of the distribution keeps half of its gain.
         let slowest = |gains: &mut dyn Iterator<Item = f64>, sd: f64| {
             gains.fold(f64::INFINITY, f64::min) / 2.0 / (TRUNCATED_SD * sd)

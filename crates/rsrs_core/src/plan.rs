@@ -8,6 +8,8 @@ use crate::quantile;
 
 mod sheet;
 
+pub use sheet::{ARC_HEADER, DETECTION_HEADER, PERIOD_HEADER, SPEED_HEADER, TURN_HEADER};
+
 /// What is known before the first trial.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlanRequest {
@@ -35,6 +37,11 @@ pub struct PlanRequest {
     pub range_m: f64,
     /// To which side the sensor is expected to see, in radians; above 0, at most π.
     pub half_angle_rad: f64,
+    /// Distances of the detection grid; `None` for about one in each body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub n_distances: Option<usize>,
+    /// Bearings of the detection grid.
+    pub n_bearings: usize,
     /// Expected control period, in seconds: how fast readings come.
     pub period_s: f64,
 }
@@ -69,6 +76,8 @@ pub struct Plan {
     pub speeds_m_s: Vec<f64>,
     /// Commanded turning rates, in radians per second.
     pub turn_rates_rad_s: Vec<f64>,
+    /// Speed at which turns are also driven as arcs, in metres per second.
+    pub arc_speed_m_s: f64,
     /// Repetitions of each command by each robot.
     pub repetitions: usize,
     /// Distances of the detection grid, centre to centre, in metres.
@@ -103,6 +112,8 @@ impl Default for PlanRequest {
             radius_m: 0.075,
             range_m: 0.75,
             half_angle_rad: 0.35,
+            n_distances: None,
+            n_bearings: 9,
             period_s: 0.13,
         }
     }
@@ -186,6 +197,7 @@ impl Plan {
         let samples_alone = alone.div_ceil(robots.len() as u64);
         let false_positive_s = samples_alone as f64 * request.period_s * robots.len() as f64;
         let mut plan = Self {
+            arc_speed_m_s: levels(request.limits_m_s, 1)[0],
             speeds_m_s: levels(request.limits_m_s, request.n_commands),
             turn_rates_rad_s: levels(request.limits_rad_s, request.n_commands),
             repetitions: repetitions_for(request.trial_sd, request.gain_precision),
@@ -210,7 +222,8 @@ impl Plan {
             self.turn_rates_rad_s.iter().map(|rate_rad_s| std::f64::consts::TAU / rate_rad_s).sum();
         let places = (self.distances_m.len() * self.bearings_rad.len()) as f64;
         let readings_s = places * self.samples as f64 * self.request.period_s;
-        each * (straight_s + turns_s) + readings_s + self.false_positive_s
+        // Every turn in place, and once more as an arc.
+        each * (straight_s + 2.0 * turns_s) + readings_s + self.false_positive_s
     }
 }
 
@@ -223,6 +236,8 @@ impl PlanRequest {
         for (name, found) in [
             ("robots to measure", self.n_robots as f64),
             ("commands of each kind", self.n_commands as f64),
+            ("the number of bearings", self.n_bearings as f64),
+            ("the number of distances", self.n_distances.map_or(1.0, |n| n as f64)),
             ("the least safe speed in m/s", self.limits_m_s[0]),
             ("the least safe turning rate in rad/s", self.limits_rad_s[0]),
             ("the track in m", self.track_m),
@@ -276,14 +291,14 @@ fn levels([least, most]: [f64; 2], n: usize) -> Vec<f64> {
 /// From contact to a quarter beyond the expected range, about a body apart.
 fn distances_m(request: &PlanRequest) -> Vec<f64> {
     let (nearest_m, farthest_m) = (2.0 * request.radius_m, 1.25 * request.range_m);
-    let n = ((farthest_m - nearest_m) / (1.5 * request.radius_m)).ceil() as usize + 1;
-    levels([nearest_m, farthest_m], n.clamp(5, 15))
+    let usual = ((farthest_m - nearest_m) / (1.5 * request.radius_m)).ceil() as usize + 1;
+    levels([nearest_m, farthest_m], request.n_distances.unwrap_or(usual.clamp(5, 15)))
 }
 
 /// From the right to the left, half as far again as expected, the axis among them.
 fn bearings_rad(request: &PlanRequest) -> Vec<f64> {
     let widest_rad = (1.5 * request.half_angle_rad).min(std::f64::consts::PI);
-    levels([-widest_rad, widest_rad], 9)
+    levels([-widest_rad, widest_rad], request.n_bearings)
 }
 
 /// Three decimals are what a tape measure and a protractor give.

@@ -2,6 +2,7 @@
 
 mod check;
 mod limits;
+mod unmeasured;
 
 use std::collections::BTreeMap;
 
@@ -91,6 +92,10 @@ pub struct TurnActuation {
     pub limits_rad_s: [f64; 2],
     /// Mean gain `θᵃ₂` at each measured command.
     pub gain_by_command: Vec<TurnGain>,
+    /// Mean gain `θᵃ₂` at each measured command while the robot drives forward; where it is left
+    /// out, that of turning in place.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub driving_gain_by_command: Option<Vec<TurnGain>>,
     /// Standard deviation of the gain between robots; dimensionless.
     pub robot_sd: f64,
     /// Standard deviation of the gain from step to step; dimensionless.
@@ -264,9 +269,25 @@ impl SpeedActuation {
 }
 
 impl TurnActuation {
+    /// All measured mean gains, in place and while driving; dimensionless.
+    pub fn means(&self) -> impl Iterator<Item = f64> {
+        self.gain_by_command
+            .iter()
+            .chain(self.driving_gain_by_command.iter().flatten())
+            .map(|gain| gain.mean)
+    }
+
     /// Mean gain at a command: linear between measured commands, the nearest held outside.
-    pub fn gain_at(&self, commanded_rad_s: f64) -> GainAt {
-        let table = self.gain_by_command.iter().map(|gain| (gain.commanded_rad_s, gain.mean));
+    ///
+    /// # Arguments
+    ///
+    /// * `commanded_rad_s` — size of the commanded turning rate, in radians per second.
+    /// * `speed_m_s` — commanded forward speed, in metres per second; a robot that drives may turn by
+    ///   another gain than one that turns in place.
+    pub fn gain_at(&self, commanded_rad_s: f64, speed_m_s: f64) -> GainAt {
+        let driving = self.driving_gain_by_command.as_ref().filter(|_| speed_m_s != 0.0);
+        let table = driving.unwrap_or(&self.gain_by_command);
+        let table = table.iter().map(|gain| (gain.commanded_rad_s, gain.mean));
         read_table(&table.collect::<Vec<_>>(), commanded_rad_s)
     }
 }

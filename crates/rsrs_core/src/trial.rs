@@ -27,6 +27,9 @@ pub struct Trials<T> {
     pub robots: Vec<String>,
     /// The trials, in the order of the table.
     pub rows: Vec<T>,
+    /// Lines of trials in which commands paused, so that they say nothing of a gain: they are in the
+    /// table with a number in `paused_s`, and not among the trials.
+    pub paused: Vec<u64>,
 }
 
 /// One straight run.
@@ -61,6 +64,19 @@ pub struct TurnTrial {
     pub angle_rad: f64,
     /// Time taken, in seconds; positive.
     pub duration_s: f64,
+}
+
+/// One turn while driving forward.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArcTrial {
+    /// Position of the robot's name.
+    pub robot: usize,
+    /// Line of the table, from 1.
+    pub line: u64,
+    /// Commanded speed, in metres per second; positive.
+    pub commanded_m_s: f64,
+    /// The turn: commanded rate, angle and time.
+    pub turn: TurnTrial,
 }
 
 /// A neighbour's place in the robot's frame, centre to centre.
@@ -98,7 +114,11 @@ pub struct PeriodTrial {
     pub period_s: f64,
 }
 
-/// Reads straight runs: `robot,commanded_m_s,distance_m,duration_s[,lateral_m,heading_change_rad]`.
+/// The column of a trial in which commands paused: for how long, in seconds; empty if they did not.
+const PAUSED: &str = "paused_s";
+
+/// Reads straight runs:
+/// `robot,commanded_m_s,distance_m,duration_s[,lateral_m,heading_change_rad,paused_s]`.
 ///
 /// # Arguments
 ///
@@ -110,8 +130,9 @@ pub struct PeriodTrial {
 /// [`TrialError`], the first problem found.
 pub fn speed_trials(file: &str, text: &str) -> Result<Trials<SpeedTrial>, TrialError> {
     let required = ["robot", "commanded_m_s", "distance_m", "duration_s"];
-    let mut table = Table::open(file, text, &required, &["lateral_m", "heading_change_rad"])?;
-    table.read(|row, robot| {
+    let optional = ["lateral_m", "heading_change_rad", PAUSED];
+    let mut table = Table::open(file, text, &required, &optional)?;
+    table.read_unpaused(6, |row, robot| {
         let commanded_m_s = row.positive(1)?;
         row.below(1, commanded_m_s, MAX_SPEED_M_S, "mm/s")?;
         let distance_m = row.not_negative(2)?;
@@ -146,40 +167,59 @@ pub fn speed_trials(file: &str, text: &str) -> Result<Trials<SpeedTrial>, TrialE
     })
 }
 
-/// Reads turns in place: `robot,commanded_rad_s,angle_rad,duration_s`.
+/// Reads turns in place: `robot,commanded_rad_s,angle_rad,duration_s[,paused_s]`.
 ///
 /// # Errors
 ///
 /// [`TrialError`], the first problem found.
 pub fn turn_trials(file: &str, text: &str) -> Result<Trials<TurnTrial>, TrialError> {
     let required = ["robot", "commanded_rad_s", "angle_rad", "duration_s"];
-    let mut table = Table::open(file, text, &required, &[])?;
-    table.read(|row, robot| {
-        let commanded_rad_s = row.number(1)?;
-        if commanded_rad_s == 0.0 {
-            return Err(row.out_of_range(1, commanded_rad_s, "a turning rate that is not 0"));
-        }
-        row.below(1, commanded_rad_s, MAX_TURN_RATE_RAD_S, "degrees per second")?;
-        let angle_rad = row.number(2)?;
-        let duration_s = row.positive(3)?;
-        let ratio = angle_rad / duration_s / commanded_rad_s;
-        if ratio < 0.0 {
-            return Err(row.out_of_range(
-                2,
-                angle_rad,
-                "an angle with the sign of commanded_rad_s (counterclockwise is positive)",
-            ));
-        }
-        let degrees = 180.0 / std::f64::consts::PI;
-        let is_round = angle_rad.abs() >= 90.0 && angle_rad % 90.0 == 0.0;
-        if is_round || (degrees / 2.0..=degrees * 2.0).contains(&ratio) {
-            return Err(row.unit(2, angle_rad, "degrees"));
-        }
-        if (0.5 / degrees..=2.0 / degrees).contains(&ratio) {
-            return Err(row.unit(1, commanded_rad_s, "degrees per second"));
-        }
-        Ok(TurnTrial { robot, line: row.line, commanded_rad_s, angle_rad, duration_s })
+    let mut table = Table::open(file, text, &required, &[PAUSED])?;
+    table.read_unpaused(4, |row, robot| turn(row, (robot, 1)))
+}
+
+/// Reads turns while driving forward:
+/// `robot,commanded_m_s,commanded_rad_s,angle_rad,duration_s[,paused_s]`.
+///
+/// # Errors
+///
+/// [`TrialError`], the first problem found.
+pub fn arc_trials(file: &str, text: &str) -> Result<Trials<ArcTrial>, TrialError> {
+    let required = ["robot", "commanded_m_s", "commanded_rad_s", "angle_rad", "duration_s"];
+    let mut table = Table::open(file, text, &required, &[PAUSED])?;
+    table.read_unpaused(5, |row, robot| {
+        let commanded_m_s = row.positive(1)?;
+        row.below(1, commanded_m_s, MAX_SPEED_M_S, "mm/s")?;
+        Ok(ArcTrial { robot, line: row.line, commanded_m_s, turn: turn(row, (robot, 2))? })
     })
+}
+
+/// A turn whose commanded rate, angle and time stand in three columns from one on.
+fn turn(row: &Row, (robot, from): (usize, usize)) -> Result<TurnTrial, TrialError> {
+    let commanded_rad_s = row.number(from)?;
+    if commanded_rad_s == 0.0 {
+        return Err(row.out_of_range(from, commanded_rad_s, "a turning rate that is not 0"));
+    }
+    row.below(from, commanded_rad_s, MAX_TURN_RATE_RAD_S, "degrees per second")?;
+    let angle_rad = row.number(from + 1)?;
+    let duration_s = row.positive(from + 2)?;
+    let ratio = angle_rad / duration_s / commanded_rad_s;
+    if ratio < 0.0 {
+        return Err(row.out_of_range(
+            from + 1,
+            angle_rad,
+            "an angle with the sign of commanded_rad_s (counterclockwise is positive)",
+        ));
+    }
+    let degrees = 180.0 / std::f64::consts::PI;
+    let is_round = angle_rad.abs() >= 90.0 && angle_rad % 90.0 == 0.0;
+    if is_round || (degrees / 2.0..=degrees * 2.0).contains(&ratio) {
+        return Err(row.unit(from + 1, angle_rad, "degrees"));
+    }
+    if (0.5 / degrees..=2.0 / degrees).contains(&ratio) {
+        return Err(row.unit(from, commanded_rad_s, "degrees per second"));
+    }
+    Ok(TurnTrial { robot, line: row.line, commanded_rad_s, angle_rad, duration_s })
 }
 
 /// Reads detections: `robot,distance_m,bearing_rad,samples,detections`, centre to centre; an empty
@@ -249,16 +289,39 @@ impl Table<'_> {
         &mut self,
         mut trial: impl FnMut(&Row, usize) -> Result<T, TrialError>,
     ) -> Result<Trials<T>, TrialError> {
+        self.read_some(|row, robot| trial(row, robot).map(Some))
+    }
+
+    /// Reads the rows with nothing in the column of pauses.
+    fn read_unpaused<T>(
+        &mut self,
+        paused: usize,
+        mut trial: impl FnMut(&Row, usize) -> Result<T, TrialError>,
+    ) -> Result<Trials<T>, TrialError> {
+        self.read_some(|row, robot| match row.optional(paused)? {
+            Some(_) => Ok(None),
+            None => trial(row, robot).map(Some),
+        })
+    }
+
+    /// Reads every row; those that are none are paused.
+    fn read_some<T>(
+        &mut self,
+        mut trial: impl FnMut(&Row, usize) -> Result<Option<T>, TrialError>,
+    ) -> Result<Trials<T>, TrialError> {
         let mut robots = Names::default();
-        let mut rows = Vec::new();
+        let (mut rows, mut paused) = (Vec::new(), Vec::new());
         while let Some(row) = self.next_row()? {
             let robot = robots.position(row.name(0)?);
-            rows.push(trial(&row, robot)?);
+            match trial(&row, robot)? {
+                Some(trial) => rows.push(trial),
+                None => paused.push(row.line),
+            }
         }
         if rows.is_empty() {
             return Err(self.refuse(TrialProblem::NoRows));
         }
-        Ok(Trials { file: self.file().to_owned(), robots: robots.names, rows })
+        Ok(Trials { file: self.file().to_owned(), robots: robots.names, rows, paused })
     }
 }
 
@@ -270,6 +333,8 @@ struct Names {
 }
 
 impl Names {
+    const EMPTY: Self = Self { names: Vec::new(), positions: BTreeMap::new() };
+
     fn position(&mut self, name: &str) -> usize {
         if let Some(position) = self.positions.get(name) {
             return *position;

@@ -102,6 +102,7 @@ fn map(hits: u64, alarms: u64) -> SensorMap {
         polygon_m: Vec::new(),
         true_positive: Rate::new(hits, 100),
         false_positive: Rate::new(alarms, 1000),
+        reach: Vec::new(),
         left_out_rad: Vec::new(),
     }
 }

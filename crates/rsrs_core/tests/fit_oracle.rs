@@ -52,7 +52,8 @@ fn case(design: Design) -> Value {
     // One trial that is not like the others.
     rows[0].duration_s *= 1.07;
     let names: Vec<String> = (0..design.n_robots).map(|robot| format!("robot_{robot}")).collect();
-    let speed = Trials { file: "speed.csv".to_owned(), robots: names.clone(), rows };
+    let speed =
+        Trials { file: "speed.csv".to_owned(), robots: names.clone(), rows, paused: Vec::new() };
     let periods = (0..12)
         .map(|line| PeriodTrial {
             robot: line % design.n_robots,
@@ -60,7 +61,8 @@ fn case(design: Design) -> Value {
             period_s: draw.normal(0.13, 0.004),
         })
         .collect();
-    let period = Trials { file: "period.csv".to_owned(), robots: names, rows: periods };
+    let period =
+        Trials { file: "period.csv".to_owned(), robots: names, rows: periods, paused: Vec::new() };
     let fitted = fitted(&speed, &period);
     json!({
         "trials": speed.rows.iter().map(|trial| json!({
@@ -88,10 +90,18 @@ fn fitted(speed: &Trials<SpeedTrial>, period: &Trials<PeriodTrial>) -> Fit {
         file: "turn.csv".to_owned(),
         robots: vec!["robot_0".to_owned()],
         rows: vec![turn],
+        paused: Vec::new(),
     };
     let detection = detection_trials("detection.csv", DETECTION).expect("valid");
-    let tables =
-        Tables { speed, turn: &turn, detection: &detection, period: Some(period), driven: &[] };
+    let tables = Tables {
+        speed,
+        turn: &turn,
+        detection: &detection,
+        period: Some(period),
+        driven: &[],
+        arc: None,
+        from_rest: &[],
+    };
     fit(tables, &Unmeasured::default()).expect("there is a region")
 }
 

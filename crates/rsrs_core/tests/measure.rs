@@ -7,10 +7,11 @@ mod generate;
 mod numbers;
 
 use std::collections::BTreeSet;
+use std::fmt::Write as _;
 use std::path::Path;
 
 use numbers::numbers;
-use rsrs_core::fit::{Fit, FitError, Tables, Unmeasured, fit};
+use rsrs_core::fit::{Fit, FitError, Tables, Unmeasured, fit, sensor_map};
 use rsrs_core::profile::RobotProfile;
 use rsrs_core::trial::{detection_trials, period_trials, speed_trials, turn_trials};
 use serde_json::Value;
@@ -32,6 +33,8 @@ fn fit_texts([speed, turn, detection, period]: [&str; 4]) -> Result<Fit, FitErro
         detection: &detection_trials("detection.csv", detection).expect("valid"),
         period: Some(&period_trials("period.csv", period).expect("valid")),
         driven: &[],
+        arc: None,
+        from_rest: &[],
     };
     fit(tables, &Unmeasured::default())
 }
@@ -262,10 +265,37 @@ fn trajectories_without_turns_are_refused() {
     let mut turn = turn_trials("turn.csv", TURN).expect("valid");
     turn.rows.clear();
     let detection = detection_trials("detection.csv", DETECTION).expect("valid");
-    let tables =
-        Tables { speed: &speed, turn: &turn, detection: &detection, period: None, driven: &[] };
+    let tables = Tables {
+        speed: &speed,
+        turn: &turn,
+        detection: &detection,
+        period: None,
+        driven: &[],
+        arc: None,
+        from_rest: &[],
+    };
 
     let error = fit(tables, &Unmeasured::default()).expect_err("there is nothing to fit");
 
     assert_eq!(error.to_string(), "turn.csv: no turns in place, expected 1 or more");
+}
+
+#[test]
+fn a_reach_lies_between_the_last_reading_that_detected_and_the_first_that_did_not() {
+    let mut table = "robot,distance_m,bearing_rad,samples,detections\na,,,70,4\n".to_owned();
+    for bearing_rad in [-0.2, 0.0, 0.2] {
+        for (distance_m, detections) in [(0.487, 69), (0.622, 70), (0.757, 68), (0.892, 5)] {
+            writeln!(table, "a,{distance_m},{bearing_rad},70,{detections}").unwrap();
+        }
+    }
+    // A sensor that fades: 64 of 70 and then 54, and the share of 0.8 is between them.
+    table.push_str("a,0.487,0.4,70,64\na,0.622,0.4,70,54\n");
+
+    let map = sensor_map(&detection_trials("d.csv", &table).unwrap(), 0.075).unwrap();
+
+    let [.., ahead, _, fading] = map.reach[..] else { panic!("{:?}", map.reach) };
+    assert!((ahead.far_m - 0.8245).abs() < 1e-9, "{ahead:?}");
+    assert_eq!((ahead.low_m, ahead.high_m), (0.757, Some(0.892)));
+    let share = (64.0 / 70.0 - 0.8) / (10.0 / 70.0);
+    assert!((fading.far_m - (0.487 + share * 0.135)).abs() < 1e-9, "{fading:?}");
 }

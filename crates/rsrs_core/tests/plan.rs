@@ -5,7 +5,7 @@ mod draw;
 
 use draw::Draw;
 use rsrs_core::plan::{Plan, PlanError, PlanRequest, repetitions_for, samples_for};
-use rsrs_core::trial::{detection_trials, period_trials, speed_trials, turn_trials};
+use rsrs_core::trial::{arc_trials, detection_trials, period_trials, speed_trials, turn_trials};
 use rsrs_core::variance::Estimate;
 
 fn request() -> PlanRequest {
@@ -25,13 +25,14 @@ fn the_sheet_reads_as_it_is_to_be_done() {
     2  Turns in place: 175, a full circle (6.2832 rad) each
        rates: 0.1, 0.7, 1.3, 1.9, 2.5 rad/s
        7 times each; write down the time
-    3  Detections: one robot, another at 81 places, 70 readings each
+    3  Arcs: 175, the same turns while driving at 0.16 m/s; write down the time
+    4  Detections: one robot, another at 81 places, 70 readings each
        distances, centre to centre: 0.15, 0.248, 0.347, 0.445, 0.544, 0.642, 0.741, 0.839, 0.938 m
        bearings, left is positive: -0.525, -0.394, -0.262, -0.131, 0, 0.131, 0.262, 0.394, 0.525 rad
-    4  False positives: 128 readings of each robot alone, 83 s in all
-    5  Period: 20 control periods of each robot, from its log or a bag
+    5  False positives: 128 readings of each robot alone, 83 s in all
+    6  Period: 20 control periods of each robot, from its log or a bag
 
-    About 2.5 h of driving and reading.
+    About 3.3 h of driving and reading.
     Expected precision: each gain to ±0.02 (if trials of a robot differ by 0.02), each rate to ±0.1, at 95 %.
     ");
 }
@@ -45,13 +46,14 @@ fn tables_that_are_filled_in_can_be_read() {
         format!("{header}\n{}", rows.replace(gap, value))
     };
 
-    let speed = speed_trials("s.csv", &filled(&plan.speed_csv(), ",,,\n", ",20,,\n")).unwrap();
-    let turn = turn_trials("t.csv", &filled(&plan.turn_csv(), ",\n", ",9\n")).unwrap();
+    let speed = speed_trials("s.csv", &filled(&plan.speed_csv(), ",,,,\n", ",20,,,\n")).unwrap();
+    let turn = turn_trials("t.csv", &filled(&plan.turn_csv(), ",,\n", ",9,\n")).unwrap();
+    let arc = arc_trials("a.csv", &filled(&plan.arc_csv(), ",,\n", ",9,\n")).unwrap();
     let detection =
         detection_trials("d.csv", &filled(&plan.detection_csv(), ",\n", ",3\n")).unwrap();
     let period = period_trials("p.csv", &filled(&plan.period_csv(), ",\n", ",0.13\n")).unwrap();
 
-    assert_eq!((speed.rows.len(), turn.rows.len()), (n_commands, n_commands));
+    assert_eq!([speed.rows.len(), turn.rows.len(), arc.rows.len()], [n_commands; 3]);
     assert_eq!((speed.robots.len(), period.rows.len()), (5, 100));
     let n_alone = detection.rows.iter().filter(|row| row.neighbour.is_none()).count();
     assert_eq!(n_alone, 5);

@@ -77,7 +77,7 @@ fn speeds(truth: &Truth, draw: &mut Draw) -> Trials<SpeedTrial> {
             }
         }
     }
-    Trials { file: "speed.csv".to_owned(), robots: names(truth.n_robots), rows }
+    Trials { file: "speed.csv".to_owned(), robots: names(truth.n_robots), rows, paused: Vec::new() }
 }
 
 fn turns() -> Trials<TurnTrial> {
@@ -88,7 +88,12 @@ fn turns() -> Trials<TurnTrial> {
         angle_rad: std::f64::consts::TAU,
         duration_s,
     };
-    Trials { file: "turn.csv".to_owned(), robots: names(1), rows: vec![turn(8.6), turn(8.7)] }
+    Trials {
+        file: "turn.csv".to_owned(),
+        robots: names(1),
+        rows: vec![turn(8.6), turn(8.7)],
+        paused: Vec::new(),
+    }
 }
 
 /// The least that makes a sensor, where it does not matter.
@@ -161,8 +166,15 @@ fn fitted(truth: &Truth, population: u64) -> Fit {
     let mut draw = Draw::new(population);
     let speed = speeds(truth, &mut draw);
     let detection = any_detections();
-    let tables =
-        Tables { speed: &speed, turn: &turns(), detection: &detection, period: None, driven: &[] };
+    let tables = Tables {
+        speed: &speed,
+        turn: &turns(),
+        detection: &detection,
+        period: None,
+        driven: &[],
+        arc: None,
+        from_rest: &[],
+    };
     fit(tables, &Unmeasured { period_s: PERIOD_S, ..Unmeasured::default() })
         .expect("it was measured")
 }
@@ -325,9 +337,10 @@ fn sensors_of_any_region_and_rates_are_recovered() {
     found.hits.assert_conservative("true positives");
     found.alarms.assert_conservative("false positives");
     found.areas.sort_by(f64::total_cmp);
-    // Places are 10 cm and 0.2 rad apart, and the polygon is convex and goes no further than them.
+    // Places are 10 cm and 0.2 rad apart, and the edge is taken to be half of the way between them; the
+    // polygon is convex, and cuts a little off a sector.
     let (least, median) = (found.areas[0], found.areas[250]);
-    assert!(least > 0.3 && (0.6..0.9).contains(&median), "{least}, {median}");
+    assert!(least > 0.4 && (0.87..1.0).contains(&median), "{least}, {median}");
 }
 
 #[test]
@@ -341,7 +354,7 @@ fn a_sensor_that_is_hardly_reliable_is_not_taken_for_a_better_one() {
             false_positive: 0.05,
         });
 
-        found.hits.assert_nominal(&format!("true positives near {true_positive}"));
+        found.hits.assert_conservative(&format!("true positives near {true_positive}"));
         // A place is in the polygon because its readings were good: they cannot be asked again.
         let same = found.same.n_covered as f64 / found.same.n as f64;
         assert!(same < 0.93, "the same readings: {same}");
@@ -373,7 +386,8 @@ fn the_period_is_recovered() {
                 rows.push(PeriodTrial { robot, line: rows.len() as u64 + 2, period_s });
             }
         }
-        let period = Trials { file: "period.csv".to_owned(), robots: names(4), rows };
+        let period =
+            Trials { file: "period.csv".to_owned(), robots: names(4), rows, paused: Vec::new() };
         let speed = speeds(&PAPER, &mut draw);
         let detection = any_detections();
         let tables = Tables {
@@ -382,6 +396,8 @@ fn the_period_is_recovered() {
             detection: &detection,
             period: Some(&period),
             driven: &[],
+            arc: None,
+            from_rest: &[],
         };
         let found = fit(tables, &Unmeasured::default()).unwrap().details.period.unwrap();
         mean.count_estimate(found.period_s, PERIOD_S);

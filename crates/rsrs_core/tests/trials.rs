@@ -61,7 +61,7 @@ fn numbers_that_cannot_be_are_refused_with_their_line() {
         speed_error("robot;commanded_m_s;distance_m;duration_s\na;0,1;2;20\n"),
         @"speed.csv:2: commanded_m_s is `0,1`, expected a number with a decimal point, not a comma"
     );
-    insta::assert_snapshot!(speed_error(" \n"), @"speed.csv:1: the table is empty, expected the header `robot,commanded_m_s,distance_m,duration_s,lateral_m,heading_change_rad`");
+    insta::assert_snapshot!(speed_error(" \n"), @"speed.csv:1: the table is empty, expected the header `robot,commanded_m_s,distance_m,duration_s,lateral_m,heading_change_rad,paused_s`");
     insta::assert_snapshot!(speed_error("robot,commanded_m_s,distance_m,duration_s\n"), @"speed.csv:1: the table has a header and no rows");
 }
 
@@ -151,7 +151,7 @@ fn driven() -> Vec<DrivenTrial> {
 }
 
 #[test]
-fn trajectories_become_straight_runs_and_turns_in_place() {
+fn trajectories_become_straight_runs_turns_in_place_and_arcs() {
     let found = reduced("t.csv", &driven());
 
     let gains: Vec<f64> = found
@@ -164,8 +164,14 @@ fn trajectories_become_straight_runs_and_turns_in_place() {
     assert!(found.speed.rows[0].lateral_m.is_some_and(|lateral_m| lateral_m.abs() < 1e-9));
     let turn = found.turn.rows[0];
     assert!((turn.angle_rad / turn.duration_s / turn.commanded_rad_s - 0.8).abs() < 1e-9);
-    assert_eq!((found.speed.rows.len(), found.turn.rows.len()), (2, 1));
-    assert_eq!(found.left_out, [("a".to_owned(), "4".to_owned())]);
+    let arc = found.arc.rows[0];
+    let gain = arc.turn.angle_rad / arc.turn.duration_s / arc.turn.commanded_rad_s;
+    assert!(
+        (gain - 0.8).abs() < 1e-9 && arc.commanded_m_s.to_bits() == 0.1_f64.to_bits(),
+        "{arc:?}"
+    );
+    assert_eq!([found.speed.rows.len(), found.turn.rows.len(), found.arc.rows.len()], [2, 1, 1]);
+    assert_eq!(found.left_out, []);
 }
 
 #[test]
@@ -205,4 +211,15 @@ fn noise_of_the_robot_is_told_from_noise_of_the_tracker() {
     // With the tracker's noise in it, it would be 1.1.
     let speed = found.speed_step_sd.expect("they drove forward");
     assert!(covers(speed, step_sd) && speed.value < 0.6, "{found:?}");
+}
+
+#[test]
+fn trials_in_which_commands_paused_are_no_rows() {
+    let table = "robot,commanded_rad_s,angle_rad,duration_s,paused_s\n\
+                 a,0.5,5.8,12,\na,0.5,3.1,12,0.445\nb,0.5,5.9,12,\n";
+
+    let found = turn_trials("turn.csv", table).expect("the table is right");
+
+    assert_eq!(found.rows.len(), 2);
+    assert_eq!(found.paused, [3]);
 }

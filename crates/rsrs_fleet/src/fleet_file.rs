@@ -1,12 +1,11 @@
 //! The fleet file: which robots there are and how to reach them.
 
 mod error;
-
-use std::fmt;
-use std::marker::PhantomData;
+mod ordered;
 
 use rsrs_core::document;
-use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
+
+use ordered::Ordered;
 
 pub use error::{FleetFileError, Lack};
 
@@ -27,8 +26,8 @@ pub struct FleetRobot {
     pub name: String,
     /// Whether experiments may use it.
     pub enabled: bool,
-    /// Path of its measured profile, relative to the fleet file.
-    pub profile: String,
+    /// Path of its measured profile, relative to the fleet file; `None` if it was not measured yet.
+    pub profile: Option<String>,
     /// What moves it.
     pub driver: Driver,
     /// The type of its velocity commands.
@@ -103,6 +102,9 @@ pub struct TooFewRobots {
     pub expected: usize,
 }
 
+/// The key of a robot's profile.
+const PROFILE: &str = "profile";
+
 /// The only version of the format.
 const FILE_VERSION: u32 = 1;
 
@@ -125,15 +127,17 @@ impl FleetFile {
                 found: written.fileversion,
             });
         }
-        let lacks: Vec<Lack> =
-            written.robots.0.iter().filter_map(|(name, robot)| written.lack(name, robot)).collect();
+        let lacks: Vec<Lack> = written
+            .robots
+            .entries()
+            .filter_map(|(name, robot)| written.lack(name, robot))
+            .collect();
         if !lacks.is_empty() {
             return Err(FleetFileError::Missing { file: file.to_owned(), robots: lacks });
         }
         let robots = written
             .robots
-            .0
-            .iter()
+            .entries()
             .map(|(name, robot)| written.resolve(file, name, robot))
             .collect::<Result<_, _>>()?;
         Ok(Self { robots })
@@ -142,6 +146,22 @@ impl FleetFile {
     /// Names of the robots that experiments may use, in the order of the file.
     pub fn enabled(&self) -> Vec<&str> {
         self.robots.iter().filter(|robot| robot.enabled).map(|robot| robot.name.as_str()).collect()
+    }
+
+    /// The path of a robot's profile, relative to the file.
+    ///
+    /// # Arguments
+    ///
+    /// * `file` — name of the document, for errors only.
+    ///
+    /// # Errors
+    ///
+    /// [`FleetFileError::Missing`] if it was not measured yet.
+    pub fn profile_of<'a>(file: &str, robot: &'a FleetRobot) -> Result<&'a str, FleetFileError> {
+        robot.profile.as_deref().ok_or_else(|| FleetFileError::Missing {
+            file: file.to_owned(),
+            robots: vec![Lack { robot: robot.name.clone(), enabled: false, keys: vec![PROFILE] }],
+        })
     }
 
     /// The first enabled robots: those that a cell with `robots: n` takes.
@@ -205,14 +225,9 @@ impl Written {
             Some(found) => self.robot_types.get(found)?,
         };
         let all = &self.all;
-        let has = [
-            ("driver", robot.driver.is_some() || of_type.driver.is_some() || all.driver.is_some()),
-            (
-                "profile",
-                [&robot.profile, &of_type.profile, &all.profile].iter().any(|it| it.is_some()),
-            ),
-        ];
-        let keys: Vec<&str> = has.iter().filter(|(_, has)| !has).map(|(key, _)| *key).collect();
+        let has_driver =
+            [&robot.driver, &of_type.driver, &all.driver].iter().any(|it| it.is_some());
+        let keys = if has_driver { Vec::new() } else { vec!["driver"] };
         let enabled = robot.enabled.is_none();
         (enabled || !keys.is_empty()).then(|| Lack { robot: name.to_owned(), enabled, keys })
     }
@@ -234,7 +249,7 @@ impl Written {
                     file: file.to_owned(),
                     robot: name.to_owned(),
                     found: found.clone(),
-                    expected: self.robot_types.0.iter().map(|(key, _)| key.clone()).collect(),
+                    expected: self.robot_types.entries().map(|(key, _)| key.clone()).collect(),
                 })?
             }
         };
@@ -248,7 +263,7 @@ impl Written {
         Ok(FleetRobot {
             name: name.to_owned(),
             enabled: robot.enabled.expect(said),
-            profile: first_of([&robot.profile, &of_type.profile, &all.profile]).expect(said),
+            profile: first_of([&robot.profile, &of_type.profile, &all.profile]),
             driver,
             lease,
             cmd_vel: first_of([&robot.cmd_vel, &of_type.cmd_vel, &all.cmd_vel]).unwrap_or_default(),
@@ -270,44 +285,6 @@ fn is_name(name: &str) -> bool {
     name.starts_with(|first: char| first.is_ascii_lowercase())
         && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
         && !name.contains("__")
-}
-
-/// A map in the order of the file.
-struct Ordered<T>(Vec<(String, T)>);
-
-impl<T> Default for Ordered<T> {
-    fn default() -> Self {
-        Self(Vec::new())
-    }
-}
-
-impl<T> Ordered<T> {
-    fn get(&self, key: &str) -> Option<&T> {
-        self.0.iter().find(|(other, _)| other == key).map(|(_, value)| value)
-    }
-}
-
-impl<'de, T: Deserialize<'de>> Deserialize<'de> for Ordered<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Entries<T>(PhantomData<T>);
-        impl<'de, T: Deserialize<'de>> Visitor<'de> for Entries<T> {
-            type Value = Ordered<T>;
-            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-                formatter.write_str("a map from names")
-            }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Ordered<T>, A::Error> {
-                let mut entries: Vec<(String, T)> = Vec::new();
-                while let Some((key, value)) = map.next_entry::<String, T>()? {
-                    if entries.iter().any(|(other, _)| *other == key) {
-                        return Err(de::Error::custom(format!("`{key}` is given twice")));
-                    }
-                    entries.push((key, value));
-                }
-                Ok(Ordered(entries))
-            }
-        }
-        deserializer.deserialize_map(Entries(PhantomData))
-    }
 }
 
 #[cfg(test)]
@@ -367,7 +344,6 @@ robots:
             ("enabled: false", "enable: false", "did you mean `enabled`?"),
             ("type: flockbot}", "type: flocbot}", "type `flocbot`, expected one of: flockbot"),
             ("fileversion: 1", "fileversion: 2", "fileversion is 2, expected 1"),
-            ("profile: p.yaml, ", "", "zebra has no `profile`"),
             ("fileversion: 1\n", "", "missing field `fileversion`"),
             ("1\nall: {", "1\nall: {lease: controller, ", "zebra has a gate"),
         ] {
@@ -385,13 +361,12 @@ robots:
 
         assert_eq!(
             error.to_string(),
-            "fleet.yaml: a has no `driver` and no `profile`, nor has its type or `all`; b has no \
-             `enabled` and no `profile`, nor has its type or `all`"
+            "fleet.yaml: a has no `driver`, nor has its type or `all`; b has no `enabled`"
         );
         assert_eq!(
             error.help().unwrap(),
-            "give `driver`, `profile` under the robot, its type or `all`; say `enabled: true` or \
-             `false` of each robot"
+            "give `driver` under the robot, its type or `all`; say `enabled: true` or `false` of \
+             each robot"
         );
         let nothing = FleetFile::parse("fleet.yaml", "{}").unwrap_err().to_string();
         assert!(nothing.ends_with("missing fields `fileversion`, `robots`"), "{nothing}");

@@ -10,7 +10,7 @@ use crate::message::{E_STOP_REASON, Lease, LeaseState};
 use crate::preflight::{self, Graph, Seen};
 use crate::record::LostRobot;
 use crate::timing::{
-    ARM, BEAT, CONFIGURE, FIRST_SAMPLE, LOCKSTEP_GRACE, LOOK_AGAIN, RECORDER, SILENCE, STAND,
+    ARM, BEAT, CONFIGURE, FIRST_SAMPLE, LOCKSTEP_GRACE, LOOK, LOOK_AGAIN, RECORDER, SILENCE, STAND,
 };
 
 mod event;
@@ -194,7 +194,9 @@ impl Runner {
                     actions.extend(news.map(Action::Note));
                 }
             }
-            Event::Pose { robot, frame, pose } => self.floor.receive_pose(robot, frame, pose),
+            Event::Pose { robot, frame, pose } => {
+                self.floor.receive_pose(robot, (frame, pose), now);
+            }
             Event::Sampled { robot, kind } => self.roster.receive_sample(&robot, kind, now),
             Event::ParametersSet { target, result } if self.phase == Phase::Configure => {
                 self.requests.answer(&target, result);

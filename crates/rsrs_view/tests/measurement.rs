@@ -42,6 +42,8 @@ fn fitted([speed, turn, detection, period]: [&str; 4], radius_m: f64) -> Fit {
         detection: &detection_trials("detection.csv", detection).expect("valid"),
         period: Some(&period_trials("period.csv", period).expect("valid")),
         driven: &[],
+        arc: None,
+        from_rest: &[],
     };
     fit(tables, &Unmeasured { radius_m, ..Unmeasured::default() })
         .expect("the trials that ship can be fitted")

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
+use rsrs_core::controller::ControllerParameters;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::PoseSource;
 use rsrs_fleet::placement::WantedStart;
@@ -38,14 +39,21 @@ pub fn runner_options(plan: &Plan, recorded_topics: &[RecordedTopic]) -> RunnerO
         ),
         pace,
         robot_lost: record.robot_lost,
-        // Somebody stands beside real robots, and has set them down by hand.
-        countdown: match record.backend {
-            Backend::Fleet | Backend::Mixed => COUNTDOWN,
-            Backend::Simulator => Duration::ZERO,
-        },
+        countdown: countdown(plan),
         samples: samples(plan),
         start: (record.backend != Backend::Simulator && plan.place_check == PlaceCheck::On)
             .then(|| WantedStart::of(&record.conditions, record.replicate)),
+    }
+}
+
+/// How long before robots move. Somebody stands beside real ones, and has set them down by hand; robots
+/// that are to stand need no warning.
+fn countdown(plan: &Plan) -> Duration {
+    let ControllerParameters { speed_m_s, turn_rate_rad_s } = plan.record.conditions.controller;
+    let stands = speed_m_s == 0.0 && turn_rate_rad_s == 0.0;
+    match plan.record.backend {
+        Backend::Fleet | Backend::Mixed if !stands => COUNTDOWN,
+        Backend::Fleet | Backend::Mixed | Backend::Simulator => Duration::ZERO,
     }
 }
 

@@ -20,7 +20,7 @@ mod trial;
 pub use recording::Recording;
 use run_id::new_run_id;
 pub use swept::{SweptCell, SweptCellError};
-pub use trial::{GETTING_GOING_S, Trial, TrialRequest};
+pub use trial::{GETTING_GOING_S, Trial, TrialRequest, Unmeasured};
 
 /// What a person asks for.
 #[derive(Clone, Debug)]
@@ -70,6 +70,8 @@ pub struct Plan {
     pub recording: Recording,
     /// The fastest that the robots may be told, by their profile, in m/s and rad/s.
     pub limits: [f64; 2],
+    /// Whether its profile is one; a robot that is about to be measured has a stand-in.
+    pub is_measured: bool,
 }
 
 /// Whether the poses of the robots must be known.
@@ -153,7 +155,17 @@ impl Plan {
         files.extend(starts.map(|table| ("starts.csv", table.text)));
         let place_check = request.place_check;
         let (poses, limits) = (Poses::Required, limits(&measured));
-        Ok(Self { record, robots, bag, files, poses, place_check, recording, limits })
+        Ok(Self {
+            record,
+            robots,
+            bag,
+            files,
+            poses,
+            place_check,
+            recording,
+            limits,
+            is_measured: true,
+        })
     }
 
     /// Steps of the run.
@@ -300,12 +312,13 @@ fn common_profile(robots: &[FleetRobot], fleet: &Path) -> anyhow::Result<(String
             "{}: {} has profile `{}` and {} has `{}`, expected one for all robots of a run",
             fleet.display(),
             first.name,
-            first.profile,
+            FleetFile::profile_of(&fleet.display().to_string(), first)?,
             other.name,
-            other.profile
+            FleetFile::profile_of(&fleet.display().to_string(), other)?
         );
     }
-    let path = fleet.parent().unwrap_or(Path::new("")).join(&first.profile);
+    let profile = FleetFile::profile_of(&fleet.display().to_string(), first)?;
+    let path = fleet.parent().unwrap_or(Path::new("")).join(profile);
     let (name, text) = read(&path)?;
     let profile = RobotProfile::parse(&name, &text)
         .with_context(|| format!("{name} does not describe a robot"))?;
@@ -337,7 +350,7 @@ mod tests {
         let robot = |(index, pose): (usize, PoseSource)| FleetRobot {
             name: format!("robot_{index}"),
             enabled: true,
-            profile: "flockbot.yaml".to_owned(),
+            profile: Some("flockbot.yaml".to_owned()),
             driver: if index < n_virtual { Driver::Virtual } else { Driver::Ros },
             cmd_vel: CmdVel::TwistStamped,
             pose,

@@ -222,16 +222,19 @@ fn take_robot(
     fleet_file: &Path,
     values: &mut BTreeMap<String, ParameterValue>,
 ) -> Result<DriverKind, ArgumentsError> {
-    let path = fleet_file.parent().unwrap_or(Path::new("")).join(&described.profile);
-    let profile = RobotProfile::parse(&path.display().to_string(), &read(&path)?)?;
-    let mut double = |name: &str, value| {
-        values.insert(name.to_owned(), ParameterValue::Double(value));
-    };
-    double(parameters::SPEED_MAX, profile.actuation.speed.limits_m_s[1]);
-    double(parameters::TURN_RATE_MAX, profile.actuation.turn.limits_rad_s[1]);
-    double(parameters::PERIOD, profile.computation.period_s);
-    if let Some(cone) = profile.sensing.cone {
-        double(parameters::DETECTION_THRESHOLD, cone.range_m);
+    // A robot that was not measured yet takes its limits from the command line, or the usual ones.
+    if let Some(profile) = &described.profile {
+        let path = fleet_file.parent().unwrap_or(Path::new("")).join(profile);
+        let profile = RobotProfile::parse(&path.display().to_string(), &read(&path)?)?;
+        let mut double = |name: &str, value| {
+            values.insert(name.to_owned(), ParameterValue::Double(value));
+        };
+        double(parameters::SPEED_MAX, profile.actuation.speed.limits_m_s[1]);
+        double(parameters::TURN_RATE_MAX, profile.actuation.turn.limits_rad_s[1]);
+        double(parameters::PERIOD, profile.computation.period_s);
+        if let Some(cone) = profile.sensing.cone {
+            double(parameters::DETECTION_THRESHOLD, cone.range_m);
+        }
     }
     let cmd_vel = match described.cmd_vel {
         CmdVel::TwistStamped => "twist_stamped",

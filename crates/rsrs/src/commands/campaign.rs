@@ -34,13 +34,15 @@ use prompt::Prompt;
 /// `bag.unfinished_1` and do not count.
 ///
 /// With the simulator, the world is placed anew before each run. With the fleet, you are asked to
-/// place the robots before each run. Exit code 3 says that experiments are missing, void, or lost
+/// place the robots before each run, or a program does it (`--place-command`). Exit code 3 says that experiments are missing, void, or lost
 /// data.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   rsrs campaign launch_configs/campaigns/flockbot_milling.yaml -o results/campaign
   rsrs campaign floor.yaml -o results/floor --backend fleet --interface wlan0
+  rsrs campaign floor.yaml -o results/floor --backend fleet --interface wlan0 \
+      --place-command './drive_to_places.py --map lab.yaml'
   rsrs compare results/flockbot --bags results/floor/*/bag")]
 pub struct Arguments {
     /// Campaign file (YAML).
@@ -57,6 +59,11 @@ pub struct Arguments {
     /// Start every run of a fleet without asking, as where nobody has to place the robots.
     #[arg(long)]
     yes: bool,
+    /// Program that places the robots of a fleet before each run, instead of asking you: it gets one
+    /// line of JSON on its standard input; another exit code than 0 stops the campaign
+    /// (docs/campaigns.md).
+    #[arg(long, value_name = "PROGRAM", conflicts_with = "yes")]
+    place_command: Option<String>,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -136,18 +143,24 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         .into_iter()
         .map(|experiment| Item::read(experiment, backend))
         .collect::<anyhow::Result<Vec<Item>>>()?;
-    let asks = arguments.backend == Backend::Fleet && !arguments.yes;
+    let is_asked = !arguments.yes && arguments.place_command.is_none();
+    let asks = arguments.backend == Backend::Fleet && is_asked;
     if asks && !std::io::stdin().is_terminal() {
         return Err(with_help(
             "nobody is at the keyboard, who would say when the robots are placed",
-            "run it in a terminal, or say `--yes` where nobody has to place them",
+            "run it in a terminal, name a program that places them with `--place-command`, or say \
+             `--yes` where nobody has to place them",
         ));
     }
     let floor = floor(arguments)?;
     let folder = CampaignFolder::open(&arguments.output, (&text, &items))?;
     // Threads begin here, behind the network.
     let ended = runtime()?.block_on(async {
-        let prompt = if asks { Prompt::at_keyboard() } else { Prompt::Silent };
+        let prompt = match &arguments.place_command {
+            Some(program) => Prompt::Program(program.clone()),
+            None if asks => Prompt::at_keyboard(),
+            None => Prompt::Silent,
+        };
         Conductor::new(&folder, floor, prompt).conduct(&items).await
     });
     if let Err(error) = ended {
@@ -186,6 +199,9 @@ fn command(arguments: &Arguments) -> String {
     words.extend(arguments.interface.as_ref().map(|name| format!("--interface {name}")));
     if arguments.yes {
         words.push("--yes".to_owned());
+    }
+    if let Some(program) = &arguments.place_command {
+        words.push(format!("--place-command '{}'", program.replace('\'', "'\\''")));
     }
     words.join(" ")
 }

@@ -76,7 +76,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             Ok(Outcome::Done)
         }
         Chosen::NoViableCell(none) => {
-            let said = format!("no viable cell: {}", none.reason);
+            let smaller = none.smaller_placement.map(|smaller| format!("\n{}", smaller.text()));
+            let said = format!("no viable cell: {}{}", none.reason, smaller.unwrap_or_default());
             report_with_factors(arguments, &none, (none.best_cell(), &said))?;
             Ok(Outcome::NegativeAnswer)
         }

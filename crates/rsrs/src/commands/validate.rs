@@ -1,5 +1,6 @@
 //! `rsrs validate`: step 2, are the real trajectories inside the simulated reach?
 
+mod cause;
 mod drawings;
 mod text;
 
@@ -19,7 +20,7 @@ use crate::provenance::Provenance;
 use crate::result_folder;
 use crate::sweep_result::SweepResult;
 use crate::sweep_source::ResolvedSweep;
-use crate::trial_files::{table, trajectories};
+use crate::trial_files::{Trajectories, table, trajectories};
 use crate::validation_file::{Answer, Judged};
 
 /// Check that the simulated robot is worse than the real ones: step 2 of the method.
@@ -59,7 +60,8 @@ pub struct Arguments {
     /// How far measured headings may be off, in rad (default: 0.01).
     #[arg(long, value_name = "RAD")]
     tolerance_heading: Option<f64>,
-    /// Folder for validation.json and the pictures (default: the folder of the sweep, if it is one).
+    /// Folder for validation.json and the pictures (default: the folder of the sweep, if it is one;
+    /// then its diagram says so, too).
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// How to report.
@@ -74,6 +76,8 @@ struct Case {
     conditions: Vec<Conditions>,
     at: Cell,
     trials: Vec<DrivenTrial>,
+    /// The same from their standstills, where that is known.
+    from_rest: Vec<DrivenTrial>,
     sensor: Option<SensorMap>,
     options: ReachOptions,
 }
@@ -92,12 +96,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     };
     let case = case(arguments, source)?;
     let answer = judge(&case)?;
-    if let Some(folder) = arguments.output.as_ref().or(swept.as_ref().map(|_| &arguments.sweep)) {
-        drawings::write(folder, &case, &answer)?;
-        answer.write(folder)?;
-    }
-    if let Some(swept) = &swept {
-        note(&arguments.sweep, swept, &answer)?;
+    match (&arguments.output, &swept) {
+        (Some(folder), _) => {
+            drawings::write(folder, &case, &answer)?;
+            answer.write(folder)?;
+        }
+        (None, Some(swept)) => {
+            drawings::write(&arguments.sweep, &case, &answer)?;
+            note(&arguments.sweep, swept, &answer)?;
+        }
+        (None, None) => {}
     }
     report(arguments.format, &answer, &text::text(&answer))?;
     Ok(if answer.is_harsher { Outcome::Done } else { Outcome::NegativeAnswer })
@@ -132,8 +140,8 @@ fn case(arguments: &Arguments, source: ResolvedSweep) -> anyhow::Result<Case> {
             })
         })
         .transpose()?;
-    let trials = trajectories(&arguments.trajectories)?;
-    Ok(Case { source, conditions, at, trials, sensor, options })
+    let Trajectories { driven: trials, from_rest } = trajectories(&arguments.trajectories)?;
+    Ok(Case { source, conditions, at, trials, from_rest, sensor, options })
 }
 
 /// The cells at which the simulated robot is the one to be judged.
@@ -179,7 +187,12 @@ fn judge(case: &Case) -> anyhow::Result<Answer> {
     let robot = factors.apply(measured)?;
     let settings = source.sweep.settings().with_cell(&case.at);
     let validation = validate(&robot, &settings, &case.trials, &case.options)?;
-    let smallest_factors = if validation.is_contained {
+    let turning = if validation.is_contained {
+        None
+    } else {
+        cause::turning((measured, factors), &settings, case)?
+    };
+    let smallest_factors = if validation.is_contained || turning.is_some() {
         None
     } else {
         smallest_factors((measured, factors), &settings, &case.trials, &case.options)?
@@ -199,6 +212,7 @@ fn judge(case: &Case) -> anyhow::Result<Answer> {
         lost_capabilities: lost_capabilities(case, robot),
         sensor_violations,
         smallest_factors,
+        turning,
         provenance: Provenance::of(measured),
     })
 }

@@ -169,6 +169,8 @@ impl Trials {
             detection: &detection,
             period: Some(&period),
             driven: &[],
+            arc: None,
+            from_rest: &[],
         };
         let fitted = fit(tables, &unmeasured).expect("the sensor has a reliable region");
         let mut profile = fitted.profile(kind.name, &unmeasured);

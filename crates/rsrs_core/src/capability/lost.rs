@@ -60,7 +60,7 @@ const BLIND: f64 = 0.1;
 pub fn lost_capabilities(measured: &RobotProfile, simulated: &RobotProfile) -> Vec<LostCapability> {
     let (speed, turn) = (&measured.actuation.speed, &measured.actuation.turn);
     let speeds = speed.gain_by_command.iter().map(|gain| gain.mean);
-    let turns = turn.gain_by_command.iter().map(|gain| gain.mean);
+    let turns = turn.means();
     let least = |gains: &mut dyn Iterator<Item = f64>| gains.fold(f64::INFINITY, f64::min);
     let sds =
         |robot: &RobotProfile| [robot.actuation.speed.robot_sd, robot.actuation.turn.robot_sd];

@@ -204,7 +204,7 @@ fn simulated_robot(robot: &RobotProfile, controller: ControllerParameters) -> Si
             step_sd: speed.step_sd,
         },
         turn_gain: GainDistribution {
-            mean: turn.gain_at(controller.turn_rate_rad_s).mean,
+            mean: turn.gain_at(controller.turn_rate_rad_s, controller.speed_m_s).mean,
             robot_sd: turn.robot_sd,
             step_sd: turn.step_sd,
         },

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::Serialize;
+
 use super::polygon::area_m2;
 use super::sensor_node::{SensorNode, place_m};
 
@@ -16,8 +18,23 @@ pub const RELIABLE: f64 = 0.8;
 pub struct Contour {
     /// A simple polygon, counterclockwise, in metres.
     pub corners_m: Vec<[f64; 2]>,
+    /// How far it reaches at each bearing of the polygon, from the right to the left.
+    pub reach: Vec<BearingReach>,
     /// Bearings with reliable places that are apart from the polygon.
     pub left_out_rad: Vec<f64>,
+}
+
+/// How far a sensor reaches at one bearing.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BearingReach {
+    /// The bearing, in radians; left is positive.
+    pub bearing_rad: f64,
+    /// How far detections are reliable, in metres: between the places that were tried.
+    pub far_m: f64,
+    /// The last place at which they were, in metres: it reaches at least there.
+    pub low_m: f64,
+    /// The first place beyond at which they were not, in metres; `None` if none was tried there.
+    pub high_m: Option<f64>,
 }
 
 /// One bearing: distances, ascending, with the share of detections at each; chance dips in between
@@ -38,8 +55,7 @@ struct Reach {
 
 /// Draws the contour.
 ///
-/// Between neighbouring places on a ray, and between rays, the share of detections is taken to be
-/// linear. Nothing is claimed beyond the places that were tried, with one exception: where the
+/// Between neighbouring places on a ray, and between rays, the edge is where [`crossing`] says. Nothing is claimed beyond the places that were tried, with one exception: where the
 /// nearest of them is at contact, the contour goes on to the robot's centre, because no neighbour
 /// can stand there.
 ///
@@ -63,6 +79,13 @@ pub fn contour(nodes: &[SensorNode], contact_m: f64) -> Option<Contour> {
         .clone()
         .map(|ray| (&rays[ray], reaches[ray].expect("a block has reaches only")))
         .collect();
+    let found = |(ray, reach): &(&Ray, Reach)| BearingReach {
+        bearing_rad: ray.bearing_rad,
+        far_m: reach.far_m,
+        low_m: ray.places[reach.last].0,
+        high_m: ray.places.get(reach.last + 1).map(|place| place.0),
+    };
+    let reach = inside.iter().map(found).collect();
     let mut corners_m: Vec<[f64; 2]> =
         inside.iter().map(|(ray, reach)| place_m(reach.far_m, ray.bearing_rad)).collect();
     if !is_all_around(&rays, block.len()) {
@@ -79,8 +102,11 @@ pub fn contour(nodes: &[SensorNode], contact_m: f64) -> Option<Contour> {
     while corners_m.len() > 1 && is_same(corners_m[0], corners_m[corners_m.len() - 1]) {
         corners_m.pop();
     }
-    (corners_m.len() >= 3 && area_m2(&corners_m) > 1e-6)
-        .then_some(Contour { corners_m, left_out_rad })
+    (corners_m.len() >= 3 && area_m2(&corners_m) > 1e-6).then_some(Contour {
+        corners_m,
+        reach,
+        left_out_rad,
+    })
 }
 
 fn rays(nodes: &[SensorNode]) -> Vec<Ray> {
@@ -139,9 +165,13 @@ fn reach(places: &[(f64, f64)], contact_m: f64) -> Option<Reach> {
 /// in a vice.
 const CONTACT_SLACK: f64 = 1.25;
 
-/// Where the share falls to [`RELIABLE`] between a reliable place and another.
+/// Where detections cease to be reliable between a reliable place and another: where their share falls to
+/// [`RELIABLE`], or half of the way down if that comes later. A sensor with a sharp edge falls at one
+/// place, which may be anywhere between the two; the middle is off by half of their distance at most,
+/// and a line down to [`RELIABLE`] would stay close to the last place that was seen.
 fn crossing(reliable: (f64, f64), other: (f64, f64)) -> f64 {
-    let share = (reliable.1 - RELIABLE) / (reliable.1 - other.1);
+    let level = RELIABLE.min(f64::midpoint(reliable.1, other.1));
+    let share = (reliable.1 - level) / (reliable.1 - other.1);
     reliable.0 + share * (other.0 - reliable.0)
 }
 

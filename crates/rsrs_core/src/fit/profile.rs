@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Drift, Fit, Population, StepNoise};
+use super::{CommandGain, Drift, Fit, Population, StepNoise, YawLag};
 use crate::harsher::tidy;
 use crate::profile::{
     Actuation, Body, Computation, Gust, Provenance, RobotProfile, Sees, Sensing, SpeedActuation,
@@ -110,8 +110,9 @@ impl Fit {
     fn source(&self) -> String {
         let files = &self.details.files;
         let period = files.period.as_ref().map(|file| format!(", {file}")).unwrap_or_default();
+        let arc = files.arc.as_ref().map(|file| format!("{file}, ")).unwrap_or_default();
         format!(
-            "fitted to {}, {}, {}{period}; assumed where marked",
+            "fitted to {}, {}, {arc}{}{period}; assumed where marked",
             files.speed, files.turn, files.detection
         )
     }
@@ -124,7 +125,8 @@ impl Fit {
         let turn = gains(sources, ("actuation.turn", "rad_s"), (&details.turn, turn_file));
         let (bias, noise, gust) = strays((drift, details.steps), speed_file);
         sources.assumed("actuation.gust.time_constant_s");
-        sources.assumed("actuation.yaw_lag_s");
+        let driving = self.driving(sources);
+        let yaw_lag_s = yaw_lag_s(sources, details.yaw_lag, unmeasured.yaw_lag_s);
         Actuation {
             speed: SpeedActuation {
                 limits_m_s: speed.limits,
@@ -149,6 +151,7 @@ impl Fit {
                         mean: *mean,
                     })
                     .collect(),
+                driving_gain_by_command: driving,
                 robot_sd: turn.sd,
                 step_sd: 0.0,
                 bias_sd_rad_s: sources.sd("actuation.turn.bias_sd_rad_s", (bias.0, &bias.1)),
@@ -159,8 +162,23 @@ impl Fit {
                 sd_m_s: sources.sd("actuation.gust.sd_m_s", (gust.0, &gust.1)),
                 time_constant_s: unmeasured.gust_time_constant_s,
             },
-            yaw_lag_s: unmeasured.yaw_lag_s,
+            yaw_lag_s,
         }
+    }
+
+    /// Mean gains of turns while driving, where they were measured.
+    fn driving(&self, sources: &mut Sources) -> Option<Vec<TurnGain>> {
+        let file = self.details.files.arc.as_ref()?;
+        let commands = &self.details.arc.as_ref()?.by_command;
+        for (position, one) in commands.iter().enumerate() {
+            let entry = format!("actuation.turn.driving_gain_by_command.{position}");
+            mean_of_robots(sources, (&entry, "rad_s"), (one, file));
+        }
+        let gain = |one: &CommandGain| TurnGain {
+            commanded_rad_s: number(one.command),
+            mean: number(one.gain.value),
+        };
+        Some(commands.iter().map(gain).collect())
     }
 
     fn sensing(&self, sources: &mut Sources, unmeasured: &Unmeasured) -> Sensing {
@@ -239,11 +257,7 @@ fn gains(
     let commands = &population.by_command;
     for (position, one) in commands.iter().enumerate() {
         let entry = format!("{path}.gain_by_command.{position}");
-        sources.measured(&format!("{entry}.commanded_{unit}"), format!("{file}: as commanded"));
-        let n_robots = one.n_robots;
-        let plural = if n_robots == 1 { "robot" } else { "robots" };
-        let text = format!("{file}: mean of {n_robots} {plural}{}", interval(one.gain));
-        sources.measured(&format!("{entry}.mean"), text);
+        mean_of_robots(sources, (&entry, unit), (one, file));
     }
     let most = commands[commands.len() - 1].command;
     // One command alone is a limit at one end only.
@@ -279,6 +293,37 @@ fn gains(
         table: commands.iter().map(|one| (number(one.command), number(one.gain.value))).collect(),
         sd: number(variance.sqrt()),
     }
+}
+
+/// Where a mean gain at one command is from.
+fn mean_of_robots(
+    sources: &mut Sources,
+    (entry, unit): (&str, &str),
+    (one, file): (&CommandGain, &str),
+) {
+    sources.measured(&format!("{entry}.commanded_{unit}"), format!("{file}: as commanded"));
+    let n_robots = one.n_robots;
+    let plural = if n_robots == 1 { "robot" } else { "robots" };
+    let text = format!("{file}: mean of {n_robots} {plural}{}", interval(one.gain));
+    sources.measured(&format!("{entry}.mean"), text);
+}
+
+/// The time constant of the turning rate, where trajectories show one.
+fn yaw_lag_s(sources: &mut Sources, found: Option<YawLag>, assumed_s: f64) -> f64 {
+    let key = "actuation.yaw_lag_s";
+    let Some(lag) = found else {
+        sources.assumed(key);
+        return assumed_s;
+    };
+    let turns = format!("{} trajectories that turn", lag.n_trials);
+    let found = format!("{:.4} s{}", lag.lag_s.value, interval(lag.lag_s));
+    if lag.is_certain() {
+        sources.measured(key, format!("{turns}: {found}"));
+        return number(lag.lag_s.value);
+    }
+    let none = format!("{turns} show none: {found}, and one control period is at once");
+    sources.measured(key, none);
+    0.0
 }
 
 type Stray = (Option<Estimate>, String);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::FitError;
-use super::contour::{RELIABLE, contour};
+use super::contour::{BearingReach, RELIABLE, contour};
 use super::held_out::{HeldOut, held_out};
 use super::inscribed::inscribed;
 use super::polygon::contains;
@@ -21,6 +21,8 @@ pub struct SensorMap {
     /// Where a neighbour's centre is detected at least 80 % of the time: a simple polygon,
     /// counterclockwise, in the robot's frame, in metres.
     pub contour_m: Vec<[f64; 2]>,
+    /// How far it reaches at each bearing of the contour, with between which places that was found.
+    pub reach: Vec<BearingReach>,
     /// The simpler convex polygon inside it that the simulator uses.
     pub polygon_m: Vec<[f64; 2]>,
     /// Detections while a neighbour stood inside that polygon, by readings that had no say in where
@@ -69,6 +71,7 @@ pub fn sensor_map(trials: &Trials<DetectionTrial>, radius_m: f64) -> Result<Sens
     Ok(SensorMap {
         nodes,
         contour_m: contour.corners_m,
+        reach: contour.reach,
         polygon_m,
         true_positive,
         false_positive,

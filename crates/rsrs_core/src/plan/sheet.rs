@@ -4,6 +4,18 @@ use std::fmt::Write as _;
 
 use super::Plan;
 
+/// Header of the table of straight runs.
+pub const SPEED_HEADER: &str =
+    "robot,commanded_m_s,distance_m,duration_s,lateral_m,heading_change_rad,paused_s";
+/// Header of the table of turns in place.
+pub const TURN_HEADER: &str = "robot,commanded_rad_s,angle_rad,duration_s,paused_s";
+/// Header of the table of turns while driving.
+pub const ARC_HEADER: &str = "robot,commanded_m_s,commanded_rad_s,angle_rad,duration_s,paused_s";
+/// Header of the table of detections.
+pub const DETECTION_HEADER: &str = "robot,distance_m,bearing_rad,samples,detections";
+/// Header of the table of control periods.
+pub const PERIOD_HEADER: &str = "robot,period_s";
+
 impl Plan {
     /// The sheet to print.
     pub fn text(&self) -> String {
@@ -33,16 +45,20 @@ impl Plan {
         line(format!("   rates: {}", list(&self.turn_rates_rad_s, "rad/s")));
         line(format!("   {} times each; write down the time", self.repetitions));
         line(format!(
-            "3  Detections: one robot, another at {n_places} places, {} readings each",
+            "3  Arcs: {n_turns}, the same turns while driving at {} m/s; write down the time",
+            self.arc_speed_m_s
+        ));
+        line(format!(
+            "4  Detections: one robot, another at {n_places} places, {} readings each",
             self.samples
         ));
         line(format!("   distances, centre to centre: {}", list(&self.distances_m, "m")));
         line(format!("   bearings, left is positive: {}", list(&self.bearings_rad, "rad")));
         line(format!(
-            "4  False positives: {} readings of each robot alone, {:.0} s in all",
+            "5  False positives: {} readings of each robot alone, {:.0} s in all",
             self.samples_alone, self.false_positive_s
         ));
-        line("5  Period: 20 control periods of each robot, from its log or a bag".to_owned());
+        line("6  Period: 20 control periods of each robot, from its log or a bag".to_owned());
         line(String::new());
         line(format!("About {:.1} h of driving and reading.", self.duration_s / 3600.0));
         line(format!(
@@ -56,16 +72,23 @@ impl Plan {
     pub fn speed_csv(&self) -> String {
         let rows = self.repeated(&self.speeds_m_s);
         let rows =
-            rows.map(|(robot, speed)| format!("{robot},{speed},{},,,\n", self.request.track_m));
-        "robot,commanded_m_s,distance_m,duration_s,lateral_m,heading_change_rad\n".to_owned()
-            + &rows.collect::<String>()
+            rows.map(|(robot, speed)| format!("{robot},{speed},{},,,,\n", self.request.track_m));
+        format!("{SPEED_HEADER}\n{}", rows.collect::<String>())
     }
 
     /// The table of turns in place, to fill in.
     pub fn turn_csv(&self) -> String {
         let rows = self.repeated(&self.turn_rates_rad_s);
-        let rows = rows.map(|(robot, rate)| format!("{robot},{rate},6.283185,\n"));
-        "robot,commanded_rad_s,angle_rad,duration_s\n".to_owned() + &rows.collect::<String>()
+        let rows = rows.map(|(robot, rate)| format!("{robot},{rate},6.283185,,\n"));
+        format!("{TURN_HEADER}\n{}", rows.collect::<String>())
+    }
+
+    /// The table of turns while driving, to fill in.
+    pub fn arc_csv(&self) -> String {
+        let speed = self.arc_speed_m_s;
+        let rows = self.repeated(&self.turn_rates_rad_s);
+        let rows = rows.map(|(robot, rate)| format!("{robot},{speed},{rate},6.283185,,\n"));
+        format!("{ARC_HEADER}\n{}", rows.collect::<String>())
     }
 
     /// The table of detections, to fill in; the last rows are without a neighbour.
@@ -78,14 +101,13 @@ impl Plan {
         });
         let n_alone = self.samples_alone;
         let alone = self.robots.iter().map(|robot| format!("{robot},,,{n_alone},\n"));
-        "robot,distance_m,bearing_rad,samples,detections\n".to_owned()
-            + &places.chain(alone).collect::<String>()
+        format!("{DETECTION_HEADER}\n{}", places.chain(alone).collect::<String>())
     }
 
     /// The table of control periods, to fill in.
     pub fn period_csv(&self) -> String {
         let rows = self.robots.iter().map(|robot| format!("{robot},\n").repeat(20));
-        "robot,period_s\n".to_owned() + &rows.collect::<String>()
+        format!("{PERIOD_HEADER}\n{}", rows.collect::<String>())
     }
 
     /// Every robot with every command, as often as planned, in the order in which they are driven:

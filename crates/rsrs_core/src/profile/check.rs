@@ -29,6 +29,12 @@ impl RobotProfile {
             "actuation.turn.gain_by_command",
             turn.gain_by_command.iter().map(|gain| (gain.commanded_rad_s, gain.mean)),
         )?;
+        if let Some(driving) = &turn.driving_gain_by_command {
+            gains(
+                "actuation.turn.driving_gain_by_command",
+                driving.iter().map(|gain| (gain.commanded_rad_s, gain.mean)),
+            )?;
+        }
         for (key, number) in [
             ("actuation.speed.robot_sd", speed.robot_sd),
             ("actuation.speed.step_sd", speed.step_sd),

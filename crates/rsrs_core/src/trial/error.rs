@@ -149,7 +149,8 @@ impl TrialError {
                 Some(format!("convert the column from {likely} to {expected}"))
             }
             TrialProblem::EmptyField { .. } => Some(
-                "delete the rows of trials that were not run; `rsrs measure plan` writes the rest"
+                "delete the rows of trials that were not run, or have them made: `rsrs measure drive \
+                 FLEET --plan DIR`; `rsrs measure plan` writes the rest"
                     .to_owned(),
             ),
             TrialProblem::Empty { .. } | TrialProblem::NoRows => {

@@ -1,6 +1,6 @@
 //! Trajectories as trials: what a stopwatch and a tape would have said.
 
-use super::{DrivenTrial, Names, SpeedTrial, Trials, TurnTrial};
+use super::{ArcTrial, DrivenTrial, Names, SpeedTrial, Trials, TurnTrial};
 
 /// Trials that trajectories contain.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,22 +9,25 @@ pub struct Reduced {
     pub speed: Trials<SpeedTrial>,
     /// Turns in place; may be none.
     pub turn: Trials<TurnTrial>,
-    /// Robots and trials that are neither: their command changed, or they drove curves.
+    /// Turns while driving forward; may be none.
+    pub arc: Trials<ArcTrial>,
+    /// Robots and trials that are none of these: their command changed, or they drove backwards.
     pub left_out: Vec<(String, String)>,
 }
 
-/// Turns trajectories into straight runs and turns in place.
+/// Turns trajectories into straight runs, turns in place and turns while driving.
 ///
 /// A trial under a constant forward command is a straight run: its distance is measured along the
 /// heading at its start, its lateral distance beside that. A trial under a constant turning rate
-/// without forward speed is a turn in place. A trial's `line` is its position, from 1.
+/// without forward speed is a turn in place, and one with it a turn while driving. A trial's `line` is its position, from 1.
 ///
 /// # Arguments
 ///
 /// * `file` — where the trajectories are from, for reports.
 pub fn reduced(file: &str, trials: &[DrivenTrial]) -> Reduced {
-    let (mut speed_names, mut turn_names) = (Names::default(), Names::default());
-    let (mut speed, mut turn, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
+    let [mut speed_names, mut turn_names, mut arc_names] = [const { Names::EMPTY }; 3];
+    let (mut speed, mut turn, mut arc) = (Vec::new(), Vec::new(), Vec::new());
+    let mut left_out = Vec::new();
     for (trial, line) in trials.iter().zip(1..) {
         let duration_s = trial.duration_s();
         let end = trial.displacement_at(duration_s);
@@ -40,22 +43,33 @@ pub fn reduced(file: &str, trials: &[DrivenTrial]) -> Reduced {
                     heading_change_rad: Some(end.heading_rad),
                 });
             }
-            Some(command) if command.speed_m_s == 0.0 && command.turn_rate_rad_s != 0.0 => {
-                turn.push(TurnTrial {
-                    robot: turn_names.position(&trial.robot),
+            Some(command) if command.speed_m_s >= 0.0 && command.turn_rate_rad_s != 0.0 => {
+                let turned = |robot| TurnTrial {
+                    robot,
                     line,
                     commanded_rad_s: command.turn_rate_rad_s,
                     angle_rad: end.heading_rad,
                     duration_s,
-                });
+                };
+                if command.speed_m_s == 0.0 {
+                    turn.push(turned(turn_names.position(&trial.robot)));
+                } else {
+                    let robot = arc_names.position(&trial.robot);
+                    let commanded_m_s = command.speed_m_s;
+                    arc.push(ArcTrial { robot, line, commanded_m_s, turn: turned(robot) });
+                }
             }
             _ => left_out.push((trial.robot.clone(), trial.trial.clone())),
         }
     }
-    let file = || file.to_owned();
     Reduced {
-        speed: Trials { file: file(), robots: speed_names.names, rows: speed },
-        turn: Trials { file: file(), robots: turn_names.names, rows: turn },
+        speed: all(file, speed_names, speed),
+        turn: all(file, turn_names, turn),
+        arc: all(file, arc_names, arc),
         left_out,
     }
+}
+
+fn all<T>(file: &str, names: Names, rows: Vec<T>) -> Trials<T> {
+    Trials { file: file.to_owned(), robots: names.names, rows, paused: Vec::new() }
 }

@@ -5,7 +5,7 @@ use std::fmt;
 
 use rsrs_core::document::DocumentError;
 
-use super::FILE_VERSION;
+use super::{FILE_VERSION, PROFILE};
 
 /// Why a fleet file cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -96,16 +96,22 @@ impl FleetFileError {
     pub fn help(&self) -> Option<String> {
         match self {
             Self::Document(error) => error.help(),
-            Self::Missing { robots, .. } => {
+            Self::Missing { robots, file } => {
                 let keys: BTreeSet<&str> = robots.iter().flat_map(|it| &it.keys).copied().collect();
                 let keys: Vec<String> = keys.into_iter().map(|key| format!("`{key}`")).collect();
                 let shared = (!keys.is_empty()).then(|| {
                     format!("give {} under the robot, its type or `all`", keys.join(", "))
                 });
+                let measured = robots.iter().any(|lack| lack.keys.contains(&PROFILE));
+                let measure = measured.then(|| {
+                    format!(
+                        "to make a profile, measure the robots: `rsrs measure plan {file} -o trials`"
+                    )
+                });
                 let enabled = robots.iter().any(|lack| lack.enabled);
                 let own =
                     enabled.then(|| "say `enabled: true` or `false` of each robot".to_owned());
-                Some(shared.into_iter().chain(own).collect::<Vec<_>>().join("; "))
+                Some(shared.into_iter().chain(measure).chain(own).collect::<Vec<_>>().join("; "))
             }
             Self::Version { .. }
             | Self::Name { .. }

@@ -3,9 +3,9 @@
 use crate::message::E_STOP_REASON;
 
 use super::{
-    ARM, Action, CONFIGURE, Duration, FIRST_SAMPLE, Failure, LOCKSTEP_GRACE, LostRobot, Outcome,
-    Pace, Patience, Phase, RECORDER, Requests, RobotLost, RunBinding, Runner, SILENCE, STAND, Seen,
-    Strangers, Target, preflight,
+    ARM, Action, CONFIGURE, Duration, FIRST_SAMPLE, Failure, LOCKSTEP_GRACE, LOOK, LostRobot,
+    Outcome, Pace, Patience, Phase, RECORDER, Requests, RobotLost, RunBinding, Runner, SILENCE,
+    STAND, Seen, Strangers, Target, preflight,
 };
 
 impl Runner {
@@ -132,7 +132,11 @@ impl Runner {
         let waiting = self.roster.not_armed(self.binding(), now);
         if waiting.is_empty() {
             if let Some(start) = &self.options.start {
+                // Poses may come seldom; a robot without any keeps nobody waiting for long.
                 let robots = &self.options.expected.robots;
+                if !self.floor.has_poses_of(robots) && self.elapsed(now) < LOOK {
+                    return;
+                }
                 let told = self.floor.standing_places(start, robots);
                 actions.extend(told.into_iter().map(Action::Note));
             }

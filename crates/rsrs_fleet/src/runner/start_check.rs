@@ -1,6 +1,7 @@
 //! What the runner knows of the floor beyond statuses: clocks, diagnoses, poses, the e-stop.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::time::Duration;
 
 use rsrs_core::unicycle::Pose;
 
@@ -16,11 +17,24 @@ pub(super) struct StartCheck {
     diagnostic_errors: BTreeMap<(String, String), String>,
     /// By robot: the frame and the last pose in it.
     poses: BTreeMap<String, (String, Pose)>,
+    /// By robot: how many poses came, since when, and when the last one did.
+    pose_times: BTreeMap<String, PoseTimes>,
     /// How far the stamps of each robot's poses are ahead of our clock, in seconds.
     pose_ahead_s: BTreeMap<String, Recent>,
     /// By frame: the frame that it is in.
     parents: BTreeMap<String, String>,
 }
+
+/// When poses of a robot came.
+#[derive(Clone, Copy, Debug)]
+struct PoseTimes {
+    n_poses: u32,
+    first: Duration,
+    last: Duration,
+}
+
+/// Poses that come less often than this, in Hz, are said: a robot moves far between two of them.
+const FEW_POSES_HZ: f64 = 5.0;
 
 /// Frames that are kept; trees of transforms are smaller.
 const MOST_FRAMES: usize = 10_000;
@@ -66,8 +80,36 @@ impl StartCheck {
         self.diagnostic_errors.insert((robot, part), message).is_none().then_some(text)
     }
 
-    pub(super) fn receive_pose(&mut self, robot: String, frame: String, pose: Pose) {
+    pub(super) fn receive_pose(
+        &mut self,
+        robot: String,
+        (frame, pose): (String, Pose),
+        now: Duration,
+    ) {
+        let first = PoseTimes { n_poses: 0, first: now, last: now };
+        let times = self.pose_times.entry(robot.clone()).or_insert(first);
+        *times = PoseTimes { n_poses: times.n_poses + 1, last: now, ..*times };
         self.poses.insert(robot, (frame, pose));
+    }
+
+    /// Whether it is known of every robot where it is, and how often it says so.
+    pub(super) fn has_poses_of(&self, robots: &[String]) -> bool {
+        let n_poses = |robot| self.pose_times.get(robot).map_or(0, |times| times.n_poses);
+        robots.iter().all(|robot| n_poses(robot) >= 2)
+    }
+
+    /// How often poses of robots come, where that is seldom.
+    fn few_poses(&self, robots: &[String]) -> Vec<String> {
+        let rate_hz = |times: &PoseTimes| {
+            let passed_s = times.last.saturating_sub(times.first).as_secs_f64();
+            let intervals = times.n_poses.checked_sub(1).filter(|intervals| *intervals > 0)?;
+            (passed_s > 0.0).then(|| f64::from(intervals) / passed_s)
+        };
+        let few = robots.iter().filter_map(|robot| {
+            let rate_hz = rate_hz(self.pose_times.get(robot)?).filter(|hz| *hz < FEW_POSES_HZ)?;
+            Some(format!("poses of {robot} come at {rate_hz:.1} Hz, expected 10 Hz or more"))
+        });
+        few.collect()
     }
 
     pub(super) fn receive_pose_clock(&mut self, robot: String, ahead_s: f64) {
@@ -116,7 +158,7 @@ impl StartCheck {
         let (known, unknown): (Vec<_>, Vec<_>) =
             robots.iter().enumerate().partition(|(_, robot)| self.poses.contains_key(*robot));
         if known.is_empty() {
-            return vec!["start poses not checked: none is received".to_owned()];
+            return vec!["start poses not checked: no pose was received".to_owned()];
         }
         let frames: BTreeSet<_> = known.iter().map(|(_, robot)| &self.poses[*robot].0).collect();
         if frames.len() > 1 {
@@ -136,6 +178,7 @@ impl StartCheck {
         if told.is_empty() {
             told.push(format!("all {} robots stand where they should start", robots.len()));
         }
+        told.extend(self.few_poses(robots));
         told
     }
 }

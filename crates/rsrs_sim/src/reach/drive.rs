@@ -81,10 +81,10 @@ impl<'a> Driver<'a> {
     fn as_at_reference(&self, command: Command) -> Command {
         let actuation = &self.robot.actuation;
         let speed = actuation.speed.gain_at(command.speed_m_s.abs()).mean / self.speed_gain;
-        let turn = actuation.turn.gain_at(command.turn_rate_rad_s.abs()).mean / self.turn_gain;
+        let turn = actuation.turn.gain_at(command.turn_rate_rad_s.abs(), command.speed_m_s).mean;
         Command {
             speed_m_s: command.speed_m_s * speed,
-            turn_rate_rad_s: command.turn_rate_rad_s * turn,
+            turn_rate_rad_s: command.turn_rate_rad_s * (turn / self.turn_gain),
         }
     }
 }

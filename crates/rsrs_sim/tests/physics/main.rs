@@ -9,6 +9,7 @@
 
 #[path = "../../src/example.rs"]
 mod example;
+mod measured;
 mod mills;
 mod neutral;
 mod ring;

@@ -29,6 +29,17 @@ pub struct TrialRequest {
     pub bag: Option<PathBuf>,
     /// Seed of the simulated robot.
     pub seed: u64,
+    /// What stands in for the profile of a robot of the floor that was not measured yet.
+    pub unmeasured: Unmeasured,
+}
+
+/// What is known of a robot before it is measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unmeasured {
+    /// Greatest commands of its trials, in m/s and rad/s; `None` for those of the trial itself.
+    pub limits: Option<[f64; 2]>,
+    /// Interval of its detections, in seconds.
+    pub period_s: f64,
 }
 
 /// What a robot does in a trial.
@@ -104,7 +115,12 @@ impl Plan {
         if request.backend == Backend::Simulator && request.trial.neighbour().is_some() {
             robots.push(beside(&fleet, (&name, &robots[0]))?.clone());
         }
-        let (profile_text, measured) = common_profile(&robots, &request.fleet)?;
+        let stand_in = unmeasured(request, &robots[0]).with_context(|| name.clone())?;
+        let is_measured = stand_in.is_none();
+        let (profile_text, measured) = match stand_in {
+            Some(stand_in) => stand_in,
+            None => common_profile(&robots, &request.fleet)?,
+        };
         let time = time(request.backend, &robots)?;
         let conditions = conditions(request, (&measured, robots.len()))?;
         let duration_s = request.trial.duration_s(conditions.period_s);
@@ -129,7 +145,7 @@ impl Plan {
         let files = vec![("fleet.yaml", text), ("profile.yaml", profile_text)];
         let (poses, place_check) = (Poses::IfThere, PlaceCheck::Off);
         let (recording, limits) = (Recording::default(), super::limits(&measured));
-        Ok(Self { record, robots, bag, files, poses, place_check, recording, limits })
+        Ok(Self { record, robots, bag, files, poses, place_check, recording, limits, is_measured })
     }
 }
 
@@ -142,6 +158,34 @@ impl Plan {
             Poses::IfThere => Reaction::Constant,
         }
     }
+}
+
+/// What stands in for the profile of a robot of the floor if its fleet file names none, or one that is
+/// not there yet; the simulator moves measured robots only.
+///
+/// Its limits are the greatest commands that it gets; the rest has no influence on a robot of the
+/// floor but the interval of its detections.
+fn unmeasured(
+    request: &TrialRequest,
+    robot: &FleetRobot,
+) -> anyhow::Result<Option<(String, RobotProfile)>> {
+    let beside = request.fleet.parent().unwrap_or(Path::new(""));
+    let missing = match &robot.profile {
+        Some(profile) if beside.join(profile).exists() => return Ok(None),
+        Some(profile) => format!("the profile `{profile}` of {} is not there", robot.name),
+        None => format!("{} has no `profile`", robot.name),
+    };
+    if request.backend == Backend::Simulator {
+        bail!(
+            "{missing}, so it cannot be simulated; with `--backend fleet` the robot itself is driven"
+        );
+    }
+    let command = request.trial.command();
+    let limits = request.unmeasured.limits;
+    let limits = limits.unwrap_or([command.speed_m_s, command.turn_rate_rad_s]);
+    let profile = RobotProfile::unmeasured(limits, request.unmeasured.period_s);
+    let text = serde_json::to_string_pretty(&profile).context("the profile as JSON")?;
+    Ok(Some((text, profile)))
 }
 
 /// Control periods of the shortest trial: less says nothing of a gain.
@@ -167,10 +211,7 @@ fn beside<'a>(
         other.enabled && other.name != robot.name && other.profile == robot.profile
     };
     fleet.robots.iter().find(is_other).with_context(|| {
-        format!(
-            "{file} has no other robot with profile `{}` that could stand beside {}",
-            robot.profile, robot.name
-        )
+        format!("{file} has no other robot of its kind that could stand beside {}", robot.name)
     })
 }
 

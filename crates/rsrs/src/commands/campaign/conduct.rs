@@ -15,6 +15,7 @@ use crate::files::write_file;
 use crate::interrupt::asked_to_stop;
 use crate::notes::print_note;
 use crate::own_network::OwnNetwork;
+use crate::place_command::{PlacedRobot, WantedPlacement};
 use crate::recording_gaps;
 use crate::running::{RunSummary, on_simulated_fleet, watched};
 use crate::simulated_fleet::SimulatedFleet;
@@ -130,15 +131,24 @@ impl<'a> Conductor<'a> {
     async fn ask(&mut self, plan: &Plan, item: &Item) -> anyhow::Result<Answer> {
         let RunTarget::Fleet { .. } = self.floor else { return Ok(Answer::Start) };
         let conditions = &plan.record.conditions.controller;
+        let starts = StartPoses::of(plan)?;
         let what = format!(
             "\n{}: {} m/s, {} rad/s, for {} s\nplace the robots:\n{}",
             item.experiment.folder,
             conditions.speed_m_s,
             conditions.turn_rate_rad_s,
             plan.record.duration_s,
-            StartPoses::of(plan)?
+            starts
         );
-        Ok(self.prompt.ask(&what).await)
+        let placed = starts.robots.iter().map(|start| PlacedRobot {
+            name: start.robot.clone(),
+            x_m: start.x_m,
+            y_m: start.y_m,
+            heading_rad: start.heading_rad,
+        });
+        let purpose = item.experiment.folder.clone();
+        let wanted = WantedPlacement { purpose, robots: placed.collect() };
+        self.prompt.ask(&what, &wanted).await
     }
 
     async fn run(&mut self, plan: &Plan) -> anyhow::Result<RunSummary> {

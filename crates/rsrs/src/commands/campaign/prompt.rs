@@ -1,10 +1,11 @@
-//! Somebody who places robots, and says when they stand.
+//! Somebody or something that places robots, and says when they stand.
 
 use tokio::sync::mpsc::UnboundedReceiver;
 
 use crate::interrupt::asked_to_stop;
 use crate::keyboard;
 use crate::notes::print_note;
+use crate::place_command::{self, WantedPlacement};
 
 /// Who is asked before a run starts.
 pub enum Prompt {
@@ -14,6 +15,8 @@ pub enum Prompt {
     Person(UnboundedReceiver<String>),
     /// A person who has gone, and can say no more.
     Gone,
+    /// Nobody: this program places them.
+    Program(String),
 }
 
 /// What a person wants.
@@ -52,10 +55,23 @@ impl Prompt {
     /// # Arguments
     ///
     /// * `what` — the experiment, and where its robots start.
-    pub async fn ask(&mut self, what: &str) -> Answer {
+    /// * `wanted` — the same for a program.
+    ///
+    /// # Errors
+    ///
+    /// If a program does not place the robots.
+    pub async fn ask(&mut self, what: &str, wanted: &WantedPlacement) -> anyhow::Result<Answer> {
         print_note(what);
+        if let Self::Program(program) = self {
+            place_command::place(program, wanted).await?;
+            return Ok(Answer::Start);
+        }
+        Ok(self.ask_person().await)
+    }
+
+    async fn ask_person(&mut self) -> Answer {
         let lines = match self {
-            Self::Silent => return Answer::Start,
+            Self::Silent | Self::Program(_) => return Answer::Start,
             Self::Gone => return Answer::Quit,
             Self::Person(lines) => lines,
         };

@@ -1,5 +1,6 @@
 //! `rsrs measure fit`: from trials to a profile.
 
+mod sources;
 mod text;
 
 use std::fmt::Write as _;
@@ -7,20 +8,17 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use rsrs_core::capability::{LostCapability, lost_capabilities};
-use rsrs_core::fit::{Details, Fit, SensorMap, Tables, Unmeasured, fit};
+use rsrs_core::fit::{Details, Fit, SensorMap, Unmeasured, fit};
 use rsrs_core::harsher::HarsherFactors;
-use rsrs_core::trial::{detection_trials, period_trials, reduced, speed_trials, turn_trials};
 use rsrs_view::distribution::{self, DistributionPicture};
 use rsrs_view::sensor::{self, SensorPicture};
 use serde::Serialize;
 
-use crate::bag_trials::{self, BagTrials};
 use crate::commands::{Format, report};
-use crate::failure::{Outcome, explained, with_help};
+use crate::failure::{Outcome, explained};
 use crate::files::write_file;
 use crate::picture::PNG_WIDTH_PX;
-use crate::trial_files::{table, trajectories};
-use crate::wording::names;
+use sources::Sources;
 
 /// Fit a profile to trials: every number with its interval and where it comes from.
 ///
@@ -32,18 +30,32 @@ use crate::wording::names;
 Examples:
   rsrs measure fit --speed speed.csv --turn turn.csv --detection detection.csv --period period.csv \\
       --name flockbot -o flockbot.yaml --pictures pictures
+  rsrs measure fit --plan trials --name flockbot -o flockbot.yaml
   rsrs measure fit --bags straight_* turn_* standing_* --name flockbot -o flockbot.yaml
   rsrs measure fit --speed speed.csv --turn turn.csv --detection detection.csv --name flockbot \\
       --format json")]
 pub struct Arguments {
-    /// Straight runs: `robot,commanded_m_s,distance_m,duration_s[,lateral_m,heading_change_rad]`.
-    #[arg(long, value_name = "CSV", required_unless_present_any = ["trajectories", "bags"])]
+    /// Folder of `rsrs measure plan`, filled in: its tables, and the bags that `rsrs measure drive --plan`
+    /// recorded.
+    #[arg(
+        long,
+        value_name = "DIR",
+        conflicts_with_all = ["speed", "turn", "arcs", "detection", "period", "bags"]
+    )]
+    plan: Option<PathBuf>,
+    /// Straight runs:
+    /// `robot,commanded_m_s,distance_m,duration_s[,lateral_m,heading_change_rad,paused_s]`.
+    #[arg(long, value_name = "CSV", required_unless_present_any = ["trajectories", "bags", "plan"])]
     speed: Option<PathBuf>,
-    /// Turns in place: `robot,commanded_rad_s,angle_rad,duration_s`.
-    #[arg(long, value_name = "CSV", required_unless_present_any = ["trajectories", "bags"])]
+    /// Turns in place: `robot,commanded_rad_s,angle_rad,duration_s[,paused_s]`.
+    #[arg(long, value_name = "CSV", required_unless_present_any = ["trajectories", "bags", "plan"])]
     turn: Option<PathBuf>,
+    /// Turns while driving: `robot,commanded_m_s,commanded_rad_s,angle_rad,duration_s[,paused_s]`;
+    /// without them, robots turn while they drive as they do in place.
+    #[arg(long, value_name = "CSV")]
+    arcs: Option<PathBuf>,
     /// Detections: `robot,distance_m,bearing_rad,samples,detections`; no distance is no neighbour.
-    #[arg(long, value_name = "CSV", required_unless_present = "bags")]
+    #[arg(long, value_name = "CSV", required_unless_present_any = ["bags", "plan"])]
     detection: Option<PathBuf>,
     /// Control periods: `robot,period_s`.
     #[arg(long, value_name = "CSV")]
@@ -123,70 +135,17 @@ fn unmeasured(arguments: &Arguments) -> anyhow::Result<Unmeasured> {
     Ok(unmeasured)
 }
 
-/// The fit, and the robots and trials whose trajectories are neither straight runs nor turns.
+/// The fit, and the notes on what it left out.
 fn fit_tables(
     arguments: &Arguments,
     unmeasured: &Unmeasured,
-) -> anyhow::Result<(Fit, Vec<(String, String)>)> {
-    let mut driven = trajectories(&arguments.trajectories)?;
-    let bags = bags(&arguments.bags)?;
-    driven.extend(bags.iter().flat_map(|(_, trials)| trials.driven.iter().cloned()));
-    let from_driven = reduced(&sources(arguments), &driven);
-    let speed = match &arguments.speed {
-        Some(path) => table(path, speed_trials)?,
-        None => from_driven.speed,
-    };
-    let turn = match &arguments.turn {
-        Some(path) => table(path, turn_trials)?,
-        None => from_driven.turn,
-    };
-    let detection = match &arguments.detection {
-        Some(path) => table(path, detection_trials)?,
-        None => bag_trials::detection_table(&bags).ok_or_else(|| {
-            with_help(
-                "in none of the bags does a robot stand and sense",
-                "give a table with `--detection`, or bags of `rsrs measure drive --distance M \
-                 --bearing RAD` and `rsrs measure drive --alone`",
-            )
-        })?,
-    };
-    let period = match &arguments.period {
-        Some(path) => Some(table(path, period_trials)?),
-        None => bag_trials::period_table(&bags),
-    };
-    let tables = Tables {
-        speed: &speed,
-        turn: &turn,
-        detection: &detection,
-        period: period.as_ref(),
-        driven: &driven,
-    };
-    let fitted = fit(tables, unmeasured).map_err(|error| {
+) -> anyhow::Result<(Fit, Vec<String>)> {
+    let sources = Sources::read(arguments)?;
+    let fitted = fit(sources.tables(), unmeasured).map_err(|error| {
         let (message, help) = (error.to_string(), error.help());
         explained(error, message, Some(&help))
     })?;
-    Ok((fitted, from_driven.left_out))
-}
-
-fn bags(paths: &[PathBuf]) -> anyhow::Result<Vec<(PathBuf, BagTrials)>> {
-    paths
-        .iter()
-        .map(|path| {
-            if !bag_trials::is_bag(path) {
-                return Err(with_help(
-                    format!("{} is not a bag: neither a folder nor an .mcap file", path.display()),
-                    "tables of trajectories go to `--trajectories`",
-                ));
-            }
-            Ok((path.clone(), bag_trials::read(path)?))
-        })
-        .collect()
-}
-
-/// Where trajectories are from: all names of a few, the first of many.
-fn sources(arguments: &Arguments) -> String {
-    let paths: Vec<&PathBuf> = arguments.trajectories.iter().chain(&arguments.bags).collect();
-    names(&paths)
+    Ok((fitted, sources.notes()))
 }
 
 fn draw(folder: &Path, fitted: &Fit, name: &str, radius_m: f64) -> anyhow::Result<()> {

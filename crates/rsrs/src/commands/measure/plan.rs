@@ -17,11 +17,12 @@ use crate::files::{read_text, write_file};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
+  rsrs measure plan --robots 5 --speed 0.05,0.30 --turn-rate 0.25,2.0
   rsrs measure plan launch_configs/fleets/nine_virtual.yaml -o trials
   rsrs measure plan fleet.yaml --speed 0.05,0.30 --turn-rate 0.25,2.0 -o trials")]
 pub struct Arguments {
-    /// Fleet file (YAML).
-    fleet: PathBuf,
+    /// Fleet file (YAML); it needs no profile yet. Without one, the robots are `robot_1` and so on.
+    fleet: Option<PathBuf>,
     /// Robots to measure at most (default: 5).
     #[arg(long, value_name = "N")]
     robots: Option<usize>,
@@ -46,6 +47,15 @@ pub struct Arguments {
     /// How far the sensor is expected to reach, centre to centre, in m (default: 0.75).
     #[arg(long, value_name = "M")]
     range: Option<f64>,
+    /// Distances of the detection grid (default: about one in each body, 5 to 15).
+    #[arg(long, value_name = "N")]
+    distances: Option<usize>,
+    /// Bearings of the detection grid (default: 9).
+    #[arg(long, value_name = "N")]
+    bearings: Option<usize>,
+    /// Half of the width of the 95 % interval of each rate of detections (default: 0.1).
+    #[arg(long, value_name = "SHARE")]
+    rate_precision: Option<f64>,
     /// Folder to make for the sheet and the tables; it must not exist.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
@@ -74,42 +84,54 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut text = plan.text();
     if let Some(folder) = &arguments.output {
         write(folder, &plan)?;
-        text.push_str(&next(&arguments.fleet, folder));
+        text.push_str(&next(arguments.fleet.as_deref(), folder));
     }
     report(arguments.format, &plan, &text)?;
     Ok(Outcome::Done)
 }
 
 fn request(arguments: &Arguments) -> anyhow::Result<PlanRequest> {
-    let name = arguments.fleet.display().to_string();
-    let text = read_text(&arguments.fleet)?;
-    let fleet = FleetFile::parse(&name, &text).map_err(|error| {
-        let (message, help) = (error.to_string(), error.help());
-        explained(error, message, help.as_deref())
-    })?;
     let usual = PlanRequest::default();
+    let n_robots = arguments.robots.unwrap_or(usual.n_robots);
+    let robots = match &arguments.fleet {
+        Some(fleet) => enabled(fleet)?,
+        None => (1..=n_robots).map(|robot| format!("robot_{robot}")).collect(),
+    };
     Ok(PlanRequest {
-        robots: fleet.enabled().into_iter().map(str::to_owned).collect(),
-        n_robots: arguments.robots.unwrap_or(usual.n_robots),
+        robots,
+        n_robots,
         limits_m_s: arguments.speed.unwrap_or(usual.limits_m_s),
         limits_rad_s: arguments.turn_rate.unwrap_or(usual.limits_rad_s),
         n_commands: arguments.commands.unwrap_or(usual.n_commands),
         track_m: arguments.track.unwrap_or(usual.track_m),
         gain_precision: arguments.precision.unwrap_or(usual.gain_precision),
         trial_sd: arguments.trial_sd.unwrap_or(usual.trial_sd),
+        rate_precision: arguments.rate_precision.unwrap_or(usual.rate_precision),
         range_m: arguments.range.unwrap_or(usual.range_m),
+        n_distances: arguments.distances,
+        n_bearings: arguments.bearings.unwrap_or(usual.n_bearings),
         ..usual
     })
 }
 
-fn next(fleet: &Path, folder: &Path) -> String {
-    let (fleet, folder) = (fleet.display(), folder.display());
+/// Names of the robots that may be used.
+fn enabled(fleet: &Path) -> anyhow::Result<Vec<String>> {
+    let name = fleet.display().to_string();
+    let fleet = FleetFile::parse(&name, &read_text(fleet)?).map_err(|error| {
+        let (message, help) = (error.to_string(), error.help());
+        explained(error, message, help.as_deref())
+    })?;
+    Ok(fleet.enabled().into_iter().map(str::to_owned).collect())
+}
+
+fn next(fleet: Option<&Path>, folder: &Path) -> String {
+    let fleet = fleet.map_or_else(|| "FLEET".to_owned(), |fleet| fleet.display().to_string());
+    let folder = folder.display();
     format!(
         "\nThe sheet and the tables to fill in are in {folder}.\n\
-         Robots on ROS fill in the detections: rsrs measure drive {fleet} --template \
-         {folder}/detection.csv\n\
-         next: rsrs measure fit --speed {folder}/speed.csv --turn {folder}/turn.csv \\\n    \
-         --detection {folder}/detection.csv --period {folder}/period.csv --name NAME -o PROFILE.yaml\n"
+         Robots on ROS fill them in: rsrs measure drive {fleet} --plan {folder} --backend fleet \
+         --interface NAME\n\
+         next: rsrs measure fit --plan {folder} --name NAME -o PROFILE.yaml\n"
     )
 }
 
@@ -125,6 +147,7 @@ fn write(folder: &Path, plan: &Plan) -> anyhow::Result<()> {
         ("sheet.txt", plan.text()),
         ("speed.csv", plan.speed_csv()),
         ("turn.csv", plan.turn_csv()),
+        ("arcs.csv", plan.arc_csv()),
         ("detection.csv", plan.detection_csv()),
         ("period.csv", plan.period_csv()),
     ] {

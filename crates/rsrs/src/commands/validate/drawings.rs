@@ -16,7 +16,7 @@ use crate::picture::PNG_WIDTH_PX;
 use crate::validation_file::Answer;
 
 /// Draws the tubes as `reach_1`, `reach_2` …, and the sensor where detections are known; as SVG and
-/// PNG.
+/// PNG. Of drives whose command changed, which may be many, those outside are drawn.
 ///
 /// # Errors
 ///
@@ -24,6 +24,11 @@ use crate::validation_file::Answer;
 pub fn write(folder: &Path, case: &Case, answer: &Answer) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     for (index, tube) in answer.validation.tubes.iter().enumerate() {
+        let trials = &answer.validation.trials;
+        let leaves = trials.iter().any(|place| place.tube == index && !place.exits.is_empty());
+        if tube.command.is_none() && !leaves {
+            continue;
+        }
         let svg = tube_svg(case, answer, (index, tube))?;
         both(folder, &format!("reach_{}", index + 1), &svg)?;
     }

@@ -3,15 +3,23 @@
 use rsrs_core::harsher::HarsherFactors;
 use rsrs_core::interval::Interval;
 use rsrs_core::validation::{Exit, LEVEL, TrialPlace, Validation};
+use rsrs_core::variance::Estimate;
 
 use crate::table_text::columns;
-use crate::validation_file::Answer;
+use crate::validation_file::{Answer, Turning};
 
 /// The report of an answer.
 pub fn text(answer: &Answer) -> String {
     let validation = &answer.validation;
     let mut blocks = vec![headline(validation), robots(validation)];
-    blocks.extend((0..validation.tubes.len()).map(|index| tube(validation, index)));
+    let (constant, changing): (Vec<usize>, Vec<usize>) =
+        (0..validation.tubes.len()).partition(|index| validation.tubes[*index].command.is_some());
+    blocks.extend(constant.into_iter().map(|index| tube(validation, index)));
+    if !changing.is_empty() {
+        let lines: Vec<String> =
+            changing.into_iter().map(|index| changing_tube(validation, index)).collect();
+        blocks.push(lines.join("\n"));
+    }
     let outside: Vec<String> = validation.outside().map(outside).collect();
     if !outside.is_empty() {
         blocks.push(format!("outside:\n{}", outside.join("\n")));
@@ -87,6 +95,24 @@ fn tube(validation: &Validation, index: usize) -> String {
     format!("{}:\n{}", commands(validation, index), columns(&rows))
 }
 
+/// One line for drives whose command changed: each is of its own kind, and there are many.
+fn changing_tube(validation: &Validation, index: usize) -> String {
+    let horizons = &validation.tubes[index].horizons;
+    let last = &horizons[horizons.len() - 1];
+    let n_inside = validation
+        .trials
+        .iter()
+        .filter(|place| place.tube == index && place.exits.is_empty())
+        .count();
+    let n_trials = validation.trials.iter().filter(|place| place.tube == index).count();
+    format!(
+        "{}: {n_inside} of {n_trials} inside, area {:.4} m² after {:.1} s",
+        commands(validation, index),
+        last.area_m2,
+        last.time_s
+    )
+}
+
 fn outside(place: &TrialPlace) -> String {
     let exits = &place.exits;
     let worst = exits
@@ -122,6 +148,9 @@ fn side(amount: f64, positive: &str, negative: &str) -> String {
 
 /// What would contain the trials.
 fn remedy(answer: &Answer) -> String {
+    if let Some(turning) = &answer.turning {
+        return turned(turning);
+    }
     match &answer.smallest_factors {
         Some(factors) => format!(
             "the smallest factors that contain them: {}\n\
@@ -136,6 +165,30 @@ fn remedy(answer: &Answer) -> String {
                 .to_owned()
         }
     }
+}
+
+/// How robots turn that leave because of that.
+fn turned(turning: &Turning) -> String {
+    let interval = |estimate: Estimate| match (estimate.low, estimate.high) {
+        (Some(low), Some(high)) => format!("{:.3} ({low:.3} to {high:.3})", estimate.value),
+        _ => format!("{:.3} (no interval)", estimate.value),
+    };
+    let lag = turning.yaw_lag_s.map(|lag_s| {
+        format!(
+            "their turning rate lags: `yaw_lag_s` is {}, not what the profile has",
+            interval(lag_s)
+        )
+    });
+    let gain = turning.driving_gain.map(|gain| {
+        format!("they turn otherwise while they drive: by a gain of {}", interval(gain))
+    });
+    let causes: Vec<String> = lag.into_iter().chain(gain).collect();
+    format!(
+        "{}\nwith that in the profile they are contained, and no factor has to be larger\n\
+         measure it: `rsrs measure fit` with `--trajectories` or `--bags` for the lag, and with \
+         `--arcs` for the gain while driving; then sweep again",
+        causes.join("\n")
+    )
 }
 
 /// The factors that differ.

@@ -113,9 +113,30 @@ fn pose(robot: &str, frame: &str, x_m: f64) -> Event {
 }
 
 #[test]
+fn poses_that_come_seldom_are_waited_for_and_their_rate_is_said() {
+    let mut bench = floor();
+
+    for beat in 0..40 {
+        if beat % 6 == 5 {
+            bench.give(pose("robot_1", "map", 0.5));
+            bench.give(pose("robot_2", "map", 0.7));
+        }
+        bench.beat();
+    }
+
+    for expected in [
+        "all 2 robots stand where they should start",
+        "poses of robot_1 come at 1.7 Hz, expected 10 Hz or more",
+        "poses of robot_2 come at 1.7 Hz, expected 10 Hz or more",
+    ] {
+        assert!(bench.told.iter().any(|text| text == expected), "{:?}", bench.told);
+    }
+}
+
+#[test]
 fn the_operator_is_told_where_the_robots_stand() {
     for (events, expected) in [
-        (vec![], "start poses not checked: none is received"),
+        (vec![], "start poses not checked: no pose was received"),
         (vec![pose("robot_1", "map", 0.5)], "robot_2: no pose received"),
         (
             vec![pose("robot_1", "map", 0.5), pose("robot_2", "map", 0.7)],

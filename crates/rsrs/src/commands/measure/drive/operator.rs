@@ -33,8 +33,9 @@ pub async fn ask(bag: &Path, plan: &Plan) -> anyhow::Result<TrialResult> {
         })
     });
     let motion = motion.with_context(unanswered)?;
-    let robot = plan.robots[0].name.clone();
-    Ok(TrialResult { bag: bag.to_owned(), robot, source: Source::Operator, motion })
+    let mut found = TrialResult::of_motion(plan, Source::Operator, motion);
+    found.read_rhythm(record.time)?;
+    Ok(found)
 }
 
 /// Puts a question to the person at the terminal; `None` if a signal comes before the answer.
@@ -110,9 +111,12 @@ impl<I: BufRead, O: Write> Interview<I, O> {
                 angle_rad: self.required("angle turned, in rad; a full circle is 6.2832")?,
                 duration_s: self.optional(&time)?.unwrap_or(driven_s),
             }),
-            (true, true) => {
-                Ok(Motion::Curve { commanded_m_s: speed_m_s, commanded_rad_s: turn_rate_rad_s })
-            }
+            (true, true) => Ok(Motion::Curve {
+                commanded_m_s: speed_m_s,
+                commanded_rad_s: turn_rate_rad_s,
+                angle_rad: self.required("angle turned, in rad; a full circle is 6.2832")?,
+                duration_s: self.optional(&time)?.unwrap_or(driven_s),
+            }),
         }
     }
 

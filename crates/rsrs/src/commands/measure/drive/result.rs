@@ -1,19 +1,17 @@
 //! What a trial came to: a row of the table that `rsrs measure fit` reads.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use rsrs_bags::trajectory::{Keep, RecordedTrajectory, TrajectoryError, read_trajectory};
-use rsrs_core::controller::ControllerParameters;
 use rsrs_core::trial::{DrivenTrial, Neighbour, reduced};
 use rsrs_experiment_runner::plan::{Plan, Trial};
+use rsrs_fleet::experiment::Time;
 use serde::Serialize;
 
-use super::table_file::{self, TableLock};
+use super::trial_table::{Kind, TrialTable};
 use crate::bag_trials;
-use crate::failure::with_help;
-use crate::files::read_text;
+use crate::command_rhythm;
 use crate::recorded_run;
 use crate::sensor_readings::Readings;
 
@@ -29,6 +27,13 @@ pub struct TrialResult {
     /// What was measured.
     #[serde(flatten)]
     pub motion: Motion,
+    /// The longest pause between two commands, in seconds, if it was so long that the robot may have
+    /// stopped: then the trial says nothing of a gain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub paused_s: Option<f64>,
+    /// Times from one detection to the next, in seconds.
+    #[serde(skip)]
+    pub periods_s: Vec<f64>,
 }
 
 /// Where the numbers of a trial come from.
@@ -80,51 +85,26 @@ pub enum Motion {
         /// Readings that said "detected".
         detections: u64,
     },
-    /// A curve: a trajectory for `rsrs validate`, and no row of a table.
+    /// A turn while driving.
     Curve {
         /// Commanded speed, in metres per second.
         commanded_m_s: f64,
         /// Commanded turning rate, in radians per second.
         commanded_rad_s: f64,
+        /// Angle turned, in radians.
+        angle_rad: f64,
+        /// Time taken, in seconds.
+        duration_s: f64,
     },
 }
-
-/// Headers of the tables of straight runs, of turns and of detections.
-pub const HEADERS: [&str; 3] = [
-    "robot,commanded_m_s,distance_m,duration_s,lateral_m,heading_change_rad",
-    "robot,commanded_rad_s,angle_rad,duration_s",
-    "robot,distance_m,bearing_rad,samples,detections",
-];
 
 /// Refuses, before anything moves, a table to which the result could not be added.
 ///
 /// # Errors
 ///
-/// If the trial is a curve, or the table is of another kind.
+/// If the table is of another kind, or another process fills it in.
 pub fn check_table(path: &Path, trial: &Trial) -> anyhow::Result<()> {
-    let command = trial.command();
-    let header = match (trial, command.speed_m_s > 0.0, command.turn_rate_rad_s > 0.0) {
-        (Trial::Stand { .. }, ..) => HEADERS[2],
-        (_, true, false) => HEADERS[0],
-        (_, false, _) => HEADERS[1],
-        (_, true, true) => {
-            return Err(with_help(
-                "a curve is no row of a table of straight runs or turns",
-                "leave out `--table`; `rsrs validate --trajectories BAG` takes the bag",
-            ));
-        }
-    };
-    // Another process may fill it in for hours; that is said before anything moves.
-    let _lock = TableLock::take(path, table_file::PATIENCE)?;
-    if !path.exists() {
-        return Ok(());
-    }
-    let text = read_text(path)?;
-    let found = text.lines().next().unwrap_or("");
-    if found != header {
-        bail!("{}: the header is `{found}`, expected `{header}`", path.display());
-    }
-    Ok(())
+    TrialTable::open_for(path, Kind::of(trial)).map(drop)
 }
 
 impl TrialResult {
@@ -145,67 +125,97 @@ impl TrialResult {
             return Ok(None);
         }
         let driven = bag_trials::read(bag)?.driven;
-        let [trial] = &driven[..] else {
-            bail!("{}: {} drives, expected 1", bag.display(), driven.len());
+        let longest =
+            driven.iter().max_by(|left, right| left.duration_s().total_cmp(&right.duration_s()));
+        let Some(trial) = longest else {
+            bail!("{}: no drive, expected 1", bag.display());
         };
+        let Some(motion) = motion(trial) else {
+            bail!("{}: its commands changed, expected one command", bag.display());
+        };
+        let mut found = Self::of_motion(plan, Source::Poses, motion);
+        found.read_rhythm(plan.record.time)?;
+        // Commands to stand between two drives are a pause, too.
+        let stood_s = driven.windows(2).map(|pair| {
+            pair[1].samples[0].time_s - pair[0].samples[pair[0].samples.len() - 1].time_s
+        });
+        found.paused_s = stood_s.chain(found.paused_s).reduce(f64::max);
+        Ok(Some(found))
+    }
+
+    /// A result that nothing else is known of.
+    pub fn of_motion(plan: &Plan, source: Source, motion: Motion) -> Self {
         let robot = plan.robots[0].name.clone();
-        let motion = motion(trial, plan.record.conditions.controller);
-        Ok(Some(Self { bag: bag.to_owned(), robot, source: Source::Poses, motion }))
+        let bag = plan.bag.clone();
+        Self { bag, robot, source, motion, paused_s: None, periods_s: Vec::new() }
+    }
+
+    /// Looks into the bag whether commands paused; in lockstep none can.
+    ///
+    /// # Errors
+    ///
+    /// If the bag cannot be read.
+    pub fn read_rhythm(&mut self, time: Time) -> anyhow::Result<()> {
+        let rhythm = command_rhythm::read(&self.bag, &self.robot)?;
+        self.paused_s = rhythm.paused_s.filter(|_| time == Time::RealTime);
+        self.periods_s = rhythm.periods_s;
+        Ok(())
     }
 
     /// The result of a trial in which the robot stood.
     pub fn of_readings(plan: &Plan, neighbour: Option<Neighbour>, found: Readings) -> Self {
         let Readings { samples, detections } = found;
-        Self {
-            bag: plan.bag.clone(),
-            robot: plan.robots[0].name.clone(),
-            source: Source::Detections,
-            motion: Motion::Standing {
-                distance_m: neighbour.map(|neighbour| neighbour.distance_m),
-                bearing_rad: neighbour.map(|neighbour| neighbour.bearing_rad),
-                samples,
-                detections,
-            },
-        }
+        let motion = Motion::Standing {
+            distance_m: neighbour.map(|neighbour| neighbour.distance_m),
+            bearing_rad: neighbour.map(|neighbour| neighbour.bearing_rad),
+            samples,
+            detections,
+        };
+        Self::of_motion(plan, Source::Detections, motion)
     }
 
-    /// The row of the table; `None` for a curve.
-    pub fn row(&self) -> Option<String> {
-        let robot = &self.robot;
+    /// The row of the table: what was to be done, and what came of it.
+    fn row(&self) -> String {
+        let asked = match self.motion {
+            Motion::Straight { commanded_m_s, .. } => commanded_m_s.to_string(),
+            Motion::Turn { commanded_rad_s, .. } => commanded_rad_s.to_string(),
+            Motion::Curve { commanded_m_s, commanded_rad_s, .. } => {
+                format!("{commanded_m_s},{commanded_rad_s}")
+            }
+            Motion::Standing { distance_m, bearing_rad, .. } => {
+                let written = |number: Option<f64>| number.map(|number| number.to_string());
+                let [distance, bearing] = [distance_m, bearing_rad].map(written);
+                format!("{},{}", distance.unwrap_or_default(), bearing.unwrap_or_default())
+            }
+        };
+        format!("{},{asked},{}", self.robot, self.found())
+    }
+
+    /// The fields of the row that say what came of the trial.
+    pub fn found(&self) -> String {
         // Adding 0 makes a positive zero of a negative one.
         let tidy = |number: f64| format!("{:.5}", (number * 1e5).round() / 1e5 + 0.0);
         let optional = |number: Option<f64>| number.map(tidy).unwrap_or_default();
+        let paused = self.paused_s.map(|paused_s| format!("{paused_s:.3}")).unwrap_or_default();
         match self.motion {
-            Motion::Straight {
-                commanded_m_s,
-                distance_m,
-                duration_s,
-                lateral_m,
-                heading_change_rad,
-            } => Some(format!(
-                "{robot},{commanded_m_s},{distance_m:.5},{duration_s:.3},{},{}",
-                optional(lateral_m),
-                optional(heading_change_rad)
-            )),
-            Motion::Turn { commanded_rad_s, angle_rad, duration_s } => {
-                Some(format!("{robot},{commanded_rad_s},{angle_rad:.5},{duration_s:.3}"))
+            Motion::Straight { distance_m, duration_s, lateral_m, heading_change_rad, .. } => {
+                let (lateral, heading) = (optional(lateral_m), optional(heading_change_rad));
+                format!("{distance_m:.5},{duration_s:.3},{lateral},{heading},{paused}")
             }
-            Motion::Standing { distance_m, bearing_rad, samples, detections } => {
-                let written = |number: Option<f64>| number.map(|number| number.to_string());
-                let (distance, bearing) = (written(distance_m), written(bearing_rad));
-                let place =
-                    format!("{},{}", distance.unwrap_or_default(), bearing.unwrap_or_default());
-                Some(format!("{robot},{place},{samples},{detections}"))
+            Motion::Turn { angle_rad, duration_s, .. }
+            | Motion::Curve { angle_rad, duration_s, .. } => {
+                format!("{angle_rad:.5},{duration_s:.3},{paused}")
             }
-            Motion::Curve { .. } => None,
+            Motion::Standing { samples, detections, .. } => format!("{samples},{detections}"),
         }
     }
 
-    fn header(&self) -> &'static str {
+    fn kind(&self) -> Kind {
         match self.motion {
-            Motion::Straight { .. } | Motion::Curve { .. } => HEADERS[0],
-            Motion::Turn { .. } => HEADERS[1],
-            Motion::Standing { .. } => HEADERS[2],
+            Motion::Straight { .. } => Kind::Speed,
+            Motion::Curve { .. } => Kind::Arc,
+            Motion::Turn { .. } => Kind::Turn,
+            Motion::Standing { .. } => Kind::Detection,
         }
     }
 
@@ -215,25 +225,22 @@ impl TrialResult {
     ///
     /// If the table cannot be read or written.
     pub fn append_to(&self, path: &Path) -> anyhow::Result<()> {
-        let Some(row) = self.row() else { return Ok(()) };
-        let lost = || format!("the row of this trial is not in the table: `{row}`");
-        let lock = TableLock::take(path, table_file::PATIENCE).with_context(lost)?;
-        let mut text =
-            if path.exists() { read_text(path)? } else { format!("{}\n", self.header()) };
-        if !text.ends_with('\n') {
-            text.push('\n');
-        }
-        writeln!(text, "{row}").expect("a string takes any text");
-        lock.replace(&text).with_context(lost)
+        TrialTable::open_for(path, self.kind())?.append(self.row())
     }
 
     /// The result for people: where it is, and the row with its header.
     pub fn text(&self) -> String {
-        let bag = self.bag.display();
-        match self.row() {
-            Some(row) => format!("{bag}:\n{}\n{row}", self.header()),
-            None => format!("{bag}: a curve\nnext: rsrs validate SWEEP --trajectories {bag}"),
-        }
+        let paused = self.pause().map(|pause| format!("\n{pause}")).unwrap_or_default();
+        format!("{}:\n{}\n{}{paused}", self.bag.display(), self.kind().header(), self.row())
+    }
+
+    /// What to say of a trial in which commands paused.
+    pub fn pause(&self) -> Option<String> {
+        let paused_s = self.paused_s?;
+        Some(format!(
+            "commands paused for {paused_s:.3} s, so the trial says nothing of a gain; its row is \
+             marked, and `rsrs measure fit` leaves it out"
+        ))
     }
 }
 
@@ -243,25 +250,26 @@ fn is_unseen(recorded: &Result<RecordedTrajectory, TrajectoryError>) -> bool {
     matches!(recorded, Err(NoPoses { .. } | SilentPoses { .. }))
 }
 
-/// What the poses show, measured as [`reduced`] does.
-fn motion(trial: &DrivenTrial, command: ControllerParameters) -> Motion {
+/// What the poses show, measured as [`reduced`] does; `None` if the command changed.
+fn motion(trial: &DrivenTrial) -> Option<Motion> {
     let reduced = reduced("", std::slice::from_ref(trial));
-    match (reduced.speed.rows.first(), reduced.turn.rows.first()) {
-        (Some(run), _) => Motion::Straight {
-            commanded_m_s: run.commanded_m_s,
-            distance_m: run.distance_m,
-            duration_s: run.duration_s,
-            lateral_m: run.lateral_m,
-            heading_change_rad: run.heading_change_rad,
-        },
-        (None, Some(turn)) => Motion::Turn {
-            commanded_rad_s: turn.commanded_rad_s,
-            angle_rad: turn.angle_rad,
-            duration_s: turn.duration_s,
-        },
-        (None, None) => Motion::Curve {
-            commanded_m_s: command.speed_m_s,
-            commanded_rad_s: command.turn_rate_rad_s,
-        },
-    }
+    let straight = reduced.speed.rows.first().map(|run| Motion::Straight {
+        commanded_m_s: run.commanded_m_s,
+        distance_m: run.distance_m,
+        duration_s: run.duration_s,
+        lateral_m: run.lateral_m,
+        heading_change_rad: run.heading_change_rad,
+    });
+    let turn = reduced.turn.rows.first().map(|turn| Motion::Turn {
+        commanded_rad_s: turn.commanded_rad_s,
+        angle_rad: turn.angle_rad,
+        duration_s: turn.duration_s,
+    });
+    let arc = reduced.arc.rows.first().map(|arc| Motion::Curve {
+        commanded_m_s: arc.commanded_m_s,
+        commanded_rad_s: arc.turn.commanded_rad_s,
+        angle_rad: arc.turn.angle_rad,
+        duration_s: arc.turn.duration_s,
+    });
+    straight.or(turn).or(arc)
 }

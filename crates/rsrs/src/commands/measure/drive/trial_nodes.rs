@@ -2,8 +2,8 @@
 
 use anyhow::Context;
 use rsrs_experiment_runner::plan::Plan;
-use rsrs_fleet::fleet_file::CmdVel;
-use rsrs_fleet::record::EndingKind;
+use rsrs_fleet::fleet_file::{CmdVel, FleetRobot, LeaseHolder};
+use rsrs_fleet::record::{self, EndingKind};
 use rsrs_ros::interfaces;
 use rsrs_ros::logging::{self, Level};
 use rsrs_ros::session::SessionOptions;
@@ -55,23 +55,25 @@ impl<'a> TrialNodes<'a> {
     ///
     /// # Arguments
     ///
-    /// * `robots` — names of all that take part; on a real floor, of the one that is measured.
-    /// * `cmd_vel` — the kind of command that robots of the floor take.
+    /// * `plan` — one of the trials, with all robots that take part in any of them; on a real floor,
+    ///   with the one that is measured.
     ///
     /// # Errors
     ///
     /// If a process cannot be started.
-    pub fn start(floor: &'a RunTarget, robots: &[String], cmd_vel: CmdVel) -> anyhow::Result<Self> {
+    pub fn start(floor: &'a RunTarget, plan: &Plan) -> anyhow::Result<Self> {
+        let robots = &plan.record.robots;
         match floor {
             RunTarget::Simulated(network) => {
                 let fleet = SimulatedFleet::start_constant(network, robots)?;
                 Ok(Self::Simulated(network, fleet))
             }
             RunTarget::Real(network) => {
-                let mut parameters = CONSTANT.to_vec();
-                if cmd_vel == CmdVel::Twist {
-                    parameters.extend(["-p", "cmd_vel_type:=twist"]);
+                if !plan.is_measured {
+                    print_note(&unmeasured(plan));
                 }
+                let parameters = controller_parameters(plan);
+                let parameters: Vec<&str> = parameters.iter().map(String::as_str).collect();
                 let address =
                     network.interfaces.first().map(ToString::to_string).unwrap_or_default();
                 let start = |command: &mut std::process::Command| {
@@ -119,6 +121,35 @@ impl<'a> TrialNodes<'a> {
     }
 }
 
+/// What to say of a robot whose profile is not there.
+fn unmeasured(plan: &Plan) -> String {
+    let robot = &plan.robots[0];
+    let [most_m_s, most_rad_s] = plan.limits;
+    let profile = match &robot.profile {
+        Some(profile) => format!("the profile `{profile}` of {} is not there yet", robot.name),
+        None => format!("{} has no profile yet", robot.name),
+    };
+    format!("{profile}; its limits are those of the trials, {most_m_s} m/s and {most_rad_s} rad/s")
+}
+
+/// What the controller of a robot of the floor is started with.
+fn controller_parameters(plan: &Plan) -> Vec<String> {
+    let robot = &plan.robots[0];
+    let [most_m_s, most_rad_s] = plan.limits;
+    let mut parameters: Vec<String> = CONSTANT.map(str::to_owned).to_vec();
+    let mut set = |parameter: String| parameters.extend(["-p".to_owned(), parameter]);
+    set(format!("speed_max:={most_m_s:?}"));
+    set(format!("turn_rate_max:={most_rad_s:?}"));
+    set(format!("period:={:?}", plan.record.conditions.period_s));
+    if robot.cmd_vel == CmdVel::Twist {
+        set("cmd_vel_type:=twist".to_owned());
+    }
+    if robot.lease == LeaseHolder::Controller {
+        set("lease:=controller".to_owned());
+    }
+    parameters
+}
+
 /// Refuses a run that was not completed.
 fn completed(plan: &Plan, summary: &RunSummary) -> anyhow::Result<()> {
     if !summary.not_standing.is_empty() {
@@ -130,12 +161,22 @@ fn completed(plan: &Plan, summary: &RunSummary) -> anyhow::Result<()> {
     if summary.ending == EndingKind::Completed.key() && summary.bag.is_some() {
         return Ok(());
     }
-    let robot = &plan.robots[0].name;
+    let message = format!("trial {}: {}", summary.ending, summary.reason.replace("; ", "\n  "));
+    if plan.record.backend == record::Backend::Simulator {
+        return Err(anyhow::anyhow!(message));
+    }
+    let FleetRobot { name, lease, .. } = &plan.robots[0];
     Err(with_help(
-        format!("trial {}: {}", summary.ending, summary.reason.replace("; ", "\n  ")),
-        format!(
-            "a robot of the fleet needs its node, without its controller: \
-             `rsrs node robot --robots {robot} --without-controller …`"
-        ),
+        message,
+        match lease {
+            LeaseHolder::Gate => format!(
+                "{name} has `lease: gate`: it needs its node, without its controller: \
+                 `rsrs node robot --robots {name} --without-controller …`"
+            ),
+            LeaseHolder::Controller => format!(
+                "{name} has `lease: controller`: it publishes `detection` once in a period and \
+                 obeys `cmd_vel`; this command is its controller, and no other may run"
+            ),
+        },
     ))
 }

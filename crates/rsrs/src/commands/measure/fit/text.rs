@@ -10,8 +10,8 @@ use crate::table_text::columns;
 /// # Arguments
 ///
 /// * `name` — the kind of robot.
-/// * `left_out` — robots and trials that are neither straight runs nor turns in place.
-pub fn text(name: &str, fitted: &Fit, left_out: &[(String, String)]) -> String {
+/// * `left_out` — what does not count.
+pub fn text(name: &str, fitted: &Fit, left_out: &[String]) -> String {
     let details = &fitted.details;
     let mut blocks = vec![
         format!(
@@ -22,6 +22,7 @@ pub fn text(name: &str, fitted: &Fit, left_out: &[(String, String)]) -> String {
         ),
         speeds(fitted),
         turns(fitted),
+        arcs(details),
         spreads(details),
     ];
     if let Some(strays) = strays(details) {
@@ -31,12 +32,7 @@ pub fn text(name: &str, fitted: &Fit, left_out: &[(String, String)]) -> String {
     blocks.push(period(details));
     let mut notes: Vec<String> =
         details.cautions.iter().map(|caution| format!("note: {caution}")).collect();
-    notes.extend(left_out.iter().map(|(robot, trial)| {
-        format!(
-            "note: trial `{trial}` of {robot} is neither a straight run nor a turn in place; only \
-             its noise from step to step counts"
-        )
-    }));
+    notes.extend(left_out.iter().map(|note| format!("note: {note}")));
     if !notes.is_empty() {
         blocks.push(notes.join("\n"));
     }
@@ -77,6 +73,38 @@ fn turns(fitted: &Fit) -> String {
     }
     rows.extend(of_all(&fitted.details.turn, "rad/s"));
     columns(&rows)
+}
+
+/// Turns while driving, and how fast the turning rate follows.
+fn arcs(details: &Details) -> String {
+    let mut lines = vec![match &details.arc {
+        None => "turns while driving: not measured, assumed to be as in place".to_owned(),
+        Some(arc) => {
+            let mut rows = vec![
+                ["while driving", "commanded", "gain", "interval", "trials"].map(str::to_owned),
+            ];
+            rows.extend(arc.by_command.iter().map(|at| {
+                [
+                    format!("{} robots", at.n_robots),
+                    format!("{} rad/s", at.command),
+                    format!("{:.3}", at.gain.value),
+                    bounds(at.gain.low, at.gain.high),
+                    arc.n_trials.to_string(),
+                ]
+            }));
+            columns(&rows)
+        }
+    }];
+    lines.extend(details.yaw_lag.map(|lag| {
+        let none = if lag.is_certain() { "" } else { ": none that can be told from none" };
+        format!(
+            "lag of the turning rate: {:.4} s ({}), {} trajectories{none}",
+            lag.lag_s.value,
+            bounds(lag.lag_s.low, lag.lag_s.high),
+            lag.n_trials
+        )
+    }));
+    lines.join("\n")
 }
 
 /// The mean over robots at each command: what the profile takes.
@@ -155,8 +183,15 @@ fn sensor(fitted: &Fit) -> String {
             bounds(Some(sensor.false_positive_low), Some(sensor.false_positive_high)),
         ],
     ]);
+    let reach = fitted.details.sensor.reach.iter().map(|at| {
+        let high = at.high_m.map_or_else(|| "beyond".to_owned(), |high_m| format!("{high_m:.3} m"));
+        let (bearing_rad, far_m, low_m) = (at.bearing_rad, at.far_m, at.low_m);
+        format!("  at {bearing_rad:.3} rad {far_m:.3} m, between {low_m:.3} m and {high}")
+    });
+    let reach: Vec<String> = reach.collect();
     format!(
-        "{rates}\npolygon for centres, m ahead and left, inside the 80 % contour of {} corners:\n  {}",
+        "{rates}\nreach, centre to centre:\n{}\npolygon for centres, m ahead and left, inside the 80 % contour of {} corners:\n  {}",
+        reach.join("\n"),
         fitted.details.sensor.contour_m.len(),
         corners.join(" ")
     )

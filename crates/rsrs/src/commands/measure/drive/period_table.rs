@@ -1,0 +1,86 @@
+//! The table of control periods of a plan, which every trial fills in besides.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use rsrs_core::plan::PERIOD_HEADER;
+
+use super::table_file::{self, TableLock};
+use crate::files::read_text;
+
+/// The table of control periods.
+pub struct PeriodTable {
+    path: PathBuf,
+    lines: Vec<String>,
+    lock: TableLock,
+}
+
+impl PeriodTable {
+    /// Reads it as `rsrs measure plan` makes it.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be read, has another header, or another process fills it in.
+    pub fn open(path: &Path) -> anyhow::Result<Self> {
+        let lock = TableLock::take(path, table_file::PATIENCE)?;
+        let lines: Vec<String> = read_text(path)?.lines().map(str::to_owned).collect();
+        let found = lines.first().map_or("", String::as_str);
+        if found != PERIOD_HEADER {
+            bail!("{}:1: the header is `{found}`, expected `{PERIOD_HEADER}`", path.display());
+        }
+        Ok(Self { path: path.to_owned(), lines, lock })
+    }
+
+    /// The mean of the periods that are filled in, in seconds.
+    pub fn mean_s(&self) -> Option<f64> {
+        let periods = self.lines.iter().skip(1).filter_map(|row| row.split_once(','));
+        let periods: Vec<f64> =
+            periods.filter_map(|(_, field)| field.trim().parse().ok()).collect();
+        let is_any = !periods.is_empty();
+        is_any.then(|| periods.iter().sum::<f64>() / periods.len() as f64)
+    }
+
+    /// Fills in the rows of a robot that are still empty, on disk at once.
+    ///
+    /// # Errors
+    ///
+    /// If the table cannot be written.
+    pub fn fill(&mut self, robot: &str, periods_s: &[f64]) -> anyhow::Result<()> {
+        let is_open = |row: &&mut String| {
+            row.split_once(',')
+                .is_some_and(|(name, field)| name == robot && field.trim().is_empty())
+        };
+        let open = self.lines.iter_mut().filter(is_open);
+        let mut n_filled = 0;
+        for (row, period_s) in open.zip(periods_s) {
+            *row = format!("{robot},{period_s:.6}");
+            n_filled += 1;
+        }
+        if n_filled == 0 {
+            return Ok(());
+        }
+        let text = self.lines.join("\n") + "\n";
+        self.lock.replace(&text).with_context(|| {
+            format!("{}: the periods of {robot} are not kept", self.path.display())
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn periods_fill_the_empty_rows_of_their_robot() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("period.csv");
+        std::fs::write(&path, "robot,period_s\na,0.2\na,\na,\nb,\n").unwrap();
+        let mut table = PeriodTable::open(&path).unwrap();
+
+        table.fill("a", &[0.1, 0.3, 0.5]).unwrap();
+
+        assert!(table.mean_s().is_some_and(|mean_s| (mean_s - 0.2).abs() < 1e-9));
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text, "robot,period_s\na,0.2\na,0.100000\na,0.300000\nb,\n");
+    }
+}

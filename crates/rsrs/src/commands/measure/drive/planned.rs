@@ -1,0 +1,305 @@
+//! All trials of one table or of a plan that are not made yet, one after the other.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use rsrs_experiment_runner::plan::{Plan, TrialRequest, Unmeasured};
+use serde::Serialize;
+use tokio::runtime::Runtime;
+
+use super::operator::Ready;
+use super::period_table::PeriodTable;
+use super::placing::Placing;
+use super::result::TrialResult;
+use super::trial_nodes::{RunTarget, TrialNodes};
+use super::trial_table::{Kind, Todo, TrialTable};
+use super::{Arguments, made, usual_request};
+use crate::commands::{report, runtime};
+use crate::failure::{Outcome, with_help};
+use crate::notes::print_note;
+
+/// A trial in which commands pause is made again at once, up to this often in all; after that the same
+/// command makes it again.
+const ATTEMPTS: usize = 3;
+
+/// What filling in tables came to.
+#[derive(Debug, Serialize)]
+struct Progress {
+    /// The table, or the folder of the plan.
+    table: PathBuf,
+    /// Rows that were filled in now.
+    n_filled: usize,
+    /// Rows that are still without a result.
+    n_left: usize,
+    /// Of those, rows that have one in which commands paused.
+    n_paused: usize,
+    /// Messages that the middleware lost.
+    n_lost: u64,
+}
+
+/// The tables to fill in, and where their bags go.
+struct Work {
+    /// What the user gave.
+    given: PathBuf,
+    tables: Vec<TrialTable>,
+    periods: Option<PeriodTable>,
+    bags: PathBuf,
+    /// Greatest commands of all tables, in m/s and rad/s.
+    limits: [f64; 2],
+}
+
+/// One row that is to be filled in.
+#[derive(Clone, Debug)]
+struct Job {
+    /// Position of its table.
+    table: usize,
+    todo: Todo,
+}
+
+/// Fills in one table, row by row; what is filled in already stays.
+///
+/// # Errors
+///
+/// If the table or the fleet file is wrong, or a trial was not completed; rows before it are kept.
+pub fn fill_table(arguments: &Arguments, path: &Path) -> anyhow::Result<Outcome> {
+    let tables = vec![TrialTable::open(path)?];
+    let bags = arguments.output.clone().unwrap_or_else(|| path.with_extension("bags"));
+    let limits = limits(&tables)?;
+    fill(arguments, Work { given: path.to_owned(), tables, periods: None, bags, limits })
+}
+
+/// Fills in all tables in the folder of a plan.
+///
+/// # Errors
+///
+/// As [`fill_table`]; if the folder has no table.
+pub fn fill_plan(arguments: &Arguments, folder: &Path) -> anyhow::Result<Outcome> {
+    let paths = Kind::ALL.map(|kind| folder.join(format!("{}.csv", kind.name())));
+    let tables = paths.iter().filter(|path| path.exists()).map(|path| TrialTable::open(path));
+    let tables = tables.collect::<anyhow::Result<Vec<_>>>()?;
+    if tables.is_empty() {
+        return Err(with_help(
+            format!("{} has none of the tables of a plan", folder.display()),
+            format!("make them: `rsrs measure plan FLEET -o {}`", folder.display()),
+        ));
+    }
+    let periods = folder.join("period.csv");
+    let periods = periods.exists().then(|| PeriodTable::open(&periods)).transpose()?;
+    let bags = arguments.output.clone().unwrap_or_else(|| folder.join("bags"));
+    let limits = limits(&tables)?;
+    fill(arguments, Work { given: folder.to_owned(), tables, periods, bags, limits })
+}
+
+/// The greatest commands of all rows, those that are made already too: whatever is left, the robots
+/// are told the same of their limits.
+fn limits(tables: &[TrialTable]) -> anyhow::Result<[f64; 2]> {
+    let mut limits = [0.0_f64; 2];
+    for table in tables {
+        for (Todo { trial, .. }, _) in table.rows()? {
+            let command = trial.command();
+            limits = [limits[0].max(command.speed_m_s), limits[1].max(command.turn_rate_rad_s)];
+        }
+    }
+    Ok(limits)
+}
+
+fn fill(arguments: &Arguments, mut work: Work) -> anyhow::Result<Outcome> {
+    let jobs = work.jobs()?;
+    // Whatever is wrong with a row is said before the first robot is asked for anything.
+    for job in &jobs {
+        let path = work.tables[job.table].path().display().to_string();
+        work.plan(arguments, job).with_context(|| format!("{path}:{}", job.todo.line))?;
+    }
+    let (n_left, table) = (jobs.len(), work.given.clone());
+    let mut filled = Progress { table, n_filled: 0, n_left, n_paused: 0, n_lost: 0 };
+    if !jobs.is_empty() {
+        std::fs::create_dir_all(&work.bags)
+            .with_context(|| format!("cannot make {}", work.bags.display()))?;
+        let placing = Placing::new(arguments)?;
+        let floor = RunTarget::enter(arguments.backend, arguments.interface.as_deref())?;
+        let runtime = runtime()?;
+        for jobs in jobs.chunk_by(|job, next| job.todo.robot == next.todo.robot) {
+            let mut shift = Shift { arguments, work: &mut work, placing: &placing, floor: &floor };
+            if !shift.work(&runtime, jobs, &mut filled)? {
+                break;
+            }
+        }
+    }
+    report(arguments.format, &filled, &text(&filled, &work))?;
+    let is_whole = filled.n_lost == 0 && filled.n_paused == 0;
+    Ok(if is_whole { Outcome::Done } else { Outcome::NegativeAnswer })
+}
+
+impl Work {
+    /// All rows that are to be filled in, robot after robot, each from drives to readings.
+    fn jobs(&self) -> anyhow::Result<Vec<Job>> {
+        let mut jobs = Vec::new();
+        for (table, rows) in self.tables.iter().enumerate() {
+            jobs.extend(rows.todo()?.into_iter().map(|todo| Job { table, todo }));
+        }
+        if self.tables.len() > 1 {
+            let mut robots: Vec<String> = Vec::new();
+            for job in &jobs {
+                if !robots.contains(&job.todo.robot) {
+                    robots.push(job.todo.robot.clone());
+                }
+            }
+            jobs.sort_by_key(|job| robots.iter().position(|robot| *robot == job.todo.robot));
+        }
+        Ok(jobs)
+    }
+
+    /// The trial of one row, each from a seed of its own.
+    fn plan(&self, arguments: &Arguments, job: &Job) -> anyhow::Result<Plan> {
+        let Todo { line, robot, trial } = &job.todo;
+        let usual = usual_request(arguments, *trial);
+        let measured_s = self.periods.as_ref().and_then(PeriodTable::mean_s);
+        let period_s = arguments.period.or(measured_s).unwrap_or(usual.unmeasured.period_s);
+        // Rows of different tables are drawn from different seeds.
+        let seed = usual.seed + *line as u64 + 100_000 * job.table as u64;
+        Plan::of_trial(&TrialRequest {
+            robot: robot.clone(),
+            seed,
+            bag: Some(free_name(&self.bags, &self.bag_name(job))),
+            unmeasured: Unmeasured { limits: Some(self.limits), period_s },
+            ..usual
+        })
+    }
+
+    fn bag_name(&self, job: &Job) -> String {
+        let kind =
+            if self.tables.len() == 1 { "row" } else { self.tables[job.table].kind().name() };
+        format!("{kind}_{}", job.todo.line)
+    }
+}
+
+/// Trials of one robot after the other, by one crew.
+struct Shift<'a> {
+    arguments: &'a Arguments,
+    work: &'a mut Work,
+    placing: &'a Placing,
+    floor: &'a RunTarget,
+}
+
+impl Shift<'_> {
+    /// Makes the trials; false if the operator ends them.
+    fn work(
+        &mut self,
+        runtime: &Runtime,
+        jobs: &[Job],
+        filled: &mut Progress,
+    ) -> anyhow::Result<bool> {
+        let plans = jobs.iter().map(|job| self.work.plan(self.arguments, job));
+        let plans = plans.collect::<anyhow::Result<Vec<Plan>>>()?;
+        // The one that is measured, and whoever is put beside it in some trial.
+        let all = plans.iter().max_by_key(|plan| plan.robots.len());
+        let all = all.context("a group of rows has at least one")?;
+        let mut trial_nodes = {
+            let _guard = runtime.enter();
+            TrialNodes::start(self.floor, all)?
+        };
+        let mut goes_on = true;
+        let worked = jobs.iter().try_for_each(|job| {
+            if goes_on {
+                goes_on = self.job(runtime, (&mut trial_nodes, job), filled)?;
+            }
+            anyhow::Ok(())
+        });
+        let stopped = runtime.block_on(trial_nodes.stop());
+        worked?;
+        stopped?;
+        Ok(goes_on)
+    }
+
+    /// Makes the trial of one row, again if commands paused; false if the operator ends here.
+    fn job(
+        &mut self,
+        runtime: &Runtime,
+        (trial_nodes, job): (&mut TrialNodes, &Job),
+        filled: &mut Progress,
+    ) -> anyhow::Result<bool> {
+        let Job { table, todo } = job;
+        for attempt in 1..=ATTEMPTS {
+            match runtime.block_on(self.placing.ready(&todo.robot, &todo.trial))? {
+                Ready::Go => {}
+                Ready::Skip => return Ok(true),
+                Ready::End => return Ok(false),
+            }
+            let plan = self.work.plan(self.arguments, job)?;
+            let (found, summary) = runtime.block_on(made(trial_nodes, (&plan, todo.trial)))?;
+            self.work.tables[*table].fill(todo, &found.found())?;
+            filled.n_lost += summary.n_lost;
+            self.note_periods(&found)?;
+            let Some(pause) = found.pause() else {
+                filled.n_filled += 1;
+                filled.n_left -= 1;
+                return Ok(true);
+            };
+            let path = self.work.tables[*table].path().display();
+            let next = if attempt < ATTEMPTS { "; it is made again" } else { "" };
+            print_note(&format!("{path}:{}: {pause}{next}", todo.line));
+        }
+        filled.n_paused += 1;
+        Ok(true)
+    }
+
+    /// Control periods come with every trial; one in which commands paused says nothing of them.
+    fn note_periods(&mut self, found: &TrialResult) -> anyhow::Result<()> {
+        match &mut self.work.periods {
+            Some(periods) if found.paused_s.is_none() => {
+                periods.fill(&found.robot, &found.periods_s)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A folder that is not there: a trial that was broken off has left its bag.
+fn free_name(bags: &Path, name: &str) -> PathBuf {
+    let again = (2..).map(|attempt| bags.join(format!("{name}_{attempt}")));
+    std::iter::once(bags.join(name))
+        .chain(again)
+        .find(|bag| !bag.exists())
+        .expect("there are more numbers than folders")
+}
+
+fn text(filled: &Progress, work: &Work) -> String {
+    let Progress { table, n_filled, n_left, n_paused, n_lost } = filled;
+    let table = table.display();
+    let mut lines = vec![format!("{table}: {n_filled} rows filled in, {n_left} left")];
+    if *n_paused > 0 {
+        lines.push(format!(
+            "in {n_paused} of those left commands paused in {ATTEMPTS} trials one after the other: \
+             `paused_s` says for how long; give this machine less to do, or the robots a better network"
+        ));
+    }
+    if *n_lost > 0 {
+        lines.push(format!("{n_lost} messages were lost on the way to the bags"));
+    }
+    lines.push(match (*n_left, &work.tables[..]) {
+        (0, [one]) => {
+            let option = if one.kind() == Kind::Arc { "arcs" } else { one.kind().name() };
+            format!("next: rsrs measure fit --{option} {table} … --name NAME")
+        }
+        (0, _) => format!("next: rsrs measure fit --plan {table} --name NAME -o PROFILE.yaml"),
+        _ => "next: the same command again; it goes on with the rows that are left".to_owned(),
+    });
+    lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bag_that_was_broken_off_stays_and_the_next_one_has_another_name() {
+        let bags = tempfile::tempdir().unwrap();
+        let name = |bag: PathBuf| bag.file_name().unwrap().to_string_lossy().into_owned();
+
+        assert_eq!(name(free_name(bags.path(), "turn_2")), "turn_2");
+        for made in ["turn_2", "turn_2_2"] {
+            std::fs::create_dir(bags.path().join(made)).unwrap();
+        }
+        assert_eq!(name(free_name(bags.path(), "turn_2")), "turn_2_3");
+    }
+}

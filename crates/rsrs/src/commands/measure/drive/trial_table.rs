@@ -1,0 +1,419 @@
+//! Tables of trials that are filled in row by row.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use rsrs_core::controller::ControllerParameters;
+use rsrs_core::plan::{ARC_HEADER, DETECTION_HEADER, SPEED_HEADER, TURN_HEADER};
+use rsrs_core::trial::Neighbour;
+use rsrs_experiment_runner::plan::{GETTING_GOING_S, Trial};
+
+use super::table_file::{self, TableLock};
+use crate::failure::with_help;
+use crate::files::read_text;
+
+/// What the rows of a table are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Straight runs.
+    Speed,
+    /// Turns in place.
+    Turn,
+    /// Turns while driving.
+    Arc,
+    /// Readings of robots that stand.
+    Detection,
+}
+
+/// The last column of tables of drives; tables of earlier versions do not have it.
+const PAUSED: &str = ",paused_s";
+/// A drive is at least this long, in seconds: with a usual control period, long enough for a gain.
+const SHORTEST_S: f64 = 3.2;
+
+impl Kind {
+    /// All of them, in the order in which they are driven.
+    pub const ALL: [Self; 4] = [Self::Speed, Self::Turn, Self::Arc, Self::Detection];
+
+    /// The kind of a trial.
+    pub fn of(trial: &Trial) -> Self {
+        let command = trial.command();
+        match (trial, command.speed_m_s > 0.0, command.turn_rate_rad_s > 0.0) {
+            (Trial::Stand { .. }, ..) => Self::Detection,
+            (Trial::Drive { .. }, true, false) => Self::Speed,
+            (Trial::Drive { .. }, true, true) => Self::Arc,
+            (Trial::Drive { .. }, false, _) => Self::Turn,
+        }
+    }
+
+    /// The header of its tables.
+    pub fn header(self) -> &'static str {
+        match self {
+            Self::Speed => SPEED_HEADER,
+            Self::Turn => TURN_HEADER,
+            Self::Arc => ARC_HEADER,
+            Self::Detection => DETECTION_HEADER,
+        }
+    }
+
+    /// Name of its table in the folder of a plan, without the ending.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Speed => "speed",
+            Self::Turn => "turn",
+            Self::Arc => "arcs",
+            Self::Detection => "detection",
+        }
+    }
+
+    /// Columns that say what is to be done; those behind them say what came of it.
+    fn n_asked(self) -> usize {
+        match self {
+            Self::Speed | Self::Turn => 2,
+            Self::Arc | Self::Detection => 3,
+        }
+    }
+}
+
+/// A table of trials, some rows of which are still without their result.
+pub struct TrialTable {
+    path: PathBuf,
+    kind: Kind,
+    lines: Vec<String>,
+    /// No other process fills it in meanwhile.
+    lock: TableLock,
+}
+
+/// A trial that is still to be made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Todo {
+    /// Line of the table, from 1.
+    pub line: usize,
+    /// The robot that is measured.
+    pub robot: String,
+    /// What it does.
+    pub trial: Trial,
+}
+
+impl TrialTable {
+    /// Reads a table as `rsrs measure plan` makes it.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be read, has another header, or another process fills it in.
+    pub fn open(path: &Path) -> anyhow::Result<Self> {
+        // Without a table there is nothing to lock.
+        read_text(path)?;
+        let lock = TableLock::take(path, table_file::PATIENCE)?;
+        let text = read_text(path)?;
+        Self::of_text(path, &text, lock)
+    }
+
+    /// Reads a table for one more row; one that is not there is empty.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be read, is of another kind, or another process fills it in.
+    pub fn open_for(path: &Path, kind: Kind) -> anyhow::Result<Self> {
+        let lock = TableLock::take(path, table_file::PATIENCE)?;
+        if !path.exists() {
+            let lines = vec![kind.header().to_owned()];
+            return Ok(Self { path: path.to_owned(), kind, lines, lock });
+        }
+        let table = Self::of_text(path, &read_text(path)?, lock)?;
+        if table.kind != kind {
+            bail!(
+                "{}: the header is `{}`, expected `{}`",
+                path.display(),
+                table.lines[0],
+                kind.header()
+            );
+        }
+        Ok(table)
+    }
+
+    fn of_text(path: &Path, text: &str, lock: TableLock) -> anyhow::Result<Self> {
+        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        let found = lines.first().map_or("", String::as_str);
+        let is_of = |kind: &Kind| {
+            found == kind.header() || Some(found) == kind.header().strip_suffix(PAUSED)
+        };
+        let Some(kind) = Kind::ALL.into_iter().find(is_of) else {
+            let headers = Kind::ALL.map(Kind::header);
+            return Err(with_help(
+                format!(
+                    "{}:1: the header is `{found}`, expected one of\n  {}",
+                    path.display(),
+                    headers.join("\n  ")
+                ),
+                "`rsrs measure plan FLEET -o DIR` makes such tables",
+            ));
+        };
+        if found != kind.header() {
+            for (index, line) in lines.iter_mut().enumerate() {
+                match index {
+                    0 => kind.header().clone_into(line),
+                    _ if line.trim().is_empty() => {}
+                    _ => line.push(','),
+                }
+            }
+        }
+        Ok(Self { path: path.to_owned(), kind, lines, lock })
+    }
+
+    /// What its rows are.
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The rows without a result, and those in which commands paused, in their order.
+    ///
+    /// # Errors
+    ///
+    /// If a row does not say what to do, with its line.
+    pub fn todo(&self) -> anyhow::Result<Vec<Todo>> {
+        Ok(self.rows()?.into_iter().filter(|(_, is_done)| !is_done).map(|(todo, _)| todo).collect())
+    }
+
+    /// All trials of the table, and whether each is done.
+    ///
+    /// # Errors
+    ///
+    /// If a row that is not done does not say what to do, with its line.
+    pub fn rows(&self) -> anyhow::Result<Vec<(Todo, bool)>> {
+        let rows = self.lines.iter().enumerate().skip(1);
+        let rows = rows.filter(|(_, row)| !row.trim().is_empty());
+        rows.map(|(index, row)| self.row(index + 1, row)).collect()
+    }
+
+    /// What one row asks for, and whether it is done.
+    fn row(&self, line: usize, row: &str) -> anyhow::Result<(Todo, bool)> {
+        let place = format!("{}:{line}", self.path.display());
+        let fields: Vec<&str> = row.split(',').map(str::trim).collect();
+        let expected = self.kind.header().split(',').count();
+        if fields.len() != expected {
+            bail!("{place}: the row has {} fields, expected {expected}", fields.len());
+        }
+        let fields = Fields { kind: self.kind, place: &place, texts: fields };
+        let robot = fields.at(0).to_owned();
+        let (trial, is_done) = match self.kind {
+            Kind::Detection => (fields.stand()?, !fields.at(4).is_empty()),
+            kind => {
+                // Length or angle is planned until the row is filled in, and measured then.
+                let (command, duration) = match kind {
+                    Kind::Speed => ([fields.number(1)?, 0.0], 3),
+                    Kind::Turn => ([0.0, fields.number(1)?], 3),
+                    _ => ([fields.number(1)?, fields.number(2)?], 4),
+                };
+                let is_done = !fields.at(duration).is_empty() && fields.last().is_empty();
+                let [speed_m_s, turn_rate_rad_s] = command;
+                let command = ControllerParameters { speed_m_s, turn_rate_rad_s };
+                let rate = if kind == Kind::Speed { speed_m_s } else { turn_rate_rad_s };
+                let lasts_s = if fields.at(duration).is_empty() {
+                    fields.number(duration - 1)? / rate
+                } else {
+                    fields.number(duration)?
+                };
+                let duration_s = (lasts_s + GETTING_GOING_S).max(SHORTEST_S);
+                // To a hundredth: the record of the run is read by people.
+                let duration_s = (duration_s * 100.0).ceil() / 100.0;
+                (Trial::Drive { command, duration_s }, is_done)
+            }
+        };
+        Ok((Todo { line, robot, trial }, is_done))
+    }
+
+    /// Fills in a row, on disk at once: what was measured is kept whatever comes next.
+    ///
+    /// # Arguments
+    ///
+    /// * `found` — the fields behind those that say what was to be done.
+    ///
+    /// # Errors
+    ///
+    /// If the table cannot be written.
+    pub fn fill(&mut self, todo: &Todo, found: &str) -> anyhow::Result<()> {
+        let row = &mut self.lines[todo.line - 1];
+        // Readings that came may be fewer than were planned, so that their number is a result.
+        let kept: Vec<&str> = row.split(',').take(self.kind.n_asked()).collect();
+        *row = format!("{},{found}", kept.join(","));
+        self.write(todo.line - 1)
+    }
+
+    /// Adds a row, on disk at once.
+    ///
+    /// # Errors
+    ///
+    /// If the table cannot be written.
+    pub fn append(&mut self, row: String) -> anyhow::Result<()> {
+        self.lines.push(row);
+        self.write(self.lines.len() - 1)
+    }
+
+    fn write(&self, changed: usize) -> anyhow::Result<()> {
+        let row = &self.lines[changed];
+        let lost = || format!("the row of this trial is not in the table: `{row}`");
+        self.lock.replace(&(self.lines.join("\n") + "\n")).with_context(lost)
+    }
+}
+
+/// The fields of a row, with its place for errors.
+struct Fields<'a> {
+    kind: Kind,
+    place: &'a str,
+    texts: Vec<&'a str>,
+}
+
+impl Fields<'_> {
+    fn at(&self, column: usize) -> &str {
+        self.texts[column]
+    }
+
+    fn last(&self) -> &str {
+        self.texts[self.texts.len() - 1]
+    }
+
+    fn number(&self, column: usize) -> anyhow::Result<f64> {
+        let (field, place) = (self.texts[column], self.place);
+        let name = self.kind.header().split(',').nth(column).unwrap_or_default();
+        field
+            .parse::<f64>()
+            .ok()
+            .filter(|number| number.is_finite())
+            .with_context(|| format!("{place}: {name} is `{field}`, expected a number such as 0.3"))
+    }
+
+    fn stand(&self) -> anyhow::Result<Trial> {
+        let is_alone = self.texts[1].is_empty() && self.texts[2].is_empty();
+        let neighbour = if is_alone {
+            None
+        } else {
+            let (distance_m, bearing_rad) = (self.number(1)?, self.number(2)?);
+            Some(Neighbour { distance_m, bearing_rad })
+        };
+        let samples = self.texts[3].parse().ok().filter(|samples| *samples > 0);
+        let samples = samples.with_context(|| {
+            let (place, found) = (self.place, self.texts[3]);
+            format!("{place}: samples is `{found}`, expected a whole number above 0")
+        })?;
+        Ok(Trial::Stand { neighbour, samples })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(kind: Kind, rows: &str) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(format!("{}.csv", kind.name()));
+        std::fs::write(&path, format!("{}\n{rows}", kind.header())).unwrap();
+        (folder, path)
+    }
+
+    fn stand(neighbour: Option<Neighbour>, samples: u64) -> Trial {
+        Trial::Stand { neighbour, samples }
+    }
+
+    #[test]
+    fn rows_without_a_count_are_still_to_be_made() {
+        let rows = "a,0.3,-0.2,70,\na,0.4,0,70,12\n\nb,,,300,\n";
+        let (_folder, path) = table(Kind::Detection, rows);
+
+        let todo = TrialTable::open(&path).unwrap().todo().unwrap();
+
+        let near = Neighbour { distance_m: 0.3, bearing_rad: -0.2 };
+        let expected = [
+            Todo { line: 2, robot: "a".to_owned(), trial: stand(Some(near), 70) },
+            Todo { line: 5, robot: "b".to_owned(), trial: stand(None, 300) },
+        ];
+        assert_eq!(todo, expected);
+    }
+
+    #[test]
+    fn drives_without_a_time_and_those_that_paused_are_still_to_be_made() {
+        let drive = |speed_m_s, turn_rate_rad_s, duration_s| Trial::Drive {
+            command: ControllerParameters { speed_m_s, turn_rate_rad_s },
+            duration_s,
+        };
+        for (kind, rows, expected) in [
+            (
+                Kind::Speed,
+                "a,0.1,2,,,,\na,0.1,1.9,20,,,\na,0.1,1.5,20,0.1,0,0.445\n",
+                [(2, drive(0.1, 0.0, 20.5)), (4, drive(0.1, 0.0, 20.5))],
+            ),
+            (
+                Kind::Turn,
+                "a,0.5,6,,\na,0.5,6,12.4,\na,2,6.1,3.1,0.4\n",
+                [(2, drive(0.0, 0.5, 12.5)), (4, drive(0.0, 2.0, 3.6))],
+            ),
+            (
+                Kind::Arc,
+                "a,0.1,4,2,,\na,0.1,0.5,6,12.4,\na,0.1,2,6.1,3.1,0.4\n",
+                [(2, drive(0.1, 4.0, 3.2)), (4, drive(0.1, 2.0, 3.6))],
+            ),
+        ] {
+            let (_folder, path) = table(kind, rows);
+
+            let todo = TrialTable::open(&path).unwrap().todo().unwrap();
+
+            let found: Vec<(usize, Trial)> =
+                todo.into_iter().map(|todo| (todo.line, todo.trial)).collect();
+            assert_eq!(found, expected, "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn a_result_fills_its_row_and_no_other() {
+        let rows = "a,0.3,-0.2,70,\na,0.4,0,70,12\nb,,,300,\n";
+        let (_folder, path) = table(Kind::Detection, rows);
+        let mut table = TrialTable::open(&path).unwrap();
+        let todo = table.todo().unwrap();
+
+        table.fill(&todo[1], "299,21").unwrap();
+        drop(table);
+
+        let text = std::fs::read_to_string(&path).unwrap();
+        let rows = "a,0.3,-0.2,70,\na,0.4,0,70,12\nb,,,299,21\n";
+        assert_eq!(text, format!("{}\n{rows}", Kind::Detection.header()));
+        assert_eq!(TrialTable::open(&path).unwrap().todo().unwrap(), todo[..1]);
+    }
+
+    #[test]
+    fn a_table_of_an_earlier_version_gets_the_column_of_pauses() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("turn.csv");
+        std::fs::write(&path, "robot,commanded_rad_s,angle_rad,duration_s\na,0.5,6,12\n").unwrap();
+
+        let mut table = TrialTable::open_for(&path, Kind::Turn).unwrap();
+        table.append("b,0.5,6,12,0.445".to_owned()).unwrap();
+        drop(table);
+
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text, format!("{}\na,0.5,6,12,\nb,0.5,6,12,0.445\n", Kind::Turn.header()));
+        assert_eq!(TrialTable::open(&path).unwrap().todo().unwrap().len(), 1);
+    }
+
+    #[test]
+    fn rows_that_say_nothing_clear_are_refused_with_their_line() {
+        for (kind, row, expected) in [
+            (Kind::Detection, "a,0.3,70,", "detection.csv:2: the row has 4 fields, expected 5"),
+            (Kind::Detection, "a,near,0,70,", "csv:2: distance_m is `near`, expected a number"),
+            (Kind::Detection, "a,0.3,,70,", "csv:2: bearing_rad is ``, expected a number"),
+            (Kind::Detection, "a,0.3,NaN,70,", "csv:2: bearing_rad is `NaN`, expected a number"),
+            (Kind::Detection, "a,0.3,0,0,", "csv:2: samples is `0`, expected a whole number above"),
+            (Kind::Speed, "a,0.3,,,,,", "speed.csv:2: distance_m is ``, expected a number"),
+            (Kind::Turn, "a,fast,6,,", "turn.csv:2: commanded_rad_s is `fast`, expected a number"),
+        ] {
+            let (_folder, path) = table(kind, row);
+
+            let error = TrialTable::open(&path).unwrap().todo().unwrap_err().to_string();
+
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! What a profile is fitted to: tables, trajectories and bags.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use rsrs_core::fit::Tables;
+use rsrs_core::trial::{
+    ArcTrial, DetectionTrial, DrivenTrial, PeriodTrial, SpeedTrial, Trials, TurnTrial, arc_trials,
+    detection_trials, period_trials, reduced, speed_trials, turn_trials,
+};
+
+use super::Arguments;
+use crate::bag_trials::{self, BagTrials};
+use crate::failure::with_help;
+use crate::trial_files::{Trajectories, table, trajectories};
+use crate::wording::names;
+
+/// All trials of a fit.
+pub struct Sources {
+    speed: Trials<SpeedTrial>,
+    turn: Trials<TurnTrial>,
+    arc: Option<Trials<ArcTrial>>,
+    detection: Trials<DetectionTrial>,
+    period: Option<Trials<PeriodTrial>>,
+    driven: Vec<DrivenTrial>,
+    from_rest: Vec<DrivenTrial>,
+    /// Robots and trials whose trajectories are neither straight runs nor turns.
+    left_out: Vec<(String, String)>,
+}
+
+/// The tables of a fit, wherever they are.
+#[derive(Default)]
+struct Paths {
+    speed: Option<PathBuf>,
+    turn: Option<PathBuf>,
+    arcs: Option<PathBuf>,
+    detection: Option<PathBuf>,
+    period: Option<PathBuf>,
+    bags: Vec<PathBuf>,
+}
+
+impl Paths {
+    fn of(arguments: &Arguments) -> anyhow::Result<Self> {
+        let Some(folder) = &arguments.plan else {
+            return Ok(Self {
+                speed: arguments.speed.clone(),
+                turn: arguments.turn.clone(),
+                arcs: arguments.arcs.clone(),
+                detection: arguments.detection.clone(),
+                period: arguments.period.clone(),
+                bags: arguments.bags.clone(),
+            });
+        };
+        let all = |name: &str| Some(folder.join(name));
+        // Who needs no arcs or periods deletes those tables.
+        let some = |name: &str| all(name).filter(|path| path.exists());
+        Ok(Self {
+            speed: all("speed.csv"),
+            turn: all("turn.csv"),
+            arcs: some("arcs.csv"),
+            detection: all("detection.csv"),
+            period: some("period.csv"),
+            bags: drives_in(&folder.join("bags"))?,
+        })
+    }
+}
+
+/// The bags of drives that a plan has recorded: of each row the last, because those before it broke off
+/// or paused. What robots that stood have detected is in the table.
+fn drives_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    if !folder.exists() {
+        return Ok(Vec::new());
+    }
+    let mut last: BTreeMap<(String, u64), (u64, PathBuf)> = BTreeMap::new();
+    let entries = std::fs::read_dir(folder);
+    for entry in entries.with_context(|| format!("cannot read {}", folder.display()))? {
+        let path = entry.with_context(|| format!("cannot read {}", folder.display()))?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let mut parts = name.split('_');
+        let (kind, line) = (parts.next().unwrap_or_default(), parts.next());
+        let Some(line) = line.and_then(|line| line.parse().ok()) else { continue };
+        let attempt = parts.next().and_then(|attempt| attempt.parse().ok()).unwrap_or(1);
+        if !["speed", "turn", "arcs"].contains(&kind) {
+            continue;
+        }
+        let place = last.entry((kind.to_owned(), line)).or_default();
+        if attempt > place.0 {
+            *place = (attempt, path);
+        }
+    }
+    Ok(last.into_values().map(|(_, path)| path).collect())
+}
+
+impl Sources {
+    /// Reads all that the command line names.
+    ///
+    /// # Errors
+    ///
+    /// If a file is wrong, or nothing says what robots detect.
+    pub fn read(arguments: &Arguments) -> anyhow::Result<Self> {
+        let paths = Paths::of(arguments)?;
+        let bags = read_bags(&paths.bags)?;
+        let Trajectories { mut driven, mut from_rest } = trajectories(&arguments.trajectories)?;
+        for (_, trials) in &bags {
+            driven.extend(trials.driven.iter().cloned());
+            from_rest.extend(trials.from_rest.iter().cloned());
+        }
+        let all: Vec<&PathBuf> = arguments.trajectories.iter().chain(&paths.bags).collect();
+        let from_driven = reduced(&names(&all), &driven);
+        Ok(Self {
+            speed: match &paths.speed {
+                Some(path) => table(path, speed_trials)?,
+                None => from_driven.speed,
+            },
+            turn: match &paths.turn {
+                Some(path) => table(path, turn_trials)?,
+                None => from_driven.turn,
+            },
+            arc: match &paths.arcs {
+                Some(path) => Some(table(path, arc_trials)?),
+                None => Some(from_driven.arc).filter(|arc| !arc.rows.is_empty()),
+            },
+            detection: detections(paths.detection.as_deref(), &bags)?,
+            period: match &paths.period {
+                Some(path) => Some(table(path, period_trials)?),
+                None => bag_trials::period_table(&bags),
+            },
+            driven,
+            from_rest,
+            left_out: from_driven.left_out,
+        })
+    }
+
+    /// The tables of the fit.
+    pub fn tables(&self) -> Tables<'_> {
+        Tables {
+            speed: &self.speed,
+            turn: &self.turn,
+            arc: self.arc.as_ref(),
+            detection: &self.detection,
+            period: self.period.as_ref(),
+            driven: &self.driven,
+            from_rest: &self.from_rest,
+        }
+    }
+
+    /// What does not count, in words.
+    pub fn notes(&self) -> Vec<String> {
+        let paused = [(&self.speed.file, &self.speed.paused), (&self.turn.file, &self.turn.paused)];
+        let arc = self.arc.iter().map(|arc| (&arc.file, &arc.paused));
+        let mut notes: Vec<String> = paused
+            .into_iter()
+            .chain(arc)
+            .flat_map(|(file, lines)| lines.iter().map(move |line| (file, line)))
+            .map(|(file, line)| {
+                format!(
+                    "{file}:{line}: commands paused in this trial (`paused_s`), so it does not \
+                     count; `rsrs measure drive --plan` makes it again"
+                )
+            })
+            .collect();
+        notes.extend(self.left_out.iter().map(|(robot, trial)| {
+            format!(
+                "trial `{trial}` of {robot} is neither a straight run nor a turn; only its noise \
+                 from step to step and its lag count"
+            )
+        }));
+        notes
+    }
+}
+
+fn detections(
+    path: Option<&Path>,
+    bags: &[(PathBuf, BagTrials)],
+) -> anyhow::Result<Trials<DetectionTrial>> {
+    match path {
+        Some(path) => table(path, detection_trials),
+        None => bag_trials::detection_table(bags).ok_or_else(|| {
+            with_help(
+                "in none of the bags does a robot stand and sense",
+                "give a table with `--detection`, or bags of `rsrs measure drive --distance M \
+                 --bearing RAD` and `rsrs measure drive --alone`",
+            )
+        }),
+    }
+}
+
+fn read_bags(paths: &[PathBuf]) -> anyhow::Result<Vec<(PathBuf, BagTrials)>> {
+    paths
+        .iter()
+        .map(|path| {
+            if !bag_trials::is_bag(path) {
+                return Err(with_help(
+                    format!("{} is not a bag: neither a folder nor an .mcap file", path.display()),
+                    "tables of trajectories go to `--trajectories`",
+                ));
+            }
+            Ok((path.clone(), bag_trials::read(path)?))
+        })
+        .collect()
+}
