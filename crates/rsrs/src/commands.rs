@@ -48,7 +48,7 @@ pub enum Format {
 ///
 /// # Errors
 ///
-/// As [`tell`].
+/// As [`print_text`].
 pub fn report(format: Format, value: &impl Serialize, text: &str) -> anyhow::Result<()> {
     match format {
         Format::Text => print_text(text.trim_end()),

@@ -13,7 +13,7 @@
 //! ([`trajectory`], [`order`], [`phase`]), how sure that is ([`certainty`]) and who says the same
 //! ([`agreement`]), and what geometry expects of it ([`theory`]); what follows
 //! for a cell ([`diagram`], [`interval`], [`sequence`], [`choice`]), where to simulate more
-//! ([`adaptive`]), and for the method ([`circumstances`],
+//! ([`adaptive`]), and for the method ([`operator_conditions`],
 //! [`comparison`], [`pooled`], [`e_value`]).
 
 #![expect(

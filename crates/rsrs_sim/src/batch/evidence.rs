@@ -5,7 +5,7 @@
 //! order, so no lane's sum depends on another lane.
 //!
 //! The motion around the centroid ([`ring`]) is summed in double precision. Who is near whom and who
-//! is held up ([`company`]) is counted: there single precision decides wherever it surely can.
+//! is held up ([`neighbour_counts`]) is counted: there single precision decides wherever it surely can.
 
 use std::ops::Range;
 
