@@ -290,7 +290,7 @@ fn without_a_terminal_no_fleet_is_started() {
 
     assert_eq!(code(&refused), 1);
     let said = stderr(&refused);
-    assert!(said.contains("nobody is at the keyboard"), "{said}");
+    assert!(said.contains("stdin is not a terminal"), "{said}");
     assert!(said.contains("--yes"), "{said}");
     assert!(!place.path().join("out").exists(), "nothing was begun");
 }

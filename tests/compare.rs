@@ -104,7 +104,7 @@ fn one_mill_is_undecided_and_says_how_many_more_would_do() {
       chance of so few mills if both mill equally often: 1.000 (exact if the number of runs was fixed before; for information)
     run by run: 1 ended as most simulated runs did, 0 closer to stable milling, 0 further from it
     verdict: undecided (the runs do not say yet; 29 further real runs would support the claim if every one of them mills)
-    next: `rsrs run EXPERIMENT --from SWEEP --cell speed_m_s=0.15,turn_rate_rad_s=0.75`, where one run tells most (0.088 bit); 45 further real runs there decide with a probability of 0.80
+    next: `rsrs run EXPERIMENT --from SWEEP --cell speed_m_s=0.15,turn_rate_rad_s=0.75`, where one run is most informative (0.088 bit); 45 further real runs there decide with a probability of 0.80
     ");
 }
 
@@ -216,7 +216,7 @@ fn bags_of_other_experiments_are_refused_all_at_once() {
       eight: the number of robots is 8, expected 9 as simulated
       between: cell speed_m_s=0.15,turn_rate_rad_s=0.7 is not on the swept grid; the nearest swept cell is speed_m_s=0.15,turn_rate_rad_s=0.75
       short: the duration is 90 s, expected 120 s as simulated
-      foreign: holds no record of its experiment, so nobody knows what was run
+      foreign: holds no record of its experiment, so what was run is unknown
       endless: does not say how its run ended
       cannot open nowhere: No such file or directory (os error 2)
     help: leave such bags out, or compare them with the sweep that simulates their experiment
@@ -265,7 +265,7 @@ fn a_void_run_is_listed_and_not_counted() {
          not counted: carried (void: robot_3 was carried off)\n\
          verdict: undecided (no run counts)\n\
          next: `rsrs run EXPERIMENT --from SWEEP --cell speed_m_s=0.15,turn_rate_rad_s=0.75`, where one \
-         run tells most (0.104 bit)"
+         run is most informative (0.104 bit)"
     );
     // Sixteen simulated runs leave more open than any number of real ones can close.
     assert!(

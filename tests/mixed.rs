@@ -303,6 +303,6 @@ fn check_comparison(folder: &Path, bag: &Path) {
 
     let said = String::from_utf8_lossy(&compared.stderr).into_owned();
     assert_eq!(compared.status.code(), Some(1), "{said}");
-    let reason = "some of its robots were simulated, so it says nothing of reality";
+    let reason = "some of its robots were simulated, so it is no evidence of reality";
     assert!(said.contains(reason), "{said}");
 }

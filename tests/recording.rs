@@ -217,7 +217,7 @@ async fn refused() {
     let described = "/battery: its type lab_msgs/msg/Battery is not defined: no file \
                      lab_msgs/msg/Battery.msg in no folder at all";
     assert!(reason.contains(described), "{reason}");
-    assert!(reason.contains("/nobody: it is to be recorded, and nobody publishes it"), "{reason}");
+    assert!(reason.contains("/nobody: it is to be recorded, and it has no publisher"), "{reason}");
     assert!(!bag.exists(), "nothing was recorded");
     session.close().await;
 }

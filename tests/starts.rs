@@ -159,7 +159,7 @@ fn tables_that_put_robots_where_they_cannot_be_are_refused_with_what_to_do() {
         ),
         (
             "x_m,y_m\n0,0\n".to_owned(),
-            "no column `heading_rad`, so nobody says where the robots head",
+            "no column `heading_rad`, so the robots' headings are unknown",
         ),
     ] {
         write(here, "starts.csv", &text);

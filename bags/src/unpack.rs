@@ -52,7 +52,7 @@ impl Unpacker {
         if buffer.len() == size {
             Ok(())
         } else {
-            Err(format!("it has {} bytes, and says that it has {size}", buffer.len()))
+            Err(format!("it has {} bytes, expected {size}", buffer.len()))
         }
     }
 }

@@ -269,7 +269,7 @@ fn what_a_message_is_not_is_said_with_where_it_is() {
         said,
         "error: short: a message on /robot_1/odom at 0.000 s of log time does not decode\n  because \
          nav_msgs/msg/Odometry does not decode from a body of 36 bytes\n  because unexpected end of \
-         input\nhelp: what was recorded is not what its type says: look which program published it\n"
+         input\nhelp: what was recorded is not of its type: look which program published it\n"
     );
 }
 

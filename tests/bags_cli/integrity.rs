@@ -111,7 +111,7 @@ fn a_recovered_bag_says_what_it_lacks_and_is_not_compared() {
     assert_eq!(code(&info), 3);
     assert!(stdout(&info).contains(&format!("\ndamage: {lacks}")), "{}", stdout(&info));
     assert_eq!((code(&compared), stdout(&compared).as_str()), (1, ""));
-    assert_eq!(stderr(&compared).matches("so nobody knows what the whole run was").count(), 2);
+    assert_eq!(stderr(&compared).matches("so what the whole run was is unknown").count(), 2);
 }
 
 /// The ending of a run that went on without a robot.

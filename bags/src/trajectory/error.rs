@@ -156,7 +156,7 @@ pub enum TrajectoryError {
         longest_s: f64,
     },
     /// The lease was recorded and never said RUNNING.
-    #[error("the run lease in the bag never says RUNNING")]
+    #[error("the run lease in the bag is never RUNNING")]
     NeverRunning,
     /// There is no lease and no command was anything but zero.
     #[error("no robot was ever commanded to move")]
@@ -299,7 +299,7 @@ impl TrajectoryError {
                  judge it by eye: `rsrs label BAG --as PHASE --by WHO`"
             }
             Self::TwoTypes { .. } | Self::Message { .. } | Self::Layout { .. } => {
-                "what was recorded is not what its type says: look which program published it"
+                "what was recorded is not of its type: look which program published it"
             }
             Self::NotFinite { .. }
             | Self::NoOrientation { .. }

@@ -111,10 +111,7 @@ pub fn ending_in(bag: &Bag) -> anyhow::Result<Option<Ending>> {
         return ending_on_topic(bag);
     };
     let ending = Ending::from_pairs(pairs).with_context(|| {
-        format!(
-            "{}: its metadata {ENDING} says {pairs:?}, which is no ending",
-            bag.path().display()
-        )
+        format!("{}: its metadata {ENDING} has {pairs:?}, which is no ending", bag.path().display())
     })?;
     Ok(Some(ending))
 }
@@ -151,7 +148,7 @@ pub fn lack_in(bag: &Bag) -> Option<String> {
     let lost = match (recovery.is_exact, n_lost) {
         (true, 0) => "no message is missing, but something else".to_owned(),
         (true, n) => format!("{} missing", counted(n, "message")),
-        (false, 0) => "nobody knows how many messages are missing".to_owned(),
+        (false, 0) => "how many messages are missing is unknown".to_owned(),
         (false, n) => format!("at least {} missing", counted(n, "message")),
     };
     Some(format!("recovered from a damaged bag: {lost}"))

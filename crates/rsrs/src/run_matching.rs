@@ -132,13 +132,13 @@ impl<'a> RunMatcher<'a> {
         let bag = recorded_run::open(path)?;
         let name = path.display();
         let record = recorded_run::record_in(&bag)?.with_context(|| {
-            format!("{name}: holds no record of its experiment, so nobody knows what was run")
+            format!("{name}: holds no record of its experiment, so what was run is unknown")
         })?;
         if let Some(lack) = recorded_run::lack_in(&bag) {
-            bail!("{name}: {lack}, so nobody knows what the whole run was");
+            bail!("{name}: {lack}, so what the whole run was is unknown");
         }
         if record.backend == Backend::Mixed {
-            bail!("{name}: some of its robots were simulated, so it says nothing of reality");
+            bail!("{name}: some of its robots were simulated, so it is no evidence of reality");
         }
         let ending = recorded_run::ending_in(&bag)?
             .with_context(|| format!("{name}: does not say how its run ended"))?;
@@ -233,7 +233,7 @@ fn refuse_repeated(run: &Admitted, others: &[Admitted]) -> anyhow::Result<()> {
                 other.bag.display(),
                 run.record.seed
             ),
-            "a simulated run says something new only with a seed of its own",
+            "a simulated run is new evidence only with a seed of its own",
         )),
     }
 }

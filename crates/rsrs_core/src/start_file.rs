@@ -89,7 +89,7 @@ pub enum StartFileError {
     #[error(transparent)]
     Table(#[from] TrialError),
     /// Nobody says where robots head.
-    #[error("{file}: no column `heading_rad`, so nobody says where the robots head")]
+    #[error("{file}: no column `heading_rad`, so the robots' headings are unknown")]
     NoHeadings {
         /// The table.
         file: String,

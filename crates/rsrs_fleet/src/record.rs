@@ -194,7 +194,7 @@ pub enum InvalidEnding {
     #[error("names no `{RUN_ID}`")]
     NoRun,
     /// It names no ending.
-    #[error("says {pairs:?}, which is no ending")]
+    #[error("has {pairs:?}, which is no ending")]
     NoEnding {
         /// What it says.
         pairs: BTreeMap<String, String>,

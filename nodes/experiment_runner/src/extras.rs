@@ -126,7 +126,7 @@ impl Extras {
     }
 }
 
-const NOBODY: &str = "it is to be recorded, and nobody publishes it";
+const NOBODY: &str = "it is to be recorded, and it has no publisher";
 
 /// What all publishers of a topic offer. They do not tell how deep they keep.
 fn offered(writers: &[&Endpoint]) -> Qos {

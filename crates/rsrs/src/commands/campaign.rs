@@ -147,7 +147,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let asks = arguments.backend == Backend::Fleet && is_asked;
     if asks && !std::io::stdin().is_terminal() {
         return Err(with_help(
-            "nobody is at the keyboard, who would say when the robots are placed",
+            "stdin is not a terminal, in which somebody would confirm that the robots are placed",
             "run it in a terminal, name a program that places them with `--place-command`, or say \
              `--yes` where nobody has to place them",
         ));

@@ -73,7 +73,7 @@ impl Report {
                 100.0 * b_s
             ),
             NextStep::Run(experiment) => format!(
-                "`rsrs run EXPERIMENT --from SWEEP --cell {}`, where one run tells most ({:.3} bit); {}",
+                "`rsrs run EXPERIMENT --from SWEEP --cell {}`, where one run is most informative ({:.3} bit); {}",
                 experiment.cell,
                 experiment.information_bits,
                 runs_that_decide(experiment)

@@ -84,7 +84,7 @@ pub enum Problem {
         reason: String,
     },
     /// A topic that must have one publisher has none.
-    #[error("{topic}: nobody publishes it")]
+    #[error("{topic}: no publisher")]
     NoPublisher {
         /// The topic.
         topic: String,

@@ -124,7 +124,7 @@ mod tests {
             [
                 "no simulator discovered".to_owned(),
                 format!("{nine}: no status received"),
-                format!("/{{{nine}}}/detection: nobody publishes it"),
+                format!("/{{{nine}}}/detection: no publisher"),
             ]
         );
     }

@@ -227,7 +227,7 @@ fn event(node: &str) -> ParameterEvent {
 /// Hands an event to the task that publishes; while the session closes, nobody listens any more.
 fn send(events: &mpsc::UnboundedSender<ParameterEvent>, event: ParameterEvent) {
     if let Err(unsent) = events.send(event) {
-        log::debug!("a change of `{}` is not told any more", unsent.0.node);
+        log::debug!("a change of `{}` is not published any more", unsent.0.node);
     }
 }
 
@@ -237,7 +237,7 @@ async fn publish_events(
 ) {
     while let Some(event) = events.recv().await {
         if let Err(error) = publisher.publish(event).await {
-            log::warn!("a change of parameters is not told: {error}");
+            log::warn!("a change of parameters is not published: {error}");
         }
     }
 }

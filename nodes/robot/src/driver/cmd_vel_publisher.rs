@@ -50,7 +50,7 @@ impl CmdVelPublisher {
         });
         match sent.await {
             Ok(sent) => Ok(sent?),
-            Err(_late) => bail!("nobody took a command for {} ms", LATE.as_millis()),
+            Err(_late) => bail!("no command was taken for {} ms", LATE.as_millis()),
         }
     }
 }

@@ -86,7 +86,7 @@ impl Driver for SerialDriver {
     async fn drive(&mut self, command: Command) -> anyhow::Result<()> {
         let Some((port, link)) = &mut self.line else { bail!("`{}` is not open", self.path) };
         let Some(line) = link.drive(command, self.start.elapsed()) else {
-            bail!("nobody on `{}` takes commands", self.path);
+            bail!("nothing on `{}` takes commands", self.path);
         };
         let sent = port.send(&line).context(GONE);
         if let Err(error) = &sent {

@@ -185,7 +185,7 @@ async fn play(
     };
     let controls = Controls::listen();
     if pace.is_paused && !controls.has_person() {
-        anyhow::bail!("`--pause` without a terminal, in which nobody could go on");
+        anyhow::bail!("`--pause` needs a terminal from which to go on");
     }
     let mut player = Player {
         publishers,

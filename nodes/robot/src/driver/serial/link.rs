@@ -63,7 +63,7 @@ pub enum LinkError {
         found: u16,
     },
     /// Its wheels are told something else.
-    #[error("wheels are told {found:?}, expected {expected:?}")]
+    #[error("wheels are commanded {found:?}, expected {expected:?}")]
     WrongWheels {
         /// What the microcontroller reports.
         found: Setpoint,

@@ -22,7 +22,8 @@ use crate::interrupt::asked_to_stop;
 pub async fn ask(bag: &Path, plan: &Plan) -> anyhow::Result<TrialResult> {
     let record = &plan.record;
     let driven = (record.conditions.controller, record.duration_s);
-    let unanswered = || format!("{} has no poses, so somebody must say it", bag.display());
+    let unanswered =
+        || format!("{} has no poses, so the operator's measurement is needed", bag.display());
     let motion = asked(move |interview| interview.motion(driven)).await;
     let motion = motion.and_then(|motion| {
         motion.ok_or_else(|| {
@@ -127,7 +128,7 @@ impl<I: BufRead, O: Write> Interview<I, O> {
                 .context("asking")?;
             let mut line = String::new();
             if self.input.read_line(&mut line).context("reading the answer")? == 0 {
-                bail!("standard input ended before somebody said that all stands where it should");
+                bail!("standard input ended before the placement was confirmed");
             }
             match line.trim() {
                 "" => return Ok(Ready::Go),
