@@ -1,7 +1,9 @@
 //! What tape and stopwatch say, and whether all stands where it should, asked of the person who knows.
 
+use std::future::poll_fn;
 use std::io::{BufRead, Write};
 use std::path::Path;
+use std::task::Poll;
 
 use anyhow::{Context, bail};
 use rsrs_core::controller::ControllerParameters;
@@ -43,6 +45,11 @@ pub async fn ask(bag: &Path, plan: &Plan) -> anyhow::Result<TrialResult> {
 async fn asked<T: Send + 'static>(
     question: impl FnOnce(&mut Terminal) -> anyhow::Result<T> + Send + 'static,
 ) -> anyhow::Result<Option<T>> {
+    let mut stop = std::pin::pin!(asked_to_stop());
+    // Before the question appears, so that a signal that follows it at once is not missed.
+    if poll_fn(|context| Poll::Ready(stop.as_mut().poll(context).is_ready())).await {
+        return Ok(None);
+    }
     let (sender, answer) = tokio::sync::oneshot::channel();
     // A thread that waits for a line cannot be ended; it goes with the process.
     std::thread::spawn(move || {
@@ -53,7 +60,7 @@ async fn asked<T: Send + 'static>(
     });
     tokio::select! {
         answer = answer => answer.context("the thread that asks has ended")?.map(Some),
-        _ = asked_to_stop() => Ok(None),
+        _ = stop => Ok(None),
     }
 }
 
