@@ -133,7 +133,7 @@ mod tests {
         assert_eq!(
             lost[2][0].to_string(),
             "true-positive rate: the simulated robot has 0.00, which is hardly more than its false \
-             detections; the measured one has 0.90; set `harsher: {miss_factor: 2.7}` or measure \
+             detections; the measured one has 0.89; set `harsher: {miss_factor: 2.6}` or measure \
              more precisely"
         );
     }
