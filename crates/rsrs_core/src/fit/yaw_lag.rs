@@ -22,18 +22,28 @@ pub struct YawLag {
     /// Control period of the simulated robot that lags, in seconds: a lag of one period or less is
     /// none.
     pub period_s: f64,
+    /// How much more likely the trajectories are with the lag than without one, as a difference of
+    /// log likelihoods, in nats.
+    pub log_likelihood_gain: f64,
 }
 
 impl YawLag {
     /// Whether the lag can be told from none: the whole interval lies above one control period, with
-    /// which the simulated robot follows at once.
+    /// which the simulated robot follows at once, and it explains more than chance does. Of robots
+    /// that follow at once any lag explains equally much, so that their interval means nothing.
     pub fn is_certain(&self) -> bool {
-        self.lag_s.low.is_some_and(|low_s| low_s > self.period_s * (1.0 + ROUNDING))
+        let is_above = self.lag_s.low.is_some_and(|low_s| low_s > self.period_s * (1.0 + ROUNDING));
+        is_above && self.log_likelihood_gain > CHANCE.0 + CHANCE.1 * self.n_trials as f64
     }
 }
 
 /// What headings and times that are written with a few digits may make of no lag; a share of a period.
 const ROUNDING: f64 = 0.02;
+/// What a lag that is none explains at most by chance, in nats: altogether, and for each trajectory. A
+/// free parameter explains half a nat on average.
+const CHANCE: (f64, f64) = (6.0, 2.0);
+/// What rounding leaves over at least; a share of the sum of squares.
+const LEAST_LEFT_OVER: f64 = 1e-6;
 /// Fewest samples of a trajectory from which a lag is taken.
 const LEAST_SAMPLES: usize = 10;
 /// Shares of the way to its target that a turning rate goes in one period, between which the best is
@@ -62,16 +72,18 @@ const STEPS: u32 = 40;
 pub fn yaw_lag(from_rest: &[DrivenTrial], period_s: f64) -> Option<YawLag> {
     let mut lags_s: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     let mut gains: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    let mut log_likelihood_gain = 0.0;
     for trial in from_rest {
         let rates = Rates::of(trial, period_s);
         if let Some(share) = best_share(&rates) {
+            log_likelihood_gain += rates.log_likelihood_gain(share);
             lags_s.entry(&trial.robot).or_default().push(period_s / share);
             gains.entry(&trial.robot).or_default().push(rates.delayed(share).gain);
         }
     }
     let n_trials = lags_s.values().map(Vec::len).sum();
     let (lag_s, gain) = (over_robots(&lags_s)?, over_robots(&gains)?);
-    Some(YawLag { n_trials, n_robots: lags_s.len(), lag_s, gain, period_s })
+    Some(YawLag { n_trials, n_robots: lags_s.len(), lag_s, gain, period_s, log_likelihood_gain })
 }
 
 /// The mean over robots, or over the trials of one.
@@ -109,6 +121,17 @@ impl Rates {
             commanded_rad_s: (0..n_steps).map(commanded).collect(),
             seen_rad_s: (0..n_steps).map(seen).collect(),
         }
+    }
+
+    /// How much more likely the seen rates are with a share than with all of the way at once, in nats.
+    fn log_likelihood_gain(&self, share: f64) -> f64 {
+        let least = LEAST_LEFT_OVER * self.seen_rad_s.iter().map(|rate| rate * rate).sum::<f64>();
+        if least <= 0.0 {
+            return 0.0;
+        }
+        let left_over = |share| self.delayed(share).left_over.max(least);
+        let ratio = left_over(1.0) / left_over(share);
+        self.seen_rad_s.len() as f64 / 2.0 * libm::log(ratio)
     }
 
     /// What the command delayed by a share explains of the seen rates.
