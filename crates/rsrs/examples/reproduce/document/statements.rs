@@ -375,10 +375,8 @@ fn semi_stable(findings: &Findings) -> Statement {
     }
 }
 
-/// What makes a sensor worse.
 const SENSOR_FACTORS: [&str; 3] = ["miss_factor", "false_positive_factor", "polygon_scale"];
 
-/// What makes disturbances worse.
 const DISTURBANCE_FACTORS: [&str; 2] = ["gust_factor", "drift_factor"];
 
 fn cannot_mill(
@@ -391,21 +389,29 @@ fn cannot_mill(
     let (searched, _, b_s) = Hopeless::best(&robot.harsher);
     let (_, _, measured) = Hopeless::best(&robot.measured);
     let found = if robot.is_viable() { "finds" } else { "does not find" };
-    // The fault does it if one of its factors alone leaves less than half of what was measured.
-    let does_it = effects(&searched.factors).any(|effect| {
-        of_fault.contains(&effect["factor"].as_str().unwrap_or("?"))
-            && effect["b_s_alone"].as_f64().is_some_and(|alone| alone < measured / 2.0)
-    });
+    // The fault does it if one of its factors alone leaves less than half, and another one more.
+    let leaves_half = |effect: &serde_json::Value| {
+        effect["b_s_alone"].as_f64().is_some_and(|alone| alone >= measured / 2.0)
+    };
+    let is_of_fault =
+        |effect: &serde_json::Value| of_fault.contains(&effect["factor"].as_str().unwrap_or("?"));
+    let mills = effects(&searched.factors).any(leaves_half);
+    let does_it = mills
+        && effects(&searched.factors).any(|effect| is_of_fault(effect) && !leaves_half(effect));
     // A robot that could not mill as measured either was not stopped by being made worse.
     let agrees = match (robot.is_viable(), measured >= 0.5 && does_it) {
         (true, _) => Agreement::No,
         (false, true) => Agreement::Yes,
         (false, false) => Agreement::Partly,
     };
-    let cause = if does_it {
-        ""
-    } else {
-        " No factor of that fault does it alone: the cause in that cell is another one."
+    let cause = match (mills, does_it) {
+        (_, true) => "",
+        (true, false) => {
+            " No factor of that fault does it alone: the cause in that cell is another one."
+        }
+        (false, false) => {
+            " That cell does not mill with any factor alone, so that none of them is singled out."
+        }
     };
     Statement {
         place: "end of §IV",
