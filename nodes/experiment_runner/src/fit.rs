@@ -6,6 +6,8 @@ use rsrs_fleet::preflight::{UnfitTopic, commands_as};
 use rsrs_msgs::topics::{self, Durability, Qos, Reliability, Topic};
 use rsrs_ros::session::{Endpoint, EndpointKind};
 
+/// Who publishes or subscribes, where nothing names it.
+const UNNAMED: &str = "a program without a name";
 /// The simulator, in which virtual robots are.
 const SIMULATOR: &str = "/simulator";
 /// Bytes of an identity that name the participant.
@@ -57,7 +59,7 @@ pub fn fit(endpoints: &[Endpoint], robots: &[String]) -> Fit {
             let Some(reason) = why_silent(reader, (&readers, &writers), types) else { continue };
             if is_among(&STEERING) || (is_among(&SENSING) && is_ours(reader)) {
                 fit.unfit.insert(unfit(reason));
-            } else if !is_ours(reader) {
+            } else if !is_ours(reader) && reader.node.is_some() {
                 fit.onlookers.insert(unfit(reason));
             }
         }
@@ -128,7 +130,11 @@ fn why_silent(
     (readers, writers): (&[&Endpoint], &[&Endpoint]),
     types: Types,
 ) -> Option<String> {
-    let node = reader.node.as_deref().filter(|node| !is_tool(node) && *node != SIMULATOR)?;
+    // One that has not been named yet may be anybody's: the run waits until it is.
+    let node = reader.node.as_deref().unwrap_or(UNNAMED);
+    if is_tool(node) || node == SIMULATOR {
+        return None;
+    }
     let writer = *writers.first()?;
     let participant = |end: &Endpoint| end.guid[..PARTICIPANT].to_owned();
     // A program may subscribe one topic in several ways, of which one has to match.
@@ -226,7 +232,7 @@ fn is_tool(node: &str) -> bool {
 
 fn names(ends: &[&Endpoint]) -> String {
     let names: BTreeSet<&str> =
-        ends.iter().map(|end| end.node.as_deref().unwrap_or("a program without a name")).collect();
+        ends.iter().map(|end| end.node.as_deref().unwrap_or(UNNAMED)).collect();
     names.into_iter().collect::<Vec<_>>().join(" and ")
 }
 
