@@ -107,6 +107,11 @@ fn run_beside(
     let bag = folder.join("bag");
     let _ours = [node("sim", &ROBOTS[1..3]), node("controller", &ROBOTS[1..3])];
     let _theirs = rclpy_robot(python, folder, &base(folder, changes), cmd_vel_type);
+    run_on_fleet(&experiment, bag)
+}
+
+/// Runs an experiment on the fleet that is there; its exit code, what it wrote, and the bag.
+fn run_on_fleet(experiment: &Path, bag: PathBuf) -> (Option<i32>, String, PathBuf) {
     let mut command = rsrs();
     command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
     let mut run = Process::start(command.arg(experiment).arg("-o").arg(&bag));
@@ -270,11 +275,7 @@ fn run_of_bases(
         controllers.args(["-p", &format!("cmd_vel_type:={commands}")]).stdout(Stdio::null());
         Process(controllers.spawn().expect("the program was built for this test"))
     });
-    let mut command = rsrs();
-    command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
-    let mut run = Process::start(command.arg(experiment).arg("-o").arg(&bag));
-    let (status, said) = run.wait(PATIENCE);
-    (status.code(), said, bag)
+    run_on_fleet(&experiment, bag)
 }
 
 #[test]

@@ -8,7 +8,7 @@ use anyhow::Context;
 use rsrs_core::axis::Cell;
 use rsrs_core::choice::{AsMeasured, AtCircliness, Candidate, Choice, rank};
 use rsrs_core::comparison::Share;
-use rsrs_core::diagram::DiagramCell;
+use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
 use rsrs_core::order::Evidence;
 use rsrs_core::phase::Phase;
 use rsrs_sim::sweep::{Runs, Swept};
@@ -62,7 +62,8 @@ pub struct NoViableCell {
     pub smaller_placement: Option<SmallerPlacement>,
 }
 
-/// The cell that milled most often in a sweep; of equals the first.
+/// The cell that milled most often in a sweep, made worse; of equals the one that milled most often as
+/// measured, of these the first.
 #[derive(Clone, Debug, Serialize)]
 pub struct BestSwept {
     cell: Cell,
@@ -197,10 +198,16 @@ impl NoViableCell {
 
 impl BestSwept {
     fn of(result: &SweepResult) -> Self {
-        let share = |entry: &DiagramCell| entry.counts.share(Phase::StableMilling);
-        let cells = result.diagram.cells.iter().rev();
-        let best = cells.max_by(|one, other| share(one).total_cmp(&share(other)));
-        let DiagramCell { cell, counts } = best.expect("a sweep has cells").clone();
+        let share = |diagram: &PhaseDiagram, index: usize| {
+            diagram.cells[index].counts.share(Phase::StableMilling)
+        };
+        let measured = result.as_measured.as_ref().unwrap_or(&result.diagram);
+        let best = (0..result.diagram.cells.len()).rev().max_by(|&one, &other| {
+            let made_worse = share(&result.diagram, one).total_cmp(&share(&result.diagram, other));
+            made_worse.then(share(measured, one).total_cmp(&share(measured, other)))
+        });
+        let best = best.expect("a sweep has cells");
+        let DiagramCell { cell, counts } = result.diagram.cells[best].clone();
         let milling = Share::milling(&counts);
         let interval = result.source.sweep.interval_kind().interval(milling.hits, milling.n);
         Self {

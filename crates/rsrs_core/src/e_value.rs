@@ -31,6 +31,7 @@
 use std::f64::consts::SQRT_2;
 
 use crate::beta;
+use crate::posterior::GAUSS;
 use crate::share::Share;
 
 /// How much worse real robots are under the alternatives, all of equal weight: their odds of milling
@@ -77,15 +78,6 @@ const TAIL: f64 = 1e-15;
 
 /// Panels of five nodes on which the posterior is held.
 const PANELS: u32 = 32;
-
-/// Nodes and weights of Gauss-Legendre quadrature with five points on [-1, 1].
-const GAUSS: [(f64, f64); 5] = [
-    (0.0, 0.568_888_888_888_888_9),
-    (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
-    (-0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
-    (0.906_179_845_938_664, 0.236_926_885_056_189_1),
-    (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
-];
 
 impl SimulatedShare {
     /// What simulated runs say, with a uniform prior.
