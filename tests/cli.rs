@@ -106,53 +106,6 @@ fn a_wrong_key_is_answered_with_file_line_column_and_the_nearest_key() {
 }
 
 #[test]
-fn the_chosen_cell_is_confirmed_and_drawn() {
-    let place = workplace();
-    rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
-
-    let choose = rsrs(
-        place.path(),
-        &["choose", "out", "--confirm", "200", "-o", "out/choice.json", "--format", "json"],
-    );
-    let diagram = rsrs(place.path(), &["diagram", "out", "-o", "picture.svg"]);
-
-    assert_eq!(code(&choose), 0, "{}{}", stdout(&choose), stderr(&choose));
-    let choice: serde_json::Value =
-        serde_json::from_str(&stdout(&choose)).expect("the choice is JSON");
-    assert_eq!(choice["cell"]["speed_m_s"], 0.15);
-    assert_eq!(choice["cell"]["turn_rate_rad_s"], 0.75);
-    assert_eq!(choice["n_replicates"], 200);
-    assert!(choice["b_s_low"].as_f64().expect("a number") >= 0.8);
-    assert_eq!(code(&diagram), 0, "{}", stderr(&diagram));
-    let svg = String::from_utf8(bytes(place.path(), "picture.svg")).expect("SVG is UTF-8");
-    assert!(svg.contains("chosen cell"), "the chosen cell is named in the legend");
-}
-
-#[test]
-fn a_viable_share_is_from_0_to_1() {
-    let place = workplace();
-
-    for wrong in ["1.5", "-0.1", "NaN", "most"] {
-        let output = rsrs(place.path(), &["choose", "out", &format!("--viable={wrong}")]);
-
-        assert_eq!(code(&output), 2, "{wrong}: {}", stderr(&output));
-        assert!(stderr(&output).contains("--viable <SHARE>"), "{}", stderr(&output));
-    }
-}
-
-#[test]
-fn no_viable_cell_is_an_answer() {
-    let place = workplace();
-    write_sweep(place.path(), "blind.yaml", (SPEEDS, "true_positive: 0.2"));
-    rsrs(place.path(), &["sweep", "blind.yaml", "-o", "blind"]);
-
-    let output = rsrs(place.path(), &["choose", "blind"]);
-
-    assert_eq!(code(&output), 3, "{}{}", stdout(&output), stderr(&output));
-    assert!(stdout(&output).starts_with("no viable cell: "), "{}", stdout(&output));
-}
-
-#[test]
 fn a_picture_of_an_axis_that_was_not_swept_is_refused() {
     let place = workplace();
     rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
@@ -391,36 +344,6 @@ fn pyarrow_reads_a_row_for_each_replicate() {
         milling.sum::<u64>()
     );
     assert_eq!(printed, expected);
-}
-
-#[test]
-fn a_choice_says_how_the_robots_fare_as_measured() {
-    let place = workplace();
-    std::fs::write(
-        place.path().join("measured.yaml"),
-        std::fs::read_to_string(place.path().join("sweep.yaml")).expect("it was written")
-            + "harsher: none\n",
-    )
-    .expect("the folder is writable");
-    for (sweep, out) in [("sweep.yaml", "worse"), ("measured.yaml", "measured")] {
-        let swept = rsrs(place.path(), &["sweep", sweep, "-o", out]);
-        assert_eq!(code(&swept), 0, "{}", stderr(&swept));
-    }
-    let choose = |out| {
-        let arguments = ["choose", out, "--confirm", "100", "--viable", "0.5", "--format", "json"];
-        json(&rsrs(place.path(), &arguments))
-    };
-
-    let (worse, measured) = (choose("worse"), choose("measured"));
-
-    assert_eq!(worse["cell"], measured["cell"]);
-    assert_eq!(measured.get("as_measured"), None);
-    // The same robots on the same fresh seeds.
-    assert_eq!(worse["as_measured"]["share"], measured["b_s"]);
-    assert_eq!(worse["as_measured"]["n_replicates"], 100);
-    let at = |index: usize| worse["by_circliness"][index]["b_s"].as_f64().expect("a share");
-    assert_eq!(worse["by_circliness"][1]["b_s"], worse["b_s"]);
-    assert!(at(0) >= at(1) && at(1) >= at(2));
 }
 
 #[test]

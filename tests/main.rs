@@ -5,6 +5,7 @@ mod bags_cli;
 mod by_hand;
 mod campaign;
 mod cells;
+mod choosing;
 mod cli;
 mod command;
 mod compare;

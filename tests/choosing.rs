@@ -1,0 +1,98 @@
+//! The choice of a cell: what it rests on, and what is reported where no cell is viable.
+
+use crate::command::{code, json, rsrs, stderr, stdout};
+use crate::laboratory::{SPEEDS, workplace, write_sweep};
+
+#[test]
+fn the_chosen_cell_is_confirmed_and_drawn() {
+    let place = workplace(SPEEDS, "true_positive: 0.8");
+    rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
+
+    let choose = rsrs(
+        place.path(),
+        &["choose", "out", "--confirm", "200", "-o", "out/choice.json", "--format", "json"],
+    );
+    let diagram = rsrs(place.path(), &["diagram", "out", "-o", "picture.svg"]);
+
+    assert_eq!(code(&choose), 0, "{}{}", stdout(&choose), stderr(&choose));
+    let choice = json(&choose);
+    assert_eq!(choice["cell"]["speed_m_s"], 0.15);
+    assert_eq!(choice["cell"]["turn_rate_rad_s"], 0.75);
+    assert_eq!(choice["n_replicates"], 200);
+    assert!(choice["b_s_low"].as_f64().expect("a number") >= 0.8);
+    assert_eq!(code(&diagram), 0, "{}", stderr(&diagram));
+    let svg = std::fs::read_to_string(place.path().join("picture.svg")).expect("it was drawn");
+    assert!(svg.contains("chosen cell"), "the chosen cell is named in the legend");
+}
+
+#[test]
+fn a_viable_share_is_from_0_to_1() {
+    let place = workplace(SPEEDS, "true_positive: 0.8");
+
+    for wrong in ["1.5", "-0.1", "NaN", "most"] {
+        let output = rsrs(place.path(), &["choose", "out", &format!("--viable={wrong}")]);
+
+        assert_eq!(code(&output), 2, "{wrong}: {}", stderr(&output));
+        assert!(stderr(&output).contains("--viable <SHARE>"), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn no_viable_cell_is_an_answer() {
+    let place = workplace(SPEEDS, "true_positive: 0.8");
+    write_sweep(place.path(), "blind.yaml", (SPEEDS, "true_positive: 0.2"));
+    rsrs(place.path(), &["sweep", "blind.yaml", "-o", "blind"]);
+
+    let output = rsrs(place.path(), &["choose", "blind"]);
+
+    assert_eq!(code(&output), 3, "{}{}", stdout(&output), stderr(&output));
+    assert!(stdout(&output).starts_with("no viable cell: "), "{}", stdout(&output));
+}
+
+#[test]
+fn of_cells_that_never_mill_made_worse_the_one_that_mills_most_as_measured_is_the_best() {
+    let place = workplace(SPEEDS, "true_positive: 0.8");
+    write_sweep(place.path(), "hard.yaml", ("speed_m_s: [0.30]", "range_m: 0.75"));
+    let sweep = std::fs::read_to_string(place.path().join("hard.yaml")).expect("written above");
+    let hard = sweep.replace("replicates:", "harsher: {miss_factor: 20}\nreplicates:");
+    std::fs::write(place.path().join("hard.yaml"), hard).expect("the folder is writable");
+    rsrs(place.path(), &["sweep", "hard.yaml", "-o", "hard"]);
+
+    let choose = rsrs(place.path(), &["choose", "hard", "--format", "json"]);
+
+    assert_eq!(code(&choose), 3, "{}", stderr(&choose));
+    let answer = json(&choose);
+    assert_eq!(answer["best_swept"]["b_s"], 0.0, "{answer}");
+    assert_eq!(answer["best_swept"]["cell"]["turn_rate_rad_s"], 0.75, "{answer}");
+    assert!(answer["factors"]["b_s_as_measured"].as_f64() > Some(0.1), "{answer}");
+}
+
+#[test]
+fn a_choice_says_how_the_robots_fare_as_measured() {
+    let place = workplace(SPEEDS, "true_positive: 0.8");
+    std::fs::write(
+        place.path().join("measured.yaml"),
+        std::fs::read_to_string(place.path().join("sweep.yaml")).expect("it was written")
+            + "harsher: none\n",
+    )
+    .expect("the folder is writable");
+    for (sweep, out) in [("sweep.yaml", "worse"), ("measured.yaml", "measured")] {
+        let swept = rsrs(place.path(), &["sweep", sweep, "-o", out]);
+        assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    }
+    let choose = |out| {
+        let arguments = ["choose", out, "--confirm", "100", "--viable", "0.5", "--format", "json"];
+        json(&rsrs(place.path(), &arguments))
+    };
+
+    let (worse, measured) = (choose("worse"), choose("measured"));
+
+    assert_eq!(worse["cell"], measured["cell"]);
+    assert_eq!(measured.get("as_measured"), None);
+    // The same robots on the same fresh seeds.
+    assert_eq!(worse["as_measured"]["share"], measured["b_s"]);
+    assert_eq!(worse["as_measured"]["n_replicates"], 100);
+    let at = |index: usize| worse["by_circliness"][index]["b_s"].as_f64().expect("a share");
+    assert_eq!(worse["by_circliness"][1]["b_s"], worse["b_s"]);
+    assert!(at(0) >= at(1) && at(1) >= at(2));
+}
