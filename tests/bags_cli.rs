@@ -222,7 +222,7 @@ fn episode(cell: [f64; 4], replicate: u64) -> ExperimentRecord {
 fn both_verdicts(folder: &Path, cell: usize, replicate: u64) -> [Verdict; 2] {
     let record = episode(CELLS[cell], replicate);
     let bag = folder.join(format!("{cell}_{replicate}"));
-    let (_, in_memory) = crate::episode_bag::write(&bag, &record).expect("the disk has room");
+    let (_, in_memory) = rsrs_pipeline::episode::write(&bag, &record).expect("the disk has room");
     let opened = Bag::open(&bag).expect("it is a bag");
     let recorded =
         read_trajectory(&opened, &TrajectoryOptions::default()).expect("it has all that it takes");

@@ -11,8 +11,6 @@ mod command;
 mod compare;
 mod deploy;
 mod dry_run;
-#[path = "../crates/rsrs/src/episode_bag.rs"]
-mod episode_bag;
 mod factors;
 mod fleet;
 mod fleet_foreign;

@@ -50,7 +50,7 @@ fn bag(folder: &Path, name: &str, duration_s: f64) -> PathBuf {
         time: Time::Lockstep,
     };
     let path = folder.join(name);
-    crate::episode_bag::write(&path, &record).expect("the disk has room");
+    rsrs_pipeline::episode::write(&path, &record).expect("the disk has room");
     path
 }
 

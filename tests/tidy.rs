@@ -17,7 +17,7 @@ const IMPURE: [&str; 5] = ["rustdds", "ros2-client", "tokio", "mcap", "clap"];
 /// What a pure crate must not name outside its tests: files, environment, clocks.
 const AMBIENT: [&str; 4] = ["std::fs", "std::env", "std::time::Instant", "SystemTime::now"];
 /// For each crate, the crates of ours that it may reach.
-const ONE_WAY: [(&str, &[&str]); 11] = [
+const ONE_WAY: [(&str, &[&str]); 12] = [
     ("rsrs_core", &[]),
     ("rsrs_sim", &["rsrs_core"]),
     ("rsrs_fleet", &["rsrs_core"]),
@@ -32,6 +32,19 @@ const ONE_WAY: [(&str, &[&str]); 11] = [
     ),
     ("rsrs_sim_node", &["rsrs_core", "rsrs_fleet", "rsrs_msgs", "rsrs_ros", "rsrs_sim"]),
     ("rsrs_experiment_runner", &["rsrs_bags", "rsrs_core", "rsrs_fleet", "rsrs_msgs", "rsrs_ros"]),
+    (
+        "rsrs_pipeline",
+        &[
+            "rsrs_bags",
+            "rsrs_core",
+            "rsrs_experiment_runner",
+            "rsrs_fleet",
+            "rsrs_msgs",
+            "rsrs_ros",
+            "rsrs_sim",
+            "rsrs_view",
+        ],
+    ),
 ];
 /// The most bytes that the map of the project may have.
 const MAX_MAP: usize = 8192;
@@ -46,6 +59,21 @@ fn pure_crates_reach_no_middleware_runtime_recorder_or_argument_parser() {
 
         assert!(wrong.is_empty(), "{package} is pure and must not reach {wrong:?}");
     }
+}
+
+#[test]
+fn the_steps_parse_no_arguments_and_print_nothing() {
+    let manifest = text(Path::new("crates/rsrs_pipeline/Cargo.toml"));
+    let wrong: Vec<_> =
+        ["clap", "indicatif"].into_iter().filter(|name| manifest.contains(name)).collect();
+    let mut sources = files();
+    sources.retain(|file| file.starts_with("crates/rsrs_pipeline/src"));
+    let prints = ["print!(", "println!(", "stdout()", "stderr()"];
+    let printing: Vec<_> =
+        sources.iter().flat_map(|file| lines_with(file, &text(file), &prints)).collect();
+
+    assert!(wrong.is_empty(), "rsrs_pipeline must not name {wrong:?}");
+    assert!(!sources.is_empty() && printing.is_empty(), "it prints:\n{}", printing.join("\n"));
 }
 
 #[test]

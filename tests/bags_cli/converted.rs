@@ -20,7 +20,7 @@ fn recorded(here: &Path) -> Vec<String> {
     let names = (0..CELLS.len()).map(|cell| {
         let name = format!("cell_{cell}");
         let record = episode(CELLS[cell], 0);
-        crate::episode_bag::write(&here.join(&name), &record).expect("the disk has room");
+        rsrs_pipeline::episode::write(&here.join(&name), &record).expect("the disk has room");
         name
     });
     names.collect()

@@ -1,32 +1,44 @@
 //! Progress of an experiment on standard error.
 
 use std::cell::Cell;
+use std::pin::Pin;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use rsrs_experiment_runner::Progress;
+use rsrs_pipeline::run::operator::{Operator, Verbosity};
 
+use crate::interrupt::asked_to_stop;
 use crate::notes::print_note;
 
 /// What is being prepared, and then a bar that counts steps, or seconds in real time.
-pub struct ExperimentBar {
+struct ExperimentBar {
     bar: ProgressBar,
     counts: Cell<bool>,
     verbosity: Verbosity,
 }
 
-/// How what is said is shown.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Verbosity {
-    /// The last word beside the bar.
-    Quiet,
-    /// Every word on a line of its own, for somebody who stands beside robots.
-    Verbose,
+/// The person at the terminal, as operator of runs.
+pub struct TerminalOperator;
+
+impl Operator for TerminalOperator {
+    fn note(&self, text: &str) {
+        print_note(text);
+    }
+
+    fn watch_run(&self, name: &str, verbosity: Verbosity) -> Box<dyn FnMut(Progress) + '_> {
+        let bar = ExperimentBar::new(name, verbosity);
+        Box::new(move |progress| bar.show(&progress))
+    }
+
+    fn stop_requested(&self) -> Pin<Box<dyn Future<Output = String> + '_>> {
+        Box::pin(asked_to_stop())
+    }
 }
 
 impl ExperimentBar {
     /// Shows the name of the experiment.
-    pub fn new(name: &str, verbosity: Verbosity) -> Self {
+    fn new(name: &str, verbosity: Verbosity) -> Self {
         let bar = ProgressBar::new_spinner();
         bar.set_style(style("{msg}: {prefix}"));
         bar.set_message(name.to_owned());
@@ -36,7 +48,7 @@ impl ExperimentBar {
     }
 
     /// Shows how far the experiment has come.
-    pub fn show(&self, progress: &Progress) {
+    fn show(&self, progress: &Progress) {
         match progress {
             Progress::Note(text) => {
                 if self.verbosity == Verbosity::Verbose {

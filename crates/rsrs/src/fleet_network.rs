@@ -3,8 +3,8 @@
 use rsrs_ros::ros_args::{Environment, RosArgs};
 use rsrs_ros::session::SessionOptions;
 
-use crate::failure::with_help;
 use crate::notes::print_note;
+use rsrs_pipeline::error::with_help;
 
 /// The network that a person has chosen, by `--interface` or the environment.
 ///

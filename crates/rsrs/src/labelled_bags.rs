@@ -1,15 +1,14 @@
 //! Bags of runs on the command line, and whose labels of them count.
 
-use std::fmt;
 use std::path::PathBuf;
-use std::str::FromStr;
 
 use rsrs_core::comparison::MARGIN;
 
-use crate::human_labels::JUDGE;
+use rsrs_pipeline::compare;
+use rsrs_pipeline::label::Labeller;
 
 /// Which runs are held against a sweep.
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 pub struct LabelledBags {
     /// Bags of runs: rosbag2 folders or single .mcap files.
     #[arg(long, required = true, num_args = 1.., value_name = "BAG")]
@@ -33,6 +32,13 @@ pub struct LabelledBags {
     pub margin: f64,
 }
 
+impl From<LabelledBags> for compare::Options {
+    fn from(arguments: LabelledBags) -> Self {
+        let LabelledBags { bags, labels, with_lost_robots, margin } = arguments;
+        Self { bags, labels, with_lost_robots, margin }
+    }
+}
+
 /// Reads a margin.
 fn margin(text: &str) -> Result<f64, String> {
     let margin: f64 = text.parse().map_err(|error| format!("`{text}` is not a number: {error}"))?;
@@ -42,37 +48,5 @@ fn margin(text: &str) -> Result<f64, String> {
         Err(format!(
             "found {margin}, expected a share from 0 to 0.5, such as 0.1 for 10 percentage points"
         ))
-    }
-}
-
-/// Whose labels count.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Labeller {
-    /// Those of the one judge.
-    Judge,
-    /// Those of this person.
-    Human(String),
-}
-
-impl FromStr for Labeller {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text.split_once(':') {
-            None if text == JUDGE => Ok(Self::Judge),
-            Some(("human", who)) if !who.trim().is_empty() => {
-                Ok(Self::Human(who.trim().to_owned()))
-            }
-            _ => Err(format!("`{text}` is neither `{JUDGE}` nor `human:` and a name")),
-        }
-    }
-}
-
-impl fmt::Display for Labeller {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Judge => formatter.write_str(JUDGE),
-            Self::Human(who) => write!(formatter, "human:{who}"),
-        }
     }
 }

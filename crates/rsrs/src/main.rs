@@ -1,52 +1,17 @@
 //! The command line of RSRS: one file for each subcommand.
 
-mod ablation;
-mod bag_trials;
-mod boundaries;
-mod choosing;
-mod command_rhythm;
 mod commands;
-mod comparing;
-mod comparison_report;
-mod episode_bag;
 mod experiment_bar;
 mod failure;
-mod files;
 mod fleet_network;
-mod human_labels;
 mod interrupt;
 mod keyboard;
 mod labelled_bags;
-mod labelling;
-mod lock_file;
-mod merging;
-mod node_process;
 mod notes;
-mod own_network;
-mod picture;
-mod place_command;
 mod progress;
-mod provenance;
-mod recorded_run;
-mod recording_gaps;
-mod replicate_table;
-mod result_folder;
-mod run_matching;
-mod running;
-mod sensor_readings;
-mod settling;
-mod shard;
-mod simulated_fleet;
-mod start_poses;
 mod starter_files;
 mod sweep_report;
-mod sweep_result;
-mod sweep_source;
-mod sweeping;
 mod table_text;
-mod trial_files;
-mod validation_file;
-mod wording;
 
 use std::process::ExitCode;
 

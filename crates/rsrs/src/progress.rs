@@ -1,16 +1,17 @@
 //! Progress on standard error: a bar for people, nothing for pipes.
 
-use std::sync::Once;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Once, OnceLock};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
-use rsrs_sim::sweep::{Progress, Swept, Watch};
+use rsrs_pipeline::execution::{Execution, Observer, RunCounter};
+use rsrs_sim::sweep::Progress;
 
-use crate::failure::with_help;
 use crate::interrupt;
 
 /// A bar that counts replicates, with their rate and the time left.
-pub struct ReplicateBar {
+struct ReplicateBar {
     bar: ProgressBar,
     /// There is nothing to show before it is known how much there is to do.
     shown: Once,
@@ -21,31 +22,14 @@ fn write_rate(state: &ProgressState, writer: &mut dyn std::fmt::Write) {
 }
 
 impl ReplicateBar {
-    /// Shows a bar with what is being done in front.
-    pub fn new(doing: &str) -> Self {
+    /// A bar with what is being done in front.
+    fn new(doing: &str) -> Self {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
         let style = "{msg} {bar:30} {human_pos}/{human_len} runs  {rate} a second  {eta} left";
         let style = ProgressStyle::with_template(style).expect("the template is well-formed");
         bar.set_style(style.with_key("rate", write_rate));
         bar.set_message(doing.to_owned());
         Self { bar, shown: Once::new() }
-    }
-
-    /// Shows how much was done before, and how much there is in all; what was done before does not
-    /// count towards the rate.
-    pub fn begin(&self, doing: &str, start: Progress) {
-        self.bar.set_message(doing.to_owned());
-        self.bar.set_length(start.total as u64);
-        self.bar.set_position(start.done as u64);
-        self.bar.reset_eta();
-        self.reveal();
-    }
-
-    /// Shows how far the work has come.
-    pub fn show(&self, progress: Progress) {
-        self.bar.set_length(progress.total as u64);
-        self.reveal();
-        self.bar.set_position(progress.done as u64);
     }
 
     fn reveal(&self) {
@@ -56,31 +40,62 @@ impl ReplicateBar {
     }
 }
 
+impl RunCounter for ReplicateBar {
+    fn begin(&self, doing: &str, start: Progress) {
+        self.bar.set_message(doing.to_owned());
+        self.bar.set_length(start.total as u64);
+        self.bar.set_position(start.done as u64);
+        self.bar.reset_eta();
+        self.reveal();
+    }
+
+    fn show(&self, progress: Progress) {
+        self.bar.set_length(progress.total as u64);
+        self.reveal();
+        self.bar.set_position(progress.done as u64);
+    }
+}
+
 impl Drop for ReplicateBar {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }
 }
 
-/// Threads to use where none are asked for: as many as the machine runs at once.
-pub fn threads(asked: Option<usize>) -> usize {
-    asked.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
+/// Whoever types the command.
+struct Terminal {
+    cancel: &'static AtomicBool,
 }
 
-/// Runs simulations under a progress bar and Ctrl-C.
+impl Observer for Terminal {
+    fn count_runs(&self, doing: &str) -> Box<dyn RunCounter + '_> {
+        Box::new(ReplicateBar::new(doing))
+    }
+
+    fn cancel(&self) -> &AtomicBool {
+        self.cancel
+    }
+}
+
+/// Simulations under a progress bar, which Ctrl-C calls off from now on.
+///
+/// This starts a thread: a process moves into another network before it.
+///
+/// # Arguments
+///
+/// * `threads` — as asked for; else as many as the machine runs at once.
 ///
 /// # Errors
 ///
-/// That of the simulations, or that they were called off.
-pub fn watched<E: std::error::Error + Send + Sync + 'static>(
-    doing: &str,
-    work: impl FnOnce(Watch<'_>) -> Result<Swept, E>,
-) -> anyhow::Result<Swept> {
-    let bar = ReplicateBar::new(doing);
+/// If signals cannot be received.
+pub fn execution(threads: Option<usize>) -> anyhow::Result<Execution<'static>> {
+    static TERMINAL: OnceLock<Terminal> = OnceLock::new();
     let cancel = interrupt::listen()?;
-    let swept = work(Watch { progress: &|progress| bar.show(progress), cancel })?;
-    if swept.is_cancelled {
-        return Err(with_help("called off; nothing was written", "run the same command again"));
-    }
-    Ok(swept)
+    let observer = TERMINAL.get_or_init(|| Terminal { cancel });
+    Ok(Execution { n_threads: threads.unwrap_or_else(n_threads), observer })
+}
+
+/// As many threads as the machine runs at once.
+pub fn n_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use crate::files::write_file;
+use rsrs_pipeline::files::write_file;
 
 /// The sweep, below the folder of the files.
 const SWEEP: &str = "sweeps/flockbot_speed_turn.yaml";

@@ -8,10 +8,10 @@ use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::phase::Phase;
 use serde::Serialize;
 
-use crate::ablation::Ablation;
-use crate::settling::Unsettled;
-use crate::sweep_result::SweepResult;
-use crate::sweeping::knowledge;
+use rsrs_pipeline::sweep::ablation::Ablation;
+use rsrs_pipeline::sweep::knowledge;
+use rsrs_pipeline::sweep::result::SweepResult;
+use rsrs_pipeline::sweep::settling::Unsettled;
 
 /// A finished sweep.
 #[derive(Clone, Debug, Serialize)]

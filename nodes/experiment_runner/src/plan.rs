@@ -83,8 +83,11 @@ pub enum Poses {
     IfThere,
 }
 
-/// Version of the program, and the commit that it was built from.
-const PROGRAM: (&str, &str) = (env!("CARGO_PKG_VERSION"), env!("RSRS_COMMIT"));
+/// The commit that this program was built from.
+pub const COMMIT: &str = env!("RSRS_COMMIT");
+
+/// Version of the program, and its commit.
+const PROGRAM: (&str, &str) = (env!("CARGO_PKG_VERSION"), COMMIT);
 
 impl Plan {
     /// Reads an experiment file and all that it names.

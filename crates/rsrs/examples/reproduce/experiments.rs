@@ -16,7 +16,7 @@ use rsrs_msgs::rsrs::RunLease;
 use rsrs_sim::draw::Seed;
 
 use crate::reality::Floor;
-use crate::recorder::Recorder;
+use rsrs_pipeline::episode::recorder::Recorder;
 
 /// How long every experiment lasts, in seconds; that of the sweeps.
 pub const DURATION_S: f64 = 300.0;

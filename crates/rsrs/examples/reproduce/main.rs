@@ -13,8 +13,6 @@ mod experiments;
 mod findings;
 mod program;
 mod reality;
-#[path = "../../src/episode_bag/recorder.rs"]
-mod recorder;
 mod swept;
 
 use std::path::{Path, PathBuf};

@@ -16,7 +16,7 @@ use rsrs_core::unicycle::Pose;
 use rsrs_sim::draw::{RunKey, Seed};
 use rsrs_sim::placement::{self, PlacementError};
 
-use crate::recorder::RobotStep;
+use rsrs_pipeline::episode::recorder::RobotStep;
 
 /// Physical time step, in seconds.
 const STEP_S: f64 = 0.01;

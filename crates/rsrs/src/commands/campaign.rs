@@ -16,14 +16,15 @@ use rsrs_fleet::record::{self, ExperimentRecord};
 use rsrs_ros::logging::{self, Level};
 
 use crate::commands::{Backend, Format, report, runtime};
-use crate::failure::{Outcome, with_help};
+use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use crate::notes::print_note;
-use crate::own_network::OwnNetwork;
 use conduct::{Conductor, RunTarget};
 use file::Experiment;
 use folder::CampaignFolder;
 use prompt::Prompt;
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::run::own_network::OwnNetwork;
 
 /// Run many experiments one after the other, and go on where it was interrupted.
 ///
@@ -207,10 +208,10 @@ fn command(arguments: &Arguments) -> String {
 }
 
 fn interrupted(error: &anyhow::Error, arguments: &Arguments) -> anyhow::Error {
-    let own = crate::failure::help_of(error);
+    let own = rsrs_pipeline::error::help_of(error);
     let goes_on = format!("`{}` goes on where it was", command(arguments));
     with_help(
-        crate::failure::in_one_line(error),
+        rsrs_pipeline::error::in_one_line(error),
         own.map_or_else(|| goes_on.clone(), |own| format!("{own}; {goes_on}")),
     )
 }

@@ -6,14 +6,14 @@ use rsrs_core::axis::Cell;
 use rsrs_core::choice::{Choice, VIABLE_B_S_LOW};
 use serde::Serialize;
 
-use crate::ablation::{Ablation, REPLICATES, ablate};
-use crate::choosing::{CONFIRM, Chosen, Options, as_measured, choose, write};
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use crate::progress::threads;
-use crate::result_folder;
-use crate::settling;
-use crate::wording::counted;
+use crate::progress::execution;
+use rsrs_pipeline::choose::{CONFIRM, Chosen, Options, as_measured, choose, write};
+use rsrs_pipeline::sweep::ablation::{Ablation, REPLICATES, ablate};
+use rsrs_pipeline::sweep::folder;
+use rsrs_pipeline::sweep::settling;
+use rsrs_pipeline::wording::counted;
 
 /// Choose the milling cell that may drift furthest, and confirm it on fresh seeds.
 ///
@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let options = Options {
         confirm: arguments.confirm,
         viable: arguments.viable,
-        n_threads: threads(arguments.threads),
+        execution: execution(arguments.threads)?,
     };
     match choose(&arguments.folder, options)? {
         Chosen::Viable(choice) => {
@@ -98,8 +98,8 @@ fn report_with_factors<T: Serialize>(
     answer: &T,
     (cell, said): (&Cell, &str),
 ) -> anyhow::Result<()> {
-    let result = result_folder::read(&arguments.folder)?;
-    let runs = (REPLICATES.min(arguments.confirm), threads(arguments.threads));
+    let result = folder::read(&arguments.folder)?;
+    let runs = (REPLICATES.min(arguments.confirm), execution(arguments.threads)?);
     let factors = ablate(&result.source, cell, runs)?;
     let in_words = factors.as_ref().map(|factors| format!("\n{}", factors.in_words()));
     let said = said.to_owned() + &in_words.unwrap_or_default();

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use crate::commands::{Format, report};
-use crate::comparing::compare;
 use crate::failure::Outcome;
 use crate::labelled_bags::LabelledBags;
+use rsrs_pipeline::compare::compare;
 
 /// Hold recorded runs against the sweep that predicts them: do robots mill as often as simulated?
 ///
@@ -46,7 +46,7 @@ pub struct Arguments {
 ///
 /// As [`compare`].
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let result = compare(&arguments.folder, &arguments.runs)?;
+    let result = compare(&arguments.folder, &arguments.runs.clone().into())?;
     report(arguments.format, &result, &result.to_string())?;
-    Ok(result.outcome())
+    Ok(result.verdict.into())
 }

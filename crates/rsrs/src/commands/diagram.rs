@@ -8,19 +8,20 @@ use rsrs_core::comparison::Share;
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
 use rsrs_view::page::Page;
 
-use crate::failure::{Outcome, with_help};
-use crate::files::write_file;
-use crate::picture::{DiagramOptions, PNG_WIDTH_PX, of_sweep};
-use crate::result_folder;
-use crate::sweep_result::{SweepResult, World};
-use crate::validation_file;
+use crate::failure::Outcome;
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::files::write_file;
+use rsrs_pipeline::picture::{DiagramOptions, PNG_WIDTH_PX, of_sweep};
+use rsrs_pipeline::sweep::folder;
+use rsrs_pipeline::sweep::result::{SweepResult, World};
+use rsrs_pipeline::validation_file;
 
 /// Draw the phase diagram of a sweep.
 ///
 /// A sweep holds two worlds, and the picture says which it shows: that of robots made worse, or, with
-/// `--world as-measured`, that of robots as measured. Hue is the most frequent phase of a cell, lightness its share. The dashed line is the analytic
-/// turn balance. With `choice.json` beside the sweep's files, the chosen cell is marked; with
-/// `validation.json`, its answer is noted.
+/// `--world as-measured`, that of robots as measured. Hue is the most frequent phase of a cell,
+/// lightness its share. The dashed line is the analytic turn balance. With `choice.json` beside the
+/// sweep's files, the chosen cell is marked; with `validation.json`, its answer is noted.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Folder of a sweep.
@@ -39,7 +40,25 @@ pub struct Arguments {
     at: Option<Cell>,
     /// The robots: made worse as the sweep says, or as measured (default: harsher).
     #[arg(long, value_enum, default_value = "harsher", hide_default_value = true)]
-    world: World,
+    world: Robots,
+}
+
+/// Which robots a diagram shows.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Robots {
+    /// The robots are made worse than measured, as the sweep's `harsher` says.
+    Harsher,
+    /// The robots are as measured.
+    AsMeasured,
+}
+
+impl From<Robots> for World {
+    fn from(robots: Robots) -> Self {
+        match robots {
+            Robots::Harsher => Self::Harsher,
+            Robots::AsMeasured => Self::AsMeasured,
+        }
+    }
 }
 
 /// Runs the command.
@@ -55,18 +74,18 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             "name the picture `-o diagram.svg`, `-o diagram.png` or `-o diagram.html`",
         ));
     }
-    let result = result_folder::read(&arguments.folder)?;
+    let result = folder::read(&arguments.folder)?;
     let options = DiagramOptions {
         x: arguments.x,
         y: arguments.y,
         at: arguments.at.iter().flat_map(Cell::iter).collect(),
-        chosen: result_folder::read_choice(&arguments.folder)?.map(|choice| choice.cell),
+        chosen: folder::read_choice(&arguments.folder)?.map(|choice| choice.cell),
         experiments: Vec::new(),
-        world: arguments.world,
+        world: arguments.world.into(),
         validation: validation_file::note(&arguments.folder, &result.source)?,
     };
     let svg = of_sweep(&result, &options)?;
-    let diagram = result.of_world(arguments.world)?;
+    let diagram = result.of_world(arguments.world.into())?;
     let bytes = match ending {
         "svg" => svg.into_bytes(),
         "png" => rsrs_view::raster::png(&svg, PNG_WIDTH_PX)?,

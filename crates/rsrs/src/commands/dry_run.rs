@@ -12,26 +12,27 @@ use rsrs_fleet::record::{Backend, EndingKind};
 use rsrs_ros::logging::{self, Level};
 use serde::Serialize;
 
-use crate::choosing::{self, Chosen};
 use crate::commands::{self, Format, report, runtime};
-use crate::comparing::compare;
-use crate::comparison_report::Report as Comparison;
-use crate::failure::{Outcome, with_help};
-use crate::files::write_file;
-use crate::labelled_bags::{LabelledBags, Labeller};
-use crate::labelling::{LabelOptions, label_bag};
+use crate::experiment_bar::TerminalOperator;
+use crate::failure::Outcome;
 use crate::notes::print_note;
-use crate::own_network::OwnNetwork;
-use crate::picture::{self, DiagramOptions};
-use crate::progress::threads;
-use crate::running::{RunSummary, on_simulated_fleet};
-use crate::settling;
-use crate::simulated_fleet::SimulatedFleet;
+use crate::progress::execution;
 use crate::starter_files::StarterFiles;
 use crate::sweep_report::in_words;
-use crate::sweep_result::SweepResult;
-use crate::sweep_source::ResolvedSweep;
-use crate::sweeping::sweep_into;
+use rsrs_pipeline::choose::{self, Chosen};
+use rsrs_pipeline::compare;
+use rsrs_pipeline::compare::report::Report as Comparison;
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::files::write_file;
+use rsrs_pipeline::label::{LabelOptions, Labeller, label_bag};
+use rsrs_pipeline::picture::{self, DiagramOptions};
+use rsrs_pipeline::run::own_network::OwnNetwork;
+use rsrs_pipeline::run::simulated_fleet::SimulatedFleet;
+use rsrs_pipeline::run::{RunSummary, on_simulated_fleet};
+use rsrs_pipeline::sweep::result::SweepResult;
+use rsrs_pipeline::sweep::settling;
+use rsrs_pipeline::sweep::source::ResolvedSweep;
+use rsrs_pipeline::sweep::sweep_into;
 
 /// Go through the whole loop on this machine: no robots, no LAN.
 ///
@@ -133,7 +134,7 @@ impl DryRun<'_> {
 
         let sweep = self.folder.join("sweep");
         let name = files.sweep.display().to_string();
-        let result = sweep_into(&sweep, (&name, source), threads(None))?;
+        let result = sweep_into(&sweep, (&name, source), execution(None)?)?;
         self.print(&swept(&result))?;
         let choice = choose_cell(&sweep)?;
         self.print(&chosen(&choice))?;
@@ -141,9 +142,13 @@ impl DryRun<'_> {
         let experiments = self.run_experiments(&files, (&sweep, &choice))?;
         let counted = experiments.iter().filter(|run| run.ending == EndingKind::Completed.key());
         let bags = counted.filter_map(|summary| summary.bag.clone()).collect();
-        let runs =
-            LabelledBags { bags, labels: Labeller::Judge, with_lost_robots: false, margin: MARGIN };
-        let comparison = compare(&sweep, &runs)?;
+        let runs = compare::Options {
+            bags,
+            labels: Labeller::Judge,
+            with_lost_robots: false,
+            margin: MARGIN,
+        };
+        let comparison = compare::compare(&sweep, &runs)?;
         self.print(&format!("\n{comparison}"))?;
         let json = serde_json::to_string_pretty(&comparison).context("the comparison as JSON")?;
         write_file(&self.folder.join("comparison.json"), format!("{json}\n").as_bytes())?;
@@ -203,7 +208,7 @@ impl DryRun<'_> {
         let mut real = Share::default();
         let mut n_void = 0;
         for (plan, number) in plans.iter().zip(1..) {
-            let summary = on_simulated_fleet(plan, &self.network, fleet).await?;
+            let summary = on_simulated_fleet(plan, &self.network, fleet, &TerminalOperator).await?;
             if summary.ending == EndingKind::Void.key() && n_void < MOST_VOID {
                 n_void += 1;
                 self.print(&format!(
@@ -289,14 +294,14 @@ fn is_decided(real: Share, choice: &Choice) -> anyhow::Result<bool> {
 }
 
 fn choose_cell(sweep: &Path) -> anyhow::Result<Choice> {
-    let options = choosing::Options {
-        confirm: choosing::CONFIRM,
+    let options = choose::Options {
+        confirm: choose::CONFIRM,
         viable: VIABLE_B_S_LOW,
-        n_threads: threads(None),
+        execution: execution(None)?,
     };
-    match choosing::choose(sweep, options)? {
+    match choose::choose(sweep, options)? {
         Chosen::Viable(choice) => {
-            choosing::write(&sweep.join("choice.json"), &choice)?;
+            choose::write(&sweep.join("choice.json"), &choice)?;
             Ok(choice)
         }
         Chosen::NoViableCell(none) => Err(anyhow::anyhow!("no viable cell: {}", none.reason)),
@@ -339,7 +344,7 @@ fn chosen(choice: &Choice) -> String {
         100.0 * choice.b_s_low,
         100.0 * choice.b_s_high
     );
-    let measured = choosing::as_measured(choice);
+    let measured = choose::as_measured(choice);
     let settling = choice.settling.map(|settling| settling::text(&settling));
     [Some(chosen), measured, settling].into_iter().flatten().collect::<Vec<_>>().join("\n  ")
 }

@@ -13,14 +13,15 @@ use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 use serde::Serialize;
 
 use crate::commands::{Format, report};
-use crate::episode_bag::{self, EpisodeError};
-use crate::failure::{Outcome, explained, with_help};
-use crate::progress::threads;
-use crate::provenance;
-use crate::result_folder;
-use crate::settling;
-use crate::sweep_result::SweepResult;
-use crate::wording::counted;
+use crate::failure::Outcome;
+use crate::progress::execution;
+use rsrs_pipeline::episode::{self, EpisodeError};
+use rsrs_pipeline::error::{explained, with_help};
+use rsrs_pipeline::provenance;
+use rsrs_pipeline::sweep::folder;
+use rsrs_pipeline::sweep::result::SweepResult;
+use rsrs_pipeline::sweep::settling;
+use rsrs_pipeline::wording::counted;
 
 /// Write one replicate of a sweep as a bag: the very run, with all its topics.
 ///
@@ -72,18 +73,17 @@ struct Summary {
 /// If the folder is not a sweep's, the cell or the replicate is not in it, or the bag exists or
 /// cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let result = result_folder::read(&arguments.folder)?;
+    let result = folder::read(&arguments.folder)?;
     let (index, (cell, conditions)) = find(&result, arguments)?;
     let record = record(&result, conditions, arguments.replicate);
-    let (written, trajectory) =
-        episode_bag::write(&arguments.output, &record).map_err(|error| {
-            let message = error.to_string();
-            let help = match &error {
-                EpisodeError::Bag(error) => error.help(),
-                EpisodeError::Placement(_) => None,
-            };
-            explained(error, message, help)
-        })?;
+    let (written, trajectory) = episode::write(&arguments.output, &record).map_err(|error| {
+        let message = error.to_string();
+        let help = match &error {
+            EpisodeError::Bag(error) => error.help(),
+            EpisodeError::Placement(_) => None,
+        };
+        explained(error, message, help)
+    })?;
     let verdict = label(&trajectory, &record.conditions.bodies())
         .context("the sweep has judged this replicate, and now it cannot be judged")?;
     let summary = Summary {
@@ -96,7 +96,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         n_robots: verdict.n_robots,
         duration_s: verdict.duration_s,
         n_messages: written.n_messages,
-        settling: settling::of_cell(&result.source, index, threads(None))?,
+        settling: settling::of_cell(&result.source, index, execution(None)?)?,
     };
     report(arguments.format, &summary, &text(&summary))?;
     Ok(Outcome::Done)

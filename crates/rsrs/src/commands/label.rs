@@ -13,11 +13,11 @@ use rsrs_core::trajectory::Bodies;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use crate::human_labels::{self, HumanLabel};
-use crate::labelling::{CutRun, LabelOptions, Labelled, label_bag};
-use crate::recorded_run;
-use crate::run_matching::{LABEL, refuse};
-use crate::sweep_source::read_profile;
+use rsrs_pipeline::compare::run_matching::{LABEL, refuse};
+use rsrs_pipeline::label::human_labels::{self, HumanLabel};
+use rsrs_pipeline::label::{CutRun, LabelOptions, Labelled, label_bag};
+use rsrs_pipeline::recorded_run;
+use rsrs_pipeline::sweep::source::read_profile;
 
 /// Label bags with the phase that their swarm settled into.
 ///

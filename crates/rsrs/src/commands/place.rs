@@ -9,10 +9,11 @@ use rsrs_fleet::record::Backend;
 use rsrs_view::placement::PlacementPicture;
 
 use crate::commands::{Format, report};
-use crate::failure::{Outcome, with_help};
-use crate::files::write_file;
-use crate::picture::PNG_WIDTH_PX;
-use crate::start_poses::{StartPose, StartPoses};
+use crate::failure::Outcome;
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::files::write_file;
+use rsrs_pipeline::picture::PNG_WIDTH_PX;
+use rsrs_pipeline::run::start_poses::{StartPose, StartPoses};
 
 /// Print start poses for the floor, as a table and a picture.
 ///

@@ -14,7 +14,7 @@ use rsrs_ros::logging::{self, Level};
 use crate::commands::{Format, runtime};
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
-use crate::recorded_run;
+use rsrs_pipeline::recorded_run;
 
 /// Publish a bag on the network, or feed it to the controller or the judge.
 ///

@@ -12,17 +12,18 @@ use rsrs_view::trajectory::{TrajectoryPicture, svg};
 use serde::Serialize;
 
 use crate::commands::{Format, report};
-use crate::comparing::compare;
-use crate::comparison_report::{ComparedBag, ComparedCell, Report as Comparison};
-use crate::failure::{Outcome, in_one_line, with_help};
-use crate::files::write_file;
+use crate::failure::Outcome;
 use crate::labelled_bags::LabelledBags;
-use crate::labelling::{LabelOptions, Labelled, judge};
-use crate::picture::{self, DiagramOptions};
-use crate::provenance;
-use crate::result_folder;
-use crate::sweep_result::SweepResult;
-use crate::wording::{counted, size};
+use rsrs_pipeline::compare::compare;
+use rsrs_pipeline::compare::report::{ComparedBag, ComparedCell, Report as Comparison};
+use rsrs_pipeline::error::{in_one_line, with_help};
+use rsrs_pipeline::files::write_file;
+use rsrs_pipeline::label::{LabelOptions, Labelled, judge};
+use rsrs_pipeline::picture::{self, DiagramOptions};
+use rsrs_pipeline::provenance;
+use rsrs_pipeline::sweep::folder;
+use rsrs_pipeline::sweep::result::SweepResult;
+use rsrs_pipeline::wording::{counted, size};
 
 /// Write one HTML file with the diagram, the chosen cell, every run from above, and the comparison.
 ///
@@ -67,9 +68,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             "name the report `-o report.html`",
         ));
     }
-    let result = result_folder::read(&arguments.folder)?;
-    let choice = result_folder::read_choice(&arguments.folder)?;
-    let comparison = compare(&arguments.folder, &arguments.runs)?;
+    let result = folder::read(&arguments.folder)?;
+    let choice = folder::read_choice(&arguments.folder)?;
+    let comparison = compare(&arguments.folder, &arguments.runs.clone().into())?;
     let html = page(&arguments.folder, (&result, choice.as_ref()), &comparison)?;
     write_file(&arguments.output, html.as_bytes())?;
     let n_bytes = html.len() as u64;
@@ -77,7 +78,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let runs = counted(summary.comparison.bags.len() as u64, "run");
     let said = format!("{}: {runs}, {}", arguments.output.display(), size(n_bytes));
     report(arguments.format, &summary, &said)?;
-    Ok(summary.comparison.outcome())
+    Ok(summary.comparison.verdict.into())
 }
 
 fn page(

@@ -10,14 +10,16 @@ use rsrs_ros::logging::{self, Level};
 use rsrs_ros::session::SessionOptions;
 
 use crate::commands::{Backend, Format, report, runtime};
-use crate::failure::{Outcome, with_help};
+use crate::experiment_bar::TerminalOperator;
+use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use crate::interrupt::asked_to_stop;
 use crate::notes::print_note;
-use crate::own_network::OwnNetwork;
-use crate::recording_gaps;
-use crate::running::{RunSummary, on_simulated_fleet, watched};
-use crate::simulated_fleet::SimulatedFleet;
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::run::own_network::OwnNetwork;
+use rsrs_pipeline::run::recording_gaps;
+use rsrs_pipeline::run::simulated_fleet::SimulatedFleet;
+use rsrs_pipeline::run::{RunSummary, on_simulated_fleet, watched};
 
 /// Run one experiment over ROS 2, and record it.
 ///
@@ -114,13 +116,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 /// If a process cannot be started or the network cannot be used.
 async fn simulated(plan: &Plan, network: &OwnNetwork) -> anyhow::Result<RunSummary> {
     let mut fleet = SimulatedFleet::start(network, &plan.record.robots)?;
-    let summary = on_simulated_fleet(plan, network, &mut fleet).await;
+    let summary = on_simulated_fleet(plan, network, &mut fleet, &TerminalOperator).await;
     fleet.stop().await?;
     summary
 }
 
 async fn on_fleet(plan: &Plan, network: &SessionOptions) -> anyhow::Result<RunSummary> {
-    watched(plan, network, asked_to_stop()).await
+    watched(plan, network, asked_to_stop(), &TerminalOperator).await
 }
 
 fn finish(format: Format, summary: &RunSummary) -> anyhow::Result<Outcome> {

@@ -8,18 +8,19 @@ use rsrs_core::diagram::DiagramCell;
 use rsrs_core::phase::Phase;
 use serde::Serialize;
 
-use crate::ablation::{Ablation, REPLICATES, ablate, best_as_measured};
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::notes::print_note;
-use crate::progress::threads;
-use crate::settling;
-use crate::shard::Shard;
+use crate::progress::execution;
 use crate::sweep_report::SweepReport;
-use crate::sweep_result::SweepResult;
-use crate::sweep_source::ResolvedSweep;
-use crate::sweeping::{sweep_into, sweep_shard};
-use crate::wording::counted;
+use rsrs_pipeline::execution::Execution;
+use rsrs_pipeline::sweep::ablation::{Ablation, REPLICATES, ablate, best_as_measured};
+use rsrs_pipeline::sweep::result::SweepResult;
+use rsrs_pipeline::sweep::settling;
+use rsrs_pipeline::sweep::shard::Shard;
+use rsrs_pipeline::sweep::source::ResolvedSweep;
+use rsrs_pipeline::sweep::{sweep_into, sweep_shard};
+use rsrs_pipeline::wording::counted;
 
 /// Simulate every cell of a sweep into a phase diagram.
 ///
@@ -87,18 +88,18 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         source.sweep.check(&name)?;
     }
     warn_of_lost_capabilities(&source);
-    let n_threads = threads(arguments.threads);
+    let execution = execution(arguments.threads)?;
     if let Some(shard) = arguments.shard {
-        return run_shard(arguments, (&name, &source), (shard, n_threads));
+        return run_shard(arguments, (&name, &source), (shard, execution));
     }
-    let result = sweep_into(&arguments.output, (&name, source), n_threads)?;
-    let (n_edge, unsettled) = settling::at_edge(&result, n_threads)?;
+    let result = sweep_into(&arguments.output, (&name, source), execution)?;
+    let (n_edge, unsettled) = settling::at_edge(&result, execution)?;
     if let Some(warning) = settling::warning(&arguments.output, (n_edge, &unsettled)) {
         print_note(&format!("warning: {warning}"));
     }
     let mut summary = SweepReport::of(&arguments.output, &result);
     summary.unsettled_edge = unsettled;
-    summary.factors = factors_that_stop_it(&result, n_threads)?;
+    summary.factors = factors_that_stop_it(&result, execution)?;
     report(arguments.format, &summary, &summary.to_string())?;
     Ok(Outcome::Done)
 }
@@ -116,13 +117,13 @@ fn warn_of_lost_capabilities(source: &ResolvedSweep) {
 /// Which factors make the cell worse that mills most often as measured, where no cell mills in most runs.
 fn factors_that_stop_it(
     result: &SweepResult,
-    n_threads: usize,
+    execution: Execution<'_>,
 ) -> anyhow::Result<Option<Ablation>> {
     let mills = |entry: &DiagramCell| entry.counts.share(Phase::StableMilling) >= 0.5;
     if result.diagram.cells.iter().any(mills) {
         return Ok(None);
     }
-    let runs = (REPLICATES.min(result.source.sweep.replicates), n_threads);
+    let runs = (REPLICATES.min(result.source.sweep.replicates), execution);
     match best_as_measured(&result.source, runs)? {
         Some(cell) => ablate(&result.source, &cell, runs),
         None => Ok(None),
@@ -132,10 +133,10 @@ fn factors_that_stop_it(
 fn run_shard(
     arguments: &Arguments,
     source: (&str, &ResolvedSweep),
-    (shard, n_threads): (Shard, usize),
+    (shard, execution): (Shard, Execution<'_>),
 ) -> anyhow::Result<Outcome> {
     let folder = arguments.output.clone();
-    let runs = sweep_shard(&folder, source, (shard, n_threads))?;
+    let runs = sweep_shard(&folder, source, (shard, execution))?;
     let text = match runs {
         Some(runs) => format!(
             "shard {shard}: {}\nnext, with all shards in one place: rsrs merge {} … -o DIR",

@@ -15,13 +15,14 @@ use rsrs_core::trial::{DrivenTrial, detection_trials};
 use rsrs_sim::reach::{ReachOptions, smallest_factors, validate};
 
 use crate::commands::{Format, report};
-use crate::failure::{Outcome, explained, with_help};
-use crate::provenance::Provenance;
-use crate::result_folder;
-use crate::sweep_result::SweepResult;
-use crate::sweep_source::ResolvedSweep;
-use crate::trial_files::{Trajectories, table, trajectories};
-use crate::validation_file::{Answer, Judged};
+use crate::failure::Outcome;
+use rsrs_pipeline::error::{explained, with_help};
+use rsrs_pipeline::measure::trial_files::{Trajectories, table, trajectories};
+use rsrs_pipeline::provenance::Provenance;
+use rsrs_pipeline::sweep::folder;
+use rsrs_pipeline::sweep::result::SweepResult;
+use rsrs_pipeline::sweep::source::ResolvedSweep;
+use rsrs_pipeline::validation_file::{Answer, Judged};
 
 /// Check that the simulated robot is worse than the real ones: step 2 of the method.
 ///
@@ -88,8 +89,7 @@ struct Case {
 ///
 /// If a file is wrong, or the sweep has several simulated robots and `--at` does not say which.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let swept =
-        if arguments.sweep.is_dir() { Some(result_folder::read(&arguments.sweep)?) } else { None };
+    let swept = if arguments.sweep.is_dir() { Some(folder::read(&arguments.sweep)?) } else { None };
     let source = match &swept {
         Some(swept) => swept.source.clone(),
         None => ResolvedSweep::read(&arguments.sweep)?,
@@ -114,7 +114,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 /// Makes the answer known to the sweep: beside its files, and on its picture.
 fn note(folder: &Path, swept: &SweepResult, answer: &Answer) -> anyhow::Result<()> {
     answer.write(folder)?;
-    result_folder::draw(folder, swept)
+    folder::draw(folder, swept)
 }
 
 fn case(arguments: &Arguments, source: ResolvedSweep) -> anyhow::Result<Case> {

@@ -9,10 +9,10 @@ use serde::Serialize;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use crate::human_labels::{self, HumanLabel};
-use crate::recorded_run;
 use crate::table_text::columns;
-use crate::wording::{count, counted, moment, size};
+use rsrs_pipeline::label::human_labels::{self, HumanLabel};
+use rsrs_pipeline::recorded_run;
+use rsrs_pipeline::wording::{count, counted, moment, size};
 
 /// Say what is in a bag: topics, times, the experiment, labels, and where it breaks off.
 ///

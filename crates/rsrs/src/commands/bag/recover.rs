@@ -7,9 +7,10 @@ use rsrs_bags::{BagError, Loss, LossKind, Recovered, recover, recover_into};
 use serde::Serialize;
 
 use crate::commands::{Format, report};
-use crate::failure::{Outcome, explained};
-use crate::human_labels;
-use crate::wording::{count, counted, moment, size};
+use crate::failure::Outcome;
+use rsrs_pipeline::error::explained;
+use rsrs_pipeline::label::human_labels;
+use rsrs_pipeline::wording::{count, counted, moment, size};
 
 /// Save what can be saved of a bag that was cut, damaged or never closed.
 ///

@@ -10,16 +10,17 @@ use super::Item;
 use super::folder::{BAG, CampaignFolder, counts};
 use super::manifest::Manifest;
 use super::prompt::{Answer, Prompt};
-use crate::failure::with_help;
-use crate::files::write_file;
+use crate::experiment_bar::TerminalOperator;
 use crate::interrupt::asked_to_stop;
 use crate::notes::print_note;
-use crate::own_network::OwnNetwork;
-use crate::place_command::{PlacedRobot, WantedPlacement};
-use crate::recording_gaps;
-use crate::running::{RunSummary, on_simulated_fleet, watched};
-use crate::simulated_fleet::SimulatedFleet;
-use crate::start_poses::StartPoses;
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::files::write_file;
+use rsrs_pipeline::run::own_network::OwnNetwork;
+use rsrs_pipeline::run::place_command::{PlacedRobot, WantedPlacement};
+use rsrs_pipeline::run::recording_gaps;
+use rsrs_pipeline::run::simulated_fleet::SimulatedFleet;
+use rsrs_pipeline::run::start_poses::StartPoses;
+use rsrs_pipeline::run::{RunSummary, on_simulated_fleet, watched};
 
 /// Where the robots are.
 pub enum RunTarget {
@@ -153,7 +154,9 @@ impl<'a> Conductor<'a> {
 
     async fn run(&mut self, plan: &Plan) -> anyhow::Result<RunSummary> {
         let (network, fleet) = match &mut self.floor {
-            RunTarget::Fleet { network } => return watched(plan, network, asked_to_stop()).await,
+            RunTarget::Fleet { network } => {
+                return watched(plan, network, asked_to_stop(), &TerminalOperator).await;
+            }
             RunTarget::Simulator { network, fleet } => (network, fleet),
         };
         let robots = &plan.record.robots;
@@ -164,7 +167,7 @@ impl<'a> Conductor<'a> {
             *fleet = Some(Box::new((robots.clone(), SimulatedFleet::start(network, robots)?)));
         }
         let fleet = fleet.as_mut().expect("it was started above");
-        on_simulated_fleet(plan, network, &mut fleet.1).await
+        on_simulated_fleet(plan, network, &mut fleet.1, &TerminalOperator).await
     }
 
     /// Makes an experiment of a run that has ended, or keeps what there is of it aside.

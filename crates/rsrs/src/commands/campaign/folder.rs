@@ -13,10 +13,11 @@ use serde::{Deserialize, Serialize};
 
 use super::manifest::{self, MANIFEST, Manifest, write_whole};
 use super::{Item, identity};
-use crate::failure::{in_one_line, with_help};
-use crate::files::{read_text, write_file};
-use crate::labelling::{LabelOptions, label_bag};
-use crate::{recorded_run, recording_gaps};
+use rsrs_pipeline::error::{in_one_line, with_help};
+use rsrs_pipeline::files::{read_text, write_file};
+use rsrs_pipeline::label::{LabelOptions, label_bag};
+use rsrs_pipeline::recorded_run;
+use rsrs_pipeline::run::recording_gaps;
 
 const LOCK: &str = "campaign.lock";
 const STATE: &str = "campaign.json";

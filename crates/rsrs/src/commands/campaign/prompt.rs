@@ -2,10 +2,11 @@
 
 use tokio::sync::mpsc::UnboundedReceiver;
 
+use crate::experiment_bar::TerminalOperator;
 use crate::interrupt::asked_to_stop;
 use crate::keyboard;
 use crate::notes::print_note;
-use crate::place_command::{self, WantedPlacement};
+use rsrs_pipeline::run::place_command::{self, WantedPlacement};
 
 /// Who is asked before a run starts.
 pub enum Prompt {
@@ -63,7 +64,7 @@ impl Prompt {
     pub async fn ask(&mut self, what: &str, wanted: &WantedPlacement) -> anyhow::Result<Answer> {
         print_note(what);
         if let Self::Program(program) = self {
-            place_command::place(program, wanted).await?;
+            place_command::place(program, wanted, &TerminalOperator).await?;
             return Ok(Answer::Start);
         }
         Ok(self.ask_person().await)

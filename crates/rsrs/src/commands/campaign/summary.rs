@@ -8,9 +8,9 @@ use serde::Serialize;
 
 use super::Item;
 use super::folder::{BAG, CampaignFolder};
-use crate::recording_gaps::{self, Gap};
 use crate::table_text::columns;
-use crate::wording::{count, counted};
+use rsrs_pipeline::run::recording_gaps::{self, Gap};
+use rsrs_pipeline::wording::{count, counted};
 
 /// What a campaign has come to.
 #[derive(Serialize)]

@@ -9,9 +9,10 @@ use rsrs_core::phase::Phase;
 use serde::Serialize;
 
 use crate::commands::{Format, report};
-use crate::failure::{Outcome, in_one_line, with_help};
-use crate::human_labels::{self, HumanLabel, JUDGE};
-use crate::labelling::{LabelOptions, label_bag};
+use crate::failure::Outcome;
+use rsrs_pipeline::error::{in_one_line, with_help};
+use rsrs_pipeline::label::human_labels::{self, HumanLabel, JUDGE};
+use rsrs_pipeline::label::{LabelOptions, label_bag};
 
 /// How far everybody agrees.
 #[derive(Serialize)]

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use rsrs_core::certainty::Certainty;
 
-use crate::labelling::{Labelled, RunPart};
+use rsrs_pipeline::label::{Labelled, RunPart};
 
 /// What the judge says of a bag: the label, and below it what else there is to know.
 pub fn judged(labelled: &Labelled) -> String {

@@ -19,10 +19,10 @@ use rsrs_fleet::record;
 
 use crate::commands::{Backend, Format, report, runtime};
 use crate::failure::Outcome;
-use crate::running::RunSummary;
 use operator::Ready;
 use placing::Placing;
 use result::TrialResult;
+use rsrs_pipeline::run::RunSummary;
 use trial_nodes::{RunTarget, TrialNodes};
 
 /// Drive one trial, or all trials of a plan, recorded in bags: a robot moves by one constant command,

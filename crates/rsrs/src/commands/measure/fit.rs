@@ -15,9 +15,10 @@ use rsrs_view::sensor::{self, SensorPicture};
 use serde::Serialize;
 
 use crate::commands::{Format, report};
-use crate::failure::{Outcome, explained};
-use crate::files::write_file;
-use crate::picture::PNG_WIDTH_PX;
+use crate::failure::Outcome;
+use rsrs_pipeline::error::explained;
+use rsrs_pipeline::files::write_file;
+use rsrs_pipeline::picture::PNG_WIDTH_PX;
 use sources::Sources;
 
 /// Fit a profile to trials: every number with its interval and where it comes from.

@@ -7,8 +7,9 @@ use rsrs_core::plan::{Plan, PlanRequest};
 use rsrs_fleet::fleet_file::FleetFile;
 
 use crate::commands::{Format, report};
-use crate::failure::{Outcome, explained, with_help};
-use crate::files::{read_text, write_file};
+use crate::failure::Outcome;
+use rsrs_pipeline::error::{explained, with_help};
+use rsrs_pipeline::files::{read_text, write_file};
 
 /// List the trials that are worth running, and make the tables to fill in.
 ///

@@ -14,9 +14,10 @@ use rsrs_msgs::{RosMessage, cdr, topics};
 use serde::Serialize;
 
 use crate::commands::{Format, report};
-use crate::failure::{Outcome, with_help};
-use crate::recorded_run;
-use crate::wording::{count, counted};
+use crate::failure::Outcome;
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::recorded_run;
+use rsrs_pipeline::wording::{count, counted};
 
 /// What came of it.
 #[derive(Serialize)]

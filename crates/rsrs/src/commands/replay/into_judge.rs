@@ -9,10 +9,11 @@ use rsrs_core::phase::Phase;
 use serde::{Deserialize, Serialize};
 
 use crate::commands::{Format, report};
-use crate::failure::{Outcome, with_help};
-use crate::human_labels::JUDGE;
-use crate::labelling::{LabelOptions, Labelled, label_bag};
+use crate::failure::Outcome;
 use crate::table_text::columns;
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::label::human_labels::JUDGE;
+use rsrs_pipeline::label::{LabelOptions, Labelled, label_bag};
 
 /// The label beside a bag, as a campaign leaves it.
 const LABEL: &str = "label.json";

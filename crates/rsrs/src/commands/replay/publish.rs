@@ -18,9 +18,10 @@ use super::Pace;
 use super::controls::{Controls, KEYS, PlayerKey};
 use super::selection::{Selected, Selection};
 use crate::commands::{Format, report};
-use crate::failure::{Outcome, with_help};
+use crate::failure::Outcome;
 use crate::notes::print_note;
-use crate::wording::{count, counted};
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::wording::{count, counted};
 
 /// How often `/clock` says the time between messages.
 const CLOCK_PERIOD: Duration = Duration::from_millis(25);

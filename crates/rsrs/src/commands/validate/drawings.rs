@@ -11,9 +11,9 @@ use rsrs_view::sensor::{self, SensorPicture};
 
 use super::Case;
 use super::text::commands;
-use crate::files::write_file;
-use crate::picture::PNG_WIDTH_PX;
-use crate::validation_file::Answer;
+use rsrs_pipeline::files::write_file;
+use rsrs_pipeline::picture::PNG_WIDTH_PX;
+use rsrs_pipeline::validation_file::Answer;
 
 /// Draws the tubes as `reach_1`, `reach_2` …, and the sensor where detections are known; as SVG and
 /// PNG. Of drives whose command changed, which may be many, those outside are drawn.

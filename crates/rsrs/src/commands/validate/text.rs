@@ -6,7 +6,7 @@ use rsrs_core::validation::{Exit, LEVEL, TrialPlace, Validation};
 use rsrs_core::variance::Estimate;
 
 use crate::table_text::columns;
-use crate::validation_file::{Answer, Turning};
+use rsrs_pipeline::validation_file::{Answer, Turning};
 
 /// The report of an answer.
 pub fn text(answer: &Answer) -> String {

@@ -10,8 +10,8 @@ use rsrs_core::controller::ControllerParameters;
 use rsrs_experiment_runner::plan::Plan;
 
 use super::result::{Motion, Source, TrialResult};
-use crate::failure::with_help;
 use crate::interrupt::asked_to_stop;
+use rsrs_pipeline::error::with_help;
 
 /// Asks on standard error for what the robot did, and reads the answers from standard input; a signal
 /// ends it.

@@ -8,8 +8,9 @@ use rsrs_fleet::fleet_file::FleetFile;
 use super::Arguments;
 use super::operator::{self, Ready};
 use crate::commands::Backend;
-use crate::files::read_text;
-use crate::place_command::{self, PlacedRobot, WantedPlacement};
+use crate::experiment_bar::TerminalOperator;
+use rsrs_pipeline::files::read_text;
+use rsrs_pipeline::run::place_command::{self, PlacedRobot, WantedPlacement};
 
 /// Who places robots before a trial.
 pub enum Placing {
@@ -59,7 +60,8 @@ impl Placing {
                 Ok(Ready::Go)
             }
             (Self::Program { program, robots }, _) => {
-                place_command::place(program, &wanted((robot, robots), trial)?).await?;
+                let wanted = wanted((robot, robots), trial)?;
+                place_command::place(program, &wanted, &TerminalOperator).await?;
                 Ok(Ready::Go)
             }
             (Self::Person { .. }, _) => operator::ready(&words(robot, trial)).await,

@@ -15,8 +15,9 @@ use super::trial_nodes::{RunTarget, TrialNodes};
 use super::trial_table::{Kind, Todo, TrialTable};
 use super::{Arguments, made, usual_request};
 use crate::commands::{report, runtime};
-use crate::failure::{Outcome, with_help};
+use crate::failure::Outcome;
 use crate::notes::print_note;
+use rsrs_pipeline::error::with_help;
 
 /// A trial in which commands pause is made again at once, up to this often in all; after that the same
 /// command makes it again.

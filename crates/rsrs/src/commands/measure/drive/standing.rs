@@ -4,8 +4,8 @@ use rsrs_experiment_runner::plan::Plan;
 
 use super::trial_nodes::TrialNodes;
 use crate::notes::print_note;
-use crate::running::RunSummary;
-use crate::sensor_readings::{self, Readings};
+use rsrs_pipeline::measure::sensor_readings::{self, Readings};
+use rsrs_pipeline::run::RunSummary;
 
 /// Makes one trial, and counts the readings in its bag.
 ///

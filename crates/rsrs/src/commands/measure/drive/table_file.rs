@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 
-use crate::failure::with_help;
-use crate::lock_file::try_lock;
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::files::lock_file::try_lock;
 
 /// How long a row waits for another process that adds one, which takes milliseconds.
 pub const PATIENCE: Duration = Duration::from_secs(10);

@@ -9,14 +9,15 @@ use rsrs_ros::logging::{self, Level};
 use rsrs_ros::session::SessionOptions;
 
 use crate::commands::Backend;
-use crate::failure::with_help;
+use crate::experiment_bar::TerminalOperator;
 use crate::fleet_network::chosen_network;
 use crate::interrupt::asked_to_stop;
-use crate::node_process::NodeProcess;
 use crate::notes::print_note;
-use crate::own_network::OwnNetwork;
-use crate::running::{RunSummary, on_simulated_fleet, watched};
-use crate::simulated_fleet::{CONSTANT, SimulatedFleet};
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::run::node_process::NodeProcess;
+use rsrs_pipeline::run::own_network::OwnNetwork;
+use rsrs_pipeline::run::simulated_fleet::{CONSTANT, SimulatedFleet};
+use rsrs_pipeline::run::{RunSummary, on_simulated_fleet, watched};
 
 /// Where trials are driven.
 pub enum RunTarget {
@@ -92,7 +93,9 @@ impl<'a> TrialNodes<'a> {
     /// If the network cannot be used, or the run was not completed.
     pub async fn conduct(&mut self, plan: &Plan) -> anyhow::Result<RunSummary> {
         let summary = match self {
-            Self::Simulated(network, fleet) => on_simulated_fleet(plan, network, fleet).await,
+            Self::Simulated(network, fleet) => {
+                on_simulated_fleet(plan, network, fleet, &TerminalOperator).await
+            }
             Self::Real(network, controller) => {
                 let stop = async {
                     tokio::select! {
@@ -100,7 +103,7 @@ impl<'a> TrialNodes<'a> {
                         reason = controller.ended() => reason,
                     }
                 };
-                watched(plan, network, stop).await
+                watched(plan, network, stop, &TerminalOperator).await
             }
         }?;
         completed(plan, &summary)?;

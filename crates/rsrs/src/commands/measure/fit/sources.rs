@@ -11,10 +11,10 @@ use rsrs_core::trial::{
 };
 
 use super::Arguments;
-use crate::bag_trials::{self, BagTrials};
-use crate::failure::with_help;
-use crate::trial_files::{Trajectories, table, trajectories};
-use crate::wording::names;
+use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::measure::bag_trials::{self, BagTrials};
+use rsrs_pipeline::measure::trial_files::{Trajectories, table, trajectories};
+use rsrs_pipeline::wording::names;
 
 /// All trials of a fit.
 pub struct Sources {

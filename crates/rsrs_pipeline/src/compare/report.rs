@@ -1,0 +1,300 @@
+//! What a comparison says.
+
+mod text;
+
+use std::path::PathBuf;
+
+use rsrs_core::axis::Cell;
+use rsrs_core::comparison::{CellComparison, CellRuns, Comparison, Tally, Verdict};
+use rsrs_core::diagram::PhaseCounts;
+use rsrs_core::next_experiment::NextStep;
+use rsrs_core::phase::Phase;
+use rsrs_core::pooled::Pooled;
+use rsrs_fleet::record::{Backend, Ending, EndingKind, LostRobot};
+use rsrs_view::diagram::ExperimentMark;
+use serde::Serialize;
+
+use crate::compare::run_matching::Admitted;
+use crate::label::Labelled;
+use crate::label::human_labels::JUDGE;
+
+/// Recorded runs, held against a sweep.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// What follows from all runs together.
+    pub verdict: Verdict,
+    /// What it means, or rests on, in a few words.
+    pub summary: String,
+    /// All runs of all cells together, on which the verdict rests.
+    pub pooled: Pooled,
+    /// If undecided: further real runs that would support the claim if all of them mill; `null` also if
+    /// no number that a laboratory runs would.
+    pub further_runs: Option<u64>,
+    /// Who labelled the runs.
+    pub labels: String,
+    /// Cell by cell, in the order of the sweep.
+    pub cells: Vec<ComparedCell>,
+    /// Run by run, beside the phase that most simulated runs ended in.
+    pub tally: Tally,
+    /// The runs that count.
+    pub bags: Vec<ComparedBag>,
+    /// The runs that do not.
+    pub not_counted: Vec<NotCounted>,
+    /// What a reader must know besides.
+    pub notes: Vec<String>,
+    /// The experiment that would tell most, or back to the robots.
+    pub next: NextStep,
+}
+
+/// One cell, compared.
+#[derive(Clone, Debug, Serialize)]
+pub struct ComparedCell {
+    /// The cell.
+    pub cell: Cell,
+    /// What follows from its runs alone, corrected for the number of cells; violated only if all cells
+    /// together are.
+    pub verdict: Verdict,
+    /// Number of real runs.
+    pub n_real: u64,
+    /// Share of real runs in stable milling.
+    pub b_r: f64,
+    /// Lower bound of its 95 % interval.
+    pub b_r_low: f64,
+    /// Upper bound.
+    pub b_r_high: f64,
+    /// How real runs ended.
+    pub real: PhaseCounts,
+    /// Number of simulated runs.
+    pub n_simulated: u64,
+    /// Share of simulated runs in stable milling.
+    pub b_s: f64,
+    /// Lower bound of its 95 % interval.
+    pub b_s_low: f64,
+    /// Upper bound.
+    pub b_s_high: f64,
+    /// How simulated runs ended.
+    pub simulated: PhaseCounts,
+    /// Whether the simulated runs are fresh ones, which did not choose the cell.
+    pub is_confirmed: bool,
+    /// Probability of so few real mills if real robots milled as often as simulated ones; exact for a
+    /// number of runs that was fixed before the first.
+    pub p_value: f64,
+    /// The same, corrected for the number of cells.
+    pub p_corrected: f64,
+    /// Posterior probability that `B_r >= B_s - margin`.
+    pub p_supported: f64,
+    /// Evidence that `B_r < B_s`, however often one looked.
+    pub e_violated: f64,
+    /// Its inverse, at most 1, corrected for the number of cells.
+    pub p_violated: f64,
+    /// Evidence that `B_r >= B_s - margin`, however often one looked.
+    pub e_supported: f64,
+    /// Its inverse, at most 1, corrected for the number of cells.
+    pub p_not_supported: f64,
+    /// If undecided: further real runs that would support the claim if all of them mill.
+    pub further_runs: Option<u64>,
+}
+
+/// One run that counts.
+#[derive(Clone, Debug, Serialize)]
+pub struct ComparedBag {
+    /// Its cell.
+    pub cell: Cell,
+    /// Its label.
+    #[serde(flatten)]
+    pub labelled: Labelled,
+}
+
+/// One run that does not count.
+#[derive(Clone, Debug, Serialize)]
+pub struct NotCounted {
+    /// Its bag.
+    pub bag: PathBuf,
+    /// How it ended: `void`, `aborted` or `failed`.
+    pub ending: &'static str,
+    /// The cause that was recorded at its end.
+    pub reason: String,
+    /// Robots that did not take part to the end.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lost_robots: Vec<LostRobot>,
+}
+
+impl NotCounted {
+    fn of(run: Admitted) -> Self {
+        let Ending { kind, reason, lost } = run.ending;
+        let causes: Vec<String> = (!reason.is_empty())
+            .then_some(reason)
+            .into_iter()
+            .chain(lost.iter().map(ToString::to_string))
+            .collect();
+        Self { bag: run.bag, ending: kind.key(), reason: causes.join("; "), lost_robots: lost }
+    }
+}
+
+/// Simulated runs of one cell.
+#[derive(Clone, Copy, Debug)]
+pub struct Simulated {
+    /// How they ended.
+    pub phases: PhaseCounts,
+    /// Whether they are fresh ones, which did not choose the cell.
+    pub is_confirmed: bool,
+}
+
+/// The runs of a comparison.
+#[derive(Clone, Debug)]
+pub struct Runs {
+    /// Those that count, with cell and label.
+    pub counted: Vec<(Cell, Admitted, Labelled)>,
+    /// Those that do not.
+    pub others: Vec<Admitted>,
+}
+
+impl Report {
+    /// Gathers what a comparison says.
+    ///
+    /// # Arguments
+    ///
+    /// * `comparison` — the statistics.
+    /// * `cells` — what they rest on, cell by cell; shape `[n_cells]` each.
+    /// * `runs` — the runs behind it.
+    /// * `next` — what to do next.
+    pub fn new(
+        comparison: &Comparison,
+        (cells, simulated): (&[CellRuns], &[Simulated]),
+        runs: Runs,
+        next: NextStep,
+    ) -> Self {
+        let compared = comparison.cells.iter().zip(cells.iter().zip(simulated));
+        let notes = notes(&runs);
+        let not_counted = runs.others.into_iter().map(NotCounted::of);
+        let bags =
+            runs.counted.into_iter().map(|(cell, _, labelled)| ComparedBag { cell, labelled });
+        Self {
+            verdict: comparison.verdict,
+            summary: summary(comparison),
+            pooled: comparison.pooled,
+            further_runs: comparison.further_runs,
+            labels: JUDGE.to_owned(),
+            cells: compared
+                .map(|(cell, (runs, simulated))| of_cell(cell, runs, *simulated))
+                .collect(),
+            tally: comparison.tally,
+            bags: bags.collect(),
+            not_counted: not_counted.collect(),
+            notes,
+            next,
+        }
+    }
+
+    /// The real runs as marks on a phase diagram.
+    pub fn marks(&self) -> Vec<ExperimentMark> {
+        let of_cell = |cell: &ComparedCell| {
+            let (place, real) = (cell.cell.clone(), cell.real);
+            Phase::ALL.into_iter().filter_map(move |phase| {
+                let n = real.get(phase);
+                (n > 0).then(|| ExperimentMark { cell: place.clone(), phase, n })
+            })
+        };
+        self.cells.iter().flat_map(of_cell).collect()
+    }
+}
+
+fn of_cell(cell: &CellComparison, runs: &CellRuns, simulated: Simulated) -> ComparedCell {
+    ComparedCell {
+        cell: cell.cell.clone(),
+        verdict: cell.verdict,
+        n_real: cell.real.n,
+        b_r: cell.real.value(),
+        b_r_low: cell.real_interval.low,
+        b_r_high: cell.real_interval.high,
+        real: runs.real,
+        n_simulated: cell.simulated.n,
+        b_s: cell.simulated.value(),
+        b_s_low: cell.simulated_interval.low,
+        b_s_high: cell.simulated_interval.high,
+        simulated: runs.simulated,
+        is_confirmed: simulated.is_confirmed,
+        p_value: cell.p_value,
+        p_corrected: cell.p_corrected,
+        p_supported: cell.p_supported,
+        e_violated: cell.e_violated,
+        p_violated: cell.p_violated,
+        e_supported: cell.e_supported,
+        p_not_supported: cell.p_not_supported,
+        further_runs: cell.further_runs,
+    }
+}
+
+fn summary(comparison: &Comparison) -> String {
+    let n_cells = comparison.cells.len();
+    match comparison.verdict {
+        Verdict::Violated if n_cells > 1 => {
+            let is_named = |cell: &&CellComparison| cell.verdict == Verdict::Violated;
+            let named = comparison.cells.iter().filter(is_named).count();
+            let where_ = match named {
+                0 => "no single one of which shows it alone".to_owned(),
+                n => format!("and {n} of them by themselves"),
+            };
+            format!(
+                "real robots mill less often than simulated ones in these {n_cells} cells together, \
+                 {where_}"
+            )
+        }
+        Verdict::Violated => "real robots mill less often than simulated ones".to_owned(),
+        Verdict::Supported => format!(
+            "averaged over the runs, real robots mill as often as simulated ones, or at most {:.0} \
+             percentage points less often",
+            100.0 * comparison.pooled.margin
+        ),
+        Verdict::Undecided if n_cells == 0 => "no run counts".to_owned(),
+        Verdict::Undecided => match comparison.further_runs {
+            Some(n) => format!(
+                "the runs do not say yet; {} would support the claim if every one of them mills",
+                counted(n, "further real run")
+            ),
+            None => "the runs do not say yet".to_owned(),
+        },
+    }
+}
+
+fn notes(runs: &Runs) -> Vec<String> {
+    let is_simulated =
+        |(_, run, _): &&(Cell, Admitted, Labelled)| run.record.backend == Backend::Simulator;
+    let n_simulated = runs.counted.iter().filter(is_simulated).count();
+    let mut notes = Vec::new();
+    if n_simulated > 0 {
+        notes.push(format!(
+            "in {n_simulated} of {} the simulator stood in for real robots",
+            counted(runs.counted.len() as u64, "run")
+        ));
+    }
+    let is_alone =
+        |(_, run, _): &&(Cell, Admitted, Labelled)| !run.record.controller_only.is_empty();
+    let n_alone = runs.counted.iter().filter(is_alone).count();
+    if n_alone > 0 {
+        notes.push(format!(
+            "in {n_alone} of {} the lease of some robots was their controller's only",
+            counted(runs.counted.len() as u64, "run")
+        ));
+    }
+    for (_, run, _) in &runs.counted {
+        let lost: Vec<String> = run.ending.lost.iter().map(ToString::to_string).collect();
+        if !lost.is_empty() {
+            notes.push(format!("{} counts, though {}", run.bag.display(), lost.join("; ")));
+        }
+    }
+    let is_left_out =
+        |run: &&Admitted| run.ending.kind == EndingKind::Completed && !run.ending.lost.is_empty();
+    let n_left_out = runs.others.iter().filter(is_left_out).count();
+    if n_left_out > 0 {
+        notes.push(format!(
+            "{} went on without a robot that was lost; `--with-lost-robots` counts such runs, too",
+            counted(n_left_out as u64, "run")
+        ));
+    }
+    notes
+}
+
+fn counted(n: u64, what: &str) -> String {
+    if n == 1 { format!("{n} {what}") } else { format!("{n} {what}s") }
+}

@@ -1,0 +1,211 @@
+//! A comparison as a person reads it.
+
+use std::fmt::{Display, Formatter, Result};
+
+use rsrs_core::comparison::{MOST_RUNS, SIGNIFICANCE, Tally, Verdict};
+use rsrs_core::diagram::PhaseCounts;
+use rsrs_core::next_experiment::{Experiment, NextStep};
+use rsrs_core::phase::Phase;
+
+use super::{ComparedCell, Report, counted};
+use crate::label::human_labels::JUDGE;
+
+impl Display for Report {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> Result {
+        writeln!(formatter, "claim: real robots mill at least as often as simulated ones")?;
+        if self.labels != JUDGE {
+            writeln!(
+                formatter,
+                "labels: {}, against simulated runs labelled by the judge",
+                self.labels
+            )?;
+        }
+        for cell in &self.cells {
+            self.write_cell(cell, formatter)?;
+        }
+        if !self.cells.is_empty() {
+            self.write_pooled(formatter)?;
+            let Tally { same, easier, harder } = self.tally;
+            writeln!(
+                formatter,
+                "run by run: {same} ended as most simulated runs did, {easier} closer to stable \
+                 milling, {harder} further from it"
+            )?;
+        }
+        for run in &self.not_counted {
+            let bag = run.bag.display();
+            writeln!(formatter, "not counted: {bag} ({}: {})", run.ending, run.reason)?;
+        }
+        for note in &self.notes {
+            writeln!(formatter, "note: {note}")?;
+        }
+        writeln!(formatter, "{}", self.verdict_in_words())?;
+        write!(formatter, "next: {}", self.next_in_words())
+    }
+}
+
+impl ComparedCell {
+    /// What follows from its runs, in a word.
+    pub fn verdict_in_a_word(&self) -> &'static str {
+        word(self.verdict)
+    }
+}
+
+impl Report {
+    /// What follows from all runs.
+    pub fn verdict_in_words(&self) -> String {
+        let error = match self.verdict {
+            Verdict::Undecided => String::new(),
+            Verdict::Violated | Verdict::Supported => format!(
+                "; said wrongly with a probability of at most {SIGNIFICANCE}, however often one looks"
+            ),
+        };
+        format!("verdict: {} ({}{error})", word(self.verdict), self.summary)
+    }
+
+    /// What to do next.
+    pub fn next_in_words(&self) -> String {
+        match &self.next {
+            NextStep::ReturnToStep1 { cell, b_r, b_s, .. } => format!(
+                "return to step 1 (`rsrs measure plan`): at {cell} {:.1} % of real and {:.1} % of simulated \
+                 runs mill, so the simulated robots are not worse than the real ones",
+                100.0 * b_r,
+                100.0 * b_s
+            ),
+            NextStep::Run(experiment) => format!(
+                "`rsrs run EXPERIMENT --from SWEEP --cell {}`, where one run is most informative ({:.3} bit); {}",
+                experiment.cell,
+                experiment.information_bits,
+                runs_that_decide(experiment)
+            ),
+            NextStep::Nothing => "no further run in a swept cell would tell more".to_owned(),
+        }
+    }
+
+    fn write_cell(&self, cell: &ComparedCell, formatter: &mut Formatter<'_>) -> Result {
+        writeln!(formatter, "{}", cell.cell)?;
+        let real = share([cell.b_r, cell.b_r_low, cell.b_r_high], (&cell.real, "run"));
+        writeln!(formatter, "  real       {real}")?;
+        for bag in self.bags.iter().filter(|bag| bag.cell == cell.cell) {
+            writeln!(formatter, "    {}: {}", bag.labelled.bag.display(), bag.labelled.phase)?;
+        }
+        let which = if cell.is_confirmed { "fresh run" } else { "run" };
+        let simulated = share([cell.b_s, cell.b_s_low, cell.b_s_high], (&cell.simulated, which));
+        writeln!(formatter, "  simulated  {simulated}")?;
+        writeln!(formatter, "  by itself  {}", by_itself(cell))
+    }
+
+    fn write_pooled(&self, formatter: &mut Formatter<'_>) -> Result {
+        let pooled = &self.pooled;
+        let percentage_points = format!("{:.0} percentage points", 100.0 * pooled.margin);
+        let decides = 1.0 / SIGNIFICANCE;
+        writeln!(
+            formatter,
+            "all runs: {} of {} milled, {:.1} expected if real robots mill as often as simulated ones",
+            pooled.n_milled,
+            counted(pooled.n_real, "run"),
+            pooled.n_expected
+        )?;
+        writeln!(
+            formatter,
+            "  evidence that they mill less often: {} (from {decides} on the claim is violated)",
+            evidence(pooled.e_violated)
+        )?;
+        writeln!(
+            formatter,
+            "  evidence that they mill as often, or at most {percentage_points} less often: {} (from \
+             {decides} on the claim is supported)",
+            evidence(pooled.e_supported)
+        )?;
+        match pooled.shortfall_at_most {
+            Some(short) => writeln!(
+                formatter,
+                "  as far as these runs say, they mill less often by at most {:.0} percentage points",
+                100.0 * short
+            )?,
+            None => {
+                writeln!(
+                    formatter,
+                    "  how much less often they may mill, these runs do not bound"
+                )?;
+            }
+        }
+        writeln!(
+            formatter,
+            "  chance of so few mills if both mill equally often: {} (exact if the number of runs was \
+             fixed before; for information)",
+            chance(pooled.p_value)
+        )
+    }
+}
+
+/// What a cell says by itself.
+fn by_itself(cell: &ComparedCell) -> String {
+    let word = word(cell.verdict);
+    let less =
+        format!("{:.1} % of real and {:.1} % of simulated", 100.0 * cell.b_r, 100.0 * cell.b_s);
+    match (cell.verdict, cell.further_runs) {
+        (Verdict::Violated, _) => format!("{word}: {less} runs mill"),
+        (Verdict::Undecided, Some(n)) => format!(
+            "{word}: {} would support the claim here if every one of them mills",
+            counted(n, "further real run")
+        ),
+        (Verdict::Undecided, None) | (Verdict::Supported, _) => word.to_owned(),
+    }
+}
+
+/// How many runs decide, and how surely.
+fn runs_that_decide(experiment: &Experiment) -> String {
+    match experiment.runs {
+        Some(n) => format!(
+            "{} there decide with a probability of {:.2}",
+            counted(n, "further real run"),
+            experiment.chance
+        ),
+        None => format!(
+            "even {MOST_RUNS} there decide with a probability of {:.2} only: real robots may mill less \
+             often by about as much as the margin, or too few simulated runs say how often theirs do",
+            experiment.chance
+        ),
+    }
+}
+
+fn evidence(e_value: f64) -> String {
+    match e_value {
+        great if great >= 1e4 => "over 10000".to_owned(),
+        small if small < 0.01 => "under 0.01".to_owned(),
+        e_value => format!("{e_value:.2}"),
+    }
+}
+
+/// How often a cell mills, and what else came of it.
+fn share(percents: [f64; 3], (phases, run): (&PhaseCounts, &str)) -> String {
+    let [share, low, high] = percents.map(|share| 100.0 * share);
+    let others: Vec<String> = Phase::ALL
+        .into_iter()
+        .filter(|phase| *phase != Phase::StableMilling && phases.get(*phase) > 0)
+        .map(|phase| format!("{} {phase}", phases.get(phase)))
+        .collect();
+    let others = if others.is_empty() {
+        String::new()
+    } else {
+        format!("; otherwise {}", others.join(", "))
+    };
+    format!(
+        "{} of {} milled: {share:.1} % (95 % interval {low:.1} to {high:.1} %){others}",
+        phases.get(Phase::StableMilling),
+        counted(phases.total(), run)
+    )
+}
+
+fn chance(probability: f64) -> String {
+    if probability < 0.001 { "under 0.001".to_owned() } else { format!("{probability:.3}") }
+}
+
+fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Violated => "violated",
+        Verdict::Supported => "supported",
+        Verdict::Undecided => "undecided",
+    }
+}

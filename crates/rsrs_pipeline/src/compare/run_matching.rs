@@ -1,0 +1,239 @@
+//! Which bags may be held against a sweep: those of the experiment that was simulated, each run
+//! once.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use rsrs_core::axis::{Axis, Cell};
+use rsrs_core::diagram::PhaseDiagram;
+use rsrs_core::operator_conditions::OperatorConditions;
+use rsrs_fleet::experiment::Time;
+use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord};
+use rsrs_sim::sweep::confirmation_seed;
+
+use crate::error::{help_of, in_one_line, with_help};
+use crate::recorded_run;
+use crate::sweep::result::SweepResult;
+
+/// A bag of a run that a swept cell stands for.
+#[derive(Clone, Debug)]
+pub struct Admitted {
+    /// The bag.
+    pub bag: PathBuf,
+    /// Index of its cell in the diagram.
+    pub cell: usize,
+    /// How the run was set up.
+    pub record: ExperimentRecord,
+    /// How it ended; only a completed run counts.
+    pub ending: Ending,
+}
+
+/// Reads what bags say of their runs, and refuses those that no swept cell stands for.
+///
+/// # Errors
+///
+/// If the sweep varies what nobody can tell of a real robot; else all bags that are refused, each
+/// with its reason.
+pub fn admit(result: &SweepResult, bags: &[PathBuf]) -> anyhow::Result<Vec<Admitted>> {
+    let matcher = RunMatcher::to(result)?;
+    let mut admitted: Vec<Admitted> = Vec::new();
+    let mut refusals = Vec::new();
+    for bag in bags {
+        let run = matcher.admit(bag).and_then(|run| {
+            refuse_repeated(&run, &admitted)?;
+            Ok(run)
+        });
+        match run {
+            Ok(run) => admitted.push(run),
+            Err(refusal) => refusals.push(refusal),
+        }
+    }
+    refuse(COMPARE, &refusals, bags.len())?;
+    Ok(admitted)
+}
+
+/// What cannot be done with bags, and what to do instead.
+#[derive(Clone, Copy, Debug)]
+pub struct Refusal {
+    what: &'static str,
+    help: &'static str,
+}
+
+/// Bags of other experiments.
+const COMPARE: Refusal = Refusal {
+    what: "compared with this sweep",
+    help: "leave such bags out, or compare them with the sweep that simulates their experiment",
+};
+
+/// Bags that the judge can say nothing of.
+pub const LABEL: Refusal = Refusal { what: "labelled", help: "leave such bags out" };
+
+/// Turns the reasons for which bags are refused into one error that has them all.
+///
+/// # Arguments
+///
+/// * `reasons` — one for each bag that is refused, naming it; none is no error.
+/// * `n_bags` — of how many.
+///
+/// # Errors
+///
+/// If there is a reason.
+pub fn refuse(refusal: Refusal, reasons: &[anyhow::Error], n_bags: usize) -> anyhow::Result<()> {
+    let Refusal { what, help } = refusal;
+    let lines: Vec<String> = reasons.iter().map(in_one_line).collect();
+    match reasons {
+        [] => Ok(()),
+        [only] => Err(with_help(
+            format!("a bag cannot be {what}\n  {}", lines.join("")),
+            help_of(only).unwrap_or_else(|| help.to_owned()),
+        )),
+        _ => Err(with_help(
+            format!("{} of {n_bags} bags cannot be {what}\n  {}", lines.len(), lines.join("\n  ")),
+            help,
+        )),
+    }
+}
+
+/// What a sweep asks of a bag.
+struct RunMatcher<'a> {
+    diagram: &'a PhaseDiagram,
+    /// What each cell stands for, in the order of the diagram.
+    operator_conditions: Vec<OperatorConditions>,
+    /// Digests of the worlds that were simulated, in the order of the diagram.
+    worlds: Vec<u64>,
+    /// Seed of the sweep.
+    seed: u64,
+    /// The value of each capability that the sweep has one value of.
+    capabilities: Vec<(Axis, f64)>,
+}
+
+impl<'a> RunMatcher<'a> {
+    fn to(result: &'a SweepResult) -> anyhow::Result<Self> {
+        let diagram = &result.diagram;
+        let duration_s = result.source.sweep.duration_s;
+        let cells = result.source.cells("sweep.yaml")?;
+        let operator_conditions =
+            cells.iter().map(|(_, conditions)| OperatorConditions::of(conditions, duration_s));
+        let capabilities = diagram
+            .axes
+            .iter()
+            .filter(|axis| axis.is_capability())
+            .map(|axis| Ok((*axis, single_value(diagram, *axis)?)));
+        Ok(Self {
+            diagram,
+            operator_conditions: operator_conditions.collect(),
+            worlds: cells.iter().map(|(_, conditions)| conditions.digest()).collect(),
+            seed: result.source.sweep.seed,
+            capabilities: capabilities.collect::<anyhow::Result<_>>()?,
+        })
+    }
+
+    fn admit(&self, path: &Path) -> anyhow::Result<Admitted> {
+        let bag = recorded_run::open(path)?;
+        let name = path.display();
+        let record = recorded_run::record_in(&bag)?.with_context(|| {
+            format!("{name}: holds no record of its experiment, so what was run is unknown")
+        })?;
+        if let Some(lack) = recorded_run::lack_in(&bag) {
+            bail!("{name}: {lack}, so what the whole run was is unknown");
+        }
+        if record.backend == Backend::Mixed {
+            bail!("{name}: some of its robots were simulated, so it is no evidence of reality");
+        }
+        let ending = recorded_run::ending_in(&bag)?
+            .with_context(|| format!("{name}: does not say how its run ended"))?;
+        let run = record.operator_conditions();
+        let cell = self.diagram.locate(&self.cell(&run)).with_context(|| name.to_string())?;
+        self.operator_conditions[cell].admit(&run).with_context(|| name.to_string())?;
+        self.refuse_own(path, (&record, cell))?;
+        Ok(Admitted { bag: path.to_path_buf(), cell, record, ending })
+    }
+
+    /// Refuses a replicate of the sweep itself: a prediction that is held against itself always holds.
+    fn refuse_own(
+        &self,
+        path: &Path,
+        (record, cell): (&ExperimentRecord, usize),
+    ) -> anyhow::Result<()> {
+        let is_its_world =
+            record.backend == Backend::Simulator && record.conditions.digest() == self.worlds[cell];
+        let seeds = [self.seed, confirmation_seed(self.seed)];
+        if !(is_its_world && seeds.contains(&record.seed)) {
+            return Ok(());
+        }
+        Err(with_help(
+            format!(
+                "{}: is a replicate of the sweep itself, with its robots and its seed, {}, so it says \
+                 nothing of reality",
+                path.display(),
+                record.seed
+            ),
+            "compare runs of the robots; where a simulator stands in for them, it moves the robots as \
+             measured, and has a seed of its own (`--seed`)",
+        ))
+    }
+
+    /// The values of a run on the swept axes.
+    fn cell(&self, run: &OperatorConditions) -> Cell {
+        let settings = self.diagram.axes.iter().filter_map(|axis| Some((*axis, set(*axis, run)?)));
+        Cell::new(settings.chain(self.capabilities.iter().copied()))
+            .expect("the axes of a sweep are distinct, and numbers in JSON finite")
+    }
+}
+
+/// What the operator of a run has set on an axis; `None` for what a robot is rather than set to.
+fn set(axis: Axis, run: &OperatorConditions) -> Option<f64> {
+    match axis {
+        Axis::Speed => Some(run.controller.speed_m_s),
+        Axis::TurnRate => Some(run.controller.turn_rate_rad_s),
+        Axis::Robots => Some(run.robots as f64),
+        Axis::PlacementRadius => Some(run.placement.radius_m()),
+        Axis::Arena => Some(run.arena.side_m),
+        _ => None,
+    }
+}
+
+fn single_value(diagram: &PhaseDiagram, axis: Axis) -> anyhow::Result<f64> {
+    let values = diagram.values(axis);
+    if let [value] = values[..] {
+        return Ok(value);
+    }
+    let values: Vec<String> = values.iter().map(f64::to_string).collect();
+    Err(with_help(
+        format!(
+            "the sweep varies {axis} ({}), which is a property of the robots and not a setting: \
+             no bag says which of these values its robots have, so none belongs to one cell",
+            values.join(", ")
+        ),
+        format!("compare with a sweep that gives {axis} one value, under `fixed`"),
+    ))
+}
+
+/// Refuses a run that is there already: it would count twice.
+fn refuse_repeated(run: &Admitted, others: &[Admitted]) -> anyhow::Result<()> {
+    let is_same_run = |other: &&Admitted| other.record.run_id == run.record.run_id;
+    if let Some(other) = others.iter().find(is_same_run) {
+        bail!("{}: is the same run as {}", run.bag.display(), other.bag.display());
+    }
+    // In lockstep nothing but the seed tells one run from the next: their worlds are equal bit by bit.
+    // A run that does not count does not forbid to make up for it.
+    let world = |run: &Admitted| {
+        let Admitted { record, ending, .. } = run;
+        let counts = ending.kind == EndingKind::Completed && record.time == Time::Lockstep;
+        let conditions = &record.provenance.conditions_digest;
+        counts.then(|| (record.seed, record.replicate, conditions.clone()))
+    };
+    let is_same_world = |other: &&Admitted| world(run).is_some() && world(other) == world(run);
+    match others.iter().find(is_same_world) {
+        None => Ok(()),
+        Some(other) => Err(with_help(
+            format!(
+                "{}: repeats {}, a simulated run with the same seed, {}",
+                run.bag.display(),
+                other.bag.display(),
+                run.record.seed
+            ),
+            "a simulated run is new evidence only with a seed of its own",
+        )),
+    }
+}

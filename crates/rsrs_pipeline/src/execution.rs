@@ -1,0 +1,85 @@
+//! How simulations are executed: on how many threads, and watched by whom.
+
+use std::sync::atomic::AtomicBool;
+
+use rsrs_sim::sweep::{Progress, Swept, Watch};
+
+use crate::error::with_help;
+
+/// Shows how far work has come, and may call it off.
+pub trait Observer: Sync {
+    /// Begins to count simulated runs; the counter lives as long as the work.
+    fn count_runs(&self, doing: &str) -> Box<dyn RunCounter + '_>;
+
+    /// Becomes true when work is to end early; nothing half-written is left then.
+    fn cancel(&self) -> &AtomicBool;
+}
+
+/// Counts simulated runs.
+pub trait RunCounter: Sync {
+    /// Shows how much was done before, and how much there is in all; what was done before does not
+    /// count towards the rate.
+    fn begin(&self, doing: &str, start: Progress);
+
+    /// Shows how far the work has come.
+    fn show(&self, progress: Progress);
+}
+
+/// Shows nothing, and never calls work off.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Unobserved;
+
+impl Observer for Unobserved {
+    fn count_runs(&self, _doing: &str) -> Box<dyn RunCounter + '_> {
+        Box::new(*self)
+    }
+
+    fn cancel(&self) -> &AtomicBool {
+        static NEVER: AtomicBool = AtomicBool::new(false);
+        &NEVER
+    }
+}
+
+impl RunCounter for Unobserved {
+    fn begin(&self, _doing: &str, _start: Progress) {}
+
+    fn show(&self, _progress: Progress) {}
+}
+
+/// How simulations are executed.
+#[derive(Clone, Copy)]
+pub struct Execution<'a> {
+    /// Threads to run on; at least 1.
+    pub n_threads: usize,
+    /// Who watches.
+    pub observer: &'a dyn Observer,
+}
+
+impl Execution<'static> {
+    /// On as many threads as the machine runs at once, without an observer.
+    pub fn unobserved() -> Self {
+        let n_threads = std::thread::available_parallelism().map_or(1, usize::from);
+        Self { n_threads, observer: &Unobserved }
+    }
+}
+
+impl Execution<'_> {
+    /// Runs simulations that are shown, and may be called off.
+    ///
+    /// # Errors
+    ///
+    /// That of the simulations, or that they were called off.
+    pub fn simulate<E: std::error::Error + Send + Sync + 'static>(
+        self,
+        doing: &str,
+        work: impl FnOnce(Watch<'_>) -> Result<Swept, E>,
+    ) -> anyhow::Result<Swept> {
+        let counter = self.observer.count_runs(doing);
+        let cancel = self.observer.cancel();
+        let swept = work(Watch { progress: &|progress| counter.show(progress), cancel })?;
+        if swept.is_cancelled {
+            return Err(with_help("called off; nothing was written", "run the same command again"));
+        }
+        Ok(swept)
+    }
+}

@@ -1,0 +1,303 @@
+//! The label of one bag: by the one judge, or by a person.
+
+pub mod human_labels;
+
+pub use human_labels::Labeller;
+
+use std::path::{Path, PathBuf};
+
+use rsrs_bags::trajectory::{
+    Finding, Keep, PoseSource, RecordedTrajectory, TrajectoryError, read_trajectory,
+};
+use rsrs_bags::{Bag, Recovery};
+use rsrs_core::certainty::Certainty;
+use rsrs_core::order::Evidence;
+use rsrs_core::phase::{JudgeError, Phase, Thresholds, label};
+use rsrs_core::trajectory::Bodies;
+use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord, LostRobot};
+use rsrs_msgs::topics::{self, Topic};
+use serde::Serialize;
+
+use self::human_labels::{HumanLabel, JUDGE};
+use crate::error::{explained, with_help};
+use crate::recorded_run;
+
+/// A run is a part of one if it is shorter than it was set to be by more than this share of it ...
+const SHORT_SHARE: f64 = 0.02;
+
+/// ... and by more than this, in seconds: the lease takes a moment to be received.
+const SHORT_S: f64 = 2.0;
+
+/// What to label a bag by.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LabelOptions {
+    /// Body and reach of the robots; `None` takes what the bag's own record says.
+    pub bodies: Option<Bodies>,
+    /// Where poses come from; `None` takes the first source that the bag has of all robots.
+    pub poses: Option<PoseSource>,
+    /// What to do about a run whose end was not recorded.
+    pub cut: CutRun,
+}
+
+/// What to do about a run whose end was not recorded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CutRun {
+    /// What there is of it is not taken for the whole.
+    #[default]
+    Refused,
+    /// What there is of it is judged, and said to be a part.
+    Judged,
+}
+
+/// A bag with its label.
+#[derive(Clone, Debug, Serialize)]
+pub struct Labelled {
+    /// The bag.
+    pub bag: PathBuf,
+    /// What its swarm settled into.
+    pub phase: Phase,
+    /// The order parameters behind it; `None` for a person's label.
+    pub evidence: Option<Evidence>,
+    /// How sure it is; not there for a person's label.
+    #[serde(flatten)]
+    pub certainty: Option<Certainty>,
+    /// Number of robots; `None` for a person's label.
+    pub n_robots: Option<usize>,
+    /// Time that was recorded while the swarm was running, in seconds; `None` for a person's label.
+    pub duration_s: Option<f64>,
+    /// Who labelled it: the judge, or a person's name.
+    pub by: String,
+    /// Where the poses came from; not there for a person's label.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub poses: Option<String>,
+    /// What was mended on the way from the bag to the judge.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub findings: Vec<Finding>,
+    /// What people said of the bag.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub labels: Vec<HumanLabel>,
+    /// What a bag lacks that was recovered from a damaged one; not there for any other bag.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damage: Option<String>,
+    /// The same in numbers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recovery: Option<Recovery>,
+    /// How much of the run was judged, where its end was not recorded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part: Option<RunPart>,
+    /// How the run ended, if it was not completed: `void`, `aborted` or `failed`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ending: Option<&'static str>,
+    /// Why.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// Robots that did not take part to the end, as the bag says.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lost_robots: Vec<LostRobot>,
+    /// Robots that had no gate of ours in front of their wheels, as the bag's record says.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub controller_only: Vec<String>,
+}
+
+/// How much there is of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RunPart {
+    /// So much was recorded, in seconds.
+    pub recorded_s: f64,
+    /// So long the run was set to last, in seconds; `None` if the bag does not say.
+    pub set_s: Option<f64>,
+}
+
+impl Labelled {
+    /// A bag with the label of a person, which is one of `labels`.
+    pub fn by_hand(bag: &Path, label: &HumanLabel, labels: Vec<HumanLabel>) -> Self {
+        Self {
+            bag: bag.to_path_buf(),
+            phase: label.phase,
+            evidence: None,
+            certainty: None,
+            n_robots: None,
+            duration_s: None,
+            by: label.by.clone(),
+            poses: None,
+            findings: Vec::new(),
+            labels,
+            damage: None,
+            recovery: None,
+            part: None,
+            ending: None,
+            reason: None,
+            lost_robots: Vec::new(),
+            controller_only: Vec::new(),
+        }
+    }
+}
+
+/// Labels one bag with the phase that its swarm settled into.
+///
+/// What the judge must know of the robots comes from the options, else from the record that the
+/// bag holds, else it is unknown.
+///
+/// # Errors
+///
+/// If the bag or its record cannot be read, or it has no poses, no commands, or too little time;
+/// the error names the bag.
+pub fn label_bag(path: &Path, options: LabelOptions) -> anyhow::Result<Labelled> {
+    Ok(judge_what_is_kept(path, options, Keep::JUDGED)?.0)
+}
+
+/// As [`label_bag`], with the whole run.
+///
+/// # Errors
+///
+/// As [`label_bag`].
+pub fn judge(
+    path: &Path,
+    options: LabelOptions,
+) -> anyhow::Result<(Labelled, RecordedTrajectory, Bodies)> {
+    judge_what_is_kept(path, options, Keep::All)
+}
+
+fn judge_what_is_kept(
+    path: &Path,
+    options: LabelOptions,
+    keep: Keep,
+) -> anyhow::Result<(Labelled, RecordedTrajectory, Bodies)> {
+    let labels = human_labels::read(path)?;
+    let bag = recorded_run::open(path)?;
+    let record = recorded_run::record_in(&bag)?;
+    let bodies = options.bodies.unwrap_or_else(|| recorded_bodies(record.as_ref()));
+    let ending = recorded_run::ending_in(&bag)?;
+    let poses = options.poses.or_else(|| source_of_all(&bag, record.as_ref()?));
+    let read = recorded_run::trajectory_options(record.as_ref(), poses, keep);
+    let recorded =
+        read_trajectory(&bag, &read).map_err(|error| refused((path, error), ending.as_ref()))?;
+    let part = part_of_run((&bag, &recorded), record.as_ref(), ending.as_ref());
+    if let (Some(part), CutRun::Refused) = (part, options.cut) {
+        return Err(only_a_part(path, part));
+    }
+    let trajectory = &recorded.trajectory;
+    let verdict = label(trajectory, &bodies).map_err(|error| not_judged(path, error))?;
+    let certainty = Certainty::of((trajectory, &bodies), &verdict, &Thresholds::default());
+    let stopped = ending.as_ref().filter(|ending| ending.kind != EndingKind::Completed);
+    let labelled = Labelled {
+        bag: path.to_path_buf(),
+        phase: verdict.phase,
+        evidence: Some(verdict.evidence),
+        certainty: Some(certainty),
+        n_robots: Some(verdict.n_robots),
+        duration_s: Some(recorded.duration_s()),
+        by: JUDGE.to_owned(),
+        poses: Some(recorded.poses.to_string()),
+        findings: recorded.findings.clone(),
+        labels,
+        damage: recorded_run::lack_in(&bag),
+        recovery: bag.recovery().filter(|recovery| !recovery.is_complete),
+        part,
+        ending: stopped.map(|ending| ending.kind.key()),
+        reason: stopped.map(|ending| ending.reason.clone()),
+        lost_robots: ending.map(|ending| ending.lost).unwrap_or_default(),
+        controller_only: record.map(|record| record.controller_only).unwrap_or_default(),
+    };
+    Ok((labelled, recorded, bodies))
+}
+
+/// Why a bag gives no trajectory, with what its record says of the robot.
+fn refused((path, error): (&Path, TrajectoryError), ending: Option<&Ending>) -> anyhow::Error {
+    let lost = match (&error, ending) {
+        (TrajectoryError::EndsEarly { robot, .. }, Some(ending)) => {
+            let lost = ending.lost.iter().find(|lost| lost.robot == *robot);
+            lost.map_or_else(String::new, |lost| format!("; {lost}"))
+        }
+        _ => String::new(),
+    };
+    let (message, help) = (format!("{}: {error}{lost}", path.display()), error.help());
+    explained(error, message, help)
+}
+
+/// Why a trajectory is not judged, and what to give the judge.
+fn not_judged(path: &Path, error: JudgeError) -> anyhow::Error {
+    let name = path.display();
+    let help = format!(
+        "say what the robots are: `rsrs label {name} --profile PROFILE`, or how far one senses the \
+         centre of another, in metres: `--reach M`"
+    );
+    match error {
+        JudgeError::UnknownReach { .. } => {
+            let message = format!("{name}: holds no record of its experiment; {error}");
+            explained(error, message, Some(&help))
+        }
+        error => anyhow::Error::from(error).context(name.to_string()),
+    }
+}
+
+/// How much of a run there is, if its end was not recorded; one that was stopped has its end.
+fn part_of_run(
+    (bag, recorded): (&Bag, &RecordedTrajectory),
+    record: Option<&ExperimentRecord>,
+    ending: Option<&Ending>,
+) -> Option<RunPart> {
+    let is_stopped = ending.is_some_and(|ending| ending.kind != EndingKind::Completed);
+    let recorded_s = recorded.duration_s();
+    let set_s = record.map(|record| record.duration_s);
+    let is_short = set_s.map(|set_s| recorded_s < set_s - (SHORT_SHARE * set_s).max(SHORT_S));
+    // Without a record nobody knows how long a run was, but a file that was cut has lost its end.
+    let is_cut = || bag.recovery().is_some_and(|recovery| recovery.lacks_end);
+    let is_part = !is_stopped && is_short.unwrap_or_else(is_cut);
+    is_part.then_some(RunPart { recorded_s, set_s })
+}
+
+fn only_a_part(path: &Path, part: RunPart) -> anyhow::Error {
+    let RunPart { recorded_s, set_s } = part;
+    let of = set_s.map_or_else(
+        || "its end is lost".to_owned(),
+        |set_s| format!("the run was set to last {set_s:.0} s"),
+    );
+    with_help(
+        format!(
+            "{}: {recorded_s:.1} s recorded, and {of}: a part is not judged as the whole",
+            path.display()
+        ),
+        "run it again; or judge what there is with `rsrs label BAG --part`, which counts nowhere",
+    )
+}
+
+/// Takes the label that a person has given to a bag.
+///
+/// # Errors
+///
+/// If the file with the labels does not read, or has none of this person.
+pub fn label_by(path: &Path, who: &str) -> anyhow::Result<Labelled> {
+    let labels = human_labels::read(path)?;
+    let name = path.display();
+    match human_labels::by(&labels, who) {
+        Some(label) => Ok(Labelled::by_hand(path, label, labels.clone())),
+        None => Err(with_help(
+            format!("{name}: has no label by {who}"),
+            format!("watch it and say what it shows: `rsrs label {name} --as PHASE --by {who}`"),
+        )),
+    }
+}
+
+/// The first source that has poses of all robots of the record: in a mixed fleet, what the simulator
+/// says of its own may come on more topics than what a tracker says of the real ones.
+///
+/// # Returns
+///
+/// `None` if there is none such; then it is for the reader of trajectories to choose.
+fn source_of_all(bag: &Bag, record: &ExperimentRecord) -> Option<PoseSource> {
+    let recorded = bag.topics();
+    let has_all = |topic: &Topic| {
+        record.robots.iter().all(|robot| {
+            let name = topic.for_robot(robot);
+            recorded.iter().any(|found| found.name == name && found.n_messages > 0)
+        })
+    };
+    let sources = [(PoseSource::Odom, topics::ODOM), (PoseSource::Pose, topics::POSE)];
+    sources.into_iter().find_map(|(source, topic)| has_all(&topic).then_some(source))
+}
+
+fn recorded_bodies(record: Option<&ExperimentRecord>) -> Bodies {
+    let unknown = Bodies { radius_m: None, reach_m: None };
+    record.map_or(unknown, |record| record.conditions.bodies())
+}

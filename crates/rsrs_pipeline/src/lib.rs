@@ -1,0 +1,18 @@
+//! The steps from a measured robot to a verdict: one module for each arrow of the method, each one
+//! function from files to files.
+
+pub mod choose;
+pub mod compare;
+pub mod episode;
+pub mod error;
+pub mod execution;
+pub mod files;
+pub mod label;
+pub mod measure;
+pub mod picture;
+pub mod provenance;
+pub mod recorded_run;
+pub mod run;
+pub mod sweep;
+pub mod validation_file;
+pub mod wording;

@@ -1,0 +1,6 @@
+//! Step 1: what trials say of the robots.
+
+pub mod bag_trials;
+pub mod command_rhythm;
+pub mod sensor_readings;
+pub mod trial_files;

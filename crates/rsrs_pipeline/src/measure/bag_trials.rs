@@ -1,0 +1,211 @@
+//! What bags say of single robots: how they drove, how often they decided, and what they saw while
+//! they stood.
+
+use std::path::{Path, PathBuf};
+
+use rsrs_bags::Bag;
+use rsrs_bags::trajectory::{Keep, RecordedTrajectory, read_trajectory};
+use rsrs_core::conditions::Placement;
+use rsrs_core::controller::{Command, ControllerParameters};
+use rsrs_core::trial::{DetectionTrial, DrivenSample, DrivenTrial, Neighbour, PeriodTrial, Trials};
+use rsrs_core::unicycle::Pose;
+use rsrs_experiment_runner::plan::GETTING_GOING_S;
+use rsrs_msgs::topics;
+
+use crate::error::explained;
+use crate::measure::sensor_readings::{self, Readings};
+use crate::recorded_run;
+use crate::wording::names;
+
+/// The trials of one bag.
+#[derive(Clone, Debug, Default)]
+pub struct BagTrials {
+    /// Every robot's drives, from one standstill to the next.
+    pub driven: Vec<DrivenTrial>,
+    /// The same with the time in which the robot got going, from its standstill.
+    pub from_rest: Vec<DrivenTrial>,
+    /// Every robot's times from one detection to the next, in seconds.
+    pub periods_s: Vec<(String, Vec<f64>)>,
+    /// What the robot of a trial saw that stood in it.
+    pub standing: Option<Standing>,
+}
+
+/// A robot that stood and sensed, as `rsrs measure drive --distance` and `--alone` make it.
+#[derive(Clone, Debug)]
+pub struct Standing {
+    /// The robot.
+    pub robot: String,
+    /// Where another robot stood; `None` if it was alone.
+    pub neighbour: Option<Neighbour>,
+    /// What its sensor said, all the time.
+    pub readings: Readings,
+}
+
+/// Whether a path is a bag's: a folder, or an `.mcap` file.
+pub fn is_bag(path: &Path) -> bool {
+    path.is_dir() || path.extension().is_some_and(|ending| ending == "mcap")
+}
+
+/// Reads the trials out of a bag.
+///
+/// # Arguments
+///
+/// * `path` — a rosbag2 folder or an `.mcap` file; robots in it should drive where nothing is in
+///   their way.
+///
+/// # Errors
+///
+/// If the bag cannot be read, or has no poses or commands; the error names the bag.
+pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
+    let bag = recorded_run::open(path)?;
+    if let Some(standing) = standing(&bag)? {
+        return Ok(BagTrials { standing: Some(standing), ..BagTrials::default() });
+    }
+    let record = recorded_run::record_in(&bag)?;
+    let options = recorded_run::trajectory_options(record.as_ref(), None, Keep::All);
+    let recorded = read_trajectory(&bag, &options).map_err(|error| {
+        let (message, help) = (format!("{}: {error}", path.display()), error.help());
+        explained(error, message, help)
+    })?;
+    let name = path.file_stem().map_or_else(String::new, |stem| stem.display().to_string());
+    let drives = |part: fn(&[DrivenSample]) -> &[DrivenSample]| {
+        let robots = 0..recorded.robots.len();
+        robots.flat_map(|robot| drives(&recorded, (robot, &name), part)).collect()
+    };
+    let (driven, from_rest) = (drives(going), drives(|drive| drive));
+    let periods_s = recorded
+        .robots
+        .iter()
+        .map(|robot| Ok((robot.clone(), periods(&bag, &recorded, robot)?)))
+        .collect::<anyhow::Result<_>>()?;
+    Ok(BagTrials { driven, from_rest, periods_s, standing: None })
+}
+
+/// What was sensed in a trial in which nobody was to move: of a run of ours that was set to no speed
+/// and no turn.
+fn standing(bag: &Bag) -> anyhow::Result<Option<Standing>> {
+    let Some(record) = recorded_run::record_in(bag)? else { return Ok(None) };
+    let ControllerParameters { speed_m_s, turn_rate_rad_s } = record.conditions.controller;
+    let (true, Some(robot)) = (speed_m_s == 0.0 && turn_rate_rad_s == 0.0, record.robots.first())
+    else {
+        return Ok(None);
+    };
+    let neighbour = match record.conditions.placement {
+        Placement::Pair { distance_m, bearing_rad } => Some(Neighbour { distance_m, bearing_rad }),
+        Placement::DiscFacingOut { .. }
+        | Placement::BoxFacingOut { .. }
+        | Placement::Given { .. } => None,
+    };
+    let readings = sensor_readings::count(bag.path(), robot, None)?;
+    Ok(Some(Standing { robot: robot.clone(), neighbour, readings }))
+}
+
+/// What was seen in several bags as one table; a row's `line` is its position, from 1.
+///
+/// # Returns
+///
+/// `None` if nobody stood and sensed in any of them.
+pub fn detection_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<DetectionTrial>> {
+    let standing = || bags.iter().filter_map(|(path, it)| Some((path, it.standing.as_ref()?)));
+    let paths: Vec<&PathBuf> = standing().map(|(path, _)| path).collect();
+    let mut table =
+        Trials { file: names(&paths), robots: Vec::new(), rows: Vec::new(), paused: Vec::new() };
+    for (_, Standing { robot, neighbour, readings }) in standing() {
+        let line = table.rows.len() as u64 + 1;
+        let robot = position(&mut table.robots, robot);
+        let Readings { samples, detections } = *readings;
+        let neighbour = *neighbour;
+        table.rows.push(DetectionTrial { robot, line, neighbour, samples, detections });
+    }
+    (!table.rows.is_empty()).then_some(table)
+}
+
+/// The position of a name, which is added if it is new.
+fn position(robots: &mut Vec<String>, name: &str) -> usize {
+    robots.iter().position(|known| known == name).unwrap_or_else(|| {
+        robots.push(name.to_owned());
+        robots.len() - 1
+    })
+}
+
+/// The periods of several bags as one table; a row's `line` is its position, from 1.
+///
+/// # Returns
+///
+/// `None` if no bag has detections.
+pub fn period_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<PeriodTrial>> {
+    let paths: Vec<&PathBuf> = bags.iter().map(|(path, _)| path).collect();
+    let mut table =
+        Trials { file: names(&paths), robots: Vec::new(), rows: Vec::new(), paused: Vec::new() };
+    for (name, periods_s) in bags.iter().flat_map(|(_, trials)| &trials.periods_s) {
+        let robot = position(&mut table.robots, name);
+        for period_s in periods_s {
+            let line = table.rows.len() as u64 + 1;
+            table.rows.push(PeriodTrial { robot, line, period_s: *period_s });
+        }
+    }
+    (!table.rows.is_empty()).then_some(table)
+}
+
+/// One robot's drives: a part of what lies between one standstill and the next.
+fn drives(
+    recorded: &RecordedTrajectory,
+    (robot, bag): (usize, &str),
+    part: fn(&[DrivenSample]) -> &[DrivenSample],
+) -> Vec<DrivenTrial> {
+    let trajectory = &recorded.trajectory;
+    let sample = |sample: usize| DrivenSample {
+        time_s: sample as f64 * trajectory.period_s,
+        pose: trajectory.poses_at(sample)[robot],
+        command: trajectory.commands_at(sample)[robot],
+    };
+    let samples: Vec<DrivenSample> = (0..trajectory.n_samples()).map(sample).collect();
+    let name = |drive: usize| if drive == 0 { bag.to_owned() } else { format!("{bag}:{drive}") };
+    samples
+        .split(|sample| sample.command == Command::STOP)
+        .map(part)
+        .filter(|drive| drive.len() >= 2)
+        .enumerate()
+        .map(|(drive, samples)| DrivenTrial {
+            robot: recorded.robots[robot].clone(),
+            trial: name(drive),
+            samples: continuous(samples),
+        })
+        .collect()
+}
+
+/// A drive without the time in which the robot got going.
+fn going(drive: &[DrivenSample]) -> &[DrivenSample] {
+    let is_early = |sample: &DrivenSample| sample.time_s < drive[0].time_s + GETTING_GOING_S;
+    &drive[drive.partition_point(is_early)..]
+}
+
+/// Samples with headings that do not jump by a turn.
+fn continuous(samples: &[DrivenSample]) -> Vec<DrivenSample> {
+    let mut before_rad = samples[0].pose.heading_rad;
+    let unwrapped = |sample: &DrivenSample| {
+        let turns = ((sample.pose.heading_rad - before_rad) / std::f64::consts::TAU).round();
+        before_rad = sample.pose.heading_rad - turns * std::f64::consts::TAU;
+        DrivenSample { pose: Pose { heading_rad: before_rad, ..sample.pose }, ..*sample }
+    };
+    samples.iter().map(unwrapped).collect()
+}
+
+/// Times from one detection of a robot to the next while it was running, by the sender's stamps.
+fn periods(bag: &Bag, recorded: &RecordedTrajectory, robot: &str) -> anyhow::Result<Vec<f64>> {
+    let mut stamps_ns = Vec::new();
+    for message in bag.messages_on([topics::DETECTION.for_robot(robot)]) {
+        let message = match message {
+            Ok(message) => message,
+            // All that there is before the break has come.
+            Err(rsrs_bags::BagError::Incomplete { .. }) => break,
+            Err(error) => return Err(error.into()),
+        };
+        if recorded.window.contains(message.log_time_ns) {
+            stamps_ns.push(message.publish_time_ns);
+        }
+    }
+    stamps_ns.sort_unstable();
+    let periods = stamps_ns.windows(2).map(|pair| (pair[1] - pair[0]) as f64 / 1e9);
+    Ok(periods.filter(|period_s| *period_s > 0.0).collect())
+}

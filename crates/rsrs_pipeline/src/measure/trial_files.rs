@@ -1,0 +1,56 @@
+//! Tables of trials: read from a person's files.
+
+use std::path::{Path, PathBuf};
+
+use rsrs_core::trial::{DrivenTrial, TrialError, driven_trials};
+
+use crate::error::explained;
+use crate::files::read_text;
+use crate::measure::bag_trials::{self, is_bag};
+
+/// Reads one table.
+///
+/// # Errors
+///
+/// If the file cannot be read or is not such a table, with file and line.
+pub fn table<T>(
+    path: &Path,
+    parse: impl Fn(&str, &str) -> Result<T, TrialError>,
+) -> anyhow::Result<T> {
+    let name = path.display().to_string();
+    let text = read_text(path)?;
+    parse(&name, &text).map_err(|error| {
+        let (message, help) = (error.to_string(), error.help());
+        explained(error, message, help.as_deref())
+    })
+}
+
+/// Trajectories of all tables and bags.
+#[derive(Clone, Debug, Default)]
+pub struct Trajectories {
+    /// While the robots were going.
+    pub driven: Vec<DrivenTrial>,
+    /// From their standstills.
+    pub from_rest: Vec<DrivenTrial>,
+}
+
+/// Reads trajectories from all tables and bags, one after the other.
+///
+/// # Errors
+///
+/// As [`table`] and [`bag_trials::read`].
+pub fn trajectories(paths: &[PathBuf]) -> anyhow::Result<Trajectories> {
+    let mut found = Trajectories::default();
+    for path in paths {
+        if is_bag(path) {
+            let trials = bag_trials::read(path)?;
+            found.driven.extend(trials.driven);
+            found.from_rest.extend(trials.from_rest);
+        } else {
+            let trials = table(path, driven_trials)?;
+            found.from_rest.extend(trials.iter().cloned());
+            found.driven.extend(trials);
+        }
+    }
+    Ok(found)
+}

@@ -1,0 +1,240 @@
+//! What geometry says about a mill, as lines in the plane of a diagram.
+
+use rsrs_core::axis::Axis;
+use rsrs_core::conditions::Conditions;
+use rsrs_core::theory::{Condition, Ring};
+use rsrs_view::diagram::Boundary;
+
+/// The plane of a diagram: its axes, and the least and greatest swept value on each.
+#[derive(Clone, Copy, Debug)]
+pub struct Plane {
+    /// Horizontal axis.
+    pub x: (Axis, f64, f64),
+    /// Vertical axis, if there is one.
+    pub y: Option<(Axis, f64, f64)>,
+}
+
+/// The line of each condition of theory that begins or ceases to hold in the plane.
+///
+/// Each condition holds on one side of a line, as each depends on every axis in one direction only.
+///
+/// # Arguments
+///
+/// * `conditions` — a cell of the plane; what is no axis is taken from it.
+/// * `plane` — the plane.
+///
+/// # Returns
+///
+/// No lines if the theory does not hold for these robots, as [`Ring::of`] says.
+pub fn boundaries(conditions: &Conditions, plane: Plane) -> Vec<Boundary> {
+    let Some(ring) = Ring::of(conditions) else {
+        return Vec::new();
+    };
+    let swarm = Swarm {
+        ring,
+        speed_m_s: conditions.controller.speed_m_s,
+        turn_rate_rad_s: conditions.controller.turn_rate_rad_s,
+        speed_gain: conditions.robot.speed_gain.mean,
+        turn_gain: conditions.robot.turn_gain.mean,
+    };
+    let line = |condition: Condition| {
+        let points = match plane.y {
+            Some(y) => curve(condition, swarm, (plane.x, y)),
+            None => upright(condition, swarm, plane.x),
+        };
+        let label = format!("analytic: {}", condition.title());
+        (points.len() >= 2).then_some(Boundary { label, points })
+    };
+    Condition::ALL.into_iter().filter_map(line).collect()
+}
+
+/// The robots of one point in the plane.
+#[derive(Clone, Copy)]
+struct Swarm {
+    ring: Ring,
+    speed_m_s: f64,
+    turn_rate_rad_s: f64,
+    speed_gain: f64,
+    turn_gain: f64,
+}
+
+impl Swarm {
+    /// The robots with another value on an axis. Theory does not depend on every axis.
+    fn with(mut self, axis: Axis, value: f64) -> Self {
+        match axis {
+            Axis::Speed => self.speed_m_s = value,
+            Axis::TurnRate => self.turn_rate_rad_s = value,
+            Axis::Robots => self.ring.n_robots = value,
+            Axis::Range => self.ring.range_m = value,
+            Axis::HalfAngle => self.ring.half_angle_rad = value,
+            Axis::TruePositive => self.ring.true_positive = value,
+            Axis::FalsePositive => self.ring.false_positive = value,
+            Axis::PlacementRadius
+            | Axis::Arena
+            | Axis::PolygonScale
+            | Axis::Heterogeneity
+            | Axis::LatencySteps
+            | Axis::Gust
+            | Axis::YawLag
+            | Axis::Period => {}
+        }
+        self
+    }
+
+    /// Whether a condition holds; `None` where it has no meaning.
+    fn meets(self, condition: Condition) -> Option<bool> {
+        let speed_m_s = self.speed_m_s * self.speed_gain;
+        let turn_rate_rad_s = self.turn_rate_rad_s * self.turn_gain;
+        condition.margin(&self.ring, speed_m_s, turn_rate_rad_s).map(|margin| margin > 0.0)
+    }
+}
+
+type Span = (Axis, f64, f64);
+type Points = Vec<(f64, f64)>;
+
+/// Points of a line, taken along the axis on which it has more of them.
+fn curve(condition: Condition, swarm: Swarm, (x, y): (Span, Span)) -> Points {
+    let along = |along: Span, across: Span| -> Points {
+        let point = |value: f64| {
+            crossing(condition, swarm.with(along.0, value), across).map(|found| (value, found))
+        };
+        values(along).filter_map(point).collect()
+    };
+    let along_x = along(x, y);
+    let along_y = along(y, x);
+    if along_x.len() >= along_y.len() {
+        along_x
+    } else {
+        along_y.into_iter().map(|(y, x)| (x, y)).collect()
+    }
+}
+
+/// The line across a diagram of one axis.
+fn upright(condition: Condition, swarm: Swarm, x: Span) -> Points {
+    let at = crossing(condition, swarm, x);
+    at.map_or_else(Vec::new, |x| vec![(x, -0.5), (x, 0.5)])
+}
+
+/// Where along an axis a condition begins or ceases to hold.
+fn crossing(condition: Condition, swarm: Swarm, (axis, low, high): Span) -> Option<f64> {
+    let meets = |value: f64| swarm.with(axis, value).meets(condition);
+    let values: Vec<f64> = values((axis, low, high)).collect();
+    let pair = values.windows(2).find(|pair| {
+        let (before, after) = (meets(pair[0]), meets(pair[1]));
+        before.is_some() && after.is_some() && before != after
+    })?;
+    let (mut from, mut to) = (pair[0], pair[1]);
+    let before = meets(from);
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (from + to);
+        if meets(middle) == before { from = middle } else { to = middle }
+    }
+    Some(0.5 * (from + to))
+}
+
+/// Values along an axis, evenly spaced; they reach beyond the outermost cells' centres, as the
+/// plot does.
+fn values((_, low, high): Span) -> impl Iterator<Item = f64> {
+    let beyond = if high > low { 0.5 * (high - low) } else { 0.5 * high };
+    let (from, to) = ((low - beyond).max(LEAST), high + beyond);
+    (0..=SEGMENTS).map(move |segment| from + (to - from) * f64::from(segment) / f64::from(SEGMENTS))
+}
+
+const SEGMENTS: u32 = 200;
+const BISECTIONS: u32 = 40;
+
+/// All quantities of the theory are positive.
+const LEAST: f64 = 1e-6;
+
+#[cfg(test)]
+mod tests {
+    use rsrs_core::conditions::{Placement, Region, Settings};
+    use rsrs_core::profile::{RobotProfile, Sees};
+
+    use super::*;
+
+    fn conditions() -> Conditions {
+        let text = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+        let profile = RobotProfile::parse("flockbot.yaml", text).unwrap();
+        let values = vec![(Axis::Speed, 0.15), (Axis::TurnRate, 0.75), (Axis::Robots, 9.0)];
+        let mut conditions =
+            Conditions::resolve(&profile, &Settings { values, ..Settings::default() }).unwrap();
+        conditions.placement = Placement::DiscFacingOut { radius_m: 0.8 };
+        conditions
+    }
+
+    fn lines(x: Span, y: Option<Span>) -> Vec<Boundary> {
+        boundaries(&conditions(), Plane { x, y })
+    }
+
+    /// The only line with this label.
+    fn line(lines: &[Boundary], condition: Condition) -> &Boundary {
+        let label = format!("analytic: {}", condition.title());
+        lines.iter().find(|line| line.label == label).expect("the line is there")
+    }
+
+    #[test]
+    fn speed_against_turning_rate_shows_the_greatest_speed_and_nothing_else() {
+        let lines = lines((Axis::Speed, 0.05, 0.5), Some((Axis::TurnRate, 0.25, 2.0)));
+
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        let ring = Ring::of(&conditions()).unwrap();
+        let gains = conditions().robot;
+        for (speed_m_s, turn_rate_rad_s) in &line(&lines, Condition::FastTurnBalance).points {
+            let delivered_rad_s = turn_rate_rad_s * gains.turn_gain.mean;
+            let greatest_m_s = ring.greatest_speed_m_s(delivered_rad_s).unwrap();
+            assert!((speed_m_s * gains.speed_gain.mean - greatest_m_s).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn robots_against_half_angle_shows_where_rings_exist_reach_and_have_room() {
+        let lines = lines((Axis::Robots, 3.0, 20.0), Some((Axis::HalfAngle, 0.05, 0.6)));
+
+        for (robots, half_angle_rad) in &line(&lines, Condition::Existence).points {
+            assert!((half_angle_rad - std::f64::consts::PI / robots).abs() < 1e-9);
+        }
+        for (robots, half_angle_rad) in &line(&lines, Condition::Reach).points {
+            // The chord is r / sin(pi/N - a), and the reach 0.75 m + r.
+            let seen_rad = std::f64::consts::PI / robots - half_angle_rad;
+            assert!((0.075 / libm::sin(seen_rad) - 0.825).abs() < 1e-6);
+        }
+        for (robots, half_angle_rad) in &line(&lines, Condition::Room).points {
+            let seen_rad = std::f64::consts::PI / robots - half_angle_rad;
+            assert!((libm::sin(seen_rad) - 0.5).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn a_limit_that_does_not_depend_on_an_axis_is_a_straight_line() {
+        let lines = lines((Axis::Range, 0.3, 1.0), Some((Axis::Gust, 0.0, 0.1)));
+
+        let reach = line(&lines, Condition::Reach);
+        assert!(reach.points.len() > 100);
+        // The chord of nine Flockbots is 0.505 m, of which their own radius is seen.
+        assert!(reach.points.iter().all(|(range_m, _)| (range_m - 0.430).abs() < 1e-3));
+    }
+
+    #[test]
+    fn a_sweep_of_one_axis_has_upright_lines() {
+        let lines = lines((Axis::FalsePositive, 0.0, 0.5), None);
+
+        let balance = &line(&lines, Condition::FastTurnBalance).points;
+        assert_eq!(balance.len(), 2);
+        assert!((balance[0].0 - 0.364).abs() < 2e-3, "{balance:?}");
+        assert_eq!((balance[0].1, balance[1].1), (-0.5, 0.5));
+    }
+
+    #[test]
+    fn robots_for_which_the_theory_does_not_hold_have_no_lines() {
+        let mut centres = conditions();
+        centres.robot.sees = Sees::Centre;
+        let mut polygon = conditions();
+        polygon.robot.region =
+            Region::Polygon { corners_m: vec![[0.0, -0.1], [0.7, 0.0], [0.0, 0.1]] };
+        let plane = Plane { x: (Axis::Speed, 0.05, 0.5), y: Some((Axis::TurnRate, 0.25, 2.0)) };
+
+        assert_eq!(boundaries(&centres, plane), []);
+        assert_eq!(boundaries(&polygon, plane), []);
+    }
+}

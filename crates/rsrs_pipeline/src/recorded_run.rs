@@ -1,0 +1,164 @@
+//! What a bag says of its run: how it was set up, where it breaks off, and how it ended.
+
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::Context;
+use rsrs_bags::trajectory::{Keep, PoseSource, TrajectoryOptions};
+use rsrs_bags::{Bag, BagError, Damage, TopicInfo};
+use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
+use rsrs_msgs::cdr;
+use rsrs_msgs::std_msgs::Text;
+use rsrs_msgs::topics::{self, Topic};
+
+use crate::error::{explained, with_help};
+use crate::wording::{count, counted};
+
+/// Recorders hand over what they have every second; a file that did not grow for this long is not
+/// recorded any more.
+const STILL_GROWING: Duration = Duration::from_secs(5);
+
+/// Opens a bag whose bytes are those that were written.
+///
+/// # Errors
+///
+/// If it cannot be read, is no bag, breaks off, or is damaged; the error names it.
+pub fn open(path: &Path) -> anyhow::Result<Bag> {
+    let bag = open_damaged(path)?;
+    let Some(damage) = break_in(&bag) else { return Ok(bag) };
+    let name = path.display();
+    let recover = format!("save what can be saved: `rsrs bag recover {name}`");
+    let help = if is_growing(&bag) {
+        format!("wait until it is recorded; if nobody records it any more, {recover}")
+    } else {
+        recover
+    };
+    Err(with_help(format!("{name}: {damage}"), help))
+}
+
+/// Opens a bag, damaged or not.
+///
+/// # Errors
+///
+/// If it cannot be read or is no bag; the error names it.
+pub fn open_damaged(path: &Path) -> anyhow::Result<Bag> {
+    Bag::open(path).map_err(|error| {
+        let (message, help) = (error.to_string(), error.help());
+        explained(error, message, help)
+    })
+}
+
+/// The record of the run: `None` in a bag that no runner of ours has made.
+///
+/// # Errors
+///
+/// If there is one that does not read; the error names the bag.
+pub fn record_in(bag: &Bag) -> anyhow::Result<Option<ExperimentRecord>> {
+    let Some(attachment) = bag.attachment(ATTACHMENT) else {
+        return record_on_topic(bag);
+    };
+    let what = || format!("{}: its record, {ATTACHMENT}, does not read", bag.path().display());
+    let text = std::str::from_utf8(&attachment.data).with_context(what)?;
+    Ok(Some(ExperimentRecord::from_json(text).with_context(what)?))
+}
+
+/// The record of the first run that is in a bag without attachments, as converters leave it.
+fn record_on_topic(bag: &Bag) -> anyhow::Result<Option<ExperimentRecord>> {
+    let what = || format!("{}: {} does not read", bag.path().display(), topics::EXPERIMENT.name);
+    let text = texts_on(bag, &topics::EXPERIMENT)?.into_iter().next();
+    let record = text.map(|text| ExperimentRecord::from_json(&text).with_context(what));
+    record.transpose()
+}
+
+/// The ending of a run, by id, in a bag without metadata.
+fn ending_on_topic(bag: &Bag) -> anyhow::Result<Option<Ending>> {
+    let what = || format!("{}: {}", bag.path().display(), topics::ENDING.name);
+    let run_id = record_in(bag)?.map(|record| record.run_id);
+    for text in texts_on(bag, &topics::ENDING)? {
+        let (ending, of) = Ending::from_json(&text).with_context(what)?;
+        if run_id.as_ref().is_none_or(|run_id| *run_id == of) {
+            return Ok(Some(ending));
+        }
+    }
+    Ok(None)
+}
+
+/// The texts on a topic, up to where the recording breaks off.
+fn texts_on(bag: &Bag, topic: &Topic) -> anyhow::Result<Vec<String>> {
+    let is_there = |found: &TopicInfo| found.name == topic.name && found.n_messages > 0;
+    if !bag.topics().iter().any(is_there) {
+        return Ok(Vec::new());
+    }
+    let mut texts = Vec::new();
+    for message in bag.messages_on([topic.name]) {
+        let message = match message {
+            Err(BagError::Incomplete { .. }) => break,
+            message => message?,
+        };
+        let what = || format!("{}: {} is no text", bag.path().display(), topic.name);
+        texts.push(cdr::decode::<Text>(&message.bytes).with_context(what)?.data);
+    }
+    Ok(texts)
+}
+
+/// How the run ended: `None` if the recorder did not live to say it.
+///
+/// # Errors
+///
+/// If what it says is no ending; the error names the bag.
+pub fn ending_in(bag: &Bag) -> anyhow::Result<Option<Ending>> {
+    let Some(pairs) = bag.metadata(ENDING) else {
+        return ending_on_topic(bag);
+    };
+    let ending = Ending::from_pairs(pairs).with_context(|| {
+        format!("{}: its metadata {ENDING} has {pairs:?}, which is no ending", bag.path().display())
+    })?;
+    Ok(Some(ending))
+}
+
+/// Where the recording breaks off or is damaged, in words; `None` for a whole bag.
+pub fn break_in(bag: &Bag) -> Option<String> {
+    let damage = bag.damage();
+    let Damage { path, n_messages, last_log_time_ns, at_byte, is_end, reason } = damage.first()?;
+    let messages = counted(*n_messages, "message");
+    let at = last_log_time_ns.map(|time_ns| format!(", at {:.1} s", time_ns as f64 / 1e9));
+    let what = if *is_end { "breaks off" } else { "is damaged" };
+    let doubt = if is_growing(bag) { " (or goes on: the file has just grown)" } else { "" };
+    let place = if *is_end {
+        String::new()
+    } else {
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        format!(": {file}, byte {}: {reason}", count(*at_byte))
+    };
+    Some(format!("the recording {what} after {messages}{}{doubt}{place}", at.unwrap_or_default()))
+}
+
+/// Whether the file that breaks off may still be recorded.
+fn is_growing(bag: &Bag) -> bool {
+    let damage = bag.damage();
+    let Some(Damage { path, is_end: true, .. }) = damage.first() else { return false };
+    let age = path.metadata().ok().and_then(|it| it.modified().ok()?.elapsed().ok());
+    age.is_some_and(|age| age < STILL_GROWING)
+}
+
+/// What a recovered bag lacks, in words; `None` for any other bag, and for one that lacks nothing.
+pub fn lack_in(bag: &Bag) -> Option<String> {
+    let recovery = bag.recovery().filter(|recovery| !recovery.is_complete)?;
+    let n_lost = recovery.n_messages_lost;
+    let lost = match (recovery.is_exact, n_lost) {
+        (true, 0) => "no message is missing, but something else".to_owned(),
+        (true, n) => format!("{} missing", counted(n, "message")),
+        (false, 0) => "how many messages are missing is unknown".to_owned(),
+        (false, n) => format!("at least {} missing", counted(n, "message")),
+    };
+    Some(format!("recovered from a damaged bag: {lost}"))
+}
+
+/// How the trajectory of a run is read.
+pub fn trajectory_options(
+    record: Option<&ExperimentRecord>,
+    poses: Option<PoseSource>,
+    keep: Keep,
+) -> TrajectoryOptions {
+    TrajectoryOptions { poses, keep, run_id: record.map(|record| record.run_id.clone()) }
+}

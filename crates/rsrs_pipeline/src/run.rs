@@ -1,0 +1,124 @@
+//! Step 4: one experiment over ROS 2, with an operator who watches.
+
+pub mod node_process;
+pub mod operator;
+pub mod own_network;
+pub mod place_command;
+pub mod recording_gaps;
+pub mod simulated_fleet;
+pub mod start_poses;
+
+use std::path::PathBuf;
+
+use rsrs_experiment_runner::plan::Plan;
+use rsrs_experiment_runner::{RunReport, run};
+use rsrs_fleet::experiment::Time;
+use rsrs_fleet::record::{Backend, EndingKind, LostRobot};
+use rsrs_ros::session::SessionOptions;
+use serde::Serialize;
+
+use self::operator::{Operator, Verbosity};
+use self::recording_gaps::Gap;
+use crate::recorded_run;
+use crate::run::own_network::OwnNetwork;
+use crate::run::simulated_fleet::SimulatedFleet;
+
+/// What a run came to.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunSummary {
+    /// Names the run.
+    pub run_id: String,
+    /// The bag; `None` if none was opened.
+    pub bag: Option<PathBuf>,
+    /// How the run ended: completed, void, aborted or failed.
+    pub ending: &'static str,
+    /// Why, if it was not completed.
+    pub reason: String,
+    /// Robots that were lost on the way, and when.
+    pub lost_robots: Vec<LostRobot>,
+    /// Messages in the bag.
+    pub n_messages: u64,
+    /// Messages missing in the bag between two that are in it, on topics that are to lose none.
+    pub n_lost: u64,
+    /// What did not get into the bag, by topic.
+    pub gaps: Vec<Gap>,
+    /// Robots that did not say that they stand.
+    pub not_standing: Vec<String>,
+    /// How long the robots were to move, in seconds.
+    pub duration_s: f64,
+    /// Time on the wall until all that the run needs was found, in seconds; with the simulator, which
+    /// is started for the run, its start is part of it.
+    pub preflight_s: Option<f64>,
+    /// Time on the wall in which all parameters were set and read back, in seconds.
+    pub parameters_s: Option<f64>,
+    /// Simulated seconds for each second on the wall; `None` in real time.
+    pub real_time_factor: Option<f64>,
+}
+
+/// Runs a plan against a simulated fleet that is there already.
+///
+/// # Errors
+///
+/// If the network cannot be used.
+pub async fn on_simulated_fleet(
+    plan: &Plan,
+    network: &OwnNetwork,
+    fleet: &mut SimulatedFleet,
+    operator: &dyn Operator,
+) -> anyhow::Result<RunSummary> {
+    let stop = async {
+        tokio::select! {
+            reason = operator.stop_requested() => reason,
+            reason = fleet.ended() => reason,
+        }
+    };
+    watched(plan, &network.session, stop, operator).await
+}
+
+/// Runs a plan, and shows how far it is.
+///
+/// # Errors
+///
+/// If the network cannot be used.
+pub async fn watched(
+    plan: &Plan,
+    network: &SessionOptions,
+    stop: impl Future<Output = String>,
+    operator: &dyn Operator,
+) -> anyhow::Result<RunSummary> {
+    let name = plan.bag.file_name().map_or_else(String::new, |name| name.display().to_string());
+    let verbosity = match plan.record.backend {
+        Backend::Simulator => Verbosity::Quiet,
+        Backend::Fleet | Backend::Mixed => Verbosity::Verbose,
+    };
+    let report = run(plan, network, &mut *operator.watch_run(&name, verbosity), stop).await?;
+    let gaps = match &report.bag {
+        Some(bag) => recording_gaps::in_bag(&recorded_run::open(&bag.folder)?),
+        None => Vec::new(),
+    };
+    Ok(summary(plan, report, gaps))
+}
+
+fn summary(plan: &Plan, report: RunReport, gaps: Vec<Gap>) -> RunSummary {
+    let record = &plan.record;
+    let simulated_s = plan.steps() as f64 * record.conditions.period_s;
+    let is_paced = record.time == Time::Lockstep && report.ending.kind == EndingKind::Completed;
+    RunSummary {
+        run_id: record.run_id.clone(),
+        ending: report.ending.kind.key(),
+        reason: report.ending.reason,
+        lost_robots: report.ending.lost,
+        n_messages: report.bag.as_ref().map_or(0, |bag| bag.n_messages),
+        bag: report.bag.map(|bag| bag.folder),
+        n_lost: report.n_lost,
+        gaps,
+        not_standing: report.not_standing,
+        duration_s: record.duration_s,
+        preflight_s: report.preflight_s,
+        parameters_s: report.parameters_s,
+        real_time_factor: report
+            .stepping_s
+            .filter(|stepping_s| is_paced && *stepping_s > 0.0)
+            .map(|stepping_s| simulated_s / stepping_s),
+    }
+}

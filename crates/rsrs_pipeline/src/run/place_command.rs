@@ -1,0 +1,121 @@
+//! Robots that a program places before they are used.
+
+use std::io::Write as _;
+use std::process::{Output, Stdio};
+
+use anyhow::Context;
+use serde::Serialize;
+
+use super::operator::Operator;
+use crate::error::with_help;
+
+/// Where robots are to stand, as the program gets it on its standard input: one line of JSON.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WantedPlacement {
+    /// What they are placed for: an experiment of a campaign, or a trial.
+    pub purpose: String,
+    /// Robots that take part; all others are to be out of their way and out of their sight.
+    pub robots: Vec<PlacedRobot>,
+}
+
+/// Where one robot is to stand.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlacedRobot {
+    /// Its name.
+    pub name: String,
+    /// Ahead of the middle of the floor, in metres.
+    pub x_m: f64,
+    /// To the left of it, in metres.
+    pub y_m: f64,
+    /// Where it looks, counterclockwise from x, in radians.
+    pub heading_rad: f64,
+}
+
+/// Has a program place robots, and waits until it has done so.
+///
+/// # Arguments
+///
+/// * `program` — as a shell takes it.
+///
+/// # Errors
+///
+/// If it cannot be started, ends with another exit code than 0, or a signal comes meanwhile; the error
+/// has what it printed.
+pub async fn place(
+    program: &str,
+    wanted: &WantedPlacement,
+    operator: &dyn Operator,
+) -> anyhow::Result<()> {
+    let mut line = serde_json::to_string(wanted).context("the placement as JSON")?;
+    line.push('\n');
+    let (input, mut told) = std::io::pipe().context("making a pipe")?;
+    let child = {
+        let mut command = tokio::process::Command::new("sh");
+        command.args(["-c", program]).kill_on_drop(true);
+        command.stdin(input).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.spawn().with_context(|| format!("starting `{program}`"))?
+    };
+    // A program that does not read keeps nobody waiting, and one that closes its input may do so.
+    std::thread::spawn(move || drop(told.write_all(line.as_bytes())));
+    let talk = child.wait_with_output();
+    let output = tokio::select! {
+        output = talk => output.with_context(|| format!("waiting for `{program}`"))?,
+        reason = operator.stop_requested() => anyhow::bail!("{reason} while `{program}` placed robots"),
+    };
+    if output.status.success() { Ok(()) } else { Err(refused(program, wanted, &output)) }
+}
+
+fn refused(program: &str, wanted: &WantedPlacement, output: &Output) -> anyhow::Error {
+    let said = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+    let said: Vec<&str> = said.iter().flat_map(|text| text.lines()).collect();
+    let said = if said.is_empty() { "nothing".to_owned() } else { said.join("\n  ") };
+    with_help(
+        format!(
+            "{}: `{program}` did not place the robots ({}); it printed:\n  {said}",
+            wanted.purpose, output.status
+        ),
+        "it gets one line of JSON on its standard input, and is to end with exit code 0 when all \
+         robots stand where that says; docs/campaigns.md has the keys",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::operator::Unattended;
+
+    fn wanted() -> WantedPlacement {
+        let robot =
+            PlacedRobot { name: "robot_1".to_owned(), x_m: 0.5, y_m: -0.25, heading_rad: 0.0 };
+        WantedPlacement { purpose: "001".to_owned(), robots: vec![robot] }
+    }
+
+    fn run(program: &str) -> anyhow::Result<()> {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+        runtime.block_on(place(program, &wanted(), &Unattended))
+    }
+
+    #[test]
+    fn a_program_gets_the_placement_as_one_line_of_json() {
+        let folder = tempfile::tempdir().unwrap();
+        let told = folder.path().join("told");
+
+        run(&format!("cat > {}", told.display())).unwrap();
+
+        let text = std::fs::read_to_string(told).unwrap();
+        assert_eq!(
+            text,
+            "{\"purpose\":\"001\",\"robots\":[{\"name\":\"robot_1\",\"x_m\":0.5,\"y_m\":-0.25,\
+             \"heading_rad\":0.0}]}\n"
+        );
+    }
+
+    #[test]
+    fn a_program_that_fails_is_repeated_with_what_it_printed() {
+        let error = run("echo where is robot_7; echo lost >&2; exit 4").unwrap_err().to_string();
+
+        assert!(error.contains("did not place the robots (exit status: 4)"), "{error}");
+        assert!(error.contains("where is robot_7\n  lost"), "{error}");
+        assert!(run("true").is_ok(), "it need not read");
+    }
+}

@@ -1,0 +1,107 @@
+//! The folder of a sweep: read back when it is finished.
+//!
+//! While a sweep is at work its folder holds `sweep.yaml` and the folder `unfinished`
+//! ([`unfinished`]). When that is gone, the results are there, and whole.
+
+mod block_file;
+mod cells;
+pub mod difference;
+pub(crate) mod unfinished;
+
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use rsrs_core::axis::Cell;
+use rsrs_core::choice::Choice;
+use rsrs_core::diagram::PhaseDiagram;
+use rsrs_core::document;
+
+use crate::error::with_help;
+use crate::files::{read_text, write_file};
+use crate::picture;
+use crate::sweep::result::SweepResult;
+use crate::sweep::source::ResolvedSweep;
+use crate::validation_file;
+
+const SWEEP: &str = "sweep.yaml";
+const CELLS: &str = "cells.csv";
+const CHOICE: &str = "choice.json";
+
+/// Draws the diagram of a sweep into its folder, with the answer of `rsrs validate` if it is there.
+///
+/// # Errors
+///
+/// If it cannot be drawn or written.
+pub fn draw(folder: &Path, result: &SweepResult) -> anyhow::Result<()> {
+    let validation = validation_file::note(folder, &result.source)?;
+    let options = picture::DiagramOptions { validation, ..picture::DiagramOptions::default() };
+    let svg = picture::of_sweep(result, &options)?;
+    write_file(&folder.join("diagram.svg"), svg.as_bytes())?;
+    write_file(&folder.join("diagram.png"), &rsrs_view::raster::png(&svg, picture::PNG_WIDTH_PX)?)
+}
+
+/// Reads the folder of a sweep back.
+///
+/// # Errors
+///
+/// If it is not the folder of a sweep, the sweep is unfinished, or a file in it was changed.
+pub fn read(folder: &Path) -> anyhow::Result<SweepResult> {
+    let source = read_source(folder)?;
+    if unfinished::is_unfinished(folder) {
+        return Err(with_help(
+            format!("the sweep in {} is unfinished", folder.display()),
+            format!(
+                "finish it with `{}`, or put shards together with `rsrs merge`",
+                unfinished::command(folder)
+            ),
+        ));
+    }
+    let path = folder.join(CELLS);
+    let text = read_text(&path)?;
+    let axes = source.sweep.swept_axes();
+    let worlds = cells::from_csv(&text, &axes, source.sweep.interval_kind())
+        .with_context(|| path.display().to_string())?;
+    let swept: Vec<Cell> = worlds.simulated.iter().map(|entry| entry.cell.clone()).collect();
+    if swept != source.sweep.all_cells() {
+        bail!("{} does not hold the cells of {SWEEP}", path.display());
+    }
+    let diagram = |cells| PhaseDiagram { axes: axes.clone(), cells };
+    Ok(SweepResult {
+        source,
+        diagram: diagram(worlds.simulated),
+        as_measured: worlds.as_measured.map(diagram),
+    })
+}
+
+/// Reads the choice that lies beside a sweep's files; `None` if there is none.
+///
+/// # Errors
+///
+/// If there is a file that is no choice.
+pub fn read_choice(folder: &Path) -> anyhow::Result<Option<Choice>> {
+    let path = folder.join(CHOICE);
+    if !path.exists() {
+        return Ok(None);
+    }
+    let text = read_text(&path)?;
+    let choice =
+        serde_json::from_str(&text).with_context(|| format!("{} is no choice", path.display()))?;
+    Ok(Some(choice))
+}
+
+/// Reads what was swept into a folder, or is being swept.
+///
+/// # Errors
+///
+/// If it is not the folder of a sweep.
+pub fn read_source(folder: &Path) -> anyhow::Result<ResolvedSweep> {
+    let path = folder.join(SWEEP);
+    if !path.exists() {
+        return Err(with_help(
+            format!("{} is not the folder of a sweep: it has no {SWEEP}", folder.display()),
+            "make one with `rsrs sweep SWEEP.yaml -o DIR`",
+        ));
+    }
+    let text = read_text(&path)?;
+    Ok(document::parse(&path.display().to_string(), &text)?)
+}

@@ -1,0 +1,112 @@
+//! `cells.csv`: one line for each cell, written and read back.
+
+use anyhow::{Context, bail};
+use rsrs_core::axis::{Axis, Cell};
+use rsrs_core::comparison::Share;
+use rsrs_core::diagram::{DiagramCell, PhaseCounts};
+use rsrs_core::interval_kind::IntervalKind;
+use rsrs_core::phase::Phase;
+
+use crate::sweep::result::SweepResult;
+
+/// The cells of a file, by world.
+pub struct Cells {
+    /// With the robots that the sweep makes worse.
+    pub simulated: Vec<DiagramCell>,
+    /// With the robots as measured; `None` where the file does not have them.
+    pub as_measured: Option<Vec<DiagramCell>>,
+}
+
+/// What the columns of robots as measured begin with.
+const AS_MEASURED: &str = "as_measured_";
+
+/// Axes, number of replicates, one count for each phase, majority, share of stable milling with its
+/// interval; all but the axes again for the robots as measured, if they are others; where cells have
+/// different numbers of replicates, also the kind of the interval.
+pub fn to_csv(result: &SweepResult) -> String {
+    let kind = result.source.sweep.interval_kind();
+    let axes = result.diagram.axes.iter().map(|axis| axis.key().to_owned());
+    let mut columns: Vec<String> = axes.chain(count_columns("")).collect();
+    if result.as_measured.is_some() {
+        columns.extend(count_columns(AS_MEASURED));
+    }
+    columns.extend(kind_column(kind).map(|(name, _)| name.to_owned()));
+    let mut csv = columns.join(",") + "\n";
+    for (index, DiagramCell { cell, counts }) in result.diagram.cells.iter().enumerate() {
+        let mut fields: Vec<String> = cell.iter().map(|(_, value)| value.to_string()).collect();
+        fields.extend(count_fields(counts, kind));
+        if let Some(measured) = &result.as_measured {
+            fields.extend(count_fields(&measured.cells[index].counts, kind));
+        }
+        fields.extend(kind_column(kind).map(|(_, key)| key.to_owned()));
+        csv += &(fields.join(",") + "\n");
+    }
+    csv
+}
+
+/// The columns of one world.
+fn count_columns(prefix: &str) -> impl Iterator<Item = String> {
+    let phases = Phase::ALL.map(Phase::key);
+    let names = ["n"].into_iter().chain(phases).chain(["phase", "b_s", "b_s_low", "b_s_high"]);
+    names.map(move |name| format!("{prefix}{name}"))
+}
+
+/// The fields of [`count_columns`].
+fn count_fields(counts: &PhaseCounts, kind: IntervalKind) -> impl Iterator<Item = String> {
+    let share = Share::milling(counts);
+    let interval = kind.interval(share.hits, share.n);
+    let numbers = std::iter::once(counts.total())
+        .chain(Phase::ALL.map(|phase| counts.get(phase)))
+        .map(|number| number.to_string());
+    let phase = counts.majority().map_or("", Phase::key).to_owned();
+    let shares = [share.value(), interval.low, interval.high].map(|share| format!("{share:.6}"));
+    let numbers: Vec<String> = numbers.collect();
+    numbers.into_iter().chain([phase]).chain(shares)
+}
+
+/// The last column of adaptive sweeps, with its value.
+fn kind_column(kind: IntervalKind) -> Option<(&'static str, &'static str)> {
+    (kind != IntervalKind::ClopperPearson).then(|| ("interval", kind.key()))
+}
+
+/// Reads what [`to_csv`] wrote, or an earlier version of it, which had one world only.
+///
+/// # Errors
+///
+/// If a line is not that of a cell with these axes and this kind of interval.
+pub fn from_csv(text: &str, axes: &[Axis], kind: IntervalKind) -> anyhow::Result<Cells> {
+    let header = text.lines().next().unwrap_or_default();
+    let has_both = header.split(',').any(|name| name.starts_with(AS_MEASURED));
+    let n_counts = count_columns("").count();
+    let n_simulated = axes.len() + n_counts;
+    let n_worlds = if has_both { n_simulated + n_counts } else { n_simulated };
+    let n_fields = n_worlds + kind_column(kind).iter().len();
+    let mut cells = Cells { simulated: Vec::new(), as_measured: has_both.then(Vec::new) };
+    for (line, row) in text.lines().enumerate().skip(1) {
+        let fields: Vec<&str> = row.split(',').collect();
+        if fields.len() != n_fields {
+            bail!("line {}: found {} fields, expected {n_fields}", line + 1, fields.len());
+        }
+        let (values, counts) = fields.split_at(axes.len());
+        let read = |counts: &[&str]| {
+            read_cell(values, counts, axes).with_context(|| format!("line {}", line + 1))
+        };
+        cells.simulated.push(read(counts)?);
+        if let Some(measured) = &mut cells.as_measured {
+            measured.push(read(&fields[n_simulated..])?);
+        }
+    }
+    Ok(cells)
+}
+
+/// A cell of these axes from its values and its counts, which begin with their sum.
+fn read_cell(values: &[&str], rest: &[&str], axes: &[Axis]) -> anyhow::Result<DiagramCell> {
+    let number = |text: &&str| text.parse::<f64>().with_context(|| format!("`{text}`"));
+    let values = values.iter().map(number).collect::<anyhow::Result<Vec<f64>>>()?;
+    let mut counts = PhaseCounts::default();
+    for (phase, field) in Phase::ALL.into_iter().zip(&rest[1..]) {
+        let n: u64 = field.parse().with_context(|| format!("`{field}` as a count"))?;
+        counts.add_many(phase, n);
+    }
+    Ok(DiagramCell { cell: Cell::new(axes.iter().copied().zip(values))?, counts })
+}

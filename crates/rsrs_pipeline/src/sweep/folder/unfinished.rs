@@ -1,0 +1,338 @@
+//! A sweep at work in its folder, so that it may be killed at any moment and resumed.
+//!
+//! In the folder there are `sweep.yaml` and the folder `unfinished`, which holds the finished blocks,
+//! one file each. A file is written beside its place and renamed, so none is half-written, and one
+//! that is damaged all the same is seen by its digest and made again. At the end the results are
+//! written from the blocks, in their order, and take their places one by one; then `unfinished` is
+//! renamed and removed. Nothing of this depends on who did which block when, so the finished folder
+//! is the same byte for byte.
+
+use std::fs::File;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::Context;
+use rsrs_core::digest::Digest;
+use rsrs_sim::sweep::{Block, ReplicateOutcome};
+
+use super::block_file::{Place, decode, encode};
+use super::difference::first_difference;
+use super::{CELLS, SWEEP, cells, draw, read_source};
+use crate::error::with_help;
+use crate::files::lock_file::try_lock;
+use crate::files::write_file;
+use crate::sweep::replicate_table::ReplicateTable;
+use crate::sweep::result::SweepResult;
+use crate::sweep::source::ResolvedSweep;
+
+/// The folder of finished blocks.
+const UNFINISHED: &str = "unfinished";
+/// What it is called once its blocks are in the results.
+const DISCARDED: &str = "discarded";
+/// Locked by the process that is at work.
+const LOCK: &str = "lock";
+const REPLICATES: &str = "replicates.parquet";
+/// The results, in the order in which they take their places.
+const RESULTS: [&str; 4] = [REPLICATES, CELLS, PICTURES[0], PICTURES[1]];
+const PICTURES: [&str; 2] = ["diagram.svg", "diagram.png"];
+
+/// Whether a sweep has begun in a folder and not ended.
+pub fn is_unfinished(folder: &Path) -> bool {
+    folder.join(UNFINISHED).exists()
+}
+
+/// The command that finishes the sweep of a folder.
+pub fn command(folder: &Path) -> String {
+    let folder = folder.display();
+    format!("rsrs sweep {folder}/{SWEEP} -o {folder}")
+}
+
+/// What there is to do in an output folder.
+pub enum Site {
+    /// The results of this very sweep are there.
+    Finished,
+    /// A sweep that was begun now or before.
+    Unfinished(Unfinished),
+}
+
+/// A sweep at work in its folder; no other process is at work in it.
+pub struct Unfinished {
+    folder: PathBuf,
+    sweep: u64,
+    /// Held open, for it is the lock.
+    _lock: File,
+}
+
+/// Opens an output folder, and makes it if it is not there.
+///
+/// # Errors
+///
+/// If the folder holds anything else than this very sweep, another process is at work in it, or it
+/// cannot be made.
+pub fn open(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Site> {
+    let sweep = serde_saphyr::to_string(source).context("the sweep as YAML")?;
+    let made = make(folder, &sweep)?;
+    let is_begun = is_unfinished(folder);
+    let lock = match made {
+        Some(lock) => Some(lock),
+        None if is_begun => Some(lock(folder)?),
+        None => None,
+    };
+    let there = refuse_another_sweep(folder, source)?;
+    let discarded = folder.join(DISCARDED);
+    if discarded.exists() {
+        remove_folder(&discarded)?;
+    }
+    // It may have been finished by another process before it was locked by this one.
+    let Some(lock) = lock.filter(|_| is_unfinished(folder)) else {
+        return Ok(Site::Finished);
+    };
+    refuse_another_program(folder, &there, source)?;
+    let mut digest = Digest::new("sweep");
+    digest.text(&sweep);
+    let unfinished =
+        Unfinished { folder: folder.to_path_buf(), sweep: digest.value(), _lock: lock };
+    Ok(Site::Unfinished(unfinished))
+}
+
+/// Makes the folder: beside its place, so that there is never one without its `sweep.yaml`.
+///
+/// # Returns
+///
+/// The lock of the new folder; `None` if there is a folder already, or another process has made it.
+fn make(folder: &Path, sweep: &str) -> anyhow::Result<Option<File>> {
+    let name = folder.file_name().context("the output folder needs a name")?;
+    let draft = folder.with_file_name(format!(".{}.new", name.to_string_lossy()));
+    while !folder.exists() {
+        let site = draft.join(UNFINISHED);
+        std::fs::create_dir_all(&site)
+            .with_context(|| format!("cannot make {}", draft.display()))?;
+        match try_lock(&site.join(LOCK)) {
+            // Another process has made the folder, and this draft is one too many.
+            Ok(Some(_lock)) if folder.exists() => remove_folder(&draft)?,
+            Ok(Some(lock)) => {
+                let made = write_file(&draft.join(SWEEP), sweep.as_bytes())
+                    .and_then(|()| move_to(&draft, folder));
+                if made.is_err() {
+                    // The first error is the one to report; a draft that cannot be removed is named
+                    // by it.
+                    drop(std::fs::remove_dir_all(&draft));
+                }
+                return made.map(|()| Some(lock));
+            }
+            // Another process makes this very folder, which takes it a moment.
+            Ok(None) => std::thread::sleep(Duration::from_millis(10)),
+            // It has done so between the two lines above.
+            Err(_) if folder.exists() || !site.exists() => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(None)
+}
+
+fn lock(folder: &Path) -> anyhow::Result<File> {
+    try_lock(&folder.join(UNFINISHED).join(LOCK))?.ok_or_else(|| {
+        with_help(
+            format!("another process is sweeping into {}", folder.display()),
+            "wait until it ends, or stop it and run this command again",
+        )
+    })
+}
+
+fn refuse_another_sweep(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<ResolvedSweep> {
+    let help = "give another folder with `-o`, or remove this one";
+    let refuse = |what: String| with_help(format!("{} exists and {what}", folder.display()), help);
+    if !folder.join(SWEEP).exists() {
+        return Err(refuse("is not the folder of a sweep".to_owned()));
+    }
+    let there = read_source(folder)?;
+    match first_difference(&there, source) {
+        Some(difference) => Err(refuse(format!("holds another sweep: {difference}"))),
+        None => Ok(there),
+    }
+}
+
+/// Half of the results from one program and half from another would be the results of neither.
+fn refuse_another_program(
+    folder: &Path,
+    there: &ResolvedSweep,
+    source: &ResolvedSweep,
+) -> anyhow::Result<()> {
+    let (before, now) = (&there.provenance, &source.provenance);
+    if before == now {
+        return Ok(());
+    }
+    Err(with_help(
+        format!(
+            "the sweep in {} was begun by another program: rsrs {} of commit {}, and this is {} of \
+             commit {}",
+            folder.display(),
+            before.version,
+            before.commit,
+            now.version,
+            now.commit
+        ),
+        "finish it with that program, or give another folder with `-o`",
+    ))
+}
+
+impl Unfinished {
+    fn place(&self, number: u64) -> (Place, PathBuf) {
+        let name = format!("block_{number:06}");
+        (Place { sweep: self.sweep, number }, self.folder.join(UNFINISHED).join(name))
+    }
+
+    /// Whether there is a file for a block.
+    pub fn has(&self, number: u64) -> bool {
+        self.place(number).1.exists()
+    }
+
+    /// Reads a block that is there and whole; nothing is changed.
+    ///
+    /// # Errors
+    ///
+    /// If a file cannot be read.
+    pub fn peek(
+        &self,
+        number: u64,
+        block: &Block,
+    ) -> anyhow::Result<Option<Vec<ReplicateOutcome>>> {
+        let (place, path) = self.place(number);
+        match std::fs::read(&path) {
+            Ok(bytes) => Ok(decode(place, block, &bytes)),
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(error).with_context(|| format!("cannot read {}", path.display())),
+        }
+    }
+
+    /// Reads a block that is there; what is there and damaged is removed.
+    ///
+    /// # Errors
+    ///
+    /// If a file cannot be read or removed.
+    pub fn read(
+        &self,
+        number: u64,
+        block: &Block,
+    ) -> anyhow::Result<Option<Vec<ReplicateOutcome>>> {
+        let outcomes = self.peek(number, block)?;
+        if outcomes.is_none() && self.has(number) {
+            let (_, path) = self.place(number);
+            std::fs::remove_file(&path)
+                .with_context(|| format!("cannot remove {}, which is damaged", path.display()))?;
+        }
+        Ok(outcomes)
+    }
+
+    /// Keeps a finished block.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be written; the blocks that are kept are not touched.
+    pub fn keep(
+        &self,
+        number: u64,
+        block: &Block,
+        outcomes: &[ReplicateOutcome],
+    ) -> anyhow::Result<()> {
+        let (place, path) = self.place(number);
+        let draft = path.with_extension("new");
+        let kept = write_file(&draft, &encode(place, block, outcomes))
+            .and_then(|()| move_to(&draft, &path));
+        if kept.is_err() {
+            // It may be what fills the disk. The first error is the one to report.
+            drop(std::fs::remove_file(&draft));
+        }
+        kept
+    }
+
+    /// Writes the results from all blocks, and ends the work.
+    ///
+    /// # Arguments
+    ///
+    /// * `blocks` — all, with their numbers, in order.
+    /// * `n_threads` — how many to use: with two, the picture is drawn beside the tables.
+    ///
+    /// # Errors
+    ///
+    /// If a result cannot be written, or a block was damaged since it was kept; the folder can then
+    /// still be resumed.
+    pub fn finish(
+        self,
+        result: &SweepResult,
+        blocks: impl Iterator<Item = (u64, Block)>,
+        n_threads: usize,
+    ) -> anyhow::Result<()> {
+        let site = self.folder.join(UNFINISHED);
+        let tabulate = || {
+            self.write_replicates(&site.join(REPLICATES), result, blocks)?;
+            let csv = cells::to_csv(result);
+            write_file(&site.join(CELLS), csv.as_bytes())?;
+            // The disk takes its time too, while the picture is being drawn.
+            [REPLICATES, CELLS].iter().try_for_each(|name| save(&site.join(name)))
+        };
+        if n_threads > 1 {
+            std::thread::scope(|scope| {
+                let picture = scope.spawn(|| draw(&site, result));
+                tabulate()?;
+                picture.join().expect("drawing does not panic")
+            })?;
+        } else {
+            tabulate()?;
+            draw(&site, result)?;
+        }
+        for name in PICTURES {
+            save(&site.join(name))?;
+        }
+        for name in RESULTS {
+            move_to(&site.join(name), &self.folder.join(name))?;
+        }
+        let discarded = self.folder.join(DISCARDED);
+        move_to(&site, &discarded)?;
+        remove_folder(&discarded)
+    }
+
+    fn write_replicates(
+        &self,
+        path: &Path,
+        result: &SweepResult,
+        blocks: impl Iterator<Item = (u64, Block)>,
+    ) -> anyhow::Result<()> {
+        let mut table = ReplicateTable::create(path, result)?;
+        for (number, block) in blocks {
+            let outcomes = self.read(number, &block)?.with_context(|| {
+                format!("block {number} in {} was changed meanwhile", self.folder.display())
+            })?;
+            table.append(&outcomes)?;
+        }
+        table.finish()
+    }
+
+    /// Removes a folder in which nothing was kept.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be removed.
+    pub fn abandon(self) -> anyhow::Result<()> {
+        remove_folder(&self.folder)
+    }
+}
+
+/// Waits until a file is on the disk, so that its blocks may be removed.
+fn save(path: &Path) -> anyhow::Result<()> {
+    let saved = File::open(path).and_then(|file| file.sync_all());
+    saved.with_context(|| format!("cannot save {}", path.display()))
+}
+
+fn move_to(from: &Path, to: &Path) -> anyhow::Result<()> {
+    std::fs::rename(from, to).with_context(|| format!("cannot make {}", to.display()))
+}
+
+/// Removes a folder, unless another process has just done so.
+fn remove_folder(folder: &Path) -> anyhow::Result<()> {
+    match std::fs::remove_dir_all(folder) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        removed => removed.with_context(|| format!("cannot remove {}", folder.display())),
+    }
+}

@@ -1,0 +1,198 @@
+//! The tidy table of replicates: one row each, as Parquet.
+
+use std::fs::File;
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::Context;
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::schema::parser::parse_message_type;
+use rsrs_core::axis::Axis;
+use rsrs_core::diagram::PhaseDiagram;
+use rsrs_core::order::Evidence;
+use rsrs_sim::sweep::ReplicateOutcome;
+
+use crate::sweep::result::{SweepResult, World};
+
+/// A column of order parameters: its name, and how to read it.
+type Column = (&'static str, fn(&ReplicateOutcome) -> Option<f64>);
+
+const COLUMNS: [Column; 12] = [
+    ("lost", |row| row.evidence.lost),
+    ("blocked", |row| Some(row.evidence.blocked)),
+    ("stuck", |row| Some(row.evidence.stuck)),
+    ("rotation", |row| Some(row.evidence.rotation)),
+    ("orbit", |row| Some(row.evidence.orbit)),
+    ("fatness", |row| Some(row.evidence.fatness)),
+    ("tangentness", |row| Some(row.evidence.tangentness)),
+    ("circliness", |row| Some(row.evidence.circliness)),
+    ("mean_radius_m", |row| Some(row.evidence.mean_radius_m)),
+    ("contact_onsets_per_s", |row| row.evidence.contact_onsets_per_s),
+    ("circliness_ceiling", |row| Some(row.evidence.circliness_ceiling)),
+    ("converged_s", |row| row.converged_s),
+];
+
+// A new order parameter must not be forgotten here.
+const _: fn(Evidence) = |Evidence {
+                             lost: _,
+                             blocked: _,
+                             stuck: _,
+                             rotation: _,
+                             orbit: _,
+                             fatness: _,
+                             tangentness: _,
+                             circliness: _,
+                             mean_radius_m: _,
+                             contact_onsets_per_s: _,
+                             circliness_ceiling: _,
+                         }| {};
+
+/// Rows of a group: as many as are held in memory.
+const GROUP_ROWS: usize = 65_536;
+
+/// A table that is being written: one row for each replicate with axes, number, seed, phase, order
+/// parameters, time to converge, and which world it is of.
+///
+/// Its bytes follow from its rows, however they are appended, and so does its memory: that of one
+/// group of rows.
+pub struct ReplicateTable<'a> {
+    path: &'a Path,
+    diagram: &'a PhaseDiagram,
+    seed: u64,
+    /// That of the first as many rows as there are cells, and that of the next.
+    worlds: Vec<World>,
+    writer: SerializedFileWriter<File>,
+    rows: Vec<ReplicateOutcome>,
+}
+
+impl<'a> ReplicateTable<'a> {
+    /// Begins a table.
+    ///
+    /// # Arguments
+    ///
+    /// * `result` — the sweep; outcomes refer to its cells by index, first to those of robots made
+    ///   worse, and from there on to those of robots as measured.
+    ///
+    /// # Errors
+    ///
+    /// If the file cannot be written.
+    pub fn create(path: &'a Path, result: &'a SweepResult) -> anyhow::Result<Self> {
+        let (diagram, seed) = (&result.diagram, result.source.sweep.seed);
+        let worlds = match result.source.as_measured() {
+            Some(_) => vec![World::Harsher, World::AsMeasured],
+            None => vec![World::AsMeasured],
+        };
+        let properties = WriterProperties::builder()
+            .set_created_by("rsrs".to_owned())
+            .set_compression(parquet::basic::Compression::SNAPPY)
+            .set_max_row_group_row_count(Some(GROUP_ROWS))
+            .build();
+        let schema = parse_message_type(&schema(&diagram.axes)).context("schema of the rows")?;
+        let file = File::create(path).with_context(|| cannot_write(path))?;
+        let writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties))
+            .with_context(|| cannot_write(path))?;
+        Ok(Self { path, diagram, seed, worlds, writer, rows: Vec::new() })
+    }
+
+    /// Appends rows.
+    ///
+    /// # Errors
+    ///
+    /// If they cannot be written.
+    pub fn append(&mut self, outcomes: &[ReplicateOutcome]) -> anyhow::Result<()> {
+        self.rows.extend_from_slice(outcomes);
+        while self.rows.len() >= GROUP_ROWS {
+            let group: Vec<ReplicateOutcome> = self.rows.drain(..GROUP_ROWS).collect();
+            self.write_group(&group).with_context(|| cannot_write(self.path))?;
+        }
+        Ok(())
+    }
+
+    /// Writes what is left, and the file's end.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be written.
+    pub fn finish(mut self) -> anyhow::Result<()> {
+        let group = std::mem::take(&mut self.rows);
+        if !group.is_empty() {
+            self.write_group(&group).with_context(|| cannot_write(self.path))?;
+        }
+        self.writer.close().with_context(|| cannot_write(self.path))?;
+        Ok(())
+    }
+
+    fn write_group(&mut self, rows: &[ReplicateOutcome]) -> anyhow::Result<()> {
+        let (diagram, seed) = (self.diagram, self.seed);
+        let n_cells = diagram.cells.len();
+        let phases: Vec<&str> = rows.iter().map(|row| row.phase.key()).collect();
+        let worlds: Vec<&str> =
+            rows.iter().map(|row| self.worlds[row.cell / n_cells].key()).collect();
+        let mut group = self.writer.next_row_group()?;
+        for axis in &diagram.axes {
+            let value = |row: &ReplicateOutcome| {
+                let cell = &diagram.cells[row.cell % n_cells].cell;
+                cell.get(*axis).expect("every cell has every axis")
+            };
+            doubles(&mut group, &rows.iter().map(value).collect::<Vec<_>>())?;
+        }
+        integers(&mut group, rows.iter().map(|row| row.replicate))?;
+        integers(&mut group, rows.iter().map(|_| seed))?;
+        keys(&mut group, &phases)?;
+        for (_, read) in COLUMNS {
+            optional_doubles(&mut group, &rows.iter().map(read).collect::<Vec<_>>())?;
+        }
+        keys(&mut group, &worlds)?;
+        group.close()?;
+        Ok(())
+    }
+}
+
+fn cannot_write(path: &Path) -> String {
+    format!("cannot write {}", path.display())
+}
+
+fn schema(axes: &[Axis]) -> String {
+    let axes = axes.iter().map(|axis| format!("required double {axis};"));
+    let fixed = [
+        "required int64 replicate;".to_owned(),
+        "required int64 seed;".to_owned(),
+        "required binary phase (utf8);".to_owned(),
+    ];
+    let columns = COLUMNS.iter().map(|(name, _)| format!("optional double {name};"));
+    let world = ["required binary world (utf8);".to_owned()];
+    let fields: Vec<String> = axes.chain(fixed).chain(columns).chain(world).collect();
+    format!("message replicate {{ {} }}", fields.join(" "))
+}
+
+type Group<'a> = SerializedRowGroupWriter<'a, File>;
+
+fn doubles(group: &mut Group<'_>, values: &[f64]) -> anyhow::Result<()> {
+    let mut column = group.next_column()?.context("a column for each axis")?;
+    column.typed::<DoubleType>().write_batch(values, None, None)?;
+    Ok(column.close()?)
+}
+
+fn optional_doubles(group: &mut Group<'_>, values: &[Option<f64>]) -> anyhow::Result<()> {
+    let present: Vec<f64> = values.iter().copied().flatten().collect();
+    let levels: Vec<i16> = values.iter().map(|value| i16::from(value.is_some())).collect();
+    let mut column = group.next_column()?.context("a column for each order parameter")?;
+    column.typed::<DoubleType>().write_batch(&present, Some(&levels), None)?;
+    Ok(column.close()?)
+}
+
+fn integers(group: &mut Group<'_>, values: impl Iterator<Item = u64>) -> anyhow::Result<()> {
+    let values: Vec<i64> = values.map(u64::cast_signed).collect();
+    let mut column = group.next_column()?.context("a column for each number")?;
+    column.typed::<Int64Type>().write_batch(&values, None, None)?;
+    Ok(column.close()?)
+}
+
+fn keys(group: &mut Group<'_>, keys: &[&str]) -> anyhow::Result<()> {
+    let keys: Vec<ByteArray> = keys.iter().map(|key| ByteArray::from(*key)).collect();
+    let mut column = group.next_column()?.context("a column for each key")?;
+    column.typed::<ByteArrayType>().write_batch(&keys, None, None)?;
+    Ok(column.close()?)
+}

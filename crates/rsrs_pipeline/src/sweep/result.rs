@@ -1,0 +1,74 @@
+//! What a sweep is once it is finished, wherever it is kept.
+
+use rsrs_core::choice::Worlds;
+use rsrs_core::diagram::PhaseDiagram;
+
+use crate::error::with_help;
+use crate::sweep::source::ResolvedSweep;
+
+/// A finished sweep.
+#[derive(Clone, Debug)]
+pub struct SweepResult {
+    /// What was swept.
+    pub source: ResolvedSweep,
+    /// What came out, with the robots that the sweep makes worse.
+    pub diagram: PhaseDiagram,
+    /// What came out with the robots as measured; `None` if they are not made worse, or in a folder
+    /// that was made before sweeps held both worlds.
+    pub as_measured: Option<PhaseDiagram>,
+}
+
+/// One of the two worlds of a sweep.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum World {
+    /// The robots are made worse than measured, as the sweep's `harsher` says.
+    #[default]
+    Harsher,
+    /// The robots are as measured.
+    AsMeasured,
+}
+
+impl World {
+    /// Its name in tables.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Harsher => "harsher",
+            Self::AsMeasured => "as_measured",
+        }
+    }
+}
+
+impl SweepResult {
+    /// Both worlds.
+    ///
+    /// # Errors
+    ///
+    /// If the folder was made before sweeps held both worlds.
+    pub fn worlds(&self) -> anyhow::Result<Worlds<'_>> {
+        let is_one = self.source.as_measured().is_none();
+        if self.as_measured.is_none() && !is_one {
+            return Err(with_help(
+                "this sweep holds one world only, that of robots made worse: it was made before \
+                 sweeps held the robots as measured, too",
+                "sweep it again into another folder, and go on there: `rsrs sweep DIR/sweep.yaml -o \
+                 NEW_DIR`",
+            ));
+        }
+        Ok(Worlds { simulated: &self.diagram, as_measured: self.as_measured.as_ref() })
+    }
+
+    /// The diagram of one world.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::worlds`], for the world as measured.
+    pub fn of_world(&self, world: World) -> anyhow::Result<&PhaseDiagram> {
+        match world {
+            World::Harsher => Ok(&self.diagram),
+            World::AsMeasured => {
+                let worlds = self.worlds()?;
+                Ok(worlds.as_measured.unwrap_or(worlds.simulated))
+            }
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! Whether cells are settled at their duration: their runs, looked at at two thirds and at the end.
+
+use std::path::Path;
+
+use rsrs_core::axis::Cell;
+use rsrs_core::conditions::Conditions;
+use rsrs_core::phase::Phase;
+use rsrs_core::settling::{Settling, edge};
+use rsrs_sim::sweep::{Runs, Swept, sweep};
+use serde::Serialize;
+
+use crate::execution::Execution;
+use crate::sweep::result::SweepResult;
+use crate::sweep::source::ResolvedSweep;
+
+/// Runs of a cell that `choose` and `episode` look at.
+pub const LOOK: u64 = 200;
+/// Runs of each cell at the edge that `sweep` looks at, at most.
+const LOOK_AT_EDGE: u64 = 16;
+
+/// A cell that is not settled.
+#[derive(Clone, Debug, Serialize)]
+pub struct Unsettled {
+    cell: Cell,
+    #[serde(flatten)]
+    settling: Settling,
+}
+
+/// Whether one cell of a sweep is settled; `None` if its runs are too short to tell.
+///
+/// # Errors
+///
+/// If it is called off.
+pub fn of_cell(
+    source: &ResolvedSweep,
+    index: usize,
+    execution: Execution<'_>,
+) -> anyhow::Result<Option<Settling>> {
+    let (_, conditions) = source.cells("sweep.yaml")?.swap_remove(index);
+    let found = of_conditions(source, &[conditions], (LOOK, execution))?;
+    Ok(found.and_then(|found| found.into_iter().next()))
+}
+
+/// The cells at the edge of a sweep's milling region that are not settled.
+///
+/// # Errors
+///
+/// If it is called off.
+pub fn at_edge(
+    result: &SweepResult,
+    execution: Execution<'_>,
+) -> anyhow::Result<(usize, Vec<Unsettled>)> {
+    let edge = edge(&result.diagram);
+    let cells = result.source.cells("sweep.yaml")?;
+    let of_edge: Vec<Conditions> = edge.iter().map(|index| cells[*index].1.clone()).collect();
+    let n = LOOK_AT_EDGE.min(result.source.sweep.replicates);
+    let found = of_conditions(&result.source, &of_edge, (n, execution))?.unwrap_or_default();
+    let unsettled = edge.iter().zip(found).filter(|(_, settling)| !settling.is_settled());
+    let unsettled = unsettled
+        .map(|(index, settling)| Unsettled { cell: cells[*index].0.clone(), settling })
+        .collect();
+    Ok((edge.len(), unsettled))
+}
+
+/// A longer run passes through the states of a shorter one, so the same runs are made twice, to two
+/// thirds and to their end.
+fn of_conditions(
+    source: &ResolvedSweep,
+    conditions: &[Conditions],
+    (replicates, execution): (u64, Execution<'_>),
+) -> anyhow::Result<Option<Vec<Settling>>> {
+    let duration_s = source.sweep.duration_s;
+    let Some(from_s) = Settling::last_third_s(duration_s).filter(|_| !conditions.is_empty()) else {
+        return Ok(None);
+    };
+    let phases = |duration_s| -> anyhow::Result<Vec<Phase>> {
+        let runs = Runs {
+            seed: source.sweep.seed,
+            replicates,
+            duration_s,
+            n_threads: execution.n_threads,
+        };
+        let Swept { outcomes, .. } = execution
+            .simulate("looking whether phases still change", |watch| {
+                sweep(conditions, runs, watch)
+            })?;
+        Ok(outcomes.into_iter().map(|outcome| outcome.phase).collect())
+    };
+    let (before, after) = (phases(from_s)?, phases(duration_s)?);
+    let n = usize::try_from(replicates)?;
+    let cells = before.chunks(n).zip(after.chunks(n));
+    Ok(Some(cells.map(|(before, after)| Settling::of(before, after, from_s)).collect()))
+}
+
+/// Whether a cell is settled, in words.
+pub fn text(settling: &Settling) -> String {
+    let Settling { n_replicates, n_changed, from_s } = settling;
+    let changes = format!(
+        "{n_changed} of {n_replicates} runs change their phase in the last third, after {from_s:.0} s"
+    );
+    if settling.is_settled() {
+        return format!("settled: {changes}");
+    }
+    format!("not settled: {changes}; with a longer `duration_s`, B_s may be another")
+}
+
+/// What is to be said of a sweep whose edge is not settled.
+pub fn warning(folder: &Path, (n_edge, unsettled): (usize, &[Unsettled])) -> Option<String> {
+    let worst = unsettled.iter().max_by_key(|cell| cell.settling.n_changed)?;
+    let Settling { n_replicates, n_changed, from_s } = worst.settling;
+    Some(format!(
+        "{} of {n_edge} cells at the edge of the milling region are not settled: of {}, {n_changed} of \
+         {n_replicates} runs change their phase after {from_s:.0} s; before you rely on the edge, sweep \
+         {} with a longer `duration_s`",
+        unsettled.len(),
+        worst.cell,
+        folder.join("sweep.yaml").display()
+    ))
+}

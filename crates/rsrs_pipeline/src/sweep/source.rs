@@ -1,0 +1,123 @@
+//! A sweep with its profile: read from a person's files, or back from a result folder.
+
+use std::path::Path;
+
+use rsrs_core::axis::Cell;
+use rsrs_core::conditions::Conditions;
+use rsrs_core::document;
+use rsrs_core::harsher::{Harsher, HarsherFactors};
+use rsrs_core::profile::{ProfileError, RobotProfile};
+use rsrs_core::start_file::{Headings, StartPlacement, Starts, read_starts};
+use rsrs_core::sweep_file::{SweepFile, SweepFileError};
+use serde::{Deserialize, Serialize};
+
+use crate::error::with_help;
+use crate::files::read_text;
+use crate::provenance::Provenance;
+
+/// A sweep that needs no other file: what `sweep.yaml` in a result folder holds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ResolvedSweep {
+    /// The sweep as written, defaults filled in.
+    pub sweep: SweepFile,
+    /// The measured robot.
+    pub profile: RobotProfile,
+    /// Where the results come from.
+    pub provenance: Provenance,
+}
+
+impl ResolvedSweep {
+    /// Reads a sweep file and the profile that it names.
+    ///
+    /// # Errors
+    ///
+    /// If a file cannot be read or is not what it should be, with file, line and column.
+    pub fn read(path: &Path) -> anyhow::Result<Self> {
+        let name = path.display().to_string();
+        let text = read_text(path)?;
+        let mut sweep = SweepFile::parse(&name, &text).map_err(explain_sweep)?;
+        let beside = path.parent().unwrap_or(Path::new(""));
+        let profile = read_profile(&beside.join(&sweep.profile))?;
+        if let Some(StartPlacement::File { path, headings }) = &sweep.placement {
+            let starts = read_start_table(&beside.join(path), *headings)?;
+            sweep.placement = Some(StartPlacement::Given { starts: starts.starts });
+        }
+        sweep.harsher = Harsher::from(sweep.factors(&profile));
+        let provenance = Provenance::of(&profile);
+        Ok(Self { sweep, profile, provenance })
+    }
+
+    /// Reads a sweep file and its profile, or what a sweep has left of both in its result folder.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::read`].
+    pub fn read_either(path: &Path) -> anyhow::Result<Self> {
+        let name = path.display().to_string();
+        let text = read_text(path)?;
+        // No key of a sweep file is called so.
+        if !text.lines().any(|line| line.starts_with("sweep:")) {
+            return Self::read(path);
+        }
+        let Self { sweep, profile, .. } = document::parse(&name, &text)?;
+        sweep.check(&name).map_err(explain_sweep)?;
+        let provenance = Provenance::of(&profile);
+        Ok(Self { sweep, profile, provenance })
+    }
+
+    /// The same sweep with the robots as measured; `None` if it is that already.
+    pub fn as_measured(&self) -> Option<Self> {
+        let none = Harsher::from(HarsherFactors::NONE);
+        let sweep = SweepFile { harsher: none, ..self.sweep.clone() };
+        (self.sweep.harsher != sweep.harsher).then(|| Self { sweep, ..self.clone() })
+    }
+
+    /// Names the results of this sweep: 16 hexadecimal digits.
+    pub fn digest(&self) -> String {
+        self.sweep.digest(&self.profile)
+    }
+
+    /// The cells with their conditions.
+    ///
+    /// # Errors
+    ///
+    /// If a cell cannot be simulated.
+    pub fn cells(&self, file: &str) -> anyhow::Result<Vec<(Cell, Conditions)>> {
+        self.sweep.resolve(file, &self.profile).map_err(explain_sweep)
+    }
+}
+
+/// Reads a table of start poses; that names of robots are in it does not count where all are alike.
+fn read_start_table(path: &Path, headings: Option<Headings>) -> anyhow::Result<Starts> {
+    let name = path.display().to_string();
+    let text = read_text(path)?;
+    read_starts(&name, &text, headings).map_err(|error| match error.help() {
+        Some(help) => with_help(error.to_string(), help),
+        None => error.into(),
+    })
+}
+
+/// Reads a profile.
+///
+/// # Errors
+///
+/// If the file cannot be read or does not describe a robot.
+pub fn read_profile(path: &Path) -> anyhow::Result<RobotProfile> {
+    let name = path.display().to_string();
+    let text = read_text(path)?;
+    RobotProfile::parse(&name, &text).map_err(|error| match &error {
+        ProfileError::Document(document) => match document.help() {
+            Some(help) => with_help(error.to_string(), help),
+            None => error.into(),
+        },
+        _ => anyhow::Error::new(error).context(format!("{name} does not describe a robot")),
+    })
+}
+
+fn explain_sweep(error: SweepFileError) -> anyhow::Error {
+    match error.help() {
+        Some(help) => with_help(error.to_string(), help),
+        None => error.into(),
+    }
+}

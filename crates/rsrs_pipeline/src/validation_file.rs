@@ -1,0 +1,166 @@
+//! `validation.json`: whether a simulator was held against real trajectories, and what came out.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use anyhow::Context;
+use rsrs_core::axis::Cell;
+use rsrs_core::capability::{CapabilityViolation, LostCapability, SensorViolation};
+use rsrs_core::digest::Digest;
+use rsrs_core::harsher::HarsherFactors;
+use rsrs_core::validation::Validation;
+use rsrs_core::variance::Estimate;
+use serde::{Deserialize, Serialize};
+
+use crate::files::{read_text, write_file};
+use crate::provenance::Provenance;
+use crate::sweep::source::ResolvedSweep;
+
+/// Name of the file in the folder of a sweep.
+pub const NAME: &str = "validation.json";
+
+/// Which simulated robot was judged.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Judged {
+    /// Digest of the measured profile.
+    pub profile_digest: String,
+    /// How the simulated robot is worse.
+    pub harsher: HarsherFactors,
+    /// Capabilities that the sweep fixes, by axis.
+    pub fixed: BTreeMap<String, f64>,
+    /// Values on the capabilities that it sweeps, by axis; one of several robots was judged then.
+    pub at: BTreeMap<String, f64>,
+    /// Names the measured profile with what the sweep makes of it; without `at`.
+    pub simulator_digest: String,
+}
+
+/// The answer.
+#[derive(Clone, Debug, Serialize)]
+pub struct Answer {
+    /// Which simulated robot was judged.
+    #[serde(flatten)]
+    pub judged: Judged,
+    /// Whether trials are contained and the simulated robot is nowhere better.
+    pub is_harsher: bool,
+    /// Whether the trials are contained, and where they left.
+    #[serde(flatten)]
+    pub validation: Validation,
+    /// Capabilities in which the simulated robot is better than the profile.
+    pub capability_violations: Vec<CapabilityViolation>,
+    /// Capabilities of which the factors leave it next to nothing.
+    pub lost_capabilities: Vec<LostCapability>,
+    /// Places at which detections contradict the simulated sensor; `None` if none were given.
+    pub sensor_violations: Option<Vec<SensorViolation>>,
+    /// The smallest factors with which the trials are contained; `None` if they are, or if no factor
+    /// helps.
+    pub smallest_factors: Option<HarsherFactors>,
+    /// What the trajectories say of turning, if a profile with it contains them; then no factor is
+    /// searched.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turning: Option<Turning>,
+    /// Where it comes from.
+    pub provenance: Provenance,
+}
+
+/// How real robots turn, where that is why they leave the simulated reach.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Turning {
+    /// Time constant of their turning rate, in seconds; `None` if it is that of the profile.
+    pub yaw_lag_s: Option<Estimate>,
+    /// Gain of their turning rate while they drive; dimensionless; `None` if it is that of the profile.
+    pub driving_gain: Option<Estimate>,
+}
+
+/// What a picture says of an answer.
+#[derive(Deserialize)]
+struct Told {
+    #[serde(flatten)]
+    judged: Judged,
+    is_harsher: bool,
+    is_contained: bool,
+    share: f64,
+    n_trials: usize,
+    n_inside: usize,
+}
+
+impl Judged {
+    /// The simulated robot of a sweep, at some values of the capabilities that it sweeps.
+    ///
+    /// # Panics
+    ///
+    /// Never: what it serialises is numbers and texts.
+    pub fn of(source: &ResolvedSweep, at: &Cell) -> Self {
+        let fixed = source.sweep.fixed.values.iter().filter(|(axis, _)| axis.is_capability());
+        let fixed: BTreeMap<String, f64> =
+            fixed.map(|(axis, value)| (axis.key().to_owned(), *value)).collect();
+        let (profile_digest, harsher) =
+            (source.profile.digest(), source.sweep.factors(&source.profile));
+        let made = serde_json::to_string(&(&profile_digest, harsher, &fixed));
+        let mut digest = Digest::new("simulator");
+        digest.text(&made.expect("numbers and texts are plain data"));
+        Self {
+            profile_digest,
+            harsher,
+            fixed,
+            at: at.iter().map(|(axis, value)| (axis.key().to_owned(), value)).collect(),
+            simulator_digest: format!("{:016x}", digest.value()),
+        }
+    }
+
+    fn is_of(&self, source: &ResolvedSweep) -> bool {
+        self.simulator_digest == Self::of(source, &Cell::default()).simulator_digest
+    }
+}
+
+impl Answer {
+    /// Writes the answer into a folder.
+    ///
+    /// # Errors
+    ///
+    /// If the file cannot be written.
+    pub fn write(&self, folder: &Path) -> anyhow::Result<()> {
+        let json = serde_json::to_string_pretty(self).context("the answer as JSON")?;
+        write_file(&folder.join(NAME), format!("{json}\n").as_bytes())
+    }
+}
+
+/// What a picture of a sweep says about whether its simulator was validated.
+///
+/// # Arguments
+///
+/// * `folder` — of the sweep.
+/// * `source` — what it holds; an answer about another profile or other factors does not count.
+///
+/// # Errors
+///
+/// If there is a file that is no answer.
+pub fn note(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Option<String>> {
+    let path = folder.join(NAME);
+    if !path.exists() {
+        return Ok(None);
+    }
+    let text = read_text(&path)?;
+    let told: Told = serde_json::from_str(&text)
+        .with_context(|| format!("{} is no answer of `rsrs validate`", path.display()))?;
+    Ok(told.judged.is_of(source).then(|| told.text()))
+}
+
+impl Told {
+    fn text(&self) -> String {
+        let Self { n_inside, n_trials, .. } = self;
+        let counts = format!(
+            "{n_inside} of {n_trials} trials inside the simulated {:.0} % reach",
+            self.share * 100.0
+        );
+        let at: Vec<String> =
+            self.judged.at.iter().map(|(axis, value)| format!("{axis}={value}")).collect();
+        let at = if at.is_empty() { String::new() } else { format!(" (at {})", at.join(", ")) };
+        match (self.is_contained, self.is_harsher) {
+            (true, true) => format!("validated: {counts}{at}"),
+            (true, false) => {
+                format!("NOT validated: {counts}{at}, but the simulated robot is better in part")
+            }
+            (false, _) => format!("NOT contained: {counts}{at}"),
+        }
+    }
+}
