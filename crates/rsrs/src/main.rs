@@ -11,7 +11,6 @@ mod notes;
 mod progress;
 mod starter_files;
 mod sweep_report;
-mod table_text;
 
 use std::process::ExitCode;
 

@@ -12,6 +12,7 @@ pub mod measure;
 pub mod picture;
 pub mod provenance;
 pub mod recorded_run;
+pub mod replay;
 pub mod run;
 pub mod sweep;
 pub mod validation_file;

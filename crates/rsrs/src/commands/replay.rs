@@ -1,29 +1,24 @@
 //! `rsrs replay`: a bag back on the network, or into today's controller.
 
-mod controls;
-mod into_controller;
-mod into_judge;
-mod publish;
-mod selection;
-
 use std::path::PathBuf;
 
 use rsrs_core::controller::ControllerParameters;
 use rsrs_ros::logging::{self, Level};
 
-use crate::commands::{Format, runtime};
+use crate::commands::{Format, report, runtime};
+use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use rsrs_pipeline::recorded_run;
+use rsrs_pipeline::replay::{Pace, publish, replay_into_controller, replay_into_judge, select};
 
 /// Publish a bag on the network, or feed it to the controller or the judge.
 ///
 /// On the network, messages go out at the pace of their recording and with the quality of service that
 /// was recorded; `/clock` says the recorded time. Topics by which robots are steered (detections,
 /// velocity commands, poses of a tracker, `hardware/…`, leases, the e-stop, statuses) are left out
-/// unless `--topics` names them, and so is what another program publishes now. In a
-/// terminal, each with Enter: nothing pauses and goes on, `s` makes a step, `s 42` goes to 42 s behind
-/// the start, `+10` and `-10` go 10 s on and back, `q` ends.
+/// unless `--topics` names them, and so is what another program publishes now. To pause and to seek,
+/// play the bag with `ros2 bag play` or open it in Foxglove.
 ///
 /// With `--into controller` nothing is published: recorded detections are fed to the controller of
 /// this program, and its commands are compared with the recorded ones. With `--into judge` the run is
@@ -61,12 +56,9 @@ pub struct Arguments {
     #[arg(long, value_name = "S", default_value_t = 1.0, hide_default_value = true,
           value_parser = not_negative)]
     delay: f64,
-    /// Start paused; needs a terminal to go on.
-    #[arg(long)]
-    pause: bool,
     /// Feed the bag to a part of this program, instead of publishing it.
     #[arg(long, value_enum, conflicts_with_all =
-          ["interface", "rate", "topics", "is_loop", "start", "delay", "pause"])]
+          ["interface", "rate", "topics", "is_loop", "start", "delay"])]
     into: Option<Target>,
     /// File with the label to compare with, as `rsrs label --format json` prints it (default:
     /// `label.json` beside the bag).
@@ -91,20 +83,6 @@ enum Target {
     Judge,
 }
 
-/// How to publish a bag.
-struct Pace {
-    /// How many times faster than recorded; positive.
-    rate: f64,
-    /// Whether to start again at the end.
-    is_loop: bool,
-    /// How much of the beginning to leave out, in seconds.
-    start_s: f64,
-    /// How long to wait for subscribers, in seconds.
-    delay_s: f64,
-    /// Whether to start paused.
-    is_paused: bool,
-}
-
 /// Runs the command.
 ///
 /// # Errors
@@ -125,26 +103,32 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             speed_m_s,
             turn_rate_rad_s,
         });
-        return into_controller::run(&bag, parameters, arguments.format);
+        let replay = replay_into_controller(&bag, parameters)?;
+        report(arguments.format, &replay, &replay.to_string())?;
+        return Ok(if replay.is_same() { Outcome::Done } else { Outcome::NegativeAnswer });
     }
     logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
     let network = chosen_network(arguments.interface.as_deref())?;
-    let selection = selection::select(&bag, &arguments.topics)?;
+    let selection = select(&bag, &arguments.topics)?;
     let pace = Pace {
         rate: arguments.rate,
         is_loop: arguments.is_loop,
         start_s: arguments.start,
         delay_s: arguments.delay,
-        is_paused: arguments.pause,
     };
-    runtime()?.block_on(publish::run(&bag, (&selection, &pace), &network, arguments.format))
+    let published =
+        runtime()?.block_on(publish((&bag, &selection), &pace, &network, &TerminalOperator))?;
+    report(arguments.format, &published, &published.to_string())?;
+    Ok(Outcome::Done)
 }
 
 fn judge(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if arguments.speed.is_some() {
         anyhow::bail!("`--speed` and `--turn-rate` are for `--into controller`");
     }
-    into_judge::run(&arguments.bag, arguments.recorded.as_deref(), arguments.format)
+    let replay = replay_into_judge(&arguments.bag, arguments.recorded.as_deref())?;
+    report(arguments.format, &replay, &replay.to_string())?;
+    Ok(if replay.is_same { Outcome::Done } else { Outcome::NegativeAnswer })
 }
 
 fn positive(text: &str) -> Result<f64, String> {

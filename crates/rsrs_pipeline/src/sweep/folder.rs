@@ -1,7 +1,7 @@
 //! The folder of a sweep: read back when it is finished.
 //!
 //! While a sweep is at work its folder holds `sweep.yaml` and the folder `unfinished`
-//! ([`unfinished`]). When that is gone, the results are there, and whole.
+//! (`unfinished`). When that is gone, the results are there, and whole.
 
 mod block_file;
 mod cells;

@@ -9,9 +9,9 @@ use serde::Serialize;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use crate::table_text::columns;
 use rsrs_pipeline::label::human_labels::{self, HumanLabel};
 use rsrs_pipeline::recorded_run;
+use rsrs_pipeline::wording::columns;
 use rsrs_pipeline::wording::{count, counted, moment, size};
 
 /// Say what is in a bag: topics, times, the experiment, labels, and where it breaks off.

@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use super::Item;
 use super::folder::{BAG, CampaignFolder};
-use crate::table_text::columns;
 use rsrs_pipeline::run::recording_gaps::{self, Gap};
+use rsrs_pipeline::wording::columns;
 use rsrs_pipeline::wording::{count, counted};
 
 /// What a campaign has come to.

@@ -5,8 +5,8 @@ use rsrs_core::interval::Interval;
 use rsrs_core::validation::{Exit, LEVEL, TrialPlace, Validation};
 use rsrs_core::variance::Estimate;
 
-use crate::table_text::columns;
 use rsrs_pipeline::validation_file::{Answer, Turning};
+use rsrs_pipeline::wording::columns;
 
 /// The report of an answer.
 pub fn text(answer: &Answer) -> String {

@@ -3,7 +3,7 @@
 use rsrs_core::fit::{Details, Fit, Population};
 use rsrs_core::variance::Estimate;
 
-use crate::table_text::columns;
+use rsrs_pipeline::wording::columns;
 
 /// The report of a fit.
 ///

@@ -1,7 +1,7 @@
 //! Recorded detections into today's controller: does it still command what it did on the floor?
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
+use std::fmt;
 use std::path::PathBuf;
 
 use anyhow::Context;
@@ -13,53 +13,53 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::{RosMessage, cdr, topics};
 use serde::Serialize;
 
-use crate::commands::{Format, report};
-use crate::failure::Outcome;
-use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::recorded_run;
-use rsrs_pipeline::wording::{count, counted};
+use crate::error::with_help;
+use crate::recorded_run;
+use crate::wording::{count, counted};
 
-/// What came of it.
-#[derive(Serialize)]
-struct Report {
-    bag: PathBuf,
+/// Recorded commands beside those of today's controller.
+#[derive(Clone, Debug, Serialize)]
+pub struct ControllerReplay {
+    /// The bag.
+    pub bag: PathBuf,
     /// What the controller was set to.
-    controller: ControllerParameters,
+    pub controller: ControllerParameters,
     /// Robot by robot.
-    robots: Vec<RobotReport>,
+    pub robots: Vec<RobotReplay>,
     /// Commands that were compared.
-    n_steps: u64,
+    pub n_steps: u64,
     /// Commands that differ.
-    n_different: u64,
+    pub n_different: u64,
     /// Detections that no recorded command answers.
-    n_unanswered: u64,
+    pub n_unanswered: u64,
     /// Recorded commands that no detection called for.
-    n_unasked: u64,
+    pub n_unasked: u64,
 }
 
-/// What came of one robot.
-#[derive(Serialize)]
-struct RobotReport {
-    robot: String,
-    n_steps: u64,
-    n_different: u64,
-    n_unanswered: u64,
-    n_unasked: u64,
+/// The commands of one robot; counts as in [`ControllerReplay`].
+#[derive(Clone, Debug, Serialize)]
+#[expect(missing_docs, reason = "the fields are those of the whole replay")]
+pub struct RobotReplay {
+    pub robot: String,
+    pub n_steps: u64,
+    pub n_different: u64,
+    pub n_unanswered: u64,
+    pub n_unasked: u64,
     /// The first command that differs.
-    first: Option<Difference>,
+    pub first: Option<Difference>,
 }
 
 /// A command that differs.
-#[derive(Clone, Copy, Serialize)]
-struct Difference {
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Difference {
     /// When it was recorded, in seconds of log time.
-    time_s: f64,
-    /// What the robot saw.
-    detected: bool,
+    pub time_s: f64,
+    /// Whether the robot detected something.
+    pub detected: bool,
     /// What was recorded.
-    recorded: Command,
-    /// What the controller says today.
-    today: Command,
+    pub recorded: Command,
+    /// What the controller commands today.
+    pub today: Command,
 }
 
 /// What a bag tells of one robot, in order of log time.
@@ -69,24 +69,27 @@ struct Recorded {
     commands: Vec<(u64, Command)>,
 }
 
-/// Runs the command.
+/// Feeds the recorded detections of every robot to the controller.
+///
+/// # Arguments
+///
+/// * `parameters` — of the controller; `None` takes those of the bag's record.
 ///
 /// # Errors
 ///
-/// If the bag cannot be read, has no robot with detections and commands, or does not say what the
+/// If the bag cannot be read, has no robot with detections and commands, or does not contain what the
 /// controller was set to.
-pub fn run(
+pub fn replay_into_controller(
     bag: &Bag,
     parameters: Option<ControllerParameters>,
-    format: Format,
-) -> anyhow::Result<Outcome> {
+) -> anyhow::Result<ControllerReplay> {
     let name = bag.path().display().to_string();
     let controller = match parameters {
         Some(parameters) => parameters,
         None => recorded_parameters(bag, &name)?,
     };
     let (recorded, running) = collect(bag).with_context(|| name.clone())?;
-    let robots: Vec<RobotReport> = recorded
+    let robots: Vec<RobotReplay> = recorded
         .into_iter()
         .filter(|(_, recorded)| !recorded.detections.is_empty() && !recorded.commands.is_empty())
         .map(|(robot, recorded)| compare(robot, &recorded, (running, controller)))
@@ -97,8 +100,8 @@ pub fn run(
             "record /<robot>/detection and /<robot>/cmd_vel",
         ));
     }
-    let sum = |of: fn(&RobotReport) -> u64| robots.iter().map(of).sum();
-    let result = Report {
+    let sum = |of: fn(&RobotReplay) -> u64| robots.iter().map(of).sum();
+    Ok(ControllerReplay {
         bag: bag.path().to_owned(),
         controller,
         n_steps: sum(|robot| robot.n_steps),
@@ -106,10 +109,14 @@ pub fn run(
         n_unanswered: sum(|robot| robot.n_unanswered),
         n_unasked: sum(|robot| robot.n_unasked),
         robots,
-    };
-    report(format, &result, &text(&result))?;
-    let is_same = result.n_different + result.n_unanswered + result.n_unasked == 0;
-    Ok(if is_same && result.n_steps > 0 { Outcome::Done } else { Outcome::NegativeAnswer })
+    })
+}
+
+impl ControllerReplay {
+    /// Whether commands were compared, and all of them are the same.
+    pub fn is_same(&self) -> bool {
+        self.n_steps > 0 && self.n_different + self.n_unanswered + self.n_unasked == 0
+    }
 }
 
 fn recorded_parameters(bag: &Bag, name: &str) -> anyhow::Result<ControllerParameters> {
@@ -187,10 +194,10 @@ fn compare(
     robot: String,
     recorded: &Recorded,
     (running, controller): (Running, ControllerParameters),
-) -> RobotReport {
+) -> RobotReplay {
     let is_running = |at_ns: u64| (running.0..=running.1).contains(&at_ns);
     let slack_ns = period_ns(&recorded.detections) / 4;
-    let mut report = RobotReport {
+    let mut report = RobotReplay {
         robot,
         n_steps: 0,
         n_different: 0,
@@ -234,40 +241,42 @@ fn period_ns(detections: &[(u64, bool)]) -> u64 {
     distances.get(distances.len() / 2).copied().unwrap_or(0)
 }
 
-fn text(result: &Report) -> String {
-    let mut text = format!(
-        "{}: {} of {} compared, {} different",
-        result.bag.display(),
-        counted(result.n_steps, "command"),
-        counted(result.robots.len() as u64, "robot"),
-        count(result.n_different)
-    );
-    for (n, what) in [
-        (result.n_unanswered, "detection without a recorded command"),
-        (result.n_unasked, "command without a detection"),
-    ] {
-        if n > 0 {
-            let plural = what.replacen(' ', "s ", usize::from(n > 1));
-            write!(text, ", {} {plural}", count(n)).expect("a string takes any text");
-        }
-    }
-    for robot in &result.robots {
-        let Some(first) = robot.first else { continue };
-        let said = |command: Command| {
-            format!("{:.3} m/s, {:.3} rad/s", command.speed_m_s, command.turn_rate_rad_s)
-        };
-        let saw = if first.detected { "something" } else { "nothing" };
+impl fmt::Display for ControllerReplay {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let robots = counted(self.robots.len() as u64, "robot");
+        let commands = counted(self.n_steps, "command");
+        let bag = self.bag.display();
         write!(
-            text,
-            "\n  {}: {} different, the first at {:.3} s: it saw {saw}, the recording has {}, today's \
-             controller says {}",
-            robot.robot,
-            count(robot.n_different),
-            first.time_s,
-            said(first.recorded),
-            said(first.today)
-        )
-        .expect("a string takes any text");
+            out,
+            "{bag}: {commands} of {robots} compared, {} different",
+            count(self.n_different)
+        )?;
+        for (n, what) in [
+            (self.n_unanswered, "detection without a recorded command"),
+            (self.n_unasked, "command without a detection"),
+        ] {
+            if n > 0 {
+                let plural = what.replacen(' ', "s ", usize::from(n > 1));
+                write!(out, ", {} {plural}", count(n))?;
+            }
+        }
+        for robot in &self.robots {
+            let Some(first) = robot.first else { continue };
+            let text = |command: Command| {
+                format!("{:.3} m/s, {:.3} rad/s", command.speed_m_s, command.turn_rate_rad_s)
+            };
+            write!(
+                out,
+                "\n  {}: {} different, the first at {:.3} s: it detected {}, the recording has {}, \
+                 today's controller commands {}",
+                robot.robot,
+                count(robot.n_different),
+                first.time_s,
+                if first.detected { "something" } else { "nothing" },
+                text(first.recorded),
+                text(first.today)
+            )?;
+        }
+        Ok(())
     }
-    text
 }

@@ -7,7 +7,7 @@ use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease};
 use rsrs_msgs::topics::{self, Durability, Qos, Reliability};
 
-use rsrs_pipeline::error::with_help;
+use crate::error::with_help;
 
 /// One topic to publish.
 #[derive(Clone, Debug)]

@@ -1,0 +1,139 @@
+//! A bag into today's judge: does it still say what it said then?
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use rsrs_core::order::Evidence;
+use rsrs_core::phase::Phase;
+use serde::{Deserialize, Serialize};
+
+use crate::error::with_help;
+use crate::label::human_labels::JUDGE;
+use crate::label::{LabelOptions, Labelled, label_bag};
+use crate::wording::columns;
+
+/// The label beside a bag, as a campaign leaves it.
+const LABEL: &str = "label.json";
+
+/// A recorded label beside that of today's judge.
+#[derive(Clone, Debug, Serialize)]
+pub struct JudgeReplay {
+    /// The bag.
+    pub bag: PathBuf,
+    /// Where the recorded label is.
+    pub recorded_in: PathBuf,
+    /// The recorded label.
+    pub recorded: JudgedPhase,
+    /// That of this program.
+    pub today: JudgedPhase,
+    /// Whether both are the same phase.
+    pub is_same: bool,
+}
+
+/// The part of a label that is compared.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct JudgedPhase {
+    /// The phase.
+    pub phase: Phase,
+    /// The order parameters behind it.
+    pub evidence: Option<Evidence>,
+    /// Number of robots, if it is known.
+    #[serde(default)]
+    pub n_robots: Option<usize>,
+    /// Who labelled it.
+    pub by: String,
+}
+
+/// A file with labels: that of one bag, or a list.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Labels {
+    One(JudgedPhase),
+    Several(Vec<JudgedPhase>),
+}
+
+/// Labels a bag, and compares the label with a recorded one.
+///
+/// # Arguments
+///
+/// * `recorded` — file with the recorded label; `None` takes `label.json` beside the bag.
+///
+/// # Errors
+///
+/// If the bag cannot be judged, or there is no label of a judge to compare with.
+pub fn replay_into_judge(bag: &Path, recorded: Option<&Path>) -> anyhow::Result<JudgeReplay> {
+    let path = recorded.map_or_else(|| beside(bag), Path::to_owned);
+    let recorded = read(&path, bag)?;
+    let labelled = label_bag(bag, LabelOptions::default())?;
+    let Labelled { phase, evidence, n_robots, by, .. } = labelled;
+    let today = JudgedPhase { phase, evidence, n_robots, by };
+    if let Some((then, now)) = recorded.n_robots.zip(n_robots).filter(|(then, now)| then != now) {
+        return Err(with_help(
+            format!("{} is of {then} robots, and {} has {now}", path.display(), bag.display()),
+            "name its own one with `--recorded FILE`",
+        ));
+    }
+    let is_same = today.phase == recorded.phase;
+    Ok(JudgeReplay { bag: bag.to_owned(), recorded_in: path, recorded, today, is_same })
+}
+
+fn beside(bag: &Path) -> PathBuf {
+    // Of `.`, too, there is a folder above.
+    let whole = std::fs::canonicalize(bag).unwrap_or_else(|_| bag.to_owned());
+    whole.parent().unwrap_or(Path::new("")).join(LABEL)
+}
+
+fn read(path: &Path, bag: &Path) -> anyhow::Result<JudgedPhase> {
+    let file = path.display();
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            return Err(with_help(
+                format!("there is no recorded label in {file}"),
+                format!(
+                    "name one with `--recorded FILE`; `rsrs label {} --format json > FILE` makes one",
+                    bag.display()
+                ),
+            ));
+        }
+        Err(error) => return Err(error).context(format!("cannot read {file}")),
+    };
+    let labels: Labels = serde_json::from_str(&text)
+        .with_context(|| format!("{file} is no label, as `rsrs label --format json` prints it"))?;
+    let label = match labels {
+        Labels::One(label) => label,
+        Labels::Several(several) => match <[JudgedPhase; 1]>::try_from(several) {
+            Ok([label]) => label,
+            Err(several) => bail!("{file} holds {} labels, expected 1", several.len()),
+        },
+    };
+    if label.by != JUDGE {
+        bail!("{file}: the label is by {}, expected one by the {JUDGE}", label.by);
+    }
+    Ok(label)
+}
+
+impl fmt::Display for JudgeReplay {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let verdict = if self.is_same { "the same label" } else { "another label" };
+        let mut rows =
+            vec![["", "phase", "rotation", "orbit", "circliness", "blocked"].map(str::to_owned)];
+        for (when, judged) in [("recorded", &self.recorded), ("today", &self.today)] {
+            let number = |of: fn(&Evidence) -> f64| {
+                let evidence = judged.evidence.as_ref();
+                evidence.map_or_else(|| "-".to_owned(), |it| format!("{:.3}", of(it)))
+            };
+            rows.push([
+                when.to_owned(),
+                judged.phase.to_string(),
+                number(|it| it.rotation),
+                number(|it| it.orbit),
+                number(|it| it.circliness),
+                number(|it| it.blocked),
+            ]);
+        }
+        write!(out, "{}: {verdict}\n{}", self.bag.display(), columns(&rows))
+    }
+}
