@@ -34,6 +34,8 @@ const KILLS: u64 = 20;
 const FREEZES: u64 = 4;
 /// How often a process is stopped again whose middleware happened not to wait when it was stopped.
 const TRIES: usize = 20;
+/// How often a run is started on a busy machine, until robots drive.
+const STARTS: usize = 3;
 /// Robots with a serial line; the simulator's is the one after them.
 const N_REAL: usize = 2;
 /// What a busy machine adds to a bound of the protocol.
@@ -167,16 +169,35 @@ impl Floor {
         (run, bag)
     }
 
-    fn wait_until_all_drive(&self, run: &mut Process) {
+    /// Starts a run, and waits until the wheels of all robots turn. A machine that is too busy to keep
+    /// a robot's deadlines ends a run, as it should; then the next one is started.
+    fn start_driving(&mut self) -> (Process, PathBuf) {
+        let mut endings = String::new();
+        for _ in 0..STARTS {
+            let (mut run, bag) = self.start_run();
+            match self.wait_until_all_drive(&mut run) {
+                Ok(()) => return (run, bag),
+                Err(ending) => endings += &ending,
+            }
+        }
+        panic!("{STARTS} runs in a row ended before robots moved:\n{endings}");
+    }
+
+    /// Waits until the wheels of all robots turn.
+    ///
+    /// # Errors
+    ///
+    /// What a run wrote that ended before.
+    fn wait_until_all_drive(&self, run: &mut Process) -> Result<(), String> {
         let start = Instant::now();
         while self.micros.iter().any(|micro| micro.wheels() == (0, 0)) {
-            if let Some(status) = run.0.try_wait().expect("it is our child") {
-                let (_, errors) = run.wait(PATIENCE);
-                panic!("the run ended before robots moved: {status}\n{errors}");
+            if run.0.try_wait().expect("it is our child").is_some() {
+                return Err(run.wait(PATIENCE).1);
             }
             assert!(start.elapsed() < PATIENCE, "the wheels do not turn");
             std::thread::sleep(LOOK);
         }
+        Ok(())
     }
 
     fn process<'a>(&'a mut self, victim: Victim, run: &'a mut Process) -> &'a mut Process {
@@ -325,14 +346,11 @@ fn kill_again_and_again() {
     for round in 0..number("RSRS_NODE_KILLS", KILLS) {
         let (victim, moment) = (Victim::draw(&mut generator), Moment::draw(&mut generator));
         let what = format!("round {round}, {victim:?}, {moment:?}");
-        let (mut run, bag) = floor.start_run();
-        match moment {
-            Moment::Starting(after) => std::thread::sleep(after),
-            Moment::Driving(after) => {
-                floor.wait_until_all_drive(&mut run);
-                std::thread::sleep(after);
-            }
-        }
+        let ((mut run, bag), after) = match moment {
+            Moment::Starting(after) => (floor.start_run(), after),
+            Moment::Driving(after) => (floor.start_driving(), after),
+        };
+        std::thread::sleep(after);
 
         let killed = floor.kill(victim, &mut run);
         floor.judge(victim, killed, &what);
@@ -346,8 +364,7 @@ fn kill_again_and_again() {
         floor.restart(victim);
     }
 
-    let (mut run, _) = floor.start_run();
-    floor.wait_until_all_drive(&mut run);
+    floor.start_driving();
 }
 
 fn freeze_again_and_again() {
@@ -356,8 +373,7 @@ fn freeze_again_and_again() {
     for round in 0..number("RSRS_NODE_FREEZES", FREEZES) {
         let victim = Victim::in_turn(round);
         let what = format!("round {round}, {victim:?}");
-        let (mut run, bag) = floor.start_run();
-        floor.wait_until_all_drive(&mut run);
+        let (mut run, bag) = floor.start_driving();
 
         signal(floor.process(victim, &mut run), "STOP");
         floor.judge(victim, Instant::now(), &what);
@@ -380,6 +396,5 @@ fn freeze_again_and_again() {
         floor.restart(victim);
     }
 
-    let (mut run, _) = floor.start_run();
-    floor.wait_until_all_drive(&mut run);
+    floor.start_driving();
 }

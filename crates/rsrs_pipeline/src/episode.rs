@@ -1,6 +1,7 @@
 //! A simulated run as a bag: the topics, times and texts of a run in lockstep, without the network.
 
 pub mod recorder;
+pub mod replicate;
 
 use std::path::Path;
 

@@ -1,6 +1,8 @@
 //! The label of one bag: by the one judge, or by a person.
 
+pub mod agreement;
 pub mod human_labels;
+mod text;
 
 pub use human_labels::Labeller;
 

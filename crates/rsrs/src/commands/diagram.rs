@@ -14,7 +14,7 @@ use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::picture::{DiagramOptions, PNG_WIDTH_PX, of_sweep};
 use rsrs_pipeline::sweep::folder;
 use rsrs_pipeline::sweep::result::{SweepResult, World};
-use rsrs_pipeline::validation_file;
+use rsrs_pipeline::validate::file;
 
 /// Draw the phase diagram of a sweep.
 ///
@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         chosen: folder::read_choice(&arguments.folder)?.map(|choice| choice.cell),
         experiments: Vec::new(),
         world: arguments.world.into(),
-        validation: validation_file::note(&arguments.folder, &result.source)?,
+        validation: file::note(&arguments.folder, &result.source)?,
     };
     let svg = of_sweep(&result, &options)?;
     let diagram = result.of_world(arguments.world.into())?;

@@ -2,26 +2,12 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
 use rsrs_core::axis::Cell;
-use rsrs_core::conditions::Conditions;
-use rsrs_core::order::Evidence;
-use rsrs_core::phase::{Phase, label};
-use rsrs_core::settling::Settling;
-use rsrs_fleet::experiment::{RobotLost, Time};
-use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
-use serde::Serialize;
+use rsrs_pipeline::episode::replicate::replay;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::progress::execution;
-use rsrs_pipeline::episode::{self, EpisodeError};
-use rsrs_pipeline::error::{explained, with_help};
-use rsrs_pipeline::provenance;
-use rsrs_pipeline::sweep::folder;
-use rsrs_pipeline::sweep::result::SweepResult;
-use rsrs_pipeline::sweep::settling;
-use rsrs_pipeline::wording::counted;
 
 /// Write one replicate of a sweep as a bag: the very run, with all its topics.
 ///
@@ -50,22 +36,6 @@ pub struct Arguments {
     format: Format,
 }
 
-/// A bag of a simulated run.
-#[derive(Serialize)]
-struct Summary {
-    bag: PathBuf,
-    cell: Cell,
-    replicate: u64,
-    seed: u64,
-    phase: Phase,
-    evidence: Evidence,
-    n_robots: usize,
-    duration_s: f64,
-    n_messages: u64,
-    /// Whether the runs of its cell were given enough time; `None` if they are too short to tell.
-    settling: Option<Settling>,
-}
-
 /// Runs the command.
 ///
 /// # Errors
@@ -73,95 +43,8 @@ struct Summary {
 /// If the folder is not a sweep's, the cell or the replicate is not in it, or the bag exists or
 /// cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let result = folder::read(&arguments.folder)?;
-    let (index, (cell, conditions)) = find(&result, arguments)?;
-    let record = record(&result, conditions, arguments.replicate);
-    let (written, trajectory) = episode::write(&arguments.output, &record).map_err(|error| {
-        let message = error.to_string();
-        let help = match &error {
-            EpisodeError::Bag(error) => error.help(),
-            EpisodeError::Placement(_) => None,
-        };
-        explained(error, message, help)
-    })?;
-    let verdict = label(&trajectory, &record.conditions.bodies())
-        .context("the sweep has judged this replicate, and now it cannot be judged")?;
-    let summary = Summary {
-        bag: written.folder,
-        cell,
-        replicate: record.replicate,
-        seed: record.seed,
-        phase: verdict.phase,
-        evidence: verdict.evidence,
-        n_robots: verdict.n_robots,
-        duration_s: verdict.duration_s,
-        n_messages: written.n_messages,
-        settling: settling::of_cell(&result.source, index, execution(None)?)?,
-    };
-    report(arguments.format, &summary, &text(&summary))?;
+    let replicate = (&arguments.cell, arguments.replicate);
+    let episode = replay(&arguments.folder, replicate, &arguments.output, execution(None)?)?;
+    report(arguments.format, &episode, &episode.to_string())?;
     Ok(Outcome::Done)
-}
-
-fn text(summary: &Summary) -> String {
-    let bag = summary.bag.display();
-    let settling = summary.settling.as_ref();
-    let settling =
-        settling.map_or_else(String::new, |found| format!("\n  {}", settling::text(found)));
-    format!(
-        "{bag}: {}, replicate {} of {}, seed {} ({}, {:.0} s, {}){settling}\nnext: rsrs label {bag}",
-        summary.phase,
-        summary.replicate,
-        summary.cell,
-        summary.seed,
-        counted(summary.n_robots as u64, "robot"),
-        summary.duration_s,
-        counted(summary.n_messages, "message"),
-    )
-}
-
-fn find(
-    result: &SweepResult,
-    arguments: &Arguments,
-) -> anyhow::Result<(usize, (Cell, Conditions))> {
-    let folder = arguments.folder.display();
-    let sweep = &result.source.sweep;
-    let index = result.diagram.locate(&arguments.cell).with_context(|| folder.to_string())?;
-    if arguments.replicate >= sweep.replicates {
-        return Err(with_help(
-            format!(
-                "{folder} has no replicate {} of a cell: it has {}",
-                arguments.replicate,
-                counted(sweep.replicates, "replicate")
-            ),
-            format!("they count from 0: `--replicate {}` is the last", sweep.replicates - 1),
-        ));
-    }
-    let mut cells = result.source.cells(&format!("sweep.yaml in {folder}"))?;
-    Ok((index, cells.swap_remove(index)))
-}
-
-/// The record of a run that never was on any network.
-fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> ExperimentRecord {
-    let sweep = &result.source.sweep;
-    let program = (env!("CARGO_PKG_VERSION"), provenance::COMMIT);
-    ExperimentRecord {
-        run_id: run_id(&conditions, sweep.duration_s, (sweep.seed, replicate)),
-        robots: (1..=conditions.robots).map(|robot| format!("robot_{robot}")).collect(),
-        duration_s: sweep.duration_s,
-        seed: sweep.seed,
-        replicate,
-        robot_lost: RobotLost::Abort,
-        backend: Backend::Simulator,
-        controller_only: Vec::new(),
-        time: Time::Lockstep,
-        provenance: Provenance::new(program, &result.source.profile.digest(), &conditions),
-        conditions,
-    }
-}
-
-/// Names a replicate by all that it follows from, so that the same one has the same name wherever it
-/// is made, and another has another: that of a sweep with another seed, in another world, or shorter.
-fn run_id(conditions: &Conditions, duration_s: f64, (seed, replicate): (u64, u64)) -> String {
-    let steps = conditions.steps(duration_s);
-    format!("episode_{:016x}_{steps}_steps_seed_{seed}_{replicate}", conditions.digest())
 }

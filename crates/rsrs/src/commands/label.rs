@@ -1,8 +1,5 @@
 //! `rsrs label`: what a bag shows, by the one judge and by people.
 
-mod agreement;
-mod text;
-
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -14,6 +11,7 @@ use rsrs_core::trajectory::Bodies;
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use rsrs_pipeline::compare::run_matching::{LABEL, refuse};
+use rsrs_pipeline::label::agreement::agreement;
 use rsrs_pipeline::label::human_labels::{self, HumanLabel};
 use rsrs_pipeline::label::{CutRun, LabelOptions, Labelled, label_bag};
 use rsrs_pipeline::recorded_run;
@@ -117,7 +115,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let options = options(arguments)?;
     if arguments.agreement {
-        return agreement::run(&arguments.bags, options, arguments.format);
+        return {
+            let result = agreement(&arguments.bags, options)?;
+            report(arguments.format, &result, &result.to_string())?;
+            Ok(Outcome::Done)
+        };
     }
     let mut labelled: Vec<Labelled> = Vec::new();
     let mut refusals = Vec::new();
@@ -128,7 +130,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         }
     }
     if !labelled.is_empty() {
-        let lines: Vec<String> = labelled.iter().map(text::judged).collect();
+        let lines: Vec<String> = labelled.iter().map(ToString::to_string).collect();
         report(arguments.format, &labelled, &lines.join("\n"))?;
     }
     match <[anyhow::Error; 1]>::try_from(refusals) {

@@ -21,7 +21,7 @@ use crate::files::{read_text, write_file};
 use crate::picture;
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
-use crate::validation_file;
+use crate::validate::file;
 
 const SWEEP: &str = "sweep.yaml";
 const CELLS: &str = "cells.csv";
@@ -33,7 +33,7 @@ const CHOICE: &str = "choice.json";
 ///
 /// If it cannot be drawn or written.
 pub fn draw(folder: &Path, result: &SweepResult) -> anyhow::Result<()> {
-    let validation = validation_file::note(folder, &result.source)?;
+    let validation = file::note(folder, &result.source)?;
     let options = picture::DiagramOptions { validation, ..picture::DiagramOptions::default() };
     let svg = picture::of_sweep(result, &options)?;
     write_file(&folder.join("diagram.svg"), svg.as_bytes())?;

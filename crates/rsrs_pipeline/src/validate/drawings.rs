@@ -10,10 +10,10 @@ use rsrs_view::reach::{self, Place, ReachPicture};
 use rsrs_view::sensor::{self, SensorPicture};
 
 use super::Case;
+use super::file::Answer;
 use super::text::commands;
-use rsrs_pipeline::files::write_file;
-use rsrs_pipeline::picture::PNG_WIDTH_PX;
-use rsrs_pipeline::validation_file::Answer;
+use crate::files::write_file;
+use crate::picture::PNG_WIDTH_PX;
 
 /// Draws the tubes as `reach_1`, `reach_2` …, and the sensor where detections are known; as SVG and
 /// PNG. Of drives whose command changed, which may be many, those outside are drawn.

@@ -10,7 +10,7 @@ use rsrs_core::variance::Estimate;
 use rsrs_sim::reach::validate;
 
 use super::Case;
-use rsrs_pipeline::validation_file::Turning;
+use super::file::Turning;
 
 /// Looks for what the trajectories say of turning, and whether a profile with it contains them.
 ///

@@ -1,61 +1,60 @@
-//! `rsrs label --agreement`: how far the judge and people agree, and where they do not.
+//! How far the judge and people agree, and where they do not.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write;
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use rsrs_core::agreement::Agreement;
 use rsrs_core::phase::Phase;
 use serde::Serialize;
 
-use crate::commands::{Format, report};
-use crate::failure::Outcome;
-use rsrs_pipeline::error::{in_one_line, with_help};
-use rsrs_pipeline::label::human_labels::{self, HumanLabel, JUDGE};
-use rsrs_pipeline::label::{LabelOptions, label_bag};
+use crate::error::{in_one_line, with_help};
+use crate::label::human_labels::{self, HumanLabel, JUDGE};
+use crate::label::{LabelOptions, label_bag};
 
 /// How far everybody agrees.
-#[derive(Serialize)]
-struct Report {
+#[derive(Debug, Serialize)]
+pub struct AgreementReport {
     /// Bags that were looked at.
-    n_bags: usize,
+    pub n_bags: usize,
     /// Everybody against everybody else, where they have bags in common; the judge first.
-    pairs: Vec<Pair>,
+    pub pairs: Vec<Pair>,
     /// Bags whose labels differ: those first of which the judge is surest, because there somebody is
     /// plainly wrong.
-    disagreements: Vec<Disagreement>,
+    pub disagreements: Vec<Disagreement>,
     /// Bags that the judge cannot label.
-    not_judged: Vec<NotJudged>,
+    pub not_judged: Vec<NotJudged>,
 }
 
 /// Two who label.
-#[derive(Serialize)]
-struct Pair {
+#[derive(Debug, Serialize)]
+pub struct Pair {
     /// Their names.
-    by: [String; 2],
+    pub by: [String; 2],
+    /// How far they agree.
     #[serde(flatten)]
-    agreement: Agreement,
+    pub agreement: Agreement,
 }
 
 /// A bag to look at again.
-#[derive(Serialize)]
-struct Disagreement {
+#[derive(Debug, Serialize)]
+pub struct Disagreement {
     /// The bag.
-    bag: PathBuf,
-    /// Who says what.
-    labels: BTreeMap<String, Phase>,
+    pub bag: PathBuf,
+    /// The label by each of them.
+    pub labels: BTreeMap<String, Phase>,
     /// How far the judge's order parameters are from another phase; `None` if it has not judged, or
     /// there is no such phase.
-    distance: Option<f64>,
+    pub distance: Option<f64>,
 }
 
 /// A bag without the judge's label.
-#[derive(Serialize)]
-struct NotJudged {
+#[derive(Debug, Serialize)]
+pub struct NotJudged {
     /// The bag.
-    bag: PathBuf,
+    pub bag: PathBuf,
     /// Why.
-    reason: String,
+    pub reason: String,
 }
 
 /// One bag with what everybody says.
@@ -67,12 +66,12 @@ struct Seen {
     refusal: Option<String>,
 }
 
-/// Runs the command.
+/// Compares the labels of the judge and of people.
 ///
 /// # Errors
 ///
 /// If labels beside a bag do not read, or no person has labelled any bag.
-pub fn run(bags: &[PathBuf], options: LabelOptions, format: Format) -> anyhow::Result<Outcome> {
+pub fn agreement(bags: &[PathBuf], options: LabelOptions) -> anyhow::Result<AgreementReport> {
     let labels = bags.iter().map(|bag| human_labels::read(bag)).collect::<Result<Vec<_>, _>>()?;
     if labels.iter().all(Vec::is_empty) {
         return Err(with_help(
@@ -82,14 +81,12 @@ pub fn run(bags: &[PathBuf], options: LabelOptions, format: Format) -> anyhow::R
     }
     let seen: Vec<Seen> =
         bags.iter().zip(&labels).map(|(bag, labels)| look(bag, labels, options)).collect();
-    let result = Report {
+    Ok(AgreementReport {
         n_bags: bags.len(),
         pairs: pairs(&seen),
         disagreements: disagreements(&seen),
         not_judged: not_judged(&seen),
-    };
-    report(format, &result, &text(&result))?;
-    Ok(Outcome::Done)
+    })
 }
 
 fn look(bag: &Path, by_hand: &[HumanLabel], options: LabelOptions) -> Seen {
@@ -147,31 +144,31 @@ fn not_judged(seen: &[Seen]) -> Vec<NotJudged> {
     seen.iter().filter_map(refused).map(|(bag, reason)| NotJudged { bag, reason }).collect()
 }
 
-fn text(result: &Report) -> String {
-    let mut text = String::new();
-    let mut line = |said: String| writeln!(text, "{said}").expect("a string takes any text");
-    for pair in &result.pairs {
-        line(of_pair(pair));
+impl fmt::Display for AgreementReport {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for pair in &self.pairs {
+            writeln!(out, "{}", of_pair(pair))?;
+        }
+        if self.pairs.is_empty() {
+            writeln!(out, "no two have labelled the same bag")?;
+        }
+        match self.disagreements.len() {
+            0 => writeln!(out, "no labels disagree")?,
+            n => writeln!(out, "look again at {n} of {} bags:", self.n_bags)?,
+        }
+        for bag in &self.disagreements {
+            let labels: Vec<String> =
+                bag.labels.iter().map(|(who, phase)| format!("{phase} by {who}")).collect();
+            let distance = bag.distance.map_or_else(String::new, |distance| {
+                format!(" (the judge is {distance:.2} from another phase)")
+            });
+            writeln!(out, "  {}: {}{distance}", bag.bag.display(), labels.join(", "))?;
+        }
+        for bag in &self.not_judged {
+            writeln!(out, "not judged: {}", bag.reason)?;
+        }
+        Ok(())
     }
-    if result.pairs.is_empty() {
-        line("no two have labelled the same bag".to_owned());
-    }
-    match result.disagreements.len() {
-        0 => line("no labels disagree".to_owned()),
-        n => line(format!("look again at {n} of {} bags:", result.n_bags)),
-    }
-    for bag in &result.disagreements {
-        let labels: Vec<String> =
-            bag.labels.iter().map(|(who, phase)| format!("{phase} by {who}")).collect();
-        let distance = bag.distance.map_or_else(String::new, |distance| {
-            format!(" (the judge is {distance:.2} from another phase)")
-        });
-        line(format!("  {}: {}{distance}", bag.bag.display(), labels.join(", ")));
-    }
-    for bag in &result.not_judged {
-        line(format!("not judged: {}", bag.reason));
-    }
-    text
 }
 
 fn of_pair(pair: &Pair) -> String {

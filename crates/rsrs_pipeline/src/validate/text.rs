@@ -1,15 +1,22 @@
 //! The answer of `rsrs validate` in words.
 
+use std::fmt;
+
 use rsrs_core::harsher::HarsherFactors;
 use rsrs_core::interval::Interval;
 use rsrs_core::validation::{Exit, LEVEL, TrialPlace, Validation};
 use rsrs_core::variance::Estimate;
 
-use rsrs_pipeline::validation_file::{Answer, Turning};
-use rsrs_pipeline::wording::columns;
+use super::file::{Answer, Turning};
+use crate::wording::columns;
 
-/// The report of an answer.
-pub fn text(answer: &Answer) -> String {
+impl fmt::Display for Answer {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(&text(self))
+    }
+}
+
+fn text(answer: &Answer) -> String {
     let validation = &answer.validation;
     let mut blocks = vec![headline(validation), robots(validation)];
     let (constant, changing): (Vec<usize>, Vec<usize>) =

@@ -1,0 +1,161 @@
+//! One replicate of a sweep, run again.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use rsrs_core::axis::Cell;
+use rsrs_core::conditions::Conditions;
+use rsrs_core::order::Evidence;
+use rsrs_core::phase::{Phase, label};
+use rsrs_core::settling::Settling;
+use rsrs_fleet::experiment::{RobotLost, Time};
+use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
+use serde::Serialize;
+
+use super::{EpisodeError, write};
+use crate::error::{explained, with_help};
+use crate::execution::Execution;
+use crate::provenance;
+use crate::sweep::folder;
+use crate::sweep::result::SweepResult;
+use crate::sweep::settling;
+use crate::wording::counted;
+
+/// One replicate of a sweep, run again into a bag.
+#[derive(Clone, Debug, Serialize)]
+pub struct Episode {
+    /// The bag.
+    pub bag: PathBuf,
+    /// The cell.
+    pub cell: Cell,
+    /// Which replicate of the cell, from 0.
+    pub replicate: u64,
+    /// The seed of the sweep.
+    pub seed: u64,
+    /// What its swarm settled into.
+    pub phase: Phase,
+    /// Its order parameters.
+    pub evidence: Evidence,
+    /// Number of robots.
+    pub n_robots: usize,
+    /// How long it ran, in simulated seconds.
+    pub duration_s: f64,
+    /// Messages in the bag.
+    pub n_messages: u64,
+    /// Whether the runs of its cell were given enough time; `None` if they are too short to tell.
+    pub settling: Option<Settling>,
+}
+
+/// Runs one replicate of a sweep again, and writes it as a bag.
+///
+/// # Arguments
+///
+/// * `folder` — that of the sweep.
+/// * `replicate` — the cell, and which replicate of it, from 0.
+/// * `bag` — folder of the bag; it must not exist.
+///
+/// # Errors
+///
+/// If the folder is not a sweep's, the cell or the replicate is not in it, or the bag exists or
+/// cannot be written.
+pub fn replay(
+    folder: &Path,
+    replicate: (&Cell, u64),
+    bag: &Path,
+    execution: Execution<'_>,
+) -> anyhow::Result<Episode> {
+    let result = folder::read(folder)?;
+    let (index, (cell, conditions)) = find(folder, &result, replicate)?;
+    let record = record(&result, conditions, replicate.1);
+    let (written, trajectory) = write(bag, &record).map_err(|error| {
+        let message = error.to_string();
+        let help = match &error {
+            EpisodeError::Bag(error) => error.help(),
+            EpisodeError::Placement(_) => None,
+        };
+        explained(error, message, help)
+    })?;
+    let verdict = label(&trajectory, &record.conditions.bodies())
+        .context("the sweep has judged this replicate, and now it cannot be judged")?;
+    Ok(Episode {
+        bag: written.folder,
+        cell,
+        replicate: record.replicate,
+        seed: record.seed,
+        phase: verdict.phase,
+        evidence: verdict.evidence,
+        n_robots: verdict.n_robots,
+        duration_s: verdict.duration_s,
+        n_messages: written.n_messages,
+        settling: settling::of_cell(&result.source, index, execution)?,
+    })
+}
+
+impl fmt::Display for Episode {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let bag = self.bag.display();
+        let settling = self.settling.as_ref();
+        let settling =
+            settling.map_or_else(String::new, |found| format!("\n  {}", settling::text(found)));
+        write!(
+            out,
+            "{bag}: {}, replicate {} of {}, seed {} ({}, {:.0} s, {}){settling}\nnext: rsrs label {bag}",
+            self.phase,
+            self.replicate,
+            self.cell,
+            self.seed,
+            counted(self.n_robots as u64, "robot"),
+            self.duration_s,
+            counted(self.n_messages, "message"),
+        )
+    }
+}
+
+fn find(
+    folder: &Path,
+    result: &SweepResult,
+    (cell, replicate): (&Cell, u64),
+) -> anyhow::Result<(usize, (Cell, Conditions))> {
+    let folder = folder.display();
+    let sweep = &result.source.sweep;
+    let index = result.diagram.locate(cell).with_context(|| folder.to_string())?;
+    if replicate >= sweep.replicates {
+        return Err(with_help(
+            format!(
+                "{folder} has no replicate {} of a cell: it has {}",
+                replicate,
+                counted(sweep.replicates, "replicate")
+            ),
+            format!("they count from 0: `--replicate {}` is the last", sweep.replicates - 1),
+        ));
+    }
+    let mut cells = result.source.cells(&format!("sweep.yaml in {folder}"))?;
+    Ok((index, cells.swap_remove(index)))
+}
+
+/// The record of a run that never was on any network.
+fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> ExperimentRecord {
+    let sweep = &result.source.sweep;
+    let program = (env!("CARGO_PKG_VERSION"), provenance::COMMIT);
+    ExperimentRecord {
+        run_id: run_id(&conditions, sweep.duration_s, (sweep.seed, replicate)),
+        robots: (1..=conditions.robots).map(|robot| format!("robot_{robot}")).collect(),
+        duration_s: sweep.duration_s,
+        seed: sweep.seed,
+        replicate,
+        robot_lost: RobotLost::Abort,
+        backend: Backend::Simulator,
+        controller_only: Vec::new(),
+        time: Time::Lockstep,
+        provenance: Provenance::new(program, &result.source.profile.digest(), &conditions),
+        conditions,
+    }
+}
+
+/// Names a replicate by all that it follows from, so that the same one has the same name wherever it
+/// is made, and another has another: that of a sweep with another seed, in another world, or shorter.
+fn run_id(conditions: &Conditions, duration_s: f64, (seed, replicate): (u64, u64)) -> String {
+    let steps = conditions.steps(duration_s);
+    format!("episode_{:016x}_{steps}_steps_seed_{seed}_{replicate}", conditions.digest())
+}

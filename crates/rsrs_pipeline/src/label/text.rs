@@ -1,0 +1,73 @@
+//! Labels as a person reads them.
+
+use std::fmt;
+
+use rsrs_core::certainty::Certainty;
+
+use super::{Labelled, RunPart};
+
+/// The label, and below it what else is to be known of it.
+impl fmt::Display for Labelled {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{}: {}", self.bag.display(), self.phase)?;
+        if let (Some(evidence), Some(n_robots), Some(duration_s)) =
+            (&self.evidence, self.n_robots, self.duration_s)
+        {
+            let lost = match evidence.lost {
+                Some(lost) => format!("lost {lost:.2}"),
+                None => "lost unknown without the robots' reach".to_owned(),
+            };
+            write!(
+                out,
+                " ({n_robots} robots, {duration_s:.0} s; rotation {:.2}, orbit {:.2}, circliness \
+                 {:.2} of {:.2}, blocked {:.2}, {lost})",
+                evidence.rotation,
+                evidence.orbit,
+                evidence.circliness,
+                evidence.circliness_ceiling,
+                evidence.blocked
+            )?;
+        }
+        if let Some(certainty) = &self.certainty {
+            write!(out, "\n  {}", sure(certainty))?;
+        }
+        for finding in &self.findings {
+            write!(out, "\n  mended: {finding}")?;
+        }
+        for label in &self.labels {
+            let differs = if label.phase == self.phase { "" } else { "; differs" };
+            write!(out, "\n  by hand: {label}{differs}")?;
+        }
+        if !self.controller_only.is_empty() {
+            write!(out, "\n  lease: controller only: {}", self.controller_only.join(", "))?;
+        }
+        for lost in &self.lost_robots {
+            write!(out, "\n  {lost}")?;
+        }
+        if let Some(ending) = self.ending {
+            let reason = self.reason.as_deref().unwrap_or_default();
+            write!(out, "\n  the run was not completed: {ending} ({reason})")?;
+        }
+        if let Some(RunPart { recorded_s, set_s }) = self.part {
+            let of = set_s.map_or_else(String::new, |set_s| format!(" of {set_s:.0} s"));
+            write!(out, "\n  only a part of the run: {recorded_s:.1} s{of}; it counts nowhere")?;
+        }
+        match &self.damage {
+            Some(damage) => write!(out, "\n  {damage}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// How sure a verdict is.
+fn sure(certainty: &Certainty) -> String {
+    let settled = if certainty.is_settled { "settled" } else { "not settled" };
+    let nearest = certainty.nearest.as_ref().map_or_else(String::new, |nearest| {
+        let parameters: Vec<&str> =
+            nearest.parameters.iter().map(|parameter| parameter.key()).collect();
+        let (phase, distance) = (nearest.becomes, nearest.distance);
+        format!("; nearest is {phase}, {distance:.2} away in {}", parameters.join(" and "))
+    });
+    let blocks = 100.0 * certainty.confidence;
+    format!("{settled}{nearest}; {blocks:.0} % of its 10 s blocks show the same phase")
+}

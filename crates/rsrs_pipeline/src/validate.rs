@@ -1,0 +1,201 @@
+//! Step 2: whether real trajectories lie inside the reach of the simulated robot, which is nowhere the
+//! better one.
+
+mod cause;
+mod drawings;
+pub mod file;
+mod text;
+
+use std::path::{Path, PathBuf};
+
+use rsrs_core::axis::{Axis, Cell};
+use rsrs_core::capability::{self, CapabilityViolation, LostCapability};
+use rsrs_core::conditions::Conditions;
+use rsrs_core::fit::{SensorMap, sensor_map};
+use rsrs_core::profile::RobotProfile;
+use rsrs_core::trial::{DrivenTrial, detection_trials};
+use rsrs_sim::reach::{ReachOptions, smallest_factors, validate as contain};
+
+use crate::error::{explained, with_help};
+use crate::measure::trial_files::{Trajectories, table, trajectories};
+use crate::provenance::Provenance;
+use crate::sweep::folder;
+use crate::sweep::source::ResolvedSweep;
+use file::{Answer, Judged};
+
+/// What a simulated robot is compared with.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Real trajectories of robots that drive alone: tables, or bags.
+    pub trajectories: Vec<PathBuf>,
+    /// Table of detections.
+    pub detection: Option<PathBuf>,
+    /// Values on the capabilities that the sweep sweeps: one robot is judged.
+    pub at: Cell,
+    /// How the reach is simulated; the seed is that of the sweep.
+    pub reach: ReachOptions,
+}
+
+/// What is held against each other.
+struct Case {
+    source: ResolvedSweep,
+    /// Conditions of the cells at which the simulated robot is judged; one or more.
+    conditions: Vec<Conditions>,
+    at: Cell,
+    trials: Vec<DrivenTrial>,
+    /// The same from their standstills, where that is known.
+    from_rest: Vec<DrivenTrial>,
+    sensor: Option<SensorMap>,
+    options: ReachOptions,
+}
+
+/// Judges the simulated robot of a sweep, and draws what it rests on.
+///
+/// # Arguments
+///
+/// * `sweep` — a sweep file, or the folder of a sweep.
+/// * `output` — folder for `validation.json` and the pictures; `None` takes the folder of the sweep, if
+///   it is one, whose diagram then notes the answer, too.
+///
+/// # Errors
+///
+/// If a file is wrong, or the sweep has several simulated robots and `at` does not name one.
+pub fn validate(sweep: &Path, options: &Options, output: Option<&Path>) -> anyhow::Result<Answer> {
+    let swept = if sweep.is_dir() { Some(folder::read(sweep)?) } else { None };
+    let source = match &swept {
+        Some(swept) => swept.source.clone(),
+        None => ResolvedSweep::read(sweep)?,
+    };
+    let case = read(&sweep.display().to_string(), source, options)?;
+    let answer = judge(&case)?;
+    let beside_sweep = swept.as_ref().map(|_| sweep);
+    if let Some(folder) = output.or(beside_sweep) {
+        drawings::write(folder, &case, &answer)?;
+        answer.write(folder)?;
+    }
+    if let (None, Some(swept)) = (output, &swept) {
+        folder::draw(sweep, swept)?;
+    }
+    Ok(answer)
+}
+
+/// Reads what is compared.
+///
+/// # Arguments
+///
+/// * `name` — of the sweep, for errors.
+fn read(name: &str, source: ResolvedSweep, options: &Options) -> anyhow::Result<Case> {
+    let at = options.at.clone();
+    let conditions = judged_conditions(name, &source, &at)?;
+    let sensor = options
+        .detection
+        .as_ref()
+        .map(|path| {
+            let detections = table(path, detection_trials)?;
+            sensor_map(&detections, source.profile.body.radius_m).map_err(|error| {
+                let (message, help) = (error.to_string(), error.help());
+                explained(error, message, Some(&help))
+            })
+        })
+        .transpose()?;
+    let Trajectories { driven: trials, from_rest } = trajectories(&options.trajectories)?;
+    let options = ReachOptions { seed: source.sweep.seed, ..options.reach };
+    Ok(Case { source, conditions, at, trials, from_rest, sensor, options })
+}
+
+/// The cells at which the simulated robot is the one to be judged.
+fn judged_conditions(
+    file: &str,
+    source: &ResolvedSweep,
+    at: &Cell,
+) -> anyhow::Result<Vec<Conditions>> {
+    let swept = source.sweep.swept_axes();
+    let keys = |axes: &[Axis]| axes.iter().map(|axis| axis.key()).collect::<Vec<_>>().join(", ");
+    let capabilities: Vec<Axis> =
+        swept.iter().copied().filter(|axis| axis.is_capability()).collect();
+    if let Some((axis, _)) = at.iter().find(|(axis, _)| !capabilities.contains(axis)) {
+        let have = if capabilities.is_empty() { "none".to_owned() } else { keys(&capabilities) };
+        return Err(with_help(
+            format!("{file}: {axis} is no capability that this sweep sweeps ({have})"),
+            "leave it out of `--at`",
+        ));
+    }
+    let open: Vec<Axis> = capabilities.into_iter().filter(|axis| at.get(*axis).is_none()).collect();
+    if !open.is_empty() {
+        let example: Vec<String> = open.iter().map(|axis| format!("{}=…", axis.key())).collect();
+        return Err(with_help(
+            format!("{file} sweeps {}, so it has several simulated robots", keys(&open)),
+            format!("say which one to judge: `--at {}`", example.join(",")),
+        ));
+    }
+    let is_at = |cell: &Cell| at.iter().all(|(axis, value)| cell.get(axis) == Some(value));
+    let cells = source.cells(file)?.into_iter().filter(|(cell, _)| is_at(cell));
+    let conditions: Vec<Conditions> = cells.map(|(_, conditions)| conditions).collect();
+    if conditions.is_empty() {
+        return Err(with_help(
+            format!("{file} has no cell at {at}"),
+            "give values that the sweep has",
+        ));
+    }
+    Ok(conditions)
+}
+
+fn judge(case: &Case) -> anyhow::Result<Answer> {
+    let source = &case.source;
+    let (measured, factors) = (&source.profile, source.sweep.factors(&source.profile));
+    let robot = factors.apply(measured)?;
+    let settings = source.sweep.settings().with_cell(&case.at);
+    let validation = contain(&robot, &settings, &case.trials, &case.options)?;
+    let turning = if validation.is_contained {
+        None
+    } else {
+        cause::turning((measured, factors), &settings, case)?
+    };
+    let smallest_factors = if validation.is_contained || turning.is_some() {
+        None
+    } else {
+        smallest_factors((measured, factors), &settings, &case.trials, &case.options)?
+            .map(|smallest| smallest.factors)
+    };
+    let capability_violations = better_capabilities(case)?;
+    let sensor_violations = case
+        .sensor
+        .as_ref()
+        .map(|map| capability::sensor_violations(map, &case.conditions[0].robot));
+    let senses_worse = sensor_violations.as_ref().is_none_or(Vec::is_empty);
+    Ok(Answer {
+        judged: Judged::of(source, &case.at),
+        is_harsher: validation.is_contained && capability_violations.is_empty() && senses_worse,
+        validation,
+        capability_violations,
+        lost_capabilities: lost_capabilities(case, robot),
+        sensor_violations,
+        smallest_factors,
+        turning,
+        provenance: Provenance::of(measured),
+    })
+}
+
+/// Every capability of which the first cell's robot has next to nothing left.
+fn lost_capabilities(case: &Case, mut simulated: RobotProfile) -> Vec<LostCapability> {
+    // What the sweep itself sets goes before the factors.
+    let set = &case.conditions[0].robot;
+    simulated.sensing.true_positive = set.true_positive;
+    simulated.sensing.false_positive = set.false_positive;
+    simulated.actuation.speed.robot_sd = set.speed_gain.robot_sd;
+    simulated.actuation.turn.robot_sd = set.turn_gain.robot_sd;
+    capability::lost_capabilities(&case.source.profile, &simulated)
+}
+
+/// Every capability in which the simulated robot is the better one at some cell, once.
+fn better_capabilities(case: &Case) -> anyhow::Result<Vec<CapabilityViolation>> {
+    let mut found: Vec<CapabilityViolation> = Vec::new();
+    for conditions in &case.conditions {
+        for violation in capability::violations(&case.source.profile, conditions)? {
+            if found.iter().all(|known| known.capability != violation.capability) {
+                found.push(violation);
+            }
+        }
+    }
+    Ok(found)
+}
