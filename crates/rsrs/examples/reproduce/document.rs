@@ -12,7 +12,7 @@ use rsrs_core::phase::Phase;
 pub use pictures::draw;
 
 use crate::experiments::{DURATION_S, cell};
-use crate::findings::{Experiment, Findings, Hopeless, REPETITIONS};
+use crate::findings::{Experiment, Findings, REPETITIONS};
 use crate::reality::FAULTS;
 use crate::swept::REPLICATES;
 
@@ -197,12 +197,11 @@ fn hopeless(findings: &Findings) -> String {
          The profiles here are made up to have these faults (`launch_configs/profiles`), and are searched \
          over speed, turning rate and number of robots, made worse by the default factors, which make everything \
          worse that a profile has and take nothing to nothing.\n\n\
-         | robot | made worse: best `B_s` | where | `rsrs choose` | as measured: best `B_s` |\n\
+         | robot | made worse: best `B_s` | where | `rsrs choose` | `B_s` there, as measured |\n\
          |---|---|---|---|---|\n",
     );
     for robot in &findings.hopeless {
-        let (searched, cell, b_s) = Hopeless::best(&robot.harsher);
-        let (_, _, measured) = Hopeless::best(&robot.measured);
+        let (searched, cell, [b_s, measured]) = robot.best();
         let answer = if robot.is_viable() { "a viable cell" } else { "no viable cell" };
         let (name, robots) = (robot.name, searched.robots);
         writeln!(
@@ -213,7 +212,7 @@ fn hopeless(findings: &Findings) -> String {
     }
     text.push('\n');
     for robot in &findings.hopeless {
-        let (searched, ..) = Hopeless::best(&robot.harsher);
+        let (searched, ..) = robot.best();
         if let Some(reason) = &searched.reason {
             writeln!(text, "`rsrs choose` of {}: {reason}.\n", robot.name)
                 .expect("a string takes any text");

@@ -342,13 +342,22 @@ fn search(
 }
 
 impl Hopeless {
-    /// The search with the greatest `B_s`, its cell and that share.
-    pub fn best(searched: &[Searched]) -> (&Searched, &Cell, f64) {
-        let all = searched.iter().flat_map(|searched| {
-            let share = |entry: &DiagramCell| entry.counts.share(Phase::StableMilling);
-            searched.diagram.cells.iter().map(move |entry| (searched, &entry.cell, share(entry)))
+    /// The search with the cell that mills most, made harsher; of equals that which mills most as
+    /// measured.
+    ///
+    /// # Returns
+    ///
+    /// The search, the cell, and its shares made harsher and as measured.
+    pub fn best(&self) -> (&Searched, &Cell, [f64; 2]) {
+        let share = |entry: &DiagramCell| entry.counts.share(Phase::StableMilling);
+        let all = self.harsher.iter().zip(&self.measured).flat_map(|(harsher, measured)| {
+            let cells = harsher.diagram.cells.iter().zip(&measured.diagram.cells);
+            cells.map(move |(harsh, mild)| (harsher, &harsh.cell, [harsh, mild].map(share)))
         });
-        all.max_by(|one, other| one.2.total_cmp(&other.2)).expect("a sweep has cells")
+        // The first of equals, as `rsrs choose` has it.
+        all.rev()
+            .max_by(|one, other| one.2.partial_cmp(&other.2).expect("shares are numbers"))
+            .expect("a sweep has cells")
     }
 
     /// Whether any cell is viable, made harsher.

@@ -7,7 +7,7 @@ use rsrs_core::gain::speed_gain;
 use rsrs_core::phase::Phase;
 
 use super::{FromReport, mean};
-use crate::findings::{CONTINUOUSLY_PER_S, Findings, Hopeless, REPETITIONS};
+use crate::findings::{CONTINUOUSLY_PER_S, Findings, REPETITIONS};
 use crate::swept::{b_s, counts};
 
 /// One statement.
@@ -386,8 +386,7 @@ fn cannot_mill(
 ) -> Statement {
     let robot = findings.hopeless.iter().find(|robot| robot.name == name);
     let robot = robot.expect("both robots were tried");
-    let (searched, _, b_s) = Hopeless::best(&robot.harsher);
-    let (_, _, measured) = Hopeless::best(&robot.measured);
+    let (searched, _, [b_s, measured]) = robot.best();
     let found = if robot.is_viable() { "finds" } else { "does not find" };
     // The fault does it if one of its factors alone leaves less than half, and another one more.
     let leaves_half = |effect: &serde_json::Value| {
