@@ -1,6 +1,7 @@
 //! The steps from a measured robot to a verdict: one module for each arrow of the method, each one
 //! function from files to files.
 
+pub mod campaign;
 pub mod choose;
 pub mod compare;
 pub mod episode;

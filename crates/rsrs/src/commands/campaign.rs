@@ -1,28 +1,20 @@
 //! `rsrs campaign`: many experiments, one after the other, each in a folder that says all of it.
 
-mod conduct;
-mod file;
-mod folder;
-mod manifest;
 mod prompt;
-mod summary;
 
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
-use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
-use rsrs_fleet::record::{self, ExperimentRecord};
+use rsrs_fleet::record;
 use rsrs_ros::logging::{self, Level};
 
 use crate::commands::{Backend, Format, report, runtime};
+use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use crate::notes::print_note;
-use conduct::{Conductor, RunTarget};
-use file::Experiment;
-use folder::CampaignFolder;
 use prompt::Prompt;
+use rsrs_pipeline::campaign::{Campaign, CampaignFolder, Conductor, RunTarget, Summary};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::run::own_network::OwnNetwork;
 
@@ -70,64 +62,6 @@ pub struct Arguments {
     format: Format,
 }
 
-/// An experiment of a campaign with what it is, whenever it is run.
-pub struct Item {
-    /// As the campaign file has it.
-    pub experiment: Experiment,
-    /// All that it takes to repeat it, without what differs from run to run and program to program.
-    pub identity: ExperimentRecord,
-}
-
-impl Item {
-    fn read(experiment: Experiment, backend: record::Backend) -> anyhow::Result<Self> {
-        let plan = plan(&experiment, backend)
-            .with_context(|| format!("experiment {} cannot be run", experiment.folder))?;
-        Ok(Self { experiment, identity: identity(&plan.record) })
-    }
-
-    /// The plan of a run that starts now.
-    ///
-    /// # Errors
-    ///
-    /// If a file is wrong, or has been changed since the campaign was started.
-    pub fn plan(&self, bag: PathBuf) -> anyhow::Result<Plan> {
-        let mut plan = plan(&self.experiment, self.identity.backend)?;
-        if identity(&plan.record) != self.identity {
-            return Err(with_help(
-                format!("{}: its files were changed meanwhile", self.experiment.folder),
-                "change them back, or start another campaign",
-            ));
-        }
-        plan.bag = bag;
-        Ok(plan)
-    }
-}
-
-/// A record without what differs between two runs of the same experiment.
-pub fn identity(record: &ExperimentRecord) -> ExperimentRecord {
-    let mut identity = record.clone();
-    for differs in
-        [&mut identity.run_id, &mut identity.provenance.version, &mut identity.provenance.commit]
-    {
-        differs.clear();
-    }
-    identity
-}
-
-fn plan(experiment: &Experiment, backend: record::Backend) -> anyhow::Result<Plan> {
-    let mut plan = Plan::read(&Request {
-        experiment: experiment.file.clone(),
-        cell: experiment.cell.clone(),
-        from: experiment.from.clone(),
-        backend,
-        bag: None,
-        seed: experiment.seed,
-        place_check: PlaceCheck::On,
-    })?;
-    plan.record.replicate = experiment.replicate;
-    Ok(plan)
-}
-
 /// Runs the command.
 ///
 /// # Errors
@@ -139,11 +73,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Backend::Sim => record::Backend::Simulator,
         Backend::Fleet => record::Backend::Fleet,
     };
-    let (text, experiments) = file::read(&arguments.campaign)?;
-    let items = experiments
-        .into_iter()
-        .map(|experiment| Item::read(experiment, backend))
-        .collect::<anyhow::Result<Vec<Item>>>()?;
+    let Campaign { text, items } = Campaign::read(&arguments.campaign, backend)?;
     let is_asked = !arguments.yes && arguments.place_command.is_none();
     let asks = arguments.backend == Backend::Fleet && is_asked;
     if asks && !std::io::stdin().is_terminal() {
@@ -162,13 +92,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             None if asks => Prompt::at_keyboard(),
             None => Prompt::Silent,
         };
-        Conductor::new(&folder, floor, prompt).conduct(&items).await
+        Conductor::new(&folder, floor, (prompt, &TerminalOperator)).conduct(&items).await
     });
     if let Err(error) = ended {
         return Err(interrupted(&error, arguments));
     }
-    let summary = summary::of(&folder, &items, &command(arguments))?;
-    report(arguments.format, &summary, &summary::text(&summary))?;
+    let summary = Summary::of(&folder, &items, &command(arguments))?;
+    report(arguments.format, &summary, &summary.to_string())?;
     Ok(if summary.is_whole() { Outcome::Done } else { Outcome::NegativeAnswer })
 }
 

@@ -1,5 +1,8 @@
 //! Somebody or something that places robots, and says when they stand.
 
+use std::pin::Pin;
+
+use rsrs_pipeline::campaign::{Answer, Placer};
 use tokio::sync::mpsc::UnboundedReceiver;
 
 use crate::experiment_bar::TerminalOperator;
@@ -20,26 +23,13 @@ pub enum Prompt {
     Program(String),
 }
 
-/// What a person wants.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
-    /// The robots stand: start.
-    Start,
-    /// Not this one now.
-    Skip,
-    /// No more for now.
-    Quit,
-}
-
-impl Answer {
-    /// What a line means; `None` for what means nothing, so that a slip starts no robot.
-    fn of(line: &str) -> Option<Self> {
-        match line.trim() {
-            "" => Some(Self::Start),
-            "s" => Some(Self::Skip),
-            "q" => Some(Self::Quit),
-            _ => None,
-        }
+/// What a line means; `None` for what means nothing, so that a slip starts no robot.
+fn answer(line: &str) -> Option<Answer> {
+    match line.trim() {
+        "" => Some(Answer::Start),
+        "s" => Some(Answer::Skip),
+        "q" => Some(Answer::Quit),
+        _ => None,
     }
 }
 
@@ -49,25 +39,6 @@ impl Prompt {
     /// Asks the person at the keyboard.
     pub fn at_keyboard() -> Self {
         keyboard::listen().map_or(Self::Gone, Self::Person)
-    }
-
-    /// Says what is next, and waits for the answer; Ctrl-C and a keyboard that is gone are a `q`.
-    ///
-    /// # Arguments
-    ///
-    /// * `what` — the experiment, and where its robots start.
-    /// * `wanted` — the same for a program.
-    ///
-    /// # Errors
-    ///
-    /// If a program does not place the robots.
-    pub async fn ask(&mut self, what: &str, wanted: &WantedPlacement) -> anyhow::Result<Answer> {
-        print_note(what);
-        if let Self::Program(program) = self {
-            place_command::place(program, wanted, &TerminalOperator).await?;
-            return Ok(Answer::Start);
-        }
-        Ok(self.ask_person().await)
     }
 
     async fn ask_person(&mut self) -> Answer {
@@ -88,10 +59,28 @@ impl Prompt {
                 *self = Self::Gone;
                 return Answer::Quit;
             };
-            if let Some(answer) = Answer::of(&line) {
+            if let Some(answer) = answer(&line) {
                 return answer;
             }
         }
+    }
+}
+
+impl Placer for Prompt {
+    /// Asks, and waits for the answer; Ctrl-C and a keyboard that is gone are a `q`.
+    fn place<'a>(
+        &'a mut self,
+        text: &'a str,
+        wanted: &'a WantedPlacement,
+    ) -> Pin<Box<dyn Future<Output = anyhow::Result<Answer>> + 'a>> {
+        print_note(text);
+        Box::pin(async move {
+            if let Self::Program(program) = self {
+                place_command::place(program, wanted, &TerminalOperator).await?;
+                return Ok(Answer::Start);
+            }
+            Ok(self.ask_person().await)
+        })
     }
 }
 
@@ -101,7 +90,7 @@ mod tests {
 
     #[test]
     fn only_an_empty_line_starts_robots() {
-        let answers = ["", " ", "s", "q", "x", "start", "sq"].map(Answer::of);
+        let answers = ["", " ", "s", "q", "x", "start", "sq"].map(answer);
 
         let start = Some(Answer::Start);
         let (skip, quit) = (Some(Answer::Skip), Some(Answer::Quit));

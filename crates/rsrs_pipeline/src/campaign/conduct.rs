@@ -9,18 +9,15 @@ use rsrs_ros::session::SessionOptions;
 use super::Item;
 use super::folder::{BAG, CampaignFolder, counts};
 use super::manifest::Manifest;
-use super::prompt::{Answer, Prompt};
-use crate::experiment_bar::TerminalOperator;
-use crate::interrupt::asked_to_stop;
-use crate::notes::print_note;
-use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::files::write_file;
-use rsrs_pipeline::run::own_network::OwnNetwork;
-use rsrs_pipeline::run::place_command::{PlacedRobot, WantedPlacement};
-use rsrs_pipeline::run::recording_gaps;
-use rsrs_pipeline::run::simulated_fleet::SimulatedFleet;
-use rsrs_pipeline::run::start_poses::StartPoses;
-use rsrs_pipeline::run::{RunSummary, on_simulated_fleet, watched};
+use crate::error::with_help;
+use crate::files::write_file;
+use crate::run::operator::Operator;
+use crate::run::own_network::OwnNetwork;
+use crate::run::place_command::{PlacedRobot, WantedPlacement};
+use crate::run::recording_gaps;
+use crate::run::simulated_fleet::SimulatedFleet;
+use crate::run::start_poses::StartPoses;
+use crate::run::{RunSummary, on_simulated_fleet, watched};
 
 /// Where the robots are.
 pub enum RunTarget {
@@ -38,6 +35,36 @@ pub enum RunTarget {
     },
 }
 
+/// Whoever places the robots of a fleet before each run.
+pub trait Placer {
+    /// Has the robots placed.
+    ///
+    /// # Arguments
+    ///
+    /// * `text` — the experiment, and where its robots start.
+    /// * `wanted` — the same for a program.
+    ///
+    /// # Errors
+    ///
+    /// If they were not placed.
+    fn place<'a>(
+        &'a mut self,
+        text: &'a str,
+        wanted: &'a WantedPlacement,
+    ) -> Pin<Box<dyn Future<Output = anyhow::Result<Answer>> + 'a>>;
+}
+
+/// What to do with an experiment whose robots were to be placed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// The robots stand: start.
+    Start,
+    /// Not this one now.
+    Skip,
+    /// No more for now.
+    Quit,
+}
+
 /// What comes after an experiment.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Next {
@@ -46,16 +73,26 @@ enum Next {
 }
 
 /// Conducts a campaign.
-pub struct Conductor<'a> {
+pub struct Conductor<'a, P> {
     folder: &'a CampaignFolder,
-    floor: RunTarget,
-    prompt: Prompt,
+    target: RunTarget,
+    placer: P,
+    operator: &'a dyn Operator,
 }
 
-impl<'a> Conductor<'a> {
-    /// Somebody who conducts the campaign of a folder.
-    pub fn new(folder: &'a CampaignFolder, floor: RunTarget, prompt: Prompt) -> Self {
-        Self { folder, floor, prompt }
+impl<'a, P: Placer> Conductor<'a, P> {
+    /// Conducts the campaign of a folder.
+    ///
+    /// # Arguments
+    ///
+    /// * `people` — who places the robots of a fleet, and who watches.
+    pub fn new(
+        folder: &'a CampaignFolder,
+        target: RunTarget,
+        people: (P, &'a dyn Operator),
+    ) -> Self {
+        let (placer, operator) = people;
+        Self { folder, target, placer, operator }
     }
 
     /// Verifies what is finished, and runs what is not.
@@ -72,7 +109,7 @@ impl<'a> Conductor<'a> {
             }
         }
         let ended = self.all(&open, items.len()).await;
-        if let RunTarget::Simulator { fleet: Some(fleet), .. } = self.floor {
+        if let RunTarget::Simulator { fleet: Some(fleet), .. } = self.target {
             fleet.1.stop().await?;
         }
         ended
@@ -80,9 +117,9 @@ impl<'a> Conductor<'a> {
 
     async fn all(&mut self, open: &[&Item], n_items: usize) -> anyhow::Result<()> {
         if open.len() < n_items {
-            print_note(&format!("{} of {n_items} are finished", n_items - open.len()));
+            self.operator.note(&format!("{} of {n_items} are finished", n_items - open.len()));
         }
-        let mut stop: Pin<Box<dyn Future<Output = String>>> = Box::pin(asked_to_stop());
+        let mut stop: Pin<Box<dyn Future<Output = String>>> = self.operator.stop_requested();
         for item in open {
             // Between two runs nobody else listens.
             let stopped = tokio::select! {
@@ -103,11 +140,12 @@ impl<'a> Conductor<'a> {
     async fn one(&mut self, item: &Item) -> anyhow::Result<Next> {
         let name = &item.experiment.folder;
         if let Some(manifest) = self.folder.adopt(item)? {
-            print_note(&format!("{name}: its bag was complete already{}", outcome(&manifest)));
+            self.operator
+                .note(&format!("{name}: its bag was complete already{}", outcome(&manifest)));
             return Ok(Next::GoOn);
         }
         if let Some(aside) = self.folder.keep_aside(item)? {
-            print_note(&format!(
+            self.operator.note(&format!(
                 "{name}: a recording that broke off is kept as {} and does not count",
                 aside.display()
             ));
@@ -130,7 +168,7 @@ impl<'a> Conductor<'a> {
 
     /// Asks whoever places the robots; in the simulator, nobody does.
     async fn ask(&mut self, plan: &Plan, item: &Item) -> anyhow::Result<Answer> {
-        let RunTarget::Fleet { .. } = self.floor else { return Ok(Answer::Start) };
+        let RunTarget::Fleet { .. } = self.target else { return Ok(Answer::Start) };
         let conditions = &plan.record.conditions.controller;
         let starts = StartPoses::of(plan)?;
         let what = format!(
@@ -149,13 +187,13 @@ impl<'a> Conductor<'a> {
         });
         let purpose = item.experiment.folder.clone();
         let wanted = WantedPlacement { purpose, robots: placed.collect() };
-        self.prompt.ask(&what, &wanted).await
+        self.placer.place(&what, &wanted).await
     }
 
     async fn run(&mut self, plan: &Plan) -> anyhow::Result<RunSummary> {
-        let (network, fleet) = match &mut self.floor {
+        let (network, fleet) = match &mut self.target {
             RunTarget::Fleet { network } => {
-                return watched(plan, network, asked_to_stop(), &TerminalOperator).await;
+                return watched(plan, network, self.operator.stop_requested(), self.operator).await;
             }
             RunTarget::Simulator { network, fleet } => (network, fleet),
         };
@@ -167,7 +205,7 @@ impl<'a> Conductor<'a> {
             *fleet = Some(Box::new((robots.clone(), SimulatedFleet::start(network, robots)?)));
         }
         let fleet = fleet.as_mut().expect("it was started above");
-        on_simulated_fleet(plan, network, &mut fleet.1, &TerminalOperator).await
+        on_simulated_fleet(plan, network, &mut fleet.1, self.operator).await
     }
 
     /// Makes an experiment of a run that has ended, or keeps what there is of it aside.
@@ -187,12 +225,12 @@ impl<'a> Conductor<'a> {
         let lost = summary.lost_robots.clone();
         let ending = Ending { kind, reason: summary.reason.clone(), lost };
         let manifest = self.folder.finish(item, (plan.record, &ending), Some(summary.n_lost))?;
-        print_note(&format!("{name}: {}{}", manifest.ending, outcome(&manifest)));
+        self.operator.note(&format!("{name}: {}{}", manifest.ending, outcome(&manifest)));
         for lost in &summary.lost_robots {
-            print_note(&format!("  {lost}"));
+            self.operator.note(&format!("  {lost}"));
         }
         for line in recording_gaps::lines(&manifest.gaps) {
-            print_note(&format!("  {line}"));
+            self.operator.note(&format!("  {line}"));
         }
         if summary.not_standing.is_empty() {
             return Ok(());

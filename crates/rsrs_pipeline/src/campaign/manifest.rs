@@ -12,8 +12,8 @@ use rsrs_fleet::record::ExperimentRecord;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::run::recording_gaps::Gap;
+use crate::error::with_help;
+use crate::run::recording_gaps::Gap;
 
 /// Its name in the folder of an experiment.
 pub const MANIFEST: &str = "manifest.json";

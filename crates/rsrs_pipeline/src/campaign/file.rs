@@ -9,8 +9,8 @@ use rsrs_core::document;
 use rsrs_core::sweep_file::SEED_LIMIT;
 use serde::Deserialize;
 
-use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::files::read_text;
+use crate::error::with_help;
+use crate::files::read_text;
 
 /// A campaign as written by a person.
 #[derive(Clone, Debug, Deserialize)]

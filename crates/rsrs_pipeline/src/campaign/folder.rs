@@ -13,11 +13,11 @@ use serde::{Deserialize, Serialize};
 
 use super::manifest::{self, MANIFEST, Manifest, write_whole};
 use super::{Item, identity};
-use rsrs_pipeline::error::{in_one_line, with_help};
-use rsrs_pipeline::files::{read_text, write_file};
-use rsrs_pipeline::label::{LabelOptions, label_bag};
-use rsrs_pipeline::recorded_run;
-use rsrs_pipeline::run::recording_gaps;
+use crate::error::{in_one_line, with_help};
+use crate::files::{read_text, write_file};
+use crate::label::{LabelOptions, label_bag};
+use crate::recorded_run;
+use crate::run::recording_gaps;
 
 const LOCK: &str = "campaign.lock";
 const STATE: &str = "campaign.json";
@@ -244,10 +244,12 @@ impl CampaignFolder {
         if !bag.exists() {
             return Ok(None);
         }
-        let aside = (1..=u64::MAX)
-            .map(|number| folder.join(format!("{BAG}.unfinished_{number}")))
-            .find(|path| !path.exists())
-            .expect("the numbers do not end before the disk does");
+        let mut number = 1_u64;
+        let mut aside = folder.join(format!("{BAG}.unfinished_1"));
+        while aside.exists() {
+            number += 1;
+            aside = folder.join(format!("{BAG}.unfinished_{number}"));
+        }
         std::fs::rename(&bag, &aside)
             .with_context(|| format!("cannot move {} to {}", bag.display(), aside.display()))?;
         Ok(Some(aside))

@@ -1,5 +1,6 @@
 //! What a campaign has come to.
 
+use std::fmt;
 use std::path::PathBuf;
 
 use rsrs_core::phase::Phase;
@@ -8,12 +9,12 @@ use serde::Serialize;
 
 use super::Item;
 use super::folder::{BAG, CampaignFolder};
-use rsrs_pipeline::run::recording_gaps::{self, Gap};
-use rsrs_pipeline::wording::columns;
-use rsrs_pipeline::wording::{count, counted};
+use crate::run::recording_gaps::{self, Gap};
+use crate::wording::columns;
+use crate::wording::{count, counted};
 
 /// What a campaign has come to.
-#[derive(Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Summary {
     folder: PathBuf,
     n_finished: usize,
@@ -22,7 +23,7 @@ pub struct Summary {
 }
 
 /// What one experiment has come to.
-#[derive(Serialize)]
+#[derive(Debug, Serialize)]
 struct Row {
     experiment: String,
     speed_m_s: f64,
@@ -56,54 +57,65 @@ impl Summary {
     }
 }
 
-/// Looks at all experiments of a campaign.
-///
-/// # Arguments
-///
-/// * `command` — the one that goes on, if there is something left.
-///
-/// # Errors
-///
-/// If a manifest cannot be read.
-pub fn of(folder: &CampaignFolder, items: &[Item], command: &str) -> anyhow::Result<Summary> {
-    let experiments = items
-        .iter()
-        .map(|item| {
-            let manifest = folder.manifest(item)?;
-            let bag = manifest.is_some().then(|| folder.of(item).join(BAG));
-            let controller = item.identity.conditions.controller;
-            let row = Row {
-                experiment: item.experiment.folder.clone(),
-                speed_m_s: controller.speed_m_s,
-                turn_rate_rad_s: controller.turn_rate_rad_s,
-                n_robots: item.identity.robots.len(),
-                seed: item.identity.seed,
-                replicate: item.identity.replicate,
-                ending: manifest.as_ref().map(|it| it.ending.clone()),
-                reason: manifest.as_ref().map_or_else(String::new, |it| it.reason.clone()),
-                phase: manifest.as_ref().and_then(|it| it.phase),
-                not_judged: manifest.as_ref().map_or_else(String::new, |it| it.not_judged.clone()),
-                n_messages: manifest.as_ref().map_or(0, |it| it.n_messages),
-                n_lost: manifest.as_ref().and_then(|it| it.n_lost),
-                gaps: manifest.map_or_else(Vec::new, |it| it.gaps),
-                bag,
-            };
-            Ok(row)
-        })
-        .collect::<anyhow::Result<Vec<Row>>>()?;
-    let n_finished = experiments.iter().filter(|row| row.ending.is_some()).count();
-    let next = if n_finished < experiments.len() {
-        command.to_owned()
-    } else {
-        let sweep = items.iter().find_map(|item| item.experiment.from.clone());
-        let sweep = sweep.map_or_else(|| "SWEEP".to_owned(), |sweep| sweep.display().to_string());
-        format!("rsrs compare {sweep} --bags {}/*/{BAG}", folder.path().display())
-    };
-    Ok(Summary { folder: folder.path().to_owned(), n_finished, experiments, next })
+impl Summary {
+    /// Looks at all experiments of a campaign.
+    ///
+    /// # Arguments
+    ///
+    /// * `command` — the one that goes on, if there is something left.
+    ///
+    /// # Errors
+    ///
+    /// If a manifest cannot be read.
+    pub fn of(folder: &CampaignFolder, items: &[Item], command: &str) -> anyhow::Result<Self> {
+        let experiments = items
+            .iter()
+            .map(|item| {
+                let manifest = folder.manifest(item)?;
+                let bag = manifest.is_some().then(|| folder.of(item).join(BAG));
+                let controller = item.identity.conditions.controller;
+                let row = Row {
+                    experiment: item.experiment.folder.clone(),
+                    speed_m_s: controller.speed_m_s,
+                    turn_rate_rad_s: controller.turn_rate_rad_s,
+                    n_robots: item.identity.robots.len(),
+                    seed: item.identity.seed,
+                    replicate: item.identity.replicate,
+                    ending: manifest.as_ref().map(|it| it.ending.clone()),
+                    reason: manifest.as_ref().map_or_else(String::new, |it| it.reason.clone()),
+                    phase: manifest.as_ref().and_then(|it| it.phase),
+                    not_judged: manifest
+                        .as_ref()
+                        .map_or_else(String::new, |it| it.not_judged.clone()),
+                    n_messages: manifest.as_ref().map_or(0, |it| it.n_messages),
+                    n_lost: manifest.as_ref().and_then(|it| it.n_lost),
+                    gaps: manifest.map_or_else(Vec::new, |it| it.gaps),
+                    bag,
+                };
+                Ok(row)
+            })
+            .collect::<anyhow::Result<Vec<Row>>>()?;
+        let n_finished = experiments.iter().filter(|row| row.ending.is_some()).count();
+        let next = if n_finished < experiments.len() {
+            command.to_owned()
+        } else {
+            let sweep = items.iter().find_map(|item| item.experiment.from.clone());
+            let sweep =
+                sweep.map_or_else(|| "SWEEP".to_owned(), |sweep| sweep.display().to_string());
+            format!("rsrs compare {sweep} --bags {}/*/{BAG}", folder.path().display())
+        };
+        Ok(Self { folder: folder.path().to_owned(), n_finished, experiments, next })
+    }
 }
 
-/// The same as a table.
-pub fn text(summary: &Summary) -> String {
+impl fmt::Display for Summary {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(&text(self))
+    }
+}
+
+/// The experiments as a table, and what comes next.
+fn text(summary: &Summary) -> String {
     let head = ["experiment", "m/s", "rad/s", "robots", "seed", "ended", "label", "messages"];
     let mut rows = vec![head.map(str::to_owned)];
     rows.extend(summary.experiments.iter().map(cells));
