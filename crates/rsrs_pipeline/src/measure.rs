@@ -2,5 +2,8 @@
 
 pub mod bag_trials;
 pub mod command_rhythm;
+pub mod drive;
+pub mod fit;
 pub mod sensor_readings;
+pub mod sources;
 pub mod trial_files;

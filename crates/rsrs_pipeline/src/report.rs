@@ -11,7 +11,7 @@ use rsrs_view::page::Page;
 use rsrs_view::trajectory::{TrajectoryPicture, svg};
 
 use crate::compare::report::{ComparedBag, ComparedCell, Report as Comparison};
-use crate::compare::{self, compare};
+use crate::compare::{Options, compare};
 use crate::error::in_one_line;
 use crate::label::{LabelOptions, Labelled, judge};
 use crate::picture::{self, DiagramOptions};
@@ -32,8 +32,8 @@ use crate::wording::counted;
 ///
 /// # Errors
 ///
-/// As [`compare`].
-pub fn html(folder: &Path, runs: &compare::Options) -> anyhow::Result<(String, Comparison)> {
+/// As [`compare()`].
+pub fn html(folder: &Path, runs: &Options) -> anyhow::Result<(String, Comparison)> {
     let result = folder::read(folder)?;
     let choice = folder::read_choice(folder)?;
     let comparison = compare(folder, runs)?;

@@ -1,29 +1,22 @@
 //! `rsrs measure drive`: trials over ROS 2 under the lease, recorded.
 
 mod operator;
-mod period_table;
 mod placing;
-mod planned;
-mod result;
-mod standing;
-mod table_file;
-mod trial_nodes;
-mod trial_table;
 
 use std::path::PathBuf;
 
 use rsrs_core::controller::ControllerParameters;
 use rsrs_core::trial::Neighbour;
-use rsrs_experiment_runner::plan::{Plan, Trial, TrialRequest, Unmeasured};
+use rsrs_experiment_runner::plan::Trial;
 use rsrs_fleet::record;
+use rsrs_pipeline::measure::drive::{DriveOptions, RunTarget, drive, fill_plan, fill_table};
+use rsrs_pipeline::run::own_network::OwnNetwork;
+use rsrs_ros::logging::{self, Level};
 
-use crate::commands::{Backend, Format, report, runtime};
+use crate::commands::{Backend, Format, report};
 use crate::failure::Outcome;
-use operator::Ready;
+use crate::fleet_network::chosen_network;
 use placing::Placing;
-use result::TrialResult;
-use rsrs_pipeline::run::RunSummary;
-use trial_nodes::{RunTarget, TrialNodes};
 
 /// Drive one trial, or all trials of a plan, recorded in bags: a robot moves by one constant command,
 /// or stands and senses.
@@ -138,8 +131,6 @@ pub struct Arguments {
 
 /// Readings beyond this say no more of a sensor.
 const MOST_SAMPLES: u64 = 1_000_000;
-/// Detections come this often where nothing else says it, in seconds: those of the Flockbot.
-const USUAL_PERIOD_S: f64 = 0.13;
 /// Nobody drives by detections that are rarer, in seconds.
 const LONGEST_PERIOD_S: f64 = 2.0;
 
@@ -156,66 +147,51 @@ fn period(text: &str) -> Result<f64, String> {
 ///
 /// # Errors
 ///
-/// If a file is wrong, something is missing at preflight, the run was not completed, or nobody says
-/// how far the robot came.
+/// If a file is wrong, something is missing at preflight, the run was not completed, or nobody
+/// measures how far the robot came.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    if let Some(folder) = &arguments.plan {
-        return planned::fill_plan(arguments, folder);
-    }
-    if let Some(table) = &arguments.template {
-        return planned::fill_table(arguments, table);
-    }
-    let request = usual_request(arguments, asked(arguments));
-    let plan = Plan::of_trial(&request)?;
-    if let Some(table) = &arguments.table {
-        result::check_table(table, &request.trial)?;
-    }
+    let options = DriveOptions {
+        fleet: arguments.fleet.clone(),
+        backend: match arguments.backend {
+            Backend::Sim => record::Backend::Simulator,
+            Backend::Fleet => record::Backend::Fleet,
+        },
+        output: arguments.output.clone(),
+        seed: arguments.seed,
+        period_s: arguments.period,
+    };
+    let enter = || enter(arguments.backend, arguments.interface.as_deref());
     let placing = Placing::new(arguments)?;
-    let floor = RunTarget::enter(arguments.backend, arguments.interface.as_deref())?;
-    let Some((found, summary)) = conduct((&placing, &floor), (&plan, request.trial))? else {
+    if let Some(filled) = match (&arguments.plan, &arguments.template) {
+        (Some(folder), _) => Some(fill_plan(&options, folder, (enter, &placing))?),
+        (None, Some(table)) => Some(fill_table(&options, table, (enter, &placing))?),
+        (None, None) => None,
+    } {
+        report(arguments.format, &filled, &filled.to_string())?;
+        return Ok(if filled.is_whole() { Outcome::Done } else { Outcome::NegativeAnswer });
+    }
+    let trial = asked(arguments);
+    let robot = arguments.robot.as_deref().unwrap_or_default();
+    // Who drives one robot by hand stands beside it.
+    let asks = !matches!((&placing, trial), (Placing::Person { .. }, Trial::Drive { .. }));
+    let table = arguments.table.as_deref();
+    let made = drive(&options, (robot, trial), table, enter, (&placing, asks))?;
+    let Some((found, summary)) = made else {
         return Ok(Outcome::Done);
     };
-    if let Some(table) = &arguments.table {
-        found.append_to(table)?;
-    }
     report(arguments.format, &found, &found.text())?;
     let is_whole = summary.n_lost == 0 && found.paused_s.is_none();
     Ok(if is_whole { Outcome::Done } else { Outcome::NegativeAnswer })
 }
 
-/// Makes one trial; `None` if the operator does not want it.
-fn conduct(
-    (placing, floor): (&Placing, &RunTarget),
-    (plan, trial): (&Plan, Trial),
-) -> anyhow::Result<Option<(TrialResult, RunSummary)>> {
-    let runtime = runtime()?;
-    // Who drives one robot by hand stands beside it.
-    let asks = !matches!((placing, trial), (Placing::Person { .. }, Trial::Drive { .. }));
-    if asks && runtime.block_on(placing.ready(&plan.robots[0].name, &trial))? != Ready::Go {
-        return Ok(None);
-    }
-    runtime.block_on(async {
-        let mut trial_nodes = TrialNodes::start(floor, plan)?;
-        let made = made(&mut trial_nodes, (plan, trial)).await;
-        trial_nodes.stop().await?;
-        made.map(Some)
-    })
-}
-
-async fn made(
-    trial_nodes: &mut TrialNodes<'_>,
-    (plan, trial): (&Plan, Trial),
-) -> anyhow::Result<(TrialResult, RunSummary)> {
-    if let Trial::Stand { neighbour, samples } = trial {
-        let (found, summary) = standing::stand(trial_nodes, plan, samples).await?;
-        return Ok((TrialResult::of_readings(plan, neighbour, found), summary));
-    }
-    let summary = trial_nodes.conduct(plan).await?;
-    let found = match TrialResult::of_bag(&plan.bag, plan)? {
-        Some(found) => found,
-        None => operator::ask(&plan.bag, plan).await?,
+/// Enters the network of the robots; to be called before the first thread is started.
+fn enter(backend: Backend, interface: Option<&str>) -> anyhow::Result<RunTarget> {
+    let target = match backend {
+        Backend::Sim => RunTarget::Simulated(OwnNetwork::enter()?),
+        Backend::Fleet => RunTarget::Real(chosen_network(interface)?),
     };
-    Ok((found, summary))
+    logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+    Ok(target)
 }
 
 /// The trial that the command line itself asks for.
@@ -230,23 +206,4 @@ fn asked(arguments: &Arguments) -> Trial {
     let place = arguments.distance.zip(arguments.bearing);
     let neighbour = place.map(|(distance_m, bearing_rad)| Neighbour { distance_m, bearing_rad });
     Trial::Stand { neighbour, samples: arguments.samples }
-}
-
-/// A trial under what the command line says.
-fn usual_request(arguments: &Arguments, trial: Trial) -> TrialRequest {
-    TrialRequest {
-        fleet: arguments.fleet.clone(),
-        robot: arguments.robot.clone().unwrap_or_default(),
-        trial,
-        backend: match arguments.backend {
-            Backend::Sim => record::Backend::Simulator,
-            Backend::Fleet => record::Backend::Fleet,
-        },
-        bag: arguments.output.clone(),
-        seed: arguments.seed,
-        unmeasured: Unmeasured {
-            limits: None,
-            period_s: arguments.period.unwrap_or(USUAL_PERIOD_S),
-        },
-    }
 }

@@ -1,25 +1,21 @@
 //! `rsrs measure fit`: from trials to a profile.
 
-mod sources;
 mod text;
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use rsrs_core::capability::{LostCapability, lost_capabilities};
-use rsrs_core::fit::{Details, Fit, SensorMap, Unmeasured, fit};
+use rsrs_core::fit::{Details, Fit, Unmeasured};
 use rsrs_core::harsher::HarsherFactors;
-use rsrs_view::distribution::{self, DistributionPicture};
-use rsrs_view::sensor::{self, SensorPicture};
+use rsrs_pipeline::files::write_file;
+use rsrs_pipeline::measure::fit::{draw, fit_files};
+use rsrs_pipeline::measure::sources::Paths;
 use serde::Serialize;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use rsrs_pipeline::error::explained;
-use rsrs_pipeline::files::write_file;
-use rsrs_pipeline::picture::PNG_WIDTH_PX;
-use sources::Sources;
 
 /// Fit a profile to trials: every number with its interval and where it comes from.
 ///
@@ -104,7 +100,7 @@ struct Told<'a> {
 /// If a table is wrong, with file and line, or says too little.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let unmeasured = unmeasured(arguments)?;
-    let (fitted, left_out) = fit_tables(arguments, &unmeasured)?;
+    let (fitted, left_out) = fit_files(&paths(arguments)?, &unmeasured)?;
     let profile = fitted.profile(&arguments.name, &unmeasured);
     let simulated = HarsherFactors::for_robot(&profile).apply(&profile)?;
     let lost = lost_capabilities(&profile, &simulated);
@@ -125,6 +121,23 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
+fn paths(arguments: &Arguments) -> anyhow::Result<Paths> {
+    let mut paths = match &arguments.plan {
+        Some(folder) => Paths::of_plan(folder)?,
+        None => Paths {
+            speed: arguments.speed.clone(),
+            turn: arguments.turn.clone(),
+            arcs: arguments.arcs.clone(),
+            detection: arguments.detection.clone(),
+            period: arguments.period.clone(),
+            bags: arguments.bags.clone(),
+            ..Paths::default()
+        },
+    };
+    paths.trajectories.clone_from(&arguments.trajectories);
+    Ok(paths)
+}
+
 fn unmeasured(arguments: &Arguments) -> anyhow::Result<Unmeasured> {
     let mut unmeasured = Unmeasured::default();
     if let Some(radius_m) = arguments.radius {
@@ -134,48 +147,4 @@ fn unmeasured(arguments: &Arguments) -> anyhow::Result<Unmeasured> {
         unmeasured.radius_m = radius_m;
     }
     Ok(unmeasured)
-}
-
-/// The fit, and the notes on what it left out.
-fn fit_tables(
-    arguments: &Arguments,
-    unmeasured: &Unmeasured,
-) -> anyhow::Result<(Fit, Vec<String>)> {
-    let sources = Sources::read(arguments)?;
-    let fitted = fit(sources.tables(), unmeasured).map_err(|error| {
-        let (message, help) = (error.to_string(), error.help());
-        explained(error, message, Some(&help))
-    })?;
-    Ok((fitted, sources.notes()))
-}
-
-fn draw(folder: &Path, fitted: &Fit, name: &str, radius_m: f64) -> anyhow::Result<()> {
-    std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    let map: &SensorMap = &fitted.details.sensor;
-    let speeds = distribution::svg(&DistributionPicture {
-        speeds: &fitted.speed,
-        title: format!("Speeds of {name}"),
-        subtitle: format!(
-            "{} trials of {} robots",
-            fitted.details.speed.n_trials, fitted.details.speed.n_robots
-        ),
-    })?;
-    let seen = sensor::svg(&SensorPicture {
-        map,
-        simulated_m: &map.polygon_m,
-        radius_m,
-        title: format!("Sensor of {name}"),
-        subtitle: format!(
-            "{} places; detects {:.2} in the polygon, {:.3} without a neighbour",
-            map.nodes.len(),
-            map.true_positive.value,
-            map.false_positive.value
-        ),
-    })?;
-    for (picture, svg) in [("speeds", speeds), ("sensor", seen)] {
-        write_file(&folder.join(format!("{picture}.svg")), svg.as_bytes())?;
-        let png = rsrs_view::raster::png(&svg, PNG_WIDTH_PX)?;
-        write_file(&folder.join(format!("{picture}.png")), &png)?;
-    }
-    Ok(())
 }

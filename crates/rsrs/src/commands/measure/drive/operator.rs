@@ -2,16 +2,16 @@
 
 use std::future::poll_fn;
 use std::io::{BufRead, Write};
-use std::path::Path;
 use std::task::Poll;
 
 use anyhow::{Context, bail};
 use rsrs_core::controller::ControllerParameters;
 use rsrs_experiment_runner::plan::Plan;
 
-use super::result::{Motion, Source, TrialResult};
 use crate::interrupt::asked_to_stop;
 use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::measure::drive::Ready;
+use rsrs_pipeline::measure::drive::result::Motion;
 
 /// Asks on standard error for what the robot did, and reads the answers from standard input; a signal
 /// ends it.
@@ -21,11 +21,11 @@ use rsrs_pipeline::error::with_help;
 /// # Errors
 ///
 /// If standard input ends before the answers, or a signal comes.
-pub async fn ask(bag: &Path, plan: &Plan) -> anyhow::Result<TrialResult> {
+pub async fn ask(plan: &Plan) -> anyhow::Result<Motion> {
     let record = &plan.record;
     let driven = (record.conditions.controller, record.duration_s);
-    let unanswered =
-        || format!("{} has no poses, so the operator's measurement is needed", bag.display());
+    let bag = plan.bag.display();
+    let unanswered = || format!("{bag} has no poses, so the operator's measurement is needed");
     let motion = asked(move |interview| interview.motion(driven)).await;
     let motion = motion.and_then(|motion| {
         motion.ok_or_else(|| {
@@ -35,10 +35,7 @@ pub async fn ask(bag: &Path, plan: &Plan) -> anyhow::Result<TrialResult> {
             )
         })
     });
-    let motion = motion.with_context(unanswered)?;
-    let mut found = TrialResult::of_motion(plan, Source::Operator, motion);
-    found.read_rhythm(record.time)?;
-    Ok(found)
+    motion.with_context(unanswered)
 }
 
 /// Puts a question to the person at the terminal; `None` if a signal comes before the answer.
@@ -62,17 +59,6 @@ async fn asked<T: Send + 'static>(
         answer = answer => answer.context("the thread that asks has ended")?.map(Some),
         _ = stop => Ok(None),
     }
-}
-
-/// What a person says before a trial.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ready {
-    /// All stands where it should.
-    Go,
-    /// Not this one.
-    Skip,
-    /// No more of them.
-    End,
 }
 
 /// Says on standard error what to do, and waits until it is done; a signal ends it.

@@ -9,8 +9,8 @@ use rsrs_core::trial::Neighbour;
 use rsrs_experiment_runner::plan::{GETTING_GOING_S, Trial};
 
 use super::table_file::{self, TableLock};
-use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::files::read_text;
+use crate::error::with_help;
+use crate::files::read_text;
 
 /// What the rows of a table are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,5 +1,6 @@
 //! All trials of one table or of a plan that are not made yet, one after the other.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -7,35 +8,33 @@ use rsrs_experiment_runner::plan::{Plan, TrialRequest, Unmeasured};
 use serde::Serialize;
 use tokio::runtime::Runtime;
 
-use super::operator::Ready;
 use super::period_table::PeriodTable;
-use super::placing::Placing;
 use super::result::TrialResult;
 use super::trial_nodes::{RunTarget, TrialNodes};
 use super::trial_table::{Kind, Todo, TrialTable};
-use super::{Arguments, made, usual_request};
-use crate::commands::{report, runtime};
-use crate::failure::Outcome;
-use crate::notes::print_note;
-use rsrs_pipeline::error::with_help;
+use super::{DriveOptions, Ready, TrialOperator, made, runtime};
+use crate::error::with_help;
 
 /// A trial in which commands pause is made again at once, up to this often in all; after that the same
 /// command makes it again.
 const ATTEMPTS: usize = 3;
 
 /// What filling in tables came to.
-#[derive(Debug, Serialize)]
-struct Progress {
+#[derive(Clone, Debug, Serialize)]
+pub struct Filled {
+    /// What comes next, in words.
+    #[serde(skip)]
+    next: String,
     /// The table, or the folder of the plan.
-    table: PathBuf,
+    pub table: PathBuf,
     /// Rows that were filled in now.
-    n_filled: usize,
+    pub n_filled: usize,
     /// Rows that are still without a result.
-    n_left: usize,
+    pub n_left: usize,
     /// Of those, rows that have one in which commands paused.
-    n_paused: usize,
+    pub n_paused: usize,
     /// Messages that the middleware lost.
-    n_lost: u64,
+    pub n_lost: u64,
 }
 
 /// The tables to fill in, and where their bags go.
@@ -62,11 +61,15 @@ struct Job {
 /// # Errors
 ///
 /// If the table or the fleet file is wrong, or a trial was not completed; rows before it are kept.
-pub fn fill_table(arguments: &Arguments, path: &Path) -> anyhow::Result<Outcome> {
+pub fn fill_table(
+    options: &DriveOptions,
+    path: &Path,
+    people: (impl FnOnce() -> anyhow::Result<RunTarget>, &dyn TrialOperator),
+) -> anyhow::Result<Filled> {
     let tables = vec![TrialTable::open(path)?];
-    let bags = arguments.output.clone().unwrap_or_else(|| path.with_extension("bags"));
+    let bags = options.output.clone().unwrap_or_else(|| path.with_extension("bags"));
     let limits = limits(&tables)?;
-    fill(arguments, Work { given: path.to_owned(), tables, periods: None, bags, limits })
+    fill(options, Work { given: path.to_owned(), tables, periods: None, bags, limits }, people)
 }
 
 /// Fills in all tables in the folder of a plan.
@@ -74,7 +77,11 @@ pub fn fill_table(arguments: &Arguments, path: &Path) -> anyhow::Result<Outcome>
 /// # Errors
 ///
 /// As [`fill_table`]; if the folder has no table.
-pub fn fill_plan(arguments: &Arguments, folder: &Path) -> anyhow::Result<Outcome> {
+pub fn fill_plan(
+    options: &DriveOptions,
+    folder: &Path,
+    people: (impl FnOnce() -> anyhow::Result<RunTarget>, &dyn TrialOperator),
+) -> anyhow::Result<Filled> {
     let paths = Kind::ALL.map(|kind| folder.join(format!("{}.csv", kind.name())));
     let tables = paths.iter().filter(|path| path.exists()).map(|path| TrialTable::open(path));
     let tables = tables.collect::<anyhow::Result<Vec<_>>>()?;
@@ -86,9 +93,9 @@ pub fn fill_plan(arguments: &Arguments, folder: &Path) -> anyhow::Result<Outcome
     }
     let periods = folder.join("period.csv");
     let periods = periods.exists().then(|| PeriodTable::open(&periods)).transpose()?;
-    let bags = arguments.output.clone().unwrap_or_else(|| folder.join("bags"));
+    let bags = options.output.clone().unwrap_or_else(|| folder.join("bags"));
     let limits = limits(&tables)?;
-    fill(arguments, Work { given: folder.to_owned(), tables, periods, bags, limits })
+    fill(options, Work { given: folder.to_owned(), tables, periods, bags, limits }, people)
 }
 
 /// The greatest commands of all rows, those that are made already too: whatever is left, the robots
@@ -104,31 +111,34 @@ fn limits(tables: &[TrialTable]) -> anyhow::Result<[f64; 2]> {
     Ok(limits)
 }
 
-fn fill(arguments: &Arguments, mut work: Work) -> anyhow::Result<Outcome> {
+fn fill(
+    options: &DriveOptions,
+    mut work: Work,
+    (enter, operator): (impl FnOnce() -> anyhow::Result<RunTarget>, &dyn TrialOperator),
+) -> anyhow::Result<Filled> {
     let jobs = work.jobs()?;
     // Whatever is wrong with a row is said before the first robot is asked for anything.
     for job in &jobs {
         let path = work.tables[job.table].path().display().to_string();
-        work.plan(arguments, job).with_context(|| format!("{path}:{}", job.todo.line))?;
+        work.plan(options, job).with_context(|| format!("{path}:{}", job.todo.line))?;
     }
     let (n_left, table) = (jobs.len(), work.given.clone());
-    let mut filled = Progress { table, n_filled: 0, n_left, n_paused: 0, n_lost: 0 };
+    let mut filled =
+        Filled { next: String::new(), table, n_filled: 0, n_left, n_paused: 0, n_lost: 0 };
     if !jobs.is_empty() {
         std::fs::create_dir_all(&work.bags)
             .with_context(|| format!("cannot make {}", work.bags.display()))?;
-        let placing = Placing::new(arguments)?;
-        let floor = RunTarget::enter(arguments.backend, arguments.interface.as_deref())?;
+        let target = enter()?;
         let runtime = runtime()?;
         for jobs in jobs.chunk_by(|job, next| job.todo.robot == next.todo.robot) {
-            let mut shift = Shift { arguments, work: &mut work, placing: &placing, floor: &floor };
+            let mut shift = Shift { options, work: &mut work, target: &target, operator };
             if !shift.work(&runtime, jobs, &mut filled)? {
                 break;
             }
         }
     }
-    report(arguments.format, &filled, &text(&filled, &work))?;
-    let is_whole = filled.n_lost == 0 && filled.n_paused == 0;
-    Ok(if is_whole { Outcome::Done } else { Outcome::NegativeAnswer })
+    filled.next = next(&filled, &work);
+    Ok(filled)
 }
 
 impl Work {
@@ -151,15 +161,14 @@ impl Work {
     }
 
     /// The trial of one row, each from a seed of its own.
-    fn plan(&self, arguments: &Arguments, job: &Job) -> anyhow::Result<Plan> {
+    fn plan(&self, options: &DriveOptions, job: &Job) -> anyhow::Result<Plan> {
         let Todo { line, robot, trial } = &job.todo;
-        let usual = usual_request(arguments, *trial);
+        let usual = options.request(robot, *trial);
         let measured_s = self.periods.as_ref().and_then(PeriodTable::mean_s);
-        let period_s = arguments.period.or(measured_s).unwrap_or(usual.unmeasured.period_s);
+        let period_s = options.period_s.or(measured_s).unwrap_or(usual.unmeasured.period_s);
         // Rows of different tables are drawn from different seeds.
         let seed = usual.seed + *line as u64 + 100_000 * job.table as u64;
         Plan::of_trial(&TrialRequest {
-            robot: robot.clone(),
             seed,
             bag: Some(free_name(&self.bags, &self.bag_name(job))),
             unmeasured: Unmeasured { limits: Some(self.limits), period_s },
@@ -176,10 +185,10 @@ impl Work {
 
 /// Trials of one robot after the other, by one crew.
 struct Shift<'a> {
-    arguments: &'a Arguments,
+    options: &'a DriveOptions,
     work: &'a mut Work,
-    placing: &'a Placing,
-    floor: &'a RunTarget,
+    target: &'a RunTarget,
+    operator: &'a dyn TrialOperator,
 }
 
 impl Shift<'_> {
@@ -188,16 +197,16 @@ impl Shift<'_> {
         &mut self,
         runtime: &Runtime,
         jobs: &[Job],
-        filled: &mut Progress,
+        filled: &mut Filled,
     ) -> anyhow::Result<bool> {
-        let plans = jobs.iter().map(|job| self.work.plan(self.arguments, job));
+        let plans = jobs.iter().map(|job| self.work.plan(self.options, job));
         let plans = plans.collect::<anyhow::Result<Vec<Plan>>>()?;
         // The one that is measured, and whoever is put beside it in some trial.
         let all = plans.iter().max_by_key(|plan| plan.robots.len());
         let all = all.context("a group of rows has at least one")?;
         let mut trial_nodes = {
             let _guard = runtime.enter();
-            TrialNodes::start(self.floor, all)?
+            TrialNodes::start(self.target, all, self.operator)?
         };
         let mut goes_on = true;
         let worked = jobs.iter().try_for_each(|job| {
@@ -217,17 +226,18 @@ impl Shift<'_> {
         &mut self,
         runtime: &Runtime,
         (trial_nodes, job): (&mut TrialNodes, &Job),
-        filled: &mut Progress,
+        filled: &mut Filled,
     ) -> anyhow::Result<bool> {
         let Job { table, todo } = job;
         for attempt in 1..=ATTEMPTS {
-            match runtime.block_on(self.placing.ready(&todo.robot, &todo.trial))? {
+            match runtime.block_on(self.operator.ready(&todo.robot, &todo.trial))? {
                 Ready::Go => {}
                 Ready::Skip => return Ok(true),
                 Ready::End => return Ok(false),
             }
-            let plan = self.work.plan(self.arguments, job)?;
-            let (found, summary) = runtime.block_on(made(trial_nodes, (&plan, todo.trial)))?;
+            let plan = self.work.plan(self.options, job)?;
+            let (found, summary) =
+                runtime.block_on(made(trial_nodes, (&plan, todo.trial), self.operator))?;
             self.work.tables[*table].fill(todo, &found.found())?;
             filled.n_lost += summary.n_lost;
             self.note_periods(&found)?;
@@ -238,7 +248,7 @@ impl Shift<'_> {
             };
             let path = self.work.tables[*table].path().display();
             let next = if attempt < ATTEMPTS { "; it is made again" } else { "" };
-            print_note(&format!("{path}:{}: {pause}{next}", todo.line));
+            self.operator.note(&format!("{path}:{}: {pause}{next}", todo.line));
         }
         filled.n_paused += 1;
         Ok(true)
@@ -264,28 +274,42 @@ fn free_name(bags: &Path, name: &str) -> PathBuf {
         .expect("there are more numbers than folders")
 }
 
-fn text(filled: &Progress, work: &Work) -> String {
-    let Progress { table, n_filled, n_left, n_paused, n_lost } = filled;
-    let table = table.display();
-    let mut lines = vec![format!("{table}: {n_filled} rows filled in, {n_left} left")];
-    if *n_paused > 0 {
-        lines.push(format!(
-            "in {n_paused} of those left commands paused in {ATTEMPTS} trials one after the other: \
-             `paused_s` says for how long; give this machine less to do, or the robots a better network"
-        ));
-    }
-    if *n_lost > 0 {
-        lines.push(format!("{n_lost} messages were lost on the way to the bags"));
-    }
-    lines.push(match (*n_left, &work.tables[..]) {
+fn next(filled: &Filled, work: &Work) -> String {
+    let table = filled.table.display();
+    match (filled.n_left, &work.tables[..]) {
         (0, [one]) => {
             let option = if one.kind() == Kind::Arc { "arcs" } else { one.kind().name() };
-            format!("next: rsrs measure fit --{option} {table} … --name NAME")
+            format!("rsrs measure fit --{option} {table} … --name NAME")
         }
-        (0, _) => format!("next: rsrs measure fit --plan {table} --name NAME -o PROFILE.yaml"),
-        _ => "next: the same command again; it goes on with the rows that are left".to_owned(),
-    });
-    lines.join("\n")
+        (0, _) => format!("rsrs measure fit --plan {table} --name NAME -o PROFILE.yaml"),
+        _ => "the same command again; it goes on with the rows that are left".to_owned(),
+    }
+}
+
+impl Filled {
+    /// Whether no trial lost messages, and in none commands paused.
+    pub fn is_whole(&self) -> bool {
+        self.n_lost == 0 && self.n_paused == 0
+    }
+}
+
+impl fmt::Display for Filled {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { next, table, n_filled, n_left, n_paused, n_lost } = self;
+        writeln!(out, "{}: {n_filled} rows filled in, {n_left} left", table.display())?;
+        if *n_paused > 0 {
+            writeln!(
+                out,
+                "in {n_paused} of those left commands paused in {ATTEMPTS} trials one after the \
+                 other: `paused_s` says for how long; give this machine less to do, or the robots a \
+                 better network"
+            )?;
+        }
+        if *n_lost > 0 {
+            writeln!(out, "{n_lost} messages were lost on the way to the bags")?;
+        }
+        write!(out, "next: {next}")
+    }
 }
 
 #[cfg(test)]

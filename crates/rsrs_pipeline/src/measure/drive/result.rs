@@ -10,10 +10,10 @@ use rsrs_fleet::experiment::Time;
 use serde::Serialize;
 
 use super::trial_table::{Kind, TrialTable};
-use rsrs_pipeline::measure::bag_trials;
-use rsrs_pipeline::measure::command_rhythm;
-use rsrs_pipeline::measure::sensor_readings::Readings;
-use rsrs_pipeline::recorded_run;
+use crate::measure::bag_trials;
+use crate::measure::command_rhythm;
+use crate::measure::sensor_readings::Readings;
+use crate::recorded_run;
 
 /// What one trial came to.
 #[derive(Clone, Debug, Serialize)]

@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use rsrs_core::plan::PERIOD_HEADER;
 
 use super::table_file::{self, TableLock};
-use rsrs_pipeline::files::read_text;
+use crate::files::read_text;
 
 /// The table of control periods.
 pub struct PeriodTable {

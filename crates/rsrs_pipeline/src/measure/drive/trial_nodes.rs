@@ -5,19 +5,14 @@ use rsrs_experiment_runner::plan::Plan;
 use rsrs_fleet::fleet_file::{CmdVel, FleetRobot, LeaseHolder};
 use rsrs_fleet::record::{self, EndingKind};
 use rsrs_ros::interfaces;
-use rsrs_ros::logging::{self, Level};
 use rsrs_ros::session::SessionOptions;
 
-use crate::commands::Backend;
-use crate::experiment_bar::TerminalOperator;
-use crate::fleet_network::chosen_network;
-use crate::interrupt::asked_to_stop;
-use crate::notes::print_note;
-use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::run::node_process::NodeProcess;
-use rsrs_pipeline::run::own_network::OwnNetwork;
-use rsrs_pipeline::run::simulated_fleet::{CONSTANT, SimulatedFleet};
-use rsrs_pipeline::run::{RunSummary, on_simulated_fleet, watched};
+use crate::error::with_help;
+use crate::run::node_process::NodeProcess;
+use crate::run::operator::Operator;
+use crate::run::own_network::OwnNetwork;
+use crate::run::simulated_fleet::{CONSTANT, SimulatedFleet};
+use crate::run::{RunSummary, on_simulated_fleet, watched};
 
 /// Where trials are driven.
 pub enum RunTarget {
@@ -27,24 +22,13 @@ pub enum RunTarget {
     Real(SessionOptions),
 }
 
-impl RunTarget {
-    /// Enters the network; to be called before the first thread is started.
-    ///
-    /// # Errors
-    ///
-    /// If there is no such network.
-    pub fn enter(backend: Backend, interface: Option<&str>) -> anyhow::Result<Self> {
-        let floor = match backend {
-            Backend::Sim => Self::Simulated(OwnNetwork::enter()?),
-            Backend::Fleet => Self::Real(chosen_network(interface)?),
-        };
-        logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
-        Ok(floor)
-    }
+/// The processes that answer detections with a constant command, and what they move.
+pub struct TrialNodes<'a> {
+    processes: Processes<'a>,
+    operator: &'a dyn Operator,
 }
 
-/// The processes that answer detections with a constant command, and what they move.
-pub enum TrialNodes<'a> {
+enum Processes<'a> {
     /// A simulator and its controllers.
     Simulated(&'a OwnNetwork, SimulatedFleet),
     /// The controllers of robots of the floor, whose own nodes run already.
@@ -62,16 +46,20 @@ impl<'a> TrialNodes<'a> {
     /// # Errors
     ///
     /// If a process cannot be started.
-    pub fn start(floor: &'a RunTarget, plan: &Plan) -> anyhow::Result<Self> {
+    pub fn start(
+        floor: &'a RunTarget,
+        plan: &Plan,
+        operator: &'a dyn Operator,
+    ) -> anyhow::Result<Self> {
         let robots = &plan.record.robots;
-        match floor {
+        let processes = match floor {
             RunTarget::Simulated(network) => {
                 let fleet = SimulatedFleet::start_constant(network, robots)?;
-                Ok(Self::Simulated(network, fleet))
+                Processes::Simulated(network, fleet)
             }
             RunTarget::Real(network) => {
                 if !plan.is_measured {
-                    print_note(&unmeasured(plan));
+                    operator.note(&unmeasured(plan));
                 }
                 let parameters = controller_parameters(plan);
                 let parameters: Vec<&str> = parameters.iter().map(String::as_str).collect();
@@ -81,9 +69,10 @@ impl<'a> TrialNodes<'a> {
                     command.env(interfaces::VARIABLE, address);
                 };
                 let controller = NodeProcess::start("controller", robots, &parameters, start)?;
-                Ok(Self::Real(network, controller))
+                Processes::Real(network, controller)
             }
-        }
+        };
+        Ok(Self { processes, operator })
     }
 
     /// Runs one trial to its end.
@@ -92,21 +81,22 @@ impl<'a> TrialNodes<'a> {
     ///
     /// If the network cannot be used, or the run was not completed.
     pub async fn conduct(&mut self, plan: &Plan) -> anyhow::Result<RunSummary> {
-        let summary = match self {
-            Self::Simulated(network, fleet) => {
-                on_simulated_fleet(plan, network, fleet, &TerminalOperator).await
+        let operator = self.operator;
+        let summary = match &mut self.processes {
+            Processes::Simulated(network, fleet) => {
+                on_simulated_fleet(plan, network, fleet, operator).await
             }
-            Self::Real(network, controller) => {
+            Processes::Real(network, controller) => {
                 let stop = async {
                     tokio::select! {
-                        reason = asked_to_stop() => reason,
+                        reason = operator.stop_requested() => reason,
                         reason = controller.ended() => reason,
                     }
                 };
-                watched(plan, network, stop, &TerminalOperator).await
+                watched(plan, network, stop, operator).await
             }
         }?;
-        completed(plan, &summary)?;
+        completed(plan, &summary, operator)?;
         Ok(summary)
     }
 
@@ -116,9 +106,9 @@ impl<'a> TrialNodes<'a> {
     ///
     /// If one can neither be asked nor killed.
     pub async fn stop(self) -> anyhow::Result<()> {
-        match self {
-            Self::Simulated(_, fleet) => fleet.stop().await,
-            Self::Real(_, controller) => controller.stop().await,
+        match self.processes {
+            Processes::Simulated(_, fleet) => fleet.stop().await,
+            Processes::Real(_, controller) => controller.stop().await,
         }
         .context("ending the nodes of the trial")
     }
@@ -154,9 +144,9 @@ fn controller_parameters(plan: &Plan) -> Vec<String> {
 }
 
 /// Refuses a run that was not completed.
-fn completed(plan: &Plan, summary: &RunSummary) -> anyhow::Result<()> {
+fn completed(plan: &Plan, summary: &RunSummary, operator: &dyn Operator) -> anyhow::Result<()> {
     if !summary.not_standing.is_empty() {
-        print_note(&format!(
+        operator.note(&format!(
             "not confirmed to stand, go and look: {}",
             summary.not_standing.join(", ")
         ));

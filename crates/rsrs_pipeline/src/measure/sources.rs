@@ -10,11 +10,10 @@ use rsrs_core::trial::{
     detection_trials, period_trials, reduced, speed_trials, turn_trials,
 };
 
-use super::Arguments;
-use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::measure::bag_trials::{self, BagTrials};
-use rsrs_pipeline::measure::trial_files::{Trajectories, table, trajectories};
-use rsrs_pipeline::wording::names;
+use crate::error::with_help;
+use crate::measure::bag_trials::{self, BagTrials};
+use crate::measure::trial_files::{Trajectories, table, trajectories};
+use crate::wording::names;
 
 /// All trials of a fit.
 pub struct Sources {
@@ -29,29 +28,33 @@ pub struct Sources {
     left_out: Vec<(String, String)>,
 }
 
-/// The tables of a fit, wherever they are.
-#[derive(Default)]
-struct Paths {
-    speed: Option<PathBuf>,
-    turn: Option<PathBuf>,
-    arcs: Option<PathBuf>,
-    detection: Option<PathBuf>,
-    period: Option<PathBuf>,
-    bags: Vec<PathBuf>,
+/// The files of a fit, wherever they are. A table goes before trajectories and bags, which stand in for
+/// those that are not there.
+#[derive(Clone, Debug, Default)]
+pub struct Paths {
+    /// Table of straight runs.
+    pub speed: Option<PathBuf>,
+    /// Table of turns in place.
+    pub turn: Option<PathBuf>,
+    /// Table of turns while driving.
+    pub arcs: Option<PathBuf>,
+    /// Table of detections.
+    pub detection: Option<PathBuf>,
+    /// Table of control periods.
+    pub period: Option<PathBuf>,
+    /// Tables of trajectories.
+    pub trajectories: Vec<PathBuf>,
+    /// Bags of trials.
+    pub bags: Vec<PathBuf>,
 }
 
 impl Paths {
-    fn of(arguments: &Arguments) -> anyhow::Result<Self> {
-        let Some(folder) = &arguments.plan else {
-            return Ok(Self {
-                speed: arguments.speed.clone(),
-                turn: arguments.turn.clone(),
-                arcs: arguments.arcs.clone(),
-                detection: arguments.detection.clone(),
-                period: arguments.period.clone(),
-                bags: arguments.bags.clone(),
-            });
-        };
+    /// Those in the folder of a plan, filled in.
+    ///
+    /// # Errors
+    ///
+    /// If its folder of bags cannot be read.
+    pub fn of_plan(folder: &Path) -> anyhow::Result<Self> {
         let all = |name: &str| Some(folder.join(name));
         // Who needs no arcs or periods deletes those tables.
         let some = |name: &str| all(name).filter(|path| path.exists());
@@ -61,6 +64,7 @@ impl Paths {
             arcs: some("arcs.csv"),
             detection: all("detection.csv"),
             period: some("period.csv"),
+            trajectories: Vec::new(),
             bags: drives_in(&folder.join("bags"))?,
         })
     }
@@ -93,20 +97,19 @@ fn drives_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
 }
 
 impl Sources {
-    /// Reads all that the command line names.
+    /// Reads all files.
     ///
     /// # Errors
     ///
     /// If a file is wrong, or nothing says what robots detect.
-    pub fn read(arguments: &Arguments) -> anyhow::Result<Self> {
-        let paths = Paths::of(arguments)?;
+    pub fn read(paths: &Paths) -> anyhow::Result<Self> {
         let bags = read_bags(&paths.bags)?;
-        let Trajectories { mut driven, mut from_rest } = trajectories(&arguments.trajectories)?;
+        let Trajectories { mut driven, mut from_rest } = trajectories(&paths.trajectories)?;
         for (_, trials) in &bags {
             driven.extend(trials.driven.iter().cloned());
             from_rest.extend(trials.from_rest.iter().cloned());
         }
-        let all: Vec<&PathBuf> = arguments.trajectories.iter().chain(&paths.bags).collect();
+        let all: Vec<&PathBuf> = paths.trajectories.iter().chain(&paths.bags).collect();
         let from_driven = reduced(&names(&all), &driven);
         Ok(Self {
             speed: match &paths.speed {

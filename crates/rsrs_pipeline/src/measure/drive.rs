@@ -1,0 +1,163 @@
+//! Trials over ROS 2 under the lease, recorded: a robot moves by one constant command, or stands and
+//! senses.
+
+mod filling;
+mod period_table;
+pub mod placement;
+pub mod result;
+mod table_file;
+mod trial_nodes;
+mod trial_table;
+
+use std::path::{Path, PathBuf};
+use std::pin::Pin;
+
+use anyhow::Context;
+use rsrs_experiment_runner::plan::{Plan, Trial, TrialRequest, Unmeasured};
+use rsrs_fleet::record::Backend;
+
+use super::sensor_readings;
+use crate::run::RunSummary;
+use crate::run::operator::Operator;
+pub use filling::{Filled, fill_plan, fill_table};
+use result::{Motion, Source, TrialResult};
+pub use trial_nodes::RunTarget;
+use trial_nodes::TrialNodes;
+
+/// Detections come this often where nothing else is given, in seconds: those of the Flockbot.
+const USUAL_PERIOD_S: f64 = 0.13;
+
+/// Whoever places robots for trials, and measures what no tracker does.
+pub trait TrialOperator: Operator {
+    /// Has all stand where a trial needs it.
+    fn ready<'a>(&'a self, robot: &'a str, trial: &'a Trial) -> Answer<'a, Ready>;
+
+    /// Measures what the robot did in a trial without poses.
+    fn measure<'a>(&'a self, plan: &'a Plan) -> Answer<'a, Motion>;
+}
+
+/// What an operator answers; an error if nobody does.
+pub type Answer<'a, T> = Pin<Box<dyn Future<Output = anyhow::Result<T>> + 'a>>;
+
+/// What an operator wants before a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ready {
+    /// All stands where it should.
+    Go,
+    /// Not this trial.
+    Skip,
+    /// No further trials.
+    End,
+}
+
+/// Under what trials are driven.
+#[derive(Clone, Debug)]
+pub struct DriveOptions {
+    /// The fleet file.
+    pub fleet: PathBuf,
+    /// What moves the robots.
+    pub backend: Backend,
+    /// Where bags go: of one trial its folder, of tables the folder of all of them; `None` for a name
+    /// that follows from the rest.
+    pub output: Option<PathBuf>,
+    /// Seed of the simulator.
+    pub seed: u64,
+    /// Control period of robots that were not measured yet, in seconds.
+    pub period_s: Option<f64>,
+}
+
+impl DriveOptions {
+    fn request(&self, robot: &str, trial: Trial) -> TrialRequest {
+        TrialRequest {
+            fleet: self.fleet.clone(),
+            robot: robot.to_owned(),
+            trial,
+            backend: self.backend,
+            bag: self.output.clone(),
+            seed: self.seed,
+            unmeasured: Unmeasured {
+                limits: None,
+                period_s: self.period_s.unwrap_or(USUAL_PERIOD_S),
+            },
+        }
+    }
+}
+
+/// Makes one trial.
+///
+/// # Arguments
+///
+/// * `of` — the robot and its trial.
+/// * `table` — gets a row with the result.
+/// * `enter` — enters the network; it is called before the first thread is started.
+/// * `asks` — whether the operator is asked before the trial.
+///
+/// # Returns
+///
+/// `None` if the operator does not want it.
+///
+/// # Errors
+///
+/// If a file is wrong, something is missing at preflight, the run was not completed, or nobody
+/// measures what the robot did.
+pub fn drive(
+    options: &DriveOptions,
+    of: (&str, Trial),
+    table: Option<&Path>,
+    enter: impl FnOnce() -> anyhow::Result<RunTarget>,
+    (operator, asks): (&dyn TrialOperator, bool),
+) -> anyhow::Result<Option<(TrialResult, RunSummary)>> {
+    let (robot, trial) = of;
+    let plan = Plan::of_trial(&options.request(robot, trial))?;
+    if let Some(table) = table {
+        result::check_table(table, &trial)?;
+    }
+    let target = enter()?;
+    let runtime = runtime()?;
+    if asks && runtime.block_on(operator.ready(robot, &trial))? != Ready::Go {
+        return Ok(None);
+    }
+    let (found, summary) = runtime.block_on(async {
+        let mut trial_nodes = TrialNodes::start(&target, &plan, operator)?;
+        let made = made(&mut trial_nodes, (&plan, trial), operator).await;
+        trial_nodes.stop().await?;
+        made
+    })?;
+    if let Some(table) = table {
+        found.append_to(table)?;
+    }
+    Ok(Some((found, summary)))
+}
+
+async fn made(
+    trial_nodes: &mut TrialNodes<'_>,
+    (plan, trial): (&Plan, Trial),
+    operator: &dyn TrialOperator,
+) -> anyhow::Result<(TrialResult, RunSummary)> {
+    let summary = trial_nodes.conduct(plan).await?;
+    if let Trial::Stand { neighbour, samples } = trial {
+        let robot = &plan.robots[0].name;
+        let found = sensor_readings::count(&plan.bag, robot, Some(samples))?;
+        if found.samples < samples {
+            operator.note(&format!(
+                "{robot}: {} readings came while the trial ran, {samples} were planned",
+                found.samples
+            ));
+        }
+        return Ok((TrialResult::of_readings(plan, neighbour, found), summary));
+    }
+    if let Some(found) = TrialResult::of_bag(&plan.bag, plan)? {
+        return Ok((found, summary));
+    }
+    let motion = operator.measure(plan).await?;
+    let mut found = TrialResult::of_motion(plan, Source::Operator, motion);
+    found.read_rhythm(plan.record.time)?;
+    Ok((found, summary))
+}
+
+fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
+    tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("starting the runtime")
+}
