@@ -1,5 +1,44 @@
 //! The steps from a measured robot to a verdict: one module for each arrow of the method, each one
 //! function from files to files.
+//!
+//! [`measure`] makes trials and fits a profile to them, [`validate`] asks whether real robots stay in
+//! the simulated reach, [`sweep`] simulates a phase diagram, [`choose`] confirms its most robust cell,
+//! [`run`] and [`campaign`] carry out experiments over ROS 2, [`label`] names the phase of a bag,
+//! [`compare`] tests `B_r(E) ≥ B_s(E)`, [`report`] shows all of it on one page; [`episode`] and
+//! [`replay`] go back to single runs.
+//!
+//! A step parses no arguments and prints nothing. Who watches it is an [`execution::Observer`] of
+//! simulations, or a [`run::operator::Operator`] of runs over ROS 2; both have an implementation that
+//! does nothing. Errors are `anyhow`'s, and [`error::help_of`] is the command to type next.
+//!
+//! # Examples
+//!
+//! From a sweep file to a labelled episode, in memory:
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use rsrs_core::phase::{Phase, label};
+//! use rsrs_pipeline::sweep::source::ResolvedSweep;
+//! use rsrs_sim::draw::Seed;
+//! use rsrs_sim::episode::run_episode;
+//!
+//! # fn main() -> anyhow::Result<()> {
+//! let sweep = Path::new("../../launch_configs/sweeps/flockbot_speed_turn.yaml");
+//! let source = ResolvedSweep::read(sweep)?;
+//! let wanted = "speed_m_s=0.15,turn_rate_rad_s=0.75".parse()?;
+//! let cells = source.cells("the sweep")?;
+//! let (_, conditions) =
+//!     cells.iter().find(|(cell, _)| *cell == wanted).expect("the sweep has this cell");
+//!
+//! let seed = Seed { seed: source.sweep.seed, replicate: 0 };
+//! let trajectory = run_episode(conditions, seed, source.sweep.duration_s)?;
+//! let verdict = label(&trajectory, &conditions.bodies())?;
+//!
+//! assert_eq!(verdict.phase, Phase::StableMilling);
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod campaign;
 pub mod choose;

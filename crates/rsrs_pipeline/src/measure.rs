@@ -4,6 +4,7 @@ pub mod bag_trials;
 pub mod command_rhythm;
 pub mod drive;
 pub mod fit;
+pub mod plan_folder;
 pub mod sensor_readings;
 pub mod sources;
 pub mod trial_files;

@@ -4,8 +4,6 @@ use std::path::PathBuf;
 
 use rsrs_core::adaptive::Adaptive;
 use rsrs_core::capability::lost_capabilities;
-use rsrs_core::diagram::DiagramCell;
-use rsrs_core::phase::Phase;
 use serde::Serialize;
 
 use crate::commands::{Format, report};
@@ -14,8 +12,7 @@ use crate::notes::print_note;
 use crate::progress::execution;
 use crate::sweep_report::SweepReport;
 use rsrs_pipeline::execution::Execution;
-use rsrs_pipeline::sweep::ablation::{Ablation, REPLICATES, ablate, best_as_measured};
-use rsrs_pipeline::sweep::result::SweepResult;
+use rsrs_pipeline::sweep::ablation::of_barren_sweep;
 use rsrs_pipeline::sweep::settling;
 use rsrs_pipeline::sweep::shard::Shard;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
@@ -99,7 +96,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let mut summary = SweepReport::of(&arguments.output, &result);
     summary.unsettled_edge = unsettled;
-    summary.factors = factors_that_stop_it(&result, execution)?;
+    summary.factors = of_barren_sweep(&result, execution)?;
     report(arguments.format, &summary, &summary.to_string())?;
     Ok(Outcome::Done)
 }
@@ -111,22 +108,6 @@ fn warn_of_lost_capabilities(source: &ResolvedSweep) {
     let simulated = source.sweep.factors(measured).apply(measured);
     for lost in simulated.iter().flat_map(|simulated| lost_capabilities(measured, simulated)) {
         print_note(&format!("warning: {lost}"));
-    }
-}
-
-/// Which factors make the cell worse that mills most often as measured, where no cell mills in most runs.
-fn factors_that_stop_it(
-    result: &SweepResult,
-    execution: Execution<'_>,
-) -> anyhow::Result<Option<Ablation>> {
-    let mills = |entry: &DiagramCell| entry.counts.share(Phase::StableMilling) >= 0.5;
-    if result.diagram.cells.iter().any(mills) {
-        return Ok(None);
-    }
-    let runs = (REPLICATES.min(result.source.sweep.replicates), execution);
-    match best_as_measured(&result.source, runs)? {
-        Some(cell) => ablate(&result.source, &cell, runs),
-        None => Ok(None),
     }
 }
 

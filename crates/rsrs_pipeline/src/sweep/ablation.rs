@@ -4,12 +4,15 @@ use anyhow::Context;
 use rsrs_core::axis::Cell;
 use rsrs_core::comparison::Share;
 use rsrs_core::conditions::Conditions;
+use rsrs_core::diagram::DiagramCell;
 use rsrs_core::harsher::{Harsher, HarsherFactors};
+use rsrs_core::phase::Phase;
 use rsrs_core::sweep_file::SweepFile;
 use rsrs_sim::sweep::{Runs, confirmation_seed, sweep};
 use serde::Serialize;
 
 use crate::execution::Execution;
+use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
 
 /// Most runs of each variant.
@@ -126,6 +129,31 @@ pub fn best_as_measured(
     let shares = counts.iter().map(|counts| Share::milling(counts).hits).rev();
     let best = cells.into_iter().rev().zip(shares).max_by_key(|(_, hits)| *hits);
     Ok(best.map(|(cell, _)| cell))
+}
+
+/// Of a sweep in which no cell mills in most runs, what the factors do in the cell that mills most often
+/// as measured.
+///
+/// # Returns
+///
+/// `None` if some cell mills in most runs, or no factor changes the robot.
+///
+/// # Errors
+///
+/// As [`ablate`].
+pub fn of_barren_sweep(
+    result: &SweepResult,
+    execution: Execution<'_>,
+) -> anyhow::Result<Option<Ablation>> {
+    let mills = |entry: &DiagramCell| entry.counts.share(Phase::StableMilling) >= 0.5;
+    if result.diagram.cells.iter().any(mills) {
+        return Ok(None);
+    }
+    let runs = (REPLICATES.min(result.source.sweep.replicates), execution);
+    match best_as_measured(&result.source, runs)? {
+        Some(cell) => ablate(&result.source, &cell, runs),
+        None => Ok(None),
+    }
 }
 
 fn conditions(

@@ -2,14 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use rsrs_core::plan::{Plan, PlanRequest};
-use rsrs_fleet::fleet_file::FleetFile;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use rsrs_pipeline::error::{explained, with_help};
-use rsrs_pipeline::files::{read_text, write_file};
+use rsrs_pipeline::measure::plan_folder::{enabled_robots, write};
 
 /// List the trials that are worth running, and make the tables to fill in.
 ///
@@ -95,7 +92,7 @@ fn request(arguments: &Arguments) -> anyhow::Result<PlanRequest> {
     let usual = PlanRequest::default();
     let n_robots = arguments.robots.unwrap_or(usual.n_robots);
     let robots = match &arguments.fleet {
-        Some(fleet) => enabled(fleet)?,
+        Some(fleet) => enabled_robots(fleet)?,
         None => (1..=n_robots).map(|robot| format!("robot_{robot}")).collect(),
     };
     Ok(PlanRequest {
@@ -115,16 +112,6 @@ fn request(arguments: &Arguments) -> anyhow::Result<PlanRequest> {
     })
 }
 
-/// Names of the robots that may be used.
-fn enabled(fleet: &Path) -> anyhow::Result<Vec<String>> {
-    let name = fleet.display().to_string();
-    let fleet = FleetFile::parse(&name, &read_text(fleet)?).map_err(|error| {
-        let (message, help) = (error.to_string(), error.help());
-        explained(error, message, help.as_deref())
-    })?;
-    Ok(fleet.enabled().into_iter().map(str::to_owned).collect())
-}
-
 fn next(fleet: Option<&Path>, folder: &Path) -> String {
     let fleet = fleet.map_or_else(|| "FLEET".to_owned(), |fleet| fleet.display().to_string());
     let folder = folder.display();
@@ -134,25 +121,4 @@ fn next(fleet: Option<&Path>, folder: &Path) -> String {
          --interface NAME\n\
          next: rsrs measure fit --plan {folder} --name NAME -o PROFILE.yaml\n"
     )
-}
-
-fn write(folder: &Path, plan: &Plan) -> anyhow::Result<()> {
-    if folder.exists() {
-        return Err(with_help(
-            format!("{} exists", folder.display()),
-            "give another folder with `-o`: tables that are filled in are not overwritten",
-        ));
-    }
-    std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    for (name, text) in [
-        ("sheet.txt", plan.text()),
-        ("speed.csv", plan.speed_csv()),
-        ("turn.csv", plan.turn_csv()),
-        ("arcs.csv", plan.arc_csv()),
-        ("detection.csv", plan.detection_csv()),
-        ("period.csv", plan.period_csv()),
-    ] {
-        write_file(&folder.join(name), text.as_bytes())?;
-    }
-    Ok(())
 }

@@ -1,0 +1,50 @@
+//! The folder of a plan: a sheet for people, and the tables to fill in.
+
+use std::path::Path;
+
+use anyhow::Context;
+use rsrs_core::plan::Plan;
+use rsrs_fleet::fleet_file::FleetFile;
+
+use crate::error::{explained, with_help};
+use crate::files::{read_text, write_file};
+
+/// Names of the robots of a fleet file that may be used.
+///
+/// # Errors
+///
+/// If the file cannot be read or is wrong.
+pub fn enabled_robots(fleet: &Path) -> anyhow::Result<Vec<String>> {
+    let name = fleet.display().to_string();
+    let fleet = FleetFile::parse(&name, &read_text(fleet)?).map_err(|error| {
+        let (message, help) = (error.to_string(), error.help());
+        explained(error, message, help.as_deref())
+    })?;
+    Ok(fleet.enabled().into_iter().map(str::to_owned).collect())
+}
+
+/// Makes the folder of a plan, with its sheet and its tables.
+///
+/// # Errors
+///
+/// If the folder exists or cannot be written.
+pub fn write(folder: &Path, plan: &Plan) -> anyhow::Result<()> {
+    if folder.exists() {
+        return Err(with_help(
+            format!("{} exists", folder.display()),
+            "give another folder with `-o`: tables that are filled in are not overwritten",
+        ));
+    }
+    std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    for (name, text) in [
+        ("sheet.txt", plan.text()),
+        ("speed.csv", plan.speed_csv()),
+        ("turn.csv", plan.turn_csv()),
+        ("arcs.csv", plan.arc_csv()),
+        ("detection.csv", plan.detection_csv()),
+        ("period.csv", plan.period_csv()),
+    ] {
+        write_file(&folder.join(name), text.as_bytes())?;
+    }
+    Ok(())
+}
