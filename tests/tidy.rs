@@ -200,12 +200,32 @@ fn the_map_of_the_project_is_short_and_names_files_that_exist() {
 }
 
 #[test]
+fn what_the_walks_name_exists() {
+    let map = text(Path::new("ARCHITECTURE.md"));
+    let walks = map.split("\n## ").find(|part| part.starts_with("Three walks"));
+    let walks = walks.expect("the map has walks");
+    let named: Vec<&str> = walks.split('`').skip(1).step_by(2).collect();
+    let sources = sources();
+
+    let is_there = |name: &str| {
+        let last = name.rsplit("::").next().unwrap_or(name);
+        ["fn", "struct", "mod"].iter().any(|kind| {
+            sources.match_indices(&format!("{kind} {last}")).any(|(at, text)| {
+                let after = sources[at + text.len()..].chars().next();
+                after.is_none_or(|after| !after.is_alphanumeric() && after != '_')
+            })
+        })
+    };
+    let missing: Vec<&&str> =
+        named.iter().filter(|name| !name.contains('/') && !is_there(name)).collect();
+
+    assert!(named.len() > 20, "found only {named:?}");
+    assert!(missing.is_empty(), "the walks name what is not there: {missing:?}");
+}
+
+#[test]
 fn every_test_that_the_list_of_invariants_names_exists() {
-    let sources: String = files()
-        .iter()
-        .filter(|file| file.extension().is_some_and(|end| end == "rs"))
-        .map(|file| text(file))
-        .collect();
+    let sources = sources();
     let list = text(Path::new("tests/README.md"));
     let rows = list.lines().filter(|line| line.starts_with("| ") && !line.contains("| Held by |"));
     let named: Vec<&str> = rows
@@ -218,6 +238,13 @@ fn every_test_that_the_list_of_invariants_names_exists() {
 
     assert!(named.len() > 50, "found only {} tests in the list", named.len());
     assert!(missing.is_empty(), "tests/README.md names tests that are not there: {missing:#?}");
+}
+
+/// All code in Rust.
+fn sources() -> String {
+    let mut code = files();
+    code.retain(|file| file.extension().is_some_and(|end| end == "rs"));
+    code.iter().map(|file| text(file)).collect()
 }
 
 /// The names of all packages that a package reaches by normal dependencies, itself included.
