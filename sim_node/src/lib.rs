@@ -22,20 +22,19 @@ mod virtual_pose_publisher;
 pub use parameters::NODE;
 
 use anyhow::Context;
-use rsrs_ros::node_arguments::{self, NodeArguments};
+use rsrs_ros::node_arguments::{AFTER_HELP, NodeArguments, NodeFlags, has_helped, split};
 use rsrs_ros::ros_args::{Environment, TopicRules};
 
 /// Its node, whose topics are found by name.
 const NODES: (&[&str], TopicRules) = (&[NODE], TopicRules::Refused);
 
-/// What the node says of itself.
-const HELP: &str = "\
-Is the world behind the topics of a fleet, in lockstep or in real time.
-
-Usage: sim_node --robots NAME,... [--interface NAME|IP] [--ros-args ...]
-
-  --robots NAME,...     the virtual robots; without it the namespace (-r __ns:=/robot_1) names one
-";
+/// Is the world behind the topics of a fleet, in lockstep or in real time.
+#[derive(clap::Parser)]
+#[command(name = "sim_node", max_term_width = 100, after_help = AFTER_HELP)]
+struct Flags {
+    #[command(flatten)]
+    node: NodeFlags,
+}
 
 /// Runs the node until SIGINT or SIGTERM.
 ///
@@ -48,10 +47,12 @@ Usage: sim_node --robots NAME,... [--interface NAME|IP] [--ros-args ...]
 ///
 /// If the arguments are wrong, no interface is chosen, or the network cannot be used.
 pub fn main(arguments: &[String]) -> anyhow::Result<()> {
-    if node_arguments::has_helped(arguments, HELP)? {
+    if has_helped::<Flags>(arguments)? {
         return Ok(());
     }
-    let options = NodeArguments::parse(arguments, &Environment::of_this_process(), NODES)?;
+    let environment = Environment::of_this_process();
+    let (Flags { node }, ros) = split(arguments, &environment)?;
+    let options = NodeArguments::new((node, ros), &environment, NODES)?;
     options.ros.start_logging(options.log_level);
     tokio::runtime::Builder::new_current_thread()
         .enable_all()

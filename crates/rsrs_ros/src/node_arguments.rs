@@ -1,13 +1,15 @@
-//! What a node of ours is told when it starts: where to speak, and for which robots.
+//! Arguments of a node's process: where it publishes, and for which robots.
 
-use std::io::{self, Write};
+use std::io;
+
+use clap::{CommandFactory, Parser};
 
 use crate::interfaces::InterfaceError;
 use crate::logging::Level;
 use crate::ros_args::{Environment, RosArgs, RosArgsError, START, TopicRules};
 use crate::session::SessionOptions;
 
-/// What a node of ours is told when it starts.
+/// Arguments of a node of ours.
 #[derive(Clone, Debug)]
 pub struct NodeArguments {
     /// Where to speak.
@@ -16,7 +18,7 @@ pub struct NodeArguments {
     pub robots: Vec<String>,
     /// From which level on to log.
     pub log_level: Option<Level>,
-    /// What was said to ROS 2, such as start values of parameters.
+    /// Arguments for ROS 2, such as start values of parameters.
     pub ros: RosArgs,
 }
 
@@ -39,41 +41,39 @@ pub enum NodeArgumentsError {
     /// No interface is chosen, or it does not exist.
     #[error("{0}; {help}", help = .0.help())]
     Interface(#[from] InterfaceError),
-    /// An argument that this node does not have.
-    #[error("unexpected argument `{found}`, expected --interface, --robots or --ros-args")]
-    Unexpected {
-        /// The argument.
-        found: String,
-    },
-    /// A flag at the end without its value.
-    #[error("`{flag}` needs a value")]
-    NoValue {
-        /// The flag.
-        flag: String,
-    },
+    /// A flag that the node does not have, or a value that it cannot have.
+    #[error("{0}")]
+    Flags(String),
     /// No robot is named.
     #[error("no robot: give `--robots robot_1,robot_2` or a namespace, `-r __ns:=/robot_1`")]
     NoRobot,
 }
 
-/// What every node understands, for the end of its help.
-const HELP_OF_ALL: &str = "\
-  --interface NAME|IP   network interface to speak on; RSRS_INTERFACE without it. There is no
-                        default, so that nothing speaks on a LAN by accident
-  --ros-args            as in ROS 2: -r NAME:=NAME, -p NAME:=VALUE, --params-file FILE,
-                        --log-level LEVEL, --disable-rosout-logs; nodes keep their names
-  -h, --help            this text
+/// Flags that all nodes have.
+#[derive(Clone, Debug, clap::Args)]
+pub struct NodeFlags {
+    /// Network interface to speak on (or `RSRS_INTERFACE`); there is no default, so that nothing is
+    /// published on a LAN by accident.
+    #[arg(long, value_name = "NAME|IP")]
+    pub interface: Option<String>,
+    /// Robots that the process stands for; without it the namespace (`-r __ns:=/robot_1`) names one.
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    pub robots: Vec<String>,
+}
 
-ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE mean what they mean in ROS 2: LOCALHOST stays on the
-loopback interface, whatever interface is chosen.
-";
+/// The end of every node's help.
+pub const AFTER_HELP: &str = "\
+Behind `--ros-args`, as in ROS 2: -r NAME:=NAME, -p NAME:=VALUE, --params-file FILE, --log-level LEVEL, \
+--disable-rosout-logs; nodes keep their names.
+
+ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE mean what they mean in ROS 2: LOCALHOST stays on the \
+loopback interface, whatever interface is chosen.";
 
 /// Prints a node's help, if the arguments ask for it.
 ///
 /// # Arguments
 ///
 /// * `arguments` — those of the process, without its name.
-/// * `help` — what the node is, and its own flags; those that all nodes have follow.
 ///
 /// # Returns
 ///
@@ -82,18 +82,36 @@ loopback interface, whatever interface is chosen.
 /// # Errors
 ///
 /// If standard output cannot be written.
-pub fn has_helped(arguments: &[String], help: &str) -> io::Result<bool> {
+pub fn has_helped<F: CommandFactory>(arguments: &[String]) -> io::Result<bool> {
     let mut own = arguments.iter().take_while(|argument| *argument != START);
     let is_asked = own.any(|argument| argument == "-h" || argument == "--help");
     if is_asked {
-        write!(io::stdout(), "{help}{HELP_OF_ALL}")?;
+        F::command().print_long_help()?;
     }
     Ok(is_asked)
 }
 
+/// Separates a node's own flags from those for ROS 2.
+///
+/// # Errors
+///
+/// [`NodeArgumentsError::Ros`] and [`NodeArgumentsError::Flags`].
+pub fn split<F: Parser>(
+    arguments: &[String],
+    environment: &Environment,
+) -> Result<(F, RosArgs), NodeArgumentsError> {
+    let (ros, own) = RosArgs::parse(arguments, environment)?;
+    let name = F::command().get_name().to_owned();
+    let flags = F::try_parse_from(std::iter::once(name).chain(own)).map_err(|error| {
+        let text = error.render().to_string();
+        NodeArgumentsError::Flags(text.trim_start_matches("error: ").trim_end().to_owned())
+    })?;
+    Ok((flags, ros))
+}
+
 impl NodeArguments {
-    /// Understands the arguments of the process: `[--interface NAME|IP] [--robots NAME,…]
-    /// [--ros-args …]`. Without `--robots` the namespace names the one robot.
+    /// What a process does as its flags and ROS 2 have it. Without `--robots` the namespace names the
+    /// one robot.
     ///
     /// # Arguments
     ///
@@ -107,23 +125,12 @@ impl NodeArguments {
     /// # Panics
     ///
     /// If `nodes` is empty.
-    pub fn parse(
-        arguments: &[String],
+    pub fn new(
+        (flags, mut ros): (NodeFlags, RosArgs),
         environment: &Environment,
         (nodes, topics): (&[&str], TopicRules),
     ) -> Result<Self, NodeArgumentsError> {
-        let (mut ros, rest) = RosArgs::parse(arguments, environment)?;
-        let (mut interface, mut robots) = (None, Vec::new());
-        let mut rest = rest.into_iter();
-        while let Some(flag) = rest.next() {
-            let mut value =
-                || rest.next().ok_or(NodeArgumentsError::NoValue { flag: flag.clone() });
-            match flag.as_str() {
-                "--interface" => interface = Some(value()?),
-                "--robots" => robots.extend(value()?.split(',').map(str::to_owned)),
-                _ => return Err(NodeArgumentsError::Unexpected { found: flag }),
-            }
-        }
+        let NodeFlags { interface, mut robots } = flags;
         ros.check_rules(nodes, topics)?;
         let node = *nodes.first().expect("every program has a node");
         let (namespace, _) = ros.node("/", node);
@@ -156,7 +163,22 @@ mod tests {
         let environment = Environment::new(&[("RSRS_INTERFACE", "127.0.0.1")], |_| {
             Err(io::ErrorKind::NotFound.into())
         });
-        NodeArguments::parse(&arguments, &environment, NODE)
+        understood(&arguments, &environment)
+    }
+
+    /// A node without flags of its own.
+    #[derive(Parser)]
+    struct Flags {
+        #[command(flatten)]
+        node: NodeFlags,
+    }
+
+    fn understood(
+        arguments: &[String],
+        environment: &Environment,
+    ) -> Result<NodeArguments, NodeArgumentsError> {
+        let (Flags { node }, ros) = split(arguments, environment)?;
+        NodeArguments::new((node, ros), environment, NODE)
     }
 
     const NODE: (&[&str], TopicRules) = (&["controller"], TopicRules::Followed);
@@ -203,7 +225,7 @@ mod tests {
     fn help_is_asked_for_by_the_nodes_own_arguments_alone() {
         let ask = |arguments: &[&str]| {
             let arguments: Vec<String> = arguments.iter().map(|text| (*text).to_owned()).collect();
-            has_helped(&arguments, "").unwrap()
+            has_helped::<Flags>(&arguments).unwrap()
         };
 
         assert!(ask(&["--help"]) && ask(&["--robots", "robot_1", "-h"]));
@@ -214,7 +236,7 @@ mod tests {
     fn an_unknown_argument_is_named() {
         let error = parse(&["--robot", "robot_1"]).unwrap_err();
 
-        assert!(error.to_string().contains("`--robot`"), "{error}");
+        assert!(error.to_string().contains("unexpected argument '--robot'"), "{error}");
     }
 
     #[test]
@@ -222,7 +244,7 @@ mod tests {
         let nobody_chose = Environment::new(&[], |_| Err(io::ErrorKind::NotFound.into()));
         let arguments = ["--robots".to_owned(), "robot_1".to_owned()];
 
-        let error = NodeArguments::parse(&arguments, &nobody_chose, NODE).unwrap_err();
+        let error = understood(&arguments, &nobody_chose).unwrap_err();
 
         assert!(matches!(error, NodeArgumentsError::Interface(InterfaceError::NotChosen { .. })));
     }

@@ -12,22 +12,22 @@ pub use driver::{Hosting, serve};
 pub use parameters::{LEASE, LEASE_CONTROLLER, LEASE_GATE, NAMES, NODE};
 
 use anyhow::Context;
-use rsrs_ros::node_arguments::{self, NodeArguments};
+use rsrs_ros::node_arguments::{AFTER_HELP, NodeArguments, NodeFlags, has_helped, split};
 use rsrs_ros::ros_args::{Environment, TopicRules};
 
 /// The node of each robot, whose topics may have other names.
 const NODES: (&[&str], TopicRules) = (&[NODE], TopicRules::Followed);
 
-/// What the node says of itself.
-const HELP: &str = "\
-Decides what a robot does: detections in, velocity commands out.
-
-Usage: controller_node [--robots NAME,...] [--interface NAME|IP] [--ros-args ...]
-
-  --robots NAME,...     whose controllers to be; without it the namespace (-r __ns:=/robot_1) names one
-  -p lease:=controller  (behind --ros-args) for robots that have no gate of ours in front of their
-                        wheels: the controller holds the lease, and sends zero when it ends
-";
+/// Decides what a robot does: detections in, velocity commands out.
+///
+/// For robots that have no gate of ours in front of their wheels, `-p lease:=controller` (behind
+/// `--ros-args`): the controller holds the lease, and publishes zero when it ends.
+#[derive(clap::Parser)]
+#[command(name = "controller_node", max_term_width = 100, after_help = AFTER_HELP)]
+struct Flags {
+    #[command(flatten)]
+    node: NodeFlags,
+}
 
 /// Runs the node until SIGINT or SIGTERM.
 ///
@@ -41,10 +41,12 @@ Usage: controller_node [--robots NAME,...] [--interface NAME|IP] [--ros-args ...
 ///
 /// If the arguments are wrong, no interface is chosen, or the network cannot be used.
 pub fn main(arguments: &[String]) -> anyhow::Result<()> {
-    if node_arguments::has_helped(arguments, HELP)? {
+    if has_helped::<Flags>(arguments)? {
         return Ok(());
     }
-    let options = NodeArguments::parse(arguments, &Environment::of_this_process(), NODES)?;
+    let environment = Environment::of_this_process();
+    let (Flags { node }, ros) = split(arguments, &environment)?;
+    let options = NodeArguments::new((node, ros), &environment, NODES)?;
     options.ros.start_logging(options.log_level);
     tokio::runtime::Builder::new_current_thread()
         .enable_all()

@@ -1,18 +1,18 @@
-//! What the runner is told when it starts as a node.
+//! Arguments of the runner as a node.
 
 use std::path::PathBuf;
 
-use rsrs_core::axis::{Cell, CellError};
+use rsrs_core::axis::Cell;
 use rsrs_fleet::record::Backend;
-use rsrs_ros::interfaces::InterfaceError;
 use rsrs_ros::logging::Level;
-use rsrs_ros::ros_args::{Environment, RosArgs, RosArgsError, TopicRules};
+use rsrs_ros::node_arguments::{AFTER_HELP, NodeArgumentsError, split};
+use rsrs_ros::ros_args::{Environment, RosArgs, TopicRules};
 use rsrs_ros::session::SessionOptions;
 
 use crate::driver::NODE;
 use crate::plan::{PlaceCheck, Request};
 
-/// What the runner is told.
+/// Arguments of the runner.
 #[derive(Clone, Debug)]
 pub struct RunnerArguments {
     /// What to run.
@@ -21,37 +21,16 @@ pub struct RunnerArguments {
     pub session: SessionOptions,
     /// From which level on to log.
     pub log_level: Option<Level>,
-    /// What was said to ROS 2.
+    /// Arguments for ROS 2.
     pub ros: RosArgs,
 }
 
 /// Why the runner cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum RunnerArgumentsError {
-    /// The arguments for ROS 2 are wrong.
-    #[error("{0}{help}", help = .0.help().map_or_else(String::new, |help| format!("; {help}")))]
-    Ros(#[from] RosArgsError),
-    /// No interface is chosen, or it does not exist.
-    #[error("{0}; {help}", help = .0.help())]
-    Interface(#[from] InterfaceError),
-    /// The cell is none.
-    #[error("`--cell`: {0}")]
-    Cell(#[from] CellError),
-    /// An argument that the runner does not have.
-    #[error(
-        "unexpected argument `{found}`, expected --experiment, --from, --cell, --output, \
-         --backend, --interface or --ros-args"
-    )]
-    Unexpected {
-        /// The argument.
-        found: String,
-    },
-    /// A flag at the end without its value.
-    #[error("`{flag}` needs a value")]
-    NoValue {
-        /// The flag.
-        flag: String,
-    },
+    /// The arguments are wrong.
+    #[error(transparent)]
+    Node(#[from] NodeArgumentsError),
     /// The runner has no namespace.
     #[error(
         "`-r __ns:={namespace}`: the runner is in no namespace; the robots' are in the fleet file"
@@ -60,15 +39,39 @@ pub enum RunnerArgumentsError {
         /// The namespace.
         namespace: String,
     },
-    /// A backend that there is not.
-    #[error("`--backend {found}`, expected sim or fleet")]
-    Backend {
-        /// What was given.
-        found: String,
-    },
-    /// Nothing to run.
-    #[error("no experiment: give `--experiment FILE`")]
-    NoExperiment,
+}
+
+/// Runs one experiment, from preflight to the closed bag, and ends.
+#[derive(clap::Parser)]
+#[command(name = "experiment_runner", max_term_width = 100, after_help = AFTER_HELP)]
+pub struct Flags {
+    /// The experiment file.
+    #[arg(long, value_name = "FILE")]
+    experiment: PathBuf,
+    /// The bag to record; named by date without it.
+    #[arg(long, value_name = "BAG")]
+    output: Option<PathBuf>,
+    /// The sweep whose chosen cell is run.
+    #[arg(long, value_name = "DIR")]
+    from: Option<PathBuf>,
+    /// The cell to run, such as `speed_m_s=0.15,turn_rate_rad_s=0.75,robots=9`.
+    #[arg(long)]
+    cell: Option<Cell>,
+    /// What moves the robots.
+    #[arg(long, default_value = "fleet")]
+    backend: Moved,
+    /// Network interface to speak on (or `RSRS_INTERFACE`); there is no default, so that nothing is
+    /// published on a LAN by accident.
+    #[arg(long, value_name = "NAME|IP")]
+    interface: Option<String>,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Moved {
+    /// The simulator.
+    Sim,
+    /// The robots.
+    Fleet,
 }
 
 impl RunnerArguments {
@@ -81,49 +84,27 @@ impl RunnerArguments {
         arguments: &[String],
         environment: &Environment,
     ) -> Result<Self, RunnerArgumentsError> {
-        let (mut ros, rest) = RosArgs::parse(arguments, environment)?;
-        ros.check_rules(&[NODE], TopicRules::Refused)?;
+        let (flags, mut ros) = split::<Flags>(arguments, environment)?;
+        ros.check_rules(&[NODE], TopicRules::Refused).map_err(NodeArgumentsError::from)?;
         let (namespace, _) = ros.node("/", NODE);
         if namespace != "/" {
             return Err(RunnerArgumentsError::Namespace { namespace });
         }
-        let (mut interface, mut experiment) = (None, None);
-        let (mut cell, mut from, mut bag) = (None, None, None);
-        let mut backend = Backend::Fleet;
-        let mut rest = rest.into_iter();
-        while let Some(flag) = rest.next() {
-            let mut value =
-                || rest.next().ok_or(RunnerArgumentsError::NoValue { flag: flag.clone() });
-            match flag.as_str() {
-                "--interface" => interface = Some(value()?),
-                "--experiment" => experiment = Some(PathBuf::from(value()?)),
-                "--cell" => cell = Some(value()?.parse::<Cell>()?),
-                "--from" => from = Some(PathBuf::from(value()?)),
-                "--output" => bag = Some(PathBuf::from(value()?)),
-                "--backend" => {
-                    backend = match value()?.as_str() {
-                        "sim" => Backend::Simulator,
-                        "fleet" => Backend::Fleet,
-                        found => {
-                            return Err(RunnerArgumentsError::Backend { found: found.to_owned() });
-                        }
-                    }
-                }
-                _ => return Err(RunnerArgumentsError::Unexpected { found: flag }),
-            }
-        }
-        let experiment = experiment.ok_or(RunnerArgumentsError::NoExperiment)?;
+        let network = ros.network(flags.interface.as_deref(), environment);
         Ok(Self {
             request: Request {
-                experiment,
-                cell,
-                from,
-                backend,
-                bag,
+                experiment: flags.experiment,
+                cell: flags.cell,
+                from: flags.from,
+                backend: match flags.backend {
+                    Moved::Sim => Backend::Simulator,
+                    Moved::Fleet => Backend::Fleet,
+                },
+                bag: flags.output,
                 seed: None,
                 place_check: PlaceCheck::On,
             },
-            session: ros.network(interface.as_deref(), environment)?,
+            session: network.map_err(NodeArgumentsError::from)?,
             log_level: ros.log_level(NODE),
             ros,
         })
@@ -170,6 +151,7 @@ mod tests {
 
     #[test]
     fn nothing_runs_without_an_experiment() {
-        assert!(matches!(parse(&[]), Err(RunnerArgumentsError::NoExperiment)));
+        let error = parse(&[]).unwrap_err().to_string();
+        assert!(error.contains("--experiment <FILE>"), "{error}");
     }
 }

@@ -23,25 +23,12 @@ pub use report::{Progress, RunReport};
 
 use anyhow::{Context, bail};
 use rsrs_fleet::record::{Ending, EndingKind};
-use rsrs_ros::node_arguments;
+use rsrs_ros::node_arguments::has_helped;
 use rsrs_ros::ros_args::Environment;
 use rsrs_ros::shutdown;
 
-use arguments::RunnerArguments;
+use arguments::{Flags, RunnerArguments};
 use plan::Plan;
-
-/// What the node says of itself.
-const HELP: &str = "\
-Runs one experiment, from preflight to the closed bag, and ends.
-
-Usage: experiment_runner --experiment FILE [--output BAG] [--interface NAME|IP] [--ros-args ...]
-
-  --experiment FILE     the experiment file
-  --output BAG          the bag to record; named by date without it
-  --from DIR            the sweep whose chosen cell is run
-  --cell CELL           the cell to run, such as speed_m_s=0.15,turn_rate_rad_s=0.75,robots=9
-  --backend sim|fleet   who moves; fleet without it
-";
 
 /// Runs the node: one experiment, then it ends.
 ///
@@ -55,7 +42,7 @@ Usage: experiment_runner --experiment FILE [--output BAG] [--interface NAME|IP] 
 /// If the arguments or the experiment are wrong, the network cannot be used, or the run was not
 /// completed.
 pub fn main(arguments: &[String]) -> anyhow::Result<()> {
-    if node_arguments::has_helped(arguments, HELP)? {
+    if has_helped::<Flags>(arguments)? {
         return Ok(());
     }
     let options = RunnerArguments::parse(arguments, &Environment::of_this_process())?;

@@ -1,4 +1,4 @@
-//! What the robot node is told when it starts: its robot, its driver, and start values.
+//! Arguments of the robot node: its robot, its driver, and start values.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -7,18 +7,18 @@ use std::{fs, io};
 use rsrs_controller_node::{LEASE, LEASE_CONTROLLER};
 use rsrs_core::profile::{ProfileError, RobotProfile};
 use rsrs_fleet::fleet_file::{self, CmdVel, FleetFile, FleetFileError, FleetRobot};
-use rsrs_ros::node_arguments::{NodeArguments, NodeArgumentsError};
+use rsrs_ros::node_arguments::{AFTER_HELP, NodeArguments, NodeArgumentsError, NodeFlags, split};
 use rsrs_ros::parameters::ParameterValue;
 use rsrs_ros::ros_args::{Environment, TopicRules};
 
+use crate::driver::DriverKind;
 use crate::driver::serial::{BAUD, PORT};
-use crate::driver::{DriverKind, NoSuchDriver};
 use crate::parameters::{self, NODE};
 
-/// What the robot node is told.
+/// Arguments of the robot node.
 #[derive(Clone, Debug)]
 pub struct RobotArguments {
-    /// What every node is told.
+    /// Those of every node.
     pub node: NodeArguments,
     /// The robot.
     pub robot: String,
@@ -34,27 +34,12 @@ pub struct RobotArguments {
 /// Why the robot node cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum ArgumentsError {
-    /// What every node is told is wrong.
+    /// Arguments of every node are wrong.
     #[error(transparent)]
     Node(#[from] NodeArgumentsError),
-    /// A flag at the end without its value.
-    #[error("`{flag}` needs a value")]
-    NoValue {
-        /// The flag.
-        flag: String,
-    },
-    /// There is no such driver.
-    #[error(transparent)]
-    Driver(#[from] NoSuchDriver),
     /// Nobody says which driver.
     #[error("no driver: give `--driver serial|ros|virtual`, or a fleet file with `--config`")]
     NoDriver,
-    /// The speed of the line is no number.
-    #[error("`--baud {found}`, expected a whole number of symbols per second")]
-    Baud {
-        /// What was given.
-        found: String,
-    },
     /// Another number of robots.
     #[error("{found} robots, expected 1: each robot's hardware has a process of its own")]
     Robots {
@@ -107,14 +92,27 @@ pub enum ArgumentsError {
 /// Names of its nodes.
 const NODES: [&str; 2] = [NODE, rsrs_controller_node::NODE];
 
-/// The node's own flags.
-#[derive(Debug, Default)]
-struct Flags {
-    driver: Option<DriverKind>,
-    port: Option<String>,
-    baud: Option<i64>,
+/// Is a robot: its sensor, its wheels behind the final gate, and its controller.
+#[derive(Debug, clap::Parser)]
+#[command(name = "robot_node", max_term_width = 100, after_help = AFTER_HELP)]
+pub struct Flags {
+    #[command(flatten)]
+    node: NodeFlags,
+    /// The fleet file: what moves the robot, and how it was measured.
+    #[arg(long, value_name = "FLEET.yaml")]
     config: Option<PathBuf>,
-    is_alone: bool,
+    /// What moves it, without a fleet file.
+    #[arg(long, value_name = "serial|ros|virtual")]
+    driver: Option<DriverKind>,
+    /// The microcontroller's serial line, such as /dev/ttyACM0.
+    #[arg(long, value_name = "PATH")]
+    port: Option<String>,
+    /// Its speed, in symbols per second.
+    #[arg(long, value_name = "N")]
+    baud: Option<i64>,
+    /// The controller is a process of its own.
+    #[arg(long)]
+    without_controller: bool,
 }
 
 impl RobotArguments {
@@ -127,8 +125,9 @@ impl RobotArguments {
     ///
     /// [`ArgumentsError`].
     pub fn parse(arguments: &[String], environment: &Environment) -> Result<Self, ArgumentsError> {
-        let (flags, rest) = Flags::split(arguments)?;
-        let node = NodeArguments::parse(&rest, environment, (&NODES, TopicRules::Followed))?;
+        let (flags, ros) = split::<Flags>(arguments, environment)?;
+        let known = (&NODES[..], TopicRules::Followed);
+        let node = NodeArguments::new((flags.node, ros), environment, known)?;
         let [robot] = &node.robots[..] else {
             return Err(ArgumentsError::Robots { found: node.robots.len() });
         };
@@ -167,39 +166,8 @@ impl RobotArguments {
         if controller.get(LEASE) == Some(&holds_lease) {
             return Err(ArgumentsError::Lease { robot });
         }
-        let controller = (!flags.is_alone).then_some(controller);
+        let controller = (!flags.without_controller).then_some(controller);
         Ok(Self { node, robot, driver, given, controller })
-    }
-}
-
-impl Flags {
-    /// Takes the node's own flags out of the arguments before those for ROS 2.
-    fn split(arguments: &[String]) -> Result<(Self, Vec<String>), ArgumentsError> {
-        let (mut flags, mut rest) = (Self::default(), Vec::new());
-        let mut arguments = arguments.iter();
-        while let Some(flag) = arguments.next() {
-            let mut value = || {
-                let value = arguments.next().cloned();
-                value.ok_or_else(|| ArgumentsError::NoValue { flag: flag.clone() })
-            };
-            match flag.as_str() {
-                "--driver" => flags.driver = Some(value()?.parse()?),
-                "--port" => flags.port = Some(value()?),
-                "--without-controller" => flags.is_alone = true,
-                "--config" => flags.config = Some(value()?.into()),
-                "--baud" => {
-                    let found = value()?;
-                    let baud = found.parse().map_err(|_no_number| ArgumentsError::Baud { found });
-                    flags.baud = Some(baud?);
-                }
-                "--ros-args" => {
-                    rest.push(flag.clone());
-                    rest.extend(arguments.by_ref().cloned());
-                }
-                _ => rest.push(flag.clone()),
-            }
-        }
-        Ok((flags, rest))
     }
 }
 
@@ -314,8 +282,8 @@ mod tests {
             (&["--robots", "a"][..], "no driver: give"),
             (&["--robots", "a,b", "--driver", "ros"], "2 robots, expected 1"),
             (&["--robots", "a", "--driver", "usb"], "driver `usb`, expected serial, ros"),
-            (&["--robots", "a", "--driver"], "`--driver` needs a value"),
-            (&["--robots", "a", "--baud", "fast"], "`--baud fast`, expected a whole number"),
+            (&["--robots", "a", "--driver"], "a value is required for '--driver"),
+            (&["--robots", "a", "--baud", "fast"], "invalid value 'fast' for '--baud <N>'"),
             (
                 &["--robots", "a", "--driver", "ros", "--ros-args", "-p", "sped:=1.0"],
                 "neither /a/robot nor its controller has a parameter `sped`",

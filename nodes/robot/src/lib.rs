@@ -23,22 +23,9 @@ pub use arguments::{ArgumentsError, RobotArguments};
 pub use parameters::NODE;
 
 use anyhow::Context;
-use rsrs_ros::node_arguments;
+use arguments::Flags;
+use rsrs_ros::node_arguments::has_helped;
 use rsrs_ros::ros_args::Environment;
-
-/// What the node says of itself.
-const HELP: &str = "\
-Is a robot: its sensor, its wheels behind the final gate, and its controller.
-
-Usage: robot_node --robots NAME [--config FLEET.yaml] [--interface NAME|IP] [--ros-args ...]
-
-  --robots NAME         which robot; without it the namespace (-r __ns:=/robot_1) names it
-  --config FLEET.yaml   the fleet file: what moves the robot, and how it was measured
-  --driver serial|ros|virtual   what moves it, without a fleet file
-  --port PATH           the microcontroller's serial line, such as /dev/ttyACM0
-  --baud N              its speed, in symbols per second
-  --without-controller  the controller is a process of its own
-";
 
 /// Runs the node until SIGINT or SIGTERM; the wheels stop first.
 ///
@@ -54,7 +41,7 @@ Usage: robot_node --robots NAME [--config FLEET.yaml] [--interface NAME|IP] [--r
 /// If the arguments are wrong, no interface is chosen, or the network cannot be used. Hardware that
 /// does not answer is no error: the node says so and keeps trying.
 pub fn main(arguments: &[String]) -> anyhow::Result<()> {
-    if node_arguments::has_helped(arguments, HELP)? {
+    if has_helped::<Flags>(arguments)? {
         return Ok(());
     }
     let options = RobotArguments::parse(arguments, &Environment::of_this_process())?;
