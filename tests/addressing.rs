@@ -20,9 +20,9 @@ fn who_is_to_stay_on_this_machine_does_so_whatever_interface_is_chosen_and_says_
     let elsewhere = output(&variables[1..], &["stop"]);
 
     assert_eq!(code(&stop), 3, "no robot is there: {}", stderr(&stop));
-    let said = "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST: this program uses the loopback interface \
+    let printed = "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST: this program uses the loopback interface \
                 only, and not `no_such_interface`\n";
-    assert!(stderr(&stop).contains(said), "{}", stderr(&stop));
+    assert!(stderr(&stop).contains(printed), "{}", stderr(&stop));
     assert_eq!(code(&elsewhere), 1, "{}", stderr(&elsewhere));
     assert!(stderr(&elsewhere).contains("no interface or IPv4 address `no_such_interface`"));
 }

@@ -93,9 +93,9 @@ fn a_bag_that_breaks_off_is_reported_and_saved_up_to_there() {
     let info = rsrs(here, &["bag", "info", "cut"]);
     let recover = rsrs(here, &["bag", "recover", "cut", "--format", "json"]);
     let again = rsrs(here, &["bag", "recover", "cut"]);
-    let told = rsrs(here, &["bag", "recover", "cut", "-o", "other"]);
+    let given = rsrs(here, &["bag", "recover", "cut", "-o", "other"]);
 
-    assert_eq!((code(&info), code(&recover), code(&again), code(&told)), (3, 3, 1, 3));
+    assert_eq!((code(&info), code(&recover), code(&again), code(&given)), (3, 3, 1, 3));
     assert!(stdout(&info).contains("damage: the recording breaks off after"), "{}", stdout(&info));
     assert!(stdout(&info).contains("next: rsrs bag recover cut"), "{}", stdout(&info));
     assert!(stderr(&again).contains("cut_recovered exists already"), "{}", stderr(&again));
@@ -114,8 +114,8 @@ fn a_bag_that_breaks_off_is_reported_and_saved_up_to_there() {
         messages.iter().map(|message| message.as_ref().map(|it| it.bytes.clone())).collect()
     };
     assert!(bytes(&first[..kept.len()]) == bytes(&kept), "the messages saved are those recorded");
-    assert!(stdout(&told).contains("messages saved, 0.000 s to "), "{}", stdout(&told));
-    assert!(stdout(&told).contains("\nlost: "), "{}", stdout(&told));
+    assert!(stdout(&given).contains("messages saved, 0.000 s to "), "{}", stdout(&given));
+    assert!(stdout(&given).contains("\nlost: "), "{}", stdout(&given));
     assert_eq!(read(&cut.join("cut_0.mcap")), before, "the damaged bag stays as it is");
     assert!(here.join("cut_recovered/labels.yaml").exists());
 }

@@ -148,8 +148,8 @@ fn the_pages_of_robots_in_rclpy_work_to_the_letter() {
         let output = typed(&script, folder.path(), (&[programs], 1500));
 
         let text = String::from_utf8_lossy(&output.stdout);
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{}\n{text}\n{said}", output.status);
+        let printed = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{}\n{text}\n{printed}", output.status);
         assert!(text.contains(" rows filled in, 0 left"), "{text}");
         let profile = std::fs::read_to_string(folder.path().join("mine.yaml")).expect("it is made");
         check_profile(&RobotProfile::parse("mine.yaml", &profile).expect("it is a profile"));

@@ -203,26 +203,26 @@ fn what_is_finished_is_verified(place: &Path) {
     std::fs::write(&bag, bytes).expect("it is writable");
     let tampered = to_the_end(place);
     assert_eq!(code(&tampered), 1);
-    let said = stderr(&tampered);
+    let printed = stderr(&tampered);
     assert!(
-        said.contains("out/001_three/bag/bag_0.mcap is not what was recorded: its SHA"),
-        "{said}"
+        printed.contains("out/001_three/bag/bag_0.mcap is not what was recorded: its SHA"),
+        "{printed}"
     );
 
     std::fs::write(&bag, &before[&bag]).expect("it is writable");
     std::fs::remove_file(out.join("002_three/fleet.yaml")).expect("it is there");
     let missing = to_the_end(place);
     assert_eq!(code(&missing), 1);
-    let said = stderr(&missing);
-    assert!(said.contains("out/002_three/fleet.yaml is not what was recorded"), "{said}");
+    let printed = stderr(&missing);
+    assert!(printed.contains("out/002_three/fleet.yaml is not what was recorded"), "{printed}");
     std::fs::write(out.join("002_three/fleet.yaml"), &before[&out.join("002_three/fleet.yaml")])
         .expect("it is writable");
 
     write(place, "campaign.yaml", "experiments:\n- {experiment: three.yaml, seeds: [2]}\n");
     let other = to_the_end(place);
     assert_eq!(code(&other), 1);
-    let said = stderr(&other);
-    assert!(said.contains("out holds another campaign: 001_three is not the same"), "{said}");
+    let printed = stderr(&other);
+    assert!(printed.contains("out holds another campaign: 001_three is not the same"), "{printed}");
 }
 
 /// Campaigns that are killed at a moment, where nothing else is asked for.
@@ -276,8 +276,11 @@ fn nothing_is_mixed_into_a_folder_that_holds_something_else() {
     let refused = to_the_end(place.path());
 
     assert_eq!(code(&refused), 1);
-    let said = stderr(&refused);
-    assert!(said.contains("out is not the folder of a campaign: it holds thesis.tex"), "{said}");
+    let printed = stderr(&refused);
+    assert!(
+        printed.contains("out is not the folder of a campaign: it holds thesis.tex"),
+        "{printed}"
+    );
 }
 
 #[test]
@@ -289,9 +292,9 @@ fn without_a_terminal_no_fleet_is_started() {
     let refused = refused.expect("the program was built for this test");
 
     assert_eq!(code(&refused), 1);
-    let said = stderr(&refused);
-    assert!(said.contains("stdin is not a terminal"), "{said}");
-    assert!(said.contains("--yes"), "{said}");
+    let printed = stderr(&refused);
+    assert!(printed.contains("stdin is not a terminal"), "{printed}");
+    assert!(printed.contains("--yes"), "{printed}");
     assert!(!place.path().join("out").exists(), "nothing was begun");
 }
 
@@ -303,14 +306,14 @@ fn who_places_the_robots_may_skip_and_quit() {
     command.args(["--backend", "fleet", "--interface", "127.0.0.1"]).stdin(terminal.input());
 
     let mut process = Process::start(&mut command);
-    let mut said = String::new();
+    let mut printed = String::new();
     let mut stderr = process.0.stderr.take().expect("it is piped");
     let mut until = |ends: usize| {
-        while said.matches("Enter starts, s skips, q quits").count() < ends {
+        while printed.matches("Enter starts, s skips, q quits").count() < ends {
             let mut piece = [0; 4096];
             let n = stderr.read(&mut piece).expect("it can be read");
-            assert!(n > 0, "it ended: {said}");
-            said.push_str(&String::from_utf8_lossy(&piece[..n]));
+            assert!(n > 0, "it ended: {printed}");
+            printed.push_str(&String::from_utf8_lossy(&piece[..n]));
         }
     };
     until(1);
@@ -321,13 +324,13 @@ fn who_places_the_robots_may_skip_and_quit() {
     terminal.type_line("q");
     let (status, _) = process.wait(PATIENCE);
 
-    assert_eq!(status.code(), Some(3), "{said}");
+    assert_eq!(status.code(), Some(3), "{printed}");
     assert!(
-        said.contains("001_three: 0.15 m/s, 0.75 rad/s, for 64 s\nplace the robots:"),
-        "{said}"
+        printed.contains("001_three: 0.15 m/s, 0.75 rad/s, for 64 s\nplace the robots:"),
+        "{printed}"
     );
-    assert!(said.contains("002_three: 0.15 m/s"), "{said}");
-    assert!(said.contains("robot_3 "), "{said}");
+    assert!(printed.contains("002_three: 0.15 m/s"), "{printed}");
+    assert!(printed.contains("robot_3 "), "{printed}");
     assert!(!place.path().join("out/001_three").exists(), "nothing was run");
 }
 

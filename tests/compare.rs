@@ -74,12 +74,12 @@ fn a_record_that_does_not_read_is_an_error_that_names_the_bag() {
     let output = rsrs(place.path(), &["label", "spoilt"]);
 
     assert_eq!(code(&output), 1);
-    let said = stderr(&output);
+    let printed = stderr(&output);
     assert!(
-        said.starts_with("error: spoilt: its record, experiment.json, does not read"),
-        "{said}"
+        printed.starts_with("error: spoilt: its record, experiment.json, does not read"),
+        "{printed}"
     );
-    assert!(said.contains("missing field"), "{said}");
+    assert!(printed.contains("missing field"), "{printed}");
 }
 
 #[test]
@@ -119,12 +119,12 @@ fn robots_without_a_gate_of_their_own_are_told_of_wherever_their_run_is() {
     let json_label = json(&rsrs(place.path(), &["label", "borrowed", "--format", "json"]));
     let comparison = compare(place.path(), &[], &["borrowed", "ours"]);
 
-    let said = stdout(&label);
-    assert_eq!(said.matches("lease: controller only: robot_2, robot_3").count(), 1, "{said}");
+    let printed = stdout(&label);
+    assert_eq!(printed.matches("lease: controller only: robot_2, robot_3").count(), 1, "{printed}");
     assert_eq!(json_label[0]["controller_only"], serde_json::json!(["robot_2", "robot_3"]));
-    let said = stdout(&comparison);
+    let printed = stdout(&comparison);
     let note = "note: in 1 of 2 runs the lease of some robots was their controller's only\n";
-    assert!(said.contains(note), "{said}");
+    assert!(printed.contains(note), "{printed}");
 }
 
 #[test]
@@ -205,11 +205,11 @@ fn bags_of_other_experiments_are_refused_all_at_once() {
     let output = compare(here, &[], &bags);
 
     assert_eq!((code(&output), stdout(&output).as_str()), (1, ""));
-    let said = stderr(&output);
+    let printed = stderr(&output);
     // How much of a cut file can be read depends on how well it was compressed.
     let (killed, others): (Vec<&str>, Vec<&str>) =
-        said.lines().partition(|line| line.starts_with("  killed: "));
-    assert!(killed[0].contains("the recording breaks off after"), "{said}");
+        printed.lines().partition(|line| line.starts_with("  killed: "));
+    assert!(killed[0].contains("the recording breaks off after"), "{printed}");
     insta::assert_snapshot!(others.join("\n"), @r"
     error: 8 of 9 bags cannot be compared with this sweep
       wide: the placement radius is 0.75 m, expected 0.6 m as simulated
@@ -233,13 +233,13 @@ fn a_run_that_cannot_be_labelled_is_refused() {
     let output = compare(place.path(), &[], &["good", "unseen", "hasty"]);
 
     assert_eq!(code(&output), 1);
-    let said = stderr(&output);
-    assert!(said.contains("\n  unseen: the bag has no poses"), "{said}");
+    let printed = stderr(&output);
+    assert!(printed.contains("\n  unseen: the bag has no poses"), "{printed}");
     assert!(
-        said.contains("\n  hasty: 29.9 s recorded, and the run was set to last 120 s"),
-        "{said}"
+        printed.contains("\n  hasty: 29.9 s recorded, and the run was set to last 120 s"),
+        "{printed}"
     );
-    assert!(!said.contains("good"), "{said}");
+    assert!(!printed.contains("good"), "{printed}");
 }
 
 #[test]
@@ -257,10 +257,10 @@ fn a_void_run_is_listed_and_not_counted() {
     let not_counted = &report["not_counted"][0];
     assert_eq!((&not_counted["bag"], &not_counted["ending"]), (&"carried".into(), &"void".into()));
     assert_eq!((code(&both), code(&alone)), (0, 0));
-    let said = stdout(&alone);
-    let (said, advice) = said.rsplit_once("; ").expect("it says how many runs decide");
+    let printed = stdout(&alone);
+    let (printed, advice) = printed.rsplit_once("; ").expect("it says how many runs decide");
     assert_eq!(
-        said,
+        printed,
         "claim: real robots mill at least as often as simulated ones\n\
          not counted: carried (void: robot_3 was carried off)\n\
          verdict: undecided (no run counts)\n\
@@ -292,10 +292,13 @@ fn a_run_counts_once() {
 
     assert_eq!((code(&copied), code(&repeated), code(&made_up_for)), (1, 1, 0));
     assert_eq!(json(&made_up_for)["cells"][0]["n_real"], 2);
-    let said = stderr(&copied);
-    assert!(said.contains("copy: is the same run as one"), "{said}");
-    let said = stderr(&repeated);
-    assert!(said.contains("again: repeats two, a simulated run with the same seed, 2"), "{said}");
+    let printed = stderr(&copied);
+    assert!(printed.contains("copy: is the same run as one"), "{printed}");
+    let printed = stderr(&repeated);
+    assert!(
+        printed.contains("again: repeats two, a simulated run with the same seed, 2"),
+        "{printed}"
+    );
 }
 
 /// Copies a bag whose file keeps its name.
@@ -319,9 +322,9 @@ fn a_sweep_over_what_robots_are_has_no_cell_for_a_bag_unless_it_has_one_value() 
     let compared = compare(single.path(), &["--format", "json"], &["monday"]);
 
     assert_eq!((code(&refused), code(&compared)), (1, 0), "{}", stderr(&compared));
-    let said = stderr(&refused);
-    assert!(said.starts_with("error: the sweep varies true_positive (0.7, 0.8)"), "{said}");
-    assert!(said.contains("help: "), "{said}");
+    let printed = stderr(&refused);
+    assert!(printed.starts_with("error: the sweep varies true_positive (0.7, 0.8)"), "{printed}");
+    assert!(printed.contains("help: "), "{printed}");
     assert_eq!(json(&compared)["cells"][0]["cell"]["true_positive"], 0.8);
 }
 

@@ -168,8 +168,9 @@ fn launch_files_start_nodes_that_are_there() {
     start_all(root.path(), &swarm);
 
     let fleet = house().join("launch_configs/fleets/nine_virtual.yaml");
-    let told = ["robot:=robot_3".to_owned(), "interface:=lo".to_owned(), argument("fleet", &fleet)];
-    let robot = launched("robot.launch.xml", &told);
+    let given =
+        ["robot:=robot_3".to_owned(), "interface:=lo".to_owned(), argument("fleet", &fleet)];
+    let robot = launched("robot.launch.xml", &given);
     assert_eq!(robot[0].namespace.as_deref(), Some("robot_3"));
     start_all(root.path(), &robot);
 
@@ -282,13 +283,13 @@ impl Laboratory {
             .output()
             .expect("it was installed for this test");
         let errors = String::from_utf8_lossy(&output.stderr);
-        let said = format!("{}\n{errors}", String::from_utf8_lossy(&output.stdout));
-        (output.status.success(), said)
+        let printed = format!("{}\n{errors}", String::from_utf8_lossy(&output.stdout));
+        (output.status.success(), printed)
     }
 
     fn must_play(&self, tags: &str) {
-        let (has_succeeded, said) = self.play(tags, "-0.000012");
-        assert!(has_succeeded, "{said}");
+        let (has_succeeded, printed) = self.play(tags, "-0.000012");
+        assert!(has_succeeded, "{printed}");
     }
 
     fn read(&self, name: &str) -> String {
@@ -309,9 +310,9 @@ fn the_playbook_brings_a_fleet_to_the_floor_and_back() {
         assert!(environment.ends_with("RSRS_INTERFACE=wlan0\nROS_DOMAIN_ID=7\n"), "{environment}");
         // The fleet file finds its profiles where they were put.
         let fleet = laboratory.folder.path().join(robot).join("etc/rsrs/fleets/fleet.yaml");
-        let told = ["node", "robot", "--robots", robot, "--interface", "127.0.0.1", "--port"];
+        let given = ["node", "robot", "--robots", robot, "--interface", "127.0.0.1", "--port"];
         let mut node = rsrs();
-        node.args(told).arg("/dev/none").arg("--config").arg(fleet);
+        node.args(given).arg("/dev/none").arg("--config").arg(fleet);
         let mut process = Process::start(confine::start_in_own_network(&mut node));
         let errors = BufReader::new(process.0.stderr.take().expect("it is piped"));
         let mut lines = errors.lines().map(|line| line.expect("text"));
@@ -339,8 +340,8 @@ fn the_playbook_names_a_robot_whose_clock_is_off() {
     let laboratory = Laboratory::new();
 
     laboratory.must_play("clock");
-    let (has_succeeded, said) = laboratory.play("clock", "0.5");
+    let (has_succeeded, printed) = laboratory.play("clock", "0.5");
 
     assert!(!has_succeeded);
-    assert!(said.contains("off by 0.5 s, expected at most 0.02 s"), "{said}");
+    assert!(printed.contains("off by 0.5 s, expected at most 0.02 s"), "{printed}");
 }

@@ -12,8 +12,8 @@ fn choose_says_what_each_factor_does_in_its_cell() {
     let report = json(&rsrs(place.path(), &arguments));
 
     assert_eq!(code(&text), 0, "{}", stderr(&text));
-    let said = stdout(&text);
-    assert!(said.contains("which factor makes it worse at speed_m_s=0.15"), "{said}");
+    let printed = stdout(&text);
+    assert!(printed.contains("which factor makes it worse at speed_m_s=0.15"), "{printed}");
     let factors = &report["factors"];
     assert_eq!(factors["n_replicates"], 100);
     let names: Vec<&str> = factors["factors"]

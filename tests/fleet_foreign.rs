@@ -112,11 +112,11 @@ fn obey(
     let wheels = wheels.clone();
     let subscription = session.subscribe(node, &topic.for_robot(name), topic.qos, move |sample| {
         let twist: Twist = sample.message;
-        let told = &mut lock(&wheels)[robot];
-        told.n_commands += 1;
-        told.is_moving = twist != Twist::default();
-        if told.is_moving {
-            told.moved = Some(Instant::now());
+        let given = &mut lock(&wheels)[robot];
+        given.n_commands += 1;
+        given.is_moving = twist != Twist::default();
+        if given.is_moving {
+            given.moved = Some(Instant::now());
         }
     });
     subscription.expect("the topic is allowed")
@@ -172,16 +172,16 @@ impl Story<'_> {
     async fn until_both_move(&self) {
         *lock(&self.wheels) = <[Told; 2]>::default();
         eventually("both robots are told to move", || {
-            lock(&self.wheels).iter().all(|told| told.is_moving)
+            lock(&self.wheels).iter().all(|given| given.is_moving)
         })
         .await;
     }
 
     /// Both have been told to stand within a bound.
     fn judge(&self, since: Instant, bound: Duration, what: &str) {
-        for (told, robot) in lock(&self.wheels).iter().zip([OURS, FOREIGN]) {
-            assert!(!told.is_moving, "{what}: {robot} is told to move");
-            let took = told.moved.map(|moved| moved.saturating_duration_since(since));
+        for (given, robot) in lock(&self.wheels).iter().zip([OURS, FOREIGN]) {
+            assert!(!given.is_moving, "{what}: {robot} is told to move");
+            let took = given.moved.map(|moved| moved.saturating_duration_since(since));
             assert!(took.is_some_and(|took| took <= bound), "{what}: {robot} after {took:?}");
         }
     }
@@ -190,8 +190,8 @@ impl Story<'_> {
 /// Waits for the end of a program, while the bases live.
 async fn ended(mut process: Process) -> (i32, String) {
     let waiting = tokio::task::spawn_blocking(move || process.wait(PATIENCE));
-    let (status, said) = waiting.await.expect("waiting does not panic");
-    (status.code().expect("nobody killed it"), said)
+    let (status, printed) = waiting.await.expect("waiting does not panic");
+    (status.code().expect("nobody killed it"), printed)
 }
 
 async fn stop(more: &[&str]) -> Output {
@@ -267,13 +267,13 @@ async fn paused(folder: &Path, wheels: &Wheels, is_dead: &AtomicBool) {
     is_dead.store(true, Ordering::Relaxed);
     tokio::time::sleep(Duration::from_millis(600)).await;
     is_dead.store(false, Ordering::Relaxed);
-    let (code, said) = ended(drive).await;
+    let (code, printed) = ended(drive).await;
 
-    assert_eq!(code, 0, "{said}");
-    assert!(said.contains("trials/speed.csv:2: commands paused for "), "{said}");
-    assert!(said.contains("it is made again"), "{said}");
+    assert_eq!(code, 0, "{printed}");
+    assert!(printed.contains("trials/speed.csv:2: commands paused for "), "{printed}");
+    assert!(printed.contains("it is made again"), "{printed}");
     let limits = "robot_2 has no profile yet; its limits are those of the trials, 0.2 m/s";
-    assert!(said.contains(limits), "{said}");
+    assert!(printed.contains(limits), "{printed}");
     let read = |name: &str| {
         std::fs::read_to_string(folder.join("trials").join(name)).expect("it is there")
     };
@@ -281,7 +281,7 @@ async fn paused(folder: &Path, wheels: &Wheels, is_dead: &AtomicBool) {
     let fields: Vec<&str> = speed.lines().nth(1).expect("one row").split(',').collect();
     assert!(!fields[3].is_empty() && fields[6].is_empty(), "{speed}");
     assert!(folder.join("trials/bags/speed_2_2").exists(), "the second trial has a bag, too");
-    assert!(read("detection.csv").contains(&format!("{FOREIGN},,,20,0")), "{said}");
+    assert!(read("detection.csv").contains(&format!("{FOREIGN},,,20,0")), "{printed}");
     for row in read("period.csv").lines().skip(1) {
         let period_s: f64 = row.split(',').nth(1).expect("a period").parse().expect("a number");
         assert!((0.05..0.3).contains(&period_s), "{row}");
@@ -293,10 +293,10 @@ async fn tell(mut story: Story<'_>) {
     // Whoever forgets it is told what to type.
     let careless = controller(&[]);
     let (run, _) = story.start_run(ENDLESS_S);
-    let (code, said) = ended(run).await;
-    assert_eq!(code, 1, "{said}");
-    assert!(said.contains("robot_2: nobody holds its lease"), "{said}");
-    assert!(said.contains("-p lease:=controller"), "{said}");
+    let (code, printed) = ended(run).await;
+    assert_eq!(code, 1, "{printed}");
+    assert!(printed.contains("robot_2: nobody holds its lease"), "{printed}");
+    assert!(printed.contains("-p lease:=controller"), "{printed}");
     drop(careless);
 
     // The runner is killed: what the controller sends is zero when the lease has run out.
@@ -317,18 +317,21 @@ async fn tell(mut story: Story<'_>) {
     assert!(answer.status.success() && text.contains(FOREIGN), "{text}");
     let bound = Duration::from_secs(2) + SLACK;
     story.judge(stopped, bound, "after a stop");
-    let (_, said) = ended(run).await;
-    assert!(said.contains("e-stop"), "{said}");
+    let (_, printed) = ended(run).await;
+    assert!(printed.contains("e-stop"), "{printed}");
     assert!(stop(&["--release"]).await.status.success());
 
     // A robot that dies under its controller's eyes is lost, and its bag says when.
     let (run, bag) = story.start_run(ENDLESS_S);
     story.until_both_move().await;
     story.is_dead.store(true, Ordering::Relaxed);
-    let (code, said) = ended(run).await;
+    let (code, printed) = ended(run).await;
     story.is_dead.store(false, Ordering::Relaxed);
-    assert_eq!(code, 1, "{said}");
-    assert!(said.contains("lost robot_2") && said.contains("no detection received"), "{said}");
+    assert_eq!(code, 1, "{printed}");
+    assert!(
+        printed.contains("lost robot_2") && printed.contains("no detection received"),
+        "{printed}"
+    );
     let bag = Bag::open(&bag).expect("the run was recorded");
     let ending = bag.metadata(ENDING).expect("it says how it ended");
     let ending = Ending::from_pairs(ending).expect("it reads");
@@ -338,11 +341,11 @@ async fn tell(mut story: Story<'_>) {
     // A run to its end says who held which lease, and so does its bag.
     let (run, bag) = story.start_run(4);
     story.until_both_move().await;
-    let (code, said) = ended(run).await;
-    assert_eq!(code, 0, "{said}");
+    let (code, printed) = ended(run).await;
+    assert_eq!(code, 0, "{printed}");
     story.judge(Instant::now(), SLACK, "after a run");
-    assert!(said.contains("lease: gate on robot_1"), "{said}");
-    assert!(said.contains("robot_2: lease: controller only"), "{said}");
+    assert!(printed.contains("lease: gate on robot_1"), "{printed}");
+    assert!(printed.contains("robot_2: lease: controller only"), "{printed}");
     let bag = Bag::open(&bag).expect("the run was recorded");
     let record = bag.attachment(ATTACHMENT).expect("the run was one of ours");
     let record = String::from_utf8(record.data.clone()).expect("it is JSON");

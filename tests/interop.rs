@@ -185,8 +185,8 @@ fn what_a_visitor_sees(python: &Path) -> [Value; 3] {
     let mut runner = Process::start(&mut command);
     let during = visitor.says();
     signal(&runner, "INT");
-    let (_, said) = runner.wait(PATIENCE);
-    let during = during.unwrap_or_else(|error| panic!("rclpy: {error}\nthe runner: {said}"));
+    let (_, printed) = runner.wait(PATIENCE);
+    let during = during.unwrap_or_else(|error| panic!("rclpy: {error}\nthe runner: {printed}"));
     let after = visitor.says().unwrap_or_else(|error| panic!("rclpy: {error}"));
     [before, during, after]
 }

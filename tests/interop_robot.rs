@@ -115,8 +115,8 @@ fn run_on_fleet(experiment: &Path, bag: PathBuf) -> (Option<i32>, String, PathBu
     let mut command = rsrs();
     command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
     let mut run = Process::start(command.arg(experiment).arg("-o").arg(&bag));
-    let (status, said) = run.wait(PATIENCE);
-    (status.code(), said, bag)
+    let (status, printed) = run.wait(PATIENCE);
+    (status.code(), printed, bag)
 }
 
 #[test]
@@ -165,24 +165,24 @@ fn a_robot_that_keeps_what_it_publishes_takes_part_and_one_that_asks_for_that_is
         takes_part(&python, (&publishes, "twist"));
 
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let (code, said, _) = run_beside(&python, folder.path(), (&asks, "twist"));
+        let (code, printed, _) = run_beside(&python, folder.path(), (&asks, "twist"));
 
-        assert_eq!(code, Some(1), "{said}");
+        assert_eq!(code, Some(1), "{printed}");
         let named = "/robot_1/hardware/cmd_vel: /robot_1/base subscribes transient local, and \
                      /robot_1/robot publishes volatile: set the durability of the subscription to \
                      volatile";
-        assert!(said.contains(named), "{said}");
+        assert!(printed.contains(named), "{printed}");
     });
 }
 
 fn takes_part(python: &Path, how: (&[(&str, &str)], &str)) {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let (code, said, bag) = run_beside(python, folder.path(), how);
+    let (code, printed, bag) = run_beside(python, folder.path(), how);
 
-    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(code, Some(0), "{printed}");
     let bag = Bag::open(&bag).expect("the run was recorded");
     let ending = bag.metadata(ENDING).and_then(Ending::from_pairs);
-    assert_eq!(ending.map(|ending| ending.kind), Some(EndingKind::Completed), "{said}");
+    assert_eq!(ending.map(|ending| ending.kind), Some(EndingKind::Completed), "{printed}");
     for robot in &ROBOTS[..3] {
         check_robot(&bag, robot);
     }
@@ -285,8 +285,8 @@ fn rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_na
         rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_named";
     in_own_network(name, async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let (code, said, bag) = run_of_bases(&python, folder.path(), &KINDS);
-        assert_eq!(code, Some(0), "{said}");
+        let (code, printed, bag) = run_of_bases(&python, folder.path(), &KINDS);
+        assert_eq!(code, Some(0), "{printed}");
         let bag = Bag::open(&bag).expect("the run was recorded");
         let at_least = RUN_S * 6;
         let topics = bag.topics();
@@ -305,8 +305,8 @@ fn rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_na
         let mut bases = KINDS;
         bases[0].1 = "kept";
         bases[5].0 = "twist";
-        let (code, said, _) = run_of_bases(&python, folder.path(), &bases);
-        assert_eq!(code, Some(1), "{said}");
+        let (code, printed, _) = run_of_bases(&python, folder.path(), &bases);
+        assert_eq!(code, Some(1), "{printed}");
         for named in [
             "/robot_1/cmd_vel: /robot_1/base subscribes transient local, and /robot_1/controller \
              publishes volatile: set the durability of the subscription to volatile",
@@ -314,8 +314,8 @@ fn rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_na
              geometry_msgs/msg/TwistStamped is sent: say `cmd_vel: twist` in the fleet file, and \
              start the controller with `-p cmd_vel_type:=twist`",
         ] {
-            assert!(said.contains(named), "{said}");
+            assert!(printed.contains(named), "{printed}");
         }
-        assert!(!said.contains("/robot_2"), "{said}");
+        assert!(!printed.contains("/robot_2"), "{printed}");
     });
 }

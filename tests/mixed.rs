@@ -218,12 +218,13 @@ async fn run(folder: PathBuf, experiment: PathBuf) {
             command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
             let mut run =
                 Process::start(command.arg(&experiment).arg("-o").arg(folder.join("bag")));
-            let (status, said) = run.wait(PATIENCE);
+            let (status, printed) = run.wait(PATIENCE);
             if status.success() {
                 return;
             }
-            let is_starved = said.contains("lease ran out") || said.contains("controller silent");
-            assert!(is_starved && attempt < 3, "{said}");
+            let is_starved =
+                printed.contains("lease ran out") || printed.contains("controller silent");
+            assert!(is_starved && attempt < 3, "{printed}");
             let aborted = folder.join(format!("aborted_{attempt}"));
             std::fs::rename(folder.join("bag"), aborted).expect("the folder is writable");
         }
@@ -256,9 +257,9 @@ fn check_bag(bag: &Path) {
         assert!((0.3..1.1).contains(&(path_m / expected_m)), "{robot} went {path_m:.2} m");
     }
     for robot in &ROBOTS[..N_REAL] {
-        let told = messages::<Bool>(&bag, (robot, "virtual_detection"));
-        let n_seen = told.iter().filter(|seen| seen.data).count();
-        assert!(n_seen > 0, "{robot} was told {} times that it sees nobody", told.len());
+        let given = messages::<Bool>(&bag, (robot, "virtual_detection"));
+        let n_seen = given.iter().filter(|seen| seen.data).count();
+        assert!(n_seen > 0, "{robot} was told {} times that it sees nobody", given.len());
     }
     let gated = messages::<Twist>(&bag, (ROBOTS[0], "hardware/cmd_vel"));
     assert!(gated.iter().any(|twist| twist.linear.x > 0.0), "gated commands were asked for");
@@ -301,8 +302,8 @@ fn check_comparison(folder: &Path, bag: &Path) {
     let bag = bag.to_str().expect("temporary folders have plain names");
     let compared = output(folder, &["compare", "swept", "--bags", bag]);
 
-    let said = String::from_utf8_lossy(&compared.stderr).into_owned();
-    assert_eq!(compared.status.code(), Some(1), "{said}");
+    let printed = String::from_utf8_lossy(&compared.stderr).into_owned();
+    assert_eq!(compared.status.code(), Some(1), "{printed}");
     let reason = "some of its robots were simulated, so it is no evidence of reality";
-    assert!(said.contains(reason), "{said}");
+    assert!(printed.contains(reason), "{printed}");
 }

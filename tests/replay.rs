@@ -179,13 +179,13 @@ fn the_judge_of_today_is_held_against_the_recorded_label() {
     let differs = into_judge(&run, &["--recorded", named, "--format", "json"]);
 
     assert_eq!([&unlabelled, &same, &differs].map(code), [1, 0, 3]);
-    let said = String::from_utf8_lossy(&unlabelled.stderr);
+    let printed = String::from_utf8_lossy(&unlabelled.stderr);
     assert!(
-        said.contains("there is no recorded label in") && said.contains("--recorded"),
-        "{said}"
+        printed.contains("there is no recorded label in") && printed.contains("--recorded"),
+        "{printed}"
     );
-    let said = String::from_utf8_lossy(&same.stdout);
-    assert!(said.contains("run: the same label\n"), "{said}");
+    let printed = String::from_utf8_lossy(&same.stdout);
+    assert!(printed.contains("run: the same label\n"), "{printed}");
     let answer: Value = serde_json::from_slice(&differs.stdout).expect("the answer is JSON");
     assert_eq!(answer["recorded"]["phase"], phase);
     assert_eq!(answer["today"]["phase"], today.as_str());
@@ -203,9 +203,12 @@ fn without_an_interface_nothing_is_published() {
     let replay = replay.expect("the binary was built for this test");
 
     assert_eq!(code(&replay), 1);
-    let said = String::from_utf8_lossy(&replay.stderr);
-    assert!(said.starts_with("error: no network interface is chosen; this machine has "), "{said}");
-    assert!(said.contains("help: choose one with `--interface NAME`"), "{said}");
+    let printed = String::from_utf8_lossy(&replay.stderr);
+    assert!(
+        printed.starts_with("error: no network interface is chosen; this machine has "),
+        "{printed}"
+    );
+    assert!(printed.contains("help: choose one with `--interface NAME`"), "{printed}");
 }
 
 #[test]
@@ -221,9 +224,9 @@ fn a_topic_that_is_not_in_the_bag_is_named_with_the_nearest() {
         .expect("the binary was built for this test");
 
     assert_eq!(code(&replay), 1);
-    let said = String::from_utf8_lossy(&replay.stderr);
-    assert!(said.contains("has no topic /robot_1/odm"), "{said}");
-    assert!(said.contains("did you mean /robot_1/odom?"), "{said}");
+    let printed = String::from_utf8_lossy(&replay.stderr);
+    assert!(printed.contains("has no topic /robot_1/odm"), "{printed}");
+    assert!(printed.contains("did you mean /robot_1/odom?"), "{printed}");
 }
 
 #[test]

@@ -85,14 +85,14 @@ fn after_ctrl_c_it_is_said_how_to_go_on() {
     let mut child = place.spawn(&["sweep", "sweep.yaml", "-o", "out"]);
     place.wait_for_blocks("out", 1);
     let pid = child.id().to_string();
-    let told = Command::new("kill").args(["-INT", &pid]).status().expect("kill starts");
-    assert!(told.success());
+    let sent = Command::new("kill").args(["-INT", &pid]).status().expect("kill starts");
+    assert!(sent.success());
     let output = {
         let status = child.wait().expect("the child ends");
-        let mut said = String::new();
+        let mut printed = String::new();
         let mut pipe = child.stderr.take().expect("it is piped");
-        std::io::Read::read_to_string(&mut pipe, &mut said).expect("messages are UTF-8");
-        (status.code(), said)
+        std::io::Read::read_to_string(&mut pipe, &mut printed).expect("messages are UTF-8");
+        (status.code(), printed)
     };
 
     assert_eq!(output.0, Some(1), "{}", output.1);
@@ -284,8 +284,11 @@ fn of_sweeps_that_start_into_one_new_folder_at_once_one_makes_it() {
 
         assert!(!done.is_empty(), "round {round}: {refused:?}");
         for output in refused {
-            let said = stderr(&output);
-            assert!(said.starts_with("error: another process is sweeping into out"), "{said}");
+            let printed = stderr(&output);
+            assert!(
+                printed.starts_with("error: another process is sweeping into out"),
+                "{printed}"
+            );
         }
         assert!(contents(&place.path("out")) == contents(&place.path("whole")), "round {round}");
         assert_eq!(place.entries(), ["flockbot.yaml", "out", "sweep.yaml", "whole"]);

@@ -186,8 +186,8 @@ async fn run(experiment: PathBuf, bag: PathBuf) {
         let mut command = rsrs();
         command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
         let mut run = Process::start(command.arg(&experiment).arg("-o").arg(&bag));
-        let (status, said) = run.wait(PATIENCE);
-        assert!(status.success(), "{said}");
+        let (status, printed) = run.wait(PATIENCE);
+        assert!(status.success(), "{printed}");
     });
     running.await.expect("the panic above says why");
 }
@@ -200,9 +200,9 @@ fn a_hundred_robots_are_found_set_and_driven() {
 
     let mut command = rsrs();
     command.arg("run").arg(&experiment).arg("-o").arg(&bag);
-    let (status, said) = Process::start(&mut command).wait(PATIENCE);
+    let (status, printed) = Process::start(&mut command).wait(PATIENCE);
 
-    assert!(status.success(), "{said}");
+    assert!(status.success(), "{printed}");
     let topics = Bag::open(&bag).expect("the run was recorded").topics();
     for name in &names {
         for topic in ["detection", "cmd_vel", "odom"] {

@@ -202,9 +202,9 @@ fn robots_in_a_box_face_out_of_it_and_a_disc_beside_it_is_refused() {
         assert!(libm::sin(away_rad).abs() < 1e-9 && libm::cos(away_rad) > 0.0, "{robot}");
     }
     assert_eq!(code(&both), 1);
-    let said = stderr(&both);
-    assert!(said.contains("`placement_radius_m` is given beside `placement`"), "{said}");
-    assert!(said.contains("help: keep `placement` or `placement_radius_m`"), "{said}");
+    let printed = stderr(&both);
+    assert!(printed.contains("`placement_radius_m` is given beside `placement`"), "{printed}");
+    assert!(printed.contains("help: keep `placement` or `placement_radius_m`"), "{printed}");
 }
 
 #[test]
@@ -235,21 +235,21 @@ fn whether_cells_are_settled_is_said_by_sweep_choose_and_episode() {
     let unsettled = json(&early)["unsettled_edge"].as_array().expect("a list").clone();
     assert!(!unsettled.is_empty(), "{}", stdout(&early));
     assert_eq!(unsettled[0]["from_s"], 60.0);
-    let said = stderr(&early);
+    let printed = stderr(&early);
     assert!(
-        said.contains("cells at the edge of the milling region are not settled: of "),
-        "{said}"
+        printed.contains("cells at the edge of the milling region are not settled: of "),
+        "{printed}"
     );
-    assert!(said.contains("with a longer `duration_s`"), "{said}");
+    assert!(printed.contains("with a longer `duration_s`"), "{printed}");
     assert_eq!(code(&choose), 0, "{}{}", stdout(&choose), stderr(&choose));
     let settling = &json(&choose)["settling"];
     assert_eq!((&settling["n_replicates"], &settling["from_s"]), (&200.into(), &400.0.into()));
     assert!(settling["n_changed"].as_u64().expect("a count") <= 30, "{settling}");
     assert_eq!(code(&episode), 0, "{}", stderr(&episode));
-    let said = stdout(&episode);
+    let printed = stdout(&episode);
     assert!(
-        said.contains("of 200 runs change their phase in the last third, after 400 s"),
-        "{said}"
+        printed.contains("of 200 runs change their phase in the last third, after 400 s"),
+        "{printed}"
     );
 }
 
@@ -274,6 +274,6 @@ fn it_is_said_where_robots_that_start_closer_together_would_mill() {
     let radius_m = smaller["placement_radius_m"].as_f64().expect("a radius");
     assert!((0.8..1.3).contains(&radius_m), "{smaller}");
     assert!(smaller["b_s_low"].as_f64().expect("a bound") >= 0.6, "{smaller}");
-    let said = format!("with `placement_radius_m: {radius_m}` (now 1.60) it mills in ");
-    assert!(stdout(&text).contains(&said), "{}", stdout(&text));
+    let printed = format!("with `placement_radius_m: {radius_m}` (now 1.60) it mills in ");
+    assert!(stdout(&text).contains(&printed), "{}", stdout(&text));
 }

@@ -97,8 +97,8 @@ fn values_in_other_units_are_refused_wherever_a_person_types_them() {
             format!("odd.yaml: speed_m_s is 150: {millimetres}"),
         ),
     ] {
-        let said = refused(place.path(), &lines);
-        assert!(said.contains(&expected), "{lines}: {said}");
+        let printed = refused(place.path(), &lines);
+        assert!(printed.contains(&expected), "{lines}: {printed}");
     }
     let cell = rsrs(place.path(), &["run", experiment, "--cell", "speed_m_s=150,robots=9"]);
     assert_eq!(code(&cell), 2);
@@ -179,13 +179,13 @@ fn a_cell_with_a_capability_is_run_with_robots_that_have_it_or_not_at_all() {
     let (status, errors) = harsher.wait(PATIENCE);
 
     assert_eq!(code(&measured), 1, "{}", stdout(&measured));
-    let said = stderr(&measured);
+    let printed = stderr(&measured);
     let expected = "cell `range_m=2,turn_rate_rad_s=0.75` of out is one of robots with range_m=2, a \
                     capability, and the run moves the robots as measured";
-    assert!(said.contains(expected), "{said}");
+    assert!(printed.contains(expected), "{printed}");
     assert!(
-        said.contains("help: `simulator: {profile: harsher}` in the experiment file"),
-        "{said}"
+        printed.contains("help: `simulator: {profile: harsher}` in the experiment file"),
+        "{printed}"
     );
     assert!(status.success(), "{errors}");
     let simulated = record(&place.path().join("far")).conditions.robot;
@@ -217,9 +217,9 @@ fn a_choice_of_another_sweep_over_the_same_cells_is_refused() {
     assert_eq!(code(&own), 0, "{}", stderr(&own));
     for output in [&compared, &run] {
         assert_eq!(code(output), 1, "{}", stdout(output));
-        let said = stderr(output);
-        assert!(said.contains("was chosen from another sweep: sweep_digest is "), "{said}");
-        assert!(said.contains("`rsrs choose other -o other/choice.json`"), "{said}");
+        let printed = stderr(output);
+        assert!(printed.contains("was chosen from another sweep: sweep_digest is "), "{printed}");
+        assert!(printed.contains("`rsrs choose other -o other/choice.json`"), "{printed}");
     }
     // One that does not say whose it is could be anyone's.
     let mut anonymous: serde_json::Value =
@@ -232,8 +232,8 @@ fn a_choice_of_another_sweep_over_the_same_cells_is_refused() {
     std::fs::write(&choice, anonymous.to_string()).expect("the folder is writable");
     let compared = rsrs(place.path(), &["compare", "out", "--bags", "monday"]);
     assert_eq!(code(&compared), 1);
-    let said = stderr(&compared);
-    assert!(said.contains("does not say from which sweep it was chosen"), "{said}");
+    let printed = stderr(&compared);
+    assert!(printed.contains("does not say from which sweep it was chosen"), "{printed}");
 }
 
 /// One replicate of a sweep as a bag.

@@ -53,9 +53,9 @@ fn a_sweep_of_one_world_from_before_is_refused_where_both_are_needed() {
 
     for refused in [&choose, &measured] {
         assert_eq!(code(refused), 1, "{}", stdout(refused));
-        let said = stderr(refused);
-        assert!(said.contains("holds one world only, that of robots made worse"), "{said}");
-        assert!(said.contains("rsrs sweep DIR/sweep.yaml -o NEW_DIR"), "{said}");
+        let printed = stderr(refused);
+        assert!(printed.contains("holds one world only, that of robots made worse"), "{printed}");
+        assert!(printed.contains("rsrs sweep DIR/sweep.yaml -o NEW_DIR"), "{printed}");
     }
     assert_eq!(code(&worse), 0, "{}", stderr(&worse));
 }

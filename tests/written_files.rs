@@ -10,7 +10,7 @@ fn an_experiment_that_lacks_several_keys_is_told_of_all_of_them_at_once() {
     let output = rsrs(place.path(), &["run", "run.yaml", "-o", "bag"]);
 
     assert_eq!(code(&output), 1);
-    let said = stderr(&output);
-    assert!(said.contains("missing fields `fleet`, `placement`, `duration_s`"), "{said}");
-    assert!(said.contains("help: give `fleet:`, `placement:`, `duration_s:`"), "{said}");
+    let printed = stderr(&output);
+    assert!(printed.contains("missing fields `fleet`, `placement`, `duration_s`"), "{printed}");
+    assert!(printed.contains("help: give `fleet:`, `placement:`, `duration_s:`"), "{printed}");
 }

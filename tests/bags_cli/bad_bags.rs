@@ -208,14 +208,14 @@ const CASES: [Case; 11] = [
 /// Refuses in its own words, with one line on what to do, and nothing else.
 fn assert_refuses(here: &Path, arguments: &[&str], (reason, help): (&str, &str)) {
     let output = rsrs(here, arguments);
-    let (said, what) = (stderr(&output), arguments.join(" "));
-    assert_eq!(code(&output), 1, "{what}: {said}");
+    let (printed, what) = (stderr(&output), arguments.join(" "));
+    assert_eq!(code(&output), 1, "{what}: {printed}");
     assert_eq!(stdout(&output), "", "{what}");
-    assert!(said.starts_with("error: "), "{what}: {said}");
-    assert!(said.contains(reason), "{what}: {said}");
-    assert_eq!(said.matches(reason).count(), 1, "{what} says it once: {said}");
-    let last = said.lines().last().unwrap_or_default();
-    assert!(last.starts_with(&format!("help: {help}")), "{what}: {said}");
+    assert!(printed.starts_with("error: "), "{what}: {printed}");
+    assert!(printed.contains(reason), "{what}: {printed}");
+    assert_eq!(printed.matches(reason).count(), 1, "{what} says it once: {printed}");
+    let last = printed.lines().last().unwrap_or_default();
+    assert!(last.starts_with(&format!("help: {help}")), "{what}: {printed}");
 }
 
 #[test]
@@ -263,10 +263,10 @@ fn what_a_message_is_not_is_said_with_where_it_is() {
     let (place, _writing) = laboratory(place());
     let here = place.path();
 
-    let said = stderr(&rsrs(here, &["label", "short"]));
+    let printed = stderr(&rsrs(here, &["label", "short"]));
 
     assert_eq!(
-        said,
+        printed,
         "error: short: a message on /robot_1/odom at 0.000 s of log time does not decode\n  because \
          nav_msgs/msg/Odometry does not decode from a body of 36 bytes\n  because unexpected end of \
          input\nhelp: what was recorded is not of its type: look which program published it\n"
@@ -334,9 +334,9 @@ fn a_bag_that_is_still_written_is_not_taken_for_a_whole_one() {
     let whole = rsrs(here, &["label", "writing", "--format", "json"]);
 
     assert_eq!((code(&label), code(&info), code(&recover), code(&whole)), (1, 3, 3, 0));
-    let said = stderr(&label);
-    let damage = said.lines().next().unwrap_or_default().trim_start_matches("error: writing: ");
-    assert!(damage.starts_with(so_far) && damage.ends_with(doubt), "{said}");
+    let printed = stderr(&label);
+    let damage = printed.lines().next().unwrap_or_default().trim_start_matches("error: writing: ");
+    assert!(damage.starts_with(so_far) && damage.ends_with(doubt), "{printed}");
     let info = stdout(&info);
     assert!(
         info.contains(&format!("damage: {damage}\nnext: rsrs bag recover writing\n")),

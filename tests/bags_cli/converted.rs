@@ -107,32 +107,32 @@ fn a_bag_without_record_and_messages_of_it_is_labelled_by_the_profile_and_by_no_
         let by_reach = label(here, &bare, &["--reach", "0.825"]);
 
         assert_eq!(code(&refused), 1);
-        let said = stderr(&refused);
+        let printed = stderr(&refused);
         let start = format!(
             "error: {bare}: holds no record of its experiment; the robots' reach is not known, and \
              decides: dispersion below "
         );
-        assert!(said.starts_with(&start), "{said}");
-        assert!(said.contains(&format!("`rsrs label {bare} --profile PROFILE`")), "{said}");
-        assert!(said.contains("`--reach M`"), "{said}");
+        assert!(printed.starts_with(&start), "{printed}");
+        assert!(printed.contains(&format!("`rsrs label {bare} --profile PROFILE`")), "{printed}");
+        assert!(printed.contains("`--reach M`"), "{printed}");
         assert_eq!(phase(&by_profile), phase(&original), "{name}");
         assert_eq!(phase(&by_reach), phase(&original), "{name}");
         // It holds for each reach what is said of it.
-        let (least_m, then) = last_step(&said);
+        let (least_m, then) = last_step(&printed);
         let title = |reach_m: f64| {
             label(here, &bare, &["--reach", &reach_m.to_string()])["phase"]
                 .as_str()
                 .map(|key| key.replace('_', " ").replacen("semi ", "semi-", 1))
                 .expect("a phase is a text")
         };
-        assert_eq!(title(least_m + 0.02), then, "{said}");
-        assert_ne!(title(least_m - 0.02), then, "{said}");
+        assert_eq!(title(least_m + 0.02), then, "{printed}");
+        assert_ne!(title(least_m - 0.02), then, "{printed}");
     }
 }
 
 /// The last reach that an error names, in metres, and the phase from there on.
-fn last_step(said: &str) -> (f64, String) {
-    let line = said.lines().next().expect("it says something");
+fn last_step(printed: &str) -> (f64, String) {
+    let line = printed.lines().next().expect("it says something");
     let step = line.rsplit(", ").next().expect("there is a last part");
     let (phase, reach) = step.split_once(" from ").expect("another phase from some reach on");
     let reach = reach.strip_suffix(" m on").expect("in metres");

@@ -62,13 +62,13 @@ fn a_flipped_bit_stops_every_command_that_reads_the_bag() {
         &["measure", "fit", "--bags", "worn", "--name", "x"],
     ] {
         let output = rsrs(here, arguments);
-        let (said, what) = (stderr(&output), arguments.join(" "));
-        assert_eq!((code(&output), stdout(&output).as_str()), (1, ""), "{what}: {said}");
-        assert!(said.contains("worn: the recording is damaged after "), "{what}: {said}");
-        assert!(said.contains(": worn_0.mcap, byte "), "{what}: {said}");
+        let (printed, what) = (stderr(&output), arguments.join(" "));
+        assert_eq!((code(&output), stdout(&output).as_str()), (1, ""), "{what}: {printed}");
+        assert!(printed.contains("worn: the recording is damaged after "), "{what}: {printed}");
+        assert!(printed.contains(": worn_0.mcap, byte "), "{what}: {printed}");
         assert!(
-            said.ends_with("help: save what can be saved: `rsrs bag recover worn`\n"),
-            "{said}"
+            printed.ends_with("help: save what can be saved: `rsrs bag recover worn`\n"),
+            "{printed}"
         );
     }
     let info = rsrs(here, &["bag", "info", "worn"]);
@@ -101,10 +101,10 @@ fn a_recovered_bag_says_what_it_lacks_and_is_not_compared() {
         "{}",
         stderr(&worn)
     );
-    let said = stderr(&cut);
-    assert!(said.contains("s recorded, and the run was set to last 120 s"), "{said}");
-    assert!(said.contains("a part is not judged as the whole"), "{said}");
-    assert!(said.contains("`rsrs label BAG --part`"), "{said}");
+    let printed = stderr(&cut);
+    assert!(printed.contains("s recorded, and the run was set to last 120 s"), "{printed}");
+    assert!(printed.contains("a part is not judged as the whole"), "{printed}");
+    assert!(printed.contains("`rsrs label BAG --part`"), "{printed}");
     assert!(stdout(&part).contains("\n  only a part of the run: "), "{}", stdout(&part));
     assert_eq!(part_json[0]["part"]["set_s"], 120.0);
     assert!(part_json[0]["damage"].as_str().is_some_and(|text| text.starts_with(lacks)));
@@ -129,7 +129,7 @@ fn a_lost_robot_is_named_wherever_its_run_is_and_counts_only_if_told_to() {
     Run::new(2).record(here, "good");
     let bags = ["short_handed", "good"];
     let compare = ["compare", "out", "--bags", bags[0], bags[1]];
-    let said = "robot_2 lost after 20.3 s: silent for more than 1 s";
+    let printed = "robot_2 lost after 20.3 s: silent for more than 1 s";
 
     let info = stdout(&rsrs(here, &["bag", "info", "short_handed"]));
     let info_json = json(&rsrs(here, &["bag", "info", "short_handed", "--format", "json"]));
@@ -141,22 +141,22 @@ fn a_lost_robot_is_named_wherever_its_run_is_and_counts_only_if_told_to() {
     let report = ["report", "out", "--bags", bags[0], bags[1], "-o", "report.html"];
     let report = rsrs(here, &report);
 
-    assert!(info.contains(&format!("\n{said}\n")), "{info}");
+    assert!(info.contains(&format!("\n{printed}\n")), "{info}");
     assert_eq!(info_json["lost_robots"][0]["robot"], "robot_2");
-    assert!(label.contains(&format!("\n  {said}")), "{label}");
+    assert!(label.contains(&format!("\n  {printed}")), "{label}");
     assert_eq!(label_json[0]["lost_robots"][0]["after_s"], 20.3);
     assert!(label_json[1].get("lost_robots").is_none(), "{label_json}");
     let text = stdout(&left_out);
-    assert!(text.contains(&format!("not counted: short_handed (completed: {said})")), "{text}");
+    assert!(text.contains(&format!("not counted: short_handed (completed: {printed})")), "{text}");
     assert!(text.contains("`--with-lost-robots` counts such runs, too"), "{text}");
     assert_eq!(left_out_json["cells"][0]["n_real"], 1);
     assert_eq!(left_out_json["not_counted"][0]["lost_robots"][0]["robot"], "robot_2");
     let text = stdout(&counted);
-    assert!(text.contains(&format!("note: short_handed counts, though {said}")), "{text}");
+    assert!(text.contains(&format!("note: short_handed counts, though {printed}")), "{text}");
     assert!(text.contains("of 2 runs milled"), "{text}");
     assert!(code(&report) == 0, "{}", stderr(&report));
     let html = fs::read_to_string(here.join("report.html")).expect("it was written");
-    assert!(html.contains(said), "the report names the robot");
+    assert!(html.contains(printed), "the report names the robot");
 }
 
 #[test]
@@ -174,15 +174,15 @@ fn a_run_whose_robot_was_not_seen_to_its_end_is_not_judged() {
     let output = rsrs(here, &["label", "dead"]);
 
     assert_eq!((code(&output), stdout(&output).as_str()), (1, ""));
-    let said = stderr(&output);
+    let printed = stderr(&output);
     assert!(
-        said.starts_with(
+        printed.starts_with(
             "error: dead: robot robot_2 has no pose after 19.9 s of 120.0 s: a run is judged by its \
              end; robot_2 lost after 20.3 s: silent for more than 1 s\n"
         ),
-        "{said}"
+        "{printed}"
     );
-    assert!(said.contains("\nhelp: judge the run by eye: `rsrs label BAG --as PHASE --by WHO`"));
+    assert!(printed.contains("\nhelp: judge the run by eye: `rsrs label BAG --as PHASE --by WHO`"));
 }
 
 #[test]
@@ -269,9 +269,9 @@ fn odometry_in_each_robots_own_frame_is_not_judged() {
     let output = rsrs(here, &["label", "own"]);
 
     assert_eq!((code(&output), stdout(&output).as_str()), (1, ""));
-    let said = stderr(&output);
-    assert!(said.contains("robots robot_1, robot_2, robot_3 start on one spot"), "{said}");
-    assert!(said.contains("\nhelp: poses must be in one frame"), "{said}");
+    let printed = stderr(&output);
+    assert!(printed.contains("robots robot_1, robot_2, robot_3 start on one spot"), "{printed}");
+    assert!(printed.contains("\nhelp: poses must be in one frame"), "{printed}");
 }
 
 #[test]
@@ -290,10 +290,10 @@ fn a_bag_that_cannot_be_labelled_does_not_keep_the_others_from_it() {
         (&labels[0]["bag"], &labels[0]["phase"]),
         (&"good".into(), &"stable_milling".into())
     );
-    let said = stderr(&output);
+    let printed = stderr(&output);
     assert!(
-        said.starts_with("error: 2 of 3 bags cannot be labelled\n  worn: the recording"),
-        "{said}"
+        printed.starts_with("error: 2 of 3 bags cannot be labelled\n  worn: the recording"),
+        "{printed}"
     );
-    assert!(said.contains("\n  cannot open missing: No such file or directory"), "{said}");
+    assert!(printed.contains("\n  cannot open missing: No such file or directory"), "{printed}");
 }

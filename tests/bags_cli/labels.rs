@@ -73,8 +73,8 @@ fn labels_that_were_edited_by_hand_and_do_not_read_are_refused_by_line() {
         let info = rsrs(here, &["bag", "info", "run"]);
 
         assert_eq!((code(&judge), code(&add), code(&info)), (1, 1, 1), "{text}");
-        for said in [stderr(&judge), stderr(&add), stderr(&info)] {
-            assert!(said.contains(expected), "{said}");
+        for printed in [stderr(&judge), stderr(&add), stderr(&info)] {
+            assert!(printed.contains(expected), "{printed}");
         }
         assert_eq!(read(&file), text.as_bytes(), "what cannot be read is left alone");
     }
@@ -149,6 +149,6 @@ fn a_comparison_can_take_the_labels_of_a_person() {
     assert_eq!(by_ana["cells"][0]["real"]["dispersion"], 1);
     assert_eq!(by_judge["cells"][0]["real"]["stable_milling"], 1);
     assert_eq!((code(&unlabelled), code(&nobody)), (1, 2));
-    let said = stderr(&unlabelled);
-    assert!(said.contains("two: has no label by Ana Lima"), "{said}");
+    let printed = stderr(&unlabelled);
+    assert!(printed.contains("two: has no label by Ana Lima"), "{printed}");
 }

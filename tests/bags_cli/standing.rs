@@ -60,14 +60,14 @@ fn stood(path: &Path, neighbour: Option<(f64, f64)>, (samples, detections): (u64
         let sample = Sample { log_time_ns, publish_time_ns: log_time_ns, sequence: 0, data: &data };
         writer.write(channel, sample).expect("room");
     };
-    let said = |state: u8| cdr::encode(&RunLease { state, ..RunLease::default() });
-    put(lease, 0, said(RunLease::RUNNING));
+    let printed = |state: u8| cdr::encode(&RunLease { state, ..RunLease::default() });
+    put(lease, 0, printed(RunLease::RUNNING));
     for step in 0..N_SETTLING + samples {
         let data = step < N_SETTLING + detections;
         put(detection, step * PERIOD_NS, cdr::encode(&Bool { data }));
     }
     let end_ns = (N_SETTLING + samples) * PERIOD_NS;
-    put(lease, end_ns, said(RunLease::STOPPED));
+    put(lease, end_ns, printed(RunLease::STOPPED));
     put(detection, end_ns + PERIOD_NS, cdr::encode(&Bool { data: true }));
     writer.finish().expect("room");
 }

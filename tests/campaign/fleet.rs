@@ -38,15 +38,15 @@ struct Body {
     x_m: f64,
     y_m: f64,
     heading_rad: f64,
-    told: Twist,
+    given: Twist,
 }
 
 impl Body {
     fn drive(&mut self, for_s: f64) {
-        self.heading_rad += self.told.angular.z * for_s;
+        self.heading_rad += self.given.angular.z * for_s;
         let (sine, cosine) = libm::sincos(self.heading_rad);
-        self.x_m += self.told.linear.x * cosine * for_s;
-        self.y_m += self.told.linear.x * sine * for_s;
+        self.x_m += self.given.linear.x * cosine * for_s;
+        self.y_m += self.given.linear.x * sine * for_s;
     }
 
     /// The distance of another robot, if it is in front.
@@ -69,8 +69,8 @@ impl Floor {
     }
 
     /// Puts the robots where the last table says, as a person would who reads it.
-    fn place(&self, said: &str) {
-        let table = said.rsplit("place the robots:").next().expect("it was said");
+    fn place(&self, printed: &str) {
+        let table = printed.rsplit("place the robots:").next().expect("it was said");
         let mut bodies = self.bodies();
         for (robot, body) in ROBOTS.iter().zip(bodies.iter_mut()) {
             let row = table.lines().find(|line| line.starts_with(robot)).expect("it is listed");
@@ -80,16 +80,16 @@ impl Floor {
                 .map(|word| word.parse().expect("a number"))
                 .collect();
             let [x_m, y_m, _, heading_rad] = numbers[..] else { panic!("{row}") };
-            *body = Body { x_m, y_m, heading_rad, told: Twist::default() };
+            *body = Body { x_m, y_m, heading_rad, given: Twist::default() };
         }
     }
 
     fn is_driving(&self) -> bool {
-        self.bodies().iter().all(|body| body.told.linear.x > 0.0)
+        self.bodies().iter().all(|body| body.given.linear.x > 0.0)
     }
 
     fn stands(&self) -> bool {
-        self.bodies().iter().all(|body| body.told == Twist::default())
+        self.bodies().iter().all(|body| body.given == Twist::default())
     }
 }
 
@@ -107,10 +107,11 @@ impl Hardware {
         let floor = Floor::default();
         let commands = ROBOTS.iter().enumerate().map(|(robot, name)| {
             let (topic, floor) = (topics::HARDWARE_CMD_VEL_UNSTAMPED, floor.clone());
-            let told = session.subscribe(&node, &topic.for_robot(name), topic.qos, move |sample| {
-                floor.bodies()[robot].told = sample.message;
-            });
-            told.expect("the topic is allowed")
+            let given =
+                session.subscribe(&node, &topic.for_robot(name), topic.qos, move |sample| {
+                    floor.bodies()[robot].given = sample.message;
+                });
+            given.expect("the topic is allowed")
         });
         let commands = commands.collect();
         let ranges = ROBOTS.iter().map(|name| {
@@ -202,7 +203,7 @@ fn robot(name: &str) -> Process {
 struct Console {
     process: Process,
     terminal: Terminal,
-    said: Arc<Mutex<String>>,
+    printed: Arc<Mutex<String>>,
 }
 
 impl Console {
@@ -213,8 +214,8 @@ impl Console {
         command.args(["--format", "json", "--backend", "fleet", "--interface", "127.0.0.1"]);
         let mut process = Process::start(command.stdin(terminal.input()));
         let mut stderr = process.0.stderr.take().expect("it is piped");
-        let said = Arc::new(Mutex::new(String::new()));
-        let reception = said.clone();
+        let printed = Arc::new(Mutex::new(String::new()));
+        let reception = printed.clone();
         thread::spawn(move || {
             let mut piece = [0; 4096];
             while let Ok(n_bytes @ 1..) = stderr.read(&mut piece) {
@@ -222,20 +223,20 @@ impl Console {
                 reception.lock().unwrap_or_else(PoisonError::into_inner).push_str(&text);
             }
         });
-        Self { process, terminal, said }
+        Self { process, terminal, printed }
     }
 
-    fn said(&self) -> String {
-        self.said.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    fn printed(&self) -> String {
+        self.printed.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Waits until it says something.
     fn until(&mut self, what: &str) {
         let start = Instant::now();
-        while !self.said().contains(what) {
+        while !self.printed().contains(what) {
             let has_ended = self.process.0.try_wait().expect("it is our child").is_some();
             let is_late = has_ended || start.elapsed() > PATIENCE;
-            assert!(!is_late, "it never said {what:?}: {}", self.said());
+            assert!(!is_late, "it never said {what:?}: {}", self.printed());
             thread::sleep(Duration::from_millis(10));
         }
     }
@@ -243,9 +244,9 @@ impl Console {
     /// Waits until it asks for an experiment, places the robots, and starts it.
     fn start(&mut self, experiment: &str, floor: &Floor) {
         self.until(&format!("\n{experiment}: "));
-        let asked = || self.said().rsplit("place the robots:").next().map(str::to_owned);
+        let asked = || self.printed().rsplit("place the robots:").next().map(str::to_owned);
         wait_for("the keys", || asked().is_some_and(|asked| asked.contains("Enter starts")));
-        floor.place(&self.said());
+        floor.place(&self.printed());
         // The tracker must have seen where they stand.
         thread::sleep(5 * READING);
         self.terminal.type_line("");
@@ -258,7 +259,7 @@ impl Console {
         let pipe = self.process.0.stdout.as_mut().expect("it is piped");
         pipe.read_to_string(&mut stdout).expect("results are text");
         thread::sleep(Duration::from_millis(100));
-        (status.code(), stdout, self.said())
+        (status.code(), stdout, self.printed())
     }
 }
 
@@ -274,7 +275,7 @@ async fn on_the_floor(done: fn(&Floor)) {
     let session = session();
     let hardware = Hardware::new(&session);
     let _robots = ROBOTS.map(robot);
-    let told = async {
+    let given = async {
         for name in ROBOTS {
             let status = topics::STATUS.for_robot(name);
             session.wait_for_writers(&status, 1, PATIENCE).await.expect("the robot starts");
@@ -286,7 +287,7 @@ async fn on_the_floor(done: fn(&Floor)) {
     };
     tokio::select! {
         () = hardware.live() => {}
-        told = told => told.expect("the panic above says why"),
+        given = given => given.expect("the panic above says why"),
     }
     drop(hardware);
     session.close().await;
@@ -306,12 +307,12 @@ fn conduct(floor: &Floor) {
     let pid = console.process.0.id().to_string();
     let status = std::process::Command::new("kill").args(["-s", "INT", &pid]).status();
     assert!(status.expect("every system has `kill`").success());
-    let (interrupted, _, said) = console.end();
+    let (interrupted, _, printed) = console.end();
 
-    assert_eq!(interrupted, Some(1), "{said}");
+    assert_eq!(interrupted, Some(1), "{printed}");
     let help = "help: what was recorded is in out/002_short/bag.unfinished_1; `rsrs campaign \
                 campaign.yaml -o out --backend fleet --interface 127.0.0.1` goes on where it was\n";
-    assert!(said.ends_with(help), "{said}");
+    assert!(printed.ends_with(help), "{printed}");
     wait_for("the robots that stand", || floor.stands());
     assert!(out.join(first).join("manifest.json").exists());
     assert!(!out.join(second).join("manifest.json").exists());
@@ -323,11 +324,11 @@ fn conduct(floor: &Floor) {
     console.start(second, floor);
     console.until(&format!("{second}: completed"));
     console.start(third, floor);
-    let (ended, summary, said) = console.end();
+    let (ended, summary, printed) = console.end();
 
     let summary: Value =
-        serde_json::from_str(&summary).unwrap_or_else(|error| panic!("{error}: {said}"));
-    assert_eq!((ended, &summary["n_finished"]), (Some(0), &Value::from(3)), "{said}");
+        serde_json::from_str(&summary).unwrap_or_else(|error| panic!("{error}: {printed}"));
+    assert_eq!((ended, &summary["n_finished"]), (Some(0), &Value::from(3)), "{printed}");
     assert_eq!(std::fs::read(out.join(first).join("bag/bag_0.mcap")).ok(), Some(kept));
     for (folder, seed) in EXPERIMENTS.iter().zip(1..) {
         let manifest = manifest(&out.join(folder));
@@ -337,9 +338,9 @@ fn conduct(floor: &Floor) {
     assert_eq!(manifest(&out.join(second))["kept_aside"][0], "bag.unfinished_1");
 
     // Once it is finished nobody is asked again.
-    let (again, _, said) = Console::open(place.path()).end();
-    assert_eq!(again, Some(0), "{said}");
-    assert!(!said.contains("place the robots"), "{said}");
+    let (again, _, printed) = Console::open(place.path()).end();
+    assert_eq!(again, Some(0), "{printed}");
+    assert!(!printed.contains("place the robots"), "{printed}");
 }
 
 /// Goes through a campaign of one run whose robots a program places.
@@ -361,30 +362,30 @@ fn conduct_placed(floor: &Floor) {
         Process::start(command.stdin(Stdio::null()))
     };
 
-    let (failed, said) = start("echo robot_2 is stuck; exit 7").wait(PATIENCE);
+    let (failed, printed) = start("echo robot_2 is stuck; exit 7").wait(PATIENCE);
 
-    assert_eq!(failed.code(), Some(1), "{said}");
-    assert!(said.contains("did not place the robots (exit status: 7)"), "{said}");
-    assert!(said.contains("robot_2 is stuck"), "{said}");
+    assert_eq!(failed.code(), Some(1), "{printed}");
+    assert!(printed.contains("did not place the robots (exit status: 7)"), "{printed}");
+    assert!(printed.contains("robot_2 is stuck"), "{printed}");
     assert!(!place.path().join("out/001_short/manifest.json").exists(), "nothing was run");
 
     let mut run = start("cat > wanted.json; until [ -e placed ]; do sleep 0.05; done; sleep 0.5");
     let wanted = place.path().join("wanted.json");
     let text = || std::fs::read_to_string(&wanted).unwrap_or_default();
     wait_for("the placement", || text().ends_with('\n'));
-    let told: Value = serde_json::from_str(&text()).expect("a line of JSON");
-    assert_eq!(told["purpose"], "001_short");
-    for (robot, body) in told["robots"].as_array().expect("robots").iter().zip(0..) {
+    let given: Value = serde_json::from_str(&text()).expect("a line of JSON");
+    assert_eq!(given["purpose"], "001_short");
+    for (robot, body) in given["robots"].as_array().expect("robots").iter().zip(0..) {
         let number = |key: &str| robot[key].as_f64().expect("a number");
         assert_eq!(robot["name"], ROBOTS[body]);
         let (x_m, y_m, heading_rad) = (number("x_m"), number("y_m"), number("heading_rad"));
-        floor.bodies()[body] = Body { x_m, y_m, heading_rad, told: Twist::default() };
+        floor.bodies()[body] = Body { x_m, y_m, heading_rad, given: Twist::default() };
     }
     write(place.path(), "placed", "");
-    let (status, said) = run.wait(PATIENCE);
+    let (status, printed) = run.wait(PATIENCE);
 
-    assert_eq!(status.code(), Some(0), "{said}");
-    assert!(said.contains("all 3 robots stand where they should start"), "{said}");
+    assert_eq!(status.code(), Some(0), "{printed}");
+    assert!(printed.contains("all 3 robots stand where they should start"), "{printed}");
     check_bag(&place.path().join("out/001_short/bag"), 5);
 }
 

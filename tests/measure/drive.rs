@@ -267,10 +267,10 @@ fn a_plan_needs_no_profile_and_no_fleet() {
     assert_eq!([&of_fleet, &of_limits, &simulated].map(code), [0, 0, 1]);
     assert!(read(place.path(), "one/speed.csv").contains("\na,0.02,2,,,,\n"));
     assert!(read(place.path(), "two/arcs.csv").contains("\nrobot_2,0.15,"));
-    let said = stderr(&simulated);
+    let printed = stderr(&simulated);
     assert!(
-        said.contains("a has no `profile`, so it cannot be simulated; with `--backend fleet`"),
-        "{said}"
+        printed.contains("a has no `profile`, so it cannot be simulated; with `--backend fleet`"),
+        "{printed}"
     );
 }
 
@@ -344,10 +344,13 @@ fn a_full_disk_loses_no_row_of_a_table() {
     assert_eq!(code(&output), 1, "{}", stderr(&output));
     assert_eq!(read(place.path(), "after.csv"), read(place.path(), "before.csv"));
     assert_eq!(read(place.path(), "left"), "filler\nspeed.csv\n");
-    let said = read(place.path(), "said");
-    assert!(said.contains("the row of this trial is not in the table: `robot_1,0.1,"), "{said}");
-    assert!(said.contains("speed.csv; it is as it was"), "{said}");
-    assert!(said.contains("No space left on device"), "{said}");
+    let printed = read(place.path(), "said");
+    assert!(
+        printed.contains("the row of this trial is not in the table: `robot_1,0.1,"),
+        "{printed}"
+    );
+    assert!(printed.contains("speed.csv; it is as it was"), "{printed}");
+    assert!(printed.contains("No space left on device"), "{printed}");
 }
 
 #[test]

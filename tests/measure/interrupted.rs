@@ -23,17 +23,17 @@ fn ctrl_c_at_a_question_ends_the_command_and_makes_no_bag() {
     command.args(["--interface", "127.0.0.1", "-o", "bag"]).stdin(terminal.input());
     let mut process = Process::start(&mut command);
     let mut stderr = process.0.stderr.take().expect("it is piped");
-    let mut said = String::new();
-    while !said.contains("q ends here") {
+    let mut printed = String::new();
+    while !printed.contains("q ends here") {
         let mut piece = [0; 4096];
         let n = stderr.read(&mut piece).expect("it can be read");
-        assert!(n > 0, "it ended before it asked: {said}");
-        said.push_str(&String::from_utf8_lossy(&piece[..n]));
+        assert!(n > 0, "it ended before it asked: {printed}");
+        printed.push_str(&String::from_utf8_lossy(&piece[..n]));
     }
 
     let pid = process.0.id().to_string();
-    let told = Command::new("kill").args(["-INT", &pid]).status().expect("kill starts");
-    assert!(told.success());
+    let given = Command::new("kill").args(["-INT", &pid]).status().expect("kill starts");
+    assert!(given.success());
     let (status, _) = process.wait(PATIENCE);
 
     assert!(status.code().is_some(), "it ended by itself: {status}");

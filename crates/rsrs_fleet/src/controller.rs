@@ -358,13 +358,13 @@ mod tests {
         let mut in_real_time = controller(Stamp::Wall).of_a_new_process();
         in_real_time.on_event(Event::Tick, Duration::ZERO);
         let unsaid = in_real_time.on_event(Event::Detection(true), early);
-        let said = in_real_time.on_event(Event::Detection(false), FORGOTTEN);
+        let printed = in_real_time.on_event(Event::Detection(false), FORGOTTEN);
         let mut in_lockstep = controller(Stamp::Clock).of_a_new_process();
         in_lockstep.on_event(Event::Detection(true), Duration::ZERO);
         let waiting = in_lockstep.on_event(Event::Clock(130), early);
         let answered = in_lockstep.on_event(Event::Tick, FORGOTTEN);
 
-        assert_eq!((commands(&unsaid), commands(&said)), (vec![], vec![(-0.75, None)]));
+        assert_eq!((commands(&unsaid), commands(&printed)), (vec![], vec![(-0.75, None)]));
         assert_eq!((commands(&waiting), commands(&answered)), (vec![], vec![(0.75, Some(130))]));
     }
 
@@ -380,9 +380,9 @@ mod tests {
         };
 
         controller.on_event(Event::Lease(lease), Duration::ZERO);
-        let said = controller.on_event(Event::Detection(true), Duration::ZERO);
+        let printed = controller.on_event(Event::Detection(true), Duration::ZERO);
 
-        assert_eq!(commands(&said), [(0.75, None)]);
+        assert_eq!(commands(&printed), [(0.75, None)]);
     }
 
     #[test]

@@ -253,16 +253,16 @@ impl Written {
                 })?
             }
         };
-        let said = "what is missing was said before robots are resolved";
+        let printed = "what is missing was said before robots are resolved";
         let all = &self.all;
-        let driver = first_of([&robot.driver, &of_type.driver, &all.driver]).expect(said);
+        let driver = first_of([&robot.driver, &of_type.driver, &all.driver]).expect(printed);
         let lease = first_of([&robot.lease, &of_type.lease, &all.lease]).unwrap_or_default();
         if lease == LeaseHolder::Controller && driver != Driver::Ros {
             return Err(FleetFileError::HasGate { file: file.to_owned(), robot: name.to_owned() });
         }
         Ok(FleetRobot {
             name: name.to_owned(),
-            enabled: robot.enabled.expect(said),
+            enabled: robot.enabled.expect(printed),
             profile: first_of([&robot.profile, &of_type.profile, &all.profile]),
             driver,
             lease,

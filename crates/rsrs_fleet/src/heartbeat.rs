@@ -38,7 +38,7 @@ impl<S: PartialEq> Heartbeat<S> {
         let is_due = self
             .last
             .as_ref()
-            .is_none_or(|(said, at)| *said != state || now.saturating_sub(*at) >= BEAT);
+            .is_none_or(|(printed, at)| *printed != state || now.saturating_sub(*at) >= BEAT);
         if !is_due {
             return None;
         }
@@ -60,13 +60,13 @@ mod tests {
     #[test]
     fn changes_are_said_at_once_and_all_else_ten_times_a_second() {
         let mut beat = Heartbeat::from(7);
-        let mut said = |state, at_ms| beat.due(state, Duration::from_millis(at_ms));
+        let mut printed = |state, at_ms| beat.due(state, Duration::from_millis(at_ms));
 
-        assert_eq!(said('a', 0), Some(8));
-        assert_eq!(said('a', 99), None);
-        assert_eq!(said('b', 99), Some(9));
-        assert_eq!(said('b', 198), None);
-        assert_eq!(said('b', 199), Some(10));
+        assert_eq!(printed('a', 0), Some(8));
+        assert_eq!(printed('a', 99), None);
+        assert_eq!(printed('b', 99), Some(9));
+        assert_eq!(printed('b', 198), None);
+        assert_eq!(printed('b', 199), Some(10));
     }
 
     #[test]

@@ -82,21 +82,21 @@ mod tests {
     #[test]
     fn a_topic_that_falls_silent_and_comes_back_is_told_once_each() {
         let mut rates = Rates::new(["/robot_1/detection".to_owned()], 0.1, Duration::ZERO);
-        let mut told = Vec::new();
+        let mut notes = Vec::new();
 
         for tick in 0..150_u64 {
             let now = Duration::from_millis(100 * tick);
             if !(50..90).contains(&tick) {
                 rates.received("/robot_1/detection", now);
             }
-            told.extend(rates.changes(now).into_iter().map(|text| (tick, text)));
+            notes.extend(rates.changes(now).into_iter().map(|text| (tick, text)));
         }
 
-        let texts: Vec<_> = told.iter().map(|(_, text)| text.as_str()).collect();
+        let texts: Vec<_> = notes.iter().map(|(_, text)| text.as_str()).collect();
         assert_eq!(
             texts,
             ["/robot_1/detection: 4.5 Hz, expected 10.0 Hz", "/robot_1/detection: back at 8.0 Hz"],
-            "{told:?}"
+            "{notes:?}"
         );
     }
 }

@@ -111,7 +111,7 @@ pub struct Stopper {
     present: BTreeSet<Source>,
     started: Option<Duration>,
     /// When the word was said first, and last.
-    said: Option<(Duration, Duration)>,
+    printed: Option<(Duration, Duration)>,
     is_interrupted: bool,
     is_over: bool,
 }
@@ -133,7 +133,7 @@ impl Stopper {
             engaged_at: BTreeMap::new(),
             present: BTreeSet::new(),
             started: None,
-            said: None,
+            printed: None,
             is_interrupted: false,
             is_over: false,
         }
@@ -162,7 +162,7 @@ impl Stopper {
 
     /// What came of it for each robot so far, by name.
     pub fn answers(&self) -> Vec<Answer> {
-        let first = self.said.map_or(Duration::ZERO, |(first, _)| first);
+        let first = self.printed.map_or(Duration::ZERO, |(first, _)| first);
         let answers = self.robots.iter().map(|(robot, received)| Answer {
             robot: robot.clone(),
             acknowledged_after: received.acknowledged.map(|at| at.saturating_sub(first)),
@@ -180,7 +180,7 @@ impl Stopper {
             }
             Event::Status { robot, .. } if !self.follows(&robot) => {}
             Event::Status { robot, status } => {
-                let (word, has_said) = (self.word, self.said.is_some());
+                let (word, has_said) = (self.word, self.printed.is_some());
                 let received = self.robots.entry(robot).or_default();
                 let last = received.last.as_ref().map(|(status, at)| (status.counter, *at));
                 if !status.is_news(last, now) {
@@ -221,17 +221,17 @@ impl Stopper {
 
     /// Says the word ten times a second; a release only after a look at what it would do.
     fn due_messages(&mut self, elapsed: Duration, now: Duration) -> Vec<Action> {
-        if self.said.is_none()
+        if self.printed.is_none()
             && self.word == StopCommand::Release
             && (elapsed < LOOK || self.is_in_run())
         {
             return Vec::new();
         }
-        if self.said.is_some_and(|(_, last)| now.saturating_sub(last) < BEAT) {
+        if self.printed.is_some_and(|(_, last)| now.saturating_sub(last) < BEAT) {
             return Vec::new();
         }
-        let first = self.said.map_or(now, |(first, _)| first);
-        self.said = Some((first, now));
+        let first = self.printed.map_or(now, |(first, _)| first);
+        self.printed = Some((first, now));
         if self.word == StopCommand::Engage {
             return vec![Action::Publish(true)];
         }
@@ -268,7 +268,7 @@ impl Stopper {
     fn ending(&self, elapsed: Duration) -> Option<Ending> {
         let all = !self.robots.is_empty()
             && self.robots.values().all(|received| received.acknowledged.is_some());
-        if self.word == StopCommand::Release && elapsed >= LOOK && self.said.is_none() {
+        if self.word == StopCommand::Release && elapsed >= LOOK && self.printed.is_none() {
             return Some(Ending::InRun);
         }
         if all && elapsed >= LOOK {

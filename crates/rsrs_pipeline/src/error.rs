@@ -56,14 +56,14 @@ pub fn help_of(error: &anyhow::Error) -> Option<String> {
 /// An error with its causes, each once.
 pub fn texts(error: &anyhow::Error) -> Vec<String> {
     let mut texts = vec![error.to_string()];
-    let mut said = error.to_string();
+    let mut printed = error.to_string();
     for cause in error.chain().skip(1) {
         let cause = cause.to_string();
         // Some errors print their cause themselves.
-        if !said.contains(&cause) {
+        if !printed.contains(&cause) {
             texts.push(cause.clone());
         }
-        said = cause;
+        printed = cause;
     }
     texts
 }

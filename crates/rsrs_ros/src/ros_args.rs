@@ -350,7 +350,7 @@ mod tests {
             (network.interfaces, notes)
         };
         let range = ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
-        let said = "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST: this program uses the loopback \
+        let printed = "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST: this program uses the loopback \
                     interface only";
 
         let by_variable = network(&[range, ("RSRS_INTERFACE", "eth9")], None);
@@ -359,9 +359,9 @@ mod tests {
         let the_same = network(&[range], Some("lo"));
         let old = network(&[("ROS_LOCALHOST_ONLY", "1")], Some("10.0.0.7"));
 
-        assert_eq!(by_variable, (vec![LOOPBACK], vec![format!("{said}, and not `eth9`")]));
-        assert_eq!(by_flag, (vec![LOOPBACK], vec![format!("{said}, and not `10.0.0.7`")]));
-        assert_eq!(by_nobody, (vec![LOOPBACK], vec![said.to_owned()]));
+        assert_eq!(by_variable, (vec![LOOPBACK], vec![format!("{printed}, and not `eth9`")]));
+        assert_eq!(by_flag, (vec![LOOPBACK], vec![format!("{printed}, and not `10.0.0.7`")]));
+        assert_eq!(by_nobody, (vec![LOOPBACK], vec![printed.to_owned()]));
         assert_eq!(the_same, (vec![LOOPBACK], vec![]));
         assert_eq!(old.0, [LOOPBACK]);
         assert!(old.1[1].starts_with("ROS_LOCALHOST_ONLY=1: this program uses"), "{:?}", old.1);

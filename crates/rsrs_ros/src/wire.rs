@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn a_lease_comes_back_as_it_went() {
-        let said = Lease {
+        let printed = Lease {
             run_id: "run 7".to_owned(),
             epoch: 7,
             state: LeaseState::Running,
@@ -218,12 +218,12 @@ mod tests {
             robots: vec![Echo { robot: "robot_1".to_owned(), counter: 3 }],
         };
 
-        assert_eq!(lease(lease_message(&said, Time::default())), Ok(said));
+        assert_eq!(lease(lease_message(&printed, Time::default())), Ok(printed));
     }
 
     #[test]
     fn a_status_comes_back_as_it_went() {
-        let said = Status {
+        let printed = Status {
             counter: 3,
             epoch: 7,
             run_id: "run 7".to_owned(),
@@ -234,7 +234,7 @@ mod tests {
             battery_v: 7.4,
         };
 
-        assert_eq!(status(status_message(&said, Time::default())), Ok(said));
+        assert_eq!(status(status_message(&printed, Time::default())), Ok(printed));
     }
 
     #[test]

@@ -67,8 +67,8 @@ pub async fn command_all(
     interrupt: impl Future<Output = ()>,
 ) -> anyhow::Result<StopReport> {
     let session = Session::open(network)?;
-    let told = StopNode::new(&session, Stopper::new(word));
-    let report = match told {
+    let given = StopNode::new(&session, Stopper::new(word));
+    let report = match given {
         Ok(mut stop_node) => tokio::select! {
             report = stop_node.run(robots, interrupt) => report,
             ended = session.ended() => Err(ended.into()),

@@ -108,7 +108,7 @@ struct RobotNode<D> {
     /// Whether sensor and wheels have worked before: hardware that takes its time is no error.
     has_worked: bool,
     /// What the wheels were told last, and when.
-    told: Option<(Command, Duration)>,
+    sent: Option<(Command, Duration)>,
     refused: u64,
     complained: Option<Duration>,
     arming: Arming,
@@ -170,7 +170,7 @@ impl<D: Driver> RobotNode<D> {
             wheel_fault: None,
             fault: None,
             has_worked: false,
-            told: None,
+            sent: None,
             refused: 0,
             complained: None,
             arming: Arming::Disarmed,
@@ -289,7 +289,7 @@ impl<D: Driver> RobotNode<D> {
         match report {
             Report::Up => {
                 self.driver_fault = None;
-                self.told = None;
+                self.sent = None;
             }
             Report::Down(reason) => self.driver_fault = Some(reason),
             Report::Battery(battery_v) => self.step_gate(Event::Battery(battery_v)).await?,
@@ -336,13 +336,13 @@ impl<D: Driver> RobotNode<D> {
         let now = self.now();
         let command = self.ramp.toward(self.gate.drive(now), &self.settings.limits, now);
         let is_told = self
-            .told
-            .is_some_and(|(told, at)| told == command && now.saturating_sub(at) < WHEEL_BEAT);
+            .sent
+            .is_some_and(|(sent, at)| sent == command && now.saturating_sub(at) < WHEEL_BEAT);
         if is_told || self.driver_fault.is_some() {
             return;
         }
         // Whoever does not take a command is told again soon, and has to take that one.
-        self.told = Some((command, now));
+        self.sent = Some((command, now));
         self.wheel_fault = self.driver.drive(command).await.err().map(|error| format!("{error:#}"));
     }
 

@@ -30,7 +30,7 @@ async fn mixing() {
     let node = session.node("/", "base").expect("the name is allowed");
     let odom = Latest::<Odometry>::of(&session, &node, topics::ODOM);
     let detections = Latest::<Bool>::of(&session, &node, topics::DETECTION);
-    let told = Latest::<Bool>::at(&session, &node, (topics::VIRTUAL_DETECTION, &[REAL]));
+    let given = Latest::<Bool>::at(&session, &node, (topics::VIRTUAL_DETECTION, &[REAL]));
     let base = publisher::<Odometry>(&session, &node, (topics::ODOM, REAL));
     place(&session, &node).await;
     eventually("the virtual robots are there", || {
@@ -50,7 +50,7 @@ async fn mixing() {
         ahead,
         ("both see each other", || {
             detections.get(ROBOTS[0]).is_some_and(|seen| seen.data)
-                && told.get(REAL).is_some_and(|seen| seen.data)
+                && given.get(REAL).is_some_and(|seen| seen.data)
         }),
     )
     .await;
@@ -61,7 +61,7 @@ async fn mixing() {
         away,
         ("only the virtual one sees", || {
             detections.get(ROBOTS[0]).is_some_and(|seen| seen.data)
-                && told.get(REAL).is_some_and(|seen| !seen.data)
+                && given.get(REAL).is_some_and(|seen| !seen.data)
         }),
     )
     .await;

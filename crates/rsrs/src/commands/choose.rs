@@ -77,8 +77,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         }
         Chosen::NoViableCell(none) => {
             let smaller = none.smaller_placement.map(|smaller| format!("\n{}", smaller.text()));
-            let said = format!("no viable cell: {}{}", none.reason, smaller.unwrap_or_default());
-            report_with_factors(arguments, &none, (none.best_cell(), &said))?;
+            let printed = format!("no viable cell: {}{}", none.reason, smaller.unwrap_or_default());
+            report_with_factors(arguments, &none, (none.best_cell(), &printed))?;
             Ok(Outcome::NegativeAnswer)
         }
     }
@@ -96,14 +96,14 @@ struct WithFactors<'a, T> {
 fn report_with_factors<T: Serialize>(
     arguments: &Arguments,
     answer: &T,
-    (cell, said): (&Cell, &str),
+    (cell, printed): (&Cell, &str),
 ) -> anyhow::Result<()> {
     let result = folder::read(&arguments.folder)?;
     let runs = (REPLICATES.min(arguments.confirm), execution(arguments.threads)?);
     let factors = ablate(&result.source, cell, runs)?;
     let in_words = factors.as_ref().map(|factors| format!("\n{}", factors.in_words()));
-    let said = said.to_owned() + &in_words.unwrap_or_default();
-    report(arguments.format, &WithFactors { answer, factors }, &said)
+    let printed = printed.to_owned() + &in_words.unwrap_or_default();
+    report(arguments.format, &WithFactors { answer, factors }, &printed)
 }
 
 fn text(choice: &Choice) -> String {

@@ -92,11 +92,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let network = chosen_network(arguments.interface.as_deref())?;
     let robots = arguments.fleet.as_deref().map_or_else(|| Ok(Vec::new()), enabled)?;
     let word = if arguments.release { StopCommand::Release } else { StopCommand::Engage };
-    let told = runtime()?.block_on(command_all(word, &robots, &network, interrupted()))?;
-    let summary = summary(word, &told);
+    let given = runtime()?.block_on(command_all(word, &robots, &network, interrupted()))?;
+    let summary = summary(word, &given);
     report(arguments.format, &summary, &text(word, &summary))?;
-    print_ending(word, &told);
-    Ok(match told.ending {
+    print_ending(word, &given);
+    Ok(match given.ending {
         Ending::Acknowledged => Outcome::Done,
         Ending::TimedOut | Ending::Interrupted | Ending::InRun => Outcome::NegativeAnswer,
     })

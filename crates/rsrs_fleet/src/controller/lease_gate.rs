@@ -19,7 +19,7 @@ pub(super) struct LeaseGate {
     gate: Robot,
     /// What was published last; `None` before the first word, when the wheels may still turn as an
     /// earlier process told them to.
-    told: Option<Command>,
+    sent: Option<Command>,
     /// Since when it stands, and when that was said last.
     stands: Option<(Duration, Duration)>,
     sensor: Sensor,
@@ -59,7 +59,7 @@ impl LeaseGate {
         // A floor forgives no lapse.
         let lapse_grace = Duration::ZERO;
         let options = RobotOptions { name: robot.to_owned(), command_timeout, lapse_grace };
-        Self { gate: Robot::new(options), told: None, stands: None, sensor: Sensor::default() }
+        Self { gate: Robot::new(options), sent: None, stands: None, sensor: Sensor::default() }
     }
 
     pub(super) fn counting_from(self, counter: u64) -> Self {
@@ -128,7 +128,7 @@ impl LeaseGate {
     }
 
     fn publish(&mut self, command: Command, stamp_ns: Option<u64>, now: Duration) -> Action {
-        self.told = Some(command);
+        self.sent = Some(command);
         self.stands =
             (command == Command::STOP).then(|| (self.stands.map_or(now, |(since, _)| since), now));
         Action::Command { command, stamp_ns }
@@ -136,10 +136,10 @@ impl LeaseGate {
 
     /// A zero, if the wheels may turn and must not, or have just been stopped.
     fn zero_due(&mut self, now: Duration) -> Option<Action> {
-        let is_due = match (self.told, self.stands) {
+        let is_due = match (self.sent, self.stands) {
             (None, _) => true,
-            (Some(_), Some((since, said))) => {
-                now.saturating_sub(said) >= BEAT && now.saturating_sub(since) <= SILENCE
+            (Some(_), Some((since, printed))) => {
+                now.saturating_sub(printed) >= BEAT && now.saturating_sub(since) <= SILENCE
             }
             (Some(_), None) => self.gate.drive(now) == Command::STOP,
         };
@@ -239,9 +239,9 @@ mod tests {
 
         let mut zeros = Vec::new();
         for beat in 0..30 {
-            let said = robot.after(100, Event::Detection(true));
-            zeros.extend(said.iter().filter(|said| **said == ZERO).map(|_| beat));
-            assert!(said != [LEFT] || beat < 5, "{beat}");
+            let printed = robot.after(100, Event::Detection(true));
+            zeros.extend(printed.iter().filter(|printed| **printed == ZERO).map(|_| beat));
+            assert!(printed != [LEFT] || beat < 5, "{beat}");
         }
 
         let within = usize::try_from(LEASE.as_millis() / 100).unwrap();
@@ -255,16 +255,16 @@ mod tests {
         let mut robot = Robot1::new();
         robot.drive();
 
-        let mut said = Vec::new();
+        let mut printed = Vec::new();
         for _ in 0..150 {
             let running = robot.lease(LeaseState::Running);
-            said.extend(robot.after(10, running));
-            said.extend(robot.after(10, Event::Tick));
+            printed.extend(robot.after(10, running));
+            printed.extend(robot.after(10, Event::Tick));
         }
 
         assert!(
-            said.iter().all(|said| *said == ZERO) && (9..=12).contains(&said.len()),
-            "{said:?}"
+            printed.iter().all(|printed| *printed == ZERO) && (9..=12).contains(&printed.len()),
+            "{printed:?}"
         );
     }
 

@@ -237,9 +237,9 @@ fn a_robot_whose_lease_nobody_holds_is_named_with_what_to_type() {
 
     let [problem] = &problems(&expected, &seen)[..] else { panic!("one problem") };
 
-    let said = problem.to_string();
-    assert!(said.starts_with("robot_2: nobody holds its lease"), "{said}");
-    assert!(said.contains("-p lease:=controller"), "{said}");
+    let printed = problem.to_string();
+    assert!(printed.starts_with("robot_2: nobody holds its lease"), "{printed}");
+    assert!(printed.contains("-p lease:=controller"), "{printed}");
 }
 
 /// Robots at these places, each in its frame.
@@ -258,8 +258,11 @@ fn at(places: [(&str, f64); 2]) -> (Expected, Seen) {
 #[test]
 fn robots_on_one_spot_are_refused() {
     let (expected, seen) = at([("odom", 0.0), ("odom", 0.0)]);
-    let said = sentences(&expected, &seen);
-    assert!(said.len() == 1 && said[0].starts_with("robot_1, robot_2 are on one spot"), "{said:?}");
+    let printed = sentences(&expected, &seen);
+    assert!(
+        printed.len() == 1 && printed[0].starts_with("robot_1, robot_2 are on one spot"),
+        "{printed:?}"
+    );
 
     let (expected, seen) = at([("odom", 0.0), ("odom", 0.15)]);
     assert_eq!(sentences(&expected, &seen), [""; 0]);
@@ -268,9 +271,9 @@ fn robots_on_one_spot_are_refused() {
 #[test]
 fn frames_that_no_transform_ties_together_are_refused() {
     let (expected, mut seen) = at([("robot_1/odom", 0.0), ("/robot_2/odom", 0.0)]);
-    let said = sentences(&expected, &seen);
+    let printed = sentences(&expected, &seen);
     assert_eq!(
-        said,
+        printed,
         ["poses are in different frames that no transform on /tf or /tf_static ties together: \
           robot_1 in `robot_1/odom`, robot_2 in `robot_2/odom` (publish them in one frame)"]
     );
@@ -287,10 +290,10 @@ fn poses_of_another_clock_are_refused() {
     seen.pose_ahead_s.insert("robot_1".to_owned(), -60.0);
     seen.pose_ahead_s.insert("robot_2".to_owned(), -0.4);
 
-    let said = sentences(&expected(), &seen);
+    let printed = sentences(&expected(), &seen);
 
-    assert_eq!(said.len(), 1, "{said:?}");
-    assert!(said[0].starts_with("robot_1: its poses are stamped 60.0 s behind our clock"));
+    assert_eq!(printed.len(), 1, "{printed:?}");
+    assert!(printed[0].starts_with("robot_1: its poses are stamped 60.0 s behind our clock"));
 }
 
 #[test]
@@ -299,9 +302,11 @@ fn a_robot_of_a_simulator_without_a_world_is_refused_where_no_simulator_is_set()
     seen.robots.insert("robot_1".to_owned(), status(RobotState::Idle, (StopCause::NoWorld, "")));
 
     assert_eq!(sentences(&expected(), &seen), [""; 0], "the run sets its conditions");
-    let said = sentences(&Expected { simulator: false, ..expected() }, &seen);
+    let printed = sentences(&Expected { simulator: false, ..expected() }, &seen);
 
-    assert!(said.len() == 1 && said[0].starts_with("robot_1: its simulator has placed no world"));
+    assert!(
+        printed.len() == 1 && printed[0].starts_with("robot_1: its simulator has placed no world")
+    );
 }
 
 #[test]
@@ -310,7 +315,7 @@ fn an_epoch_that_no_runner_made_is_named_with_its_robot() {
     let robot = Status { epoch: u64::MAX, ..status(RobotState::Idle, (StopCause::NoRun, "")) };
     seen.robots.insert("robot_1".to_owned(), robot);
 
-    let said = sentences(&expected(), &seen);
+    let printed = sentences(&expected(), &seen);
 
-    assert!(said[0].starts_with("robot_1: epoch 18446744073709551615 refused"), "{said:?}");
+    assert!(printed[0].starts_with("robot_1: epoch 18446744073709551615 refused"), "{printed:?}");
 }

@@ -137,8 +137,8 @@ impl Runner {
                 if !self.floor.has_poses_of(robots) && self.elapsed(now) < LOOK {
                     return;
                 }
-                let told = self.floor.standing_places(start, robots);
-                actions.extend(told.into_iter().map(Action::Note));
+                let notes = self.floor.standing_places(start, robots);
+                actions.extend(notes.into_iter().map(Action::Note));
             }
             self.begin(now, actions);
         } else if self.elapsed(now) >= ARM {
@@ -247,13 +247,13 @@ impl Runner {
         let lost: Vec<_> =
             lost.map(|(robot, reason)| LostRobot { robot, after_s, reason }).collect();
         self.lost.extend(lost.iter().cloned());
-        let mut told: Vec<String> = lost
+        let mut notes: Vec<String> = lost
             .into_iter()
             .map(|LostRobot { robot, reason, .. }| format!("lost {robot}: {reason}"))
             .collect();
-        actions.extend(told.iter().cloned().map(Action::Note));
-        if self.options.robot_lost == RobotLost::Abort && !told.is_empty() {
-            self.abort(told.swap_remove(0), now, actions);
+        actions.extend(notes.iter().cloned().map(Action::Note));
+        if self.options.robot_lost == RobotLost::Abort && !notes.is_empty() {
+            self.abort(notes.swap_remove(0), now, actions);
             return;
         }
         if self.roster.all_lost() {

@@ -79,13 +79,13 @@ mod tests {
     fn a_machine_that_is_too_slow_has_a_minute_to_catch_up_and_says_so_once() {
         let mut search = Search::default();
 
-        let told = search.look(&[SLOW], at(1));
+        let notes = search.look(&[SLOW], at(1));
         search.look(&missing(1), at(30));
         assert_eq!(search.look(&[SLOW], at(39)), None);
         assert!(!search.is_over(at(1), at(39)));
         search.look(&[SLOW], at(61));
 
         assert!(search.is_over(at(1), at(61)));
-        assert!(told.is_some_and(|told| told.starts_with("waiting: this machine is too slow")));
+        assert!(notes.is_some_and(|notes| notes.starts_with("waiting: this machine is too slow")));
     }
 }

@@ -173,13 +173,13 @@ impl StartCheck {
             .map(|(number, robot)| (*number, (*robot).clone(), self.poses[*robot].1))
             .collect();
         let deviations = placement::deviations(wanted, &poses);
-        let told = unknown.iter().map(|(_, robot)| format!("{robot}: no pose received"));
-        let mut told: Vec<_> = told.chain(deviations.iter().map(ToString::to_string)).collect();
-        if told.is_empty() {
-            told.push(format!("all {} robots stand where they should start", robots.len()));
+        let notes = unknown.iter().map(|(_, robot)| format!("{robot}: no pose received"));
+        let mut notes: Vec<_> = notes.chain(deviations.iter().map(ToString::to_string)).collect();
+        if notes.is_empty() {
+            notes.push(format!("all {} robots stand where they should start", robots.len()));
         }
-        told.extend(self.few_poses(robots));
-        told
+        notes.extend(self.few_poses(robots));
+        notes
     }
 }
 

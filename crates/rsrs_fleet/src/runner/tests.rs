@@ -33,7 +33,7 @@ struct Bench {
     finish: Option<(Outcome, Vec<String>)>,
     stop_cause: StopCause,
     /// What the operator was told.
-    told: Vec<String>,
+    notes: Vec<String>,
 }
 
 impl Bench {
@@ -79,7 +79,7 @@ impl Bench {
             configured: Vec::new(),
             finish: None,
             stop_cause: StopCause::None,
-            told: Vec::new(),
+            notes: Vec::new(),
         }
     }
 
@@ -111,7 +111,7 @@ impl Bench {
                     self.closed = true;
                     self.give(Event::RecorderClosed);
                 }
-                Action::Note(text) => self.told.push(text),
+                Action::Note(text) => self.notes.push(text),
                 Action::Finish { outcome, not_standing } => {
                     assert!(self.finish.is_none(), "finished twice");
                     self.finish = Some((outcome, not_standing));
@@ -387,9 +387,9 @@ fn robots_that_are_lost_because_this_machine_is_too_slow_are_told_so() {
     bench.silent.insert("robot_2");
     bench.end();
 
-    let told = bench.told.iter().position(|told| told.starts_with("this machine is too slow"));
-    let lost = bench.told.iter().position(|told| told.starts_with("lost robot_2"));
-    assert!(told.is_some_and(|told| lost == Some(told + 1)), "{:?}", bench.told);
+    let notes = bench.notes.iter().position(|notes| notes.starts_with("this machine is too slow"));
+    let lost = bench.notes.iter().position(|notes| notes.starts_with("lost robot_2"));
+    assert!(notes.is_some_and(|notes| lost == Some(notes + 1)), "{:?}", bench.notes);
 }
 
 #[test]

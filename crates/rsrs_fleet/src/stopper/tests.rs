@@ -23,7 +23,7 @@ fn status(state: RobotState, stop_cause: StopCause) -> Status {
     }
 }
 
-fn says(robot: &str, state: RobotState, stop_cause: StopCause) -> Event {
+fn received(robot: &str, state: RobotState, stop_cause: StopCause) -> Event {
     Event::Status { robot: robot.to_owned(), status: status(state, stop_cause) }
 }
 
@@ -47,7 +47,7 @@ fn the_first_word_is_said_at_once_and_then_ten_times_a_second() {
 fn it_ends_when_every_robot_stands_and_none_turns_up_any_more() {
     let mut stopper = Stopper::new(StopCommand::Engage);
     stopper.on_event(Event::Tick, ms(0));
-    stopper.on_event(says("robot_1", RobotState::Stopped, StopCause::EStop), ms(40));
+    stopper.on_event(received("robot_1", RobotState::Stopped, StopCause::EStop), ms(40));
 
     assert!(!stopper.on_event(Event::Tick, ms(1_999)).contains(&finished()));
     assert!(stopper.on_event(Event::Tick, ms(2_000)).contains(&finished()));
@@ -70,7 +70,7 @@ fn a_robot_that_stands_for_another_reason_has_not_acknowledged() {
         let mut stopper = Stopper::new(StopCommand::Engage);
         stopper.on_event(Event::Tick, ms(0));
 
-        stopper.on_event(says("robot_1", state, cause), ms(50));
+        stopper.on_event(received("robot_1", state, cause), ms(50));
 
         assert_eq!(stopper.answers()[0].acknowledged_after, None, "{state}");
     }
@@ -80,7 +80,7 @@ fn a_robot_that_stands_for_another_reason_has_not_acknowledged() {
 fn who_is_expected_and_silent_is_named_after_a_bounded_time() {
     let mut stopper = Stopper::new(StopCommand::Engage);
     stopper.on_event(found("robot_9"), ms(0));
-    stopper.on_event(says("robot_1", RobotState::Fault, StopCause::EStop), ms(50));
+    stopper.on_event(received("robot_1", RobotState::Fault, StopCause::EStop), ms(50));
 
     let end = stopper.on_event(Event::Tick, ms(7_000));
 
@@ -98,8 +98,8 @@ fn who_is_expected_and_silent_is_named_after_a_bounded_time() {
 fn an_acknowledgement_that_comes_late_or_again_is_none() {
     let mut stopper = Stopper::new(StopCommand::Engage);
     stopper.on_event(Event::Tick, ms(0));
-    let earlier = says("a", RobotState::Stopped, StopCause::EStop);
-    stopper.on_event(says("a", RobotState::Moving, StopCause::None), ms(10));
+    let earlier = received("a", RobotState::Stopped, StopCause::EStop);
+    stopper.on_event(received("a", RobotState::Moving, StopCause::None), ms(10));
 
     stopper.on_event(earlier, ms(20));
 
@@ -120,9 +120,9 @@ fn no_robot_at_all_is_no_acknowledgement() {
 fn a_robot_that_is_released_by_someone_else_has_no_longer_acknowledged() {
     let mut stopper = Stopper::new(StopCommand::Engage);
     stopper.on_event(Event::Tick, ms(0));
-    stopper.on_event(says("robot_1", RobotState::Stopped, StopCause::EStop), ms(50));
+    stopper.on_event(received("robot_1", RobotState::Stopped, StopCause::EStop), ms(50));
 
-    stopper.on_event(says("robot_1", RobotState::Stopped, StopCause::Latched), ms(90));
+    stopper.on_event(received("robot_1", RobotState::Stopped, StopCause::Latched), ms(90));
 
     assert_eq!(stopper.answers()[0].acknowledged_after, None);
 }
@@ -130,11 +130,12 @@ fn a_robot_that_is_released_by_someone_else_has_no_longer_acknowledged() {
 #[test]
 fn a_release_looks_first_and_ends_when_no_robot_is_locked() {
     let mut stopper = Stopper::new(StopCommand::Release);
-    let locked = || says("robot_1", RobotState::Stopped, StopCause::EStop);
+    let locked = || received("robot_1", RobotState::Stopped, StopCause::EStop);
     assert_eq!(stopper.on_event(locked(), ms(0)), []);
 
     assert_eq!(stopper.on_event(locked(), ms(2_000)), [Action::Publish(false)]);
-    let end = stopper.on_event(says("robot_1", RobotState::Stopped, StopCause::Lease), ms(2_050));
+    let end =
+        stopper.on_event(received("robot_1", RobotState::Stopped, StopCause::Lease), ms(2_050));
 
     assert_eq!(end, [finished()]);
 }
@@ -142,7 +143,7 @@ fn a_release_looks_first_and_ends_when_no_robot_is_locked() {
 #[test]
 fn a_release_among_moving_robots_says_nothing() {
     let mut stopper = Stopper::new(StopCommand::Release);
-    stopper.on_event(says("robot_1", RobotState::Moving, StopCause::None), ms(0));
+    stopper.on_event(received("robot_1", RobotState::Moving, StopCause::None), ms(0));
 
     assert_eq!(stopper.on_event(Event::Tick, ms(2_000)), [Action::Finish(Ending::InRun)]);
 }
@@ -159,7 +160,7 @@ fn locked_by(sources: &[(Source, Cause)]) -> Event {
 #[test]
 fn a_release_ends_the_locks_of_who_has_left_and_names_who_still_holds() {
     let mut stopper = Stopper::new(StopCommand::Release);
-    stopper.on_event(says("robot_1", RobotState::Stopped, StopCause::EStop), ms(0));
+    stopper.on_event(received("robot_1", RobotState::Stopped, StopCause::EStop), ms(0));
     stopper.on_event(locked_by(&[(LEFT, Cause::Engaged), (THERE, Cause::Engaged)]), ms(0));
     stopper.on_event(Event::Publishers([THERE].into()), ms(0));
 

@@ -378,12 +378,12 @@ impl Fleet {
     fn judge(&mut self) -> Result<(), String> {
         let (mut epochs, mut runs) = (Vec::new(), Vec::new());
         for robot in 0..N_ROBOTS {
-            let Some(told) = self.turning(robot) else { continue };
+            let Some(command_sent) = self.turning(robot) else { continue };
             let is_awake = self.is_awake(self.gatekeeper(robot));
             let last_told_ms = if is_awake { GLANCE_MS } else { WHEELS_MS };
             let witness = &self.witnesses[robot];
             witness
-                .wheels(told, last_told_ms, self.now_ms)
+                .wheels(command_sent, last_told_ms, self.now_ms)
                 .map_err(|violation| format!("{}: {violation}", name(robot)))?;
             epochs.push(witness.moved().0);
             // Wheels turn on for a moment after their gate was armed by another run.

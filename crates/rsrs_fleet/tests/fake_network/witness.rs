@@ -261,11 +261,13 @@ impl Witness {
     /// # Errors
     ///
     /// Why they must not turn any more, or not so.
-    pub fn wheels(&self, told: Command, last_ms: u64, now_ms: u64) -> Result<(), String> {
-        if told.speed_m_s.abs() > FASTEST.speed_m_s
-            || told.turn_rate_rad_s.abs() > FASTEST.turn_rate_rad_s
+    pub fn wheels(&self, command_sent: Command, last_ms: u64, now_ms: u64) -> Result<(), String> {
+        if command_sent.speed_m_s.abs() > FASTEST.speed_m_s
+            || command_sent.turn_rate_rad_s.abs() > FASTEST.turn_rate_rad_s
         {
-            return Err(format!("wheels are told {told:?}, at most {FASTEST:?} was asked for"));
+            return Err(format!(
+                "wheels are told {command_sent:?}, at most {FASTEST:?} was asked for"
+            ));
         }
         let until_ms = self.allowed_ms.unwrap_or(0) + last_ms;
         if now_ms > until_ms {

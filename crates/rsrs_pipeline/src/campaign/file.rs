@@ -184,10 +184,10 @@ mod tests {
 
         let experiments = read_text(text).unwrap();
 
-        let told: Vec<(&str, Option<u64>, u64)> =
+        let given: Vec<(&str, Option<u64>, u64)> =
             experiments.iter().map(|it| (it.folder.as_str(), it.seed, it.replicate)).collect();
         assert_eq!(
-            told,
+            given,
             [
                 ("001_a", Some(1), 0),
                 ("002_a", Some(2), 0),

@@ -48,7 +48,7 @@ pub async fn place(
 ) -> anyhow::Result<()> {
     let mut line = serde_json::to_string(wanted).context("the placement as JSON")?;
     line.push('\n');
-    let (input, mut told) = std::io::pipe().context("making a pipe")?;
+    let (input, mut given) = std::io::pipe().context("making a pipe")?;
     let child = {
         let mut command = tokio::process::Command::new("sh");
         command.args(["-c", program]).kill_on_drop(true);
@@ -56,7 +56,7 @@ pub async fn place(
         command.spawn().with_context(|| format!("starting `{program}`"))?
     };
     // A program that does not read keeps nobody waiting, and one that closes its input may do so.
-    std::thread::spawn(move || drop(told.write_all(line.as_bytes())));
+    std::thread::spawn(move || drop(given.write_all(line.as_bytes())));
     let talk = child.wait_with_output();
     let output = tokio::select! {
         output = talk => output.with_context(|| format!("waiting for `{program}`"))?,
@@ -66,12 +66,12 @@ pub async fn place(
 }
 
 fn refused(program: &str, wanted: &WantedPlacement, output: &Output) -> anyhow::Error {
-    let said = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
-    let said: Vec<&str> = said.iter().flat_map(|text| text.lines()).collect();
-    let said = if said.is_empty() { "nothing".to_owned() } else { said.join("\n  ") };
+    let printed = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+    let printed: Vec<&str> = printed.iter().flat_map(|text| text.lines()).collect();
+    let printed = if printed.is_empty() { "nothing".to_owned() } else { printed.join("\n  ") };
     with_help(
         format!(
-            "{}: `{program}` did not place the robots ({}); it printed:\n  {said}",
+            "{}: `{program}` did not place the robots ({}); it printed:\n  {printed}",
             wanted.purpose, output.status
         ),
         "it gets one line of JSON on its standard input, and is to end with exit code 0 when all \
@@ -98,11 +98,11 @@ mod tests {
     #[test]
     fn a_program_gets_the_placement_as_one_line_of_json() {
         let folder = tempfile::tempdir().unwrap();
-        let told = folder.path().join("told");
+        let given = folder.path().join("told");
 
-        run(&format!("cat > {}", told.display())).unwrap();
+        run(&format!("cat > {}", given.display())).unwrap();
 
-        let text = std::fs::read_to_string(told).unwrap();
+        let text = std::fs::read_to_string(given).unwrap();
         assert_eq!(
             text,
             "{\"purpose\":\"001\",\"robots\":[{\"name\":\"robot_1\",\"x_m\":0.5,\"y_m\":-0.25,\

@@ -140,9 +140,9 @@ pub fn note(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Option<Stri
         return Ok(None);
     }
     let text = read_text(&path)?;
-    let told: Told = serde_json::from_str(&text)
+    let given: Told = serde_json::from_str(&text)
         .with_context(|| format!("{} is no answer of `rsrs validate`", path.display()))?;
-    Ok(told.judged.is_of(source).then(|| told.text()))
+    Ok(given.judged.is_of(source).then(|| given.text()))
 }
 
 impl Told {

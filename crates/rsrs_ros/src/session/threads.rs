@@ -86,14 +86,14 @@ mod tests {
     #[tokio::test]
     async fn a_thread_that_ends_is_noticed_and_one_that_runs_is_not() {
         let (end, ends) = std::sync::mpsc::channel::<()>();
-        let (tell, told) = std::sync::mpsc::channel::<()>();
+        let (tell, given) = std::sync::mpsc::channel::<()>();
         let (thread, threads) = Threads::started_by(|| {
             let thread = std::thread::Builder::new().name(format!("{NAME} of a test"));
             let spawned = thread.spawn(move || {
                 tell.send(()).unwrap();
                 ends.recv().unwrap();
             });
-            told.recv().unwrap();
+            given.recv().unwrap();
             Ok(spawned.unwrap())
         })
         .unwrap();

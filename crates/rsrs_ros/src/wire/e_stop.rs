@@ -51,10 +51,11 @@ impl EStopSubscriptions {
         node: &NodeHandle,
         deliver: impl Fn(EStopMessage) + Clone + Send + 'static,
     ) -> Result<Self, SessionError> {
-        let (said, release, locks) = (topics::E_STOP, topics::E_STOP_RELEASE, topics::E_STOP_LOCKS);
+        let (printed, release, locks) =
+            (topics::E_STOP, topics::E_STOP_RELEASE, topics::E_STOP_LOCKS);
         let (to_said, to_release, to_locks) = (deliver.clone(), deliver.clone(), deliver);
         let all = [
-            session.subscribe(node, said.name, said.qos, move |sample: Received<Bool>| {
+            session.subscribe(node, printed.name, printed.qos, move |sample: Received<Bool>| {
                 let source = Source(sample.writer);
                 to_said(EStopMessage::Said { source, engaged: sample.message.data });
             })?,
@@ -88,7 +89,7 @@ pub fn release_message(sources: &BTreeSet<Source>) -> Text {
 /// Says what is locked on the robots of this process, whenever that changes.
 pub struct LocksPublisher {
     publisher: Publisher<Text>,
-    told: Locks,
+    given: Locks,
 }
 
 impl LocksPublisher {
@@ -100,7 +101,7 @@ impl LocksPublisher {
     pub fn new(session: &Session, node: &NodeHandle) -> Result<Self, SessionError> {
         let topic = topics::E_STOP_LOCKS;
         let publisher = session.publish_on(node, topic.name, topic.qos)?;
-        Ok(Self { publisher, told: Locks::default() })
+        Ok(Self { publisher, given: Locks::default() })
     }
 
     /// Says what is locked now, if it is something else than before.
@@ -109,11 +110,11 @@ impl LocksPublisher {
     ///
     /// [`PublishError`].
     pub async fn publish(&mut self, locks: Locks) -> Result<(), PublishError> {
-        if locks == self.told {
+        if locks == self.given {
             return Ok(());
         }
         self.publisher.publish(Text { data: locks.to_string() }).await?;
-        self.told = locks;
+        self.given = locks;
         Ok(())
     }
 }

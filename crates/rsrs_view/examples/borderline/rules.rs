@@ -211,9 +211,9 @@ pub fn agree(folder: &Path, labels: &Path) -> Result<(), Box<dyn std::error::Err
     println!("{} episodes, labelled alike twice: {n_same}", rows.len());
     println!("| rule | first labels | second labels | where both agree |\n|---|---|---|---|");
     for (name, rule) in RULES {
-        let said = |episode: &usize| rule(&episodes[episode]);
+        let printed = |episode: &usize| rule(&episodes[episode]);
         let n = |of: fn(&(usize, bool, bool)) -> Option<bool>| {
-            rows.iter().filter(|row| of(row) == Some(said(&row.0))).count()
+            rows.iter().filter(|row| of(row) == Some(printed(&row.0))).count()
         };
         println!(
             "| {name} | {} | {} | {} of {n_same} |",

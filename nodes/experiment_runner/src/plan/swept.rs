@@ -124,13 +124,13 @@ impl SweptCell {
             (Axis::Robots, conditions.robots as f64),
         ])?;
         let operator_conditions = OperatorConditions::of(conditions, sweep.duration_s);
-        let said = sweep.fixed.values.iter().copied().chain(swept.iter());
+        let printed = sweep.fixed.values.iter().copied().chain(swept.iter());
         let mut axes = diagram.axes.iter().copied();
         Ok(Self {
             cell,
             operator_conditions,
             factors: sweep.factors(&profile),
-            capabilities: said.filter(|(axis, _)| axis.is_capability()).collect(),
+            capabilities: printed.filter(|(axis, _)| axis.is_capability()).collect(),
             folder: folder.to_owned(),
             swept: swept.clone(),
             varied: axes.find(|axis| axis.is_capability() && diagram.values(*axis).len() > 1),

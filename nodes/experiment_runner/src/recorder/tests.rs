@@ -92,11 +92,11 @@ fn samples_that_never_came_are_counted_by_topic_and_told_in_the_bag() {
     summary(&mut written);
 
     let bag = Bag::open(&path).unwrap();
-    let told = bag.metadata("rsrs.recording").unwrap();
-    assert_eq!(told["n_missing"], "2");
-    assert_eq!(told["n_missing /robot_1/detection"], "2");
-    assert_eq!(told["n_overflowed"], "0");
-    assert_eq!(told.len(), 3);
+    let given = bag.metadata("rsrs.recording").unwrap();
+    assert_eq!(given["n_missing"], "2");
+    assert_eq!(given["n_missing /robot_1/detection"], "2");
+    assert_eq!(given["n_overflowed"], "0");
+    assert_eq!(given.len(), 3);
 }
 
 /// A disk that takes its time for what `is_slow` says, longer than a lease holds.
@@ -165,9 +165,9 @@ fn a_full_queue_is_reported_once_and_what_it_drops_is_counted_in_the_bag() {
     assert!(error.starts_with("the disk is too slow: 10 messages wait"), "{error}");
     assert_eq!(summary.n_messages, 10 + ENDING_MESSAGE);
     let bag = Bag::open(&path).unwrap();
-    let told = bag.metadata(RECORDING).unwrap();
-    assert_eq!(told["n_overflowed"], "5");
-    assert_eq!(told["n_overflowed /robot_1/detection"], "5");
+    let given = bag.metadata(RECORDING).unwrap();
+    assert_eq!(given["n_overflowed"], "5");
+    assert_eq!(given["n_overflowed /robot_1/detection"], "5");
 }
 
 #[test]
@@ -268,6 +268,9 @@ fn errors_of_the_disk_keep_their_reason() {
 
     let error = RecorderError::from(BagError::Write { path, source: source.into() });
 
-    let said = error.in_full();
-    assert!(said.starts_with("cannot record into run: ") && said.ends_with(&reason), "{said}");
+    let printed = error.in_full();
+    assert!(
+        printed.starts_with("cannot record into run: ") && printed.ends_with(&reason),
+        "{printed}"
+    );
 }

@@ -71,15 +71,15 @@ pub struct Said {
 
 /// A runner, and a controller if it is told to play one.
 pub struct Runner {
-    said: Arc<Mutex<Said>>,
+    printed: Arc<Mutex<Said>>,
     task: JoinHandle<()>,
     _subscriptions: [Subscription; 2],
 }
 
 impl Runner {
     pub fn start(session: &Session, node: &NodeHandle) -> Self {
-        let said = Arc::new(Mutex::new(Said { digest: DIGEST, ..Said::default() }));
-        let (to_status, to_controller) = (Arc::clone(&said), Arc::clone(&said));
+        let printed = Arc::new(Mutex::new(Said { digest: DIGEST, ..Said::default() }));
+        let (to_status, to_controller) = (Arc::clone(&printed), Arc::clone(&printed));
         let (status, controller) = (topics::STATUS, topics::CONTROLLER_STATUS);
         let subscriptions = [
             session
@@ -95,32 +95,32 @@ impl Runner {
                 .expect("the topic is allowed"),
         ];
         let publishers = Publishers::new(session, node);
-        let task = tokio::spawn(speak(publishers, Arc::clone(&said)));
-        Self { said, task, _subscriptions: subscriptions }
+        let task = tokio::spawn(speak(publishers, Arc::clone(&printed)));
+        Self { printed, task, _subscriptions: subscriptions }
     }
 
-    pub fn said(&self) -> MutexGuard<'_, Said> {
-        lock(&self.said)
+    pub fn printed(&self) -> MutexGuard<'_, Said> {
+        lock(&self.printed)
     }
 
     pub fn state(&self) -> u8 {
-        self.said().status.state
+        self.printed().status.state
     }
 
     /// Arms an epoch, waits for the robot to arm, and runs.
     pub async fn run_epoch(&self, epoch: u64) {
-        self.said().lease = Some((epoch, RunLease::ARMED));
+        self.printed().lease = Some((epoch, RunLease::ARMED));
         self.says("armed", |status| (status.state, status.epoch) == (RobotStatus::ARMED, epoch))
             .await;
-        self.said().lease = Some((epoch, RunLease::RUNNING));
+        self.printed().lease = Some((epoch, RunLease::RUNNING));
         self.says("moving", |status| status.state == RobotStatus::MOVING).await;
     }
 
     /// Waits for a status.
     pub async fn says(&self, what: &str, is_so: impl Fn(&RobotStatus) -> bool) {
         let start = Instant::now();
-        while !is_so(&self.said().status) {
-            let received = self.said().status.clone();
+        while !is_so(&self.printed().status) {
+            let received = self.printed().status.clone();
             assert!(start.elapsed() < PATIENCE, "the robot is not {what}, it says {received:?}");
             tokio::time::sleep(Duration::from_millis(20)).await;
         }
@@ -133,8 +133,8 @@ impl Drop for Runner {
     }
 }
 
-fn lock(said: &Mutex<Said>) -> MutexGuard<'_, Said> {
-    said.lock().unwrap_or_else(PoisonError::into_inner)
+fn lock(printed: &Mutex<Said>) -> MutexGuard<'_, Said> {
+    printed.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 struct Publishers {
@@ -158,24 +158,24 @@ impl Publishers {
     }
 }
 
-async fn speak(publishers: Publishers, said: Arc<Mutex<Said>>) {
+async fn speak(publishers: Publishers, printed: Arc<Mutex<Said>>) {
     let why = "a healthy network";
     let mut beat = tokio::time::interval(BEAT);
     let mut epoch = 0;
     loop {
         beat.tick().await;
         let (lease, foreign, e_stop, command) = {
-            let said = lock(&said);
-            let lease = said.lease.map(|(epoch, state)| RunLease {
+            let printed = lock(&printed);
+            let lease = printed.lease.map(|(epoch, state)| RunLease {
                 run_id: format!("run {epoch}"),
                 epoch,
                 state,
-                parameter_digest: said.digest,
+                parameter_digest: printed.digest,
                 robots: vec![ROBOT.to_owned()],
-                echoed_counter: vec![said.status.counter],
+                echoed_counter: vec![printed.status.counter],
                 ..RunLease::default()
             });
-            (lease, said.foreign_controller, said.e_stop, said.command)
+            (lease, printed.foreign_controller, printed.e_stop, printed.command)
         };
         if let Some(parameter_digest) = foreign {
             let counter = rsrs_ros::wire::first_counter(wall_time());

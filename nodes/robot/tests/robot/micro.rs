@@ -140,7 +140,7 @@ struct Program {
     is_greeted: bool,
     command: Option<(u16, Instant)>,
     wheels: (i32, i32),
-    said: Instant,
+    printed: Instant,
     n_said: u64,
     n_bytes_received: u64,
     born: Instant,
@@ -148,7 +148,7 @@ struct Program {
 
 impl Program {
     fn new(line: File, inside: Arc<Mutex<Inside>>) -> Self {
-        let said = Instant::now();
+        let printed = Instant::now();
         Self {
             line,
             inside,
@@ -156,10 +156,10 @@ impl Program {
             is_greeted: false,
             command: None,
             wheels: (0, 0),
-            said,
+            printed,
             n_said: 0,
             n_bytes_received: 0,
-            born: said,
+            born: printed,
         }
     }
 
@@ -186,8 +186,8 @@ impl Program {
             if self.command.is_some_and(|(_, at)| at.elapsed() >= TIMEOUT) {
                 self.turn_wheels((0, 0));
             }
-            if self.said.elapsed() >= STATE_EVERY {
-                self.said = Instant::now();
+            if self.printed.elapsed() >= STATE_EVERY {
+                self.printed = Instant::now();
                 self.say_state(mood);
             }
             std::thread::sleep(LOOK);
@@ -254,8 +254,8 @@ impl Program {
         if wheels != self.wheels {
             self.wheels = wheels;
             let (speed_mm_s, turn_rate_mrad_s) = wheels;
-            let told = Wheels { at: Instant::now(), speed_mm_s, turn_rate_mrad_s };
-            self.inside().wheels.push(told);
+            let given = Wheels { at: Instant::now(), speed_mm_s, turn_rate_mrad_s };
+            self.inside().wheels.push(given);
         }
     }
 

@@ -47,10 +47,10 @@ fn parameters_are_set_together_within_their_ranges_and_not_during_a_run() {
         let expected = [2.0, 0.4, 0.3].map(ParameterValue::Double);
         assert_eq!(values, expected);
 
-        runner.said().foreign_controller = Some(DIGEST);
+        runner.printed().foreign_controller = Some(DIGEST);
         runner.run_epoch(1).await;
         client.set_atomically(NODE, &good).await.expect_err("a run holds the parameters");
-        runner.said().lease = None;
+        runner.printed().lease = None;
         eventually("the lease runs out", || runner.state() == RobotStatus::STOPPED).await;
         client.set_atomically(NODE, &good).await.expect("the run is over");
 

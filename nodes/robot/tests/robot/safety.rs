@@ -39,8 +39,8 @@ impl Scene {
     /// One that somebody else commands, and that obeys.
     pub async fn commanded(arguments: &[&str]) -> Self {
         let scene = Self::start(&[&["--without-controller"], arguments].concat());
-        scene.runner.said().foreign_controller = Some(DIGEST);
-        scene.runner.said().command = Some((0.1, 0.5));
+        scene.runner.printed().foreign_controller = Some(DIGEST);
+        scene.runner.printed().command = Some((0.1, 0.5));
         scene.runner.run_epoch(1).await;
         scene.wheels_turn().await;
         scene
@@ -84,17 +84,17 @@ fn a_robot_mills_by_its_own_controller_and_a_killed_node_stops_the_wheels() {
             let start_values = ["--ros-args", "-p", "speed:=0.15", "-p", "turn_rate:=0.75"];
             let mut scene = Scene::start(&start_values);
             eventually("the controller says what it drives with", || {
-                scene.runner.said().controller_digest != 0
+                scene.runner.printed().controller_digest != 0
             })
             .await;
-            let digest = scene.runner.said().controller_digest;
-            scene.runner.said().digest = digest;
+            let digest = scene.runner.printed().controller_digest;
+            scene.runner.printed().digest = digest;
             scene.runner.run_epoch(1).await;
 
             eventually("it turns right", || scene.micro.wheels() == (150, -750)).await;
             scene.micro.inside().seen = "1";
             eventually("it turns left", || scene.micro.wheels() == (150, 750)).await;
-            assert!((scene.runner.said().status.battery_v - 7.4).abs() < 1e-3);
+            assert!((scene.runner.printed().status.battery_v - 7.4).abs() < 1e-3);
 
             scene.node.signal(libc::SIGKILL);
             scene.node.0.wait().expect("the node is our child");
@@ -113,19 +113,19 @@ fn a_command_beyond_the_limits_stops_the_wheels_at_once() {
         let scene = Scene::commanded(&["--ros-args", "-p", "period:=1.0"]).await;
 
         for command in [(f64::NAN, 0.5), (0.1, f64::INFINITY), (1e9, 0.0), (0.31, 0.0)] {
-            scene.runner.said().command = Some(command);
+            scene.runner.printed().command = Some(command);
             let refused = Instant::now();
             let stood = scene.wheels_stand().await;
             // It is said with the next beat.
             assert_within(refused, stood, 100);
             scene.still().await;
             assert_eq!(scene.runner.state(), RobotStatus::MOVING);
-            scene.runner.said().command = Some((0.1, 0.5));
+            scene.runner.printed().command = Some((0.1, 0.5));
             scene.wheels_turn().await;
         }
 
-        let allowed = |told: &micro::Wheels| {
-            (0..=100).contains(&told.speed_mm_s) && (0..=500).contains(&told.turn_rate_mrad_s)
+        let allowed = |given: &micro::Wheels| {
+            (0..=100).contains(&given.speed_mm_s) && (0..=500).contains(&given.turn_rate_mrad_s)
         };
         assert!(scene.micro.inside().wheels.iter().all(allowed));
         scene.end().await;
@@ -139,7 +139,7 @@ fn a_stale_command_stops_the_wheels_until_a_fresh_one_comes() {
         async || {
             let scene = Scene::commanded(&[]).await;
 
-            scene.runner.said().command = None;
+            scene.runner.printed().command = None;
             let silent = Instant::now();
             let stood = scene.wheels_stand().await;
             // 2.5 periods of 130 ms.
@@ -147,7 +147,7 @@ fn a_stale_command_stops_the_wheels_until_a_fresh_one_comes() {
             scene.still().await;
             assert_eq!(scene.runner.state(), RobotStatus::MOVING, "a stale command is no latch");
 
-            scene.runner.said().command = Some((0.1, 0.5));
+            scene.runner.printed().command = Some((0.1, 0.5));
             scene.wheels_turn().await;
             scene.end().await;
         },
@@ -159,20 +159,20 @@ fn an_e_stop_latches_until_a_newer_epoch_arms() {
     in_own_network("safety::an_e_stop_latches_until_a_newer_epoch_arms", async || {
         let scene = Scene::commanded(&[]).await;
 
-        scene.runner.said().e_stop = Some(true);
+        scene.runner.printed().e_stop = Some(true);
         let engaged = Instant::now();
         let stood = scene.wheels_stand().await;
         // It is said with the next beat.
         assert_within(engaged, stood, 100 + 200);
-        scene.runner.said().e_stop = Some(false);
+        scene.runner.printed().e_stop = Some(false);
         scene.still().await;
-        assert!(scene.runner.said().status.stop_reason.contains("e-stop"));
+        assert!(scene.runner.printed().status.stop_reason.contains("e-stop"));
 
         scene.runner.run_epoch(2).await;
         scene.wheels_turn().await;
 
         // Whoever was received once and falls silent locks as well.
-        scene.runner.said().e_stop = None;
+        scene.runner.printed().e_stop = None;
         scene.wheels_stand().await;
         scene.end().await;
     });
@@ -185,19 +185,19 @@ fn a_silent_runner_and_another_digest_stop_the_wheels_for_good() {
         async || {
             let scene = Scene::commanded(&[]).await;
 
-            scene.runner.said().lease = None;
+            scene.runner.printed().lease = None;
             let silent = Instant::now();
             let stood = scene.wheels_stand().await;
             assert_within(silent, stood, 500);
-            scene.runner.said().lease = Some((1, RunLease::RUNNING));
+            scene.runner.printed().lease = Some((1, RunLease::RUNNING));
             scene.still().await;
-            assert_eq!(scene.runner.said().status.stop_reason, "lease ran out");
+            assert_eq!(scene.runner.printed().status.stop_reason, "lease ran out");
 
             scene.runner.run_epoch(2).await;
             scene.wheels_turn().await;
-            scene.runner.said().foreign_controller = Some(DIGEST + 1);
+            scene.runner.printed().foreign_controller = Some(DIGEST + 1);
             scene.wheels_stand().await;
-            scene.runner.said().foreign_controller = Some(DIGEST);
+            scene.runner.printed().foreign_controller = Some(DIGEST);
             scene.still().await;
             scene.end().await;
         },
@@ -222,7 +222,7 @@ fn an_unplugged_robot_stays_out_of_its_run_and_joins_the_next() {
             })
             .await;
             scene.still().await;
-            let reason = scene.runner.said().status.stop_reason.clone();
+            let reason = scene.runner.printed().status.stop_reason.clone();
             assert!(reason.contains("hardware fault: the other end has gone"), "{reason}");
 
             scene.runner.run_epoch(2).await;
@@ -245,7 +245,7 @@ fn a_terminated_node_stops_the_wheels_first_and_says_so() {
         let since_command = stood.saturating_duration_since(commanded);
         assert!(since_command < Duration::from_millis(100), "it was the timeout that stopped them");
         eventually("the robot says that it has ended", || {
-            scene.runner.said().status.stop_reason.contains("the robot's node has ended")
+            scene.runner.printed().status.stop_reason.contains("the robot's node has ended")
         })
         .await;
         let status = scene.node.0.wait().expect("the node is our child");

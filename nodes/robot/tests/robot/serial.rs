@@ -75,8 +75,8 @@ fn run(body: impl Future<Output = ()>) {
 }
 
 /// Every pair that the wheels were told, in mm/s and mrad/s.
-fn told(micro: &Micro) -> BTreeSet<(i32, i32)> {
-    micro.inside().wheels.iter().map(|told| (told.speed_mm_s, told.turn_rate_mrad_s)).collect()
+fn given(micro: &Micro) -> BTreeSet<(i32, i32)> {
+    micro.inside().wheels.iter().map(|given| (given.speed_mm_s, given.turn_rate_mrad_s)).collect()
 }
 
 #[test]
@@ -90,7 +90,7 @@ fn wheels_do_what_they_are_told_and_stop_when_nobody_tells_them() {
         drive.until("wheels turn", || FORWARD, |_| micro.wheels() == (150, -750)).await;
         drive.for_a_while(Duration::from_secs(1), FORWARD).await;
         assert_eq!(drive.downs, [""; 0]);
-        assert_eq!(told(&micro), BTreeSet::from([(150, -750)]), "the wheels never stood");
+        assert_eq!(given(&micro), BTreeSet::from([(150, -750)]), "the wheels never stood");
 
         tokio::time::sleep(Duration::from_millis(600)).await;
         let inside = micro.inside();
@@ -136,7 +136,7 @@ fn noise_and_half_lines_neither_stop_the_robot_nor_move_it_otherwise() {
 
         assert_eq!(drive.downs, [""; 0]);
         let allowed = BTreeSet::from([(150, -750), (0, 0)]);
-        assert!(told(&micro).is_subset(&allowed), "{:?}", told(&micro));
+        assert!(given(&micro).is_subset(&allowed), "{:?}", given(&micro));
         let garbled = drive.driver.health().into_iter().find(|(key, _)| *key == "lines_garbled");
         assert_ne!(garbled.expect("it is counted").1, "0");
     });
@@ -232,10 +232,10 @@ fn a_microcontroller_that_was_deaf_obeys_no_old_command() {
         }
 
         assert!(drive.downs.iter().any(|reason| reason.contains("not acknowledged")));
-        for told in &micro.inside().wheels {
-            if told.speed_mm_s > 0 {
-                let sent_s = f64::from(told.speed_mm_s) / 100.0;
-                let age_s = told.at.duration_since(start).as_secs_f64() - sent_s;
+        for given in &micro.inside().wheels {
+            if given.speed_mm_s > 0 {
+                let sent_s = f64::from(given.speed_mm_s) / 100.0;
+                let age_s = given.at.duration_since(start).as_secs_f64() - sent_s;
                 assert!(age_s < 0.4, "a command of {age_s} s ago was obeyed");
             }
         }

@@ -85,7 +85,7 @@ fn text(result: &Report, record: Option<&ExperimentRecord>, bag: &Bag) -> String
         size(info.n_bytes),
         counted(info.files.len() as u64, "file")
     );
-    let mut line = |said: String| writeln!(text, "{said}").expect("a string takes any text");
+    let mut line = |printed: String| writeln!(text, "{printed}").expect("a string takes any text");
     if let Some((start_ns, end_ns)) = info.start_ns.zip(info.end_ns) {
         line(format!("recorded: {} to {}", moment(start_ns), moment(end_ns)));
     }

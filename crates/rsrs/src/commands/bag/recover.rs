@@ -85,7 +85,7 @@ fn text(recovered: &Recovered, n_labels: usize) -> String {
         span(recovered.bounds_ns),
         besides(recovered, n_labels)
     );
-    let mut line = |said: String| writeln!(text, "{said}").expect("a string takes any text");
+    let mut line = |printed: String| writeln!(text, "{printed}").expect("a string takes any text");
     line(format!("lost: {}", lost(recovered)));
     for (topic, n) in &recovered.lost.of_topic {
         line(format!("  {topic}: {}", counted(*n, "message")));

@@ -116,8 +116,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         let factor = "with the default factors of a sweep";
         write!(words, "\n\nwarning: {factor}, {lost}").expect("a string takes any text");
     }
-    let told = Told { fitted: &fitted, details: &fitted.details, lost_capabilities: &lost };
-    report(arguments.format, &told, &words)?;
+    let given = Told { fitted: &fitted, details: &fitted.details, lost_capabilities: &lost };
+    report(arguments.format, &given, &words)?;
     Ok(Outcome::Done)
 }
 

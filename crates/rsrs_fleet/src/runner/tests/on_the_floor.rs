@@ -17,12 +17,12 @@ fn floor() -> Bench {
 
 fn armed(bench: &mut Bench) {
     for _ in 0..40 {
-        if bench.told.iter().any(|text| text.contains("move in")) {
+        if bench.notes.iter().any(|text| text.contains("move in")) {
             return;
         }
         bench.beat();
     }
-    panic!("no countdown after 4 s: {:?}", bench.told);
+    panic!("no countdown after 4 s: {:?}", bench.notes);
 }
 
 #[test]
@@ -37,7 +37,7 @@ fn the_robots_move_when_the_countdown_is_over_and_not_before() {
 
     assert_eq!(bench.state(), Some(LeaseState::Running));
     assert_eq!(bench.now_ms - start_ms, 3_000);
-    let counted: Vec<_> = bench.told.iter().filter(|text| text.contains("move in")).collect();
+    let counted: Vec<_> = bench.notes.iter().filter(|text| text.contains("move in")).collect();
     assert_eq!(
         counted,
         ["the robots move in 3 s", "the robots move in 2 s", "the robots move in 1 s"]
@@ -53,7 +53,7 @@ fn an_interrupted_countdown_moves_no_robot() {
 
     assert_eq!(bench.state(), Some(LeaseState::Stopped));
     assert_eq!(bench.end().0, Outcome::Aborted { reason: "interrupted".to_owned() });
-    assert!(!bench.told.contains(&"running".to_owned()));
+    assert!(!bench.notes.contains(&"running".to_owned()));
 }
 
 #[test]
@@ -67,14 +67,14 @@ fn a_robot_that_falls_silent_in_the_countdown_ends_the_run() {
         bench.problems(),
         ["robot_2: did not arm: silent", "robot_2 (controller): did not arm: silent"]
     );
-    assert!(!bench.told.contains(&"running".to_owned()));
+    assert!(!bench.notes.contains(&"running".to_owned()));
 }
 
 #[test]
 fn a_robot_that_falls_silent_just_before_the_start_ends_the_run_as_soon_as_any_other() {
     let mut bench = floor();
     armed(&mut bench);
-    while !bench.told.contains(&"the robots move in 1 s".to_owned()) {
+    while !bench.notes.contains(&"the robots move in 1 s".to_owned()) {
         bench.beat();
     }
     bench.beat();
@@ -85,7 +85,7 @@ fn a_robot_that_falls_silent_just_before_the_start_ends_the_run_as_soon_as_any_o
         bench.beat();
     }
 
-    assert!(bench.told.contains(&"running".to_owned()), "robot_1 has moved");
+    assert!(bench.notes.contains(&"running".to_owned()), "robot_1 has moved");
     assert!(bench.now_ms - silent_ms <= 1_200, "{} ms", bench.now_ms - silent_ms);
     let reason = "lost robot_2: silent for more than 1 s".to_owned();
     assert_eq!(bench.end().0, Outcome::Aborted { reason });
@@ -129,7 +129,7 @@ fn poses_that_come_seldom_are_waited_for_and_their_rate_is_said() {
         "poses of robot_1 come at 1.7 Hz, expected 10 Hz or more",
         "poses of robot_2 come at 1.7 Hz, expected 10 Hz or more",
     ] {
-        assert!(bench.told.iter().any(|text| text == expected), "{:?}", bench.told);
+        assert!(bench.notes.iter().any(|text| text == expected), "{:?}", bench.notes);
     }
 }
 
@@ -158,7 +158,7 @@ fn the_operator_is_told_where_the_robots_stand() {
 
         armed(&mut bench);
 
-        assert!(bench.told.iter().any(|text| text == expected), "{:?}", bench.told);
+        assert!(bench.notes.iter().any(|text| text == expected), "{:?}", bench.notes);
     }
 }
 
@@ -190,8 +190,8 @@ fn an_error_in_the_diagnostics_during_a_run_is_told_once() {
     bench.give(diagnosis(Some("no answer")));
     bench.give(diagnosis(Some("no answer")));
 
-    let told = bench.told.iter().filter(|text| text.contains("link: no answer")).count();
-    assert_eq!(told, 1);
+    let notes = bench.notes.iter().filter(|text| text.contains("link: no answer")).count();
+    assert_eq!(notes, 1);
     assert_eq!(bench.end().0, Outcome::Completed);
 }
 

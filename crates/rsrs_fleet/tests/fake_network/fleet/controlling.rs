@@ -114,7 +114,7 @@ impl Fleet {
 
     /// May a controller that holds the lease say what it says, and leave it at that?
     fn judge_mouth(&mut self, robot: usize) -> Result<(), String> {
-        let stands = self.mouths[robot].is_none_or(|told| told == Command::STOP);
+        let stands = self.mouths[robot].is_none_or(|command_sent| command_sent == Command::STOP);
         if stands || !self.scenario.controller_only[robot] {
             return Ok(());
         }

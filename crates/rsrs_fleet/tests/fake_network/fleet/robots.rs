@@ -57,8 +57,10 @@ impl RobotHost {
     /// What the wheels do, if they turn: the microcontroller stops them when nobody speaks.
     pub fn turning(&self, now_ms: u64) -> Option<Command> {
         self.wheels
-            .filter(|(told, at_ms)| *told != Command::STOP && now_ms <= at_ms + WHEELS_MS)
-            .map(|(told, _)| told)
+            .filter(|(command_sent, at_ms)| {
+                *command_sent != Command::STOP && now_ms <= at_ms + WHEELS_MS
+            })
+            .map(|(command_sent, _)| command_sent)
     }
 }
 
@@ -205,9 +207,9 @@ impl Fleet {
         let now_ms = self.now_ms;
         let host = &mut self.robots[robot];
         let command = host.ramp.toward(let_through, &LIMITS, now);
-        let is_told = host
-            .wheels
-            .is_some_and(|(told, at_ms)| told == command && now_ms < at_ms + WHEEL_BEAT_MS);
+        let is_told = host.wheels.is_some_and(|(command_sent, at_ms)| {
+            command_sent == command && now_ms < at_ms + WHEEL_BEAT_MS
+        });
         if !is_told {
             host.wheels = Some((command, now_ms));
         }

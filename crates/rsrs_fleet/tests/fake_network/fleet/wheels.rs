@@ -33,6 +33,6 @@ impl Fleet {
             return self.robots[robot].turning(self.now_ms);
         }
         let is_awake = self.is_awake(Node::Controller(robot));
-        self.mouths[robot].filter(|told| is_awake && *told != Command::STOP)
+        self.mouths[robot].filter(|command_sent| is_awake && *command_sent != Command::STOP)
     }
 }

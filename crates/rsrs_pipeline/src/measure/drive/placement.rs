@@ -73,8 +73,8 @@ mod tests {
             (stand(0.5, 0.0), "0.500 m from a, straight ahead of it, centre to centre"),
             (Trial::Stand { neighbour: None, samples: 9 }, "a alone: take away all that it could"),
         ] {
-            let told = words("a", &trial);
-            assert!(told.contains(expected), "{told}");
+            let given = words("a", &trial);
+            assert!(given.contains(expected), "{given}");
         }
     }
 

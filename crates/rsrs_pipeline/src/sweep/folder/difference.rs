@@ -62,11 +62,11 @@ fn differ(path: &str, there: &Value, here: &Value) -> Option<String> {
         (Value::Array(there), Value::Array(here)) => {
             Some(format!("{path} has {} values there, and {} here", there.len(), here.len()))
         }
-        _ => Some(format!("{path} is {} there, and {} here", said(there), said(here))),
+        _ => Some(format!("{path} is {} there, and {} here", printed(there), printed(here))),
     }
 }
 
-fn said(value: &Value) -> String {
+fn printed(value: &Value) -> String {
     match value {
         Value::Null => "not given".to_owned(),
         Value::Object(_) => "given".to_owned(),

@@ -170,7 +170,7 @@ mod tests {
     const STRAIGHT: ControllerParameters =
         ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.0 };
 
-    fn said(command: ControllerParameters, lines: &str) -> (anyhow::Result<Motion>, String) {
+    fn printed(command: ControllerParameters, lines: &str) -> (anyhow::Result<Motion>, String) {
         let mut interview = Interview { input: lines.as_bytes(), output: Vec::new() };
         let motion = interview.motion((command, 13.0));
         (motion, String::from_utf8(interview.output).unwrap())
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn tape_and_stopwatch_make_a_straight_run() {
-        let motion = said(STRAIGHT, "1.95\n12.8\n\n0.05\n").0.unwrap();
+        let motion = printed(STRAIGHT, "1.95\n12.8\n\n0.05\n").0.unwrap();
 
         let expected = Motion::Straight {
             commanded_m_s: 0.15,
@@ -194,7 +194,7 @@ mod tests {
     fn the_time_of_a_turn_is_the_commanded_one_if_nobody_says_otherwise() {
         let turn = ControllerParameters { speed_m_s: 0.0, turn_rate_rad_s: 0.5 };
 
-        let motion = said(turn, "6.1\n\n").0.unwrap();
+        let motion = printed(turn, "6.1\n\n").0.unwrap();
 
         let expected = Motion::Turn { commanded_rad_s: 0.5, angle_rad: 6.1, duration_s: 13.0 };
         assert_eq!(motion, expected);
@@ -204,7 +204,7 @@ mod tests {
     fn what_is_no_number_is_asked_again() {
         let turn = ControllerParameters { speed_m_s: 0.0, turn_rate_rad_s: 0.5 };
 
-        let (motion, asked) = said(turn, "a circle\n\n6.1\n\n");
+        let (motion, asked) = printed(turn, "a circle\n\n6.1\n\n");
 
         let expected = Motion::Turn { commanded_rad_s: 0.5, angle_rad: 6.1, duration_s: 13.0 };
         assert_eq!(motion.unwrap(), expected);
@@ -229,7 +229,7 @@ mod tests {
 
     #[test]
     fn a_closed_input_is_said() {
-        let error = said(STRAIGHT, "").0.unwrap_err().to_string();
+        let error = printed(STRAIGHT, "").0.unwrap_err().to_string();
 
         assert!(error.contains("standard input ended before the answer to `distance"), "{error}");
     }
