@@ -158,7 +158,7 @@ impl Bag {
             n_bytes: file.n_bytes,
             n_messages: file.topics.iter().map(|topic| topic.n_messages).sum(),
             bounds_ns: file.bounds_ns,
-            is_indexed: file.table.is_some(),
+            is_indexed: file.summary.is_some(),
             library: file.library.clone(),
         });
         files.collect()

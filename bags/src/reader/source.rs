@@ -6,18 +6,15 @@ use std::path::Path;
 
 use mcap::McapError;
 use mcap::records::Record;
-use mcap::sans_io::LinearReaderOptions;
 
 use crate::BagError;
+use crate::records::{self, HEAD_BYTES};
 
 /// Records of this size and less are read in any file; larger ones only if the file is larger.
 const MIN_RECORD_LIMIT: usize = 64 << 20;
 
 /// Text and numbers hardly compress better than this.
 const MAX_COMPRESSION: usize = 64;
-
-/// Opcode and length stand in front of each record.
-const RECORD_HEAD: usize = 9;
 
 /// A profile and a library name take far less than this.
 const MAX_HEADER: u64 = 1 << 20;
@@ -57,17 +54,14 @@ impl Source {
         matches!(self, Self::Zstd(_))
     }
 
-    /// How it is read from front to back.
-    pub fn options(&self) -> io::Result<LinearReaderOptions> {
-        let limit = match self {
-            Self::Plain(source) => record_limit(source.get_ref())?,
+    /// The longest record or unpacked chunk that is believed, in bytes.
+    pub fn record_limit(&self) -> io::Result<usize> {
+        match self {
+            Self::Plain(source) => record_limit(source.get_ref()),
             Self::Zstd(source) => {
-                record_limit(source.get_ref().get_ref())?.saturating_mul(MAX_COMPRESSION)
+                Ok(record_limit(source.get_ref().get_ref())?.saturating_mul(MAX_COMPRESSION))
             }
-        };
-        Ok(LinearReaderOptions::default()
-            .with_validate_chunk_crcs(true)
-            .with_record_length_limit(limit))
+        }
     }
 }
 
@@ -119,7 +113,7 @@ fn starts_with_zstd(file: &mut File) -> io::Result<bool> {
 pub fn check_header(source: &mut Source, path: &Path) -> Result<String, BagError> {
     let path = path.to_owned();
     let mut head = Vec::new();
-    let head_length = mcap::MAGIC.len() + RECORD_HEAD;
+    let head_length = mcap::MAGIC.len() + HEAD_BYTES;
     if let Err(source) = source.by_ref().take(head_length as u64).read_to_end(&mut head) {
         return Err(BagError::Io { action: "read", path, source });
     }
@@ -138,10 +132,7 @@ pub fn check_header(source: &mut Source, path: &Path) -> Result<String, BagError
         last_log_time_ns: None,
         source,
     };
-    let Some((&opcode, length)) = record_head.split_first() else {
-        return Err(incomplete(McapError::UnexpectedEof));
-    };
-    let Ok(length) = length.try_into().map(u64::from_le_bytes) else {
+    let Some((opcode, length)) = records::head(record_head) else {
         return Err(incomplete(McapError::UnexpectedEof));
     };
     let mut body = Vec::new();
@@ -151,7 +142,7 @@ pub fn check_header(source: &mut Source, path: &Path) -> Result<String, BagError
     if body.len() as u64 != length {
         return Err(incomplete(McapError::UnexpectedEof));
     }
-    match mcap::parse_record(opcode, &body).map_err(incomplete)? {
+    match records::parse(opcode, &body).map_err(incomplete)? {
         // Some writers leave it out.
         Record::Header(header) if ["ros2", ""].contains(&&*header.profile) => Ok(header.library),
         Record::Header(header) => Err(BagError::Profile { path, found: header.profile }),

@@ -56,3 +56,17 @@ impl ChannelDescription {
         TopicWithCount { topic_metadata, message_count }
     }
 }
+
+impl From<&mcap::Channel<'_>> for ChannelDescription {
+    fn from(channel: &mcap::Channel) -> Self {
+        let schema = channel.schema.as_ref();
+        Self {
+            topic: channel.topic.clone(),
+            type_name: schema.map(|schema| schema.name.clone()).unwrap_or_default(),
+            schema_encoding: schema.map(|schema| schema.encoding.clone()).unwrap_or_default(),
+            schema: schema.map(|schema| schema.data.to_vec()).unwrap_or_default(),
+            message_encoding: channel.message_encoding.clone(),
+            metadata: channel.metadata.clone(),
+        }
+    }
+}

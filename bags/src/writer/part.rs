@@ -1,6 +1,5 @@
 //! One `.mcap` file that is being written.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, IntoInnerError, Seek, SeekFrom, Write};
@@ -105,16 +104,8 @@ impl Part {
     }
 
     /// Records a file.
-    pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), BagError> {
-        let time_ns = self.bounds_ns.map_or(0, |(_, last_ns)| last_ns);
-        let attachment = mcap::Attachment {
-            log_time: time_ns,
-            create_time: time_ns,
-            name: name.to_owned(),
-            media_type: media_type.to_owned(),
-            data: Cow::Borrowed(data),
-        };
-        self.writer.attach(&attachment).map_err(|source| self.error(source))
+    pub fn attach(&mut self, attachment: &mcap::Attachment) -> Result<(), BagError> {
+        self.writer.attach(attachment).map_err(|source| self.error(source))
     }
 
     /// Records pairs of strings.
