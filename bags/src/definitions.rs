@@ -45,44 +45,23 @@ impl Definition {
 }
 
 /// Why a type has no definition.
+#[expect(missing_docs, reason = "fields are what the message names")]
 #[derive(Debug, thiserror::Error)]
 pub enum DefinitionError {
     /// Something else than the name of a message type.
     #[error("{found:?} is not a type of message, expected package/msg/Name")]
-    TypeName {
-        /// What was given.
-        found: String,
-    },
+    TypeName { found: String },
     /// There is no file for the type.
     #[error(
         "no file {} in {}{}", .type_name.file(), folders(.searched), wanted_by(.needed_by.as_ref())
     )]
-    NotFound {
-        /// The type.
-        type_name: TypeName,
-        /// The type with a field of this type, if it was not asked for itself.
-        needed_by: Option<TypeName>,
-        /// Where it was looked for.
-        searched: Vec<PathBuf>,
-    },
+    NotFound { type_name: TypeName, needed_by: Option<TypeName>, searched: Vec<PathBuf> },
     /// A line is no field, constant or comment.
     #[error("{}:{line}: {found:?} is neither field nor constant", .path.display())]
-    Syntax {
-        /// The file.
-        path: PathBuf,
-        /// The line, counted from 1.
-        line: usize,
-        /// The line itself.
-        found: String,
-    },
+    Syntax { path: PathBuf, line: usize, found: String },
     /// The system refused.
     #[error("cannot read {}", .path.display())]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
+    Io { path: PathBuf, source: std::io::Error },
 }
 
 impl DefinitionError {

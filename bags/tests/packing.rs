@@ -9,19 +9,11 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use recording::damage::{messages, temporary};
 use recording::{PERIOD_NS, Recording};
 use rsrs_bags::definitions::{Definition, DefinitionError, Definitions};
-use rsrs_bags::{Bag, BagError, BagMessage, BagOptions, BagWriter, Compression, Packing, Sample};
+use rsrs_bags::{Bag, BagError, BagOptions, BagWriter, Compression, Packing, Sample};
 use rsrs_msgs::topics::Qos;
-
-fn temporary() -> tempfile::TempDir {
-    tempfile::tempdir().expect("there is room for a temporary folder")
-}
-
-fn messages(path: &Path) -> Vec<BagMessage> {
-    let bag = Bag::open(path).expect("it opens");
-    bag.messages().collect::<Result<_, _>>().expect("the bag is whole")
-}
 
 fn recorded(path: &Path, packing: Packing, n_steps: u64) -> Vec<String> {
     let custom_data = BTreeMap::from([("run_id".to_owned(), "7".to_owned())]);

@@ -58,36 +58,14 @@ pub fn robot_before(topic: &str, relative: &str) -> Option<String> {
     (!robot.is_empty()).then(|| robot.to_owned())
 }
 
-/// The pose in an odometry.
-pub fn of_odometry(robot: &str, message: Odometry) -> RawPose {
-    let pose = message.pose.pose;
-    RawPose {
-        robot: robot.to_owned(),
-        frame: message.header.frame_id,
-        stamp: message.header.stamp,
-        position: vector(pose.position),
-        orientation: pose.orientation,
-    }
-}
-
-/// The pose from a tracker.
-pub fn of_pose_stamped(robot: &str, message: PoseStamped) -> RawPose {
-    RawPose {
-        robot: robot.to_owned(),
-        frame: message.header.frame_id,
-        stamp: message.header.stamp,
-        position: vector(message.pose.position),
-        orientation: message.pose.orientation,
-    }
-}
-
-/// One pose of a message with the poses of all robots.
-pub fn of_array(header: &Header, (robot, pose): (String, Pose3)) -> RawPose {
+/// The pose of a robot in a message.
+pub fn of_message(robot: String, header: &Header, pose: Pose3) -> RawPose {
+    let Point { x, y, z } = pose.position;
     RawPose {
         robot,
         frame: header.frame_id.clone(),
         stamp: header.stamp,
-        position: vector(pose.position),
+        position: Vector3 { x, y, z },
         orientation: pose.orientation,
     }
 }
@@ -147,10 +125,6 @@ pub fn fill_missing_stamps(poses: &mut [PoseSample]) {
     }
 }
 
-fn vector(point: Point) -> Vector3 {
-    Vector3 { x: point.x, y: point.y, z: point.z }
-}
-
 #[cfg(test)]
 mod tests {
     use rsrs_msgs::geometry_msgs::{Transform, TransformStamped};
@@ -160,7 +134,7 @@ mod tests {
     fn tracked(orientation: Quaternion) -> RawPose {
         let mut message = PoseStamped::default();
         message.pose.orientation = orientation;
-        of_pose_stamped("robot_1", message)
+        of_message("robot_1".to_owned(), &message.header, message.pose)
     }
 
     #[test]
