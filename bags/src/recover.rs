@@ -2,7 +2,7 @@
 //!
 //! The damaged bag is left as it is; a new one is written beside it. Nothing is made up: of a chunk
 //! that fails its checksum no message is taken, and what stands outside of chunks must be a record
-//! to the last byte. The new bag is compressed with zstd, as those that are recorded.
+//! to the last byte. The new bag is compressed as the old one.
 
 mod bytes;
 mod chunk;
@@ -27,7 +27,7 @@ pub use recovery::Recovery;
 
 use crate::metadata::Contents;
 use crate::reader::{Source, files_of, open, read_summary};
-use crate::{BagError, BagSummary};
+use crate::{BagError, BagSummary, Compression};
 use bytes::Bytes;
 use sink::Sink;
 
@@ -105,8 +105,11 @@ pub fn recover_into(path: &Path, folder: &Path) -> Result<Recovered, BagError> {
         found => found?,
     };
     let mut sink = Sink::new(folder.to_owned());
-    if let Some(pairs) = contents.as_ref().and_then(|contents| contents.custom_data.clone()) {
-        sink.add_custom_data(pairs);
+    if let Some(contents) = &contents {
+        sink.add_custom_data(contents.custom_data.clone().unwrap_or_default());
+        // Messages that were compressed one by one are unpacked.
+        let is_by_message = contents.compresses_messages();
+        sink.compression = is_by_message.then_some(Compression::Zstd);
     }
     let mut losses = Vec::new();
     let mut lost = LostMessages { is_exact: true, ..LostMessages::default() };

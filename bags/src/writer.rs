@@ -15,7 +15,7 @@ use rsrs_msgs::topics::Qos;
 use crate::BagError;
 use crate::definitions::Definition;
 use crate::metadata::{self, FileInformation, Information, TopicWithCount};
-pub use channel::ChannelDescription;
+pub(crate) use channel::ChannelDescription;
 pub use packing::{Compression, Packing};
 use part::Part;
 

@@ -1,14 +1,14 @@
 //! One `.mcap` file: what is in it, by its summary section or by reading it through.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use mcap::records;
-use mcap::{Channel, Summary};
+use mcap::{Channel, McapError, Summary};
 
 use super::linear::Depth;
 use super::scan::{Fault, Part, Scan};
-use super::source::{Source, check_header, open};
+use super::source::{Source, check_magic, open};
 use super::summary;
 use super::{Attachment, Damage, TopicInfo};
 use crate::{BagError, qos};
@@ -17,9 +17,7 @@ use crate::{BagError, qos};
 #[derive(Debug)]
 pub struct BagFile {
     pub path: PathBuf,
-    /// On disk.
     pub n_bytes: u64,
-    /// The program that wrote it.
     pub library: String,
     /// Its summary section, if that is there and leads to all messages.
     pub summary: Option<Summary>,
@@ -30,7 +28,6 @@ pub struct BagFile {
     pub metadata: Vec<records::Metadata>,
     /// First and last log time, in nanoseconds.
     pub bounds_ns: Option<(u64, u64)>,
-    /// How its chunks are compressed.
     pub compressions: BTreeSet<String>,
     /// Whether rosbag2 compressed it as a whole.
     pub is_compressed: bool,
@@ -47,13 +44,14 @@ impl BagFile {
     /// looked into. What has no checksum must show by itself that it is whole, to the last record.
     pub fn open(path: PathBuf) -> Result<Self, BagError> {
         let mut source = Source::open(&path)?;
-        let library = check_header(&mut source, &path)?;
+        check_magic(&mut source, &path)?;
         let mut file = open(&path)?;
         let io = |source| BagError::Io { action: "read", path: path.clone(), source };
         let n_bytes = file.metadata().map_err(io)?.len();
         let is_compressed = source.is_compressed();
         let summary = if is_compressed { None } else { summary::read(&mut file) };
         let scan = Scan::of(&path, Depth::Chunks)?;
+        let library = library(&path, &scan)?;
         let is_indexed = summary.as_ref().is_some_and(|summary| scan.is_indexed_by(summary));
         let mut opened = Self {
             path,
@@ -154,6 +152,20 @@ impl TopicInfo {
             offered_qos_profiles: described(qos::KEY),
             type_hash: described(qos::HASH_KEY),
             n_messages,
+        }
+    }
+}
+
+/// The program that wrote a file of ROS 2.
+fn library(path: &Path, scan: &Scan) -> Result<String, BagError> {
+    let path = path.to_owned();
+    match &scan.found.header {
+        // Some writers leave it out.
+        Some(header) if ["ros2", ""].contains(&&*header.profile) => Ok(header.library.clone()),
+        Some(header) => Err(BagError::Profile { path, found: header.profile.clone() }),
+        None => {
+            let source = McapError::UnexpectedEof;
+            Err(BagError::Incomplete { path, n_messages: 0, last_log_time_ns: None, source })
         }
     }
 }

@@ -39,17 +39,13 @@ pub struct Linear {
     next_byte: u64,
     /// The content of the current chunk, or a record that is in none.
     bytes: Vec<u8>,
-    /// The current record.
     opcode: u8,
     body: Range<usize>,
     /// The room for the next chunk's content.
     content: Vec<u8>,
     is_past_data: bool,
-    /// The channels so far.
     pub channels: ChannelAccumulator<'static>,
-    /// Chunks so far.
     pub chunks: BTreeSet<ChunkPlace>,
-    /// How they are compressed.
     pub compressions: BTreeSet<String>,
 }
 

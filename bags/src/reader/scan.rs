@@ -29,7 +29,6 @@ pub enum Part {
 pub struct Fault {
     /// The record, by its place in the file.
     pub at_byte: u64,
-    /// What is wrong with it.
     pub reason: String,
     /// Whether the file ends there, as that of a recorder that was killed.
     pub is_end: bool,
@@ -52,23 +51,18 @@ pub struct Scan {
     pub data: Part,
     /// The summary section behind it.
     pub summary: Part,
-    /// The channels by their numbers.
     pub channels: ChannelAccumulator<'static>,
-    /// How its chunks are compressed.
     pub compressions: BTreeSet<String>,
     chunks: BTreeSet<ChunkPlace>,
-    /// What was found on the way.
     pub found: Found,
 }
 
 /// What is found in records, one after the other.
 #[derive(Default)]
 pub struct Found {
-    /// Messages by channel.
+    pub header: Option<records::Header>,
     pub counts: BTreeMap<u16, u64>,
-    /// In order.
     pub attachments: Vec<Attachment>,
-    /// In order.
     pub metadata: Vec<records::Metadata>,
     /// First and last log time, in nanoseconds.
     pub bounds_ns: Option<(u64, u64)>,
@@ -153,6 +147,7 @@ impl Found {
     fn take(&mut self, record: Record) -> McapResult<()> {
         let part = |checksum: u32| if checksum == 0 { Part::WithoutChecksum } else { Part::Sound };
         match record {
+            Record::Header(header) => self.header = Some(header),
             Record::Channel(channel) => {
                 self.counts.entry(channel.id).or_default();
             }

@@ -4,20 +4,13 @@ use std::fs::File;
 use std::io::{self, BufReader, ErrorKind, Read};
 use std::path::Path;
 
-use mcap::McapError;
-use mcap::records::Record;
-
 use crate::BagError;
-use crate::records::{self, HEAD_BYTES};
 
 /// Records of this size and less are read in any file; larger ones only if the file is larger.
 const MIN_RECORD_LIMIT: usize = 64 << 20;
 
 /// Text and numbers hardly compress better than this.
 const MAX_COMPRESSION: usize = 64;
-
-/// A profile and a library name take far less than this.
-const MAX_HEADER: u64 = 1 << 20;
 
 /// What a zstd frame starts with.
 pub const ZSTD_MAGIC: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
@@ -105,47 +98,18 @@ fn starts_with_zstd(file: &mut File) -> io::Result<bool> {
     Ok(head == ZSTD_MAGIC)
 }
 
-/// Refuses what is not an MCAP file of ROS 2.
-///
-/// # Returns
-///
-/// The name of the program that wrote it.
-pub fn check_header(source: &mut Source, path: &Path) -> Result<String, BagError> {
+/// Refuses what is not an MCAP file, by its first bytes.
+pub fn check_magic(source: &mut Source, path: &Path) -> Result<(), BagError> {
     let path = path.to_owned();
     let mut head = Vec::new();
-    let head_length = mcap::MAGIC.len() + HEAD_BYTES;
-    if let Err(source) = source.by_ref().take(head_length as u64).read_to_end(&mut head) {
+    if let Err(source) = source.take(SQLITE_MAGIC.len() as u64).read_to_end(&mut head) {
         return Err(BagError::Io { action: "read", path, source });
     }
     if head.is_empty() {
         return Err(BagError::Empty { path });
     }
-    if head.starts_with(&SQLITE_MAGIC[..head_length.min(SQLITE_MAGIC.len())]) {
+    if head == SQLITE_MAGIC {
         return Err(BagError::Sqlite { path });
     }
-    let Some(record_head) = head.strip_prefix(mcap::MAGIC) else {
-        return Err(BagError::NotMcap { path });
-    };
-    let incomplete = |source| BagError::Incomplete {
-        path: path.clone(),
-        n_messages: 0,
-        last_log_time_ns: None,
-        source,
-    };
-    let Some((opcode, length)) = records::head(record_head) else {
-        return Err(incomplete(McapError::UnexpectedEof));
-    };
-    let mut body = Vec::new();
-    if let Err(source) = source.by_ref().take(length.min(MAX_HEADER)).read_to_end(&mut body) {
-        return Err(BagError::Io { action: "read", path, source });
-    }
-    if body.len() as u64 != length {
-        return Err(incomplete(McapError::UnexpectedEof));
-    }
-    match records::parse(opcode, &body).map_err(incomplete)? {
-        // Some writers leave it out.
-        Record::Header(header) if ["ros2", ""].contains(&&*header.profile) => Ok(header.library),
-        Record::Header(header) => Err(BagError::Profile { path, found: header.profile }),
-        _ => Err(BagError::NotMcap { path }),
-    }
+    if head.starts_with(mcap::MAGIC) { Ok(()) } else { Err(BagError::NotMcap { path }) }
 }

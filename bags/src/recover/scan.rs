@@ -13,8 +13,8 @@ use super::loss::{Loss, LossKind};
 use super::search::{self, Layout};
 use super::sink::Sink;
 use super::sound::{self, ChunkHead};
-use crate::BagError;
 use crate::records::{self, HEAD_BYTES, parse, reason};
+use crate::{BagError, Compression};
 
 /// A record outside of chunks is believed to be longer than this only if another one follows.
 const MAX_LONE_RECORD: u64 = 16 << 20;
@@ -25,13 +25,11 @@ const UNKNOWN: &str = "messages of a channel whose definition is lost, or that d
 /// What was found in a file.
 #[derive(Default)]
 pub struct Found {
-    /// What could not be saved.
     pub losses: Vec<Loss>,
     /// Messages that the indexes behind lost chunks name, by topic.
     pub missing: BTreeMap<String, u64>,
     /// Whether anything in the file was an MCAP record.
     pub has_records: bool,
-    /// The profile in its header.
     pub profile: Option<String>,
     /// Whether the file ends as it should.
     pub is_closed: bool,
@@ -224,6 +222,11 @@ impl Scan<'_> {
     fn chunk(&mut self, from: u64, body: &[u8], if_lost: LossKind) -> Result<(), BagError> {
         self.recent.clear();
         let head = ChunkHead::parse(body).expect("the frame was judged by it");
+        self.sink.compression.get_or_insert(match &*head.header.compression {
+            "" => Compression::None,
+            "lz4" => Compression::Lz4,
+            _ => Compression::Zstd,
+        });
         let mut content = std::mem::take(&mut self.content);
         let is_cut = if_lost == LossKind::EndOfChunk;
         let mut unpacked = Chunk::new(&head, body, is_cut).unpack(&mut content);

@@ -14,7 +14,7 @@ use super::recovery;
 use crate::metadata;
 use crate::reader::{ZSTD_MAGIC, plain};
 use crate::writer::ChannelDescription;
-use crate::{BagError, BagOptions, BagSummary, BagWriter, ChannelId, Packing, Sample};
+use crate::{BagError, BagOptions, BagSummary, BagWriter, ChannelId, Compression, Packing, Sample};
 
 /// Losses that the new bag itself lists; all of them are in the report.
 const MAX_DESCRIBED: usize = 100;
@@ -23,6 +23,8 @@ const MAX_DESCRIBED: usize = 100;
 pub struct Sink {
     folder: PathBuf,
     writer: Option<BagWriter>,
+    /// How the new bag is compressed: as the first chunk that was met.
+    pub compression: Option<Compression>,
     custom_data: BTreeMap<String, String>,
     channels: ChannelAccumulator<'static>,
     /// The summary of the current file, for definitions that are lost elsewhere.
@@ -38,11 +40,11 @@ pub struct Sink {
 }
 
 impl Sink {
-    /// A bag that will be in this folder.
     pub fn new(folder: PathBuf) -> Self {
         Self {
             folder,
             writer: None,
+            compression: None,
             custom_data: BTreeMap::new(),
             channels: ChannelAccumulator::default(),
             fallback: None,
@@ -94,7 +96,6 @@ impl Sink {
         self.channel(channel_id).is_some()
     }
 
-    /// The topic of a channel.
     pub fn topic(&self, channel_id: u16) -> Option<String> {
         self.channel(channel_id).map(|channel| channel.topic.clone())
     }
@@ -137,7 +138,6 @@ impl Sink {
         of_topic
     }
 
-    /// Takes an attachment.
     pub fn attach(&mut self, header: AttachmentHeader, data: Cow<[u8]>) -> Result<(), BagError> {
         self.n_attachments += 1;
         let AttachmentHeader { log_time, create_time, name, media_type } = header;
@@ -206,7 +206,8 @@ impl Sink {
     fn writer(&mut self) -> Result<&mut BagWriter, BagError> {
         if self.writer.is_none() {
             // What is in the old bag is safe.
-            let packing = Packing { flush_period_ns: None, ..Packing::default() };
+            let compression = self.compression.unwrap_or_default();
+            let packing = Packing { compression, flush_period_ns: None, ..Packing::default() };
             let options = BagOptions { custom_data: self.custom_data.clone() };
             self.writer = Some(BagWriter::create_packed(&self.folder, options, packing)?);
         }

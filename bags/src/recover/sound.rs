@@ -33,7 +33,6 @@ pub fn is_known(opcode: u8) -> bool {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ChunkHead {
     pub header: ChunkHeader,
-    /// Its length.
     pub n_bytes: usize,
 }
 

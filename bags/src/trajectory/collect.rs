@@ -22,11 +22,8 @@ const TF_STATIC: &str = "/tf_static";
 /// What was recorded of one robot.
 #[derive(Debug)]
 pub struct RecordedRobot {
-    /// Its name.
     pub name: String,
-    /// In the order of the bag.
     pub poses: Vec<PoseSample>,
-    /// In the order of the bag.
     pub commands: Vec<CommandSample>,
 }
 
@@ -48,7 +45,6 @@ pub struct Collected {
     pub robots: Vec<RecordedRobot>,
     /// The leases of the run, in the order of the bag; `None` if there is no such topic.
     pub lease: Option<Vec<LeaseSample>>,
-    /// Where the poses came from.
     pub poses: PoseSource,
     /// The last log time in the bag, in nanoseconds.
     pub end_ns: u64,
@@ -68,7 +64,6 @@ struct Found {
     members: BTreeSet<String>,
     /// The most poses in one message without names.
     n_unnamed: usize,
-    /// All transforms.
     tree: Tree,
     /// The frame at the upper end of each robot's transforms.
     frames: BTreeMap<String, String>,

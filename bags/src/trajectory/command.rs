@@ -16,7 +16,6 @@ pub struct CommandSample {
     pub stamp_ns: Option<u64>,
     /// When it was recorded, in nanoseconds.
     pub log_ns: u64,
-    /// What the robot was to do.
     pub command: Command,
 }
 

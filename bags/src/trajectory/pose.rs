@@ -25,20 +25,16 @@ pub struct PoseSample {
     pub stamp_ns: u64,
     /// When it was recorded, in nanoseconds.
     pub log_ns: u64,
-    /// Where the robot was.
     pub pose: Pose,
 }
 
 /// A pose as it is in a message.
 pub struct RawPose {
-    /// The robot.
     pub robot: String,
-    /// The frame of the pose.
     pub frame: String,
     stamp: Time,
     /// In that frame, in metres.
     pub position: Vector3,
-    /// In that frame.
     pub orientation: Quaternion,
 }
 

@@ -35,7 +35,6 @@ pub struct Times {
 /// How completely a robot was seen, in nanoseconds.
 #[derive(Clone, Copy)]
 struct Seen<'a> {
-    /// The robot.
     robot: &'a str,
     /// Its first and its last pose.
     span_ns: (u64, u64),

@@ -8,7 +8,6 @@ use super::pose::PoseSample;
 
 /// A trajectory and when it starts.
 pub struct Rows {
-    /// What is in it.
     pub trajectory: Trajectory,
     /// Time of the first sample, in nanoseconds.
     pub start_ns: u64,

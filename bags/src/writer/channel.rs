@@ -11,7 +11,6 @@ use crate::qos;
 /// A channel as MCAP has it, with its schema.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ChannelDescription {
-    /// Full name of the topic.
     pub topic: String,
     /// Such as `std_msgs/msg/Bool`; empty for a channel without schema.
     pub type_name: String,
@@ -26,7 +25,6 @@ pub struct ChannelDescription {
 }
 
 impl ChannelDescription {
-    /// A topic of ROS 2.
     pub fn new(topic: &str, offered: Qos, definition: &Definition) -> Self {
         let hash = definition.type_hash.clone().unwrap_or_default();
         Self {

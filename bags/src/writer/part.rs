@@ -2,10 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufWriter, IntoInnerError, Seek, SeekFrom, Write};
+use std::io::{BufWriter, IntoInnerError};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use mcap::Writer;
 use mcap::records::{MessageHeader, Metadata};
@@ -22,8 +20,9 @@ const BUFFER_BYTES: usize = 64 << 10;
 pub struct Part {
     path: PathBuf,
     file_name: String,
-    writer: Writer<BufWriter<Counted>>,
-    n_bytes: Arc<AtomicU64>,
+    writer: Writer<BufWriter<File>>,
+    /// The same file, to ask how long it is.
+    file: File,
     n_messages: u64,
     bounds_ns: Option<(u64, u64)>,
 }
@@ -32,21 +31,16 @@ impl Part {
     /// Starts a file that must not exist.
     pub fn create(folder: &Path, file_name: String, packing: &Packing) -> Result<Self, BagError> {
         let path = folder.join(&file_name);
-        let file = File::create_new(&path).map_err(|source| BagError::Io {
-            action: "create",
-            path: path.clone(),
-            source,
-        })?;
-        let n_bytes = Arc::new(AtomicU64::new(0));
-        let counted = Counted { file, n_bytes: n_bytes.clone() };
+        let io = |source| BagError::Io { action: "create", path: path.clone(), source };
+        let file = File::create_new(&path).map_err(io)?;
+        let written = file.try_clone().map_err(io)?;
         let writer = packing
             .write_options()
-            .create(BufWriter::with_capacity(BUFFER_BYTES, counted))
+            .create(BufWriter::with_capacity(BUFFER_BYTES, written))
             .map_err(|source| BagError::Write { path: path.clone(), source })?;
-        Ok(Self { path, file_name, writer, n_bytes, n_messages: 0, bounds_ns: None })
+        Ok(Self { path, file_name, writer, file, n_messages: 0, bounds_ns: None })
     }
 
-    /// Where it is.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -58,7 +52,7 @@ impl Part {
 
     /// Bytes that the system was given so far.
     pub fn n_bytes(&self) -> u64 {
-        self.n_bytes.load(Ordering::Relaxed)
+        self.file.metadata().map_or(0, |metadata| metadata.len())
     }
 
     /// Whether a message at this time, in nanoseconds, belongs into the next file.
@@ -127,39 +121,12 @@ impl Part {
     pub fn finish(mut self) -> Result<(), BagError> {
         self.writer.finish().map_err(|source| self.error(source))?;
         let Self { path, writer, .. } = self;
-        let buffered = writer.into_inner().into_inner();
-        let synced = buffered
-            .map_err(IntoInnerError::into_error)
-            .and_then(|counted| counted.file.sync_all());
+        let written = writer.into_inner().into_inner();
+        let synced = written.map_err(IntoInnerError::into_error).and_then(|file| file.sync_all());
         synced.map_err(|source| BagError::Io { action: "close", path, source })
     }
 
     fn error(&self, source: mcap::McapError) -> BagError {
         BagError::Write { path: self.path.clone(), source }
-    }
-}
-
-/// A file that says how much was written to it.
-struct Counted {
-    file: File,
-    n_bytes: Arc<AtomicU64>,
-}
-
-impl Write for Counted {
-    fn write(&mut self, buffer: &[u8]) -> std::io::Result<usize> {
-        let n_written = self.file.write(buffer)?;
-        self.n_bytes.fetch_add(n_written as u64, Ordering::Relaxed);
-        Ok(n_written)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.file.flush()
-    }
-}
-
-/// The MCAP library asks for the position at the end; nothing is written twice.
-impl Seek for Counted {
-    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
-        self.file.seek(to)
     }
 }
