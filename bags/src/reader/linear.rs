@@ -47,6 +47,8 @@ pub struct Linear {
     pub channels: ChannelAccumulator<'static>,
     pub chunks: BTreeSet<ChunkPlace>,
     pub compressions: BTreeSet<String>,
+    /// Whether a message was in no chunk.
+    pub has_loose_messages: bool,
 }
 
 /// Where the content of a chunk is, and its lengths in the file and unpacked.
@@ -85,6 +87,7 @@ impl Linear {
             channels: ChannelAccumulator::default(),
             chunks: BTreeSet::new(),
             compressions: BTreeSet::new(),
+            has_loose_messages: false,
         })
     }
 
@@ -103,6 +106,7 @@ impl Linear {
                 self.channels.add_schema_from_slice(header.clone(), data)?;
             }
             Record::Channel(channel) => self.channels.add_channel(channel.clone())?,
+            Record::Message { .. } => self.has_loose_messages |= self.body.start == 0,
             Record::DataEnd(_) => self.is_past_data = true,
             _ => {}
         }

@@ -54,6 +54,7 @@ pub struct Scan {
     pub channels: ChannelAccumulator<'static>,
     pub compressions: BTreeSet<String>,
     chunks: BTreeSet<ChunkPlace>,
+    has_loose_messages: bool,
     pub found: Found,
 }
 
@@ -105,6 +106,7 @@ impl Scan {
             channels: file.channels,
             compressions: file.compressions,
             chunks: file.chunks,
+            has_loose_messages: file.has_loose_messages,
             found,
         })
     }
@@ -114,8 +116,7 @@ impl Scan {
         self.data == Part::Sound && self.summary == Part::Sound
     }
 
-    /// Whether the index in a summary section leads to every message that is in a chunk, and no
-    /// message was met outside of chunks.
+    /// Whether the index in a summary section leads to every message.
     pub fn is_indexed_by(&self, summary: &Summary) -> bool {
         let place = |index: &ChunkIndex| {
             let content_at = index.compressed_data_offset().ok()?;
@@ -125,11 +126,11 @@ impl Scan {
             summary.chunk_indexes.iter().map(place).collect();
         let in_chunks = places.is_some_and(|places| places == self.chunks);
         // Some writers count channels with messages alone.
-        let has_channels = summary.stats.as_ref().is_some_and(|stats| {
-            let has_chunks = stats.chunk_count > 0 || stats.message_count == 0;
-            has_chunks && stats.channel_count as usize <= summary.channels.len()
-        });
-        in_chunks && has_channels
+        let has_channels = summary
+            .stats
+            .as_ref()
+            .is_some_and(|stats| stats.channel_count as usize <= summary.channels.len());
+        in_chunks && has_channels && !self.has_loose_messages
     }
 
     /// Whether a summary section counts what is there.
