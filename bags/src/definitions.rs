@@ -124,17 +124,16 @@ impl Definitions {
             return Ok(());
         }
         let path = self.file_of(type_name)?;
-        let text = match &path {
-            Some(path) => fs::read_to_string(path)
-                .map_err(|source| DefinitionError::Io { path: path.clone(), source })?,
-            None => {
-                let compiled_in = schema::own_text(&type_name.to_string()).map(str::to_owned);
-                compiled_in.ok_or_else(|| DefinitionError::NotFound {
-                    type_name: type_name.clone(),
-                    needed_by: needed_by.cloned(),
-                    searched: self.folders.clone(),
-                })?
-            }
+        let text = if let Some(path) = &path {
+            fs::read_to_string(path)
+                .map_err(|source| DefinitionError::Io { path: path.clone(), source })?
+        } else {
+            let compiled_in = schema::own_text(&type_name.to_string()).map(str::to_owned);
+            compiled_in.ok_or_else(|| DefinitionError::NotFound {
+                type_name: type_name.clone(),
+                needed_by: needed_by.cloned(),
+                searched: self.folders.clone(),
+            })?
         };
         let dependencies = schema::dependencies(&text, &type_name.package).map_err(|line| {
             let found = text.lines().nth(line - 1).unwrap_or_default().to_owned();

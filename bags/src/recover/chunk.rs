@@ -13,61 +13,59 @@ const MIN_CONTENT_LIMIT: usize = 64 << 20;
 /// Compression seldom does better than this.
 const MAX_COMPRESSION: usize = 256;
 
-/// A chunk as the file has it.
-pub struct Chunk<'a> {
-    pub header: &'a ChunkHeader,
-    /// As much of its content as there is.
-    pub packed: &'a [u8],
-    /// Whether its end is missing.
-    pub is_cut: bool,
+/// Unpacks a chunk.
+///
+/// Nothing is taken of a chunk whose checksum fails, because nobody could tell which of its messages
+/// are wrong.
+///
+/// # Errors
+///
+/// What is wrong with the chunk; what may be taken is in `content` all the same.
+pub fn unpack(head: &ChunkHead, body: &[u8], content: &mut Vec<u8>) -> McapResult<()> {
+    let ChunkHeader { uncompressed_size, uncompressed_crc: saved, .. } = head.header;
+    let packed = packed(head, body);
+    let size = usize::try_from(uncompressed_size).unwrap_or(usize::MAX);
+    content.clear();
+    if size > limit(packed) {
+        return Err(McapError::ChunkTooLarge(uncompressed_size));
+    }
+    let mut unpacked = records::unpack((&head.header.compression, packed), size, content);
+    if saved == 0 {
+        return unpacked;
+    }
+    let calculated = crc32fast::hash(content);
+    if unpacked.is_ok() && calculated != saved {
+        unpacked = Err(McapError::BadChunkCrc { saved, calculated });
+    }
+    if unpacked.is_err() {
+        content.clear();
+    }
+    unpacked
 }
 
-impl<'a> Chunk<'a> {
-    /// A chunk with its head, and as much of its content as there is.
-    pub fn new(head: &'a ChunkHead, body: &'a [u8], is_cut: bool) -> Self {
-        let packed = body.get(head.n_bytes..).unwrap_or_default();
-        let n_bytes = usize::try_from(head.header.compressed_size).unwrap_or(usize::MAX);
-        Self { header: &head.header, packed: &packed[..n_bytes.min(packed.len())], is_cut }
-    }
+/// Unpacks the beginning of a chunk whose end is missing, as far as it goes.
+///
+/// # Returns
+///
+/// What is wrong with it.
+pub fn unpack_beginning(head: &ChunkHead, body: &[u8], content: &mut Vec<u8>) -> McapError {
+    let packed = packed(head, body);
+    let size = usize::try_from(head.header.uncompressed_size).unwrap_or(usize::MAX);
+    let size = size.min(limit(packed));
+    let _cut: McapResult<()> = records::unpack((&head.header.compression, packed), size, content);
+    McapError::UnexpectedEof
+}
 
-    /// Unpacks what may be taken of it.
-    ///
-    /// That is nothing of a chunk whose checksum fails, because nobody could tell which of its
-    /// messages are wrong. Of a chunk whose end is missing it is the beginning, as far as it can be
-    /// unpacked.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong with the chunk; what may be taken is in `content` all the same.
-    pub fn unpack(&self, content: &mut Vec<u8>) -> McapResult<()> {
-        let ChunkHeader { compression, uncompressed_size, uncompressed_crc: saved, .. } =
-            self.header;
-        let limit = self.packed.len().saturating_mul(MAX_COMPRESSION).max(MIN_CONTENT_LIMIT);
-        let size = usize::try_from(*uncompressed_size).unwrap_or(usize::MAX);
-        content.clear();
-        if self.is_cut {
-            // That the end is missing is known.
-            let _ = records::unpack((compression, self.packed), size.min(limit), content);
-            return Err(McapError::UnexpectedEof);
-        }
-        if size > limit {
-            return Err(McapError::ChunkTooLarge(*uncompressed_size));
-        }
-        let unpacked = records::unpack((compression, self.packed), size, content);
-        if *saved == 0 {
-            return unpacked;
-        }
-        let calculated = crc32fast::hash(content);
-        let checked = unpacked.and(if calculated == *saved {
-            Ok(())
-        } else {
-            Err(McapError::BadChunkCrc { saved: *saved, calculated })
-        });
-        if checked.is_err() {
-            content.clear();
-        }
-        checked
-    }
+/// As much of the content as there is.
+fn packed<'a>(head: &ChunkHead, body: &'a [u8]) -> &'a [u8] {
+    let packed = body.get(head.n_bytes..).unwrap_or_default();
+    let n_bytes = usize::try_from(head.header.compressed_size).unwrap_or(usize::MAX);
+    &packed[..n_bytes.min(packed.len())]
+}
+
+/// The longest content that is believed, in bytes.
+fn limit(packed: &[u8]) -> usize {
+    packed.len().saturating_mul(MAX_COMPRESSION).max(MIN_CONTENT_LIMIT)
 }
 
 /// The record at the start of what is left of a content; `None` if it is not sound.

@@ -8,7 +8,7 @@ use mcap::records::{MessageIndex, Record, op};
 use mcap::{McapError, McapResult};
 
 use super::bytes::Bytes;
-use super::chunk::{self, Chunk};
+use super::chunk;
 use super::loss::{Loss, LossKind};
 use super::search::{self, Layout};
 use super::sink::Sink;
@@ -228,8 +228,11 @@ impl Scan<'_> {
             _ => Compression::Zstd,
         });
         let mut content = std::mem::take(&mut self.content);
-        let is_cut = if_lost == LossKind::EndOfChunk;
-        let mut unpacked = Chunk::new(&head, body, is_cut).unpack(&mut content);
+        let mut unpacked = if if_lost == LossKind::EndOfChunk {
+            Err(chunk::unpack_beginning(&head, body, &mut content))
+        } else {
+            chunk::unpack(&head, body, &mut content)
+        };
         // Zeros to the end of the file: the system lost power before it wrote the rest. Its own last
         // bytes may be zeros, too: then its checksum tells that it is whole.
         let zeros_from = self.bytes.zero_tail();
@@ -239,7 +242,7 @@ impl Scan<'_> {
         if is_half_written {
             let written = to_usize(zeros_from.saturating_sub(from + HEAD_BYTES as u64));
             let written = &body[..written.max(head.n_bytes).min(body.len())];
-            unpacked = Chunk::new(&head, written, true).unpack(&mut content);
+            unpacked = Err(chunk::unpack_beginning(&head, written, &mut content));
         }
         let saved = self.save(&content)?;
         self.content = content;
