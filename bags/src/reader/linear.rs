@@ -11,7 +11,7 @@ use mcap::{McapError, McapResult};
 
 use super::source::{Source, read_some};
 use crate::BagError;
-use crate::records::{self, HEAD_BYTES};
+use crate::records::{self, HEAD_BYTES, Unpacker};
 
 /// How far a file is looked into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +43,7 @@ pub struct Linear {
     body: Range<usize>,
     /// The room for the next chunk's content.
     content: Vec<u8>,
+    unpacker: Unpacker,
     is_past_data: bool,
     pub channels: ChannelAccumulator<'static>,
     pub chunks: BTreeSet<ChunkPlace>,
@@ -83,6 +84,7 @@ impl Linear {
             opcode: 0,
             body: 0..0,
             content: Vec::new(),
+            unpacker: Unpacker::new(),
             is_past_data: false,
             channels: ChannelAccumulator::default(),
             chunks: BTreeSet::new(),
@@ -179,7 +181,7 @@ impl Linear {
             let size = usize::try_from(header.uncompressed_size).ok();
             let size = size.filter(|size| *size <= self.limit);
             let size = size.ok_or(McapError::ChunkTooLarge(header.uncompressed_size))?;
-            records::unpack((&header.compression, &data), size, &mut self.content)?;
+            self.unpacker.unpack((&header.compression, &data), size, &mut self.content)?;
             let (saved, calculated) = (header.uncompressed_crc, crc32fast::hash(&self.content));
             if saved != 0 && saved != calculated {
                 return Err(McapError::BadChunkCrc { saved, calculated });

@@ -4,7 +4,7 @@ use mcap::records::ChunkHeader;
 use mcap::{McapError, McapResult};
 
 use super::sound::ChunkHead;
-use crate::records::{self, HEAD_BYTES};
+use crate::records::{self, HEAD_BYTES, Unpacker};
 
 /// A chunk of this size is believed, and a larger one only if the file has an amount of bytes for
 /// it that compression could explain: a damaged length must not take all memory.
@@ -13,6 +13,13 @@ const MIN_CONTENT_LIMIT: usize = 64 << 20;
 /// Compression seldom does better than this.
 const MAX_COMPRESSION: usize = 256;
 
+/// What is used again for each chunk.
+pub struct Room {
+    pub unpacker: Unpacker,
+    /// What may be taken of the chunk.
+    pub content: Vec<u8>,
+}
+
 /// Unpacks a chunk.
 ///
 /// Nothing is taken of a chunk whose checksum fails, because nobody could tell which of its messages
@@ -20,8 +27,9 @@ const MAX_COMPRESSION: usize = 256;
 ///
 /// # Errors
 ///
-/// What is wrong with the chunk; what may be taken is in `content` all the same.
-pub fn unpack(head: &ChunkHead, body: &[u8], content: &mut Vec<u8>) -> McapResult<()> {
+/// What is wrong with the chunk; what may be taken is in its room all the same.
+pub fn unpack(head: &ChunkHead, body: &[u8], room: &mut Room) -> McapResult<()> {
+    let Room { unpacker, content } = room;
     let ChunkHeader { uncompressed_size, uncompressed_crc: saved, .. } = head.header;
     let packed = packed(head, body);
     let size = usize::try_from(uncompressed_size).unwrap_or(usize::MAX);
@@ -29,7 +37,7 @@ pub fn unpack(head: &ChunkHead, body: &[u8], content: &mut Vec<u8>) -> McapResul
     if size > limit(packed) {
         return Err(McapError::ChunkTooLarge(uncompressed_size));
     }
-    let mut unpacked = records::unpack((&head.header.compression, packed), size, content);
+    let mut unpacked = unpacker.unpack((&head.header.compression, packed), size, content);
     if saved == 0 {
         return unpacked;
     }
@@ -48,11 +56,12 @@ pub fn unpack(head: &ChunkHead, body: &[u8], content: &mut Vec<u8>) -> McapResul
 /// # Returns
 ///
 /// What is wrong with it.
-pub fn unpack_beginning(head: &ChunkHead, body: &[u8], content: &mut Vec<u8>) -> McapError {
+pub fn unpack_beginning(head: &ChunkHead, body: &[u8], room: &mut Room) -> McapError {
+    let Room { unpacker, content } = room;
     let packed = packed(head, body);
     let size = usize::try_from(head.header.uncompressed_size).unwrap_or(usize::MAX);
     let size = size.min(limit(packed));
-    let _cut: McapResult<()> = records::unpack((&head.header.compression, packed), size, content);
+    let _cut: McapResult<()> = unpacker.unpack((&head.header.compression, packed), size, content);
     McapError::UnexpectedEof
 }
 

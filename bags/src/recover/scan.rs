@@ -8,12 +8,12 @@ use mcap::records::{MessageIndex, Record, op};
 use mcap::{McapError, McapResult};
 
 use super::bytes::Bytes;
-use super::chunk;
+use super::chunk::{self, Room};
 use super::loss::{Loss, LossKind};
 use super::search::{self, Layout};
 use super::sink::Sink;
 use super::sound::{self, ChunkHead};
-use crate::records::{self, HEAD_BYTES, parse, reason};
+use crate::records::{self, HEAD_BYTES, Unpacker, parse, reason};
 use crate::{BagError, Compression};
 
 /// A record outside of chunks is believed to be longer than this only if another one follows.
@@ -64,7 +64,7 @@ pub fn scan(path: &Path, bytes: &mut Bytes, sink: &mut Sink) -> Result<Found, Ba
         in_data: true,
         recent: BTreeMap::new(),
         hasher: Some(crc32fast::Hasher::new()),
-        content: Vec::new(),
+        room: Room { unpacker: Unpacker::new(), content: Vec::new() },
     };
     while scan.at < scan.bytes.len() && !scan.found.is_closed {
         scan.step()?;
@@ -87,8 +87,7 @@ struct Scan<'a> {
     hasher: Option<crc32fast::Hasher>,
     /// Where messages are to be expected behind damage.
     layout: Layout,
-    /// The room for the content of a chunk.
-    content: Vec<u8>,
+    room: Room,
 }
 
 impl Scan<'_> {
@@ -227,11 +226,10 @@ impl Scan<'_> {
             "lz4" => Compression::Lz4,
             _ => Compression::Zstd,
         });
-        let mut content = std::mem::take(&mut self.content);
         let mut unpacked = if if_lost == LossKind::EndOfChunk {
-            Err(chunk::unpack_beginning(&head, body, &mut content))
+            Err(chunk::unpack_beginning(&head, body, &mut self.room))
         } else {
-            chunk::unpack(&head, body, &mut content)
+            chunk::unpack(&head, body, &mut self.room)
         };
         // Zeros to the end of the file: the system lost power before it wrote the rest. Its own last
         // bytes may be zeros, too: then its checksum tells that it is whole.
@@ -242,10 +240,11 @@ impl Scan<'_> {
         if is_half_written {
             let written = to_usize(zeros_from.saturating_sub(from + HEAD_BYTES as u64));
             let written = &body[..written.max(head.n_bytes).min(body.len())];
-            unpacked = Err(chunk::unpack_beginning(&head, written, &mut content));
+            unpacked = Err(chunk::unpack_beginning(&head, written, &mut self.room));
         }
+        let content = std::mem::take(&mut self.room.content);
         let saved = self.save(&content)?;
-        self.content = content;
+        self.room.content = content;
         if let Err(error) = unpacked.and(saved) {
             self.hasher = None;
             let kind = if is_half_written { LossKind::EndOfChunk } else { if_lost };

@@ -12,7 +12,7 @@ use mcap::McapError;
 use mcap::records::{ChunkHeader, Record, op};
 
 use crate::reader::ZSTD_MAGIC;
-use crate::records::parse;
+use crate::records::{behind_texts, parse};
 
 /// What must be read of a chunk to get its header: start, end, size, checksum, the name of its
 /// compression behind a length, compressed size.
@@ -39,7 +39,9 @@ pub struct ChunkHead {
 impl ChunkHead {
     /// Reads the head; `None` if it is none.
     pub fn parse(body: &[u8]) -> Option<Self> {
-        let mut fields = Cursor::new(&body[..body.len().min(MAX_CHUNK_HEAD_BYTES)]);
+        let start = &body[..body.len().min(MAX_CHUNK_HEAD_BYTES)];
+        behind_texts(op::CHUNK, start)?;
+        let mut fields = Cursor::new(start);
         let header = ChunkHeader::read_le(&mut fields).ok()?;
         let is_possible = ["", "zstd", "lz4"].contains(&&*header.compression);
         let n_bytes = usize::try_from(fields.position()).ok()?;
