@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use rsrs_bags::trajectory::{Keep, TrajectoryOptions, read_trajectory};
+use rsrs_bags::trajectory::{TrajectoryOptions, read_trajectory};
 use rsrs_bags::{
     Bag, BagError, BagOptions, BagWriter, ChannelId, Compression, Packing, Sample, recover_into,
 };
@@ -134,8 +134,7 @@ fn read_all(path: &Path) -> Outcome {
 }
 
 fn label(path: &Path) -> Outcome {
-    let options = TrajectoryOptions { keep: Keep::JUDGED, ..TrajectoryOptions::default() };
-    let recorded = read_trajectory(&Bag::open(path)?, &options)?;
+    let recorded = read_trajectory(&Bag::open(path)?, &TrajectoryOptions::default())?;
     let bodies = Bodies { radius_m: None, reach_m: Some(0.75) };
     let verdict = phase::label(&recorded.trajectory, &bodies)?;
     if verdict.n_robots == N_ROBOTS { Ok(()) } else { Err("robots are missing".into()) }

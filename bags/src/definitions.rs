@@ -6,21 +6,15 @@
 //!
 //! It reads `.msg` files only, not `.idl`.
 
-mod fields;
-mod hash;
 mod search;
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use rsrs_msgs::schema;
 
-pub use fields::TypeName;
-
-/// What rosbag2 puts between two definitions.
-const DELIMITER: &str =
-    "================================================================================";
+pub use rsrs_msgs::schema::TypeName;
 
 /// A type with all that it takes to decode it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,44 +39,23 @@ impl Definition {
 }
 
 /// Why a type has no definition.
+#[expect(missing_docs, reason = "fields are what the message names")]
 #[derive(Debug, thiserror::Error)]
 pub enum DefinitionError {
     /// Something else than the name of a message type.
     #[error("{found:?} is not a type of message, expected package/msg/Name")]
-    TypeName {
-        /// What was given.
-        found: String,
-    },
+    TypeName { found: String },
     /// There is no file for the type.
     #[error(
         "no file {} in {}{}", .type_name.file(), folders(.searched), wanted_by(.needed_by.as_ref())
     )]
-    NotFound {
-        /// The type.
-        type_name: TypeName,
-        /// The type with a field of this type, if it was not asked for itself.
-        needed_by: Option<TypeName>,
-        /// Where it was looked for.
-        searched: Vec<PathBuf>,
-    },
+    NotFound { type_name: TypeName, needed_by: Option<TypeName>, searched: Vec<PathBuf> },
     /// A line is no field, constant or comment.
     #[error("{}:{line}: {found:?} is neither field nor constant", .path.display())]
-    Syntax {
-        /// The file.
-        path: PathBuf,
-        /// The line, counted from 1.
-        line: usize,
-        /// The line itself.
-        found: String,
-    },
+    Syntax { path: PathBuf, line: usize, found: String },
     /// The system refused.
     #[error("cannot read {}", .path.display())]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
+    Io { path: PathBuf, source: std::io::Error },
 }
 
 impl DefinitionError {
@@ -102,12 +75,6 @@ impl DefinitionError {
 #[derive(Clone, Debug)]
 pub struct Definitions {
     folders: Vec<PathBuf>,
-}
-
-/// The text of one file, with the types of its fields.
-struct Parsed {
-    text: String,
-    dependencies: Vec<TypeName>,
 }
 
 impl Definitions {
@@ -140,11 +107,9 @@ impl Definitions {
             .ok_or_else(|| DefinitionError::TypeName { found: type_name.to_owned() })?;
         let mut read = BTreeMap::new();
         self.read(&root, None, &mut read)?;
-        let mut text = read[&root].text.clone();
-        let mut seen = vec![root.clone()];
-        append_dependencies(&root, &read, &mut seen, &mut text);
-
-        let type_hash = hash::rihs01(&root, &read);
+        let text_of = |known: &TypeName| read[known].as_str();
+        let text = schema::with_dependencies((&read[&root], &root.package), &text_of);
+        let type_hash = schema::rihs01(&root, &read);
         Ok(Definition { type_name: type_name.to_owned(), text, type_hash })
     }
 
@@ -153,25 +118,28 @@ impl Definitions {
         &self,
         type_name: &TypeName,
         needed_by: Option<&TypeName>,
-        read: &mut BTreeMap<TypeName, Parsed>,
+        read: &mut BTreeMap<TypeName, String>,
     ) -> Result<(), DefinitionError> {
         if read.contains_key(type_name) {
             return Ok(());
         }
-        let parsed = match self.file_of(type_name)? {
-            Some(path) => {
-                let text = fs::read_to_string(&path)
-                    .map_err(|source| DefinitionError::Io { path: path.clone(), source })?;
-                parse(text, &type_name.package, &path)?
-            }
-            None => compiled_in(type_name).ok_or_else(|| DefinitionError::NotFound {
+        let path = self.file_of(type_name)?;
+        let text = if let Some(path) = &path {
+            fs::read_to_string(path)
+                .map_err(|source| DefinitionError::Io { path: path.clone(), source })?
+        } else {
+            let compiled_in = schema::own_text(&type_name.to_string()).map(str::to_owned);
+            compiled_in.ok_or_else(|| DefinitionError::NotFound {
                 type_name: type_name.clone(),
                 needed_by: needed_by.cloned(),
                 searched: self.folders.clone(),
-            })?,
+            })?
         };
-        let dependencies = parsed.dependencies.clone();
-        read.insert(type_name.clone(), parsed);
+        let dependencies = schema::dependencies(&text, &type_name.package).map_err(|line| {
+            let found = text.lines().nth(line - 1).unwrap_or_default().to_owned();
+            DefinitionError::Syntax { path: path.unwrap_or_default(), line, found }
+        })?;
+        read.insert(type_name.clone(), text);
         for dependency in &dependencies {
             self.read(dependency, Some(type_name), read)?;
         }
@@ -187,44 +155,6 @@ impl Definitions {
             }
         }
         Ok(None)
-    }
-}
-
-fn parse(text: String, package: &str, path: &Path) -> Result<Parsed, DefinitionError> {
-    let dependencies =
-        fields::dependencies(&text, package).map_err(|line| DefinitionError::Syntax {
-            path: path.to_owned(),
-            line,
-            found: text.lines().nth(line - 1).unwrap_or_default().to_owned(),
-        })?;
-    Ok(Parsed { text, dependencies })
-}
-
-/// The own text of a type that is compiled in.
-fn compiled_in(type_name: &TypeName) -> Option<Parsed> {
-    let text = schema::schema_text(&type_name.to_string())?;
-    let own = text.split(&format!("\n{DELIMITER}\n")).next()?.to_owned();
-    let dependencies = fields::dependencies(&own, &type_name.package)
-        .expect("what is compiled in was parsed when it was made");
-    Some(Parsed { text: own, dependencies })
-}
-
-fn append_dependencies(
-    of: &TypeName,
-    read: &BTreeMap<TypeName, Parsed>,
-    seen: &mut Vec<TypeName>,
-    text: &mut String,
-) {
-    for dependency in &read[of].dependencies {
-        if seen.contains(dependency) {
-            continue;
-        }
-        let TypeName { package, name } = dependency;
-        for part in ["\n", DELIMITER, "\nMSG: ", package, "/", name, "\n", &read[dependency].text] {
-            text.push_str(part);
-        }
-        seen.push(dependency.clone());
-        append_dependencies(dependency, read, seen, text);
     }
 }
 

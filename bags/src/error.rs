@@ -7,126 +7,62 @@ use mcap::McapError;
 use rsrs_core::document::DocumentError;
 
 /// Why a bag could not be written or read.
+#[expect(missing_docs, reason = "fields are what the message names")]
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BagError {
     /// There is something where the bag is to go.
     #[error("{} exists already", .path.display())]
-    Exists {
-        /// The folder that was asked for.
-        path: PathBuf,
-    },
+    Exists { path: PathBuf },
     /// The path has no last part that could name the bag.
     #[error("{} does not name a folder for a bag", .path.display())]
-    NoName {
-        /// The path that was asked for.
-        path: PathBuf,
-    },
+    NoName { path: PathBuf },
     /// The system refused.
     #[error("cannot {action} {}", .path.display())]
-    Io {
-        /// What was to be done, such as `read`.
-        action: &'static str,
-        /// With what.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
+    Io { action: &'static str, path: PathBuf, source: std::io::Error },
     /// A record could not be written.
     #[error("cannot record into {}", .path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: McapError,
-    },
+    Write { path: PathBuf, source: McapError },
     /// The bag has the size that it may have.
     #[error(
         "{} is full: it has reached its limit of {max_bytes} bytes, and nothing more is recorded",
         .path.display()
     )]
-    Full {
-        /// The bag.
-        path: PathBuf,
-        /// What it may have, in bytes.
-        max_bytes: u64,
-    },
+    Full { path: PathBuf, max_bytes: u64 },
     /// No definition is known of the type, and a bag without it could not be opened.
     #[error("topic {topic} has type {type_name}, of which no definition is known")]
-    UnknownType {
-        /// The topic.
-        topic: String,
-        /// Its type.
-        type_name: String,
-    },
+    UnknownType { topic: String, type_name: String },
     /// A topic was added twice.
     #[error("topic {topic} is recorded already")]
-    DuplicateTopic {
-        /// The topic.
-        topic: String,
-    },
+    DuplicateTopic { topic: String },
     /// A folder holds no recording.
     #[error("{} holds no .mcap file", .path.display())]
-    NoFiles {
-        /// The folder.
-        path: PathBuf,
-    },
+    NoFiles { path: PathBuf },
     /// A file without a byte.
     #[error("{} is empty", .path.display())]
-    Empty {
-        /// The file.
-        path: PathBuf,
-    },
+    Empty { path: PathBuf },
     /// A file of another kind.
     #[error("{} is not an MCAP file", .path.display())]
-    NotMcap {
-        /// The file.
-        path: PathBuf,
-    },
+    NotMcap { path: PathBuf },
     /// A bag in the format that ROS 2 used before MCAP.
     #[error("{} is in SQLite format, expected MCAP", .path.display())]
-    Sqlite {
-        /// The bag or file.
-        path: PathBuf,
-    },
+    Sqlite { path: PathBuf },
     /// An MCAP file of another world than ROS 2.
     #[error("{} has MCAP profile {found:?}, expected \"ros2\"", .path.display())]
-    Profile {
-        /// The file.
-        path: PathBuf,
-        /// The profile in its header.
-        found: String,
-    },
+    Profile { path: PathBuf, found: String },
     /// `metadata.yaml` does not say which files belong to the bag.
     #[error("{source}")]
-    Metadata {
-        /// The file.
-        path: PathBuf,
-        /// Where and why.
-        source: Box<DocumentError>,
-    },
+    Metadata { path: PathBuf, source: Box<DocumentError> },
     /// Nothing of a damaged bag could be saved.
     #[error("{} holds nothing that could be saved", .path.display())]
-    NothingSaved {
-        /// The bag.
-        path: PathBuf,
-    },
+    NothingSaved { path: PathBuf },
     /// The end of a file is missing or damaged; everything before it was read.
     #[error(
         "{} breaks off after {n_messages} messages{}",
         .path.display(),
         last_time(*.last_log_time_ns)
     )]
-    Incomplete {
-        /// The file.
-        path: PathBuf,
-        /// Messages before the break.
-        n_messages: u64,
-        /// The latest log time among them, in nanoseconds.
-        last_log_time_ns: Option<u64>,
-        /// What the reader met there.
-        source: McapError,
-    },
+    Incomplete { path: PathBuf, n_messages: u64, last_log_time_ns: Option<u64>, source: McapError },
 }
 
 impl BagError {

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use rsrs_msgs::topics;
 use serde::Serialize;
 
+use crate::metadata::Contents;
 use crate::{Bag, Damage, OfferedQos, Recovery, qos};
 
 /// The attachment that an experiment of ours is recorded in.
@@ -158,7 +159,7 @@ impl Bag {
             n_bytes: file.n_bytes,
             n_messages: file.topics.iter().map(|topic| topic.n_messages).sum(),
             bounds_ns: file.bounds_ns,
-            is_indexed: file.table.is_some(),
+            is_indexed: file.summary.is_some(),
             library: file.library.clone(),
         });
         files.collect()
@@ -196,11 +197,10 @@ impl Bag {
             .collect();
         chunks.sort();
         chunks.dedup();
-        let mode = self.contents().and_then(|contents| contents.compression_mode.as_deref());
         CompressionInfo {
             chunks,
             files: self.files().iter().any(|file| file.is_compressed),
-            messages: mode.is_some_and(|mode| mode.eq_ignore_ascii_case("message")),
+            messages: self.contents().is_some_and(Contents::compresses_messages),
         }
     }
 }

@@ -20,9 +20,9 @@ pub mod info;
 mod metadata;
 mod qos;
 pub mod reader;
+mod records;
 pub mod recover;
 pub mod trajectory;
-mod unpack;
 pub mod writer;
 
 pub use error::BagError;

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::BagError;
 
@@ -61,26 +61,27 @@ struct StartingTime {
 }
 
 /// A topic and how often it was received.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TopicWithCount {
-    /// The topic.
     pub topic_metadata: TopicMetadata,
-    /// Messages on it.
     pub message_count: u64,
 }
 
-/// A topic in the words of rosbag2.
-#[derive(Clone, Debug, Serialize)]
+/// A topic in the words of rosbag2, of which its name alone is read.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TopicMetadata {
-    /// Its full name.
     pub name: String,
     /// Its type, such as `std_msgs/msg/Bool`.
+    #[serde(skip_deserializing)]
     pub r#type: String,
     /// `cdr`, unless another program than ROS wrote it.
+    #[serde(skip_deserializing)]
     pub serialization_format: String,
     /// YAML within YAML.
+    #[serde(skip_deserializing)]
     pub offered_qos_profiles: String,
     /// RIHS01.
+    #[serde(skip_deserializing)]
     pub type_description_hash: String,
 }
 

@@ -1,7 +1,5 @@
 //! Quality of service in the words of rosbag2.
 
-use std::fmt::Write as _;
-
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use serde::{Deserialize, Serialize};
 
@@ -40,7 +38,7 @@ const LIVELINESS: [&str; 6] = [
 ];
 
 /// A profile of any version of rosbag2.
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 struct Profile {
     history: QosValue,
     depth: u64,
@@ -59,14 +57,14 @@ struct Profile {
 }
 
 /// A number up to version 8, a word since.
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(untagged)]
 enum QosValue {
     Number(usize),
     Name(String),
 }
 
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Clone, Copy, Serialize, Deserialize)]
 struct Span {
     sec: u64,
     nsec: u64,
@@ -112,7 +110,7 @@ pub fn offered_qos_profiles(qos: Qos) -> String {
         Durability::TransientLocal => 1,
         Durability::Volatile => 2,
     };
-    in_yaml(&[Profile {
+    in_yaml(&vec![Profile {
         history: QosValue::Number(1),
         depth: qos.depth.into(),
         reliability: QosValue::Number(reliability),
@@ -127,7 +125,18 @@ pub fn offered_qos_profiles(qos: Qos) -> String {
 
 /// The same quality of service with numbers; what does not read stays as it is.
 pub fn in_numbers(yaml: &str) -> String {
-    profiles(yaml).map_or_else(|| yaml.to_owned(), |profiles| in_yaml(&profiles))
+    let Some(mut profiles) = profiles(yaml) else { return yaml.to_owned() };
+    for profile in &mut profiles {
+        for (value, names) in [
+            (&mut profile.history, &HISTORY[..]),
+            (&mut profile.reliability, &RELIABILITY),
+            (&mut profile.durability, &DURABILITY),
+            (&mut profile.liveliness, &LIVELINESS),
+        ] {
+            *value = QosValue::Number(value.number(names));
+        }
+    }
+    in_yaml(&profiles)
 }
 
 /// What the publishers of a topic offered; empty if the bag does not say.
@@ -146,44 +155,8 @@ fn profiles(yaml: &str) -> Option<Vec<Profile>> {
     if yaml.trim().is_empty() { None } else { serde_saphyr::from_str(yaml).ok() }
 }
 
-fn in_yaml(profiles: &[Profile]) -> String {
-    let mut yaml = String::new();
-    for profile in profiles {
-        write!(
-            yaml,
-            "\
-- history: {}
-  depth: {}
-  reliability: {}
-  durability: {}
-  deadline:
-    sec: {}
-    nsec: {}
-  lifespan:
-    sec: {}
-    nsec: {}
-  liveliness: {}
-  liveliness_lease_duration:
-    sec: {}
-    nsec: {}
-  avoid_ros_namespace_conventions: {}
-",
-            profile.history.number(&HISTORY),
-            profile.depth,
-            profile.reliability.number(&RELIABILITY),
-            profile.durability.number(&DURABILITY),
-            profile.deadline.sec,
-            profile.deadline.nsec,
-            profile.lifespan.sec,
-            profile.lifespan.nsec,
-            profile.liveliness.number(&LIVELINESS),
-            profile.liveliness_lease_duration.sec,
-            profile.liveliness_lease_duration.nsec,
-            profile.avoid_ros_namespace_conventions,
-        )
-        .expect("a string takes all that is written to it");
-    }
-    yaml
+fn in_yaml(profiles: &Vec<Profile>) -> String {
+    serde_saphyr::to_string(profiles).expect("words and numbers have a YAML form")
 }
 
 #[cfg(test)]

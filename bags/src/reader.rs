@@ -1,13 +1,11 @@
 //! Opens bags: ours, any laboratory's, whole or cut short.
 
-mod checksums;
-mod chunks;
 mod file;
-mod indexed;
+mod linear;
 mod messages;
 mod scan;
 mod source;
-mod table;
+mod summary;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -19,7 +17,7 @@ use crate::metadata::{self, Contents};
 pub(crate) use file::BagFile;
 pub(crate) use messages::plain;
 pub(crate) use source::{Source, ZSTD_MAGIC, open, read_some};
-pub(crate) use table::Table;
+pub(crate) use summary::read as read_summary;
 
 /// A bag that was opened; its messages are still on disk.
 #[derive(Debug)]

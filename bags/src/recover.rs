@@ -2,22 +2,16 @@
 //!
 //! The damaged bag is left as it is; a new one is written beside it. Nothing is made up: of a chunk
 //! that fails its checksum no message is taken, and what stands outside of chunks must be a record
-//! to the last byte. Chunks without a fault are copied as they are.
+//! to the last byte. The new bag is compressed as the old one.
 
 mod bytes;
 mod chunk;
-mod copy;
-mod encode;
-pub(crate) mod frame;
 mod loss;
-mod new_chunk;
-mod parts;
-pub(crate) mod recovery;
+mod recovery;
 mod scan;
 mod search;
 mod sink;
-mod table;
-mod target;
+mod sound;
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -25,14 +19,15 @@ use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
+use mcap::Summary;
 use serde::Serialize;
 
 pub use loss::{Loss, LossKind, LostMessages};
 pub use recovery::Recovery;
 
 use crate::metadata::Contents;
-use crate::reader::{Source, files_of, open};
-use crate::{BagError, BagSummary};
+use crate::reader::{Source, files_of, open, read_summary};
+use crate::{BagError, BagSummary, Compression};
 use bytes::Bytes;
 use sink::Sink;
 
@@ -110,8 +105,11 @@ pub fn recover_into(path: &Path, folder: &Path) -> Result<Recovered, BagError> {
         found => found?,
     };
     let mut sink = Sink::new(folder.to_owned());
-    if let Some(pairs) = contents.as_ref().and_then(|contents| contents.custom_data.clone()) {
-        sink.add_custom_data(pairs);
+    if let Some(contents) = &contents {
+        sink.add_custom_data(contents.custom_data.clone().unwrap_or_default());
+        // Messages that were compressed one by one are unpacked.
+        let is_by_message = contents.compresses_messages();
+        sink.compression = is_by_message.then_some(Compression::Zstd);
     }
     let mut losses = Vec::new();
     let mut lost = LostMessages { is_exact: true, ..LostMessages::default() };
@@ -175,9 +173,9 @@ fn salvage(path: &Path, folder: &Path, sink: &mut Sink) -> Result<Salvaged, BagE
     if file.metadata().map_err(io)?.len() == 0 {
         return Err(BagError::Empty { path: path.to_owned() });
     }
-    // A damaged table of contents is as good as none.
-    let summary = table::read(&mut file);
-    let expected = summary.as_ref().and_then(table::counted);
+    // A damaged summary section is as good as none.
+    let summary = read_summary(&mut file);
+    let expected = summary.as_ref().and_then(counted);
     sink.next_file(summary);
     let mut bytes = Bytes::new(file).map_err(io)?;
     let found = scan::scan(path, &mut bytes, sink)?;
@@ -197,6 +195,15 @@ fn salvage(path: &Path, folder: &Path, sink: &mut Sink) -> Result<Salvaged, BagE
         LostMessages { of_topic: found.missing, is_exact }
     };
     Ok(Salvaged { losses: found.losses, lost, is_closed: found.is_closed })
+}
+
+/// Messages by channel, as the recorder counted them; `None` if its counts disagree.
+fn counted(summary: &Summary) -> Option<BTreeMap<u16, u64>> {
+    let stats = summary.stats.as_ref()?;
+    let counts = &stats.channel_message_counts;
+    let total = counts.values().try_fold(0_u64, |sum, count| sum.checked_add(*count));
+    let is_known = counts.keys().all(|id| summary.channels.contains_key(id));
+    (total == Some(stats.message_count) && is_known).then(|| counts.clone())
 }
 
 /// What is missing of the messages that `metadata.yaml` names.

@@ -75,41 +75,16 @@ impl fmt::Display for PoseSource {
 pub struct TrajectoryOptions {
     /// Where poses come from; `None` takes the first of [`PoseSource::ALL`] that is there.
     pub poses: Option<PoseSource>,
-    /// How much of the run to keep.
-    pub keep: Keep,
     /// Whose leases say when the swarm was running; without any of this run, those of the first one
     /// that was RUNNING.
     pub run_id: Option<String>,
 }
-
-/// How much of a run to keep in memory.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Keep {
-    /// All of it.
-    #[default]
-    All,
-    /// Its first sample and its last ones, which is what the judge looks at.
-    Ending {
-        /// How much of the end, in seconds.
-        seconds: u32,
-    },
-}
-
-impl Keep {
-    /// What the judge looks at.
-    pub const JUDGED: Self = Self::Ending { seconds: JUDGED_S };
-}
-
-/// `rsrs_core::phase::WINDOW_S` in whole seconds.
-const JUDGED_S: u32 = 60;
 
 /// A trajectory with what the bag says of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordedTrajectory {
     /// Poses and commands while the swarm was running.
     pub trajectory: Trajectory,
-    /// Samples that were left out behind the first one, as [`Keep::Ending`] asks for; else 0.
-    pub n_left_out: usize,
     /// Names of the robots, in the order of the trajectory's rows: `robot_2` before `robot_10`.
     pub robots: Vec<String>,
     /// Where the poses came from.
@@ -120,13 +95,6 @@ pub struct RecordedTrajectory {
     pub start_ns: u64,
     /// What was mended on the way; empty for a bag that needed nothing.
     pub findings: Vec<Finding>,
-}
-
-impl RecordedTrajectory {
-    /// Recorded time, in seconds, with that which was left out.
-    pub fn duration_s(&self) -> f64 {
-        (self.trajectory.n_samples() + self.n_left_out) as f64 * self.trajectory.period_s
-    }
 }
 
 /// Reads poses and commands out of a bag.
@@ -170,17 +138,15 @@ pub fn read_trajectory(
     let is_one_rate = period_ns == recorded_ns;
     let common = is_one_rate.then(|| align::side_by_side(&collected, period_ns)).flatten();
     let rows = if let Some(common) = common {
-        align::align(&mut collected.robots, &common, (period_ns, options.keep))
+        align::align(&mut collected.robots, &common, period_ns)
     } else {
         let times = Times { recorded_ns, period_ns };
-        let run = resample::Run { robots: &collected.robots, times };
-        resample::resample(&run, options.keep, &mut findings)?
+        resample::resample(&collected.robots, times, &mut findings)?
     };
     let robots: Vec<String> = collected.robots.into_iter().map(|robot| robot.name).collect();
     spots::check(rows.trajectory.poses_at(0), &robots)?;
     Ok(RecordedTrajectory {
         trajectory: rows.trajectory,
-        n_left_out: rows.n_left_out,
         robots,
         poses: collected.poses,
         window,

@@ -4,6 +4,7 @@ mod channel;
 mod packing;
 mod part;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::ErrorKind;
@@ -14,7 +15,7 @@ use rsrs_msgs::topics::Qos;
 use crate::BagError;
 use crate::definitions::Definition;
 use crate::metadata::{self, FileInformation, Information, TopicWithCount};
-pub use channel::ChannelDescription;
+pub(crate) use channel::ChannelDescription;
 pub use packing::{Compression, Packing};
 use part::Part;
 
@@ -194,7 +195,15 @@ impl BagWriter {
         Ok(())
     }
 
-    fn add_channel(&mut self, description: ChannelDescription) -> Result<ChannelId, BagError> {
+    /// Adds a topic as it was described; the same one twice is one.
+    pub(crate) fn add_channel(
+        &mut self,
+        description: ChannelDescription,
+    ) -> Result<ChannelId, BagError> {
+        let known = self.topics.iter().position(|topic| topic.description == description);
+        if let Some(known) = known {
+            return Ok(ChannelId(known));
+        }
         let channel_id = self.part.add_channel(&description)?;
         self.topics.push(Topic { description, channel_id, n_messages: 0 });
         Ok(ChannelId(self.topics.len() - 1))
@@ -273,7 +282,22 @@ impl BagWriter {
     ///
     /// [`BagError::Write`].
     pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), BagError> {
-        self.part.attach(name, media_type, data)?;
+        let time_ns = self.bounds_ns.map_or(0, |(_, last_ns)| last_ns);
+        self.copy_attachment(&mcap::Attachment {
+            log_time: time_ns,
+            create_time: time_ns,
+            name: name.to_owned(),
+            media_type: media_type.to_owned(),
+            data: Cow::Borrowed(data),
+        })
+    }
+
+    /// Puts a file into the bag that another one had.
+    pub(crate) fn copy_attachment(
+        &mut self,
+        attachment: &mcap::Attachment,
+    ) -> Result<(), BagError> {
+        self.part.attach(attachment)?;
         self.flush()
     }
 
@@ -316,11 +340,7 @@ impl BagWriter {
     /// [`BagError::Write`] and [`BagError::Io`].
     pub fn finish(mut self) -> Result<BagSummary, BagError> {
         let topics = self.topics_with_counts();
-        let mut n_messages_of_topic: BTreeMap<String, u64> = BTreeMap::new();
-        for topic in &self.topics {
-            *n_messages_of_topic.entry(topic.description.topic.clone()).or_default() +=
-                topic.n_messages;
-        }
+        let n_messages_of_topic = self.n_messages_of_topic();
         if let (Some(max_bytes), 1..) = (self.packing.max_bag_bytes, self.n_refused) {
             let pairs = [("max_bag_bytes", max_bytes), ("n_refused", self.n_refused)];
             let in_text = pairs.map(|(key, number)| (key.to_owned(), number.to_string()));
@@ -337,6 +357,15 @@ impl BagWriter {
             n_messages_of_topic,
             bounds_ns: self.bounds_ns,
         })
+    }
+
+    /// Messages so far, by topic.
+    pub(crate) fn n_messages_of_topic(&self) -> BTreeMap<String, u64> {
+        let mut of_topic = BTreeMap::new();
+        for topic in &self.topics {
+            *of_topic.entry(topic.description.topic.clone()).or_default() += topic.n_messages;
+        }
+        of_topic
     }
 
     fn topics_with_counts(&self) -> Vec<TopicWithCount> {
@@ -360,7 +389,7 @@ impl BagWriter {
 /// # Errors
 ///
 /// [`BagError::Exists`], [`BagError::NoName`] and [`BagError::Io`].
-pub(crate) fn new_folder(folder: &Path) -> Result<String, BagError> {
+fn new_folder(folder: &Path) -> Result<String, BagError> {
     let name = folder.file_name().and_then(|name| name.to_str());
     let name = name.ok_or_else(|| BagError::NoName { path: folder.to_owned() })?;
     let io = |action, path: &Path| {

@@ -4,8 +4,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rsrs_bags::definitions::{DefinitionError, Definitions};
-use rsrs_bags::{Bag, BagOptions, BagWriter, Sample};
-use rsrs_msgs::topics::Qos;
 
 fn temporary() -> tempfile::TempDir {
     tempfile::tempdir().expect("there is room for a temporary folder")
@@ -81,26 +79,6 @@ fn a_type_of_an_installed_package_comes_with_those_of_other_prefixes() {
 }
 
 #[test]
-fn a_bag_has_the_definition_of_the_prefix() {
-    let folder = temporary();
-    let definitions = Definitions::new(prefixes(folder.path()));
-    let cell = definitions.find("power_msgs/msg/Cell").unwrap();
-    let path = folder.path().join("run");
-    let mut writer = BagWriter::create(&path, BagOptions::default()).unwrap();
-    let channel = writer.add_topic_with_schema("/cell", Qos::reliable(5), &cell).unwrap();
-    let data = [0, 1, 0, 0, 7, 0, 0, 0, 1];
-    let sample = Sample { log_time_ns: 1, publish_time_ns: 1, sequence: 0, data: &data };
-
-    writer.write(channel, sample).unwrap();
-    writer.finish().unwrap();
-
-    let bag = Bag::open(&path).unwrap();
-    assert_eq!(bag.schema("power_msgs/msg/Cell"), Some(cell.text.as_bytes()));
-    let message = bag.messages().next().unwrap().unwrap();
-    assert_eq!((&*message.type_name, &*message.bytes), ("power_msgs/msg/Cell", &data[..]));
-}
-
-#[test]
 fn a_type_that_is_in_no_prefix_is_named_with_where_it_was_looked_for() {
     let folder = temporary();
     let prefixes = prefixes(folder.path());
@@ -127,6 +105,8 @@ fn a_definition_that_is_none_is_named_with_file_and_line() {
 
     let error = definitions.find("lab_msgs/msg/Broken").unwrap_err();
 
+    let no_name = definitions.find("Battery").unwrap_err();
+    assert!(matches!(no_name, DefinitionError::TypeName { .. }), "{no_name}");
     let DefinitionError::Syntax { path, line, found } = error else { panic!("{error}") };
     assert!(path.ends_with("share/lab_msgs/msg/Broken.msg"), "{}", path.display());
     assert_eq!((line, found.as_str()), (2, "this is no field at all"));

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use mcap::WriteOptions;
 use mcap::records::MessageHeader;
-use recording::damage::{bag_of, file_of, messages, temporary};
+use recording::damage::{bag_of, file_of, messages, records, temporary};
 use rsrs_bags::{Bag, BagMessage, Compression, recover_into};
 
 /// What a bag with these bytes gives: `None` if it says that it is damaged, or no bag.
@@ -120,6 +120,35 @@ fn a_message_that_is_no_message_any_more_is_missed_without_any_checksum() {
     bytes[at] = 0x85;
 
     assert_eq!(read(folder.path(), &bytes), None);
+}
+
+#[test]
+fn a_message_behind_the_chunks_is_read_though_no_index_leads_to_it() {
+    const STATISTICS: u8 = 0x0b;
+    let folder = temporary();
+    let options = WriteOptions::new().compression(None).calculate_data_section_crc(false);
+    let mut bytes =
+        foreign(options.calculate_summary_section_crc(false).emit_summary_offsets(false));
+    let found = records(&bytes).into_iter().find(|record| record.1 == STATISTICS);
+    let (statistics, ..) = found.expect("it counts its messages");
+    // Of all channels, and of the first one.
+    for count in [9, 9 + 8 + 2 + 4 * 4 + 2 * 8 + 4 + 2] {
+        bytes[statistics + count] += 1;
+    }
+    let head = [&[5][..], &27_u64.to_le_bytes()].concat();
+    let at = bytes.windows(head.len()).position(|bytes| bytes == head).expect("it has messages");
+    let message = bytes[at..at + head.len() + 27].to_vec();
+    let (start, _, _) = records(&bytes).into_iter().find(|record| record.1 == 15).expect("it ends");
+    // The footer: where the summary section starts.
+    let footer = bytes.len() - 8 - 20;
+    let summary_at = u64::from_le_bytes(bytes[footer..footer + 8].try_into().expect("eight"));
+    let moved = summary_at + message.len() as u64;
+    bytes[footer..footer + 8].copy_from_slice(&moved.to_le_bytes());
+    bytes.splice(start..start, message);
+
+    let read = read(folder.path(), &bytes);
+
+    assert_eq!(read.map(|read| read.len()), Some(51));
 }
 
 #[test]

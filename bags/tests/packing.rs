@@ -9,19 +9,11 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use recording::damage::{messages, temporary};
 use recording::{PERIOD_NS, Recording};
-use rsrs_bags::definitions::{Definition, DefinitionError, Definitions};
-use rsrs_bags::{Bag, BagError, BagMessage, BagOptions, BagWriter, Compression, Packing, Sample};
+use rsrs_bags::definitions::{Definition, Definitions};
+use rsrs_bags::{Bag, BagError, BagOptions, BagWriter, Compression, Packing, Sample};
 use rsrs_msgs::topics::Qos;
-
-fn temporary() -> tempfile::TempDir {
-    tempfile::tempdir().expect("there is room for a temporary folder")
-}
-
-fn messages(path: &Path) -> Vec<BagMessage> {
-    let bag = Bag::open(path).expect("it opens");
-    bag.messages().collect::<Result<_, _>>().expect("the bag is whole")
-}
 
 fn recorded(path: &Path, packing: Packing, n_steps: u64) -> Vec<String> {
     let custom_data = BTreeMap::from([("run_id".to_owned(), "7".to_owned())]);
@@ -201,8 +193,6 @@ fn workspace(folder: &Path) {
             "install/more_msgs/share/more_msgs/msg/Pair.msg",
             "lab_msgs/Cell a\ngeometry_msgs/Point b\n",
         ),
-        ("src/robots/lab_msgs/msg/Bad.msg", "bool\n"),
-        ("src/robots/lab_msgs/msg/Lost.msg", "nowhere_msgs/Thing thing\n"),
     ];
     for (file, text) in files {
         let path = folder.join(file);
@@ -230,25 +220,6 @@ fn definitions_of_a_workspace_are_found_with_all_that_is_in_them() {
     assert!(battery.type_hash.is_some_and(|hash| hash.starts_with("RIHS01_")));
     let stock = Definitions::new(Vec::new()).find("nav_msgs/msg/Odometry").unwrap();
     assert_eq!(Some(stock), Definition::of_known_type("nav_msgs/msg/Odometry"));
-}
-
-#[test]
-fn a_definition_that_is_not_there_or_not_sound_is_named() {
-    let folder = temporary();
-    workspace(folder.path());
-    let definitions = Definitions::new(vec![folder.path().to_owned()]);
-    let refused = |type_name: &str| definitions.find(type_name).unwrap_err().to_string();
-
-    let shown = folder.path().display();
-    assert_eq!(refused("lab_msgs/msg/None"), format!("no file lab_msgs/msg/None.msg in {shown}"));
-    assert_eq!(
-        refused("lab_msgs/msg/Lost"),
-        format!("no file nowhere_msgs/msg/Thing.msg in {shown}, needed by lab_msgs/msg/Lost")
-    );
-    assert!(
-        refused("lab_msgs/msg/Bad").ends_with("Bad.msg:1: \"bool\" is neither field nor constant")
-    );
-    assert!(matches!(definitions.find("Battery"), Err(DefinitionError::TypeName { .. })));
 }
 
 #[test]

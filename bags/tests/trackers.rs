@@ -5,7 +5,8 @@ mod recording;
 use std::fs;
 
 use recording::PERIOD_NS;
-use recording::outcome::{Foreign, temporary};
+use recording::damage::temporary;
+use recording::outcome::Foreign;
 use rsrs_bags::definitions::{Definition, Definitions};
 use rsrs_bags::trajectory::{Finding, PoseSource};
 use rsrs_msgs::RosMessage;

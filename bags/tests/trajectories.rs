@@ -2,7 +2,8 @@
 
 mod recording;
 
-use recording::outcome::{Foreign, read, recorded, temporary};
+use recording::damage::temporary;
+use recording::outcome::{Foreign, read, recorded};
 use recording::{PERIOD_NS, Recording, SPEED_M_S, odometry};
 use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{

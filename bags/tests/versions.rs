@@ -271,6 +271,8 @@ fn whole_bags_of_every_version_read_with_and_without_their_table_of_contents() {
         assert_eq!(with, recorded(), "{kind:?}");
         assert_eq!(without, recorded(), "{kind:?}");
         assert_eq!(info.metadata_version, Some(kind.version));
+        assert_eq!(info.ros_distro.is_some(), kind.version >= 8, "{kind:?}");
+        assert!(info.custom_data.is_empty(), "{kind:?}");
         let offered = OfferedQos {
             history: "keep_last",
             depth: 7,

@@ -4,8 +4,12 @@
 //! none of the packages; the hash lets ROS tell two versions of one type apart.
 
 mod definitions;
+mod fields;
+mod hash;
 
 use definitions::{DEFINITIONS, Definition};
+pub use fields::{TypeName, dependencies};
+pub use hash::rihs01;
 
 /// What rosbag2 puts between two definitions.
 const DELIMITER: &str =
@@ -32,11 +36,15 @@ const DELIMITER: &str =
 /// assert!(text.ends_with("MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"));
 /// ```
 pub fn schema_text(type_name: &str) -> Option<String> {
-    let root = find(type_name)?;
-    let mut text = root.text.to_owned();
-    let mut seen = vec![root.type_name.to_owned()];
-    append_dependencies(root, &mut seen, &mut text);
-    Some(text)
+    let package = type_name.split('/').next()?;
+    // A test closes the table under dependencies.
+    let text_of = |known: &TypeName| own_text(&known.to_string()).unwrap_or_default();
+    Some(with_dependencies((own_text(type_name)?, package), &text_of))
+}
+
+/// The definition of a type alone; `None` for a type that this crate does not define.
+pub fn own_text(type_name: &str) -> Option<&'static str> {
+    find(type_name).map(|definition| definition.text)
 }
 
 /// The hash of a type by REP 2016, `RIHS01_` and 64 hexadecimal digits.
@@ -57,35 +65,46 @@ fn find(type_name: &str) -> Option<&'static Definition> {
     DEFINITIONS.iter().find(|definition| definition.type_name == type_name)
 }
 
-fn append_dependencies(of: &Definition, seen: &mut Vec<String>, text: &mut String) {
-    for dependency in dependencies(of) {
-        let type_name = dependency.replacen('/', "/msg/", 1);
-        if seen.contains(&type_name) {
-            continue;
-        }
-        let definition = find(&type_name).expect("a test closes the table under dependencies");
-        for part in ["\n", DELIMITER, "\nMSG: ", &dependency, "\n", definition.text] {
-            text.push_str(part);
-        }
-        seen.push(type_name);
-        append_dependencies(definition, seen, text);
-    }
+/// A definition, and behind it those of all types in it, as bags keep them.
+///
+/// Each type comes once, depth first and sorted by name, behind a line of 80 `=` and a line
+/// `MSG: package/Type`; this is what rosbag2 writes.
+///
+/// # Arguments
+///
+/// * `text`, `package` — the definition, and the package that it is of.
+/// * `text_of` — the own definition of each type in it, at whatever depth.
+///
+/// # Panics
+///
+/// If [`dependencies`] refuses one of the definitions.
+pub fn with_dependencies<'a>(
+    (text, package): (&str, &str),
+    text_of: &dyn Fn(&TypeName) -> &'a str,
+) -> String {
+    let mut joined = text.to_owned();
+    append_dependencies((text, package), text_of, &mut Vec::new(), &mut joined);
+    joined
 }
 
-/// The types of the fields of one definition that are not built in, as `package/Type`; sorted, each
-/// once.
-fn dependencies(of: &Definition) -> Vec<String> {
-    let mut dependencies: Vec<String> = of
-        .text
-        .lines()
-        .filter_map(|line| line.split('#').next().and_then(|code| code.split_whitespace().next()))
-        .map(|field_type| field_type.split(['[', '<']).next().unwrap_or(field_type))
-        .filter(|field_type| field_type.contains('/'))
-        .map(str::to_owned)
-        .collect();
-    dependencies.sort_unstable();
-    dependencies.dedup();
-    dependencies
+fn append_dependencies<'a>(
+    (text, package): (&str, &str),
+    text_of: &dyn Fn(&TypeName) -> &'a str,
+    seen: &mut Vec<TypeName>,
+    joined: &mut String,
+) {
+    for dependency in dependencies(text, package).expect("definitions are parsed before") {
+        if seen.contains(&dependency) {
+            continue;
+        }
+        let TypeName { package, name } = &dependency;
+        let own = text_of(&dependency);
+        for part in ["\n", DELIMITER, "\nMSG: ", package, "/", name, "\n", own] {
+            joined.push_str(part);
+        }
+        seen.push(dependency.clone());
+        append_dependencies((own, package), text_of, seen, joined);
+    }
 }
 
 #[cfg(test)]
@@ -96,26 +115,9 @@ mod tests {
     fn the_table_is_sorted_and_closed_under_dependencies() {
         assert!(DEFINITIONS.is_sorted_by_key(|definition| definition.type_name));
         for definition in DEFINITIONS {
-            for dependency in dependencies(definition) {
-                assert!(find(&dependency.replacen('/', "/msg/", 1)).is_some(), "{dependency}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_types_of_one_package_are_written_with_their_package() {
-        // `dependencies` knows no package context, so a bare `Vector3` would be lost.
-        const BUILT_IN: [&str; 15] = [
-            "bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16",
-            "int32", "uint32", "int64", "uint64", "string", "wstring",
-        ];
-
-        for definition in DEFINITIONS {
-            for line in definition.text.lines() {
-                let code = line.split('#').next().unwrap();
-                let Some(field_type) = code.split_whitespace().next() else { continue };
-                let name = field_type.split(['[', '<']).next().unwrap();
-                assert!(name.contains('/') || BUILT_IN.contains(&name), "{line}");
+            let package = definition.type_name.split('/').next().unwrap();
+            for dependency in dependencies(definition.text, package).unwrap() {
+                assert!(find(&dependency.to_string()).is_some(), "{dependency}");
             }
         }
     }

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::fields::TypeName;
+use super::TypeName;
 
 /// How deep packages lie below a workspace, at most; repositories of repositories are rare.
 const MAX_DEPTH: usize = 6;

@@ -8,7 +8,7 @@ use std::path::Path;
 use rsrs_core::document;
 use serde::Deserialize;
 
-use super::{FILE_NAME, RECORD_KEY};
+use super::{FILE_NAME, RECORD_KEY, TopicWithCount};
 use crate::BagError;
 
 /// What the reader needs of a bag's table of contents; versions 4 to 9 have all of it but for the
@@ -24,7 +24,7 @@ pub struct Contents {
     pub relative_file_paths: Vec<String>,
     /// What the recorder counted.
     #[serde(default)]
-    pub topics_with_message_count: Vec<CountedTopic>,
+    pub topics_with_message_count: Vec<TopicWithCount>,
     /// `file`, `message`, or none; since Jazzy in small letters.
     #[serde(default)]
     pub compression_mode: Option<String>,
@@ -36,20 +36,12 @@ pub struct Contents {
     pub ros_distro: Option<String>,
 }
 
-/// A topic and how often the recorder received it.
-#[derive(Clone, Debug, Deserialize)]
-pub struct CountedTopic {
-    /// The topic.
-    pub topic_metadata: NamedTopic,
-    /// Messages on it.
-    pub message_count: u64,
-}
-
-/// What matters of a topic.
-#[derive(Clone, Debug, Deserialize)]
-pub struct NamedTopic {
-    /// Its full name.
-    pub name: String,
+impl Contents {
+    /// Whether rosbag2 compressed single messages.
+    pub fn compresses_messages(&self) -> bool {
+        let mode = self.compression_mode.as_deref().unwrap_or_default();
+        mode.eq_ignore_ascii_case("message")
+    }
 }
 
 #[derive(Deserialize)]
@@ -87,63 +79,6 @@ pub fn read_record(pairs: &BTreeMap<String, String>) -> Option<Contents> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// A table of contents as some version of rosbag2 writes it.
-    fn of_version(version: u32) -> String {
-        let optional = [
-            (6, "  custom_data: ~\n"),
-            (8, "  ros_distro: jazzy\n"),
-            (5, "  files:\n    - path: talk_0.mcap\n      message_count: 3\n"),
-        ];
-        let qos = if version < 9 { "\"- history: 1\\n  depth: 10\"" } else { "[]" };
-        let hash = if version < 7 { "" } else { "        type_description_hash: RIHS01_00\n" };
-        let mut text = format!(
-            "rosbag2_bagfile_information:
-  version: {version}
-  storage_identifier: mcap
-  duration:
-    nanoseconds: 5
-  starting_time:
-    nanoseconds_since_epoch: 1
-  message_count: 3
-  topics_with_message_count:
-    - topic_metadata:
-        name: /chatter
-        type: std_msgs/msg/String
-        serialization_format: cdr
-        offered_qos_profiles: {qos}
-{hash}      message_count: 3
-  compression_format: \"\"
-  compression_mode: \"\"
-  relative_file_paths:
-    - talk_0.mcap
-    - talk_1.mcap
-"
-        );
-        for (since, field) in optional {
-            if version >= since {
-                text.push_str(field);
-            }
-        }
-        text
-    }
-
-    #[test]
-    fn every_version_from_4_to_9_reads() {
-        let folder = tempfile::tempdir().unwrap();
-        for version in 4..=9 {
-            fs::write(folder.path().join(FILE_NAME), of_version(version)).unwrap();
-
-            let contents = read(folder.path()).unwrap().unwrap();
-
-            assert_eq!(contents.version, Some(version));
-            assert_eq!(contents.relative_file_paths, ["talk_0.mcap", "talk_1.mcap"]);
-            let counted = &contents.topics_with_message_count[0];
-            assert_eq!((&*counted.topic_metadata.name, counted.message_count), ("/chatter", 3));
-            assert_eq!(contents.custom_data, None);
-            assert_eq!(contents.ros_distro.is_some(), version >= 8);
-        }
-    }
 
     #[test]
     fn a_file_without_the_list_of_files_is_refused() {

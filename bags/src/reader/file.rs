@@ -1,17 +1,15 @@
-//! One `.mcap` file: what is in it, by its own table of contents or by reading it through.
+//! One `.mcap` file: what is in it, by its summary section or by reading it through.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use mcap::records;
-use mcap::{Channel, McapError, McapResult};
+use mcap::{Channel, McapError, Summary};
 
-use super::checksums::{Checksums, Fault, Part};
-use super::scan::Scan;
-use super::source::{Source, check_header, open};
-use super::table::Table;
+use super::linear::Depth;
+use super::scan::{Fault, Part, Scan};
+use super::source::{Source, check_magic, open};
+use super::summary;
 use super::{Attachment, Damage, TopicInfo};
 use crate::{BagError, qos};
 
@@ -19,12 +17,10 @@ use crate::{BagError, qos};
 #[derive(Debug)]
 pub struct BagFile {
     pub path: PathBuf,
-    /// On disk.
     pub n_bytes: u64,
-    /// The program that wrote it.
     pub library: String,
-    /// The file's own table of contents, if it is there and lists all messages.
-    pub table: Option<Table>,
+    /// Its summary section, if that is there and leads to all messages.
+    pub summary: Option<Summary>,
     pub topics: Vec<TopicInfo>,
     /// The definitions of types, by type.
     pub schemas: BTreeMap<String, Vec<u8>>,
@@ -32,7 +28,6 @@ pub struct BagFile {
     pub metadata: Vec<records::Metadata>,
     /// First and last log time, in nanoseconds.
     pub bounds_ns: Option<(u64, u64)>,
-    /// How its chunks are compressed.
     pub compressions: BTreeSet<String>,
     /// Whether rosbag2 compressed it as a whole.
     pub is_compressed: bool,
@@ -43,103 +38,99 @@ pub struct BagFile {
 }
 
 impl BagFile {
-    /// Learns what is in a file.
+    /// Finds what is in a file.
+    ///
+    /// Where checksums vouch for the whole file, chunks are counted by its summary section and not
+    /// looked into. What has no checksum must show by itself that it is whole, to the last record.
     pub fn open(path: PathBuf) -> Result<Self, BagError> {
         let mut source = Source::open(&path)?;
-        let library = check_header(&mut source, &path)?;
-        let io = |source| BagError::Io { action: "read", path: path.clone(), source };
-        let whole = Source::open(&path)?;
-        let options = whole.options().map_err(io)?;
-        let checksums = Checksums::of(whole, options).map_err(io)?;
+        check_magic(&mut source, &path)?;
         let mut file = open(&path)?;
+        let io = |source| BagError::Io { action: "read", path: path.clone(), source };
+        let n_bytes = file.metadata().map_err(io)?.len();
+        let is_compressed = source.is_compressed();
+        let summary = if is_compressed { None } else { summary::read(&mut file) };
+        let scan = Scan::of(&path, Depth::Chunks)?;
+        let library = library(&path, &scan)?;
+        let is_indexed = summary.as_ref().is_some_and(|summary| scan.is_indexed_by(summary));
         let mut opened = Self {
-            n_bytes: file.metadata().map_err(io)?.len(),
             path,
+            n_bytes,
             library,
-            table: None,
+            summary: None,
             topics: Vec::new(),
             schemas: BTreeMap::new(),
             attachments: Vec::new(),
             metadata: Vec::new(),
             bounds_ns: None,
             compressions: BTreeSet::new(),
-            is_compressed: source.is_compressed(),
+            is_compressed,
             damage: None,
             summary_fault: None,
         };
-        // A summary section that does not read is as good as none.
-        let is_readable = !opened.is_compressed && !checksums.summary.is_damaged();
-        let table = if is_readable { Table::read(&mut file) } else { None };
-        let is_sound = checksums.data == Part::Sound && checksums.summary == Part::Sound;
-        let usable = table.as_ref().filter(|_| is_sound).and_then(|table| usable(&mut file, table));
-        match (table, usable) {
-            (Some(table), Some(outside)) => opened.by_table(table, outside),
-            (table, _) => opened.by_reading(table, checksums)?,
+        match summary {
+            Some(summary) if is_indexed && scan.is_sound() => opened.by_summary(summary, scan),
+            summary => {
+                let scan = Scan::of(&opened.path, Depth::Messages)?;
+                opened.by_reading(summary, scan);
+            }
         }
         Ok(opened)
     }
 
-    fn by_table(&mut self, table: Table, (attachments, metadata): Outside) {
-        let stats = table.stats.as_ref();
+    fn by_summary(&mut self, summary: Summary, scan: Scan) {
+        let stats = summary.stats.as_ref();
         let counts = stats.map(|stats| &stats.channel_message_counts);
-        for (id, channel) in &table.channels {
+        for (id, channel) in summary.channels.iter().collect::<BTreeMap<_, _>>() {
             let n_messages = counts.and_then(|counts| counts.get(id)).copied();
             self.add_channel(channel, n_messages.unwrap_or(0));
         }
         self.bounds_ns = stats
             .filter(|stats| stats.message_count > 0)
             .map(|stats| (stats.message_start_time, stats.message_end_time));
-        self.compressions = table.compressions.iter().cloned().collect();
-        self.attachments = attachments;
-        self.metadata = metadata;
-        self.table = Some(table);
+        self.take(scan);
+        self.summary = Some(summary);
     }
 
-    /// Reads through everything, as what has no checksum must show by itself that it is whole.
-    fn by_reading(&mut self, table: Option<Table>, checksums: Checksums) -> Result<(), BagError> {
-        let io = |source| BagError::Io { action: "read", path: self.path.clone(), source };
-        let source = Source::open(&self.path)?;
-        let options = source.options().map_err(io)?;
-        let mut scan = Scan::default();
-        let found = scan.run(source, options).map_err(io)?;
-        let miscounted = table.as_ref().filter(|table| !scan.counts_are_of(table));
-        let fault = match (found, checksums.data) {
-            (Some(fault), _) | (None, Part::Damaged(fault)) => Some(fault),
-            (None, Part::WithoutChecksum) if miscounted.is_some() => Some(Fault {
+    fn by_reading(&mut self, summary: Option<Summary>, scan: Scan) {
+        let is_counted = summary.as_ref().is_none_or(|summary| scan.counts_are_of(summary));
+        let fault = match &scan.data {
+            Part::Damaged(fault) => Some(fault.clone()),
+            Part::WithoutChecksum if !is_counted => Some(Fault {
                 at_byte: self.n_bytes,
                 reason: "its messages are not as many as its summary section counts".to_owned(),
                 is_end: false,
             }),
-            (None, Part::Sound | Part::WithoutChecksum) => None,
+            Part::Sound | Part::WithoutChecksum => None,
         };
-        let table = table.filter(|table| {
-            fault.is_none() && lists_all_messages(table) && scan.agrees_with(table)
-        });
+        let is_whole = fault.is_none();
         self.damage = fault.map(|fault| Damage {
             path: self.path.clone(),
-            n_messages: scan.counts.values().sum(),
-            last_log_time_ns: scan.bounds_ns.map(|(_, last_ns)| last_ns),
+            n_messages: scan.found.counts.values().sum(),
+            last_log_time_ns: scan.found.bounds_ns.map(|(_, last_ns)| last_ns),
             at_byte: fault.at_byte,
             is_end: fault.is_end,
             reason: fault.reason,
         });
-        self.summary_fault = match checksums.summary {
-            Part::Damaged(fault) if self.damage.is_none() => Some(fault.reason),
-            _ => None,
-        };
-        for (id, count) in &scan.counts {
+        if let (true, Part::Damaged(fault)) = (is_whole, &scan.summary) {
+            self.summary_fault = Some(fault.reason.clone());
+        }
+        for (id, count) in &scan.found.counts {
             if let Some(channel) = scan.channels.get(*id) {
                 self.add_channel(&channel, *count);
             }
         }
-        self.bounds_ns = scan.bounds_ns;
+        self.bounds_ns = scan.found.bounds_ns;
+        self.summary = summary
+            .filter(|summary| is_whole && is_counted && scan.is_indexed_by(summary))
+            .map(without_channels_of_chunks);
+        self.take(scan);
+    }
+
+    fn take(&mut self, scan: Scan) {
         self.compressions = scan.compressions;
-        self.attachments = scan.attachments;
-        self.metadata = scan.metadata;
-        // Which channels a chunk has is told by its content alone where no checksum vouches for the
-        // index.
-        self.table = table.map(Table::without_channel_lists);
-        Ok(())
+        self.attachments = scan.found.attachments;
+        self.metadata = scan.found.metadata;
     }
 
     fn add_channel(&mut self, channel: &Channel, n_messages: u64) {
@@ -165,61 +156,25 @@ impl TopicInfo {
     }
 }
 
-impl From<mcap::Attachment<'_>> for Attachment {
-    fn from(attachment: mcap::Attachment) -> Self {
-        let mcap::Attachment { name, media_type, data, .. } = attachment;
-        Self { name, media_type, data: data.into_owned() }
+/// The program that wrote a file of ROS 2.
+fn library(path: &Path, scan: &Scan) -> Result<String, BagError> {
+    let path = path.to_owned();
+    match &scan.found.header {
+        // Some writers leave it out.
+        Some(header) if ["ros2", ""].contains(&&*header.profile) => Ok(header.library.clone()),
+        Some(header) => Err(BagError::Profile { path, found: header.profile.clone() }),
+        None => {
+            let source = McapError::UnexpectedEof;
+            Err(BagError::Incomplete { path, n_messages: 0, last_log_time_ns: None, source })
+        }
     }
 }
 
-/// What is not in chunks.
-type Outside = (Vec<Attachment>, Vec<records::Metadata>);
-
-/// What is not in chunks, if the table of contents leads to everything.
-fn usable(file: &mut File, table: &Table) -> Option<Outside> {
-    if !lists_all_messages(table) {
-        return None;
+/// A summary whose index does not say which channels are in a chunk: where no checksum vouches for it,
+/// only the content of the chunk does.
+fn without_channels_of_chunks(mut summary: Summary) -> Summary {
+    for index in &mut summary.chunk_indexes {
+        index.message_index_offsets.clear();
     }
-    outside_chunks(file, table).ok()
-}
-
-fn outside_chunks(file: &mut File, table: &Table) -> McapResult<Outside> {
-    let n_bytes = file.metadata()?.len();
-    let mut attachments = Vec::new();
-    for index in &table.attachment_indexes {
-        let bytes = region(file, (index.offset, index.length), n_bytes)?;
-        let at_start = records::AttachmentIndex { offset: 0, ..index.clone() };
-        attachments.push(mcap::read::attachment(&bytes, &at_start)?.into());
-    }
-    let mut metadata = Vec::new();
-    for index in &table.metadata_indexes {
-        let bytes = region(file, (index.offset, index.length), n_bytes)?;
-        let at_start = records::MetadataIndex { offset: 0, ..index.clone() };
-        metadata.push(mcap::read::metadata(&bytes, &at_start)?);
-    }
-    Ok((attachments, metadata))
-}
-
-/// Whether the index leads to every message: a file without chunks has a summary and no index.
-fn lists_all_messages(table: &Table) -> bool {
-    table.stats.as_ref().is_some_and(|stats| {
-        let chunks_agree = stats.chunk_count as usize == table.chunks.len();
-        let indexes_agree = stats.attachment_count as usize == table.attachment_indexes.len()
-            && stats.metadata_count as usize == table.metadata_indexes.len();
-        // Some writers count channels with messages alone.
-        let channels_agree = stats.channel_count as usize <= table.channels.len();
-        let has_chunks = stats.chunk_count > 0 || stats.message_count == 0;
-        chunks_agree && indexes_agree && channels_agree && has_chunks
-    })
-}
-
-/// Reads a part of a file that an index points to.
-fn region(file: &mut File, (offset, length): (u64, u64), n_bytes: u64) -> McapResult<Vec<u8>> {
-    if offset.checked_add(length).is_none_or(|end| end > n_bytes) {
-        return Err(McapError::BadIndex);
-    }
-    file.seek(SeekFrom::Start(offset))?;
-    let mut bytes = Vec::new();
-    file.take(length).read_to_end(&mut bytes)?;
-    Ok(bytes)
+    summary
 }

@@ -1,15 +1,17 @@
 //! Messages out of the files of a bag, one after the other.
 
 use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
 use std::sync::Arc;
 
-use mcap::records::MessageHeader;
-use mcap::{McapError, McapResult};
+use mcap::records::{MessageHeader, Record};
+use mcap::sans_io::{IndexedReadEvent, IndexedReader, IndexedReaderOptions};
+use mcap::{Channel, McapError, McapResult, Summary};
 
 use super::file::BagFile;
-use super::indexed::Indexed;
-use super::source::{self, ZSTD_MAGIC, open, record_limit};
-use super::table::Table;
+use super::linear::{Depth, Linear};
+use super::source::{ZSTD_MAGIC, open, record_limit};
 use crate::BagError;
 
 /// A message out of a bag.
@@ -34,53 +36,11 @@ pub struct Messages<'a> {
     files: std::slice::Iter<'a, BagFile>,
     topics: Option<BTreeSet<String>>,
     current: Option<OpenFile<'a>>,
-    known: Vec<(Arc<str>, Arc<str>)>,
 }
 
 impl<'a> Messages<'a> {
     pub(super) fn new(files: &'a [BagFile], topics: Option<BTreeSet<String>>) -> Self {
-        Self { files: files.iter(), topics, current: None, known: Vec::new() }
-    }
-
-    /// Goes to the next message; `None` at the end.
-    fn advance(&mut self) -> Option<Result<(), BagError>> {
-        loop {
-            let Some(current) = &mut self.current else {
-                match OpenFile::new(self.files.next()?, self.topics.as_ref()) {
-                    Ok(file) => self.current = Some(file),
-                    Err(error) => return Some(Err(error)),
-                }
-                continue;
-            };
-            match current.advance(&mut self.known) {
-                Ok(true) => {
-                    let topic = &self.known[current.number].0;
-                    if self.topics.as_ref().is_none_or(|topics| topics.contains(&**topic)) {
-                        return Some(Ok(()));
-                    }
-                }
-                Ok(false) => self.current = None,
-                Err(error) => {
-                    self.current = None;
-                    return Some(Err(error));
-                }
-            }
-        }
-    }
-
-    /// The message that was gone to.
-    fn message(&self) -> BagMessage {
-        let current = self.current.as_ref().expect("a message was gone to");
-        let (topic, type_name) = &self.known[current.number];
-        let (header, bytes) = current.message();
-        BagMessage {
-            topic: topic.clone(),
-            type_name: type_name.clone(),
-            log_time_ns: header.log_time,
-            publish_time_ns: header.publish_time,
-            sequence: header.sequence,
-            bytes: bytes.to_vec(),
-        }
+        Self { files: files.iter(), topics, current: None }
     }
 }
 
@@ -88,9 +48,21 @@ impl Iterator for Messages<'_> {
     type Item = Result<BagMessage, BagError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        match self.advance()? {
-            Ok(()) => Some(Ok(self.message())),
-            Err(error) => Some(Err(error)),
+        loop {
+            if self.current.is_none() {
+                match OpenFile::new(self.files.next()?, self.topics.as_ref()) {
+                    Ok(file) => self.current = Some(file),
+                    Err(error) => return Some(Err(error)),
+                }
+            }
+            match self.current.as_mut()?.next(self.topics.as_ref()) {
+                Ok(Some(message)) => return Some(Ok(message)),
+                Ok(None) => self.current = None,
+                Err(error) => {
+                    self.current = None;
+                    return Some(Err(error));
+                }
+            }
         }
     }
 }
@@ -98,147 +70,152 @@ impl Iterator for Messages<'_> {
 /// A file that is being read.
 struct OpenFile<'a> {
     file: &'a BagFile,
-    source: Source,
-    /// Numbers of topics and types by channel.
-    numbers: Vec<Option<usize>>,
-    /// That of the message that was gone to.
-    number: usize,
-    /// That message, if it was compressed by itself.
-    unpacked: Option<Vec<u8>>,
+    route: Route<'a>,
+    /// Topics and types by channel.
+    names: Vec<Option<Names>>,
     n_messages: u64,
-    /// How many there are; `None` for a file that is damaged.
-    n_expected: Option<u64>,
     last_log_time_ns: Option<u64>,
 }
 
-/// The two ways through a file.
-enum Source {
-    /// By its table of contents, in order of log time.
-    Indexed(Box<Indexed>),
+/// The topic of a channel, its type, and whether its messages are asked for.
+type Names = (Arc<str>, Arc<str>, bool);
+
+/// The ways through a file.
+enum Route<'a> {
+    /// By its index, in order of log time.
+    Indexed { reader: Box<IndexedReader>, source: File, packed: Vec<u8>, summary: &'a Summary },
     /// From front to back.
-    Linear {
-        reader: Box<mcap::io::MessageReader<source::Source>>,
-        received: (MessageHeader, Vec<u8>),
-    },
+    Linear(Box<Linear>),
+    /// It has nothing that is asked for.
+    Nothing,
 }
 
 impl<'a> OpenFile<'a> {
     fn new(file: &'a BagFile, topics: Option<&BTreeSet<String>>) -> Result<Self, BagError> {
-        let io = |source| BagError::Io { action: "read", path: file.path.clone(), source };
-        let source = match &file.table {
-            None => {
-                let source = source::Source::open(&file.path)?;
-                let options = source.options().map_err(io)?;
-                let reader = mcap::io::MessageReader::new_with_options(source, options);
-                let none =
-                    MessageHeader { channel_id: 0, sequence: 0, log_time: 0, publish_time: 0 };
-                let received = (none, Vec::new());
-                Source::Linear { reader: Box::new(reader), received }
-            }
-            Some(table) => {
-                let source = open(&file.path)?;
-                let limit = record_limit(&source).map_err(io)?;
-                let wanted = topics.map(|topics| channels_of(table, topics));
-                let indexed = Indexed::new(source, table, wanted.as_deref(), limit);
-                let indexed = indexed.map_err(|source| {
-                    let path = file.path.clone();
-                    BagError::Incomplete { path, n_messages: 0, last_log_time_ns: None, source }
-                })?;
-                Source::Indexed(Box::new(indexed))
-            }
+        let route = match &file.summary {
+            None => Route::Linear(Box::new(Linear::open(&file.path, Depth::Messages)?)),
+            Some(summary) => Route::by_index(file, summary, topics)?,
         };
-        let n_all = file.topics.iter().map(|topic| topic.n_messages).sum();
-        Ok(Self {
-            file,
-            source,
-            numbers: Vec::new(),
-            number: 0,
-            unpacked: None,
-            n_messages: 0,
-            n_expected: file.damage.is_none().then_some(n_all),
-            last_log_time_ns: None,
-        })
+        Ok(Self { file, route, names: Vec::new(), n_messages: 0, last_log_time_ns: None })
     }
 
-    fn advance(&mut self, known: &mut Vec<(Arc<str>, Arc<str>)>) -> Result<bool, BagError> {
-        let log_time_ns = self.go_on(known).map_err(|source| BagError::Incomplete {
-            path: self.file.path.clone(),
-            n_messages: self.n_messages,
-            last_log_time_ns: self.last_log_time_ns,
+    fn next(&mut self, topics: Option<&BTreeSet<String>>) -> Result<Option<BagMessage>, BagError> {
+        loop {
+            let read = self.read(topics).map_err(|source| BagError::Incomplete {
+                path: self.file.path.clone(),
+                n_messages: self.n_messages,
+                last_log_time_ns: self.last_log_time_ns,
+                source,
+            })?;
+            let Some((message, is_wanted)) = read else { return Ok(None) };
+            self.n_messages += 1;
+            self.last_log_time_ns = self.last_log_time_ns.max(Some(message.log_time_ns));
+            if is_wanted {
+                return Ok(Some(message));
+            }
+        }
+    }
+
+    fn read(
+        &mut self,
+        topics: Option<&BTreeSet<String>>,
+    ) -> McapResult<Option<(BagMessage, bool)>> {
+        let Some((header, data)) = self.route.next()? else { return Ok(None) };
+        let place = usize::from(header.channel_id);
+        if self.names.len() <= place {
+            self.names.resize(place + 1, None);
+        }
+        let names = &mut self.names[place];
+        if names.is_none() {
+            let channel = self.route.channel(header.channel_id);
+            let unknown = McapError::UnknownChannel(header.sequence, header.channel_id);
+            let channel = channel.ok_or(unknown)?;
+            let type_name = channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
+            let is_wanted = topics.is_none_or(|topics| topics.contains(&channel.topic));
+            *names = Some((channel.topic.as_str().into(), type_name.into(), is_wanted));
+        }
+        let (topic, type_name, is_wanted) = names.as_ref().expect("it was just filled");
+        let message = BagMessage {
+            topic: topic.clone(),
+            type_name: type_name.clone(),
+            log_time_ns: header.log_time,
+            publish_time_ns: header.publish_time,
+            sequence: header.sequence,
+            bytes: plain(data)?,
+        };
+        Ok(Some((message, *is_wanted)))
+    }
+}
+
+impl<'a> Route<'a> {
+    fn by_index(
+        file: &BagFile,
+        summary: &'a Summary,
+        topics: Option<&BTreeSet<String>>,
+    ) -> Result<Self, BagError> {
+        let source = open(&file.path)?;
+        let io = |source| BagError::Io { action: "read", path: file.path.clone(), source };
+        let limit = record_limit(&source).map_err(io)?;
+        let mut options = IndexedReaderOptions::new().with_record_length_limit(limit);
+        if let Some(topics) = topics {
+            let mut channels = summary.channels.values();
+            if !channels.any(|channel| topics.contains(&channel.topic)) {
+                return Ok(Self::Nothing);
+            }
+            options = options.include_topics(topics);
+        }
+        let reader = IndexedReader::new_with_options(summary, options);
+        let reader = reader.map_err(|source| BagError::Incomplete {
+            path: file.path.clone(),
+            n_messages: 0,
+            last_log_time_ns: None,
             source,
         })?;
-        if log_time_ns.is_some() {
-            self.n_messages += 1;
-            self.last_log_time_ns = self.last_log_time_ns.max(log_time_ns);
-        }
-        Ok(log_time_ns.is_some())
+        Ok(Self::Indexed { reader: Box::new(reader), source, packed: Vec::new(), summary })
     }
 
-    /// Goes to the next message and gives its log time, in nanoseconds.
-    fn go_on(&mut self, known: &mut Vec<(Arc<str>, Arc<str>)>) -> McapResult<Option<u64>> {
-        self.unpacked = None;
-        let channel = match &mut self.source {
-            Source::Indexed(reader) => {
-                if !reader.advance()? {
-                    return Ok(None);
+    /// The next message and its data.
+    fn next(&mut self) -> McapResult<Option<(MessageHeader, Vec<u8>)>> {
+        match self {
+            Self::Nothing => {}
+            Self::Linear(file) => {
+                while let Some(record) = file.next()? {
+                    match record {
+                        Record::Message { header, data } => {
+                            return Ok(Some((header, data.into_owned())));
+                        }
+                        // What follows a whole file's last message need not read.
+                        Record::DataEnd(_) => break,
+                        _ => {}
+                    }
                 }
-                None
             }
-            // What follows a whole file's last message need not read.
-            Source::Linear { .. } if Some(self.n_messages) == self.n_expected => return Ok(None),
-            Source::Linear { reader, received } => {
-                let Some(read) = reader.next().transpose()? else { return Ok(None) };
-                let header = MessageHeader {
-                    channel_id: read.channel.id,
-                    sequence: read.sequence,
-                    log_time: read.log_time,
-                    publish_time: read.publish_time,
-                };
-                *received = (header, read.data.into_owned());
-                Some(read.channel)
+            Self::Indexed { reader, source, packed, .. } => {
+                while let Some(event) = reader.next_event() {
+                    match event? {
+                        IndexedReadEvent::ReadChunkRequest { offset, length } => {
+                            source.seek(SeekFrom::Start(offset))?;
+                            packed.resize(length, 0);
+                            source.read_exact(packed)?;
+                            reader.insert_chunk_record_data(offset, packed)?;
+                        }
+                        IndexedReadEvent::Message { header, data } => {
+                            return Ok(Some((header, data.to_vec())));
+                        }
+                    }
+                }
             }
-        };
-        let (header, bytes) = self.message();
-        let (id, sequence, log_time_ns) = (header.channel_id, header.sequence, header.log_time);
-        let unpacked =
-            if bytes.starts_with(&ZSTD_MAGIC) { Some(plain(bytes.to_vec())?) } else { None };
-        self.unpacked = unpacked;
-        if let Some(Some(number)) = self.numbers.get(usize::from(id)) {
-            self.number = *number;
-            return Ok(Some(log_time_ns));
         }
-        let table = self.file.table.as_ref();
-        let channel = channel.or_else(|| table?.channels.get(&id).cloned());
-        let channel = channel.ok_or(McapError::UnknownChannel(sequence, id))?;
-        let names = channel_names(&channel);
-        self.number = known.iter().position(|known| *known == names).unwrap_or_else(|| {
-            known.push(names);
-            known.len() - 1
-        });
-        self.numbers.resize(self.numbers.len().max(usize::from(id) + 1), None);
-        self.numbers[usize::from(id)] = Some(self.number);
-        Ok(Some(log_time_ns))
+        Ok(None)
     }
 
-    /// The message that was gone to.
-    fn message(&self) -> (MessageHeader, &[u8]) {
-        let (header, bytes) = match &self.source {
-            Source::Indexed(reader) => reader.received(),
-            Source::Linear { received: (header, bytes), .. } => (*header, &**bytes),
-        };
-        (header, self.unpacked.as_deref().unwrap_or(bytes))
+    fn channel(&self, id: u16) -> Option<Arc<Channel<'static>>> {
+        match self {
+            Self::Nothing => None,
+            Self::Linear(file) => file.channels.get(id),
+            Self::Indexed { summary, .. } => summary.channels.get(&id).cloned(),
+        }
     }
-}
-
-/// The channels of some topics.
-fn channels_of(table: &Table, topics: &BTreeSet<String>) -> Vec<u16> {
-    let wanted = table.channels.iter().filter(|(_, channel)| topics.contains(&channel.topic));
-    wanted.map(|(id, _)| *id).collect()
-}
-
-fn channel_names(channel: &mcap::Channel) -> (Arc<str>, Arc<str>) {
-    let type_name = channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
-    (channel.topic.as_str().into(), type_name.into())
 }
 
 /// A message without the compression that rosbag2 may have put around it.

@@ -1,161 +1,156 @@
-//! What is learned of a file by reading it through.
+//! What is found in a file by reading it through.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{self, Read};
+use std::io;
+use std::path::Path;
 
 use mcap::read::ChannelAccumulator;
-use mcap::records::{self, Record, op};
-use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::{McapError, McapResult};
+use mcap::records::{self, ChunkIndex, Record};
+use mcap::{McapError, McapResult, Summary};
 
 use super::Attachment;
-use super::checksums::{Fault, HEAD_BYTES, feed};
-use super::table::{ChunkPlace, Table};
-use crate::recover::frame::{self, ChunkHead};
-use crate::unpack::Unpacker;
+use super::linear::{ChunkPlace, Depth, Linear};
+use crate::BagError;
+use crate::records::reason;
 
-/// What is learned by reading a file through.
-#[derive(Default)]
+/// What a checksum says of a part of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// There is a checksum, and the bytes agree with it.
+    Sound,
+    /// Its writer has left the checksum out: MCAP has a zero for that.
+    WithoutChecksum,
+    /// It ends early, or is not what was written.
+    Damaged(Fault),
+}
+
+/// Where a file is not as it was written, and how that shows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// The record, by its place in the file.
+    pub at_byte: u64,
+    pub reason: String,
+    /// Whether the file ends there, as that of a recorder that was killed.
+    pub is_end: bool,
+}
+
+impl Fault {
+    fn new(at_byte: u64, error: &McapError) -> Self {
+        let is_end = match error {
+            McapError::UnexpectedEof => true,
+            McapError::Io(error) => error.kind() == io::ErrorKind::UnexpectedEof,
+            _ => false,
+        };
+        Self { at_byte, reason: reason(error), is_end }
+    }
+}
+
+/// What is found in a file by reading it through.
 pub struct Scan {
-    /// The channels by their numbers.
+    /// Everything that was recorded.
+    pub data: Part,
+    /// The summary section behind it.
+    pub summary: Part,
     pub channels: ChannelAccumulator<'static>,
-    /// Messages by channel.
+    pub compressions: BTreeSet<String>,
+    chunks: BTreeSet<ChunkPlace>,
+    has_loose_messages: bool,
+    pub found: Found,
+}
+
+/// What is found in records, one after the other.
+#[derive(Default)]
+pub struct Found {
+    pub header: Option<records::Header>,
     pub counts: BTreeMap<u16, u64>,
-    /// In order.
     pub attachments: Vec<Attachment>,
-    /// In order.
     pub metadata: Vec<records::Metadata>,
     /// First and last log time, in nanoseconds.
     pub bounds_ns: Option<(u64, u64)>,
-    /// How its chunks are compressed.
-    pub compressions: BTreeSet<String>,
-    /// Where the contents of its chunks are: place, and length in the file and unpacked.
-    chunks: BTreeSet<(u64, u64, u64)>,
-}
-
-/// What unpacks the chunks of a file.
-struct Unpacking {
-    unpacker: Unpacker,
-    content: Vec<u8>,
-    /// A chunk that claims to be longer is not believed, in bytes.
-    limit: usize,
+    data: Option<Part>,
+    summary: Option<Part>,
 }
 
 impl Scan {
-    /// Reads to the end of the data, or to the first thing that is not as it was written.
-    ///
-    /// # Returns
-    ///
-    /// That thing, if there is one.
+    /// Reads a file to its end, or to the first thing that is not as it was written.
     ///
     /// # Errors
     ///
-    /// What the system says, where it cannot read the file.
-    pub fn run(
-        &mut self,
-        mut source: impl Read,
-        options: LinearReaderOptions,
-    ) -> io::Result<Option<Fault>> {
-        let limit = options.record_length_limit.unwrap_or(usize::MAX);
-        let mut reader = LinearReader::new_with_options(options.with_emit_chunks(true));
-        let mut unpacking = Unpacking { unpacker: Unpacker::new(), content: Vec::new(), limit };
-        let mut at_byte = mcap::MAGIC.len() as u64;
-        while let Some(event) = reader.next_event() {
-            let taken = match event {
-                Ok(LinearReadEvent::ReadRequest(n_bytes)) => {
-                    match feed(&mut reader, &mut source, n_bytes)? {
-                        Ok(()) => continue,
-                        Err(error) => Err(error),
-                    }
-                }
-                // What follows repeats what was said before.
-                Ok(LinearReadEvent::Record { opcode: op::DATA_END, .. }) => return Ok(None),
-                Ok(LinearReadEvent::Record { data, opcode: op::CHUNK }) => {
-                    self.take_chunk(at_byte + HEAD_BYTES, data, &mut unpacking).map(|()| data.len())
-                }
-                Ok(LinearReadEvent::Record { data, opcode }) => {
-                    self.take(opcode, data).map(|()| data.len())
-                }
-                Err(error) => Err(error),
-            };
+    /// [`BagError::Io`] where the system cannot read the file.
+    pub fn of(path: &Path, depth: Depth) -> Result<Self, BagError> {
+        let mut file = Linear::open(path, depth)?;
+        let mut found = Found::default();
+        let fault = loop {
+            let taken = file.next().and_then(|record| match record {
+                None => Ok(false),
+                Some(record) => found.take(record).map(|()| true),
+            });
             match taken {
-                Ok(n_bytes) => at_byte += HEAD_BYTES + n_bytes as u64,
-                Err(error) => return Ok(Some(Fault::new(at_byte, &error))),
+                Ok(true) => {}
+                Ok(false) => break None,
+                Err(McapError::Io(source)) if source.raw_os_error().is_some() => {
+                    return Err(BagError::Io { action: "read", path: path.to_owned(), source });
+                }
+                Err(error) => break Some(Fault::new(file.at_byte, &error)),
             }
-        }
-        Ok(None)
-    }
-
-    /// Whether a summary section counts and finds what is there.
-    pub fn agrees_with(&self, table: &Table) -> bool {
-        let place =
-            |place: &ChunkPlace| (place.content_at, place.packed_bytes, place.content_bytes);
-        let places: BTreeSet<_> = table.chunks.iter().map(place).collect();
-        places == self.chunks && self.counts_are_of(table)
-    }
-
-    /// Whether a summary section counts what is there.
-    pub fn counts_are_of(&self, table: &Table) -> bool {
-        table.stats.as_ref().is_none_or(|stats| {
-            let counted = &stats.channel_message_counts;
-            let is_counted = |(id, n): (&u16, &u64)| counted.get(id).copied().unwrap_or(0) == *n;
-            stats.message_count == self.counts.values().sum::<u64>()
-                && (counted.is_empty() || self.counts.iter().all(is_counted))
+        };
+        let is_read = fault.is_none();
+        let fault = fault.unwrap_or_else(|| {
+            let reason = "the record that ends its data is missing".to_owned();
+            Fault { at_byte: file.at_byte, reason, is_end: false }
+        });
+        let (data, summary) = (found.data.take(), found.summary.take());
+        Ok(Self {
+            data: data.unwrap_or_else(|| Part::Damaged(fault.clone())),
+            summary: summary.filter(|_| is_read).unwrap_or(Part::Damaged(fault)),
+            channels: file.channels,
+            compressions: file.compressions,
+            chunks: file.chunks,
+            has_loose_messages: file.has_loose_messages,
+            found,
         })
     }
 
-    fn take_chunk(
-        &mut self,
-        body_at: u64,
-        body: &[u8],
-        unpacking: &mut Unpacking,
-    ) -> McapResult<()> {
-        let Unpacking { unpacker, content, limit } = unpacking;
-        let no_head =
-            || McapError::DecompressionError("the head of the chunk makes no sense".into());
-        let head = ChunkHead::parse(body).ok_or_else(no_head)?;
-        let (n_head, n_packed) = (head.n_head_bytes as u64, head.compressed_size);
-        let end = n_head.checked_add(n_packed).filter(|end| *end <= body.len() as u64);
-        let end = end.ok_or(McapError::BadChunkLength {
-            header: n_head.saturating_add(n_packed),
-            available: body.len() as u64,
-        })?;
-        let within = |at: u64| usize::try_from(at).expect("it is within a record in memory");
-        let packed = &body[head.n_head_bytes..within(end)];
-        let size = usize::try_from(head.uncompressed_size).ok().filter(|size| *size <= *limit);
-        let size = size.ok_or(McapError::ChunkTooLarge(head.uncompressed_size))?;
-        unpacker
-            .unpack((&head.compression, packed), size, content)
-            .map_err(McapError::DecompressionError)?;
-        let (saved, calculated) = (head.crc, crc32fast::hash(content));
-        if saved != 0 && saved != calculated {
-            return Err(McapError::BadChunkCrc { saved, calculated });
-        }
-        self.chunks.insert((body_at + n_head, n_packed, head.uncompressed_size));
-        self.compressions.insert(head.compression);
-        let mut rest = &content[..];
-        while !rest.is_empty() {
-            let (opcode, length) = frame::head(rest).ok_or(McapError::UnexpectedEoc)?;
-            let length = usize::try_from(length).map_err(|_too_long| McapError::UnexpectedEoc)?;
-            let record = rest[frame::HEAD_BYTES..].split_at_checked(length);
-            let (record, behind) = record.ok_or(McapError::UnexpectedEoc)?;
-            self.take(opcode, record)?;
-            rest = behind;
-        }
-        Ok(())
+    /// Whether checksums vouch for all of it.
+    pub fn is_sound(&self) -> bool {
+        self.data == Part::Sound && self.summary == Part::Sound
     }
 
-    fn take(&mut self, opcode: u8, body: &[u8]) -> McapResult<()> {
-        if frame::is_known(opcode) && !frame::is_readable(opcode, body) {
-            return Err(McapError::DecompressionError(format!(
-                "a record of kind {opcode:#04x} lacks some of its fields"
-            )));
-        }
-        match mcap::parse_record(opcode, body)? {
-            Record::Schema { header, data } => self.channels.add_schema_from_slice(header, &data),
+    /// Whether the index in a summary section leads to every message.
+    pub fn is_indexed_by(&self, summary: &Summary) -> bool {
+        let place = |index: &ChunkIndex| {
+            let content_at = index.compressed_data_offset().ok()?;
+            Some((content_at, index.compressed_size, index.uncompressed_size))
+        };
+        let places: Option<BTreeSet<ChunkPlace>> =
+            summary.chunk_indexes.iter().map(place).collect();
+        let in_chunks = places.is_some_and(|places| places == self.chunks);
+        // Some writers count channels with messages alone.
+        let has_channels = summary
+            .stats
+            .as_ref()
+            .is_some_and(|stats| stats.channel_count as usize <= summary.channels.len());
+        in_chunks && has_channels && !self.has_loose_messages
+    }
+
+    /// Whether a summary section counts what is there.
+    pub fn counts_are_of(&self, summary: &Summary) -> bool {
+        summary.stats.as_ref().is_none_or(|stats| {
+            let (counted, counts) = (&stats.channel_message_counts, &self.found.counts);
+            let is_counted = |(id, n): (&u16, &u64)| counted.get(id).copied().unwrap_or(0) == *n;
+            stats.message_count == counts.values().sum::<u64>()
+                && (counted.is_empty() || counts.iter().all(is_counted))
+        })
+    }
+}
+
+impl Found {
+    fn take(&mut self, record: Record) -> McapResult<()> {
+        let part = |checksum: u32| if checksum == 0 { Part::WithoutChecksum } else { Part::Sound };
+        match record {
+            Record::Header(header) => self.header = Some(header),
             Record::Channel(channel) => {
                 self.counts.entry(channel.id).or_default();
-                self.channels.add_channel(channel)
             }
             Record::Message { header, .. } => {
                 let count = self.counts.get_mut(&header.channel_id);
@@ -164,18 +159,16 @@ impl Scan {
                 let time_ns = header.log_time;
                 let (first_ns, last_ns) = self.bounds_ns.unwrap_or((time_ns, time_ns));
                 self.bounds_ns = Some((first_ns.min(time_ns), last_ns.max(time_ns)));
-                Ok(())
             }
             Record::Attachment { header, data, .. } => {
                 let records::AttachmentHeader { name, media_type, .. } = header;
                 self.attachments.push(Attachment { name, media_type, data: data.into_owned() });
-                Ok(())
             }
-            Record::Metadata(record) => {
-                self.metadata.push(record);
-                Ok(())
-            }
-            _ => Ok(()),
+            Record::Metadata(record) => self.metadata.push(record),
+            Record::DataEnd(end) => self.data = Some(part(end.data_section_crc)),
+            Record::Footer(end) => self.summary = Some(part(end.summary_crc)),
+            _ => {}
         }
+        Ok(())
     }
 }

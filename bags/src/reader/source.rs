@@ -4,10 +4,6 @@ use std::fs::File;
 use std::io::{self, BufReader, ErrorKind, Read};
 use std::path::Path;
 
-use mcap::McapError;
-use mcap::records::Record;
-use mcap::sans_io::LinearReaderOptions;
-
 use crate::BagError;
 
 /// Records of this size and less are read in any file; larger ones only if the file is larger.
@@ -15,12 +11,6 @@ const MIN_RECORD_LIMIT: usize = 64 << 20;
 
 /// Text and numbers hardly compress better than this.
 const MAX_COMPRESSION: usize = 64;
-
-/// Opcode and length stand in front of each record.
-const RECORD_HEAD: usize = 9;
-
-/// A profile and a library name take far less than this.
-const MAX_HEADER: u64 = 1 << 20;
 
 /// What a zstd frame starts with.
 pub const ZSTD_MAGIC: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
@@ -57,17 +47,14 @@ impl Source {
         matches!(self, Self::Zstd(_))
     }
 
-    /// How it is read from front to back.
-    pub fn options(&self) -> io::Result<LinearReaderOptions> {
-        let limit = match self {
-            Self::Plain(source) => record_limit(source.get_ref())?,
+    /// The longest record or unpacked chunk that is believed, in bytes.
+    pub fn record_limit(&self) -> io::Result<usize> {
+        match self {
+            Self::Plain(source) => record_limit(source.get_ref()),
             Self::Zstd(source) => {
-                record_limit(source.get_ref().get_ref())?.saturating_mul(MAX_COMPRESSION)
+                Ok(record_limit(source.get_ref().get_ref())?.saturating_mul(MAX_COMPRESSION))
             }
-        };
-        Ok(LinearReaderOptions::default()
-            .with_validate_chunk_crcs(true)
-            .with_record_length_limit(limit))
+        }
     }
 }
 
@@ -111,50 +98,18 @@ fn starts_with_zstd(file: &mut File) -> io::Result<bool> {
     Ok(head == ZSTD_MAGIC)
 }
 
-/// Refuses what is not an MCAP file of ROS 2.
-///
-/// # Returns
-///
-/// The name of the program that wrote it.
-pub fn check_header(source: &mut Source, path: &Path) -> Result<String, BagError> {
+/// Refuses what is not an MCAP file, by its first bytes.
+pub fn check_magic(source: &mut Source, path: &Path) -> Result<(), BagError> {
     let path = path.to_owned();
     let mut head = Vec::new();
-    let head_length = mcap::MAGIC.len() + RECORD_HEAD;
-    if let Err(source) = source.by_ref().take(head_length as u64).read_to_end(&mut head) {
+    if let Err(source) = source.take(SQLITE_MAGIC.len() as u64).read_to_end(&mut head) {
         return Err(BagError::Io { action: "read", path, source });
     }
     if head.is_empty() {
         return Err(BagError::Empty { path });
     }
-    if head.starts_with(&SQLITE_MAGIC[..head_length.min(SQLITE_MAGIC.len())]) {
+    if head == SQLITE_MAGIC {
         return Err(BagError::Sqlite { path });
     }
-    let Some(record_head) = head.strip_prefix(mcap::MAGIC) else {
-        return Err(BagError::NotMcap { path });
-    };
-    let incomplete = |source| BagError::Incomplete {
-        path: path.clone(),
-        n_messages: 0,
-        last_log_time_ns: None,
-        source,
-    };
-    let Some((&opcode, length)) = record_head.split_first() else {
-        return Err(incomplete(McapError::UnexpectedEof));
-    };
-    let Ok(length) = length.try_into().map(u64::from_le_bytes) else {
-        return Err(incomplete(McapError::UnexpectedEof));
-    };
-    let mut body = Vec::new();
-    if let Err(source) = source.by_ref().take(length.min(MAX_HEADER)).read_to_end(&mut body) {
-        return Err(BagError::Io { action: "read", path, source });
-    }
-    if body.len() as u64 != length {
-        return Err(incomplete(McapError::UnexpectedEof));
-    }
-    match mcap::parse_record(opcode, &body).map_err(incomplete)? {
-        // Some writers leave it out.
-        Record::Header(header) if ["ros2", ""].contains(&&*header.profile) => Ok(header.library),
-        Record::Header(header) => Err(BagError::Profile { path, found: header.profile }),
-        _ => Err(BagError::NotMcap { path }),
-    }
+    if head.starts_with(mcap::MAGIC) { Ok(()) } else { Err(BagError::NotMcap { path }) }
 }

@@ -28,7 +28,6 @@ impl Bytes {
         Ok(Self { reader, position: 0, end: n_bytes, zero_tail })
     }
 
-    /// How many there are.
     pub fn len(&self) -> u64 {
         self.end
     }

@@ -4,29 +4,32 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
-use mcap::McapError;
-use mcap::records::{Record, op};
+use mcap::records::{MessageIndex, Record, op};
+use mcap::{McapError, McapResult};
 
 use super::bytes::Bytes;
-use super::chunk::{Chunk, index_entries, index_length, loose_message};
-use super::frame::{self, ChunkHead, HEAD_BYTES};
+use super::chunk::{self, Room};
 use super::loss::{Loss, LossKind};
 use super::search::{self, Layout};
-use super::sink::{Fate, Sink};
-use crate::BagError;
+use super::sink::Sink;
+use super::sound::{self, ChunkHead};
+use crate::records::{self, HEAD_BYTES, Unpacker, parse, reason};
+use crate::{BagError, Compression};
 
 /// A record outside of chunks is believed to be longer than this only if another one follows.
 const MAX_LONE_RECORD: u64 = 16 << 20;
 
+/// Why a message that reads well cannot be saved.
+const UNKNOWN: &str = "messages of a channel whose definition is lost, or that do not unpack";
+
 /// What was found in a file.
+#[derive(Default)]
 pub struct Found {
-    /// What could not be saved.
     pub losses: Vec<Loss>,
     /// Messages that the indexes behind lost chunks name, by topic.
     pub missing: BTreeMap<String, u64>,
     /// Whether anything in the file was an MCAP record.
     pub has_records: bool,
-    /// The profile in its header.
     pub profile: Option<String>,
     /// Whether the file ends as it should.
     pub is_closed: bool,
@@ -51,17 +54,18 @@ enum Frame {
 ///
 /// [`BagError::Io`] if it cannot be read, and those of writing the new bag.
 pub fn scan(path: &Path, bytes: &mut Bytes, sink: &mut Sink) -> Result<Found, BagError> {
-    let found = Found {
-        losses: Vec::new(),
-        missing: BTreeMap::new(),
-        has_records: false,
-        profile: None,
-        is_closed: false,
+    let mut scan = Scan {
+        path,
+        layout: if sink.expects_chunks() { Layout::Chunks } else { Layout::Loose },
+        bytes,
+        sink,
+        found: Found::default(),
+        at: 0,
+        in_data: true,
+        recent: BTreeMap::new(),
+        hasher: Some(crc32fast::Hasher::new()),
+        room: Room { unpacker: Unpacker::new(), content: Vec::new() },
     };
-    let hasher = Some(crc32fast::Hasher::new());
-    let layout = if sink.expects_chunks() { Layout::Chunks } else { Layout::Loose };
-    let recent = BTreeMap::new();
-    let mut scan = Scan { path, bytes, sink, found, at: 0, in_data: true, recent, hasher, layout };
     while scan.at < scan.bytes.len() && !scan.found.is_closed {
         scan.step()?;
     }
@@ -75,7 +79,7 @@ struct Scan<'a> {
     sink: &'a mut Sink,
     found: Found,
     at: u64,
-    /// Whether the data has not ended yet; the table of contents stands behind it.
+    /// Whether the data has not ended yet; the summary section stands behind it.
     in_data: bool,
     /// Messages saved from the last chunk and not yet named by the index behind it, by channel.
     recent: BTreeMap<u16, u64>,
@@ -83,6 +87,7 @@ struct Scan<'a> {
     hasher: Option<crc32fast::Hasher>,
     /// Where messages are to be expected behind damage.
     layout: Layout,
+    room: Room,
 }
 
 impl Scan<'_> {
@@ -125,8 +130,8 @@ impl Scan<'_> {
     /// Whether a record is what it says. Behind damage nothing may be left over in it; before, the
     /// record before it has led here, and MCAP allows bytes behind the fields of a record.
     fn is_record(&self, opcode: u8, body: &[u8]) -> bool {
-        frame::is_sound(opcode, body)
-            || (self.found.losses.is_empty() && frame::is_readable(opcode, body))
+        let is_before_damage = self.found.losses.is_empty();
+        sound::is_sound(opcode, body) || (is_before_damage && sound::is_readable(opcode, body))
     }
 
     /// The same for a chunk.
@@ -136,18 +141,17 @@ impl Scan<'_> {
 
     /// Looks at what starts here, and reads it.
     fn frame(&mut self) -> io::Result<Frame> {
-        let start = self.bytes.read(self.at, HEAD_BYTES + frame::MAX_CHUNK_HEAD_BYTES)?;
+        let start = self.bytes.read(self.at, HEAD_BYTES + sound::MAX_CHUNK_HEAD_BYTES)?;
         if start.starts_with(mcap::MAGIC) {
             return Ok(Frame::Magic);
         }
-        let Some((opcode, length)) = frame::head(&start) else { return Ok(Frame::Broken) };
+        let Some((opcode, length)) = records::head(&start) else { return Ok(Frame::Broken) };
         let chunk_head = ChunkHead::parse(&start[HEAD_BYTES..]);
         if opcode == op::CHUNK || chunk_head.as_ref().is_some_and(ChunkHead::is_filled) {
             self.layout = Layout::Chunks;
         }
         let available = self.bytes.len() - self.at - HEAD_BYTES as u64;
         let body_at = self.at + HEAD_BYTES as u64;
-        let is_expected = frame::is_known(opcode);
         if opcode == op::CHUNK {
             return match chunk_head {
                 Some(head) if length <= available && self.is_chunk(&head, length) => {
@@ -162,7 +166,7 @@ impl Scan<'_> {
         }
         let is_stray =
             opcode == op::MESSAGE && self.hasher.is_none() && self.layout == Layout::Chunks;
-        if !is_expected || length > available || (is_stray && self.in_data) {
+        if !sound::is_known(opcode) || length > available || (is_stray && self.in_data) {
             return Ok(Frame::Broken);
         }
         let is_short = opcode != op::MESSAGE && length <= MAX_LONE_RECORD;
@@ -171,10 +175,9 @@ impl Scan<'_> {
             return Ok(Frame::Broken);
         }
         let body = self.bytes.read(body_at, to_usize(length))?;
-        if !self.is_record(opcode, &body) {
-            return Ok(Frame::Broken);
-        }
-        if opcode == op::MESSAGE && !is_followed && self.is_message_broken(body_at + length)? {
+        let is_half =
+            opcode == op::MESSAGE && !is_followed && self.is_message_broken(body_at + length)?;
+        if is_half || !self.is_record(opcode, &body) {
             return Ok(Frame::Broken);
         }
         Ok(Frame::Record { opcode, body })
@@ -190,35 +193,27 @@ impl Scan<'_> {
     }
 
     fn record(&mut self, from: u64, opcode: u8, body: &[u8]) -> Result<(), BagError> {
-        match opcode {
-            op::CHUNK => return self.chunk(from, body, LossKind::Chunk),
-            // There are none behind the data: it is another record, damaged.
-            op::MESSAGE if self.in_data => return self.loose(from, body),
-            op::MESSAGE_INDEX => {
-                self.index(body);
-                return Ok(());
+        match (opcode, parse(opcode, body)) {
+            (op::CHUNK, _) => self.chunk(from, body, LossKind::Chunk)?,
+            (_, Ok(Record::DataEnd(end))) => self.data_end(from, end.data_section_crc),
+            (_, Ok(Record::MessageIndex(index))) => self.index(&index),
+            // Behind the data all is said again, and what looks like a message is damaged.
+            _ if !self.in_data => {}
+            (_, Ok(Record::Message { header, data })) => {
+                if self.sink.message(&header, &data)? {
+                    *self.recent.entry(header.channel_id).or_default() += 1;
+                } else {
+                    self.lose_messages(from, 1);
+                    self.last_loss().bounds_ns = Some((header.log_time, header.log_time));
+                }
             }
-            op::DATA_END => {
-                self.data_end(from, body);
-                return Ok(());
+            (_, Ok(Record::Header(header))) => self.found.profile = Some(header.profile),
+            (_, Ok(Record::Attachment { header, data, .. })) => self.sink.attach(header, data)?,
+            (_, Ok(Record::Metadata(record))) => self.sink.metadata(record)?,
+            (_, Ok(definition)) => self.sink.define(definition)?,
+            (_, Err(error)) => {
+                self.lose(from, LossKind::Record, reason(&error));
             }
-            _ if !self.in_data => return Ok(()),
-            _ => {}
-        }
-        let record = match mcap::parse_record(opcode, body) {
-            Ok(record) => record,
-            Err(error) => {
-                self.lose(from, LossKind::Record, error.to_string());
-                return Ok(());
-            }
-        };
-        match record {
-            Record::Header(header) => self.found.profile = Some(header.profile),
-            Record::Attachment { header, data, .. } => {
-                self.sink.attach(&header, &data)?;
-            }
-            Record::Metadata(record) => self.sink.metadata(&record)?,
-            definition => self.sink.define(definition)?,
         }
         Ok(())
     }
@@ -226,116 +221,94 @@ impl Scan<'_> {
     fn chunk(&mut self, from: u64, body: &[u8], if_lost: LossKind) -> Result<(), BagError> {
         self.recent.clear();
         let head = ChunkHead::parse(body).expect("the frame was judged by it");
-        let is_cut = if_lost == LossKind::EndOfChunk;
-        // Zeros to the end of the file: the system lost power before it wrote the rest.
-        let body_at = from + HEAD_BYTES as u64;
-        let zeros_from = self.bytes.zero_tail();
-        let is_half_written = zeros_from < self.bytes.len() && zeros_from < self.at;
-        let written = to_usize(zeros_from.saturating_sub(body_at)).max(head.n_head_bytes);
-        let is_compressed = !head.compression.is_empty();
-        let offsets = if is_cut || is_compressed || head.crc != 0 {
-            Vec::new()
+        self.sink.compression.get_or_insert(match &*head.header.compression {
+            "" => Compression::None,
+            "lz4" => Compression::Lz4,
+            _ => Compression::Zstd,
+        });
+        let mut unpacked = if if_lost == LossKind::EndOfChunk {
+            Err(chunk::unpack_beginning(&head, body, &mut self.room))
         } else {
-            self.offsets_behind(self.at).map_err(|source| self.io(source))?
+            chunk::unpack(&head, body, &mut self.room)
         };
-        let bounds_ns = Some(head.bounds_ns).filter(|(first_ns, last_ns)| first_ns <= last_ns);
-        let mut chunk = Chunk { head, body, is_cut, offsets };
-        // Its own last bytes may be zeros, too: then its checksum tells that it is whole.
-        if (chunk.head.crc != 0 || !is_half_written) && self.copy(&chunk)? {
-            return Ok(());
-        }
-        let is_cut = is_cut || is_half_written;
+        // Zeros to the end of the file: the system lost power before it wrote the rest. Its own last
+        // bytes may be zeros, too: then its checksum tells that it is whole.
+        let zeros_from = self.bytes.zero_tail();
+        let is_half_written = zeros_from < self.bytes.len()
+            && zeros_from < self.at
+            && (unpacked.is_err() || head.header.uncompressed_crc == 0);
         if is_half_written {
-            (chunk.body, chunk.is_cut) = (&body[..written.min(body.len())], true);
+            let written = to_usize(zeros_from.saturating_sub(from + HEAD_BYTES as u64));
+            let written = &body[..written.max(head.n_bytes).min(body.len())];
+            unpacked = Err(chunk::unpack_beginning(&head, written, &mut self.room));
         }
-        if let Some(reason) = self.save(&chunk)? {
-            let kind = if is_cut { LossKind::EndOfChunk } else { if_lost };
+        let content = std::mem::take(&mut self.room.content);
+        let saved = self.save(&content)?;
+        self.room.content = content;
+        if let Err(error) = unpacked.and(saved) {
             self.hasher = None;
-            self.lose(from, kind, reason);
-            self.last_loss().bounds_ns = bounds_ns;
+            let kind = if is_half_written { LossKind::EndOfChunk } else { if_lost };
+            self.lose(from, kind, reason(&error));
+            let bounds_ns = (head.header.message_start_time, head.header.message_end_time);
+            self.last_loss().bounds_ns = Some(bounds_ns).filter(|(first, last)| first <= last);
         }
         Ok(())
     }
 
-    /// Puts a chunk into the new bag as it is, if it can.
-    fn copy(&mut self, chunk: &Chunk) -> Result<bool, BagError> {
-        let Some(copied) = self.sink.copy(chunk)? else { return Ok(false) };
-        self.recent = copied;
-        Ok(true)
-    }
-
-    /// Puts a chunk's records into the new bag.
+    /// Puts the records of a chunk into the new bag, up to the first one that is not sound.
     ///
     /// # Returns
     ///
-    /// What is wrong with the chunk; `None` if nothing is.
-    fn save(&mut self, chunk: &Chunk) -> Result<Option<String>, BagError> {
-        let (sink, recent) = (&mut *self.sink, &mut self.recent);
-        let mut failure = None;
-        let mut n_homeless = 0_u64;
-        let outcome = chunk.records(&mut |record| {
-            let taken = match &record {
-                Record::Message { header, data } => sink.message(header, data).map(|fate| {
-                    if fate == Fate::Saved {
-                        *recent.entry(header.channel_id).or_default() += 1;
+    /// What is wrong with that one.
+    fn save(&mut self, content: &[u8]) -> Result<McapResult<()>, BagError> {
+        let mut n_homeless = 0;
+        let mut rest = content;
+        let mut outcome = Ok(());
+        while !rest.is_empty() {
+            let Some((opcode, body)) = chunk::first_record(rest) else {
+                outcome = Err(McapError::UnexpectedEoc);
+                break;
+            };
+            rest = &rest[HEAD_BYTES + body.len()..];
+            match parse(opcode, body) {
+                Ok(Record::Message { header, data }) => {
+                    if self.sink.message(&header, &data)? {
+                        *self.recent.entry(header.channel_id).or_default() += 1;
                     } else {
                         n_homeless += 1;
                     }
-                }),
-                _ => sink.define(record),
-            };
-            taken.map_err(|error| {
-                failure = Some(error);
-                McapError::AttemptedWriteAfterFailure
-            })
-        });
-        if let Some(error) = failure {
-            return Err(error);
+                }
+                Ok(definition) => self.sink.define(definition)?,
+                Err(error) => {
+                    outcome = Err(error);
+                    break;
+                }
+            }
         }
         if n_homeless > 0 {
-            self.lose(self.at, LossKind::Messages, UNKNOWN.to_owned());
-            self.last_loss().n_messages = Some(n_homeless);
+            self.lose_messages(self.at, n_homeless);
         }
-        Ok(outcome.err().map(|error| error.to_string()))
-    }
-
-    /// A message outside of chunks.
-    fn loose(&mut self, from: u64, body: &[u8]) -> Result<(), BagError> {
-        let (header, data) = loose_message(body).expect("the frame was judged by its length");
-        if self.sink.message(&header, data)? == Fate::Saved {
-            *self.recent.entry(header.channel_id).or_default() += 1;
-            return Ok(());
-        }
-        self.lose(from, LossKind::Messages, UNKNOWN.to_owned());
-        self.last_loss().n_messages = Some(1);
-        self.last_loss().bounds_ns = Some((header.log_time, header.log_time));
-        Ok(())
+        Ok(outcome)
     }
 
     /// The index behind a chunk names all that was in it: what was not saved is lost.
-    fn index(&mut self, body: &[u8]) {
-        let Some((channel_id, n_entries)) = index_length(body) else { return };
-        let n_saved = self.recent.remove(&channel_id).unwrap_or(0);
-        let n_missing = n_entries.saturating_sub(n_saved);
+    fn index(&mut self, index: &MessageIndex) {
+        let n_saved = self.recent.remove(&index.channel_id).unwrap_or(0);
+        let n_missing = (index.records.len() as u64).saturating_sub(n_saved);
         let (Some(loss), true) = (self.found.losses.last_mut(), n_missing > 0) else { return };
-        let Some((_, entries)) = index_entries(body) else { return };
         *loss.n_messages.get_or_insert(0) += n_missing;
         if n_saved == 0 && loss.kind != LossKind::Messages {
-            let times_ns = || entries.iter().map(|(time_ns, _)| *time_ns);
-            let named = times_ns().min().zip(times_ns().max());
-            loss.bounds_ns = match (loss.bounds_ns, named) {
-                (Some(known), Some(named)) => Some((known.0.min(named.0), known.1.max(named.1))),
-                (known, named) => known.or(named),
-            };
+            let times_ns = index.records.iter().map(|entry| entry.log_time);
+            let all_ns = times_ns.chain(loss.bounds_ns.into_iter().flat_map(|(a, b)| [a, b]));
+            loss.bounds_ns = all_ns.clone().min().zip(all_ns.max());
         }
-        if let Some(topic) = self.sink.topic(channel_id) {
+        if let Some(topic) = self.sink.topic(index.channel_id) {
             *self.found.missing.entry(topic).or_default() += n_missing;
         }
     }
 
-    fn data_end(&mut self, from: u64, body: &[u8]) {
+    fn data_end(&mut self, from: u64, saved: u32) {
         self.in_data = false;
-        let saved = body.first_chunk().map_or(0, |crc| u32::from_le_bytes(*crc));
         let calculated = self.hasher.take().map(crc32fast::Hasher::finalize);
         if saved != 0 && calculated.is_some_and(|calculated| calculated != saved) {
             let reason = "the checksum over all data fails, those of its parts do not".to_owned();
@@ -344,32 +317,15 @@ impl Scan<'_> {
         }
     }
 
-    /// Says if the end is missing.
+    /// Notes if the end is missing.
     fn end(&mut self) {
-        let is_told = self.found.losses.last().is_some_and(|loss| {
+        let is_noted = self.found.losses.last().is_some_and(|loss| {
             loss.at_byte + loss.n_bytes == self.bytes.len() && loss.kind != LossKind::Messages
         });
-        if !self.found.is_closed && !is_told {
+        if !self.found.is_closed && !is_noted {
             let kind = if self.in_data { LossKind::EndOfFile } else { LossKind::TableOfContents };
             self.at = self.bytes.len();
             self.lose(self.at, kind, "the file was never closed".to_owned());
-        }
-    }
-
-    /// Places of messages within a chunk, by the indexes that follow it.
-    fn offsets_behind(&mut self, mut at: u64) -> io::Result<Vec<u64>> {
-        let mut offsets = Vec::new();
-        loop {
-            let start = self.bytes.read(at, HEAD_BYTES)?;
-            let Some((op::MESSAGE_INDEX, length)) = frame::head(&start) else { return Ok(offsets) };
-            let body_at = at + HEAD_BYTES as u64;
-            if length > self.bytes.len() - body_at {
-                return Ok(offsets);
-            }
-            let body = self.bytes.read(body_at, to_usize(length))?;
-            let Some((_, entries)) = index_entries(&body) else { return Ok(offsets) };
-            offsets.extend(entries.into_iter().map(|(_, offset)| offset));
-            at = body_at + length;
         }
     }
 
@@ -386,6 +342,12 @@ impl Scan<'_> {
         });
     }
 
+    /// Notes messages that read well and cannot be saved.
+    fn lose_messages(&mut self, from: u64, n_messages: u64) {
+        self.lose(from, LossKind::Messages, UNKNOWN.to_owned());
+        self.last_loss().n_messages = Some(n_messages);
+    }
+
     fn last_loss(&mut self) -> &mut Loss {
         self.found.losses.last_mut().expect("one was just noted")
     }
@@ -400,9 +362,6 @@ impl Scan<'_> {
         BagError::Io { action: "read", path: self.path.to_owned(), source }
     }
 }
-
-/// Why a message that reads well cannot be saved.
-const UNKNOWN: &str = "messages of a channel whose definition is lost, or that do not unpack";
 
 /// A length that was held against the size of the file.
 fn to_usize(length: u64) -> usize {

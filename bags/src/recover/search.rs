@@ -2,12 +2,12 @@
 
 use std::io;
 
-use mcap::records::op;
+use mcap::records::{Record, op};
 
 use super::bytes::Bytes;
-use super::chunk::loose_message;
-use super::frame::{self, ChunkHead, HEAD_BYTES};
 use super::sink::Sink;
+use super::sound::{self, ChunkHead};
+use crate::records::{self, HEAD_BYTES};
 
 /// What is searched at a time.
 const WINDOW_BYTES: usize = 256 << 10;
@@ -42,8 +42,8 @@ pub fn next_record(bytes: &mut Bytes, from: u64, sink: &Sink, layout: Layout) ->
             if window[offset..].starts_with(mcap::MAGIC) {
                 return Ok(place);
             }
-            let Some((opcode, length)) = frame::head(&window[offset..]) else { break };
-            let is_sought = layout == Layout::Loose || !frame::may_be_in_chunks(opcode);
+            let Some((opcode, length)) = records::head(&window[offset..]) else { break };
+            let is_sought = layout == Layout::Loose || !records::may_be_in_chunks(opcode);
             if is_sought
                 && is_candidate(opcode, length, bytes.len() - place)
                 && is_record(bytes, place, (opcode, length), sink)?
@@ -63,9 +63,9 @@ pub fn is_plausible(bytes: &mut Bytes, at: u64) -> io::Result<bool> {
     }
     let start = bytes.read(at, HEAD_BYTES)?;
     let available = bytes.len() - at;
-    let is_head = frame::head(&start).is_some_and(|(opcode, length)| {
+    let is_head = records::head(&start).is_some_and(|(opcode, length)| {
         let fits = length.checked_add(HEAD_BYTES as u64).is_some_and(|all| all <= available);
-        frame::is_known(opcode) && fits
+        sound::is_known(opcode) && fits
     });
     Ok(is_head || start.starts_with(mcap::MAGIC))
 }
@@ -96,21 +96,21 @@ fn is_record(
 ) -> io::Result<bool> {
     let body_at = at + HEAD_BYTES as u64;
     if opcode == op::CHUNK {
-        let start = bytes.read(body_at, frame::MAX_CHUNK_HEAD_BYTES)?;
+        let start = bytes.read(body_at, sound::MAX_CHUNK_HEAD_BYTES)?;
         let head = ChunkHead::parse(&start);
-        return Ok(
-            head.is_some_and(|head| head.fits(length) && head.bounds_ns.0 <= head.bounds_ns.1)
-        );
+        return Ok(head.is_some_and(|head| {
+            let in_order = head.header.message_start_time <= head.header.message_end_time;
+            head.fits(length) && in_order
+        }));
     }
     let body = bytes.read(body_at, usize::try_from(length).unwrap_or(usize::MAX))?;
-    if !frame::is_sound(opcode, &body) || !is_plausible(bytes, body_at + length)? {
+    if !sound::is_sound(opcode, &body) || !is_plausible(bytes, body_at + length)? {
         return Ok(false);
     }
-    if opcode != op::MESSAGE {
-        return Ok(true);
-    }
-    let message = loose_message(&body);
-    Ok(message.is_some_and(|(header, data)| {
-        sink.has_channel(header.channel_id) && frame::is_like_cdr(data)
-    }))
+    Ok(match records::parse(opcode, &body) {
+        Ok(Record::Message { header, data }) => {
+            sink.has_channel(header.channel_id) && sound::is_like_cdr(&data)
+        }
+        _ => true,
+    })
 }

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
+use super::TrajectoryError;
 use super::collect::{Collected, RecordedRobot};
 use super::command;
 use super::pose::PoseSample;
 use super::resample::most_step_ns;
 use super::rows::Rows;
-use super::{Keep, TrajectoryError};
 
 /// Fewer commands than this do not show how regular they are.
 const MIN_COMMANDS: usize = 10;
@@ -98,20 +98,12 @@ pub fn side_by_side(collected: &Collected, period_ns: u64) -> Option<Vec<Range<u
 /// # Arguments
 ///
 /// * `common` — of [`side_by_side`].
-pub fn align(
-    robots: &mut [RecordedRobot],
-    common: &[Range<usize>],
-    (period_ns, keep): (u64, Keep),
-) -> Rows {
-    let n_samples = common[0].len() as u64;
+pub fn align(robots: &mut [RecordedRobot], common: &[Range<usize>], period_ns: u64) -> Rows {
     let start_ns = robots[0].poses[common[0].start].stamp_ns;
-    let mut rows = Rows::new((n_samples, start_ns), (robots.len(), period_ns), keep);
+    let mut rows = Rows::new((common[0].len(), start_ns), (robots.len(), period_ns));
     for (number, (robot, common)) in robots.iter_mut().zip(common).enumerate() {
-        let all = &robot.poses[common.clone()];
-        let index = |sample: &u64| usize::try_from(*sample).expect("it was counted in memory");
-        let poses: Vec<PoseSample> = rows.samples.iter().map(|sample| all[index(sample)]).collect();
-        let answers = command::answers(&poses, &robot.commands, period_ns);
-        rows.fill(number, &poses, &answers);
+        let poses = &robot.poses[common.clone()];
+        rows.fill(number, poses, &command::answers(poses, &robot.commands, period_ns));
         (robot.poses, robot.commands) = (Vec::new(), Vec::new());
     }
     rows

@@ -49,7 +49,8 @@ impl NamedPoseArray {
     pub fn into_raw(self) -> Vec<RawPose> {
         let Self { header, poses } = self;
         let raw = poses.into_iter().map(|named| (named.name, named.pose));
-        raw.filter(is_seen).map(|named| pose::of_array(&header, named)).collect()
+        let seen = raw.filter(is_seen);
+        seen.map(|(name, pose)| pose::of_message(name, &header, pose)).collect()
     }
 }
 
@@ -58,7 +59,8 @@ impl PoseArray {
     pub fn into_raw(self) -> Vec<RawPose> {
         let Self { header, poses } = self;
         let raw = poses.into_iter().enumerate().map(|(number, pose)| (number.to_string(), pose));
-        raw.filter(is_seen).map(|named| pose::of_array(&header, named)).collect()
+        let seen = raw.filter(is_seen);
+        seen.map(|(name, pose)| pose::of_message(name, &header, pose)).collect()
     }
 
     /// How many bodies the tracker knows of.

@@ -64,7 +64,7 @@ pub fn align(robots: &mut [RecordedRobot]) -> Result<Option<Finding>, Trajectory
     };
     // Commands of which one has no stamp are put on log time anyway.
     let of_commands = |robot: &RecordedRobot| {
-        let times = |command: &CommandSample| Some((command.stamp_ns()?, command.log_ns));
+        let times = |command: &CommandSample| Some((command.stamp_ns?, command.log_ns));
         let times: Option<Vec<(u64, u64)>> = robot.commands.iter().map(times).collect();
         Offsets::of(times?.into_iter(), run_ns)
     };
@@ -101,11 +101,10 @@ fn shift(
     }
     let Some(offsets) = commands else { return Ok(()) };
     for command in &mut robot.commands {
-        if offsets.spread() > MAX_APART_NS {
-            command.without_stamp();
-        } else {
-            command.set_back(offsets.middle);
-        }
+        // By stamps that do not run evenly nothing is known: its log time counts.
+        let is_even = offsets.spread() <= MAX_APART_NS;
+        let shifted = |stamp_ns| command::set_back(stamp_ns, offsets.middle);
+        command.stamp_ns = command.stamp_ns.filter(|_| is_even).map(shifted);
     }
     Ok(())
 }

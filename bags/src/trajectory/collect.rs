@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rsrs_msgs::geometry_msgs::{PoseStamped, Twist, TwistStamped};
+use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::{RosMessage, cdr, topics};
@@ -21,11 +22,8 @@ const TF_STATIC: &str = "/tf_static";
 /// What was recorded of one robot.
 #[derive(Debug)]
 pub struct RecordedRobot {
-    /// Its name.
     pub name: String,
-    /// In the order of the bag.
     pub poses: Vec<PoseSample>,
-    /// In the order of the bag.
     pub commands: Vec<CommandSample>,
 }
 
@@ -47,7 +45,6 @@ pub struct Collected {
     pub robots: Vec<RecordedRobot>,
     /// The leases of the run, in the order of the bag; `None` if there is no such topic.
     pub lease: Option<Vec<LeaseSample>>,
-    /// Where the poses came from.
     pub poses: PoseSource,
     /// The last log time in the bag, in nanoseconds.
     pub end_ns: u64,
@@ -67,16 +64,10 @@ struct Found {
     members: BTreeSet<String>,
     /// The most poses in one message without names.
     n_unnamed: usize,
-    /// All transforms.
     tree: Tree,
     /// The frame at the upper end of each robot's transforms.
     frames: BTreeMap<String, String>,
-    /// For how many samples to make room, by topic.
-    room: BTreeMap<String, usize>,
 }
-
-/// For how many samples room is made before they are there, at most: a bag may lie.
-const MOST_ROOM: u64 = 4_000_000;
 
 /// Reads the bag once.
 pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, TrajectoryError> {
@@ -93,7 +84,7 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
     }
     let wanted = wanted_topics(&topics, source)?;
 
-    let mut found = Found { room: room(&wanted), ..Found::default() };
+    let mut found = Found::default();
     if source == PoseSource::Tf {
         found.tree = fixed(bag, &topics)?;
     }
@@ -180,24 +171,6 @@ fn wanted_topics(
     Ok(wanted)
 }
 
-/// For how many samples to make room: as many as a topic of one robot has messages.
-fn room(wanted: &[&TopicInfo]) -> BTreeMap<String, usize> {
-    let mut left = MOST_ROOM;
-    let mut room = BTreeMap::new();
-    let is_of_one_robot = |topic: &&&TopicInfo| {
-        has_commands(topic)
-            || [PoseSource::Odom, PoseSource::Pose]
-                .iter()
-                .any(|source| pose::robot_of_topic(topic, *source).is_some())
-    };
-    for topic in wanted.iter().filter(is_of_one_robot) {
-        let n_samples = topic.n_messages.min(left);
-        left -= n_samples;
-        room.insert(topic.name.clone(), usize::try_from(n_samples).unwrap_or(0));
-    }
-    room
-}
-
 impl Found {
     fn take(&mut self, source: PoseSource, message: &BagMessage) -> Result<(), TrajectoryError> {
         let topic = &*message.topic;
@@ -220,12 +193,10 @@ impl Found {
             } else {
                 CommandSample::of_stamped(&robot, &decode::<TwistStamped>(message)?, log_ns)?
             };
-            let room = || Vec::with_capacity(self.room.get(topic).copied().unwrap_or(0));
-            self.commands.entry(robot).or_insert_with(room).push(command);
+            self.commands.entry(robot).or_default().push(command);
         } else {
-            let room = self.room.get(topic).copied().unwrap_or(0);
             for raw in self.raw_poses(source, message)? {
-                self.take_pose(source, raw, (log_ns, room))?;
+                self.take_pose(source, raw, log_ns)?;
             }
         }
         Ok(())
@@ -244,7 +215,7 @@ impl Found {
         &mut self,
         source: PoseSource,
         raw: RawPose,
-        (log_ns, room): (u64, usize),
+        log_ns: u64,
     ) -> Result<(), TrajectoryError> {
         // Topics of one robot each are taken at their word; transforms say what they refer to.
         if source == PoseSource::Tf {
@@ -259,9 +230,7 @@ impl Found {
                 self.poses.remove(&raw.robot);
             }
         }
-        let poses = self.poses.entry(raw.robot.clone());
-        let poses = poses.or_insert_with(|| Vec::with_capacity(room));
-        poses.push(raw.sample(log_ns)?);
+        self.poses.entry(raw.robot.clone()).or_default().push(raw.sample(log_ns)?);
         Ok(())
     }
 
@@ -275,11 +244,12 @@ impl Found {
         };
         Ok(match source {
             PoseSource::Odom => {
-                vec![pose::of_odometry(&robot(topics::ODOM.name), decode(message)?)]
+                let Odometry { header, pose, .. } = decode(message)?;
+                vec![pose::of_message(robot(topics::ODOM.name), &header, pose.pose)]
             }
             PoseSource::Pose => {
-                let decoded = decode::<PoseStamped>(message)?;
-                vec![pose::of_pose_stamped(&robot(topics::POSE.name), decoded)]
+                let PoseStamped { header, pose } = decode(message)?;
+                vec![pose::of_message(robot(topics::POSE.name), &header, pose)]
             }
             PoseSource::NamedPoses => decode::<NamedPoseArray>(message)?.into_raw(),
             PoseSource::PoseArray => {

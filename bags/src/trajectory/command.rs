@@ -1,7 +1,5 @@
 //! Commands out of the two messages that carry them, and which one holds at a time.
 
-use std::num::NonZeroU64;
-
 use rsrs_core::controller::Command;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 
@@ -15,28 +13,10 @@ const MIN_TIMEOUT_NS: u64 = 300_000_000;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CommandSample {
     /// The stamp in the message, in nanoseconds; `None` where there is none.
-    stamp: Option<Stamp>,
+    pub stamp_ns: Option<u64>,
     /// When it was recorded, in nanoseconds.
     pub log_ns: u64,
-    /// What the robot was to do.
     pub command: Command,
-}
-
-/// A time that takes no more room for being perhaps not there: bags of hours hold a million.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Stamp {
-    /// One more than the nanoseconds.
-    after_ns: NonZeroU64,
-}
-
-impl Stamp {
-    fn of(stamp_ns: u64) -> Option<Self> {
-        NonZeroU64::new(stamp_ns.saturating_add(1)).map(|after_ns| Self { after_ns })
-    }
-
-    fn ns(self) -> u64 {
-        self.after_ns.get() - 1
-    }
 }
 
 impl CommandSample {
@@ -46,8 +26,8 @@ impl CommandSample {
         message: &TwistStamped,
         log_ns: u64,
     ) -> Result<Self, TrajectoryError> {
-        let stamp = message.header.stamp.to_nanos().and_then(Stamp::of);
-        Ok(Self { stamp, ..Self::of_unstamped(robot, message.twist, log_ns)? })
+        let stamp_ns = message.header.stamp.to_nanos();
+        Ok(Self { stamp_ns, ..Self::of_unstamped(robot, message.twist, log_ns)? })
     }
 
     /// The command in a message without stamp.
@@ -57,23 +37,7 @@ impl CommandSample {
             let (robot, time_s) = (robot.to_owned(), log_ns as f64 / 1e9);
             return Err(TrajectoryError::NotFinite { what: "command", robot, time_s });
         }
-        Ok(Self { stamp: None, log_ns, command })
-    }
-
-    /// When it holds from, in nanoseconds: by its stamp, if it has one, or else by its log time.
-    pub fn stamp_ns(&self) -> Option<u64> {
-        self.stamp.map(Stamp::ns)
-    }
-
-    /// Sets its clock back by so much, in nanoseconds.
-    pub fn set_back(&mut self, by_ns: i128) {
-        let shifted = |stamp: Stamp| Stamp::of(set_back(stamp.ns(), by_ns));
-        self.stamp = self.stamp.and_then(shifted);
-    }
-
-    /// Forgets its stamp, so that its log time counts.
-    pub fn without_stamp(&mut self) {
-        self.stamp = None;
+        Ok(Self { stamp_ns: None, log_ns, command })
     }
 
     /// Whether the robot was to do anything.
@@ -99,7 +63,7 @@ pub fn set_back(time_ns: u64, by_ns: i128) -> u64 {
 pub fn answers(poses: &[PoseSample], commands: &[CommandSample], period_ns: u64) -> Vec<Command> {
     let timeout_ns = (period_ns * 5 / 2).max(MIN_TIMEOUT_NS);
     let stamped: Option<Vec<(u64, Command)>> =
-        commands.iter().map(|command| Some((command.stamp?.ns(), command.command))).collect();
+        commands.iter().map(|command| Some((command.stamp_ns?, command.command))).collect();
     let by_stamp = stamped.is_some();
     let mut timed = stamped.unwrap_or_else(|| {
         commands.iter().map(|command| (command.log_ns, command.command)).collect()
@@ -135,7 +99,7 @@ mod tests {
 
     fn command(time_ns: u64, speed_m_s: f64) -> CommandSample {
         let command = Command { speed_m_s, turn_rate_rad_s: 0.0 };
-        CommandSample { stamp: Stamp::of(time_ns), log_ns: time_ns, command }
+        CommandSample { stamp_ns: Some(time_ns), log_ns: time_ns, command }
     }
 
     fn speeds(commands: &[Command]) -> Vec<f64> {
@@ -178,9 +142,9 @@ mod tests {
     #[test]
     fn one_command_without_a_stamp_puts_all_on_log_time() {
         let mut late = command(PERIOD_NS, 2.0);
-        late.stamp = None;
+        late.stamp_ns = None;
         // By its stamp the other one would answer the first pose.
-        let early = CommandSample { stamp: Stamp::of(0), log_ns: 2 * PERIOD_NS, ..command(0, 3.0) };
+        let early = CommandSample { stamp_ns: Some(0), log_ns: 2 * PERIOD_NS, ..command(0, 3.0) };
 
         assert_eq!(speeds(&answers(&poses(3), &[late, early], PERIOD_NS)), [0.0, 2.0, 3.0]);
     }

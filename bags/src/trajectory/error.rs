@@ -5,6 +5,7 @@ use crate::{BagError, Damage};
 use super::PoseSource;
 
 /// Why a bag gives no trajectory. Times are in seconds, on the clock of the pose stamps.
+#[expect(missing_docs, reason = "fields are what the message names")]
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrajectoryError {
@@ -16,145 +17,54 @@ pub enum TrajectoryError {
     Damaged(Damage),
     /// No topic of the bag has poses.
     #[error("the bag has no poses: {} among its topics: {}", wanted(*.asked), list(.topics))]
-    NoPoses {
-        /// The source that was asked for; `None` for any.
-        asked: Option<PoseSource>,
-        /// The topics that are there, with their types.
-        topics: Vec<String>,
-    },
+    NoPoses { asked: Option<PoseSource>, topics: Vec<String> },
     /// The recorder has received nothing.
     #[error("the bag has no messages; topics in it: {n_topics}")]
-    NoMessages {
-        /// How many topics it has.
-        n_topics: usize,
-    },
+    NoMessages { n_topics: usize },
     /// There are topics for poses, and nothing was recorded on them.
     #[error("the bag has no poses: there is no message on {}", list(.topics))]
-    SilentPoses {
-        /// Topics on which poses are expected.
-        topics: Vec<String>,
-    },
+    SilentPoses { topics: Vec<String> },
     /// A robot has poses and was never told anything.
     #[error("robot {robot} has poses and no commands: expected {expected} among the topics: {}", list(.topics))]
-    NoCommands {
-        /// The robot.
-        robot: String,
-        /// The topic with the commands.
-        expected: String,
-        /// The topics that are there, with their types.
-        topics: Vec<String>,
-    },
+    NoCommands { robot: String, expected: String, topics: Vec<String> },
     /// One topic was recorded with two types.
     #[error("topic {topic} was recorded with the types {}", list(.types))]
-    TwoTypes {
-        /// The topic.
-        topic: String,
-        /// Its types.
-        types: Vec<String>,
-    },
+    TwoTypes { topic: String, types: Vec<String> },
     /// A message is not what its type says.
     #[error("a message on {topic} at {time_s:.3} s of log time does not decode")]
-    Message {
-        /// The topic.
-        topic: String,
-        /// Its log time, in seconds.
-        time_s: f64,
-        /// Why.
-        source: rsrs_msgs::cdr::CdrError,
-    },
+    Message { topic: String, time_s: f64, source: rsrs_msgs::cdr::CdrError },
     /// A pose or command with NaN or infinity in it.
     #[error("{what} of robot {robot} at {time_s:.3} s is not a number")]
-    NotFinite {
-        /// `pose` or `command`.
-        what: &'static str,
-        /// The robot.
-        robot: String,
-        /// When, in seconds.
-        time_s: f64,
-    },
+    NotFinite { what: &'static str, robot: String, time_s: f64 },
     /// An orientation that is no rotation.
     #[error("orientation of robot {robot} at {time_s:.3} s has length {length:.3}, expected 1")]
-    NoOrientation {
-        /// The robot.
-        robot: String,
-        /// When, in seconds.
-        time_s: f64,
-        /// Length of its quaternion, dimensionless.
-        length: f64,
-    },
+    NoOrientation { robot: String, time_s: f64, length: f64 },
     /// The transforms of two robots start at different frames.
     #[error("the pose of robot {robot} is in frame {found:?}, those before it in {expected:?}")]
-    Frames {
-        /// The robot.
-        robot: String,
-        /// The frame of its pose.
-        found: String,
-        /// The frame of the poses before.
-        expected: String,
-    },
+    Frames { robot: String, found: String, expected: String },
     /// Robots of the run have no poses.
     #[error("robots of the run without poses: {}", list(.robots))]
-    MissingRobots {
-        /// Their names.
-        robots: Vec<String>,
-    },
+    MissingRobots { robots: Vec<String> },
     /// Poses without names, and not as many as robots.
     #[error("{topic} has {n_poses} poses without names for {n_robots} robots")]
-    Unnamed {
-        /// The topic.
-        topic: String,
-        /// Poses in one message.
-        n_poses: usize,
-        /// Robots that were commanded.
-        n_robots: usize,
-    },
+    Unnamed { topic: String, n_poses: usize, n_robots: usize },
     /// A message of a known name with other fields.
     #[error("the poses on {topic} have the fields {}, expected string name, geometry_msgs/Pose pose", list(.found))]
-    Layout {
-        /// The topic.
-        topic: String,
-        /// Its fields.
-        found: Vec<String>,
-    },
+    Layout { topic: String, found: Vec<String> },
     /// The stamps of a robot's poses go back.
     #[error("the stamps of robot {robot} go back by {by_s:.3} s at {time_s:.3} s")]
-    ClockBackwards {
-        /// The robot.
-        robot: String,
-        /// When, in seconds.
-        time_s: f64,
-        /// How far, in seconds.
-        by_s: f64,
-    },
+    ClockBackwards { robot: String, time_s: f64, by_s: f64 },
     /// A robot was where it cannot have gone.
     #[error(
         "robot {robot} jumped by {distance_m:.2} m at {time_s:.3} s, expected at most {limit_m:.2} m, and no exchange of robots explains it"
     )]
-    Jump {
-        /// The robot.
-        robot: String,
-        /// When, in seconds.
-        time_s: f64,
-        /// How far, in metres.
-        distance_m: f64,
-        /// How far it may have gone, in metres.
-        limit_m: f64,
-    },
+    Jump { robot: String, time_s: f64, distance_m: f64, limit_m: f64 },
     /// Too many poses of a robot are missing.
     #[error(
         "{:.0} % of the poses of robot {robot} are missing, up to {longest_s:.2} s at a time, expected at most {:.0} %",
         .share * 100.0, .limit * 100.0
     )]
-    TooManyMissing {
-        /// The robot.
-        robot: String,
-        /// The share that is missing, within [0, 1].
-        share: f64,
-        /// The share that may be missing, within [0, 1].
-        limit: f64,
-        /// The longest time without a pose, in seconds.
-        longest_s: f64,
-    },
+    TooManyMissing { robot: String, share: f64, limit: f64, longest_s: f64 },
     /// The lease was recorded and never said RUNNING.
     #[error("the run lease in the bag is never RUNNING")]
     NeverRunning,
@@ -163,105 +73,38 @@ pub enum TrajectoryError {
     NeverCommanded,
     /// A robot has fewer than two poses in the running time.
     #[error("robot {robot} has {n_samples} poses while the swarm was running, expected at least 2")]
-    TooFewPoses {
-        /// The robot.
-        robot: String,
-        /// How many it has.
-        n_samples: usize,
-    },
+    TooFewPoses { robot: String, n_samples: usize },
     /// Two poses of one robot at the same time.
     #[error(
         "robot {robot} has poses {distance_s:.4} s apart at {time_s:.3} s, expected about {period_s:.4} s: two publishers on one topic?"
     )]
-    TooClose {
-        /// The robot.
-        robot: String,
-        /// When, in seconds.
-        time_s: f64,
-        /// How far apart, in seconds; negative if the stamps go back.
-        distance_s: f64,
-        /// The median distance, in seconds.
-        period_s: f64,
-    },
+    TooClose { robot: String, time_s: f64, distance_s: f64, period_s: f64 },
     /// Poses are missing.
     #[error(
         "robot {robot} has no pose for {distance_s:.3} s before {time_s:.3} s, expected one every {period_s:.4} s"
     )]
-    Gap {
-        /// The robot.
-        robot: String,
-        /// The end of the gap, in seconds.
-        time_s: f64,
-        /// Its length, in seconds.
-        distance_s: f64,
-        /// The median distance of poses, in seconds.
-        period_s: f64,
-    },
+    Gap { robot: String, time_s: f64, distance_s: f64, period_s: f64 },
     /// A robot came late or left early.
     #[error(
         "robot {robot} has poses from {first_s:.3} s to {last_s:.3} s, the others from {expected_first_s:.3} s to {expected_last_s:.3} s"
     )]
-    Span {
-        /// The robot.
-        robot: String,
-        /// Its first pose, in seconds.
-        first_s: f64,
-        /// Its last pose, in seconds.
-        last_s: f64,
-        /// First pose of the robot that came first, in seconds.
-        expected_first_s: f64,
-        /// Last pose of the robot that left last, in seconds.
-        expected_last_s: f64,
-    },
+    Span { robot: String, first_s: f64, last_s: f64, expected_first_s: f64, expected_last_s: f64 },
     /// A robot's poses end before the run does.
     #[error(
         "robot {robot} has no pose after {last_s:.1} s of {end_s:.1} s: a run is judged by its end"
     )]
-    EndsEarly {
-        /// The robot.
-        robot: String,
-        /// Its last pose, in seconds since the start of the run.
-        last_s: f64,
-        /// The end of the run, in seconds since its start.
-        end_s: f64,
-    },
+    EndsEarly { robot: String, last_s: f64, end_s: f64 },
     /// Robots start where no two bodies have room.
     #[error(
         "robots {} start on one spot, ({x_m:.2} m, {y_m:.2} m): each has poses in a frame of its own?",
         list(.robots)
     )]
-    OneSpot {
-        /// The robots.
-        robots: Vec<String>,
-        /// Where, in metres.
-        x_m: f64,
-        /// Where, in metres.
-        y_m: f64,
-    },
+    OneSpot { robots: Vec<String>, x_m: f64, y_m: f64 },
     /// The stamps of a robot's poses come from a clock that was set, or is of another rate.
     #[error(
         "the stamps of robot {robot} move by {by_s:.3} s against those of the others during the run"
     )]
-    Clocks {
-        /// The robot.
-        robot: String,
-        /// How much, in seconds.
-        by_s: f64,
-    },
-    /// A robot's poses are between those of the others.
-    #[error(
-        "robot {robot} has a pose at {time_s:.3} s where {reference} has one at {expected_s:.3} s, more than half a period apart"
-    )]
-    OutOfStep {
-        /// The robot.
-        robot: String,
-        /// Its pose, in seconds.
-        time_s: f64,
-        /// The robot it was held against.
-        reference: String,
-        /// That robot's pose, in seconds.
-        expected_s: f64,
-    },
+    Clocks { robot: String, by_s: f64 },
 }
 
 impl TrajectoryError {
@@ -306,8 +149,7 @@ impl TrajectoryError {
             | Self::Jump { .. }
             | Self::TooManyMissing { .. }
             | Self::Gap { .. }
-            | Self::Span { .. }
-            | Self::OutOfStep { .. } => {
+            | Self::Span { .. } => {
                 "take another source of poses with `--poses`, or judge the run by eye instead: `rsrs \
                  label BAG --as PHASE --by WHO`"
             }

@@ -6,65 +6,26 @@ use serde::Serialize;
 
 /// Something in a bag that the trajectory does not show any more. Times are in seconds, on the
 /// clock of the pose stamps.
+#[expect(missing_docs, reason = "fields are what the message names")]
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "what", rename_all = "snake_case")]
 pub enum Finding {
     /// Poses came at other times than the trajectory's, and were interpolated.
-    Resampled {
-        /// The median distance of poses, in seconds.
-        recorded_s: f64,
-        /// The period of the trajectory, in seconds.
-        period_s: f64,
-    },
+    Resampled { recorded_s: f64, period_s: f64 },
     /// Poses of a robot were missing here and there, and were interpolated.
-    Missing {
-        /// The robot.
-        robot: String,
-        /// The share of its poses, within [0, 1].
-        share: f64,
-        /// The longest time without a pose, in seconds.
-        longest_s: f64,
-    },
+    Missing { robot: String, share: f64, longest_s: f64 },
     /// Single poses far away from those before and behind were left out.
-    Outliers {
-        /// The robot.
-        robot: String,
-        /// How many.
-        n_poses: usize,
-    },
+    Outliers { robot: String, n_poses: usize },
     /// The tracker took robots for one another; their poses were exchanged back.
-    Swap {
-        /// The robots.
-        robots: Vec<String>,
-        /// When.
-        time_s: f64,
-    },
+    Swap { robots: Vec<String>, time_s: f64 },
     /// A robot had poses only later than the others; what was before is left out.
-    LateStart {
-        /// The robot.
-        robot: String,
-        /// How much later, in seconds.
-        by_s: f64,
-    },
+    LateStart { robot: String, by_s: f64 },
     /// A robot had no poses at the end; what was after it is left out.
-    EarlyEnd {
-        /// The robot.
-        robot: String,
-        /// How much earlier, in seconds.
-        by_s: f64,
-    },
+    EarlyEnd { robot: String, by_s: f64 },
     /// Stamps came from several clocks; all were put on that of the recorder.
-    Clocks {
-        /// The least of them was so far ahead of the recorder's clock, in seconds.
-        least_s: f64,
-        /// The most of them was so far ahead of it, in seconds.
-        most_s: f64,
-    },
+    Clocks { least_s: f64, most_s: f64 },
     /// Something has poses and is no robot of this run.
-    Ignored {
-        /// Its name.
-        name: String,
-    },
+    Ignored { name: String },
 }
 
 impl fmt::Display for Finding {

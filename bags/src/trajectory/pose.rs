@@ -25,20 +25,16 @@ pub struct PoseSample {
     pub stamp_ns: u64,
     /// When it was recorded, in nanoseconds.
     pub log_ns: u64,
-    /// Where the robot was.
     pub pose: Pose,
 }
 
 /// A pose as it is in a message.
 pub struct RawPose {
-    /// The robot.
     pub robot: String,
-    /// The frame of the pose.
     pub frame: String,
     stamp: Time,
     /// In that frame, in metres.
     pub position: Vector3,
-    /// In that frame.
     pub orientation: Quaternion,
 }
 
@@ -58,36 +54,14 @@ pub fn robot_before(topic: &str, relative: &str) -> Option<String> {
     (!robot.is_empty()).then(|| robot.to_owned())
 }
 
-/// The pose in an odometry.
-pub fn of_odometry(robot: &str, message: Odometry) -> RawPose {
-    let pose = message.pose.pose;
-    RawPose {
-        robot: robot.to_owned(),
-        frame: message.header.frame_id,
-        stamp: message.header.stamp,
-        position: vector(pose.position),
-        orientation: pose.orientation,
-    }
-}
-
-/// The pose from a tracker.
-pub fn of_pose_stamped(robot: &str, message: PoseStamped) -> RawPose {
-    RawPose {
-        robot: robot.to_owned(),
-        frame: message.header.frame_id,
-        stamp: message.header.stamp,
-        position: vector(message.pose.position),
-        orientation: message.pose.orientation,
-    }
-}
-
-/// One pose of a message with the poses of all robots.
-pub fn of_array(header: &Header, (robot, pose): (String, Pose3)) -> RawPose {
+/// The pose of a robot in a message.
+pub fn of_message(robot: String, header: &Header, pose: Pose3) -> RawPose {
+    let Point { x, y, z } = pose.position;
     RawPose {
         robot,
         frame: header.frame_id.clone(),
         stamp: header.stamp,
-        position: vector(pose.position),
+        position: Vector3 { x, y, z },
         orientation: pose.orientation,
     }
 }
@@ -147,10 +121,6 @@ pub fn fill_missing_stamps(poses: &mut [PoseSample]) {
     }
 }
 
-fn vector(point: Point) -> Vector3 {
-    Vector3 { x: point.x, y: point.y, z: point.z }
-}
-
 #[cfg(test)]
 mod tests {
     use rsrs_msgs::geometry_msgs::{Transform, TransformStamped};
@@ -160,7 +130,7 @@ mod tests {
     fn tracked(orientation: Quaternion) -> RawPose {
         let mut message = PoseStamped::default();
         message.pose.orientation = orientation;
-        of_pose_stamped("robot_1", message)
+        of_message("robot_1".to_owned(), &message.header, message.pose)
     }
 
     #[test]

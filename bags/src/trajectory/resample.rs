@@ -8,7 +8,7 @@ use super::collect::RecordedRobot;
 use super::finding::Finding;
 use super::pose::PoseSample;
 use super::rows::Rows;
-use super::{Keep, TrajectoryError, command};
+use super::{TrajectoryError, command};
 
 /// Between poses further apart than this, in nanoseconds, nobody knows what a robot did: a circle
 /// of 0.75 rad/s at 0.15 m/s departs from its chord by 1.4 cm in this time.
@@ -23,14 +23,6 @@ const MAX_TRIMMED: u64 = 10;
 /// ... and up to this, in nanoseconds.
 const MAX_TRIMMED_NS: u64 = 10_000_000_000;
 
-/// Robots of a run and the time between the samples of its trajectory.
-pub struct Run<'a> {
-    /// Their poses while the swarm was running, two at least.
-    pub robots: &'a [RecordedRobot],
-    /// Its times.
-    pub times: Times,
-}
-
 /// What a run is interpolated from and to.
 #[derive(Clone, Copy)]
 pub struct Times {
@@ -43,7 +35,6 @@ pub struct Times {
 /// How completely a robot was seen, in nanoseconds.
 #[derive(Clone, Copy)]
 struct Seen<'a> {
-    /// The robot.
     robot: &'a str,
     /// Its first and its last pose.
     span_ns: (u64, u64),
@@ -59,23 +50,28 @@ struct Seen<'a> {
 ///
 /// [`TrajectoryError::Gap`], [`TrajectoryError::TooManyMissing`] and [`TrajectoryError::Span`].
 pub fn resample(
-    run: &Run,
-    keep: Keep,
+    robots: &[RecordedRobot],
+    times: Times,
     findings: &mut Vec<Finding>,
 ) -> Result<Rows, TrajectoryError> {
-    let Times { recorded_ns, period_ns, .. } = run.times;
+    let Times { recorded_ns, period_ns } = times;
     let see = |robot| see(robot, recorded_ns);
-    let seen = run.robots.iter().map(see).collect::<Result<Vec<_>, _>>()?;
-    let (start_ns, end_ns) = check(&seen, run.times, findings)?;
-    let n_all = (end_ns - start_ns) / period_ns + 1;
-    let mut rows = Rows::new((n_all, start_ns), (run.robots.len(), period_ns), keep);
-    let times_ns = rows.times_ns();
-    for (number, robot) in run.robots.iter().enumerate() {
+    let seen = robots.iter().map(see).collect::<Result<Vec<_>, _>>()?;
+    let (start_ns, end_ns) = check(&seen, times, findings)?;
+    let times_ns = (start_ns..=end_ns).step_by(to_usize(period_ns));
+    let n_samples = to_usize((end_ns - start_ns) / period_ns + 1);
+    let mut rows = Rows::new((n_samples, start_ns), (robots.len(), period_ns));
+    for (number, robot) in robots.iter().enumerate() {
         let poses: Vec<PoseSample> =
-            times_ns.iter().map(|time_ns| pose_at(&robot.poses, *time_ns)).collect();
+            times_ns.clone().map(|time_ns| pose_at(&robot.poses, time_ns)).collect();
         rows.fill(number, &poses, &command::answers(&poses, &robot.commands, period_ns));
     }
     Ok(rows)
+}
+
+/// A time or a count that is in memory many times over.
+fn to_usize(number: u64) -> usize {
+    usize::try_from(number).expect("a process has addresses of 64 bits")
 }
 
 /// The longest time between two poses of a robot that may be interpolated, in nanoseconds.

@@ -11,7 +11,6 @@ use crate::qos;
 /// A channel as MCAP has it, with its schema.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ChannelDescription {
-    /// Full name of the topic.
     pub topic: String,
     /// Such as `std_msgs/msg/Bool`; empty for a channel without schema.
     pub type_name: String,
@@ -26,7 +25,6 @@ pub struct ChannelDescription {
 }
 
 impl ChannelDescription {
-    /// A topic of ROS 2.
     pub fn new(topic: &str, offered: Qos, definition: &Definition) -> Self {
         let hash = definition.type_hash.clone().unwrap_or_default();
         Self {
@@ -54,5 +52,19 @@ impl ChannelDescription {
             type_description_hash: described(qos::HASH_KEY),
         };
         TopicWithCount { topic_metadata, message_count }
+    }
+}
+
+impl From<&mcap::Channel<'_>> for ChannelDescription {
+    fn from(channel: &mcap::Channel) -> Self {
+        let schema = channel.schema.as_ref();
+        Self {
+            topic: channel.topic.clone(),
+            type_name: schema.map(|schema| schema.name.clone()).unwrap_or_default(),
+            schema_encoding: schema.map(|schema| schema.encoding.clone()).unwrap_or_default(),
+            schema: schema.map(|schema| schema.data.to_vec()).unwrap_or_default(),
+            message_encoding: channel.message_encoding.clone(),
+            metadata: channel.metadata.clone(),
+        }
     }
 }

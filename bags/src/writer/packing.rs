@@ -62,6 +62,8 @@ impl Packing {
             .profile("ros2")
             .library(concat!("rsrs ", env!("CARGO_PKG_VERSION")))
             .compression(compression)
+            // A copy is to keep pace with its original; 0 is what the compression itself prefers.
+            .compression_level(u32::from(self.flush_period_ns.is_none()))
             // Chunks of a second are small; threads of their own would cost more than they save.
             .compression_threads(0)
             // A chunk is written whole or not at all: a file that breaks off has no half-filled

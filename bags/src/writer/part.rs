@@ -1,12 +1,9 @@
 //! One `.mcap` file that is being written.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufWriter, IntoInnerError, Seek, SeekFrom, Write};
+use std::io::{BufWriter, IntoInnerError};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use mcap::Writer;
 use mcap::records::{MessageHeader, Metadata};
@@ -23,8 +20,9 @@ const BUFFER_BYTES: usize = 64 << 10;
 pub struct Part {
     path: PathBuf,
     file_name: String,
-    writer: Writer<BufWriter<Counted>>,
-    n_bytes: Arc<AtomicU64>,
+    writer: Writer<BufWriter<File>>,
+    /// The same file, to ask how long it is.
+    file: File,
     n_messages: u64,
     bounds_ns: Option<(u64, u64)>,
 }
@@ -33,21 +31,16 @@ impl Part {
     /// Starts a file that must not exist.
     pub fn create(folder: &Path, file_name: String, packing: &Packing) -> Result<Self, BagError> {
         let path = folder.join(&file_name);
-        let file = File::create_new(&path).map_err(|source| BagError::Io {
-            action: "create",
-            path: path.clone(),
-            source,
-        })?;
-        let n_bytes = Arc::new(AtomicU64::new(0));
-        let counted = Counted { file, n_bytes: n_bytes.clone() };
+        let io = |source| BagError::Io { action: "create", path: path.clone(), source };
+        let file = File::create_new(&path).map_err(io)?;
+        let written = file.try_clone().map_err(io)?;
         let writer = packing
             .write_options()
-            .create(BufWriter::with_capacity(BUFFER_BYTES, counted))
+            .create(BufWriter::with_capacity(BUFFER_BYTES, written))
             .map_err(|source| BagError::Write { path: path.clone(), source })?;
-        Ok(Self { path, file_name, writer, n_bytes, n_messages: 0, bounds_ns: None })
+        Ok(Self { path, file_name, writer, file, n_messages: 0, bounds_ns: None })
     }
 
-    /// Where it is.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -59,7 +52,7 @@ impl Part {
 
     /// Bytes that the system was given so far.
     pub fn n_bytes(&self) -> u64 {
-        self.n_bytes.load(Ordering::Relaxed)
+        self.file.metadata().map_or(0, |metadata| metadata.len())
     }
 
     /// Whether a message at this time, in nanoseconds, belongs into the next file.
@@ -105,16 +98,8 @@ impl Part {
     }
 
     /// Records a file.
-    pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), BagError> {
-        let time_ns = self.bounds_ns.map_or(0, |(_, last_ns)| last_ns);
-        let attachment = mcap::Attachment {
-            log_time: time_ns,
-            create_time: time_ns,
-            name: name.to_owned(),
-            media_type: media_type.to_owned(),
-            data: Cow::Borrowed(data),
-        };
-        self.writer.attach(&attachment).map_err(|source| self.error(source))
+    pub fn attach(&mut self, attachment: &mcap::Attachment) -> Result<(), BagError> {
+        self.writer.attach(attachment).map_err(|source| self.error(source))
     }
 
     /// Records pairs of strings.
@@ -136,39 +121,12 @@ impl Part {
     pub fn finish(mut self) -> Result<(), BagError> {
         self.writer.finish().map_err(|source| self.error(source))?;
         let Self { path, writer, .. } = self;
-        let buffered = writer.into_inner().into_inner();
-        let synced = buffered
-            .map_err(IntoInnerError::into_error)
-            .and_then(|counted| counted.file.sync_all());
+        let written = writer.into_inner().into_inner();
+        let synced = written.map_err(IntoInnerError::into_error).and_then(|file| file.sync_all());
         synced.map_err(|source| BagError::Io { action: "close", path, source })
     }
 
     fn error(&self, source: mcap::McapError) -> BagError {
         BagError::Write { path: self.path.clone(), source }
-    }
-}
-
-/// A file that says how much was written to it.
-struct Counted {
-    file: File,
-    n_bytes: Arc<AtomicU64>,
-}
-
-impl Write for Counted {
-    fn write(&mut self, buffer: &[u8]) -> std::io::Result<usize> {
-        let n_written = self.file.write(buffer)?;
-        self.n_bytes.fetch_add(n_written as u64, Ordering::Relaxed);
-        Ok(n_written)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.file.flush()
-    }
-}
-
-/// The MCAP library asks for the position at the end; nothing is written twice.
-impl Seek for Counted {
-    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
-        self.file.seek(to)
     }
 }

@@ -4,55 +4,22 @@ use std::collections::BTreeMap;
 
 use rsrs_bags::definitions::Definition;
 use rsrs_bags::trajectory::{
-    Keep, RecordedTrajectory, TrajectoryError, TrajectoryOptions, read_trajectory,
+    RecordedTrajectory, TrajectoryError, TrajectoryOptions, read_trajectory,
 };
 use rsrs_bags::{Bag, BagOptions, BagWriter, ChannelId, Sample};
-use rsrs_core::phase::samples_in;
 use rsrs_msgs::geometry_msgs::Twist;
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::{RosMessage, cdr, topics};
 
 use super::Recording;
+use super::damage::temporary;
 
 /// What a bag gives.
 pub type Outcome = Result<RecordedTrajectory, TrajectoryError>;
 
-/// The trajectory in a bag, which is to be the same when only its ending is kept.
-///
-/// # Panics
-///
-/// If it is not.
+/// The trajectory in a bag.
 pub fn read(bag: &Bag) -> Outcome {
-    let whole = read_trajectory(bag, &TrajectoryOptions::default());
-    for seconds in [1, 3, 60] {
-        let keep = Keep::Ending { seconds };
-        let ending = read_trajectory(bag, &TrajectoryOptions { keep, ..Default::default() });
-        match (&whole, &ending) {
-            (Ok(whole), Ok(ending)) => assert_eq!(ending, &abridged(whole, seconds)),
-            (Err(whole), Err(ending)) => assert_eq!(ending.to_string(), whole.to_string()),
-            _ => panic!("{whole:?}, and of its last {seconds} s {ending:?}"),
-        }
-    }
-    whole
-}
-
-/// The first sample and the last ones.
-fn abridged(whole: &RecordedTrajectory, seconds: u32) -> RecordedTrajectory {
-    let all = &whole.trajectory;
-    let n_last = samples_in(f64::from(seconds), all.period_s);
-    let mut abridged = whole.clone();
-    if all.n_samples() > n_last + 1 {
-        let last = (all.n_samples() - n_last) * all.n_robots;
-        abridged.trajectory.poses = [all.poses_at(0), &all.poses[last..]].concat();
-        abridged.trajectory.commands = [all.commands_at(0), &all.commands[last..]].concat();
-        abridged.n_left_out = all.n_samples() - n_last - 1;
-    }
-    abridged
-}
-
-/// A folder of a test's own.
-pub fn temporary() -> tempfile::TempDir {
-    tempfile::tempdir().expect("there is room for a temporary folder")
+    read_trajectory(bag, &TrajectoryOptions::default())
 }
 
 /// The trajectory of two robots whose lease is RUNNING from the start, recorded by a recipe.

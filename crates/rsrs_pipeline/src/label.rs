@@ -9,7 +9,7 @@ pub use human_labels::Labeller;
 use std::path::{Path, PathBuf};
 
 use rsrs_bags::trajectory::{
-    Finding, Keep, PoseSource, RecordedTrajectory, TrajectoryError, read_trajectory,
+    Finding, PoseSource, RecordedTrajectory, TrajectoryError, read_trajectory,
 };
 use rsrs_bags::{Bag, Recovery};
 use rsrs_core::certainty::Certainty;
@@ -145,10 +145,10 @@ impl Labelled {
 /// If the bag or its record cannot be read, or it has no poses, no commands, or too little time;
 /// the error names the bag.
 pub fn label_bag(path: &Path, options: LabelOptions) -> anyhow::Result<Labelled> {
-    Ok(judge_what_is_kept(path, options, Keep::JUDGED)?.0)
+    Ok(judge(path, options)?.0)
 }
 
-/// As [`label_bag`], with the whole run.
+/// As [`label_bag`], with what was judged.
 ///
 /// # Errors
 ///
@@ -157,21 +157,13 @@ pub fn judge(
     path: &Path,
     options: LabelOptions,
 ) -> anyhow::Result<(Labelled, RecordedTrajectory, Bodies)> {
-    judge_what_is_kept(path, options, Keep::All)
-}
-
-fn judge_what_is_kept(
-    path: &Path,
-    options: LabelOptions,
-    keep: Keep,
-) -> anyhow::Result<(Labelled, RecordedTrajectory, Bodies)> {
     let labels = human_labels::read(path)?;
     let bag = recorded_run::open(path)?;
     let record = recorded_run::record_in(&bag)?;
     let bodies = options.bodies.unwrap_or_else(|| recorded_bodies(record.as_ref()));
     let ending = recorded_run::ending_in(&bag)?;
     let poses = options.poses.or_else(|| source_of_all(&bag, record.as_ref()?));
-    let read = recorded_run::trajectory_options(record.as_ref(), poses, keep);
+    let read = recorded_run::trajectory_options(record.as_ref(), poses);
     let recorded =
         read_trajectory(&bag, &read).map_err(|error| refused((path, error), ending.as_ref()))?;
     let part = part_of_run((&bag, &recorded), record.as_ref(), ending.as_ref());
@@ -188,7 +180,7 @@ fn judge_what_is_kept(
         evidence: Some(verdict.evidence),
         certainty: Some(certainty),
         n_robots: Some(verdict.n_robots),
-        duration_s: Some(recorded.duration_s()),
+        duration_s: Some(recorded.trajectory.duration_s()),
         by: JUDGE.to_owned(),
         poses: Some(recorded.poses.to_string()),
         findings: recorded.findings.clone(),
@@ -240,7 +232,7 @@ fn part_of_run(
     ending: Option<&Ending>,
 ) -> Option<RunPart> {
     let is_stopped = ending.is_some_and(|ending| ending.kind != EndingKind::Completed);
-    let recorded_s = recorded.duration_s();
+    let recorded_s = recorded.trajectory.duration_s();
     let set_s = record.map(|record| record.duration_s);
     let is_short = set_s.map(|set_s| recorded_s < set_s - (SHORT_SHARE * set_s).max(SHORT_S));
     // Without a record nobody knows how long a run was, but a file that was cut has lost its end.

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context;
-use rsrs_bags::trajectory::{Keep, PoseSource, TrajectoryOptions};
+use rsrs_bags::trajectory::{PoseSource, TrajectoryOptions};
 use rsrs_bags::{Bag, BagError, Damage, TopicInfo};
 use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
 use rsrs_msgs::cdr;
@@ -158,7 +158,6 @@ pub fn lack_in(bag: &Bag) -> Option<String> {
 pub fn trajectory_options(
     record: Option<&ExperimentRecord>,
     poses: Option<PoseSource>,
-    keep: Keep,
 ) -> TrajectoryOptions {
-    TrajectoryOptions { poses, keep, run_id: record.map(|record| record.run_id.clone()) }
+    TrajectoryOptions { poses, run_id: record.map(|record| record.run_id.clone()) }
 }

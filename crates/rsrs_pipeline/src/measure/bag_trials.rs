@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use rsrs_bags::Bag;
-use rsrs_bags::trajectory::{Keep, RecordedTrajectory, read_trajectory};
+use rsrs_bags::trajectory::{RecordedTrajectory, read_trajectory};
 use rsrs_core::conditions::Placement;
 use rsrs_core::controller::{Command, ControllerParameters};
 use rsrs_core::trial::{DetectionTrial, DrivenSample, DrivenTrial, Neighbour, PeriodTrial, Trials};
@@ -62,7 +62,7 @@ pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
         return Ok(BagTrials { standing: Some(standing), ..BagTrials::default() });
     }
     let record = recorded_run::record_in(&bag)?;
-    let options = recorded_run::trajectory_options(record.as_ref(), None, Keep::All);
+    let options = recorded_run::trajectory_options(record.as_ref(), None);
     let recorded = read_trajectory(&bag, &options).map_err(|error| {
         let (message, help) = (format!("{}: {error}", path.display()), error.help());
         explained(error, message, help)

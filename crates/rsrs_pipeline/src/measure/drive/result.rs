@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use rsrs_bags::trajectory::{Keep, RecordedTrajectory, TrajectoryError, read_trajectory};
+use rsrs_bags::trajectory::{RecordedTrajectory, TrajectoryError, read_trajectory};
 use rsrs_core::trial::{DrivenTrial, Neighbour, reduced};
 use rsrs_experiment_runner::plan::{Plan, Trial};
 use rsrs_fleet::experiment::Time;
@@ -119,7 +119,7 @@ impl TrialResult {
     /// If the bag cannot be read, or its poses are no drive.
     pub fn of_bag(bag: &Path, plan: &Plan) -> anyhow::Result<Option<Self>> {
         let opened = recorded_run::open(bag)?;
-        let options = recorded_run::trajectory_options(Some(&plan.record), None, Keep::All);
+        let options = recorded_run::trajectory_options(Some(&plan.record), None);
         let recorded = read_trajectory(&opened, &options);
         if is_unseen(&recorded) {
             return Ok(None);

@@ -1,0 +1,192 @@
+//! Records of MCAP out of bytes that may be damaged.
+
+use std::io::{self, Read};
+
+use mcap::records::{Record, op};
+use mcap::{McapError, McapResult};
+use zstd::stream::read::Decoder;
+use zstd::zstd_safe::{DCtx, ResetDirective, SafeResult};
+
+/// Opcode and length in front of each record.
+pub const HEAD_BYTES: usize = 9;
+
+/// Opcode and length of the record that starts here.
+pub fn head(bytes: &[u8]) -> Option<(u8, u64)> {
+    let (&opcode, rest) = bytes.split_first()?;
+    Some((opcode, u64::from_le_bytes(*rest.first_chunk()?)))
+}
+
+/// The record at the start of some bytes, as its opcode and its body; `None` if it is not all there.
+pub fn first(bytes: &[u8]) -> Option<(u8, &[u8])> {
+    let (opcode, length) = head(bytes)?;
+    let body = bytes[HEAD_BYTES..].get(..usize::try_from(length).ok()?)?;
+    Some((opcode, body))
+}
+
+/// Whether records of this kind stand in chunks, where there are any.
+pub fn may_be_in_chunks(opcode: u8) -> bool {
+    [op::SCHEMA, op::CHANNEL, op::MESSAGE].contains(&opcode)
+}
+
+/// Reads a record.
+///
+/// As [`mcap::parse_record`], which makes room for as much as the length of a text claims, up to 4 GiB,
+/// before it looks whether so much is there, and panics at an attachment that ends within its
+/// checksum.
+///
+/// # Errors
+///
+/// If some of its fields are missing or make no sense.
+pub fn parse(opcode: u8, body: &[u8]) -> McapResult<Record<'_>> {
+    if behind_texts(opcode, body).is_none() {
+        let message = "a text goes on beyond its record".to_owned();
+        return Err(McapError::Parse(binrw::Error::AssertFail { pos: 0, message }));
+    }
+    mcap::parse_record(opcode, body)
+}
+
+/// What is behind the texts in a record; `None` if they do not end within it.
+pub fn behind_texts(opcode: u8, body: &[u8]) -> Option<&[u8]> {
+    let (n_before, n_texts) = match opcode {
+        op::HEADER => (0, 2),
+        op::SCHEMA => (2, 2),
+        op::CHANNEL => (4, 2),
+        op::CHUNK => (28, 1),
+        op::ATTACHMENT => (16, 2),
+        op::METADATA => (0, 1),
+        _ => return Some(body),
+    };
+    let mut rest = body.get(n_before..)?;
+    for _ in 0..n_texts {
+        (_, rest) = sized(rest)?;
+    }
+    if [op::CHANNEL, op::METADATA].contains(&opcode) {
+        let (mut pairs, behind) = sized(rest)?;
+        while !pairs.is_empty() {
+            (_, pairs) = sized(pairs)?;
+        }
+        rest = behind;
+    }
+    // The length of an attachment's data, and the checksum behind them.
+    (opcode != op::ATTACHMENT || rest.len() >= 8 + 4).then_some(rest)
+}
+
+/// Bytes behind their length, and what is behind them.
+fn sized(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let (length, rest) = bytes.split_first_chunk()?;
+    rest.split_at_checked(usize::try_from(u32::from_le_bytes(*length)).ok()?)
+}
+
+/// What unpacks chunks, one after the other: a context of zstd for each would take longer than most of
+/// them.
+pub struct Unpacker(DCtx<'static>);
+
+impl Unpacker {
+    /// An unpacker for any compression that there is.
+    pub fn new() -> Self {
+        Self(DCtx::create())
+    }
+
+    /// Unpacks the content of a chunk.
+    ///
+    /// # Arguments
+    ///
+    /// * `compression` — empty, `zstd` or `lz4`.
+    /// * `size` — how many bytes it must give.
+    /// * `content` — what was in it is gone; if unpacking fails, as much as could be unpacked.
+    ///
+    /// # Errors
+    ///
+    /// [`McapError::DecompressionError`] and [`McapError::UnsupportedCompression`].
+    pub fn unpack(
+        &mut self,
+        (compression, packed): (&str, &[u8]),
+        size: usize,
+        content: &mut Vec<u8>,
+    ) -> McapResult<()> {
+        // One byte more than expected would show that the size is wrong.
+        content.resize(size + 1, 0);
+        let outcome = match compression {
+            "" => fill(content, packed),
+            "zstd" => {
+                // Ends what an incomplete chunk has begun; nothing else can go wrong with it.
+                let _before: SafeResult = self.0.reset(ResetDirective::SessionOnly);
+                fill(content, Decoder::with_context(packed, &mut self.0))
+            }
+            "lz4" => lz4::Decoder::new(packed)
+                .map_or_else(|error| (0, Err(error)), |decoder| fill(content, decoder)),
+            other => return Err(McapError::UnsupportedCompression(other.to_owned())),
+        };
+        let (n_bytes, read) = outcome;
+        content.truncate(n_bytes.min(size));
+        read.map_err(|error| McapError::DecompressionError(error.to_string()))?;
+        if n_bytes == size {
+            return Ok(());
+        }
+        let text = format!("it has {n_bytes} bytes, expected {size}");
+        Err(McapError::DecompressionError(text))
+    }
+}
+
+/// Reads until the buffer is full or nothing is left, and counts what was read.
+fn fill(buffer: &mut [u8], mut source: impl Read) -> (usize, io::Result<()>) {
+    let mut n_bytes = 0;
+    while n_bytes < buffer.len() {
+        match source.read(&mut buffer[n_bytes..]) {
+            Ok(0) => break,
+            Ok(n_read) => n_bytes += n_read,
+            Err(error) => return (n_bytes, Err(error)),
+        }
+    }
+    (n_bytes, Ok(()))
+}
+
+/// What is wrong, with what the system reports of it.
+pub fn reason(error: &McapError) -> String {
+    match error {
+        McapError::Io(cause) => cause.to_string(),
+        McapError::Parse(_) => "a record lacks some of its fields".to_owned(),
+        error => error.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_attachment_that_ends_anywhere_is_refused_without_panic() {
+        // Two times, two empty names, no data and no checksum.
+        let whole = [0; 16 + 4 + 4 + 8 + 4];
+
+        assert!(parse(op::ATTACHMENT, &whole).is_ok());
+        for n_bytes in 0..whole.len() {
+            assert!(parse(op::ATTACHMENT, &whole[..n_bytes]).is_err(), "{n_bytes} bytes");
+        }
+    }
+
+    #[test]
+    fn a_text_that_claims_gigabytes_is_refused_before_there_is_room_for_it() {
+        assert_eq!(behind_texts(op::SCHEMA, &[1, 0, 0xff, 0xff, 0xff, 0xff, b'a']), None);
+        assert_eq!(behind_texts(op::METADATA, &[0, 0, 0, 0, 4, 0, 0, 0, 9, 0, 0, 0]), None);
+        assert_eq!(behind_texts(op::METADATA, &[0, 0, 0, 0, 0, 0, 0, 0, 9]), Some(&[9][..]));
+    }
+
+    #[test]
+    fn what_can_be_unpacked_of_a_cut_chunk_is_there() {
+        let content: Vec<u8> = (0..600_000_u32).flat_map(u32::to_le_bytes).collect();
+        let packed = zstd::bulk::compress(&content, 1).unwrap();
+        let mut unpacked = Vec::new();
+        let mut unpacker = Unpacker::new();
+        let mut unpack = |packed: &[u8], size: usize, into: &mut Vec<u8>| {
+            unpacker.unpack(("zstd", packed), size, into)
+        };
+
+        let whole = unpack(&packed, content.len(), &mut unpacked);
+        assert!(whole.is_ok() && unpacked == content);
+        let cut = unpack(&packed[..packed.len() / 2], content.len(), &mut unpacked);
+        assert!(cut.is_err() && unpacked.len() > content.len() / 4);
+        assert_eq!(unpacked, content[..unpacked.len()]);
+        assert!(unpack(&packed, content.len() - 1, &mut unpacked).is_err());
+    }
+}
