@@ -6,7 +6,7 @@ use anyhow::Context;
 use rsrs_core::axis::Cell;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::order::Evidence;
-use rsrs_core::phase::{Phase, label};
+use rsrs_core::phase::{Phase, converged_s, label};
 use rsrs_core::settling::Settling;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
@@ -58,6 +58,8 @@ struct Summary {
     seed: u64,
     phase: Phase,
     evidence: Evidence,
+    /// When stable milling began, in seconds; `None` if it did not.
+    converged_s: Option<f64>,
     n_robots: usize,
     duration_s: f64,
     n_messages: u64,
@@ -84,7 +86,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             };
             explained(error, message, help)
         })?;
-    let verdict = label(&trajectory, &record.conditions.bodies())
+    let bodies = record.conditions.bodies();
+    let verdict = label(&trajectory, &bodies)
         .context("the sweep has judged this replicate, and now it cannot be judged")?;
     let summary = Summary {
         bag: written.folder,
@@ -93,6 +96,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         seed: record.seed,
         phase: verdict.phase,
         evidence: verdict.evidence,
+        converged_s: converged_s(&trajectory, &bodies, verdict.phase),
         n_robots: verdict.n_robots,
         duration_s: verdict.duration_s,
         n_messages: written.n_messages,
@@ -107,8 +111,10 @@ fn text(summary: &Summary) -> String {
     let settling = summary.settling.as_ref();
     let settling =
         settling.map_or_else(String::new, |found| format!("\n  {}", settling::text(found)));
+    let converged = summary.converged_s;
+    let converged = converged.map_or_else(String::new, |time_s| format!(" from {time_s:.0} s on"));
     format!(
-        "{bag}: {}, replicate {} of {}, seed {} ({}, {:.0} s, {}){settling}\nnext: rsrs label {bag}",
+        "{bag}: {}{converged}, replicate {} of {}, seed {} ({}, {:.0} s, {}){settling}\nnext: rsrs label {bag}",
         summary.phase,
         summary.replicate,
         summary.cell,
