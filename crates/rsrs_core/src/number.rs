@@ -12,6 +12,7 @@
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 
 /// A number, or a vector with a number in each lane.
+#[expect(clippy::return_self_not_must_use, reason = "they are used like operators")]
 pub trait Number:
     Copy
     + Add<Output = Self>
