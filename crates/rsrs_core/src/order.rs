@@ -16,10 +16,12 @@ use serde::{Deserialize, Serialize};
 use crate::trajectory::{Bodies, Trajectory};
 use crate::unicycle::Pose;
 
+mod geometry;
 mod sums;
 
+pub use geometry::Vector;
 use sums::Walk;
-pub use sums::{Commanded, Samples, Sums, Vector, look_back};
+pub use sums::{Commanded, Samples, Sums, look_back};
 
 /// Order parameters of one window: what a verdict rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -153,8 +155,8 @@ pub fn rounded(mean: f64) -> f64 {
 /// * `poses` — all robots at one time; shape `[n_robots]`, not empty.
 pub fn mean_radius_m(poses: &[Pose]) -> f64 {
     let places: Vec<_> = poses.iter().map(|pose| (pose.x_m, pose.y_m)).collect();
-    let centroid = sums::centroid(0.0, &places);
-    let radius_m = |place: &Vector<f64>| sums::distance_m2(*place, centroid).sqrt();
+    let centroid = geometry::centroid(0.0, &places);
+    let radius_m = |place: &Vector<f64>| geometry::distance_m2(*place, centroid).sqrt();
     places.iter().map(radius_m).sum::<f64>() / poses.len() as f64
 }
 
@@ -167,6 +169,6 @@ pub fn mean_radius_m(poses: &[Pose]) -> f64 {
 pub(crate) fn nearest_neighbours_m(poses: &[Pose]) -> Vec<f64> {
     let places: Vec<_> = poses.iter().map(|pose| (pose.x_m, pose.y_m)).collect();
     let mut nearest_m2 = vec![0.0; poses.len()];
-    sums::nearest_neighbours(0.0, &places, &mut nearest_m2);
+    geometry::nearest_neighbours(0.0, &places, &mut nearest_m2);
     nearest_m2.into_iter().map(f64::sqrt).collect()
 }
