@@ -1,11 +1,9 @@
 //! How sure a verdict is: how far the order parameters are from where another phase begins.
 
-use std::ops::Range;
-
 use serde::Serialize;
 
 use crate::order::Evidence;
-use crate::phase::{BLOCK_S, Phase, Thresholds, Verdict, good_blocks, lasting, samples_in, window};
+use crate::phase::{LastWindow, Phase, Thresholds, Verdict, lasting};
 use crate::trajectory::{Bodies, Trajectory};
 
 /// How sure a verdict is.
@@ -100,8 +98,8 @@ impl Certainty {
     /// If the verdict is of another, longer trajectory.
     pub fn of(run: (&Trajectory, &Bodies), verdict: &Verdict, thresholds: &Thresholds) -> Self {
         let (trajectory, bodies) = run;
-        let window = window(trajectory);
-        let (n_good, n_blocks) = good_blocks(trajectory, bodies, thresholds);
+        let window = LastWindow::of(trajectory, trajectory.n_samples(), bodies).remove(0);
+        let (n_good, n_blocks) = (window.n_good(thresholds), window.blocks.len());
         // Where the whole window is no stable mill, its blocks would change together with it.
         let is_whole = thresholds.is_stable(&verdict.evidence);
         let blocks = if is_whole { (n_good, n_blocks) } else { (0, 0) };
@@ -117,7 +115,7 @@ impl Certainty {
         Self {
             nearest: nearest(&margins, verdict.phase, decided),
             is_settled,
-            confidence: confidence(trajectory, bodies, (window, verdict.phase, thresholds)),
+            confidence: confidence(&window.blocks, verdict.phase, thresholds),
             margins,
             steady: n_good as f64 / n_blocks as f64,
         }
@@ -242,18 +240,9 @@ fn nearest(
 }
 
 /// The share of blocks that show the same phase.
-fn confidence(
-    trajectory: &Trajectory,
-    bodies: &Bodies,
-    (window, phase, thresholds): (Range<usize>, Phase, &Thresholds),
-) -> f64 {
-    let n_block = samples_in(BLOCK_S, trajectory.period_s).min(window.len());
-    let n_blocks = window.len() / n_block;
-    let is_same = |block: &usize| {
-        let start = window.start + block * n_block;
-        let samples = start..start + n_block;
-        let evidence = Evidence::of(trajectory, samples, bodies);
-        State { evidence, blocks: (0, 0) }.phase(thresholds) == phase
+fn confidence(blocks: &[Evidence], phase: Phase, thresholds: &Thresholds) -> f64 {
+    let is_same = |evidence: &&Evidence| {
+        State { evidence: **evidence, blocks: (0, 0) }.phase(thresholds) == phase
     };
-    (0..n_blocks).filter(is_same).count() as f64 / n_blocks as f64
+    blocks.iter().filter(is_same).count() as f64 / blocks.len() as f64
 }

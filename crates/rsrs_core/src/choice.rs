@@ -57,6 +57,10 @@ pub struct Choice {
     /// does not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub settling: Option<Settling>,
+    /// When half of the mills among its first runs had begun, in seconds; `None` if none did, or in a
+    /// file that does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub converged_s: Option<f64>,
     /// `b_s` for other circliness at which semi-stable mills end and stable ones begin; empty in a
     /// file that does not say.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -158,6 +162,7 @@ impl Choice {
             phases: Some(phases),
             as_measured: None,
             settling: None,
+            converged_s: None,
             by_circliness: Vec::new(),
             candidates_tried: None,
         }

@@ -10,8 +10,8 @@
 //! it is ([`capability`], [`validation`]); the conditions
 //! of one experiment ([`conditions`], the paper's `E`) and how a sweep file spans them ([`axis`],
 //! [`sweep_file`]); what a robot does ([`controller`], [`unicycle`]); what a swarm did
-//! ([`trajectory`], [`order`], [`phase`]), how sure that is ([`certainty`]) and who says the same
-//! ([`agreement`]), and what geometry expects of it ([`theory`]); what follows
+//! ([`trajectory`], [`order`], over any [`number`], [`phase`]), how sure that is ([`certainty`]) and
+//! who says the same ([`agreement`]), and what geometry expects of it ([`theory`]); what follows
 //! for a cell ([`diagram`], [`interval`], [`sequence`], [`choice`]), where to simulate more
 //! ([`adaptive`]), and for the method ([`operator_conditions`],
 //! [`comparison`], [`pooled`], [`e_value`]).
@@ -50,6 +50,7 @@ pub mod unicycle;
 
 pub mod agreement;
 pub mod certainty;
+pub mod number;
 pub mod order;
 pub mod phase;
 pub mod theory;

@@ -1,5 +1,10 @@
 //! The phases of a milling swarm, and the judge that tells them apart.
 
+#![expect(
+    clippy::inline_always,
+    reason = "what is not inlined into the function of a vector unit does without its instructions"
+)]
+
 mod by_reach;
 
 use std::fmt;
@@ -7,7 +12,8 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use crate::order::Evidence;
+use crate::number::Number;
+use crate::order::{Evidence, Samples, Sums, sums_with_blocks};
 use crate::trajectory::{Bodies, Trajectory};
 
 /// What a swarm settled into.
@@ -263,23 +269,58 @@ pub fn label_with(
     thresholds: &Thresholds,
 ) -> Result<Verdict, JudgeError> {
     check(trajectory)?;
-    let window = window(trajectory);
-    let evidence = Evidence::of(trajectory, window, bodies);
-    if evidence.lost.is_none() {
+    let window = LastWindow::of(trajectory, trajectory.n_samples(), bodies).remove(0);
+    if window.whole.lost.is_none() {
         let phases = by_reach::phases(trajectory, bodies.radius_m, thresholds);
         return Err(JudgeError::UnknownReach { phases });
     }
-    let whole = thresholds.phase(&evidence);
-    let phase = match whole {
-        Phase::StableMilling => lasting(whole, good_blocks(trajectory, bodies, thresholds)),
-        _ => whole,
-    };
     Ok(Verdict {
-        phase,
-        evidence,
+        phase: window.phase(thresholds),
+        evidence: window.whole,
         n_robots: trajectory.n_robots,
         duration_s: trajectory.duration_s(),
     })
+}
+
+/// The order parameters of the end of a run.
+#[derive(Clone, Debug)]
+pub struct LastWindow {
+    /// Of the last [`WINDOW_S`].
+    pub whole: Evidence,
+    /// Of each of its blocks of [`BLOCK_S`] by itself.
+    pub blocks: Vec<Evidence>,
+}
+
+impl LastWindow {
+    /// The last window of each world.
+    ///
+    /// # Arguments
+    ///
+    /// * `samples`, `bodies` — of all worlds.
+    /// * `n_samples` — how many samples there are; at least a window.
+    #[inline(always)]
+    pub fn of<S: Samples>(samples: &S, n_samples: usize, bodies: &Bodies) -> Vec<Self> {
+        let n_window = samples_in(WINDOW_S, samples.period_s());
+        let n_block = samples_in(BLOCK_S, samples.period_s()).min(n_window);
+        let window = n_samples - n_window..n_samples;
+        let (whole, blocks) = sums_with_blocks(samples, window, bodies, n_block);
+        let evidence = |sums: &Sums<S::Number>, lane| sums.evidence(samples, bodies, lane);
+        let of_lane = |lane| Self {
+            whole: evidence(&whole, lane),
+            blocks: blocks.iter().map(|sums| evidence(sums, lane)).collect(),
+        };
+        (0..S::Number::LANES).map(of_lane).collect()
+    }
+
+    /// How many blocks satisfy the rule of stable milling by themselves.
+    pub fn n_good(&self, thresholds: &Thresholds) -> usize {
+        self.blocks.iter().filter(|evidence| thresholds.is_stable(evidence)).count()
+    }
+
+    /// What the run settled into.
+    pub fn phase(&self, thresholds: &Thresholds) -> Phase {
+        lasting(thresholds.phase(&self.whole), (self.n_good(thresholds), self.blocks.len()))
+    }
 }
 
 /// When a run that ended in stable milling began to: the start of the first three consecutive
@@ -311,22 +352,6 @@ pub fn converged_s(trajectory: &Trajectory, bodies: &Bodies, phase: Phase) -> Op
         }
     }
     None
-}
-
-/// How many blocks of the window satisfy the rule of stable milling by themselves, of how many.
-pub(crate) fn good_blocks(
-    trajectory: &Trajectory,
-    bodies: &Bodies,
-    thresholds: &Thresholds,
-) -> (usize, usize) {
-    let window = window(trajectory);
-    let n_block = samples_in(BLOCK_S, trajectory.period_s).min(window.len());
-    let n_blocks = window.len() / n_block;
-    let is_good = |block: &usize| {
-        let start = window.start + block * n_block;
-        thresholds.is_stable(&Evidence::of(trajectory, start..start + n_block, bodies))
-    };
-    ((0..n_blocks).filter(is_good).count(), n_blocks)
 }
 
 /// Whole periods in a time, at least one: the samples of a window or a block.

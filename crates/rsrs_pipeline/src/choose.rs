@@ -8,10 +8,13 @@ use anyhow::Context;
 use rsrs_core::axis::Cell;
 use rsrs_core::choice::{AsMeasured, AtCircliness, Candidate, Choice, rank};
 use rsrs_core::comparison::Share;
+use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
 use rsrs_core::order::Evidence;
-use rsrs_core::phase::Phase;
-use rsrs_sim::sweep::{Runs, Swept};
+use rsrs_core::phase::{self, Phase, label};
+use rsrs_sim::draw::Seed;
+use rsrs_sim::episode::run_episode;
+use rsrs_sim::sweep::{Runs, Swept, confirmation_seed};
 use serde::Serialize;
 
 use crate::execution::Execution;
@@ -95,6 +98,8 @@ pub fn choose(folder: &Path, options: Options<'_>) -> anyhow::Result<Chosen> {
         if choice.is_viable(options.viable) {
             choice.settling =
                 settling::of_cell(&result.source, candidate.index, options.execution)?;
+            let (_, conditions) = result.source.cells("sweep.yaml")?.swap_remove(candidate.index);
+            choice.converged_s = converged_s(&result.source, &conditions)?;
             return Ok(Chosen::Viable(choice));
         }
         if best.as_ref().is_none_or(|best| choice.least_low() > best.least_low()) {
@@ -114,6 +119,23 @@ pub fn choose(folder: &Path, options: Options<'_>) -> anyhow::Result<Chosen> {
     let index = result.diagram.locate(none.best_cell())?;
     none.smaller_placement = smaller_placement::find(&result.source, index, options)?;
     Ok(Chosen::NoViableCell(none))
+}
+
+/// When half of the mills among the first fresh runs of a cell had begun, in seconds; `None` if there
+/// is none.
+fn converged_s(source: &ResolvedSweep, conditions: &Conditions) -> anyhow::Result<Option<f64>> {
+    /// So many runs are enough for a median.
+    const RUNS: u64 = 100;
+    let (seed, bodies) = (confirmation_seed(source.sweep.seed), conditions.bodies());
+    let mut times_s = Vec::new();
+    for replicate in 0..RUNS {
+        let seed = Seed { seed, replicate };
+        let trajectory = run_episode(conditions, seed, source.sweep.duration_s)?;
+        let phase = label(&trajectory, &bodies)?.phase;
+        times_s.extend(phase::converged_s(&trajectory, &bodies, phase));
+    }
+    times_s.sort_by(f64::total_cmp);
+    Ok(times_s.get(times_s.len() / 2).copied())
 }
 
 /// Confirms a candidate on fresh seeds, in both worlds.

@@ -3,8 +3,8 @@
 //! A lane of a vector is a world, so that a robot's step in 4, 8 or 16 replicates of a cell costs
 //! as many instructions as in one. The bits are those of [`crate::world`]: the same operations in
 //! the same order, whatever the width, for every feature of a profile. Replicates are judged where
-//! they are simulated, by the arithmetic of [`rsrs_core::order`] in the same order, and a test holds
-//! both to the reference, bit by bit.
+//! they are simulated, by the judge of [`rsrs_core::order`] and [`rsrs_core::phase`] itself, which is
+//! written over any number; a test holds both to the reference, bit by bit.
 //!
 //! What makes it quick, besides the lanes: each pair of robots is looked at once for both of them;
 //! contact, which is rare, is looked into only where something touches; in worlds without noise from
@@ -34,11 +34,8 @@ use crate::vector::portable::Portable;
 use crate::vector::{avx2::Avx2, avx512::Avx512};
 
 mod advance;
-mod approximate_judge;
-mod converging;
 mod engine;
-mod evidence;
-mod nearest;
+mod judge;
 mod noise;
 mod rows;
 mod sense;
@@ -79,15 +76,6 @@ impl Unit {
     fn engine(self) -> Option<Box<dyn Engine>> {
         (self == Self::Portable).then(|| Box::new(UnitEngine::new(Portable)) as _)
     }
-}
-
-/// What the judge says about one replicate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Judged {
-    /// Phase and order parameters.
-    pub verdict: Verdict,
-    /// When stable milling began, in seconds; `None` if the replicate did not end in it.
-    pub converged_s: Option<f64>,
 }
 
 /// Why replicates of a cell could not be run and judged.
@@ -156,7 +144,7 @@ impl Batch {
     ///
     /// # Returns
     ///
-    /// One entry for each replicate: what [`phase::label`] and [`phase::converged_s`] say about
+    /// One entry for each replicate: what [`phase::label`] finds in
     /// [`crate::episode::run_episode`], to the bit.
     ///
     /// # Errors
@@ -167,7 +155,7 @@ impl Batch {
         conditions: &Conditions,
         (seed, replicates): (u64, Range<u64>),
         duration_s: f64,
-    ) -> Result<Vec<Judged>, BatchError> {
+    ) -> Result<Vec<Verdict>, BatchError> {
         let digest = conditions.digest();
         let all: Vec<u64> = replicates.collect();
         let mut judged = Vec::with_capacity(all.len());
@@ -197,12 +185,9 @@ impl Batch {
         conditions: &Conditions,
         seed: Seed,
         duration_s: f64,
-    ) -> Result<Judged, BatchError> {
+    ) -> Result<Verdict, BatchError> {
         run_episode_into(conditions, seed, duration_s, &mut self.trajectory)?;
-        let bodies = conditions.bodies();
-        let verdict = phase::label(&self.trajectory, &bodies)?;
-        let converged_s = phase::converged_s(&self.trajectory, &bodies, verdict.phase);
-        Ok(Judged { verdict, converged_s })
+        Ok(phase::label(&self.trajectory, &conditions.bodies())?)
     }
 
     /// The digests of all states of replicates, each before its step is made, as

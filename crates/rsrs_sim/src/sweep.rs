@@ -63,8 +63,6 @@ pub struct ReplicateOutcome {
     pub phase: Phase,
     /// The order parameters behind it.
     pub evidence: Evidence,
-    /// When stable milling began, in seconds; `None` if it did not.
-    pub converged_s: Option<f64>,
 }
 
 /// The outcomes of a sweep.

@@ -127,6 +127,8 @@ fn text(choice: &Choice) -> String {
     lines.extend(tried(choice));
     lines.extend(as_measured(choice).map(|text| format!("  {text}")));
     lines.extend(choice.settling.map(|settling| format!("  {}", settling::text(&settling))));
+    let converged = |time_s: f64| format!("  half of its mills have formed by {time_s:.0} s");
+    lines.extend(choice.converged_s.map(converged));
     lines.extend(by_circliness(choice));
     lines.extend(margins);
     lines.join("\n")

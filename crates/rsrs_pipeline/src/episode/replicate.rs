@@ -7,7 +7,7 @@ use anyhow::Context;
 use rsrs_core::axis::Cell;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::order::Evidence;
-use rsrs_core::phase::{Phase, label};
+use rsrs_core::phase::{Phase, converged_s, label};
 use rsrs_core::settling::Settling;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
@@ -37,6 +37,8 @@ pub struct Episode {
     pub phase: Phase,
     /// Its order parameters.
     pub evidence: Evidence,
+    /// When stable milling began, in seconds; `None` if it did not.
+    pub converged_s: Option<f64>,
     /// Number of robots.
     pub n_robots: usize,
     /// How long it ran, in simulated seconds.
@@ -76,7 +78,8 @@ pub fn replay(
         };
         explained(error, message, help)
     })?;
-    let verdict = label(&trajectory, &record.conditions.bodies())
+    let bodies = record.conditions.bodies();
+    let verdict = label(&trajectory, &bodies)
         .context("the sweep has judged this replicate, and now it cannot be judged")?;
     Ok(Episode {
         bag: written.folder,
@@ -85,6 +88,7 @@ pub fn replay(
         seed: record.seed,
         phase: verdict.phase,
         evidence: verdict.evidence,
+        converged_s: converged_s(&trajectory, &bodies, verdict.phase),
         n_robots: verdict.n_robots,
         duration_s: verdict.duration_s,
         n_messages: written.n_messages,
@@ -94,21 +98,22 @@ pub fn replay(
 
 impl fmt::Display for Episode {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let bag = self.bag.display();
-        let settling = self.settling.as_ref();
-        let settling =
-            settling.map_or_else(String::new, |found| format!("\n  {}", settling::text(found)));
+        let Self { bag, cell, replicate, seed, phase, duration_s, .. } = self;
+        let bag = bag.display();
+        write!(out, "{bag}: {phase}")?;
+        if let Some(converged_s) = self.converged_s {
+            write!(out, " from {converged_s:.0} s on")?;
+        }
+        let robots = counted(self.n_robots as u64, "robot");
+        let messages = counted(self.n_messages, "message");
         write!(
             out,
-            "{bag}: {}, replicate {} of {}, seed {} ({}, {:.0} s, {}){settling}\nnext: rsrs label {bag}",
-            self.phase,
-            self.replicate,
-            self.cell,
-            self.seed,
-            counted(self.n_robots as u64, "robot"),
-            self.duration_s,
-            counted(self.n_messages, "message"),
-        )
+            ", replicate {replicate} of {cell}, seed {seed} ({robots}, {duration_s:.0} s, {messages})"
+        )?;
+        if let Some(settling) = &self.settling {
+            write!(out, "\n  {}", settling::text(settling))?;
+        }
+        write!(out, "\nnext: rsrs label {bag}")
     }
 }
 

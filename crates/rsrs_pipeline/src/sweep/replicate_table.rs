@@ -19,7 +19,7 @@ use crate::sweep::result::{SweepResult, World};
 /// A column of order parameters: its name, and how to read it.
 type Column = (&'static str, fn(&ReplicateOutcome) -> Option<f64>);
 
-const COLUMNS: [Column; 12] = [
+const COLUMNS: [Column; 11] = [
     ("lost", |row| row.evidence.lost),
     ("blocked", |row| Some(row.evidence.blocked)),
     ("stuck", |row| Some(row.evidence.stuck)),
@@ -31,7 +31,6 @@ const COLUMNS: [Column; 12] = [
     ("mean_radius_m", |row| Some(row.evidence.mean_radius_m)),
     ("contact_onsets_per_s", |row| row.evidence.contact_onsets_per_s),
     ("circliness_ceiling", |row| Some(row.evidence.circliness_ceiling)),
-    ("converged_s", |row| row.converged_s),
 ];
 
 // A new order parameter must not be forgotten here.
@@ -53,7 +52,7 @@ const _: fn(Evidence) = |Evidence {
 const GROUP_ROWS: usize = 65_536;
 
 /// A table that is being written: one row for each replicate with axes, number, seed, phase, order
-/// parameters, time to converge, and which world it is of.
+/// parameters, and which world it is of.
 ///
 /// Its bytes follow from its rows, however they are appended, and so does its memory: that of one
 /// group of rows.

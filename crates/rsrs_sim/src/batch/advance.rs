@@ -1,6 +1,8 @@
 //! Moving in lanes: what [`crate::world`] defines under "advance", for many worlds at once.
 
 use rsrs_core::conditions::Walls;
+use rsrs_core::controller::{Command, ControllerParameters, decide};
+use rsrs_core::number::Number;
 
 use super::noise::{LaneKey, turn};
 use super::sense::Body;
@@ -8,7 +10,7 @@ use crate::contact::Border;
 use crate::draw::Key;
 use crate::robots::{NoiseKeys, Robots, Rules};
 use crate::turn;
-use crate::vector::simd::{Number, Simd};
+use crate::vector::simd::Simd;
 
 /// What is the same for all robots at all times, in all lanes.
 #[derive(Clone, Copy)]
@@ -20,9 +22,9 @@ pub struct LaneRules<S: Simd> {
     minus_limit_m: S::F,
     rotates_while_blocked: bool,
     period_s: S::F,
-    speed_m_s: S::F,
-    left_rad_s: S::F,
-    right_rad_s: S::F,
+    /// Speed and turning rate where something is detected, and where nothing is.
+    detected: (S::F, S::F),
+    undetected: (S::F, S::F),
     speed_gain_step_sd: Option<S::F>,
     turn_gain_step_sd: Option<S::F>,
     heading_noise_sd_rad: Option<S::F>,
@@ -32,10 +34,14 @@ pub struct LaneRules<S: Simd> {
 }
 
 impl<S: Simd> LaneRules<S> {
-    /// The rules of a world, whose robots are told to drive and turn so.
-    pub fn new(simd: S, rules: &Rules, (speed_m_s, turn_rate_rad_s): (f32, f32)) -> Self {
+    /// The rules of a world whose robots have this controller.
+    pub fn new(simd: S, rules: &Rules, controller: ControllerParameters) -> Self {
         let one = |number| simd.single(number);
         let noise = |sd: f32| (sd != 0.0).then(|| one(sd));
+        let decided = |detected: bool| {
+            let Command { speed_m_s, turn_rate_rad_s } = decide(detected, controller);
+            (one(speed_m_s as f32), one(turn_rate_rad_s as f32))
+        };
         let Border { walls, limit_m } = rules.border;
         Self {
             true_positive: simd.word(rules.true_positive),
@@ -45,9 +51,8 @@ impl<S: Simd> LaneRules<S> {
             minus_limit_m: one(-limit_m),
             rotates_while_blocked: rules.rotates_while_blocked,
             period_s: one(rules.period_s),
-            speed_m_s: one(speed_m_s),
-            left_rad_s: one(turn_rate_rad_s),
-            right_rad_s: one(-turn_rate_rad_s),
+            detected: decided(true),
+            undetected: decided(false),
             speed_gain_step_sd: noise(rules.speed_gain_step_sd),
             turn_gain_step_sd: noise(rules.turn_gain_step_sd),
             heading_noise_sd_rad: noise(rules.heading_noise_sd_rad),
@@ -74,13 +79,21 @@ impl<S: Simd> LaneRules<S> {
     }
 }
 
-/// One robot's step in every world, as far as it is known before the run.
+/// One robot's step in every world, as far as it is known before the run: what the controller
+/// decides depends on one bit, so both answers are tabulated.
 #[derive(Clone, Copy)]
 pub struct NominalStep<S: Simd> {
     detection: LaneKey<S::U>,
-    travel_m: S::F,
-    left: (S::F, S::F),
-    right: (S::F, S::F),
+    detected: Answer<S::F>,
+    undetected: Answer<S::F>,
+}
+
+/// What a command comes to in one period.
+#[derive(Clone, Copy)]
+struct Answer<F> {
+    travel_m: F,
+    /// Cosine and sine of the turn.
+    turned: (F, F),
 }
 
 /// The rest of one robot's character, for worlds in which steps vary.
@@ -108,23 +121,29 @@ impl<S: Simd> NominalStep<S> {
     pub fn new<'a>(
         simd: S,
         rules: &Rules,
-        (speed_m_s, turn_rate_rad_s): (f32, f32),
+        controller: ControllerParameters,
         (robot, world): (usize, impl Fn(usize) -> &'a Robots),
     ) -> Self {
         let traits = |lane| world(lane).traits[robot];
-        let turned = |rate_rad_s: f32| {
-            let of = |lane| {
+        let answer = |detected: bool| {
+            let command = decide(detected, controller);
+            let (speed_m_s, rate_rad_s) =
+                (command.speed_m_s as f32, command.turn_rate_rad_s as f32);
+            let turned = |lane| {
                 let traits = traits(lane);
                 let rate_rad_s = rate_rad_s * traits.turn_gain + traits.turn_bias_rad_s;
                 turn::turn(rate_rad_s * rules.period_s)
             };
-            (simd.singles(|lane| of(lane).0), simd.singles(|lane| of(lane).1))
+            let travel_m = |lane| speed_m_s * traits(lane).speed_gain * rules.period_s;
+            Answer {
+                travel_m: simd.singles(travel_m),
+                turned: (simd.singles(|lane| turned(lane).0), simd.singles(|lane| turned(lane).1)),
+            }
         };
         Self {
             detection: LaneKey::new(simd, |lane| world(lane).detection_keys[robot]),
-            travel_m: simd.singles(|lane| speed_m_s * traits(lane).speed_gain * rules.period_s),
-            left: turned(turn_rate_rad_s),
-            right: turned(-turn_rate_rad_s),
+            detected: answer(true),
+            undetected: answer(false),
         }
     }
 
@@ -144,13 +163,11 @@ impl<S: Simd> NominalStep<S> {
         from: &Body<S::F>,
         (detected, blocked): (S::M, S::M),
     ) -> Body<S::F> {
-        let travel_m = self.travel_m.unless(blocked);
+        let (yes, no) = (&self.detected, &self.undetected);
+        let travel_m = S::F::select(detected, yes.travel_m, no.travel_m).unless(blocked);
         let to_m = (from.x_m + travel_m * from.cosine, from.y_m + travel_m * from.sine);
         let (x_m, y_m) = rules.border((from.x_m, from.y_m), to_m);
-        let turned = (
-            S::F::select(detected, self.left.0, self.right.0),
-            S::F::select(detected, self.left.1, self.right.1),
-        );
+        let turned = select(detected, yes.turned, no.turned);
         let (cosine, sine) = rotate(simd, (from.cosine, from.sine), turned);
         Body { x_m, y_m, cosine, sine }
     }
@@ -173,7 +190,8 @@ impl<S: Simd> NominalStep<S> {
             rules.speed_gain_step_sd,
             &noisy_traits.speed_gain_noise,
         );
-        let travel_m = (rules.speed_m_s * gain * rules.period_s).unless(blocked);
+        let (speed_m_s, rate_rad_s) = select(detected, rules.detected, rules.undetected);
+        let travel_m = (speed_m_s * gain * rules.period_s).unless(blocked);
         let mut to_m = (from.x_m + travel_m * from.cosine, from.y_m + travel_m * from.sine);
         if let Some((decay, kick_m_s)) = rules.gusts {
             let gusted = |gust_m_s: S::F, key: &LaneKey<S::U>| {
@@ -191,8 +209,7 @@ impl<S: Simd> NominalStep<S> {
                 rules.turn_gain_step_sd,
                 &noisy_traits.turn_gain_noise,
             );
-            let told_rad_s = S::F::select(detected, rules.left_rad_s, rules.right_rad_s);
-            let mut rate_rad_s = told_rad_s * gain + noisy_traits.turn_bias_rad_s;
+            let mut rate_rad_s = rate_rad_s * gain + noisy_traits.turn_bias_rad_s;
             if let Some(share) = rules.yaw_share {
                 rate_rad_s = drift.yaw_rate_rad_s + (rate_rad_s - drift.yaw_rate_rad_s) * share;
                 drift.yaw_rate_rad_s = rate_rad_s;
@@ -200,10 +217,7 @@ impl<S: Simd> NominalStep<S> {
             let sd = rules.heading_noise_sd_rad;
             turn(simd, with_noise(rate_rad_s * rules.period_s, sd, &noisy_traits.heading_noise))
         } else {
-            (
-                S::F::select(detected, self.left.0, self.right.0),
-                S::F::select(detected, self.left.1, self.right.1),
-            )
+            select(detected, self.detected.turned, self.undetected.turned)
         };
         let (mut cosine, mut sine) = rotate(simd, (from.cosine, from.sine), turned);
         if !rules.rotates_while_blocked {
@@ -253,6 +267,12 @@ impl<S: Simd> LaneRules<S> {
         let above = S::F::select(coordinate_m.lt(least_m), least_m, coordinate_m);
         S::F::select(above.gt(self.limit_m), self.limit_m, above)
     }
+}
+
+/// One pair of numbers or the other.
+#[inline(always)]
+fn select<F: Number>(mask: F::Mask, yes: (F, F), no: (F, F)) -> (F, F) {
+    (F::select(mask, yes.0, no.0), F::select(mask, yes.1, no.1))
 }
 
 #[inline(always)]

@@ -1,9 +1,11 @@
 //! Draws and turns in lanes: what [`crate::draw`] and [`crate::turn`] define.
 
+use rsrs_core::number::Number;
+
 use crate::draw::Key;
 use crate::turn::{self, HALF_PI, ROUNDER};
 
-use crate::vector::simd::{LaneU32, Number, Simd};
+use crate::vector::simd::{LaneU32, Simd};
 
 /// The keys of one robot's draws for one purpose, in every world.
 #[derive(Clone, Copy)]

@@ -5,10 +5,11 @@
 //! sign, and that is exact: `-a + -b` is `-(a + b)` to the bit, save for the sign of zero, which no
 //! comparison below tells apart.
 
-use crate::contact::Contact;
-use crate::view::{ConeView, PolygonView};
+use rsrs_core::number::{Mask, Number};
 
-use crate::vector::simd::{Mask, Number, Simd};
+use crate::contact::Contact;
+use crate::vector::simd::Simd;
+use crate::view::{ConeView, PolygonView};
 
 /// Place and heading of one robot in every world.
 #[derive(Clone, Copy)]

@@ -1,6 +1,7 @@
 //! The state of many worlds, a lane each, and its steps.
 
 use rsrs_core::conditions::Conditions;
+use rsrs_core::number::{Mask, Number};
 
 use super::advance::{Drift, LaneRules, NoisyTraits, NominalStep};
 use super::rows::Rows;
@@ -8,7 +9,7 @@ use super::sense::{Body, Cone, Found, LaneContact, LaneView, Polygon, Side, sens
 use crate::draw::RunKey;
 use crate::placement::{self, PlacementError};
 use crate::robots::{Robots, Rules};
-use crate::vector::simd::{Mask, Number, Simd, Work};
+use crate::vector::simd::{Simd, Work};
 use crate::view::View;
 use crate::world;
 
@@ -71,13 +72,13 @@ impl<S: Simd> Swarms<S> {
         }
         let rules = Rules::new(conditions);
         let controller = conditions.controller;
-        let told = (controller.speed_m_s as f32, controller.turn_rate_rad_s as f32);
-        let nominal_step = |robot: usize| NominalStep::new(simd, &rules, told, (robot, world));
+        let nominal_step =
+            |robot: usize| NominalStep::new(simd, &rules, controller, (robot, world));
         let noisy_traits = |robot: usize| NoisyTraits::new(simd, robot, world);
         let zero = simd.single(0.0);
         let still = Drift { gust_m_s: (zero, zero), yaw_rate_rad_s: zero };
         let latency_steps = u64::from(conditions.robot.latency_steps);
-        let lane_rules = LaneRules::new(simd, &rules, told);
+        let lane_rules = LaneRules::new(simd, &rules, controller);
         let n_whims = if lane_rules.is_plain() && latency_steps == 0 { 0 } else { n_robots };
         Ok(Self {
             simd,
@@ -94,11 +95,6 @@ impl<S: Simd> Swarms<S> {
             seen: vec![simd.no(); n_robots],
             blocked: vec![simd.no(); n_robots],
         })
-    }
-
-    /// Steps made so far; row `step` shows the state after them.
-    pub fn step_index(&self) -> u64 {
-        self.step
     }
 
     /// Makes steps, each from its row to the next.

@@ -6,10 +6,11 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 use rsrs_core::conditions::Conditions;
+use rsrs_core::phase::Verdict;
 
 use super::block::Block;
 use super::{Progress, ReplicateOutcome, SweepError, Watch};
-use crate::batch::{Batch, Judged};
+use crate::batch::Batch;
 
 /// What the blocks of a sweep have in common.
 #[derive(Clone, Copy, Debug)]
@@ -217,12 +218,11 @@ impl<I: Iterator<Item = (u64, Block)>, E> WorkerPool<'_, I, E> {
             let done = self.n_done.fetch_add(1, Ordering::Relaxed) + 1;
             (self.watch.progress)(Progress { done, total: self.work.start.total });
         }
-        let outcome = |(replicate, judged): (u64, Judged)| ReplicateOutcome {
+        let outcome = |(replicate, verdict): (u64, Verdict)| ReplicateOutcome {
             cell,
             replicate,
-            phase: judged.verdict.phase,
-            evidence: judged.verdict.evidence,
-            converged_s: judged.converged_s,
+            phase: verdict.phase,
+            evidence: verdict.evidence,
         };
         Ok(replicates.zip(judged).map(outcome).collect())
     }

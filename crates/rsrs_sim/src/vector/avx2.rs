@@ -5,7 +5,9 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
 
-use super::simd::{LaneU32, Mask, Number, Simd, Work};
+use rsrs_core::number::{Mask, Number};
+
+use super::simd::{LaneU32, Simd, Work};
 use super::x86::operator;
 
 /// The proof that this machine has AVX2.
@@ -54,7 +56,7 @@ operator!(LanesU32, BitAnd, bitand, _mm256_and_si256);
 operator!(LanesU32, BitOr, bitor, _mm256_or_si256);
 
 macro_rules! number {
-    ($vector:ident, $answers:ident, $scalar:ty, $n:literal, $set:ident, $andnot:ident, $sqrt:ident,
+    ($vector:ident, $register:ident, $answers:ident, $scalar:ty, $n:literal, $set:ident, $andnot:ident, $sqrt:ident,
      $min:ident, $max:ident, $cmp:ident, $blend:ident, $movemask:ident) => {
         impl Mask for $answers {
             #[inline(always)]
@@ -67,6 +69,18 @@ macro_rules! number {
         impl Number for $vector {
             type Scalar = $scalar;
             type Mask = $answers;
+            const LANES: usize = $n;
+            #[inline(always)]
+            fn all(self, constant: $scalar) -> Self {
+                // SAFETY: vectors come from a unit that was found on this machine; so below.
+                Self(unsafe { $set(constant) })
+            }
+            #[inline(always)]
+            fn by_lane(self, number: impl FnMut(usize) -> $scalar) -> Self {
+                let numbers: [$scalar; $n] = std::array::from_fn(number);
+                // SAFETY: both are the same number of plain numbers.
+                Self(unsafe { std::mem::transmute::<[$scalar; $n], $register>(numbers) })
+            }
             #[inline(always)]
             fn abs(self) -> Self {
                 // SAFETY: as above.
@@ -124,6 +138,7 @@ macro_rules! number {
 
 number!(
     Singles,
+    __m256,
     Answers,
     f32,
     8,
@@ -138,6 +153,7 @@ number!(
 );
 number!(
     Doubles,
+    __m256d,
     DoubleAnswers,
     f64,
     4,
@@ -165,7 +181,6 @@ impl LaneU32 for LanesU32 {
 }
 
 impl Simd for Avx2 {
-    const LANES: usize = 8;
     type F = Singles;
     type M = Answers;
     type U = LanesU32;
@@ -178,11 +193,6 @@ impl Simd for Avx2 {
         Singles(unsafe { _mm256_set1_ps(number) })
     }
     #[inline(always)]
-    fn double(self, number: f64) -> Doubles {
-        // SAFETY: as above.
-        Doubles(unsafe { _mm256_set1_pd(number) })
-    }
-    #[inline(always)]
     fn word(self, word: u32) -> LanesU32 {
         // SAFETY: as above.
         LanesU32(unsafe { _mm256_set1_epi32(word.cast_signed()) })
@@ -191,18 +201,6 @@ impl Simd for Avx2 {
     fn no(self) -> Answers {
         // SAFETY: as above.
         Answers(unsafe { _mm256_setzero_ps() })
-    }
-    #[inline(always)]
-    fn singles(self, number: impl FnMut(usize) -> f32) -> Singles {
-        let numbers: [f32; 8] = std::array::from_fn(number);
-        // SAFETY: both are the same number of plain numbers.
-        Singles(unsafe { std::mem::transmute::<[f32; 8], __m256>(numbers) })
-    }
-    #[inline(always)]
-    fn doubles(self, number: impl FnMut(usize) -> f64) -> Doubles {
-        let numbers: [f64; 4] = std::array::from_fn(number);
-        // SAFETY: both are the same number of plain numbers.
-        Doubles(unsafe { std::mem::transmute::<[f64; 4], __m256d>(numbers) })
     }
     #[inline(always)]
     fn words(self, word: impl FnMut(usize) -> u32) -> LanesU32 {

@@ -5,7 +5,9 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
 
-use super::simd::{LaneU32, Mask, Number, Simd, Work};
+use rsrs_core::number::{Mask, Number};
+
+use super::simd::{LaneU32, Simd, Work};
 use super::x86::{bit_operator, operator};
 
 /// The proof that this machine has AVX-512.
@@ -55,7 +57,7 @@ operator!(LanesU32, BitAnd, bitand, _mm512_and_si512);
 operator!(LanesU32, BitOr, bitor, _mm512_or_si512);
 
 macro_rules! number {
-    ($vector:ident, $answers:ident, $scalar:ty, $n:literal, $abs:ident, $zeroing:ident, $sqrt:ident,
+    ($vector:ident, $register:ident, $answers:ident, $scalar:ty, $n:literal, $set:ident, $abs:ident, $zeroing:ident, $sqrt:ident,
      $min:ident, $max:ident, $cmp:ident, $blend:ident) => {
         impl Mask for $answers {
             #[inline(always)]
@@ -67,6 +69,18 @@ macro_rules! number {
         impl Number for $vector {
             type Scalar = $scalar;
             type Mask = $answers;
+            const LANES: usize = $n;
+            #[inline(always)]
+            fn all(self, constant: $scalar) -> Self {
+                // SAFETY: vectors come from a unit that was found on this machine; so below.
+                Self(unsafe { $set(constant) })
+            }
+            #[inline(always)]
+            fn by_lane(self, number: impl FnMut(usize) -> $scalar) -> Self {
+                let numbers: [$scalar; $n] = std::array::from_fn(number);
+                // SAFETY: both are the same number of plain numbers.
+                Self(unsafe { std::mem::transmute::<[$scalar; $n], $register>(numbers) })
+            }
             #[inline(always)]
             fn abs(self) -> Self {
                 // SAFETY: vectors come from a unit that was found on this machine.
@@ -124,9 +138,11 @@ macro_rules! number {
 
 number!(
     Singles,
+    __m512,
     Answers,
     f32,
     16,
+    _mm512_set1_ps,
     _mm512_abs_ps,
     _mm512_maskz_mov_ps,
     _mm512_sqrt_ps,
@@ -137,9 +153,11 @@ number!(
 );
 number!(
     Doubles,
+    __m512d,
     DoubleAnswers,
     f64,
     8,
+    _mm512_set1_pd,
     _mm512_abs_pd,
     _mm512_maskz_mov_pd,
     _mm512_sqrt_pd,
@@ -163,7 +181,6 @@ impl LaneU32 for LanesU32 {
 }
 
 impl Simd for Avx512 {
-    const LANES: usize = 16;
     type F = Singles;
     type M = Answers;
     type U = LanesU32;
@@ -176,11 +193,6 @@ impl Simd for Avx512 {
         Singles(unsafe { _mm512_set1_ps(number) })
     }
     #[inline(always)]
-    fn double(self, number: f64) -> Doubles {
-        // SAFETY: as above.
-        Doubles(unsafe { _mm512_set1_pd(number) })
-    }
-    #[inline(always)]
     fn word(self, word: u32) -> LanesU32 {
         // SAFETY: as above.
         LanesU32(unsafe { _mm512_set1_epi32(word.cast_signed()) })
@@ -188,18 +200,6 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn no(self) -> Answers {
         Answers(0)
-    }
-    #[inline(always)]
-    fn singles(self, number: impl FnMut(usize) -> f32) -> Singles {
-        let numbers: [f32; 16] = std::array::from_fn(number);
-        // SAFETY: both are the same number of plain numbers.
-        Singles(unsafe { std::mem::transmute::<[f32; 16], __m512>(numbers) })
-    }
-    #[inline(always)]
-    fn doubles(self, number: impl FnMut(usize) -> f64) -> Doubles {
-        let numbers: [f64; 8] = std::array::from_fn(number);
-        // SAFETY: both are the same number of plain numbers.
-        Doubles(unsafe { std::mem::transmute::<[f64; 8], __m512d>(numbers) })
     }
     #[inline(always)]
     fn words(self, word: impl FnMut(usize) -> u32) -> LanesU32 {

@@ -3,7 +3,9 @@
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
 
-use super::simd::{LaneU32, Mask, Number, Simd, Work};
+use rsrs_core::number::{Mask, Number};
+
+use super::simd::{LaneU32, Simd, Work};
 
 /// The unit that every machine has.
 #[derive(Clone, Copy)]
@@ -55,6 +57,15 @@ macro_rules! number {
         impl Number for Lanes<$scalar, $n> {
             type Scalar = $scalar;
             type Mask = Answers<$bits, $n>;
+            const LANES: usize = $n;
+            #[inline(always)]
+            fn all(self, constant: $scalar) -> Self {
+                Self([constant; $n])
+            }
+            #[inline(always)]
+            fn by_lane(self, number: impl FnMut(usize) -> $scalar) -> Self {
+                Self(std::array::from_fn(number))
+            }
             #[inline(always)]
             fn abs(self) -> Self {
                 Self(self.0.map(<$scalar>::abs))
@@ -124,7 +135,6 @@ impl LaneU32 for Lanes<u32, 4> {
 }
 
 impl Simd for Portable {
-    const LANES: usize = 4;
     type F = Lanes<f32, 4>;
     type M = Answers<u32, 4>;
     type U = Lanes<u32, 4>;
@@ -136,24 +146,12 @@ impl Simd for Portable {
         Lanes([number; 4])
     }
     #[inline(always)]
-    fn double(self, number: f64) -> Self::D {
-        Lanes([number; 2])
-    }
-    #[inline(always)]
     fn word(self, word: u32) -> Self::U {
         Lanes([word; 4])
     }
     #[inline(always)]
     fn no(self) -> Self::M {
         Answers([0; 4])
-    }
-    #[inline(always)]
-    fn singles(self, number: impl FnMut(usize) -> f32) -> Self::F {
-        Lanes(std::array::from_fn(number))
-    }
-    #[inline(always)]
-    fn doubles(self, number: impl FnMut(usize) -> f64) -> Self::D {
-        Lanes(std::array::from_fn(number))
     }
     #[inline(always)]
     fn words(self, word: impl FnMut(usize) -> u32) -> Self::U {

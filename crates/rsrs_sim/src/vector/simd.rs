@@ -3,7 +3,9 @@
 //! Only operations whose result IEEE 754 fixes to the bit: so a lane holds what a scalar would,
 //! however wide the vector is. There is no fused multiply-add and no sum across lanes.
 
-use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
+use std::ops::{Add, BitAnd, BitOr, BitXor, Mul};
+
+use rsrs_core::number::{Mask, Number};
 
 /// A vector unit: the proof that this machine has it, and the maker of its vectors.
 ///
@@ -11,7 +13,7 @@ use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
 /// sound.
 pub trait Simd: Copy + Send + Sync + 'static {
     /// Lanes of single precision: worlds that are simulated at once. Double precision has half.
-    const LANES: usize;
+    const LANES: usize = <Self::F as Number>::LANES;
     /// A vector of single precision.
     type F: Number<Scalar = f32, Mask = Self::M>;
     /// Yes or no for each lane of single precision.
@@ -25,16 +27,15 @@ pub trait Simd: Copy + Send + Sync + 'static {
 
     /// One number in all lanes.
     fn single(self, number: f32) -> Self::F;
-    /// One number in all lanes.
-    fn double(self, number: f64) -> Self::D;
     /// One word in all lanes.
     fn word(self, word: u32) -> Self::U;
     /// No in all lanes.
     fn no(self) -> Self::M;
     /// A number for each lane.
-    fn singles(self, number: impl FnMut(usize) -> f32) -> Self::F;
-    /// A number for each lane.
-    fn doubles(self, number: impl FnMut(usize) -> f64) -> Self::D;
+    #[inline(always)]
+    fn singles(self, number: impl FnMut(usize) -> f32) -> Self::F {
+        self.single(0.0).by_lane(number)
+    }
     /// A word for each lane.
     fn words(self, word: impl FnMut(usize) -> u32) -> Self::U;
 
@@ -63,55 +64,6 @@ pub trait Work {
     type Output;
     /// Does it. To be marked `#[inline(always)]`.
     fn run(self) -> Self::Output;
-}
-
-/// A vector of numbers.
-pub trait Number:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Send
-    + 'static
-{
-    /// One lane.
-    type Scalar;
-    /// Yes or no for each lane.
-    type Mask: Mask;
-
-    /// Absolute values.
-    fn abs(self) -> Self;
-    /// Square roots.
-    fn sqrt(self) -> Self;
-    /// The lesser of two numbers, neither of them `NaN` nor both of them zero.
-    fn least(self, other: Self) -> Self;
-    /// The greater of two numbers, neither of them `NaN` nor both of them zero.
-    fn most(self, other: Self) -> Self;
-    /// `self < other`
-    fn lt(self, other: Self) -> Self::Mask;
-    /// `self <= other`
-    fn le(self, other: Self) -> Self::Mask;
-    /// `self > other`
-    fn gt(self, other: Self) -> Self::Mask;
-    /// One number or the other.
-    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    /// The number where the mask says no, and plus zero elsewhere.
-    fn unless(self, mask: Self::Mask) -> Self;
-    /// The number in one lane.
-    fn lane(self, lane: usize) -> Self::Scalar;
-}
-
-/// A vector of answers.
-pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Send + 'static {
-    /// The answers as bits, that of the first lane lowest.
-    fn bits(self) -> u32;
-
-    /// Whether it is yes in any lane.
-    #[inline(always)]
-    fn any(self) -> bool {
-        self.bits() != 0
-    }
 }
 
 /// A vector of words; arithmetic wraps.

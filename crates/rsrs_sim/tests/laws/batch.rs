@@ -2,10 +2,10 @@
 
 use proptest::prelude::*;
 use rsrs_core::conditions::{Arena, Conditions, GainDistribution, Placement, Region, Walls};
-use rsrs_core::phase;
+use rsrs_core::phase::{self, Verdict};
 use rsrs_core::profile::Sees;
 use rsrs_core::unicycle::Pose;
-use rsrs_sim::batch::{Batch, Judged, Unit};
+use rsrs_sim::batch::{Batch, Unit};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
 
@@ -39,15 +39,13 @@ fn strays(conditions: &Conditions, seed: u64, n_steps: u64) -> Vec<(Unit, u64)> 
     strays
 }
 
-fn judged_by_reference(conditions: &Conditions, seed: Seed, duration_s: f64) -> Judged {
+fn judged_by_reference(conditions: &Conditions, seed: Seed, duration_s: f64) -> Verdict {
     let trajectory = run_episode(conditions, seed, duration_s).expect("the robots fit");
-    let bodies = conditions.bodies();
-    let verdict = phase::label(&trajectory, &bodies).expect("long enough");
-    Judged { verdict, converged_s: phase::converged_s(&trajectory, &bodies, verdict.phase) }
+    phase::label(&trajectory, &conditions.bodies()).expect("long enough")
 }
 
 /// Every number to the bit, as `==` would take plus zero for minus zero.
-fn bits(judged: &Judged) -> String {
+fn bits(judged: &Verdict) -> String {
     format!("{judged:?}")
 }
 
@@ -164,7 +162,7 @@ fn robots_are_looked_at_whenever_they_may_meet_or_part() {
 
                 let expected = judged_by_reference(conditions, Seed { seed: 3, replicate }, 70.0);
                 assert_eq!(bits(&judged[0]), bits(&expected), "{unit:?} {replicate}");
-                let evidence = expected.verdict.evidence;
+                let evidence = expected.evidence;
                 n_per_s += evidence.contact_onsets_per_s.unwrap_or(0.0);
                 n_partly_lost += usize::from(evidence.lost.is_some_and(|lost| lost > 0.0));
             }

@@ -32,11 +32,10 @@ fn one_robot_is_lost_and_circles_alone() {
         let judged = batch.judge(&swarm(1), (1, 0..20), 120.0).expect("it fits and is long enough");
 
         for judged in judged {
-            let evidence = judged.verdict.evidence;
-            assert_eq!(judged.verdict.phase, Phase::Dispersion);
+            let evidence = judged.evidence;
+            assert_eq!(judged.phase, Phase::Dispersion);
             assert_eq!((evidence.lost, evidence.mean_radius_m), (Some(1.0), 0.0));
             assert_eq!((evidence.contact_onsets_per_s, evidence.stuck), (Some(0.0), 0.0));
-            assert_eq!(judged.converged_s, None);
         }
     }
 }
@@ -49,7 +48,7 @@ fn two_robots_end_in_some_phase_with_finite_order() {
         let judged = batch.judge(&swarm(2), (1, 0..20), 120.0).expect("they fit");
 
         for judged in judged {
-            let evidence = judged.verdict.evidence;
+            let evidence = judged.evidence;
             let sum = evidence.rotation + evidence.orbit + evidence.circliness + evidence.stuck;
             assert!(sum.is_finite() && evidence.mean_radius_m > 0.0, "{evidence:?}");
             // Two robots are always equally far from their middle.

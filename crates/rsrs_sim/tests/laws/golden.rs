@@ -5,10 +5,11 @@
 
 use rsrs_core::conditions::{Conditions, GainDistribution, Placement, Region, Walls};
 use rsrs_core::digest::Digest;
+use rsrs_core::phase::{Verdict, converged_s};
 use rsrs_core::profile::Sees;
 use rsrs_sim::batch::{Batch, Unit};
 use rsrs_sim::draw::Seed;
-use rsrs_sim::episode::episode_digests;
+use rsrs_sim::episode::{episode_digests, run_episode};
 
 use crate::support::{HARSHER, flockbots};
 
@@ -176,7 +177,16 @@ fn every_feature_is_another_world() {
     }
 }
 
-/// What the judge says of 16 replicates of 150 s, all numbers to the bit.
+/// What is found about a replicate.
+#[derive(Debug)]
+#[expect(dead_code, reason = "its text is what counts")]
+struct Judged {
+    verdict: Verdict,
+    /// By the reference.
+    converged_s: Option<f64>,
+}
+
+/// What the judge finds in 16 replicates of 150 s, all numbers to the bit.
 const GOLDEN_VERDICTS: u64 = 0xf254_cee3_415f_e2e3;
 
 #[test]
@@ -185,7 +195,16 @@ fn replicates_are_judged_as_they_always_were_on_every_unit() {
 
     for unit in Unit::available() {
         let mut batch = Batch::on(unit).expect("an available unit");
-        let judged = batch.judge(&conditions, (SEED, 0..16), 150.0).expect("fit and long");
+        let verdicts = batch.judge(&conditions, (SEED, 0..16), 150.0).expect("fit and long");
+        let judged: Vec<Judged> = (0..)
+            .zip(verdicts)
+            .map(|(replicate, verdict)| {
+                let seed = Seed { seed: SEED, replicate };
+                let run = run_episode(&conditions, seed, 150.0).expect("the robots fit");
+                let converged_s = converged_s(&run, &conditions.bodies(), verdict.phase);
+                Judged { verdict, converged_s }
+            })
+            .collect();
         let mut digest = Digest::new("verdicts");
         digest.text(&format!("{judged:?}"));
 

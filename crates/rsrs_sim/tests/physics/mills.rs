@@ -3,9 +3,9 @@
 use std::ops::RangeInclusive;
 
 use rsrs_core::conditions::{Conditions, Placement, Region};
-use rsrs_core::phase::Phase;
+use rsrs_core::phase::{Phase, Verdict};
 use rsrs_core::theory::Ring;
-use rsrs_sim::batch::{Batch, Judged};
+use rsrs_sim::batch::Batch;
 
 use crate::support::{n_milling, perfect_flockbots};
 
@@ -68,12 +68,12 @@ fn fourteen_robots_mill_on_the_ring_of_geometry_and_fifteen_at_the_end_of_their_
 
         let judged = Batch::new().judge(cell, (1, 0..REPLICATES), 3000.0).expect("fit and long");
 
-        let is_mill = |judged: &&Judged| judged.verdict.phase == Phase::StableMilling;
-        let mills: Vec<&Judged> = judged.iter().filter(is_mill).collect();
+        let is_mill = |judged: &&Verdict| judged.phase == Phase::StableMilling;
+        let mills: Vec<&Verdict> = judged.iter().filter(is_mill).collect();
         // A start may lead to two rings in place of one.
         assert!(mills.len() as u64 >= REPLICATES - 2, "{} robots: {judged:?}", cell.robots);
         for mill in mills {
-            let found_m = 2.0 * mill.verdict.evidence.mean_radius_m * libm::sin(angle_rad);
+            let found_m = 2.0 * mill.evidence.mean_radius_m * libm::sin(angle_rad);
             // Steering once per period widens the ring a little.
             assert!((found_m / chord_m - 1.0).abs() < 0.05, "{}: {found_m}", cell.robots);
         }

@@ -4,8 +4,8 @@
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use rsrs_core::conditions::{Conditions, GainDistribution};
-use rsrs_core::phase::Phase;
-use rsrs_sim::batch::{Batch, Judged};
+use rsrs_core::phase::{Phase, Verdict};
+use rsrs_sim::batch::Batch;
 
 use crate::example::flockbot_conditions;
 
@@ -20,14 +20,14 @@ pub fn perfect_flockbots() -> Conditions {
 
 /// How many replicates of each cell end in stable milling; two cells at a time.
 pub fn n_milling(cells: &[Conditions], replicates: u64, duration_s: f64) -> Vec<u64> {
-    count(cells, (replicates, duration_s), |judged| judged.verdict.phase == Phase::StableMilling)
+    count(cells, (replicates, duration_s), |judged| judged.phase == Phase::StableMilling)
 }
 
 /// How many replicates of each cell are such as is asked for; two cells at a time.
 pub fn count(
     cells: &[Conditions],
     (replicates, duration_s): (u64, f64),
-    is_such: impl Fn(&Judged) -> bool + Sync,
+    is_such: impl Fn(&Verdict) -> bool + Sync,
 ) -> Vec<u64> {
     let next = AtomicUsize::new(0);
     let counts: Vec<AtomicU64> = cells.iter().map(|_| AtomicU64::new(0)).collect();

@@ -44,7 +44,7 @@ fn rows<const N: usize>(
 fn disagreements(rows: &[Row], duration_s: f64) -> Vec<String> {
     let cells: Vec<Conditions> = rows.iter().map(|row| row.conditions.clone()).collect();
     let ours = count(&cells, (REPLICATES, duration_s), |judged| {
-        let whole = Thresholds::default().phase(&judged.verdict.evidence);
+        let whole = Thresholds::default().phase(&judged.evidence);
         whole == Phase::StableMilling
     });
     let disagrees = |(row, hits): (&Row, &u64)| {

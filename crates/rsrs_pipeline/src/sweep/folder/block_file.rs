@@ -9,7 +9,7 @@ use rsrs_core::order::Evidence;
 use rsrs_core::phase::Phase;
 use rsrs_sim::sweep::{Block, ReplicateOutcome};
 
-const MAGIC: &[u8; 8] = b"rsrsblk1";
+const MAGIC: &[u8; 8] = b"rsrsblk2";
 
 /// Which sweep a block belongs to, and which of its blocks it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,7 +57,7 @@ fn digest(bytes: &[u8]) -> u64 {
     digest.value()
 }
 
-const NUMBERS: usize = 12;
+const NUMBERS: usize = 11;
 
 /// Bytes of one row: phase, which numbers there are, the numbers.
 const ROW: usize = 1 + 2 + 8 * NUMBERS;
@@ -91,7 +91,6 @@ fn encode_row(outcome: &ReplicateOutcome, bytes: &mut Vec<u8>) {
         Some(mean_radius_m),
         contact_onsets_per_s,
         Some(circliness_ceiling),
-        outcome.converged_s,
     ];
     let present =
         numbers.iter().enumerate().map(|(bit, number)| u16::from(number.is_some()) << bit);
@@ -118,7 +117,7 @@ fn decode_row((cell, replicate): (usize, u64), bytes: &[u8]) -> Option<Replicate
         contact_onsets_per_s: optional(9),
         circliness_ceiling: optional(10)?,
     };
-    Some(ReplicateOutcome { cell, replicate, phase, evidence, converged_s: optional(11) })
+    Some(ReplicateOutcome { cell, replicate, phase, evidence })
 }
 
 #[cfg(test)]
@@ -152,7 +151,6 @@ mod tests {
                 contact_onsets_per_s: (cell == 3).then_some(-0.0),
                 circliness_ceiling: 0.10,
             },
-            converged_s: (replicate == 6).then_some(f64::MIN_POSITIVE),
         };
         block().rows().zip(Phase::ALL).map(outcome).collect()
     }

@@ -1,0 +1,137 @@
+//! The judge of [`rsrs_core::order`] and [`rsrs_core::phase`] at work on the lanes.
+
+use std::ops::Range;
+
+use rsrs_core::conditions::Conditions;
+use rsrs_core::controller::{ControllerParameters, decide};
+use rsrs_core::number::Number;
+use rsrs_core::order::{Commanded, Samples, Vector, look_back};
+use rsrs_core::phase::{BLOCK_S, LastWindow, WINDOW_S, samples_in};
+use rsrs_core::trajectory::{Bodies, Trajectory};
+use rsrs_core::unicycle::Pose;
+
+use super::rows::Rows;
+use super::sense::Body;
+use crate::vector::simd::{Simd, Work};
+
+/// The swarms' past, as far as it is kept, with what the judge needs to know besides.
+#[derive(Clone, Copy)]
+pub struct Past<'a, S: Simd> {
+    pub simd: S,
+    pub rows: &'a Rows<S::F>,
+    pub commands: &'a Commands,
+    pub bodies: Bodies,
+}
+
+/// What all robots of all worlds are commanded, as they have the same controller: of a turn only the
+/// amount matters to the judge.
+pub struct Commands {
+    controller: ControllerParameters,
+    period_s: f64,
+    n_robots: usize,
+    /// In windows of so many samples.
+    windows: [(usize, Commanded); 2],
+    /// Over how many samples a robot's way is held against its commands, and the speeds in them,
+    /// added up.
+    looks: (usize, f64),
+}
+
+impl Commands {
+    /// Adds up what a controller commands in the judge's window and in one of its blocks.
+    pub fn new(conditions: &Conditions) -> Self {
+        let Conditions { controller, period_s, robots: n_robots, .. } = *conditions;
+        let command = decide(false, controller);
+        let in_window = |n| (n, Commanded::of(|_, _| command, period_s, (0..n, n_robots)));
+        let n_looks = look_back(period_s);
+        let speeds_m_s = (0..n_looks).map(|_| command.speed_m_s).sum();
+        let windows = [WINDOW_S, BLOCK_S].map(|time_s| in_window(samples_in(time_s, period_s)));
+        Self { controller, period_s, n_robots, windows, looks: (n_looks, speeds_m_s) }
+    }
+
+    /// Whether these are the commands under such conditions.
+    pub fn are_of(&self, conditions: &Conditions) -> bool {
+        let of = (conditions.controller, conditions.period_s, conditions.robots);
+        of == (self.controller, self.period_s, self.n_robots)
+    }
+}
+
+/// Half of the worlds in double precision: the lower or the upper lanes.
+struct Half<'a, S: Simd, const HALF: usize>(Past<'a, S>);
+
+impl<S: Simd, const HALF: usize> Samples for Half<'_, S, HALF> {
+    type Number = S::D;
+    type Pose = Body<S::F>;
+
+    #[inline(always)]
+    fn zero(&self) -> S::D {
+        self.0.simd.half::<HALF>(self.0.simd.single(0.0))
+    }
+    #[inline(always)]
+    fn period_s(&self) -> f64 {
+        self.0.commands.period_s
+    }
+    #[inline(always)]
+    fn poses_at(&self, sample: usize) -> &[Body<S::F>] {
+        self.0.rows.at(sample as u64)
+    }
+    #[inline(always)]
+    fn place(&self, body: &Body<S::F>) -> Vector<S::D> {
+        let half = |number| self.0.simd.half::<HALF>(number);
+        (half(body.x_m), half(body.y_m))
+    }
+    /// The length of what is simulated is 1 but for roundings in single precision, so one step of
+    /// Newton's method finds its inverse.
+    #[inline(always)]
+    fn heading(&self, body: &Body<S::F>) -> (Vector<S::D>, S::D) {
+        let half = |number| self.0.simd.half::<HALF>(number);
+        let (cosine, sine) = (half(body.cosine), half(body.sine));
+        let square = cosine * cosine + sine * sine;
+        ((cosine, sine), square.all(1.5) - square.all(0.5) * square)
+    }
+    fn commanded(&self, window: Range<usize>) -> Commanded {
+        let is_asked = |(n_samples, _): &&(usize, Commanded)| *n_samples == window.len();
+        self.0.commands.windows.iter().find(is_asked).expect("a window or a block").1
+    }
+    #[inline(always)]
+    fn speeds_m_s(&self, samples: Range<usize>, _: usize) -> f64 {
+        let (n_samples, speeds_m_s) = self.0.commands.looks;
+        debug_assert_eq!(samples.len(), n_samples);
+        speeds_m_s
+    }
+    fn trajectory(&self, lane: usize, samples: Range<usize>) -> Option<Trajectory> {
+        let rows = self.0.rows;
+        let mut trajectory = Trajectory::new(self.period_s(), self.0.commands.n_robots);
+        for body in samples.flat_map(|sample| rows.at(sample as u64)) {
+            let number = |number: S::F| f64::from(number.lane(HALF * S::LANES / 2 + lane));
+            let heading_rad = libm::atan2(number(body.sine), number(body.cosine));
+            let pose = Pose { x_m: number(body.x_m), y_m: number(body.y_m), heading_rad };
+            trajectory.poses.push(pose);
+            trajectory.commands.push(decide(false, self.0.commands.controller));
+        }
+        Some(trajectory)
+    }
+}
+
+/// Looks at the last window of runs of so many samples.
+pub struct LookAtEnd<'a, S: Simd> {
+    pub past: Past<'a, S>,
+    pub n_samples: usize,
+    /// Lanes that matter, from the first one on.
+    pub n_lanes: usize,
+}
+
+impl<S: Simd> Work for LookAtEnd<'_, S> {
+    type Output = Vec<LastWindow>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<LastWindow> {
+        let Self { past, n_samples, n_lanes } = self;
+        let bodies = &past.bodies;
+        let mut windows = LastWindow::of(&Half::<S, 0>(past), n_samples, bodies);
+        if n_lanes > S::LANES / 2 {
+            windows.extend(LastWindow::of(&Half::<S, 1>(past), n_samples, bodies));
+        }
+        windows.truncate(n_lanes);
+        windows
+    }
+}
