@@ -7,7 +7,7 @@ use rsrs_benches::flockbots;
 use rsrs_benches::plain::PlainWorld;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::controller::{Command, decide};
-use rsrs_sim::batch::{Batch, Unit};
+use rsrs_sim::batch::{Batch, VectorUnit};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::world::World;
 
@@ -48,7 +48,7 @@ fn reference(bencher: Bencher<'_, '_>, robots: usize, n_steps: u64) {
 }
 
 /// With placement: it is part of what a sweep pays for each replicate.
-fn batch(bencher: Bencher<'_, '_>, unit: Unit, robots: usize, n_steps: u64) {
+fn batch(bencher: Bencher<'_, '_>, unit: VectorUnit, robots: usize, n_steps: u64) {
     let conditions: Conditions = flockbots(robots);
     let mut batch = Batch::on(unit).expect("an available unit");
     let lanes = batch.lanes() as u64;
@@ -60,7 +60,7 @@ fn batch(bencher: Bencher<'_, '_>, unit: Unit, robots: usize, n_steps: u64) {
 macro_rules! sizes {
     ($($name:ident: $robots:literal, $n_steps:literal;)*) => {$(
         mod $name {
-            use super::{Bencher, Unit};
+            use super::{Bencher, VectorUnit};
 
             #[divan::bench]
             fn plain(bencher: Bencher<'_, '_>) {
@@ -72,8 +72,8 @@ macro_rules! sizes {
                 super::reference(bencher, $robots, $n_steps);
             }
 
-            #[divan::bench(args = Unit::available())]
-            fn batch(bencher: Bencher<'_, '_>, unit: Unit) {
+            #[divan::bench(args = VectorUnit::available())]
+            fn batch(bencher: Bencher<'_, '_>, unit: VectorUnit) {
                 super::batch(bencher, unit, $robots, $n_steps);
             }
         }

@@ -19,7 +19,7 @@ mod diagram {
     use rsrs_core::controller::decide;
     use rsrs_core::phase;
     use rsrs_core::trajectory::Trajectory;
-    use rsrs_sim::batch::{Batch, Unit};
+    use rsrs_sim::batch::{Batch, VectorUnit};
     use rsrs_sim::draw::Seed;
     use rsrs_sim::episode::run_episode;
     use rsrs_sim::sweep::{Runs, Watch, sweep};
@@ -63,8 +63,8 @@ mod diagram {
     }
 
     /// The batch on one thread.
-    #[divan::bench(args = Unit::available(), sample_count = 10)]
-    fn batch(bencher: Bencher<'_, '_>, unit: Unit) {
+    #[divan::bench(args = VectorUnit::available(), sample_count = 10)]
+    fn batch(bencher: Bencher<'_, '_>, unit: VectorUnit) {
         let cells = diagram(N_PER_AXIS);
         let mut batch = Batch::on(unit).expect("an available unit");
         let replicates = 2 * batch.lanes() as u64;

@@ -11,7 +11,7 @@
 use std::time::Instant;
 
 use rsrs_benches::flockbots;
-use rsrs_sim::batch::{Batch, Unit};
+use rsrs_sim::batch::{Batch, VectorUnit};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
@@ -19,9 +19,9 @@ fn main() {
         panic!("expected: portable|avx2|avx512 step|judge REPLICATES DURATION_S");
     };
     let unit = match unit.as_str() {
-        "portable" => Unit::Portable,
-        "avx2" => Unit::Avx2,
-        "avx512" => Unit::Avx512,
+        "portable" => VectorUnit::Portable,
+        "avx2" => VectorUnit::Avx2,
+        "avx512" => VectorUnit::Avx512,
         other => panic!("no unit {other}"),
     };
     let mut batch = Batch::on(unit).expect("this machine has the unit");

@@ -11,7 +11,7 @@ use rsrs_benches::flockbots;
 use rsrs_benches::plain::PlainWorld;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::controller::{Command, decide};
-use rsrs_sim::batch::{Batch, Unit};
+use rsrs_sim::batch::{Batch, VectorUnit};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::world::World;
 
@@ -24,7 +24,7 @@ fn main() {
     let nine = flockbots(9);
     plain(&nine, 500_000);
     reference(&nine, 1_000_000);
-    for unit in Unit::available() {
+    for unit in VectorUnit::available() {
         let mut batch = Batch::on(unit).expect("an available unit");
         // Placement is in it: it is part of what a sweep pays for each replicate.
         let replicates = 4800;

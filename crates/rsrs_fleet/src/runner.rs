@@ -58,7 +58,7 @@ pub struct Runner {
     strangers: Strangers,
     search: Search,
     roster: Roster,
-    floor: StartCheck,
+    start_check: StartCheck,
     /// Whole seconds of the countdown that were left when it was told last.
     told_s: u64,
     requests: Requests,
@@ -91,7 +91,7 @@ impl Runner {
             strangers: Strangers::default(),
             search: Search::default(),
             roster: Roster::new(&options.expected.robots),
-            floor: StartCheck::default(),
+            start_check: StartCheck::default(),
             told_s: 0,
             requests: Requests::default(),
             others: BTreeMap::new(),
@@ -186,16 +186,16 @@ impl Runner {
                 self.raise_epoch(status.epoch, &robot, actions);
                 self.roster.receive_controller(&robot, status, now);
             }
-            Event::ClockAhead { robot, seconds } => self.floor.receive_clock(robot, seconds),
-            Event::Behind { seconds } => self.floor.receive_delay(seconds),
+            Event::ClockAhead { robot, seconds } => self.start_check.receive_clock(robot, seconds),
+            Event::Behind { seconds } => self.start_check.receive_delay(seconds),
             Event::Diagnosed { robot, part, error } => {
-                let news = self.floor.receive_diagnosis(robot, part, error);
+                let news = self.start_check.receive_diagnosis(robot, part, error);
                 if self.phase == Phase::Run {
                     actions.extend(news.map(Action::Note));
                 }
             }
             Event::Pose { robot, frame, pose } => {
-                self.floor.receive_pose(robot, (frame, pose), now);
+                self.start_check.receive_pose(robot, (frame, pose), now);
             }
             Event::Sampled { robot, kind } => self.roster.receive_sample(&robot, kind, now),
             Event::ParametersSet { target, result } if self.phase == Phase::Configure => {
@@ -226,8 +226,12 @@ impl Runner {
                 }
             }
             Event::Release(sources) => self.e_stop.release(&sources),
-            Event::PoseAhead { robot, seconds } => self.floor.receive_pose_clock(robot, seconds),
-            Event::Transform { child, parent } => self.floor.receive_transform(&child, parent),
+            Event::PoseAhead { robot, seconds } => {
+                self.start_check.receive_pose_clock(robot, seconds);
+            }
+            Event::Transform { child, parent } => {
+                self.start_check.receive_transform(&child, parent);
+            }
             Event::Interrupt { reason } => self.abort(reason, now, actions),
         }
     }

@@ -209,8 +209,8 @@ pub enum Refusal {
 /// The pace of a simulated fleet, and its word.
 #[derive(Clone, Debug, Default)]
 pub struct Simulator {
-    stage: Stage,
-    beat: Heartbeat<Standing>,
+    world: WorldState,
+    heartbeat: Heartbeat<Standing>,
 }
 
 /// How it stands with the simulator.
@@ -224,7 +224,7 @@ struct Standing {
 }
 
 #[derive(Clone, Debug, Default)]
-enum Stage {
+enum WorldState {
     #[default]
     Empty,
     Refused(String),
@@ -264,19 +264,19 @@ impl Simulator {
 
     /// The step that has been sensed last; 0 before the first.
     pub fn step(&self) -> u64 {
-        match &self.stage {
-            Stage::Placed(Run { hand: Some(hand), .. }) => hand.step(),
-            Stage::Placed(Run { pace: Pace::Lockstep(pace), .. }) => pace.step(),
-            Stage::Placed(Run { pace: Pace::RealTime(pace), .. }) => pace.step(),
-            Stage::Empty | Stage::Refused(_) => 0,
+        match &self.world {
+            WorldState::Placed(Run { hand: Some(hand), .. }) => hand.step(),
+            WorldState::Placed(Run { pace: Pace::Lockstep(pace), .. }) => pace.step(),
+            WorldState::Placed(Run { pace: Pace::RealTime(pace), .. }) => pace.step(),
+            WorldState::Empty | WorldState::Refused(_) => 0,
         }
     }
 
     /// When the gates must be looked at even if nothing happens: the next period in real time.
     pub fn due(&self) -> Option<Duration> {
-        match &self.stage {
-            Stage::Placed(Run { hand: Some(hand), .. }) => hand.due(),
-            Stage::Placed(Run { pace: Pace::RealTime(pace), .. }) => Some(pace.due()),
+        match &self.world {
+            WorldState::Placed(Run { hand: Some(hand), .. }) => hand.due(),
+            WorldState::Placed(Run { pace: Pace::RealTime(pace), .. }) => Some(pace.due()),
             _ => None,
         }
     }
@@ -289,11 +289,11 @@ impl Simulator {
     pub fn on_event(&mut self, event: Event, now: Duration) -> Vec<Action> {
         let mut actions = Vec::new();
         match event {
-            Event::Placed(placed) => self.stage = Stage::Placed(Run::new(placed, now)),
-            Event::Removed => self.stage = Stage::Empty,
-            Event::NotPlaced { reason } => self.stage = Stage::Refused(reason),
+            Event::Placed(placed) => self.world = WorldState::Placed(Run::new(placed, now)),
+            Event::Removed => self.world = WorldState::Empty,
+            Event::NotPlaced { reason } => self.world = WorldState::Refused(reason),
             Event::Gates(_) | Event::Command { .. } | Event::Recorded { .. } => {
-                if let Stage::Placed(run) = &mut self.stage {
+                if let WorldState::Placed(run) = &mut self.world {
                     run.on_event(&event, now, &mut actions);
                 }
             }
@@ -303,8 +303,8 @@ impl Simulator {
     }
 
     fn status_due(&mut self, now: Duration) -> Option<Status> {
-        let standing = self.stage.standing();
-        let counter = self.beat.due(standing.clone(), now)?;
+        let standing = self.world.standing();
+        let counter = self.heartbeat.due(standing.clone(), now)?;
         Some(Status {
             counter,
             epoch: 0,
@@ -318,7 +318,7 @@ impl Simulator {
     }
 }
 
-impl Stage {
+impl WorldState {
     fn standing(&self) -> Standing {
         let (state, digest, reason) = match self {
             Self::Empty => (RobotState::Idle, 0, "no world is placed".into()),

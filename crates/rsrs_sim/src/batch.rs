@@ -45,7 +45,7 @@ use engine::{Engine, UnitEngine};
 
 /// A vector unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
+pub enum VectorUnit {
     /// Four worlds at a time, on any machine: SSE2, NEON.
     Portable,
     /// Eight worlds at a time.
@@ -54,7 +54,7 @@ pub enum Unit {
     Avx512,
 }
 
-impl Unit {
+impl VectorUnit {
     /// The units that this machine has, the widest first.
     pub fn available() -> Vec<Self> {
         [Self::Avx512, Self::Avx2, Self::Portable]
@@ -108,15 +108,15 @@ impl Batch {
     /// A batch on all units of this machine: the narrowest that has a lane for each replicate runs
     /// them.
     pub fn new() -> Self {
-        Self::of(&Unit::available())
+        Self::of(&VectorUnit::available())
     }
 
     /// A batch on one unit; `None` if this machine does not have it.
-    pub fn on(unit: Unit) -> Option<Self> {
+    pub fn on(unit: VectorUnit) -> Option<Self> {
         unit.engine().map(|_| Self::of(&[unit]))
     }
 
-    fn of(units: &[Unit]) -> Self {
+    fn of(units: &[VectorUnit]) -> Self {
         Self {
             engines: units.iter().filter_map(|unit| unit.engine()).collect(),
             trajectory: Trajectory::new(1.0, 0),

@@ -42,12 +42,12 @@ impl Runner {
                 .collect(),
             e_stop: self.e_stop.locks(),
             highest_epoch: self.highest_epoch,
-            clock_ahead_s: self.floor.clock_ahead_s(),
-            pose_ahead_s: self.floor.pose_ahead_s(),
-            poses: self.floor.poses(),
-            parents: self.floor.parents(),
-            behind_s: self.floor.behind_s(),
-            diagnostic_errors: self.floor.diagnostic_errors(),
+            clock_ahead_s: self.start_check.clock_ahead_s(),
+            pose_ahead_s: self.start_check.pose_ahead_s(),
+            poses: self.start_check.poses(),
+            parents: self.start_check.parents(),
+            behind_s: self.start_check.behind_s(),
+            diagnostic_errors: self.start_check.diagnostic_errors(),
         };
         let problems = preflight::problems(&self.options.expected, &seen);
         self.graph = seen.graph;
@@ -134,10 +134,10 @@ impl Runner {
             if let Some(start) = &self.options.start {
                 // Poses may come seldom; a robot without any keeps nobody waiting for long.
                 let robots = &self.options.expected.robots;
-                if !self.floor.has_poses_of(robots) && self.elapsed(now) < LOOK {
+                if !self.start_check.has_poses_of(robots) && self.elapsed(now) < LOOK {
                     return;
                 }
-                let notes = self.floor.standing_places(start, robots);
+                let notes = self.start_check.standing_places(start, robots);
                 actions.extend(notes.into_iter().map(Action::Note));
             }
             self.begin(now, actions);
@@ -239,7 +239,7 @@ impl Runner {
         };
         let lost = self.roster.newly_lost(self.epoch, patience, now);
         if !lost.is_empty() {
-            let ours = preflight::too_slow(self.floor.behind_s());
+            let ours = preflight::too_slow(self.start_check.behind_s());
             actions.extend(ours.map(|problem| Action::Note(problem.to_string())));
         }
         let after_s = self.elapsed(now).as_secs_f64();

@@ -1,4 +1,4 @@
-//! What the runner knows of the floor beyond statuses: clocks, diagnoses, poses, the e-stop.
+//! What the runner has received besides statuses: clocks, diagnoses, poses, the e-stop.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
@@ -8,7 +8,7 @@ use rsrs_core::unicycle::Pose;
 use crate::placement::{self, WantedStart};
 use crate::preflight::DiagnosticError;
 
-/// The floor, as received.
+/// What was received of robots before and during a run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct StartCheck {
     clock_ahead_s: BTreeMap<String, Recent>,

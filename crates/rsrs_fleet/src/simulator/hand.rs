@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{Action, Event, Placed, Progress, Run, Simulator, Stage};
+use super::{Action, Event, Placed, Progress, Run, Simulator, WorldState};
 use crate::experiment::Time;
 
 /// What somebody wants of a world that no run holds.
@@ -51,10 +51,10 @@ pub enum Doing {
 impl Simulator {
     /// What it does, in the words of those who only watch.
     pub fn doing(&self) -> Doing {
-        match &self.stage {
-            Stage::Empty | Stage::Refused(_) => Doing::Nothing,
-            Stage::Placed(Run { hand: Some(hand), .. }) => hand.doing(),
-            Stage::Placed(Run { progress, .. }) => match progress {
+        match &self.world {
+            WorldState::Empty | WorldState::Refused(_) => Doing::Nothing,
+            WorldState::Placed(Run { hand: Some(hand), .. }) => hand.doing(),
+            WorldState::Placed(Run { progress, .. }) => match progress {
                 Progress::Waiting => Doing::AtTheStart,
                 Progress::Started => Doing::Playing,
                 Progress::Complete(_) | Progress::Void(_) => Doing::Standing,
@@ -68,12 +68,12 @@ impl Simulator {
     ///
     /// [`HandRefusal::NoWorld`] and [`HandRefusal::Held`].
     pub fn check_hand(&self) -> Result<(), HandRefusal> {
-        match &self.stage {
-            Stage::Empty | Stage::Refused(_) => Err(HandRefusal::NoWorld),
-            Stage::Placed(run) if run.is_held || run.progress == Progress::Started => {
+        match &self.world {
+            WorldState::Empty | WorldState::Refused(_) => Err(HandRefusal::NoWorld),
+            WorldState::Placed(run) if run.is_held || run.progress == Progress::Started => {
                 Err(HandRefusal::Held)
             }
-            Stage::Placed(_) => Ok(()),
+            WorldState::Placed(_) => Ok(()),
         }
     }
 
@@ -93,7 +93,7 @@ impl Simulator {
         if matches!(hand, Hand::Step { .. }) && doing != Doing::Standing {
             return Err(HandRefusal::NotPaused);
         }
-        let Stage::Placed(run) = &mut self.stage else {
+        let WorldState::Placed(run) = &mut self.world else {
             return Err(HandRefusal::NoWorld);
         };
         let mut actions = Vec::new();

@@ -5,13 +5,13 @@ use rsrs_core::conditions::{Arena, Conditions, GainDistribution, Placement, Regi
 use rsrs_core::phase::{self, Verdict};
 use rsrs_core::profile::Sees;
 use rsrs_core::unicycle::Pose;
-use rsrs_sim::batch::{Batch, Unit};
+use rsrs_sim::batch::{Batch, VectorUnit};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
 
 use crate::support::{HARSHER, PERFECT, flockbots};
 
-fn batch(unit: Unit) -> Batch {
+fn batch(unit: VectorUnit) -> Batch {
     Batch::on(unit).expect("an available unit")
 }
 
@@ -23,9 +23,9 @@ fn reference(conditions: &Conditions, seed: Seed, n_steps: u64) -> Vec<u64> {
 }
 
 /// Replicates of the batch that do not pass through the states of the reference.
-fn strays(conditions: &Conditions, seed: u64, n_steps: u64) -> Vec<(Unit, u64)> {
+fn strays(conditions: &Conditions, seed: u64, n_steps: u64) -> Vec<(VectorUnit, u64)> {
     let mut strays = Vec::new();
-    for unit in Unit::available() {
+    for unit in VectorUnit::available() {
         let mut batch = batch(unit);
         let n_replicates = batch.lanes() as u64 + 2;
         let digests =
@@ -51,11 +51,11 @@ fn bits(judged: &Verdict) -> String {
 
 #[test]
 fn every_machine_has_a_unit_and_this_ones_are_tested() {
-    let units = Unit::available();
+    let units = VectorUnit::available();
 
-    assert!(units.contains(&Unit::Portable), "{units:?}");
+    assert!(units.contains(&VectorUnit::Portable), "{units:?}");
     #[cfg(target_arch = "x86_64")]
-    assert_eq!(units.contains(&Unit::Avx2), is_x86_feature_detected!("avx2"));
+    assert_eq!(units.contains(&VectorUnit::Avx2), is_x86_feature_detected!("avx2"));
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn the_comparison_finds_a_difference_of_one_bit() {
     other.robot.true_positive += 1.0 / 16_777_216.0;
 
     let digests = |conditions: &Conditions| {
-        batch(Unit::Portable).digests(conditions, (1, 0..1), 1).expect("the robots fit")
+        batch(VectorUnit::Portable).digests(conditions, (1, 0..1), 1).expect("the robots fit")
     };
 
     assert_ne!(digests(&conditions), digests(&other));
@@ -123,7 +123,7 @@ fn the_judge_of_the_lanes_is_the_judge() {
     for (speed_m_s, turn_rate_rad_s) in cells {
         for imperfection in [&HARSHER, &PERFECT] {
             let conditions = flockbots(speed_m_s, turn_rate_rad_s, imperfection);
-            for unit in Unit::available() {
+            for unit in VectorUnit::available() {
                 let judged =
                     batch(unit).judge(&conditions, (5, 0..18), 150.0).expect("fit and long");
 
@@ -155,7 +155,7 @@ fn robots_are_looked_at_whenever_they_may_meet_or_part() {
     in_the_wind.placement = Placement::DiscFacingOut { radius_m: 0.4 };
     let (mut n_per_s, mut n_partly_lost) = (0.0, 0);
     for conditions in [&between_walls, &in_the_wind] {
-        for unit in Unit::available() {
+        for unit in VectorUnit::available() {
             for replicate in 0..48 {
                 let runs = replicate..replicate + 1;
                 let judged = batch(unit).judge(conditions, (3, runs), 70.0).expect("fit and long");
@@ -257,7 +257,7 @@ proptest! {
         seed in 0_u64..1000,
         duration_s in 60.0..100.0,
     ) {
-        for unit in Unit::available() {
+        for unit in VectorUnit::available() {
             let judged = batch(unit).judge(&conditions, (seed, 0..3), duration_s).expect("fits");
 
             for (replicate, judged) in (0..).zip(&judged) {

@@ -2,7 +2,7 @@
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::phase::{JudgeError, Phase};
-use rsrs_sim::batch::{Batch, BatchError, Unit};
+use rsrs_sim::batch::{Batch, BatchError, VectorUnit};
 
 use crate::support::{HARSHER, flockbots};
 
@@ -12,7 +12,7 @@ fn swarm(robots: usize) -> Conditions {
 
 #[test]
 fn nobody_has_states_but_no_verdict() {
-    for unit in Unit::available() {
+    for unit in VectorUnit::available() {
         let mut batch = Batch::on(unit).expect("an available unit");
 
         let digests = batch.digests(&swarm(0), (1, 0..3), 10).expect("nobody fits anywhere");
@@ -26,7 +26,7 @@ fn nobody_has_states_but_no_verdict() {
 
 #[test]
 fn one_robot_is_lost_and_circles_alone() {
-    for unit in Unit::available() {
+    for unit in VectorUnit::available() {
         let mut batch = Batch::on(unit).expect("an available unit");
 
         let judged = batch.judge(&swarm(1), (1, 0..20), 120.0).expect("it fits and is long enough");
@@ -42,7 +42,7 @@ fn one_robot_is_lost_and_circles_alone() {
 
 #[test]
 fn two_robots_end_in_some_phase_with_finite_order() {
-    for unit in Unit::available() {
+    for unit in VectorUnit::available() {
         let mut batch = Batch::on(unit).expect("an available unit");
 
         let judged = batch.judge(&swarm(2), (1, 0..20), 120.0).expect("they fit");

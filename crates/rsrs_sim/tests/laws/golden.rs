@@ -7,7 +7,7 @@ use rsrs_core::conditions::{Conditions, GainDistribution, Placement, Region, Wal
 use rsrs_core::digest::Digest;
 use rsrs_core::phase::{Verdict, converged_s};
 use rsrs_core::profile::Sees;
-use rsrs_sim::batch::{Batch, Unit};
+use rsrs_sim::batch::{Batch, VectorUnit};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
 
@@ -126,7 +126,7 @@ fn everything(conditions: &mut Conditions) {
 }
 
 /// The last of the digests of two replicates.
-fn on_unit(unit: Unit, conditions: &Conditions) -> [u64; 2] {
+fn on_unit(unit: VectorUnit, conditions: &Conditions) -> [u64; 2] {
     let mut batch = Batch::on(unit).expect("an available unit");
     let digests = batch.digests(conditions, (SEED, 0..2), N_STEPS + 1).expect("the robots fit");
     [0, 1].map(|replicate: usize| *digests[replicate].last().expect("some steps"))
@@ -155,7 +155,7 @@ fn every_feature_has_the_bits_that_it_always_had_on_every_unit() {
     for (name, change, golden) in GOLDEN {
         let conditions = golden_conditions(change);
         let reference = ("reference".to_owned(), of_reference(&conditions));
-        let units = Unit::available()
+        let units = VectorUnit::available()
             .into_iter()
             .map(|unit| (format!("{unit:?}"), on_unit(unit, &conditions)));
         for (who, found) in std::iter::once(reference).chain(units) {
@@ -193,7 +193,7 @@ const GOLDEN_VERDICTS: u64 = 0xf254_cee3_415f_e2e3;
 fn replicates_are_judged_as_they_always_were_on_every_unit() {
     let conditions = golden_conditions(|_| {});
 
-    for unit in Unit::available() {
+    for unit in VectorUnit::available() {
         let mut batch = Batch::on(unit).expect("an available unit");
         let verdicts = batch.judge(&conditions, (SEED, 0..16), 150.0).expect("fit and long");
         let judged: Vec<Judged> = (0..)
