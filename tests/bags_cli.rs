@@ -19,7 +19,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{TrajectoryOptions, read_trajectory};
-use rsrs_core::phase::{Phase, Verdict, label};
+use rsrs_core::judge::phase::{Phase, Verdict, label};
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 

@@ -4,13 +4,13 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use rsrs_bags::Bag;
-use rsrs_core::profile::RobotProfile;
+use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::record::{ENDING, Ending};
 use rsrs_msgs::cdr;
 use rsrs_msgs::nav_msgs::Odometry;
 
 use crate::fleet::{ROBOTS, experiment, node};
-use crate::processes::rsrs;
+use crate::processes::{Process, is_starved, rsrs};
 use crate::support::{PATIENCE, in_own_network};
 
 const PAGE: &str = include_str!("../docs/fleet_without_robots.md");
@@ -49,9 +49,6 @@ fn typed(script: &str, folder: &Path, (more, patience_s): (&[&Path], u32)) -> Ou
         .expect("every system has bash")
 }
 
-/// What a run reports that ended because the machine gave a robot no processor for half a second.
-const STARVED: [&str; 3] = ["lease ran out", ": silent", "too slow for real time"];
-
 /// Types it in a new folder; again if the machine starved a robot, which ends a run, as it should.
 ///
 /// # Arguments
@@ -71,8 +68,7 @@ fn typed_in_time(
         let output = typed(script, folder.path(), limits);
         let errors = String::from_utf8_lossy(&output.stderr);
         n_left -= 1;
-        let is_starved = STARVED.iter().any(|sign| errors.contains(sign));
-        if output.status.success() || !is_starved || n_left == 0 {
+        if output.status.success() || !is_starved(&errors) || n_left == 0 {
             return (folder, output);
         }
     }
@@ -130,7 +126,7 @@ fn robots_of_a_simulator_without_a_world_are_refused() {
         let mut command = rsrs();
         command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
         command.arg(experiment).arg("-o").arg(folder.path().join("bag"));
-        let mut run = crate::processes::Process::start(&mut command);
+        let mut run = Process::start(&mut command);
         let (status, errors) = run.wait(2 * PATIENCE);
 
         assert_eq!(status.code(), Some(1), "{errors}");

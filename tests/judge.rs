@@ -9,10 +9,10 @@ use std::sync::Mutex;
 
 use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{TrajectoryOptions, read_trajectory};
-use rsrs_core::certainty::Certainty;
 use rsrs_core::conditions::Conditions;
-use rsrs_core::phase::{Phase, Thresholds, label};
-use rsrs_core::trajectory::Trajectory;
+use rsrs_core::judge::certainty::Certainty;
+use rsrs_core::judge::phase::{Phase, Thresholds, label};
+use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 

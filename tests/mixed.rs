@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use crate::fleet::{ROBOTS, experiment, node};
 use crate::micro::{Micro, Socket};
-use crate::processes::{Process, rsrs};
+use crate::processes::{Process, is_starved, rsrs};
 use crate::recorded::messages;
 use crate::support::{in_own_network, session};
 use rsrs_bags::Bag;
@@ -222,9 +222,7 @@ async fn run(folder: PathBuf, experiment: PathBuf) {
             if status.success() {
                 return;
             }
-            let is_starved =
-                printed.contains("lease ran out") || printed.contains("controller silent");
-            assert!(is_starved && attempt < 3, "{printed}");
+            assert!(is_starved(&printed) && attempt < 3, "{printed}");
             let aborted = folder.join(format!("aborted_{attempt}"));
             std::fs::rename(folder.join("bag"), aborted).expect("the folder is writable");
         }

@@ -5,10 +5,10 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use crate::support::{PATIENCE, eventually, in_own_network, session};
-use rsrs_core::axis::Axis;
 use rsrs_core::conditions::{Conditions, Settings};
-use rsrs_core::harsher::HarsherFactors;
-use rsrs_core::profile::RobotProfile;
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::robot::harsher::HarsherFactors;
+use rsrs_core::robot::profile::RobotProfile;
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
 use rsrs_msgs::topics::{self, Topic};

@@ -13,7 +13,7 @@ use std::process::Stdio;
 use std::time::Duration;
 
 use crate::fleet::experiment;
-use crate::processes::{Process, rsrs};
+use crate::processes::{Process, is_starved, rsrs};
 use crate::support::{in_own_network, session};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
@@ -192,8 +192,7 @@ async fn run(experiment: PathBuf, bag: PathBuf) {
             if status.success() {
                 return;
             }
-            let is_starved = printed.contains("lease ran out") && attempt < 3;
-            assert!(is_starved, "{printed}");
+            assert!(is_starved(&printed) && attempt < 3, "{printed}");
             std::fs::remove_dir_all(&bag).expect("a run leaves its bag");
         }
     });

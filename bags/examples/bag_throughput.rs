@@ -23,8 +23,8 @@ use rsrs_bags::trajectory::{TrajectoryOptions, read_trajectory};
 use rsrs_bags::{
     Bag, BagError, BagOptions, BagWriter, ChannelId, Compression, Packing, Sample, recover_into,
 };
-use rsrs_core::phase;
-use rsrs_core::trajectory::Bodies;
+use rsrs_core::judge::phase;
+use rsrs_core::judge::trajectory::Bodies;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{TransformStamped, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;

@@ -23,7 +23,7 @@ mod window;
 
 use std::fmt;
 
-use rsrs_core::trajectory::Trajectory;
+use rsrs_core::judge::trajectory::Trajectory;
 
 use crate::Bag;
 use resample::Times;

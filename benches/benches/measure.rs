@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use rsrs_core::fit::{Tables, Unmeasured, fit};
-use rsrs_core::trial::{detection_trials, speed_trials, turn_trials};
+use rsrs_core::trials::fit::{Tables, Unmeasured, fit};
+use rsrs_core::trials::trial::{detection_trials, speed_trials, turn_trials};
 
 fn main() {
     divan::main();

@@ -16,9 +16,9 @@ mod diagram {
     use divan::{Bencher, black_box};
     use rsrs_benches::plain::PlainWorld;
     use rsrs_benches::{STEPS, diagram};
-    use rsrs_core::controller::decide;
-    use rsrs_core::phase;
-    use rsrs_core::trajectory::Trajectory;
+    use rsrs_core::judge::phase;
+    use rsrs_core::judge::trajectory::Trajectory;
+    use rsrs_core::robot::controller::decide;
     use rsrs_sim::batch::{Batch, VectorUnit};
     use rsrs_sim::draw::Seed;
     use rsrs_sim::episode::run_episode;

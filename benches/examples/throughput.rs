@@ -10,7 +10,7 @@ use std::hint::black_box;
 use rsrs_benches::flockbots;
 use rsrs_benches::plain::PlainWorld;
 use rsrs_core::conditions::Conditions;
-use rsrs_core::controller::{Command, decide};
+use rsrs_core::robot::controller::{Command, decide};
 use rsrs_sim::batch::{Batch, VectorUnit};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::world::World;

@@ -2,7 +2,7 @@
 //! each rule, the platform's trigonometry, every pair from both sides.
 
 use rsrs_core::conditions::{Conditions, Region};
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::draw::{Key, Purpose, RunKey, Seed};
 use rsrs_sim::placement::place;
 

@@ -13,8 +13,8 @@ mod scene;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use rsrs_core::phase;
-use rsrs_core::trajectory::{Bodies, Trajectory};
+use rsrs_core::judge::phase;
+use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::topics;
 use rsrs_msgs::visualization_msgs::MarkerArray;

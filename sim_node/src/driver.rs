@@ -5,7 +5,7 @@ mod placing;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use rsrs_core::profile::RobotProfile;
+use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::experiment::Time as Pace;
 use rsrs_fleet::message::RobotState;

@@ -1,7 +1,7 @@
 //! The robots of a world in the words of `simulation_interfaces`: which there are, and where.
 
 use rsrs_core::conditions::Walls;
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{Accel, Twist, Vector3};
 use rsrs_msgs::simulation_interfaces::{

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use rsrs_core::conditions::SimulatedRobot;
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::geometry_msgs::{self, PoseStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::std_msgs::{Bool, Header};
@@ -200,7 +200,7 @@ pub fn on_the_floor(pose: &geometry_msgs::Pose) -> Option<Pose> {
 #[cfg(test)]
 mod tests {
     use rsrs_core::conditions::{Conditions, Settings};
-    use rsrs_core::profile::RobotProfile;
+    use rsrs_core::robot::profile::RobotProfile;
 
     use super::*;
     use crate::robots::pose_message;

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use rsrs_core::conditions::{Conditions, Impossible};
-use rsrs_core::profile::RobotProfile;
+use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::simulator::{Gates, Placed, placement_digest};
 use rsrs_ros::parameters::{

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::controller::{Command, decide};
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::controller::{Command, decide};
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::simulator::Placed;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_sim::world::World;

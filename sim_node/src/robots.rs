@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use rsrs_core::controller::Command;
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::experiment::Time as Pace;
 use rsrs_fleet::message::RobotState;

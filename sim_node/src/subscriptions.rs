@@ -1,6 +1,6 @@
 //! What the simulator receives, and from which topics.
 
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::experiment::Time as Pace;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease};

@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::PoseStamped;
 use rsrs_msgs::std_msgs::Header;

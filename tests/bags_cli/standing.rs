@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use rsrs_bags::{BagOptions, BagWriter, ChannelId, Sample};
-use rsrs_core::axis::Axis;
 use rsrs_core::conditions::{Conditions, Placement, Settings, Walls};
+use rsrs_core::diagram::axis::Axis;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{ATTACHMENT, Backend, ExperimentRecord, Provenance};
 use rsrs_msgs::rsrs::RunLease;

@@ -1,8 +1,8 @@
 //! Cells of nine Flockbots in which every phase occurs.
 
-use rsrs_core::axis::Axis;
 use rsrs_core::conditions::{Conditions, Settings};
-use rsrs_core::profile::RobotProfile;
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::robot::profile::RobotProfile;
 
 /// Speed (m/s), turning rate (rad/s), placement radius (m), probability to see.
 pub const CELLS: [[f64; 4]; 8] = [

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use rsrs_bags::{BagOptions, BagWriter, ChannelId, Sample};
-use rsrs_core::axis::Axis;
 use rsrs_core::conditions::{Conditions, Settings};
-use rsrs_core::controller::Command;
-use rsrs_core::profile::RobotProfile;
-use rsrs_core::unicycle::Pose;
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{
     ATTACHMENT, Backend, ENDING, Ending, EndingKind, ExperimentRecord, Provenance,

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Output;
 
-use rsrs_core::controller::Command;
-use rsrs_core::unicycle::{ActuationGain, Pose, step};
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::unicycle::{ActuationGain, Pose, step};
 
 use super::{number, read, write};
 use crate::command::{code, json, repository, rsrs, stderr, stdout};

@@ -65,6 +65,16 @@ impl Process {
     }
 }
 
+/// Whether a run ended because the machine gave one of its processes no processor for half a second, as
+/// it should end then.
+///
+/// # Arguments
+///
+/// * `printed` — what the run wrote to standard error.
+pub fn is_starved(printed: &str) -> bool {
+    ["lease ran out", " silent", "too slow for real time"].iter().any(|sign| printed.contains(sign))
+}
+
 /// Processes that a program has started as its nodes and that run now.
 pub fn nodes_of(pid: u32) -> Vec<u32> {
     let wanted = format!("--parent\0{pid}\0");

@@ -1,6 +1,6 @@
 //! Commands out of the two messages that carry them, and which one holds at a time.
 
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 
 use super::TrajectoryError;
@@ -85,7 +85,7 @@ pub fn answers(poses: &[PoseSample], commands: &[CommandSample], period_ns: u64)
 
 #[cfg(test)]
 mod tests {
-    use rsrs_core::unicycle::Pose;
+    use rsrs_core::robot::unicycle::Pose;
 
     use super::*;
 

@@ -1,6 +1,6 @@
 //! Poses on the floor out of the messages that carry them.
 
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{Point, Pose as Pose3, PoseStamped, Quaternion, Vector3};
 use rsrs_msgs::nav_msgs::Odometry;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 
 use super::collect::RecordedRobot;
 use super::finding::Finding;

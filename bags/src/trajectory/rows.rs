@@ -1,8 +1,8 @@
 //! The rows of a trajectory, filled robot by robot.
 
-use rsrs_core::controller::Command;
-use rsrs_core::trajectory::Trajectory;
-use rsrs_core::unicycle::Pose;
+use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::unicycle::Pose;
 
 use super::pose::PoseSample;
 

@@ -1,6 +1,6 @@
 //! Robots that stand on one spot: poses in frames of their own, of which nobody knows how they lie.
 
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 
 use super::TrajectoryError;
 

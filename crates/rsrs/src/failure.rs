@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use rsrs_core::comparison::Verdict;
+use rsrs_core::statistics::comparison::Verdict;
 use rsrs_pipeline::error::{help_of, texts};
 
 /// How a command that did not fail ended.

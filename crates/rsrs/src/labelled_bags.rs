@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use rsrs_core::comparison::MARGIN;
+use rsrs_core::statistics::comparison::MARGIN;
 
 use rsrs_pipeline::compare;
 use rsrs_pipeline::label::Labeller;

@@ -5,7 +5,7 @@ use std::sync::{Once, OnceLock};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
-use rsrs_pipeline::execution::{Execution, Observer, RunCounter};
+use rsrs_pipeline::execution::{Execution, Observer, RunCounter, n_threads};
 use rsrs_sim::sweep::Progress;
 
 use crate::interrupt;
@@ -93,9 +93,4 @@ pub fn execution(threads: Option<usize>) -> anyhow::Result<Execution<'static>> {
     let cancel = interrupt::listen()?;
     let observer = TERMINAL.get_or_init(|| Terminal { cancel });
     Ok(Execution { n_threads: threads.unwrap_or_else(n_threads), observer })
-}
-
-/// As many threads as the machine runs at once.
-pub fn n_threads() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
 }

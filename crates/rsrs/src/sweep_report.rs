@@ -3,9 +3,9 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use rsrs_core::adaptive::Knowledge;
 use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::phase::Phase;
+use rsrs_core::diagram::adaptive::Knowledge;
+use rsrs_core::judge::phase::Phase;
 use serde::Serialize;
 
 use rsrs_pipeline::sweep::ablation::Ablation;

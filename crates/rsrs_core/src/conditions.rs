@@ -1,17 +1,19 @@
 //! The conditions of one experiment: everything that the outcome may depend on, the paper's `E`.
 
 mod check;
+pub mod operator;
 mod reach;
 mod resolve;
+pub mod start_file;
 mod starts;
 
 use serde::{Deserialize, Serialize};
 
-use crate::controller::ControllerParameters;
 use crate::digest::Digest;
-use crate::profile::{Sees, Sensing};
-use crate::trajectory::Bodies;
-use crate::unicycle::Pose;
+use crate::judge::trajectory::Bodies;
+use crate::robot::controller::ControllerParameters;
+use crate::robot::profile::{Sees, Sensing};
+use crate::robot::unicycle::Pose;
 
 pub use check::Impossible;
 pub use resolve::{ConditionsError, Settings};

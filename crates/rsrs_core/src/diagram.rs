@@ -1,13 +1,19 @@
 //! The phase diagram: how often each cell of a sweep ended in each phase.
 
+pub mod adaptive;
+pub mod axis;
+pub mod choice;
 mod locate;
+pub mod settling;
+pub mod sweep_file;
+pub mod theory;
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::axis::{Axis, Cell};
-use crate::phase::Phase;
+use crate::diagram::axis::{Axis, Cell};
+use crate::judge::phase::Phase;
 
 pub use locate::NotSwept;
 

@@ -5,16 +5,15 @@
 //! the real fleet. This crate holds what those steps *mean*. It draws no random number, opens no
 //! file, reads no clock, and knows neither the simulator nor the middleware.
 //!
-//! Reading order: how a robot is measured ([`plan`], [`trial`], [`fit`], [`gain`], [`variance`]); what
-//! it is ([`profile`]), how it is made worse ([`harsher`]) and whether
-//! it is ([`capability`], [`validation`]); the conditions
-//! of one experiment ([`conditions`], the paper's `E`) and how a sweep file spans them ([`axis`],
-//! [`sweep_file`]); what a robot does ([`controller`], [`unicycle`]); what a swarm did
-//! ([`trajectory`], [`order`], over any [`number`], [`phase`]), how sure that is ([`certainty`]) and
-//! who says the same ([`agreement`]), and what geometry expects of it ([`theory`]); what follows
-//! for a cell ([`diagram`], [`interval`], [`sequence`], [`choice`]), where to simulate more
-//! ([`adaptive`]), and for the method ([`operator_conditions`],
-//! [`comparison`], [`pooled`], [`e_value`]).
+//! A room for each step, in reading order:
+//!
+//! - [`robot`]: what it is, how it is made worse and whether it is, and what it does with what it sees;
+//! - [`trials`]: how it is measured, and whether the simulator agrees with the trials;
+//! - [`conditions`]: everything that an outcome may depend on, the paper's `E`;
+//! - [`judge`]: what a swarm did, which phase that is, how sure that is and who says the same;
+//! - [`diagram`]: the cells that a sweep file spans, how often each ended in each phase, what geometry
+//!   expects of them, and which of them to run;
+//! - [`statistics`]: how sure shares and spreads are, and reality against the simulator.
 
 #![expect(
     clippy::cast_possible_truncation,
@@ -30,48 +29,12 @@
     reason = "errors of documents are made once and printed; boxes would hide their fields"
 )]
 
-pub mod axis;
 pub mod conditions;
-pub mod harsher;
-pub mod profile;
-pub mod start_file;
-pub mod sweep_file;
-
-pub mod capability;
-pub mod fit;
-pub mod gain;
-pub mod plan;
-pub mod trial;
-pub mod validation;
-pub mod variance;
-
-pub mod controller;
-pub mod unicycle;
-
-pub mod agreement;
-pub mod certainty;
-pub mod number;
-pub mod order;
-pub mod phase;
-pub mod theory;
-pub mod trajectory;
-
-pub mod adaptive;
-mod beta;
-pub mod choice;
-pub mod comparison;
 pub mod diagram;
-pub mod e_value;
-pub mod interval;
-pub mod interval_kind;
-pub mod next_experiment;
-pub mod operator_conditions;
-pub mod pooled;
-mod posterior;
-mod quantile;
-pub mod sequence;
-pub mod settling;
-pub mod share;
+pub mod judge;
+pub mod robot;
+pub mod statistics;
+pub mod trials;
 
 pub mod digest;
 pub mod document;

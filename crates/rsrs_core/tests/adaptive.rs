@@ -3,12 +3,12 @@
 //! Runs are drawn from diagrams whose truth is known, with a generator of this file's own, so that
 //! a thousand sweeps take a second.
 
-use rsrs_core::adaptive::{Adaptive, Knowledge, Schedule, is_settled};
-use rsrs_core::axis::{Axis, Cell};
 use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::interval::Interval;
-use rsrs_core::phase::Phase;
-use rsrs_core::sequence::{ERROR, interval};
+use rsrs_core::diagram::adaptive::{Adaptive, Knowledge, Schedule, is_settled};
+use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::statistics::interval::Interval;
+use rsrs_core::statistics::sequence::{ERROR, interval};
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};

@@ -10,8 +10,8 @@ use std::path::Path;
 use std::process::Command;
 
 use draw::Draw;
-use rsrs_core::agreement::Agreement;
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::agreement::Agreement;
+use rsrs_core::judge::phase::Phase;
 use serde_json::{Value, json};
 
 /// Labels of two judges, of whom the second copies the first with some probability.

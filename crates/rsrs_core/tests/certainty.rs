@@ -1,10 +1,10 @@
 //! How sure verdicts are, on made-up trajectories whose order parameters are known.
 
-use rsrs_core::certainty::{Certainty, Parameter};
-use rsrs_core::controller::Command;
-use rsrs_core::phase::{Phase, Thresholds, Verdict, label};
-use rsrs_core::trajectory::{Bodies, Trajectory};
-use rsrs_core::unicycle::Pose;
+use rsrs_core::judge::certainty::{Certainty, Parameter};
+use rsrs_core::judge::phase::{Phase, Thresholds, Verdict, label};
+use rsrs_core::judge::trajectory::{Bodies, Trajectory};
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::unicycle::Pose;
 
 const PERIOD_S: f64 = 0.13;
 const FLOCKBOT: Bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.75) };

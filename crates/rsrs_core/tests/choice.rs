@@ -1,13 +1,13 @@
 //! Which cell is chosen, on diagrams whose answer is plain to see.
 
-use rsrs_core::axis::{Axis, Cell};
-use rsrs_core::choice::{
+use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::diagram::choice::{
     AsMeasured, AtCircliness, Candidate, Choice, Margin, VIABLE_B_S_LOW, Worlds, rank,
 };
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
-use rsrs_core::interval_kind::IntervalKind;
-use rsrs_core::order::Evidence;
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::statistics::interval_kind::IntervalKind;
 
 /// A diagram from a drawing: columns are speeds, rows turning rates from the greatest down; the
 /// digit is the number of milling replicates of 16, in hexadecimal, and `f` stands for all.

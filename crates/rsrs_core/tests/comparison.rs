@@ -1,9 +1,11 @@
 //! Statistics of the gap, against numbers from scipy.
 
-use rsrs_core::axis::Cell;
-use rsrs_core::comparison::{CellRuns, Comparison, Share, Tally, Verdict, fisher_less, holm};
 use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::phase::Phase;
+use rsrs_core::diagram::axis::Cell;
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::statistics::comparison::{
+    CellRuns, Comparison, Share, Tally, Verdict, fisher_less, holm,
+};
 
 fn counts(milling: u64, dispersed: u64) -> PhaseCounts {
     let mut counts = PhaseCounts::default();

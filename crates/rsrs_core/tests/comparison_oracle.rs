@@ -6,8 +6,8 @@ mod venv;
 use std::path::Path;
 use std::process::Command;
 
-use rsrs_core::comparison::{Share, enough};
-use rsrs_core::pooled::PooledTest;
+use rsrs_core::statistics::comparison::{Share, enough};
+use rsrs_core::statistics::pooled::PooledTest;
 use serde_json::{Value, json};
 
 /// Real and simulated hits and runs of each cell.

@@ -4,14 +4,16 @@ use std::collections::BTreeMap;
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rsrs_core::agreement::Agreement;
-use rsrs_core::axis::Cell;
-use rsrs_core::comparison::{CellRuns, Comparison, MARGIN, SIGNIFICANCE, Share, Verdict, decide};
 use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::e_value::{CellEvidence, SimulatedShare, log_e_at_least, log_e_less};
-use rsrs_core::interval::Interval;
-use rsrs_core::next_experiment::{NextStep, next_step};
-use rsrs_core::phase::Phase;
+use rsrs_core::diagram::axis::Cell;
+use rsrs_core::judge::agreement::Agreement;
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::statistics::comparison::{
+    CellRuns, Comparison, MARGIN, SIGNIFICANCE, Share, Verdict, decide,
+};
+use rsrs_core::statistics::e_value::{CellEvidence, SimulatedShare, log_e_at_least, log_e_less};
+use rsrs_core::statistics::interval::Interval;
+use rsrs_core::statistics::next_experiment::{NextStep, next_step};
 
 const N_CAMPAIGNS: u64 = 1000;
 

@@ -9,8 +9,8 @@ use std::path::Path;
 use std::process::Command;
 
 use draw::Draw;
-use rsrs_core::fit::{Fit, Tables, Unmeasured, fit};
-use rsrs_core::trial::{PeriodTrial, SpeedTrial, Trials, TurnTrial, detection_trials};
+use rsrs_core::trials::fit::{Fit, Tables, Unmeasured, fit};
+use rsrs_core::trials::trial::{PeriodTrial, SpeedTrial, Trials, TurnTrial, detection_trials};
 use serde_json::{Value, json};
 
 const DETECTION: &str = "robot,distance_m,bearing_rad,samples,detections\n\

@@ -1,11 +1,11 @@
 //! The judge on made-up trajectories, whose phase is known by construction.
 
 use rsrs_core::conditions::Region;
-use rsrs_core::controller::Command;
-use rsrs_core::phase::{self, JudgeError, Phase, Thresholds, Verdict};
-use rsrs_core::profile::Sees;
-use rsrs_core::trajectory::{Bodies, Trajectory};
-use rsrs_core::unicycle::Pose;
+use rsrs_core::judge::phase::{self, JudgeError, Phase, Thresholds, Verdict};
+use rsrs_core::judge::trajectory::{Bodies, Trajectory};
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::profile::Sees;
+use rsrs_core::robot::unicycle::Pose;
 
 const PERIOD_S: f64 = 0.13;
 const SPEED_M_S: f64 = 0.15;

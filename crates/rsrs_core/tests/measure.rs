@@ -11,9 +11,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use numbers::numbers;
-use rsrs_core::fit::{Fit, FitError, Tables, Unmeasured, fit, sensor_map};
-use rsrs_core::profile::RobotProfile;
-use rsrs_core::trial::{detection_trials, period_trials, speed_trials, turn_trials};
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::trials::fit::{Fit, FitError, Tables, Unmeasured, fit, sensor_map};
+use rsrs_core::trials::trial::{detection_trials, period_trials, speed_trials, turn_trials};
 use serde_json::Value;
 
 const SPEED: &str = include_str!("../../../launch_configs/profiles/flockbot_trials/speed.csv");

@@ -4,9 +4,11 @@
 mod draw;
 
 use draw::Draw;
-use rsrs_core::plan::{Plan, PlanError, PlanRequest, repetitions_for, samples_for};
-use rsrs_core::trial::{arc_trials, detection_trials, period_trials, speed_trials, turn_trials};
-use rsrs_core::variance::Estimate;
+use rsrs_core::statistics::variance::Estimate;
+use rsrs_core::trials::plan::{Plan, PlanError, PlanRequest, repetitions_for, samples_for};
+use rsrs_core::trials::trial::{
+    arc_trials, detection_trials, period_trials, speed_trials, turn_trials,
+};
 
 fn request() -> PlanRequest {
     let robots = (1..=9).map(|robot| format!("robot_{robot}")).collect();

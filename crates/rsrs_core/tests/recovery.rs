@@ -10,11 +10,11 @@ mod draw;
 use std::fmt::Write as _;
 
 use draw::Draw;
-use rsrs_core::fit::{Fit, Rate, SensorMap, Tables, Unmeasured, fit, sensor_map};
-use rsrs_core::trial::{
+use rsrs_core::statistics::variance::Estimate;
+use rsrs_core::trials::fit::{Fit, Rate, SensorMap, Tables, Unmeasured, fit, sensor_map};
+use rsrs_core::trials::trial::{
     DetectionTrial, PeriodTrial, SpeedTrial, Trials, TurnTrial, detection_trials,
 };
-use rsrs_core::variance::Estimate;
 
 const N_POPULATIONS: u64 = 2000;
 

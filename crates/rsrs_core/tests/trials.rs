@@ -4,14 +4,14 @@
 mod draw;
 
 use draw::Draw;
-use rsrs_core::controller::Command;
-use rsrs_core::fit::step_noise;
-use rsrs_core::trial::{
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::unicycle::{ActuationGain, Pose, step};
+use rsrs_core::statistics::variance::Estimate;
+use rsrs_core::trials::fit::step_noise;
+use rsrs_core::trials::trial::{
     DrivenSample, DrivenTrial, detection_trials, driven_trials, period_trials, reduced,
     speed_trials, turn_trials,
 };
-use rsrs_core::unicycle::{ActuationGain, Pose, step};
-use rsrs_core::variance::Estimate;
 
 fn speed_error(text: &str) -> String {
     speed_trials("speed.csv", text).expect_err("this is refused").to_string()

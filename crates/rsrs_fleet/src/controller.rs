@@ -5,7 +5,7 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
 
-use rsrs_core::controller::{Command, ControllerParameters, Reaction, decide};
+use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction, decide};
 
 use crate::e_stop::{Locks, Source};
 use crate::epoch;

@@ -2,11 +2,11 @@
 
 mod recording;
 
-use rsrs_core::axis::{Axis, Cell};
 use rsrs_core::conditions::Settings;
+use rsrs_core::conditions::start_file::StartPlacement;
+use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::document::{self, DocumentError};
-use rsrs_core::start_file::StartPlacement;
-use rsrs_core::sweep_file::SEED_LIMIT;
 use serde::{Deserialize, Serialize};
 
 pub use recording::{BagCompression, RecordOptions, RecordRefused, bytes};

@@ -1,7 +1,7 @@
 //! Whether the robots stand on the floor as the experiment wants them to start.
 
 use rsrs_core::conditions::{Conditions, Placement};
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 
 /// How the robots are to start.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 
 use crate::e_stop::{Locks, Source};
 use crate::epoch;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::operator_conditions::OperatorConditions;
+use rsrs_core::conditions::operator::OperatorConditions;
 use serde::{Deserialize, Serialize};
 
 use crate::experiment::{RobotLost, Time};
@@ -277,7 +277,7 @@ impl Ending {
 #[cfg(test)]
 mod tests {
     use rsrs_core::conditions::Placement;
-    use rsrs_core::profile::RobotProfile;
+    use rsrs_core::robot::profile::RobotProfile;
 
     use super::*;
     use crate::experiment::ExperimentFile;
@@ -322,7 +322,7 @@ mod tests {
         assert_eq!(operator_conditions.robots, 9);
         assert_eq!(operator_conditions.placement, Placement::DiscFacingOut { radius_m: 0.825 });
         assert_eq!(operator_conditions.controller.digest(), {
-            let best = rsrs_core::controller::ControllerParameters {
+            let best = rsrs_core::robot::controller::ControllerParameters {
                 speed_m_s: 0.15,
                 turn_rate_rad_s: 0.75,
             };

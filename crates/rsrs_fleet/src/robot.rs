@@ -13,7 +13,7 @@ mod stand_reason;
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
 
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 
 use crate::e_stop::{EStop, Locks, Source};
 use crate::epoch::{self, BeyondRunners};

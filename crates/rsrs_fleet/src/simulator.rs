@@ -8,8 +8,8 @@ use std::borrow::Cow;
 use std::time::Duration;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::controller::Command;
 use rsrs_core::digest::Digest;
+use rsrs_core::robot::controller::Command;
 
 use crate::experiment::Time;
 use crate::heartbeat::Heartbeat;

@@ -5,13 +5,13 @@ mod smaller_placement;
 use std::path::Path;
 
 use anyhow::Context;
-use rsrs_core::axis::Cell;
-use rsrs_core::choice::{AsMeasured, AtCircliness, Candidate, Choice, rank};
-use rsrs_core::comparison::Share;
 use rsrs_core::conditions::Conditions;
+use rsrs_core::diagram::axis::Cell;
+use rsrs_core::diagram::choice::{AsMeasured, AtCircliness, Candidate, Choice, rank};
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
-use rsrs_core::order::Evidence;
-use rsrs_core::phase::{self, Phase, label};
+use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::phase::{self, Phase, label};
+use rsrs_core::statistics::comparison::Share;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use rsrs_sim::sweep::{Runs, Swept, confirmation_seed};
@@ -98,7 +98,7 @@ pub fn choose(folder: &Path, options: Options<'_>) -> anyhow::Result<Chosen> {
         if choice.is_viable(options.viable) {
             choice.settling =
                 settling::of_cell(&result.source, candidate.index, options.execution)?;
-            let (_, conditions) = result.source.cells("sweep.yaml")?.swap_remove(candidate.index);
+            let conditions = result.source.conditions_of(candidate.index)?;
             choice.converged_s = converged_s(&result.source, &conditions)?;
             return Ok(Chosen::Viable(choice));
         }
@@ -200,7 +200,7 @@ pub fn write(path: &Path, choice: &Choice) -> anyhow::Result<()> {
 
 /// Runs a cell of a sweep on fresh seeds.
 fn confirm(options: Options<'_>, source: &ResolvedSweep, index: usize) -> anyhow::Result<Swept> {
-    let cells = source.cells("sweep.yaml")?;
+    let conditions = source.conditions_of(index)?;
     let runs = Runs {
         seed: source.sweep.seed,
         replicates: options.confirm,
@@ -209,7 +209,7 @@ fn confirm(options: Options<'_>, source: &ResolvedSweep, index: usize) -> anyhow
     };
     options
         .execution
-        .simulate("confirming", |watch| rsrs_sim::sweep::confirm(&cells[index].1, runs, watch))
+        .simulate("confirming", |watch| rsrs_sim::sweep::confirm(&conditions, runs, watch))
 }
 
 impl NoViableCell {

@@ -6,10 +6,10 @@ pub mod run_matching;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use rsrs_core::choice::Choice;
-use rsrs_core::comparison::{CellRuns, Comparison};
+use rsrs_core::diagram::choice::Choice;
 use rsrs_core::diagram::{DiagramCell, PhaseCounts};
-use rsrs_core::next_experiment::next_step;
+use rsrs_core::statistics::comparison::{CellRuns, Comparison};
+use rsrs_core::statistics::next_experiment::next_step;
 use rsrs_fleet::record::EndingKind;
 
 use crate::compare::report::{Report, Runs, Simulated};

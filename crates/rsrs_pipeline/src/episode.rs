@@ -7,9 +7,9 @@ use std::path::Path;
 
 use rsrs_bags::{BagError, BagSummary, ChannelId};
 use rsrs_core::conditions::Conditions;
-use rsrs_core::controller::{Command, decide};
-use rsrs_core::trajectory::Trajectory;
-use rsrs_core::unicycle::Pose;
+use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::robot::controller::{Command, decide};
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::record::ExperimentRecord;
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::rosgraph_msgs::Clock;

@@ -2,8 +2,8 @@
 
 use std::error::Error;
 
-use rsrs_core::profile::BeyondLimits;
-use rsrs_core::start_file::StartFileError;
+use rsrs_core::conditions::start_file::StartFileError;
+use rsrs_core::robot::profile::BeyondLimits;
 use rsrs_experiment_runner::plan::SweptCellError;
 use rsrs_fleet::experiment::ExperimentError;
 use rsrs_fleet::fleet_file::FleetFileError;

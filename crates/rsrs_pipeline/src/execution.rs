@@ -2,6 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
+use anyhow::Context;
 use rsrs_sim::sweep::{Progress, Swept, Watch};
 
 use crate::error::with_help;
@@ -58,8 +59,7 @@ pub struct Execution<'a> {
 impl Execution<'static> {
     /// On as many threads as the machine runs at once, without an observer.
     pub fn unobserved() -> Self {
-        let n_threads = std::thread::available_parallelism().map_or(1, usize::from);
-        Self { n_threads, observer: &Unobserved }
+        Self { n_threads: n_threads(), observer: &Unobserved }
     }
 }
 
@@ -82,4 +82,21 @@ impl Execution<'_> {
         }
         Ok(swept)
     }
+}
+
+/// As many threads as the machine runs at once.
+pub fn n_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// A runtime on this thread, by whose end the nodes notice that of this process.
+///
+/// # Errors
+///
+/// If the system has no resources for it.
+pub fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
+    tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("starting the runtime")
 }

@@ -12,10 +12,10 @@ use rsrs_bags::trajectory::{
     Finding, PoseSource, RecordedTrajectory, TrajectoryError, read_trajectory,
 };
 use rsrs_bags::{Bag, Recovery};
-use rsrs_core::certainty::Certainty;
-use rsrs_core::order::Evidence;
-use rsrs_core::phase::{JudgeError, Phase, Thresholds, label};
-use rsrs_core::trajectory::Bodies;
+use rsrs_core::judge::certainty::Certainty;
+use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::phase::{JudgeError, Phase, Thresholds, label};
+use rsrs_core::judge::trajectory::Bodies;
 use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord, LostRobot};
 use rsrs_msgs::topics::{self, Topic};
 use serde::Serialize;

@@ -18,7 +18,7 @@
 //! ```
 //! use std::path::Path;
 //!
-//! use rsrs_core::phase::{Phase, label};
+//! use rsrs_core::judge::phase::{Phase, label};
 //! use rsrs_pipeline::sweep::source::ResolvedSweep;
 //! use rsrs_sim::draw::Seed;
 //! use rsrs_sim::episode::run_episode;

@@ -2,11 +2,11 @@
 
 mod boundaries;
 
-use rsrs_core::axis::{Axis, Cell};
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::DiagramCell;
 use rsrs_core::diagram::PhaseDiagram;
-use rsrs_core::profile::Sees;
+use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::robot::profile::Sees;
 use rsrs_view::diagram::{DiagramPicture, ExperimentMark};
 
 use crate::error::with_help;

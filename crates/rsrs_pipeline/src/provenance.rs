@@ -1,6 +1,6 @@
 //! Where a result comes from: enough to make it again.
 
-use rsrs_core::profile::RobotProfile;
+use rsrs_core::robot::profile::RobotProfile;
 pub use rsrs_experiment_runner::plan::COMMIT;
 use serde::{Deserialize, Serialize};
 

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use anyhow::Context;
-use rsrs_core::certainty::Certainty;
-use rsrs_core::choice::Choice;
-use rsrs_core::comparison::SIGNIFICANCE;
-use rsrs_core::phase::WINDOW_S;
+use rsrs_core::diagram::choice::Choice;
+use rsrs_core::judge::certainty::Certainty;
+use rsrs_core::judge::phase::WINDOW_S;
+use rsrs_core::statistics::comparison::SIGNIFICANCE;
 use rsrs_view::page::Page;
 use rsrs_view::trajectory::{TrajectoryPicture, svg};
 

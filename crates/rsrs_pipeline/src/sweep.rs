@@ -13,9 +13,9 @@ pub mod source;
 use std::path::Path;
 use std::sync::Mutex;
 
-use rsrs_core::adaptive::{Knowledge, Schedule};
-use rsrs_core::axis::Cell;
 use rsrs_core::conditions::Conditions;
+use rsrs_core::diagram::adaptive::{Knowledge, Schedule};
+use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_sim::sweep::{
     Block, BlockError, Ending, Piece, Progress, ReplicateOutcome, Runs, SweepError, Watch, Work,

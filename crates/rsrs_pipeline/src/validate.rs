@@ -8,12 +8,12 @@ mod text;
 
 use std::path::{Path, PathBuf};
 
-use rsrs_core::axis::{Axis, Cell};
-use rsrs_core::capability::{self, CapabilityViolation, LostCapability};
 use rsrs_core::conditions::Conditions;
-use rsrs_core::fit::{SensorMap, sensor_map};
-use rsrs_core::profile::RobotProfile;
-use rsrs_core::trial::{DrivenTrial, detection_trials};
+use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::robot::capability::{self, CapabilityViolation, LostCapability};
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::trials::fit::{SensorMap, sensor_map};
+use rsrs_core::trials::trial::{DrivenTrial, detection_trials};
 use rsrs_sim::reach::{ReachOptions, smallest_factors, validate as contain};
 
 use crate::error::{explained, with_help};

@@ -5,7 +5,7 @@
 
 pub mod e_stop;
 
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 use rsrs_fleet::message::{Echo, Lease, LeaseState, RobotState, Status, StopCause};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped, Vector3};

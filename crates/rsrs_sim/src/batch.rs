@@ -3,7 +3,7 @@
 //! A lane of a vector is a world, so that a robot's step in 4, 8 or 16 replicates of a cell costs
 //! as many instructions as in one. The bits are those of [`crate::world`]: the same operations in
 //! the same order, whatever the width, for every feature of a profile. Replicates are judged where
-//! they are simulated, by the judge of [`rsrs_core::order`] and [`rsrs_core::phase`] itself, which is
+//! they are simulated, by the judge of [`rsrs_core::judge::order`] and [`rsrs_core::judge::phase`] itself, which is
 //! written over any number; a test holds both to the reference, bit by bit.
 //!
 //! What makes it quick, besides the lanes: each pair of robots is looked at once for both of them;
@@ -22,8 +22,8 @@
 use std::ops::Range;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::phase::{self, JudgeError, Verdict, WINDOW_S, samples_in};
-use rsrs_core::trajectory::Trajectory;
+use rsrs_core::judge::phase::{self, JudgeError, Verdict, WINDOW_S, samples_in};
+use rsrs_core::judge::trajectory::Trajectory;
 
 use crate::draw::{RunKey, Seed};
 use crate::episode::run_episode_into;

@@ -1,8 +1,8 @@
 //! One run of a swarm under its controller, from the start to the end.
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::controller::{Command, decide};
-use rsrs_core::trajectory::Trajectory;
+use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::robot::controller::{Command, decide};
 
 use crate::draw::Seed;
 use crate::placement::PlacementError;

@@ -3,8 +3,8 @@
 use rsrs_core::conditions::{
     Arena, Conditions, GainDistribution, Placement, Region, SimulatedRobot, Walls,
 };
-use rsrs_core::controller::ControllerParameters;
-use rsrs_core::profile::Sees;
+use rsrs_core::robot::controller::ControllerParameters;
+use rsrs_core::robot::profile::Sees;
 
 /// What both gains are.
 pub(crate) const GAIN: GainDistribution =

@@ -254,7 +254,7 @@ mod tests {
     use crate::draw::{Purpose, RunKey, Seed};
     use crate::example::flockbot_conditions;
     use rsrs_core::conditions::{Region, SimulatedRobot};
-    use rsrs_core::profile::Sees;
+    use rsrs_core::robot::profile::Sees;
 
     fn regions() -> Vec<Region> {
         let cone = |half_angle_rad, range_m| Region::Cone { half_angle_rad, range_m };

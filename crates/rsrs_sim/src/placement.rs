@@ -3,7 +3,7 @@
 use std::fmt;
 
 use rsrs_core::conditions::{Conditions, Placement};
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 
 use crate::contact::Border;
 use crate::draw::{Purpose, RunKey};

@@ -17,14 +17,14 @@
 
 use std::collections::BTreeMap;
 
-use rsrs_core::axis::Axis;
 use rsrs_core::conditions::{Conditions, ConditionsError, Settings, Walls};
-use rsrs_core::controller::Command;
-use rsrs_core::harsher::NotHarsher;
-use rsrs_core::profile::RobotProfile;
-use rsrs_core::trial::DrivenTrial;
-use rsrs_core::unicycle::Pose;
-use rsrs_core::validation::Validation;
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::harsher::NotHarsher;
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::trials::trial::DrivenTrial;
+use rsrs_core::trials::validation::Validation;
 
 use crate::draw::Seed;
 use crate::placement::PlacementError;

@@ -1,7 +1,7 @@
 //! The robots of a world: one entry for each in every column.
 
 use rsrs_core::conditions::{Conditions, GainDistribution};
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 
 use crate::contact::{Border, Contact};
 use crate::disturbance::{Gusts, yaw_share};

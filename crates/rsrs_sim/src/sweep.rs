@@ -11,8 +11,8 @@ use std::sync::atomic::AtomicBool;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::digest::mix;
-use rsrs_core::order::Evidence;
-use rsrs_core::phase::{JudgeError, Phase, WINDOW_S, samples_in};
+use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::phase::{JudgeError, Phase, WINDOW_S, samples_in};
 
 use crate::batch::BatchError;
 use crate::draw::{RunKey, Seed};

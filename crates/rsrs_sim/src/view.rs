@@ -1,7 +1,7 @@
 //! What a robot's sensor covers: `eq:output` and its disc-shaped neighbours.
 
 use rsrs_core::conditions::{Region, SimulatedRobot};
-use rsrs_core::profile::Sees;
+use rsrs_core::robot::profile::Sees;
 
 /// The sensing region in single precision, ready for the pair loop.
 #[derive(Clone, Debug, PartialEq)]

@@ -37,9 +37,9 @@
 mod displace;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::controller::Command;
 use rsrs_core::digest::Digest;
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::unicycle::Pose;
 
 use crate::contact::Contact;
 use crate::detections::Detections;
@@ -55,7 +55,7 @@ use crate::view::View;
 /// # Example
 ///
 /// ```no_run
-/// # use rsrs_core::{conditions::Conditions, controller::{Command, decide}};
+/// # use rsrs_core::{conditions::Conditions, robot::controller::{Command, decide}};
 /// # use rsrs_sim::{draw::Seed, world::World};
 /// # fn example(conditions: &Conditions) -> Result<(), rsrs_sim::placement::PlacementError> {
 /// let mut world = World::new(conditions, Seed { seed: 1, replicate: 0 })?;
@@ -262,8 +262,8 @@ mod tests {
     use crate::example::flockbot_conditions;
     use proptest::prelude::*;
     use rsrs_core::conditions::{Arena, Placement, Region, Walls};
-    use rsrs_core::controller::decide;
-    use rsrs_core::profile::Sees;
+    use rsrs_core::robot::controller::decide;
+    use rsrs_core::robot::profile::Sees;
 
     fn run(world: &mut World, conditions: &Conditions, n_steps: usize) {
         for _ in 0..n_steps {

@@ -1,13 +1,13 @@
 //! Step 2: which real trajectories a simulated robot's reach contains.
 
-use rsrs_core::axis::Axis;
 use rsrs_core::conditions::{Conditions, Settings, Walls};
-use rsrs_core::controller::Command;
-use rsrs_core::harsher::HarsherFactors;
-use rsrs_core::profile::RobotProfile;
-use rsrs_core::trial::{DrivenSample, DrivenTrial};
-use rsrs_core::unicycle::{ActuationGain, Pose, step};
-use rsrs_core::validation::Validation;
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::harsher::HarsherFactors;
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::robot::unicycle::{ActuationGain, Pose, step};
+use rsrs_core::trials::trial::{DrivenSample, DrivenTrial};
+use rsrs_core::trials::validation::Validation;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::reach::{ReachError, ReachOptions, smallest_factors, validate};
 use rsrs_sim::world::World;

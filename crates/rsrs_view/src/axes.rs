@@ -1,6 +1,6 @@
 //! The frame of a phase diagram, with ticks at the swept values and labels with units.
 
-use rsrs_core::axis::Axis;
+use rsrs_core::diagram::axis::Axis;
 
 use crate::palette::{INK, QUIET_INK};
 use crate::plot::{Plot, size_px};

@@ -1,8 +1,8 @@
 //! The phase diagram as a picture for a paper.
 
-use rsrs_core::axis::{Axis, Cell};
 use rsrs_core::diagram::PhaseDiagram;
-use rsrs_core::phase::Phase;
+use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::judge::phase::Phase;
 
 use crate::axes::{self, axes};
 use crate::header::header;
@@ -96,12 +96,12 @@ impl PictureError {
 /// # Example
 ///
 /// ```
-/// use rsrs_core::axis::Axis;
+/// use rsrs_core::diagram::axis::Axis;
 /// use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
-/// use rsrs_core::phase::Phase;
+/// use rsrs_core::judge::phase::Phase;
 /// use rsrs_view::diagram::{DiagramPicture, svg};
 ///
-/// let cell: rsrs_core::axis::Cell = "speed_m_s=0.15,turn_rate_rad_s=0.75".parse()?;
+/// let cell: rsrs_core::diagram::axis::Cell = "speed_m_s=0.15,turn_rate_rad_s=0.75".parse()?;
 /// let counts = PhaseCounts::of([Phase::StableMilling; 16]);
 /// let diagram = PhaseDiagram {
 ///     axes: cell.axes(),

@@ -1,6 +1,6 @@
 //! How fast every robot was at every command: the paper's `fig:distribution`.
 
-use rsrs_core::fit::SpeedFit;
+use rsrs_core::trials::fit::SpeedFit;
 
 use crate::chart::{BELOW_PX, Chart, legend, stroke_mark};
 use crate::header::header;

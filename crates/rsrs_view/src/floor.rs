@@ -1,6 +1,6 @@
 //! The floor from above, in metres: what pictures of runs and of starts share.
 
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 
 use crate::palette::INK;
 use crate::scale::label;

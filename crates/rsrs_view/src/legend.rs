@@ -1,6 +1,6 @@
 //! The legend to the right of a phase diagram: only what the picture shows.
 
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::phase::Phase;
 
 use crate::overlay::{ChosenShape, MARK_PX, dashes, double_stroke, ring, tag};
 use crate::palette::{INK, LEAST_SHARE, NOT_SWEPT, QUIET_INK, shade};

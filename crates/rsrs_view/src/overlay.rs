@@ -1,7 +1,7 @@
 //! What lies over the heat map: analytic boundaries, the chosen cell, real experiments.
 
-use rsrs_core::axis::Cell;
-use rsrs_core::phase::Phase;
+use rsrs_core::diagram::axis::Cell;
+use rsrs_core::judge::phase::Phase;
 
 use crate::palette::INK;
 use crate::plot::Plot;

@@ -1,6 +1,6 @@
 //! The colours: one hue per phase, lightness for the share of the replicates that ended in it.
 
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::phase::Phase;
 
 /// A colour, in sRGB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! Where the robots start: the picture that lies on the floor beside them.
 
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 
 use crate::floor::{CAPTION_PX, Field, MARGIN_PX, PAGE_PX, robot, scale_bar};
 use crate::header::header;

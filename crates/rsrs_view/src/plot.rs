@@ -1,8 +1,8 @@
 //! The heat map: where its cells lie, their colours, numbers and tooltips.
 
-use rsrs_core::axis::Axis;
 use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::phase::Phase;
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::judge::phase::Phase;
 
 use crate::palette::{INK, NOT_SWEPT, shade};
 use crate::scale::{Scale, label};

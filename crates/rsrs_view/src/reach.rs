@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use rsrs_core::trial::DrivenTrial;
-use rsrs_core::validation::{Horizon, Tube};
+use rsrs_core::trials::trial::DrivenTrial;
+use rsrs_core::trials::validation::{Horizon, Tube};
 
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
 use crate::header::header;

@@ -1,6 +1,6 @@
 //! What a sensor detects: the paper's `fig:sim_sensing`, measured in blue and simulated in red.
 
-use rsrs_core::fit::SensorMap;
+use rsrs_core::trials::fit::SensorMap;
 
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
 use crate::header::header;
@@ -124,7 +124,7 @@ fn check(picture: &SensorPicture) -> Result<(), SensorPictureError> {
 /// Everything that is drawn, with a margin.
 fn bounds(picture: &SensorPicture) -> [[f64; 2]; 2] {
     let places: Vec<[f64; 2]> =
-        picture.map.nodes.iter().map(rsrs_core::fit::SensorNode::place_m).collect();
+        picture.map.nodes.iter().map(rsrs_core::trials::fit::SensorNode::place_m).collect();
     let radius_m = picture.radius_m;
     let body = [[-radius_m, -radius_m], [radius_m, radius_m]];
     let all =

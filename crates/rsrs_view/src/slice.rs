@@ -1,6 +1,6 @@
 //! The two-dimensional slice of a phase diagram that a picture shows.
 
-use rsrs_core::axis::{Axis, Cell};
+use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::{PhaseCounts, PhaseDiagram};
 
 use crate::scale::label;
@@ -244,7 +244,7 @@ fn index_of(values: &[f64], value: Option<f64>) -> Option<usize> {
 mod tests {
     use super::*;
     use rsrs_core::diagram::DiagramCell;
-    use rsrs_core::phase::Phase;
+    use rsrs_core::judge::phase::Phase;
 
     fn diagram(cells: &[&str]) -> PhaseDiagram {
         let cells: Vec<DiagramCell> = cells

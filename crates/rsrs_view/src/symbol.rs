@@ -1,6 +1,6 @@
 //! A symbol per phase, so that a mark can be read without its colour.
 
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::phase::Phase;
 
 use crate::palette::{INK, hue};
 use crate::svg::{Element, number};

@@ -1,8 +1,8 @@
 //! One run from above: where every robot went, where it is now, and the ring if there is one.
 
-use rsrs_core::phase::Phase;
-use rsrs_core::trajectory::Trajectory;
-use rsrs_core::unicycle::Pose;
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::robot::unicycle::Pose;
 
 use crate::floor::{CAPTION_PX, Field, MARGIN_PX, PAGE_PX, robot, scale_bar};
 use crate::header::header;

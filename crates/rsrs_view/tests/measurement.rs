@@ -5,15 +5,15 @@ use std::path::Path;
 
 use resvg::tiny_skia::Pixmap;
 use rsrs_core::conditions::Settings;
-use rsrs_core::controller::Command;
-use rsrs_core::fit::{Fit, Tables, Unmeasured, fit};
-use rsrs_core::harsher::HarsherFactors;
-use rsrs_core::profile::RobotProfile;
-use rsrs_core::trial::{
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::harsher::HarsherFactors;
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::robot::unicycle::{ActuationGain, Pose, step};
+use rsrs_core::trials::fit::{Fit, Tables, Unmeasured, fit};
+use rsrs_core::trials::trial::{
     DrivenSample, DrivenTrial, detection_trials, period_trials, speed_trials, turn_trials,
 };
-use rsrs_core::unicycle::{ActuationGain, Pose, step};
-use rsrs_core::validation::{Tube, Validation};
+use rsrs_core::trials::validation::{Tube, Validation};
 use rsrs_sim::reach::{ReachOptions, validate};
 use rsrs_view::distribution::{self, DistributionPicture, DistributionPictureError};
 use rsrs_view::raster::png;

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use libm::sincos;
 use resvg::tiny_skia::Pixmap;
-use rsrs_core::controller::Command;
-use rsrs_core::phase::Phase;
-use rsrs_core::trajectory::Trajectory;
-use rsrs_core::unicycle::Pose;
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_view::raster::png;
 use rsrs_view::trajectory::{TrajectoryPicture, TrajectoryPictureError, svg};
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use rsrs_core::controller::Reaction;
+use rsrs_core::robot::controller::Reaction;
 use rsrs_fleet::controller::{Action, Controller, Event};
 use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::timing::{BEAT, TICK};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use rsrs_core::controller::{ControllerParameters, Reaction};
+use rsrs_core::robot::controller::{ControllerParameters, Reaction};
 use rsrs_fleet::controller::{Controller, Settings, Stamp};
 use rsrs_fleet::timing::command_timeout;
 use rsrs_ros::parameters::{

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use rsrs_core::axis::Cell;
+use rsrs_core::diagram::axis::Cell;
 use rsrs_fleet::record::Backend;
 use rsrs_ros::logging::Level;
 use rsrs_ros::node_arguments::{AFTER_HELP, NodeArgumentsError, split};

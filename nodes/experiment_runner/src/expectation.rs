@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use rsrs_core::controller::ControllerParameters;
+use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::PoseSource;
 use rsrs_fleet::placement::WantedStart;

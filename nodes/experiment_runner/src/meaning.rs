@@ -1,6 +1,6 @@
 //! What the samples of a run mean to its machine.
 
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::e_stop::{Locks, NoLocks, Source};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::PoseSource;

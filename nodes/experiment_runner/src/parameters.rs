@@ -1,6 +1,6 @@
 //! What is set before a run, and what is read back.
 
-use rsrs_core::controller::{ControllerParameters, Reaction};
+use rsrs_core::robot::controller::{ControllerParameters, Reaction};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::{LeaseHolder, PoseSource};
 use rsrs_fleet::runner::Target;

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
-use rsrs_core::axis::{Axis, Cell};
 use rsrs_core::conditions::Conditions;
-use rsrs_core::harsher::HarsherFactors;
-use rsrs_core::profile::RobotProfile;
+use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::robot::harsher::HarsherFactors;
+use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::{ExperimentFile, SimulatedProfile, Time};
 use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetFile, FleetRobot, LeaseHolder, PoseSource};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};

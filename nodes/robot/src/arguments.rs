@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use rsrs_controller_node::{LEASE, LEASE_CONTROLLER};
-use rsrs_core::profile::{ProfileError, RobotProfile};
+use rsrs_core::robot::profile::{ProfileError, RobotProfile};
 use rsrs_fleet::fleet_file::{self, CmdVel, FleetFile, FleetFileError, FleetRobot};
 use rsrs_ros::node_arguments::{AFTER_HELP, NodeArguments, NodeArgumentsError, NodeFlags, split};
 use rsrs_ros::parameters::ParameterValue;

@@ -11,7 +11,7 @@ pub mod virtual_robot;
 
 use std::str::FromStr;
 
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 use rsrs_msgs::sensor_msgs::Range;
 use rsrs_ros::parameters::{Descriptor, ParameterServer, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Session};

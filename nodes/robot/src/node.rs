@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::bail;
 use rsrs_controller_node::Hosting;
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 use rsrs_fleet::epoch::BeyondRunners;
 use rsrs_fleet::message::RobotState;
 use rsrs_fleet::robot::detector::{Detector, Reading};

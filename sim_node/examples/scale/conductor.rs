@@ -4,10 +4,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use rsrs_core::axis::Axis;
 use rsrs_core::conditions::{Conditions, Placement, Settings};
-use rsrs_core::controller::decide;
-use rsrs_core::profile::RobotProfile;
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::robot::controller::decide;
+use rsrs_core::robot::profile::RobotProfile;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::nav_msgs::Odometry;

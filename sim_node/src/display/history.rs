@@ -1,9 +1,9 @@
 //! The last minute of a run, for the judge.
 
-use rsrs_core::controller::Command;
-use rsrs_core::phase::{self, WINDOW_S};
-use rsrs_core::trajectory::Trajectory;
-use rsrs_core::unicycle::Pose;
+use rsrs_core::judge::phase::{self, WINDOW_S};
+use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::unicycle::Pose;
 
 /// Poses and commands of the last steps: at least a window of the judge, once so many were made.
 pub struct History {

@@ -3,8 +3,8 @@
 
 use std::f64::consts::TAU;
 
-use rsrs_core::order;
-use rsrs_core::unicycle::Pose;
+use rsrs_core::judge::order;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::geometry_msgs::{Point, Vector3};
 use rsrs_msgs::std_msgs::ColorRGBA;
 use rsrs_msgs::visualization_msgs::{Marker, MarkerArray};
@@ -137,7 +137,7 @@ mod tests {
     use std::sync::Arc;
 
     use rsrs_core::conditions::{Conditions, Region, Settings};
-    use rsrs_core::profile::RobotProfile;
+    use rsrs_core::robot::profile::RobotProfile;
     use rsrs_msgs::builtin_interfaces::Time;
 
     use super::super::Look;

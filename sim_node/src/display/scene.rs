@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rsrs_core::conditions::{Conditions, Region};
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{self, Transform, TransformStamped, Vector3};
 use rsrs_msgs::std_msgs::Header;

@@ -1,5 +1,5 @@
 use rsrs_core::conditions::{Arena, Conditions, Settings};
-use rsrs_core::profile::RobotProfile;
+use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::Time as Pace;
 use rsrs_fleet::simulator::{Gates, Placed};
 use rsrs_msgs::geometry_msgs;

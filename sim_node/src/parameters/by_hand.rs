@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use rsrs_core::axis::{Cell, CellError};
 use rsrs_core::conditions::{Conditions, ConditionsError, Settings};
-use rsrs_core::profile::RobotProfile;
+use rsrs_core::diagram::axis::{Cell, CellError};
+use rsrs_core::robot::profile::RobotProfile;
 use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterServer, ParameterValue};
 
 use super::{CONDITIONS, FULL_NAME};

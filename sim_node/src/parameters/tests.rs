@@ -1,5 +1,5 @@
-use rsrs_core::axis::Axis;
 use rsrs_core::conditions::Settings;
+use rsrs_core::diagram::axis::Axis;
 
 use super::*;
 

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::process::{Child, Command as Process, Stdio};
 use std::sync::{Arc, Mutex};
 
-use rsrs_core::axis::Axis;
 use rsrs_core::conditions::{Conditions, Settings};
-use rsrs_core::controller::Command;
-use rsrs_core::profile::RobotProfile;
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::simulator::placement_digest;
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::nav_msgs::Odometry;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use rsrs_core::controller::{Command, decide};
+use rsrs_core::robot::controller::{Command, decide};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::nav_msgs::Odometry;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::geometry_msgs::{self, Point, Quaternion};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::std_msgs::Bool;

@@ -5,9 +5,9 @@ mod statements;
 
 use std::fmt::Write;
 
-use rsrs_core::comparison::{Tally, Verdict};
 use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::statistics::comparison::{Tally, Verdict};
 
 pub use pictures::draw;
 
@@ -169,12 +169,12 @@ fn majority(experiment: &Experiment) -> Phase {
 
 /// How an experiment went beside the simulator's majority.
 fn beside(experiment: &Experiment) -> &'static str {
-    let runs = rsrs_core::comparison::CellRuns {
+    let runs = rsrs_core::statistics::comparison::CellRuns {
         cell: cell(experiment.setting),
         real: PhaseCounts::of([experiment.phase]),
         simulated: experiment.simulated,
     };
-    match rsrs_core::comparison::Comparison::of(&[runs]).tally {
+    match rsrs_core::statistics::comparison::Comparison::of(&[runs]).tally {
         Tally { easier: 1, .. } => "easier",
         Tally { harder: 1, .. } => "harder",
         _ => "same",

@@ -4,12 +4,12 @@ use std::fmt::Write;
 use std::path::Path;
 
 use anyhow::Context;
-use rsrs_core::axis::{Axis, Cell};
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::phase::{Phase, label};
-use rsrs_core::profile::RobotProfile;
-use rsrs_core::trajectory::Trajectory;
+use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::judge::phase::{Phase, label};
+use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 use rsrs_msgs::rsrs::RunLease;

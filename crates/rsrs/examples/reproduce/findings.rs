@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use anyhow::Context;
-use rsrs_core::axis::{Axis, Cell};
-use rsrs_core::comparison::{CellRuns, Comparison, Tally};
+use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
-use rsrs_core::harsher::HarsherFactors;
-use rsrs_core::order::Evidence;
-use rsrs_core::phase::{Phase, label};
-use rsrs_core::profile::RobotProfile;
-use rsrs_core::trajectory::Trajectory;
+use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::phase::{Phase, label};
+use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::robot::harsher::HarsherFactors;
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::statistics::comparison::{CellRuns, Comparison, Tally};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use serde_json::Value;

@@ -11,8 +11,8 @@ use std::f64::consts::TAU;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use rsrs_core::conditions::{Conditions, GainDistribution, Region};
-use rsrs_core::controller::{Command, decide};
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::controller::{Command, decide};
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::draw::{RunKey, Seed};
 use rsrs_sim::placement::{self, PlacementError};
 

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use anyhow::Context;
-use rsrs_core::axis::{Axis, Cell};
+use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::phase::Phase;
 
 use crate::program::Program;
 

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use rsrs_fleet::record;
 use rsrs_ros::logging::{self, Level};
 
-use crate::commands::{Backend, Format, report, runtime};
+use crate::commands::{Backend, Format, report};
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
@@ -16,6 +16,7 @@ use crate::notes::print_note;
 use prompt::Prompt;
 use rsrs_pipeline::campaign::{Campaign, CampaignFolder, Conductor, RunTarget, Summary};
 use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::execution::runtime;
 use rsrs_pipeline::run::own_network::OwnNetwork;
 
 /// Run many experiments one after the other, and go on where it was interrupted.

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use rsrs_core::axis::Cell;
-use rsrs_core::choice::{Choice, VIABLE_B_S_LOW};
+use rsrs_core::diagram::axis::Cell;
+use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
 use serde::Serialize;
 
 use crate::commands::{Format, report};

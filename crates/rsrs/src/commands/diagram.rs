@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
-use rsrs_core::axis::{Axis, Cell};
-use rsrs_core::comparison::Share;
+use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
+use rsrs_core::statistics::comparison::Share;
 use rsrs_view::page::Page;
 
 use crate::failure::Outcome;

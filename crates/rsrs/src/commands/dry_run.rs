@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use rsrs_core::choice::{Choice, VIABLE_B_S_LOW};
-use rsrs_core::comparison::{Share, Verdict, decide};
-use rsrs_core::phase::Phase;
-use rsrs_core::pooled::PooledTest;
+use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::statistics::comparison::{Share, Verdict, decide};
+use rsrs_core::statistics::pooled::PooledTest;
 use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_fleet::record::{Backend, EndingKind};
 use rsrs_ros::logging::{self, Level};
 use serde::Serialize;
 
-use crate::commands::{self, Format, report, runtime};
+use crate::commands::{self, Format, report};
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
 use crate::notes::print_note;
@@ -23,6 +23,7 @@ use rsrs_pipeline::choose::{self, Chosen};
 use rsrs_pipeline::compare;
 use rsrs_pipeline::compare::report::Report as Comparison;
 use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::execution::runtime;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::{LabelOptions, Labeller, label_bag};
 use rsrs_pipeline::picture::{self, DiagramOptions};

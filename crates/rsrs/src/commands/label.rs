@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use rsrs_bags::trajectory::PoseSource;
 use rsrs_core::conditions::Region;
-use rsrs_core::phase::Phase;
-use rsrs_core::trajectory::Bodies;
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::judge::trajectory::Bodies;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use rsrs_core::axis::Cell;
-use rsrs_core::unicycle::Pose;
+use rsrs_core::diagram::axis::Cell;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_fleet::record::Backend;
 use rsrs_view::placement::PlacementPicture;
@@ -37,7 +37,7 @@ pub struct Arguments {
     #[arg(long)]
     cell: Option<Cell>,
     /// Seed of the poses (default: the experiment file's).
-    #[arg(long, value_name = "SEED", value_parser = clap::value_parser!(u64).range(..rsrs_core::sweep_file::SEED_LIMIT))]
+    #[arg(long, value_name = "SEED", value_parser = clap::value_parser!(u64).range(..rsrs_core::diagram::sweep_file::SEED_LIMIT))]
     seed: Option<u64>,
     /// Picture to write; its ending says how: svg or png.
     #[arg(short, long, value_name = "FILE")]

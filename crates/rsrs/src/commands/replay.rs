@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
-use rsrs_core::controller::ControllerParameters;
+use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_ros::logging::{self, Level};
 
-use crate::commands::{Format, report, runtime};
+use crate::commands::{Format, report};
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
+use rsrs_pipeline::execution::runtime;
 use rsrs_pipeline::recorded_run;
 use rsrs_pipeline::replay::{Pace, publish, replay_into_controller, replay_into_judge, select};
 

@@ -2,20 +2,21 @@
 
 use std::path::PathBuf;
 
-use rsrs_core::axis::Cell;
+use rsrs_core::diagram::axis::Cell;
 use rsrs_experiment_runner::plan::{self, Plan, Request};
 use rsrs_fleet::message::E_STOP_REASON;
 use rsrs_fleet::record::{self, EndingKind};
 use rsrs_ros::logging::{self, Level};
 use rsrs_ros::session::SessionOptions;
 
-use crate::commands::{Backend, Format, report, runtime};
+use crate::commands::{Backend, Format, report};
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use crate::interrupt::asked_to_stop;
 use crate::notes::print_note;
 use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::execution::runtime;
 use rsrs_pipeline::run::own_network::OwnNetwork;
 use rsrs_pipeline::run::recording_gaps;
 use rsrs_pipeline::run::simulated_fleet::SimulatedFleet;
@@ -50,7 +51,7 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME|IP")]
     interface: Option<String>,
     /// Seed of the simulated world (default: the experiment file's).
-    #[arg(long, value_name = "SEED", value_parser = clap::value_parser!(u64).range(..rsrs_core::sweep_file::SEED_LIMIT))]
+    #[arg(long, value_name = "SEED", value_parser = clap::value_parser!(u64).range(..rsrs_core::diagram::sweep_file::SEED_LIMIT))]
     seed: Option<u64>,
     /// Whether to say before a fleet moves where its robots do not stand as wanted (default: on).
     #[arg(long, value_enum, default_value = "on", hide_default_value = true)]

@@ -10,11 +10,12 @@ use rsrs_ros::logging::{self, Level};
 use rsrs_ros::shutdown;
 use serde::Serialize;
 
-use crate::commands::{Format, report, runtime};
+use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use crate::notes::print_note;
 use rsrs_pipeline::error::explained;
+use rsrs_pipeline::execution::runtime;
 use rsrs_pipeline::files::read_text;
 
 /// Stop every robot; return when all have acknowledged.

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use rsrs_core::adaptive::Adaptive;
-use rsrs_core::capability::lost_capabilities;
+use rsrs_core::diagram::adaptive::Adaptive;
+use rsrs_core::robot::capability::lost_capabilities;
 use serde::Serialize;
 
 use crate::commands::{Format, report};

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use rsrs_core::axis::Cell;
+use rsrs_core::diagram::axis::Cell;
 use rsrs_pipeline::validate::{Options, validate};
 use rsrs_sim::reach::ReachOptions;
 

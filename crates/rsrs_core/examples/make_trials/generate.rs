@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use rsrs_core::fit::{Tables, Unmeasured, fit};
-use rsrs_core::trial::{detection_trials, period_trials, speed_trials, turn_trials};
+use rsrs_core::trials::fit::{Tables, Unmeasured, fit};
+use rsrs_core::trials::trial::{detection_trials, period_trials, speed_trials, turn_trials};
 
 use crate::draw::Draw;
 

@@ -6,7 +6,7 @@ use super::{
     Conditions, GainDistribution, MAX_ROBOTS, Placement, Region, SimulatedRobot, StartsError,
     starts,
 };
-use crate::profile::MAX_CORNERS;
+use crate::robot::profile::MAX_CORNERS;
 
 /// The least and the greatest value that a number may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -202,9 +202,9 @@ mod tests {
     use serde_json::{Value, json};
 
     use super::*;
-    use crate::axis::Axis;
     use crate::conditions::Settings;
-    use crate::profile::RobotProfile;
+    use crate::diagram::axis::Axis;
+    use crate::robot::profile::RobotProfile;
 
     const FLOCKBOT: &str = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
 

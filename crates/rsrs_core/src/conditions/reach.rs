@@ -1,7 +1,7 @@
 //! How far robots see each other.
 
 use super::Region;
-use crate::profile::Sees;
+use crate::robot::profile::Sees;
 
 impl Region {
     /// The reach of a sensor: how far from a robot's centre the centre of another can be seen, in
@@ -23,7 +23,7 @@ impl Region {
     ///
     /// ```
     /// use rsrs_core::conditions::Region;
-    /// use rsrs_core::profile::Sees;
+    /// use rsrs_core::robot::profile::Sees;
     ///
     /// let cone = Region::Cone { half_angle_rad: 0.2, range_m: 0.75 };
     /// assert_eq!(format!("{:.3}", cone.reach_m(Sees::Body, 0.075)), "0.825");

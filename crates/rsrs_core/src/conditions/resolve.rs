@@ -2,9 +2,9 @@
 
 use super::check::{self, Impossible};
 use super::{Arena, Conditions, GainDistribution, Placement, Region, SimulatedRobot, Walls};
-use crate::axis::{Axis, Cell};
-use crate::controller::ControllerParameters;
-use crate::profile::{ProfileError, RobotProfile};
+use crate::diagram::axis::{Axis, Cell};
+use crate::robot::controller::ControllerParameters;
+use crate::robot::profile::{ProfileError, RobotProfile};
 
 /// What a sweep or an experiment fixes besides the robots: settings that belong to `E`.
 #[derive(Clone, Debug, Default, PartialEq)]

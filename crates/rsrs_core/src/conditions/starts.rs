@@ -1,7 +1,7 @@
 //! Whether robots can start where a table puts them.
 
 use super::{Conditions, Walls};
-use crate::unicycle::Pose;
+use crate::robot::unicycle::Pose;
 
 /// Why robots cannot start where a table puts them; robots and replicates are numbered as people do,
 /// robots from 1 and replicates from 0.

@@ -1,7 +1,7 @@
 //! Where in a sweep a cell lies, and which swept cell is nearest where it lies nowhere.
 
-use crate::axis::{Axis, Cell};
 use crate::diagram::PhaseDiagram;
+use crate::diagram::axis::{Axis, Cell};
 
 /// Why values are not those of a swept cell.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -6,7 +6,7 @@
 
 use std::time::Duration;
 
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 
 use super::{Action, Event};
 use crate::message::Status;
@@ -149,7 +149,7 @@ impl LeaseGate {
 
 #[cfg(test)]
 mod tests {
-    use rsrs_core::controller::{ControllerParameters, Reaction};
+    use rsrs_core::robot::controller::{ControllerParameters, Reaction};
 
     use super::super::{Controller, Settings, Stamp};
     use super::*;

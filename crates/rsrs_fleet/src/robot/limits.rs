@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 
 /// The most that a robot may be asked to do; all finite, none negative.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use rsrs_core::controller::{ControllerParameters, Reaction};
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::controller::{ControllerParameters, Reaction};
+use rsrs_core::robot::unicycle::Pose;
 
 use super::{Outcome, SampleKind, Target};
 use crate::e_stop::Source;

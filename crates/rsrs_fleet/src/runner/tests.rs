@@ -1,6 +1,6 @@
 use std::collections::BTreeSet;
 
-use rsrs_core::controller::{ControllerParameters, Reaction};
+use rsrs_core::robot::controller::{ControllerParameters, Reaction};
 
 use super::*;
 use crate::e_stop::Source;

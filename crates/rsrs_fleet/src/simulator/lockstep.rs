@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 
 use super::{Action, Event, Placed, Progress, RECORDER_WINDOW, Refusal, check};
 use crate::message::RobotState;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use rsrs_core::controller::{Command, ControllerParameters, Reaction};
+use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::controller::{Controller, Settings, Stamp};
 use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::runner::Outcome;

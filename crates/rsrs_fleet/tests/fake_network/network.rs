@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 use rsrs_fleet::controller::Settings;
 use rsrs_fleet::e_stop::{Locks, Source};
 use rsrs_fleet::message::{Lease, Status};

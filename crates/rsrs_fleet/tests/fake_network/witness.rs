@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 use rsrs_fleet::e_stop::{Cause, Locks, Source};
 use rsrs_fleet::message::{Lease, LeaseState};
 

@@ -7,7 +7,7 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::phase::Phase;
 use rsrs_fleet::record::ExperimentRecord;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};

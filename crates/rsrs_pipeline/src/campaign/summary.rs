@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::phase::Phase;
 use rsrs_fleet::record::EndingKind;
 use serde::Serialize;
 

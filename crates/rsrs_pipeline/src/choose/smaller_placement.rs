@@ -1,8 +1,8 @@
 //! Whether a cell that is not viable would be, if its robots started closer together.
 
 use rsrs_core::conditions::{Conditions, Placement};
-use rsrs_core::interval::Interval;
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::statistics::interval::Interval;
 use rsrs_sim::sweep::{Runs, SweepError};
 use serde::Serialize;
 
@@ -49,7 +49,7 @@ pub fn find(
     let worlds = [Some(source.clone()), source.as_measured()];
     let mut conditions = Vec::new();
     for world in worlds.iter().flatten() {
-        conditions.push(world.cells("sweep.yaml")?.swap_remove(index).1);
+        conditions.push(world.conditions_of(index)?);
     }
     let Placement::DiscFacingOut { radius_m: now_m } = conditions[0].placement else {
         return Ok(None);

@@ -4,12 +4,12 @@ mod text;
 
 use std::path::PathBuf;
 
-use rsrs_core::axis::Cell;
-use rsrs_core::comparison::{CellComparison, CellRuns, Comparison, Tally, Verdict};
 use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::next_experiment::NextStep;
-use rsrs_core::phase::Phase;
-use rsrs_core::pooled::Pooled;
+use rsrs_core::diagram::axis::Cell;
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::statistics::comparison::{CellComparison, CellRuns, Comparison, Tally, Verdict};
+use rsrs_core::statistics::next_experiment::NextStep;
+use rsrs_core::statistics::pooled::Pooled;
 use rsrs_fleet::record::{Backend, Ending, EndingKind, LostRobot};
 use rsrs_view::diagram::ExperimentMark;
 use serde::Serialize;

@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use rsrs_core::axis::{Axis, Cell};
+use rsrs_core::conditions::operator::OperatorConditions;
 use rsrs_core::diagram::PhaseDiagram;
-use rsrs_core::operator_conditions::OperatorConditions;
+use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord};
 use rsrs_sim::sweep::confirmation_seed;

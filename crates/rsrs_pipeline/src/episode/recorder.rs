@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use rsrs_bags::{BagError, BagOptions, BagSummary, BagWriter, ChannelId, Sample};
-use rsrs_core::controller::Command;
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::geometry_msgs::{self, Point, PoseWithCovariance, Quaternion, TwistWithCovariance};

@@ -4,11 +4,11 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use rsrs_core::axis::Cell;
 use rsrs_core::conditions::Conditions;
-use rsrs_core::order::Evidence;
-use rsrs_core::phase::{Phase, converged_s, label};
-use rsrs_core::settling::Settling;
+use rsrs_core::diagram::axis::Cell;
+use rsrs_core::diagram::settling::Settling;
+use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::phase::{Phase, converged_s, label};
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 use serde::Serialize;

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use rsrs_core::agreement::Agreement;
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::agreement::Agreement;
+use rsrs_core::judge::phase::Phase;
 use serde::Serialize;
 
 use crate::error::{in_one_line, with_help};

@@ -12,7 +12,7 @@ use std::str::FromStr;
 use anyhow::{Context, bail};
 use jiff::{Timestamp, Unit};
 use rsrs_core::document;
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::phase::Phase;
 use serde::{Deserialize, Serialize};
 
 use crate::error::with_help;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use rsrs_core::certainty::Certainty;
+use rsrs_core::judge::certainty::Certainty;
 
 use super::{Labelled, RunPart};
 

@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{RecordedTrajectory, read_trajectory};
 use rsrs_core::conditions::Placement;
-use rsrs_core::controller::{Command, ControllerParameters};
-use rsrs_core::trial::{DetectionTrial, DrivenSample, DrivenTrial, Neighbour, PeriodTrial, Trials};
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::controller::{Command, ControllerParameters};
+use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::trials::trial::{
+    DetectionTrial, DrivenSample, DrivenTrial, Neighbour, PeriodTrial, Trials,
+};
 use rsrs_experiment_runner::plan::GETTING_GOING_S;
 use rsrs_msgs::topics;
 

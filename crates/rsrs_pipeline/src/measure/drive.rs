@@ -12,11 +12,11 @@ mod trial_table;
 use std::path::{Path, PathBuf};
 use std::pin::Pin;
 
-use anyhow::Context;
 use rsrs_experiment_runner::plan::{Plan, Trial, TrialRequest, Unmeasured};
 use rsrs_fleet::record::Backend;
 
 use super::sensor_readings;
+use crate::execution::runtime;
 use crate::run::RunSummary;
 use crate::run::operator::Operator;
 pub use filling::{Filled, fill_plan, fill_table};
@@ -28,7 +28,10 @@ use trial_nodes::TrialNodes;
 const USUAL_PERIOD_S: f64 = 0.13;
 
 /// Whoever places robots for trials, and measures what no tracker does.
-pub trait TrialOperator: Operator {
+pub trait TrialOperator {
+    /// Who watches the runs.
+    fn operator(&self) -> &dyn Operator;
+
     /// Has all stand where a trial needs it.
     fn ready<'a>(&'a self, robot: &'a str, trial: &'a Trial) -> Answer<'a, Ready>;
 
@@ -118,7 +121,7 @@ pub fn drive(
         return Ok(None);
     }
     let (found, summary) = runtime.block_on(async {
-        let mut trial_nodes = TrialNodes::start(&target, &plan, operator)?;
+        let mut trial_nodes = TrialNodes::start(&target, &plan, operator.operator())?;
         let made = made(&mut trial_nodes, (&plan, trial), operator).await;
         trial_nodes.stop().await?;
         made
@@ -139,7 +142,7 @@ async fn made(
         let robot = &plan.robots[0].name;
         let found = sensor_readings::count(&plan.bag, robot, Some(samples))?;
         if found.samples < samples {
-            operator.note(&format!(
+            operator.operator().note(&format!(
                 "{robot}: {} readings came while the trial ran, {samples} were planned",
                 found.samples
             ));
@@ -153,11 +156,4 @@ async fn made(
     let mut found = TrialResult::of_motion(plan, Source::Operator, motion);
     found.read_rhythm(plan.record.time)?;
     Ok((found, summary))
-}
-
-fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
-    tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()
-        .context("starting the runtime")
 }

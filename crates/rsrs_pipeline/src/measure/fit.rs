@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Context;
-use rsrs_core::fit::{Fit, SensorMap, Unmeasured, fit};
+use rsrs_core::trials::fit::{Fit, SensorMap, Unmeasured, fit};
 use rsrs_view::distribution::{self, DistributionPicture};
 use rsrs_view::sensor::{self, SensorPicture};
 

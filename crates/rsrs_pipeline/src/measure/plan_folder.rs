@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Context;
-use rsrs_core::plan::Plan;
+use rsrs_core::trials::plan::Plan;
 use rsrs_fleet::fleet_file::FleetFile;
 
 use crate::error::{explained, with_help};

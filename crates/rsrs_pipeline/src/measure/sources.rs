@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use rsrs_core::fit::Tables;
-use rsrs_core::trial::{
+use rsrs_core::trials::fit::Tables;
+use rsrs_core::trials::trial::{
     ArcTrial, DetectionTrial, DrivenTrial, PeriodTrial, SpeedTrial, Trials, TurnTrial, arc_trials,
     detection_trials, period_trials, reduced, speed_trials, turn_trials,
 };

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use rsrs_core::trial::{DrivenTrial, TrialError, driven_trials};
+use rsrs_core::trials::trial::{DrivenTrial, TrialError, driven_trials};
 
 use crate::error::explained;
 use crate::files::read_text;

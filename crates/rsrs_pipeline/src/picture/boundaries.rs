@@ -1,8 +1,8 @@
 //! What geometry says about a mill, as lines in the plane of a diagram.
 
-use rsrs_core::axis::Axis;
 use rsrs_core::conditions::Conditions;
-use rsrs_core::theory::{Condition, Ring};
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::diagram::theory::{Condition, Ring};
 use rsrs_view::diagram::Boundary;
 
 /// The plane of a diagram: its axes, and the least and greatest swept value on each.
@@ -149,7 +149,7 @@ const LEAST: f64 = 1e-6;
 #[cfg(test)]
 mod tests {
     use rsrs_core::conditions::{Placement, Region, Settings};
-    use rsrs_core::profile::{RobotProfile, Sees};
+    use rsrs_core::robot::profile::{RobotProfile, Sees};
 
     use super::*;
 

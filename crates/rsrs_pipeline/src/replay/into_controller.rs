@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use rsrs_bags::{Bag, BagError, BagMessage};
-use rsrs_core::controller::{Command, ControllerParameters, decide};
+use rsrs_core::robot::controller::{Command, ControllerParameters, decide};
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::std_msgs::Bool;

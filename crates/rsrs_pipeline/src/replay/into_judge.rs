@@ -5,8 +5,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use rsrs_core::order::Evidence;
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::phase::Phase;
 use serde::{Deserialize, Serialize};
 
 use crate::error::with_help;

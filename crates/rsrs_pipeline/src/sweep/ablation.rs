@@ -1,13 +1,13 @@
 //! Which of the factors that make a simulated robot worse does it: each alone, and all but each.
 
 use anyhow::Context;
-use rsrs_core::axis::Cell;
-use rsrs_core::comparison::Share;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::DiagramCell;
-use rsrs_core::harsher::{Harsher, HarsherFactors};
-use rsrs_core::phase::Phase;
-use rsrs_core::sweep_file::SweepFile;
+use rsrs_core::diagram::axis::Cell;
+use rsrs_core::diagram::sweep_file::SweepFile;
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
+use rsrs_core::statistics::comparison::Share;
 use rsrs_sim::sweep::{Runs, confirmation_seed, sweep};
 use serde::Serialize;
 

@@ -11,9 +11,9 @@ pub(crate) mod unfinished;
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use rsrs_core::axis::Cell;
-use rsrs_core::choice::Choice;
 use rsrs_core::diagram::PhaseDiagram;
+use rsrs_core::diagram::axis::Cell;
+use rsrs_core::diagram::choice::Choice;
 use rsrs_core::document;
 
 use crate::error::with_help;

@@ -9,9 +9,9 @@ use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::parser::parse_message_type;
-use rsrs_core::axis::Axis;
 use rsrs_core::diagram::PhaseDiagram;
-use rsrs_core::order::Evidence;
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::judge::order::Evidence;
 use rsrs_sim::sweep::ReplicateOutcome;
 
 use crate::sweep::result::{SweepResult, World};

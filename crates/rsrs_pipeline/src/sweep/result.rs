@@ -1,7 +1,7 @@
 //! What a sweep is once it is finished, wherever it is kept.
 
-use rsrs_core::choice::Worlds;
 use rsrs_core::diagram::PhaseDiagram;
+use rsrs_core::diagram::choice::Worlds;
 
 use crate::error::with_help;
 use crate::sweep::source::ResolvedSweep;

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use rsrs_core::axis::Cell;
 use rsrs_core::conditions::Conditions;
-use rsrs_core::phase::Phase;
-use rsrs_core::settling::{Settling, edge};
+use rsrs_core::diagram::axis::Cell;
+use rsrs_core::diagram::settling::{Settling, edge};
+use rsrs_core::judge::phase::Phase;
 use rsrs_sim::sweep::{Runs, Swept, sweep};
 use serde::Serialize;
 
@@ -36,7 +36,7 @@ pub fn of_cell(
     index: usize,
     execution: Execution<'_>,
 ) -> anyhow::Result<Option<Settling>> {
-    let (_, conditions) = source.cells("sweep.yaml")?.swap_remove(index);
+    let conditions = source.conditions_of(index)?;
     let found = of_conditions(source, &[conditions], (LOOK, execution))?;
     Ok(found.and_then(|found| found.into_iter().next()))
 }

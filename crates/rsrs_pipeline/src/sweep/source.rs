@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use rsrs_core::axis::Cell;
 use rsrs_core::conditions::Conditions;
+use rsrs_core::conditions::start_file::{Headings, StartPlacement, Starts, read_starts};
+use rsrs_core::diagram::axis::Cell;
+use rsrs_core::diagram::sweep_file::{SweepFile, SweepFileError};
 use rsrs_core::document;
-use rsrs_core::harsher::{Harsher, HarsherFactors};
-use rsrs_core::profile::{ProfileError, RobotProfile};
-use rsrs_core::start_file::{Headings, StartPlacement, Starts, read_starts};
-use rsrs_core::sweep_file::{SweepFile, SweepFileError};
+use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
+use rsrs_core::robot::profile::{ProfileError, RobotProfile};
 use serde::{Deserialize, Serialize};
 
 use crate::error::with_help;
@@ -85,6 +85,19 @@ impl ResolvedSweep {
     /// If a cell cannot be simulated.
     pub fn cells(&self, file: &str) -> anyhow::Result<Vec<(Cell, Conditions)>> {
         self.sweep.resolve(file, &self.profile).map_err(explain_sweep)
+    }
+
+    /// The conditions of one cell.
+    ///
+    /// # Arguments
+    ///
+    /// * `index` — of the cell, in the order of [`ResolvedSweep::cells`].
+    ///
+    /// # Errors
+    ///
+    /// If a cell cannot be simulated.
+    pub fn conditions_of(&self, index: usize) -> anyhow::Result<Conditions> {
+        Ok(self.cells("sweep.yaml")?.swap_remove(index).1)
     }
 }
 

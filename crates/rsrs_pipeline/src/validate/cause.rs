@@ -2,11 +2,11 @@
 //! gain while they drive than in place.
 
 use rsrs_core::conditions::Settings;
-use rsrs_core::fit::{YawLag, yaw_lag};
-use rsrs_core::harsher::HarsherFactors;
-use rsrs_core::profile::{RobotProfile, TurnGain};
-use rsrs_core::trial::DrivenTrial;
-use rsrs_core::variance::Estimate;
+use rsrs_core::robot::harsher::HarsherFactors;
+use rsrs_core::robot::profile::{RobotProfile, TurnGain};
+use rsrs_core::statistics::variance::Estimate;
+use rsrs_core::trials::fit::{YawLag, yaw_lag};
+use rsrs_core::trials::trial::DrivenTrial;
 use rsrs_sim::reach::validate;
 
 use super::Case;

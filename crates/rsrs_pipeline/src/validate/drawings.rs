@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use anyhow::Context;
-use rsrs_core::capability::border_m;
-use rsrs_core::trial::DrivenTrial;
-use rsrs_core::validation::Tube;
+use rsrs_core::robot::capability::border_m;
+use rsrs_core::trials::trial::DrivenTrial;
+use rsrs_core::trials::validation::Tube;
 use rsrs_view::reach::{self, Place, ReachPicture};
 use rsrs_view::sensor::{self, SensorPicture};
 

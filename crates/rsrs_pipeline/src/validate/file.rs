@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::Context;
-use rsrs_core::axis::Cell;
-use rsrs_core::capability::{CapabilityViolation, LostCapability, SensorViolation};
+use rsrs_core::diagram::axis::Cell;
 use rsrs_core::digest::Digest;
-use rsrs_core::harsher::HarsherFactors;
-use rsrs_core::validation::Validation;
-use rsrs_core::variance::Estimate;
+use rsrs_core::robot::capability::{CapabilityViolation, LostCapability, SensorViolation};
+use rsrs_core::robot::harsher::HarsherFactors;
+use rsrs_core::statistics::variance::Estimate;
+use rsrs_core::trials::validation::Validation;
 use serde::{Deserialize, Serialize};
 
 use crate::files::{read_text, write_file};

@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-use rsrs_core::harsher::HarsherFactors;
-use rsrs_core::interval::Interval;
-use rsrs_core::validation::{Exit, LEVEL, TrialPlace, Validation};
-use rsrs_core::variance::Estimate;
+use rsrs_core::robot::harsher::HarsherFactors;
+use rsrs_core::statistics::interval::Interval;
+use rsrs_core::statistics::variance::Estimate;
+use rsrs_core::trials::validation::{Exit, LEVEL, TrialPlace, Validation};
 
 use super::file::{Answer, Turning};
 use crate::wording::columns;

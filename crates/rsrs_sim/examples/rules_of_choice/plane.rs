@@ -2,16 +2,16 @@
 
 use std::sync::atomic::AtomicBool;
 
-use rsrs_core::axis::Cell;
-use rsrs_core::choice::{Worlds, rank};
 use rsrs_core::conditions::Conditions;
+use rsrs_core::diagram::axis::Cell;
+use rsrs_core::diagram::choice::{Worlds, rank};
+use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_core::digest::mix;
-use rsrs_core::harsher::{Harsher, HarsherFactors};
-use rsrs_core::interval_kind::IntervalKind;
-use rsrs_core::phase::Phase;
-use rsrs_core::profile::RobotProfile;
-use rsrs_core::sweep_file::SweepFile;
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::statistics::interval_kind::IntervalKind;
 use rsrs_sim::sweep::{Runs, Watch, confirm, sweep};
 
 use crate::rules::VIABLE;

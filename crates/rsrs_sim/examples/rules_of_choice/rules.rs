@@ -1,9 +1,9 @@
 //! The rules that are compared.
 
-use rsrs_core::choice::{Worlds, rank};
-use rsrs_core::interval::Interval;
-use rsrs_core::interval_kind::IntervalKind;
-use rsrs_core::phase::Phase;
+use rsrs_core::diagram::choice::{Worlds, rank};
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::statistics::interval::Interval;
+use rsrs_core::statistics::interval_kind::IntervalKind;
 
 use crate::plane::{Plane, TRUTH};
 

@@ -1,8 +1,8 @@
 //! Moving in lanes: what [`crate::world`] defines under "advance", for many worlds at once.
 
 use rsrs_core::conditions::Walls;
-use rsrs_core::controller::{Command, ControllerParameters, decide};
-use rsrs_core::number::Number;
+use rsrs_core::judge::number::Number;
+use rsrs_core::robot::controller::{Command, ControllerParameters, decide};
 
 use super::noise::{LaneKey, turn};
 use super::sense::Body;

@@ -1,8 +1,8 @@
 //! Runs and judges many replicates on one vector unit.
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::number::Number;
-use rsrs_core::phase::{LastWindow, Thresholds, Verdict, WINDOW_S, samples_in};
+use rsrs_core::judge::number::Number;
+use rsrs_core::judge::phase::{LastWindow, Thresholds, Verdict, WINDOW_S, samples_in};
 
 use super::judge::{Commands, LookAtEnd, Past};
 use super::rows::Rows;

@@ -1,14 +1,14 @@
-//! The judge of [`rsrs_core::order`] and [`rsrs_core::phase`] at work on the lanes.
+//! The judge of [`rsrs_core::judge::order`] and [`rsrs_core::judge::phase`] at work on the lanes.
 
 use std::ops::Range;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::controller::{ControllerParameters, decide};
-use rsrs_core::number::Number;
-use rsrs_core::order::{Commanded, Samples, Vector, look_back};
-use rsrs_core::phase::{BLOCK_S, LastWindow, WINDOW_S, samples_in};
-use rsrs_core::trajectory::{Bodies, Trajectory};
-use rsrs_core::unicycle::Pose;
+use rsrs_core::judge::number::Number;
+use rsrs_core::judge::order::{Commanded, Samples, Vector, look_back};
+use rsrs_core::judge::phase::{BLOCK_S, LastWindow, WINDOW_S, samples_in};
+use rsrs_core::judge::trajectory::{Bodies, Trajectory};
+use rsrs_core::robot::controller::{ControllerParameters, decide};
+use rsrs_core::robot::unicycle::Pose;
 
 use super::rows::Rows;
 use super::sense::Body;

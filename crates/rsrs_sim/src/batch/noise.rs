@@ -1,6 +1,6 @@
 //! Draws and turns in lanes: what [`crate::draw`] and [`crate::turn`] define.
 
-use rsrs_core::number::Number;
+use rsrs_core::judge::number::Number;
 
 use crate::draw::Key;
 use crate::turn::{self, HALF_PI, ROUNDER};

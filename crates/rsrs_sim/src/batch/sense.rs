@@ -5,7 +5,7 @@
 //! sign, and that is exact: `-a + -b` is `-(a + b)` to the bit, save for the sign of zero, which no
 //! comparison below tells apart.
 
-use rsrs_core::number::{Mask, Number};
+use rsrs_core::judge::number::{Mask, Number};
 
 use crate::contact::Contact;
 use crate::vector::simd::Simd;

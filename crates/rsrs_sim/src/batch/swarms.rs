@@ -1,7 +1,7 @@
 //! The state of many worlds, a lane each, and its steps.
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::number::{Mask, Number};
+use rsrs_core::judge::number::{Mask, Number};
 
 use super::advance::{Drift, LaneRules, NoisyTraits, NominalStep};
 use super::rows::Rows;

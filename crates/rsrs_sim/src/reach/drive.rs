@@ -1,10 +1,10 @@
 //! Simulated robots drive what real ones drove.
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::controller::Command;
-use rsrs_core::profile::RobotProfile;
-use rsrs_core::trial::DrivenTrial;
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::trials::trial::DrivenTrial;
 
 use super::{Kind, Path};
 use crate::world::World;

@@ -1,9 +1,9 @@
 //! Which factors would contain real trajectories.
 
 use rsrs_core::conditions::Settings;
-use rsrs_core::harsher::HarsherFactors;
-use rsrs_core::profile::RobotProfile;
-use rsrs_core::trial::DrivenTrial;
+use rsrs_core::robot::harsher::HarsherFactors;
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::trials::trial::DrivenTrial;
 
 use super::{ReachError, ReachOptions, validate};
 

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use rsrs_core::interval::Interval;
-use rsrs_core::trial::DrivenTrial;
-use rsrs_core::unicycle::Pose;
-use rsrs_core::validation::{
+use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::statistics::interval::Interval;
+use rsrs_core::trials::trial::DrivenTrial;
+use rsrs_core::trials::validation::{
     Exit, Horizon, LEVEL, RobotCoverage, TrialPlace, Tube, Validation, at_least_outside,
 };
 

@@ -1,6 +1,6 @@
 //! Where a share of simulated robots is at one time: a region of any shape.
 
-use rsrs_core::validation::RegionOutline;
+use rsrs_core::trials::validation::RegionOutline;
 
 use super::outline::{Grid, area_m2, outline};
 

@@ -1,6 +1,6 @@
 //! The simulated regions of one kind of drive.
 
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 
 use super::region::PositionRegion;
 use super::{Drives, ReachOptions};

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::phase::Verdict;
+use rsrs_core::judge::phase::Verdict;
 
 use super::block::Block;
 use super::{Progress, ReplicateOutcome, SweepError, Watch};

@@ -5,10 +5,10 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
 
-use rsrs_core::number::{Mask, Number};
+use rsrs_core::judge::number::{Mask, Number};
 
 use super::simd::{LaneU32, Simd, Work};
-use super::x86::operator;
+use super::x86::{number, operator};
 
 /// The proof that this machine has AVX2.
 #[derive(Clone, Copy)]
@@ -55,117 +55,36 @@ operator!(LanesU32, BitXor, bitxor, _mm256_xor_si256);
 operator!(LanesU32, BitAnd, bitand, _mm256_and_si256);
 operator!(LanesU32, BitOr, bitor, _mm256_or_si256);
 
-macro_rules! number {
-    ($vector:ident, $register:ident, $answers:ident, $scalar:ty, $n:literal, $set:ident, $andnot:ident, $sqrt:ident,
-     $min:ident, $max:ident, $cmp:ident, $blend:ident, $movemask:ident) => {
-        impl Mask for $answers {
-            #[inline(always)]
-            fn bits(self) -> u32 {
-                // SAFETY: vectors come from a unit that was found on this machine.
-                unsafe { $movemask(self.0) }.cast_unsigned()
-            }
-        }
+number!(
+    Singles, __m256, Answers, f32, 8,
+    _mm256_set1_ps, _mm256_sqrt_ps, _mm256_min_ps, _mm256_max_ps, _mm256_cmp_ps,
+    abs: |number| _mm256_andnot_ps(_mm256_set1_ps(-0.0), number),
+    select: |which, yes, no| _mm256_blendv_ps(no, yes, which),
+    unless: |kept, dropped| _mm256_andnot_ps(dropped, kept),
+);
+number!(
+    Doubles, __m256d, DoubleAnswers, f64, 4,
+    _mm256_set1_pd, _mm256_sqrt_pd, _mm256_min_pd, _mm256_max_pd, _mm256_cmp_pd,
+    abs: |number| _mm256_andnot_pd(_mm256_set1_pd(-0.0), number),
+    select: |which, yes, no| _mm256_blendv_pd(no, yes, which),
+    unless: |kept, dropped| _mm256_andnot_pd(dropped, kept),
+);
 
-        impl Number for $vector {
-            type Scalar = $scalar;
-            type Mask = $answers;
-            const LANES: usize = $n;
-            #[inline(always)]
-            fn all(self, constant: $scalar) -> Self {
-                // SAFETY: vectors come from a unit that was found on this machine; so below.
-                Self(unsafe { $set(constant) })
-            }
-            #[inline(always)]
-            fn by_lane(self, number: impl FnMut(usize) -> $scalar) -> Self {
-                let numbers: [$scalar; $n] = std::array::from_fn(number);
-                // SAFETY: both are the same number of plain numbers.
-                Self(unsafe { std::mem::transmute::<[$scalar; $n], $register>(numbers) })
-            }
-            #[inline(always)]
-            fn abs(self) -> Self {
-                // SAFETY: as above.
-                Self(unsafe { $andnot($set(-0.0), self.0) })
-            }
-            #[inline(always)]
-            fn sqrt(self) -> Self {
-                // SAFETY: as above.
-                Self(unsafe { $sqrt(self.0) })
-            }
-            #[inline(always)]
-            fn least(self, other: Self) -> Self {
-                // SAFETY: as above.
-                Self(unsafe { $min(self.0, other.0) })
-            }
-            #[inline(always)]
-            fn most(self, other: Self) -> Self {
-                // SAFETY: as above.
-                Self(unsafe { $max(self.0, other.0) })
-            }
-            #[inline(always)]
-            fn lt(self, other: Self) -> Self::Mask {
-                // SAFETY: as above.
-                $answers(unsafe { $cmp::<_CMP_LT_OQ>(self.0, other.0) })
-            }
-            #[inline(always)]
-            fn le(self, other: Self) -> Self::Mask {
-                // SAFETY: as above.
-                $answers(unsafe { $cmp::<_CMP_LE_OQ>(self.0, other.0) })
-            }
-            #[inline(always)]
-            fn gt(self, other: Self) -> Self::Mask {
-                // SAFETY: as above.
-                $answers(unsafe { $cmp::<_CMP_GT_OQ>(self.0, other.0) })
-            }
-            #[inline(always)]
-            fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
-                // SAFETY: as above.
-                Self(unsafe { $blend(no.0, yes.0, mask.0) })
-            }
-            #[inline(always)]
-            fn unless(self, mask: Self::Mask) -> Self {
-                // SAFETY: as above.
-                Self(unsafe { $andnot(mask.0, self.0) })
-            }
-            #[inline(always)]
-            fn lane(self, lane: usize) -> $scalar {
-                // SAFETY: both are the same number of plain numbers.
-                let numbers: [$scalar; $n] = unsafe { std::mem::transmute(self.0) };
-                numbers[lane]
-            }
-        }
-    };
+impl Mask for Answers {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        // SAFETY: vectors come from a unit that was found on this machine.
+        unsafe { _mm256_movemask_ps(self.0) }.cast_unsigned()
+    }
 }
 
-number!(
-    Singles,
-    __m256,
-    Answers,
-    f32,
-    8,
-    _mm256_set1_ps,
-    _mm256_andnot_ps,
-    _mm256_sqrt_ps,
-    _mm256_min_ps,
-    _mm256_max_ps,
-    _mm256_cmp_ps,
-    _mm256_blendv_ps,
-    _mm256_movemask_ps
-);
-number!(
-    Doubles,
-    __m256d,
-    DoubleAnswers,
-    f64,
-    4,
-    _mm256_set1_pd,
-    _mm256_andnot_pd,
-    _mm256_sqrt_pd,
-    _mm256_min_pd,
-    _mm256_max_pd,
-    _mm256_cmp_pd,
-    _mm256_blendv_pd,
-    _mm256_movemask_pd
-);
+impl Mask for DoubleAnswers {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        // SAFETY: as above.
+        unsafe { _mm256_movemask_pd(self.0) }.cast_unsigned()
+    }
+}
 
 impl LaneU32 for LanesU32 {
     #[inline(always)]

@@ -5,10 +5,10 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
 
-use rsrs_core::number::{Mask, Number};
+use rsrs_core::judge::number::{Mask, Number};
 
 use super::simd::{LaneU32, Simd, Work};
-use super::x86::{bit_operator, operator};
+use super::x86::{bit_operator, number, operator};
 
 /// The proof that this machine has AVX-512.
 #[derive(Clone, Copy)]
@@ -56,116 +56,34 @@ operator!(LanesU32, BitXor, bitxor, _mm512_xor_si512);
 operator!(LanesU32, BitAnd, bitand, _mm512_and_si512);
 operator!(LanesU32, BitOr, bitor, _mm512_or_si512);
 
-macro_rules! number {
-    ($vector:ident, $register:ident, $answers:ident, $scalar:ty, $n:literal, $set:ident, $abs:ident, $zeroing:ident, $sqrt:ident,
-     $min:ident, $max:ident, $cmp:ident, $blend:ident) => {
-        impl Mask for $answers {
-            #[inline(always)]
-            fn bits(self) -> u32 {
-                u32::from(self.0)
-            }
-        }
+number!(
+    Singles, __m512, Answers, f32, 16,
+    _mm512_set1_ps, _mm512_sqrt_ps, _mm512_min_ps, _mm512_max_ps, _mm512_cmp_ps_mask,
+    abs: |number| _mm512_abs_ps(number),
+    select: |which, yes, no| _mm512_mask_blend_ps(which, no, yes),
+    unless: |kept, dropped| _mm512_maskz_mov_ps(!dropped, kept),
+);
+number!(
+    Doubles, __m512d, DoubleAnswers, f64, 8,
+    _mm512_set1_pd, _mm512_sqrt_pd, _mm512_min_pd, _mm512_max_pd, _mm512_cmp_pd_mask,
+    abs: |number| _mm512_abs_pd(number),
+    select: |which, yes, no| _mm512_mask_blend_pd(which, no, yes),
+    unless: |kept, dropped| _mm512_maskz_mov_pd(!dropped, kept),
+);
 
-        impl Number for $vector {
-            type Scalar = $scalar;
-            type Mask = $answers;
-            const LANES: usize = $n;
-            #[inline(always)]
-            fn all(self, constant: $scalar) -> Self {
-                // SAFETY: vectors come from a unit that was found on this machine; so below.
-                Self(unsafe { $set(constant) })
-            }
-            #[inline(always)]
-            fn by_lane(self, number: impl FnMut(usize) -> $scalar) -> Self {
-                let numbers: [$scalar; $n] = std::array::from_fn(number);
-                // SAFETY: both are the same number of plain numbers.
-                Self(unsafe { std::mem::transmute::<[$scalar; $n], $register>(numbers) })
-            }
-            #[inline(always)]
-            fn abs(self) -> Self {
-                // SAFETY: vectors come from a unit that was found on this machine.
-                Self(unsafe { $abs(self.0) })
-            }
-            #[inline(always)]
-            fn sqrt(self) -> Self {
-                // SAFETY: as above.
-                Self(unsafe { $sqrt(self.0) })
-            }
-            #[inline(always)]
-            fn least(self, other: Self) -> Self {
-                // SAFETY: as above.
-                Self(unsafe { $min(self.0, other.0) })
-            }
-            #[inline(always)]
-            fn most(self, other: Self) -> Self {
-                // SAFETY: as above.
-                Self(unsafe { $max(self.0, other.0) })
-            }
-            #[inline(always)]
-            fn lt(self, other: Self) -> Self::Mask {
-                // SAFETY: as above.
-                $answers(unsafe { $cmp::<_CMP_LT_OQ>(self.0, other.0) })
-            }
-            #[inline(always)]
-            fn le(self, other: Self) -> Self::Mask {
-                // SAFETY: as above.
-                $answers(unsafe { $cmp::<_CMP_LE_OQ>(self.0, other.0) })
-            }
-            #[inline(always)]
-            fn gt(self, other: Self) -> Self::Mask {
-                // SAFETY: as above.
-                $answers(unsafe { $cmp::<_CMP_GT_OQ>(self.0, other.0) })
-            }
-            #[inline(always)]
-            fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
-                // SAFETY: as above.
-                Self(unsafe { $blend(mask.0, no.0, yes.0) })
-            }
-            #[inline(always)]
-            fn unless(self, mask: Self::Mask) -> Self {
-                // SAFETY: as above.
-                Self(unsafe { $zeroing(!mask.0, self.0) })
-            }
-            #[inline(always)]
-            fn lane(self, lane: usize) -> $scalar {
-                // SAFETY: both are the same number of plain numbers.
-                let numbers: [$scalar; $n] = unsafe { std::mem::transmute(self.0) };
-                numbers[lane]
-            }
-        }
-    };
+impl Mask for Answers {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self.0)
+    }
 }
 
-number!(
-    Singles,
-    __m512,
-    Answers,
-    f32,
-    16,
-    _mm512_set1_ps,
-    _mm512_abs_ps,
-    _mm512_maskz_mov_ps,
-    _mm512_sqrt_ps,
-    _mm512_min_ps,
-    _mm512_max_ps,
-    _mm512_cmp_ps_mask,
-    _mm512_mask_blend_ps
-);
-number!(
-    Doubles,
-    __m512d,
-    DoubleAnswers,
-    f64,
-    8,
-    _mm512_set1_pd,
-    _mm512_abs_pd,
-    _mm512_maskz_mov_pd,
-    _mm512_sqrt_pd,
-    _mm512_min_pd,
-    _mm512_max_pd,
-    _mm512_cmp_pd_mask,
-    _mm512_mask_blend_pd
-);
+impl Mask for DoubleAnswers {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self.0)
+    }
+}
 
 impl LaneU32 for LanesU32 {
     #[inline(always)]

@@ -3,7 +3,7 @@
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
 
-use rsrs_core::number::{Mask, Number};
+use rsrs_core::judge::number::{Mask, Number};
 
 use super::simd::{LaneU32, Simd, Work};
 

@@ -1,6 +1,6 @@
 //! Robots that something else than the world moves.
 
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 
 use super::World;
 

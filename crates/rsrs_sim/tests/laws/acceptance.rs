@@ -7,7 +7,7 @@
 
 use crate::support::{HARSHER, Imperfection, flockbots, quietly};
 use rsrs_core::conditions::{Conditions, Placement};
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::phase::Phase;
 use rsrs_sim::sweep::Runs;
 
 const MEASURED: Imperfection =

@@ -2,9 +2,9 @@
 
 use proptest::prelude::*;
 use rsrs_core::conditions::{Arena, Conditions, GainDistribution, Placement, Region, Walls};
-use rsrs_core::phase::{self, Verdict};
-use rsrs_core::profile::Sees;
-use rsrs_core::unicycle::Pose;
+use rsrs_core::judge::phase::{self, Verdict};
+use rsrs_core::robot::profile::Sees;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::batch::{Batch, VectorUnit};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};

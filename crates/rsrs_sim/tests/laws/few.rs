@@ -1,7 +1,7 @@
 //! Swarms of nobody, of one and of two.
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::phase::{JudgeError, Phase};
+use rsrs_core::judge::phase::{JudgeError, Phase};
 use rsrs_sim::batch::{Batch, BatchError, VectorUnit};
 
 use crate::support::{HARSHER, flockbots};

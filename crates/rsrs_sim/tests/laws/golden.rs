@@ -5,8 +5,8 @@
 
 use rsrs_core::conditions::{Conditions, GainDistribution, Placement, Region, Walls};
 use rsrs_core::digest::Digest;
-use rsrs_core::phase::{Verdict, converged_s};
-use rsrs_core::profile::Sees;
+use rsrs_core::judge::phase::{Verdict, converged_s};
+use rsrs_core::robot::profile::Sees;
 use rsrs_sim::batch::{Batch, VectorUnit};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};

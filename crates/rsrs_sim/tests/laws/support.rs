@@ -4,7 +4,7 @@
 use std::sync::atomic::AtomicBool;
 
 use rsrs_core::conditions::{Conditions, GainDistribution};
-use rsrs_core::controller::ControllerParameters;
+use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_sim::sweep::{Runs, Swept, Watch, sweep};
 
 use crate::example::{GAIN, flockbot_conditions};

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::support::{HARSHER, flockbots, quietly};
 use rsrs_core::conditions::Conditions;
-use rsrs_core::phase;
+use rsrs_core::judge::phase;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use rsrs_sim::sweep::{Progress, Runs, SweepError, Watch, confirm, sweep};

@@ -2,9 +2,9 @@
 
 use crate::support::{HARSHER, PERFECT, flockbots};
 use rsrs_core::conditions::{Arena, Conditions, Region, Walls};
-use rsrs_core::controller::{Command, decide};
-use rsrs_core::profile::Sees;
-use rsrs_core::unicycle::{self, ActuationGain, Pose};
+use rsrs_core::robot::controller::{Command, decide};
+use rsrs_core::robot::profile::Sees;
+use rsrs_core::robot::unicycle::{self, ActuationGain, Pose};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::{episode_digests, run_episode};
 use rsrs_sim::world::World;

@@ -3,14 +3,14 @@
 //!
 //! Of 500 populations a coverage of 95 % has a standard error of 1 %.
 
-use rsrs_core::axis::Axis;
 use rsrs_core::conditions::{Conditions, Settings, Walls};
-use rsrs_core::controller::Command;
-use rsrs_core::fit::yaw_lag;
-use rsrs_core::profile::{RobotProfile, TurnGain};
-use rsrs_core::trial::{DrivenSample, DrivenTrial, reduced};
-use rsrs_core::unicycle::Pose;
-use rsrs_core::variance::Estimate;
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::profile::{RobotProfile, TurnGain};
+use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::statistics::variance::Estimate;
+use rsrs_core::trials::fit::yaw_lag;
+use rsrs_core::trials::trial::{DrivenSample, DrivenTrial, reduced};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::world::World;
 
@@ -147,7 +147,8 @@ fn robots_turn_by_the_gain_of_arcs_while_they_drive_and_by_the_other_in_place() 
 
     let gain = |profile: &RobotProfile, command| conditions(profile, command).robot.turn_gain.mean;
     assert_eq!((gain(&profile, IN_PLACE), gain(&profile, ARC)), (0.915, 0.884));
-    let harsher = rsrs_core::harsher::HarsherFactors::default().apply(&profile).expect("harsher");
+    let harsher =
+        rsrs_core::robot::harsher::HarsherFactors::default().apply(&profile).expect("harsher");
     assert_eq!((gain(&harsher, IN_PLACE), gain(&harsher, ARC)), (0.915, 0.884));
     profile.actuation.turn.driving_gain_by_command = None;
     assert_eq!((gain(&profile, IN_PLACE), gain(&profile, ARC)), (0.915, 0.915));

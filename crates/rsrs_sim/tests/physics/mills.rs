@@ -3,8 +3,8 @@
 use std::ops::RangeInclusive;
 
 use rsrs_core::conditions::{Conditions, Placement, Region};
-use rsrs_core::phase::{Phase, Verdict};
-use rsrs_core::theory::Ring;
+use rsrs_core::diagram::theory::Ring;
+use rsrs_core::judge::phase::{Phase, Verdict};
 use rsrs_sim::batch::Batch;
 
 use crate::support::{n_milling, perfect_flockbots};

@@ -6,7 +6,7 @@ use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 use rsrs_core::conditions::{Conditions, GainDistribution};
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::phase::Phase;
 use rsrs_sim::sweep::{Runs, Watch, sweep};
 use serde_json::{Map, Value, json};
 

@@ -4,7 +4,7 @@
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use rsrs_core::conditions::{Conditions, GainDistribution};
-use rsrs_core::phase::{Phase, Verdict};
+use rsrs_core::judge::phase::{Phase, Verdict};
 use rsrs_sim::batch::Batch;
 
 use crate::example::flockbot_conditions;

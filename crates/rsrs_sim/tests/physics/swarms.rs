@@ -3,10 +3,10 @@
 
 use std::f64::consts::TAU;
 
-use rsrs_core::controller::Command;
-use rsrs_core::phase::{Phase, label};
-use rsrs_core::trajectory::{Bodies, Trajectory};
-use rsrs_core::unicycle::Pose;
+use rsrs_core::judge::phase::{Phase, label};
+use rsrs_core::judge::trajectory::{Bodies, Trajectory};
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::unicycle::Pose;
 use serde_json::{Value, json};
 
 use crate::swarmsim::{ask, python_with_swarmsim};

@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use rsrs_core::conditions::{Conditions, Placement, Region};
-use rsrs_core::order::Evidence;
-use rsrs_core::phase::{self, Phase};
-use rsrs_core::unicycle::Pose;
+use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::phase::{self, Phase};
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 use serde_json::{Value, json};

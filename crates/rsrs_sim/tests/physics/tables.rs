@@ -8,9 +8,9 @@
 //! fails with a probability far below one in a thousand.
 
 use rsrs_core::conditions::{Arena, Conditions, Placement, Region, Walls};
-use rsrs_core::interval::Interval;
-use rsrs_core::phase::{Phase, Thresholds};
-use rsrs_core::profile::Sees;
+use rsrs_core::judge::phase::{Phase, Thresholds};
+use rsrs_core::robot::profile::Sees;
+use rsrs_core::statistics::interval::Interval;
 
 use crate::example::flockbot_conditions;
 use crate::support::count;

@@ -28,10 +28,10 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::harsher::{Harsher, HarsherFactors};
-use rsrs_core::profile::RobotProfile;
-use rsrs_core::sweep_file::SweepFile;
-use rsrs_core::trajectory::Trajectory;
+use rsrs_core::diagram::sweep_file::SweepFile;
+use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
+use rsrs_core::robot::profile::RobotProfile;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
 

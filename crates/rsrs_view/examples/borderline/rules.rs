@@ -6,9 +6,9 @@ use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
-use rsrs_core::order::Evidence;
-use rsrs_core::phase::{Phase, Thresholds, WINDOW_S, label, samples_in};
-use rsrs_core::trajectory::{Bodies, Trajectory};
+use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::phase::{Phase, Thresholds, WINDOW_S, label, samples_in};
+use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 
 use crate::{Episode, WORLDS};
 

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::phase::{BLOCK_S, WINDOW_S, samples_in};
-use rsrs_core::trajectory::Trajectory;
+use rsrs_core::judge::phase::{BLOCK_S, WINDOW_S, samples_in};
+use rsrs_core::judge::trajectory::Trajectory;
 
 /// Episodes of a sheet.
 pub const ROWS: usize = 10;
@@ -40,7 +40,7 @@ fn draw_row(svg: &mut String, top_px: f64, trajectory: &Trajectory, radius_m: f6
     let n_block = samples_in(BLOCK_S, trajectory.period_s);
     let start = trajectory.n_samples() - n_window;
     let poses = || (start..trajectory.n_samples()).flat_map(|sample| trajectory.poses_at(sample));
-    let span = |of: fn(&rsrs_core::unicycle::Pose) -> f64| {
+    let span = |of: fn(&rsrs_core::robot::unicycle::Pose) -> f64| {
         let low = poses().map(of).fold(f64::INFINITY, f64::min);
         (low, poses().map(of).fold(f64::NEG_INFINITY, f64::max))
     };

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::bail;
-use rsrs_core::start_file::{StartPlacement, read_starts};
+use rsrs_core::conditions::start_file::{StartPlacement, read_starts};
 use rsrs_fleet::fleet_file::FleetRobot;
 
 use super::read as read_file;

@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use rsrs_core::axis::{Axis, Cell};
-use rsrs_core::choice::Choice;
+use rsrs_core::conditions::operator::OperatorConditions;
+use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::diagram::choice::Choice;
+use rsrs_core::diagram::sweep_file::{OtherSweep, SweepFile};
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_core::document;
-use rsrs_core::harsher::HarsherFactors;
-use rsrs_core::operator_conditions::OperatorConditions;
-use rsrs_core::profile::RobotProfile;
-use rsrs_core::sweep_file::{OtherSweep, SweepFile};
+use rsrs_core::robot::harsher::HarsherFactors;
+use rsrs_core::robot::profile::RobotProfile;
 use serde::Deserialize;
 
 use super::read;

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
-use rsrs_core::axis::Axis;
 use rsrs_core::conditions::{Conditions, Placement, Settings, Walls};
-use rsrs_core::controller::{ControllerParameters, Reaction};
-use rsrs_core::profile::RobotProfile;
-use rsrs_core::trial::Neighbour;
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::robot::controller::{ControllerParameters, Reaction};
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::trials::trial::Neighbour;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::fleet_file::{CmdVel, FleetFile, FleetRobot};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::bail;
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;

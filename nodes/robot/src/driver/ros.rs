@@ -6,7 +6,7 @@
 //! else stops its wheels.
 
 use anyhow::{Context, Result, bail};
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 use rsrs_msgs::sensor_msgs::{LaserScan, Range};
 use rsrs_msgs::topics;
 use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterValue};

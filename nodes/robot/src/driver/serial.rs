@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterValue};
 
 use super::{Driver, Place, Report};

@@ -3,7 +3,7 @@
 //! Detections come on `virtual_detection`, gated commands go out on `hardware/cmd_vel`.
 
 use anyhow::Result;
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::parameters::{Descriptor, ParameterValue};

@@ -15,7 +15,7 @@ use std::time::Duration;
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 use rsrs_robot_node::driver::Report;
 use rsrs_robot_node::driver::serial::line::{crc, encode};
 use rsrs_robot_node::driver::serial::link::Link;

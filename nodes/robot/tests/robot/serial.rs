@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use super::micro::{Micro, Mood, Socket};
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 use rsrs_robot_node::driver::serial::SerialDriver;
 use rsrs_robot_node::driver::{Driver, Report, Sensed};
 

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use anyhow::Context;
-use rsrs_core::axis::{Axis, Cell};
-use rsrs_core::phase::Phase;
+use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::judge::phase::Phase;
 use rsrs_view::diagram::{DiagramPicture, ExperimentMark};
 use rsrs_view::raster::png;
 use rsrs_view::trajectory::TrajectoryPicture;

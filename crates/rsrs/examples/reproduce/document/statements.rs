@@ -1,10 +1,10 @@
 //! Each statement of the paper beside what was found.
 
-use rsrs_core::axis::Axis;
-use rsrs_core::comparison::Tally;
 use rsrs_core::diagram::PhaseDiagram;
-use rsrs_core::gain::speed_gain;
-use rsrs_core::phase::Phase;
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::statistics::comparison::Tally;
+use rsrs_core::trials::gain::speed_gain;
 
 use super::{FromReport, mean};
 use crate::findings::{CONTINUOUSLY_PER_S, Findings, REPETITIONS};
@@ -272,7 +272,7 @@ fn gap(findings: &Findings) -> Statement {
         .repeated
         .cells
         .iter()
-        .filter(|cell| cell.verdict == rsrs_core::comparison::Verdict::Violated)
+        .filter(|cell| cell.verdict == rsrs_core::statistics::comparison::Verdict::Violated)
         .map(|cell| {
             format!(
                 "{} (`B_r` {:.2}, `B_s` {:.2})",

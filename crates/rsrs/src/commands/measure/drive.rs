@@ -5,8 +5,8 @@ mod placing;
 
 use std::path::PathBuf;
 
-use rsrs_core::controller::ControllerParameters;
-use rsrs_core::trial::Neighbour;
+use rsrs_core::robot::controller::ControllerParameters;
+use rsrs_core::trials::trial::Neighbour;
 use rsrs_experiment_runner::plan::Trial;
 use rsrs_fleet::record;
 use rsrs_pipeline::measure::drive::{DriveOptions, RunTarget, drive, fill_plan, fill_table};
@@ -114,7 +114,7 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME|IP")]
     interface: Option<String>,
     /// Seed of the simulated robot (default: 1); each seed is another trial.
-    #[arg(long, value_name = "SEED", default_value = "1", hide_default_value = true, value_parser = clap::value_parser!(u64).range(..rsrs_core::sweep_file::SEED_LIMIT))]
+    #[arg(long, value_name = "SEED", default_value = "1", hide_default_value = true, value_parser = clap::value_parser!(u64).range(..rsrs_core::diagram::sweep_file::SEED_LIMIT))]
     seed: u64,
     /// Folder of the bag; it must not exist (default: named after the run, in this folder). For a
     /// plan, the folder of all its bags (default: `bags` in it); for a template, too (default: named

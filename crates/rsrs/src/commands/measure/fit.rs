@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use anyhow::{Context, bail};
-use rsrs_core::capability::{LostCapability, lost_capabilities};
-use rsrs_core::fit::{Details, Fit, Unmeasured};
-use rsrs_core::harsher::HarsherFactors;
+use rsrs_core::robot::capability::{LostCapability, lost_capabilities};
+use rsrs_core::robot::harsher::HarsherFactors;
+use rsrs_core::trials::fit::{Details, Fit, Unmeasured};
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::measure::fit::{draw, fit_files};
 use rsrs_pipeline::measure::sources::Paths;

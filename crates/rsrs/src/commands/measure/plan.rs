@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use rsrs_core::plan::{Plan, PlanRequest};
+use rsrs_core::trials::plan::{Plan, PlanRequest};
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;

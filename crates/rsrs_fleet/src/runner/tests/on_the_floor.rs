@@ -1,6 +1,6 @@
 //! What a run does when somebody stands beside the robots.
 
-use rsrs_core::unicycle::Pose;
+use rsrs_core::robot::unicycle::Pose;
 
 use super::*;
 use crate::placement::{StartArea, WantedStart};

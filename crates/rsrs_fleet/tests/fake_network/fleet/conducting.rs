@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use rsrs_core::controller::Reaction;
+use rsrs_core::robot::controller::Reaction;
 use rsrs_fleet::controller::Settings;
 use rsrs_fleet::message::{LeaseState, RobotState, Status};
 use rsrs_fleet::preflight::{Expected, Graph};

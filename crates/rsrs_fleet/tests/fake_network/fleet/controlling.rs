@@ -1,6 +1,6 @@
 //! Controllers, with the parameters that runs set and meddlers try to.
 
-use rsrs_core::controller::{Command, ControllerParameters, Reaction};
+use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::controller::{Action, Event, Settings};
 use rsrs_fleet::runner::Target;
 

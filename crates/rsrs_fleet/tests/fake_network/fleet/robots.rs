@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 use rsrs_fleet::e_stop::{Locks, Source};
 use rsrs_fleet::message::{Lease, Status, StopCause};
 use rsrs_fleet::robot::limits::{Limits, Ramp};

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use rsrs_core::controller::{Command, decide};
+use rsrs_core::robot::controller::{Command, decide};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::message::RobotState;
 use rsrs_fleet::robot;

@@ -1,6 +1,6 @@
 //! Who is in front of the wheels of each robot, and whether they turn.
 
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 use rsrs_fleet::robot::Robot;
 
 use super::Fleet;

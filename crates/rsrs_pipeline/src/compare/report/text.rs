@@ -2,10 +2,10 @@
 
 use std::fmt::{Display, Formatter, Result};
 
-use rsrs_core::comparison::{MOST_RUNS, SIGNIFICANCE, Tally, Verdict};
 use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::next_experiment::{Experiment, NextStep};
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::statistics::comparison::{MOST_RUNS, SIGNIFICANCE, Tally, Verdict};
+use rsrs_core::statistics::next_experiment::{Experiment, NextStep};
 
 use super::{ComparedCell, Report, counted};
 use crate::label::human_labels::JUDGE;

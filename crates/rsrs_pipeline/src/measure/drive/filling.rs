@@ -12,8 +12,9 @@ use super::period_table::PeriodTable;
 use super::result::TrialResult;
 use super::trial_nodes::{RunTarget, TrialNodes};
 use super::trial_table::{Kind, Todo, TrialTable};
-use super::{DriveOptions, Ready, TrialOperator, made, runtime};
+use super::{DriveOptions, Ready, TrialOperator, made};
 use crate::error::with_help;
+use crate::execution::runtime;
 
 /// A trial in which commands pause is made again at once, up to this often in all; after that the same
 /// command makes it again.
@@ -206,7 +207,7 @@ impl Shift<'_> {
         let all = all.context("a group of rows has at least one")?;
         let mut trial_nodes = {
             let _guard = runtime.enter();
-            TrialNodes::start(self.target, all, self.operator)?
+            TrialNodes::start(self.target, all, self.operator.operator())?
         };
         let mut goes_on = true;
         let worked = jobs.iter().try_for_each(|job| {
@@ -248,7 +249,7 @@ impl Shift<'_> {
             };
             let path = self.work.tables[*table].path().display();
             let next = if attempt < ATTEMPTS { "; it is made again" } else { "" };
-            self.operator.note(&format!("{path}:{}: {pause}{next}", todo.line));
+            self.operator.operator().note(&format!("{path}:{}: {pause}{next}", todo.line));
         }
         filled.n_paused += 1;
         Ok(true)

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use rsrs_core::plan::PERIOD_HEADER;
+use rsrs_core::trials::plan::PERIOD_HEADER;
 
 use super::table_file::{self, TableLock};
 use crate::files::read_text;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use rsrs_bags::trajectory::{RecordedTrajectory, TrajectoryError, read_trajectory};
-use rsrs_core::trial::{DrivenTrial, Neighbour, reduced};
+use rsrs_core::trials::trial::{DrivenTrial, Neighbour, reduced};
 use rsrs_experiment_runner::plan::{Plan, Trial};
 use rsrs_fleet::experiment::Time;
 use serde::Serialize;

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use rsrs_core::controller::ControllerParameters;
-use rsrs_core::plan::{ARC_HEADER, DETECTION_HEADER, SPEED_HEADER, TURN_HEADER};
-use rsrs_core::trial::Neighbour;
+use rsrs_core::robot::controller::ControllerParameters;
+use rsrs_core::trials::plan::{ARC_HEADER, DETECTION_HEADER, SPEED_HEADER, TURN_HEADER};
+use rsrs_core::trials::trial::Neighbour;
 use rsrs_experiment_runner::plan::{GETTING_GOING_S, Trial};
 
 use super::table_file::{self, TableLock};

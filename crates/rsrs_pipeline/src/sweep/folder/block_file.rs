@@ -5,8 +5,8 @@
 //! that was torn, or belongs to another sweep, reads as nothing and is made again.
 
 use rsrs_core::digest::Digest;
-use rsrs_core::order::Evidence;
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::phase::Phase;
 use rsrs_sim::sweep::{Block, ReplicateOutcome};
 
 const MAGIC: &[u8; 8] = b"rsrsblk2";

@@ -1,11 +1,11 @@
 //! `cells.csv`: one line for each cell, written and read back.
 
 use anyhow::{Context, bail};
-use rsrs_core::axis::{Axis, Cell};
-use rsrs_core::comparison::Share;
+use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::{DiagramCell, PhaseCounts};
-use rsrs_core::interval_kind::IntervalKind;
-use rsrs_core::phase::Phase;
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::statistics::comparison::Share;
+use rsrs_core::statistics::interval_kind::IntervalKind;
 
 use crate::sweep::result::SweepResult;
 

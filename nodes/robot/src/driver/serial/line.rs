@@ -1,6 +1,6 @@
 //! The lines of the serial protocol: `$BODY*CRC`, see `docs/serial_protocol.md`.
 
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 
 /// Version of the protocol.
 pub const VERSION: u32 = 1;

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use rsrs_core::controller::Command;
+use rsrs_core::robot::controller::Command;
 use rsrs_msgs::sensor_msgs::Range;
 
 use super::super::{Report, Sensed};

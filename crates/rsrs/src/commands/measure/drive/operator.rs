@@ -5,7 +5,7 @@ use std::io::{BufRead, Write};
 use std::task::Poll;
 
 use anyhow::{Context, bail};
-use rsrs_core::controller::ControllerParameters;
+use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_experiment_runner::plan::Plan;
 
 use crate::interrupt::asked_to_stop;

@@ -1,9 +1,7 @@
 //! Whoever sees to it that robots stand where a trial wants them.
 
-use rsrs_experiment_runner::Progress;
 use rsrs_experiment_runner::plan::{Plan, Trial};
 use rsrs_fleet::fleet_file::FleetFile;
-use std::pin::Pin;
 
 use super::Arguments;
 use super::operator;
@@ -13,7 +11,7 @@ use rsrs_pipeline::files::read_text;
 use rsrs_pipeline::measure::drive::placement::{wanted, words};
 use rsrs_pipeline::measure::drive::result::Motion;
 use rsrs_pipeline::measure::drive::{Answer, Ready, TrialOperator};
-use rsrs_pipeline::run::operator::{Operator, Verbosity};
+use rsrs_pipeline::run::operator::Operator;
 use rsrs_pipeline::run::place_command;
 
 /// Who places robots before a trial.
@@ -54,21 +52,11 @@ impl Placing {
     }
 }
 
-impl Operator for Placing {
-    fn note(&self, text: &str) {
-        TerminalOperator.note(text);
-    }
-
-    fn watch_run(&self, name: &str, verbosity: Verbosity) -> Box<dyn FnMut(Progress) + '_> {
-        TerminalOperator.watch_run(name, verbosity)
-    }
-
-    fn stop_requested(&self) -> Pin<Box<dyn Future<Output = String> + '_>> {
-        TerminalOperator.stop_requested()
-    }
-}
-
 impl TrialOperator for Placing {
+    fn operator(&self) -> &dyn Operator {
+        &TerminalOperator
+    }
+
     fn ready<'a>(&'a self, robot: &'a str, trial: &'a Trial) -> Answer<'a, Ready> {
         Box::pin(async move {
             match (self, trial) {
@@ -76,7 +64,7 @@ impl TrialOperator for Placing {
                 | (Self::Person { before_drives: false }, Trial::Drive { .. }) => Ok(Ready::Go),
                 (Self::Program { program, robots }, _) => {
                     let wanted = wanted((robot, robots), trial)?;
-                    place_command::place(program, &wanted, self).await?;
+                    place_command::place(program, &wanted, &TerminalOperator).await?;
                     Ok(Ready::Go)
                 }
                 (Self::Person { .. }, _) => operator::ready(&words(robot, trial)).await,

@@ -1,7 +1,7 @@
 //! A fit in words: every number with its 95 % interval.
 
-use rsrs_core::fit::{Details, Fit, Population};
-use rsrs_core::variance::Estimate;
+use rsrs_core::statistics::variance::Estimate;
+use rsrs_core::trials::fit::{Details, Fit, Population};
 
 use rsrs_pipeline::wording::columns;
 
@@ -109,7 +109,7 @@ fn arcs(details: &Details) -> String {
 
 /// The mean over robots at each command: what the profile takes.
 fn of_all(population: &Population, unit: &str) -> Vec<[String; 7]> {
-    let row = |at: &rsrs_core::fit::CommandGain| {
+    let row = |at: &rsrs_core::trials::fit::CommandGain| {
         let robots = if at.n_robots == 1 { "robot" } else { "robots" };
         [
             format!("{} {robots}", at.n_robots),

@@ -1,0 +1,165 @@
+//! Whether a real run was made under the conditions that were simulated.
+
+use serde::{Deserialize, Serialize};
+
+use crate::conditions::{Arena, Conditions, Placement};
+use crate::robot::controller::ControllerParameters;
+
+/// The part of the conditions `E` that the operator of a real run decides, and must keep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OperatorConditions {
+    /// Number of robots.
+    pub robots: usize,
+    /// What every robot's controller was set to.
+    pub controller: ControllerParameters,
+    /// Where the robots started.
+    pub placement: Placement,
+    /// Where they could go.
+    pub arena: Arena,
+    /// How long the run was set to last, in seconds.
+    pub duration_s: f64,
+}
+
+/// A run that says nothing about a diagram, because it was another experiment.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{aspect} is {found}, expected {expected} as simulated")]
+pub struct Incomparable {
+    /// What differs.
+    pub aspect: &'static str,
+    /// In the run, with unit.
+    pub found: String,
+    /// In the simulation, with unit.
+    pub expected: String,
+}
+
+impl OperatorConditions {
+    /// The circumstances that a simulated cell stands for.
+    pub fn of(conditions: &Conditions, duration_s: f64) -> Self {
+        Self {
+            robots: conditions.robots,
+            controller: conditions.controller,
+            placement: conditions.placement.clone(),
+            arena: conditions.arena,
+            duration_s,
+        }
+    }
+
+    /// Refuses a run whose circumstances differ from these.
+    ///
+    /// # Errors
+    ///
+    /// [`Incomparable`], the first difference.
+    pub fn admit(&self, run: &Self) -> Result<(), Incomparable> {
+        let refuse =
+            |aspect, found: String, expected: String| Err(Incomparable { aspect, found, expected });
+        if run.robots != self.robots {
+            return refuse("the number of robots", run.robots.to_string(), self.robots.to_string());
+        }
+        if let Some(pair) =
+            [&run.placement, &self.placement].into_iter().find(|placement| is_pair(placement))
+        {
+            return refuse("the placement", format!("{pair:?}"), "robots in a disc".to_owned());
+        }
+        let [found, expected] = [&run.placement, &self.placement].map(kind);
+        if found != expected {
+            return refuse("the placement", found.to_owned(), expected.to_owned());
+        }
+        for (aspect, unit, found, expected) in [
+            ("the speed", "m/s", run.controller.speed_m_s, self.controller.speed_m_s),
+            (
+                "the turning rate",
+                "rad/s",
+                run.controller.turn_rate_rad_s,
+                self.controller.turn_rate_rad_s,
+            ),
+            ("the placement radius", "m", run.placement.radius_m(), self.placement.radius_m()),
+            ("the side of the arena", "m", run.arena.side_m, self.arena.side_m),
+            ("the duration", "s", run.duration_s, self.duration_s),
+        ] {
+            if (found - expected).abs() > SAME * expected.abs() {
+                return refuse(aspect, format!("{found} {unit}"), format!("{expected} {unit}"));
+            }
+        }
+        if !is_same_start(&run.placement, &self.placement) {
+            return refuse("the placement", format!("another {found}"), format!("the {expected}"));
+        }
+        if run.arena.walls != self.arena.walls {
+            let named = |walls| format!("{walls:?}").to_lowercase();
+            return refuse("what the walls do", named(run.arena.walls), named(self.arena.walls));
+        }
+        Ok(())
+    }
+}
+
+/// Whether robots were put there to be measured, which is no swarm.
+fn is_pair(placement: &Placement) -> bool {
+    matches!(placement, Placement::Pair { .. })
+}
+
+fn kind(placement: &Placement) -> &'static str {
+    match placement {
+        Placement::DiscFacingOut { .. } => "disc",
+        Placement::BoxFacingOut { .. } => "box",
+        Placement::Given { .. } => "table of start poses",
+        Placement::Pair { .. } => "pair",
+    }
+}
+
+/// Whether robots start in one box, or by one table; the radii of discs are compared as numbers are.
+fn is_same_start(found: &Placement, expected: &Placement) -> bool {
+    matches!(expected, Placement::DiscFacingOut { .. }) || found == expected
+}
+
+/// Numbers that differ by less than this share were the same number before they were written.
+const SAME: f64 = 1e-9;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conditions::Walls;
+
+    const SIMULATED: OperatorConditions = OperatorConditions {
+        robots: 9,
+        controller: ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 },
+        placement: Placement::DiscFacingOut { radius_m: 0.825 },
+        arena: Arena { side_m: 15.0, walls: Walls::Stop },
+        duration_s: 300.0,
+    };
+
+    fn refusal(run: &OperatorConditions) -> String {
+        SIMULATED.admit(run).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn the_same_experiment_is_admitted() {
+        assert_eq!(SIMULATED.admit(&SIMULATED.clone()), Ok(()));
+    }
+
+    #[test]
+    fn every_difference_is_refused_by_name() {
+        let controller = ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.8 };
+        let placement = Placement::DiscFacingOut { radius_m: 0.6 };
+        let arena = Arena { side_m: 15.0, walls: Walls::None };
+
+        assert_eq!(
+            refusal(&OperatorConditions { robots: 8, ..SIMULATED }),
+            "the number of robots is 8, expected 9 as simulated"
+        );
+        assert_eq!(
+            refusal(&OperatorConditions { controller, ..SIMULATED }),
+            "the turning rate is 0.8 rad/s, expected 0.75 rad/s as simulated"
+        );
+        assert_eq!(
+            refusal(&OperatorConditions { placement, ..SIMULATED }),
+            "the placement radius is 0.6 m, expected 0.825 m as simulated"
+        );
+        assert_eq!(
+            refusal(&OperatorConditions { arena, ..SIMULATED }),
+            "what the walls do is none, expected stop as simulated"
+        );
+        assert_eq!(
+            refusal(&OperatorConditions { duration_s: 120.0, ..SIMULATED }),
+            "the duration is 120 s, expected 300 s as simulated"
+        );
+    }
+}

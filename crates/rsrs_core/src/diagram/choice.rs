@@ -1,0 +1,187 @@
+//! Which cell to run: the one from which the robots may drift furthest and still mill.
+
+mod candidates;
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::diagram::PhaseCounts;
+use crate::diagram::axis::{Axis, Cell};
+use crate::diagram::settling::Settling;
+use crate::judge::order::Evidence;
+use crate::judge::phase::{Phase, Thresholds};
+use crate::statistics::comparison::Share;
+
+pub use candidates::{Candidate, Worlds, rank};
+
+/// How far a value may drift, in the unit of its axis, and still be that of a swept cell in the
+/// region, the other axes unchanged.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Margin {
+    /// Downward.
+    pub low: f64,
+    /// Upward.
+    pub high: f64,
+}
+
+/// The chosen cell, confirmed on fresh seeds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Choice {
+    /// The cell.
+    pub cell: Cell,
+    /// Digest of the sweep that it was chosen from ([`SweepFile::digest`]); `None` in a file that does
+    /// not say.
+    ///
+    /// [`SweepFile::digest`]: crate::diagram::sweep_file::SweepFile::digest
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sweep_digest: Option<String>,
+    /// Share of confirming replicates that milled.
+    pub b_s: f64,
+    /// Lower bound of its 95 % interval.
+    pub b_s_low: f64,
+    /// Upper bound.
+    pub b_s_high: f64,
+    /// Number of confirming replicates.
+    pub n_replicates: u64,
+    /// How far each swept axis may drift.
+    pub margin: BTreeMap<Axis, Margin>,
+    /// How the confirming replicates ended; `None` in a file that does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phases: Option<PhaseCounts>,
+    /// The same cell with the robots as measured; `None` if they were not made worse, or in a file
+    /// that does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub as_measured: Option<AsMeasured>,
+    /// Whether its runs were given enough time; `None` if they are too short to tell, or in a file that
+    /// does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub settling: Option<Settling>,
+    /// When half of the mills among its first runs had begun, in seconds; `None` if none did, or in a
+    /// file that does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub converged_s: Option<f64>,
+    /// `b_s` for other circliness at which semi-stable mills end and stable ones begin; empty in a
+    /// file that does not say.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub by_circliness: Vec<AtCircliness>,
+    /// How many candidates were confirmed until this one held, itself included; `None` in a file
+    /// that does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub candidates_tried: Option<u64>,
+}
+
+/// What `B_s` would be if a mill were called stable from another circliness on.
+///
+/// Stable and semi-stable mills are a continuum (§IV step 3), and where to cut it is a convention.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AtCircliness {
+    /// Least circliness of a stable mill; 0.5 is what every phase rests on.
+    pub stable_circliness: f64,
+    /// Share of replicates that milled.
+    pub b_s: f64,
+}
+
+impl AtCircliness {
+    /// Judges replicates again with lower, equal and higher thresholds; mills that did not last stay
+    /// what they are.
+    ///
+    /// # Arguments
+    ///
+    /// * `judged` — phases and order parameters of simulated replicates, whose reach is known; at
+    ///   least one.
+    pub fn of(judged: &[(Phase, Evidence)]) -> Vec<Self> {
+        let whole = Thresholds::default();
+        let lasts = |(phase, evidence): &&(Phase, Evidence)| {
+            *phase == Phase::StableMilling || whole.phase(evidence) != Phase::StableMilling
+        };
+        let at = |stable_circliness: f64| {
+            let thresholds = Thresholds { stable_circliness, ..Thresholds::default() };
+            let is_mill = |(_, evidence): &&(Phase, Evidence)| {
+                thresholds.phase(evidence) == Phase::StableMilling
+            };
+            let n_mills = judged.iter().filter(lasts).filter(is_mill).count();
+            Self { stable_circliness, b_s: n_mills as f64 / judged.len() as f64 }
+        };
+        [0.4, Thresholds::default().stable_circliness, 0.6].map(at).into()
+    }
+}
+
+/// What robots as measured do where robots made worse were chosen.
+///
+/// That a robot is nowhere less capable does not mean that a swarm of them mills more often
+/// (`eq:finalgap` is a claim, and not a theorem): some imperfections help.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AsMeasured {
+    /// Share of replicates that milled.
+    pub share: f64,
+    /// Lower bound of its 95 % interval.
+    pub low: f64,
+    /// Upper bound.
+    pub high: f64,
+    /// Number of replicates.
+    pub n_replicates: u64,
+}
+
+impl AsMeasured {
+    /// What follows from how replicates ended.
+    pub fn of(phases: &PhaseCounts) -> Self {
+        let milling = Share::milling(phases);
+        let interval = milling.interval();
+        Self {
+            share: milling.value(),
+            low: interval.low,
+            high: interval.high,
+            n_replicates: milling.n,
+        }
+    }
+}
+
+/// A confirmed cell is viable when the lower bound of its `B_s` is at least this in both worlds,
+/// unless asked otherwise; and what the smoothed share of a cell in the milling region is at least.
+pub const VIABLE_B_S_LOW: f64 = 0.8;
+
+impl Choice {
+    /// The choice of a candidate after its confirmation.
+    ///
+    /// # Arguments
+    ///
+    /// * `candidate` — one of [`rank`].
+    /// * `phases` — how fresh replicates ended; those of the sweep do not count.
+    pub fn new(candidate: &Candidate, phases: PhaseCounts) -> Self {
+        let confirmed = Share::milling(&phases);
+        let interval = confirmed.interval();
+        Self {
+            cell: candidate.cell.clone(),
+            sweep_digest: None,
+            b_s: confirmed.value(),
+            b_s_low: interval.low,
+            b_s_high: interval.high,
+            n_replicates: confirmed.n,
+            margin: candidate.margin.clone(),
+            phases: Some(phases),
+            as_measured: None,
+            settling: None,
+            converged_s: None,
+            by_circliness: Vec::new(),
+            candidates_tried: None,
+        }
+    }
+
+    /// The lower bound of the share of mills in the world in which they are rarer.
+    pub fn least_low(&self) -> f64 {
+        self.as_measured.map_or(self.b_s_low, |measured| measured.low.min(self.b_s_low))
+    }
+
+    /// Whether robots as measured surely mill less often than these, which are worse: no point of
+    /// one interval is in the other. Then fewer mills on the floor are to be expected.
+    pub fn worse_is_better(&self) -> bool {
+        self.as_measured.is_some_and(|measured| measured.high < self.b_s_low)
+    }
+
+    /// Whether robots are capable enough in this cell, made worse and as measured: the lower bound
+    /// of both confirmed shares is at least `least_low` ([`VIABLE_B_S_LOW`] by default).
+    pub fn is_viable(&self, least_low: f64) -> bool {
+        self.least_low() >= least_low
+    }
+}

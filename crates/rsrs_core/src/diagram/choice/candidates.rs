@@ -1,0 +1,254 @@
+//! Which cells to confirm, and in which order.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::Margin;
+use crate::diagram::PhaseDiagram;
+use crate::diagram::axis::{Axis, Cell};
+use crate::robot::harsher::tidy;
+use crate::statistics::comparison::Share;
+use crate::statistics::interval_kind::IntervalKind;
+
+/// The two worlds of a sweep: the same cells, with other robots.
+#[derive(Clone, Copy, Debug)]
+pub struct Worlds<'a> {
+    /// Robots as the sweep makes them worse.
+    pub simulated: &'a PhaseDiagram,
+    /// Robots as measured; `None` if the simulated ones are just that.
+    pub as_measured: Option<&'a PhaseDiagram>,
+}
+
+impl Worlds<'_> {
+    /// Milling replicates of a cell, in each world.
+    fn shares(self, index: usize) -> impl Iterator<Item = Share> {
+        let of = move |diagram: &PhaseDiagram| Share::milling(&diagram.cells[index].counts);
+        [Some(self.simulated), self.as_measured].into_iter().flatten().map(of)
+    }
+
+    /// The share of mills in the world in which they are rarer.
+    fn least(self, index: usize) -> f64 {
+        self.shares(index).map(Share::value).fold(1.0, f64::min)
+    }
+
+    /// Whether what was counted leaves it open that the share is so much in both worlds.
+    fn may_be(self, index: usize, (viable, kind): (f64, IntervalKind)) -> bool {
+        self.shares(index).all(|share| kind.interval(share.hits, share.n).high >= viable)
+    }
+}
+
+/// A cell that may be worth running.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// Index in [`PhaseDiagram::cells`].
+    pub index: usize,
+    /// The cell.
+    pub cell: Cell,
+    /// Milling replicates of the sweep, in the world of robots made worse. They chose the cell, so
+    /// they flatter it; only a confirmation says how good it is.
+    pub swept: Share,
+    /// Mean over the cell and its neighbours of the share of mills in the world in which they are
+    /// rarer.
+    pub smooth: f64,
+    /// Distance to the nearest cell outside the milling region or beyond the grid's border, in grid
+    /// steps; 0 outside.
+    pub depth: f64,
+    /// How far each swept axis may drift.
+    pub margin: BTreeMap<Axis, Margin>,
+}
+
+/// Ranks the cells that are to be confirmed, the most robust first.
+///
+/// The share that counts is the smaller of both worlds', as robots that are made worse may mill more
+/// often. It is smoothed: a cell stands for its neighbours as well, on every swept axis, so that
+/// chance makes no holes, however few replicates there are. Where it is at least `viable`, there is
+/// the milling region.
+///
+/// A cell is better the deeper it lies inside the region: a grid step on any swept axis counts the
+/// same, distances are Euclidean, and the border of the grid is an edge, because nothing is known
+/// beyond it. An axis with a single value is not swept. A point of the grid that was not simulated
+/// is outside. Equally deep cells are ranked by their smoothed share, then by nearness to the
+/// centroid of the region, then by their order in the sweep. Cells outside the region come last: a
+/// viable one may lie alone.
+///
+/// # Arguments
+///
+/// * `worlds` — both with the same cells.
+/// * `kind` — of the intervals of the counts: those of a sweep that decided by itself when to stop
+///   must be valid at any time.
+/// * `viable` — least share of a viable cell, from 0 to 1.
+///
+/// # Returns
+///
+/// Every cell whose counts leave it open that it is viable in both worlds; empty if none do.
+///
+/// # Panics
+///
+/// If the worlds have different cells.
+pub fn rank(worlds: Worlds<'_>, kind: IntervalKind, viable: f64) -> Vec<Candidate> {
+    let diagram = worlds.simulated;
+    if let Some(measured) = worlds.as_measured {
+        assert_eq!(diagram.cells.len(), measured.cells.len(), "two worlds of the same cells");
+    }
+    let grid = Grid::of(worlds, viable);
+    let centroid = grid.centroid();
+    let may_be = |index: &usize| worlds.may_be(*index, (viable, kind));
+    let mut ranked: Vec<(f64, Candidate)> = (0..diagram.cells.len())
+        .filter(may_be)
+        .map(|index| {
+            let point = &grid.points[index];
+            let candidate = Candidate {
+                index,
+                cell: diagram.cells[index].cell.clone(),
+                swept: Share::milling(&diagram.cells[index].counts),
+                smooth: grid.smooth[index],
+                depth: grid.depth(point),
+                margin: grid.margin(point),
+            };
+            (distance(point, &centroid), candidate)
+        })
+        .collect();
+    ranked.sort_by(|(left_off, left), (right_off, right)| {
+        right
+            .depth
+            .total_cmp(&left.depth)
+            .then(right.smooth.total_cmp(&left.smooth))
+            .then(left_off.total_cmp(right_off))
+            .then(left.index.cmp(&right.index))
+    });
+    ranked.into_iter().map(|(_, candidate)| candidate).collect()
+}
+
+/// A cell as the positions of its values on their axes.
+type Point = Vec<usize>;
+
+/// The milling region on the grid of the swept values.
+struct Grid {
+    axes: Vec<(Axis, Vec<f64>)>,
+    /// Where every cell is, in the order of the sweep.
+    points: Vec<Point>,
+    /// Smoothed share of every cell.
+    smooth: Vec<f64>,
+    region: BTreeSet<Point>,
+}
+
+impl Grid {
+    fn of(worlds: Worlds<'_>, viable: f64) -> Self {
+        let diagram = worlds.simulated;
+        let axes: Vec<(Axis, Vec<f64>)> =
+            diagram.axes.iter().map(|axis| (*axis, diagram.values(*axis))).collect();
+        let point = |cell: &Cell| -> Point {
+            let position = |(axis, values): &(Axis, Vec<f64>)| {
+                let value = cell.get(*axis).expect("a cell has a value on every swept axis");
+                values.partition_point(|other| *other < value)
+            };
+            axes.iter().map(position).collect()
+        };
+        let points: Vec<Point> = diagram.cells.iter().map(|entry| point(&entry.cell)).collect();
+        let least: BTreeMap<&Point, f64> =
+            points.iter().enumerate().map(|(index, point)| (point, worlds.least(index))).collect();
+        let smooth: Vec<f64> = points.iter().map(|point| smoothed(&least, point)).collect();
+        let mills = |index: &usize| smooth[*index] >= viable;
+        let region = (0..points.len()).filter(mills).map(|index| points[index].clone()).collect();
+        Self { axes, points, smooth, region }
+    }
+
+    fn centroid(&self) -> Vec<f64> {
+        let mean = |axis: usize| {
+            let sum: usize = self.region.iter().map(|point| point[axis]).sum();
+            sum as f64 / self.region.len().max(1) as f64
+        };
+        (0..self.axes.len()).map(mean).collect()
+    }
+
+    /// The cell at a point moved along one axis, if it belongs to the region.
+    fn contains(&self, point: &Point, axis: usize, position: Option<usize>) -> bool {
+        position.is_some_and(|position| {
+            let mut moved = point.clone();
+            moved[axis] = position;
+            self.region.contains(&moved)
+        })
+    }
+
+    /// How many steps a point can go along an axis, down and up, and stay in the region.
+    fn reach(&self, point: &Point, axis: usize) -> (usize, usize) {
+        let here = point[axis];
+        let down = (1..).take_while(|step| self.contains(point, axis, here.checked_sub(*step)));
+        let up = (1..).take_while(|step| self.contains(point, axis, Some(here + step)));
+        (down.count(), up.count())
+    }
+
+    fn depth(&self, point: &Point) -> f64 {
+        if !self.region.contains(point) {
+            return 0.0;
+        }
+        let swept: Vec<usize> =
+            (0..self.axes.len()).filter(|axis| self.axes[*axis].1.len() > 1).collect();
+        // Nothing outside is further than the nearest point outside along an axis.
+        let nearest = swept.iter().map(|axis| {
+            let (down, up) = self.reach(point, *axis);
+            down.min(up) + 1
+        });
+        let Some(bound) = nearest.min() else {
+            return 1.0;
+        };
+        let mut least_squared = bound * bound;
+        self.search(&swept, (&mut point.clone(), 0), &mut least_squared);
+        (least_squared as f64).sqrt()
+    }
+
+    /// Looks for a point outside that is nearer than what was found, one axis after the other.
+    fn search(
+        &self,
+        axes: &[usize],
+        (moved, squared): (&mut Point, usize),
+        least_squared: &mut usize,
+    ) {
+        if squared >= *least_squared {
+            return;
+        }
+        let Some((axis, others)) = axes.split_first() else {
+            if !self.region.contains(moved) {
+                *least_squared = squared;
+            }
+            return;
+        };
+        let here = moved[*axis];
+        let most = least_squared.isqrt();
+        for position in here.saturating_sub(most)..=here + most {
+            let step = position.abs_diff(here);
+            moved[*axis] = position;
+            self.search(others, (moved, squared + step * step), least_squared);
+        }
+        moved[*axis] = here;
+    }
+
+    fn margin(&self, point: &Point) -> BTreeMap<Axis, Margin> {
+        let margin = |(position, (axis, values)): (usize, &(Axis, Vec<f64>))| {
+            let here = point[position];
+            let (down, up) = self.reach(point, position);
+            let (low, high) =
+                (values[here] - values[here - down], values[here + up] - values[here]);
+            (*axis, Margin { low: tidy(low), high: tidy(high) })
+        };
+        self.axes.iter().enumerate().map(margin).collect()
+    }
+}
+
+/// The mean over a point and its neighbours, diagonal ones too, as far as they were simulated.
+fn smoothed(least: &BTreeMap<&Point, f64>, point: &Point) -> f64 {
+    let mut around: Vec<Point> = vec![Point::new()];
+    for position in point {
+        let to = |before: &Point| {
+            let with = |next: usize| before.iter().copied().chain([next]).collect::<Point>();
+            (position.saturating_sub(1)..=position + 1).map(with).collect::<Vec<Point>>()
+        };
+        around = around.iter().flat_map(to).collect();
+    }
+    let shares: Vec<f64> = around.iter().filter_map(|point| least.get(point).copied()).collect();
+    shares.iter().sum::<f64>() / shares.len() as f64
+}
+
+fn distance(point: &Point, centroid: &[f64]) -> f64 {
+    let squares = point.iter().zip(centroid).map(|(at, centre)| (*at as f64 - centre).powi(2));
+    squares.sum::<f64>().sqrt()
+}

@@ -1,0 +1,138 @@
+//! Whether runs were "given enough time": whether their phases still change towards their end.
+
+use std::collections::BTreeSet;
+
+use serde::{Deserialize, Serialize};
+
+use crate::diagram::axis::Cell;
+use crate::diagram::{DiagramCell, PhaseDiagram};
+use crate::judge::phase::{Phase, WINDOW_S};
+use crate::statistics::comparison::Share;
+
+/// How many runs of a cell end in another phase than they had at two thirds of their time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settling {
+    /// Runs that were looked at.
+    pub n_replicates: u64,
+    /// Those whose phase changed in the last third.
+    pub n_changed: u64,
+    /// When the last third begins, in seconds.
+    pub from_s: f64,
+}
+
+/// A cell of whose runs surely more than this share change in the last third is not settled;
+/// dimensionless.
+pub const UNSETTLED_SHARE: f64 = 0.1;
+
+impl Settling {
+    /// Counts the changes.
+    ///
+    /// # Arguments
+    ///
+    /// * `before`, `after` — the phases at two thirds and at the end; shape `[n_replicates]`.
+    /// * `from_s` — when the last third begins, in seconds.
+    pub fn of(before: &[Phase], after: &[Phase], from_s: f64) -> Self {
+        let changed = before.iter().zip(after).filter(|(before, after)| before != after);
+        Self {
+            n_replicates: before.len().min(after.len()) as u64,
+            n_changed: changed.count() as u64,
+            from_s,
+        }
+    }
+
+    /// When the last third of a run begins; `None` if the judge cannot look at what is before.
+    pub fn last_third_s(duration_s: f64) -> Option<f64> {
+        let from_s = duration_s * 2.0 / 3.0;
+        (from_s >= WINDOW_S).then_some(from_s)
+    }
+
+    /// Whether the cell is settled, as far as these runs tell: not surely more than
+    /// [`UNSETTLED_SHARE`] of them change their phase, with 95 % confidence.
+    pub fn is_settled(&self) -> bool {
+        let Self { n_replicates: n, n_changed: hits, .. } = *self;
+        n == 0 || Share { hits, n }.interval().low <= UNSETTLED_SHARE
+    }
+}
+
+/// The cells on both sides of the edge of the milling region, by their index in the diagram.
+///
+/// A cell belongs to the region if half of its runs mill. The border of the grid is no edge here:
+/// nothing was simulated beyond it that could still change.
+pub fn edge(diagram: &PhaseDiagram) -> BTreeSet<usize> {
+    let values: Vec<Vec<f64>> = diagram.axes.iter().map(|axis| diagram.values(*axis)).collect();
+    let point = |cell: &Cell| -> Vec<usize> {
+        let places = diagram.axes.iter().zip(&values).map(|(axis, values)| {
+            let value = cell.get(*axis).unwrap_or_default();
+            values.partition_point(|other| *other < value)
+        });
+        places.collect()
+    };
+    let mills = |entry: &DiagramCell| entry.counts.share(Phase::StableMilling) >= 0.5;
+    let cells: std::collections::BTreeMap<Vec<usize>, (usize, bool)> = (0..)
+        .zip(&diagram.cells)
+        .map(|(index, entry)| (point(&entry.cell), (index, mills(entry))))
+        .collect();
+    let mut edge = BTreeSet::new();
+    for (place, (index, is_inside)) in &cells {
+        for axis in 0..place.len() {
+            let mut next = place.clone();
+            next[axis] += 1;
+            if let Some((other, is_other_inside)) = cells.get(&next)
+                && is_inside != is_other_inside
+            {
+                edge.extend([*index, *other]);
+            }
+        }
+    }
+    edge
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagram::PhaseCounts;
+    use crate::diagram::axis::Axis;
+
+    #[test]
+    fn a_cell_is_unsettled_when_surely_more_than_a_tenth_of_its_runs_change() {
+        let settling =
+            |n_changed, n_replicates| Settling { n_replicates, n_changed, from_s: 200.0 };
+
+        assert!(settling(0, 16).is_settled());
+        assert!(settling(4, 16).is_settled(), "sixteen runs tell little");
+        assert!(!settling(6, 16).is_settled());
+        assert!(settling(24, 200).is_settled());
+        assert!(!settling(40, 200).is_settled());
+    }
+
+    #[test]
+    fn changes_are_counted_run_by_run() {
+        use Phase::{Dispersion, StableMilling};
+
+        let before = [StableMilling, Dispersion, Dispersion];
+        let after = [StableMilling, StableMilling, Dispersion];
+
+        let expected = Settling { n_replicates: 3, n_changed: 1, from_s: 80.0 };
+        assert_eq!(Settling::of(&before, &after, 80.0), expected);
+        assert_eq!(Settling::last_third_s(300.0), Some(200.0));
+        assert_eq!(Settling::last_third_s(60.0), None, "the judge needs a minute");
+    }
+
+    #[test]
+    fn the_edge_is_where_neighbours_differ_and_not_the_border_of_the_grid() {
+        let cell = |x: usize, y: usize, mills: bool| DiagramCell {
+            cell: Cell::new([(Axis::Speed, x as f64), (Axis::TurnRate, y as f64)]).unwrap(),
+            counts: PhaseCounts::of([if mills { Phase::StableMilling } else { Phase::Unformed }]),
+        };
+        let cells = (0..4).flat_map(|x| (0..3).map(move |y| cell(x, y, x < 2)));
+        let diagram =
+            PhaseDiagram { axes: vec![Axis::Speed, Axis::TurnRate], cells: cells.collect() };
+
+        let found: Vec<f64> = edge(&diagram)
+            .into_iter()
+            .map(|index| diagram.cells[index].cell.get(Axis::Speed).unwrap())
+            .collect();
+
+        assert_eq!(found, [1.0, 1.0, 1.0, 2.0, 2.0, 2.0]);
+    }
+}

@@ -1,0 +1,386 @@
+//! The sweep file: which cells to simulate, how often, and from which seed.
+
+mod check;
+mod digest;
+
+use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+
+use crate::conditions::start_file::StartPlacement;
+use crate::conditions::{Conditions, ConditionsError, Settings, Walls};
+use crate::diagram::adaptive::Adaptive;
+use crate::diagram::axis::{Axis, AxisValues, Cell, OtherUnit};
+use crate::document::{self, DocumentError};
+use crate::robot::harsher::{Harsher, HarsherFactors, NotHarsher};
+use crate::robot::profile::{BeyondLimits, RobotProfile};
+use crate::statistics::interval_kind::IntervalKind;
+
+pub use digest::OtherSweep;
+
+/// A sweep as written by a person: YAML with units in its keys.
+#[derive(Clone, Debug, PartialEq, Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SweepFile {
+    /// Path of the measured robot's profile, relative to the sweep file.
+    pub profile: String,
+    /// How the simulated robot is worse; omitted is the documented default.
+    #[serde(default)]
+    pub harsher: Harsher,
+    /// Swept axes; the grid is their product.
+    #[serde(default, skip_serializing_if = "Axes::is_empty")]
+    pub axes: Axes,
+    /// Values that hold in every cell.
+    #[serde(default)]
+    pub fixed: Fixed,
+    /// Where the robots start, if not in a disc of `placement_radius_m`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub placement: Option<StartPlacement>,
+    /// A list of cells instead of a grid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cells: Option<Vec<Cell>>,
+    /// Replicates of each cell, in each of both worlds (default: 100); of an adaptive sweep, those that each cell begins with.
+    #[serde(default = "usual_replicates")]
+    pub replicates: u64,
+    /// Simulated time of each replicate, in seconds.
+    pub duration_s: f64,
+    /// Seed of the sweep, below 2^63.
+    pub seed: u64,
+    /// When a cell has had enough replicates; none for the same number in every cell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adaptive: Option<Adaptive>,
+}
+
+fn usual_replicates() -> u64 {
+    100
+}
+
+/// Swept axes in the order of the file; the first is the picture's x.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Axes(pub Vec<(Axis, AxisValues)>);
+
+/// Values that hold in every cell.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Fixed {
+    /// Values by axis.
+    pub values: Vec<(Axis, f64)>,
+    /// What happens at the arena's border.
+    pub walls: Walls,
+}
+
+/// Why a sweep file cannot be swept.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SweepFileError {
+    /// The text is not a sweep file.
+    #[error(transparent)]
+    Document(#[from] DocumentError),
+    /// Neither `axes` nor `cells`, or both.
+    #[error("{file}: give either `axes` or `cells`")]
+    GridOrList {
+        /// The file.
+        file: String,
+    },
+    /// An axis or the list of cells is empty.
+    #[error("{file}: `{key}` has no values")]
+    Empty {
+        /// The file.
+        file: String,
+        /// What is empty.
+        key: String,
+    },
+    /// The cells of a list do not share their axes, or a cell occurs twice.
+    #[error("{file}: cell `{cell}` {problem}")]
+    Cells {
+        /// The file.
+        file: String,
+        /// The cell.
+        cell: Cell,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// A value of an axis that makes no cell of its own.
+    #[error("{file}: `{axis}` has the value {found}, which {problem}")]
+    Value {
+        /// The file.
+        file: String,
+        /// The axis.
+        axis: Axis,
+        /// The value.
+        found: f64,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// A value that is likely in another unit.
+    #[error("{file}: {source}")]
+    Unit {
+        /// The file.
+        file: String,
+        /// Which one.
+        source: OtherUnit,
+    },
+    /// An axis with two claims on its value.
+    #[error("{file}: `{axis}` is {problem}")]
+    Twice {
+        /// The file.
+        file: String,
+        /// The axis.
+        axis: Axis,
+        /// Where.
+        problem: &'static str,
+    },
+    /// A placement that is a trial's.
+    #[error("{file}: `placement` is a pair, expected disc_facing_out, box_facing_out or file")]
+    Pair {
+        /// The file.
+        file: String,
+    },
+    /// More cells than can be kept.
+    #[error("{file}: the axes span {found:e} cells, expected at most {MOST_CELLS}")]
+    TooManyCells {
+        /// The file.
+        file: String,
+        /// Cells that the axes span.
+        found: f64,
+    },
+    /// A number outside what it can mean.
+    #[error("{file}: {key} is {found}, expected {expected}")]
+    OutOfRange {
+        /// The file.
+        file: String,
+        /// The key.
+        key: &'static str,
+        /// The number found.
+        found: f64,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// The factors would make a better robot.
+    #[error("{file}: {source}")]
+    NotHarsher {
+        /// The file.
+        file: String,
+        /// Which factor.
+        source: NotHarsher,
+    },
+    /// A cell that the robots must not be commanded.
+    #[error("{file}: cell `{cell}`: {source}")]
+    Limits {
+        /// The file.
+        file: String,
+        /// The cell.
+        cell: Cell,
+        /// Which command.
+        source: BeyondLimits,
+    },
+    /// A cell that cannot be simulated.
+    #[error("{file}: cell `{cell}`: {source}")]
+    Cell {
+        /// The file.
+        file: String,
+        /// The cell.
+        cell: Cell,
+        /// Why.
+        source: ConditionsError,
+    },
+}
+
+impl SweepFileError {
+    /// What to do next.
+    pub fn help(&self) -> Option<String> {
+        match self {
+            Self::Document(error) => error.help(),
+            Self::Limits { source, .. } => Some(source.help()),
+            Self::Twice { axis: Axis::PlacementRadius, .. } => {
+                Some("keep `placement` or `placement_radius_m`".to_owned())
+            }
+            Self::Pair { .. } => {
+                Some("trials of two robots are driven by `rsrs measure drive`".to_owned())
+            }
+            Self::Twice { axis, .. } => Some(format!("keep one value or one list of `{axis}`")),
+            _ => None,
+        }
+    }
+}
+
+/// Seeds are below this, so that they fit the signed integers of ROS parameters and YAML tools.
+pub const SEED_LIMIT: u64 = 1 << 63;
+
+/// More cells than this are nobody's intention.
+pub const MOST_CELLS: usize = 1_000_000;
+
+/// More replicates of a cell than this are nobody's intention.
+pub const MOST_REPLICATES: u64 = 1_000_000_000_000;
+
+impl SweepFile {
+    /// Reads a sweep file and checks all that can be checked without the profile.
+    ///
+    /// # Errors
+    ///
+    /// [`SweepFileError`], the first problem found.
+    pub fn parse(file: &str, text: &str) -> Result<Self, SweepFileError> {
+        let sweep: Self = document::parse(file, text)?;
+        sweep.check(file)?;
+        Ok(sweep)
+    }
+
+    /// The kind of interval that its counts allow for.
+    pub fn interval_kind(&self) -> IntervalKind {
+        match self.adaptive {
+            None => IntervalKind::ClopperPearson,
+            Some(_) => IntervalKind::AnytimeValid,
+        }
+    }
+
+    /// All cells of the sweep, the first axis varying slowest.
+    pub fn all_cells(&self) -> Vec<Cell> {
+        if let Some(cells) = &self.cells {
+            return cells.clone();
+        }
+        let mut partial: Vec<Vec<(Axis, f64)>> = vec![Vec::new()];
+        for (axis, values) in &self.axes.0 {
+            partial = partial
+                .iter()
+                .flat_map(|cell| {
+                    values.0.iter().map(|value| {
+                        let mut longer = cell.clone();
+                        longer.push((*axis, *value));
+                        longer
+                    })
+                })
+                .collect();
+        }
+        partial
+            .into_iter()
+            .map(|values| Cell::new(values).expect("axes are distinct and values finite"))
+            .collect()
+    }
+
+    /// The swept axes, in order.
+    pub fn swept_axes(&self) -> Vec<Axis> {
+        match &self.cells {
+            Some(cells) => cells.first().map(Cell::axes).unwrap_or_default(),
+            None => self.axes.0.iter().map(|(axis, _)| *axis).collect(),
+        }
+    }
+
+    /// The settings that hold in every cell.
+    pub fn settings(&self) -> Settings {
+        Settings {
+            values: self.fixed.values.clone(),
+            walls: self.fixed.walls,
+            placement: self.placement.as_ref().and_then(StartPlacement::placement),
+        }
+    }
+
+    /// The conditions of every cell, in the order of [`Self::all_cells`].
+    ///
+    /// # Arguments
+    ///
+    /// * `file` — name for errors.
+    /// * `measured` — the profile that `profile` names.
+    ///
+    /// # Errors
+    ///
+    /// [`SweepFileError`], the first cell that cannot be simulated.
+    pub fn resolve(
+        &self,
+        file: &str,
+        measured: &RobotProfile,
+    ) -> Result<Vec<(Cell, Conditions)>, SweepFileError> {
+        let simulated = self
+            .factors(measured)
+            .apply(measured)
+            .map_err(|source| SweepFileError::NotHarsher { file: file.to_owned(), source })?;
+        let settings = self.settings();
+        let file = || file.to_owned();
+        let resolve = |cell: Cell| match Conditions::resolve(&simulated, &settings.with_cell(&cell))
+        {
+            Ok(conditions) => match measured.check_limits(conditions.controller) {
+                Ok(()) => Ok((cell, conditions)),
+                Err(source) => Err(SweepFileError::Limits { file: file(), cell, source }),
+            },
+            Err(source) => Err(SweepFileError::Cell { file: file(), cell, source }),
+        };
+        self.all_cells().into_iter().map(resolve).collect()
+    }
+
+    /// The factors of `harsher`, those that it leaves out as this robot needs them.
+    pub fn factors(&self, measured: &RobotProfile) -> HarsherFactors {
+        self.harsher.factors(measured)
+    }
+}
+
+impl Axes {
+    fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+impl Serialize for Axes {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (axis, values) in &self.0 {
+            map.serialize_entry(axis, values)?;
+        }
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Axes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct AxesVisitor;
+        impl<'de> Visitor<'de> for AxesVisitor {
+            type Value = Axes;
+            fn expecting(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                formatter.write_str("a map from axes to their values")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Axes, A::Error> {
+                let mut axes: Vec<(Axis, AxisValues)> = Vec::new();
+                while let Some((axis, values)) = map.next_entry::<Axis, AxisValues>()? {
+                    if axes.iter().any(|(other, _)| *other == axis) {
+                        return Err(de::Error::custom(format!("axis `{axis}` is given twice")));
+                    }
+                    axes.push((axis, values));
+                }
+                Ok(Axes(axes))
+            }
+        }
+        deserializer.deserialize_map(AxesVisitor)
+    }
+}
+
+impl Serialize for Fixed {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.values.len() + 1))?;
+        for (axis, value) in &self.values {
+            map.serialize_entry(axis, value)?;
+        }
+        map.serialize_entry("walls", &self.walls)?;
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Fixed {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct FixedVisitor;
+        impl<'de> Visitor<'de> for FixedVisitor {
+            type Value = Fixed;
+            fn expecting(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                formatter.write_str("a map from axes to numbers, and `walls`")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Fixed, A::Error> {
+                let mut fixed = Fixed::default();
+                while let Some(key) = map.next_key::<String>()? {
+                    if key == "walls" {
+                        fixed.walls = map.next_value()?;
+                    } else {
+                        let axis = key.parse().map_err(de::Error::custom)?;
+                        fixed.values.push((axis, map.next_value()?));
+                    }
+                }
+                Ok(fixed)
+            }
+        }
+        deserializer.deserialize_map(FixedVisitor)
+    }
+}

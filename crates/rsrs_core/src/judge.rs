@@ -1,0 +1,8 @@
+//! The judge: from a trajectory to the phase of a swarm, how sure that is, and who agrees.
+
+pub mod agreement;
+pub mod certainty;
+pub mod number;
+pub mod order;
+pub mod phase;
+pub mod trajectory;

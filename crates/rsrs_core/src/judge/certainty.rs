@@ -1,0 +1,248 @@
+//! How sure a verdict is: how far the order parameters are from where another phase begins.
+
+use serde::Serialize;
+
+use crate::judge::order::Evidence;
+use crate::judge::phase::{LastWindow, Phase, Thresholds, Verdict, lasting};
+use crate::judge::trajectory::{Bodies, Trajectory};
+
+/// How sure a verdict is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Certainty {
+    /// Every boundary of every rule, in the order in which the judge looks.
+    pub margins: Vec<Margin>,
+    /// The least change that gives another phase; `None` if no change of what is known does.
+    pub nearest: Option<Nearest>,
+    /// Whether the phase stays the same while every order parameter moves by less than
+    /// [`SETTLED`], or by half a boundary that is itself smaller than that.
+    pub is_settled: bool,
+    /// Share of the blocks of 10 s in the window which by themselves show the same phase, from 0
+    /// to 1.
+    pub confidence: f64,
+    /// Share of these blocks that satisfy the rule of stable milling by themselves, from 0 to 1; a
+    /// stable mill breaks it in at most one of six.
+    pub steady: f64,
+}
+
+/// One order parameter and one boundary.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Margin {
+    /// The phase whose rule has this boundary.
+    pub phase: Phase,
+    /// The order parameter.
+    pub parameter: Parameter,
+    /// Where the boundary is; dimensionless.
+    pub boundary: f64,
+    /// How far the order parameter is from it: positive, or zero, where this part of the rule
+    /// holds, negative where it does not.
+    pub distance: f64,
+}
+
+/// An order parameter that a rule looks at; named as in [`Evidence`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Parameter {
+    /// Share of lost robots.
+    Lost,
+    /// Share of stuck robots.
+    Stuck,
+    /// Share of time blocked.
+    Blocked,
+    /// Normalised angular momentum.
+    Rotation,
+    /// Way around the centroid.
+    Orbit,
+    /// Roundness.
+    Circliness,
+}
+
+impl Parameter {
+    /// The name in files and reports.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Lost => "lost",
+            Self::Stuck => "stuck",
+            Self::Blocked => "blocked",
+            Self::Rotation => "rotation",
+            Self::Orbit => "orbit",
+            Self::Circliness => "circliness",
+        }
+    }
+}
+
+/// The least change that gives another phase.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Nearest {
+    /// The phase it gives.
+    pub becomes: Phase,
+    /// How far the order parameter that moves most has to move; dimensionless.
+    pub distance: f64,
+    /// The order parameters that have to move.
+    pub parameters: Vec<Parameter>,
+}
+
+/// A verdict is settled if it withstands changes of every order parameter below this.
+pub const SETTLED: f64 = 0.05;
+
+impl Certainty {
+    /// Says how sure a verdict is.
+    ///
+    /// # Arguments
+    ///
+    /// * `run` — the trajectory and the bodies that were judged.
+    /// * `verdict` — what [`crate::judge::phase::label_with`] said about them.
+    /// * `thresholds` — those that it said it with.
+    ///
+    /// # Panics
+    ///
+    /// If the verdict is of another, longer trajectory.
+    pub fn of(run: (&Trajectory, &Bodies), verdict: &Verdict, thresholds: &Thresholds) -> Self {
+        let (trajectory, bodies) = run;
+        let window = LastWindow::of(trajectory, trajectory.n_samples(), bodies).remove(0);
+        let (n_good, n_blocks) = (window.n_good(thresholds), window.blocks.len());
+        // Where the whole window is no stable mill, its blocks would change together with it.
+        let is_whole = thresholds.is_stable(&verdict.evidence);
+        let blocks = if is_whole { (n_good, n_blocks) } else { (0, 0) };
+        let state = State { evidence: verdict.evidence, blocks };
+        let margins = margins(thresholds, &state, verdict.n_robots);
+        let decided = |crossed: &[Margin]| state.after(crossed).phase(thresholds);
+        let near: Vec<Margin> = margins
+            .iter()
+            .filter(|margin| margin.distance.abs() < settled(margin))
+            .copied()
+            .collect();
+        let is_settled = !subsets(&near).any(|crossed| decided(&crossed) != verdict.phase);
+        Self {
+            nearest: nearest(&margins, verdict.phase, decided),
+            is_settled,
+            confidence: confidence(&window.blocks, verdict.phase, thresholds),
+            margins,
+            steady: n_good as f64 / n_blocks as f64,
+        }
+    }
+}
+
+/// What the rules look at.
+#[derive(Clone, Copy)]
+struct State {
+    evidence: Evidence,
+    /// Good blocks, of how many; none of a block, or where they are not asked.
+    blocks: (usize, usize),
+}
+
+impl State {
+    fn phase(&self, thresholds: &Thresholds) -> Phase {
+        lasting(thresholds.phase(&self.evidence), self.blocks)
+    }
+
+    /// The same with some order parameters just on the other side of their boundaries.
+    fn after(mut self, crossed: &[Margin]) -> Self {
+        for margin in crossed {
+            let is_upward = self.value(margin.parameter) < margin.boundary;
+            let beyond = if is_upward { margin.boundary } else { margin.boundary.next_down() };
+            self.set(margin.parameter, beyond);
+        }
+        self
+    }
+
+    fn value(&self, parameter: Parameter) -> f64 {
+        let Self { evidence, .. } = self;
+        match parameter {
+            Parameter::Lost => evidence.lost.unwrap_or(0.0),
+            Parameter::Stuck => evidence.stuck,
+            Parameter::Blocked => evidence.blocked,
+            Parameter::Rotation => evidence.rotation,
+            Parameter::Orbit => evidence.orbit,
+            Parameter::Circliness => evidence.circliness,
+        }
+    }
+
+    fn set(&mut self, parameter: Parameter, value: f64) {
+        let Self { evidence, .. } = self;
+        match parameter {
+            // None of the robots is lost below the first one.
+            Parameter::Lost => evidence.lost = Some(value),
+            Parameter::Stuck => evidence.stuck = value,
+            Parameter::Blocked => evidence.blocked = value,
+            Parameter::Rotation => evidence.rotation = value,
+            Parameter::Orbit => evidence.orbit = value,
+            Parameter::Circliness => evidence.circliness = value,
+        }
+    }
+}
+
+/// Every boundary, in the order of the rules.
+fn margins(thresholds: &Thresholds, state: &State, n_robots: usize) -> Vec<Margin> {
+    let at_least = |phase, parameter, boundary| Margin {
+        phase,
+        parameter,
+        boundary,
+        distance: state.value(parameter) - boundary,
+    };
+    let below = |phase, parameter, boundary| Margin {
+        phase,
+        parameter,
+        boundary,
+        distance: boundary - state.value(parameter),
+    };
+    let stable = Phase::StableMilling;
+    let semi_stable = Phase::SemiStableMilling;
+    vec![
+        at_least(Phase::Dispersion, Parameter::Lost, thresholds.dispersion_lost),
+        at_least(Phase::CollidingUnstable, Parameter::Stuck, thresholds.colliding_stuck),
+        at_least(Phase::CollidingUnstable, Parameter::Blocked, thresholds.colliding_blocked),
+        at_least(stable, Parameter::Rotation, thresholds.stable_rotation),
+        at_least(stable, Parameter::Orbit, thresholds.stable_orbit),
+        at_least(stable, Parameter::Circliness, thresholds.stable_circliness),
+        below(stable, Parameter::Blocked, thresholds.stable_blocked),
+        // A stable mill has lost nobody: the boundary is the first robot.
+        below(stable, Parameter::Lost, 1.0 / n_robots as f64),
+        at_least(semi_stable, Parameter::Rotation, thresholds.semi_stable_rotation),
+        at_least(semi_stable, Parameter::Orbit, thresholds.semi_stable_orbit),
+    ]
+}
+
+/// How far from a boundary is far enough.
+fn settled(margin: &Margin) -> f64 {
+    SETTLED.min(margin.boundary / 2.0)
+}
+
+/// All sets of these margins that are not empty, the smaller ones first.
+fn subsets(margins: &[Margin]) -> impl Iterator<Item = Vec<Margin>> {
+    let mut masks: Vec<u32> = (1..1 << margins.len()).collect();
+    masks.sort_by_key(|mask| mask.count_ones());
+    masks.into_iter().map(|mask| {
+        let is_in = |(index, _): &(usize, &Margin)| mask & (1 << index) != 0;
+        margins.iter().enumerate().filter(is_in).map(|(_, margin)| *margin).collect()
+    })
+}
+
+/// Widens the circle of boundaries that are crossed until the phase changes.
+fn nearest(
+    margins: &[Margin],
+    phase: Phase,
+    decided: impl Fn(&[Margin]) -> Phase,
+) -> Option<Nearest> {
+    let mut sorted = margins.to_vec();
+    sorted.sort_by(|one, other| one.distance.abs().total_cmp(&other.distance.abs()));
+    (0..sorted.len()).find_map(|last| {
+        let (closer, farthest) = (&sorted[..last], sorted[last]);
+        std::iter::once(Vec::new()).chain(subsets(closer)).find_map(|mut crossed| {
+            crossed.push(farthest);
+            let becomes = decided(&crossed);
+            (becomes != phase).then(|| Nearest {
+                becomes,
+                distance: farthest.distance.abs(),
+                parameters: crossed.iter().map(|margin| margin.parameter).collect(),
+            })
+        })
+    })
+}
+
+/// The share of blocks that show the same phase.
+fn confidence(blocks: &[Evidence], phase: Phase, thresholds: &Thresholds) -> f64 {
+    let is_same = |evidence: &&Evidence| {
+        State { evidence: **evidence, blocks: (0, 0) }.phase(thresholds) == phase
+    };
+    blocks.iter().filter(is_same).count() as f64 / blocks.len() as f64
+}

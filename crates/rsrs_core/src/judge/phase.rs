@@ -1,0 +1,393 @@
+//! The phases of a milling swarm, and the judge that tells them apart.
+
+#![expect(
+    clippy::inline_always,
+    reason = "what is not inlined into the function of a vector unit does without its instructions"
+)]
+
+mod by_reach;
+
+use std::fmt;
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use crate::judge::number::Number;
+use crate::judge::order::{Evidence, Samples, Sums, sums_with_blocks};
+use crate::judge::trajectory::{Bodies, Trajectory};
+
+/// What a swarm settled into.
+///
+/// The four phases of the paper, and `Unformed` for what is none of them: said openly, never forced
+/// into the four.
+///
+/// # Source
+///
+/// §IV step 3, the list before `fig:phase_plot2`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Phase {
+    /// One rotating circle, free of contact.
+    StableMilling,
+    /// Rotating around a centre, but not a clean circle.
+    SemiStableMilling,
+    /// None of the other four; mostly two or more separate groups.
+    Unformed,
+    /// Robots have lost each other.
+    Dispersion,
+    /// Robots block each other and stand.
+    CollidingUnstable,
+}
+
+impl Phase {
+    /// All phases, in the order of columns and legends.
+    pub const ALL: [Self; 5] = [
+        Self::StableMilling,
+        Self::SemiStableMilling,
+        Self::Unformed,
+        Self::Dispersion,
+        Self::CollidingUnstable,
+    ];
+
+    /// The name in files: `stable_milling`.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::StableMilling => "stable_milling",
+            Self::SemiStableMilling => "semi_stable_milling",
+            Self::Unformed => "unformed",
+            Self::Dispersion => "dispersion",
+            Self::CollidingUnstable => "colliding_unstable",
+        }
+    }
+
+    /// The name in pictures and reports: `stable milling`.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::StableMilling => "stable milling",
+            Self::SemiStableMilling => "semi-stable milling",
+            Self::Unformed => "unformed",
+            Self::Dispersion => "dispersion",
+            Self::CollidingUnstable => "colliding unstable",
+        }
+    }
+
+    /// The phase with this name in files.
+    pub fn from_key(key: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|phase| phase.key() == key)
+    }
+}
+
+impl fmt::Display for Phase {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.title())
+    }
+}
+
+/// Where one phase ends and the next begins; all dimensionless.
+///
+/// Stable and semi-stable milling are a continuum in circliness. So its threshold can be moved, and
+/// results say how `B_s` moves with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thresholds {
+    /// Share of lost robots from which on a swarm is dispersed.
+    pub dispersion_lost: f64,
+    /// Share of stuck robots from which on a swarm is colliding.
+    pub colliding_stuck: f64,
+    /// Share of time blocked from which on a swarm is colliding.
+    pub colliding_blocked: f64,
+    /// Least rotation of a stable mill.
+    pub stable_rotation: f64,
+    /// Least orbit of a stable mill.
+    pub stable_orbit: f64,
+    /// Least circliness of a stable mill.
+    pub stable_circliness: f64,
+    /// Share of time blocked that a stable mill stays below.
+    pub stable_blocked: f64,
+    /// Least rotation of a semi-stable mill.
+    pub semi_stable_rotation: f64,
+    /// Least orbit of a semi-stable mill.
+    pub semi_stable_orbit: f64,
+}
+
+impl Default for Thresholds {
+    fn default() -> Self {
+        Self {
+            dispersion_lost: 0.25,
+            colliding_stuck: 0.2,
+            colliding_blocked: 0.25,
+            stable_rotation: 0.9,
+            stable_orbit: 0.8,
+            stable_circliness: 0.5,
+            stable_blocked: 0.02,
+            semi_stable_rotation: 0.6,
+            semi_stable_orbit: 0.5,
+        }
+    }
+}
+
+impl Thresholds {
+    /// The phase of a swarm with these order parameters, by the first rule that holds: that of the
+    /// whole window, before [`lasting`].
+    ///
+    /// # Arguments
+    ///
+    /// * `evidence` — the order parameters; [`label`] asks nothing of those whose `lost` is unknown.
+    pub fn phase(&self, evidence: &Evidence) -> Phase {
+        let is_dispersed = evidence.lost.is_some_and(|lost| lost >= self.dispersion_lost);
+        let is_colliding =
+            evidence.stuck >= self.colliding_stuck || evidence.blocked >= self.colliding_blocked;
+        let is_semi_stable = evidence.rotation >= self.semi_stable_rotation
+            && evidence.orbit >= self.semi_stable_orbit;
+        if is_dispersed {
+            Phase::Dispersion
+        } else if is_colliding {
+            Phase::CollidingUnstable
+        } else if self.is_stable(evidence) {
+            Phase::StableMilling
+        } else if is_semi_stable {
+            Phase::SemiStableMilling
+        } else {
+            Phase::Unformed
+        }
+    }
+
+    /// The rule of stable milling alone, as blocks of a run are held against it.
+    pub fn is_stable(&self, evidence: &Evidence) -> bool {
+        evidence.rotation >= self.stable_rotation
+            && evidence.orbit >= self.stable_orbit
+            && evidence.circliness >= self.stable_circliness
+            && evidence.blocked < self.stable_blocked
+            && evidence.lost.unwrap_or(0.0) == 0.0
+    }
+}
+
+/// What the judge says about one run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// What the swarm settled into.
+    pub phase: Phase,
+    /// The order parameters of the last [`WINDOW_S`].
+    pub evidence: Evidence,
+    /// Number of robots.
+    pub n_robots: usize,
+    /// Time that was recorded, in seconds.
+    pub duration_s: f64,
+}
+
+/// Why a trajectory cannot be judged.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum JudgeError {
+    /// There is nobody to judge.
+    #[error("no robots, expected at least 1")]
+    NoRobots,
+    /// The recorded time is shorter than the window.
+    #[error("{duration_s:.1} s recorded, expected at least {WINDOW_S} s")]
+    TooShort {
+        /// Recorded time, in seconds.
+        duration_s: f64,
+    },
+    /// A pose or a command that is not a finite number.
+    #[error(
+        "robot {robot} has a pose or command that is not finite, {time_s:.2} s after the start"
+    )]
+    NotFinite {
+        /// Index of the robot.
+        robot: usize,
+        /// When, in seconds from the start.
+        time_s: f64,
+    },
+    /// The reach is unknown, and with it who has lost whom: another reach is another phase.
+    #[error("the robots' reach is not known, and decides: {}", by_reach::in_words(phases))]
+    UnknownReach {
+        /// The phase from each reach on, in metres, ascending; the first one from 0.
+        phases: Vec<(f64, Phase)>,
+    },
+}
+
+/// The time at the end of a run that is judged, in seconds.
+pub const WINDOW_S: f64 = 60.0;
+
+/// Length of the blocks in which convergence is looked for, in seconds.
+pub const BLOCK_S: f64 = 10.0;
+
+/// As many good blocks in a row are a mill that has formed.
+pub const GOOD_BLOCKS: usize = 3;
+
+/// As many blocks of the window may break the rule of stable milling: a ring in which a single
+/// robot strays for a moment is still one.
+pub const STRAY_BLOCKS: usize = 1;
+
+/// The phase of a run whose whole window shows this one: a mill that tears apart inside the window
+/// is not stable, however good it is on average.
+///
+/// # Arguments
+///
+/// * `whole` — what [`Thresholds::phase`] says.
+/// * `n_good`, `n_blocks` — how many of the window's blocks of 10 s satisfy the rule of stable
+///   milling by themselves, of how many.
+///
+/// # Source
+///
+/// Of nine rules this meets most labels by eye: `docs/judge_by_eye.md`.
+pub fn lasting(whole: Phase, (n_good, n_blocks): (usize, usize)) -> Phase {
+    if whole == Phase::StableMilling && n_good + STRAY_BLOCKS < n_blocks {
+        return Phase::SemiStableMilling;
+    }
+    whole
+}
+
+/// Labels a run: simulated or real, by what a bag can know.
+///
+/// Motion comes before shape: a jammed ring is round, too. And a mill lasts: at most one of the
+/// window's six blocks may break the rule of stable milling ([`lasting`]).
+///
+/// # Arguments
+///
+/// * `trajectory` — at least [`WINDOW_S`] long; only that much of its end is judged.
+/// * `bodies` — what is known of the robots.
+///
+/// # Errors
+///
+/// [`JudgeError`] if there is no robot, too little time, a number that is not finite, or a reach that
+/// is not known.
+///
+/// # Source
+///
+/// The phases of §IV step 3; the paper labelled by eye, the thresholds are ours ([`Thresholds`]).
+pub fn label(trajectory: &Trajectory, bodies: &Bodies) -> Result<Verdict, JudgeError> {
+    label_with(trajectory, bodies, &Thresholds::default())
+}
+
+/// As [`label`], with other thresholds.
+///
+/// # Errors
+///
+/// As [`label`].
+pub fn label_with(
+    trajectory: &Trajectory,
+    bodies: &Bodies,
+    thresholds: &Thresholds,
+) -> Result<Verdict, JudgeError> {
+    check(trajectory)?;
+    let window = LastWindow::of(trajectory, trajectory.n_samples(), bodies).remove(0);
+    if window.whole.lost.is_none() {
+        let phases = by_reach::phases(trajectory, bodies.radius_m, thresholds);
+        return Err(JudgeError::UnknownReach { phases });
+    }
+    Ok(Verdict {
+        phase: window.phase(thresholds),
+        evidence: window.whole,
+        n_robots: trajectory.n_robots,
+        duration_s: trajectory.duration_s(),
+    })
+}
+
+/// The order parameters of the end of a run.
+#[derive(Clone, Debug)]
+pub struct LastWindow {
+    /// Of the last [`WINDOW_S`].
+    pub whole: Evidence,
+    /// Of each of its blocks of [`BLOCK_S`] by itself.
+    pub blocks: Vec<Evidence>,
+}
+
+impl LastWindow {
+    /// The last window of each world.
+    ///
+    /// # Arguments
+    ///
+    /// * `samples`, `bodies` — of all worlds.
+    /// * `n_samples` — how many samples there are; at least a window.
+    #[inline(always)]
+    pub fn of<S: Samples>(samples: &S, n_samples: usize, bodies: &Bodies) -> Vec<Self> {
+        let n_window = samples_in(WINDOW_S, samples.period_s());
+        let n_block = samples_in(BLOCK_S, samples.period_s()).min(n_window);
+        let window = n_samples - n_window..n_samples;
+        let (whole, blocks) = sums_with_blocks(samples, window, bodies, n_block);
+        let evidence = |sums: &Sums<S::Number>, lane| sums.evidence(samples, bodies, lane);
+        let of_lane = |lane| Self {
+            whole: evidence(&whole, lane),
+            blocks: blocks.iter().map(|sums| evidence(sums, lane)).collect(),
+        };
+        (0..S::Number::LANES).map(of_lane).collect()
+    }
+
+    /// How many blocks satisfy the rule of stable milling by themselves.
+    pub fn n_good(&self, thresholds: &Thresholds) -> usize {
+        self.blocks.iter().filter(|evidence| thresholds.is_stable(evidence)).count()
+    }
+
+    /// What the run settled into.
+    pub fn phase(&self, thresholds: &Thresholds) -> Phase {
+        lasting(thresholds.phase(&self.whole), (self.n_good(thresholds), self.blocks.len()))
+    }
+}
+
+/// When a run that ended in stable milling began to: the start of the first three consecutive
+/// blocks of 10 s that satisfy the rule of stable milling.
+///
+/// # Arguments
+///
+/// * `trajectory`, `bodies` — as for [`label`].
+/// * `phase` — what [`label`] said about them.
+///
+/// # Returns
+///
+/// Seconds from the start; `None` if the run did not end in stable milling, or never stayed in it
+/// for three blocks.
+pub fn converged_s(trajectory: &Trajectory, bodies: &Bodies, phase: Phase) -> Option<f64> {
+    if phase != Phase::StableMilling {
+        return None;
+    }
+    let thresholds = Thresholds::default();
+    let n_block = samples_in(BLOCK_S, trajectory.period_s);
+    let mut good_blocks = 0;
+    for block in 0..trajectory.n_samples() / n_block {
+        let samples = block * n_block..(block + 1) * n_block;
+        let is_good = thresholds.is_stable(&Evidence::of(trajectory, samples, bodies));
+        good_blocks = if is_good { good_blocks + 1 } else { 0 };
+        if good_blocks == GOOD_BLOCKS {
+            let first = block + 1 - GOOD_BLOCKS;
+            return Some((first * n_block) as f64 * trajectory.period_s);
+        }
+    }
+    None
+}
+
+/// Whole periods in a time, at least one: the samples of a window or a block.
+///
+/// # Arguments
+///
+/// * `time_s`, `period_s` — the time and the control period, in seconds; positive.
+pub fn samples_in(time_s: f64, period_s: f64) -> usize {
+    // A whole number of periods may fall short of it by a rounding error.
+    ((time_s / period_s + 1e-9).floor() as usize).max(1)
+}
+
+/// The samples that are judged: the last [`WINDOW_S`] of them.
+pub(crate) fn window(trajectory: &Trajectory) -> Range<usize> {
+    let n_samples = trajectory.n_samples();
+    n_samples - samples_in(WINDOW_S, trajectory.period_s)..n_samples
+}
+
+fn check(trajectory: &Trajectory) -> Result<(), JudgeError> {
+    if trajectory.n_robots == 0 {
+        return Err(JudgeError::NoRobots);
+    }
+    assert_eq!(trajectory.poses.len(), trajectory.commands.len(), "one command for each pose");
+    let not_finite =
+        trajectory.poses.iter().zip(&trajectory.commands).position(|(pose, command)| {
+            let numbers = pose.x_m + pose.y_m + pose.heading_rad;
+            !(numbers + command.speed_m_s + command.turn_rate_rad_s).is_finite()
+        });
+    if let Some(row) = not_finite {
+        return Err(JudgeError::NotFinite {
+            robot: row % trajectory.n_robots,
+            time_s: (row / trajectory.n_robots) as f64 * trajectory.period_s,
+        });
+    }
+    if trajectory.n_samples() < samples_in(WINDOW_S, trajectory.period_s) {
+        return Err(JudgeError::TooShort { duration_s: trajectory.duration_s() });
+    }
+    Ok(())
+}

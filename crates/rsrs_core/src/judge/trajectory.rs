@@ -1,0 +1,75 @@
+//! What a swarm did: the poses and commands of every robot over time, as a bag can know them.
+
+use serde::{Deserialize, Serialize};
+
+use crate::conditions::Region;
+use crate::robot::controller::Command;
+use crate::robot::profile::Sees;
+use crate::robot::unicycle::Pose;
+
+/// Poses and commands of `n_robots` robots, sampled once per control period.
+///
+/// Sample `k` holds the pose that was sensed in period `k` and the command that answered it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory {
+    /// Control period `Δt` between samples, in seconds; positive.
+    pub period_s: f64,
+    /// Number of robots.
+    pub n_robots: usize,
+    /// Poses, sample by sample, robot by robot; shape `[n_samples * n_robots]`.
+    pub poses: Vec<Pose>,
+    /// Commands, in the order of `poses`; shape `[n_samples * n_robots]`.
+    pub commands: Vec<Command>,
+}
+
+/// What the judge must know of the robots besides their trajectory.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bodies {
+    /// Radius of one robot's body, in metres; unknown for many a foreign bag.
+    pub radius_m: Option<f64>,
+    /// Reach: how far from a robot's centre the centre of another can be seen, in metres; unknown
+    /// for many a foreign bag.
+    ///
+    /// Where bodies are seen this is more than the sensor's range: see
+    /// [`Region::reach_m`](crate::conditions::Region::reach_m).
+    pub reach_m: Option<f64>,
+}
+
+impl Bodies {
+    /// What is known of robots with this sensor.
+    ///
+    /// # Arguments
+    ///
+    /// * `region`, `sees` — where a robot detects what of a neighbour.
+    /// * `radius_m` — radius of every robot's body, in metres.
+    pub fn seen_by(region: &Region, sees: Sees, radius_m: f64) -> Self {
+        Self { radius_m: Some(radius_m), reach_m: Some(region.reach_m(sees, radius_m)) }
+    }
+}
+
+impl Trajectory {
+    /// An empty trajectory to be filled sample by sample.
+    pub fn new(period_s: f64, n_robots: usize) -> Self {
+        Self { period_s, n_robots, poses: Vec::new(), commands: Vec::new() }
+    }
+
+    /// Number of samples in time.
+    pub fn n_samples(&self) -> usize {
+        self.poses.len().checked_div(self.n_robots).unwrap_or(0)
+    }
+
+    /// Recorded time, in seconds: one period for each sample.
+    pub fn duration_s(&self) -> f64 {
+        self.n_samples() as f64 * self.period_s
+    }
+
+    /// Poses of all robots in one sample; shape `[n_robots]`.
+    pub fn poses_at(&self, sample: usize) -> &[Pose] {
+        &self.poses[sample * self.n_robots..(sample + 1) * self.n_robots]
+    }
+
+    /// Commands of all robots in one sample; shape `[n_robots]`.
+    pub fn commands_at(&self, sample: usize) -> &[Command] {
+        &self.commands[sample * self.n_robots..(sample + 1) * self.n_robots]
+    }
+}

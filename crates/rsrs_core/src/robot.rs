@@ -1,0 +1,7 @@
+//! The robot: as measured, as made worse, and what it does with what it sees.
+
+pub mod capability;
+pub mod controller;
+pub mod harsher;
+pub mod profile;
+pub mod unicycle;

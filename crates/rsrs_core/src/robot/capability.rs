@@ -1,0 +1,305 @@
+//! Whether a simulated robot is at most as capable as the measured one, capability by capability.
+//!
+//! This is what "worse than the robots" can be checked for by a machine. It does not imply
+//! `eq:simulatorreq`, which is about trajectories, nor `eq:finalgap`, which is about behaviours:
+//! imperfection also helps (some false detections break up split groups).
+
+use serde::Serialize;
+
+use crate::conditions::{Conditions, ConditionsError, Region, Settings, SimulatedRobot};
+use crate::diagram::axis::Axis;
+use crate::robot::profile::{RobotProfile, Sees};
+use crate::statistics::interval::Interval;
+use crate::trials::fit::{Rate, SensorMap, polygon_contains};
+
+pub use lost::{LostCapability, lost_capabilities};
+
+mod lost;
+
+/// A capability in which a simulated robot is better than the measured one.
+#[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
+#[error(
+    "{capability}: simulated {simulated}, measured {measured}; expected the simulated robot to be \
+     at most as capable, so {expected}"
+)]
+pub struct CapabilityViolation {
+    /// Name of the capability, with its unit.
+    pub capability: &'static str,
+    /// The measured robot's.
+    pub measured: String,
+    /// The simulated robot's.
+    pub simulated: String,
+    /// What the simulated one must be, in words.
+    pub expected: &'static str,
+}
+
+/// Compares the robots of some conditions with the measured robot at the same commands.
+///
+/// # Arguments
+///
+/// * `measured` — the profile.
+/// * `simulated` — conditions of a cell: made harsher, with the values of its axes.
+///
+/// # Returns
+///
+/// Every violation, in the order of a profile; none if the simulated robot is nowhere better.
+///
+/// # Errors
+///
+/// [`ConditionsError`] if the measured profile cannot be a robot.
+///
+/// # Source
+///
+/// `eq:simulatorreq` and §IV step 2: "purposefully exaggerated to be worse".
+pub fn violations(
+    measured: &RobotProfile,
+    simulated: &Conditions,
+) -> Result<Vec<CapabilityViolation>, ConditionsError> {
+    let settings = Settings {
+        placement: None,
+        values: vec![
+            (Axis::Speed, simulated.controller.speed_m_s),
+            (Axis::TurnRate, simulated.controller.turn_rate_rad_s),
+            (Axis::Robots, simulated.robots as f64),
+        ],
+        walls: simulated.arena.walls,
+    };
+    let measured = Conditions::resolve(measured, &settings)?;
+    let mut found: Vec<CapabilityViolation> =
+        numbers(&measured, simulated).into_iter().filter_map(Compared::violation).collect();
+    found.extend(rotation(&measured.robot, &simulated.robot));
+    found.extend(region(&measured.robot, &simulated.robot));
+    Ok(found)
+}
+
+/// One number of both robots.
+struct Compared {
+    capability: &'static str,
+    measured: f64,
+    simulated: f64,
+    order: Order,
+}
+
+/// Which way a number is worse.
+#[derive(Clone, Copy)]
+enum Order {
+    /// More is worse: noise, errors, delays.
+    MoreIsWorse,
+    /// Less is worse.
+    LessIsWorse,
+    /// Further from 1 on the same side is worse: mean gains.
+    FartherFromOneIsWorse,
+    /// Neither is worse, so it must be the same.
+    Same,
+}
+
+/// What binary fractions may differ by where numbers are equal.
+const ROUNDING: f64 = 1e-9;
+
+impl Compared {
+    fn violation(self) -> Option<CapabilityViolation> {
+        let Self { capability, measured, simulated, order } = self;
+        let (is_kept, expected) = match order {
+            Order::MoreIsWorse => (simulated >= measured - ROUNDING, "the same or more"),
+            Order::LessIsWorse => (simulated <= measured + ROUNDING, "the same or less"),
+            Order::Same => ((simulated - measured).abs() <= ROUNDING, "the same"),
+            Order::FartherFromOneIsWorse => {
+                let (measured, simulated) = (measured - 1.0, simulated - 1.0);
+                let is_farther = simulated.abs() >= measured.abs() - ROUNDING;
+                let is_same_side = simulated * measured >= 0.0 || measured.abs() <= ROUNDING;
+                (is_farther && is_same_side, "the same or farther from 1 on the same side")
+            }
+        };
+        let (measured, simulated) = (measured.to_string(), simulated.to_string());
+        (!is_kept).then_some(CapabilityViolation { capability, measured, simulated, expected })
+    }
+}
+
+fn numbers(measured: &Conditions, simulated: &Conditions) -> Vec<Compared> {
+    use Order::{FartherFromOneIsWorse, LessIsWorse, MoreIsWorse, Same};
+    let periods = (measured.period_s, simulated.period_s);
+    let (measured, simulated) = (&measured.robot, &simulated.robot);
+    let both = |value: fn(&SimulatedRobot) -> f64| (value(measured), value(simulated));
+    let rows = [
+        ("body radius (m)", both(|robot| robot.radius_m), Same),
+        ("front sector (rad)", both(|robot| robot.front_half_angle_rad), MoreIsWorse),
+        ("speed gain, mean", both(|robot| robot.speed_gain.mean), FartherFromOneIsWorse),
+        ("speed gain, sd between robots", both(|robot| robot.speed_gain.robot_sd), MoreIsWorse),
+        ("speed gain, sd between steps", both(|robot| robot.speed_gain.step_sd), MoreIsWorse),
+        ("turn gain, mean", both(|robot| robot.turn_gain.mean), FartherFromOneIsWorse),
+        ("turn gain, sd between robots", both(|robot| robot.turn_gain.robot_sd), MoreIsWorse),
+        ("turn gain, sd between steps", both(|robot| robot.turn_gain.step_sd), MoreIsWorse),
+        ("turn bias, sd (rad/s)", both(|robot| robot.turn_bias_sd_rad_s), MoreIsWorse),
+        ("heading noise, sd per step (rad)", both(|robot| robot.heading_noise_sd_rad), MoreIsWorse),
+        ("gusts, sd (m/s)", both(|robot| robot.gust_sd_m_s), MoreIsWorse),
+        ("yaw lag (s)", both(|robot| robot.yaw_lag_s), MoreIsWorse),
+        ("true-positive rate", both(|robot| robot.true_positive), LessIsWorse),
+        ("false-positive rate", both(|robot| robot.false_positive), MoreIsWorse),
+        ("sensor latency (steps)", both(|robot| f64::from(robot.latency_steps)), MoreIsWorse),
+        ("control period (s)", periods, MoreIsWorse),
+    ];
+    let compared = |(capability, (measured, simulated), order)| Compared {
+        capability,
+        measured,
+        simulated,
+        order,
+    };
+    rows.into_iter().map(compared).collect()
+}
+
+fn rotation(measured: &SimulatedRobot, simulated: &SimulatedRobot) -> Option<CapabilityViolation> {
+    let is_better = simulated.rotates_while_blocked && !measured.rotates_while_blocked;
+    is_better.then(|| CapabilityViolation {
+        capability: "turns while blocked",
+        measured: "no".to_owned(),
+        simulated: "yes".to_owned(),
+        expected: "no",
+    })
+}
+
+/// The simulated region must lie in the measured one, for what it must contain of a neighbour.
+fn region(measured: &SimulatedRobot, simulated: &SimulatedRobot) -> Option<CapabilityViolation> {
+    // A body that touches a region is seen from further away than its centre in the same region.
+    if simulated.sees == Sees::Body && measured.sees == Sees::Centre {
+        return Some(CapabilityViolation {
+            capability: "what of a neighbour is seen",
+            measured: "its centre".to_owned(),
+            simulated: "its body".to_owned(),
+            expected: "its centre",
+        });
+    }
+    let is_inside = match (&measured.region, &simulated.region) {
+        (
+            Region::Cone { half_angle_rad, range_m },
+            Region::Cone { half_angle_rad: simulated_angle_rad, range_m: simulated_m },
+        ) => {
+            *simulated_angle_rad <= half_angle_rad + ROUNDING && *simulated_m <= range_m + ROUNDING
+        }
+        (_, simulated) => border_m(simulated).iter().all(|point| covers(&measured.region, *point)),
+    };
+    (!is_inside).then(|| CapabilityViolation {
+        capability: "sensing region",
+        measured: described(&measured.region),
+        simulated: described(&simulated.region),
+        expected: "inside the measured one",
+    })
+}
+
+/// Points that a convex region must contain in order to contain this one; also its outline for a
+/// picture, counterclockwise, in metres.
+pub fn border_m(region: &Region) -> Vec<[f64; 2]> {
+    match region {
+        Region::Polygon { corners_m } => corners_m.clone(),
+        Region::Cone { half_angle_rad, range_m } => {
+            let arc = (0..=64_u32).map(|step| {
+                let bearing_rad = half_angle_rad * (f64::from(step) / 32.0 - 1.0);
+                let (sine, cosine) = libm::sincos(bearing_rad);
+                [range_m * cosine, range_m * sine]
+            });
+            std::iter::once([0.0, 0.0]).chain(arc).collect()
+        }
+    }
+}
+
+fn covers(region: &Region, [x_m, y_m]: [f64; 2]) -> bool {
+    match region {
+        Region::Polygon { corners_m } => polygon_contains(corners_m, [x_m, y_m]),
+        Region::Cone { half_angle_rad, range_m } => {
+            let is_near = libm::hypot(x_m, y_m) <= range_m + ROUNDING;
+            is_near && y_m.abs() <= x_m * libm::tan(*half_angle_rad) + ROUNDING
+        }
+    }
+}
+
+fn described(region: &Region) -> String {
+    match region {
+        Region::Cone { half_angle_rad, range_m } => {
+            format!("a cone of {half_angle_rad} rad to either side and {range_m} m")
+        }
+        Region::Polygon { corners_m } => {
+            let corners: Vec<String> =
+                corners_m.iter().map(|[x_m, y_m]| format!("({x_m:.3}, {y_m:.3})")).collect();
+            format!("a polygon of {} m", corners.join(" "))
+        }
+    }
+}
+
+/// A place at which the detections that were counted contradict the simulated sensor.
+#[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum SensorViolation {
+    /// The real sensor misses more where the simulated one sees.
+    #[error(
+        "at {distance_m} m, {bearing_rad} rad the robots detected {} of {} (at most {:.3}), the simulated \
+         robot detects {simulated}",
+        rate.detections, rate.samples, rate.high
+    )]
+    Missed {
+        /// Distance of the centres, in metres.
+        distance_m: f64,
+        /// Bearing, in radians.
+        bearing_rad: f64,
+        /// What was counted.
+        rate: Rate,
+        /// The simulated true-positive rate.
+        simulated: f64,
+    },
+    /// The real sensor reports more neighbours that are none.
+    #[error(
+        "without a neighbour the robots detected {} of {} (at least {:.4}), the simulated robot \
+         detects {simulated}",
+        rate.detections, rate.samples, rate.low
+    )]
+    FalseAlarms {
+        /// What was counted.
+        rate: Rate,
+        /// The simulated false-positive rate.
+        simulated: f64,
+    },
+}
+
+/// Holds the detections that were counted against a simulated sensor.
+///
+/// A place in the simulated region is a violation if fewer were detected there than the simulated
+/// sensor does, beyond chance: the upper bound of its share, at a level divided by the number of
+/// places (Bonferroni), lies below. So a sensor that is exactly as simulated is accused in at most
+/// 5 % of all fits.
+///
+/// # Arguments
+///
+/// * `map` — the measured sensor.
+/// * `simulated` — the robot of a cell; with `sees: body`, places up to a body's radius from the
+///   region are beyond what is checked.
+///
+/// # Returns
+///
+/// The violations, false alarms last.
+///
+/// # Source
+///
+/// C. J. Clopper, E. S. Pearson, Biometrika 26, 1934.
+pub fn sensor_violations(map: &SensorMap, simulated: &SimulatedRobot) -> Vec<SensorViolation> {
+    let inside: Vec<_> =
+        map.nodes.iter().filter(|node| covers(&simulated.region, node.place_m())).collect();
+    let level = LEVEL / (inside.len() + 1) as f64;
+    let missed = inside.iter().filter_map(|node| {
+        let rate = node.rate;
+        let bounds = Interval::with_tails(rate.detections, rate.samples, level);
+        (bounds.high < simulated.true_positive).then_some(SensorViolation::Missed {
+            distance_m: node.distance_m,
+            bearing_rad: node.bearing_rad,
+            rate,
+            simulated: simulated.true_positive,
+        })
+    });
+    let alarm = map.false_positive;
+    let bounds = Interval::with_tails(alarm.detections, alarm.samples, level);
+    let alarms = (bounds.low > simulated.false_positive).then_some(SensorViolation::FalseAlarms {
+        rate: alarm,
+        simulated: simulated.false_positive,
+    });
+    missed.chain(alarms).collect()
+}
+
+/// Most that a faultless fit may be accused.
+const LEVEL: f64 = 0.05;

@@ -1,0 +1,33 @@
+//! How many of so many runs milled.
+
+use serde::{Deserialize, Serialize};
+
+use crate::diagram::PhaseCounts;
+use crate::judge::phase::Phase;
+use crate::statistics::interval::Interval;
+
+/// Runs that ended in stable milling, of all runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Share {
+    /// Runs that did.
+    pub hits: u64,
+    /// All runs.
+    pub n: u64,
+}
+
+impl Share {
+    /// The share of stable milling among counted phases.
+    pub fn milling(counts: &PhaseCounts) -> Self {
+        Self { hits: counts.get(Phase::StableMilling), n: counts.total() }
+    }
+
+    /// The share itself; 0 without runs.
+    pub fn value(self) -> f64 {
+        if self.n == 0 { 0.0 } else { self.hits as f64 / self.n as f64 }
+    }
+
+    /// Its 95 % confidence interval.
+    pub fn interval(self) -> Interval {
+        Interval::clopper_pearson(self.hits, self.n)
+    }
+}

@@ -1,0 +1,153 @@
+//! Trajectories of single robots under known commands, from a tracker or a bag.
+
+use std::collections::BTreeMap;
+
+use super::error::{TrialError, TrialProblem};
+use super::table::Table;
+use crate::robot::controller::Command;
+use crate::robot::unicycle::Pose;
+
+/// One robot's pose and the command it had at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DrivenSample {
+    /// Time, in seconds.
+    pub time_s: f64,
+    /// The pose; the heading is continuous, not wrapped.
+    pub pose: Pose,
+    /// The command that was sent then, and held until the next sample.
+    pub command: Command,
+}
+
+/// One robot driven once.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrivenTrial {
+    /// The robot.
+    pub robot: String,
+    /// The trial's name, unique for the robot.
+    pub trial: String,
+    /// Samples, ascending in time; 2 or more.
+    pub samples: Vec<DrivenSample>,
+}
+
+impl DrivenTrial {
+    /// Time from the first sample to the last, in seconds.
+    pub fn duration_s(&self) -> f64 {
+        self.samples[self.samples.len() - 1].time_s - self.samples[0].time_s
+    }
+
+    /// The pose at a time after the start, in the frame in which the robot started at the origin,
+    /// heading along x; linear between samples, the last held beyond.
+    pub fn displacement_at(&self, after_s: f64) -> Pose {
+        let start = self.samples[0];
+        let time_s = start.time_s + after_s;
+        let above = self.samples.partition_point(|sample| sample.time_s <= time_s);
+        let low = self.samples[above.max(1) - 1];
+        let high = self.samples[above.min(self.samples.len() - 1)];
+        let span_s = high.time_s - low.time_s;
+        let share = if span_s > 0.0 { (time_s - low.time_s) / span_s } else { 0.0 };
+        let between = |from: f64, to: f64| from + share * (to - from);
+        let (dx_m, dy_m) = (
+            between(low.pose.x_m, high.pose.x_m) - start.pose.x_m,
+            between(low.pose.y_m, high.pose.y_m) - start.pose.y_m,
+        );
+        let (sine, cosine) = libm::sincos(start.pose.heading_rad);
+        Pose {
+            x_m: dx_m * cosine + dy_m * sine,
+            y_m: dy_m * cosine - dx_m * sine,
+            heading_rad: between(low.pose.heading_rad, high.pose.heading_rad)
+                - start.pose.heading_rad,
+        }
+    }
+
+    /// The command, if it was the same all the time. The last sample's is never driven, and trackers
+    /// often write a stop there.
+    pub fn constant_command(&self) -> Option<Command> {
+        let first = self.samples[0].command;
+        let driven = &self.samples[..self.samples.len() - 1];
+        driven.iter().all(|sample| sample.command == first).then_some(first)
+    }
+
+    /// The command that held at a time after the start.
+    pub fn command_at(&self, after_s: f64) -> Command {
+        let time_s = self.samples[0].time_s + after_s;
+        // A step that falls on a sample takes that sample's command, whatever the rounding.
+        let above = self.samples.partition_point(|sample| sample.time_s <= time_s + 1e-9);
+        self.samples[above.max(1) - 1].command
+    }
+}
+
+/// Reads trajectories: `robot,trial,time_s,x_m,y_m,heading_rad,commanded_m_s,commanded_rad_s`.
+///
+/// Rows may stand in any order; each trial is sorted by time and its heading made continuous.
+///
+/// # Returns
+///
+/// The trials, by robot and then by trial.
+///
+/// # Errors
+///
+/// [`TrialError`], the first problem found.
+pub fn driven_trials(file: &str, text: &str) -> Result<Vec<DrivenTrial>, TrialError> {
+    let required = [
+        "robot",
+        "trial",
+        "time_s",
+        "x_m",
+        "y_m",
+        "heading_rad",
+        "commanded_m_s",
+        "commanded_rad_s",
+    ];
+    let mut table = Table::open(file, text, &required, &[])?;
+    let mut trials: BTreeMap<(String, String), Vec<(u64, DrivenSample)>> = BTreeMap::new();
+    while let Some(row) = table.next_row()? {
+        let pose = Pose { x_m: row.number(3)?, y_m: row.number(4)?, heading_rad: row.number(5)? };
+        row.below(3, pose.x_m, MAX_PLACE_M, "mm")?;
+        row.below(4, pose.y_m, MAX_PLACE_M, "mm")?;
+        let command = Command { speed_m_s: row.number(6)?, turn_rate_rad_s: row.number(7)? };
+        row.below(6, command.speed_m_s, super::MAX_SPEED_M_S, "mm/s")?;
+        row.below(7, command.turn_rate_rad_s, super::MAX_TURN_RATE_RAD_S, "degrees per second")?;
+        let sample = DrivenSample { time_s: row.number(2)?, pose, command };
+        let key = (row.name(0)?.to_owned(), row.name(1)?.to_owned());
+        let line = row.line;
+        let samples = trials.entry(key).or_default();
+        // A first heading is at most once around; later ones may count turns.
+        if samples.is_empty() {
+            row.below(5, pose.heading_rad, 6.3, "degrees")?;
+        }
+        samples.push((line, sample));
+    }
+    if trials.is_empty() {
+        return Err(table.refuse(TrialProblem::NoRows));
+    }
+    let in_order = |((robot, trial), samples)| in_order(file, robot, trial, samples);
+    trials.into_iter().map(in_order).collect()
+}
+
+/// Nobody's arena is larger.
+const MAX_PLACE_M: f64 = 500.0;
+
+fn in_order(
+    file: &str,
+    robot: String,
+    trial: String,
+    mut samples: Vec<(u64, DrivenSample)>,
+) -> Result<DrivenTrial, TrialError> {
+    samples.sort_by(|left, right| left.1.time_s.total_cmp(&right.1.time_s));
+    let refuse = |line, problem| Err(TrialError { file: file.to_owned(), line, problem });
+    if let Some(pair) = samples.windows(2).find(|pair| pair[0].1.time_s >= pair[1].1.time_s) {
+        let time_s = pair[1].1.time_s;
+        return refuse(pair[1].0, TrialProblem::TimeTwice { robot, trial, time_s });
+    }
+    if samples.len() < 2 {
+        return refuse(samples[0].0, TrialProblem::OneSample { robot, trial });
+    }
+    let mut samples: Vec<DrivenSample> = samples.into_iter().map(|(_, sample)| sample).collect();
+    for index in 1..samples.len() {
+        let before = samples[index - 1].pose.heading_rad;
+        let heading = &mut samples[index].pose.heading_rad;
+        // The nearest heading that looks the same.
+        *heading -= ((*heading - before) / std::f64::consts::TAU).round() * std::f64::consts::TAU;
+    }
+    Ok(DrivenTrial { robot, trial, samples })
+}
