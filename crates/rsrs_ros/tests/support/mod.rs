@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::io::Write;
 use std::process::Command;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
 use rsrs_ros::confine;
@@ -15,8 +15,35 @@ const IS_CHILD: &str = "RSRS_TEST_IN_OWN_NETWORK";
 /// Printed at the end of the body, so that a child which ran no test is noticed.
 const DONE: &str = "the body of the test has run";
 
-/// Robots that are driven in real time have deadlines; two fleets at once would miss each other's.
-static ONE_FLEET: Mutex<()> = Mutex::new(());
+/// Robots that are driven in real time have deadlines, and use a fifth of a processor or less: so many
+/// networks at once leave each its time.
+const MOST_NETWORKS: usize = 3;
+
+/// How many networks there are now.
+static N_NETWORKS: Mutex<usize> = Mutex::new(0);
+static ONE_ENDED: Condvar = Condvar::new();
+
+/// One of the networks that there may be at once.
+struct Permit;
+
+impl Permit {
+    /// Waits until there is room for one more.
+    fn acquire() -> Self {
+        let n_networks = N_NETWORKS.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut n_networks = ONE_ENDED
+            .wait_while(n_networks, |n_networks| *n_networks == MOST_NETWORKS)
+            .unwrap_or_else(PoisonError::into_inner);
+        *n_networks += 1;
+        Self
+    }
+}
+
+impl Drop for Permit {
+    fn drop(&mut self) {
+        *N_NETWORKS.lock().unwrap_or_else(PoisonError::into_inner) -= 1;
+        ONE_ENDED.notify_one();
+    }
+}
 
 /// Long enough for a busy machine.
 pub const PATIENCE: Duration = Duration::from_secs(30);
@@ -51,7 +78,7 @@ pub fn in_own_network_with(test: &str, variables: &[(&str, OsString)], body: imp
 }
 
 fn run_child(test: &str, variables: &[(&str, OsString)]) {
-    let _alone = ONE_FLEET.lock().unwrap_or_else(PoisonError::into_inner);
+    let _permit = Permit::acquire();
     let executable = std::env::current_exe().expect("a running test has an executable");
     // Robots have deadlines, and the tests beside this one do not; where a user may not ask for a
     // higher priority, `nice` runs the command as it is. A real-time class would be no help: nodes of
