@@ -8,6 +8,7 @@
 //! events, so readiness comes from the discovery database ([`Session::wait_for_readers`]) and the
 //! names of nodes from our own reader of `ros_discovery_info`.
 
+mod absence;
 mod endpoint;
 mod error;
 mod graph;
@@ -29,15 +30,16 @@ use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
 use std::time::Duration;
 
 use futures::{Stream, StreamExt};
-use ros2_client::{Context, MessageTypeName, Name, NodeName, NodeOptions};
+use ros2_client::{Context, NodeName, NodeOptions};
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::topics::{Qos, Reliability};
 use rustdds::DomainParticipantBuilder;
 
 use crate::ros_args::RosArgs;
 
+pub use absence::OutOfReach;
 pub use endpoint::{Endpoint, EndpointKind};
-pub use error::{NotMatched, PublishError, SessionError};
+pub use error::{NotMatched, PublishError, SessionEnded, SessionError};
 pub use node::NodeHandle;
 pub use publisher::Publisher;
 pub(crate) use qos::profile;
@@ -47,8 +49,10 @@ pub use subscription::{Counts, Received, ReceivedRaw, Subscription};
 pub use threads::MiddlewareEnded;
 pub(crate) use wire::Bytes;
 
+use absence::Absences;
 use endpoint::Index;
 use graph::Graph;
+use node::{message_type, ros_name};
 use pace::Pace;
 use quality::Watch;
 use subscription::{Failure, Tasks};
@@ -57,6 +61,9 @@ use wire::Wire;
 
 /// How often the discovery database is asked while waiting for somebody.
 pub(crate) const POLL: Duration = Duration::from_millis(20);
+
+/// How often to look whether the session can still send and receive.
+const LOOK: Duration = Duration::from_millis(250);
 
 /// Where a session lives.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -78,6 +85,7 @@ pub struct Session {
     nodes: Mutex<BTreeMap<String, (NodeHandle, ros2_client::Node)>>,
     tasks: Tasks,
     threads: Threads,
+    absences: Absences,
     graph: Arc<Graph>,
     follows_graph: Once,
     watch: Arc<Watch>,
@@ -114,12 +122,14 @@ impl Session {
             participant.create_subscriber(&qos).map_err(|error| failed(error.to_string()))?;
         let context = Context::from_domain_participant(participant.clone())
             .map_err(|error| failed(error.to_string()))?;
+        let absences = Absences::of(&participant);
 
         Ok(Self {
             participant,
             publisher,
             subscriber,
             context,
+            absences,
             nodes: Mutex::default(),
             tasks: Tasks::on(runtime),
             threads,
@@ -336,10 +346,18 @@ impl Session {
         names.into_iter().collect()
     }
 
-    /// Waits until the middleware has ended by itself, after which nothing is sent or received any
-    /// more although no call fails. A node ends then, so that a service can start it again.
-    pub async fn ended(&self) -> MiddlewareEnded {
-        self.threads.ended().await
+    /// Waits until nothing is sent or received any more although no call fails. A node ends then, so
+    /// that a service can start it again.
+    pub async fn ended(&self) -> SessionEnded {
+        loop {
+            tokio::time::sleep(LOOK).await;
+            if let Some(ended) = self.threads.have_ended() {
+                return ended.into();
+            }
+            if let Some(out_of_reach) = self.absences.update() {
+                return out_of_reach.into();
+            }
+        }
     }
 
     /// Whether the middleware has ended, for a program that has itself stood still for a while: a
@@ -425,20 +443,4 @@ impl Session {
 /// Locks what no panic can leave half-changed.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// A topic's name as ros2-client wants it.
-fn ros_name(topic: &str) -> Result<Name, SessionError> {
-    let refused = |reason: String| SessionError::Name { name: topic.to_owned(), reason };
-    if !topic.starts_with('/') {
-        return Err(refused("it must be absolute, with a slash in front".to_owned()));
-    }
-    Name::parse(topic).map_err(|error| refused(error.to_string()))
-}
-
-fn message_type<M: RosMessage>() -> MessageTypeName {
-    let (package, name) = M::TYPE_NAME
-        .split_once("/msg/")
-        .expect("only messages are published, and their types are called package/msg/Name");
-    MessageTypeName::new(package, name)
 }

@@ -22,7 +22,7 @@ use rsrs_ros::clock::wall_time;
 use rsrs_ros::logging::Level;
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterServer};
 use rsrs_ros::session::{
-    MiddlewareEnded, NodeHandle, Publisher, ReceivedRaw, Session, SessionOptions,
+    NodeHandle, Publisher, ReceivedRaw, Session, SessionEnded, SessionOptions,
 };
 use rsrs_ros::wire;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
@@ -157,8 +157,8 @@ pub async fn run(
 enum Woken {
     /// Somebody asks for its end.
     Stop(String),
-    /// The middleware has ended.
-    CutOff(MiddlewareEnded),
+    /// Nothing is sent or received any more.
+    CutOff(SessionEnded),
     /// The bag reports.
     Written(Written),
     /// A message.
@@ -172,7 +172,7 @@ enum Woken {
 }
 
 /// Ends the run because nothing can be sent or received any more.
-fn interrupt(ended: &MiddlewareEnded) -> Event {
+fn interrupt(ended: &SessionEnded) -> Event {
     Event::Interrupt { reason: ended.to_string() }
 }
 
@@ -209,7 +209,7 @@ impl<'a> Run<'a> {
                 && let Some(ended) = session.has_ended_meanwhile().await
             {
                 self.is_cut_off = true;
-                self.advance(interrupt(&ended), &mut requests).await?;
+                self.advance(interrupt(&ended.into()), &mut requests).await?;
             }
             match woken {
                 Woken::Stop(reason) => {

@@ -1,6 +1,6 @@
 //! What can go wrong in a session.
 
-use super::EndpointKind;
+use super::{EndpointKind, MiddlewareEnded, OutOfReach};
 
 /// Why there is no session, node or endpoint.
 #[derive(Debug, thiserror::Error)]
@@ -103,4 +103,15 @@ pub enum PublishError {
         /// What the middleware said.
         reason: String,
     },
+}
+
+/// Why nothing is sent or received any more.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SessionEnded {
+    /// The middleware has ended by itself.
+    #[error(transparent)]
+    Middleware(#[from] MiddlewareEnded),
+    /// The others were out of reach for too long.
+    #[error(transparent)]
+    OutOfReach(#[from] OutOfReach),
 }

@@ -1,4 +1,4 @@
-//! A node's name and voice.
+//! A node: its name, its log, and the names of what it publishes and subscribes.
 
 use std::fmt;
 use std::sync::Arc;
@@ -6,7 +6,10 @@ use std::sync::Arc;
 use ros2_client::builtin_interfaces::Time;
 use ros2_client::log::LogLevel;
 use ros2_client::rosout::{NodeLoggingHandle, RosoutRaw};
+use ros2_client::{MessageTypeName, Name};
+use rsrs_msgs::RosMessage;
 
+use super::SessionError;
 use crate::logging::Level;
 
 /// A node of a [`Session`](super::Session).
@@ -46,4 +49,21 @@ impl fmt::Debug for NodeHandle {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.debug_tuple("NodeHandle").field(&self.full_name).finish()
     }
+}
+
+/// A topic's name as ros2-client wants it.
+pub(super) fn ros_name(topic: &str) -> Result<Name, SessionError> {
+    let refused = |reason: String| SessionError::Name { name: topic.to_owned(), reason };
+    if !topic.starts_with('/') {
+        return Err(refused("it must be absolute, with a slash in front".to_owned()));
+    }
+    Name::parse(topic).map_err(|error| refused(error.to_string()))
+}
+
+/// The type of a message as ros2-client wants it.
+pub(super) fn message_type<M: RosMessage>() -> MessageTypeName {
+    let (package, name) = M::TYPE_NAME
+        .split_once("/msg/")
+        .expect("only messages are published, and their types are called package/msg/Name");
+    MessageTypeName::new(package, name)
 }
