@@ -25,6 +25,7 @@ mod measure;
 #[expect(dead_code, reason = "microcontrollers that misbehave are tested beside their driver")]
 mod micro;
 mod mixed;
+mod out_of_reach;
 mod pipeline;
 mod placing;
 mod processes;

@@ -252,6 +252,10 @@ impl Runner {
             .map(|LostRobot { robot, reason, .. }| format!("lost {robot}: {reason}"))
             .collect();
         actions.extend(notes.iter().cloned().map(Action::Note));
+        let back = self.roster.newly_back(now).into_iter();
+        actions.extend(back.map(|robot| {
+            Action::Note(format!("{robot} is received again, and stands until the next run"))
+        }));
         if self.options.robot_lost == RobotLost::Abort && !notes.is_empty() {
             self.abort(notes.swap_remove(0), now, actions);
             return;

@@ -23,6 +23,8 @@ struct Member {
     /// Since when it is not as it should be during the run.
     troubled_since: Option<Duration>,
     lost: bool,
+    /// It was lost, and has not been received since.
+    is_silent: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -73,6 +75,7 @@ impl Roster {
                 samples: BTreeMap::new(),
                 troubled_since: None,
                 lost: false,
+                is_silent: false,
             })
             .collect();
         Self { members }
@@ -223,6 +226,19 @@ impl Roster {
             }
         }
         lost
+    }
+
+    /// Lost robots that are received again, each time they are.
+    pub(super) fn newly_back(&mut self, now: Duration) -> Vec<String> {
+        let mut back = Vec::new();
+        for member in self.members.iter_mut().filter(|member| member.lost) {
+            let is_received = member.robot.as_ref().is_some_and(|robot| robot.is_recent(now));
+            if is_received && member.is_silent {
+                back.push(member.name.clone());
+            }
+            member.is_silent = !is_received;
+        }
+        back
     }
 
     /// Whether the e-stop holds a robot.

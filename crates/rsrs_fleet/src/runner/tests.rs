@@ -379,6 +379,23 @@ fn a_lost_robot_may_be_noted_and_the_run_go_on() {
 }
 
 #[test]
+fn a_lost_robot_that_is_received_again_is_named_and_stays_lost() {
+    let mut bench = Bench::real_time(RobotLost::Note);
+    bench.run();
+    bench.silent.insert("robot_2");
+    while bench.runner.lost().is_empty() {
+        bench.beat();
+    }
+
+    bench.silent.remove("robot_2");
+    bench.end();
+
+    let back = "robot_2 is received again, and stands until the next run";
+    assert_eq!(bench.notes.iter().filter(|note| *note == back).count(), 1, "{:?}", bench.notes);
+    assert_eq!(bench.runner.lost().len(), 1);
+}
+
+#[test]
 fn robots_that_are_lost_because_this_machine_is_too_slow_are_told_so() {
     let mut bench = Bench::real_time(RobotLost::Note);
     bench.run();

@@ -1,0 +1,228 @@
+//! A robot that is out of reach of its network, over real DDS, watched at the wheels.
+//!
+//! One robot has a network of its own, which a virtual cable ties to that of all others. While a run goes
+//! on the cable is pulled: the robot must stand within its lease. When the cable is back, the next run
+//! must move the robot. If it was away for longer than the leases of DDS its middleware receives
+//! nothing any more; then its process must end by itself, as its service expects, which the test
+//! plays.
+//!
+//! `RSRS_CUTS_S` sets how long the cable is out, in seconds: `20,75,200`.
+
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::fleet::{ROBOTS, experiment, signal};
+use crate::micro::{Micro, Socket};
+use crate::processes::{Process, is_starved, rsrs};
+use crate::support::{PATIENCE, in_own_network};
+use rsrs_msgs::geometry_msgs::PoseStamped;
+use rsrs_msgs::topics;
+use rsrs_ros::clock::wall_time;
+use rsrs_ros::confine;
+use rsrs_ros::session::{Session, SessionOptions};
+
+/// One cut that is longer than the leases of DDS (50 s), and one that is shorter.
+const CUTS_S: &str = "75,20";
+/// Where all but the robot are.
+const BASE: Ipv4Addr = Ipv4Addr::new(10, 77, 0, 1);
+/// The lease of a run, and what a busy machine adds.
+const STANDS_WITHIN: Duration = Duration::from_millis(500 + 400);
+/// How long after the cable is back the robot is announced: the middleware announces itself so often.
+const ANNOUNCED_WITHIN: Duration = Duration::from_secs(40);
+const LOOK: Duration = Duration::from_millis(10);
+
+/// Runs `ip` with arguments that a space separates.
+fn ip(arguments: &str) {
+    let status = Command::new("ip").args(arguments.split(' ')).status();
+    assert!(status.expect("`ip` is installed").success(), "ip {arguments}");
+}
+
+/// The network of all but the robot: a bridge, with a port so that it is up without cables.
+fn make_base() {
+    ip("link add base type bridge");
+    ip("link add port type veth peer name other_end");
+    ip("link set other_end up");
+    ip("link set port master base up");
+    ip(&format!("address add {BASE}/24 dev base"));
+    ip("link set base up");
+}
+
+/// The robot's computer: its node in a network of its own, at the end of a cable.
+struct Computer {
+    node: Process,
+    cable: String,
+}
+
+impl Computer {
+    /// Starts the node, and ties its network to the base.
+    fn start(n: usize, socket: &Socket) -> Self {
+        let address = format!("10.77.0.{}", n + 2);
+        let mut node = rsrs();
+        node.args(["node", "robot", "--interface", &address, "--robots", ROBOTS[0]]);
+        node.args(["--driver", "serial", "--without-controller", "--port"]).arg(socket.path());
+        // It starts when its network has a cable, of which a line on its input informs it.
+        let mut waiting = Command::new("sh");
+        waiting.args(["-c", "read _; exec \"$@\"", "sh"]).arg(node.get_program());
+        waiting.args(node.get_args()).env("ROS_DOMAIN_ID", "42");
+        waiting.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
+        let mut node = Process(
+            confine::start_in_own_network(&mut waiting).spawn().expect("namespaces are allowed"),
+        );
+        let (pid, cable) = (node.0.id(), format!("cable{n}"));
+        ip(&format!("link add {cable} type veth peer name eth0 netns {pid}"));
+        ip(&format!("link set {cable} master base up"));
+        for inside in [&format!("address add {address}/24 dev eth0"), "link set eth0 up"] {
+            let status = Command::new("nsenter")
+                .args(["--target", &pid.to_string(), "--net", "ip"])
+                .args(inside.split(' '))
+                .status();
+            assert!(status.expect("`nsenter` is installed").success(), "ip {inside}");
+        }
+        drop(node.0.stdin.take());
+        Self { node, cable }
+    }
+
+    /// Pulls the cable; nobody's interface goes down.
+    fn pull(&self) {
+        ip(&format!("link set {} nomaster", self.cable));
+    }
+
+    fn plug(&self) {
+        ip(&format!("link set {} master base", self.cable));
+    }
+}
+
+/// A node in the base.
+fn node(kind: &str, robots: &[&str]) -> Process {
+    let mut command = rsrs();
+    command.args(["node", kind, "--interface", &BASE.to_string(), "--robots", &robots.join(",")]);
+    command.stdout(Stdio::null()).stderr(Stdio::null());
+    Process(command.spawn().expect("the program was built for this test"))
+}
+
+struct Floor {
+    folder: tempfile::TempDir,
+    experiment: PathBuf,
+    socket: Socket,
+    micro: Micro,
+    _nodes: [Process; 2],
+    n_runs: usize,
+}
+
+impl Floor {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let changes = [
+            ("robots: 9", "robots: 4"),
+            ("time: lockstep", "time: real_time"),
+            ("pose: odom", "pose: pose"),
+            ("robot_1: {enabled: true, type: flockbot}", "robot_1: {enabled: true, type: serial}"),
+            (
+                "robots:\n  robot_1",
+                "  serial: {profile: ../profiles/flockbot.yaml, driver: {kind: serial, port: /dev/null, \
+                 baud: 115200}}\nrobots:\n  robot_1",
+            ),
+        ];
+        let socket = Socket::new();
+        Self {
+            experiment: experiment(folder.path(), 1_000, &changes),
+            micro: Micro::plug_in(&socket.path()),
+            socket,
+            _nodes: [node("controller", &ROBOTS[..4]), node("sim", &ROBOTS[1..4])],
+            folder,
+            n_runs: 0,
+        }
+    }
+
+    /// Starts a run, and waits until the robot's wheels turn; again if the machine was too busy.
+    fn start_driving(&mut self) -> Process {
+        for attempt in 1.. {
+            self.n_runs += 1;
+            let bag = self.folder.path().join(format!("bag_{}", self.n_runs));
+            let mut command = rsrs();
+            command.args(["run", "--backend", "fleet", "--interface", &BASE.to_string()]);
+            let mut run = Process::start(command.arg(&self.experiment).arg("-o").arg(&bag));
+            let start = Instant::now();
+            while run.0.try_wait().expect("it is our child").is_none() {
+                if self.micro.wheels() != (0, 0) {
+                    return run;
+                }
+                assert!(start.elapsed() < 2 * PATIENCE, "the wheels do not turn");
+                std::thread::sleep(LOOK);
+            }
+            let (_, printed) = run.wait(PATIENCE);
+            assert!(is_starved(&printed) && attempt < 3, "{printed}");
+        }
+        unreachable!("the loop ends by itself");
+    }
+
+    /// Pulls the cable of the driving robot, and puts it back after a while.
+    fn cut(&mut self, n: usize, cut: Duration) {
+        let mut computer = Computer::start(n, &self.socket);
+        let mut run = self.start_driving();
+
+        let pulled = Instant::now();
+        computer.pull();
+        std::thread::sleep(STANDS_WITHIN);
+        assert_eq!(self.micro.wheels(), (0, 0), "the wheels stand within the lease");
+        let (status, errors) = run.wait(PATIENCE);
+        assert!(!status.success(), "a run without a robot was completed\n{errors}");
+        std::thread::sleep(cut.saturating_sub(pulled.elapsed()));
+        assert!(computer.node.0.try_wait().expect("it is our child").is_none(), "nobody is back");
+        computer.plug();
+
+        if cut > Duration::from_secs(50) {
+            let (status, errors) = computer.node.wait(ANNOUNCED_WITHIN);
+            assert_eq!(status.code(), Some(1), "{errors}");
+            assert!(errors.contains("were out of reach for longer than their leases"), "{errors}");
+            assert_eq!(self.micro.wheels(), (0, 0), "the wheels stand");
+            computer = Computer::start(n + 1, &self.socket);
+        }
+        let run = self.start_driving();
+        signal(&run, "INT");
+        drop(computer);
+        let mut run = run;
+        run.wait(PATIENCE);
+    }
+}
+
+#[test]
+fn a_robot_that_was_out_of_reach_stands_and_drives_in_the_next_run() {
+    let test = "out_of_reach::a_robot_that_was_out_of_reach_stands_and_drives_in_the_next_run";
+    in_own_network(test, async || {
+        make_base();
+        let options = SessionOptions { domain_id: 42, interfaces: vec![IpAddr::V4(BASE)] };
+        let session = Session::open(&options).expect("the bridge is there");
+        let cutting = tokio::task::spawn_blocking(|| {
+            let mut floor = Floor::new();
+            let cuts_s = std::env::var("RSRS_CUTS_S");
+            for (n, cut_s) in cuts_s.as_deref().unwrap_or(CUTS_S).split(',').enumerate() {
+                let cut_s = cut_s.parse().expect("seconds, with commas between them");
+                floor.cut(2 * n, Duration::from_secs(cut_s));
+            }
+        });
+        tokio::select! {
+            ended = cutting => ended.expect("the panic above says why"),
+            () = track(&session) => {}
+        }
+        session.close().await;
+    });
+}
+
+/// A tracker that sees the robot where it was set down.
+async fn track(session: &Session) {
+    let node = session.node("/", "tracker").expect("the name is allowed");
+    let topic = topics::POSE.for_robot(ROBOTS[0]);
+    let publisher = session.publish_on(&node, &topic, topics::POSE.qos).expect("it is allowed");
+    let mut period = tokio::time::interval(Duration::from_millis(100));
+    loop {
+        period.tick().await;
+        let mut pose = PoseStamped::default();
+        pose.header.stamp = wall_time();
+        "map".clone_into(&mut pose.header.frame_id);
+        pose.pose.orientation.w = 1.0;
+        publisher.publish(pose).await.expect("a healthy network");
+    }
+}
