@@ -311,7 +311,7 @@ fn rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_na
             "/robot_1/cmd_vel: /robot_1/base subscribes transient local, and /robot_1/controller \
              publishes volatile: set the durability of the subscription to volatile",
             "/robot_6/cmd_vel: /robot_6/base waits for geometry_msgs/msg/Twist, and \
-             geometry_msgs/msg/TwistStamped is sent: say `cmd_vel: twist` in the fleet file, and \
+             geometry_msgs/msg/TwistStamped is sent: set `cmd_vel: twist` in the fleet file, and \
              start the controller with `-p cmd_vel_type:=twist`",
         ] {
             assert!(printed.contains(named), "{printed}");

@@ -50,7 +50,7 @@ pub enum BagError {
     /// An MCAP file of another world than ROS 2.
     #[error("{} has MCAP profile {found:?}, expected \"ros2\"", .path.display())]
     Profile { path: PathBuf, found: String },
-    /// `metadata.yaml` does not say which files belong to the bag.
+    /// `metadata.yaml` does not list the files of the bag.
     #[error("{source}")]
     Metadata { path: PathBuf, source: Box<DocumentError> },
     /// Nothing of a damaged bag could be saved.

@@ -39,7 +39,7 @@ pub struct BagInfo {
     pub custom_data: BTreeMap<String, String>,
     /// Version of `metadata.yaml`; `None` if there is no such file, as when a recorder was killed.
     pub metadata_version: Option<u32>,
-    /// The distribution of ROS that recorded it, if it says.
+    /// The distribution of ROS that recorded it, if it is in the bag.
     pub ros_distro: Option<String>,
     /// How the bag is compressed.
     pub compression: CompressionInfo,
@@ -81,9 +81,9 @@ pub struct TopicSummary {
     pub n_messages: u64,
     /// Messages per second over the whole bag; `None` for a bag of no length.
     pub rate_hz: Option<f64>,
-    /// What its publishers offered; empty if the bag does not say.
+    /// What its publishers offered; empty if it is not in the bag.
     pub offered_qos: Vec<OfferedQos>,
-    /// RIHS01 of the type; empty if the bag does not say.
+    /// RIHS01 of the type; empty if it is not in the bag.
     pub type_hash: String,
 }
 
@@ -105,7 +105,7 @@ pub struct CompressionInfo {
     pub chunks: Vec<String>,
     /// Whether rosbag2 compressed whole files.
     pub files: bool,
-    /// Whether rosbag2 compressed single messages, if `metadata.yaml` says so.
+    /// Whether rosbag2 compressed single messages, by `metadata.yaml`.
     pub messages: bool,
 }
 

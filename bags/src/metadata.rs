@@ -33,7 +33,7 @@ struct Document<'a> {
     rosbag2_bagfile_information: &'a Information,
 }
 
-/// What rosbag2 says of a bag.
+/// `metadata.yaml`: what rosbag2 records about a bag.
 #[derive(Clone, Debug, Serialize)]
 pub struct Information {
     version: u32,

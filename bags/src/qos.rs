@@ -16,9 +16,9 @@ pub struct OfferedQos {
     pub history: &'static str,
     /// Messages kept, dimensionless.
     pub depth: u64,
-    /// `reliable`, `best_effort`, or what the recorder could not tell.
+    /// `reliable`, `best_effort`, or what the recorder could not determine.
     pub reliability: &'static str,
-    /// `volatile`, `transient_local`, or what the recorder could not tell.
+    /// `volatile`, `transient_local`, or what the recorder could not determine.
     pub durability: &'static str,
 }
 
@@ -139,7 +139,7 @@ pub fn in_numbers(yaml: &str) -> String {
     in_yaml(&profiles)
 }
 
-/// What the publishers of a topic offered; empty if the bag does not say.
+/// What the publishers of a topic offered; empty if it is not in the bag.
 pub fn offered(yaml: &str) -> Vec<OfferedQos> {
     let profiles = profiles(yaml).unwrap_or_default();
     let offered = profiles.iter().map(|profile| OfferedQos {

@@ -37,9 +37,9 @@ pub struct TopicInfo {
     pub type_name: String,
     /// How its messages are encoded: `cdr` unless another program than ROS wrote them.
     pub encoding: String,
-    /// What its publishers offered, as rosbag2's YAML; empty if the bag does not say.
+    /// What its publishers offered, as rosbag2's YAML; empty if it is not in the bag.
     pub offered_qos_profiles: String,
-    /// RIHS01 of the type; empty if the bag does not say.
+    /// RIHS01 of the type; empty if it is not in the bag.
     pub type_hash: String,
     /// Messages on it, as far as they can be read.
     pub n_messages: u64,
@@ -79,7 +79,7 @@ impl Bag {
     ///
     /// Every file is read through once, against the checksums in it: over the data as a whole, and
     /// where that was left out, over each chunk. What a writer left without any checksum must at
-    /// least be records to the last byte, and as many as the file counts. [`Bag::damage`] says where
+    /// least be records to the last byte, and as many as the file counts. [`Bag::damage`] lists where
     /// that fails.
     ///
     /// # Arguments

@@ -232,7 +232,7 @@ fn whole_file(path: &Path, error: &BagError) -> Loss {
     }
 }
 
-/// An error and what the system said.
+/// An error and its cause in the system.
 fn with_cause(error: &BagError) -> String {
     match error.source() {
         Some(cause) => format!("{error}: {cause}"),
@@ -262,7 +262,7 @@ impl Unpacked {
         };
         let mut file = File::create(&unpacked.path).map_err(io("create"))?;
         let mut buffer = vec![0; 1 << 20];
-        // Where unpacking fails, the file breaks off: the scan says so.
+        // Where unpacking fails, the file breaks off: the scan reports it.
         while let Ok(n_bytes) = crate::reader::read_some(&mut packed, &mut buffer) {
             if n_bytes == 0 {
                 break;

@@ -2,7 +2,7 @@
 //!
 //! It takes any laboratory's bag that has a pose source for each robot and its commands. Robots that
 //! were recorded in step, to within half a period, are taken as they are; others are resampled. What
-//! was mended on the way is said in [`RecordedTrajectory::findings`], and what cannot be mended is
+//! was mended on the way is in [`RecordedTrajectory::findings`], and what cannot be mended is
 //! refused by name: a trajectory is never made up.
 
 mod align;
@@ -43,7 +43,7 @@ pub enum PoseSource {
     /// `motion_capture_tracking_interfaces/msg/NamedPoseArray`, on `/poses` if there are several: a
     /// tracker of all robots.
     NamedPoses,
-    /// `geometry_msgs/PoseArray`, on `/poses` if there are several: a tracker that knows robots by
+    /// `geometry_msgs/PoseArray`, on `/poses` if there are several: a tracker that identifies robots by
     /// number; they are those of the lease, or else those that were commanded, in their order.
     PoseArray,
     /// `tf2_msgs/TFMessage` on `/tf` and `/tf_static`: chains of transforms, such as `map` →
@@ -75,12 +75,12 @@ impl fmt::Display for PoseSource {
 pub struct TrajectoryOptions {
     /// Where poses come from; `None` takes the first of [`PoseSource::ALL`] that is there.
     pub poses: Option<PoseSource>,
-    /// Whose leases say when the swarm was running; without any of this run, those of the first one
+    /// Whose leases define when the swarm was running; without any of this run, those of the first one
     /// that was RUNNING.
     pub run_id: Option<String>,
 }
 
-/// A trajectory with what the bag says of it.
+/// A trajectory with findings about the bag.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordedTrajectory {
     /// Poses and commands while the swarm was running.

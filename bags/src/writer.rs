@@ -214,7 +214,7 @@ impl BagWriter {
     /// # Errors
     ///
     /// [`BagError::Full`] if the bag has the size that [`Packing::max_bag_bytes`] allows; it can
-    /// still be closed, and says then how many messages were refused. [`BagError::Write`], for
+    /// still be closed, and then reports how many messages were refused. [`BagError::Write`], for
     /// instance when the disk is full, and [`BagError::Io`] if the next file of a bag that is split
     /// cannot be opened.
     ///
@@ -276,7 +276,7 @@ impl BagWriter {
 
     /// Puts a file into the bag, which other tools list and carry along.
     ///
-    /// It is safe on return: what says how the run was made must not die with it.
+    /// It is safe on return: the record of how the run was made must not be lost with it.
     ///
     /// # Errors
     ///
@@ -372,9 +372,9 @@ impl BagWriter {
         self.topics.iter().map(|topic| topic.description.with_count(topic.n_messages)).collect()
     }
 
-    /// Puts what rosbag2 says of the bag into the current file.
+    /// Writes rosbag2's metadata of the bag into the current file.
     ///
-    /// On opening, too, as rosbag2 does it: a file that breaks off still says what it was to be.
+    /// On opening, too, as rosbag2 does it: a file that breaks off still has its metadata.
     fn describe(&mut self, topics: Vec<TopicWithCount>) -> Result<Information, BagError> {
         let mut files = self.closed.clone();
         files.push(self.part.information());

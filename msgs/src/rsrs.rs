@@ -38,7 +38,7 @@ impl RunLease {
     pub const STOPPED: u8 = 3;
 }
 
-/// What a robot says of itself.
+/// The status of a robot.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RobotStatus {
     /// When the robot sent this, by its clock; the frame is empty.

@@ -1,7 +1,7 @@
 //! The `ros2msg` text and the RIHS01 hash of a type, as bags want them.
 //!
 //! A bag carries the definition of every type in it, so that it can be read on a machine that has
-//! none of the packages; the hash lets ROS tell two versions of one type apart.
+//! none of the packages; by the hash ROS distinguishes two versions of one type.
 
 mod definitions;
 mod fields;

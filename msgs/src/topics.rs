@@ -1,7 +1,7 @@
 //! Every topic's name, type and quality of service: the one table.
 //!
 //! Matching in DDS goes by name and quality of service, and not every library compares types, so
-//! nobody else spells a topic.
+//! no other file spells a topic.
 
 use crate::RosMessage;
 use crate::{
@@ -112,25 +112,25 @@ pub const RANGE: Topic = topic::<sensor_msgs::Range>("range", Qos::best_effort(1
 /// What a tracked real robot would see of virtual ones, from the simulator.
 pub const VIRTUAL_DETECTION: Topic =
     topic::<std_msgs::Bool>("virtual_detection", Qos::reliable(10));
-/// What the gate of a robot lets through to somebody else's base driver, which has a watchdog of
+/// What the gate of a robot lets through to a base driver of another package, which has a watchdog of
 /// its own: only the newest counts.
 pub const HARDWARE_CMD_VEL: Topic =
     topic::<geometry_msgs::TwistStamped>("hardware/cmd_vel", Qos::reliable(1));
 /// The same for base drivers that take no stamp; the same name, and never both.
 pub const HARDWARE_CMD_VEL_UNSTAMPED: Topic =
     topic::<geometry_msgs::Twist>("hardware/cmd_vel", Qos::reliable(1));
-/// The readings of somebody else's distance sensor; best effort also receives reliable publishers.
+/// The readings of another driver's distance sensor; best effort also receives reliable publishers.
 pub const HARDWARE_RANGE: Topic =
     topic::<sensor_msgs::Range>("hardware/range", Qos::best_effort(10));
-/// The readings of somebody else's laser scanner.
+/// The readings of another driver's laser scanner.
 pub const HARDWARE_SCAN: Topic =
     topic::<sensor_msgs::LaserScan>("hardware/scan", Qos::best_effort(10));
-/// What the robot says of itself.
+/// The status of the robot.
 pub const STATUS: Topic = topic::<rsrs::RobotStatus>("status", Qos::best_effort(1));
-/// What the controller says of itself: robot and runner take its parameter digest from here.
+/// The status of the controller: robot and runner take its parameter digest from here.
 pub const CONTROLLER_STATUS: Topic =
     topic::<rsrs::RobotStatus>("controller/status", Qos::best_effort(1));
-/// What the simulator says of itself: armed with a placed world, moving, stopped after its last step,
+/// The status of the simulator: armed with a placed world, moving, stopped after its last step,
 /// or in fault; the digest names the placed world.
 pub const SIMULATOR_STATUS: Topic =
     topic::<rsrs::RobotStatus>("/simulator/status", Qos::best_effort(1));
@@ -166,7 +166,7 @@ pub const TF_STATIC: Topic = topic::<tf2_msgs::TFMessage>(
     "/tf_static",
     Qos { reliability: Reliability::Reliable, durability: Durability::TransientLocal, depth: 100 },
 );
-/// What the simulator has to show: bodies, sensors, the ring and what the judge says.
+/// What the simulator has to show: bodies, sensors, the ring and the judge's verdict.
 pub const MARKERS: Topic =
     topic::<visualization_msgs::MarkerArray>("/swarm/markers", Qos::reliable(10));
 /// Changes of parameters.

@@ -48,7 +48,7 @@ pub struct Marker {
     pub texture: CompressedImage,
     /// Not used here.
     pub uv_coordinates: Vec<UVCoordinate>,
-    /// What a text says.
+    /// The text of a text marker.
     pub text: String,
     /// Not used here.
     pub mesh_resource: String,
@@ -76,7 +76,7 @@ impl Marker {
 /// A mesh as a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MeshFile {
-    /// Its name, whose ending tells the format.
+    /// Its name, whose extension gives the format.
     pub filename: String,
     /// The file.
     pub data: Vec<u8>,

@@ -41,7 +41,7 @@ const LOOKS_EVERY: Duration = Duration::from_millis(500);
 /// Least time between two judgements.
 const JUDGED_EVERY: Duration = Duration::from_secs(2);
 
-/// Shows the world to whoever looks.
+/// Publishes the world for viewers.
 pub struct Display {
     pictures: watch::Sender<Option<Picture>>,
     publishing: JoinHandle<()>,
@@ -68,7 +68,7 @@ impl Shown {
     }
 }
 
-/// Which of the two topics somebody listens to.
+/// Which of the two topics have subscribers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Watched {
     frames: bool,
@@ -131,7 +131,7 @@ impl Display {
         };
     }
 
-    /// Whether it is time for the next picture, and somebody looks.
+    /// Whether it is time for the next picture, and there is a viewer.
     ///
     /// # Arguments
     ///
@@ -165,7 +165,7 @@ impl Display {
         self.pictures.send_replace(Some(Picture::Nothing));
     }
 
-    /// What the judge says of a run, as of a few seconds ago.
+    /// The judge's verdict on a run, as of a few seconds ago.
     pub async fn label(&mut self, history: &History, bodies: Bodies) -> String {
         self.judging.label(history, bodies).await
     }

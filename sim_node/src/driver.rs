@@ -51,13 +51,13 @@ pub struct Simulation<'a> {
     subscriptions: Subscriptions,
     to_me: UnboundedSender<Input>,
     real: RealRobots,
-    /// Who speaks of ours in the tracker's stead, if one follows real robots.
+    /// Publishes the poses of virtual robots in the tracker's stead, if one follows real robots.
     virtual_pose_publisher: Option<VirtualPosePublisher>,
     display: Display,
     _services: Vec<Service>,
     /// Who waits for steps.
     pub(crate) steps: Option<Step>,
-    /// Whether somebody asked this program to end.
+    /// Whether this program was requested to end.
     pub(crate) is_quitting: bool,
     pub(crate) machine: Simulator,
     pub(crate) placed_world: Option<PlacedWorld>,
@@ -76,11 +76,11 @@ pub struct Simulation<'a> {
     sensed_nothing: Instant,
 }
 
-/// Steps that somebody waits for.
+/// Steps that a client waits for.
 pub struct Step {
     /// How many.
     pub asked: u64,
-    /// Who is told.
+    /// The client.
     pub reply: Reply<StepSimulationResponse>,
 }
 
@@ -108,7 +108,7 @@ pub async fn run(options: NodeArguments) -> anyhow::Result<()> {
     ended
 }
 
-/// Serves the parameters, and tells of every change.
+/// Serves the parameters, and reports every change.
 fn serve_parameters(
     session: &Session,
     options: &NodeArguments,
@@ -347,7 +347,7 @@ impl<'a> Simulation<'a> {
         self.act(actions).await
     }
 
-    /// Does what the machine says.
+    /// Carries out an action of the machine.
     ///
     /// # Errors
     ///
@@ -389,7 +389,7 @@ impl<'a> Simulation<'a> {
         self.placed_world.as_mut().expect("the machine moves only worlds that were placed")
     }
 
-    /// Tells whoever asked for steps.
+    /// Answers the clients that requested steps.
     fn stepped(&mut self, left: u64) {
         let Some(Step { asked, reply }) = self.steps.take() else { return };
         reply.send(step_response(left, asked));

@@ -86,7 +86,7 @@ impl Followed {
     /// Whether its sensor would report one of our robots.
     ///
     /// What it reports of other real robots, and what it reports by mistake, comes from the real
-    /// sensor; ours are missed as often as the conditions say.
+    /// sensor; ours are missed as often as the conditions define.
     ///
     /// # Arguments
     ///
@@ -129,7 +129,7 @@ pub struct RealRobots {
 }
 
 impl RealRobots {
-    /// Listens to the poses of real robots, and speaks to their controllers.
+    /// Receives the poses of real robots, and publishes to their controllers.
     ///
     /// # Errors
     ///

@@ -115,7 +115,7 @@ pub enum WorldError {
 pub struct Wanted {
     /// The world, its robots at their start poses.
     pub world: World,
-    /// What its pace has to know.
+    /// What its pace needs.
     pub placed: Placed,
     /// What it was made of.
     pub conditions: Conditions,
@@ -131,7 +131,7 @@ pub struct Wanted {
 ///
 /// # Errors
 ///
-/// [`WorldError::Unknown`]. Values are checked by whoever serves them, and by [`check`].
+/// [`WorldError::Unknown`]. Values are checked by the server of the parameters, and by [`check`].
 pub fn declare(mut given: BTreeMap<String, ParameterValue>) -> Result<NodeParameters, WorldError> {
     let text = |name, description| Descriptor::new(name, ParameterKind::String, description);
     let count = |name, description, most: f64| {
@@ -197,7 +197,7 @@ pub fn gates(server: &ParameterServer) -> Gates {
     }
 }
 
-/// Whether values can make a world, as far as they tell without the others.
+/// Whether values can make a world, as far as that shows without the others.
 ///
 /// # Arguments
 ///
@@ -207,7 +207,7 @@ pub fn gates(server: &ParameterServer) -> Gates {
 ///
 /// # Errors
 ///
-/// [`WorldError`], for the answer to whoever sets them.
+/// [`WorldError`], for the response to the client that sets them.
 pub fn check(
     values: &[(String, ParameterValue)],
     hosted: &[String],

@@ -19,7 +19,7 @@ use crate::rows::Rows;
 pub struct PlacedWorld {
     /// The world.
     pub world: World,
-    /// What its pace has to know.
+    /// What its pace needs.
     pub placed: Placed,
     /// The paper's `E`.
     pub conditions: Conditions,
@@ -102,7 +102,7 @@ impl PlacedWorld {
         self.obeyed = commands;
     }
 
-    /// Moves our robots as the conditions' controller would, with nobody's command.
+    /// Moves our robots as the conditions' controller would, without commands.
     pub fn advance_freely(&mut self) {
         self.follow();
         let controller = self.conditions.controller;
@@ -126,7 +126,7 @@ impl PlacedWorld {
     ///
     /// # Arguments
     ///
-    /// * `text` — what the judge says of the run.
+    /// * `text` — the judge's verdict on the run.
     pub fn scene(&mut self, stamp: Time, text: &str) -> Scene {
         let time_s = self.world.step_index() as f64 * self.conditions.period_s;
         let n_robots = self.conditions.robots;

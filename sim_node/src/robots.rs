@@ -41,7 +41,7 @@ pub struct VirtualRobot {
     status: Option<Publisher<RobotStatus>>,
 }
 
-/// Wheels stop by themselves when their robot's node says nothing for so long.
+/// Wheels stop by themselves when their robot's node sends nothing for so long.
 const WHEELS_TIMEOUT: Duration = Duration::from_millis(250);
 
 /// Where a robot is and what it does there, in one step.
@@ -130,7 +130,7 @@ impl VirtualRobot {
         self.gate.locks()
     }
 
-    /// What the gate says now.
+    /// The command of the gate now.
     pub fn gate(&self, now: Duration) -> Gate {
         if self.gates == Gates::Elsewhere {
             let fresh = self.let_through.filter(|(command, at)| {

@@ -5,7 +5,7 @@ use rsrs_msgs::simulation_interfaces::{self as wire, Result as Outcome};
 use rsrs_ros::services::{self, Reply, Service};
 use rsrs_ros::session::{NodeHandle, Session};
 
-/// A request, and whoever waits for its answer.
+/// A request, and the client that waits for its response.
 pub enum Call {
     /// What the simulator can do.
     Features(Reply<wire::GetSimulatorFeaturesResponse>),

@@ -64,7 +64,7 @@ struct Commands {
 
 impl Subscriptions {
     /// Listens for the swarm and for each robot, whose commands are stamped until
-    /// [`Subscriptions::follow_types`] says otherwise.
+    /// [`Subscriptions::follow_types`] selects others.
     ///
     /// # Errors
     ///

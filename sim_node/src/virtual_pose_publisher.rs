@@ -1,4 +1,5 @@
-//! In the stead of a tracker, which sees no virtual robot: where they are, whenever it speaks.
+//! Poses of virtual robots in the stead of a tracker, which sees none of them: published with each
+//! of its messages.
 //!
 //! So the poses of a mixed fleet have one source, one frame, one clock and one rate, as a judge of
 //! the whole swarm needs them.
@@ -16,7 +17,7 @@ use rsrs_ros::session::{NodeHandle, Publisher, Session};
 
 use crate::robots::pose_message;
 
-/// What speaks of our robots in a tracker's stead.
+/// Publishes the poses of virtual robots in a tracker's stead.
 pub struct VirtualPosePublisher {
     publishers: Vec<Publisher<PoseStamped>>,
     track: Track,

@@ -170,7 +170,7 @@ fn library(path: &Path, scan: &Scan) -> Result<String, BagError> {
     }
 }
 
-/// A summary whose index does not say which channels are in a chunk: where no checksum vouches for it,
+/// A summary whose index does not list the channels of a chunk: where no checksum covers it,
 /// only the content of the chunk does.
 fn without_channels_of_chunks(mut summary: Summary) -> Summary {
     for index in &mut summary.chunk_indexes {

@@ -220,7 +220,7 @@ impl<'a> Route<'a> {
 
 /// A message without the compression that rosbag2 may have put around it.
 ///
-/// Metadata says whether it did, but a recorder that was killed left none; CDR starts with a zero,
+/// Metadata records whether it did, but a recorder that was killed left none; CDR starts with a zero,
 /// so that the two cannot be confused.
 pub fn plain(bytes: Vec<u8>) -> McapResult<Vec<u8>> {
     if !bytes.starts_with(&ZSTD_MAGIC) {

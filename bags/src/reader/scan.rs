@@ -13,7 +13,7 @@ use super::linear::{ChunkPlace, Depth, Linear};
 use crate::BagError;
 use crate::records::reason;
 
-/// What a checksum says of a part of a file.
+/// The result of a checksum over a part of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Part {
     /// There is a checksum, and the bytes agree with it.

@@ -22,8 +22,8 @@ pub struct Room {
 
 /// Unpacks a chunk.
 ///
-/// Nothing is taken of a chunk whose checksum fails, because nobody could tell which of its messages
-/// are wrong.
+/// Nothing is taken of a chunk whose checksum fails, because it cannot be determined which of its
+/// messages are wrong.
 ///
 /// # Errors
 ///

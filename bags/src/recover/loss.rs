@@ -23,7 +23,7 @@ pub enum LossKind {
     EndOfFile,
     /// The file's own table of contents, and nothing that was recorded.
     TableOfContents,
-    /// The file fails its checksum, and no one knows where: what was saved may be wrong.
+    /// The file fails its checksum, at an unknown place: what was saved may be wrong.
     Unlocated,
     /// A whole file.
     File,
@@ -42,9 +42,9 @@ pub struct Loss {
     pub kind: LossKind,
     /// What is wrong with it.
     pub reason: String,
-    /// Messages in it, if the index behind it tells.
+    /// Messages in it, if the index behind it has them.
     pub n_messages: Option<u64>,
-    /// First and last log time in it, in nanoseconds, if the file tells.
+    /// First and last log time in it, in nanoseconds, if the file has it.
     pub bounds_ns: Option<(u64, u64)>,
 }
 
@@ -64,7 +64,7 @@ pub fn is_complete(losses: &[Loss], lost: &LostMessages) -> bool {
 /// Messages that could not be saved.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct LostMessages {
-    /// By topic, as far as the file tells.
+    /// By topic, as far as the file shows.
     pub of_topic: BTreeMap<String, u64>,
     /// Whether that is all of them; else there may be more.
     pub is_exact: bool,

@@ -1,4 +1,4 @@
-//! What a recovered bag says of itself.
+//! The record of a recovery in the bag that it made.
 
 use std::collections::BTreeMap;
 
@@ -6,13 +6,13 @@ use serde::Serialize;
 
 use crate::Bag;
 
-/// The record in a recovered bag that says where it came from.
+/// The record in a recovered bag of where it came from.
 pub const RECORD: &str = "rsrs.recovered";
 
 /// Whether everything that was recorded is in it.
 pub const IS_COMPLETE: &str = "is_complete";
 
-/// Messages that are not, as far as anybody can tell.
+/// Messages that are not, as far as can be determined.
 pub const N_MESSAGES_LOST: &str = "n_messages_lost";
 
 /// Whether these are all of them.
@@ -29,7 +29,7 @@ pub const LOSS: &str = "loss_";
 pub struct Recovery {
     /// Whether everything that was recorded is in it.
     pub is_complete: bool,
-    /// Messages that are not, as far as anybody can tell.
+    /// Messages that are not, as far as can be determined.
     pub n_messages_lost: u64,
     /// Whether these are all of them; else there may be more.
     pub is_exact: bool,
@@ -57,7 +57,7 @@ impl Bag {
     }
 }
 
-/// Reads a record back; what it does not say counts as lost.
+/// Reads a record back; what is not in it counts as lost.
 fn read(pairs: &BTreeMap<String, String>) -> Recovery {
     let is = |key: &str| pairs.get(key).is_some_and(|text| text == "true");
     let losses = pairs.iter().filter(|(key, _)| key.starts_with(LOSS));

@@ -127,7 +127,7 @@ impl Scan<'_> {
         Ok(())
     }
 
-    /// Whether a record is what it says. Behind damage nothing may be left over in it; before, the
+    /// Whether a record is valid. Behind damage nothing may be left over in it; before, the
     /// record before it has led here, and MCAP allows bytes behind the fields of a record.
     fn is_record(&self, opcode: u8, body: &[u8]) -> bool {
         let is_before_damage = self.found.losses.is_empty();
@@ -197,7 +197,7 @@ impl Scan<'_> {
             (op::CHUNK, _) => self.chunk(from, body, LossKind::Chunk)?,
             (_, Ok(Record::DataEnd(end))) => self.data_end(from, end.data_section_crc),
             (_, Ok(Record::MessageIndex(index))) => self.index(&index),
-            // Behind the data all is said again, and what looks like a message is damaged.
+            // Behind the data everything is repeated, and what looks like a message is damaged.
             _ if !self.in_data => {}
             (_, Ok(Record::Message { header, data })) => {
                 if self.sink.message(&header, &data)? {
@@ -232,7 +232,7 @@ impl Scan<'_> {
             chunk::unpack(&head, body, &mut self.room)
         };
         // Zeros to the end of the file: the system lost power before it wrote the rest. Its own last
-        // bytes may be zeros, too: then its checksum tells that it is whole.
+        // bytes may be zeros, too: then its checksum shows that it is whole.
         let zeros_from = self.bytes.zero_tail();
         let is_half_written = zeros_from < self.bytes.len()
             && zeros_from < self.at

@@ -19,7 +19,7 @@ const MAX_RECORD: u64 = 16 << 20;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
     /// In chunks. What looks like a message behind damage is part of a chunk whose head is lost, and
-    /// with it the checksum that would tell whether the message is as it was sent.
+    /// with it the checksum that would show whether the message is as it was sent.
     Chunks,
     /// Outside of chunks, as far as is known.
     Loose,

@@ -104,7 +104,7 @@ impl Sink {
     ///
     /// # Returns
     ///
-    /// Whether it is in the new bag; one of which nothing says what it is is not, nor is one that
+    /// Whether it is in the new bag; one without a definition is not, nor is one that
     /// does not unpack.
     pub fn message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<bool, BagError> {
         let Some(channel) = self.id_of(header.channel_id)? else { return Ok(false) };

@@ -12,7 +12,7 @@ use crate::{Bag, TopicInfo};
 /// The last part of the name that trackers give to such a topic.
 const USUAL_NAME: &str = "/poses";
 
-/// Poses that their sender knows by number only.
+/// Poses that their sender identifies by number only.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct PoseArray {
     pub(super) header: Header,
@@ -45,7 +45,7 @@ impl RosMessage for NamedPoseArray {
 }
 
 impl NamedPoseArray {
-    /// The poses in it, without those that the tracker lost and says so by NaN.
+    /// The poses in it, without those that the tracker lost, which are NaN.
     pub fn into_raw(self) -> Vec<RawPose> {
         let Self { header, poses } = self;
         let raw = poses.into_iter().map(|named| (named.name, named.pose));
@@ -63,7 +63,7 @@ impl PoseArray {
         seen.map(|(name, pose)| pose::of_message(name, &header, pose)).collect()
     }
 
-    /// How many bodies the tracker knows of.
+    /// How many bodies the tracker has.
     pub fn n_bodies(&self) -> usize {
         self.poses.len()
     }
@@ -92,7 +92,7 @@ pub fn topic(topics: &[TopicInfo], source: PoseSource) -> Option<&TopicInfo> {
     of_type.find(|topic| topic.name.ends_with(USUAL_NAME)).or(first)
 }
 
-/// Refuses named poses with other fields than those that we know.
+/// Refuses named poses with unknown fields.
 ///
 /// # Errors
 ///

@@ -1,7 +1,7 @@
 //! Stamps of several clocks, put on that of the recorder.
 //!
 //! A robot stamps its commands, and a tracker on another machine stamps poses; one of them may count
-//! seconds since it was switched on. The recorder has received both, so what its clock said then tells
+//! seconds since it was switched on. The recorder has received both, so its clock then shows
 //! how far theirs are apart, give or take the time on the way.
 
 use super::TrajectoryError;
@@ -51,7 +51,7 @@ impl Offsets {
 ///
 /// # Returns
 ///
-/// What is to be said of it; `None` if they agree, and nothing was changed.
+/// The finding; `None` if they agree, and nothing was changed.
 ///
 /// # Errors
 ///

@@ -217,7 +217,7 @@ impl Found {
         raw: RawPose,
         log_ns: u64,
     ) -> Result<(), TrajectoryError> {
-        // Topics of one robot each are taken at their word; transforms say what they refer to.
+        // Topics of one robot each are taken as they are; transforms name what they refer to.
         if source == PoseSource::Tf {
             let before = self.frames.insert(raw.robot.clone(), raw.frame.clone());
             if let Some(expected) = before.filter(|before| *before != raw.frame) {
@@ -225,7 +225,7 @@ impl Found {
                     let (robot, found) = (raw.robot, raw.frame);
                     return Err(TrajectoryError::Frames { robot, found, expected });
                 }
-                // The upper part of the chain came later than the lower: until then nobody knew
+                // The upper part of the chain came later than the lower: until then it was unknown
                 // where the robot was.
                 self.poses.remove(&raw.robot);
             }

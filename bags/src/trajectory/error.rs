@@ -24,13 +24,13 @@ pub enum TrajectoryError {
     /// There are topics for poses, and nothing was recorded on them.
     #[error("the bag has no poses: there is no message on {}", list(.topics))]
     SilentPoses { topics: Vec<String> },
-    /// A robot has poses and was never told anything.
+    /// A robot has poses and no commands.
     #[error("robot {robot} has poses and no commands: expected {expected} among the topics: {}", list(.topics))]
     NoCommands { robot: String, expected: String, topics: Vec<String> },
     /// One topic was recorded with two types.
     #[error("topic {topic} was recorded with the types {}", list(.types))]
     TwoTypes { topic: String, types: Vec<String> },
-    /// A message is not what its type says.
+    /// A message does not decode as its type.
     #[error("a message on {topic} at {time_s:.3} s of log time does not decode")]
     Message { topic: String, time_s: f64, source: rsrs_msgs::cdr::CdrError },
     /// A pose or command with NaN or infinity in it.
@@ -65,7 +65,7 @@ pub enum TrajectoryError {
         .share * 100.0, .limit * 100.0
     )]
     TooManyMissing { robot: String, share: f64, limit: f64, longest_s: f64 },
-    /// The lease was recorded and never said RUNNING.
+    /// The lease was recorded and was never RUNNING.
     #[error("the run lease in the bag is never RUNNING")]
     NeverRunning,
     /// There is no lease and no command was anything but zero.
@@ -177,7 +177,7 @@ fn wanted(asked: Option<PoseSource>) -> &'static str {
     }
 }
 
-/// Names one after the other; none is said, too.
+/// Names one after the other, or that there are none.
 fn list(names: &[String]) -> String {
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }

@@ -8,10 +8,10 @@ use super::pose::PoseSample;
 /// Below this, in metres, a change of place may be a tracker's noise; bodies are wider.
 const MIN_JUMP_M: f64 = 0.10;
 
-/// A robot may be so much faster than it was told.
+/// A robot may be so much faster than its command.
 const SPEED_FACTOR: f64 = 4.0;
 
-/// Or so much faster than it is at most times, whatever it was told.
+/// Or so much faster than it is at most times, whatever its command.
 const STEP_FACTOR: f64 = 6.0;
 
 /// More poses in a row than this are no outliers.

@@ -10,7 +10,7 @@ use super::pose::PoseSample;
 use super::rows::Rows;
 use super::{TrajectoryError, command};
 
-/// Between poses further apart than this, in nanoseconds, nobody knows what a robot did: a circle
+/// Between poses further apart than this, in nanoseconds, the motion of a robot is unknown: a circle
 /// of 0.75 rad/s at 0.15 m/s departs from its chord by 1.4 cm in this time.
 const MAX_GAP_NS: u64 = 1_000_000_000;
 
@@ -85,7 +85,7 @@ pub fn most_step_ns(recorded_ns: u64) -> u64 {
     recorded_ns + recorded_ns / 2
 }
 
-/// Looks how completely a robot was seen, and refuses one that nobody saw for too long.
+/// Looks how completely a robot was seen, and refuses one that was not seen for too long.
 fn see(robot: &RecordedRobot, recorded_ns: u64) -> Result<Seen<'_>, TrajectoryError> {
     let steps = || robot.poses.windows(2).map(|pair| pair[1].stamp_ns - pair[0].stamp_ns);
     let is_gap =
@@ -107,7 +107,7 @@ fn see(robot: &RecordedRobot, recorded_ns: u64) -> Result<Seen<'_>, TrajectoryEr
     })
 }
 
-/// Whether robots were seen well enough to be interpolated, and what is to be said of it.
+/// Whether robots were seen well enough to be interpolated, and the finding about it.
 ///
 /// # Returns
 ///

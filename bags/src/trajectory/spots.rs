@@ -1,4 +1,4 @@
-//! Robots that stand on one spot: poses in frames of their own, of which nobody knows how they lie.
+//! Robots that stand on one spot: poses in frames of their own, whose relation is unknown.
 
 use rsrs_core::robot::unicycle::Pose;
 

@@ -7,7 +7,7 @@ use super::resample::most_gap_ns;
 /// By what the running time was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WindowSource {
-    /// The recorded run lease said RUNNING.
+    /// The recorded run lease was RUNNING.
     Lease,
     /// There is no lease in the bag: some robot was commanded to move.
     Commands,
@@ -33,7 +33,7 @@ impl RunningWindow {
 
 /// Finds the running time.
 ///
-/// With a lease it is the longest time through which the lease said RUNNING: a run that was
+/// With a lease it is the longest time through which the lease was RUNNING: a run that was
 /// interrupted has several, and its phases are not one phenomenon. Without one it goes from the
 /// first to the last command that moves a robot, and half a period around them, because a command
 /// comes after the pose that it answers.

@@ -1,4 +1,4 @@
-//! Everything that a bag says of a topic besides its messages.
+//! Everything about a topic in a bag besides its messages.
 
 use std::collections::BTreeMap;
 
@@ -47,7 +47,7 @@ impl ChannelDescription {
             name: self.topic.clone(),
             r#type: self.type_name.clone(),
             serialization_format: self.message_encoding.clone(),
-            // The table of contents has version 8, whose readers know numbers only.
+            // The table of contents has version 8, whose readers take numbers only.
             offered_qos_profiles: qos::in_numbers(&described(qos::KEY)),
             type_description_hash: described(qos::HASH_KEY),
         };

@@ -45,7 +45,7 @@ impl Part {
         &self.path
     }
 
-    /// What the table of contents says of it.
+    /// Its entry in `metadata.yaml`.
     pub fn information(&self) -> FileInformation {
         FileInformation::new(&self.file_name, self.bounds_ns, self.n_messages)
     }

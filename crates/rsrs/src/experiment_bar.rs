@@ -62,11 +62,11 @@ impl ExperimentBar {
                     self.bar.set_style(style(
                         "{msg}: {prefix} {bar:30} {human_pos}/{human_len}  {eta} left",
                     ));
-                    // What came before the first step says nothing about the pace.
+                    // What came before the first step does not count towards the pace.
                     self.bar.reset_eta();
                 }
                 if self.verbosity == Verbosity::Verbose {
-                    // What was said last stands on a line of its own.
+                    // The last note stands on a line of its own.
                     self.bar.set_prefix("running");
                 }
                 self.bar.set_position(*done);

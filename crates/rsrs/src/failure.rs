@@ -29,6 +29,6 @@ pub fn print_error(error: &anyhow::Error) {
     if let Some(help) = help_of(error) {
         text.extend(["help: ", &help, "\n"]);
     }
-    // Nobody is left to tell when standard error is gone.
+    // Without standard error there is no way to report it.
     drop(std::io::stderr().write_all(text.as_bytes()));
 }

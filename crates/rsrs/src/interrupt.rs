@@ -32,7 +32,7 @@ pub fn listen() -> anyhow::Result<&'static AtomicBool> {
     Ok(&REQUESTED)
 }
 
-/// Waits until somebody asks this process to stop, and says how.
+/// Waits until this process is requested to stop, and returns how.
 pub async fn asked_to_stop() -> String {
     match shutdown::requested().await {
         Ok(shutdown::Request::Interrupt) => "interrupted".to_owned(),

@@ -4,7 +4,7 @@ use std::io::{BufRead, IsTerminal};
 
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
-/// Listens to the keyboard; `None` where there is nobody at it.
+/// Reads the keyboard; `None` where standard input is no terminal.
 pub fn listen() -> Option<UnboundedReceiver<String>> {
     if !std::io::stdin().is_terminal() {
         return None;

@@ -1,9 +1,9 @@
-//! Notes on standard error, for whoever watches.
+//! Notes on standard error.
 
 use std::io::Write;
 
-/// Says on standard error what a person may want to know while it runs.
+/// Prints a note on standard error.
 pub fn print_note(note: &str) {
-    // Nobody is left to tell when standard error is gone.
+    // Without standard error there is no way to report it.
     drop(writeln!(std::io::stderr(), "{note}"));
 }

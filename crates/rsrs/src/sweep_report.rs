@@ -1,4 +1,4 @@
-//! What is said of a finished sweep.
+//! The report on a finished sweep.
 
 use std::fmt;
 use std::path::{Path, PathBuf};

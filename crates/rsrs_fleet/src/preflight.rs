@@ -130,7 +130,7 @@ pub fn commands_as(type_name: &str) -> Option<String> {
         _ => return None,
     };
     Some(format!(
-        ": say `cmd_vel: {word}` in the fleet file, and start the controller with \
+        ": set `cmd_vel: {word}` in the fleet file, and start the controller with \
          `-p cmd_vel_type:={word}`"
     ))
 }

@@ -114,7 +114,7 @@ fn label_all(runs: &[Admitted], labeller: &Labeller) -> anyhow::Result<Vec<Label
     Ok(labelled)
 }
 
-/// What a sweep says of its cells.
+/// The cells of a sweep.
 struct Prediction<'a> {
     folder: &'a Path,
     result: &'a SweepResult,

@@ -16,12 +16,12 @@ pub struct WithHelp {
     pub message: String,
     /// What to do next.
     pub help: String,
-    /// What caused it, where there is more to say.
+    /// What caused it, where there is more.
     #[source]
     pub cause: Option<Box<dyn Error + Send + Sync>>,
 }
 
-/// Makes an error that says what to do next.
+/// Makes an error with what to do next.
 pub fn with_help(message: impl Into<String>, help: impl Into<String>) -> anyhow::Error {
     WithHelp { message: message.into(), help: help.into(), cause: None }.into()
 }
@@ -40,7 +40,7 @@ pub fn explained(
     }
 }
 
-/// The command to type next, where an error knows it.
+/// The command to type next, where an error has one.
 pub fn help_of(error: &anyhow::Error) -> Option<String> {
     error.chain().find_map(|cause| {
         let with_help = cause.downcast_ref().map(|with_help: &WithHelp| with_help.help.clone());

@@ -33,7 +33,7 @@ const SHORT_S: f64 = 2.0;
 /// What to label a bag by.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LabelOptions {
-    /// Body and reach of the robots; `None` takes what the bag's own record says.
+    /// Body and reach of the robots; `None` takes that of the bag's own record.
     pub bodies: Option<Bodies>,
     /// Where poses come from; `None` takes the first source that the bag has of all robots.
     pub poses: Option<PoseSource>,
@@ -47,7 +47,7 @@ pub enum CutRun {
     /// What there is of it is not taken for the whole.
     #[default]
     Refused,
-    /// What there is of it is judged, and said to be a part.
+    /// What there is of it is judged, and marked as a part.
     Judged,
 }
 
@@ -75,7 +75,7 @@ pub struct Labelled {
     /// What was mended on the way from the bag to the judge.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<Finding>,
-    /// What people said of the bag.
+    /// Labels by people.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub labels: Vec<HumanLabel>,
     /// What a bag lacks that was recovered from a damaged one; not there for any other bag.
@@ -93,10 +93,10 @@ pub struct Labelled {
     /// Why.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Robots that did not take part to the end, as the bag says.
+    /// Robots that did not take part to the end, by the bag.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lost_robots: Vec<LostRobot>,
-    /// Robots that had no gate of ours in front of their wheels, as the bag's record says.
+    /// Robots that had no gate of ours in front of their wheels, by the bag's record.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub controller_only: Vec<String>,
 }
@@ -106,7 +106,7 @@ pub struct Labelled {
 pub struct RunPart {
     /// So much was recorded, in seconds.
     pub recorded_s: f64,
-    /// So long the run was set to last, in seconds; `None` if the bag does not say.
+    /// So long the run was set to last, in seconds; `None` if it is not in the bag.
     pub set_s: Option<f64>,
 }
 
@@ -137,7 +137,7 @@ impl Labelled {
 
 /// Labels one bag with the phase that its swarm settled into.
 ///
-/// What the judge must know of the robots comes from the options, else from the record that the
+/// What the judge needs of the robots comes from the options, else from the record that the
 /// bag holds, else it is unknown.
 ///
 /// # Errors
@@ -196,7 +196,7 @@ pub fn judge(
     Ok((labelled, recorded, bodies))
 }
 
-/// Why a bag gives no trajectory, with what its record says of the robot.
+/// Why a bag gives no trajectory, with its record of the robot.
 fn refused((path, error): (&Path, TrajectoryError), ending: Option<&Ending>) -> anyhow::Error {
     let lost = match (&error, ending) {
         (TrajectoryError::EndsEarly { robot, .. }, Some(ending)) => {
@@ -235,7 +235,7 @@ fn part_of_run(
     let recorded_s = recorded.trajectory.duration_s();
     let set_s = record.map(|record| record.duration_s);
     let is_short = set_s.map(|set_s| recorded_s < set_s - (SHORT_SHARE * set_s).max(SHORT_S));
-    // Without a record nobody knows how long a run was, but a file that was cut has lost its end.
+    // Without a record the duration of a run is unknown, but a file that was cut has lost its end.
     let is_cut = || bag.recovery().is_some_and(|recovery| recovery.lacks_end);
     let is_part = !is_stopped && is_short.unwrap_or_else(is_cut);
     is_part.then_some(RunPart { recorded_s, set_s })
@@ -274,7 +274,7 @@ pub fn label_by(path: &Path, who: &str) -> anyhow::Result<Labelled> {
 }
 
 /// The first source that has poses of all robots of the record: in a mixed fleet, what the simulator
-/// says of its own may come on more topics than what a tracker says of the real ones.
+/// publishes of its own may come on more topics than what a tracker publishes of the real ones.
 ///
 /// # Returns
 ///

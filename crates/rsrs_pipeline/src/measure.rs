@@ -1,4 +1,4 @@
-//! Step 1: what trials say of the robots.
+//! Step 1: from trials to a profile of the robots.
 
 pub mod bag_trials;
 pub mod command_rhythm;

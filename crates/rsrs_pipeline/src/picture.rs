@@ -16,15 +16,15 @@ use crate::sweep::result::{SweepResult, World};
 /// Width of PNG pictures, in pixels: sharp in print across a column.
 pub const PNG_WIDTH_PX: u32 = 1600;
 
-/// What a picture says of a simulator that nobody held against real robots.
+/// The note on a picture whose simulator was not validated against real robots.
 const NOT_VALIDATED: &str = "simulated robots not validated against real trajectories";
 
 /// What a person asked of the picture.
 #[derive(Clone, Debug, Default)]
 pub struct DiagramOptions {
-    /// Horizontal axis; the first swept one if not said.
+    /// Horizontal axis; the first swept one if not given.
     pub x: Option<Axis>,
-    /// Vertical axis; the second swept one if not said.
+    /// Vertical axis; the second swept one if not given.
     pub y: Option<Axis>,
     /// Values on further axes; where one is missing, that of the chosen cell, or else of the slice
     /// that has most cells.
@@ -35,7 +35,7 @@ pub struct DiagramOptions {
     pub experiments: Vec<ExperimentMark>,
     /// The world.
     pub world: World,
-    /// What `rsrs validate` said of the simulated robots, if it was asked.
+    /// The result of `rsrs validate`, if there is one.
     pub validation: Option<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What a bag says of its run: how it was set up, where it breaks off, and how it ended.
+//! The record of a run in its bag: how it was set up, where it breaks off, and how it ended.
 
 use std::path::Path;
 use std::time::Duration;
@@ -101,11 +101,11 @@ fn texts_on(bag: &Bag, topic: &Topic) -> anyhow::Result<Vec<String>> {
     Ok(texts)
 }
 
-/// How the run ended: `None` if the recorder did not live to say it.
+/// How the run ended: `None` if the recorder was killed before its end.
 ///
 /// # Errors
 ///
-/// If what it says is no ending; the error names the bag.
+/// If its ending is invalid; the error names the bag.
 pub fn ending_in(bag: &Bag) -> anyhow::Result<Option<Ending>> {
     let Some(pairs) = bag.metadata(ENDING) else {
         return ending_on_topic(bag);

@@ -161,7 +161,7 @@ fn figure(run: &ComparedBag) -> anyhow::Result<(String, Vec<String>)> {
             String::new()
         }
         Ok((judged, recorded, bodies)) => {
-            let radius_m = bodies.radius_m.context("the record of a run knows its robots")?;
+            let radius_m = bodies.radius_m.context("the record of a run has its robots")?;
             caption.extend(evidence(&judged));
             let name = labelled.bag.file_name().unwrap_or_default().to_string_lossy();
             svg(&TrajectoryPicture {
@@ -178,7 +178,7 @@ fn figure(run: &ComparedBag) -> anyhow::Result<(String, Vec<String>)> {
     Ok((drawn, caption))
 }
 
-/// What the judge's label rests on, and what people say.
+/// What the judge's label rests on, and labels by people.
 fn evidence(judged: &Labelled) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(evidence) = &judged.evidence {

@@ -42,7 +42,7 @@ pub struct RunSummary {
     pub n_lost: u64,
     /// What did not get into the bag, by topic.
     pub gaps: Vec<Gap>,
-    /// Robots that did not say that they stand.
+    /// Robots that did not report that they stand.
     pub not_standing: Vec<String>,
     /// How long the robots were to move, in seconds.
     pub duration_s: f64,

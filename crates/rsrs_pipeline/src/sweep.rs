@@ -197,7 +197,7 @@ impl Plan {
         (0..).zip(blocks)
     }
 
-    /// Ends a sweep that failed, and says why.
+    /// Ends a sweep that failed, with the cause.
     fn give_up(&self, name: &str, site: Unfinished, failure: Failure) -> anyhow::Error {
         match failure {
             Failure::Impossible { error, is_empty } => {

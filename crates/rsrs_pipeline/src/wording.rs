@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use jiff::Timestamp;
 
-/// Log times from here on are of the wall's clock, earlier ones of a simulation: nobody simulates
+/// Log times from here on are of the wall's clock, earlier ones of a simulation: none simulates
 /// 30 years.
 const FIRST_WALL_NS: u64 = 1_000_000_000_000_000_000;
 

@@ -58,7 +58,7 @@ impl ClockFollower {
     pub fn new(session: &Session, node: &NodeHandle) -> Result<Self, SessionError> {
         let (sender, time_ns) = watch::channel(None);
         let deliver = move |received: Received<Clock>| {
-            // A time before the start of its own clock is nobody's.
+            // No clock was read before its own start.
             if let Some(now_ns) = received.message.clock.to_nanos() {
                 sender.send_replace(Some(now_ns));
             }
@@ -68,7 +68,7 @@ impl ClockFollower {
         Ok(Self { time_ns, _subscription: subscription })
     }
 
-    /// Nanoseconds since the start of the simulation; `None` until somebody said so.
+    /// Nanoseconds since the start of the simulation; `None` until the first message on `/clock`.
     pub fn now_ns(&self) -> Option<u64> {
         *self.time_ns.borrow()
     }

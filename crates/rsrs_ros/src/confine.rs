@@ -1,6 +1,6 @@
 //! Networks of our own, from which no packet can reach a lab's robots.
 //!
-//! A middleware that is told to use the loopback interface only still binds its sockets to every
+//! A middleware that is set to use the loopback interface only still binds its sockets to every
 //! interface and answers what it receives there. What has no business on the LAN therefore runs in a
 //! network namespace, which has a loopback interface and nothing else.
 
@@ -39,7 +39,7 @@ pub enum ConfineError {
     /// This machine does not let this user make network namespaces; nothing has changed.
     #[error("this machine forbids network namespaces to this user, or has none")]
     Forbidden {
-        /// What the kernel said.
+        /// The kernel's error.
         #[source]
         source: io::Error,
     },
@@ -52,7 +52,7 @@ pub enum ConfineError {
     /// The kernel refused for another reason.
     #[error("no network of its own")]
     Kernel {
-        /// What the kernel said.
+        /// The kernel's error.
         #[source]
         source: io::Error,
     },
@@ -72,8 +72,8 @@ impl ConfineError {
 
     fn of(source: io::Error) -> Self {
         match source.raw_os_error() {
-            // No right to; no more namespaces allowed, as newer and as older kernels say it; a kernel
-            // built without one kind of them, or without all.
+            // No right to; no more namespaces allowed, in the codes of newer and of older kernels;
+            // a kernel built without one kind of them, or without all.
             Some(
                 libc::EPERM
                 | libc::EACCES
@@ -137,7 +137,7 @@ fn lists_only_loopback(device_table: &str) -> bool {
     names == ["lo"]
 }
 
-/// A domain (1 to 101) in which nobody on this machine has a socket; `None` if there is none.
+/// A domain (1 to 101) in which no process of this machine has a socket; `None` if there is none.
 ///
 /// The second-best choice, for machines where [`into_own_network`] is forbidden: on the loopback
 /// interface in such a domain, no process of this machine listens, and packets stay on the machine
@@ -209,7 +209,7 @@ impl Steps {
             Ok(()) => false,
             Err(error) if error.raw_os_error() == Some(libc::EPERM) => {
                 (self.unshare)(kernel::NEW_USERS | kernel::NEW_NETWORK)?;
-                // Without it, the kernel lets nobody but root write the table of groups.
+                // Without it, only root may write the table of groups.
                 (self.write)("/proc/self/setgroups", b"deny")?;
                 (self.write)("/proc/self/uid_map", self.uid_map.as_bytes())?;
                 (self.write)("/proc/self/gid_map", self.gid_map.as_bytes())?;

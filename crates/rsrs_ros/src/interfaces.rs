@@ -39,10 +39,10 @@ pub enum InterfaceError {
         /// What there is.
         available: Vec<Interface>,
     },
-    /// The kernel does not tell.
+    /// The kernel does not list them.
     #[error("the network interfaces cannot be listed")]
     Kernel {
-        /// What the kernel said.
+        /// The kernel's error.
         #[source]
         source: io::Error,
     },
@@ -90,7 +90,7 @@ pub fn chosen(flag: Option<&str>, variable: Option<&str>) -> Result<IpAddr, Inte
     choose(flag.or(variable), list()?)
 }
 
-/// Whether somebody who chose this interface chose the loopback interface.
+/// Whether this choice of an interface is the loopback interface.
 pub(crate) fn is_loopback(wanted: &str) -> bool {
     wanted == LOOPBACK_NAME || wanted.parse().is_ok_and(|address: IpAddr| address.is_loopback())
 }

@@ -46,7 +46,7 @@ fn datagram_socket() -> io::Result<OwnedFd> {
     let descriptor =
         unsafe { libc::socket(libc::AF_INET, libc::SOCK_DGRAM | libc::SOCK_CLOEXEC, 0) };
     check(descriptor)?;
-    // SAFETY: the descriptor was just opened and belongs to nobody else.
+    // SAFETY: the descriptor was just opened and has no other owner.
     Ok(unsafe { OwnedFd::from_raw_fd(descriptor) })
 }
 
@@ -106,7 +106,7 @@ pub(crate) fn before_exec(
     command: &mut Command,
     prepare: impl FnMut() -> io::Result<()> + Send + Sync + 'static,
 ) {
-    // SAFETY: as said above, `prepare` neither allocates nor takes a lock.
+    // SAFETY: as above, `prepare` neither allocates nor takes a lock.
     unsafe { command.pre_exec(prepare) };
 }
 
@@ -209,16 +209,16 @@ pub(crate) fn interface_addresses() -> io::Result<Vec<(String, IpAddr)>> {
 ///
 /// # Safety
 ///
-/// `socket_address` is null or points to a socket address as long as its family says.
+/// `socket_address` is null or points to a socket address as long as its family requires.
 unsafe fn ip_address(socket_address: *const libc::sockaddr) -> Option<IpAddr> {
-    // SAFETY: the caller says that it is null or a socket address.
+    // SAFETY: the caller guarantees that it is null or a socket address.
     let family = c_int::from(unsafe { socket_address.as_ref() }?.sa_family);
     if family == libc::AF_INET {
-        // SAFETY: the family says which structure is there; it is read wherever it lies.
+        // SAFETY: the family names the structure that is there; it is read wherever it lies.
         let v4 = unsafe { socket_address.cast::<libc::sockaddr_in>().read_unaligned() };
         Some(Ipv4Addr::from(v4.sin_addr.s_addr.to_ne_bytes()).into())
     } else if family == libc::AF_INET6 {
-        // SAFETY: the family says which structure is there; it is read wherever it lies.
+        // SAFETY: the family names the structure that is there; it is read wherever it lies.
         let v6 = unsafe { socket_address.cast::<libc::sockaddr_in6>().read_unaligned() };
         Some(Ipv6Addr::from(v6.sin6_addr.s6_addr).into())
     } else {

@@ -1,10 +1,10 @@
-//! What a node says on stderr.
+//! What a node logs to standard error.
 
 use std::str::FromStr;
 
 use log::LevelFilter;
 
-/// How much a node says; the names are those of ROS 2.
+/// Severity from which on a node logs; the names are those of ROS 2.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// For developers.
@@ -55,16 +55,16 @@ impl Level {
     }
 }
 
-/// What the middleware may say. It calls much a warning that nobody can act upon, and at shutdown
+/// What the middleware may log. It calls much a warning that no user can act upon, and at shutdown
 /// it complains about readers of a participant that has gone.
 const MIDDLEWARE: [(&str, LevelFilter); 6] = [
     ("rustdds", LevelFilter::Error),
-    // A receive buffer that the kernel keeps small loses samples, and the text says what to do.
+    // A receive buffer that the kernel keeps small loses samples, and the text names the remedy.
     ("rustdds::network::udp_listener", LevelFilter::Warn),
     ("rustdds::dds::pubsub", LevelFilter::Off),
     ("rustdds::dds::participant", LevelFilter::Off),
     ("ros2_client", LevelFilter::Error),
-    // What goes to `/rosout` is said on stderr by us already.
+    // What goes to `/rosout` is logged to standard error by us already.
     ("ros2_client::rosout", LevelFilter::Off),
 ];
 

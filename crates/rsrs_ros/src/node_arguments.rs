@@ -12,9 +12,9 @@ use crate::session::SessionOptions;
 /// Arguments of a node of ours.
 #[derive(Clone, Debug)]
 pub struct NodeArguments {
-    /// Where to speak.
+    /// Which network to join.
     pub session: SessionOptions,
-    /// The robots that it speaks for, in the order given.
+    /// The robots that it stands for, in the order given.
     pub robots: Vec<String>,
     /// From which level on to log.
     pub log_level: Option<Level>,
@@ -52,7 +52,7 @@ pub enum NodeArgumentsError {
 /// Flags that all nodes have.
 #[derive(Clone, Debug, clap::Args)]
 pub struct NodeFlags {
-    /// Network interface to speak on (or `RSRS_INTERFACE`); there is no default, so that nothing is
+    /// Network interface to use (or `RSRS_INTERFACE`); there is no default, so that nothing is
     /// published on a LAN by accident.
     #[arg(long, value_name = "NAME|IP")]
     pub interface: Option<String>,

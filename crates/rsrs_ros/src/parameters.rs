@@ -1,4 +1,4 @@
-//! Parameters, as every ROS 2 tool knows them: six services per node, and a client for them.
+//! Parameters, as every ROS 2 tool expects them: six services per node, and a client for them.
 //!
 //! One participant answers for any number of nodes ([`ParameterServer`]). Two ways of calling a
 //! service are in use and neither understands the other ([`Mapping`]); each request is answered in

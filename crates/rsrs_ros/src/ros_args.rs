@@ -1,9 +1,9 @@
-//! What a person, a launch file and the environment say to a node, as ROS 2 programs understand it.
+//! What a command line, a launch file and the environment set for a node, as in every ROS 2 program.
 //!
 //! `--ros-args -r __ns:=/robot_3 -r cmd_vel:=/base/cmd_vel -p speed:=0.15 --params-file x.yaml
-//! --log-level debug --disable-rosout-logs --`, and `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE` and
-//! `ROS_LOCALHOST_ONLY`. What cannot be honoured is an error, or a [`Note`] where ROS 2 programs
-//! usually run without it.
+//! --log-level debug --disable-rosout-logs --`, and `ROS_DOMAIN_ID`,
+//! `ROS_AUTOMATIC_DISCOVERY_RANGE` and `ROS_LOCALHOST_ONLY`. What cannot be honoured is an error,
+//! or a [`Note`] where ROS 2 programs usually run without it.
 
 mod discovery;
 mod error;
@@ -67,14 +67,14 @@ impl Environment {
     }
 }
 
-/// What was said to a node.
+/// The ROS arguments of a node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RosArgs {
     /// `ROS_DOMAIN_ID`; 0 to 232.
     pub domain_id: u16,
     /// How far to look for others.
     pub discovery_range: DiscoveryRange,
-    /// What a person may not expect, to be said to them.
+    /// What a user may not expect, to be logged.
     pub notes: Vec<Note>,
     /// Whether log lines go to `/rosout`, too.
     pub to_rosout: bool,
@@ -92,7 +92,7 @@ impl RosArgs {
     ///
     /// # Returns
     ///
-    /// What was said to ROS 2, and the arguments that are not meant for it.
+    /// The ROS arguments, and those that are not meant for ROS.
     ///
     /// # Errors
     ///
@@ -191,7 +191,7 @@ impl RosArgs {
     ///
     /// # Errors
     ///
-    /// [`InterfaceError`] if no interface is chosen and ROS 2 is not told to stay on this machine.
+    /// [`InterfaceError`] if no interface is chosen and ROS 2 is not set to stay on this machine.
     pub fn network(
         &mut self,
         flag: Option<&str>,
@@ -216,7 +216,7 @@ impl RosArgs {
     ///
     /// # Arguments
     ///
-    /// * `level` — from which level on; information and worse if nobody said so.
+    /// * `level` — from which level on; information and worse if none is given.
     pub fn start_logging(&self, level: Option<Level>) {
         if self.to_stderr {
             let level = level.unwrap_or(Level::Info);
@@ -224,7 +224,7 @@ impl RosArgs {
         }
     }
 
-    /// Logs what a person may not expect, for a program that does not say it by a node.
+    /// Logs what a user may not expect, for a program without a node.
     pub fn log_notes(&self, node: &str) {
         for note in &self.notes {
             log::warn!("[{node}] {note}");
@@ -273,7 +273,7 @@ impl RosArgs {
         self.overrides.of(node)
     }
 
-    /// How much to say; `None` if nobody said so.
+    /// Severity from which on to log; `None` if none is given.
     ///
     /// # Arguments
     ///

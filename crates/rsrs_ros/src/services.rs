@@ -1,4 +1,4 @@
-//! Services of any type, each request answered in the mapping of whoever asks; and a client.
+//! Services of any type, each request answered in the mapping of its client; and a client.
 
 pub(crate) mod mapping;
 pub(crate) mod raw;
@@ -20,7 +20,7 @@ pub struct Service {
     _task: Task,
 }
 
-/// The answer that somebody waits for.
+/// The response that a client waits for.
 #[derive(Debug)]
 pub struct Reply<R>(oneshot::Sender<R>);
 
@@ -36,7 +36,7 @@ impl<R> Reply<R> {
 /// Offers a service of a node.
 ///
 /// Every request is answered: one that cannot be understood, as of another version of the service, with
-/// the default of the answer, which by its type says that it was refused.
+/// the default of the response, which by its type means that it was refused.
 ///
 /// # Arguments
 ///
@@ -191,7 +191,7 @@ impl<'a, Q: RosMessage, R: RosMessage> ServiceClient<'a, Q, R> {
             }
             tokio::time::sleep(POLL).await;
         }
-        // The service may not yet know of us when we know of it.
+        // The service may discover us later than we discover it.
         tokio::time::sleep(MATCHING).await;
         let request = Bytes(cdr::encode_body(request));
         let left = patience.saturating_sub(start.elapsed());

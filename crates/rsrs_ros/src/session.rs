@@ -59,7 +59,7 @@ use subscription::{Failure, Tasks};
 use threads::Threads;
 use wire::Wire;
 
-/// How often the discovery database is asked while waiting for somebody.
+/// How often the discovery database is asked while waiting for a match.
 pub(crate) const POLL: Duration = Duration::from_millis(20);
 
 /// How often to look whether the session can still send and receive.
@@ -92,7 +92,7 @@ pub struct Session {
     watches: Once,
     index: Mutex<Index>,
     pace: Pace,
-    /// What was said to ROS 2, of which names of topics and `/rosout` matter here.
+    /// The ROS arguments, of which names of topics and `/rosout` matter here.
     arguments: Option<RosArgs>,
 }
 
@@ -412,7 +412,7 @@ impl Session {
         lock(&self.index).refresh(&self.participant).vendor_of_writer(dds_topic)
     }
 
-    /// Whether somebody reads a DDS topic.
+    /// Whether a DDS topic has a reader.
     pub(crate) fn has_reader(&self, dds_topic: &str) -> bool {
         lock(&self.index).refresh(&self.participant).has_reader(dds_topic)
     }

@@ -37,7 +37,7 @@ pub async fn requested() -> io::Result<Request> {
 ///
 /// # Errors
 ///
-/// If there is no such process, or it belongs to somebody else.
+/// If there is no such process, or it belongs to another user.
 pub fn terminate(pid: u32) -> io::Result<()> {
     kernel::terminate(pid)
 }
@@ -58,7 +58,7 @@ pub enum ParentError {
     Kernel {
         /// Who started this process.
         expected: u32,
-        /// What the kernel said.
+        /// The kernel's error.
         #[source]
         source: io::Error,
     },
@@ -71,7 +71,7 @@ pub enum ParentError {
 ///
 /// # Arguments
 ///
-/// * `parent` — the process that started this one, as it said itself; a process that asked for its
+/// * `parent` — the process that started this one, by its own argument; a process that asked for its
 ///   own parent could already have been adopted by another.
 ///
 /// # Errors

@@ -39,7 +39,7 @@ pub enum InvalidMessage {
 }
 
 /// Where a node that starts now begins to count its statuses: above all that it counted before it
-/// was started again, as long as its clock goes forward and it says fewer than a thousand a second.
+/// was started again, as long as its clock goes forward and it sends fewer than a thousand a second.
 ///
 /// # Arguments
 ///

@@ -1,4 +1,4 @@
-//! The hash of a type, by which two computers know that they mean the same.
+//! The hash of a type, by which two computers agree that they mean the same.
 //!
 //! # Source
 //!

@@ -46,7 +46,7 @@ struct Hosted {
     /// The status of the gate, where it is in the controller.
     gate_status: Option<Publisher<RobotStatus>>,
     arming: Arming,
-    /// What the simulator says that the robot sees, in a mixed fleet.
+    /// Whether the robot sees a virtual one, in a mixed fleet.
     sight: VirtualSight,
 }
 
@@ -80,12 +80,12 @@ pub async fn run(options: NodeArguments) -> anyhow::Result<()> {
     ended
 }
 
-/// Runs controllers on somebody's session until SIGINT or SIGTERM.
+/// Runs controllers on a session of the caller until SIGINT or SIGTERM.
 ///
 /// # Arguments
 ///
 /// * `robots` — one or more.
-/// * `notes` — what the first of them is to say at the start.
+/// * `notes` — what the first of them logs at the start.
 ///
 /// # Errors
 ///
@@ -172,7 +172,7 @@ fn listen(
     })?)
 }
 
-/// In a mixed fleet the simulator tells real robots of virtual ones.
+/// In a mixed fleet the simulator publishes which real robots see virtual ones.
 fn listen_to_simulator(
     session: &Session,
     node: &NodeHandle,

@@ -1,8 +1,9 @@
 //! The controller node: detection in, velocity command out.
 //!
 //! One process hosts the controllers of one robot or of many: each is a node `/<robot>/controller`
-//! with its own parameters, all on one participant; [`serve`] hosts them on somebody else's. What a controller does is decided by
-//! [`rsrs_fleet::controller`]; here samples and timers become its events.
+//! with its own parameters, all on one participant; [`serve`] hosts them on that of the caller.
+//! What a controller does is decided by [`rsrs_fleet::controller`]; here samples and timers become
+//! its events.
 
 mod driver;
 mod parameters;

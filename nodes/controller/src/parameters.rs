@@ -18,7 +18,7 @@ const STAMP_FROM_CLOCK: &str = "stamp_from_clock";
 const CMD_VEL_TYPE: &str = "cmd_vel_type";
 const CONSTANT: &str = "constant";
 const PERIOD: &str = "period";
-/// Name of the parameter that says who holds the lease.
+/// Name of the parameter for who holds the lease.
 pub const LEASE: &str = "lease";
 /// The robot has a gate of ours in front of its wheels.
 pub const LEASE_GATE: &str = "gate";
@@ -41,7 +41,7 @@ pub const NAMES: [&str; 9] = [
 /// Nobody drives by detections that are rarer.
 const LONGEST_PERIOD_S: f64 = 2.0;
 
-/// Greatest safe values where a start value does not say otherwise: those of the Flockbot.
+/// Greatest safe values where no start value is given: those of the Flockbot.
 const LIMITS: [(&str, f64); 2] = [("speed_max", 0.30), ("turn_rate_max", 2.5)];
 
 /// A start value that does not fit its parameter.
@@ -69,7 +69,7 @@ pub enum StartValueError {
     },
 }
 
-/// Declares a controller's parameters. A robot that nobody configured stands: speed and turning
+/// Declares a controller's parameters. A robot that is not configured stands: speed and turning
 /// rate start at 0.
 ///
 /// # Arguments
@@ -244,7 +244,7 @@ pub fn is_stamped(server: &ParameterServer, node: &str) -> bool {
     server.get(node, CMD_VEL_TYPE) != Some(ParameterValue::String("twist".to_owned()))
 }
 
-/// A controller of a robot, as its parameters say that it is to be, which counts its statuses up
+/// A controller of a robot, as its parameters define it, which counts its statuses up
 /// from a number.
 ///
 /// # Panics

@@ -4,17 +4,17 @@ use std::time::{Duration, Instant};
 
 use rsrs_msgs::std_msgs::Bool;
 
-/// The simulator speaks once per control period; after so long it has gone, and nobody is there.
+/// The simulator publishes once per control period; after so long without a message there is none.
 const FORGOTTEN_AFTER: Duration = Duration::from_millis(500);
 
-/// The last word of the simulator on a robot in a mixed fleet; of other robots it never speaks.
+/// The last message of the simulator on a robot in a mixed fleet; for other robots there is none.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VirtualSight {
     seen: Option<Instant>,
 }
 
 impl VirtualSight {
-    /// Takes what the simulator says at a time.
+    /// Takes a message of the simulator at a time.
     pub fn receive(&mut self, detection: Bool, now: Instant) {
         self.seen = detection.data.then_some(now);
     }

@@ -60,7 +60,7 @@ pub struct Flags {
     /// What moves the robots.
     #[arg(long, default_value = "fleet")]
     backend: Moved,
-    /// Network interface to speak on (or `RSRS_INTERFACE`); there is no default, so that nothing is
+    /// Network interface to use (or `RSRS_INTERFACE`); there is no default, so that nothing is
     /// published on a LAN by accident.
     #[arg(long, value_name = "NAME|IP")]
     interface: Option<String>,

@@ -93,7 +93,7 @@ struct Run<'a> {
 /// # Arguments
 ///
 /// * `network` — where the robots are.
-/// * `watch` — told how far the run is.
+/// * `watch` — called with how far the run is.
 /// * `stop` — when it completes, the run is stopped in order, for the reason that it gives.
 ///
 /// # Errors
@@ -202,7 +202,7 @@ impl<'a> Run<'a> {
                 _ = look.tick() => Woken::Look,
                 _ = tick.tick() => Woken::Tick,
             };
-            // Before anything else is made of the time: silence is nobody's fault then.
+            // Before anything else is made of the time: no robot is at fault for a silence then.
             let stood_still = std::mem::replace(&mut looked, Instant::now()).elapsed();
             if stood_still >= STOOD_STILL
                 && !self.is_cut_off
@@ -254,7 +254,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Keeps a sample, and tells the machine what it means.
+    /// Records a sample, and gives the machine its event.
     async fn receive(&mut self, sample: Sample, requests: &mut Requests<'a>) -> anyhow::Result<()> {
         if let Some(event) = self.record(&sample) {
             self.advance(event, requests).await?;
@@ -313,7 +313,7 @@ impl<'a> Run<'a> {
         self.advance(event, requests).await
     }
 
-    /// What a sample says to the machine.
+    /// The event of a sample.
     fn understand(&mut self, role: Role, received: &ReceivedRaw) -> Result<Vec<Event>, String> {
         match role {
             Role::Simulator => {
@@ -339,7 +339,7 @@ impl<'a> Run<'a> {
             };
             return Some(Event::ReadBack { target: Target::Simulator, result });
         }
-        // Before the recorder is open, it still speaks of the run before.
+        // Before the recorder is open, it still refers to the run before.
         self.recorder.as_ref()?;
         match status.state {
             RobotState::Stopped => Some(Event::SimulatorComplete),
@@ -414,7 +414,7 @@ impl<'a> Run<'a> {
 
     fn report(&mut self) -> anyhow::Result<RunReport> {
         let (outcome, not_standing) =
-            self.finished.take().context("the run ends when the machine says so")?;
+            self.finished.take().context("the run ends when the machine finishes")?;
         Ok(RunReport {
             ending: Ending::of(&outcome, self.machine.lost()),
             not_standing,

@@ -19,7 +19,7 @@ use crate::fit::{self, Fit};
 use crate::plan::{PlaceCheck, Plan, Poses};
 use crate::recorded_topics::{RecordedTopic, Role};
 
-/// What the machine must know of a run.
+/// What the machine needs of a run.
 pub fn runner_options(plan: &Plan, recorded_topics: &[RecordedTopic]) -> RunnerOptions {
     let record = &plan.record;
     let pace = match record.time {
@@ -152,7 +152,7 @@ fn end(endpoint: Endpoint) -> preflight::Endpoint {
     preflight::Endpoint { topic, type_name, node, guid }
 }
 
-/// Whether somebody was received.
+/// Whether a peer was received.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Presence {
     /// Within the time in which a node counts as alive.

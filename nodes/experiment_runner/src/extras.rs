@@ -1,4 +1,4 @@
-//! Topics that an experiment names to be recorded: what they are shows when somebody publishes them.
+//! Topics that an experiment names to be recorded: their types show when they have a publisher.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -24,7 +24,7 @@ pub struct Extras {
 }
 
 impl Extras {
-    /// Topics that nobody has looked for yet. What is received in every run is left out.
+    /// Topics that were not looked for yet. What is received in every run is left out.
     pub fn new(recording: &Recording, recorded_topics: &[RecordedTopic], queue: Queue) -> Self {
         let own = [topics::EXPERIMENT.name, topics::ENDING.name];
         let is_new = |name: &&String| {
@@ -46,7 +46,7 @@ impl Extras {
         self.waiting.clone()
     }
 
-    /// Listens to every topic that somebody publishes by now, and whose type is defined.
+    /// Subscribes every topic that has a publisher by now, and whose type is defined.
     ///
     /// # Errors
     ///
@@ -128,7 +128,7 @@ impl Extras {
 
 const NOBODY: &str = "it is to be recorded, and it has no publisher";
 
-/// What all publishers of a topic offer. They do not tell how deep they keep.
+/// What all publishers of a topic offer. Discovery does not carry their depth.
 fn offered(writers: &[&Endpoint]) -> Qos {
     let all = |has: fn(&Qos) -> bool| writers.iter().all(|end| has(&end.qos));
     let is_reliable = all(|qos| qos.reliability == Reliability::Reliable);

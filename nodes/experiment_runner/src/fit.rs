@@ -27,7 +27,7 @@ const SENSING: [Topic; 3] =
 pub struct Fit {
     /// Those that robots of the run need.
     pub unfit: BTreeSet<UnfitTopic>,
-    /// Those without which the run can do: somebody looks on and receives nothing.
+    /// Those without which the run can do: an observer that receives nothing.
     pub onlookers: BTreeSet<UnfitTopic>,
 }
 
@@ -124,7 +124,7 @@ enum Types {
     Open,
 }
 
-/// Why a subscriber receives nothing from any publisher; `None` if it does, or if nobody minds.
+/// Why a subscriber receives nothing from any publisher; `None` if it does, or if that does not matter.
 fn why_silent(
     reader: &Endpoint,
     (readers, writers): (&[&Endpoint], &[&Endpoint]),
@@ -225,7 +225,7 @@ fn is_of(node: &str, robot: &str) -> bool {
         .is_some_and(|rest| rest.starts_with('/'))
 }
 
-/// Nodes of command-line tools have hidden names; that they see nothing harms nobody.
+/// Nodes of command-line tools have hidden names; that they receive nothing does no harm.
 fn is_tool(node: &str) -> bool {
     node.rsplit('/').next().is_some_and(|name| name.starts_with('_'))
 }
@@ -301,7 +301,7 @@ mod tests {
         assert_eq!(
             reasons(&readers),
             ["/base_1 subscribes geometry_msgs/msg/Twist, and /robot_1/controller publishes \
-              geometry_msgs/msg/TwistStamped: say `cmd_vel: twist` in the fleet file, and start \
+              geometry_msgs/msg/TwistStamped: set `cmd_vel: twist` in the fleet file, and start \
               the controller with `-p cmd_vel_type:=twist`"]
         );
     }

@@ -55,7 +55,7 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
             Err(error) => format!("signals cannot be received: {error}"),
         }
     };
-    // What it says goes to the log by itself.
+    // Its messages go to the log by themselves.
     let mut watch = |_| {};
     let report = tokio::runtime::Builder::new_current_thread()
         .enable_all()

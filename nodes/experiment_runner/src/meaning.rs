@@ -22,7 +22,7 @@ use rsrs_ros::wire;
 use crate::plan::Plan;
 use crate::recorded_topics::Role;
 
-/// What a sample says to the machine, except for the simulator's.
+/// The event of a sample, except for the simulator's.
 ///
 /// # Errors
 ///
@@ -115,7 +115,8 @@ fn decode<M: RosMessage>(data: &[u8]) -> Result<M, String> {
     cdr::decode(data).map_err(|error| error.to_string())
 }
 
-/// The simulator has placed its robots itself; among real ones, it tells of them as the tracker does.
+/// The simulator has placed its robots itself; among real ones, it publishes their poses as the
+/// tracker does.
 fn is_wanted(plan: &Plan, robot: usize, source: PoseSource) -> bool {
     match plan.record.backend {
         Backend::Simulator => false,

@@ -36,7 +36,7 @@ pub async fn configure(
 ///
 /// # Errors
 ///
-/// What is wrong with the answer, that there is none, or that somebody else holds the robot's lease
+/// What is wrong with the answer, that there is none, or that the robot's lease is held otherwise
 /// than the fleet file says.
 pub async fn read_back(
     client: &ParameterClient<'_>,

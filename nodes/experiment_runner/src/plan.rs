@@ -33,11 +33,11 @@ pub struct Request {
     pub from: Option<PathBuf>,
     /// What moves the robots.
     pub backend: Backend,
-    /// Where the bag goes; named after the run in the current folder if not said.
+    /// Where the bag goes; named after the run in the current folder if not given.
     pub bag: Option<PathBuf>,
     /// Seed of the simulated world, where the experiment file's does not count.
     pub seed: Option<u64>,
-    /// Whether the operator is told where the robots of a fleet stand before they move.
+    /// Whether the operator is shown where the robots of a fleet stand before they move.
     pub place_check: PlaceCheck,
 }
 
@@ -47,7 +47,7 @@ pub enum PlaceCheck {
     /// They are.
     #[default]
     On,
-    /// They are not, as where nothing tells of poses.
+    /// They are not, as where there are no poses.
     Off,
 }
 
@@ -64,11 +64,11 @@ pub struct Plan {
     pub files: Vec<(&'static str, String)>,
     /// Whether there is no run without poses.
     pub poses: Poses,
-    /// Whether the operator is told where the robots stand before they move.
+    /// Whether the operator is shown where the robots stand before they move.
     pub place_check: PlaceCheck,
     /// What is recorded besides the topics of every run.
     pub recording: Recording,
-    /// The fastest that the robots may be told, by their profile, in m/s and rad/s.
+    /// Greatest commands of the robots, by their profile, in m/s and rad/s.
     pub limits: [f64; 2],
     /// Whether its profile is one; a robot that is about to be measured has a stand-in.
     pub is_measured: bool,
@@ -176,7 +176,7 @@ impl Plan {
         self.record.conditions.steps(self.record.duration_s)
     }
 
-    /// Where the pose of a robot comes from, by its index; the simulator knows all of them.
+    /// Where the pose of a robot comes from, by its index; the simulator has all of them.
     pub fn pose_of(&self, robot: usize) -> PoseSource {
         match self.record.backend {
             Backend::Simulator => PoseSource::Odom,
@@ -210,7 +210,7 @@ impl Plan {
     }
 }
 
-/// The fastest that a robot may be told, in m/s and rad/s.
+/// Greatest commands of a robot, in m/s and rad/s.
 fn limits(profile: &RobotProfile) -> [f64; 2] {
     [profile.actuation.speed.limits_m_s[1], profile.actuation.turn.limits_rad_s[1]]
 }
@@ -245,7 +245,7 @@ fn cell(
 struct Moved {
     time: Time,
     profile: RobotProfile,
-    /// What robots can do in the cell of the sweep, where it says that.
+    /// Capabilities of the robots in the cell of the sweep, where it has any.
     capabilities: Vec<(Axis, f64)>,
 }
 
@@ -283,7 +283,7 @@ fn controller_only(backend: Backend, robots: &[FleetRobot]) -> Vec<String> {
 fn backend(asked: Backend, robots: &[FleetRobot]) -> anyhow::Result<Backend> {
     let mut real = robots.iter().filter(|robot| robot.driver != Driver::Virtual);
     let Some(first) = real.next() else {
-        // On a fleet's network, but moved by the simulator, which has to be told its conditions.
+        // On a fleet's network, but moved by the simulator, which has to be given its conditions.
         return Ok(if asked == Backend::Fleet { Backend::Mixed } else { asked });
     };
     let n_virtual = robots.iter().filter(|robot| robot.driver == Driver::Virtual).count();

@@ -12,11 +12,11 @@ use tokio::sync::mpsc::UnboundedSender;
 /// What a topic is in a run; robots by their index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// What a robot's sensor says.
+    /// The readings of a robot's sensor.
     Detection(usize),
     /// A robot's velocity command.
     Command,
-    /// Where a robot says it is.
+    /// The pose of a robot.
     Odometry(usize),
     /// Where a tracker sees a robot.
     Pose(usize),
@@ -44,7 +44,7 @@ pub enum Role {
     Markers,
     /// The health of parts.
     Diagnostics,
-    /// Changes of parameters and what nodes say, kept also from before the bag is open: they tell how
+    /// Changes of parameters and logs of nodes, kept also from before the bag is open: they show how
     /// a run was set up.
     Preparation,
     /// Kept, and not looked at.
@@ -180,7 +180,7 @@ pub fn recorded_topics(robots: &[FleetRobot]) -> Vec<RecordedTopic> {
     recorded_topics
 }
 
-/// Whether the simulator tells a robot of those that only it can see: a real one among virtual ones.
+/// Whether the simulator publishes which virtual robots a real one sees.
 fn receives_virtual_detections(robot: &FleetRobot, all: &[FleetRobot]) -> bool {
     let is_virtual = |robot: &FleetRobot| robot.driver == Driver::Virtual;
     !is_virtual(robot) && all.iter().any(is_virtual)

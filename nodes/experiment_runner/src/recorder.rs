@@ -37,7 +37,7 @@ pub enum RecorderError {
     /// There is no thread to write in.
     #[error("no thread for the bag")]
     Thread {
-        /// What the system said.
+        /// The system's error.
         #[source]
         source: io::Error,
     },
@@ -57,10 +57,10 @@ pub enum RecorderError {
         topic: String,
         /// Which message of the topic it is, from 1.
         count: u64,
-        /// The step that it says it is of.
+        /// The step in the message.
         found: u64,
     },
-    /// A message that does not say when it was sent.
+    /// A message without a time stamp.
     #[error("{topic}: {n_bytes} bytes without a stamp")]
     Unstamped {
         /// The topic.
@@ -80,7 +80,7 @@ pub enum RecorderError {
 }
 
 impl RecorderError {
-    /// What went wrong, with what the system says of it: that a disk is full, say.
+    /// What went wrong, with the system's reason, such as a full disk.
     pub fn in_full(self) -> String {
         format!("{:#}", anyhow::Error::from(self))
     }
@@ -91,7 +91,7 @@ impl RecorderError {
 /// It decides what time it is in the bag and counts what is missing; another thread writes.
 pub struct Recorder {
     disk: Disk,
-    /// A topic is added with its first message, so that the bag lists no topic that nobody used.
+    /// A topic is added with its first message, so that the bag lists no topic without messages.
     added: BTreeSet<usize>,
     pace: Pace,
     account: Account,
@@ -105,8 +105,8 @@ pub struct Recorder {
 /// be most of the bag.
 const MARKERS_EVERY_NS: u64 = 450_000_000;
 
-/// Where a topic is known by the index of its ear, these are those that nobody listens to: what the
-/// runner itself says of the run.
+/// Where a topic is known by the index of its subscription, these are those without one: what the
+/// runner itself publishes about the run.
 const EXPERIMENT: usize = usize::MAX;
 const ENDED: usize = usize::MAX - 1;
 
@@ -269,7 +269,7 @@ impl Recorder {
         self.account.n_missing_of_reliable()
     }
 
-    /// Has the bag closed, which says how the run ended and what of it is missing.
+    /// Has the bag closed, with how the run ended and what of it is missing.
     /// [`Written::Closed`] reports it.
     pub fn close(self, ending: &Ending) {
         self.note((ENDED, topics::ENDING), ending.to_json(&self.run_id));
@@ -302,7 +302,7 @@ impl Steps {
         Self { of_topic: topics.map(|topic| (topic, 0)).collect(), ..Self::default() }
     }
 
-    /// Counts a step of a topic, and says how many it has made; `None` if it makes none.
+    /// Counts a step of a topic, and returns how many it has made; `None` if it makes none.
     fn count(&mut self, topic: usize) -> Option<u64> {
         let made = self.of_topic.get_mut(&topic)?;
         *made += 1;

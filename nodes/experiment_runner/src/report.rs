@@ -8,7 +8,7 @@ use rsrs_fleet::record::Ending;
 /// How far a run is, for those who watch.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Progress {
-    /// Something to tell the operator.
+    /// A note for the operator.
     Note(String),
     /// Steps that are recorded, of all; in real time, seconds that have passed.
     Done {
@@ -24,7 +24,7 @@ pub enum Progress {
 pub struct RunReport {
     /// How it ended.
     pub ending: Ending,
-    /// Robots that did not say that they stand; someone should go and look.
+    /// Robots that did not report that they stand; an operator should go and look.
     pub not_standing: Vec<String>,
     /// The bag; `None` if none was opened.
     pub bag: Option<BagSummary>,

@@ -44,7 +44,7 @@ pub struct StopReport {
 pub struct Holding {
     /// Who holds it.
     pub source: Source,
-    /// The full name of its node, if it is there and says so.
+    /// The full name of its node, if it is there and announced.
     pub node: Option<String>,
     /// How it came to lock.
     pub cause: Cause,
@@ -55,7 +55,7 @@ pub struct Holding {
 /// # Arguments
 ///
 /// * `robots` — those that should be there; others are found by their statuses.
-/// * `interrupt` — when it completes, nobody waits any longer.
+/// * `interrupt` — when it completes, waiting ends.
 ///
 /// # Errors
 ///
@@ -171,7 +171,7 @@ impl<'a> StopNode<'a> {
         }
     }
 
-    /// Lets the machine take an event, and does what follows. What cannot be published now is said
+    /// Lets the machine take an event, and does what follows. What cannot be published now is reported
     /// again soon: who stops robots does not give up.
     async fn advance(&mut self, event: Event) {
         for action in self.machine.on_event(event, self.start.elapsed()) {
@@ -260,7 +260,7 @@ impl<'a> StopNode<'a> {
         )
     }
 
-    /// Who locks, as the sources say and as the robots report.
+    /// Which sources lock, by their own messages and by the robots' reports.
     fn listen_to_e_stop(
         &self,
         received: &UnboundedSender<Event>,

@@ -27,7 +27,7 @@ pub struct RobotArguments {
     /// Start values of the robot's parameters, by name.
     pub given: BTreeMap<String, ParameterValue>,
     /// Start values of its controller's parameters, by name; `None` if the controller is a process
-    /// of its own, or somebody else's.
+    /// of its own, or another driver.
     pub controller: Option<BTreeMap<String, ParameterValue>>,
 }
 
@@ -37,7 +37,7 @@ pub enum ArgumentsError {
     /// Arguments of every node are wrong.
     #[error(transparent)]
     Node(#[from] NodeArgumentsError),
-    /// Nobody says which driver.
+    /// No driver is given.
     #[error("no driver: give `--driver serial|ros|virtual`, or a fleet file with `--config`")]
     NoDriver,
     /// Another number of robots.
@@ -118,7 +118,7 @@ pub struct Flags {
 impl RobotArguments {
     /// Understands the arguments of the process.
     ///
-    /// What is said closer to the robot goes first: `-p` and parameter files, then flags, then the
+    /// What is set closer to the robot goes first: `-p` and parameter files, then flags, then the
     /// fleet file, then the profile that it names.
     ///
     /// # Errors

@@ -14,7 +14,7 @@ pub struct Health<'a> {
     pub driver: &'static str,
     /// What is wrong with sensor or wheels.
     pub fault: Option<&'a str>,
-    /// What the driver has to say.
+    /// What the driver reports.
     pub values: Vec<(&'static str, String)>,
     /// Why the robot stands, if it does.
     pub standing: Option<StandReason>,

@@ -1,4 +1,4 @@
-//! Sensors and wheels: what a robot has to offer, whoever built it.
+//! Sensors and wheels: the hardware of a robot, of any make.
 //!
 //! To add a driver, write one file with a type that implements [`Driver`], name it here and in
 //! [`DriverKind`], and give it an arm in `node::run`. The node does all the rest: the gate, limits,
@@ -67,12 +67,12 @@ impl DriverKind {
     }
 }
 
-/// What a driver has to tell.
+/// What a driver reports.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Report {
     /// Sensor and wheels work.
     Up,
-    /// They do not, and why. The driver goes on trying, and says so when they work again.
+    /// They do not, and why. The driver goes on trying, and reports when they work again.
     Down(String),
     /// The sensor measured.
     Sensed(Sensed),
@@ -94,7 +94,7 @@ pub struct Sensed {
 pub struct Place<'a> {
     /// The robot's participant.
     pub session: &'a Session,
-    /// The robot's node, to speak with.
+    /// The robot's node, for its log and topics.
     pub node: &'a NodeHandle,
     /// The robot's name.
     pub robot: &'a str,

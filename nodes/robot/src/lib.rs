@@ -3,7 +3,7 @@
 //! One process on each robot is the node `/<robot>/robot`, which owns the hardware behind the final
 //! gate ([`rsrs_fleet::robot`]), and the node `/<robot>/controller`
 //! ([`rsrs_controller_node`]), both on one participant. The hardware is behind one trait
-//! ([`driver::Driver`]); which of its implementors is used is said on the command line or in the
+//! ([`driver::Driver`]); which of its implementors is used is set on the command line or in the
 //! fleet file.
 //!
 //! Wheels stop when commands are stale or beyond the limits, the lease has run out, the e-stop is
@@ -39,7 +39,7 @@ use rsrs_ros::ros_args::Environment;
 /// # Errors
 ///
 /// If the arguments are wrong, no interface is chosen, or the network cannot be used. Hardware that
-/// does not answer is no error: the node says so and keeps trying.
+/// does not answer is no error: the node logs it and keeps trying.
 pub fn main(arguments: &[String]) -> anyhow::Result<()> {
     if has_helped::<Flags>(arguments)? {
         return Ok(());

@@ -14,7 +14,7 @@ pub enum Input {
     Lease(RunLease),
     /// Something of the e-stop.
     EStop(EStopMessage),
-    /// What its controller says of itself.
+    /// The status of its controller.
     Controller(RobotStatus),
     /// A velocity command.
     Command(Twist),

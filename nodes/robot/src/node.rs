@@ -34,13 +34,13 @@ use crate::listening::{Commands, Input, listen, listen_to_e_stop};
 use crate::parameters::{self, CMD_VEL_TYPE, NODE, PERIOD, Settings};
 use crate::publishers::Publishers;
 
-/// How often the wheels are told what they were told before: several times within their timeout.
+/// How often the last wheel command is repeated: several times within the wheels' timeout.
 const WHEEL_BEAT: Duration = Duration::from_millis(50);
-/// How often the robot's health is told.
+/// How often the robot's health is published.
 const HEALTH_BEAT: Duration = Duration::from_secs(1);
-/// How often, at most, a refused command is spoken of.
+/// How often, at most, a refused command is logged.
 const COMPLAINT: Duration = Duration::from_secs(1);
-/// How often the wheels are told to stop before the node ends.
+/// How many stop commands the wheels get before the node ends.
 const LAST_STOPS: usize = 3;
 
 /// Runs robot and controller until SIGINT or SIGTERM; then the wheels stop first.
@@ -99,20 +99,20 @@ struct RobotNode<D> {
     publishers: Publishers,
     start: Instant,
     period: Duration,
-    /// What the driver says is wrong; at the start, that it has said nothing yet.
+    /// What the driver reports as wrong; at the start, that it has not reported yet.
     driver_fault: Option<String>,
     /// Why the wheels did not take the last command.
     wheel_fault: Option<String>,
-    /// What the gate was told is wrong with sensor or wheels.
+    /// The fault of sensor or wheels that the gate was given.
     fault: Option<String>,
     /// Whether sensor and wheels have worked before: hardware that takes its time is no error.
     has_worked: bool,
-    /// What the wheels were told last, and when.
+    /// The last wheel command, and when it was sent.
     sent: Option<(Command, Duration)>,
     refused: u64,
     complained: Option<Duration>,
     arming: Arming,
-    /// The epoch that the gate refused last, which was said.
+    /// The epoch that the gate refused last, which was logged.
     refused_epoch: Option<BeyondRunners>,
     locks: LocksPublisher,
     _subscriptions: [Subscription; 3],
@@ -341,7 +341,7 @@ impl<D: Driver> RobotNode<D> {
         if is_told || self.driver_fault.is_some() {
             return;
         }
-        // Whoever does not take a command is told again soon, and has to take that one.
+        // A driver that did not take a command gets the next one soon, and has to take that one.
         self.sent = Some((command, now));
         self.wheel_fault = self.driver.drive(command).await.err().map(|error| format!("{error:#}"));
     }
@@ -381,7 +381,7 @@ impl<D: Driver> RobotNode<D> {
         Ok(self.publishers.health(health).await?)
     }
 
-    /// Stops the wheels, then says so.
+    /// Stops the wheels, then publishes it.
     async fn stand_down(mut self) -> anyhow::Result<()> {
         for _ in 0..LAST_STOPS {
             if let Err(error) = self.driver.drive(Command::STOP).await {

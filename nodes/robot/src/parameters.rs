@@ -125,7 +125,7 @@ fn declared(driver: DriverKind) -> Vec<(Descriptor, ParameterValue)> {
     parameters
 }
 
-/// The names of all parameters that may be given; the driver is not said in this way.
+/// The names of all parameters that may be given; the driver is not given in this way.
 pub fn names(driver: DriverKind) -> Vec<String> {
     let mut names: Vec<String> =
         declared(driver).into_iter().map(|(descriptor, _)| descriptor.name).collect();

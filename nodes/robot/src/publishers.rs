@@ -1,4 +1,4 @@
-//! What the robot says: its publishers.
+//! The publishers of a robot.
 
 use rsrs_fleet::message::Status;
 use rsrs_msgs::builtin_interfaces::Time;

@@ -49,7 +49,7 @@ pub struct Scene {
     pub stamp: Time,
     /// Names of the robots; shape `[n_robots]`.
     pub names: Names,
-    /// Whether the simulator moves a robot, and so tells of its frame; shape `[n_robots]`.
+    /// Whether the simulator moves a robot, and so publishes its frame; shape `[n_robots]`.
     pub is_ours: Arc<[bool]>,
     /// Where they are; shape `[n_robots]`.
     pub poses: Vec<Pose>,

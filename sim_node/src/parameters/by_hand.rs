@@ -11,7 +11,7 @@ use super::{CONDITIONS, FULL_NAME};
 
 /// The cell that is placed.
 pub const CELL: &str = "cell";
-/// The file that says what the robots are.
+/// The file that defines the robots.
 pub const PROFILE: &str = "profile";
 
 const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");

@@ -1,4 +1,4 @@
-//! `rsrs campaign`: many experiments, one after the other, each in a folder that says all of it.
+//! `rsrs campaign`: many experiments, one after the other, each in a folder with all of its files.
 
 mod prompt;
 
@@ -28,8 +28,8 @@ use rsrs_pipeline::run::own_network::OwnNetwork;
 /// `bag.unfinished_1` and do not count.
 ///
 /// With the simulator, the world is placed anew before each run. With the fleet, you are asked to
-/// place the robots before each run, or a program does it (`--place-command`). Exit code 3 says that experiments are missing, void, or lost
-/// data.
+/// place the robots before each run, or a program does it (`--place-command`). Exit code 3 means
+/// that experiments are missing, void, or lost data.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -50,7 +50,7 @@ pub struct Arguments {
     /// Network interface of the fleet, by name or address (or `RSRS_INTERFACE`).
     #[arg(long, value_name = "NAME|IP")]
     interface: Option<String>,
-    /// Start every run of a fleet without asking, as where nobody has to place the robots.
+    /// Start every run of a fleet without asking, as where the robots need not be placed.
     #[arg(long)]
     yes: bool,
     /// Program that places the robots of a fleet before each run, instead of asking you: it gets one

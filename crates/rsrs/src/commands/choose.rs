@@ -21,8 +21,8 @@ use rsrs_pipeline::wording::counted;
 /// It is smoothed over neighbouring cells, and cells are ranked by their depth inside the region where
 /// it is viable. From the deepest on, cells are confirmed in both worlds until one is viable: what was
 /// swept flatters a cell, so only fresh runs feed its `B_s`.
-/// The last lines say which of the factors that make robots worse does it in that cell: each alone, and
-/// all but each. Exit code 3 says that no cell is viable.
+/// The last lines show which of the factors that make robots worse matters in that cell: each
+/// alone, and all but each. Exit code 3 means that no cell is viable.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Folder of a sweep.

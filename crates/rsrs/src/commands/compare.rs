@@ -18,11 +18,11 @@ use rsrs_pipeline::compare::compare;
 /// deliberately worse. The verdict rests on all runs of all cells together. It is `violated` if they
 /// show that in at least one of the cells real robots mill less often; the cells that show it by
 /// themselves are named. It is `supported` if they show that real robots, averaged over the runs, mill
-/// as often, or less often by at most the margin. Either is said wrongly with a probability of at most
+/// as often, or less often by at most the margin. Either verdict is wrong with a probability of at most
 /// 0.05, whatever number of runs one looked at before: add runs and compare again as you like. Else it
-/// is `undecided`. Exit code 3 says that it is violated.
+/// is `undecided`. Exit code 3 means that it is violated.
 ///
-/// The last line says what to do next: the experiment that would tell most, or, where real robots
+/// The last line is what to do next: the experiment that is most informative, or, where real robots
 /// mill less often, back to measuring them.
 #[derive(clap::Args)]
 #[command(after_help = "\

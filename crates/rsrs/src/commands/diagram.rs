@@ -18,15 +18,17 @@ use rsrs_pipeline::validate::file;
 
 /// Draw the phase diagram of a sweep.
 ///
-/// A sweep holds two worlds, and the picture says which it shows: that of robots made worse, or, with
-/// `--world as-measured`, that of robots as measured. Hue is the most frequent phase of a cell,
-/// lightness its share. The dashed line is the analytic turn balance. With `choice.json` beside the
-/// sweep's files, the chosen cell is marked; with `validation.json`, its answer is noted.
+/// A sweep holds two worlds, and the picture names the one that it shows: that of robots made
+/// worse, or, with `--world as-measured`, that of robots as measured. Hue is the most frequent
+/// phase of a cell, lightness its share. The dashed line is the analytic turn balance. With
+/// `choice.json` beside the sweep's files, the chosen cell is marked; with `validation.json`, its
+/// answer is noted.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Folder of a sweep.
     folder: PathBuf,
-    /// Picture to write; its ending says how: svg, png, or html, which has the numbers, too.
+    /// Picture to write; its extension selects the format: svg, png, or html, which has the
+    /// numbers, too.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Horizontal axis (default: the first swept one).
@@ -38,7 +40,7 @@ pub struct Arguments {
     /// Values on further axes, as AXIS=VALUE,…
     #[arg(long, value_name = "AXIS=V")]
     at: Option<Cell>,
-    /// The robots: made worse as the sweep says, or as measured (default: harsher).
+    /// The robots: made worse by the sweep's factors, or as measured (default: harsher).
     #[arg(long, value_enum, default_value = "harsher", hide_default_value = true)]
     world: Robots,
 }
@@ -46,7 +48,7 @@ pub struct Arguments {
 /// Which robots a diagram shows.
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum Robots {
-    /// The robots are made worse than measured, as the sweep's `harsher` says.
+    /// The robots are made worse than measured, by the sweep's `harsher`.
     Harsher,
     /// The robots are as measured.
     AsMeasured,

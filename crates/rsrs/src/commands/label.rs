@@ -19,17 +19,18 @@ use rsrs_pipeline::sweep::source::read_profile;
 
 /// Label bags with the phase that their swarm settled into.
 ///
-/// The judge looks at the last 60 s in which the run's lease said RUNNING, or else in which robots
+/// The judge looks at the last 60 s in which the run's lease was RUNNING, or else in which robots
 /// were commanded to move. It needs poses. The robots' body and sensing range come from
 /// `--profile`, their reach alone from `--reach`, or else both from the record of the experiment that
-/// bags of `rsrs` hold. Without them nothing is labelled, and it is said which reach is which phase.
+/// bags of `rsrs` hold. Without them nothing is labelled, and the output shows which reach gives
+/// which phase.
 ///
 /// Bags that cannot be labelled are named, each with its reason, when the others are labelled; the
 /// exit code is 1 then. A damaged bag is refused; `rsrs bag recover` saves what is left of it, and of
 /// a run whose end is lost `--part` labels what there is.
 ///
 /// With `--as` the label is yours: it is added to a file in the bag's folder, and changes nothing
-/// that is there. With `--agreement` nothing is labelled: it says how far the judge and people agree,
+/// that is there. With `--agreement` nothing is labelled: it shows how far the judge and people agree,
 /// and which bags to look at again.
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -48,18 +49,18 @@ pub struct Arguments {
     /// Your name, for your own label.
     #[arg(long, value_name = "WHO", requires = "phase")]
     by: Option<String>,
-    /// What else there is to say of your own label.
+    /// A note on your own label.
     #[arg(long, value_name = "TEXT", requires = "phase")]
     note: Option<String>,
     /// Say how far the judge and people agree, instead of labelling.
     #[arg(long)]
     agreement: bool,
     /// The robots' profile, for the radius of their body and their sensing range (default: what
-    /// each bag's record says).
+    /// that of each bag's record).
     #[arg(long, value_name = "PROFILE")]
     profile: Option<PathBuf>,
     /// How far from the centre of a robot it senses the centre of another, in metres (default: what
-    /// each bag's record says).
+    /// that of each bag's record).
     #[arg(long, value_name = "M", conflicts_with = "profile", value_parser = reach)]
     reach: Option<f64>,
     /// Topic that poses come from (default: the first of these that the bag has).

@@ -6,7 +6,7 @@ pub mod plan;
 
 use crate::failure::Outcome;
 
-/// Measure the robots: which trials to run, drive them, and what they say.
+/// Measure the robots: which trials to run, drive them, and fit them.
 #[derive(clap::Args)]
 pub struct Arguments {
     #[command(subcommand)]

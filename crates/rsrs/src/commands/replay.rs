@@ -16,7 +16,7 @@ use rsrs_pipeline::replay::{Pace, publish, replay_into_controller, replay_into_j
 /// Publish a bag on the network, or feed it to the controller or the judge.
 ///
 /// On the network, messages go out at the pace of their recording and with the quality of service that
-/// was recorded; `/clock` says the recorded time. Topics by which robots are steered (detections,
+/// was recorded; `/clock` has the recorded time. Topics by which robots are steered (detections,
 /// velocity commands, poses of a tracker, `hardware/…`, leases, the e-stop, statuses) are left out
 /// unless `--topics` names them, and so is what another program publishes now. To pause and to seek,
 /// play the bag with `ros2 bag play` or open it in Foxglove.
@@ -24,7 +24,7 @@ use rsrs_pipeline::replay::{Pace, publish, replay_into_controller, replay_into_j
 /// With `--into controller` nothing is published: recorded detections are fed to the controller of
 /// this program, and its commands are compared with the recorded ones. With `--into judge` the run is
 /// labelled by the judge of this program, and its label compared with the recorded one: `label.json`
-/// beside the bag, which a campaign leaves, or the one that `--recorded` names. Exit code 3 says that
+/// beside the bag, which a campaign leaves, or the one that `--recorded` names. Exit code 3 means that
 /// they differ.
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -65,10 +65,10 @@ pub struct Arguments {
     /// `label.json` beside the bag).
     #[arg(long, value_name = "FILE", requires = "into")]
     recorded: Option<PathBuf>,
-    /// Speed of the controller, in m/s (default: what the bag's record says).
+    /// Speed of the controller, in m/s (default: that of the bag's record).
     #[arg(long, value_name = "M_PER_S", requires_all = ["into", "turn_rate"], value_parser = not_negative)]
     speed: Option<f64>,
-    /// Turning rate of the controller, in rad/s (default: what the bag's record says).
+    /// Turning rate of the controller, in rad/s (default: that of the bag's record).
     #[arg(long, value_name = "RAD_PER_S", requires_all = ["into", "speed"], value_parser = not_negative)]
     turn_rate: Option<f64>,
     /// How to report.
@@ -89,7 +89,7 @@ enum Target {
 /// # Errors
 ///
 /// If the bag cannot be read; if no interface is chosen or the network cannot be used; if a topic is
-/// not in the bag; if nobody knows what the controller was set to.
+/// not in the bag; if the parameters of the controller are unknown.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let bag = recorded_run::open(&arguments.bag)?;
     if let Some(Target::Judge) = arguments.into {

@@ -16,7 +16,7 @@ use crate::labelled_bags::LabelledBags;
 /// Write one HTML file with the diagram, the chosen cell, every run from above, and the comparison.
 ///
 /// The file needs no other and asks for nothing from the network: it can be mailed, printed and kept.
-/// Runs are labelled and compared as `rsrs compare` does it. Exit code 3 says that the claim is
+/// Runs are labelled and compared as `rsrs compare` does it. Exit code 3 means that the claim is
 /// violated.
 #[derive(clap::Args)]
 #[command(after_help = "\

@@ -25,10 +25,10 @@ use rsrs_pipeline::run::{RunSummary, on_simulated_fleet, watched};
 /// Run one experiment over ROS 2, and record it.
 ///
 /// With the simulator, everything that the run needs is started and ended with it, in a network of
-/// its own. With the fleet, the robots' nodes must be running, and `--interface` says on which
-/// network; a countdown of 3 s comes before the robots move, and Ctrl-C stops them at any time. Exit code 3 says
-/// that the run ended but does not count, or that data was lost: on a topic that is to lose none, or
-/// because the recorder did not keep up.
+/// its own. With the fleet, the robots' nodes must be running, and `--interface` names their
+/// network; a countdown of 3 s comes before the robots move, and Ctrl-C stops them at any time.
+/// Exit code 3 means that the run ended but does not count, or that data was lost: on a topic that
+/// is to lose none, or because the recorder did not keep up.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -53,7 +53,8 @@ pub struct Arguments {
     /// Seed of the simulated world (default: the experiment file's).
     #[arg(long, value_name = "SEED", value_parser = clap::value_parser!(u64).range(..rsrs_core::diagram::sweep_file::SEED_LIMIT))]
     seed: Option<u64>,
-    /// Whether to say before a fleet moves where its robots do not stand as wanted (default: on).
+    /// Whether to report, before a fleet moves, robots that do not stand where they should
+    /// (default: on).
     #[arg(long, value_enum, default_value = "on", hide_default_value = true)]
     place_check: PlaceCheck,
     /// Folder of the bag; it must not exist (default: named after the run, in this folder).
@@ -68,7 +69,7 @@ pub struct Arguments {
 enum PlaceCheck {
     /// Say so.
     On,
-    /// Do not look, as where nothing tells of poses.
+    /// Do not look, as where there are no poses.
     Off,
 }
 

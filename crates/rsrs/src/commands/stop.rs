@@ -1,4 +1,4 @@
-//! `rsrs stop`: every robot stands, whoever conducts, and says so.
+//! `rsrs stop`: stops every robot, whatever runs, and waits until each reports it.
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ use rsrs_pipeline::files::read_text;
 /// should be there. The robots stay locked after the command has ended: no run starts before
 /// `rsrs stop --release`, and robots that were stopped in a run stand until a new run arms them.
 /// Whoever else publishes on the e-stop topic cannot undo it; a release names who still holds.
-/// Exit code 3 says that a robot has not acknowledged within 7 s: go and look.
+/// Exit code 3 means that a robot has not acknowledged within 7 s: go and look.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -64,11 +64,11 @@ struct StopSummary {
 /// A lock that a release leaves alone.
 #[derive(Serialize)]
 struct HoldingRow {
-    /// The node that holds it, if it says its name.
+    /// The node that holds it, if its name is known.
     node: Option<String>,
     /// The GUID of its publisher.
     publisher: String,
-    /// Whether it said that it is engaged, or fell silent.
+    /// Whether it reported that it is engaged, or fell silent.
     cause: &'static str,
 }
 
@@ -176,7 +176,7 @@ fn text(word: StopCommand, summary: &StopSummary) -> String {
         let after = row.after_s.map_or_else(|| "-".to_owned(), |after_s| format!("{after_s:.2} s"));
         let says = match (row.state.as_deref(), row.stop_reason.as_deref()) {
             (Some(state), Some("") | None) => state.to_owned(),
-            // "stopped by the runner" says both.
+            // "stopped by the runner" is both.
             (Some(state), Some(reason)) if reason.starts_with(state) => reason.to_owned(),
             (Some(state), Some(reason)) => format!("{state}: {reason}"),
             (None, _) => "no status received".to_owned(),

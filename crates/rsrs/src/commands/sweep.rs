@@ -104,7 +104,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 /// Says which capabilities the factors take away, before anything is simulated.
 fn warn_of_lost_capabilities(source: &ResolvedSweep) {
     let measured = &source.profile;
-    // Factors that are refused are an error of the sweep, which says where they stand.
+    // Factors that are refused are an error of the sweep, with their place in the file.
     let simulated = source.sweep.factors(measured).apply(measured);
     for lost in simulated.iter().flat_map(|simulated| lost_capabilities(measured, simulated)) {
         print_note(&format!("warning: {lost}"));
@@ -132,7 +132,7 @@ fn run_shard(
 }
 
 impl Arguments {
-    /// What the command line says of an adaptive sweep, before what the file says.
+    /// Options of an adaptive sweep, which override the file.
     fn adapt(&self, file: Adaptive) -> Adaptive {
         Adaptive {
             width: self.width.unwrap_or(file.width),

@@ -11,11 +11,11 @@ use crate::failure::Outcome;
 
 /// Check that the simulated robot is worse than the real ones: step 2 of the method.
 ///
-/// Simulated robots drive the commands of real trials; 99 % of them say where such a robot can be.
+/// Simulated robots drive the commands of real trials; 99 % of them bound where such a robot can be.
 /// Real trials must lie inside at every time; robots that the simulator can be are refused in at most
-/// 5 of 100 cases, because it is known how often they leave. So far apart as to contain anything says
+/// 5 of 100 cases, because it is known how often they leave. So far apart as to contain anything proves
 /// nothing, so the area of every region is printed. The simulated robot must also be nowhere better
-/// than its profile, and detections must not contradict its sensor. Exit code 3 says that one of
+/// than its profile, and detections must not contradict its sensor. Exit code 3 means that one of
 /// these does not hold. A robot that is worse in all of this does not by itself make reality at least
 /// as good as the simulation; `rsrs compare` tests that.
 #[derive(clap::Args)]
@@ -47,7 +47,7 @@ pub struct Arguments {
     #[arg(long, value_name = "RAD")]
     tolerance_heading: Option<f64>,
     /// Folder for validation.json and the pictures (default: the folder of the sweep, if it is one;
-    /// then its diagram says so, too).
+    /// then its diagram shows it, too).
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// How to report.

@@ -94,7 +94,7 @@ fn every_problem_is_named_at_once() {
             "robot_2: motor driver hot",
             "robot_2: no status of its controller received",
             "/robot_1/cmd_vel: type is geometry_msgs/msg/Twist, expected \
-             geometry_msgs/msg/TwistStamped: say `cmd_vel: twist` in the fleet file, and start the \
+             geometry_msgs/msg/TwistStamped: set `cmd_vel: twist` in the fleet file, and start the \
              controller with `-p cmd_vel_type:=twist`",
             "/robot_2/cmd_vel: 2 publishers, expected 1 (two robots of one name?)",
         ]
@@ -213,7 +213,7 @@ fn a_base_that_waits_for_another_type_of_command_is_named() {
     assert_eq!(
         sentences(&expected(), &seen),
         ["/robot_2/cmd_vel: /robot_2/base waits for geometry_msgs/msg/Twist, and \
-             geometry_msgs/msg/TwistStamped is sent: say `cmd_vel: twist` in the fleet file, and start \
+             geometry_msgs/msg/TwistStamped is sent: set `cmd_vel: twist` in the fleet file, and start \
              the controller with `-p cmd_vel_type:=twist`"]
     );
 }

@@ -121,7 +121,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
         }
         let mut stop: Pin<Box<dyn Future<Output = String>>> = self.operator.stop_requested();
         for item in open {
-            // Between two runs nobody else listens.
+            // Between two runs nothing else receives it.
             let stopped = tokio::select! {
                 biased;
                 reason = &mut stop => Some(reason),
@@ -166,7 +166,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
         Ok(Next::GoOn)
     }
 
-    /// Asks whoever places the robots; in the simulator, nobody does.
+    /// Has the robots placed; in the simulator they place themselves.
     async fn ask(&mut self, plan: &Plan, item: &Item) -> anyhow::Result<Answer> {
         let RunTarget::Fleet { .. } = self.target else { return Ok(Answer::Start) };
         let conditions = &plan.record.conditions.controller;
@@ -211,7 +211,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
     /// Makes an experiment of a run that has ended, or keeps what there is of it aside.
     fn settle(&self, item: &Item, (plan, summary): (Plan, &RunSummary)) -> anyhow::Result<()> {
         let name = &item.experiment.folder;
-        let kind = EndingKind::from_key(summary.ending).expect("a run says how it ended");
+        let kind = EndingKind::from_key(summary.ending).expect("a run has an ending");
         if !counts(kind) {
             let aside = self.folder.keep_aside(item)?;
             let message = format!("{name} {}: {}", summary.ending, summary.reason);

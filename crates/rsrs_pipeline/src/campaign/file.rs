@@ -26,7 +26,7 @@ pub struct CampaignFile {
 struct Entry {
     /// Path of the experiment file, relative to this file.
     experiment: PathBuf,
-    /// What its folders are called; the experiment file's name without its ending if not said.
+    /// What its folders are called; the experiment file's name without its ending if not given.
     name: Option<String>,
     /// Folder of a sweep, relative to this file, whose cells these are.
     from: Option<PathBuf>,
@@ -139,7 +139,7 @@ impl Entry {
     }
 
     fn spell_out(&self, beside: &Path, experiments: &mut Vec<Experiment>) {
-        // Nothing named is one of what the experiment file says.
+        // Nothing named is one of the experiment file's own.
         let cells = some_of(&self.cells);
         let seeds = some_of(&self.seeds);
         let name = self.name();

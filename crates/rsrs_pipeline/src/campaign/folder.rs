@@ -1,6 +1,6 @@
 //! The folder of a campaign: what was asked for, and which experiments are finished.
 //!
-//! Nothing in it says that an experiment is under way: it is finished when its manifest is there, and
+//! Nothing in it marks an experiment that is under way: it is finished when its manifest is there, and
 //! not before. So a campaign may be killed at any moment.
 
 use std::fs::{File, TryLockError};
@@ -42,7 +42,7 @@ struct Asked {
     record: ExperimentRecord,
 }
 
-/// The folder of a campaign, which nobody else works in.
+/// The folder of a campaign, locked for this process.
 pub struct CampaignFolder {
     path: PathBuf,
     /// Held to the end of this process, however it ends.
@@ -156,7 +156,7 @@ impl CampaignFolder {
         Ok(Some(manifest))
     }
 
-    /// Finishes an experiment whose bag was closed, though its runner did not live to say so.
+    /// Finishes an experiment whose bag was closed, though its runner was killed before the end.
     ///
     /// # Returns
     ///
@@ -229,7 +229,7 @@ impl CampaignFolder {
         Ok(manifest)
     }
 
-    /// Keeps a recording that broke off beside, under a name by which nobody takes it for the bag.
+    /// Keeps a recording that broke off beside, under a name that cannot be taken for the bag.
     ///
     /// # Returns
     ///

@@ -35,14 +35,14 @@ pub struct Manifest {
     pub ending: String,
     /// Why, if it is void; else empty.
     pub reason: String,
-    /// What the judge says; `None` if it could not judge.
+    /// The judge's label; `None` if it could not judge.
     pub phase: Option<Phase>,
     /// Why it could not; else empty.
     pub not_judged: String,
     /// Messages in the bag.
     pub n_messages: u64,
     /// Messages that the middleware lost on topics that are to lose none; `None` where the runner did
-    /// not live to say so.
+    /// was killed before its end.
     pub n_lost: Option<u64>,
     /// What did not get into the bag, by topic.
     pub gaps: Vec<Gap>,

@@ -36,10 +36,10 @@ struct Row {
     /// Why, if it is void.
     reason: String,
     phase: Option<Phase>,
-    /// Why the judge could not say it.
+    /// Why the judge could not label it.
     not_judged: String,
     n_messages: u64,
-    /// Messages that the middleware lost on topics that are to lose none; `None` if nobody knows.
+    /// Messages that the middleware lost on topics that are to lose none; `None` if that is unknown.
     n_lost: Option<u64>,
     gaps: Vec<Gap>,
     bag: Option<PathBuf>,

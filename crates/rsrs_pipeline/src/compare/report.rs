@@ -1,4 +1,4 @@
-//! What a comparison says.
+//! The report of a comparison.
 
 mod text;
 
@@ -40,9 +40,9 @@ pub struct Report {
     pub bags: Vec<ComparedBag>,
     /// The runs that do not.
     pub not_counted: Vec<NotCounted>,
-    /// What a reader must know besides.
+    /// Notes for the reader.
     pub notes: Vec<String>,
-    /// The experiment that would tell most, or back to the robots.
+    /// The experiment that is most informative, or back to the robots.
     pub next: NextStep,
 }
 
@@ -150,7 +150,7 @@ pub struct Runs {
 }
 
 impl Report {
-    /// Gathers what a comparison says.
+    /// Makes the report of a comparison.
     ///
     /// # Arguments
     ///

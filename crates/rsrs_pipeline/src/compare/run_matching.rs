@@ -28,11 +28,11 @@ pub struct Admitted {
     pub ending: Ending,
 }
 
-/// Reads what bags say of their runs, and refuses those that no swept cell stands for.
+/// Reads the records of bags, and refuses those that no swept cell stands for.
 ///
 /// # Errors
 ///
-/// If the sweep varies what nobody can tell of a real robot; else all bags that are refused, each
+/// If the sweep varies what is unknown of a real robot; else all bags that are refused, each
 /// with its reason.
 pub fn admit(result: &SweepResult, bags: &[PathBuf]) -> anyhow::Result<Vec<Admitted>> {
     let matcher = RunMatcher::to(result)?;
@@ -65,7 +65,7 @@ const COMPARE: Refusal = Refusal {
     help: "leave such bags out, or compare them with the sweep that simulates their experiment",
 };
 
-/// Bags that the judge can say nothing of.
+/// Bags that the judge cannot label.
 pub const LABEL: Refusal = Refusal { what: "labelled", help: "leave such bags out" };
 
 /// Turns the reasons for which bags are refused into one error that has them all.
@@ -215,7 +215,7 @@ fn refuse_repeated(run: &Admitted, others: &[Admitted]) -> anyhow::Result<()> {
     if let Some(other) = others.iter().find(is_same_run) {
         bail!("{}: is the same run as {}", run.bag.display(), other.bag.display());
     }
-    // In lockstep nothing but the seed tells one run from the next: their worlds are equal bit by bit.
+    // In lockstep only the seed distinguishes one run from the next: their worlds are equal bit by bit.
     // A run that does not count does not forbid to make up for it.
     let world = |run: &Admitted| {
         let Admitted { record, ending, .. } = run;

@@ -125,7 +125,7 @@ impl<'a> Recorder<'a> {
         self.put((channel, step.time_ns), &message)
     }
 
-    /// Writes what a robot was told.
+    /// Writes a command.
     ///
     /// # Errors
     ///

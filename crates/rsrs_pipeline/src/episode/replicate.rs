@@ -45,7 +45,7 @@ pub struct Episode {
     pub duration_s: f64,
     /// Messages in the bag.
     pub n_messages: u64,
-    /// Whether the runs of its cell were given enough time; `None` if they are too short to tell.
+    /// Whether the runs of its cell were given enough time; `None` if they are too short for that.
     pub settling: Option<Settling>,
 }
 

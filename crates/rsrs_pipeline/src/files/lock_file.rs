@@ -26,9 +26,9 @@ pub fn try_lock(path: &Path) -> anyhow::Result<Option<File>> {
             .with_context(|| format!("cannot open {}", path.display()))?;
         match file.try_lock() {
             Ok(()) if is_at(&file, path) => return Ok(Some(file)),
-            // Who held it before has moved or removed it meanwhile: this lock would bind nobody.
+            // Its last holder has moved or removed it meanwhile: this lock would protect nothing.
             Ok(()) => {}
-            // Some network file systems have no locks; then nothing tells that two are at work.
+            // Some network file systems have no locks; then two processes at work are not noticed.
             Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {
                 return Ok(Some(file));
             }

@@ -57,10 +57,10 @@ pub struct NotJudged {
     pub reason: String,
 }
 
-/// One bag with what everybody says.
+/// One bag with all labels.
 struct Seen {
     bag: PathBuf,
-    /// The phase by who says so.
+    /// The phase by who gave it.
     labels: BTreeMap<String, Phase>,
     distance: Option<f64>,
     refusal: Option<String>,

@@ -32,11 +32,11 @@ const HEAD: &str = "\
 pub struct HumanLabel {
     /// What the swarm settled into.
     pub phase: Phase,
-    /// Who says so.
+    /// Who gave it.
     pub by: String,
-    /// When they said so, in UTC.
+    /// When it was given, in UTC.
     pub time: String,
-    /// What else they said.
+    /// A note.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }
@@ -46,7 +46,7 @@ impl HumanLabel {
     ///
     /// # Errors
     ///
-    /// If `by` names nobody, or the judge.
+    /// If `by` is empty, or the judge.
     pub fn now(phase: Phase, by: &str, note: Option<&str>) -> anyhow::Result<Self> {
         let label = Self {
             phase,
@@ -96,7 +96,7 @@ pub fn path_of(bag: &Path) -> PathBuf {
 ///
 /// # Errors
 ///
-/// If there is a file that does not read, with file, line and column where it can be told.
+/// If there is a file that does not read, with file, line and column where they are known.
 pub fn read(bag: &Path) -> anyhow::Result<Vec<HumanLabel>> {
     let path = path_of(bag);
     match std::fs::read_to_string(&path) {

@@ -1,4 +1,4 @@
-//! What bags say of single robots: how they drove, how often they decided, and what they saw while
+//! Trials of single robots in bags: how they drove, how often they decided, and what they saw while
 //! they stood.
 
 use std::path::{Path, PathBuf};
@@ -39,7 +39,7 @@ pub struct Standing {
     pub robot: String,
     /// Where another robot stood; `None` if it was alone.
     pub neighbour: Option<Neighbour>,
-    /// What its sensor said, all the time.
+    /// All readings of its sensor.
     pub readings: Readings,
 }
 
@@ -83,7 +83,7 @@ pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
     Ok(BagTrials { driven, from_rest, periods_s, standing: None })
 }
 
-/// What was sensed in a trial in which nobody was to move: of a run of ours that was set to no speed
+/// What was sensed in a trial in which no robot was to move: of a run of ours that was set to no speed
 /// and no turn.
 fn standing(bag: &Bag) -> anyhow::Result<Option<Standing>> {
     let Some(record) = recorded_run::record_in(bag)? else { return Ok(None) };
@@ -106,7 +106,7 @@ fn standing(bag: &Bag) -> anyhow::Result<Option<Standing>> {
 ///
 /// # Returns
 ///
-/// `None` if nobody stood and sensed in any of them.
+/// `None` if no robot stood and sensed in any of them.
 pub fn detection_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<DetectionTrial>> {
     let standing = || bags.iter().filter_map(|(path, it)| Some((path, it.standing.as_ref()?)));
     let paths: Vec<&PathBuf> = standing().map(|(path, _)| path).collect();

@@ -66,7 +66,7 @@ pub fn read(bag: &Path, robot: &str) -> anyhow::Result<CommandRhythm> {
         times.received_ns.push(message.log_time_ns);
     }
     commands.received_ns.extend(window_ns);
-    // Without detections a controller says zero, again and again.
+    // Without detections a controller publishes zero, again and again.
     let pauses_s = [pause_s(&mut commands), pause_s(&mut detections)];
     let paused_s = pauses_s.into_iter().flatten().reduce(f64::max);
     Ok(CommandRhythm { paused_s, periods_s: intervals_s(&mut detections.sent_ns) })

@@ -39,7 +39,7 @@ pub trait TrialOperator {
     fn measure<'a>(&'a self, plan: &'a Plan) -> Answer<'a, Motion>;
 }
 
-/// What an operator answers; an error if nobody does.
+/// An operator's answer; an error if there is none.
 pub type Answer<'a, T> = Pin<Box<dyn Future<Output = anyhow::Result<T>> + 'a>>;
 
 /// What an operator wants before a trial.

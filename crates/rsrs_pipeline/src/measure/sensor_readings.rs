@@ -1,4 +1,4 @@
-//! How often a robot's sensor said "detected" while it stood, out of the bag of the trial.
+//! How often a robot's sensor detected while it stood, out of the bag of the trial.
 
 use std::path::Path;
 use std::time::Duration;
@@ -16,7 +16,7 @@ use crate::recorded_run;
 pub struct Readings {
     /// How many.
     pub samples: u64,
-    /// How many of them said "detected".
+    /// How many of them were detections.
     pub detections: u64,
 }
 

@@ -101,7 +101,7 @@ impl Sources {
     ///
     /// # Errors
     ///
-    /// If a file is wrong, or nothing says what robots detect.
+    /// If a file is wrong, or there is no measurement of detections.
     pub fn read(paths: &Paths) -> anyhow::Result<Self> {
         let bags = read_bags(&paths.bags)?;
         let Trajectories { mut driven, mut from_rest } = trajectories(&paths.trajectories)?;

@@ -1,4 +1,4 @@
-//! What geometry says about a mill, as lines in the plane of a diagram.
+//! The boundaries of a mill by geometry, as lines in the plane of a diagram.
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::axis::Axis;
@@ -25,7 +25,7 @@ pub struct Plane {
 ///
 /// # Returns
 ///
-/// No lines if the theory does not hold for these robots, as [`Ring::of`] says.
+/// No lines if the theory does not hold for these robots, see [`Ring::of`].
 pub fn boundaries(conditions: &Conditions, plane: Plane) -> Vec<Boundary> {
     let Some(ring) = Ring::of(conditions) else {
         return Vec::new();

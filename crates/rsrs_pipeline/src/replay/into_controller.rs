@@ -62,7 +62,7 @@ pub struct Difference {
     pub today: Command,
 }
 
-/// What a bag tells of one robot, in order of log time.
+/// The messages of one robot, in order of log time.
 #[derive(Default)]
 struct Recorded {
     detections: Vec<(u64, bool)>,
@@ -129,7 +129,7 @@ fn recorded_parameters(bag: &Bag, name: &str) -> anyhow::Result<ControllerParame
     })
 }
 
-/// The time in which the lease said RUNNING, both ends included; all of it without a lease.
+/// The time in which the lease was RUNNING, both ends included; all of it without a lease.
 type Running = (u64, u64);
 
 fn collect(bag: &Bag) -> anyhow::Result<(BTreeMap<String, Recorded>, Running)> {
@@ -170,7 +170,7 @@ fn collect(bag: &Bag) -> anyhow::Result<(BTreeMap<String, Recorded>, Running)> {
             recorded.entry(robot.to_owned()).or_default().commands.push((at_ns, command));
         }
     }
-    // A lease that never said RUNNING leaves nothing to compare.
+    // A lease that was never RUNNING leaves nothing to compare.
     Ok((recorded, (start_ns.unwrap_or(u64::MAX), end_ns.unwrap_or(u64::MAX))))
 }
 

@@ -1,4 +1,4 @@
-//! A bag into today's judge: does it still say what it said then?
+//! A bag into today's judge: is its label still the recorded one?
 
 use std::fmt;
 use std::io;

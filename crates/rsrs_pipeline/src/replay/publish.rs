@@ -19,7 +19,7 @@ use crate::error::with_help;
 use crate::run::operator::Operator;
 use crate::wording::{count, counted};
 
-/// How often `/clock` says the time between messages.
+/// How often `/clock` is published between messages.
 const CLOCK_PERIOD: Duration = Duration::from_millis(25);
 
 /// Time in which other publishers on the network are found, at least.

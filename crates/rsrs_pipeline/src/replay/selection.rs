@@ -53,7 +53,7 @@ fn steers(name: &str, type_name: &str) -> bool {
         || names.iter().any(|topic| name.rsplit('/').next() == Some(topic.name))
 }
 
-/// Depth where the recording does not say one.
+/// Depth where the recording has none.
 const DEPTH: u32 = 100;
 
 /// Chooses topics of a bag.
@@ -104,7 +104,8 @@ pub fn select(bag: &Bag, wanted: &[String]) -> anyhow::Result<Selection> {
     Ok(selection)
 }
 
-/// The recorded quality of service; what the recorder could not tell is as ROS 2 has it by default.
+/// The recorded quality of service; what the recorder could not determine is as ROS 2 has it by
+/// default.
 fn quality(offered: &OfferedQos) -> Qos {
     let depth = u32::try_from(offered.depth).unwrap_or(u32::MAX);
     Qos {

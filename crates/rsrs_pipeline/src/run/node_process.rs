@@ -41,8 +41,8 @@ impl NodeProcess {
     ///
     /// * `name` — what `rsrs node` calls it.
     /// * `robots` — the robots that it stands for.
-    /// * `parameters` — what ROS 2 is told besides the log level, such as `-p speed:=0.1`.
-    /// * `network` — tells the process where it is.
+    /// * `parameters` — ROS arguments besides the log level, such as `-p speed:=0.1`.
+    /// * `network` — the network of the process.
     ///
     /// # Errors
     ///

@@ -41,6 +41,6 @@ impl Operator for Unattended {
 pub enum Verbosity {
     /// The last note, beside the bar.
     Quiet,
-    /// Every note on a line of its own, for somebody who stands beside robots.
+    /// Every note on a line of its own, for an operator who stands beside robots.
     Verbose,
 }

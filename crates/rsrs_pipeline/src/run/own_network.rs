@@ -16,16 +16,16 @@ pub struct OwnNetwork {
     pub note: String,
 }
 
-/// The variable that says where ROS 2 speaks.
+/// The variable that selects the network of ROS 2.
 const DOMAIN: &str = "ROS_DOMAIN_ID";
 
-/// What else ROS 2 reads about whom to speak to; it does not hold in here.
+/// What else ROS 2 reads about discovery; it does not hold in here.
 const DISCOVERY: [&str; 3] =
     ["ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY"];
 
 impl OwnNetwork {
     /// Moves this process into a network of its own; where that is forbidden, picks a domain of the
-    /// loopback interface in which nobody is.
+    /// loopback interface in an unused domain.
     ///
     /// Call this before any thread is started.
     ///

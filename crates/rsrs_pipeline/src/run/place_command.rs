@@ -55,7 +55,7 @@ pub async fn place(
         command.stdin(input).stdout(Stdio::piped()).stderr(Stdio::piped());
         command.spawn().with_context(|| format!("starting `{program}`"))?
     };
-    // A program that does not read keeps nobody waiting, and one that closes its input may do so.
+    // A program that does not read blocks nothing, and one that closes its input may do so.
     std::thread::spawn(move || drop(given.write_all(line.as_bytes())));
     let talk = child.wait_with_output();
     let output = tokio::select! {

@@ -18,7 +18,7 @@ pub struct Gap {
     pub n_overflowed: u64,
 }
 
-/// What is missing in a bag; nothing in one whose recorder did not live to say so.
+/// What is missing in a bag; nothing in one whose recorder was killed before its end.
 pub fn in_bag(bag: &Bag) -> Vec<Gap> {
     let Some(pairs) = bag.metadata(RECORDING) else { return Vec::new() };
     let mut gaps: Vec<Gap> = Vec::new();

@@ -9,7 +9,7 @@ pub struct SimulatedFleet {
     controllers: NodeProcess,
 }
 
-/// What ROS 2 is told of controllers that turn one way whatever is detected: for trials.
+/// ROS arguments of controllers that turn one way whatever is detected: for trials.
 pub const CONSTANT: [&str; 2] = ["-p", "constant:=true"];
 
 impl SimulatedFleet {

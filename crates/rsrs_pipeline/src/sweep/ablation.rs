@@ -131,8 +131,8 @@ pub fn best_as_measured(
     Ok(best.map(|(cell, _)| cell))
 }
 
-/// Of a sweep in which no cell mills in most runs, what the factors do in the cell that mills most often
-/// as measured.
+/// Of a sweep in which no cell mills in most runs, what the factors do in the cell that mills most
+/// often as measured.
 ///
 /// # Returns
 ///
@@ -179,7 +179,7 @@ impl Ablation {
         (worst.b_s_without - self.b_s_with_all > chance).then_some(worst)
     }
 
-    /// What it says, in lines for a person.
+    /// The report, in lines for a person.
     pub fn in_words(&self) -> String {
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         let mut lines = vec![format!(

@@ -21,7 +21,7 @@ pub struct SweepResult {
 /// One of the two worlds of a sweep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum World {
-    /// The robots are made worse than measured, as the sweep's `harsher` says.
+    /// The robots are made worse than measured, by the sweep's `harsher`.
     #[default]
     Harsher,
     /// The robots are as measured.

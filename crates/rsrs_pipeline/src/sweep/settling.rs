@@ -26,7 +26,7 @@ pub struct Unsettled {
     settling: Settling,
 }
 
-/// Whether one cell of a sweep is settled; `None` if its runs are too short to tell.
+/// Whether one cell of a sweep is settled; `None` if its runs are too short for that.
 ///
 /// # Errors
 ///
@@ -104,7 +104,7 @@ pub fn text(settling: &Settling) -> String {
     format!("not settled: {changes}; with a longer `duration_s`, B_s may be another")
 }
 
-/// What is to be said of a sweep whose edge is not settled.
+/// The note on a sweep whose edge is not settled.
 pub fn warning(folder: &Path, (n_edge, unsettled): (usize, &[Unsettled])) -> Option<String> {
     let worst = unsettled.iter().max_by_key(|cell| cell.settling.n_changed)?;
     let Settling { n_replicates, n_changed, from_s } = worst.settling;

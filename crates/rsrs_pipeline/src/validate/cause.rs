@@ -1,5 +1,5 @@
-//! Whether real robots leave the simulated reach because they turn otherwise: with a lag, or with another
-//! gain while they drive than in place.
+//! Whether real robots leave the simulated reach because they turn otherwise: with a lag, or with
+//! another gain while they drive than in place.
 
 use rsrs_core::conditions::Settings;
 use rsrs_core::robot::harsher::HarsherFactors;
@@ -12,7 +12,7 @@ use rsrs_sim::reach::validate;
 use super::Case;
 use super::file::Turning;
 
-/// Looks for what the trajectories say of turning, and whether a profile with it contains them.
+/// Looks for what the trajectories show of turning, and whether a profile with it contains them.
 ///
 /// # Returns
 ///
@@ -69,12 +69,12 @@ fn turn_rate_rad_s(trials: &[DrivenTrial]) -> Option<f64> {
     samples.map(|sample| sample.command.turn_rate_rad_s.abs()).reduce(f64::max)
 }
 
-/// Whether a lag can be told from that of the profile.
+/// Whether a lag differs from that of the profile.
 fn is_longer(lag: &YawLag, measured: &RobotProfile) -> bool {
     lag.is_certain() && lag.lag_s.low.is_some_and(|low_s| low_s > measured.actuation.yaw_lag_s)
 }
 
-/// Whether a gain can be told from that of the profile while driving.
+/// Whether a gain differs from that of the profile while driving.
 fn is_another(
     gain: Estimate,
     (measured, trials): (&RobotProfile, &[DrivenTrial]),

@@ -54,7 +54,7 @@ pub struct Answer {
     /// The smallest factors with which the trials are contained; `None` if they are, or if no factor
     /// helps.
     pub smallest_factors: Option<HarsherFactors>,
-    /// What the trajectories say of turning, if a profile with it contains them; then no factor is
+    /// What the trajectories show of turning, if a profile with it contains them; then no factor is
     /// searched.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub turning: Option<Turning>,
@@ -71,7 +71,7 @@ pub struct Turning {
     pub driving_gain: Option<Estimate>,
 }
 
-/// What a picture says of an answer.
+/// The note on a picture.
 #[derive(Deserialize)]
 struct Told {
     #[serde(flatten)]
@@ -124,7 +124,7 @@ impl Answer {
     }
 }
 
-/// What a picture of a sweep says about whether its simulator was validated.
+/// The note on a picture of a sweep: whether its simulator was validated.
 ///
 /// # Arguments
 ///

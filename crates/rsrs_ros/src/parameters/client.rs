@@ -1,4 +1,4 @@
-//! Asks other nodes for their parameters and sets them, and tries again when nobody answers.
+//! Gets and sets parameters of other nodes, and repeats requests that are not answered.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -48,7 +48,7 @@ pub enum ParameterClientError {
     Refused {
         /// Full name of the node.
         node: String,
-        /// What it said.
+        /// Its reason.
         reason: String,
     },
     /// The node has no such parameter, or has not set it.
@@ -98,7 +98,7 @@ impl ParameterClientError {
 }
 
 /// First wait for an answer; the next ones double. The first request is lost now and then, because
-/// the node may not yet know of us when we know of it.
+/// the node may discover us later than we discover it.
 const FIRST_TRY: Duration = Duration::from_millis(50);
 
 /// Questions that are under way at the same time. Of hundreds, the last would be answered so late
@@ -249,7 +249,7 @@ impl<'a> ParameterClient<'a> {
         Err(no_answer(tries))
     }
 
-    /// Waits until a node offers a service, and says how to ask.
+    /// Waits until a node offers a service, and returns how to request it.
     async fn wait_for(&self, node: &str, service: Service, deadline: Instant) -> Option<Mapping> {
         let name = service.name();
         let requests = format!("rq{node}/{name}Request");

@@ -1,4 +1,4 @@
-//! Answers parameter services for many nodes of one session, and tells everybody what changed.
+//! Answers parameter services for many nodes of one session, and publishes what changed.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -39,7 +39,7 @@ pub enum ParameterServerError {
         #[from]
         source: SessionError,
     },
-    /// A parameter is not what its descriptor says, or is declared twice.
+    /// A parameter does not fit its descriptor, or is declared twice.
     #[error("parameters of `{node}`")]
     Declaration {
         /// Full name of the node.
@@ -224,7 +224,7 @@ fn event(node: &str) -> ParameterEvent {
     }
 }
 
-/// Hands an event to the task that publishes; while the session closes, nobody listens any more.
+/// Hands an event to the task that publishes; while the session closes, no task receives any more.
 fn send(events: &mpsc::UnboundedSender<ParameterEvent>, event: ParameterEvent) {
     if let Err(unsent) = events.send(event) {
         log::debug!("a change of `{}` is not published any more", unsent.0.node);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::value::{Descriptor, ParameterKind, ParameterValue};
 
-/// Why a parameter is not what somebody wants it to be. The texts go to other people's tools.
+/// Why a parameter is not set. The texts are shown by other tools.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Refusal {
     /// There is no such parameter.
@@ -71,7 +71,7 @@ pub enum Refusal {
     /// The node has its own reasons.
     #[error("{reason}")]
     Validator {
-        /// What the node said.
+        /// The node's reason.
         reason: String,
     },
 }
@@ -91,7 +91,7 @@ pub enum Arming {
     /// It may not, and its parameters can be set.
     #[default]
     Disarmed,
-    /// It may, and nobody but the node itself sets its parameters.
+    /// It may, and only the node itself sets its parameters.
     Armed,
 }
 

@@ -119,7 +119,7 @@ impl ParameterValue {
         value
     }
 
-    /// What a message carries; `None` if it says "not set", or a type that ROS 2 does not have.
+    /// What a message carries; `None` if it is "not set", or a type that ROS 2 does not have.
     pub fn from_wire(value: wire::ParameterValue) -> Option<Self> {
         Some(match value.r#type {
             ParameterType::BOOL => Self::Bool(value.bool_value),

@@ -81,7 +81,7 @@ impl fmt::Display for Note {
     }
 }
 
-/// What the environment says about discovery.
+/// What the environment sets for discovery.
 #[derive(Debug)]
 pub(super) struct Discovery {
     pub(super) domain_id: u16,

@@ -50,7 +50,7 @@ pub enum RosArgsError {
     File {
         /// Where it should be.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         #[source]
         source: io::Error,
     },

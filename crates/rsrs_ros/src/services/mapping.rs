@@ -13,7 +13,7 @@ pub enum Mapping {
 const CYCLONE: [u8; 2] = [0x01, 0x10];
 
 impl Mapping {
-    /// What a program of this DDS vendor speaks, most likely.
+    /// The mapping of this DDS vendor, most likely.
     pub(crate) fn of_vendor(vendor: [u8; 2]) -> Self {
         if vendor == CYCLONE { Self::Cyclone } else { Self::Enhanced }
     }

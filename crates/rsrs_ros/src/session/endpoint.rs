@@ -39,11 +39,11 @@ pub struct Endpoint {
     pub type_name: String,
     /// Which end.
     pub kind: EndpointKind,
-    /// Its quality of service; the depth is not told and therefore 0.
+    /// Its quality of service; discovery does not carry the depth, which is therefore 0.
     pub qos: Qos,
     /// Its identity in DDS; the same as [`Received::writer`](super::Received::writer).
     pub guid: [u8; 16],
-    /// Full name of its node, if it said so.
+    /// Full name of its node, if it was announced.
     pub node: Option<String>,
 }
 
@@ -133,7 +133,7 @@ impl Index {
         self.vendors.get(dds_topic).copied()
     }
 
-    /// Whether somebody reads a DDS topic.
+    /// Whether a DDS topic has a reader.
     pub(super) fn has_reader(&self, dds_topic: &str) -> bool {
         self.readers.contains(dds_topic)
     }

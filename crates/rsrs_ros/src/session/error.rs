@@ -11,7 +11,7 @@ pub enum SessionError {
     /// There is nothing to run the subscriptions.
     #[error("a session needs a tokio runtime to run in")]
     NoRuntime {
-        /// What tokio said.
+        /// The runtime's error.
         #[source]
         source: tokio::runtime::TryCurrentError,
     },
@@ -20,13 +20,13 @@ pub enum SessionError {
     Join {
         /// Which `ROS_DOMAIN_ID`.
         domain_id: u16,
-        /// What the middleware said.
+        /// The middleware's error.
         reason: String,
     },
     /// The middleware's threads cannot be watched.
     #[error("the threads of this process cannot be listed")]
     Threads {
-        /// What the kernel said.
+        /// The kernel's error.
         #[source]
         source: std::io::Error,
     },
@@ -49,7 +49,7 @@ pub enum SessionError {
     Endpoint {
         /// The topic, service or node.
         name: String,
-        /// What the middleware said.
+        /// The middleware's error.
         reason: String,
     },
 }
@@ -100,7 +100,7 @@ pub enum PublishError {
     Middleware {
         /// The topic, absolute.
         topic: String,
-        /// What the middleware said.
+        /// The middleware's error.
         reason: String,
     },
 }

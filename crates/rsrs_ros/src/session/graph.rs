@@ -1,4 +1,4 @@
-//! Which node an endpoint belongs to, as the participants tell each other.
+//! Which node an endpoint belongs to, as participants announce it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Mutex;
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::lock;
 use super::prefix::{Prefix, prefix};
 
-/// The DDS topic on which participants tell their nodes; it has no ROS name.
+/// The DDS topic on which participants announce their nodes; it has no ROS name.
 pub(super) const TOPIC: &str = "ros_discovery_info";
 /// Its type in DDS.
 pub(super) const DDS_TYPE: &str = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
@@ -50,9 +50,9 @@ pub(super) struct Graph {
     updates: Mutex<BTreeMap<Prefix, GraphUpdate>>,
 }
 
-/// A participant says all of its nodes again with every endpoint that it makes: who has hundreds of
-/// nodes says thousands of words of many kilobytes each, of which the last one counts. Words are
-/// therefore understood when somebody asks.
+/// A participant announces all of its nodes again with every endpoint that it makes: one with
+/// hundreds of nodes publishes thousands of messages of many kilobytes each, of which the last one
+/// counts. They are therefore decoded on request.
 #[derive(Debug)]
 enum GraphUpdate {
     /// As bytes with encapsulation.

@@ -11,10 +11,10 @@ const BURST: usize = 16;
 /// pause they do not.
 const PAUSE: Duration = Duration::from_millis(4);
 /// So many endpoints make the pause longer by itself: the middleware compares each new one with all
-/// others, and one that its discovery has no room for is deaf without anybody being told.
+/// others, and one that its discovery has no room for receives nothing without an error.
 const SLOWER: usize = 500;
 
-/// What the middleware says when its queue has overflown all the same, because its thread is busy:
+/// The middleware's error when its queue has overflown all the same, because its thread is busy:
 /// dozens of participants that come at once keep it so for seconds.
 const QUEUE_IS_FULL: &str = "sending on a full channel";
 /// After so long the queue has had room for something.

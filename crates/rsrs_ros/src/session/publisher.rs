@@ -31,7 +31,7 @@ impl<M: RosMessage> Publisher<M> {
     ///
     /// Usually ready at once. A subscriber that does not read fast enough still loses samples on
     /// its own side, reliable or not, once more than its depth are unread; its
-    /// [`Counts::lost`](super::Counts::lost) says how many.
+    /// [`Counts::lost`](super::Counts::lost) counts them.
     ///
     /// # Errors
     ///

@@ -27,7 +27,7 @@ pub(super) fn policies(quality: Qos) -> QosPolicies {
     profile(quality).into()
 }
 
-/// From the words of rustdds. Discovery does not tell the depth, which is 0 here.
+/// From the types of rustdds. Discovery does not carry the depth, which is 0 here.
 pub(super) fn discovered(policies: &QosPolicies) -> Qos {
     let reliability = match policies.reliability() {
         Some(rustdds::policy::Reliability::Reliable { .. }) => Reliability::Reliable,

@@ -3,7 +3,7 @@
 //! In DDS a reliable subscriber does not match a best-effort publisher, which is what ROS 2's own
 //! quality of service for sensors makes of one. To subscribe best effort would match both, and lose
 //! samples of reliable publishers, for which lockstep would wait for ever. So a topic is subscribed
-//! reliably, and once more best effort as soon as somebody publishes it so.
+//! reliably, and once more best effort as soon as it has a best-effort publisher.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, Weak};
@@ -58,7 +58,7 @@ impl Watch {
         };
         lock(&self.0).push(watched);
         futures::stream::once(reader)
-            // The session closes and nobody has published best effort.
+            // The session closes, and there was no best-effort publisher.
             .filter_map(async |reader| reader.ok())
             .flat_map(raw::stream)
             .filter(move |sample| {

@@ -44,7 +44,7 @@ impl DdsNames {
         &self.topic
     }
 
-    /// Of the topic on which participants tell their nodes.
+    /// Of the topic on which participants announce their nodes.
     pub(super) fn of_graph() -> Self {
         Self { topic: graph::TOPIC.to_owned(), type_name: graph::DDS_TYPE.to_owned() }
     }
@@ -191,7 +191,7 @@ pub(super) fn stream(reader: RawReader) -> impl Stream<Item = Result<ReceivedRaw
             Ok(sample) => Ok(Received {
                 source_time_ns: sample.source_timestamp().and_then(nanoseconds),
                 received_time_ns: nanoseconds(sample.receive_instant)
-                    .expect("the middleware's clock knows the time"),
+                    .expect("the middleware's clock has a valid time"),
                 sequence: i64::from(sample.sequence_number).unsigned_abs(),
                 writer: sample.writer_guid().to_bytes(),
                 message: sample.into_value(),

@@ -20,7 +20,7 @@ use crate::wall_time::wall_time;
 pub struct Received<T> {
     /// The message.
     pub message: T,
-    /// When it was published, in nanoseconds since 1970 on the publisher's clock, if it said so.
+    /// When it was published, in nanoseconds since 1970 on the publisher's clock, if it was sent.
     pub source_time_ns: Option<u64>,
     /// When it came, in nanoseconds since 1970 on our clock: as the middleware's thread took it from
     /// the network, however long it waited here after that.
@@ -39,7 +39,7 @@ pub type ReceivedRaw = Received<Vec<u8>>;
 pub struct Counts {
     /// Samples that were handed to `deliver`.
     pub taken: u64,
-    /// Samples that were not what the topic's type says.
+    /// Samples that do not decode as the topic's type.
     pub undecodable: u64,
     /// Samples missing between two of one publisher.
     pub lost: u64,
@@ -69,7 +69,7 @@ impl Subscription {
         }
     }
 
-    /// Listens until the session is closed, with nobody to hold this.
+    /// Receives until the session is closed, without this handle.
     pub(super) fn until_close(self) {
         self.task.until_close();
     }
@@ -83,7 +83,7 @@ pub(crate) struct Task {
 }
 
 impl Task {
-    /// Lets it run until the session is closed, with nobody to hold this.
+    /// Lets it run until the session is closed, without this handle.
     pub(super) fn until_close(mut self) {
         self.ends_on_drop = false;
     }

@@ -54,7 +54,7 @@ impl Threads {
     /// Whether one of them has ended.
     pub(super) fn have_ended(&self) -> Option<MiddlewareEnded> {
         let expected = self.ids.len();
-        // A table that cannot be read now says nothing; it is read again.
+        // A table that cannot be read now is read again.
         let found = running().map_or(expected, |now| self.ids.intersection(&now).count());
         (found < expected).then_some(MiddlewareEnded { found, expected })
     }
@@ -74,11 +74,11 @@ mod tests {
     #[test]
     fn a_thread_that_ends_is_noticed_and_one_that_runs_is_not() {
         let (end, ends) = std::sync::mpsc::channel::<()>();
-        let (tell, given) = std::sync::mpsc::channel::<()>();
+        let (started, given) = std::sync::mpsc::channel::<()>();
         let (thread, threads) = Threads::started_by(|| {
             let thread = std::thread::Builder::new().name(format!("{NAME} of a test"));
             let spawned = thread.spawn(move || {
-                tell.send(()).unwrap();
+                started.send(()).unwrap();
                 ends.recv().unwrap();
             });
             given.recv().unwrap();

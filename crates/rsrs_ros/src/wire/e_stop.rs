@@ -1,4 +1,4 @@
-//! The e-stop's three topics: who says what, who is released, and what is locked.
+//! The e-stop's three topics: the state of each source, releases, and what is locked.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use rsrs_msgs::topics;
 /// What was received on one of the topics.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum EStopMessage {
-    /// A source says that it is engaged, or that it is not.
+    /// A source reports that it is engaged, or that it is not.
     Said {
         /// Who.
         source: Source,
@@ -93,7 +93,7 @@ pub struct LocksPublisher {
 }
 
 impl LocksPublisher {
-    /// Nothing is locked, and nothing was said.
+    /// Nothing is locked, and nothing was received.
     ///
     /// # Errors
     ///

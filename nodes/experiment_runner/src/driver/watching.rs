@@ -12,7 +12,7 @@ use crate::recorded_topics::{RecordedTopic, Role};
 use crate::report::Progress;
 
 impl Run<'_> {
-    /// Listens to what was asked for by name, as soon as somebody publishes it.
+    /// Subscribes what was requested by name, as soon as it has a publisher.
     pub(super) fn look_for_extras(&mut self) -> anyhow::Result<BTreeMap<String, String>> {
         if self.recorder.is_none() {
             self.extras.look(self.session, &mut self.recorded_topics)?;
@@ -20,7 +20,7 @@ impl Run<'_> {
         Ok(self.extras.unrecordable())
     }
 
-    /// A confirmation that nobody has received must not hold the world for ever.
+    /// A confirmation that was not received must not hold the world for ever.
     pub(super) async fn repeat_recorded(&mut self) -> anyhow::Result<()> {
         let step = self.recorded_step;
         if step > 0 && !self.is_cut_off {
@@ -29,7 +29,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// While robots move in real time, tells how long they have, and what comes too rarely.
+    /// While robots move in real time, reports how long they have, and what comes too rarely.
     pub(super) fn watch_rates(&mut self) {
         let now = self.start.elapsed();
         let (Some(running), Time::RealTime) =

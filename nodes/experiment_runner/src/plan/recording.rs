@@ -29,7 +29,7 @@ impl Default for Recording {
 }
 
 impl Recording {
-    /// Resolves what an experiment file says of it.
+    /// Resolves that part of an experiment file.
     ///
     /// # Arguments
     ///

@@ -7,9 +7,9 @@ use jiff::Timestamp;
 
 /// A name that no two runs share, on whatever machine: the experiment, when, and 64 random bits.
 ///
-/// A runner's leases, its robots and its bag are told from another's by this name alone, so it must
-/// differ also where clocks and process numbers are equal, as they are in two containers, or where
-/// many runs are planned within one millisecond.
+/// A runner's leases, its robots and its bag are distinguished from another's by this name alone,
+/// so it must differ also where clocks and process numbers are equal, as they are in two
+/// containers, or where many runs are planned within one millisecond.
 ///
 /// # Errors
 ///
@@ -37,7 +37,7 @@ mod tests {
         let ids: BTreeSet<String> = (0..10_000).map(|_| new_run_id(experiment).unwrap()).collect();
 
         assert_eq!(ids.len(), 10_000);
-        // What tells them apart is not the clock, which two machines may have in common.
+        // What distinguishes them is not the clock, which two machines may have in common.
         let random = |id: &String| id.rsplit('_').next().unwrap().to_owned();
         assert_eq!(ids.iter().map(random).collect::<BTreeSet<_>>().len(), 10_000);
     }

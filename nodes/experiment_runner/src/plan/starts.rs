@@ -25,7 +25,7 @@ pub struct StartTable {
 ///
 /// # Errors
 ///
-/// If the table cannot be read, or does not say where robots start.
+/// If the table cannot be read, or has no start poses.
 pub fn read(placement: &mut StartPlacement, beside: &Path) -> anyhow::Result<Option<StartTable>> {
     let StartPlacement::File { path, headings } = placement else { return Ok(None) };
     let (name, text) = read_file(&beside.join(path))?;

@@ -18,7 +18,7 @@ use super::read;
 /// Why a cell of a sweep cannot be run.
 #[derive(Debug, thiserror::Error)]
 pub enum SweptCellError {
-    /// The cell says what its robots can do, and those of the run are others.
+    /// The cell fixes capabilities of its robots, and those of the run differ.
     #[error(
         "cell `{cell}` of {} is one of robots with {axis}={value}, a capability, and the run moves \
          the robots as measured",
@@ -69,7 +69,7 @@ pub struct SweptCell {
     pub operator_conditions: OperatorConditions,
     /// How the sweep's robots are worse than the measured ones.
     pub factors: HarsherFactors,
-    /// What the sweep's robots can do in this cell, where the sweep says it: fixed or swept.
+    /// Capabilities of the sweep's robots in this cell, where the sweep fixes or varies them.
     pub capabilities: Vec<(Axis, f64)>,
     /// Folder of the sweep.
     folder: PathBuf,
@@ -79,7 +79,7 @@ pub struct SweptCell {
     varied: Option<Axis>,
 }
 
-/// The part of a result folder's `sweep.yaml` that says what was swept.
+/// The part of a result folder's `sweep.yaml` that names what was swept.
 #[derive(Deserialize)]
 struct Swept {
     sweep: SweepFile,
@@ -137,8 +137,8 @@ impl SweptCell {
         })
     }
 
-    /// Refuses to run this cell with robots as measured where the sweep tells its cells apart by what
-    /// robots can do: nobody can set that.
+    /// Refuses to run this cell with robots as measured where the cells of the sweep differ in what
+    /// robots can do: that cannot be set.
     ///
     /// # Errors
     ///

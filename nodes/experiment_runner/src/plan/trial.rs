@@ -25,7 +25,7 @@ pub struct TrialRequest {
     pub trial: Trial,
     /// What moves the robot.
     pub backend: Backend,
-    /// Where the bag goes; named after the run in the current folder if not said.
+    /// Where the bag goes; named after the run in the current folder if not given.
     pub bag: Option<PathBuf>,
     /// Seed of the simulated robot.
     pub seed: u64,
@@ -71,7 +71,7 @@ pub const GETTING_GOING_S: f64 = 0.5;
 const SPARE: f64 = 0.1;
 
 impl Trial {
-    /// What the wheels are told.
+    /// The command.
     pub fn command(&self) -> ControllerParameters {
         match self {
             Self::Drive { command, .. } => *command,
@@ -188,7 +188,7 @@ fn unmeasured(
     Ok(Some((text, profile)))
 }
 
-/// Control periods of the shortest trial: less says nothing of a gain.
+/// Control periods of the shortest trial: less does not determine a gain.
 const LEAST_STEPS: u64 = 20;
 
 fn robot<'a>(fleet: &'a FleetFile, (file, name): (&str, &str)) -> anyhow::Result<&'a FleetRobot> {

@@ -107,17 +107,17 @@ impl Disk {
         let waiting = Arc::new(Waiting::default());
         let behind = Arc::clone(&waiting);
         let thread = std::thread::Builder::new().name("bag".to_owned()).spawn(move || {
-            // Nobody is left to be told once the run is over.
-            let tell = |written| drop(report.send(written));
+            // Once the run is over there is no receiver.
+            let report_written = |written| drop(report.send(written));
             match open() {
                 Ok(writer) => {
-                    tell(Written::Opened);
-                    let writing = Writing::new(writer, &tell);
+                    report_written(Written::Opened);
+                    let writing = Writing::new(writer, &report_written);
                     if let Err(error) = writing.run(&mut before, &Queue { queue, behind }) {
-                        tell(Written::Failed(error));
+                        report_written(Written::Failed(error));
                     }
                 }
-                Err(error) => tell(Written::NotOpened(error)),
+                Err(error) => report_written(Written::NotOpened(error)),
             }
         });
         let thread = thread.map_err(|source| RecorderError::Thread { source })?;
@@ -154,7 +154,7 @@ impl Disk {
     }
 
     fn send(&self, job: Job) {
-        // A thread that has failed has said so, and takes nothing more.
+        // A thread that has failed has reported it, and takes nothing more.
         drop(self.jobs.as_ref().expect("only dropping takes it").send(job));
     }
 }
@@ -177,20 +177,20 @@ struct Queue {
 }
 
 /// What the thread does.
-struct Writing<'a, Tell> {
+struct Writing<'a, Report> {
     writer: BagWriter,
     channels: BTreeMap<usize, ChannelId>,
     step: u64,
     has_failed: bool,
-    tell: &'a Tell,
+    report: &'a Report,
 }
 
-impl<'a, Tell: Fn(Written)> Writing<'a, Tell> {
-    fn new(writer: BagWriter, tell: &'a Tell) -> Self {
-        Self { writer, channels: BTreeMap::new(), step: 0, has_failed: false, tell }
+impl<'a, Report: Fn(Written)> Writing<'a, Report> {
+    fn new(writer: BagWriter, report: &'a Report) -> Self {
+        Self { writer, channels: BTreeMap::new(), step: 0, has_failed: false, report }
     }
 
-    /// Does all jobs, until one closes the bag or nobody is left to send any.
+    /// Does all jobs, until one closes the bag or there is no sender.
     fn run(mut self, before: &mut impl FnMut(&Job), jobs: &Queue) -> Result<(), RecorderError> {
         for job in &jobs.queue {
             before(&job);
@@ -211,7 +211,7 @@ impl<'a, Tell: Fn(Written)> Writing<'a, Tell> {
                     for (name, pairs) in records {
                         self.writer.metadata(name, pairs)?;
                     }
-                    (self.tell)(Written::Closed(self.writer.finish()?));
+                    (self.report)(Written::Closed(self.writer.finish()?));
                     return Ok(());
                 }
             }
@@ -229,14 +229,14 @@ impl<'a, Tell: Fn(Written)> Writing<'a, Tell> {
             self.fail(error.into());
         } else if step > self.step {
             self.step = step;
-            (self.tell)(Written::Step(step));
+            (self.report)(Written::Step(step));
         }
     }
 
-    /// The first failure ends the run; those that follow from it say nothing new.
+    /// The first failure ends the run; those that follow from it add nothing.
     fn fail(&mut self, error: RecorderError) {
         if !std::mem::replace(&mut self.has_failed, true) {
-            (self.tell)(Written::Failed(error));
+            (self.report)(Written::Failed(error));
         }
     }
 }

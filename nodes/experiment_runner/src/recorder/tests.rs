@@ -99,7 +99,7 @@ fn samples_that_never_came_are_counted_by_topic_and_told_in_the_bag() {
     assert_eq!(given.len(), 3);
 }
 
-/// A disk that takes its time for what `is_slow` says, longer than a lease holds.
+/// A disk that is slow for what `is_slow` selects, longer than a lease holds.
 fn slow_disk(is_slow: impl Fn(&Job) -> bool + Send + 'static) -> impl FnMut(&Job) + Send + 'static {
     move |job| {
         if is_slow(job) {

@@ -1,4 +1,4 @@
-//! Gated commands to somebody else's wheels, on `hardware/cmd_vel`.
+//! Gated commands to another driver's wheels, on `hardware/cmd_vel`.
 
 use std::time::Duration;
 

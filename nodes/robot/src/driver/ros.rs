@@ -141,7 +141,7 @@ fn follow_scan(
 
 /// A reading outside its own limits is not to be used; beyond the farthest there is nothing.
 fn usable(mut message: Range) -> Range {
-    // Sensors that only say near or far have equal limits and say it with an infinity.
+    // Sensors that only distinguish near and far have equal limits and publish an infinity.
     if message.range.is_finite() {
         if message.range > message.max_range {
             message.range = f32::INFINITY;
@@ -154,8 +154,8 @@ fn usable(mut message: Range) -> Range {
 
 /// The nearest thing in the sector of a scan.
 ///
-/// Rays that are not numbers or below the scanner's least distance met nothing, as scanners say it
-/// in both ways. A scan without a ray in the sector is a failed measurement.
+/// Rays that are not numbers or below the scanner's least distance met nothing, by the convention
+/// of scanners in both ways. A scan without a ray in the sector is a failed measurement.
 fn nearest(scan: &LaserScan, half_angle_rad: f64) -> Range {
     let mut range = f32::NAN;
     for (ray, distance) in scan.ranges.iter().enumerate() {

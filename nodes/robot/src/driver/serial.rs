@@ -24,7 +24,7 @@ pub const PORT: &str = "serial.port";
 /// Parameter: symbols per second.
 pub const BAUD: &str = "serial.baud";
 
-/// A port that is unplugged is noticed by whoever uses it first.
+/// A port that is unplugged is noticed at its next use.
 const GONE: &str = "the other end has gone";
 
 /// How long after a failure the port is opened again.
@@ -164,7 +164,7 @@ fn process_number() -> u16 {
     u16::try_from(std::process::id() % 0x1_0000).expect("a remainder is below its divisor")
 }
 
-/// Hears what comes, or says what is due, whichever is first; what came goes before what is due,
+/// Receives what comes, or sends what is due, whichever is first; what came goes before what is due,
 /// so that a stall of this process is not taken for a silence of the other.
 async fn listen(
     port: &Port,

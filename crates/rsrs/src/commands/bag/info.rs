@@ -16,7 +16,7 @@ use rsrs_pipeline::wording::{count, counted, moment, size};
 
 /// Say what is in a bag: topics, times, the experiment, labels, and where it breaks off.
 ///
-/// Every file is read through, against the checksums in it. Exit code 3 says that the recording breaks
+/// Every file is read through, against the checksums in it. Exit code 3 means that the recording breaks
 /// off or is damaged, or was recovered from one that was, so that data are lost.
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -31,7 +31,7 @@ pub struct Arguments {
     format: Format,
 }
 
-/// What is in a bag, with what it says of its run and what people said of it.
+/// What is in a bag, with the record of its run and labels by people.
 #[derive(Serialize)]
 struct Report {
     #[serde(flatten)]
@@ -40,7 +40,7 @@ struct Report {
     run_id: Option<String>,
     /// Robots of the run.
     n_robots: Option<usize>,
-    /// How the run ended; `None` if the recorder did not live to say it.
+    /// How the run ended; `None` if the recorder was killed before its end.
     ending: Option<&'static str>,
     /// Why, if it was not completed.
     reason: Option<String>,

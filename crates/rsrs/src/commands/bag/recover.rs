@@ -15,7 +15,7 @@ use rsrs_pipeline::wording::{count, counted, moment, size};
 /// Save what can be saved of a bag that was cut, damaged or never closed.
 ///
 /// The damaged bag is left as it is; a new one is written. Nothing is made up: what fails its
-/// checksum is left out and listed. Exit code 3 says that something was lost, or may have been.
+/// checksum is left out and listed. Exit code 3 means that something was lost, or may have been.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

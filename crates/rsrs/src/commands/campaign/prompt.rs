@@ -1,4 +1,4 @@
-//! Somebody or something that places robots, and says when they stand.
+//! A person or a program that places robots, and confirms that they stand.
 
 use std::pin::Pin;
 
@@ -17,7 +17,7 @@ pub enum Prompt {
     Silent,
     /// A person; the lines that they type.
     Person(UnboundedReceiver<String>),
-    /// A person who has gone, and can say no more.
+    /// The input was closed.
     Gone,
     /// Nobody: this program places them.
     Program(String),

@@ -22,9 +22,10 @@ use placing::Placing;
 /// or stands and senses.
 ///
 /// The command is sent under the run's lease, so a silent runner stops the robot. What the robot did
-/// is read from its poses if they are published; otherwise you are asked what tape and stopwatch say.
-/// With `--distance` and `--bearing` it stands while another robot stands there (on the fleet you are
-/// told where to put it), and its detections are counted; with `--alone` they are false ones.
+/// is read from its poses if they are published; otherwise you are asked for what tape and
+/// stopwatch show. With `--distance` and `--bearing` it stands while another robot stands there (on
+/// the fleet you are shown where to put it), and its detections are counted; with `--alone` they
+/// are false ones.
 ///
 /// `--plan` makes all trials of a folder of `rsrs measure plan` that are not in its tables yet, and
 /// those in which commands paused; `--template` those of one table. Killed at any moment, the same
@@ -129,7 +130,7 @@ pub struct Arguments {
     format: Format,
 }
 
-/// Readings beyond this say no more of a sensor.
+/// Readings beyond this add nothing about a sensor.
 const MOST_SAMPLES: u64 = 1_000_000;
 /// Nobody drives by detections that are rarer, in seconds.
 const LONGEST_PERIOD_S: f64 = 2.0;

@@ -32,8 +32,8 @@ Examples:
   rsrs measure fit --speed speed.csv --turn turn.csv --detection detection.csv --name flockbot \\
       --format json")]
 pub struct Arguments {
-    /// Folder of `rsrs measure plan`, filled in: its tables, and the bags that `rsrs measure drive --plan`
-    /// recorded.
+    /// Folder of `rsrs measure plan`, filled in: its tables, and the bags that `rsrs measure drive
+    /// --plan` recorded.
     #[arg(
         long,
         value_name = "DIR",
@@ -83,7 +83,7 @@ pub struct Arguments {
     format: Format,
 }
 
-/// What a program is told: the report, and behind it all that it was made of.
+/// The output for programs: the report, and behind it all that it was made of.
 #[derive(Serialize)]
 struct Told<'a> {
     #[serde(flatten)]
@@ -97,7 +97,7 @@ struct Told<'a> {
 ///
 /// # Errors
 ///
-/// If a table is wrong, with file and line, or says too little.
+/// If a table is wrong, with file and line, or has too few rows.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let unmeasured = unmeasured(arguments)?;
     let (fitted, left_out) = fit_files(&paths(arguments)?, &unmeasured)?;

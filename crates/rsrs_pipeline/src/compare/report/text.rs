@@ -139,7 +139,7 @@ impl Report {
     }
 }
 
-/// What a cell says by itself.
+/// One cell by itself.
 fn by_itself(cell: &ComparedCell) -> String {
     let word = word(cell.verdict);
     let less =

@@ -100,7 +100,7 @@ pub fn fill_plan(
 }
 
 /// The greatest commands of all rows, those that are made already too: whatever is left, the robots
-/// are told the same of their limits.
+/// get the same limits.
 fn limits(tables: &[TrialTable]) -> anyhow::Result<[f64; 2]> {
     let mut limits = [0.0_f64; 2];
     for table in tables {
@@ -118,7 +118,7 @@ fn fill(
     (enter, operator): (impl FnOnce() -> anyhow::Result<RunTarget>, &dyn TrialOperator),
 ) -> anyhow::Result<Filled> {
     let jobs = work.jobs()?;
-    // Whatever is wrong with a row is said before the first robot is asked for anything.
+    // Whatever is wrong with a row is reported before the first robot is used.
     for job in &jobs {
         let path = work.tables[job.table].path().display().to_string();
         work.plan(options, job).with_context(|| format!("{path}:{}", job.todo.line))?;
@@ -202,7 +202,7 @@ impl Shift<'_> {
     ) -> anyhow::Result<bool> {
         let plans = jobs.iter().map(|job| self.work.plan(self.options, job));
         let plans = plans.collect::<anyhow::Result<Vec<Plan>>>()?;
-        // The one that is measured, and whoever is put beside it in some trial.
+        // The one that is measured, and those that are put beside it in some trial.
         let all = plans.iter().max_by_key(|plan| plan.robots.len());
         let all = all.context("a group of rows has at least one")?;
         let mut trial_nodes = {
@@ -255,7 +255,7 @@ impl Shift<'_> {
         Ok(true)
     }
 
-    /// Control periods come with every trial; one in which commands paused says nothing of them.
+    /// Control periods come with every trial; one in which commands paused gives none.
     fn note_periods(&mut self, found: &TrialResult) -> anyhow::Result<()> {
         match &mut self.work.periods {
             Some(periods) if found.paused_s.is_none() => {

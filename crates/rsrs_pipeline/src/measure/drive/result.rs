@@ -28,7 +28,7 @@ pub struct TrialResult {
     #[serde(flatten)]
     pub motion: Motion,
     /// The longest pause between two commands, in seconds, if it was so long that the robot may have
-    /// stopped: then the trial says nothing of a gain.
+    /// stopped: then the trial gives no gain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paused_s: Option<f64>,
     /// Times from one detection to the next, in seconds.
@@ -44,7 +44,7 @@ pub enum Source {
     Poses,
     /// Tape and stopwatch, by who drove it.
     Operator,
-    /// What its sensor said in the bag.
+    /// Its sensor's readings in the bag.
     Detections,
 }
 
@@ -82,7 +82,7 @@ pub enum Motion {
         bearing_rad: Option<f64>,
         /// Readings taken.
         samples: u64,
-        /// Readings that said "detected".
+        /// Readings "detected".
         detections: u64,
     },
     /// A turn while driving.
@@ -191,7 +191,7 @@ impl TrialResult {
         format!("{},{asked},{}", self.robot, self.found())
     }
 
-    /// The fields of the row that say what came of the trial.
+    /// The fields of the row with the result of the trial.
     pub fn found(&self) -> String {
         // Adding 0 makes a positive zero of a negative one.
         let tidy = |number: f64| format!("{:.5}", (number * 1e5).round() / 1e5 + 0.0);
@@ -234,7 +234,7 @@ impl TrialResult {
         format!("{}:\n{}\n{}{paused}", self.bag.display(), self.kind().header(), self.row())
     }
 
-    /// What to say of a trial in which commands paused.
+    /// The note on a trial in which commands paused.
     pub fn pause(&self) -> Option<String> {
         let paused_s = self.paused_s?;
         Some(format!(
@@ -244,7 +244,7 @@ impl TrialResult {
     }
 }
 
-/// Whether there are no poses of the robot, so that only who stood beside it can say what it did.
+/// Whether there are no poses of the robot, so that only the operator can report what it did.
 fn is_unseen(recorded: &Result<RecordedTrajectory, TrajectoryError>) -> bool {
     use TrajectoryError::{NoPoses, SilentPoses};
     matches!(recorded, Err(NoPoses { .. } | SilentPoses { .. }))

@@ -114,7 +114,7 @@ impl<'a> TrialNodes<'a> {
     }
 }
 
-/// What to say of a robot whose profile is not there.
+/// The note on a robot without a profile.
 fn unmeasured(plan: &Plan) -> String {
     let robot = &plan.robots[0];
     let [most_m_s, most_rad_s] = plan.limits;

@@ -65,7 +65,7 @@ impl Kind {
         }
     }
 
-    /// Columns that say what is to be done; those behind them say what came of it.
+    /// Columns of the trial; those behind them are of its result.
     fn n_asked(self) -> usize {
         match self {
             Self::Speed | Self::Turn => 2,
@@ -174,7 +174,7 @@ impl TrialTable {
     ///
     /// # Errors
     ///
-    /// If a row does not say what to do, with its line.
+    /// If a row is no trial, with its line.
     pub fn todo(&self) -> anyhow::Result<Vec<Todo>> {
         Ok(self.rows()?.into_iter().filter(|(_, is_done)| !is_done).map(|(todo, _)| todo).collect())
     }
@@ -183,7 +183,7 @@ impl TrialTable {
     ///
     /// # Errors
     ///
-    /// If a row that is not done does not say what to do, with its line.
+    /// If a row that is not done is no trial, with its line.
     pub fn rows(&self) -> anyhow::Result<Vec<(Todo, bool)>> {
         let rows = self.lines.iter().enumerate().skip(1);
         let rows = rows.filter(|(_, row)| !row.trim().is_empty());
@@ -231,7 +231,7 @@ impl TrialTable {
     ///
     /// # Arguments
     ///
-    /// * `found` — the fields behind those that say what was to be done.
+    /// * `found` — the fields behind those of the trial.
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! A finished block as a file: its replicates, and a digest that tells whether it is whole.
+//! A finished block as a file: its replicates, and a digest that shows whether it is whole.
 //!
 //! Numbers are little-endian: magic, digest of the sweep, number of the block, its pieces (count;
 //! cell, first replicate and end of each), one row for each replicate, digest of all of that. A file

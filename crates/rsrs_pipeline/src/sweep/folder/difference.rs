@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use crate::sweep::source::ResolvedSweep;
 
-/// The first difference between the sweep of a folder and another one, as a person says it:
+/// The first difference between the sweep of a folder and another one, in words:
 /// `replicates is 16 there, and 32 here`.
 ///
 /// # Returns

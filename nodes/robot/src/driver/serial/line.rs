@@ -57,7 +57,7 @@ impl Setpoint {
     }
 }
 
-/// What the robot's computer says.
+/// Lines of the robot's computer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToDevice {
     /// Who are you? Wheels stop, and commands from before do not count.
@@ -69,7 +69,7 @@ pub enum ToDevice {
     Drive {
         /// Counts commands, and starts again after 65,535.
         sequence: u16,
-        /// The time of the last state that was received: the microcontroller's own clock tells how
+        /// The time of the last state that was received: the microcontroller's own clock gives how
         /// old the command is.
         time_ms: u32,
         /// The command.
@@ -96,7 +96,7 @@ pub fn encode(body: &str) -> String {
     format!("${body}*{:04X}\n", crc(body.as_bytes()))
 }
 
-/// What the microcontroller says.
+/// Lines of the microcontroller.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FromDevice {
     /// The answer to [`ToDevice::Hello`].
@@ -108,7 +108,7 @@ pub enum FromDevice {
 /// Who a microcontroller is.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Identity {
-    /// Version of the protocol that it speaks.
+    /// Its version of the protocol.
     pub version: u32,
     /// That of the question.
     pub nonce: u16,
@@ -131,13 +131,13 @@ pub struct State {
     pub time_ms: u32,
     /// Number of the last command that it took; `None` if it took none since the greeting.
     pub sequence: Option<u16>,
-    /// What its wheels are told now.
+    /// The command of its wheels now.
     pub setpoint: Setpoint,
     /// How it is.
     pub mode: Mode,
     /// The detection, if the microcontroller decides it.
     pub seen: Option<bool>,
-    /// What its distance sensor says, if it has one.
+    /// The reading of its distance sensor, if it has one.
     pub range: Option<RangeReading>,
     /// Voltage of the battery, in mV, if it is measured.
     pub battery_mv: Option<u32>,
@@ -156,7 +156,7 @@ pub enum Mode {
     Fault,
 }
 
-/// What a distance sensor says.
+/// The reading of a distance sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RangeReading {
     /// So far away, in mm.
@@ -176,12 +176,12 @@ pub enum LineError {
     /// It was damaged on the way.
     #[error("checksum {found:04X}, expected {expected:04X}")]
     Checksum {
-        /// What the line says.
+        /// The line.
         found: u16,
         /// That of its body.
         expected: u16,
     },
-    /// It arrived whole, and says what the protocol does not have.
+    /// It arrived whole, and is no line of the protocol.
     #[error("`{body}`, expected I or S with their fields")]
     Body {
         /// What is between the marks.

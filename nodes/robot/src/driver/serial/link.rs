@@ -1,7 +1,8 @@
 //! The conversation with a microcontroller: bytes in, lines out, no port and no clock.
 //!
-//! What it holds: no command is sent before the microcontroller has said who it is; and it is up
-//! only while states come in, each command is acknowledged, and the wheels are told what was sent.
+//! What it holds: no command is sent before the microcontroller has identified itself; and it is up
+//! only while states come in, each command is acknowledged, and the wheels have the command that
+//! was sent.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -32,8 +33,8 @@ pub enum LinkError {
     /// Nobody answered.
     #[error("no answer to a greeting in {} s", GREETING.as_secs())]
     NoAnswer,
-    /// It speaks another language.
-    #[error("microcontroller speaks version {found} of the protocol, expected {VERSION}")]
+    /// It has another version of the protocol.
+    #[error("microcontroller has version {found} of the protocol, expected {VERSION}")]
     Version {
         /// Its version.
         found: u32,
@@ -53,7 +54,7 @@ pub enum LinkError {
     /// It was switched off and on.
     #[error("microcontroller restarted")]
     Restarted,
-    /// It says so.
+    /// It reports so.
     #[error("microcontroller reports a fault")]
     Fault,
     /// It acknowledges what was never sent.
@@ -62,7 +63,7 @@ pub enum LinkError {
         /// The number.
         found: u16,
     },
-    /// Its wheels are told something else.
+    /// Its wheels have another command.
     #[error("wheels are commanded {found:?}, expected {expected:?}")]
     WrongWheels {
         /// What the microcontroller reports.
@@ -129,7 +130,7 @@ impl Link {
         self.counts
     }
 
-    /// Who the microcontroller is, once it has said so.
+    /// The identity of the microcontroller, once received.
     pub fn identity(&self) -> Option<&Identity> {
         match &self.phase {
             Phase::Greeting { .. } => None,
@@ -181,7 +182,7 @@ impl Link {
         }
     }
 
-    /// The line that carries a command; `None` while nobody is there to take it.
+    /// The line that carries a command; `None` while the link is down.
     pub fn drive(&mut self, command: Command, now: Duration) -> Option<String> {
         let Phase::Up { time_ms: Some(time_ms), .. } = self.phase else { return None };
         if self.on_the_way.len() >= ON_THE_WAY {
@@ -197,7 +198,7 @@ impl Link {
     ///
     /// # Errors
     ///
-    /// [`LinkError`], if what they say ends the conversation.
+    /// [`LinkError`], if what they mean ends the link.
     pub fn on_bytes(&mut self, bytes: &[u8], now: Duration) -> Result<Vec<Report>, LinkError> {
         let mut reports = Vec::new();
         for byte in bytes {

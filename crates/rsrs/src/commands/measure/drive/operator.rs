@@ -1,4 +1,5 @@
-//! What tape and stopwatch say, and whether all stands where it should, asked of the person who knows.
+//! Questions to the operator: the readings of tape and stopwatch, and whether all stands where it
+//! should.
 
 use std::future::poll_fn;
 use std::io::{BufRead, Write};
@@ -50,7 +51,7 @@ async fn asked<T: Send + 'static>(
     let (sender, answer) = tokio::sync::oneshot::channel();
     // A thread that waits for a line cannot be ended; it goes with the process.
     std::thread::spawn(move || {
-        // Standard error is not locked: others report there while nobody answers.
+        // Standard error is not locked: others report there while a question waits.
         let mut interview = Interview { input: std::io::stdin().lock(), output: std::io::stderr() };
         // Nobody waits for it when the command was ended meanwhile.
         drop(sender.send(question(&mut interview)));

@@ -146,7 +146,7 @@ fn spreads(details: &Details) -> String {
     columns(&rows)
 }
 
-/// What a robot does that nobody asked for.
+/// Motion that was not commanded.
 fn strays(details: &Details) -> Option<String> {
     let mut rows = Vec::new();
     let mut row = |what: &str, sd: Option<Estimate>| {

@@ -13,7 +13,7 @@ fn receive(link: &mut Link, body: &str, at_ms: u64) -> Result<Vec<Report>, LinkE
     link.on_bytes(encode(body).as_bytes(), ms(at_ms))
 }
 
-/// A conversation in which the microcontroller has said who it is, and stands.
+/// A link whose microcontroller has identified itself, and stands.
 fn greeted() -> Link {
     let mut link = Link::new(7, ms(0));
     let greeting = link.on_tick(ms(0)).unwrap();
