@@ -5,6 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use rsrs_msgs::topics::{Durability, Qos, Reliability};
+
 /// The crates that touch nothing outside their arguments, with their folders.
 const PURE: [(&str, &str); 4] = [
     ("rsrs_core", "crates/rsrs_core/src"),
@@ -197,6 +199,25 @@ fn the_map_of_the_project_is_short_and_names_files_that_exist() {
 
     assert!(map.len() <= MAX_MAP, "ARCHITECTURE.md has {} bytes, at most {MAX_MAP}", map.len());
     assert!(missing.is_empty(), "ARCHITECTURE.md names files that are not there: {missing:?}");
+}
+
+#[test]
+fn the_page_of_the_interface_has_every_topic_with_its_type_and_quality_of_service() {
+    let page = text(Path::new("docs/ros_interface.md"));
+    for topic in rsrs_msgs::topics::ALL {
+        let Qos { reliability, durability, depth } = topic.qos;
+        let reliability = match reliability {
+            Reliability::Reliable => "reliable",
+            Reliability::BestEffort => "best effort",
+        };
+        let durability = match durability {
+            Durability::Volatile => "",
+            Durability::TransientLocal => ", transient local",
+        };
+        let quality = format!("{reliability}{durability}, {depth}");
+        let row = format!("| `{}` | `{}` | {quality} |", topic.name, topic.type_name);
+        assert!(page.contains(&row), "docs/ros_interface.md has no row {row}");
+    }
 }
 
 #[test]
