@@ -130,7 +130,7 @@ impl VirtualRobot {
         self.gate.locks()
     }
 
-    /// The command of the gate now.
+    /// The state of the gate now, and the command that it lets through.
     pub fn gate(&self, now: Duration) -> Gate {
         if self.gates == Gates::Elsewhere {
             let fresh = self.let_through.filter(|(command, at)| {

@@ -259,14 +259,14 @@ impl<'a> Run<'a> {
         if let Some(event) = self.record(&sample) {
             self.advance(event, requests).await?;
         }
-        let role = self.recorded_topics[sample.recorded_topic].role;
+        let role = self.recorded_topics[sample.topic_index].role;
         let events = self.understand(role, &sample.received).unwrap_or_else(|reason| {
-            let topic = &self.recorded_topics[sample.recorded_topic].name;
+            let topic = &self.recorded_topics[sample.topic_index].name;
             self.node.log(Level::Warn, &format!("refused a message on {topic}: {reason}"));
             Vec::new()
         });
         if let Some(rates) = &mut self.rates {
-            rates.received(&self.recorded_topics[sample.recorded_topic].name, self.start.elapsed());
+            rates.received(&self.recorded_topics[sample.topic_index].name, self.start.elapsed());
         }
         let is_early = matches!(role, Role::Preparation | Role::StaticTransforms);
         if is_early && self.recorder.is_none() {

@@ -18,7 +18,7 @@ pub struct Extras {
     /// Types that were looked for; folders are not searched again for them.
     known: BTreeMap<String, Result<Option<Arc<Definition>>, String>>,
     queue: Queue,
-    /// In the order of their ears, which are the last ones.
+    /// In the order of their indices in the recorded topics, of which they are the last ones.
     /// They end with this.
     subscriptions: Vec<Subscription>,
 }

@@ -16,7 +16,7 @@ pub enum Role {
     Detection(usize),
     /// A robot's velocity command.
     Command,
-    /// The pose of a robot.
+    /// Odometry: the own estimate of a robot, or the ground truth of the simulator.
     Odometry(usize),
     /// Where a tracker sees a robot.
     Pose(usize),
@@ -24,7 +24,7 @@ pub enum Role {
     Robot(usize),
     /// A robot's controller.
     Controller(usize),
-    /// The simulator's word on itself.
+    /// The status of the simulator.
     Simulator,
     /// The fingerprint of the simulated world.
     WorldDigest,
@@ -91,11 +91,11 @@ impl RecordedTopic {
     }
 }
 
-/// A sample on one of the ears.
+/// A sample on one of the recorded topics.
 #[derive(Debug)]
 pub struct Sample {
-    /// Index of the ear.
-    pub recorded_topic: usize,
+    /// Index of the recorded topic.
+    pub topic_index: usize,
     /// What came.
     pub received: ReceivedRaw,
     /// Free again when the sample is dropped.
@@ -238,7 +238,7 @@ impl Queue {
                     return;
                 };
                 // Nobody listens any more once the run is over.
-                drop(samples.send(Sample { recorded_topic: index, received, _place: place }));
+                drop(samples.send(Sample { topic_index: index, received, _place: place }));
             },
         )
     }

@@ -87,7 +87,7 @@ struct StopNode<'a> {
     e_stop: Publisher<Bool>,
     release: Publisher<Text>,
     start: Instant,
-    recorded_topics: BTreeMap<String, Subscription>,
+    status_subscriptions: BTreeMap<String, Subscription>,
     /// Names that are no robot's.
     refused: BTreeSet<String>,
     /// Nodes of the publishers of the e-stop topic, as far as they were ever known.
@@ -111,7 +111,7 @@ impl<'a> StopNode<'a> {
             node,
             machine,
             start: Instant::now(),
-            recorded_topics: BTreeMap::new(),
+            status_subscriptions: BTreeMap::new(),
             ending: None,
         })
     }
@@ -171,8 +171,8 @@ impl<'a> StopNode<'a> {
         }
     }
 
-    /// Lets the machine take an event, and does what follows. What cannot be published now is reported
-    /// again soon: who stops robots does not give up.
+    /// Lets the machine take an event, and does what follows. What cannot be published now is
+    /// published again soon: a stop is never given up.
     async fn advance(&mut self, event: Event) {
         for action in self.machine.on_event(event, self.start.elapsed()) {
             let published = match action {
@@ -213,14 +213,15 @@ impl<'a> StopNode<'a> {
 
     /// Listens to a robot, once; a name that no robot can have is left out.
     async fn find(&mut self, robot: &str, received: &UnboundedSender<Event>) {
-        let is_new = !self.recorded_topics.contains_key(robot) && !self.refused.contains(robot);
+        let is_new =
+            !self.status_subscriptions.contains_key(robot) && !self.refused.contains(robot);
         if !is_new || !self.machine.follows(robot) {
             return;
         }
         let reason = if is_name(robot) {
             match self.listen_to_robot(robot, received) {
-                Ok(recorded_topic) => {
-                    self.recorded_topics.insert(robot.to_owned(), recorded_topic);
+                Ok(subscription) => {
+                    self.status_subscriptions.insert(robot.to_owned(), subscription);
                     self.advance(Event::Found { robot: robot.to_owned() }).await;
                     return;
                 }

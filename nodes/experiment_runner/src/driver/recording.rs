@@ -12,7 +12,7 @@ impl Run<'_> {
     pub(super) fn record(&mut self, sample: &Sample) -> Option<Event> {
         let recorder = self.recorder.as_mut()?;
         let taken = recorder.take(
-            (sample.recorded_topic, &self.recorded_topics[sample.recorded_topic]),
+            (sample.topic_index, &self.recorded_topics[sample.topic_index]),
             &sample.received,
         );
         taken.err().map(|error| Event::RecorderFailed { reason: error.in_full() })
@@ -22,9 +22,8 @@ impl Run<'_> {
         let to_written = self.to_written.clone();
         let opened = Recorder::open(&self.plan.bag, self.plan, &self.recorded_topics, to_written);
         let begun = opened.and_then(|mut recorder| {
-            for Sample { recorded_topic, received, .. } in self.early.drain(..) {
-                recorder
-                    .take((recorded_topic, &self.recorded_topics[recorded_topic]), &received)?;
+            for Sample { topic_index, received, .. } in self.early.drain(..) {
+                recorder.take((topic_index, &self.recorded_topics[topic_index]), &received)?;
             }
             Ok(recorder)
         });

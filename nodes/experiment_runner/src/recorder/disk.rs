@@ -49,7 +49,7 @@ pub enum Written {
 /// What the thread is to do.
 #[derive(Debug)]
 pub enum Job {
-    /// Add a topic, known by the index of its ear.
+    /// Add a topic, by its index in the recorded topics.
     AddTopic(usize, Box<RecordedTopic>),
     /// Write a message.
     Write(Message),

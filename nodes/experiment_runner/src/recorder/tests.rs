@@ -239,7 +239,7 @@ fn a_hundred_robots_with_three_topics_at_20_hz_are_recorded_without_loss() {
             for n_recorded in 0..recorded_topics.len() * N_STEPS {
                 let sample = tokio::time::timeout(PATIENCE, samples.recv()).await;
                 let Ok(Some(sample)) = sample else { panic!("only {n_recorded} samples came") };
-                let received = (sample.recorded_topic, &recorded_topics[sample.recorded_topic]);
+                let received = (sample.topic_index, &recorded_topics[sample.topic_index]);
                 recorder.take(received, &sample.received).unwrap();
             }
         };

@@ -106,8 +106,11 @@ fn make(folder: &Path, sweep: &str) -> anyhow::Result<Option<File>> {
     let draft = folder.with_file_name(format!(".{}.new", name.to_string_lossy()));
     while !folder.exists() {
         let site = draft.join(UNFINISHED);
-        std::fs::create_dir_all(&site)
-            .with_context(|| format!("cannot make {}", draft.display()))?;
+        match std::fs::create_dir_all(&site) {
+            // Another process has moved or removed the draft between the making of its two folders.
+            Err(error) if error.kind() == ErrorKind::NotFound && folder.exists() => continue,
+            made => made.with_context(|| format!("cannot make {}", draft.display()))?,
+        }
         match try_lock(&site.join(LOCK)) {
             // Another process has made the folder, and this draft is one too many.
             Ok(Some(_lock)) if folder.exists() => remove_folder(&draft)?,
