@@ -72,9 +72,15 @@ impl Process {
 ///
 /// * `printed` — what the run wrote to standard error.
 pub fn is_starved(printed: &str) -> bool {
-    ["lease ran out", " silent", "too slow for real time", "was not acknowledged for"]
-        .iter()
-        .any(|sign| printed.contains(sign))
+    [
+        "lease ran out",
+        " silent",
+        "too slow for real time",
+        "was not acknowledged for",
+        "of the poses",
+    ]
+    .iter()
+    .any(|sign| printed.contains(sign))
 }
 
 /// Processes that a program has started as its nodes and that run now.
