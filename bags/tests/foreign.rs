@@ -10,6 +10,7 @@ use std::process::Command;
 
 use recording::damage::{bag_of, chunks, file_of};
 use rsrs_bags::{Bag, BagError, BagMessage, Compression, OfferedQos, recover_into};
+use rsrs_core::help::Help;
 
 fn messages(bag: &Bag) -> Vec<BagMessage> {
     bag.messages().collect::<Result<_, _>>().expect("the bag is whole")

@@ -5,6 +5,8 @@ use std::fmt;
 
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, IgnoredAny, MapAccess, Visitor};
 
+use crate::help::Help;
+
 /// Why a document was refused, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}:{column}: {problem}")]
@@ -56,9 +58,8 @@ fn suggestion(nearest: Option<&str>, expected: &[String]) -> String {
     }
 }
 
-impl DocumentError {
-    /// What to do next.
-    pub fn help(&self) -> Option<String> {
+impl Help for DocumentError {
+    fn help(&self) -> Option<String> {
         match &self.problem {
             Problem::UnknownKey { expected, .. } => {
                 Some(format!("the keys here are: {}", expected.join(", ")))

@@ -38,3 +38,4 @@ pub mod trials;
 
 pub mod digest;
 pub mod document;
+pub mod help;

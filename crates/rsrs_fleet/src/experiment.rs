@@ -7,6 +7,7 @@ use rsrs_core::conditions::start_file::StartPlacement;
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::document::{self, DocumentError};
+use rsrs_core::help::Help;
 use serde::{Deserialize, Serialize};
 
 pub use recording::{BagCompression, RecordOptions, RecordRefused, bytes};
@@ -162,9 +163,8 @@ pub enum CellRefused {
     },
 }
 
-impl ExperimentError {
-    /// What to do next.
-    pub fn help(&self) -> Option<String> {
+impl Help for ExperimentError {
+    fn help(&self) -> Option<String> {
         match self {
             Self::Document(error) => error.help(),
             Self::NoSwarm { .. } => {

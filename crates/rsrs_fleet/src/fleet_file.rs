@@ -289,6 +289,8 @@ fn is_name(name: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use rsrs_core::help::Help;
+
     use super::*;
 
     const LAYERED: &str = "\

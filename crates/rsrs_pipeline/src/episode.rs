@@ -20,6 +20,7 @@ use rsrs_sim::placement::PlacementError;
 use rsrs_sim::world::World;
 
 use recorder::{Recorder, RobotStep};
+use rsrs_core::help::Help;
 
 /// Why there is no bag of a simulated run.
 #[derive(Debug, thiserror::Error)]
@@ -30,6 +31,15 @@ pub enum EpisodeError {
     /// The bag cannot be written.
     #[error(transparent)]
     Bag(#[from] BagError),
+}
+
+impl Help for EpisodeError {
+    fn help(&self) -> Option<String> {
+        match self {
+            Self::Placement(error) => error.help(),
+            Self::Bag(error) => error.help(),
+        }
+    }
 }
 
 /// Simulates the run that a record describes, and writes it as a bag.

@@ -21,7 +21,7 @@ use rsrs_msgs::topics::{self, Topic};
 use serde::Serialize;
 
 use self::human_labels::{HumanLabel, JUDGE};
-use crate::error::{explained, with_help};
+use crate::error::{helped, with_help};
 use crate::recorded_run;
 
 /// A run is a part of one if it is shorter than it was set to be by more than this share of it ...
@@ -205,8 +205,8 @@ fn refused((path, error): (&Path, TrajectoryError), ending: Option<&Ending>) -> 
         }
         _ => String::new(),
     };
-    let (message, help) = (format!("{}: {error}{lost}", path.display()), error.help());
-    explained(error, message, help)
+    let message = format!("{}: {error}{lost}", path.display());
+    helped(error).context(message)
 }
 
 /// Why a trajectory is not judged, and what to give the judge.
@@ -219,7 +219,7 @@ fn not_judged(path: &Path, error: JudgeError) -> anyhow::Error {
     match error {
         JudgeError::UnknownReach { .. } => {
             let message = format!("{name}: holds no record of its experiment; {error}");
-            explained(error, message, Some(&help))
+            with_help(message, help)
         }
         error => anyhow::Error::from(error).context(name.to_string()),
     }

@@ -9,7 +9,7 @@ use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::robot::profile::Sees;
 use rsrs_view::diagram::{DiagramPicture, ExperimentMark};
 
-use crate::error::with_help;
+use crate::error::helped;
 use crate::picture::boundaries::{Plane, boundaries};
 use crate::sweep::result::{SweepResult, World};
 
@@ -74,10 +74,7 @@ pub fn of_sweep(result: &SweepResult, options: &DiagramOptions) -> anyhow::Resul
         experiments: &options.experiments,
         note: Some(options.validation.clone().unwrap_or_else(|| NOT_VALIDATED.to_owned())),
     };
-    rsrs_view::diagram::svg(&picture).map_err(|error| match error.help() {
-        Some(help) => with_help(error.to_string(), help),
-        None => error.into(),
-    })
+    rsrs_view::diagram::svg(&picture).map_err(helped)
 }
 
 /// Which values further axes have in a picture.

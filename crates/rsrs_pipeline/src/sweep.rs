@@ -22,7 +22,7 @@ use rsrs_sim::sweep::{
     blocks, check, run_blocks,
 };
 
-use crate::error::{WithHelp, with_help};
+use crate::error::{WithHelp, helped, with_help};
 use crate::execution::{Execution, RunCounter};
 use crate::sweep::folder::unfinished::{self, Site, Unfinished};
 use crate::sweep::result::SweepResult;
@@ -373,15 +373,14 @@ fn as_count(number: u64) -> usize {
 
 /// An error after which nothing is lost.
 fn kept(folder: &Path, command: &str, error: anyhow::Error) -> anyhow::Error {
-    WithHelp {
+    helped(WithHelp {
         message: format!(
             "the sweep in {} cannot go on; what is finished is kept",
             folder.display()
         ),
         help: format!("mend this and go on with `{command}`"),
         cause: Some(error.into()),
-    }
-    .into()
+    })
 }
 
 /// Names the cell that cannot be simulated.
@@ -390,7 +389,8 @@ fn explain(name: &str, cells: &[Cell], error: SweepError) -> anyhow::Error {
     let cell = &cells[cell % cells.len()];
     match error {
         SweepError::Placement { source, .. } => {
-            with_help(format!("{name}: cell `{cell}`: {source}"), source.help())
+            let message = format!("{name}: cell `{cell}`: {source}");
+            helped(source).context(message)
         }
         SweepError::Judge { source, .. } => {
             anyhow::anyhow!("{name}: cell `{cell}` cannot be judged: {source}")

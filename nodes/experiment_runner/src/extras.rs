@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rsrs_bags::definitions::{Definition, Definitions};
+use rsrs_core::help::Help;
 use rsrs_msgs::topics::{self, Durability, Qos, Reliability};
 use rsrs_ros::session::{Endpoint, EndpointKind, Session, SessionError, Subscription};
 
@@ -115,10 +116,8 @@ impl Extras {
             Ok(None)
         } else {
             self.definitions.find(type_name).map(|found| Some(Arc::new(found))).map_err(|error| {
-                let help = error.help().map_or_else(String::new, |help| format!("; {help}"));
-                format!(
-                    "its type {type_name} is not defined: {error}{help}, in `record.definitions`"
-                )
+                let error = error.text_with_help();
+                format!("its type {type_name} is not defined: {error}, in `record.definitions`")
             })
         };
         self.known.insert(type_name.to_owned(), found.clone());

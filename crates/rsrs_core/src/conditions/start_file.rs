@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::conditions::Placement;
+use crate::help::Help;
 use crate::robot::unicycle::Pose;
 use crate::trials::trial::table::{Row, Table};
 use crate::trials::trial::{TrialError, TrialProblem};
@@ -140,14 +141,11 @@ pub enum StartFileError {
     },
 }
 
-impl StartFileError {
-    /// What to do next.
-    pub fn help(&self) -> Option<String> {
+impl Help for StartFileError {
+    fn help(&self) -> Option<String> {
         match self {
-            Self::Table(TrialError { problem, .. }) => match problem {
-                TrialProblem::Unit { likely, expected, .. } => {
-                    Some(format!("convert the column from {likely} to {expected}"))
-                }
+            Self::Table(error) => match error.problem {
+                TrialProblem::Unit { .. } => error.help(),
                 _ => Some(
                     "the header is `robot,x_m,y_m,heading_rad`; `rsrs place EXPERIMENT \
                            --format json` shows poses of the simulator's"

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::help::Help;
 use crate::statistics::variance::{Estimate, MeanSquare, sd};
 use crate::trials::trial::{
     ArcTrial, DetectionTrial, DrivenTrial, PeriodTrial, SpeedTrial, Trials, TurnTrial,
@@ -159,22 +160,20 @@ pub enum FitError {
     },
 }
 
-impl FitError {
-    /// What to do next.
-    pub fn help(&self) -> String {
-        match self {
-            Self::NoTrials { .. } => {
-                "`rsrs measure plan` lists the trials worth running".to_owned()
-            }
+impl Help for FitError {
+    fn help(&self) -> Option<String> {
+        let help = match self {
+            Self::NoTrials { .. } => "`rsrs measure plan` lists the trials worth running",
             Self::NoFalsePositives { .. } => {
                 "add rows like `robot_1,,,2000,130`: readings with no \
                                               other robot near, with both places left empty"
-                    .to_owned()
             }
-            Self::NoRegion { .. } => "`rsrs measure plan` proposes distances and bearings; try \
+            Self::NoRegion { .. } => {
+                "`rsrs measure plan` proposes distances and bearings; try \
                                       closer ones, on both sides of the sensor's axis"
-                .to_owned(),
-        }
+            }
+        };
+        Some(help.to_owned())
     }
 }
 

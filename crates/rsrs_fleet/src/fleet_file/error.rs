@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use rsrs_core::document::DocumentError;
+use rsrs_core::help::Help;
 
 use super::{FILE_VERSION, PROFILE};
 
@@ -91,9 +92,8 @@ impl fmt::Display for Lack {
     }
 }
 
-impl FleetFileError {
-    /// What to do next.
-    pub fn help(&self) -> Option<String> {
+impl Help for FleetFileError {
+    fn help(&self) -> Option<String> {
         match self {
             Self::Document(error) => error.help(),
             Self::Missing { robots, file } => {

@@ -13,8 +13,8 @@ use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 use serde::Serialize;
 
-use super::{EpisodeError, write};
-use crate::error::{explained, with_help};
+use super::write;
+use crate::error::{helped, with_help};
 use crate::execution::Execution;
 use crate::provenance;
 use crate::sweep::folder;
@@ -70,14 +70,7 @@ pub fn replay(
     let result = folder::read(folder)?;
     let (index, (cell, conditions)) = find(folder, &result, replicate)?;
     let record = record(&result, conditions, replicate.1);
-    let (written, trajectory) = write(bag, &record).map_err(|error| {
-        let message = error.to_string();
-        let help = match &error {
-            EpisodeError::Bag(error) => error.help(),
-            EpisodeError::Placement(_) => None,
-        };
-        explained(error, message, help)
-    })?;
+    let (written, trajectory) = write(bag, &record).map_err(helped)?;
     let bodies = record.conditions.bodies();
     let verdict = label(&trajectory, &bodies)
         .context("the sweep has judged this replicate, and now it cannot be judged")?;

@@ -14,7 +14,7 @@ use rsrs_core::trials::trial::{
 use rsrs_experiment_runner::plan::GETTING_GOING_S;
 use rsrs_msgs::topics;
 
-use crate::error::explained;
+use crate::error::helped;
 use crate::measure::sensor_readings::{self, Readings};
 use crate::recorded_run;
 use crate::wording::names;
@@ -66,8 +66,8 @@ pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
     let record = recorded_run::record_in(&bag)?;
     let options = recorded_run::trajectory_options(record.as_ref(), None);
     let recorded = read_trajectory(&bag, &options).map_err(|error| {
-        let (message, help) = (format!("{}: {error}", path.display()), error.help());
-        explained(error, message, help)
+        let message = format!("{}: {error}", path.display());
+        helped(error).context(message)
     })?;
     let name = path.file_stem().map_or_else(String::new, |stem| stem.display().to_string());
     let drives = |part: fn(&[DrivenSample]) -> &[DrivenSample]| {

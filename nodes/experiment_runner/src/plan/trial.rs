@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow, bail};
 use rsrs_core::conditions::{Conditions, Placement, Settings, Walls};
 use rsrs_core::diagram::axis::Axis;
+use rsrs_core::help::Helpful;
 use rsrs_core::robot::controller::{ControllerParameters, Reaction};
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::trials::trial::Neighbour;
@@ -110,7 +111,7 @@ impl Plan {
     /// is none, or the bag exists already.
     pub fn of_trial(request: &TrialRequest) -> anyhow::Result<Self> {
         let (name, text) = read(&request.fleet)?;
-        let fleet = FleetFile::parse(&name, &text)?;
+        let fleet = FleetFile::parse(&name, &text).map_err(Helpful::from)?;
         let mut robots = vec![robot(&fleet, (&name, &request.robot))?.clone()];
         if request.backend == Backend::Simulator && request.trial.neighbour().is_some() {
             robots.push(beside(&fleet, (&name, &robots[0]))?.clone());
