@@ -61,7 +61,7 @@ fn the_same_sweep_is_not_computed_again_and_another_one_is_refused() {
     let before = bytes(&place.path().join("out"), "cells.csv");
 
     let again = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
-    write_sweep(place.path(), "other.yaml", (SPEEDS, "true_positive: 0.9"));
+    write_sweep(place.path(), "other.yaml", SPEEDS, "true_positive: 0.9");
     let other = rsrs(place.path(), &["sweep", "other.yaml", "-o", "out"]);
 
     assert_eq!(code(&again), 0);

@@ -75,8 +75,8 @@ impl Bases {
             poses: [pose(OURS), pose(FOREIGN)],
             is_dead: Arc::default(),
             _commands: [
-                obey(session, &node, (0, OURS, topics::HARDWARE_CMD_VEL_UNSTAMPED), &wheels),
-                obey(session, &node, (1, FOREIGN, topics::CMD_VEL_UNSTAMPED), &wheels),
+                obey(session, &node, 0, OURS, topics::HARDWARE_CMD_VEL_UNSTAMPED, &wheels),
+                obey(session, &node, 1, FOREIGN, topics::CMD_VEL_UNSTAMPED, &wheels),
             ],
             wheels,
         }
@@ -106,7 +106,9 @@ impl Bases {
 fn obey(
     session: &Session,
     node: &NodeHandle,
-    (robot, name, topic): (usize, &str, Topic),
+    robot: usize,
+    name: &str,
+    topic: Topic,
     wheels: &Wheels,
 ) -> Subscription {
     let wheels = wheels.clone();

@@ -183,7 +183,7 @@ async fn killed_runner() {
     let witness_node = session.node("/", "witness").expect("the name is allowed");
     let (received, mut statuses) = unbounded_channel();
     let (to_steps, mut steps) = unbounded_channel();
-    let subscriptions = witness(&session, &witness_node, (&received, &to_steps));
+    let subscriptions = witness(&session, &witness_node, &received, &to_steps);
     let bag = folder.path().join("bag");
     let runner = start_runner(&experiment, &bag);
     let mut states = [RobotStatus::IDLE; ROBOTS.len()];
@@ -220,7 +220,8 @@ type Statuses = (usize, RobotStatus);
 fn witness(
     session: &Session,
     node: &NodeHandle,
-    (statuses, steps): (&UnboundedSender<Statuses>, &UnboundedSender<u64>),
+    statuses: &UnboundedSender<Statuses>,
+    steps: &UnboundedSender<u64>,
 ) -> Vec<Subscription> {
     let topic = topics::STATUS;
     let mut subscriptions: Vec<Subscription> = ROBOTS

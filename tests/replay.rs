@@ -37,7 +37,7 @@ fn bag(folder: &Path, name: &str, duration_s: f64) -> PathBuf {
     let record = ExperimentRecord {
         run_id: name.to_owned(),
         robots: vec!["robot_1".to_owned(), "robot_2".to_owned()],
-        provenance: Provenance::new(("0.1.0", "unknown"), &profile.digest(), &conditions),
+        provenance: Provenance::new("0.1.0", "unknown", &profile.digest(), &conditions),
         conditions,
         duration_s,
         seed: 3,

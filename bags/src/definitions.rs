@@ -109,7 +109,7 @@ impl Definitions {
         let mut read = BTreeMap::new();
         self.read(&root, None, &mut read)?;
         let text_of = |known: &TypeName| read[known].as_str();
-        let text = schema::with_dependencies((&read[&root], &root.package), &text_of);
+        let text = schema::with_dependencies(&read[&root], &root.package, &text_of);
         let type_hash = schema::rihs01(&root, &read);
         Ok(Definition { type_name: type_name.to_owned(), text, type_hash })
     }

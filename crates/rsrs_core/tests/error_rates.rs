@@ -11,9 +11,10 @@ use rsrs_core::judge::phase::Phase;
 use rsrs_core::statistics::comparison::{
     CellRuns, Comparison, MARGIN, SIGNIFICANCE, Share, Verdict, decide,
 };
-use rsrs_core::statistics::e_value::{CellEvidence, SimulatedShare, log_e_at_least, log_e_less};
+use rsrs_core::statistics::e_value::{CellEvidence, SimulatedShare};
 use rsrs_core::statistics::interval::Interval;
 use rsrs_core::statistics::next_experiment::{NextStep, next_step};
+use rsrs_core::statistics::pooled::LogEvidence;
 
 const N_CAMPAIGNS: u64 = 1000;
 
@@ -91,7 +92,7 @@ impl Looks<'_> {
             real[cell].n += 1;
             real[cell].hits += u64::from(random.random::<f64>() < self.cells[cell].b_r);
             evidence[cell] = swept[cell].evidence(real[cell]);
-            verdicts.push(decide((log_e_less(&evidence), log_e_at_least(&evidence))));
+            verdicts.push(decide(LogEvidence::of(&evidence)));
         }
         verdicts
     }

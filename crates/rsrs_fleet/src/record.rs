@@ -82,10 +82,9 @@ impl Provenance {
     ///
     /// # Arguments
     ///
-    /// * `program` — its version, and the commit that it was built from.
+    /// * `version`, `commit` — of the program.
     /// * `profile_digest` — that of the measured robot.
-    pub fn new(program: (&str, &str), profile_digest: &str, conditions: &Conditions) -> Self {
-        let (version, commit) = program;
+    pub fn new(version: &str, commit: &str, profile_digest: &str, conditions: &Conditions) -> Self {
         Self {
             version: version.to_owned(),
             commit: commit.to_owned(),
@@ -293,7 +292,7 @@ mod tests {
         ExperimentRecord {
             run_id: "run".to_owned(),
             robots: (1..=9).map(|robot| format!("robot_{robot}")).collect(),
-            provenance: Provenance::new(("0.1.0", "unknown"), &profile.digest(), &conditions),
+            provenance: Provenance::new("0.1.0", "unknown", &profile.digest(), &conditions),
             conditions,
             duration_s: experiment.duration_s,
             seed: experiment.seed,

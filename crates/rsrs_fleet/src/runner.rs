@@ -195,7 +195,7 @@ impl Runner {
                 }
             }
             Event::Pose { robot, frame, pose } => {
-                self.start_check.receive_pose(robot, (frame, pose), now);
+                self.start_check.receive_pose(robot, frame, pose, now);
             }
             Event::Sampled { robot, kind } => self.roster.receive_sample(&robot, kind, now),
             Event::ParametersSet { target, result } if self.phase == Phase::Configure => {

@@ -363,17 +363,17 @@ impl Run {
             if *is_held {
                 hand.stand(actions);
             }
-            hand.on_event(placed, event, (now, actions));
+            hand.on_event(placed, event, now, actions);
             return;
         }
         match pace {
             Pace::Lockstep(lockstep) => {
                 if matches!(progress, Progress::Waiting | Progress::Started) {
-                    lockstep.on_event((placed, progress), event, now, actions);
+                    lockstep.on_event(placed, progress, event, now, actions);
                 }
             }
             Pace::RealTime(real_time) => {
-                real_time.on_event((placed, progress), event, now, actions);
+                real_time.on_event(placed, progress, event, now, actions);
             }
         }
     }

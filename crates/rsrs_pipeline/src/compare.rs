@@ -78,7 +78,7 @@ pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Report> {
     let counted =
         counted.into_iter().zip(labelled).map(|(run, label)| (cell(run.cell), run, label));
     let runs = Runs { counted: counted.collect(), others };
-    let mut report = Report::new(&comparison, (&cells, &simulated), runs, next);
+    let mut report = Report::new(&comparison, &cells, &simulated, runs, next);
     report.labels = options.labels.to_string();
     report.notes.extend(prediction.note());
     Ok(report)

@@ -120,7 +120,7 @@ impl<'a> Lockstep<'a> {
     fn step(&mut self, step: u64, moment: &Moment, commands: &[Command]) -> Result<(), BagError> {
         let time_ns = step * self.period_ns;
         let Self { recorder, .. } = self;
-        recorder.put((self.clock, time_ns), &Clock { clock: Stamp::from_nanos(time_ns) })?;
+        recorder.put(self.clock, time_ns, &Clock { clock: Stamp::from_nanos(time_ns) })?;
         let thoughts: Vec<RobotStep> = (0..commands.len())
             .map(|robot| RobotStep {
                 robot,
@@ -137,7 +137,7 @@ impl<'a> Lockstep<'a> {
         for step in &thoughts {
             recorder.odometry(step)?;
         }
-        recorder.put((self.digest, time_ns), &WorldDigest { step, digest: moment.digest })?;
+        recorder.put(self.digest, time_ns, &WorldDigest { step, digest: moment.digest })?;
         for step in &thoughts {
             recorder.command(step)?;
         }

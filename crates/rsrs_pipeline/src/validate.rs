@@ -146,12 +146,12 @@ fn judge(case: &Case) -> anyhow::Result<Answer> {
     let turning = if validation.is_contained {
         None
     } else {
-        cause::turning((measured, factors), &settings, case)?
+        cause::turning(measured, factors, &settings, case)?
     };
     let smallest_factors = if validation.is_contained || turning.is_some() {
         None
     } else {
-        smallest_factors((measured, factors), &settings, &case.trials, &case.options)?
+        smallest_factors(measured, factors, &settings, &case.trials, &case.options)?
             .map(|smallest| smallest.factors)
     };
     let capability_violations = better_capabilities(case)?;

@@ -127,9 +127,11 @@ impl NodeArguments {
     ///
     /// If `nodes` is empty.
     pub fn new(
-        (flags, mut ros): (NodeFlags, RosArgs),
+        flags: NodeFlags,
+        mut ros: RosArgs,
         environment: &Environment,
-        (nodes, topics): (&[&str], TopicRules),
+        nodes: &[&str],
+        topics: TopicRules,
     ) -> Result<Self, NodeArgumentsError> {
         let NodeFlags { interface, mut robots } = flags;
         ros.check_rules(nodes, topics)?;
@@ -179,10 +181,8 @@ mod tests {
         environment: &Environment,
     ) -> Result<NodeArguments, NodeArgumentsError> {
         let (Flags { node }, ros) = split(arguments, environment)?;
-        NodeArguments::new((node, ros), environment, NODE)
+        NodeArguments::new(node, ros, environment, &["controller"], TopicRules::Followed)
     }
-
-    const NODE: (&[&str], TopicRules) = (&["controller"], TopicRules::Followed);
 
     #[test]
     fn the_namespace_names_the_robot_and_parameters_reach_it() {

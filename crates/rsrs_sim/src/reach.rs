@@ -154,7 +154,7 @@ pub fn validate(
     options: &ReachOptions,
 ) -> Result<Validation, ReachError> {
     check(options)?;
-    let (kinds, kind_of) = kinds(trials, (options, robot.computation.period_s))?;
+    let (kinds, kind_of) = kinds(trials, options, robot.computation.period_s)?;
     let conditions = conditions(robot, settings, trials)?;
     let driver = drive::Driver::new(robot, &conditions);
     let mut simulated = Vec::with_capacity(2 * options.n_robots);
@@ -164,10 +164,9 @@ pub fn validate(
     }
     let (of_regions, fresh) = simulated.split_at(options.n_robots);
     let (reference, calibration) = of_regions.split_at(options.n_robots / 2);
-    let regions: Vec<Regions> = (0..kinds.len())
-        .map(|kind| Regions::new(kind, (reference, calibration), options))
-        .collect();
-    let places = judgement::places(trials, (&kinds, &kind_of), &regions);
+    let regions: Vec<Regions> =
+        (0..kinds.len()).map(|kind| Regions::new(kind, reference, calibration, options)).collect();
+    let places = judgement::places(trials, &kinds, &kind_of, &regions);
     let tubes = kinds.iter().zip(&regions).enumerate();
     let tubes = tubes
         .map(|(kind, (of, regions))| {
@@ -205,7 +204,8 @@ fn check(options: &ReachOptions) -> Result<(), ReachError> {
 /// least the middle of the horizons of its kind.
 fn kinds<'a>(
     trials: &'a [DrivenTrial],
-    (options, period_s): (&ReachOptions, f64),
+    options: &ReachOptions,
+    period_s: f64,
 ) -> Result<(Vec<Kind<'a>>, Vec<usize>), ReachError> {
     let mut members: BTreeMap<Vec<u64>, Vec<usize>> = BTreeMap::new();
     for (index, trial) in trials.iter().enumerate() {

@@ -66,9 +66,11 @@ impl Extras {
             let of_topic: Vec<&Endpoint> = writers.iter().filter(|end| end.topic == name).collect();
             match self.recorded_topic(&name, &of_topic) {
                 Ok(recorded_topic) => {
-                    self.subscriptions.push(
-                        self.queue.listen(session, (recorded_topics.len(), &recorded_topic))?,
-                    );
+                    self.subscriptions.push(self.queue.listen(
+                        session,
+                        recorded_topics.len(),
+                        &recorded_topic,
+                    )?);
                     recorded_topics.push(recorded_topic);
                     self.waiting.remove(&name);
                 }
@@ -102,7 +104,7 @@ impl Extras {
             Durability::TransientLocal => Role::Preparation,
             Durability::Volatile => Role::Other,
         };
-        let mut recorded_topic = RecordedTopic::described(name.to_owned(), (type_name, qos), role);
+        let mut recorded_topic = RecordedTopic::described(name.to_owned(), type_name, qos, role);
         recorded_topic.definition = definition;
         Ok(recorded_topic)
     }

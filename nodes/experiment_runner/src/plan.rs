@@ -87,8 +87,8 @@ pub enum Poses {
 /// The commit that this program was built from.
 pub const COMMIT: &str = env!("RSRS_COMMIT");
 
-/// Version of the program, and its commit.
-const PROGRAM: (&str, &str) = (env!("CARGO_PKG_VERSION"), COMMIT);
+/// Version of this program.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 impl Plan {
     /// Reads an experiment file and all that it names.
@@ -132,7 +132,7 @@ impl Plan {
         let backend = backend(request.backend, &robots)?;
         let record = ExperimentRecord {
             robots: robots.iter().map(|robot| robot.name.clone()).collect(),
-            provenance: Provenance::new(PROGRAM, &measured.digest(), &conditions),
+            provenance: Provenance::new(VERSION, COMMIT, &measured.digest(), &conditions),
             conditions,
             duration_s: experiment.duration_s,
             seed: request.seed.unwrap_or(experiment.seed),

@@ -200,13 +200,13 @@ impl<'a> Conductor<'a> {
             robots,
             lease: armed_lease(),
             silent: None,
-            leases: publisher(session, node, (topics::LEASE, ROBOTS[0])),
-            controllers: ROBOTS.map(|robot| publisher(session, node, (status, robot))).into(),
+            leases: publisher(session, node, topics::LEASE, ROBOTS[0]),
+            controllers: ROBOTS.map(|robot| publisher(session, node, status, robot)).into(),
             stamped: ROBOTS[..2]
                 .iter()
-                .map(|robot| publisher(session, node, (topics::CMD_VEL, robot)))
+                .map(|robot| publisher(session, node, topics::CMD_VEL, robot))
                 .collect(),
-            unstamped: publisher(session, node, (topics::CMD_VEL_UNSTAMPED, ROBOTS[2])),
+            unstamped: publisher(session, node, topics::CMD_VEL_UNSTAMPED, ROBOTS[2]),
         }
     }
 

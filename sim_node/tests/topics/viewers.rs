@@ -44,7 +44,7 @@ async fn viewing() {
     let text = array.markers.iter().find(|marker| marker.ns == "label").expect("it has a label");
     assert!(text.text.starts_with("3 robots, 0.0 s\n"), "{}", text.text);
 
-    set(&session, &node, "", (0, "lockstep")).await.expect("no world is a choice");
+    set(&session, &node, "", 0, "lockstep").await.expect("no world is a choice");
 
     let is_wiped = || {
         let array = markers.only().expect("it has come");

@@ -79,7 +79,7 @@ pub fn record(
     (measured, conditions): (&RobotProfile, &Conditions),
     seed: Seed,
 ) -> anyhow::Result<()> {
-    let program = (env!("CARGO_PKG_VERSION"), "reproduce");
+    let version = env!("CARGO_PKG_VERSION");
     let record = ExperimentRecord {
         run_id: format!("reproduce_{}_{}", seed.seed, seed.replicate),
         robots: (1..=conditions.robots).map(|robot| format!("robot_{robot}")).collect(),
@@ -91,7 +91,7 @@ pub fn record(
         backend: Backend::Simulator,
         controller_only: Vec::new(),
         time: Time::RealTime,
-        provenance: Provenance::new(program, &measured.digest(), conditions),
+        provenance: Provenance::new(version, "reproduce", &measured.digest(), conditions),
     };
     let (mut recorder, []) = Recorder::open(bag, &record, [])?;
     let mut floor = Floor::new(conditions, seed)?;

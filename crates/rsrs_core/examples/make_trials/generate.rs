@@ -211,7 +211,8 @@ fn flockbot_speed() -> String {
                     Straight { speed_m_s: speed_mm_s / 1000.0, bias_rad_s: bias_rad_s[robot] };
                 row(
                     &mut rows,
-                    (ROBOTS[robot], commanded_mm_s / 1000.0),
+                    ROBOTS[robot],
+                    commanded_mm_s / 1000.0,
                     &run.end(&FLOCKBOT, &mut draw),
                 );
             }
@@ -238,7 +239,7 @@ fn speed(kind: &Kind, draw: &mut Draw) -> String {
             for _ in 0..REPETITIONS {
                 let gain = gain + differs + draw.normal(0.0, kind.trial_sd);
                 let run = Straight { speed_m_s: commanded_m_s * gain, bias_rad_s };
-                row(&mut rows, (robot, *commanded_m_s), &run.end(kind, draw));
+                row(&mut rows, robot, *commanded_m_s, &run.end(kind, draw));
             }
         }
     }
@@ -276,7 +277,7 @@ impl Straight {
     }
 }
 
-fn row(rows: &mut String, (robot, commanded_m_s): (&str, f64), end: &End) {
+fn row(rows: &mut String, robot: &str, commanded_m_s: f64, end: &End) {
     let End { duration_s, lateral_m, heading_change_rad } = end;
     writeln!(
         rows,

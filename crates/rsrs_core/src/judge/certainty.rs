@@ -89,15 +89,19 @@ impl Certainty {
     ///
     /// # Arguments
     ///
-    /// * `run` — the trajectory and the bodies that were judged.
+    /// * `trajectory`, `bodies` — what was judged.
     /// * `verdict` — what [`crate::judge::phase::label_with`] said about them.
     /// * `thresholds` — those that it said it with.
     ///
     /// # Panics
     ///
     /// If the verdict is of another, longer trajectory.
-    pub fn of(run: (&Trajectory, &Bodies), verdict: &Verdict, thresholds: &Thresholds) -> Self {
-        let (trajectory, bodies) = run;
+    pub fn of(
+        trajectory: &Trajectory,
+        bodies: &Bodies,
+        verdict: &Verdict,
+        thresholds: &Thresholds,
+    ) -> Self {
         let window = LastWindow::of(trajectory, trajectory.n_samples(), bodies).remove(0);
         let (n_good, n_blocks) = (window.n_good(thresholds), window.blocks.len());
         // Where the whole window is no stable mill, its blocks would change together with it.
@@ -132,7 +136,8 @@ struct State {
 
 impl State {
     fn phase(&self, thresholds: &Thresholds) -> Phase {
-        lasting(thresholds.phase(&self.evidence), self.blocks)
+        let (n_good, n_blocks) = self.blocks;
+        lasting(thresholds.phase(&self.evidence), n_good, n_blocks)
     }
 
     /// The same with some order parameters just on the other side of their boundaries.

@@ -229,7 +229,7 @@ pub const STRAY_BLOCKS: usize = 1;
 /// # Source
 ///
 /// Of nine rules this meets most labels by eye: `docs/judge_by_eye.md`.
-pub fn lasting(whole: Phase, (n_good, n_blocks): (usize, usize)) -> Phase {
+pub fn lasting(whole: Phase, n_good: usize, n_blocks: usize) -> Phase {
     if whole == Phase::StableMilling && n_good + STRAY_BLOCKS < n_blocks {
         return Phase::SemiStableMilling;
     }
@@ -319,7 +319,7 @@ impl LastWindow {
 
     /// What the run settled into.
     pub fn phase(&self, thresholds: &Thresholds) -> Phase {
-        lasting(thresholds.phase(&self.whole), (self.n_good(thresholds), self.blocks.len()))
+        lasting(thresholds.phase(&self.whole), self.n_good(thresholds), self.blocks.len())
     }
 }
 

@@ -9,7 +9,7 @@ use crate::diagram::PhaseCounts;
 use crate::diagram::axis::Cell;
 use crate::judge::phase::Phase;
 use crate::statistics::interval::Interval;
-use crate::statistics::pooled::{Pooled, PooledTest, e_value, p_value};
+use crate::statistics::pooled::{LogEvidence, Pooled, PooledTest, e_value, p_value};
 use crate::statistics::posterior::probability_at_least;
 
 pub use crate::statistics::share::Share;
@@ -141,7 +141,7 @@ impl Comparison {
         let verdict = decide(test.log_e());
         let corrected = Corrected::of(&shares, &test);
         let cells = (0..runs.len())
-            .map(|index| compare_cell((&runs[index], &test, index), &corrected, verdict))
+            .map(|index| compare_cell(&runs[index], &test, index, &corrected, verdict))
             .collect();
         let simulated: Vec<Share> = shares.iter().map(|(_, simulated)| *simulated).collect();
         let further = |n: u64| test.log_e_if_all_mill(n);
@@ -162,11 +162,11 @@ pub fn enough() -> f64 {
     -libm::log(SIGNIFICANCE)
 }
 
-/// What follows from the logarithms of the evidence of [`PooledTest::log_e`].
-pub fn decide((less, at_least): (f64, f64)) -> Verdict {
-    if less >= enough() {
+/// What follows from evidence.
+pub fn decide(evidence: LogEvidence) -> Verdict {
+    if evidence.less >= enough() {
         Verdict::Violated
-    } else if at_least >= enough() {
+    } else if evidence.at_least >= enough() {
         Verdict::Supported
     } else {
         Verdict::Undecided
@@ -187,20 +187,22 @@ impl Corrected {
         };
         Self {
             exact: corrected(&|cell| fisher_less(shares[cell].0, shares[cell].1)),
-            violated: corrected(&|cell| p_value(test.log_e_of(cell).0)),
-            not_supported: corrected(&|cell| p_value(test.log_e_of(cell).1)),
+            violated: corrected(&|cell| p_value(test.log_e_of(cell).less)),
+            not_supported: corrected(&|cell| p_value(test.log_e_of(cell).at_least)),
         }
     }
 }
 
 fn compare_cell(
-    (runs, test, index): (&CellRuns, &PooledTest, usize),
+    runs: &CellRuns,
+    test: &PooledTest,
+    index: usize,
     corrected: &Corrected,
     of_all: Verdict,
 ) -> CellComparison {
     let (real, simulated) = (Share::milling(&runs.real), Share::milling(&runs.simulated));
     let (p_violated, p_not_supported) = (corrected.violated[index], corrected.not_supported[index]);
-    let (less, at_least) = test.log_e_of(index);
+    let LogEvidence { less, at_least } = test.log_e_of(index);
     let verdict = if of_all == Verdict::Violated && p_violated <= SIGNIFICANCE {
         Verdict::Violated
     } else if p_not_supported <= SIGNIFICANCE {
@@ -208,7 +210,8 @@ fn compare_cell(
     } else {
         Verdict::Undecided
     };
-    let if_all_mill = |n: u64| test.log_e_of_after(index, Share { hits: n, n }).1 >= enough();
+    let if_all_mill =
+        |n: u64| test.log_e_of_after(index, Share { hits: n, n }).at_least >= enough();
     CellComparison {
         cell: runs.cell.clone(),
         real,

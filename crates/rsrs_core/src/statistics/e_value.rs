@@ -64,7 +64,7 @@ struct Node {
 
 impl Node {
     /// The share with these log odds, weighed with a beta distribution.
-    fn at(log_odds: f64, weight: f64, (a, b): (f64, f64)) -> Self {
+    fn at(log_odds: f64, weight: f64, a: f64, b: f64) -> Self {
         let share = 1.0 / (1.0 + libm::exp(-log_odds));
         let missed = 1.0 / (1.0 + libm::exp(log_odds));
         // A step of log odds is one of `share * missed` of the share.
@@ -92,7 +92,7 @@ impl SimulatedShare {
         let mut nodes: Vec<Node> = (0..PANELS)
             .flat_map(|panel| {
                 let middle = low + half * f64::from(2 * panel + 1);
-                GAUSS.map(|(node, weight)| Node::at(middle + half * node, weight, (a, b)))
+                GAUSS.map(|(node, weight)| Node::at(middle + half * node, weight, a, b))
             })
             .collect();
         let log_total = log_sum(nodes.iter().map(|node| node.log_weight));

@@ -123,11 +123,11 @@ fn information_bits(runs: &CellRuns, margin: f64) -> f64 {
     let (real, simulated) = (Share::milling(&runs.real), Share::milling(&runs.simulated));
     let holds = |real: Share| probability_at_least(real, simulated, margin);
     let mills = (real.hits as f64 + 1.0) / (real.n as f64 + 2.0);
-    let left = |hits: u64| entropy_bits(holds(after(real, (hits, 1))));
+    let left = |hits: u64| entropy_bits(holds(after(real, hits, 1)));
     entropy_bits(holds(real)) - mills * left(1) - (1.0 - mills) * left(0)
 }
 
-fn after(real: Share, (hits, n): (u64, u64)) -> Share {
+fn after(real: Share, hits: u64, n: u64) -> Share {
     Share { hits: real.hits + hits, n: real.n + n }
 }
 

@@ -227,7 +227,7 @@ pub fn fit(tables: Tables, unmeasured: &Unmeasured) -> Result<Fit, FitError> {
     };
     let speed = motion::robot_gains(&speed, &tables.speed.robots);
     let turn = motion::robot_gains(&turn, &tables.turn.robots);
-    details.cautions = caution::cautions(tables, &details, (&speed, &turn));
+    details.cautions = caution::cautions(tables, &details, &speed, &turn);
     Ok(Fit {
         speed: speed.iter().map(|gain| report::speed_fit(gain, &tables.speed.robots)).collect(),
         turn: turn.iter().map(|gain| report::turn_fit(gain, &tables.turn.robots)).collect(),

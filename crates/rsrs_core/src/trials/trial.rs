@@ -175,7 +175,7 @@ pub fn speed_trials(file: &str, text: &str) -> Result<Trials<SpeedTrial>, TrialE
 pub fn turn_trials(file: &str, text: &str) -> Result<Trials<TurnTrial>, TrialError> {
     let required = ["robot", "commanded_rad_s", "angle_rad", "duration_s"];
     let mut table = Table::open(file, text, &required, &[PAUSED])?;
-    table.read_unpaused(4, |row, robot| turn(row, (robot, 1)))
+    table.read_unpaused(4, |row, robot| turn(row, robot, 1))
 }
 
 /// Reads turns while driving forward:
@@ -190,12 +190,12 @@ pub fn arc_trials(file: &str, text: &str) -> Result<Trials<ArcTrial>, TrialError
     table.read_unpaused(5, |row, robot| {
         let commanded_m_s = row.positive(1)?;
         row.below(1, commanded_m_s, MAX_SPEED_M_S, "mm/s")?;
-        Ok(ArcTrial { robot, line: row.line, commanded_m_s, turn: turn(row, (robot, 2))? })
+        Ok(ArcTrial { robot, line: row.line, commanded_m_s, turn: turn(row, robot, 2)? })
     })
 }
 
 /// A turn whose commanded rate, angle and time stand in three columns from one on.
-fn turn(row: &Row, (robot, from): (usize, usize)) -> Result<TurnTrial, TrialError> {
+fn turn(row: &Row, robot: usize, from: usize) -> Result<TurnTrial, TrialError> {
     let commanded_rad_s = row.number(from)?;
     if commanded_rad_s == 0.0 {
         return Err(row.out_of_range(from, commanded_rad_s, "a turning rate that is not 0"));

@@ -80,12 +80,7 @@ impl StartCheck {
         self.diagnostic_errors.insert((robot, part), message).is_none().then_some(text)
     }
 
-    pub(super) fn receive_pose(
-        &mut self,
-        robot: String,
-        (frame, pose): (String, Pose),
-        now: Duration,
-    ) {
+    pub(super) fn receive_pose(&mut self, robot: String, frame: String, pose: Pose, now: Duration) {
         let first = PoseTimes { n_poses: 0, first: now, last: now };
         let times = self.pose_times.entry(robot.clone()).or_insert(first);
         *times = PoseTimes { n_poses: times.n_poses + 1, last: now, ..*times };

@@ -98,7 +98,7 @@ impl Simulator {
         };
         let mut actions = Vec::new();
         let by_hand = run.hand.get_or_insert_with(|| ByHand::at(step));
-        by_hand.take((&run.placed, hand), now, &mut actions);
+        by_hand.take(&run.placed, hand, now, &mut actions);
         actions.extend(self.status_due(now).map(Action::Status));
         Ok(actions)
     }
@@ -146,12 +146,7 @@ impl ByHand {
     }
 
     /// Does what the hand wants.
-    pub fn take(
-        &mut self,
-        (placed, hand): (&Placed, Hand),
-        now: Duration,
-        actions: &mut Vec<Action>,
-    ) {
+    pub fn take(&mut self, placed: &Placed, hand: Hand, now: Duration, actions: &mut Vec<Action>) {
         match hand {
             Hand::Play => self.mode = Mode::Playing { due: now },
             Hand::Pause => self.stand(actions),
@@ -172,7 +167,8 @@ impl ByHand {
         &mut self,
         placed: &Placed,
         event: &Event,
-        (now, actions): (Duration, &mut Vec<Action>),
+        now: Duration,
+        actions: &mut Vec<Action>,
     ) {
         if !matches!(event, Event::Gates(_)) || self.due().is_none_or(|due| now < due) {
             return;

@@ -323,10 +323,10 @@ impl Fleet {
         }
         match self.delivery(&message) {
             Delivery::Reliable => {
-                self.network.send_reliably(self.now_ms, (from, to), message);
+                self.network.send_reliably(self.now_ms, from, to, message);
             }
-            Delivery::BestEffort => self.network.send(self.now_ms, (from, to), message),
-            Delivery::Once => self.network.send_once(self.now_ms, (from, to), message),
+            Delivery::BestEffort => self.network.send(self.now_ms, from, to, message),
+            Delivery::Once => self.network.send_once(self.now_ms, from, to, message),
         }
     }
 

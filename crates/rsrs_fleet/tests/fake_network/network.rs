@@ -146,8 +146,8 @@ impl Network {
         self.slots[slot(due_ms)].push(item);
     }
 
-    pub fn send(&mut self, now_ms: u64, (from, to): (Node, Node), message: Message) {
-        if self.is_lost(now_ms, (from, to)) {
+    pub fn send(&mut self, now_ms: u64, from: Node, to: Node, message: Message) {
+        if self.is_lost(now_ms, from, to) {
             return;
         }
         if self.generator.random::<f64>() < self.faults.duplication {
@@ -158,18 +158,18 @@ impl Network {
         self.plan(due_ms, Item::Arrival { from, to, message });
     }
 
-    pub fn send_once(&mut self, now_ms: u64, (from, to): (Node, Node), message: Message) {
-        if !self.is_lost(now_ms, (from, to)) {
+    pub fn send_once(&mut self, now_ms: u64, from: Node, to: Node, message: Message) {
+        if !self.is_lost(now_ms, from, to) {
             let due_ms = now_ms + self.delay();
             self.plan(due_ms, Item::Arrival { from, to, message });
         }
     }
 
-    fn is_lost(&mut self, now_ms: u64, (from, to): (Node, Node)) -> bool {
+    fn is_lost(&mut self, now_ms: u64, from: Node, to: Node) -> bool {
         self.generator.random::<f64>() < self.faults.loss || self.is_cut(now_ms, from, to)
     }
 
-    pub fn send_reliably(&mut self, now_ms: u64, (from, to): (Node, Node), message: Message) {
+    pub fn send_reliably(&mut self, now_ms: u64, from: Node, to: Node, message: Message) {
         let mut due_ms = now_ms + self.delay();
         while self.generator.random::<f64>() < self.faults.loss || self.is_cut(due_ms, from, to) {
             due_ms += RESEND_MS;

@@ -72,7 +72,7 @@ pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
     let name = path.file_stem().map_or_else(String::new, |stem| stem.display().to_string());
     let drives = |part: fn(&[DrivenSample]) -> &[DrivenSample]| {
         let robots = 0..recorded.robots.len();
-        robots.flat_map(|robot| drives(&recorded, (robot, &name), part)).collect()
+        robots.flat_map(|robot| drives(&recorded, robot, &name, part)).collect()
     };
     let (driven, from_rest) = (drives(going), drives(|drive| drive));
     let periods_s = recorded
@@ -152,7 +152,8 @@ pub fn period_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<PeriodTrial>
 /// One robot's drives: a part of what lies between one standstill and the next.
 fn drives(
     recorded: &RecordedTrajectory,
-    (robot, bag): (usize, &str),
+    robot: usize,
+    bag: &str,
     part: fn(&[DrivenSample]) -> &[DrivenSample],
 ) -> Vec<DrivenTrial> {
     let trajectory = &recorded.trajectory;

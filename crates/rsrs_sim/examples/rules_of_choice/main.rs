@@ -33,7 +33,7 @@ fn main() {
     for (name, rule) in RULES {
         for replicates in REPLICATES {
             let outcomes: Vec<Outcome> = (0..SWEEPS)
-                .map(|sweep| rule(&truth.drawn((sweep, replicates)), (&truth, sweep)))
+                .map(|sweep| rule(&truth.drawn(sweep, replicates), (&truth, sweep)))
                 .collect();
             println!("| {name} | {replicates} | {} |", row(&truth, &deepest, &outcomes));
         }

@@ -66,7 +66,7 @@ fn both(swept: &Plane) -> Worlds<'_> {
 
 /// Fresh runs as the truth says.
 fn from((truth, draw): (&Plane, u64)) -> impl Fn(usize) -> [u64; 2] {
-    move |cell| truth.hits(cell, (2 * draw + 1, TRUTH))
+    move |cell| truth.hits(cell, 2 * draw + 1, TRUTH)
 }
 
 fn is_viable(hits: u64) -> bool {

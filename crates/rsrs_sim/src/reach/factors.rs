@@ -39,7 +39,8 @@ const MOST_FACTOR: f64 = 64.0;
 ///
 /// [`ReachError`], as [`validate`].
 pub fn smallest_factors(
-    (measured, factors): (&RobotProfile, HarsherFactors),
+    measured: &RobotProfile,
+    factors: HarsherFactors,
     settings: &Settings,
     trials: &[DrivenTrial],
     options: &ReachOptions,

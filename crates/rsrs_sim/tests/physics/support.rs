@@ -20,13 +20,14 @@ pub fn perfect_flockbots() -> Conditions {
 
 /// How many replicates of each cell end in stable milling; two cells at a time.
 pub fn n_milling(cells: &[Conditions], replicates: u64, duration_s: f64) -> Vec<u64> {
-    count(cells, (replicates, duration_s), |judged| judged.phase == Phase::StableMilling)
+    count(cells, replicates, duration_s, |judged| judged.phase == Phase::StableMilling)
 }
 
 /// How many replicates of each cell are such as is asked for; two cells at a time.
 pub fn count(
     cells: &[Conditions],
-    (replicates, duration_s): (u64, f64),
+    replicates: u64,
+    duration_s: f64,
     is_such: impl Fn(&Verdict) -> bool + Sync,
 ) -> Vec<u64> {
     let next = AtomicUsize::new(0);
@@ -38,7 +39,7 @@ pub fn count(
             let Some(cell) = cells.get(index) else {
                 return;
             };
-            let judged = batch.judge(cell, (1, 0..replicates), duration_s).expect("fit and long");
+            let judged = batch.judge(cell, 1, 0..replicates, duration_s).expect("fit and long");
             let n_such = judged.iter().filter(|judged| is_such(judged)).count();
             counts[index].store(n_such as u64, Ordering::Relaxed);
         }

@@ -43,7 +43,7 @@ fn rows<const N: usize>(
 /// The rows of which the intervals do not overlap.
 fn disagreements(rows: &[Row], duration_s: f64) -> Vec<String> {
     let cells: Vec<Conditions> = rows.iter().map(|row| row.conditions.clone()).collect();
-    let ours = count(&cells, (REPLICATES, duration_s), |judged| {
+    let ours = count(&cells, REPLICATES, duration_s, |judged| {
         let whole = Thresholds::default().phase(&judged.evidence);
         whole == Phase::StableMilling
     });

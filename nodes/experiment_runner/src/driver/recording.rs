@@ -12,7 +12,8 @@ impl Run<'_> {
     pub(super) fn record(&mut self, sample: &Sample) -> Option<Event> {
         let recorder = self.recorder.as_mut()?;
         let taken = recorder.take(
-            (sample.recorded_topic, &self.recorded_topics[sample.recorded_topic]),
+            sample.recorded_topic,
+            &self.recorded_topics[sample.recorded_topic],
             &sample.received,
         );
         taken.err().map(|error| Event::RecorderFailed { reason: error.in_full() })
@@ -23,8 +24,7 @@ impl Run<'_> {
         let opened = Recorder::open(&self.plan.bag, self.plan, &self.recorded_topics, to_written);
         let begun = opened.and_then(|mut recorder| {
             for Sample { recorded_topic, received, .. } in self.early.drain(..) {
-                recorder
-                    .take((recorded_topic, &self.recorded_topics[recorded_topic]), &received)?;
+                recorder.take(recorded_topic, &self.recorded_topics[recorded_topic], &received)?;
             }
             Ok(recorder)
         });

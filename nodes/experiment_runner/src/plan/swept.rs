@@ -114,7 +114,7 @@ impl SweptCell {
         };
         let asked = match asked {
             Some(cell) => cell.clone(),
-            None => chosen(folder, (&sweep, &profile))?,
+            None => chosen(folder, &sweep, &profile)?,
         };
         let index = diagram.locate(&asked).with_context(|| folder.display().to_string())?;
         let (swept, conditions) = &cells[index];
@@ -153,7 +153,7 @@ impl SweptCell {
     }
 }
 
-fn chosen(folder: &Path, (sweep, profile): (&SweepFile, &RobotProfile)) -> anyhow::Result<Cell> {
+fn chosen(folder: &Path, sweep: &SweepFile, profile: &RobotProfile) -> anyhow::Result<Cell> {
     let path = folder.join("choice.json");
     if !path.exists() {
         let folder = folder.display();

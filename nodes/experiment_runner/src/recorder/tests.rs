@@ -85,7 +85,7 @@ fn samples_that_never_came_are_counted_by_topic_and_told_in_the_bag() {
         let writer = [writer; 16];
         let (source_time_ns, received_time_ns) = (None, 0);
         let received = ReceivedRaw { message, source_time_ns, received_time_ns, sequence, writer };
-        recorder.take((index, &recorded_topics[index]), &received).unwrap();
+        recorder.take(index, &recorded_topics[index], &received).unwrap();
     }
     assert_eq!(recorder.n_lost(), 2);
     recorder.close(&Ending::completed());
@@ -125,7 +125,7 @@ fn a_disk_that_is_slow_to_write_or_to_synchronise_holds_up_nobody_and_loses_noth
 
         let start = std::time::Instant::now();
         for sequence in 1..=500 {
-            recorder.take((0, &recorded_topics[0]), &sample(sequence)).unwrap();
+            recorder.take(0, &recorded_topics[0], &sample(sequence)).unwrap();
         }
         recorder.close(&Ending::completed());
         let took = start.elapsed();
@@ -151,9 +151,8 @@ fn a_full_queue_is_reported_once_and_what_it_drops_is_counted_in_the_bag() {
     let room = Room { messages: 10, bytes: 1 << 20 };
     let (mut recorder, mut written) = recorder_before(&path, &recorded_topics, stuck, room);
 
-    let taken: Vec<_> = (1..=15)
-        .map(|sequence| recorder.take((0, &recorded_topics[0]), &sample(sequence)))
-        .collect();
+    let taken: Vec<_> =
+        (1..=15).map(|sequence| recorder.take(0, &recorded_topics[0], &sample(sequence))).collect();
     go.send(()).unwrap();
     recorder.close(&Ending::completed());
     let summary = summary(&mut written);
@@ -180,7 +179,7 @@ fn a_run_that_breaks_off_leaves_what_was_in_the_queue() {
         recorder_before(&path, &recorded_topics, slow_disk(is_first), ROOM);
 
     for sequence in 1..=20 {
-        recorder.take((0, &recorded_topics[0]), &sample(sequence)).unwrap();
+        recorder.take(0, &recorded_topics[0], &sample(sequence)).unwrap();
     }
     drop(recorder);
 
@@ -239,8 +238,8 @@ fn a_hundred_robots_with_three_topics_at_20_hz_are_recorded_without_loss() {
             for n_recorded in 0..recorded_topics.len() * N_STEPS {
                 let sample = tokio::time::timeout(PATIENCE, samples.recv()).await;
                 let Ok(Some(sample)) = sample else { panic!("only {n_recorded} samples came") };
-                let received = (sample.recorded_topic, &recorded_topics[sample.recorded_topic]);
-                recorder.take(received, &sample.received).unwrap();
+                let index = sample.recorded_topic;
+                recorder.take(index, &recorded_topics[index], &sample.received).unwrap();
             }
         };
         futures::join!(publish, record);

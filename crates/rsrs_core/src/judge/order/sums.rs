@@ -63,7 +63,7 @@ impl Samples for Trajectory {
     }
     fn commanded(&self, window: Range<usize>) -> Commanded {
         let command = |sample, robot| self.commands_at(sample)[robot];
-        Commanded::of(command, self.period_s, (window, self.n_robots))
+        Commanded::of(command, self.period_s, window, self.n_robots)
     }
     fn speeds_m_s(&self, samples: Range<usize>, robot: usize) -> f64 {
         samples.map(|sample| self.commands_at(sample)[robot].speed_m_s).sum()
@@ -93,7 +93,8 @@ impl Commanded {
     pub fn of(
         command: impl Fn(usize, usize) -> Command,
         period_s: f64,
-        (window, n_robots): (Range<usize>, usize),
+        window: Range<usize>,
+        n_robots: usize,
     ) -> Self {
         let mut ways_m = vec![0.0; n_robots];
         let mut turn_rates_rad_s = 0.0;

@@ -92,7 +92,8 @@ struct Kind<'a> {
 pub(super) fn cautions(
     tables: Tables,
     details: &Details,
-    (speed, turn): (&[RobotGain], &[RobotGain]),
+    speed: &[RobotGain],
+    turn: &[RobotGain],
 ) -> Vec<Caution> {
     let mut cautions = Kind {
         file: &tables.speed.file,

@@ -20,7 +20,7 @@ impl Fleet {
             Message::Lease(lease, echoes) => {
                 self.witness_hold(robot, &lease);
                 if self.scenario.controller_only[robot] {
-                    self.witness_lease((robot, echoes[robot]), &lease);
+                    self.witness_lease(robot, echoes[robot], &lease);
                 }
                 self.tell_controller(robot, Event::Lease((*lease).clone()))
             }

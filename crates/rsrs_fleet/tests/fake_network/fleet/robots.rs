@@ -87,7 +87,7 @@ impl Fleet {
         let witness = &mut self.witnesses[robot];
         match message {
             Message::Lease(lease, echoes) => {
-                self.witness_lease((robot, echoes[robot]), &lease);
+                self.witness_lease(robot, echoes[robot], &lease);
                 self.tell_robot(robot, Event::Lease((*lease).clone()))
             }
             Message::ControllerStatus(status, sent) => {
@@ -171,7 +171,7 @@ impl Fleet {
     }
 
     /// A lease arrives, with what its runner has received from the robot last.
-    pub(super) fn witness_lease(&mut self, (robot, echo): (usize, Option<Sent>), lease: &Lease) {
+    pub(super) fn witness_lease(&mut self, robot: usize, echo: Option<Sent>, lease: &Lease) {
         let gate = self.gate(robot);
         // Of two runs of one epoch, the robot belongs to one.
         if gate.epoch() != lease.epoch || gate.run_id() == Some(&lease.run_id) {

@@ -64,7 +64,7 @@ impl TrialOperator for Placing {
                 (Self::Simulator, _)
                 | (Self::Person { before_drives: false }, Trial::Drive { .. }) => Ok(Ready::Go),
                 (Self::Program { program, robots }, _) => {
-                    let wanted = wanted((robot, robots), trial)?;
+                    let wanted = wanted(robot, robots, trial)?;
                     place_command::place(program, &wanted, &TerminalOperator).await?;
                     Ok(Ready::Go)
                 }
