@@ -54,7 +54,8 @@ fn intervals_for_a_fixed_number_of_runs_do_not_bear_to_be_looked_at_all_the_time
 
 #[test]
 fn a_cell_is_settled_wrongly_in_less_than_5_percent_of_the_worst_cases() {
-    // Two phases that are almost as frequent: the harder to tell, the more often one may err.
+    // Two phases that are almost as frequent: the harder to distinguish, the more often one may
+    // err.
     let wrong = (0..500).filter(|sequence| {
         let mut random = generator(1000 + *sequence);
         let mut counts = PhaseCounts::default();

@@ -112,7 +112,7 @@ impl SweptCell {
     }
 }
 
-/// Whether so many errors agree with at most 5 %, as far as this many campaigns can say.
+/// Whether so many errors agree with at most 5 %, as far as this many campaigns can show.
 fn assert_rare(n_false: u64, what: &str) {
     let possible = Interval::clopper_pearson(n_false, N_CAMPAIGNS);
     assert!(possible.low <= SIGNIFICANCE, "{n_false} of {N_CAMPAIGNS} {what}, {possible:?}");
@@ -228,7 +228,7 @@ fn a_violated_cell_sends_back_to_step_1() {
 #[test]
 fn the_cell_of_which_least_is_known_is_run_next_and_the_runs_decide_it() {
     let runs = [
-        // Four more mills would do here, and one more run tells little of the second cell.
+        // Four more mills would do here, and one more run is weak evidence on the second cell.
         CellRuns { cell: cell(0.1), real: counted(8, 0), simulated: counted(900, 100) },
         CellRuns { cell: cell(0.2), real: counted(1, 1), simulated: counted(900, 100) },
     ];

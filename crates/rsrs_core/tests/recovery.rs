@@ -1,4 +1,4 @@
-//! Trials drawn from known populations: intervals cover the truth as often as they say.
+//! Trials drawn from known populations: intervals cover the truth as often as they claim.
 //!
 //! Nominal are 95 %. Of 2000 populations the share has a standard error of 0.5 %, so a share of
 //! 93.5 % or more shows a coverage above 93 %. Exact intervals of counts are conservative and may
@@ -311,7 +311,7 @@ fn sensors(n: u64, sector: impl Fn(&mut Draw) -> Sector) -> SensorCoverage {
         found.hits.count(hit.low, truth.true_positive, hit.high);
         found.alarms.count(alarm.low, truth.false_positive, alarm.high);
         for [x_m, y_m] in &map.polygon_m {
-            // Between the last place inside and the first outside, nobody looked.
+            // Between the last place inside and the first outside, no trial was made.
             assert!(libm::hypot(*x_m, *y_m) <= truth.range_m + GRID_M, "{map:?}");
             let bearing_rad = libm::atan2(*y_m, *x_m).abs();
             // The tip is the robot's own centre, rounded.

@@ -164,7 +164,7 @@ impl Batch {
             let run = |replicate: &u64| RunKey::new(Seed { seed, replicate: *replicate }, digest);
             let runs: Vec<RunKey> = replicates.iter().map(run).collect();
             let in_lanes = if can_run(conditions, duration_s) {
-                // A replicate that cannot be placed is left to the reference, which says which.
+                // A replicate that cannot be placed is left to the reference, which reports it.
                 self.engine_for(runs.len()).judge(conditions, &runs, duration_s).ok().flatten()
             } else {
                 None

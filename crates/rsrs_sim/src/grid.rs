@@ -140,7 +140,7 @@ impl Grid {
             *end = sum;
         }
         self.order.resize(n_robots, 0);
-        // Behind the last robot there is nobody: what is not a number is neither seen nor touched.
+        // Behind the last robot is padding: what is not a number is neither seen nor touched.
         self.x_m.resize(n_robots + BLOCK, f32::NAN);
         self.y_m.resize(n_robots + BLOCK, f32::NAN);
         for (robot, cell) in self.cells.iter().enumerate() {

@@ -2,11 +2,11 @@
 //! trajectories lie in it.
 //!
 //! Simulated robots drive every sequence of commands of the trials, one sequence after the other as
-//! real ones do, each as often as a real robot drove it. Half of them say where simulated robots
-//! can be; the other half say how far from them is far: the region at a time is where no more than
-//! 1 % of simulated robots would be further out. So the region holds 99 % of simulated robots
+//! real ones do, each as often as a real robot drove it. Half of them show where simulated robots
+//! can be; the other half calibrate how far from them is far: the region at a time is where no more
+//! than 1 % of simulated robots would be further out. So the region holds 99 % of simulated robots
 //! whatever its shape (a point, a line, a banana, a ring). As many robots again, which no region was
-//! made from, say how often simulated robots leave it. All keep the gains of one robot through all
+//! made from, show how often simulated robots leave it. All keep the gains of one robot through all
 //! of its trials.
 //!
 //! # Source
@@ -43,7 +43,7 @@ mod regions;
 /// How reach is simulated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReachOptions {
-    /// Simulated robots, 200 or more: half for the region, half to calibrate it. As many again say
+    /// Simulated robots, 200 or more: half for the region, half to calibrate it. As many again show
     /// how often robots leave it.
     pub n_robots: usize,
     /// Share of the simulated robots that each region holds, above 0.5 and below 1.
@@ -141,7 +141,7 @@ type Drives = Vec<Vec<Path>>;
 ///
 /// Regions, coverage and the trials outside. Robots of the simulated population are refused
 /// ([`Validation::is_contained`] is false) with a probability of at most 5 %, because what is
-/// compared is how many trials of how many robots leave, and the simulated robots say how often
+/// compared is how many trials of how many robots leave, and the simulated robots show how often
 /// that happens to them.
 ///
 /// # Errors

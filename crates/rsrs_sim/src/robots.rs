@@ -246,7 +246,7 @@ impl Traits {
     fn draw(conditions: &Conditions, run: RunKey, robot: usize) -> Self {
         let simulated = &conditions.robot;
         let normal = |purpose| run.stream(robot, purpose).truncated_normal();
-        // A robot may be weak, but it does not drive backward when told to drive forward.
+        // A robot may be weak, but it does not drive backward when commanded forward.
         let gain = |distribution: GainDistribution, purpose| {
             let spread = if distribution.robot_sd == 0.0 {
                 0.0

@@ -1,4 +1,4 @@
-//! Three kinds of robot, made up, and the trials that somebody would have written down.
+//! Three kinds of robot, made up, and the trials that a person would have written down.
 
 use std::fmt::Write as _;
 
@@ -254,7 +254,7 @@ struct Straight {
     bias_rad_s: f64,
 }
 
-/// What somebody writes down: duration, lateral distance, heading change.
+/// What a person writes down: duration, lateral distance, heading change.
 struct End {
     duration_s: f64,
     lateral_m: f64,

@@ -205,10 +205,10 @@ impl Help for SweepFileError {
 /// Seeds are below this, so that they fit the signed integers of ROS parameters and YAML tools.
 pub const SEED_LIMIT: u64 = 1 << 63;
 
-/// More cells than this are nobody's intention.
+/// Limit on the number of cells; more are a mistake.
 pub const MOST_CELLS: usize = 1_000_000;
 
-/// More replicates of a cell than this are nobody's intention.
+/// Limit on the replicates of a cell; more are a mistake.
 pub const MOST_REPLICATES: u64 = 1_000_000_000_000;
 
 impl SweepFile {

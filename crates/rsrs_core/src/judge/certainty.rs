@@ -11,7 +11,7 @@ use crate::judge::trajectory::{Bodies, Trajectory};
 pub struct Certainty {
     /// Every boundary of every rule, in the order in which the judge looks.
     pub margins: Vec<Margin>,
-    /// The least change that gives another phase; `None` if no change of what is known does.
+    /// The least change that gives another phase; `None` if no change of an order parameter does.
     pub nearest: Option<Nearest>,
     /// Whether the phase stays the same while every order parameter moves by less than
     /// [`SETTLED`], or by half a boundary that is itself smaller than that.
@@ -85,13 +85,13 @@ pub struct Nearest {
 pub const SETTLED: f64 = 0.05;
 
 impl Certainty {
-    /// Says how sure a verdict is.
+    /// Measures how sure a verdict is.
     ///
     /// # Arguments
     ///
     /// * `trajectory`, `bodies` — what was judged.
-    /// * `verdict` — what [`crate::judge::phase::label_with`] said about them.
-    /// * `thresholds` — those that it said it with.
+    /// * `verdict` — that of [`crate::judge::phase::label_with`] for them.
+    /// * `thresholds` — those of the verdict.
     ///
     /// # Panics
     ///
@@ -200,7 +200,7 @@ fn margins(thresholds: &Thresholds, state: &State, n_robots: usize) -> Vec<Margi
         at_least(stable, Parameter::Orbit, thresholds.stable_orbit),
         at_least(stable, Parameter::Circliness, thresholds.stable_circliness),
         below(stable, Parameter::Blocked, thresholds.stable_blocked),
-        // A stable mill has lost nobody: the boundary is the first robot.
+        // A stable mill has lost no robot: the boundary is the first robot.
         below(stable, Parameter::Lost, 1.0 / n_robots as f64),
         at_least(semi_stable, Parameter::Rotation, thresholds.semi_stable_rotation),
         at_least(semi_stable, Parameter::Orbit, thresholds.semi_stable_orbit),

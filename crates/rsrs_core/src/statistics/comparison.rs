@@ -25,7 +25,7 @@ pub struct CellRuns {
     pub simulated: PhaseCounts,
 }
 
-/// What the runs say about `eq:finalgap`.
+/// The evidence of the runs on `eq:finalgap`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -34,7 +34,7 @@ pub enum Verdict {
     /// Averaged over the runs, reality mills at least as often as the simulator, or less often by at
     /// most the margin.
     Supported,
-    /// The runs do not say yet.
+    /// The runs do not decide yet.
     Undecided,
 }
 
@@ -76,9 +76,9 @@ pub struct CellComparison {
 /// How real runs went beside the simulator's majority, as the paper counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
-    /// Real runs that ended as the simulator said, or equally far from milling.
+    /// Real runs that ended as simulated, or equally far from milling.
     pub same: u64,
-    /// Real runs that came closer to stable milling than the simulator said.
+    /// Real runs that came closer to stable milling than simulated.
     pub easier: u64,
     /// Real runs that came less close.
     pub harder: u64,
@@ -104,7 +104,7 @@ pub struct Comparison {
 /// otherwise.
 pub const MARGIN: f64 = 0.1;
 
-/// How often either verdict may be said wrongly, however often one looks.
+/// Bound on the probability of a wrong verdict of either kind, however often one looks.
 pub const SIGNIFICANCE: f64 = 0.05;
 
 /// More runs than this are not asked for: they decide nothing in a laboratory.
@@ -121,7 +121,7 @@ impl Comparison {
     /// The verdict rests on all runs together. It is `violated` if they would be improbable did real
     /// robots mill at least as often as simulated ones in every cell; then those cells are named that
     /// show it alone, corrected for their number. It is `supported` if they would be improbable did real
-    /// robots, averaged over the runs, mill less often by more than the margin. Either is said wrongly
+    /// robots, averaged over the runs, mill less often by more than the margin. Either is wrong
     /// with a probability of at most [`SIGNIFICANCE`], whatever number of runs one looked at before.
     ///
     /// # Arguments

@@ -1,7 +1,8 @@
 //! All runs of all cells, held against the simulator at once.
 //!
-//! A campaign of one run in each of nine cells says much, though no cell says anything: if nowhere
-//! fewer than 85 % should mill and none of nine does, no correction for many cells may hide it.
+//! A campaign of one run in each of nine cells is strong evidence, though no single cell is: if
+//! nowhere fewer than 85 % should mill and none of nine does, no correction for many cells may hide
+//! it.
 
 use serde::Serialize;
 
@@ -9,7 +10,7 @@ use crate::statistics::beta;
 use crate::statistics::e_value::{CellEvidence, SimulatedShare, log_e_at_least, log_e_less};
 use crate::statistics::share::Share;
 
-/// What all runs say together.
+/// The pooled evidence of all runs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Pooled {
     /// Real runs.
@@ -125,7 +126,7 @@ impl PooledTest {
         log_e_at_least(&evidence)
     }
 
-    /// What the campaign says so far.
+    /// The evidence of the campaign so far.
     ///
     /// # Arguments
     ///

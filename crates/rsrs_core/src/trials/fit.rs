@@ -98,7 +98,7 @@ pub struct Details {
     pub arc: Option<Population>,
     /// With which time constant the turning rate follows its command, if trajectories show it.
     pub yaw_lag: Option<YawLag>,
-    /// Bias, heading noise and gusts, if straight runs say where they ended.
+    /// Bias, heading noise and gusts, if straight runs give their end points.
     pub drift: Option<Drift>,
     /// Noise from step to step, if trajectories show it.
     pub steps: Option<StepNoise>,
@@ -182,7 +182,8 @@ impl Help for FitError {
 /// # Arguments
 ///
 /// * `tables` — what was measured.
-/// * `unmeasured` — what trials cannot say: the body's size, and times if they were not measured.
+/// * `unmeasured` — what trials cannot measure: the body's size, and times if they were not
+///   measured.
 ///
 /// # Errors
 ///

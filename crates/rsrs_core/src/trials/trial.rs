@@ -27,7 +27,7 @@ pub struct Trials<T> {
     pub robots: Vec<String>,
     /// The trials, in the order of the table.
     pub rows: Vec<T>,
-    /// Lines of trials in which commands paused, so that they say nothing of a gain: they are in the
+    /// Lines of trials in which commands paused, so that they give no gain: they are in the
     /// table with a number in `paused_s`, and not among the trials.
     pub paused: Vec<u64>,
 }
@@ -99,7 +99,7 @@ pub struct DetectionTrial {
     pub neighbour: Option<Neighbour>,
     /// Readings taken; 1 or more.
     pub samples: u64,
-    /// Readings that said "detected"; at most `samples`.
+    /// Readings that were detections; at most `samples`.
     pub detections: u64,
 }
 
@@ -146,7 +146,7 @@ pub fn speed_trials(file: &str, text: &str) -> Result<Trials<SpeedTrial>, TrialE
             return Err(row.unit(1, commanded_m_s, "cm/s"));
         }
         let lateral_m = row.optional(4)?;
-        // Nobody ends further beside a line than they drove.
+        // No robot ends further beside a line than it drove.
         if let Some(lateral_m) = lateral_m.filter(|lateral_m| lateral_m.abs() > distance_m + 1.0) {
             return Err(row.unit(4, lateral_m, "mm"));
         }

@@ -1,11 +1,11 @@
-//! A world that somebody moves by hand, outside of any run: played, paused, stepped, touched.
+//! A world that a person moves by hand, outside of any run: played, paused, stepped, touched.
 
 use std::time::Duration;
 
 use super::{Action, Event, Placed, Progress, Run, Simulator, WorldState};
 use crate::experiment::Time;
 
-/// What somebody wants of a world that no run holds.
+/// A request of a person to a world that no run holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hand {
     /// It goes on by the clock on the wall, each robot as its conditions' controller decides.
@@ -62,7 +62,7 @@ impl Simulator {
         }
     }
 
-    /// Whether somebody may move, replace or touch the world: not while a run holds its robots.
+    /// Whether a person may move, replace or touch the world: not while a run holds its robots.
     ///
     /// # Errors
     ///
@@ -104,7 +104,7 @@ impl Simulator {
     }
 }
 
-/// A world in somebody's hand. It is none that a seed leads to, so no run may use it any more.
+/// A world that is moved by hand. It is none that a seed leads to, so no run may use it any more.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ByHand {
     mode: Mode,
@@ -155,7 +155,7 @@ impl ByHand {
         }
     }
 
-    /// Stands; who waits for steps is told that no more are made.
+    /// Stands; a request for steps is answered: no more are made.
     pub fn stand(&mut self, actions: &mut Vec<Action>) {
         if let Mode::Stepping { left } = self.mode {
             actions.push(Action::Stepped { left });

@@ -1,4 +1,4 @@
-//! Lockstep: who must have spoken before the world may step.
+//! Lockstep: which messages must have come before the world may step.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -94,7 +94,7 @@ impl Lockstep {
         now: Duration,
         actions: &mut Vec<Action>,
     ) {
-        // What it waits for is told by the gates; the time does not count twice.
+        // What it waits for shows in the gates; the time does not count twice.
         self.stepped = None;
         let since = *self.frozen_since.get_or_insert(now);
         if now.saturating_sub(since) < LOCKSTEP_GRACE {

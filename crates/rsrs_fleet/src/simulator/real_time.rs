@@ -66,7 +66,7 @@ impl RealTime {
     }
 
     /// Makes one step, however many periods have passed: a burst would move robots faster than
-    /// their commands say.
+    /// their commands.
     fn tick(
         &mut self,
         placed: &Placed,

@@ -23,7 +23,7 @@ pub enum Node {
     Stopper,
     /// A button on the wall: publishes on the e-stop topic all the time.
     Button(usize),
-    /// Somebody who publishes velocity commands beside the controllers.
+    /// A node that publishes velocity commands beside the controllers.
     Stranger,
 }
 
@@ -46,7 +46,7 @@ pub enum Message {
     Clock(u64),
     Command(Command, Option<u64>),
     EStop(Source, bool),
-    /// Somebody ends these locks of the e-stop.
+    /// A release of these locks of the e-stop.
     Release(Rc<BTreeSet<Source>>),
     /// What the e-stop has locked on a robot.
     Locks(Rc<Locks>),
@@ -59,11 +59,11 @@ pub enum Message {
     GetAnswer(Target, u64),
 }
 
-/// Whether whoever sends makes sure that it arrives.
+/// Whether the sender makes sure that it arrives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Delivery {
     BestEffort,
-    /// The same, and never later than it can be late: what says of itself neither when it was said nor
+    /// The same, and never later than it can be late: what contains neither when it was sent nor
     /// in which order comes on topics that are reliable, which hand nothing on twice.
     Once,
     /// Sent again until it arrives, once and in order.

@@ -111,7 +111,7 @@ impl Plane {
         worse.min(measured)
     }
 
-    /// Counts of mills of a cell in so many runs as this plane says, in both worlds.
+    /// Counts of mills of a cell in so many runs drawn from this plane, in both worlds.
     pub fn hits(&self, cell: usize, draw: u64, n: u64) -> [u64; 2] {
         let [worse, measured] = self.shares(cell);
         [(0_u64, worse), (1, measured)].map(|(world, share)| {
@@ -124,7 +124,7 @@ impl Plane {
         })
     }
 
-    /// A sweep of so many replicates as this plane says.
+    /// A sweep of so many replicates drawn from this plane.
     pub fn drawn(&self, draw: u64, replicates: u64) -> Self {
         let mut worlds = self.worlds.clone();
         for cell in 0..worlds[0].cells.len() {

@@ -14,7 +14,7 @@ use super::rows::Rows;
 use super::sense::Body;
 use crate::vector::simd::{Simd, Work};
 
-/// The swarms' past, as far as it is kept, with what the judge needs to know besides.
+/// The swarms' past, as far as it is kept, with what the judge needs besides.
 #[derive(Clone, Copy)]
 pub struct Past<'a, S: Simd> {
     pub simd: S,

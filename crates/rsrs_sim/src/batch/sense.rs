@@ -3,7 +3,7 @@
 //! Each pair is looked at once, for both of its robots. What one sees of the other lies at
 //! `(forward, lateral)`; what the difference of their places is to the other robot has the opposite
 //! sign, and that is exact: `-a + -b` is `-(a + b)` to the bit, save for the sign of zero, which no
-//! comparison below tells apart.
+//! comparison below distinguishes.
 
 use rsrs_core::judge::number::{Mask, Number};
 
@@ -145,7 +145,7 @@ pub struct Found<'a, M> {
 ///
 /// # Returns
 ///
-/// Who of the `SOME` robots from `first` on sees another: nobody after them looks at them again.
+/// Who of the `SOME` robots from `first` on sees another: no later robot looks at them again.
 #[inline(always)]
 pub fn sense<S: Simd, V: LaneView<S>, const SOME: usize>(
     simd: S,

@@ -13,7 +13,7 @@ use crate::vector::simd::{Simd, Work};
 use crate::view::View;
 use crate::world;
 
-/// Replicates of one cell, a lane each. Lanes that nobody needs repeat the last replicate.
+/// Replicates of one cell, a lane each. Spare lanes repeat the last replicate.
 pub struct Swarms<S: Simd> {
     simd: S,
     n_robots: usize,

@@ -28,8 +28,8 @@ impl PositionRegion {
     ///
     /// # Arguments
     ///
-    /// * `cloud` — simulated positions that say where.
-    /// * `calibration` — others that say how far from those.
+    /// * `cloud` — simulated positions that place it.
+    /// * `calibration` — others that calibrate its size.
     /// * `share` — share to be held.
     /// * `tolerance_m` — how far measured positions may be off, in metres.
     pub fn new(mut cloud: Vec<Point>, calibration: &[Point], share: f64, tolerance_m: f64) -> Self {

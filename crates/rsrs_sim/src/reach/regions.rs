@@ -14,7 +14,8 @@ pub struct Regions {
 }
 
 impl Regions {
-    /// Makes the regions of a kind: one half of the robots says where, the other how far.
+    /// Makes the regions of a kind: one half of the robots places them, the other calibrates their
+    /// size.
     pub fn new(
         kind: usize,
         reference: &[Drives],

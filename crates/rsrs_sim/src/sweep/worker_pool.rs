@@ -58,7 +58,7 @@ pub type KeepBlock<'a, E> =
 ///
 /// # Arguments
 ///
-/// * `blocks` — with their numbers, which `keep` is told.
+/// * `blocks` — with their numbers, which `keep` receives.
 /// * `watch` — progress and cancellation.
 /// * `keep` — called once for each finished block, from any thread.
 ///

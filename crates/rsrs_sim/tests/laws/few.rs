@@ -1,4 +1,4 @@
-//! Swarms of nobody, of one and of two.
+//! Swarms of no robot, of one and of two.
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::phase::{JudgeError, Phase};
@@ -15,7 +15,7 @@ fn nobody_has_states_but_no_verdict() {
     for unit in VectorUnit::available() {
         let mut batch = Batch::on(unit).expect("an available unit");
 
-        let digests = batch.digests(&swarm(0), 1, 0..3, 10).expect("nobody fits anywhere");
+        let digests = batch.digests(&swarm(0), 1, 0..3, 10).expect("no robots fit anywhere");
         let error = batch.judge(&swarm(0), 1, 0..3, 60.0).unwrap_err();
 
         assert_eq!(digests.len(), 3);

@@ -1,7 +1,7 @@
 //! States that the world always had, feature by feature: every vector unit and the reference must
 //! pass through them on every machine.
 //!
-//! A digest here changes only when the world does, and then the changelog says so.
+//! A digest here changes only when the world does, and then the changelog lists it.
 
 use rsrs_core::conditions::{Conditions, GainDistribution, Placement, Region, Walls};
 use rsrs_core::digest::Digest;

@@ -9,7 +9,7 @@ use rsrs_sim::batch::Batch;
 
 use crate::example::flockbot_conditions;
 
-/// Robots without noise, each delivering exactly what it is told.
+/// Robots without noise, each executing its commands exactly.
 pub fn perfect_flockbots() -> Conditions {
     let mut conditions = flockbot_conditions();
     let gain = GainDistribution { mean: 1.0, robot_sd: 0.0, step_sd: 0.0 };

@@ -44,7 +44,7 @@ pub struct Candidate {
     /// The cell.
     pub cell: Cell,
     /// Milling replicates of the sweep, in the world of robots made worse. They chose the cell, so
-    /// they flatter it; only a confirmation says how good it is.
+    /// they flatter it; only a confirmation estimates its share without bias.
     pub swept: Share,
     /// Mean over the cell and its neighbours of the share of mills in the world in which they are
     /// rarer.

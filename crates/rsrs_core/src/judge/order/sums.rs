@@ -133,7 +133,7 @@ pub struct Sums<N> {
 /// Sums of one robot.
 #[derive(Clone, Copy)]
 struct RobotSums<N> {
-    /// Samples in which nobody was within reach.
+    /// Samples in which no other robot was within reach.
     alone: N,
     /// Looks at which it was blocked.
     blocked: N,
@@ -189,7 +189,7 @@ impl<N: Number<Scalar = f64>> Sums<N> {
         let orbited_m = self.orbited_m.lane(lane);
         let fatness = self.fatness.lane(lane) / n_samples;
         let tangentness = rounded(self.tangentness.lane(lane) / n_poses);
-        // Whoever is alone has lost everybody, at any reach.
+        // A single robot has lost all others, at any reach.
         let is_decided = bodies.reach_m.is_some() || self.robots.len() == 1;
         let robot_seconds = n_samples * period_s * n_robots;
         Evidence {
@@ -337,7 +337,7 @@ impl<'a, S: Samples> Walk<'a, S> {
         }
     }
 
-    /// Finds out how everybody moves, and the least and the greatest squared distance from the
+    /// Finds out how every robot moves, and the least and the greatest squared distance from the
     /// centroid, in square metres.
     #[inline(always)]
     fn find_motion(&mut self, sample: usize) -> (S::Number, S::Number) {

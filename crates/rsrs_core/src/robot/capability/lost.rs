@@ -1,7 +1,7 @@
 //! Capabilities of which a factor has left next to nothing.
 //!
-//! A simulated robot that sees nothing is nowhere better than the measured one, and says nothing of
-//! it either.
+//! A simulated robot that sees nothing is nowhere better than the measured one, and is no evidence
+//! about it either.
 
 use serde::Serialize;
 
@@ -21,7 +21,7 @@ pub struct LostCapability {
     pub measured: f64,
     /// The simulated robot's; dimensionless.
     pub simulated: f64,
-    /// What the number says.
+    /// What the number means.
     pub meaning: &'static str,
     /// The factor that took it away.
     pub key: &'static str,

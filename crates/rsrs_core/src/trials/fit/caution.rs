@@ -9,7 +9,7 @@ use super::{Details, Tables};
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, thiserror::Error)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Caution {
-    /// One robot says nothing of the next.
+    /// One robot gives no spread between robots.
     #[error("{file}: one robot only, so nothing is known of how robots differ")]
     OneRobot {
         /// The table.

@@ -55,9 +55,9 @@ struct Reach {
 
 /// Draws the contour.
 ///
-/// Between neighbouring places on a ray, and between rays, the edge is where [`crossing`] says. Nothing is claimed beyond the places that were tried, with one exception: where the
-/// nearest of them is at contact, the contour goes on to the robot's centre, because no neighbour
-/// can stand there.
+/// Between neighbouring places on a ray, and between rays, the edge is at [`crossing`]. Nothing is
+/// claimed beyond the places that were tried, with one exception: where the nearest of them is at
+/// contact, the contour goes on to the robot's centre, because no neighbour can stand there.
 ///
 /// # Arguments
 ///

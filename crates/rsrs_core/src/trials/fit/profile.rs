@@ -10,7 +10,7 @@ use crate::robot::profile::{
 };
 use crate::statistics::variance::Estimate;
 
-/// What trials of step 1 cannot say, and what stands in for it.
+/// What trials of step 1 cannot measure, and what stands in for it.
 ///
 /// The default is a Flockbot's body, of which the paper gives the radius only.
 #[derive(Clone, Debug, PartialEq)]
@@ -282,7 +282,7 @@ fn gains(
         .collect();
     let variance: f64 = parts.iter().filter_map(|(_, sd)| *sd).map(|sd| sd.value * sd.value).sum();
     let text = if measured.is_empty() {
-        "assumed to be none: one trial of one robot says nothing of spread".to_owned()
+        "assumed to be none: one trial of one robot gives no spread".to_owned()
     } else {
         format!("{file}: {}, added as variances", measured.join(" and "))
     };
@@ -346,7 +346,7 @@ fn strays(drift: Option<Drift>, steps: Option<StepNoise>, file: &str) -> (Stray,
         None => (None, format!("{file}: no robot drove straight twice")),
     };
     let gust = match drift.gust_sd_m_s {
-        // A zero within the interval: a disturbance that cannot be told from none is none.
+        // A zero within the interval: a disturbance that is not significant is none.
         Some(Estimate { low: Some(0.0), high, .. }) => {
             (None, format!("{file} shows none, at most {} m/s", short(high.unwrap_or_default())))
         }

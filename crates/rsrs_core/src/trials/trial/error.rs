@@ -162,7 +162,7 @@ impl Help for TrialError {
     }
 }
 
-/// The unit in which a column is, as its name says.
+/// The unit of a column, by its name.
 pub(super) fn unit_of(column: &str) -> &'static str {
     for (ending, unit) in [
         ("_rad_s", "rad/s"),
