@@ -106,10 +106,9 @@ impl Commanded {
                 *way_m += if sample + 1 < window.end { speed_m_s * period_s } else { 0.0 };
             }
         }
-        let n_poses = (window.len() * n_robots) as f64;
         Self {
             way_m: ways_m.iter().map(|way_m: &f64| way_m.abs()).sum(),
-            mean_turn_rad: turn_rates_rad_s * period_s / n_poses,
+            mean_turn_rad: turn_rates_rad_s * period_s / (window.len() * n_robots) as f64,
         }
     }
 }
