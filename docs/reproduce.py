@@ -248,7 +248,7 @@ def find_all(program):
         "mean": {kind: mean(kind) for kind in ("same", "easier", "harder")},
         "n_none_harder": sum(it["harder"] == 0 for it in tallies),
         "n_as_paper": sum(it == {"same": 5, "easier": 4, "harder": 0} for it in tallies),
-        "n_violated": len(violated),
+        "n_violated": len(violated) or "none",
         "n_experiments": len(repeated["cells"]),
         "n_runs": repeated["n"] * len(repeated["cells"]),
         "experiments": rows(repeated["cells"]),
