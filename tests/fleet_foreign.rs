@@ -12,7 +12,6 @@ use std::time::{Duration, Instant};
 
 use crate::fleet::{ROBOTS, experiment};
 use crate::processes::{Process, rsrs};
-use crate::support::{PATIENCE, eventually, in_own_network, session};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ATTACHMENT, Backend, ENDING, Ending, EndingKind, ExperimentRecord};
 use rsrs_msgs::geometry_msgs::Twist;
@@ -21,6 +20,7 @@ use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos, Topic};
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
+use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
 
 const OURS: &str = ROBOTS[0];
 const FOREIGN: &str = ROBOTS[1];

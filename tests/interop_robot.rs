@@ -7,13 +7,13 @@ use std::time::Duration;
 use crate::fleet::{ROBOTS, experiment, node};
 use crate::processes::{Process, rsrs};
 use crate::recorded::messages;
-use crate::support::in_own_network;
-use crate::venv::python_with;
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
 use rsrs_msgs::geometry_msgs::{Point, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::std_msgs::Bool;
+use rsrs_testing::network::in_own_network;
+use rsrs_testing::python::python_with;
 
 /// Far longer than anything here takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(90);

@@ -14,7 +14,6 @@ use crate::fleet::{ROBOTS, experiment, node};
 use crate::micro::{Micro, Socket};
 use crate::processes::{Process, is_starved, rsrs};
 use crate::recorded::messages;
-use crate::support::{in_own_network, session};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ATTACHMENT, Backend, ENDING, Ending, EndingKind, ExperimentRecord};
 use rsrs_msgs::geometry_msgs::{PoseStamped, Twist, TwistStamped};
@@ -23,6 +22,7 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{Publisher, Session, Subscription};
+use rsrs_testing::network::{in_own_network, session};
 
 /// The judge looks at a minute, and recording begins and ends in the middle of a period.
 const RUN_S: u64 = 62;

@@ -16,12 +16,12 @@ use std::time::{Duration, Instant};
 use crate::fleet::{ROBOTS, experiment, signal};
 use crate::micro::{Micro, Socket};
 use crate::processes::{Process, is_starved, rsrs};
-use crate::support::{PATIENCE, in_own_network};
 use rsrs_msgs::geometry_msgs::PoseStamped;
 use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::confine;
 use rsrs_ros::session::{Session, SessionOptions};
+use rsrs_testing::network::{PATIENCE, in_own_network};
 
 /// One cut that is longer than the leases of DDS (50 s), and one that is shorter.
 const CUTS_S: &str = "75,20";

@@ -5,12 +5,12 @@ use std::time::{Duration, Instant};
 
 use crate::fleet::{ROBOTS, experiment, node, signal};
 use crate::processes::{Process, confined_rsrs, nodes_of, rsrs};
-use crate::support::{PATIENCE, eventually, in_own_network, session};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
 use rsrs_msgs::rsrs::{Recorded, RobotStatus};
 use rsrs_msgs::topics;
 use rsrs_ros::session::{NodeHandle, Session, Subscription};
+use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 /// So long that no run of a test comes to its end.

@@ -5,7 +5,6 @@ use std::process::{Command, Output};
 use std::time::Duration;
 
 use crate::processes::{Process, rsrs};
-use crate::support::{PATIENCE, eventually, in_own_network, session};
 use rsrs_bags::{Bag, BagOptions, BagWriter, Sample};
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::diagram::axis::Axis;
@@ -18,6 +17,7 @@ use rsrs_msgs::rsrs::RobotStatus;
 use rsrs_msgs::topics;
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::session::EndpointKind;
+use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
 use serde_json::Value;
 use tokio::sync::mpsc::unbounded_channel;
 

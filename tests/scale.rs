@@ -14,13 +14,13 @@ use std::time::Duration;
 
 use crate::fleet::experiment;
 use crate::processes::{Process, is_starved, rsrs};
-use crate::support::{in_own_network, session};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::session::{Publisher, Session};
+use rsrs_testing::network::{in_own_network, session};
 
 const N_ROBOTS: usize = 6;
 /// Discovery grows with the square of the number of participants.

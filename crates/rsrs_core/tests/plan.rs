@@ -1,14 +1,11 @@
 //! Which trials are worth running, and whether they are enough.
 
-#[path = "../examples/make_trials/draw.rs"]
-mod draw;
-
-use draw::Draw;
 use rsrs_core::statistics::variance::Estimate;
 use rsrs_core::trials::plan::{Plan, PlanError, PlanRequest, repetitions_for, samples_for};
 use rsrs_core::trials::trial::{
     arc_trials, detection_trials, period_trials, speed_trials, turn_trials,
 };
+use rsrs_testing::draw::Draw;
 
 fn request() -> PlanRequest {
     let robots = (1..=9).map(|robot| format!("robot_{robot}")).collect();

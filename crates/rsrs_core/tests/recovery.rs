@@ -4,17 +4,14 @@
 //! 93.5 % or more shows a coverage above 93 %. Exact intervals of counts are conservative and may
 //! cover more than 98 %; the others may not.
 
-#[path = "../examples/make_trials/draw.rs"]
-mod draw;
-
 use std::fmt::Write as _;
 
-use draw::Draw;
 use rsrs_core::statistics::variance::Estimate;
 use rsrs_core::trials::fit::{Fit, Rate, SensorMap, Tables, Unmeasured, fit, sensor_map};
 use rsrs_core::trials::trial::{
     DetectionTrial, PeriodTrial, SpeedTrial, Trials, TurnTrial, detection_trials,
 };
+use rsrs_testing::draw::Draw;
 
 const N_POPULATIONS: u64 = 2000;
 

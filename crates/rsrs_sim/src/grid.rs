@@ -252,9 +252,9 @@ fn range(numbers: &[f32]) -> Option<(f32, f32)> {
 mod tests {
     use super::*;
     use crate::draw::{Purpose, RunKey, Seed};
-    use crate::example::flockbot_conditions;
     use rsrs_core::conditions::{Region, SimulatedRobot};
     use rsrs_core::robot::profile::Sees;
+    use rsrs_testing::conditions::flockbot_conditions;
 
     fn regions() -> Vec<Region> {
         let cone = |half_angle_rad, range_m| Region::Cone { half_angle_rad, range_m };

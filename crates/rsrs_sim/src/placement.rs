@@ -235,7 +235,7 @@ fn most_that_fit(radius_m: f64, spacing_m: f64) -> usize {
 mod tests {
     use super::*;
     use crate::draw::Seed;
-    use crate::example::flockbot_conditions;
+    use rsrs_testing::conditions::flockbot_conditions;
 
     fn run(replicate: u64) -> RunKey {
         RunKey::new(Seed { seed: 1, replicate }, 0)

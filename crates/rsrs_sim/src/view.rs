@@ -155,7 +155,7 @@ impl PolygonView {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::example::flockbot_conditions;
+    use rsrs_testing::conditions::flockbot_conditions;
 
     fn robot(region: Region, sees: Sees) -> SimulatedRobot {
         SimulatedRobot { region, sees, ..flockbot_conditions().robot }

@@ -26,7 +26,7 @@ use crate::fleet::{
     Latest, ROBOTS, SEED, World, armed_lease, conditions, controller_status, publisher, set_all,
     start, until_it_listens,
 };
-use crate::support::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
 
 #[test]
 fn tools_step_pause_reset_and_move_a_world_that_no_run_holds() {

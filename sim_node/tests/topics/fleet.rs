@@ -18,7 +18,7 @@ use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Received, Session, Subscription};
 use rsrs_sim::draw::Seed;
 
-use crate::support::{PATIENCE, eventually};
+use rsrs_testing::network::{PATIENCE, eventually};
 
 pub const ROBOTS: [&str; 3] = ["robot_1", "robot_2", "robot_3"];
 pub const SEED: Seed = Seed { seed: 11, replicate: 4 };

@@ -18,7 +18,7 @@ use crate::fleet::{
     Latest, ROBOTS, SEED, World, armed_lease, conditions, controller_status, publisher, start,
     until_it_listens,
 };
-use crate::support::{PATIENCE, in_own_network, session};
+use rsrs_testing::network::{PATIENCE, in_own_network, session};
 
 const STEPS: u64 = 50;
 /// The Flockbot's.

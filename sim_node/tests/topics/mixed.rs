@@ -11,7 +11,7 @@ use rsrs_ros::parameters::ParameterValue;
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
 
 use crate::fleet::{Latest, ROBOTS, World, conditions, publisher, set_all, start};
-use crate::support::{eventually, in_own_network, session};
+use rsrs_testing::network::{eventually, in_own_network, session};
 
 /// The third robot of this world is none of the simulator's.
 const REAL: &str = "real_1";

@@ -17,7 +17,7 @@ use crate::fleet::{
     FORWARD, Latest, ROBOTS, World, armed_lease, conditions, controller_status, publisher, start,
     until_it_listens,
 };
-use crate::support::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
 
 /// Interval of the leases, commands and controllers' statuses.
 const BEAT: Duration = Duration::from_millis(50);

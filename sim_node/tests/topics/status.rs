@@ -5,7 +5,7 @@ use rsrs_msgs::rsrs::RobotStatus;
 use rsrs_msgs::topics;
 
 use crate::fleet::{Latest, World, conditions, set, start};
-use crate::support::{in_own_network, session};
+use rsrs_testing::network::{in_own_network, session};
 
 #[test]
 fn the_status_tells_what_is_placed_and_why_nothing_is() {

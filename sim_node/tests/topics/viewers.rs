@@ -5,7 +5,7 @@ use rsrs_msgs::topics;
 use rsrs_msgs::visualization_msgs::{Marker, MarkerArray};
 
 use crate::fleet::{Latest, ROBOTS, World, conditions, set, start};
-use crate::support::{eventually, in_own_network, session};
+use rsrs_testing::network::{eventually, in_own_network, session};
 
 #[test]
 fn viewers_get_the_frames_and_markers_of_a_world_and_lose_them_with_it() {

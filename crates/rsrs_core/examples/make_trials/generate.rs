@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use rsrs_core::trials::fit::{Tables, Unmeasured, fit};
 use rsrs_core::trials::trial::{detection_trials, period_trials, speed_trials, turn_trials};
 
-use crate::draw::Draw;
+use rsrs_testing::draw::Draw;
 
 /// All files by their path below `launch_configs/profiles/`.
 pub fn files() -> Vec<(String, String)> {

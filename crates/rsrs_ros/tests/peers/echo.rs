@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use crate::peer::{Maker, Peer};
 use crate::sampler::sample;
-use crate::support::{PATIENCE, session};
+use rsrs_testing::network::{PATIENCE, session};
 
 /// Made-up messages for each topic: sequences of several lengths, strings that disturb alignment.
 const N_SAMPLES: u64 = 4;
@@ -166,7 +166,7 @@ async fn echo<M: RosMessage>(
         let (come, _subscription) = listen::<M>(ours, node, plan, qos);
         // As many of the last ones as the topic keeps.
         let kept = wanted.len().min(usize::try_from(qos.depth).expect("it is small"));
-        let came = crate::support::eventually("a late subscriber receives the echo", || {
+        let came = rsrs_testing::network::eventually("a late subscriber receives the echo", || {
             let come = come.lock().expect("nobody panics with it");
             come.len() >= kept && come.is_subset(&wanted)
         });

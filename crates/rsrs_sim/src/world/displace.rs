@@ -38,7 +38,7 @@ impl World {
 #[cfg(test)]
 mod tests {
     use crate::draw::Seed;
-    use crate::example::flockbot_conditions;
+    use rsrs_testing::conditions::flockbot_conditions;
 
     use super::*;
 

@@ -7,7 +7,7 @@ use rsrs_core::conditions::{Conditions, GainDistribution};
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_sim::sweep::{Runs, Swept, Watch, sweep};
 
-use crate::example::{GAIN, flockbot_conditions};
+use rsrs_testing::conditions::{GAIN, flockbot_conditions};
 
 /// A robot's imperfections: standard deviation of both gains, detection, false positives.
 pub struct Imperfection {

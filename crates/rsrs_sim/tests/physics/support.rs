@@ -7,7 +7,7 @@ use rsrs_core::conditions::{Conditions, GainDistribution};
 use rsrs_core::judge::phase::{Phase, Verdict};
 use rsrs_sim::batch::Batch;
 
-use crate::example::flockbot_conditions;
+use rsrs_testing::conditions::flockbot_conditions;
 
 /// Robots without noise, each executing its commands exactly.
 pub fn perfect_flockbots() -> Conditions {

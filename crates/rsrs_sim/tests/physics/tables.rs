@@ -12,8 +12,8 @@ use rsrs_core::judge::phase::{Phase, Thresholds};
 use rsrs_core::robot::profile::Sees;
 use rsrs_core::statistics::interval::Interval;
 
-use crate::example::flockbot_conditions;
 use crate::support::count;
+use rsrs_testing::conditions::flockbot_conditions;
 
 const REPLICATES: u64 = 1000;
 const THEIR_RUNS: u64 = 200;

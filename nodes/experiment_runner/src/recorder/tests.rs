@@ -1,9 +1,5 @@
 //! The recorder over real DDS, in a network of its own.
 
-#[expect(dead_code, reason = "others use all of it")]
-#[path = "../../../../crates/rsrs_ros/tests/support/mod.rs"]
-mod support;
-
 use std::time::Duration;
 
 use rsrs_bags::{Bag, BagSummary};
@@ -12,7 +8,7 @@ use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
-use support::{PATIENCE, in_own_network, session};
+use rsrs_testing::network::{PATIENCE, in_own_network, session};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use tokio::time::MissedTickBehavior;
 
