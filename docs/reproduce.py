@@ -19,11 +19,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 TEMPLATE = ROOT / "docs/REPRODUCTION.template.md"
 PHASES = {
-    "stable_milling": "stable milling",
-    "semi_stable_milling": "semi-stable milling",
-    "unformed": "unformed",
-    "dispersion": "dispersion",
-    "colliding_unstable": "colliding unstable",
+    key: key.replace("semi_", "semi-").replace("_", " ")
+    for key in ("stable_milling", "semi_stable_milling", "unformed", "dispersion", "colliding_unstable")
 }
 REPLICATES = 100
 N_SEEDS = 10
@@ -31,13 +28,8 @@ N_SEEDS = 10
 PLANE = (
     "{speed_m_s: {from: 0.05, to: 0.30, steps: 11}, turn_rate_rad_s: {from: 0.25, to: 2.0, steps: 8}}"
 )
-FIXED = {
-    "speed_m_s": 0.15,
-    "turn_rate_rad_s": 0.75,
-    "robots": 9,
-    "placement_radius_m": 0.825,
-    "arena_m": 15,
-}
+USUAL = {"robots": 9, "placement_radius_m": 0.825, "arena_m": 15}
+FIXED = {"speed_m_s": 0.15, "turn_rate_rad_s": 0.75, **USUAL}
 VARIED = {
     "robots": [3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14],
     "range_m": [0.30, 0.45, 0.60, 0.75, 0.90, 1.20],
@@ -85,15 +77,13 @@ class Program:
         """What a command reports as JSON."""
         command = [self.binaries / "rsrs", *arguments.split()]
         done = subprocess.run(command, cwd=self.folder, stdout=subprocess.PIPE)
-        # 3: done, and the answer is negative.
-        if done.returncode not in (0, 3):
+        if done.returncode not in (0, 3):  # 3: done, and the answer is negative.
             sys.exit(f"rsrs {arguments} ended with {done.returncode}")
         return json.loads(done.stdout) if "--format json" in arguments else None
 
     def sweep(self, name, axes=PLANE, profile="flockbot", fixed=None, duration_s=300, seed=1):
         """The cells of a sweep, as dictionaries of texts."""
-        fixed = fixed or {key: FIXED[key] for key in ("robots", "placement_radius_m", "arena_m")}
-        settings = ", ".join(f"{key}: {value}" for key, value in fixed.items())
+        settings = ", ".join(f"{key}: {value}" for key, value in (fixed or USUAL).items())
         (self.folder / f"{name}.yaml").write_text(
             f"profile: launch_configs/profiles/{profile}.yaml\nharsher: {{}}\naxes: {axes}\n"
             f"fixed: {{{settings}, walls: stop}}\nreplicates: {REPLICATES}\n"
@@ -191,18 +181,22 @@ def find_all(program):
     for axis, values in VARIED.items():
         others = {key: value for key, value in FIXED.items() if key != axis}
         varied[axis] = program.sweep(axis, f"{{{axis}: {values}}}", fixed=others)
-    near, usual, far = (find(varied["placement_radius_m"], placement_radius_m=r) for r in (0.4, 0.825, 2.5))
+    placed = [find(varied["placement_radius_m"], placement_radius_m=r) for r in (0.4, 0.825, 2.5)]
+    near, usual, far = placed
     of_robots = {n: share(find(varied["robots"], robots=n)) for n in (4, 6, 9, 12)}
     collides = lambda cell: share(cell, "colliding_unstable")
     is_lost = share(far) < 0.5 * share(usual)
 
-    n, n_group = n_of(plane, "stable_milling"), n_of(group, "stable_milling")
+    shares = {axis: [f"{share(cell):.2f}" for cell in cells] for axis, cells in varied.items()}
+
+    majorities = {phase: n_of(plane, phase) for phase in PHASES}
+    n, n_group = majorities["stable_milling"], n_of(group, "stable_milling")
     tally, tallies = comparison["tally"], repeated["tallies"]
     mean = lambda kind: sum(it[kind] for it in tallies) / len(tallies)
     robots = {name: hopeless(program, name) for name in HOPELESS}
     found_gains = [f"{gain:.2f}" for gain in floor["gains"]]
     violated = [cell for cell in repeated["cells"] if cell["verdict"] == "violated"]
-    p_value = validation["p_value"]
+    p_value, shortfall = validation["p_value"], comparison["pooled"]["shortfall_at_most"]
     agrees = {
         "gains": agreement(found_gains == ["0.89", "0.86", "0.89", "0.97", "0.97", "0.97"]),
         "reach": agreement(validation["is_contained"]),
@@ -218,9 +212,8 @@ def find_all(program):
     }
     for name, explained in EXPLAINED.items():
         if agrees[name] != explained:
-            print(f"{name}: now {agrees[name]}; its reason in the template is of {explained}", file=sys.stderr)
+            print(f"{name}: {agrees[name]}, and the template gives reasons for {explained}")
     return {
-        **floor["faults"],
         "grip_percent": 100 * floor["faults"]["grip"],
         "jitter_ms": 1000 * floor["faults"]["jitter_s"],
         "floor": floor,
@@ -231,37 +224,32 @@ def find_all(program):
         "n_cells": len(plane),
         "n_milling": n,
         "n_milling_group": n_group,
-        "majorities": ", ".join(f"{n_of(plane, key)} {word}" for key, word in PHASES.items() if n_of(plane, key)),
-        "n": {phase: n_of(plane, phase) for phase in PHASES},
+        "majorities": ", ".join(f"{n} {PHASES[phase]}" for phase, n in majorities.items() if n),
+        "n": majorities,
         "n_dispersing_long": n_of(long, "dispersion"),
         "n_dispersing_group": n_of(group, "dispersion"),
         "unformed_percent": 100 * sum(share(cell, "unformed") for cell in plane) / len(plane),
-        "n_seeds": N_SEEDS,
         "n_recommended": len(recommended),
         "n_papers": n_papers,
         "recommended": ", ".join(sorted({f"({v:g} m/s, {w:g} rad/s)" for v, w in recommended})),
         "b_s_papers": share(find(plane, speed_m_s=0.15, turn_rate_rad_s=0.75)),
         "first": PHASES[repeated["cells"][0]["phase"]],
         "first_mills": repeated["cells"][0]["n_mills"],
-        "repetitions": repeated["n"],
-        "tally": tally,
         "mean": {kind: mean(kind) for kind in ("same", "easier", "harder")},
         "n_none_harder": sum(it["harder"] == 0 for it in tallies),
         "n_as_paper": sum(it == {"same": 5, "easier": 4, "harder": 0} for it in tallies),
         "n_violated": len(violated) or "none",
-        "n_experiments": len(repeated["cells"]),
         "n_runs": repeated["n"] * len(repeated["cells"]),
         "experiments": rows(repeated["cells"]),
-        "repeated_verdict": repeated["verdict"],
+        "repeated": repeated,
         "comparison": comparison,
-        "shortfall_percent": 100 * (1 if comparison["pooled"]["shortfall_at_most"] is None else comparison["pooled"]["shortfall_at_most"]),
+        "shortfall_percent": 100 if shortfall is None else 100 * shortfall,
         "placed": {"near": share(near), "usual": share(usual), "far": share(far)},
         "collide_percent": {"near": 100 * collides(near), "usual": 100 * collides(usual)},
         "robots": {f"of_{n}": value for n, value in of_robots.items()},
-        "collisions": floor["collisions"],
         "choice": choice,
         "choice_percent": {key: 100 * choice[key] for key in ("b_s", "b_s_low", "b_s_high")},
-        "varied": {axis: " | ".join(f"{share(cell):.2f}" for cell in cells) for axis, cells in varied.items()},
+        "varied": {axis: " | ".join(row) for axis, row in shares.items()},
         **robots,
     }
 

@@ -18,8 +18,10 @@ use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::judge::phase::{Phase, label};
 use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::statistics::comparison::{CellRuns, Comparison, Tally};
 use rsrs_core::trials::gain::speed_gain;
 use rsrs_fleet::experiment::{RobotLost, Time};
@@ -246,17 +248,11 @@ fn drive_alone(measured: &RobotProfile) -> anyhow::Result<String> {
         let mut floor = Floor::new(&conditions, Seed { seed: 100 * robot + trial, replicate: 0 })?;
         while floor.time_s() < 10.0 {
             for step in floor.advance() {
-                let (pose, command) = (step.pose, step.command);
-                writeln!(
-                    table,
-                    "{robot},{trial},{:.3},{:.5},{:.5},{:.5},{},{}",
-                    step.time_ns as f64 / 1e9,
-                    pose.x_m,
-                    pose.y_m,
-                    pose.heading_rad,
-                    command.speed_m_s,
-                    command.turn_rate_rad_s
-                )?;
+                let (time_s, Pose { x_m, y_m, heading_rad }) =
+                    (step.time_ns as f64 / 1e9, step.pose);
+                let Command { speed_m_s, turn_rate_rad_s } = step.command;
+                write!(table, "{robot},{trial},{time_s:.3},{x_m:.5},{y_m:.5},{heading_rad:.5},")?;
+                writeln!(table, "{speed_m_s},{turn_rate_rad_s}")?;
             }
         }
     }
