@@ -206,7 +206,7 @@ fn episode(cell: [f64; 4], replicate: u64) -> ExperimentRecord {
     ExperimentRecord {
         run_id: format!("episode_{replicate}"),
         robots: (1..=9).map(|robot| format!("robot_{robot}")).collect(),
-        provenance: Provenance::new(("0.1.0", "unknown"), &flockbot().digest(), &conditions),
+        provenance: Provenance::new("0.1.0", "unknown", &flockbot().digest(), &conditions),
         conditions,
         duration_s: 66.0,
         seed: 11,

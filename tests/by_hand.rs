@@ -11,7 +11,7 @@ use rsrs_msgs::nav_msgs::Odometry;
 
 use crate::fleet::{ROBOTS, experiment, node};
 use crate::processes::{Process, is_starved, rsrs};
-use crate::support::{PATIENCE, in_own_network};
+use rsrs_testing::network::{PATIENCE, in_own_network};
 
 const PAGE: &str = include_str!("../docs/fleet_without_robots.md");
 const PAGES_OF_RCLPY: [&str; 2] =

@@ -40,7 +40,7 @@ fn a_viable_share_is_from_0_to_1() {
 #[test]
 fn no_viable_cell_is_an_answer() {
     let place = workplace(SPEEDS, "true_positive: 0.8");
-    write_sweep(place.path(), "blind.yaml", (SPEEDS, "true_positive: 0.2"));
+    write_sweep(place.path(), "blind.yaml", SPEEDS, "true_positive: 0.2");
     rsrs(place.path(), &["sweep", "blind.yaml", "-o", "blind"]);
 
     let output = rsrs(place.path(), &["choose", "blind"]);
@@ -52,7 +52,7 @@ fn no_viable_cell_is_an_answer() {
 #[test]
 fn of_cells_that_never_mill_made_worse_the_one_that_mills_most_as_measured_is_the_best() {
     let place = workplace(SPEEDS, "true_positive: 0.8");
-    write_sweep(place.path(), "hard.yaml", ("speed_m_s: [0.30]", "range_m: 0.75"));
+    write_sweep(place.path(), "hard.yaml", "speed_m_s: [0.30]", "range_m: 0.75");
     let sweep = std::fs::read_to_string(place.path().join("hard.yaml")).expect("written above");
     let hard = sweep.replace("replicates:", "harsher: {miss_factor: 20}\nreplicates:");
     std::fs::write(place.path().join("hard.yaml"), hard).expect("the folder is writable");

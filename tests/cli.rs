@@ -61,7 +61,7 @@ fn the_same_sweep_is_not_computed_again_and_another_one_is_refused() {
     let before = bytes(&place.path().join("out"), "cells.csv");
 
     let again = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
-    write_sweep(place.path(), "other.yaml", (SPEEDS, "true_positive: 0.9"));
+    write_sweep(place.path(), "other.yaml", SPEEDS, "true_positive: 0.9");
     let other = rsrs(place.path(), &["sweep", "other.yaml", "-o", "out"]);
 
     assert_eq!(code(&again), 0);
@@ -315,7 +315,7 @@ fn pyarrow_reads_a_row_for_each_replicate() {
     let place = workplace();
     let sweep = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
     assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
-    let python = crate::venv::python_with("parquet", &["pyarrow==26.0.1"], &[]);
+    let python = rsrs_testing::python::python_with("parquet", &["pyarrow==26.0.1"], &[]);
     let script = "import sys, pyarrow.parquet, pyarrow.compute as compute\n\
                   table = pyarrow.parquet.read_table(sys.argv[1])\n\
                   table.validate(full=True)\n\
@@ -325,7 +325,7 @@ fn pyarrow_reads_a_row_for_each_replicate() {
                   print(table.num_rows, table['seed'].unique().to_pylist(), milling.num_rows)\n\
                   print(table.column_names)";
 
-    let printed = crate::venv::must_run(
+    let printed = rsrs_testing::python::must_run(
         Command::new(python).args(["-c", script]).arg(place.path().join("out/replicates.parquet")),
     );
 

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::processes::{Process, rsrs};
-use crate::venv::{must_run, python_with};
 use rsrs_ros::confine;
+use rsrs_testing::python::{must_run, python_with};
 use serde::Deserialize;
 use serde_json::Value;
 

@@ -12,7 +12,6 @@ use std::time::{Duration, Instant};
 
 use crate::fleet::{ROBOTS, experiment};
 use crate::processes::{Process, rsrs};
-use crate::support::{PATIENCE, eventually, in_own_network, session};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ATTACHMENT, Backend, ENDING, Ending, EndingKind, ExperimentRecord};
 use rsrs_msgs::geometry_msgs::Twist;
@@ -21,6 +20,7 @@ use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos, Topic};
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
+use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
 
 const OURS: &str = ROBOTS[0];
 const FOREIGN: &str = ROBOTS[1];
@@ -75,8 +75,8 @@ impl Bases {
             poses: [pose(OURS), pose(FOREIGN)],
             is_dead: Arc::default(),
             _commands: [
-                obey(session, &node, (0, OURS, topics::HARDWARE_CMD_VEL_UNSTAMPED), &wheels),
-                obey(session, &node, (1, FOREIGN, topics::CMD_VEL_UNSTAMPED), &wheels),
+                obey(session, &node, 0, OURS, topics::HARDWARE_CMD_VEL_UNSTAMPED, &wheels),
+                obey(session, &node, 1, FOREIGN, topics::CMD_VEL_UNSTAMPED, &wheels),
             ],
             wheels,
         }
@@ -106,7 +106,9 @@ impl Bases {
 fn obey(
     session: &Session,
     node: &NodeHandle,
-    (robot, name, topic): (usize, &str, Topic),
+    robot: usize,
+    name: &str,
+    topic: Topic,
     wheels: &Wheels,
 ) -> Subscription {
     let wheels = wheels.clone();

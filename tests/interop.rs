@@ -8,9 +8,9 @@ use std::time::Duration;
 
 use crate::fleet::{ROBOTS, experiment, node, signal};
 use crate::processes::{Process, confined_rsrs, rsrs};
-use crate::support::in_own_network;
-use crate::venv::{must_run, python_with};
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
+use rsrs_testing::network::in_own_network;
+use rsrs_testing::python::{must_run, python_with};
 use serde::Deserialize;
 use serde_json::{Value, json};
 

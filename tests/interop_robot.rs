@@ -7,13 +7,13 @@ use std::time::Duration;
 use crate::fleet::{ROBOTS, experiment, node};
 use crate::processes::{Process, rsrs};
 use crate::recorded::messages;
-use crate::support::in_own_network;
-use crate::venv::python_with;
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
 use rsrs_msgs::geometry_msgs::{Point, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::std_msgs::Bool;
+use rsrs_testing::network::in_own_network;
+use rsrs_testing::python::python_with;
 
 /// Far longer than anything here takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(90);
@@ -190,9 +190,9 @@ fn takes_part(python: &Path, how: (&[(&str, &str)], &str)) {
 
 /// It sensed, was commanded as it sensed, and went where it was told.
 fn check_robot(bag: &Bag, robot: &str) {
-    let detections = messages::<Bool>(bag, (robot, "detection"));
-    let commands = messages::<TwistStamped>(bag, (robot, "cmd_vel"));
-    let poses = messages::<Odometry>(bag, (robot, "odom"));
+    let detections = messages::<Bool>(bag, robot, "detection");
+    let commands = messages::<TwistStamped>(bag, robot, "cmd_vel");
+    let poses = messages::<Odometry>(bag, robot, "odom");
 
     // One in 130 ms, 7.7 in a second; of odometry, at least as many.
     let at_least = usize::try_from(RUN_S * 6).expect("the run is short");
@@ -296,7 +296,7 @@ fn rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_na
                 let n = topics.iter().find(|it| it.name == name).map_or(0, |it| it.n_messages);
                 assert!(n >= at_least, "{n} messages on {name}");
             }
-            let poses = messages::<Odometry>(&bag, (robot, "odom"));
+            let poses = messages::<Odometry>(&bag, robot, "odom");
             let ends = [&poses[0], &poses[poses.len() - 1]].map(|it| it.pose.pose.position);
             assert!(distance_m(&ends[0], &ends[1]) > 0.05, "{robot} has not moved");
         }

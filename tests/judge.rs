@@ -68,12 +68,12 @@ fn episode(conditions: &Conditions, replicate: u64) -> Trajectory {
 }
 
 /// The phase of an episode, whether it is settled, and whether the tracker leaves its label as it is.
-fn seen_by(tracker: Tracker, (folder, index): (&Path, usize)) -> (Phase, bool, bool) {
+fn seen_by(tracker: Tracker, folder: &Path, index: usize) -> (Phase, bool, bool) {
     let conditions = conditions(CELLS[index % CELLS.len()]);
     let episode = episode(&conditions, (index / CELLS.len()) as u64);
     let bodies = conditions.bodies();
     let verdict = label(&episode, &bodies).expect("it is long enough");
-    let certainty = Certainty::of((&episode, &bodies), &verdict, &Thresholds::default());
+    let certainty = Certainty::of(&episode, &bodies, &verdict, &Thresholds::default());
     let bag = folder.join(index.to_string());
     tracker.record(&bag, &episode, index as u64);
     let opened = Bag::open(&bag).expect("it is a bag");
@@ -101,7 +101,7 @@ fn a_tracker_leaves_at_least_98_of_100_settled_labels_as_they_are() {
                     let Some(index) = next.lock().expect("no panic").next() else { return };
                     // Trackers and cells must not go round in step.
                     let tracker = Tracker::ALL[index / CELLS.len() % Tracker::ALL.len()];
-                    let (phase, is_settled, is_same) = seen_by(tracker, (folder.path(), index));
+                    let (phase, is_settled, is_same) = seen_by(tracker, folder.path(), index);
                     *phases.lock().expect("no panic").entry(phase).or_default() += 1;
                     let mut tallies = tallies.lock().expect("no panic");
                     tallies.entry(tracker).or_default().add((is_settled, is_same));

@@ -19,7 +19,6 @@ use std::time::{Duration, Instant};
 use crate::fleet::{ROBOTS, experiment, node, signal};
 use crate::micro::{Micro, Socket};
 use crate::processes::{Process, rsrs};
-use crate::support::{PATIENCE, in_own_network, session};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use rsrs_bags::Bag;
@@ -28,6 +27,7 @@ use rsrs_msgs::geometry_msgs::PoseStamped;
 use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::Publisher;
+use rsrs_testing::network::{PATIENCE, in_own_network, session};
 
 const KILLS: u64 = 20;
 /// Each kind of process once.

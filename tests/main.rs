@@ -38,13 +38,9 @@ mod resume;
 mod scale;
 mod starts;
 mod stopping;
-#[path = "../crates/rsrs_ros/tests/support/mod.rs"]
-mod support;
 mod swept_cells;
 mod terminal;
 mod tidy;
-#[path = "../msgs/tests/venv/mod.rs"]
-mod venv;
 mod work;
 mod worlds;
 mod written_files;

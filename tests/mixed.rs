@@ -14,7 +14,6 @@ use crate::fleet::{ROBOTS, experiment, node};
 use crate::micro::{Micro, Socket};
 use crate::processes::{Process, is_starved, rsrs};
 use crate::recorded::messages;
-use crate::support::{in_own_network, session};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ATTACHMENT, Backend, ENDING, Ending, EndingKind, ExperimentRecord};
 use rsrs_msgs::geometry_msgs::{PoseStamped, Twist, TwistStamped};
@@ -23,6 +22,7 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{Publisher, Session, Subscription};
+use rsrs_testing::network::{in_own_network, session};
 
 /// The judge looks at a minute, and recording begins and ends in the middle of a period.
 const RUN_S: u64 = 62;
@@ -242,24 +242,24 @@ fn check_bag(bag: &Path) {
     for robot in &ROBOTS[..N_ROBOTS] {
         // One detection and one command in 130 ms, 7.7 in a second.
         let at_least = usize::try_from(RUN_S * 6).expect("the run is short");
-        let n_detections = messages::<Bool>(&bag, (robot, "detection")).len();
-        let commands = messages::<TwistStamped>(&bag, (robot, "cmd_vel"));
+        let n_detections = messages::<Bool>(&bag, robot, "detection").len();
+        let commands = messages::<TwistStamped>(&bag, robot, "cmd_vel");
         let n_moving = commands.iter().filter(|command| command.twist.linear.x > 0.0).count();
         assert!(n_detections >= at_least && n_moving >= at_least, "{robot}: {n_moving} commands");
 
         // Of every robot, from the tracker or in its stead, in the tracker's frame.
-        let poses = messages::<PoseStamped>(&bag, (robot, "pose"));
+        let poses = messages::<PoseStamped>(&bag, robot, "pose");
         assert!(poses.iter().all(|pose| pose.header.frame_id == FRAME), "{robot}");
         let path_m: f64 = poses.windows(2).map(|pair| distance_m(&pair[0], &pair[1])).sum();
         // Whoever runs into another stands for a while.
         assert!((0.3..1.1).contains(&(path_m / expected_m)), "{robot} went {path_m:.2} m");
     }
     for robot in &ROBOTS[..N_REAL] {
-        let given = messages::<Bool>(&bag, (robot, "virtual_detection"));
+        let given = messages::<Bool>(&bag, robot, "virtual_detection");
         let n_seen = given.iter().filter(|seen| seen.data).count();
         assert!(n_seen > 0, "{robot} was told {} times that it sees nobody", given.len());
     }
-    let gated = messages::<Twist>(&bag, (ROBOTS[0], "hardware/cmd_vel"));
+    let gated = messages::<Twist>(&bag, ROBOTS[0], "hardware/cmd_vel");
     assert!(gated.iter().any(|twist| twist.linear.x > 0.0), "gated commands were asked for");
 }
 

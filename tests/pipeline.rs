@@ -4,7 +4,6 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use crate::support::{PATIENCE, eventually, in_own_network, session};
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::robot::harsher::HarsherFactors;
@@ -16,6 +15,7 @@ use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::episode_digests;
+use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 const ROBOTS: [&str; 9] = [

@@ -5,12 +5,12 @@ use std::time::{Duration, Instant};
 
 use crate::fleet::{ROBOTS, experiment, node, signal};
 use crate::processes::{Process, confined_rsrs, nodes_of, rsrs};
-use crate::support::{PATIENCE, eventually, in_own_network, session};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
 use rsrs_msgs::rsrs::{Recorded, RobotStatus};
 use rsrs_msgs::topics;
 use rsrs_ros::session::{NodeHandle, Session, Subscription};
+use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 /// So long that no run of a test comes to its end.
@@ -183,7 +183,7 @@ async fn killed_runner() {
     let witness_node = session.node("/", "witness").expect("the name is allowed");
     let (received, mut statuses) = unbounded_channel();
     let (to_steps, mut steps) = unbounded_channel();
-    let subscriptions = witness(&session, &witness_node, (&received, &to_steps));
+    let subscriptions = witness(&session, &witness_node, &received, &to_steps);
     let bag = folder.path().join("bag");
     let runner = start_runner(&experiment, &bag);
     let mut states = [RobotStatus::IDLE; ROBOTS.len()];
@@ -220,7 +220,8 @@ type Statuses = (usize, RobotStatus);
 fn witness(
     session: &Session,
     node: &NodeHandle,
-    (statuses, steps): (&UnboundedSender<Statuses>, &UnboundedSender<u64>),
+    statuses: &UnboundedSender<Statuses>,
+    steps: &UnboundedSender<u64>,
 ) -> Vec<Subscription> {
     let topic = topics::STATUS;
     let mut subscriptions: Vec<Subscription> = ROBOTS

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::processes::{Process, rsrs};
-use crate::support::{in_own_network, in_own_network_with, session};
 use rsrs_bags::Bag;
 use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_experiment_runner::{RunReport, run};
@@ -12,6 +11,7 @@ use rsrs_fleet::record::{Backend, EndingKind};
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rsrs_ros::interfaces::LOOPBACK;
 use rsrs_ros::session::{RawPublisher, Session, SessionOptions};
+use rsrs_testing::network::{in_own_network, in_own_network_with, session};
 
 const ROBOTS: &str = "robot_1,robot_2,robot_3";
 const BATTERY: &str = "lab_msgs/msg/Battery";

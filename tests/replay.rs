@@ -5,7 +5,6 @@ use std::process::{Command, Output};
 use std::time::Duration;
 
 use crate::processes::{Process, rsrs};
-use crate::support::{PATIENCE, eventually, in_own_network, session};
 use rsrs_bags::{Bag, BagOptions, BagWriter, Sample};
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::diagram::axis::Axis;
@@ -18,6 +17,7 @@ use rsrs_msgs::rsrs::RobotStatus;
 use rsrs_msgs::topics;
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::session::EndpointKind;
+use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
 use serde_json::Value;
 use tokio::sync::mpsc::unbounded_channel;
 
@@ -37,7 +37,7 @@ fn bag(folder: &Path, name: &str, duration_s: f64) -> PathBuf {
     let record = ExperimentRecord {
         run_id: name.to_owned(),
         robots: vec!["robot_1".to_owned(), "robot_2".to_owned()],
-        provenance: Provenance::new(("0.1.0", "unknown"), &profile.digest(), &conditions),
+        provenance: Provenance::new("0.1.0", "unknown", &profile.digest(), &conditions),
         conditions,
         duration_s,
         seed: 3,

@@ -178,7 +178,7 @@ fn another_sweep_is_refused_with_the_first_difference_and_the_folder_left_alone(
             "fixed.range_m is not given there, and 1.0 here",
         ),
     ] {
-        place.change("sweep.yaml", "other.yaml", (from, to));
+        place.change("sweep.yaml", "other.yaml", from, to);
 
         let other = place.rsrs(&["sweep", "other.yaml", "-o", "out"]);
 
@@ -329,9 +329,9 @@ fn memory_does_not_grow_with_the_number_of_replicates() {
     let place = Place::with_sweep(2000);
     let peak_kilobytes = |replicates: u64| {
         let sweep = format!("replicates: {replicates}");
-        place.change("sweep.yaml", "two.yaml", ("replicates: 2000", &sweep));
-        place.change("two.yaml", "two.yaml", ("robots: 9", "robots: 2"));
-        place.change("two.yaml", "two.yaml", ("[0.25, 0.75]", "[0.75]"));
+        place.change("sweep.yaml", "two.yaml", "replicates: 2000", &sweep);
+        place.change("two.yaml", "two.yaml", "robots: 9", "robots: 2");
+        place.change("two.yaml", "two.yaml", "[0.25, 0.75]", "[0.75]");
         let script = "import resource, subprocess, sys\n\
                       subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL)\n\
                       print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)";

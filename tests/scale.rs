@@ -14,13 +14,13 @@ use std::time::Duration;
 
 use crate::fleet::experiment;
 use crate::processes::{Process, is_starved, rsrs};
-use crate::support::{in_own_network, session};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::session::{Publisher, Session};
+use rsrs_testing::network::{in_own_network, session};
 
 const N_ROBOTS: usize = 6;
 /// Discovery grows with the square of the number of participants.
@@ -45,7 +45,8 @@ fn n_robots() -> usize {
 /// * `driver` — of all robots, as a fleet file names it.
 /// * `changes` — to the shipped experiment.
 fn fleet_of(
-    (n_robots, driver): (usize, &str),
+    n_robots: usize,
+    driver: &str,
     duration_s: u64,
     changes: &[(&str, &str)],
     folder: &Path,
@@ -136,7 +137,7 @@ fn many_robot_processes_on_one_machine_start_match_and_run_an_experiment() {
             // More processes than cores: a robot that gets no processor for half a second stops.
             ("robot_lost: abort", "robot_lost: note"),
         ];
-        let (experiment, names) = fleet_of((n_robots(), "ros"), RUN_S, &changes, folder.path());
+        let (experiment, names) = fleet_of(n_robots(), "ros", RUN_S, &changes, folder.path());
         let session = session();
         let base = Base::new(&session, &names);
         let bag = folder.path().join("bag");
@@ -202,7 +203,7 @@ async fn run(experiment: PathBuf, bag: PathBuf) {
 #[test]
 fn a_hundred_robots_are_found_set_and_driven() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let (experiment, names) = fleet_of((100, "virtual"), LOCKSTEP_S, &[], folder.path());
+    let (experiment, names) = fleet_of(100, "virtual", LOCKSTEP_S, &[], folder.path());
     let bag = folder.path().join("bag");
 
     let mut command = rsrs();

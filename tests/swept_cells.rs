@@ -201,7 +201,7 @@ fn a_cell_with_a_capability_is_run_with_robots_that_have_it_or_not_at_all() {
 #[test]
 fn a_choice_of_another_sweep_over_the_same_cells_is_refused() {
     let place = chosen();
-    write_sweep(place.path(), "other.yaml", (SPEEDS, "true_positive: 0.9"));
+    write_sweep(place.path(), "other.yaml", SPEEDS, "true_positive: 0.9");
     let other = rsrs(place.path(), &["sweep", "other.yaml", "-o", "other"]);
     assert_eq!(code(&other), 0, "{}", stderr(&other));
     let choice = place.path().join("out/choice.json");
@@ -237,7 +237,7 @@ fn a_choice_of_another_sweep_over_the_same_cells_is_refused() {
 }
 
 /// One replicate of a sweep as a bag.
-fn episode(folder: &Path, (sweep, bag): (&str, &str)) {
+fn episode(folder: &Path, sweep: &str, bag: &str) {
     let cell = "speed_m_s=0.15,turn_rate_rad_s=0.75";
     let output = rsrs(folder, &["episode", sweep, "--cell", cell, "--replicate", "0", "-o", bag]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
@@ -253,9 +253,9 @@ fn a_sweep_is_not_compared_with_its_own_replicates() {
         let folder = format!("seed_{seed}");
         let output = rsrs(place.path(), &["sweep", "other.yaml", "-o", &folder]);
         assert_eq!(code(&output), 0, "{}", stderr(&output));
-        episode(place.path(), (&folder, &format!("of_{seed}")));
+        episode(place.path(), &folder, &format!("of_{seed}"));
     }
-    episode(place.path(), ("out", "own"));
+    episode(place.path(), "out", "own");
     let compare = |bags: &[&str]| -> Output {
         rsrs(place.path(), &[&["compare", "out", "--bags"], bags].concat())
     };

@@ -87,7 +87,7 @@ fn main() -> Outcome {
         (Content::SwarmAndCamera, Compression::Zstd),
         (Content::SwarmAndCamera, Compression::Lz4),
     ] {
-        one_kind(&folder, (content, compression), megabytes * 1_000_000)?;
+        one_kind(&folder, content, compression, megabytes * 1_000_000)?;
     }
     Ok(())
 }
@@ -170,11 +170,7 @@ fn small_messages(folder: &Path) -> Outcome {
     Ok(())
 }
 
-fn one_kind(
-    folder: &Path,
-    (content, compression): (Content, Compression),
-    n_bytes: u64,
-) -> Outcome {
+fn one_kind(folder: &Path, content: Content, compression: Compression, n_bytes: u64) -> Outcome {
     let path = fresh(&folder.join("run"))?;
     let kind = match content {
         Content::Swarm => "swarm",
@@ -183,7 +179,7 @@ fn one_kind(
         Content::SwarmAndCamera => "swarm and camera",
     };
     let name = format!("{kind}, {compression:?}");
-    let content_bytes = write_bag(&path, (content, compression), n_bytes)?;
+    let content_bytes = write_bag(&path, content, compression, n_bytes)?;
     let disk_bytes = fs::metadata(path.join("run_0.mcap"))?.len();
     for step in Step::ALL {
         let child = Command::new(env::current_exe()?).arg(folder).arg(step.name()).output()?;
@@ -210,7 +206,8 @@ fn one_kind(
 /// The bytes in it before compression.
 fn write_bag(
     path: &Path,
-    (content, compression): (Content, Compression),
+    content: Content,
+    compression: Compression,
     n_bytes: u64,
 ) -> Result<u64, Box<dyn std::error::Error>> {
     let packing = Packing { compression, ..Packing::default() };

@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
+use rsrs_core::help::Help;
 use rsrs_msgs::schema;
 
 pub use rsrs_msgs::schema::TypeName;
@@ -58,13 +59,13 @@ pub enum DefinitionError {
     Io { path: PathBuf, source: std::io::Error },
 }
 
-impl DefinitionError {
-    /// What to do about it, where there is something.
-    pub fn help(&self) -> Option<&'static str> {
+impl Help for DefinitionError {
+    fn help(&self) -> Option<String> {
         match self {
             Self::NotFound { .. } => Some(
                 "name the folder that holds the package: a workspace, its src or install folder, \
-                 or a prefix such as /opt/ros/jazzy",
+                 or a prefix such as /opt/ros/jazzy"
+                    .to_owned(),
             ),
             Self::TypeName { .. } | Self::Syntax { .. } | Self::Io { .. } => None,
         }
@@ -108,7 +109,7 @@ impl Definitions {
         let mut read = BTreeMap::new();
         self.read(&root, None, &mut read)?;
         let text_of = |known: &TypeName| read[known].as_str();
-        let text = schema::with_dependencies((&read[&root], &root.package), &text_of);
+        let text = schema::with_dependencies(&read[&root], &root.package, &text_of);
         let type_hash = schema::rihs01(&root, &read);
         Ok(Definition { type_name: type_name.to_owned(), text, type_hash })
     }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use mcap::McapError;
 use rsrs_core::document::DocumentError;
+use rsrs_core::help::Help;
 
 /// Why a bag could not be written or read.
 #[expect(missing_docs, reason = "fields are what the message names")]
@@ -65,46 +66,44 @@ pub enum BagError {
     Incomplete { path: PathBuf, n_messages: u64, last_log_time_ns: Option<u64>, source: McapError },
 }
 
-impl BagError {
-    /// What to do about it, where there is something.
-    pub fn help(&self) -> Option<&'static str> {
-        match self {
-            Self::Exists { .. } => Some("choose another folder, or move this one away"),
+impl Help for BagError {
+    fn help(&self) -> Option<String> {
+        let help = match self {
+            Self::Exists { .. } => "choose another folder, or move this one away",
             Self::NoFiles { .. } => {
-                Some("give the folder that holds metadata.yaml, or the .mcap file itself")
+                "give the folder that holds metadata.yaml, or the .mcap file itself"
             }
-            Self::Sqlite { .. } => Some(
+            Self::Sqlite { .. } => {
                 "convert it: `echo 'output_bags: [{uri: BAG_mcap, storage_id: mcap, all: true}]' \
-                 > convert.yaml && ros2 bag convert -i BAG -o convert.yaml`",
-            ),
-            Self::Incomplete { .. } => {
-                Some("what was recorded before the break can be used as it is")
+                 > convert.yaml && ros2 bag convert -i BAG -o convert.yaml`"
             }
-            Self::Full { .. } => Some("close it and raise the limit, or record into another one"),
-            Self::Empty { .. } => Some(
-                "nothing was recorded: the recorder ended before it wrote anything, or has just begun",
-            ),
-            Self::NotMcap { .. } => Some(
+            Self::Incomplete { .. } => "what was recorded before the break can be used as it is",
+            Self::Full { .. } => "close it and raise the limit, or record into another one",
+            Self::Empty { .. } => {
+                "nothing was recorded: the recorder ended before it wrote anything, or has just begun"
+            }
+            Self::NotMcap { .. } => {
                 "give a bag of ROS 2: a folder as `ros2 bag record --storage mcap` makes it, or a \
-                 .mcap file",
-            ),
-            Self::Profile { .. } => {
-                Some("convert it into a bag of ROS 2 first: that of ROS 1 by `rosbags-convert`")
+                 .mcap file"
             }
-            Self::Metadata { .. } => Some(
+            Self::Profile { .. } => {
+                "convert it into a bag of ROS 2 first: that of ROS 1 by `rosbags-convert`"
+            }
+            Self::Metadata { .. } => {
                 "mend it or move it away: bags are read without it, too, and `rsrs bag recover BAG` \
-                 writes it anew",
-            ),
-            Self::NothingSaved { .. } => Some("nothing was recorded, or the damage took all of it"),
+                 writes it anew"
+            }
+            Self::NothingSaved { .. } => "nothing was recorded, or the damage took all of it",
             Self::Io { source, .. } if source.kind() == ErrorKind::NotFound => {
-                Some("give the folder that holds metadata.yaml, or the .mcap file itself")
+                "give the folder that holds metadata.yaml, or the .mcap file itself"
             }
             Self::NoName { .. }
             | Self::Io { .. }
             | Self::Write { .. }
             | Self::UnknownType { .. }
-            | Self::DuplicateTopic { .. } => None,
-        }
+            | Self::DuplicateTopic { .. } => return None,
+        };
+        Some(help.to_owned())
     }
 }
 

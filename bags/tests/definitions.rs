@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rsrs_bags::definitions::{DefinitionError, Definitions};
+use rsrs_core::help::Help;
 
 fn temporary() -> tempfile::TempDir {
     tempfile::tempdir().expect("there is room for a temporary folder")

@@ -1,8 +1,6 @@
 //! Bags that another writer made, with all the options there are.
 
 mod recording;
-#[path = "../../msgs/tests/venv/mod.rs"]
-mod venv;
 
 use std::fs;
 use std::path::Path;
@@ -10,6 +8,8 @@ use std::process::Command;
 
 use recording::damage::{bag_of, chunks, file_of};
 use rsrs_bags::{Bag, BagError, BagMessage, Compression, OfferedQos, recover_into};
+use rsrs_core::help::Help;
+use rsrs_testing::python;
 
 fn messages(bag: &Bag) -> Vec<BagMessage> {
     bag.messages().collect::<Result<_, _>>().expect("the bag is whole")
@@ -18,9 +18,9 @@ fn messages(bag: &Bag) -> Vec<BagMessage> {
 /// The bags of `foreign.py`, in a folder of this test's own.
 fn foreign_bags() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("there is room for a temporary folder");
-    let python = venv::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let python = python::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign.py");
-    venv::must_run(Command::new(python).arg(script).arg(folder.path()));
+    python::must_run(Command::new(python).arg(script).arg(folder.path()));
     folder
 }
 
@@ -131,7 +131,7 @@ fn bags_in_sqlite_are_refused_with_the_line_that_converts_them() {
 
 /// What `rosbags` and `mcap` count in a bag, checksums and table of contents compared on the way.
 fn counted_by_others(folder: &Path) -> Vec<u64> {
-    let python = venv::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let python = python::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
     let script = "
 import json, sys
 from pathlib import Path
@@ -158,7 +158,7 @@ with file.open('rb') as stream:
     counts.append(sum(1 for _ in reader.iter_decoded_messages()))
 print(json.dumps(counts))
 ";
-    let printed = venv::must_run(Command::new(python).args(["-c", script]).arg(folder));
+    let printed = python::must_run(Command::new(python).args(["-c", script]).arg(folder));
     serde_json::from_str(&printed).expect("the script answers in JSON")
 }
 

@@ -1,8 +1,6 @@
 //! Bags that are split or compressed in other ways, and topics of types that are not ours.
 
 mod recording;
-#[path = "../../msgs/tests/venv/mod.rs"]
-mod venv;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,6 +12,7 @@ use recording::{PERIOD_NS, Recording};
 use rsrs_bags::definitions::{Definition, Definitions};
 use rsrs_bags::{Bag, BagError, BagOptions, BagWriter, Compression, Packing, Sample};
 use rsrs_msgs::topics::Qos;
+use rsrs_testing::python;
 
 fn recorded(path: &Path, packing: Packing, n_steps: u64) -> Vec<String> {
     let custom_data = BTreeMap::from([("run_id".to_owned(), "7".to_owned())]);
@@ -29,7 +28,7 @@ fn recorded(path: &Path, packing: Packing, n_steps: u64) -> Vec<String> {
 
 /// What `rosbags` counts in a bag, by topic.
 fn counted_by_rosbags(path: &Path) -> BTreeMap<String, u64> {
-    let python = venv::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let python = python::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
     let script = "
 import json, sys
 from collections import Counter
@@ -42,13 +41,13 @@ with AnyReader([Path(sys.argv[1])]) as reader:
         counts[connection.topic] += 1
 print(json.dumps(counts))
 ";
-    let printed = venv::must_run(Command::new(python).args(["-c", script]).arg(path));
+    let printed = python::must_run(Command::new(python).args(["-c", script]).arg(path));
     serde_json::from_str(&printed).expect("the script answers in JSON")
 }
 
 /// The hash that `rosbags` gives a type by its definition in a bag.
 fn hash_by_rosbags(path: &Path, type_name: &str) -> String {
-    let python = venv::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let python = python::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
     let script = "
 import sys
 from pathlib import Path
@@ -57,7 +56,7 @@ with AnyReader([Path(sys.argv[1])]) as reader:
     print(reader.typestore.hash_rihs01(sys.argv[2]))
 ";
     let mut command = Command::new(python);
-    let printed = venv::must_run(command.args(["-c", script]).arg(path).arg(type_name));
+    let printed = python::must_run(command.args(["-c", script]).arg(path).arg(type_name));
     printed.trim().to_owned()
 }
 

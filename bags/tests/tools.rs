@@ -2,8 +2,6 @@
 //! `mcap-ros2-support`.
 
 mod recording;
-#[path = "../../msgs/tests/venv/mod.rs"]
-mod venv;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -30,6 +28,7 @@ use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rsrs_msgs::visualization_msgs::{Marker, MarkerArray, MeshFile, UVCoordinate};
 use rsrs_msgs::{RosMessage, cdr, schema};
+use rsrs_testing::python;
 use serde::Deserialize;
 
 /// What a tool found in a bag.
@@ -59,9 +58,9 @@ struct Report {
 }
 
 fn inspect(bag: &Path) -> Report {
-    let python = venv::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let python = python::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tools.py");
-    let printed = venv::must_run(Command::new(python).arg(script).arg(bag));
+    let printed = python::must_run(Command::new(python).arg(script).arg(bag));
     serde_json::from_str(&printed).expect("the script answers in JSON")
 }
 

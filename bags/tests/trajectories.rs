@@ -9,6 +9,7 @@ use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{
     PoseSource, TrajectoryError, TrajectoryOptions, WindowSource, read_trajectory,
 };
+use rsrs_core::help::Help;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{PoseStamped, TransformStamped};
 use rsrs_msgs::rsrs::RunLease;

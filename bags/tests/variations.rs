@@ -189,13 +189,13 @@ fn file(way: Way, content: Content) -> Vec<u8> {
         besides.push((name, attached, noted));
     }
     file.put(0x0f, &[vec![0; 4]]);
-    summary(&mut file, content, (&chunk_index, &besides));
+    summary(&mut file, content, &chunk_index, &besides);
     file.bytes
 }
 
 type Besides = (String, (u64, u64), (u64, u64));
 
-fn summary(file: &mut File, content: Content, (chunk, besides): (&[Vec<u8>], &[Besides])) {
+fn summary(file: &mut File, content: Content, chunk: &[Vec<u8>], besides: &[Besides]) {
     let (way, n_messages) = (file.way, content.n_messages);
     let summary_at = file.bytes.len() as u64;
     let mut groups: Vec<(u8, Vec<Vec<u8>>)> = Vec::new();

@@ -1,8 +1,5 @@
 //! Whole bags as every release of rosbag2 that has MCAP lays them out, from Galactic to Lyrical.
 
-#[path = "../../msgs/tests/venv/mod.rs"]
-mod venv;
-
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs::{self, File};
@@ -14,6 +11,7 @@ use std::process::Command;
 use mcap::WriteOptions;
 use mcap::records::{MessageHeader, Metadata};
 use rsrs_bags::{Bag, OfferedQos, recover_into};
+use rsrs_testing::python;
 
 const TYPE: &str = "std_msgs/msg/String";
 /// Of that type, as its definition in the distributions gives it.
@@ -307,7 +305,7 @@ fn bags_of_every_version_are_those_that_another_reader_reads() {
     for kind in Kind::all() {
         kind.record(folder.path());
     }
-    let python = venv::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let python = python::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
     let script = "
 import json, sys
 from pathlib import Path
@@ -319,7 +317,7 @@ for path in sorted(Path(sys.argv[1]).iterdir()):
 print(json.dumps(bags))
 ";
 
-    let printed = venv::must_run(Command::new(python).args(["-c", script]).arg(folder.path()));
+    let printed = python::must_run(Command::new(python).args(["-c", script]).arg(folder.path()));
 
     let bags: BTreeMap<String, Vec<(u64, Vec<u8>)>> = serde_json::from_str(&printed).unwrap();
     assert_eq!(bags.len(), Kind::all().len());

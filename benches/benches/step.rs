@@ -54,7 +54,7 @@ fn batch(bencher: Bencher<'_, '_>, unit: VectorUnit, robots: usize, n_steps: u64
     let lanes = batch.lanes() as u64;
     bencher
         .counter(ItemsCount::new(lanes * n_steps * robots as u64))
-        .bench_local(|| batch.step_only(&conditions, (1, 0..lanes), n_steps).expect("they fit"));
+        .bench_local(|| batch.step_only(&conditions, 1, 0..lanes, n_steps).expect("they fit"));
 }
 
 macro_rules! sizes {

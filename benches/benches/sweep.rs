@@ -70,7 +70,7 @@ mod diagram {
         let replicates = 2 * batch.lanes() as u64;
         bencher.counter(items(replicates)).bench_local(|| {
             for conditions in &cells {
-                black_box(batch.judge(conditions, (1, 0..replicates), 300.0).expect("they fit"));
+                black_box(batch.judge(conditions, 1, 0..replicates, 300.0).expect("they fit"));
             }
         });
     }

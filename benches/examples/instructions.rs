@@ -31,9 +31,9 @@ fn main() {
     let n_steps = conditions.steps(duration_s);
     let start = Instant::now();
     if part == "judge" {
-        batch.judge(&conditions, (1, 0..replicates), duration_s).expect("long enough");
+        batch.judge(&conditions, 1, 0..replicates, duration_s).expect("long enough");
     } else {
-        batch.step_only(&conditions, (1, 0..replicates), n_steps).expect("they fit");
+        batch.step_only(&conditions, 1, 0..replicates, n_steps).expect("they fit");
     }
     let agent_steps = replicates * n_steps * 9;
     let rate = agent_steps as f64 / start.elapsed().as_secs_f64() / 1e6;

@@ -30,10 +30,10 @@ fn main() {
         let replicates = 4800;
         let agent_steps = replicates * STEPS * 9;
         report(&format!("batch on {unit:?}, steps only"), 9, agent_steps, || {
-            batch.step_only(&nine, (1, 0..replicates), STEPS).expect("the robots fit");
+            batch.step_only(&nine, 1, 0..replicates, STEPS).expect("the robots fit");
         });
         report(&format!("batch on {unit:?}, judged"), 9, agent_steps, || {
-            black_box(batch.judge(&nine, (1, 0..replicates), 300.0).expect("fit and long enough"));
+            black_box(batch.judge(&nine, 1, 0..replicates, 300.0).expect("fit and long enough"));
         });
     }
     let many = flockbots(1000);

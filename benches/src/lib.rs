@@ -5,12 +5,10 @@
 //! so the item rate is agent-steps per second on one core. Compare within one run only: the same
 //! program differs by a factor of two between machines and between minutes.
 
-#[path = "../../crates/rsrs_sim/src/example.rs"]
-mod example;
 pub mod plain;
 
-use example::flockbot_conditions;
 use rsrs_core::conditions::{Arena, Conditions, Placement, Walls};
+use rsrs_testing::conditions::flockbot_conditions;
 
 /// Steps of a run of 300 s.
 pub const STEPS: u64 = 2307;

@@ -39,7 +39,7 @@ pub fn schema_text(type_name: &str) -> Option<String> {
     let package = type_name.split('/').next()?;
     // A test closes the table under dependencies.
     let text_of = |known: &TypeName| own_text(&known.to_string()).unwrap_or_default();
-    Some(with_dependencies((own_text(type_name)?, package), &text_of))
+    Some(with_dependencies(own_text(type_name)?, package, &text_of))
 }
 
 /// The definition of a type alone; `None` for a type that this crate does not define.
@@ -79,16 +79,18 @@ fn find(type_name: &str) -> Option<&'static Definition> {
 ///
 /// If [`dependencies`] refuses one of the definitions.
 pub fn with_dependencies<'a>(
-    (text, package): (&str, &str),
+    text: &str,
+    package: &str,
     text_of: &dyn Fn(&TypeName) -> &'a str,
 ) -> String {
     let mut joined = text.to_owned();
-    append_dependencies((text, package), text_of, &mut Vec::new(), &mut joined);
+    append_dependencies(text, package, text_of, &mut Vec::new(), &mut joined);
     joined
 }
 
 fn append_dependencies<'a>(
-    (text, package): (&str, &str),
+    text: &str,
+    package: &str,
     text_of: &dyn Fn(&TypeName) -> &'a str,
     seen: &mut Vec<TypeName>,
     joined: &mut String,
@@ -103,7 +105,7 @@ fn append_dependencies<'a>(
             joined.push_str(part);
         }
         seen.push(dependency.clone());
-        append_dependencies((own, package), text_of, seen, joined);
+        append_dependencies(own, package, text_of, seen, joined);
     }
 }
 

@@ -10,7 +10,6 @@
     reason = "made-up numbers are bits of a draw, and which bits does not matter"
 )]
 mod sampler;
-mod venv;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -31,6 +30,7 @@ use rsrs_msgs::{
     schema, sensor_msgs, simulation_interfaces as simulation, std_msgs, tf2_msgs,
     visualization_msgs,
 };
+use rsrs_testing::python;
 use serde::{Deserialize, Serialize};
 
 /// Enough for every sequence to be empty once and every string to have every length.
@@ -202,13 +202,13 @@ fn simulation_cases() -> Vec<Case> {
 
 fn ask(question: &Question) -> Answer {
     let python =
-        venv::python_with("messages", &["rosbags==0.11.9"], &["ros-rcl-interfaces==2.0.3"]);
+        python::python_with("messages", &["rosbags==0.11.9"], &["ros-rcl-interfaces==2.0.3"]);
     let folder = tempfile::tempdir().expect("there is room for a temporary folder");
     let file = folder.path().join("question.json");
     std::fs::write(&file, serde_json::to_string(question).expect("a question is plain data"))
         .expect("the temporary folder is writable");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/oracle.py");
-    let printed = venv::must_run(Command::new(python).arg(script).arg(&file));
+    let printed = python::must_run(Command::new(python).arg(script).arg(&file));
     serde_json::from_str(&printed).expect("the script answers in JSON")
 }
 

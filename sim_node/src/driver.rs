@@ -167,7 +167,7 @@ impl<'a> Simulation<'a> {
         let robots = options
             .robots
             .iter()
-            .map(|name| VirtualRobot::new(session, &node, (name, gates)))
+            .map(|name| VirtualRobot::new(session, &node, name, gates))
             .collect::<anyhow::Result<Vec<_>>>()?;
         let (digest, status) = (topics::WORLD_DIGEST, topics::SIMULATOR_STATUS);
         // The receiver is gone only while the node shuts down.
@@ -281,9 +281,9 @@ impl<'a> Simulation<'a> {
                 }
             },
             Input::EStop(message) => self.all_robots(&e_stop_event(message)).await,
-            Input::Controller(index, status) => self.receive_controller((index, status), now).await,
+            Input::Controller(index, status) => self.receive_controller(index, status, now).await,
             Input::Command { robot, stamp_ns, twist } => {
-                self.command((robot, stamp_ns), &twist).await
+                self.command(robot, stamp_ns, &twist).await
             }
             Input::Recorded(step) => self.advance(Event::Recorded { step }).await,
             Input::Parameters => self.place().await,
@@ -306,7 +306,8 @@ impl<'a> Simulation<'a> {
 
     async fn receive_controller(
         &mut self,
-        (index, message): (usize, RobotStatus),
+        index: usize,
+        message: RobotStatus,
         now: Duration,
     ) -> anyhow::Result<()> {
         let robot = &mut self.robots[index];
@@ -329,7 +330,8 @@ impl<'a> Simulation<'a> {
 
     async fn command(
         &mut self,
-        (robot, stamp_ns): (usize, Option<u64>),
+        robot: usize,
+        stamp_ns: Option<u64>,
         twist: &Twist,
     ) -> anyhow::Result<()> {
         match wire::command(twist) {

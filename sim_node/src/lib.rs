@@ -25,9 +25,6 @@ use anyhow::Context;
 use rsrs_ros::node_arguments::{AFTER_HELP, NodeArguments, NodeFlags, has_helped, split};
 use rsrs_ros::ros_args::{Environment, TopicRules};
 
-/// Its node, whose topics are found by name.
-const NODES: (&[&str], TopicRules) = (&[NODE], TopicRules::Refused);
-
 /// Is the world behind the topics of a fleet, in lockstep or in real time.
 #[derive(clap::Parser)]
 #[command(name = "sim_node", max_term_width = 100, after_help = AFTER_HELP)]
@@ -52,7 +49,7 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
     }
     let environment = Environment::of_this_process();
     let (Flags { node }, ros) = split(arguments, &environment)?;
-    let options = NodeArguments::new((node, ros), &environment, NODES)?;
+    let options = NodeArguments::new(node, ros, &environment, &[NODE], TopicRules::Refused)?;
     options.ros.start_logging(options.log_level);
     tokio::runtime::Builder::new_current_thread()
         .enable_all()

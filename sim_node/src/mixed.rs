@@ -137,7 +137,8 @@ impl RealRobots {
     pub fn follow(
         session: &Session,
         node: &NodeHandle,
-        (names, by): (&[String], TrackedBy),
+        names: &[String],
+        by: TrackedBy,
         received: &UnboundedSender<Input>,
     ) -> anyhow::Result<Self> {
         let mut all = Self::default();

@@ -62,7 +62,8 @@ impl VirtualRobot {
     pub fn new(
         session: &Session,
         node: &NodeHandle,
-        (name, gates): (&str, Gates),
+        name: &str,
+        gates: Gates,
     ) -> anyhow::Result<Self> {
         let node = node.clone();
         let (odom, status) = (topics::ODOM, topics::STATUS);

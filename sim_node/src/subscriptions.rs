@@ -79,8 +79,8 @@ impl Subscriptions {
         let mut commands = Vec::new();
         for (index, robot) in robots.iter().enumerate() {
             let [stamped, _] = robot.command_topics();
-            commands.push(listen_to_commands(session, (index, robot), stamped, &received)?);
-            others.push(listen_to_controller(session, (index, robot), &received)?);
+            commands.push(listen_to_commands(session, index, robot, stamped, &received)?);
+            others.push(listen_to_controller(session, index, robot, &received)?);
         }
         let to_stop = received.clone();
         let e_stop = move |message| drop(to_stop.send(Input::EStop(message)));
@@ -118,7 +118,7 @@ impl Subscriptions {
             let wanted = if is_unstamped { unstamped } else { stamped };
             if self.commands[index].topic != wanted {
                 self.commands[index] =
-                    listen_to_commands(session, (index, robot), wanted, &self.received)?;
+                    listen_to_commands(session, index, robot, wanted, &self.received)?;
             }
         }
         Ok(())
@@ -147,7 +147,8 @@ fn listen(
 
 fn listen_to_controller(
     session: &Session,
-    (index, robot): (usize, &VirtualRobot),
+    index: usize,
+    robot: &VirtualRobot,
     received: &UnboundedSender<Input>,
 ) -> anyhow::Result<Subscription> {
     let (received, topic) = (received.clone(), topics::CONTROLLER_STATUS);
@@ -159,7 +160,8 @@ fn listen_to_controller(
 
 fn listen_to_commands(
     session: &Session,
-    (index, robot): (usize, &VirtualRobot),
+    index: usize,
+    robot: &VirtualRobot,
     topic: Topic,
     received: &UnboundedSender<Input>,
 ) -> anyhow::Result<Commands> {

@@ -34,7 +34,8 @@ impl VirtualPosePublisher {
     pub fn new(
         session: &Session,
         node: &NodeHandle,
-        (ours, period): (&[String], Duration),
+        ours: &[String],
+        period: Duration,
     ) -> anyhow::Result<Self> {
         let topic = topics::POSE;
         let publishers = ours

@@ -206,7 +206,7 @@ const CASES: [Case; 11] = [
 ];
 
 /// Refuses in its own words, with one line on what to do, and nothing else.
-fn assert_refuses(here: &Path, arguments: &[&str], (reason, help): (&str, &str)) {
+fn assert_refuses(here: &Path, arguments: &[&str], reason: &str, help: &str) {
     let output = rsrs(here, arguments);
     let (printed, what) = (stderr(&output), arguments.join(" "));
     assert_eq!(code(&output), 1, "{what}: {printed}");
@@ -234,7 +234,7 @@ fn every_command_says_what_is_wrong_with_a_bag_and_what_to_do_about_it() {
 
         if let Some(reason) = unreadable {
             for arguments in [&info[..], &recover, &compare, &fed, judged[0], judged[1]] {
-                assert_refuses(here, arguments, (reason, help));
+                assert_refuses(here, arguments, reason, help);
             }
             assert!(!here.join(&into).exists(), "{bag}: nothing half-made is left");
             continue;
@@ -245,16 +245,16 @@ fn every_command_says_what_is_wrong_with_a_bag_and_what_to_do_about_it() {
         }
         if let Some(reason) = unjudged {
             for arguments in [judged[0], judged[1], &compare] {
-                assert_refuses(here, arguments, (reason, help));
+                assert_refuses(here, arguments, reason, help);
             }
         }
         if let Some(reason) = not_compared {
-            assert_refuses(here, &compare, (reason, help));
+            assert_refuses(here, &compare, reason, help);
             let of_others = "label.json is of 9 robots, and five has 5";
-            assert_refuses(here, judged[1], (of_others, "name its own one with `--recorded FILE`"));
+            assert_refuses(here, judged[1], of_others, "name its own one with `--recorded FILE`");
         }
         let controller = "no robot has both detections and commands";
-        assert_refuses(here, &fed, (controller, "record /<robot>/detection and /<robot>/cmd_vel"));
+        assert_refuses(here, &fed, controller, "record /<robot>/detection and /<robot>/cmd_vel");
     }
 }
 
@@ -282,7 +282,7 @@ fn a_table_of_contents_that_makes_no_sense_is_named_by_line_and_written_anew() {
     for arguments in
         [&["label", "yaml"][..], &["bag", "info", "yaml"], &["compare", "out", "--bags", "yaml"]]
     {
-        assert_refuses(here, arguments, ("yaml/metadata.yaml:1:30: expected mapping start", help));
+        assert_refuses(here, arguments, "yaml/metadata.yaml:1:30: expected mapping start", help);
     }
     let recover = rsrs(here, &["bag", "recover", "yaml"]);
     let label = rsrs(here, &["label", "yaml_recovered"]);
@@ -305,7 +305,7 @@ fn labels_that_were_spoilt_by_hand_stop_every_command_before_it_writes() {
         &["compare", "out", "--bags", "edited"],
     ] {
         let reason = "edited/labels.yaml:1:10: unknown variant `milling`";
-        assert_refuses(here, arguments, (reason, "the phases are: stable_milling, "));
+        assert_refuses(here, arguments, reason, "the phases are: stable_milling, ");
     }
 
     assert!(!here.join("edited_recovered").exists());
@@ -325,10 +325,8 @@ fn a_bag_that_is_still_written_is_not_taken_for_a_whole_one() {
     assert_refuses(
         here,
         &["compare", "out", "--bags", "writing"],
-        (
-            so_far,
-            "wait until it is recorded; if nobody records it any more, save what can be saved",
-        ),
+        so_far,
+        "wait until it is recorded; if nobody records it any more, save what can be saved",
     );
     writing.finish().expect("the disk has room");
     let whole = rsrs(here, &["label", "writing", "--format", "json"]);

@@ -11,7 +11,7 @@ use serde_json::Value;
 use super::{episode, place};
 use crate::cells::CELLS;
 use crate::command::{code, json, rsrs, stderr};
-use crate::venv::{must_run, python_with};
+use rsrs_testing::python::{must_run, python_with};
 
 const FLOCKBOT: &str = include_str!("../../launch_configs/profiles/flockbot.yaml");
 

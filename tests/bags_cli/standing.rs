@@ -33,7 +33,7 @@ fn record(neighbour: Option<(f64, f64)>) -> ExperimentRecord {
     ExperimentRecord {
         run_id: "trial".to_owned(),
         robots: vec!["robot_1".to_owned()],
-        provenance: Provenance::new(("0.1.0", "unknown"), &profile.digest(), &conditions),
+        provenance: Provenance::new("0.1.0", "unknown", &profile.digest(), &conditions),
         conditions,
         duration_s: 14.0,
         seed: 1,

@@ -21,8 +21,8 @@ use serde_json::Value;
 
 use super::{PATIENCE, manifest, wait_for, write};
 use crate::processes::{Process, rsrs};
-use crate::support::{in_own_network, session};
 use crate::terminal::Terminal;
+use rsrs_testing::network::{in_own_network, session};
 
 const ROBOTS: [&str; 3] = ["robot_1", "robot_2", "robot_3"];
 const EXPERIMENTS: [&str; 3] = ["001_short", "002_short", "003_short"];

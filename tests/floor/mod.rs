@@ -128,7 +128,7 @@ impl Run {
         ExperimentRecord {
             run_id: name.to_owned(),
             robots: (1..=self.robots).map(|robot| format!("robot_{robot}")).collect(),
-            provenance: Provenance::new(("0.1.0", "unknown"), &flockbot().digest(), &conditions),
+            provenance: Provenance::new("0.1.0", "unknown", &flockbot().digest(), &conditions),
             conditions,
             duration_s: self.duration_s,
             seed: self.seed,

@@ -145,13 +145,13 @@ fn write(folder: &Path, episode: &Trajectory, messages: &[Message]) {
     let lease = topics::LEASE;
     let lease = writer.add_topic(lease.name, lease.type_name, lease.qos).expect("it is new");
     let end_ns = nanoseconds(episode.duration_s());
-    put(&mut writer, (lease, 0), &state(RunLease::RUNNING));
+    put(&mut writer, lease, 0, &state(RunLease::RUNNING));
     for (time_ns, channel, data) in messages {
         let (log_time_ns, publish_time_ns) = (*time_ns, *time_ns);
         let sample = Sample { log_time_ns, publish_time_ns, sequence: 0, data };
         writer.write(channels[*channel], sample).expect("the disk has room");
     }
-    put(&mut writer, (lease, end_ns), &state(RunLease::STOPPED));
+    put(&mut writer, lease, end_ns, &state(RunLease::STOPPED));
     writer.finish().expect("the disk has room");
 }
 
@@ -159,7 +159,7 @@ fn state(state: u8) -> Vec<u8> {
     cdr::encode(&RunLease { state, epoch: 1, ..RunLease::default() })
 }
 
-fn put(writer: &mut BagWriter, (channel, time_ns): (ChannelId, u64), data: &[u8]) {
+fn put(writer: &mut BagWriter, channel: ChannelId, time_ns: u64, data: &[u8]) {
     let sample = Sample { log_time_ns: time_ns, publish_time_ns: time_ns, sequence: 0, data };
     writer.write(channel, sample).expect("the disk has room");
 }

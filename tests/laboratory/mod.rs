@@ -13,12 +13,12 @@ pub fn workplace(axis: &str, fixed: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let profile = repository().join("launch_configs/profiles/flockbot.yaml");
     std::fs::copy(profile, folder.path().join("flockbot.yaml")).expect("the profile is there");
-    write_sweep(folder.path(), "sweep.yaml", (axis, fixed));
+    write_sweep(folder.path(), "sweep.yaml", axis, fixed);
     folder
 }
 
 /// A sweep over one axis and two turning rates, with something fixed.
-pub fn write_sweep(folder: &Path, name: &str, (axis, fixed): (&str, &str)) {
+pub fn write_sweep(folder: &Path, name: &str, axis: &str, fixed: &str) {
     let sweep = format!(
         "profile: flockbot.yaml\n\
          axes:\n  {axis}\n  turn_rate_rad_s: [0.25, 0.75]\n\

@@ -4,7 +4,7 @@ use rsrs_bags::Bag;
 use rsrs_msgs::{RosMessage, cdr};
 
 /// All messages of a robot's topic.
-pub fn messages<M: RosMessage>(bag: &Bag, (robot, topic): (&str, &str)) -> Vec<M> {
+pub fn messages<M: RosMessage>(bag: &Bag, robot: &str, topic: &str) -> Vec<M> {
     let name = format!("/{robot}/{topic}");
     bag.messages_on([name])
         .map(|message| {

@@ -60,7 +60,7 @@ fn a_shard_that_was_killed_goes_on_and_does_no_other_ones_work() {
 #[test]
 fn what_is_missing_damaged_or_of_another_sweep_is_not_merged() {
     let place = shared();
-    place.change("sweep.yaml", "other.yaml", ("seed: 7", "seed: 8"));
+    place.change("sweep.yaml", "other.yaml", "seed: 7", "seed: 8");
     let other = place.rsrs(&["sweep", "other.yaml", "-o", "other", "--shard", "2/2"]);
     assert_eq!(code(&other), 0, "{}", stderr(&other));
 

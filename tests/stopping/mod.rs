@@ -18,7 +18,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::fleet::{ROBOTS, experiment, node, signal};
 use crate::processes::{Process, rsrs};
-use crate::support::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
 
 /// A robot stands at once when it receives the e-stop; the rest is for the status to arrive on a busy
 /// machine.

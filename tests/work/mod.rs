@@ -108,7 +108,7 @@ impl Place {
     }
 
     /// Copies a sweep file with something else in it.
-    pub fn change(&self, from: &str, to: &str, (old, new): (&str, &str)) {
+    pub fn change(&self, from: &str, to: &str, old: &str, new: &str) {
         let text = std::fs::read_to_string(self.path(from)).expect("the sweep was written");
         assert!(text.contains(old), "no `{old}` in {text}");
         std::fs::write(self.path(to), text.replace(old, new)).expect("the folder is writable");

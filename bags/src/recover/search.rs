@@ -46,7 +46,7 @@ pub fn next_record(bytes: &mut Bytes, from: u64, sink: &Sink, layout: Layout) ->
             let is_sought = layout == Layout::Loose || !records::may_be_in_chunks(opcode);
             if is_sought
                 && is_candidate(opcode, length, bytes.len() - place)
-                && is_record(bytes, place, (opcode, length), sink)?
+                && is_record(bytes, place, opcode, length, sink)?
             {
                 return Ok(place);
             }
@@ -88,12 +88,7 @@ fn is_candidate(opcode: u8, length: u64, available: u64) -> bool {
     }
 }
 
-fn is_record(
-    bytes: &mut Bytes,
-    at: u64,
-    (opcode, length): (u8, u64),
-    sink: &Sink,
-) -> io::Result<bool> {
+fn is_record(bytes: &mut Bytes, at: u64, opcode: u8, length: u64, sink: &Sink) -> io::Result<bool> {
     let body_at = at + HEAD_BYTES as u64;
     if opcode == op::CHUNK {
         let start = bytes.read(body_at, sound::MAX_CHUNK_HEAD_BYTES)?;

@@ -1,5 +1,7 @@
 //! Why a bag gives no trajectory.
 
+use rsrs_core::help::Help;
+
 use crate::{BagError, Damage};
 
 use super::PoseSource;
@@ -107,10 +109,9 @@ pub enum TrajectoryError {
     Clocks { robot: String, by_s: f64 },
 }
 
-impl TrajectoryError {
-    /// What to do about it, where there is something.
-    pub fn help(&self) -> Option<&'static str> {
-        Some(match self {
+impl Help for TrajectoryError {
+    fn help(&self) -> Option<String> {
+        let help = match self {
             Self::Bag(error) => return error.help(),
             Self::NoMessages { .. } => {
                 "record it again: the recorder must run in the network of the robots, while they do"
@@ -159,7 +160,8 @@ impl TrajectoryError {
             Self::Unnamed { .. } => {
                 "let the tracker name its robots, or take another source with `--poses`"
             }
-        })
+        };
+        Some(help.to_owned())
     }
 }
 

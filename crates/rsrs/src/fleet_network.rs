@@ -4,7 +4,7 @@ use rsrs_ros::ros_args::{Environment, RosArgs};
 use rsrs_ros::session::SessionOptions;
 
 use crate::notes::print_note;
-use rsrs_pipeline::error::with_help;
+use rsrs_pipeline::error::helped;
 
 /// The network that a person has chosen, by `--interface` or the environment.
 ///
@@ -17,9 +17,7 @@ use rsrs_pipeline::error::with_help;
 pub fn chosen_network(interface: Option<&str>) -> anyhow::Result<SessionOptions> {
     let environment = Environment::of_this_process();
     let (mut ros, _) = RosArgs::parse(&[], &environment)?;
-    let network = ros
-        .network(interface, &environment)
-        .map_err(|error| with_help(error.to_string(), error.help()))?;
+    let network = ros.network(interface, &environment).map_err(helped)?;
     for note in &ros.notes {
         print_note(&note.to_string());
     }

@@ -124,7 +124,7 @@ pub struct SimulatedRobot {
     pub speed_gain: GainDistribution,
     /// Gain of the turning rate, `θᵃ₂`.
     pub turn_gain: GainDistribution,
-    /// Standard deviation between robots of a turning rate nobody asked for, in radians per second.
+    /// Standard deviation between robots of a constant turning-rate bias, in radians per second.
     pub turn_bias_sd_rad_s: f64,
     /// Standard deviation of the heading's random change per step, in radians.
     pub heading_noise_sd_rad: f64,
@@ -222,7 +222,7 @@ impl Conditions {
         (duration_s / self.period_s + 1e-9).floor() as u64
     }
 
-    /// What the judge must know of the robots.
+    /// Properties of the robots that the judge needs.
     pub fn bodies(&self) -> Bodies {
         Bodies::seen_by(&self.robot.region, self.robot.sees, self.robot.radius_m)
     }

@@ -5,6 +5,8 @@ use std::fmt;
 
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, IgnoredAny, MapAccess, Visitor};
 
+use crate::help::Help;
+
 /// Why a document was refused, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}:{column}: {problem}")]
@@ -32,7 +34,7 @@ pub enum Problem {
         /// All valid keys at this place.
         expected: Vec<String>,
     },
-    /// Keys without which the document says too little; all of them.
+    /// All required keys.
     #[error("{}", missing(keys))]
     Missing {
         /// The keys, in the order in which the document's kind has them.
@@ -56,9 +58,8 @@ fn suggestion(nearest: Option<&str>, expected: &[String]) -> String {
     }
 }
 
-impl DocumentError {
-    /// What to do next.
-    pub fn help(&self) -> Option<String> {
+impl Help for DocumentError {
+    fn help(&self) -> Option<String> {
         match &self.problem {
             Problem::UnknownKey { expected, .. } => {
                 Some(format!("the keys here are: {}", expected.join(", ")))
@@ -253,17 +254,17 @@ mod tests {
     #[test]
     fn all_missing_keys_are_named_at_once_and_other_mistakes_before_them() {
         let keys = ["duration_s", "replicates"];
-        let told = |text: &str| parse_with::<Sweep>("sweep.yaml", text, &keys).unwrap_err();
+        let refused = |text: &str| parse_with::<Sweep>("sweep.yaml", text, &keys).unwrap_err();
 
-        let nothing = told("{}");
+        let nothing = refused("{}");
         assert!(
             nothing.to_string().ends_with("missing fields `duration_s`, `replicates`"),
             "{nothing}"
         );
         assert_eq!(nothing.help().unwrap(), "give `duration_s:`, `replicates:`");
-        assert!(told("duration_s: 3").to_string().ends_with("missing field `replicates`"));
-        assert!(told("duration: 3").to_string().contains("did you mean `duration_s`?"));
-        assert!(told("duration_s: much").to_string().contains("invalid"));
+        assert!(refused("duration_s: 3").to_string().ends_with("missing field `replicates`"));
+        assert!(refused("duration: 3").to_string().contains("did you mean `duration_s`?"));
+        assert!(refused("duration_s: much").to_string().contains("invalid"));
     }
 
     #[test]

@@ -3,14 +3,14 @@
 //! `rsrs` takes a robot swarm through four steps: measure the robots, build a simulator that is
 //! deliberately worse than they are, explore it into a phase diagram, and run the chosen cell on
 //! the real fleet. This crate holds what those steps *mean*. It draws no random number, opens no
-//! file, reads no clock, and knows neither the simulator nor the middleware.
+//! file, reads no clock, and depends neither on the simulator nor on the middleware.
 //!
 //! A room for each step, in reading order:
 //!
 //! - [`robot`]: what it is, how it is made worse and whether it is, and what it does with what it sees;
 //! - [`trials`]: how it is measured, and whether the simulator agrees with the trials;
 //! - [`conditions`]: everything that an outcome may depend on, the paper's `E`;
-//! - [`judge`]: what a swarm did, which phase that is, how sure that is and who says the same;
+//! - [`judge`]: what a swarm did, which phase that is, how sure that is and which judges agree;
 //! - [`diagram`]: the cells that a sweep file spans, how often each ended in each phase, what geometry
 //!   expects of them, and which of them to run;
 //! - [`statistics`]: how sure shares and spreads are, and reality against the simulator.
@@ -22,7 +22,7 @@
 )]
 #![expect(
     clippy::missing_panics_doc,
-    reason = "`expect` says what cannot happen; what can is documented"
+    reason = "the texts of `expect` are invariants; what can happen is documented"
 )]
 #![expect(
     clippy::result_large_err,
@@ -38,3 +38,4 @@ pub mod trials;
 
 pub mod digest;
 pub mod document;
+pub mod help;

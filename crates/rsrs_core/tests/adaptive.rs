@@ -20,7 +20,8 @@ fn generator(seed: u64) -> ChaCha8Rng {
 /// The share of sequences of so many runs that miss the truth at any time.
 fn ever_missed(
     truth: f64,
-    (n_sequences, n_runs): (u64, u64),
+    n_sequences: u64,
+    n_runs: u64,
     bounds: impl Fn(u64, u64) -> Interval,
 ) -> f64 {
     let misses = (0..n_sequences).filter(|sequence| {
@@ -37,7 +38,7 @@ fn ever_missed(
 #[test]
 fn a_confidence_sequence_misses_the_truth_in_less_than_5_percent_at_any_time() {
     for truth in [0.02, 0.3, 0.5, 0.86] {
-        let missed = ever_missed(truth, (2000, 400), |hits, n| interval(hits, n, ERROR));
+        let missed = ever_missed(truth, 2000, 400, |hits, n| interval(hits, n, ERROR));
 
         // It would be 5 % if the sequences were continued for ever and no evidence were overshot.
         assert!(missed <= ERROR, "{truth}: {missed}");
@@ -46,14 +47,15 @@ fn a_confidence_sequence_misses_the_truth_in_less_than_5_percent_at_any_time() {
 
 #[test]
 fn intervals_for_a_fixed_number_of_runs_do_not_bear_to_be_looked_at_all_the_time() {
-    let missed = ever_missed(0.5, (100, 300), Interval::clopper_pearson);
+    let missed = ever_missed(0.5, 100, 300, Interval::clopper_pearson);
 
     assert!(missed > 0.15, "the positive control: {missed}");
 }
 
 #[test]
 fn a_cell_is_settled_wrongly_in_less_than_5_percent_of_the_worst_cases() {
-    // Two phases that are almost as frequent: the harder to tell, the more often one may err.
+    // Two phases that are almost as frequent: the harder to distinguish, the more often one may
+    // err.
     let wrong = (0..500).filter(|sequence| {
         let mut random = generator(1000 + *sequence);
         let mut counts = PhaseCounts::default();

@@ -1,17 +1,12 @@
 //! Cohen's kappa and its interval are those of statsmodels on the same labels.
 
-#[path = "../examples/make_trials/draw.rs"]
-#[expect(dead_code, reason = "labels need no normal draws")]
-mod draw;
-#[path = "../../../msgs/tests/venv/mod.rs"]
-mod venv;
-
 use std::path::Path;
 use std::process::Command;
 
-use draw::Draw;
 use rsrs_core::judge::agreement::Agreement;
 use rsrs_core::judge::phase::Phase;
+use rsrs_testing::draw::Draw;
+use rsrs_testing::python;
 use serde_json::{Value, json};
 
 /// Labels of two judges, of whom the second copies the first with some probability.
@@ -45,8 +40,8 @@ fn kappa_and_its_interval_agree_with_statsmodels() {
     std::fs::write(&file, text).expect("the target directory can be written");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/agreement_oracle.py");
 
-    let python = venv::python_with("scipy", &["scipy==1.17.*", "statsmodels==0.14.*"], &[]);
-    let printed = venv::must_run(Command::new(python).arg(script).arg(&file));
+    let python = python::python_with("scipy", &["scipy==1.17.*", "statsmodels==0.14.*"], &[]);
+    let printed = python::must_run(Command::new(python).arg(script).arg(&file));
 
     assert_eq!(printed.trim(), "40 cases agree");
 }

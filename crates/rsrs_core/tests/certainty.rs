@@ -31,7 +31,7 @@ fn ring(radius_m: impl Fn(usize, f64) -> f64, orbits_at_m_s: f64) -> Trajectory 
 
 fn judged(trajectory: &Trajectory, bodies: &Bodies) -> (Verdict, Certainty) {
     let verdict = label(trajectory, bodies).expect("the trajectory is long enough and finite");
-    let certainty = Certainty::of((trajectory, bodies), &verdict, &Thresholds::default());
+    let certainty = Certainty::of(trajectory, bodies, &verdict, &Thresholds::default());
     (verdict, certainty)
 }
 
@@ -107,7 +107,7 @@ fn moving_as_far_as_the_nearest_boundary_changes_the_phase_and_less_does_not() {
                 let corners = (0..1 << 6).map(|corner: u32| {
                     let sign = |bit: u32| if corner & (1 << bit) == 0 { -step } else { step };
                     let mut evidence = verdict.evidence;
-                    // Below the first robot nobody is lost.
+                    // Below the first robot none is lost.
                     let whole = |lost: f64| Some(lost + sign(0)).filter(|lost| *lost >= 1.0 / 9.0);
                     evidence.lost = evidence.lost.map(|lost| whole(lost).unwrap_or(0.0));
                     evidence.stuck += sign(1);

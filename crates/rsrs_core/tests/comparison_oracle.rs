@@ -1,13 +1,11 @@
 //! The evidence of comparisons is that of adaptive quadrature and of scipy's distributions.
 
-#[path = "../../../msgs/tests/venv/mod.rs"]
-mod venv;
-
 use std::path::Path;
 use std::process::Command;
 
 use rsrs_core::statistics::comparison::{Share, enough};
 use rsrs_core::statistics::pooled::PooledTest;
+use rsrs_testing::python;
 use serde_json::{Value, json};
 
 /// Real and simulated hits and runs of each cell.
@@ -42,8 +40,8 @@ fn pooled_evidence_and_the_exact_test_agree_with_scipy() {
     std::fs::write(&file, text).expect("the target directory can be written");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/comparison_oracle.py");
 
-    let python = venv::python_with("scipy", &["scipy==1.17.*", "statsmodels==0.14.*"], &[]);
-    let printed = venv::must_run(Command::new(python).arg(script).arg(&file));
+    let python = python::python_with("scipy", &["scipy==1.17.*", "statsmodels==0.14.*"], &[]);
+    let printed = python::must_run(Command::new(python).arg(script).arg(&file));
 
     assert_eq!(printed.trim(), "9 cases agree");
 }

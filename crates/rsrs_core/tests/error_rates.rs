@@ -11,9 +11,10 @@ use rsrs_core::judge::phase::Phase;
 use rsrs_core::statistics::comparison::{
     CellRuns, Comparison, MARGIN, SIGNIFICANCE, Share, Verdict, decide,
 };
-use rsrs_core::statistics::e_value::{CellEvidence, SimulatedShare, log_e_at_least, log_e_less};
+use rsrs_core::statistics::e_value::{CellEvidence, SimulatedShare};
 use rsrs_core::statistics::interval::Interval;
 use rsrs_core::statistics::next_experiment::{NextStep, next_step};
+use rsrs_core::statistics::pooled::LogEvidence;
 
 const N_CAMPAIGNS: u64 = 1000;
 
@@ -91,7 +92,7 @@ impl Looks<'_> {
             real[cell].n += 1;
             real[cell].hits += u64::from(random.random::<f64>() < self.cells[cell].b_r);
             evidence[cell] = swept[cell].evidence(real[cell]);
-            verdicts.push(decide((log_e_less(&evidence), log_e_at_least(&evidence))));
+            verdicts.push(decide(LogEvidence::of(&evidence)));
         }
         verdicts
     }
@@ -111,7 +112,7 @@ impl SweptCell {
     }
 }
 
-/// Whether so many errors agree with at most 5 %, as far as this many campaigns can say.
+/// Whether so many errors agree with at most 5 %, as far as this many campaigns can show.
 fn assert_rare(n_false: u64, what: &str) {
     let possible = Interval::clopper_pearson(n_false, N_CAMPAIGNS);
     assert!(possible.low <= SIGNIFICANCE, "{n_false} of {N_CAMPAIGNS} {what}, {possible:?}");
@@ -227,7 +228,7 @@ fn a_violated_cell_sends_back_to_step_1() {
 #[test]
 fn the_cell_of_which_least_is_known_is_run_next_and_the_runs_decide_it() {
     let runs = [
-        // Four more mills would do here, and one more run tells little of the second cell.
+        // Four more mills would do here, and one more run is weak evidence on the second cell.
         CellRuns { cell: cell(0.1), real: counted(8, 0), simulated: counted(900, 100) },
         CellRuns { cell: cell(0.2), real: counted(1, 1), simulated: counted(900, 100) },
     ];

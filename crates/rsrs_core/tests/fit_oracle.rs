@@ -1,16 +1,12 @@
 //! The statistics of a fit are those of scipy and statsmodels on the same data.
 
-#[path = "../examples/make_trials/draw.rs"]
-mod draw;
-#[path = "../../../msgs/tests/venv/mod.rs"]
-mod venv;
-
 use std::path::Path;
 use std::process::Command;
 
-use draw::Draw;
 use rsrs_core::trials::fit::{Fit, Tables, Unmeasured, fit};
 use rsrs_core::trials::trial::{PeriodTrial, SpeedTrial, Trials, TurnTrial, detection_trials};
+use rsrs_testing::draw::Draw;
+use rsrs_testing::python;
 use serde_json::{Value, json};
 
 const DETECTION: &str = "robot,distance_m,bearing_rad,samples,detections\n\
@@ -123,8 +119,8 @@ fn intervals_variance_components_and_outliers_agree_with_scipy_and_statsmodels()
     std::fs::write(&file, text).expect("the target directory can be written");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fit_oracle.py");
 
-    let python = venv::python_with("scipy", &["scipy==1.17.*", "statsmodels==0.14.*"], &[]);
-    let printed = venv::must_run(Command::new(python).arg(script).arg(&file));
+    let python = python::python_with("scipy", &["scipy==1.17.*", "statsmodels==0.14.*"], &[]);
+    let printed = python::must_run(Command::new(python).arg(script).arg(&file));
 
     assert_eq!(printed.trim(), "6 cases agree");
 }

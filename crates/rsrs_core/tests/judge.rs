@@ -314,13 +314,13 @@ fn a_pose_that_is_not_a_number_is_refused() {
 
 #[test]
 fn nobody_cannot_be_judged_and_one_robot_alone_is_lost() {
-    let nobody = Trajectory::new(PERIOD_S, 0);
+    let no_robots = Trajectory::new(PERIOD_S, 0);
     let mut alone = run(70.0, ring(0.7, SPEED_M_S));
     alone.poses = alone.poses.into_iter().step_by(9).collect();
     alone.commands = alone.commands.into_iter().step_by(9).collect();
     alone.n_robots = 1;
 
-    assert_eq!(phase::label(&nobody, &FLOCKBOT), Err(JudgeError::NoRobots));
+    assert_eq!(phase::label(&no_robots, &FLOCKBOT), Err(JudgeError::NoRobots));
     assert_eq!(label(&alone, &FLOCKBOT).phase, Phase::Dispersion);
 }
 

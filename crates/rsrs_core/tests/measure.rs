@@ -1,7 +1,5 @@
 //! Step 1 as a user meets it: tables in, a profile out, and what is refused.
 
-#[path = "../examples/make_trials/draw.rs"]
-mod draw;
 #[path = "../examples/make_trials/generate.rs"]
 mod generate;
 mod numbers;

@@ -1,14 +1,11 @@
 //! Which trials are worth running, and whether they are enough.
 
-#[path = "../examples/make_trials/draw.rs"]
-mod draw;
-
-use draw::Draw;
 use rsrs_core::statistics::variance::Estimate;
 use rsrs_core::trials::plan::{Plan, PlanError, PlanRequest, repetitions_for, samples_for};
 use rsrs_core::trials::trial::{
     arc_trials, detection_trials, period_trials, speed_trials, turn_trials,
 };
+use rsrs_testing::draw::Draw;
 
 fn request() -> PlanRequest {
     let robots = (1..=9).map(|robot| format!("robot_{robot}")).collect();
@@ -103,11 +100,11 @@ fn the_robots_are_spread_over_the_fleet_and_the_grid_goes_beyond_the_sensor() {
 
 #[test]
 fn a_request_that_makes_no_sense_is_refused() {
-    let nobody = PlanRequest { robots: Vec::new(), ..request() };
+    let no_robots = PlanRequest { robots: Vec::new(), ..request() };
     let backwards = PlanRequest { limits_m_s: [0.3, 0.1], ..request() };
     let blind = PlanRequest { range_m: 0.1, ..request() };
 
-    assert_eq!(Plan::new(nobody), Err(PlanError::NoRobots));
+    assert_eq!(Plan::new(no_robots), Err(PlanError::NoRobots));
     insta::assert_snapshot!(Plan::new(backwards).unwrap_err(), @"the greatest safe speed in m/s is 0.1, expected more than the least");
     insta::assert_snapshot!(Plan::new(blind).unwrap_err(), @"the sensor's range in m is 0.1, expected more than two radii");
     let millimetres = PlanRequest { limits_m_s: [20.0, 300.0], ..request() };

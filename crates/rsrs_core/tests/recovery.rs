@@ -1,20 +1,17 @@
-//! Trials drawn from known populations: intervals cover the truth as often as they say.
+//! Trials drawn from known populations: intervals cover the truth as often as they claim.
 //!
 //! Nominal are 95 %. Of 2000 populations the share has a standard error of 0.5 %, so a share of
 //! 93.5 % or more shows a coverage above 93 %. Exact intervals of counts are conservative and may
 //! cover more than 98 %; the others may not.
 
-#[path = "../examples/make_trials/draw.rs"]
-mod draw;
-
 use std::fmt::Write as _;
 
-use draw::Draw;
 use rsrs_core::statistics::variance::Estimate;
 use rsrs_core::trials::fit::{Fit, Rate, SensorMap, Tables, Unmeasured, fit, sensor_map};
 use rsrs_core::trials::trial::{
     DetectionTrial, PeriodTrial, SpeedTrial, Trials, TurnTrial, detection_trials,
 };
+use rsrs_testing::draw::Draw;
 
 const N_POPULATIONS: u64 = 2000;
 
@@ -311,7 +308,7 @@ fn sensors(n: u64, sector: impl Fn(&mut Draw) -> Sector) -> SensorCoverage {
         found.hits.count(hit.low, truth.true_positive, hit.high);
         found.alarms.count(alarm.low, truth.false_positive, alarm.high);
         for [x_m, y_m] in &map.polygon_m {
-            // Between the last place inside and the first outside, nobody looked.
+            // Between the last place inside and the first outside, no trial was made.
             assert!(libm::hypot(*x_m, *y_m) <= truth.range_m + GRID_M, "{map:?}");
             let bearing_rad = libm::atan2(*y_m, *x_m).abs();
             // The tip is the robot's own centre, rounded.

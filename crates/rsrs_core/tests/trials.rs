@@ -1,9 +1,5 @@
 //! Tables of trials: what is read as it comes, and what is refused with which words.
 
-#[path = "../examples/make_trials/draw.rs"]
-mod draw;
-
-use draw::Draw;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::{ActuationGain, Pose, step};
 use rsrs_core::statistics::variance::Estimate;
@@ -12,6 +8,7 @@ use rsrs_core::trials::trial::{
     DrivenSample, DrivenTrial, detection_trials, driven_trials, period_trials, reduced,
     speed_trials, turn_trials,
 };
+use rsrs_testing::draw::Draw;
 
 fn speed_error(text: &str) -> String {
     speed_trials("speed.csv", text).expect_err("this is refused").to_string()

@@ -21,23 +21,23 @@ use lease_gate::LeaseGate;
 /// What happens to a controller.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// The sensor said whether it detects something.
+    /// A reading of the sensor: whether it detects something.
     Detection(bool),
-    /// The simulator's clock says that this step begins, in nanoseconds of simulated time.
+    /// This step begins by the simulator's clock, in nanoseconds of simulated time.
     Clock(u64),
     /// A lease arrived.
     Lease(Lease),
     /// Parameters were set, from the fleet file or by a client.
     Parameters(Settings),
-    /// A source said on the e-stop topic that it is engaged, or that it is not; only who holds the
-    /// lease needs to know.
+    /// A source published on the e-stop topic that it is engaged, or that it is not; only the
+    /// holder of the lease needs it.
     EStop {
         /// Who.
         source: Source,
-        /// What it says.
+        /// The value published.
         engaged: bool,
     },
-    /// Somebody releases the locks of these sources.
+    /// A release of the locks of these sources.
     Release(BTreeSet<Source>),
     /// What the e-stop has locked on another robot.
     LocksOfOthers(Locks),
@@ -96,7 +96,7 @@ pub struct Controller {
     lease_gate: Option<LeaseGate>,
 }
 
-/// So long a process that has just started says no command, unless a run arms it.
+/// So long a process that has just started publishes no command, unless a run arms it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Silence {
     length: Duration,
@@ -137,7 +137,7 @@ impl Controller {
     }
 
     /// The same controller, that counts its statuses up from another number, as
-    /// [`Robot::counting_from`] says.
+    /// [`Robot::counting_from`] does.
     #[must_use]
     pub fn counting_from(mut self, counter: u64) -> Self {
         self.beat = Heartbeat::from(counter);
@@ -146,8 +146,8 @@ impl Controller {
     }
 
     /// The same controller, in a process that has just started: until a run arms it, or [`FORGOTTEN`]
-    /// has passed since the first event, it says no command. A gate may still trust what an earlier
-    /// process said of its parameters, and these have others.
+    /// has passed since the first event, it publishes no command. A gate may still trust what an
+    /// earlier process reported of its parameters, and these have others.
     #[must_use]
     pub fn of_a_new_process(self) -> Self {
         let silence = Silence { length: FORGOTTEN, began: None };
@@ -212,7 +212,7 @@ impl Controller {
     /// One command for each detection; in lockstep the nth detection belongs to the nth clock.
     fn answer(&mut self, actions: &mut Vec<Action>, now: Duration) {
         if self.is_silent(now) {
-            // In lockstep the world waits for each answer; elsewhere an old one helps nobody.
+            // In lockstep the world waits for each answer; elsewhere an old one is useless.
             if self.settings.stamp == Stamp::Wall {
                 self.detections.clear();
             }
@@ -283,7 +283,7 @@ impl Controller {
         Some(self.word(now))
     }
 
-    /// What it says of itself.
+    /// The status that it publishes.
     fn word(&self, now: Duration) -> Status {
         let state = self.state(now);
         let run_id = self.bound.as_ref().map_or_else(String::new, |bound| bound.run_id.clone());

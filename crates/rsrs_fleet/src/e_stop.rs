@@ -1,8 +1,8 @@
 //! The e-stop, by who engaged it: one publisher cannot undo what another one did.
 //!
-//! A lock is taken by a source that says `true`, or by the silence of one that was received while a
-//! run could move the robot. It ends when the same source says `false`, or by a release that names it:
-//! `rsrs stop --release`. Who takes a lock may leave; the lock stays.
+//! A lock is taken by a source that publishes `true`, or by the silence of one that was received
+//! while a run could move the robot. It ends when the same source publishes `false`, or by a
+//! release that names it: `rsrs stop --release`. Who takes a lock may leave; the lock stays.
 //!
 //! A robot whose node was started again has forgotten its locks. It asks the other robots, which keep
 //! theirs on a latched topic, and takes part in no run until it has listened for a while; see
@@ -20,7 +20,7 @@ use crate::timing::E_STOP_SILENCE;
 pub struct Source(pub [u8; 16]);
 
 impl Source {
-    /// All sources beyond those that are told apart; no publisher has this GUID.
+    /// All sources beyond those that are listed one by one; no publisher has this GUID.
     const OTHERS: Self = Self([0xff; 16]);
 }
 
@@ -33,7 +33,7 @@ impl fmt::Display for Source {
 /// How a source came to lock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Cause {
-    /// It said `true`.
+    /// It published `true`.
     Engaged,
     /// It was received during a run, and then no more.
     Silent,
@@ -51,7 +51,7 @@ pub struct NoLocks {
     pub found: String,
 }
 
-/// Sources that are told apart; a lab has a few.
+/// Sources that are listed one by one; a lab has a few.
 const MOST_SOURCES: usize = 64;
 
 impl fmt::Display for Locks {
@@ -75,7 +75,7 @@ impl FromStr for Locks {
         let word = |word: &str| {
             lock(word).ok_or_else(|| NoLocks { found: word.chars().take(60).collect() })
         };
-        // One more than are told apart: the rest is named as one.
+        // One more than are listed: the rest is named as one.
         text.split_whitespace().take(MOST_SOURCES + 1).map(word).collect::<Result<_, _>>().map(Self)
     }
 }
@@ -165,12 +165,12 @@ impl EStop {
         free.any(|received| received.is_silent(now))
     }
 
-    /// A run begins: who has left without a lock need not come back; who speaks now must stay.
+    /// A run begins: who has left without a lock need not come back; who publishes now must stay.
     pub fn forget_silent(&mut self, now: Duration) {
         self.sources.retain(|_, received| received.lock.is_some() || !received.is_silent(now));
     }
 
-    /// Whether anybody was ever received.
+    /// Whether any source was ever received.
     pub fn is_used(&self) -> bool {
         !self.sources.is_empty()
     }
@@ -256,6 +256,6 @@ mod tests {
         assert_eq!(locks.to_string().parse(), Ok(locks.clone()));
         locks.0.remove(&Source::OTHERS);
         e_stop.release(&locks.0.into_keys().collect());
-        assert!(e_stop.is_engaged(), "those that were not told apart lock as well");
+        assert!(e_stop.is_engaged(), "those that are not listed lock as well");
     }
 }

@@ -1,4 +1,5 @@
-//! Epochs: runs are counted up, and a robot obeys none that is older than the newest it knows.
+//! Epochs: runs are counted up, and a robot obeys none that is older than the newest it has
+//! received.
 //!
 //! A runner takes the highest epoch that it has received, plus one. A number far beyond that was made
 //! by no runner: obeyed, it would bind a robot for ever, or leave no number above it.
@@ -15,15 +16,15 @@ const MOST_MISSED: u64 = 1 << 32;
 pub struct BeyondRunners {
     /// The epoch found.
     pub found: u64,
-    /// The highest that was known before.
+    /// The highest that was received before.
     pub highest: u64,
 }
 
-/// Whether a runner can have made this epoch, as far as one can know who knows another.
+/// Whether a runner can have made this epoch, judged by another epoch.
 ///
 /// # Arguments
 ///
-/// * `highest` — the highest epoch known so far; 0 is none.
+/// * `highest` — the highest epoch received so far; 0 is none.
 ///
 /// # Errors
 ///

@@ -7,6 +7,7 @@ use rsrs_core::conditions::start_file::StartPlacement;
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::document::{self, DocumentError};
+use rsrs_core::help::Help;
 use serde::{Deserialize, Serialize};
 
 pub use recording::{BagCompression, RecordOptions, RecordRefused, bytes};
@@ -45,7 +46,7 @@ pub enum RobotLost {
     /// Stop all robots and end the run.
     #[default]
     Abort,
-    /// Say so and go on with the others.
+    /// Report it and go on with the others.
     Note,
 }
 
@@ -134,7 +135,7 @@ pub enum ExperimentError {
 /// Why a swept cell is not an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CellRefused {
-    /// A property of the robots, which nobody can set on a fleet.
+    /// A property of the robots, which cannot be set on a fleet.
     #[error("{axis} is a capability of the robots, not a setting")]
     Capability {
         /// The axis.
@@ -152,7 +153,7 @@ pub enum CellRefused {
         /// In the cell, in metres.
         found_m: f64,
     },
-    /// The experiment's `placement` says where robots start, and the cell says otherwise.
+    /// The experiment's `placement` and the cell place the robots differently.
     #[error("placement_radius_m is {found_m} m, expected {expected_m} m as in `placement`")]
     OtherPlacement {
         /// In the cell, in metres.
@@ -162,9 +163,8 @@ pub enum CellRefused {
     },
 }
 
-impl ExperimentError {
-    /// What to do next.
-    pub fn help(&self) -> Option<String> {
+impl Help for ExperimentError {
+    fn help(&self) -> Option<String> {
         match self {
             Self::Document(error) => error.help(),
             Self::NoSwarm { .. } => {

@@ -86,7 +86,7 @@ pub enum LeaseHolder {
     /// The gate in front of its wheels: that of `rsrs node robot`, or the simulator's.
     #[default]
     Gate,
-    /// Its controller only: the robot takes velocity commands from whomever, and nothing of ours is
+    /// Its controller only: the robot takes velocity commands from any node, and nothing of ours is
     /// in front of its wheels. When the lease ends its controller sends zero; if the controller or
     /// the network dies, only the robot itself can stop.
     Controller,
@@ -190,7 +190,7 @@ struct Written {
     robots: Ordered<WrittenRobot>,
 }
 
-/// What can be said for all robots, or for those of a type.
+/// What can be set for all robots, or for those of a type.
 #[derive(Clone, Default, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Layer {
@@ -217,7 +217,7 @@ struct WrittenRobot {
 }
 
 impl Written {
-    /// What the file does not say of a robot; that of a robot of an unknown type is not asked.
+    /// Keys that the file lacks for a robot; those of a robot of an unknown type are not checked.
     fn lack(&self, name: &str, robot: &WrittenRobot) -> Option<Lack> {
         let unspecific = Layer::default();
         let of_type = match &robot.robot_type {
@@ -253,7 +253,7 @@ impl Written {
                 })?
             }
         };
-        let printed = "what is missing was said before robots are resolved";
+        let printed = "missing keys are refused before robots are resolved";
         let all = &self.all;
         let driver = first_of([&robot.driver, &of_type.driver, &all.driver]).expect(printed);
         let lease = first_of([&robot.lease, &of_type.lease, &all.lease]).unwrap_or_default();
@@ -289,6 +289,8 @@ fn is_name(name: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use rsrs_core::help::Help;
+
     use super::*;
 
     const LAYERED: &str = "\
@@ -365,7 +367,7 @@ robots:
         );
         assert_eq!(
             error.help().unwrap(),
-            "give `driver` under the robot, its type or `all`; say `enabled: true` or `false` of \
+            "give `driver` under the robot, its type or `all`; set `enabled: true` or `false` of \
              each robot"
         );
         let nothing = FleetFile::parse("fleet.yaml", "{}").unwrap_err().to_string();

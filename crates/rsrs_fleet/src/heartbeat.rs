@@ -1,14 +1,14 @@
-//! When a node says how it is: on every change, and ten times a second.
+//! When a node publishes its status: on every change, and ten times a second.
 
 use std::time::Duration;
 
 use crate::timing::BEAT;
 
-/// The statuses that a node has said, by their numbers.
+/// The statuses that a node has published, by their numbers.
 #[derive(Clone, Debug)]
 pub(crate) struct Heartbeat<S> {
     counter: u64,
-    /// What was said last, and when.
+    /// What was published last, and when.
     last: Option<(S, Duration)>,
 }
 
@@ -19,7 +19,7 @@ impl<S> Default for Heartbeat<S> {
 }
 
 impl<S: PartialEq> Heartbeat<S> {
-    /// Nothing was said yet; numbers rise from here.
+    /// Nothing was published yet; numbers rise from here.
     pub fn from(counter: u64) -> Self {
         Self { counter, last: None }
     }
@@ -29,7 +29,7 @@ impl<S: PartialEq> Heartbeat<S> {
         self.counter
     }
 
-    /// The number of the status to say now, if one is due.
+    /// The number of the status to publish now, if one is due.
     ///
     /// # Arguments
     ///
@@ -47,7 +47,7 @@ impl<S: PartialEq> Heartbeat<S> {
         Some(self.counter)
     }
 
-    /// Makes a status due, whatever was said.
+    /// Makes a status due, whatever was published.
     pub fn hurry(&mut self) {
         self.last = None;
     }

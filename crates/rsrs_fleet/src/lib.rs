@@ -7,7 +7,7 @@
 //! Times are [`std::time::Duration`]s on the wall-monotonic clock of the machine's own host, from
 //! any origin; no two hosts' times are ever compared.
 //!
-//! Reading order: what is said ([`message`]); who has locked all robots
+//! Reading order: the messages ([`message`]); who has locked all robots
 //! ([`e_stop`]); of which run they are ([`epoch`]); who may move ([`robot`], the final gate); who decides
 //! ([`controller`]); the world's pace ([`simulator`]); who conducts ([`preflight`], [`placement`],
 //! [`runner`], [`rates`]); who stops everything ([`stopper`]); which robots there are

@@ -1,4 +1,4 @@
-//! What the nodes say to each other, free of any wire format.
+//! The messages between nodes, free of any wire format.
 
 use std::fmt;
 use std::time::Duration;
@@ -49,11 +49,11 @@ pub enum LeaseState {
     Stopped,
 }
 
-/// What a robot, or its controller, says of itself, ten times a second and on change.
+/// The status of a robot, or of its controller: ten times a second and on change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
-    /// Rises with every status sent, over restarts too, because whoever starts begins above all that
-    /// it ever counted; the lease echoes it.
+    /// Rises with every status sent, over restarts too, because a process that starts begins above
+    /// all that it ever counted; the lease echoes it.
     pub counter: u64,
     /// The epoch obeyed; 0 is none.
     pub epoch: u64,
@@ -117,8 +117,9 @@ impl Status {
     /// Whether it is newer than what was received from its sender last.
     ///
     /// A lower counter is that of a message that was late, or came again. Who was silent for as long
-    /// as a lease lasts may say anything: no lease echoes it, so that nothing it says keeps a robot
-    /// moving, and one whose clock was set back before it started would not be received otherwise.
+    /// as a lease lasts may contain anything: no lease echoes it, so that nothing in it keeps a
+    /// robot moving, and one whose clock was set back before it started would not be received
+    /// otherwise.
     ///
     /// # Arguments
     ///

@@ -163,7 +163,7 @@ pub fn deviations(wanted: &WantedStart, robots: &[(usize, String, Pose)]) -> Vec
                 deviations.extend(not_facing_out(robot, *pose));
             }
             StartArea::Box { width_m, height_m } => {
-                deviations.extend(out_of_box((*width_m, *height_m), robot, *pose));
+                deviations.extend(out_of_box(*width_m, *height_m, robot, *pose));
                 deviations.extend(not_facing_out(robot, *pose));
             }
             StartArea::Poses(poses) => {
@@ -196,7 +196,7 @@ fn out_of_disc(radius_m: f64, robot: &str, pose: Pose) -> Option<Deviation> {
     })
 }
 
-fn out_of_box((width_m, height_m): (f64, f64), robot: &str, pose: Pose) -> Option<Deviation> {
+fn out_of_box(width_m: f64, height_m: f64, robot: &str, pose: Pose) -> Option<Deviation> {
     let Pose { x_m, y_m, .. } = pose;
     let is_out =
         x_m.abs() > width_m / 2.0 + TOLERANCE_M || y_m.abs() > height_m / 2.0 + TOLERANCE_M;
@@ -246,7 +246,7 @@ mod tests {
     const WANTED: WantedStart =
         WantedStart { area: StartArea::Disc { radius_m: 0.825 }, clearance_m: 0.165 };
 
-    fn at(name: &str, (x_m, y_m): (f64, f64), heading_deg: f64) -> (usize, String, Pose) {
+    fn at(name: &str, x_m: f64, y_m: f64, heading_deg: f64) -> (usize, String, Pose) {
         let number: usize = name.rsplit('_').next().unwrap().parse().unwrap();
         (number - 1, name.to_owned(), Pose { x_m, y_m, heading_rad: heading_deg.to_radians() })
     }
@@ -259,7 +259,7 @@ mod tests {
         let pose = |x_m, y_m, heading_rad| Pose { x_m, y_m, heading_rad };
         let poses = vec![pose(0.5, 0.0, 0.0), pose(-0.5, 0.0, 0.0), pose(0.0, 0.5, 1.0)];
         let wanted_poses = WantedStart { area: StartArea::Poses(poses), clearance_m };
-        let robots = [at("robot_1", (0.5, 0.0), 0.0), at("robot_3", (0.0, 0.9), 90.0)];
+        let robots = [at("robot_1", 0.5, 0.0, 0.0), at("robot_3", 0.0, 0.9, 90.0)];
 
         let texts = |wanted: &WantedStart| -> Vec<String> {
             deviations(wanted, &robots).iter().map(ToString::to_string).collect()
@@ -281,10 +281,10 @@ mod tests {
     #[test]
     fn robots_that_stand_as_wanted_are_not_mentioned() {
         let robots = [
-            at("robot_1", (0.5, 0.0), 0.0),
-            at("robot_2", (0.0, 0.8), 90.0),
-            at("robot_3", (-0.8, -0.01), 180.0),
-            at("robot_4", (0.01, 0.0), 77.0),
+            at("robot_1", 0.5, 0.0, 0.0),
+            at("robot_2", 0.0, 0.8, 90.0),
+            at("robot_3", -0.8, -0.01, 180.0),
+            at("robot_4", 0.01, 0.0, 77.0),
         ];
 
         assert_eq!(deviations(&WANTED, &robots), []);
@@ -293,9 +293,9 @@ mod tests {
     #[test]
     fn every_deviation_is_told_with_what_was_expected() {
         let robots = [
-            at("robot_1", (1.0, 0.0), 0.0),
-            at("robot_2", (0.0, 0.5), -90.0),
-            at("robot_3", (0.0, 0.6), 80.0),
+            at("robot_1", 1.0, 0.0, 0.0),
+            at("robot_2", 0.0, 0.5, -90.0),
+            at("robot_3", 0.0, 0.6, 80.0),
         ];
 
         let texts: Vec<_> = deviations(&WANTED, &robots).iter().map(ToString::to_string).collect();

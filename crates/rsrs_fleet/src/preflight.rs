@@ -29,10 +29,11 @@ pub struct Expected {
     /// Battery voltage below which a robot starts no run, in volts; robots without a limit are left
     /// out.
     pub battery_min_v: BTreeMap<String, f64>,
-    /// Robots that must stand apart before they move; `None` where nobody tells of poses, or the
+    /// Robots that must stand apart before they move; `None` where poses are not published, or the
     /// simulator has placed all of them.
     pub apart: Option<Apart>,
-    /// Robots without a gate of ours: their controllers hold their leases, and speak in their stead.
+    /// Robots without a gate of ours: their controllers hold their leases, and publish in their
+    /// stead.
     pub controller_only: BTreeSet<String>,
 }
 
@@ -83,7 +84,7 @@ pub struct ExpectedTopic {
 pub enum Publishers {
     /// Exactly one.
     One,
-    /// One at most; whether there is one, its samples tell.
+    /// One at most; whether there is one shows in its samples.
     AtMostOne,
     /// Any number, none included.
     Any,
@@ -102,7 +103,7 @@ pub struct Graph {
     pub unrecordable: BTreeMap<String, String>,
     /// Topics that robots are steered by and whose ends do not fit each other.
     pub unfit: BTreeSet<UnfitTopic>,
-    /// Topics on which somebody receives nothing without whom the run can do.
+    /// Topics on which a subscriber receives nothing that the run does not need.
     pub onlookers: BTreeSet<UnfitTopic>,
 }
 
@@ -142,7 +143,7 @@ pub struct Endpoint {
     pub topic: String,
     /// Type of its topic.
     pub type_name: String,
-    /// Full name of its node; `None` if it does not say.
+    /// Full name of its node; `None` if it is not announced.
     pub node: Option<String>,
     /// Its GUID.
     pub guid: [u8; 16],
@@ -170,7 +171,7 @@ pub struct Seen {
     pub pose_ahead_s: BTreeMap<String, f64>,
     /// Frame and last pose of each robot whose pose was received.
     pub poses: BTreeMap<String, (String, Pose)>,
-    /// By frame: the frame that it is in, as transforms say.
+    /// By frame: the frame that it is in, by transforms.
     pub parents: BTreeMap<String, String>,
     /// How long messages wait on this machine until they are looked at, in seconds; `None` if that
     /// is not known.
@@ -246,16 +247,16 @@ fn e_stop(seen: &Seen) -> Option<Problem> {
     (!seen.e_stop.0.is_empty()).then(|| Problem::EStop { by: by.into_iter().collect() })
 }
 
-/// Whether silence and old stamps say something of the robots.
+/// Whether silence and old stamps are evidence about the robots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reception {
     /// They do.
     InTime,
-    /// They do not: what was said waits here.
+    /// They are not: what was reported waits here.
     Behind,
 }
 
-/// Whoever is later than a lease lasts keeps no robot's lease alive.
+/// Messages later than this keep no lease alive.
 pub(crate) fn too_slow(behind_s: Option<f64>) -> Option<Problem> {
     let behind_s = behind_s.filter(|behind_s| *behind_s > LEASE.as_secs_f64())?;
     Some(Problem::TooSlow { behind_s })
@@ -380,7 +381,7 @@ fn mismatched_subscribers(topic: &ExpectedTopic, subscribers: &[&Endpoint]) -> V
         .collect()
 }
 
-/// The nodes that have an end of this type, those that say their name.
+/// The nodes that have an end of this type, those that announce their name.
 fn nodes_of(ends: &[&Endpoint], type_name: &str) -> Vec<String> {
     let of_type = ends.iter().filter(|end| end.type_name == type_name);
     let nodes: BTreeSet<String> = of_type.filter_map(|end| end.node.clone()).collect();

@@ -57,7 +57,8 @@ pub enum Backend {
     Simulator,
     /// The robots.
     Fleet,
-    /// Some of the robots, and the simulator in place of the others: it says nothing of reality.
+    /// Some of the robots, and the simulator in place of the others: it is no evidence about
+    /// reality.
     Mixed,
 }
 
@@ -82,10 +83,9 @@ impl Provenance {
     ///
     /// # Arguments
     ///
-    /// * `program` — its version, and the commit that it was built from.
+    /// * `version`, `commit` — of the program.
     /// * `profile_digest` — that of the measured robot.
-    pub fn new(program: (&str, &str), profile_digest: &str, conditions: &Conditions) -> Self {
-        let (version, commit) = program;
+    pub fn new(version: &str, commit: &str, profile_digest: &str, conditions: &Conditions) -> Self {
         Self {
             version: version.to_owned(),
             commit: commit.to_owned(),
@@ -154,7 +154,7 @@ impl fmt::Display for LostRobot {
 pub enum EndingKind {
     /// All of it was run and recorded: it counts.
     Completed,
-    /// It says nothing, for a cause that was known before its result.
+    /// It is no evidence, for a cause that was established before its result.
     Void,
     /// It was stopped before its end.
     Aborted,
@@ -196,7 +196,7 @@ pub enum InvalidEnding {
     /// It names no ending.
     #[error("has {pairs:?}, which is no ending")]
     NoEnding {
-        /// What it says.
+        /// The value found.
         pairs: BTreeMap<String, String>,
     },
 }
@@ -262,7 +262,7 @@ impl Ending {
         Ok((Self::from_pairs(&pairs).ok_or(InvalidEnding::NoEnding { pairs })?, run_id))
     }
 
-    /// Reads an ending back; `None` if it is none of ours, or says what none of ours says.
+    /// Reads an ending back; `None` if it is none of ours, or contains what none of ours does.
     pub fn from_pairs(pairs: &BTreeMap<String, String>) -> Option<Self> {
         let key = pairs.get("ending")?;
         let kind = EndingKind::from_key(key)?;
@@ -293,7 +293,7 @@ mod tests {
         ExperimentRecord {
             run_id: "run".to_owned(),
             robots: (1..=9).map(|robot| format!("robot_{robot}")).collect(),
-            provenance: Provenance::new(("0.1.0", "unknown"), &profile.digest(), &conditions),
+            provenance: Provenance::new("0.1.0", "unknown", &profile.digest(), &conditions),
             conditions,
             duration_s: experiment.duration_s,
             seed: experiment.seed,
@@ -363,6 +363,6 @@ mod tests {
             ("ending".to_owned(), "completed".to_owned()),
             ("lost".to_owned(), "who knows".to_owned()),
         ]);
-        assert_eq!(Ending::from_pairs(&unreadable), None, "nobody takes it for a whole run");
+        assert_eq!(Ending::from_pairs(&unreadable), None, "it is not taken for a whole run");
     }
 }

@@ -30,21 +30,21 @@ pub use stand_reason::StandReason;
 pub enum Event {
     /// A lease arrived.
     Lease(Lease),
-    /// Its controller said with which parameters it drives.
+    /// Its controller reported with which parameters it drives.
     Controller(Status),
     /// A velocity command arrived.
     Command(Command),
-    /// A velocity command arrived that the robot cannot follow; whoever sent it is not to be obeyed
+    /// A velocity command arrived that the robot cannot follow; its sender is not to be obeyed
     /// with an older one either.
     CommandRefused,
-    /// A source said on the e-stop topic that it is engaged, or that it is not.
+    /// A source published on the e-stop topic that it is engaged, or that it is not.
     EStop {
         /// Who.
         source: Source,
-        /// What it says.
+        /// The value published.
         engaged: bool,
     },
-    /// Somebody releases the locks of these sources.
+    /// A release of the locks of these sources.
     Release(BTreeSet<Source>),
     /// What the e-stop has locked on another robot.
     LocksOfOthers(Locks),
@@ -203,7 +203,7 @@ impl Robot {
             Event::Command(command) => self.command = Some((command, now)),
             Event::EStop { source, engaged } => self.e_stop.receive((source, engaged), now),
             Event::Release(sources) => self.e_stop.release(&sources),
-            // Who has been there all the time knows better than the others.
+            // Who has been there all the time has the newest locks.
             Event::LocksOfOthers(locks) if !self.asking.is_over(now) => {
                 self.e_stop.adopt(&locks, now);
             }
@@ -231,7 +231,7 @@ impl Robot {
         let Some(echo) = lease.echo(&self.options.name) else { return };
         let sent_at = self.sent.iter().find(|(counter, _)| *counter == echo).map(|(_, at)| *at);
         let highest = self.bound.as_ref().map_or(0, |bound| bound.epoch);
-        // A lease that comes late, as from before this robot was started again, arms nobody.
+        // A lease that comes late, as from before this robot was started again, does not arm.
         let is_prompt = sent_at.is_some_and(|at| now.saturating_sub(at) <= LEASE);
         let is_new = lease.epoch > highest && lease.state == LeaseState::Armed && is_prompt;
         if is_new && self.asking.is_over(now) {
@@ -310,7 +310,8 @@ impl Robot {
         self.bound.as_ref().is_some_and(|bound| !bound.is_alone(now)) && self.latched.is_none()
     }
 
-    /// Whether no run will move it, as far as can be told: a runner may come back after a while.
+    /// Whether no run will move it, as far as can be observed: a runner may come back after a
+    /// while.
     fn is_free(&self, now: Duration) -> bool {
         let is_left = |bound: &Binding| now.saturating_sub(bound.received) > ABANDONED;
         self.latched.is_some() || self.bound.as_ref().is_none_or(is_left)
@@ -335,7 +336,7 @@ impl Robot {
             });
         };
         if !bound.running {
-            // A runner that died before the start holds nobody and nobody's parameters.
+            // A runner that died before the start holds no robot and no parameters.
             let is_alone = bound.is_alone(now);
             return Some(if is_alone { StandReason::LeaseLapsed } else { StandReason::Armed });
         }
@@ -344,7 +345,7 @@ impl Robot {
         }
         match &self.controller {
             Some((status, received))
-                // One that was started again in the middle obeys no epoch, whoever has set it since.
+                // One that was started again in the middle obeys no epoch, of whichever runner.
                 if status.epoch == bound.epoch
                     && status.parameter_digest == bound.parameter_digest
                     && now.saturating_sub(*received) <= CONTROLLER =>
@@ -422,7 +423,7 @@ impl Robot {
             (Some(StandReason::Armed), Some(bound)) => {
                 (StopCause::Waiting, armed_reason(&bound.run_id))
             }
-            // Whoever stops all robots must see that this one has received it, too.
+            // The stopper must see that this one has received it, too.
             (Some(reason @ StandReason::Fault(_)), _) if self.e_stop_holds(now) => {
                 (StopCause::EStop, format!("{E_STOP_REASON}; {}", reason.text()))
             }

@@ -53,13 +53,13 @@ pub struct Runner {
     /// Since when it is in its phase; `None` before the first event.
     since: Option<Duration>,
     graph: Graph,
-    /// When it was told last what the discovery database holds.
+    /// When it received last what the discovery database holds.
     looked: Duration,
     strangers: Strangers,
     search: Search,
     roster: Roster,
     start_check: StartCheck,
-    /// Whole seconds of the countdown that were left when it was told last.
+    /// Whole seconds of the countdown that were left when it was reported last.
     told_s: u64,
     requests: Requests,
     /// Other runs by id: their epoch, and when they were received last.
@@ -116,7 +116,7 @@ impl Runner {
         self.epoch
     }
 
-    /// How the run ended; `None` while it goes on. It is known before the bag is closed.
+    /// How the run ended; `None` while it goes on. It is set before the bag is closed.
     pub fn outcome(&self) -> Option<&Outcome> {
         self.outcome.as_ref()
     }
@@ -126,8 +126,8 @@ impl Runner {
         &self.lost
     }
 
-    /// Whether it wants to know now what the discovery database holds: all the time until all is
-    /// found, then now and then, because somebody may start to steer its robots.
+    /// Whether it needs what the discovery database holds now: all the time until all is
+    /// found, then now and then, because another node may start to steer its robots.
     pub fn looks(&self, now: Duration) -> bool {
         match self.phase {
             Phase::Discover => true,
@@ -195,7 +195,7 @@ impl Runner {
                 }
             }
             Event::Pose { robot, frame, pose } => {
-                self.start_check.receive_pose(robot, (frame, pose), now);
+                self.start_check.receive_pose(robot, frame, pose, now);
             }
             Event::Sampled { robot, kind } => self.roster.receive_sample(&robot, kind, now),
             Event::ParametersSet { target, result } if self.phase == Phase::Configure => {
@@ -218,7 +218,7 @@ impl Runner {
                 self.simulated_at.get_or_insert(now);
             }
             Event::SimulatorVoid { reason } => self.end(Outcome::Void { reason }, now, actions),
-            Event::LeaseHeard(lease) => self.receive_lease(lease, now, actions),
+            Event::LeaseReceived(lease) => self.receive_lease(lease, now, actions),
             Event::EStop { source, engaged } => {
                 self.e_stop.receive((source, engaged), now);
                 if engaged && self.phase != Phase::Discover {
@@ -262,7 +262,7 @@ impl Runner {
         self.others.insert(lease.run_id, (lease.epoch, now));
     }
 
-    /// Takes note of an epoch; one that no runner made is told once and counts for nothing.
+    /// Takes note of an epoch; one that no runner made is reported once and otherwise ignored.
     fn raise_epoch(&mut self, epoch: u64, who: &str, actions: &mut Vec<Action>) -> bool {
         match epoch::check(epoch, self.highest_epoch) {
             Ok(epoch) => self.highest_epoch = self.highest_epoch.max(epoch),

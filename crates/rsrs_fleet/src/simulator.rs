@@ -1,8 +1,8 @@
-//! The pace of a simulated fleet: when its world senses, when it moves, and what it says of itself.
+//! The pace of a simulated fleet: when its world senses, when it moves, and what it reports.
 //!
 //! In lockstep the world steps when every controller has answered and the recorder is close enough
 //! behind; in real time it steps every control period, with whatever the robots' gates let through.
-//! The machine owns no world. It says when to sense and when to advance; its driver does so.
+//! The machine owns no world. It decides when to sense and when to advance; its driver does so.
 
 use std::borrow::Cow;
 use std::time::Duration;
@@ -66,14 +66,14 @@ pub struct Placed {
 /// Where the gates in front of virtual wheels are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Gates {
-    /// In the simulator, which therefore knows when a run is over.
+    /// In the simulator, which therefore sees when a run is over.
     #[default]
     Here,
     /// In nodes of the robots' own; a robot that stands may move again.
     Elsewhere,
 }
 
-/// What the gate of one robot says now.
+/// The gate of one robot now.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gate {
     /// What the robot does.
@@ -87,7 +87,7 @@ pub struct Gate {
 pub enum Event {
     /// A world was placed; it takes the place of the one before.
     Placed(Placed),
-    /// There is no world, because nobody asks for one.
+    /// There is no world, because none was requested.
     Removed,
     /// There is no world, because the one that was asked for cannot be placed.
     NotPlaced {
@@ -131,7 +131,7 @@ pub enum Action {
     },
     /// Move all robots by one step, each as the conditions' controller decides.
     AdvanceFreely,
-    /// Tell whoever asked for steps that no more are made.
+    /// Answer the request for steps: no more are made.
     Stepped {
         /// Steps that were not made.
         left: u64,
@@ -143,14 +143,14 @@ pub enum Action {
         /// The command.
         command: Command,
     },
-    /// Refuse a command, and say so in the log.
+    /// Refuse a command, and log it.
     Refuse {
         /// Index of the robot.
         robot: usize,
         /// Why.
         reason: Refusal,
     },
-    /// Say in the log that the world does not keep up with the wall.
+    /// Log that the world does not keep up with the wall.
     Overrun {
         /// Periods that were left out since the run started.
         missed: u64,
@@ -172,7 +172,7 @@ pub enum Action {
 /// Why a command was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Refusal {
-    /// It carries no stamp, so that nobody can say which step it belongs to.
+    /// It carries no stamp, so that its step is not defined.
     #[error("unstamped command: lockstep needs geometry_msgs/TwistStamped")]
     Unstamped,
     /// It belongs to another step.
@@ -363,17 +363,17 @@ impl Run {
             if *is_held {
                 hand.stand(actions);
             }
-            hand.on_event(placed, event, (now, actions));
+            hand.on_event(placed, event, now, actions);
             return;
         }
         match pace {
             Pace::Lockstep(lockstep) => {
                 if matches!(progress, Progress::Waiting | Progress::Started) {
-                    lockstep.on_event((placed, progress), event, now, actions);
+                    lockstep.on_event(placed, progress, event, now, actions);
                 }
             }
             Pace::RealTime(real_time) => {
-                real_time.on_event((placed, progress), event, now, actions);
+                real_time.on_event(placed, progress, event, now, actions);
             }
         }
     }

@@ -1,11 +1,12 @@
-//! Who stops everything: says so until every robot has acknowledged, with or without a runner.
+//! Stops everything: publishes the stop until every robot has acknowledged, with or without a
+//! runner.
 //!
 //! A robot acknowledges by its status: while the e-stop holds it, it is stopped and its reason begins
-//! with [`E_STOP_REASON`](crate::message::E_STOP_REASON). The lock outlives whoever engaged it. A robot
+//! with [`E_STOP_REASON`](crate::message::E_STOP_REASON). The lock outlives its source. A robot
 //! that was stopped in a run stands until a newer epoch arms it, released or not.
 //!
 //! A release names the locks that it ends, as the robots report them. It leaves alone what still holds:
-//! a source that still says `true`, or has said it and is still there to say `false`.
+//! a source that still publishes `true`, or has and is still there to publish `false`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -17,7 +18,7 @@ use crate::timing::{ACKNOWLEDGE, BEAT, LOOK, SILENCE};
 /// What every robot is to receive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopCommand {
-    /// Stand, whatever anybody else says.
+    /// Stand, whatever else is published.
     Engage,
     /// A newer epoch may move you.
     Release,
@@ -31,18 +32,18 @@ pub enum Event {
         /// The robot.
         robot: String,
     },
-    /// A robot said what it does.
+    /// The status of a robot.
     Status {
         /// The robot.
         robot: String,
         /// Its word.
         status: Status,
     },
-    /// A source said on the e-stop topic that it is engaged, or that it is not.
+    /// A source published on the e-stop topic that it is engaged, or that it is not.
     EStop {
         /// Who.
         source: Source,
-        /// What it says.
+        /// The value published.
         engaged: bool,
     },
     /// A robot, or several in one process, reported what the e-stop has locked on it.
@@ -81,7 +82,7 @@ pub enum Ending {
     /// It was interrupted while some robot had not acknowledged.
     Interrupted,
     /// A release would do harm: robots are in a run, and would take the silence after it for a stop.
-    /// Nothing was said.
+    /// Nothing was published.
     InRun,
 }
 
@@ -106,11 +107,11 @@ pub struct Stopper {
     robots: BTreeMap<String, LastStatus>,
     /// By who reports them: the locks of robots.
     locks: BTreeMap<Source, Locks>,
-    /// When each source said `true` last.
+    /// When each source published `true` last.
     engaged_at: BTreeMap<Source, Duration>,
     present: BTreeSet<Source>,
     started: Option<Duration>,
-    /// When the word was said first, and last.
+    /// When the command was published first, and last.
     printed: Option<(Duration, Duration)>,
     is_interrupted: bool,
     is_over: bool,
@@ -124,7 +125,7 @@ struct LastStatus {
 }
 
 impl Stopper {
-    /// A stopper that knows no robot and has said nothing.
+    /// A stopper without robots that has published nothing.
     pub fn new(word: StopCommand) -> Self {
         Self {
             word,
@@ -214,12 +215,12 @@ impl Stopper {
 
     /// Whether it follows a robot of this name, or has room for one more.
     ///
-    /// Names come from the network, and whoever sends them may send any number.
+    /// Names come from the network, and a sender may send any number.
     pub fn follows(&self, robot: &str) -> bool {
         self.robots.contains_key(robot) || self.robots.len() < MOST_ROBOTS
     }
 
-    /// Says the word ten times a second; a release only after a look at what it would do.
+    /// Publishes the command ten times a second; a release only after a look at what it would do.
     fn due_messages(&mut self, elapsed: Duration, now: Duration) -> Vec<Action> {
         if self.printed.is_none()
             && self.word == StopCommand::Release
@@ -235,7 +236,7 @@ impl Stopper {
         if self.word == StopCommand::Engage {
             return vec![Action::Publish(true)];
         }
-        // Locks that know no sources, as that of twist_mux, receive a `false`.
+        // Locks without sources, as that of twist_mux, receive a `false`.
         let holding = self.holding(now);
         let all = self.all_locks().0.into_keys();
         let released: BTreeSet<_> = all.filter(|source| !holding.0.contains_key(source)).collect();
@@ -243,7 +244,7 @@ impl Stopper {
         [Action::Publish(false)].into_iter().chain(release).collect()
     }
 
-    /// Locks that no release ends: their sources are there to do it, or still say that they lock.
+    /// Locks that no release ends: their sources are there to do it, or still publish `true`.
     pub fn holding(&self, now: Duration) -> Locks {
         let mut locks = self.all_locks();
         let says_so = |source: &Source| {
@@ -287,7 +288,8 @@ impl Stopper {
     }
 }
 
-/// A robot whose hardware has failed says so, and that the e-stop holds it: it may be repaired.
+/// A robot whose hardware has failed reports that, and that the e-stop holds it: it may be
+/// repaired.
 fn acknowledges(word: StopCommand, status: &Status) -> bool {
     match word {
         StopCommand::Engage => status.holds_e_stop(),

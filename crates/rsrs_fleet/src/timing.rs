@@ -14,8 +14,8 @@ pub const LEASE: Duration = Duration::from_millis(500);
 /// How long a controller's status counts.
 pub const CONTROLLER: Duration = Duration::from_millis(500);
 
-/// Time after which a gate trusts nothing more that a process said which has died: [`CONTROLLER`], and
-/// what messages take on their way.
+/// Time after which a gate trusts no message any more of a process that has died: [`CONTROLLER`],
+/// and what messages take on their way.
 pub const FORGOTTEN: Duration = Duration::from_millis(700);
 
 /// Silence of a runner after which it will not come back to a robot that it has armed.
@@ -82,10 +82,10 @@ pub const RECORDER: Duration = Duration::from_secs(10);
 /// How long the robots may take to arm.
 pub const ARM: Duration = Duration::from_secs(5);
 
-/// How long the robots may take to say that they stand.
+/// How long the robots may take to report that they stand.
 pub const STAND: Duration = Duration::from_secs(2);
 
-/// How long a stop looks for robots that nobody has named.
+/// How long a stop looks for robots that were not named.
 pub const LOOK: Duration = Duration::from_secs(2);
 
 /// How long a stop, or its release, waits for acknowledgements.

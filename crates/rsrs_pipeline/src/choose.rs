@@ -109,7 +109,7 @@ pub fn choose(folder: &Path, options: Options<'_>) -> anyhow::Result<Chosen> {
     let mut none = match best {
         Some(best) => NoViableCell {
             cell: None,
-            reason: none_confirmed(&best, (candidates.len(), options.viable)),
+            reason: none_confirmed(&best, candidates.len(), options.viable),
             best: Some(best),
             best_swept: BestSwept::of(&result),
             smaller_placement: None,
@@ -157,7 +157,7 @@ fn confirmed(
     Ok(choice)
 }
 
-fn none_confirmed(best: &Choice, (n_candidates, viable): (usize, f64)) -> String {
+fn none_confirmed(best: &Choice, n_candidates: usize, viable: f64) -> String {
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     let measured = best.as_measured.map_or_else(String::new, |measured| {
         format!("; as measured {}, lower bound {}", percent(measured.share), percent(measured.low))

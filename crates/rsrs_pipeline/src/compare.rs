@@ -14,7 +14,7 @@ use rsrs_fleet::record::EndingKind;
 
 use crate::compare::report::{Report, Runs, Simulated};
 use crate::compare::run_matching::{Admitted, LABEL, admit, refuse};
-use crate::error::{explained, with_help};
+use crate::error::with_help;
 use crate::label::{LabelOptions, Labelled, Labeller, label_bag, label_by};
 use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
@@ -78,7 +78,7 @@ pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Report> {
     let counted =
         counted.into_iter().zip(labelled).map(|(run, label)| (cell(run.cell), run, label));
     let runs = Runs { counted: counted.collect(), others };
-    let mut report = Report::new(&comparison, (&cells, &simulated), runs, next);
+    let mut report = Report::new(&comparison, &cells, &simulated, runs, next);
     report.labels = options.labels.to_string();
     report.notes.extend(prediction.note());
     Ok(report)
@@ -136,7 +136,7 @@ impl<'a> Prediction<'a> {
                 let index = result.diagram.locate(&choice.cell).map_err(|error| {
                     let message =
                         format!("choice.json in {} is of another sweep: {error}", folder.display());
-                    explained(error, message, Some(&choose_again(folder)))
+                    with_help(message, choose_again(folder))
                 })?;
                 Some((index, choice))
             }

@@ -20,6 +20,7 @@ use rsrs_sim::placement::PlacementError;
 use rsrs_sim::world::World;
 
 use recorder::{Recorder, RobotStep};
+use rsrs_core::help::Help;
 
 /// Why there is no bag of a simulated run.
 #[derive(Debug, thiserror::Error)]
@@ -30,6 +31,15 @@ pub enum EpisodeError {
     /// The bag cannot be written.
     #[error(transparent)]
     Bag(#[from] BagError),
+}
+
+impl Help for EpisodeError {
+    fn help(&self) -> Option<String> {
+        match self {
+            Self::Placement(error) => error.help(),
+            Self::Bag(error) => error.help(),
+        }
+    }
 }
 
 /// Simulates the run that a record describes, and writes it as a bag.
@@ -110,7 +120,7 @@ impl<'a> Lockstep<'a> {
     fn step(&mut self, step: u64, moment: &Moment, commands: &[Command]) -> Result<(), BagError> {
         let time_ns = step * self.period_ns;
         let Self { recorder, .. } = self;
-        recorder.put((self.clock, time_ns), &Clock { clock: Stamp::from_nanos(time_ns) })?;
+        recorder.put(self.clock, time_ns, &Clock { clock: Stamp::from_nanos(time_ns) })?;
         let thoughts: Vec<RobotStep> = (0..commands.len())
             .map(|robot| RobotStep {
                 robot,
@@ -127,7 +137,7 @@ impl<'a> Lockstep<'a> {
         for step in &thoughts {
             recorder.odometry(step)?;
         }
-        recorder.put((self.digest, time_ns), &WorldDigest { step, digest: moment.digest })?;
+        recorder.put(self.digest, time_ns, &WorldDigest { step, digest: moment.digest })?;
         for step in &thoughts {
             recorder.command(step)?;
         }

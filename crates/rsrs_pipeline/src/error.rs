@@ -2,11 +2,7 @@
 
 use std::error::Error;
 
-use rsrs_core::conditions::start_file::StartFileError;
-use rsrs_core::robot::profile::BeyondLimits;
-use rsrs_experiment_runner::plan::SweptCellError;
-use rsrs_fleet::experiment::ExperimentError;
-use rsrs_fleet::fleet_file::FleetFileError;
+use rsrs_core::help::{Help, Helpful};
 
 /// An error with the command to type next.
 #[derive(Debug, thiserror::Error)]
@@ -21,36 +17,25 @@ pub struct WithHelp {
     pub cause: Option<Box<dyn Error + Send + Sync>>,
 }
 
-/// Makes an error with what to do next.
-pub fn with_help(message: impl Into<String>, help: impl Into<String>) -> anyhow::Error {
-    WithHelp { message: message.into(), help: help.into(), cause: None }.into()
-}
-
-/// Puts a message in front of an error, and what to do next behind it, where there is something.
-pub fn explained(
-    error: impl Error + Send + Sync + 'static,
-    message: String,
-    help: Option<&str>,
-) -> anyhow::Error {
-    match help {
-        Some(help) => {
-            WithHelp { message, help: help.to_owned(), cause: Some(Box::new(error)) }.into()
-        }
-        None => anyhow::Error::new(error).context(message),
+impl Help for WithHelp {
+    fn help(&self) -> Option<String> {
+        Some(self.help.clone())
     }
 }
 
-/// The command to type next, where an error has one.
+/// Makes an error from a message and what to do next.
+pub fn with_help(message: impl Into<String>, help: impl Into<String>) -> anyhow::Error {
+    helped(WithHelp { message: message.into(), help: help.into(), cause: None })
+}
+
+/// Keeps the advice of an error findable by [`help_of`].
+pub fn helped(error: impl Help + Send + Sync + 'static) -> anyhow::Error {
+    Helpful::from(error).into()
+}
+
+/// What to do next, of the outermost error that has such advice.
 pub fn help_of(error: &anyhow::Error) -> Option<String> {
-    error.chain().find_map(|cause| {
-        let with_help = cause.downcast_ref().map(|with_help: &WithHelp| with_help.help.clone());
-        let fleet = || cause.downcast_ref::<FleetFileError>()?.help();
-        let experiment = || cause.downcast_ref::<ExperimentError>()?.help();
-        let swept = || Some(cause.downcast_ref::<SweptCellError>()?.help());
-        let limits = || Some(cause.downcast_ref::<BeyondLimits>()?.help());
-        let starts = || cause.downcast_ref::<StartFileError>()?.help();
-        with_help.or_else(starts).or_else(fleet).or_else(experiment).or_else(swept).or_else(limits)
-    })
+    error.chain().find_map(|cause| cause.downcast_ref::<Helpful>()?.help())
 }
 
 /// An error with its causes, each once.

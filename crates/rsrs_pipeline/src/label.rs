@@ -21,7 +21,7 @@ use rsrs_msgs::topics::{self, Topic};
 use serde::Serialize;
 
 use self::human_labels::{HumanLabel, JUDGE};
-use crate::error::{explained, with_help};
+use crate::error::{helped, with_help};
 use crate::recorded_run;
 
 /// A run is a part of one if it is shorter than it was set to be by more than this share of it ...
@@ -165,14 +165,14 @@ pub fn judge(
     let poses = options.poses.or_else(|| source_of_all(&bag, record.as_ref()?));
     let read = recorded_run::trajectory_options(record.as_ref(), poses);
     let recorded =
-        read_trajectory(&bag, &read).map_err(|error| refused((path, error), ending.as_ref()))?;
-    let part = part_of_run((&bag, &recorded), record.as_ref(), ending.as_ref());
+        read_trajectory(&bag, &read).map_err(|error| refused(path, error, ending.as_ref()))?;
+    let part = part_of_run(&bag, &recorded, record.as_ref(), ending.as_ref());
     if let (Some(part), CutRun::Refused) = (part, options.cut) {
         return Err(only_a_part(path, part));
     }
     let trajectory = &recorded.trajectory;
     let verdict = label(trajectory, &bodies).map_err(|error| not_judged(path, error))?;
-    let certainty = Certainty::of((trajectory, &bodies), &verdict, &Thresholds::default());
+    let certainty = Certainty::of(trajectory, &bodies, &verdict, &Thresholds::default());
     let stopped = ending.as_ref().filter(|ending| ending.kind != EndingKind::Completed);
     let labelled = Labelled {
         bag: path.to_path_buf(),
@@ -197,7 +197,7 @@ pub fn judge(
 }
 
 /// Why a bag gives no trajectory, with its record of the robot.
-fn refused((path, error): (&Path, TrajectoryError), ending: Option<&Ending>) -> anyhow::Error {
+fn refused(path: &Path, error: TrajectoryError, ending: Option<&Ending>) -> anyhow::Error {
     let lost = match (&error, ending) {
         (TrajectoryError::EndsEarly { robot, .. }, Some(ending)) => {
             let lost = ending.lost.iter().find(|lost| lost.robot == *robot);
@@ -205,8 +205,8 @@ fn refused((path, error): (&Path, TrajectoryError), ending: Option<&Ending>) -> 
         }
         _ => String::new(),
     };
-    let (message, help) = (format!("{}: {error}{lost}", path.display()), error.help());
-    explained(error, message, help)
+    let message = format!("{}: {error}{lost}", path.display());
+    helped(error).context(message)
 }
 
 /// Why a trajectory is not judged, and what to give the judge.
@@ -219,7 +219,7 @@ fn not_judged(path: &Path, error: JudgeError) -> anyhow::Error {
     match error {
         JudgeError::UnknownReach { .. } => {
             let message = format!("{name}: holds no record of its experiment; {error}");
-            explained(error, message, Some(&help))
+            with_help(message, help)
         }
         error => anyhow::Error::from(error).context(name.to_string()),
     }
@@ -227,7 +227,8 @@ fn not_judged(path: &Path, error: JudgeError) -> anyhow::Error {
 
 /// How much of a run there is, if its end was not recorded; one that was stopped has its end.
 fn part_of_run(
-    (bag, recorded): (&Bag, &RecordedTrajectory),
+    bag: &Bag,
+    recorded: &RecordedTrajectory,
     record: Option<&ExperimentRecord>,
     ending: Option<&Ending>,
 ) -> Option<RunPart> {

@@ -9,7 +9,7 @@ use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::robot::profile::Sees;
 use rsrs_view::diagram::{DiagramPicture, ExperimentMark};
 
-use crate::error::with_help;
+use crate::error::helped;
 use crate::picture::boundaries::{Plane, boundaries};
 use crate::sweep::result::{SweepResult, World};
 
@@ -59,8 +59,8 @@ pub fn of_sweep(result: &SweepResult, options: &DiagramOptions) -> anyhow::Resul
     let measured =
         (options.world == World::AsMeasured).then(|| result.source.as_measured()).flatten();
     let cells = measured.as_ref().unwrap_or(&result.source).cells("sweep.yaml")?;
-    let at = slice(diagram, (x, y), options);
-    let (plane, conditions) = plane(diagram, &cells, (x, y, &at));
+    let at = slice(diagram, x, y, options);
+    let (plane, conditions) = plane(diagram, &cells, x, y, &at);
     let boundaries = boundaries(&conditions, plane);
     let picture = DiagramPicture {
         diagram,
@@ -68,16 +68,13 @@ pub fn of_sweep(result: &SweepResult, options: &DiagramOptions) -> anyhow::Resul
         y,
         at: &at,
         title: format!("Phases of a milling swarm: {}", result.source.profile.name),
-        subtitle: subtitle((result, diagram), options.world, &conditions),
+        subtitle: subtitle(result, diagram, options.world, &conditions),
         chosen: options.chosen.as_ref(),
         boundaries: &boundaries,
         experiments: &options.experiments,
         note: Some(options.validation.clone().unwrap_or_else(|| NOT_VALIDATED.to_owned())),
     };
-    rsrs_view::diagram::svg(&picture).map_err(|error| match error.help() {
-        Some(help) => with_help(error.to_string(), help),
-        None => error.into(),
-    })
+    rsrs_view::diagram::svg(&picture).map_err(helped)
 }
 
 /// Which values further axes have in a picture.
@@ -91,7 +88,8 @@ pub fn of_sweep(result: &SweepResult, options: &DiagramOptions) -> anyhow::Resul
 /// What was wished, and for every other axis with several values a value too.
 fn slice(
     diagram: &PhaseDiagram,
-    (x, y): (Axis, Option<Axis>),
+    x: Axis,
+    y: Option<Axis>,
     options: &DiagramOptions,
 ) -> Vec<(Axis, f64)> {
     let is_wished = |axis: Axis| options.at.iter().any(|(at, _)| *at == axis);
@@ -117,7 +115,8 @@ fn slice(
 }
 
 fn subtitle(
-    (result, diagram): (&SweepResult, &PhaseDiagram),
+    result: &SweepResult,
+    diagram: &PhaseDiagram,
     world: World,
     conditions: &Conditions,
 ) -> String {
@@ -147,7 +146,9 @@ fn subtitle(
 fn plane(
     diagram: &PhaseDiagram,
     cells: &[(Cell, Conditions)],
-    (x, y, at): (Axis, Option<Axis>, &[(Axis, f64)]),
+    x: Axis,
+    y: Option<Axis>,
+    at: &[(Axis, f64)],
 ) -> (Plane, Conditions) {
     let span = |axis: Axis| {
         let values = diagram.values(axis);

@@ -11,7 +11,7 @@ use rsrs_msgs::cdr;
 use rsrs_msgs::std_msgs::Text;
 use rsrs_msgs::topics::{self, Topic};
 
-use crate::error::{explained, with_help};
+use crate::error::{helped, with_help};
 use crate::wording::{count, counted};
 
 /// Recorders hand over what they have every second; a file that did not grow for this long is not
@@ -42,10 +42,7 @@ pub fn open(path: &Path) -> anyhow::Result<Bag> {
 ///
 /// If it cannot be read or is no bag; the error names it.
 pub fn open_damaged(path: &Path) -> anyhow::Result<Bag> {
-    Bag::open(path).map_err(|error| {
-        let (message, help) = (error.to_string(), error.help());
-        explained(error, message, help)
-    })
+    Bag::open(path).map_err(helped)
 }
 
 /// The record of the run: `None` in a bag that no runner of ours has made.

@@ -37,13 +37,14 @@ pub fn html(folder: &Path, runs: &Options) -> anyhow::Result<(String, Comparison
     let result = folder::read(folder)?;
     let choice = folder::read_choice(folder)?;
     let comparison = compare(folder, runs)?;
-    let html = page(folder, (&result, choice.as_ref()), &comparison)?;
+    let html = page(folder, &result, choice.as_ref(), &comparison)?;
     Ok((html, comparison))
 }
 
 fn page(
     folder: &Path,
-    (result, choice): (&SweepResult, Option<&Choice>),
+    result: &SweepResult,
+    choice: Option<&Choice>,
     comparison: &Comparison,
 ) -> anyhow::Result<String> {
     let mut page = Page::new(&format!("Simulated and real runs: {}", result.source.profile.name));

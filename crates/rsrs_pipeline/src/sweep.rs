@@ -22,7 +22,7 @@ use rsrs_sim::sweep::{
     blocks, check, run_blocks,
 };
 
-use crate::error::{WithHelp, with_help};
+use crate::error::{WithHelp, helped, with_help};
 use crate::execution::{Execution, RunCounter};
 use crate::sweep::folder::unfinished::{self, Site, Unfinished};
 use crate::sweep::result::SweepResult;
@@ -35,7 +35,8 @@ use crate::sweep::source::ResolvedSweep;
 /// # Arguments
 ///
 /// * `folder` — the folder to make.
-/// * `source` — the sweep, after a name for errors.
+/// * `name` — of the sweep, for errors.
+/// * `source` — the sweep.
 /// * `execution` — on how many threads, watched by whom.
 ///
 /// # Errors
@@ -44,7 +45,8 @@ use crate::sweep::source::ResolvedSweep;
 /// is called off; after the last two it can be resumed.
 pub fn sweep_into(
     folder: &Path,
-    (name, source): (&str, ResolvedSweep),
+    name: &str,
+    source: ResolvedSweep,
     execution: Execution<'_>,
 ) -> anyhow::Result<SweepResult> {
     let plan = Plan::new(name, &source, execution.n_threads)?;
@@ -87,8 +89,10 @@ pub fn sweep_into(
 /// As [`sweep_into`], and of an adaptive sweep, whose work follows from what all machines find.
 pub fn sweep_shard(
     folder: &Path,
-    (name, source): (&str, &ResolvedSweep),
-    (shard, execution): (Shard, Execution<'_>),
+    name: &str,
+    source: &ResolvedSweep,
+    shard: Shard,
+    execution: Execution<'_>,
 ) -> anyhow::Result<Option<u64>> {
     if source.sweep.adaptive.is_some() {
         return Err(with_help(
@@ -106,7 +110,7 @@ pub fn sweep_shard(
     let mut counts = vec![PhaseCounts::default(); plan.conditions.len()];
     let sweeping = Sweeping { plan: &plan, site: &site, folder, shard: Some(shard), execution };
     let round = plan.first_round();
-    match sweeping.work_on(&round, (0, &mut counts), &*execution.observer.count_runs("sweeping")) {
+    match sweeping.work_on(&round, 0, &mut counts, &*execution.observer.count_runs("sweeping")) {
         Ok(()) => Ok(Some(counts.iter().map(PhaseCounts::total).sum())),
         Err(failure) => Err(plan.give_up(name, site, failure)),
     }
@@ -266,7 +270,7 @@ impl Sweeping<'_> {
                 return Ok(swept);
             }
             let n_before = self.plan.numbered(&swept.rounds).count();
-            self.work_on(&round, (n_before as u64, &mut swept.counts), &*counter)?;
+            self.work_on(&round, n_before as u64, &mut swept.counts, &*counter)?;
             swept.rounds.push(round);
         }
     }
@@ -294,7 +298,8 @@ impl Sweeping<'_> {
     fn work_on(
         &self,
         round: &Round,
-        (n_before, counts): (u64, &mut Vec<PhaseCounts>),
+        n_before: u64,
+        counts: &mut Vec<PhaseCounts>,
         counter: &dyn RunCounter,
     ) -> Result<(), Failure> {
         let n_rows_before: u64 = counts.iter().map(PhaseCounts::total).sum();
@@ -317,13 +322,14 @@ impl Sweeping<'_> {
         let doing = if n_before > 0 { "sweeping on where it is uncertain" } else { "sweeping" };
         counter.begin(doing, start);
         let missing = blocks().filter(|(number, _)| !self.site.has(*number));
-        self.run(missing, (start, counts), counter)
+        self.run(missing, start, counts, counter)
     }
 
     fn run(
         &self,
         missing: impl Iterator<Item = (u64, Block)> + Send,
-        (start, counts): (Progress, &mut Vec<PhaseCounts>),
+        start: Progress,
+        counts: &mut Vec<PhaseCounts>,
         counter: &dyn RunCounter,
     ) -> Result<(), Failure> {
         let Runs { seed, duration_s, n_threads, .. } = self.plan.runs;
@@ -373,15 +379,14 @@ fn as_count(number: u64) -> usize {
 
 /// An error after which nothing is lost.
 fn kept(folder: &Path, command: &str, error: anyhow::Error) -> anyhow::Error {
-    WithHelp {
+    helped(WithHelp {
         message: format!(
             "the sweep in {} cannot go on; what is finished is kept",
             folder.display()
         ),
         help: format!("mend this and go on with `{command}`"),
         cause: Some(error.into()),
-    }
-    .into()
+    })
 }
 
 /// Names the cell that cannot be simulated.
@@ -390,7 +395,8 @@ fn explain(name: &str, cells: &[Cell], error: SweepError) -> anyhow::Error {
     let cell = &cells[cell % cells.len()];
     match error {
         SweepError::Placement { source, .. } => {
-            with_help(format!("{name}: cell `{cell}`: {source}"), source.help())
+            let message = format!("{name}: cell `{cell}`: {source}");
+            helped(source).context(message)
         }
         SweepError::Judge { source, .. } => {
             anyhow::anyhow!("{name}: cell `{cell}` cannot be judged: {source}")

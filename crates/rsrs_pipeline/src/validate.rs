@@ -16,7 +16,7 @@ use rsrs_core::trials::fit::{SensorMap, sensor_map};
 use rsrs_core::trials::trial::{DrivenTrial, detection_trials};
 use rsrs_sim::reach::{ReachOptions, smallest_factors, validate as contain};
 
-use crate::error::{explained, with_help};
+use crate::error::{helped, with_help};
 use crate::measure::trial_files::{Trajectories, table, trajectories};
 use crate::provenance::Provenance;
 use crate::sweep::folder;
@@ -92,10 +92,7 @@ fn read(name: &str, source: ResolvedSweep, options: &Options) -> anyhow::Result<
         .as_ref()
         .map(|path| {
             let detections = table(path, detection_trials)?;
-            sensor_map(&detections, source.profile.body.radius_m).map_err(|error| {
-                let (message, help) = (error.to_string(), error.help());
-                explained(error, message, Some(&help))
-            })
+            sensor_map(&detections, source.profile.body.radius_m).map_err(helped)
         })
         .transpose()?;
     let Trajectories { driven: trials, from_rest } = trajectories(&options.trajectories)?;
@@ -149,12 +146,12 @@ fn judge(case: &Case) -> anyhow::Result<Answer> {
     let turning = if validation.is_contained {
         None
     } else {
-        cause::turning((measured, factors), &settings, case)?
+        cause::turning(measured, factors, &settings, case)?
     };
     let smallest_factors = if validation.is_contained || turning.is_some() {
         None
     } else {
-        smallest_factors((measured, factors), &settings, &case.trials, &case.options)?
+        smallest_factors(measured, factors, &settings, &case.trials, &case.options)?
             .map(|smallest| smallest.factors)
     };
     let capability_violations = better_capabilities(case)?;

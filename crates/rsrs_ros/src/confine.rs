@@ -10,6 +10,8 @@ use std::io;
 use std::path::Path;
 use std::process::Command;
 
+use rsrs_core::help::Help;
+
 use crate::kernel;
 
 /// What a process in its own network is known by.
@@ -58,18 +60,20 @@ pub enum ConfineError {
     },
 }
 
-impl ConfineError {
-    /// What to do about it, if something can be done.
-    pub fn help(&self) -> Option<&'static str> {
+impl Help for ConfineError {
+    fn help(&self) -> Option<String> {
         match self {
             Self::Forbidden { .. } => Some(
                 "allow them with `sudo sysctl -w kernel.apparmor_restrict_unprivileged_userns=0` \
-                 (Ubuntu), or run as root",
+                 (Ubuntu), or run as root"
+                    .to_owned(),
             ),
             Self::SeveralThreads { .. } | Self::Kernel { .. } => None,
         }
     }
+}
 
+impl ConfineError {
     fn of(source: io::Error) -> Self {
         match source.raw_os_error() {
             // No right to; no more namespaces allowed, in the codes of newer and of older kernels;

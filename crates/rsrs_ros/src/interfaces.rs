@@ -3,6 +3,8 @@
 use std::io;
 use std::net::{IpAddr, Ipv4Addr};
 
+use rsrs_core::help::Help;
+
 use crate::kernel;
 
 /// Name of the environment variable that chooses the interface.
@@ -48,10 +50,12 @@ pub enum InterfaceError {
     },
 }
 
-impl InterfaceError {
-    /// What to do about it.
-    pub fn help(&self) -> &'static str {
-        "choose one with `--interface NAME`, `--interface ADDRESS` or RSRS_INTERFACE"
+impl Help for InterfaceError {
+    fn help(&self) -> Option<String> {
+        Some(
+            "choose one with `--interface NAME`, `--interface ADDRESS` or RSRS_INTERFACE"
+                .to_owned(),
+        )
     }
 }
 

@@ -3,6 +3,7 @@
 use std::io;
 
 use clap::{CommandFactory, Parser};
+use rsrs_core::help::Help;
 
 use crate::interfaces::InterfaceError;
 use crate::logging::Level;
@@ -26,7 +27,7 @@ pub struct NodeArguments {
 #[derive(Debug, thiserror::Error)]
 pub enum NodeArgumentsError {
     /// The arguments for ROS 2 are wrong.
-    #[error("{0}{help}", help = .0.help().map_or_else(String::new, |help| format!("; {help}")))]
+    #[error("{}", .0.text_with_help())]
     Ros(#[from] RosArgsError),
     /// The namespace and `--robots` name different robots.
     #[error(
@@ -39,7 +40,7 @@ pub enum NodeArgumentsError {
         robots: String,
     },
     /// No interface is chosen, or it does not exist.
-    #[error("{0}; {help}", help = .0.help())]
+    #[error("{}", .0.text_with_help())]
     Interface(#[from] InterfaceError),
     /// A flag that the node does not have, or a value that it cannot have.
     #[error("{0}")]
@@ -126,9 +127,11 @@ impl NodeArguments {
     ///
     /// If `nodes` is empty.
     pub fn new(
-        (flags, mut ros): (NodeFlags, RosArgs),
+        flags: NodeFlags,
+        mut ros: RosArgs,
         environment: &Environment,
-        (nodes, topics): (&[&str], TopicRules),
+        nodes: &[&str],
+        topics: TopicRules,
     ) -> Result<Self, NodeArgumentsError> {
         let NodeFlags { interface, mut robots } = flags;
         ros.check_rules(nodes, topics)?;
@@ -178,10 +181,8 @@ mod tests {
         environment: &Environment,
     ) -> Result<NodeArguments, NodeArgumentsError> {
         let (Flags { node }, ros) = split(arguments, environment)?;
-        NodeArguments::new((node, ros), environment, NODE)
+        NodeArguments::new(node, ros, environment, &["controller"], TopicRules::Followed)
     }
-
-    const NODE: (&[&str], TopicRules) = (&["controller"], TopicRules::Followed);
 
     #[test]
     fn the_namespace_names_the_robot_and_parameters_reach_it() {

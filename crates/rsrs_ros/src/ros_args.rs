@@ -289,6 +289,8 @@ impl RosArgs {
 
 #[cfg(test)]
 mod tests {
+    use rsrs_core::help::Help;
+
     use super::*;
 
     fn parse(line: &str) -> Result<(RosArgs, Vec<String>), RosArgsError> {

@@ -57,7 +57,7 @@ pub fn offer<Q: RosMessage, R: RosMessage + Default>(
     deliver: impl FnMut(Q, Reply<R>) + Send + 'static,
 ) -> Result<Service, SessionError> {
     let decode = |body: &[u8]| cdr::decode_body::<Q>(body, ByteOrder::Little).ok();
-    offer_decoded(session, (node, name), decode, deliver)
+    offer_decoded(session, node, name, decode, deliver)
 }
 
 /// As [`offer`], for a service whose requests are shorter in an older version of its package.
@@ -84,12 +84,13 @@ where
         let older = || cdr::decode_body::<Older>(body, ByteOrder::Little).map(Q::from);
         cdr::decode_body::<Q>(body, ByteOrder::Little).or_else(|_| older()).ok()
     };
-    offer_decoded(session, (node, name), decode, deliver)
+    offer_decoded(session, node, name, decode, deliver)
 }
 
 fn offer_decoded<Q: RosMessage, R: RosMessage + Default>(
     session: &Session,
-    (node, name): (&NodeHandle, &str),
+    node: &NodeHandle,
+    name: &str,
     decode: impl Fn(&[u8]) -> Option<Q> + Send + 'static,
     mut deliver: impl FnMut(Q, Reply<R>) + Send + 'static,
 ) -> Result<Service, SessionError> {
@@ -101,7 +102,7 @@ fn offer_decoded<Q: RosMessage, R: RosMessage + Default>(
         deliver(request, Reply(sender));
         async move { answer.await.ok().map(|answer: R| cdr::encode_body(&answer)) }
     };
-    Ok(Service { _task: session.run(raw::answer_all(service, server, (decode, refusal), answer)) })
+    Ok(Service { _task: session.run(raw::answer_all(service, server, decode, refusal, answer)) })
 }
 
 fn type_name<Q: RosMessage>() -> ServiceTypeName {
@@ -168,7 +169,8 @@ impl<'a, Q: RosMessage, R: RosMessage> ServiceClient<'a, Q, R> {
     pub fn new(
         session: &'a Session,
         node: &NodeHandle,
-        (service, mapping): (&str, Mapping),
+        service: &str,
+        mapping: Mapping,
     ) -> Result<Self, SessionError> {
         let client = raw::client(session, node, service, &type_name::<Q>(), mapping)?;
         Ok(Self { session, service: service.to_owned(), client, answers: PhantomData })

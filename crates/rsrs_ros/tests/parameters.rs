@@ -1,7 +1,6 @@
 //! Parameter services over real DDS, each test in a network of its own.
 
 mod controllers;
-mod support;
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -14,7 +13,7 @@ use rsrs_ros::parameters::{
     ParameterValue,
 };
 use rsrs_ros::session::{Received, Session};
-use support::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
 
 /// Controllers of `n_robots`, whose speed may not be 0.13.
 fn controllers(session: &Session, n_robots: usize) -> ParameterServer {

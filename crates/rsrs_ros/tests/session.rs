@@ -1,7 +1,5 @@
 //! Sessions over real DDS, each test in a network of its own.
 
-mod support;
-
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,7 +11,7 @@ use rsrs_msgs::topics::{self, Qos};
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::clock::{ClockFollower, ClockPublisher};
 use rsrs_ros::session::{Endpoint, EndpointKind, Received, ReceivedRaw, Session};
-use support::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
 use tokio::sync::mpsc;
 
 /// A closure that puts what it is given into a channel.

@@ -153,7 +153,8 @@ impl Batch {
     pub fn judge(
         &mut self,
         conditions: &Conditions,
-        (seed, replicates): (u64, Range<u64>),
+        seed: u64,
+        replicates: Range<u64>,
         duration_s: f64,
     ) -> Result<Vec<Verdict>, BatchError> {
         let digest = conditions.digest();
@@ -163,7 +164,7 @@ impl Batch {
             let run = |replicate: &u64| RunKey::new(Seed { seed, replicate: *replicate }, digest);
             let runs: Vec<RunKey> = replicates.iter().map(run).collect();
             let in_lanes = if can_run(conditions, duration_s) {
-                // A replicate that cannot be placed is left to the reference, which says which.
+                // A replicate that cannot be placed is left to the reference, which reports it.
                 self.engine_for(runs.len()).judge(conditions, &runs, duration_s).ok().flatten()
             } else {
                 None
@@ -199,10 +200,11 @@ impl Batch {
     pub fn digests(
         &mut self,
         conditions: &Conditions,
-        (seed, replicates): (u64, Range<u64>),
+        seed: u64,
+        replicates: Range<u64>,
         n_steps: u64,
     ) -> Result<Vec<Vec<u64>>, PlacementError> {
-        let runs = runs(conditions, (seed, replicates));
+        let runs = runs(conditions, seed, replicates);
         let mut digests = Vec::with_capacity(runs.len());
         for runs in runs.chunks(self.lanes()) {
             digests.extend(self.engine_for(runs.len()).digests(conditions, runs, n_steps)?);
@@ -218,10 +220,11 @@ impl Batch {
     pub fn step_only(
         &mut self,
         conditions: &Conditions,
-        (seed, replicates): (u64, Range<u64>),
+        seed: u64,
+        replicates: Range<u64>,
         n_steps: u64,
     ) -> Result<(), PlacementError> {
-        let runs = runs(conditions, (seed, replicates));
+        let runs = runs(conditions, seed, replicates);
         runs.chunks(self.lanes())
             .try_for_each(|runs| self.engine_for(runs.len()).step_only(conditions, runs, n_steps))
     }
@@ -233,7 +236,7 @@ impl Batch {
     }
 }
 
-fn runs(conditions: &Conditions, (seed, replicates): (u64, Range<u64>)) -> Vec<RunKey> {
+fn runs(conditions: &Conditions, seed: u64, replicates: Range<u64>) -> Vec<RunKey> {
     let digest = conditions.digest();
     replicates.map(|replicate| RunKey::new(Seed { seed, replicate }, digest)).collect()
 }

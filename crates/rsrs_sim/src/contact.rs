@@ -73,7 +73,7 @@ impl Border {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::example::flockbot_conditions;
+    use rsrs_testing::conditions::flockbot_conditions;
 
     fn blocks_at(front_half_angle_rad: f64, bearing_rad: f64, distance_m: f64) -> bool {
         let robot = SimulatedRobot { front_half_angle_rad, ..flockbot_conditions().robot };

@@ -37,7 +37,7 @@ pub fn yaw_share(robot: &SimulatedRobot, period_s: f64) -> Option<f32> {
 mod tests {
     use super::*;
     use crate::draw::{Purpose, RunKey, Seed};
-    use crate::example::flockbot_conditions;
+    use rsrs_testing::conditions::flockbot_conditions;
 
     #[test]
     fn gusts_keep_their_standard_deviation() {

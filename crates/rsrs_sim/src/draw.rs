@@ -1,7 +1,7 @@
 //! Random draws that depend only on what they are for: never on order, thread or neighbours.
 //!
-//! Within a run, draws are *counter-based*: the key says who draws and why, the counter is the step.
-//! Before a run, each robot has its own short streams of a standard generator.
+//! Within a run, draws are *counter-based*: the key names robot and purpose, the counter is the
+//! step. Before a run, each robot has its own short streams of a standard generator.
 
 use rand::Rng;
 use rand::SeedableRng;

@@ -140,7 +140,7 @@ impl Grid {
             *end = sum;
         }
         self.order.resize(n_robots, 0);
-        // Behind the last robot there is nobody: what is not a number is neither seen nor touched.
+        // Behind the last robot is padding: what is not a number is neither seen nor touched.
         self.x_m.resize(n_robots + BLOCK, f32::NAN);
         self.y_m.resize(n_robots + BLOCK, f32::NAN);
         for (robot, cell) in self.cells.iter().enumerate() {
@@ -252,9 +252,9 @@ fn range(numbers: &[f32]) -> Option<(f32, f32)> {
 mod tests {
     use super::*;
     use crate::draw::{Purpose, RunKey, Seed};
-    use crate::example::flockbot_conditions;
     use rsrs_core::conditions::{Region, SimulatedRobot};
     use rsrs_core::robot::profile::Sees;
+    use rsrs_testing::conditions::flockbot_conditions;
 
     fn regions() -> Vec<Region> {
         let cone = |half_angle_rad, range_m| Region::Cone { half_angle_rad, range_m };

@@ -34,6 +34,3 @@ pub mod batch;
 pub mod episode;
 pub mod reach;
 pub mod sweep;
-
-#[cfg(test)]
-mod example;

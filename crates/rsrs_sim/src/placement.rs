@@ -3,6 +3,7 @@
 use std::fmt;
 
 use rsrs_core::conditions::{Conditions, Placement};
+use rsrs_core::help::Help;
 use rsrs_core::robot::unicycle::Pose;
 
 use crate::contact::Border;
@@ -89,18 +90,13 @@ impl Area {
     }
 }
 
-impl PlacementError {
-    /// What to do next.
-    pub fn help(&self) -> String {
-        match self.area {
-            Area::Disc { .. } => {
-                "widen `placement_radius_m` (and `arena_m`), or take fewer `robots`"
-            }
-            Area::Box { .. } => {
-                "widen the box of `placement` (and `arena_m`), or take fewer `robots`"
-            }
-        }
-        .to_owned()
+impl Help for PlacementError {
+    fn help(&self) -> Option<String> {
+        let area = match self.area {
+            Area::Disc { .. } => "`placement_radius_m`",
+            Area::Box { .. } => "the box of `placement`",
+        };
+        Some(format!("widen {area} (and `arena_m`), or take fewer `robots`"))
     }
 }
 
@@ -239,7 +235,7 @@ fn most_that_fit(radius_m: f64, spacing_m: f64) -> usize {
 mod tests {
     use super::*;
     use crate::draw::Seed;
-    use crate::example::flockbot_conditions;
+    use rsrs_testing::conditions::flockbot_conditions;
 
     fn run(replicate: u64) -> RunKey {
         RunKey::new(Seed { seed: 1, replicate }, 0)
@@ -309,7 +305,8 @@ mod tests {
             error.to_string().contains("do not fit into a box of 1.000 m by 0.500 m"),
             "{error}"
         );
-        assert!(error.help().contains("widen the box of `placement`"), "{}", error.help());
+        let help = error.help().unwrap();
+        assert!(help.contains("widen the box of `placement`"), "{help}");
     }
 
     #[test]

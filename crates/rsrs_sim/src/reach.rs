@@ -2,11 +2,11 @@
 //! trajectories lie in it.
 //!
 //! Simulated robots drive every sequence of commands of the trials, one sequence after the other as
-//! real ones do, each as often as a real robot drove it. Half of them say where simulated robots
-//! can be; the other half say how far from them is far: the region at a time is where no more than
-//! 1 % of simulated robots would be further out. So the region holds 99 % of simulated robots
+//! real ones do, each as often as a real robot drove it. Half of them show where simulated robots
+//! can be; the other half calibrate how far from them is far: the region at a time is where no more
+//! than 1 % of simulated robots would be further out. So the region holds 99 % of simulated robots
 //! whatever its shape (a point, a line, a banana, a ring). As many robots again, which no region was
-//! made from, say how often simulated robots leave it. All keep the gains of one robot through all
+//! made from, show how often simulated robots leave it. All keep the gains of one robot through all
 //! of its trials.
 //!
 //! # Source
@@ -43,7 +43,7 @@ mod regions;
 /// How reach is simulated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReachOptions {
-    /// Simulated robots, 200 or more: half for the region, half to calibrate it. As many again say
+    /// Simulated robots, 200 or more: half for the region, half to calibrate it. As many again show
     /// how often robots leave it.
     pub n_robots: usize,
     /// Share of the simulated robots that each region holds, above 0.5 and below 1.
@@ -141,7 +141,7 @@ type Drives = Vec<Vec<Path>>;
 ///
 /// Regions, coverage and the trials outside. Robots of the simulated population are refused
 /// ([`Validation::is_contained`] is false) with a probability of at most 5 %, because what is
-/// compared is how many trials of how many robots leave, and the simulated robots say how often
+/// compared is how many trials of how many robots leave, and the simulated robots show how often
 /// that happens to them.
 ///
 /// # Errors
@@ -154,7 +154,7 @@ pub fn validate(
     options: &ReachOptions,
 ) -> Result<Validation, ReachError> {
     check(options)?;
-    let (kinds, kind_of) = kinds(trials, (options, robot.computation.period_s))?;
+    let (kinds, kind_of) = kinds(trials, options, robot.computation.period_s)?;
     let conditions = conditions(robot, settings, trials)?;
     let driver = drive::Driver::new(robot, &conditions);
     let mut simulated = Vec::with_capacity(2 * options.n_robots);
@@ -164,10 +164,9 @@ pub fn validate(
     }
     let (of_regions, fresh) = simulated.split_at(options.n_robots);
     let (reference, calibration) = of_regions.split_at(options.n_robots / 2);
-    let regions: Vec<Regions> = (0..kinds.len())
-        .map(|kind| Regions::new(kind, (reference, calibration), options))
-        .collect();
-    let places = judgement::places(trials, (&kinds, &kind_of), &regions);
+    let regions: Vec<Regions> =
+        (0..kinds.len()).map(|kind| Regions::new(kind, reference, calibration, options)).collect();
+    let places = judgement::places(trials, &kinds, &kind_of, &regions);
     let tubes = kinds.iter().zip(&regions).enumerate();
     let tubes = tubes
         .map(|(kind, (of, regions))| {
@@ -205,7 +204,8 @@ fn check(options: &ReachOptions) -> Result<(), ReachError> {
 /// least the middle of the horizons of its kind.
 fn kinds<'a>(
     trials: &'a [DrivenTrial],
-    (options, period_s): (&ReachOptions, f64),
+    options: &ReachOptions,
+    period_s: f64,
 ) -> Result<(Vec<Kind<'a>>, Vec<usize>), ReachError> {
     let mut members: BTreeMap<Vec<u64>, Vec<usize>> = BTreeMap::new();
     for (index, trial) in trials.iter().enumerate() {

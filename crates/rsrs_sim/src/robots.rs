@@ -150,9 +150,9 @@ impl Robots {
     #[inline]
     pub fn advance(&mut self, rules: &Rules, robot: usize, drive: Drive) {
         let traits = self.traits[robot];
-        self.translate(rules, robot, (drive, traits));
+        self.translate(rules, robot, drive, traits);
         let noise: Noise = (rules.turn_gain_step_sd, |keys| keys.turn_gain_noise);
-        let gain = self.with_noise(traits.turn_gain, noise, (robot, drive.step));
+        let gain = self.with_noise(traits.turn_gain, noise, robot, drive.step);
         let mut rate_rad_s = drive.turn_rate_rad_s * gain + traits.turn_bias_rad_s;
         if let Some(share) = rules.yaw_share {
             let yaw_rate_rad_s = self.yaw_rate_rad_s[robot];
@@ -162,16 +162,16 @@ impl Robots {
         if rules.rotates_while_blocked || !drive.is_blocked {
             let noise: Noise = (rules.heading_noise_sd_rad, |keys| keys.heading_noise);
             let angle_rad = rate_rad_s * rules.period_s;
-            self.rotate(robot, self.with_noise(angle_rad, noise, (robot, drive.step)));
+            self.rotate(robot, self.with_noise(angle_rad, noise, robot, drive.step));
         }
     }
 
-    fn translate(&mut self, rules: &Rules, robot: usize, (drive, traits): (Drive, Traits)) {
+    fn translate(&mut self, rules: &Rules, robot: usize, drive: Drive, traits: Traits) {
         let travel_m = if drive.is_blocked {
             0.0
         } else {
             let noise: Noise = (rules.speed_gain_step_sd, |keys| keys.speed_gain_noise);
-            let gain = self.with_noise(traits.speed_gain, noise, (robot, drive.step));
+            let gain = self.with_noise(traits.speed_gain, noise, robot, drive.step);
             drive.speed_m_s * gain * rules.period_s
         };
         let from_m = (self.x_m[robot], self.y_m[robot]);
@@ -189,7 +189,7 @@ impl Robots {
 
     /// A number with noise of a standard deviation; without one, nothing is drawn or added.
     #[inline]
-    fn with_noise(&self, number: f32, (sd, key): Noise, (robot, step): (usize, u32)) -> f32 {
+    fn with_noise(&self, number: f32, (sd, key): Noise, robot: usize, step: u32) -> f32 {
         if sd == 0.0 { number } else { number + sd * key(&self.noise_keys[robot]).normal(step) }
     }
 
@@ -246,7 +246,7 @@ impl Traits {
     fn draw(conditions: &Conditions, run: RunKey, robot: usize) -> Self {
         let simulated = &conditions.robot;
         let normal = |purpose| run.stream(robot, purpose).truncated_normal();
-        // A robot may be weak, but it does not drive backward when told to drive forward.
+        // A robot may be weak, but it does not drive backward when commanded forward.
         let gain = |distribution: GainDistribution, purpose| {
             let spread = if distribution.robot_sd == 0.0 {
                 0.0

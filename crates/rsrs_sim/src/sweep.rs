@@ -175,8 +175,8 @@ pub fn check(conditions: &[Conditions], runs: Runs) -> Result<(), SweepError> {
 
 /// Runs one cell again on seeds that no replicate of the sweep has seen.
 ///
-/// A cell that was chosen because it looked best looks better than it is; only fresh runs say how
-/// good it is.
+/// A cell that was chosen because it looked best looks better than it is; only fresh runs estimate
+/// how good it is.
 ///
 /// # Arguments
 ///

@@ -50,7 +50,7 @@ pub(crate) struct Extent {
 const SHARPEST_SINE: f64 = 1e-2;
 
 impl View {
-    /// How far the view reaches; `None` if nothing useful can be said.
+    /// How far the view reaches; `None` if there is no useful bound.
     pub(crate) fn extent(&self) -> Option<Extent> {
         match self {
             Self::Cone(cone) => {
@@ -123,7 +123,7 @@ impl PolygonView {
     }
 
     /// The greatest distance of a corner from the robot, in metres, and a little more; `None` if a
-    /// corner is too sharp to tell.
+    /// corner is too sharp for one.
     fn reach_m(&self) -> Option<f32> {
         let mut reach_m = 0.0_f64;
         for (index, side) in self.sides.iter().enumerate() {
@@ -155,7 +155,7 @@ impl PolygonView {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::example::flockbot_conditions;
+    use rsrs_testing::conditions::flockbot_conditions;
 
     fn robot(region: Region, sees: Sees) -> SimulatedRobot {
         SimulatedRobot { region, sees, ..flockbot_conditions().robot }

@@ -259,11 +259,11 @@ pub(crate) fn digest(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::example::flockbot_conditions;
     use proptest::prelude::*;
     use rsrs_core::conditions::{Arena, Placement, Region, Walls};
     use rsrs_core::robot::controller::decide;
     use rsrs_core::robot::profile::Sees;
+    use rsrs_testing::conditions::flockbot_conditions;
 
     fn run(world: &mut World, conditions: &Conditions, n_steps: usize) {
         for _ in 0..n_steps {

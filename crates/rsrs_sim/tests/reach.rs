@@ -224,8 +224,8 @@ fn the_smallest_factors_contain_faster_and_curving_robots() {
     let faster = exact(5, ActuationGain { speed: 1.16, ..MEAN }, 0.0);
     let curving = exact(5, MEAN, 0.03);
 
-    let found = smallest_factors((&measured, base), &settings, &faster, &options()).unwrap();
-    let drifting = smallest_factors((&measured, base), &settings, &curving, &options()).unwrap();
+    let found = smallest_factors(&measured, base, &settings, &faster, &options()).unwrap();
+    let drifting = smallest_factors(&measured, base, &settings, &curving, &options()).unwrap();
 
     let factors = found.expect("a spread contains them").factors;
     assert!((2.5..8.0).contains(&factors.gain_sd_factor), "{factors:?}");
@@ -246,7 +246,8 @@ fn no_factor_widens_what_a_profile_does_not_have() {
     let curving = exact(3, MEAN, 0.03);
 
     let none = smallest_factors(
-        (&straight, HarsherFactors::default()),
+        &straight,
+        HarsherFactors::default(),
         &Settings::default(),
         &curving,
         &options(),

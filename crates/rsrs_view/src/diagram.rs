@@ -2,6 +2,7 @@
 
 use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::help::Help;
 use rsrs_core::judge::phase::Phase;
 
 use crate::axes::{self, axes};
@@ -68,9 +69,8 @@ pub enum PictureError {
     },
 }
 
-impl PictureError {
-    /// What to do next.
-    pub fn help(&self) -> Option<String> {
+impl Help for PictureError {
+    fn help(&self) -> Option<String> {
         match self {
             Self::Slice(error) => error.help(),
             Self::BoundaryNotFinite { .. } => None,

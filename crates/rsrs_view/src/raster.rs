@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{ImageHrefResolver, Options, Tree, fontdb};
+use rsrs_core::help::Help;
 
 /// Subsets of `DejaVu Sans`; `fonts/README.md` says how they were made.
 const FONTS: [&[u8]; 2] = [
@@ -40,9 +41,8 @@ pub enum RasterError {
     },
 }
 
-impl RasterError {
-    /// What to do next.
-    pub fn help(&self) -> Option<String> {
+impl Help for RasterError {
+    fn help(&self) -> Option<String> {
         match self {
             Self::Size { .. } => Some("ask for a width of about 1600 px".to_owned()),
             Self::Svg { .. } | Self::Encode { .. } => None,

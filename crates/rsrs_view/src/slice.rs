@@ -2,6 +2,7 @@
 
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::{PhaseCounts, PhaseDiagram};
+use rsrs_core::help::Help;
 
 use crate::scale::label;
 
@@ -77,9 +78,8 @@ pub enum SliceError {
     },
 }
 
-impl SliceError {
-    /// What to do next.
-    pub fn help(&self) -> Option<String> {
+impl Help for SliceError {
+    fn help(&self) -> Option<String> {
         match self {
             Self::Empty => Some("finish the sweep first: `rsrs sweep SWEEP -o DIR`".to_owned()),
             Self::AxisNotSwept { swept, .. } => match swept.as_slice() {

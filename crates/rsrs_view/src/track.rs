@@ -18,7 +18,7 @@ pub fn simplified(points: &[Point], tolerance_px: f64) -> Vec<Point> {
     is_kept[last] = true;
     let mut sections = vec![(0, last)];
     while let Some((from, to)) = sections.pop() {
-        let inner = (from + 1..to).map(|index| (index, distance_px(points, index, (from, to))));
+        let inner = (from + 1..to).map(|index| (index, distance_px(points, index, from, to)));
         let farthest = inner.max_by(|left, right| left.1.total_cmp(&right.1));
         if let Some((index, away_px)) = farthest
             && away_px > tolerance_px
@@ -31,7 +31,7 @@ pub fn simplified(points: &[Point], tolerance_px: f64) -> Vec<Point> {
 }
 
 /// How far a point is from the segment between two others.
-fn distance_px(points: &[Point], index: usize, (from, to): (usize, usize)) -> f64 {
+fn distance_px(points: &[Point], index: usize, from: usize, to: usize) -> f64 {
     let ((x, y), (from_x, from_y), (to_x, to_y)) = (points[index], points[from], points[to]);
     let (dx, dy) = (to_x - from_x, to_y - from_y);
     let squared_length = dx * dx + dy * dy;

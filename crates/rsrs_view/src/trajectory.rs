@@ -92,8 +92,8 @@ pub fn svg(picture: &TrajectoryPicture) -> Result<String, TrajectoryPictureError
     let (caption, bottom_px) = caption(picture, ring, field.top_px + field.height_px + 12.0);
     let page = Element::picture(PAGE_PX, bottom_px + 16.0, &picture.title)
         .children(header)
-        .child(tracks(&field, trajectory, 0..first_of_tail + 1, ("#b9c3cc", 0.8)))
-        .child(tracks(&field, trajectory, first_of_tail..trajectory.n_samples(), (TAIL, 1.5)))
+        .child(tracks(&field, trajectory, 0..first_of_tail + 1, "#b9c3cc", 0.8))
+        .child(tracks(&field, trajectory, first_of_tail..trajectory.n_samples(), TAIL, 1.5))
         .children(ring.map(|ring| ring_circle(&field, ring)))
         .children(robots)
         .children(scale_bar(&field, bottom_px))
@@ -146,7 +146,8 @@ fn tracks(
     field: &Field,
     trajectory: &Trajectory,
     samples: std::ops::Range<usize>,
-    (stroke, width_px): (&str, f64),
+    stroke: &str,
+    width_px: f64,
 ) -> Element {
     let paths = (0..trajectory.n_robots).map(|robot| {
         let points: Vec<Point> = samples

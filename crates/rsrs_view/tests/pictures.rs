@@ -6,6 +6,7 @@ use std::path::Path;
 use resvg::tiny_skia::{Pixmap, PremultipliedColorU8};
 use rsrs_core::diagram::axis::{Axis, AxisValues, Cell};
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
+use rsrs_core::help::Help;
 use rsrs_core::judge::phase::Phase;
 use rsrs_view::diagram::{Boundary, DiagramPicture, ExperimentMark, svg};
 use rsrs_view::raster::png;

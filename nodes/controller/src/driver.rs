@@ -114,8 +114,8 @@ pub async fn serve(session: &Session, robots: Vec<Hosting>, notes: &[Note]) -> a
         hosted.push(host(session, &server, robot)?);
         let node = &hosted[index].node;
         let reaction = parameters::reaction(&server, node.full_name());
-        subscriptions.push(listen(session, node, (index, robot, reaction), &received)?);
-        subscriptions.push(listen_to_simulator(session, node, (index, robot), &received)?);
+        subscriptions.push(listen(session, node, index, robot, reaction, &received)?);
+        subscriptions.push(listen_to_simulator(session, node, index, robot, &received)?);
     }
     if let Some(first) = hosted.first() {
         subscriptions.extend(listen_to_all(session, &first.node, &received)?);
@@ -144,7 +144,7 @@ fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Res
     let status = topics::CONTROLLER_STATUS;
     let status = session.publish_on(&node, &status.for_robot(robot), status.qos)?;
     let first_counter = wire::first_counter(wall_time());
-    let machine = parameters::controller(server, (node.full_name(), robot), first_counter);
+    let machine = parameters::controller(server, node.full_name(), robot, first_counter);
     let gate_status = if machine.gate().is_some() {
         node.log(Level::Info, "holds the lease: the robot has no gate of ours");
         let topic = topics::STATUS;
@@ -159,7 +159,9 @@ fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Res
 fn listen(
     session: &Session,
     node: &NodeHandle,
-    (index, robot, reaction): (usize, &str, Reaction),
+    index: usize,
+    robot: &str,
+    reaction: Reaction,
     received: &UnboundedSender<Input>,
 ) -> anyhow::Result<Subscription> {
     let received = received.clone();
@@ -176,7 +178,8 @@ fn listen(
 fn listen_to_simulator(
     session: &Session,
     node: &NodeHandle,
-    (index, robot): (usize, &str),
+    index: usize,
+    robot: &str,
     received: &UnboundedSender<Input>,
 ) -> anyhow::Result<Subscription> {
     let (received, topic) = (received.clone(), topics::VIRTUAL_DETECTION);
@@ -255,12 +258,12 @@ async fn answer(
                     hosted[index].sight.receive(detection, Instant::now());
                 }
                 for (index, event) in for_whom(received, hosted, server) {
-                    step(&mut hosted[index], server, (event, start.elapsed())).await?;
+                    step(&mut hosted[index], server, event, start.elapsed()).await?;
                 }
             }
             _ = beat.tick() => {
                 for controller in hosted.iter_mut() {
-                    step(controller, server, (Event::Tick, start.elapsed())).await?;
+                    step(controller, server, Event::Tick, start.elapsed()).await?;
                 }
             }
         }
@@ -307,7 +310,8 @@ fn for_whom(received: Input, hosted: &[Hosted], server: &ParameterServer) -> Vec
 async fn step(
     controller: &mut Hosted,
     server: &ParameterServer,
-    (event, now): (Event, Duration),
+    event: Event,
+    now: Duration,
 ) -> anyhow::Result<()> {
     for action in controller.machine.on_event(event, now) {
         match action {

@@ -16,9 +16,6 @@ use anyhow::Context;
 use rsrs_ros::node_arguments::{AFTER_HELP, NodeArguments, NodeFlags, has_helped, split};
 use rsrs_ros::ros_args::{Environment, TopicRules};
 
-/// The node of each robot, whose topics may have other names.
-const NODES: (&[&str], TopicRules) = (&[NODE], TopicRules::Followed);
-
 /// Decides what a robot does: detections in, velocity commands out.
 ///
 /// For robots that have no gate of ours in front of their wheels, `-p lease:=controller` (behind
@@ -47,7 +44,7 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
     }
     let environment = Environment::of_this_process();
     let (Flags { node }, ros) = split(arguments, &environment)?;
-    let options = NodeArguments::new((node, ros), &environment, NODES)?;
+    let options = NodeArguments::new(node, ros, &environment, &[NODE], TopicRules::Followed)?;
     options.ros.start_logging(options.log_level);
     tokio::runtime::Builder::new_current_thread()
         .enable_all()

@@ -89,8 +89,8 @@ pub fn declare(
         (SPEED, "Forward speed v of the milling controller, in m/s."),
         (TURN_RATE, "Turning rate of the milling controller, in rad/s."),
     ]) {
-        let most = number(robot, limit, given.remove(limit), (default, f64::MAX))?;
-        let value = number(robot, name, given.remove(name), (0.0, most))?;
+        let most = number(robot, limit, given.remove(limit), default, f64::MAX)?;
+        let value = number(robot, name, given.remove(name), 0.0, most)?;
         let mut descriptor = Descriptor::new(name, ParameterKind::Double, description);
         descriptor.range = Some((0.0, most));
         parameters.push((descriptor, ParameterValue::Double(value)));
@@ -192,7 +192,8 @@ fn number(
     robot: &str,
     name: &'static str,
     given: Option<ParameterValue>,
-    (default, most): (f64, f64),
+    default: f64,
+    most: f64,
 ) -> Result<f64, StartValueError> {
     match given {
         None => Ok(default),
@@ -252,7 +253,8 @@ pub fn is_stamped(server: &ParameterServer, node: &str) -> bool {
 /// If the node's parameters were not declared by [`declare`].
 pub fn controller(
     server: &ParameterServer,
-    (node, robot): (&str, &str),
+    node: &str,
+    robot: &str,
     first_counter: u64,
 ) -> Controller {
     let settings = settings(server, node);

@@ -1,8 +1,5 @@
 //! The controller node as a process, over real DDS in a network of its own.
 
-#[path = "../../../crates/rsrs_ros/tests/support/mod.rs"]
-mod support;
-
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
@@ -12,7 +9,7 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
-use support::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 const SEEN: Bool = Bool { data: true };

@@ -145,7 +145,7 @@ pub async fn run(
         finished: None,
         watch,
     };
-    let ended = run.serve((&mut samples, &mut written), stop).await;
+    let ended = run.serve(&mut samples, &mut written, stop).await;
     let report = ended.and_then(|()| run.report());
     drop(run);
     drop((client, subscriptions, server));
@@ -179,7 +179,8 @@ fn interrupt(ended: &SessionEnded) -> Event {
 impl<'a> Run<'a> {
     async fn serve(
         &mut self,
-        (samples, written): (&mut UnboundedReceiver<Sample>, &mut UnboundedReceiver<Written>),
+        samples: &mut UnboundedReceiver<Sample>,
+        written: &mut UnboundedReceiver<Written>,
         stop: impl Future<Output = String>,
     ) -> anyhow::Result<()> {
         let mut requests: Requests<'a> = FuturesUnordered::new();
@@ -239,7 +240,7 @@ impl<'a> Run<'a> {
         if self.machine.looks(self.start.elapsed()) {
             let unrecordable = self.look_for_extras()?;
             let graph =
-                expectation::graph((self.session, self.plan), self.simulator_is(), unrecordable);
+                expectation::graph(self.session, self.plan, self.simulator_is(), unrecordable);
             self.advance(Event::Seen(graph), requests).await?;
         }
         self.repeat_recorded().await?;

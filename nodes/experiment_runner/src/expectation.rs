@@ -129,7 +129,8 @@ fn publishers(plan: &Plan, role: Role) -> Publishers {
 /// * `simulator` — whether the simulator was received just now.
 /// * `unrecordable` — topics that were asked for and cannot be recorded, and why.
 pub fn graph(
-    (session, plan): (&Session, &Plan),
+    session: &Session,
+    plan: &Plan,
     simulator: Presence,
     unrecordable: BTreeMap<String, String>,
 ) -> Graph {

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rsrs_bags::definitions::{Definition, Definitions};
+use rsrs_core::help::Help;
 use rsrs_msgs::topics::{self, Durability, Qos, Reliability};
 use rsrs_ros::session::{Endpoint, EndpointKind, Session, SessionError, Subscription};
 
@@ -65,9 +66,11 @@ impl Extras {
             let of_topic: Vec<&Endpoint> = writers.iter().filter(|end| end.topic == name).collect();
             match self.recorded_topic(&name, &of_topic) {
                 Ok(recorded_topic) => {
-                    self.subscriptions.push(
-                        self.queue.listen(session, (recorded_topics.len(), &recorded_topic))?,
-                    );
+                    self.subscriptions.push(self.queue.listen(
+                        session,
+                        recorded_topics.len(),
+                        &recorded_topic,
+                    )?);
                     recorded_topics.push(recorded_topic);
                     self.waiting.remove(&name);
                 }
@@ -101,7 +104,7 @@ impl Extras {
             Durability::TransientLocal => Role::Preparation,
             Durability::Volatile => Role::Other,
         };
-        let mut recorded_topic = RecordedTopic::described(name.to_owned(), (type_name, qos), role);
+        let mut recorded_topic = RecordedTopic::described(name.to_owned(), type_name, qos, role);
         recorded_topic.definition = definition;
         Ok(recorded_topic)
     }
@@ -115,10 +118,8 @@ impl Extras {
             Ok(None)
         } else {
             self.definitions.find(type_name).map(|found| Some(Arc::new(found))).map_err(|error| {
-                let help = error.help().map_or_else(String::new, |help| format!("; {help}"));
-                format!(
-                    "its type {type_name} is not defined: {error}{help}, in `record.definitions`"
-                )
+                let error = error.text_with_help();
+                format!("its type {type_name} is not defined: {error}, in `record.definitions`")
             })
         };
         self.known.insert(type_name.to_owned(), found.clone());

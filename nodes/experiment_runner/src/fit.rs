@@ -56,7 +56,7 @@ pub fn fit(endpoints: &[Endpoint], robots: &[String]) -> Fit {
         let is_among = |all: &[Topic]| all.iter().any(|one| one.name == topic.name);
         for reader in &readers {
             let types = if is_compared(reader) { Types::Compared } else { Types::Open };
-            let Some(reason) = why_silent(reader, (&readers, &writers), types) else { continue };
+            let Some(reason) = why_silent(reader, &readers, &writers, types) else { continue };
             if is_among(&STEERING) || (is_among(&SENSING) && is_ours(reader)) {
                 fit.unfit.insert(unfit(reason));
             } else if !is_ours(reader) && reader.node.is_some() {
@@ -127,7 +127,8 @@ enum Types {
 /// Why a subscriber receives nothing from any publisher; `None` if it does, or if that does not matter.
 fn why_silent(
     reader: &Endpoint,
-    (readers, writers): (&[&Endpoint], &[&Endpoint]),
+    readers: &[&Endpoint],
+    writers: &[&Endpoint],
     types: Types,
 ) -> Option<String> {
     // One that has not been named yet may be anybody's: the run waits until it is.

@@ -49,7 +49,7 @@ pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Eve
                 .flatten()
                 .map(|ahead_s| Event::Behind { seconds: -ahead_s });
             let lease = wire::lease(message).map_err(|error| error.to_string())?;
-            waited.into_iter().chain([Event::LeaseHeard(lease)]).collect()
+            waited.into_iter().chain([Event::LeaseReceived(lease)]).collect()
         }
         Role::EStop => {
             let (source, engaged) = (Source(received.writer), decode::<Bool>(data)?.data);

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow, bail};
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::help::Helpful;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::{ExperimentFile, SimulatedProfile, Time};
@@ -86,8 +87,8 @@ pub enum Poses {
 /// The commit that this program was built from.
 pub const COMMIT: &str = env!("RSRS_COMMIT");
 
-/// Version of the program, and its commit.
-const PROGRAM: (&str, &str) = (env!("CARGO_PKG_VERSION"), COMMIT);
+/// Version of this program.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 impl Plan {
     /// Reads an experiment file and all that it names.
@@ -98,15 +99,16 @@ impl Plan {
     /// bag exists already.
     pub fn read(request: &Request) -> anyhow::Result<Self> {
         let (name, text) = read(&request.experiment)?;
-        let mut experiment = ExperimentFile::parse(&name, &text)?;
+        let mut experiment = ExperimentFile::parse(&name, &text).map_err(Helpful::from)?;
         let beside = request.experiment.parent().unwrap_or(Path::new(""));
         let (cell, swept) = cell(request, &experiment, beside)?;
         let starts = starts::read(&mut experiment.placement, beside)?;
-        let mut settings = experiment.settings(&cell).with_context(|| format!("cell `{cell}`"))?;
+        let of_cell = || format!("cell `{cell}`");
+        let mut settings = experiment.settings(&cell).with_context(of_cell)?;
 
         let fleet_path = beside.join(&experiment.fleet);
         let (fleet_name, fleet_text) = read(&fleet_path)?;
-        let fleet = FleetFile::parse(&fleet_name, &fleet_text)?;
+        let fleet = FleetFile::parse(&fleet_name, &fleet_text).map_err(Helpful::from)?;
         let first = Conditions::resolve(&profile_of_first(&fleet, &fleet_path)?.1, &settings);
         let n_robots = match &starts {
             None => first?.robots,
@@ -124,12 +126,13 @@ impl Plan {
             refuse_unstamped(&robots)?;
         }
         let conditions = Conditions::resolve(&moved, &settings)?;
-        measured.check_limits(conditions.controller).with_context(|| format!("cell `{cell}`"))?;
+        let command = conditions.controller;
+        measured.check_limits(command).map_err(Helpful::from).with_context(of_cell)?;
         let run_id = new_run_id(&request.experiment)?;
         let backend = backend(request.backend, &robots)?;
         let record = ExperimentRecord {
             robots: robots.iter().map(|robot| robot.name.clone()).collect(),
-            provenance: Provenance::new(PROGRAM, &measured.digest(), &conditions),
+            provenance: Provenance::new(VERSION, COMMIT, &measured.digest(), &conditions),
             conditions,
             duration_s: experiment.duration_s,
             seed: request.seed.unwrap_or(experiment.seed),
@@ -156,17 +159,15 @@ impl Plan {
             ("profile.yaml", profile_text),
         ];
         files.extend(starts.map(|table| ("starts.csv", table.text)));
-        let place_check = request.place_check;
-        let (poses, limits) = (Poses::Required, limits(&measured));
         Ok(Self {
             record,
             robots,
             bag,
             files,
-            poses,
-            place_check,
+            poses: Poses::Required,
+            place_check: request.place_check,
             recording,
-            limits,
+            limits: limits(&measured),
             is_measured: true,
         })
     }
@@ -267,7 +268,7 @@ fn pace_and_profile(
         let capabilities = swept.map(|swept| swept.capabilities.clone()).unwrap_or_default();
         return Ok(Moved { time, profile: factors.apply(measured)?, capabilities });
     }
-    swept.map_or(Ok(()), SweptCell::check_measured)?;
+    swept.map_or(Ok(()), SweptCell::check_measured).map_err(Helpful::from)?;
     Ok(Moved { time, profile: measured.clone(), capabilities: Vec::new() })
 }
 
@@ -310,17 +311,16 @@ fn profile_of_first(fleet: &FleetFile, path: &Path) -> anyhow::Result<(String, R
 /// The one profile of all robots, with its text.
 fn common_profile(robots: &[FleetRobot], fleet: &Path) -> anyhow::Result<(String, RobotProfile)> {
     let first = robots.first().context("a cell has at least one robot")?;
+    let file = fleet.display().to_string();
+    let profile = FleetFile::profile_of(&file, first).map_err(Helpful::from)?;
     if let Some(other) = robots.iter().find(|robot| robot.profile != first.profile) {
         bail!(
-            "{}: {} has profile `{}` and {} has `{}`, expected one for all robots of a run",
-            fleet.display(),
+            "{file}: {} has profile `{profile}` and {} has `{}`, expected one for all robots of a run",
             first.name,
-            FleetFile::profile_of(&fleet.display().to_string(), first)?,
             other.name,
-            FleetFile::profile_of(&fleet.display().to_string(), other)?
+            FleetFile::profile_of(&file, other).map_err(Helpful::from)?
         );
     }
-    let profile = FleetFile::profile_of(&fleet.display().to_string(), first)?;
     let path = fleet.parent().unwrap_or(Path::new("")).join(profile);
     let (name, text) = read(&path)?;
     let profile = RobotProfile::parse(&name, &text)

@@ -71,11 +71,11 @@ pub struct RecordedTopic {
 impl RecordedTopic {
     /// A topic of which nothing was let go yet.
     pub fn new(name: String, topic: Topic, role: Role) -> Self {
-        Self::described(name, (topic.type_name, topic.qos), role)
+        Self::described(name, topic.type_name, topic.qos, role)
     }
 
     /// The same with a type of any name.
-    pub fn described(name: String, (type_name, qos): (&str, Qos), role: Role) -> Self {
+    pub fn described(name: String, type_name: &str, qos: Qos, role: Role) -> Self {
         let type_name = type_name.to_owned();
         Self { name, type_name, qos, role, definition: None, overflow: Arc::default() }
     }
@@ -199,7 +199,7 @@ pub fn listen(
     recorded_topics
         .iter()
         .enumerate()
-        .map(|recorded_topic| queue.listen(session, recorded_topic))
+        .map(|(index, recorded_topic)| queue.listen(session, index, recorded_topic))
         .collect()
 }
 
@@ -223,7 +223,8 @@ impl Queue {
     pub fn listen(
         &self,
         session: &Session,
-        (index, recorded_topic): (usize, &RecordedTopic),
+        index: usize,
+        recorded_topic: &RecordedTopic,
     ) -> Result<Subscription, SessionError> {
         let (samples, taken, overflow) =
             (self.samples.clone(), self.taken.clone(), recorded_topic.overflow.clone());

@@ -169,7 +169,7 @@ impl Recorder {
         let mut recorder =
             Self::around(Disk::start(open, |_| {}, report, ROOM)?, pace, recorded_topics);
         recorder.run_id.clone_from(&record.run_id);
-        recorder.note((EXPERIMENT, topics::EXPERIMENT), record.to_json());
+        recorder.note(EXPERIMENT, topics::EXPERIMENT, record.to_json());
         Ok(recorder)
     }
 
@@ -188,11 +188,12 @@ impl Recorder {
     /// only.
     pub fn take(
         &mut self,
-        (index, recorded_topic): (usize, &RecordedTopic),
+        index: usize,
+        recorded_topic: &RecordedTopic,
         received: &ReceivedRaw,
     ) -> Result<(), RecorderError> {
         let data = &received.message;
-        let log_time_ns = self.pace.log_time_ns((index, recorded_topic), data)?;
+        let log_time_ns = self.pace.log_time_ns(index, recorded_topic, data)?;
         if recorded_topic.role == Role::Markers && !self.keeps_markers(log_time_ns) {
             self.account.add((index, received.writer), received.sequence);
             return Ok(());
@@ -240,7 +241,7 @@ impl Recorder {
 
     /// Writes a text of the runner itself: converters of bags keep messages, and neither attachments
     /// nor metadata.
-    fn note(&self, (index, topic): (usize, Topic), text: String) {
+    fn note(&self, index: usize, topic: Topic, text: String) {
         let now_ns = match self.pace {
             Pace::Wall => wall_time().to_nanos().unwrap_or(0),
             Pace::Lockstep { now_ns, .. } => now_ns,
@@ -272,7 +273,7 @@ impl Recorder {
     /// Has the bag closed, with how the run ended and what of it is missing.
     /// [`Written::Closed`] reports it.
     pub fn close(self, ending: &Ending) {
-        self.note((ENDED, topics::ENDING), ending.to_json(&self.run_id));
+        self.note(ENDED, topics::ENDING, ending.to_json(&self.run_id));
         let records = vec![(RECORDING, self.account.to_pairs()), (ENDING, ending.to_pairs())];
         self.disk.close(records);
     }
@@ -323,7 +324,8 @@ impl Pace {
     /// When a message counts as received: in lockstep, the time of its step.
     fn log_time_ns(
         &mut self,
-        (index, recorded_topic): (usize, &RecordedTopic),
+        index: usize,
+        recorded_topic: &RecordedTopic,
         data: &[u8],
     ) -> Result<u64, RecorderError> {
         let Self::Lockstep { period_ns, now_ns, steps } = self else {

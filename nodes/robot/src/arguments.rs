@@ -126,8 +126,8 @@ impl RobotArguments {
     /// [`ArgumentsError`].
     pub fn parse(arguments: &[String], environment: &Environment) -> Result<Self, ArgumentsError> {
         let (flags, ros) = split::<Flags>(arguments, environment)?;
-        let known = (&NODES[..], TopicRules::Followed);
-        let node = NodeArguments::new((flags.node, ros), environment, known)?;
+        let topics = TopicRules::Followed;
+        let node = NodeArguments::new(flags.node, ros, environment, &NODES, topics)?;
         let [robot] = &node.robots[..] else {
             return Err(ArgumentsError::Robots { found: node.robots.len() });
         };

@@ -6,7 +6,8 @@ use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterServer, Parameter
 pub fn choice(
     name: &str,
     description: &str,
-    (words, value): (&str, &str),
+    words: &str,
+    value: &str,
 ) -> (Descriptor, ParameterValue) {
     let descriptor = Descriptor {
         read_only: true,

@@ -38,7 +38,8 @@ pub enum Commands {
 /// If a topic cannot be made.
 pub fn listen(
     session: &Session,
-    (node, robot): (&NodeHandle, &str),
+    node: &NodeHandle,
+    robot: &str,
     commands: Commands,
     received: &UnboundedSender<Input>,
 ) -> Result<[Subscription; 3], SessionError> {
@@ -52,7 +53,7 @@ pub fn listen(
         session.subscribe(node, &status.for_robot(robot), status.qos, move |sample| {
             drop(to_controller.send(Input::Controller(sample.message)));
         })?,
-        listen_to_commands(session, (node, robot), commands, received.clone())?,
+        listen_to_commands(session, node, robot, commands, received.clone())?,
     ])
 }
 
@@ -75,7 +76,8 @@ pub fn listen_to_e_stop(
 
 fn listen_to_commands(
     session: &Session,
-    (node, robot): (&NodeHandle, &str),
+    node: &NodeHandle,
+    robot: &str,
     commands: Commands,
     received: UnboundedSender<Input>,
 ) -> Result<Subscription, SessionError> {

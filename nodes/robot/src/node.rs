@@ -177,7 +177,7 @@ impl<D: Driver> RobotNode<D> {
             refused_epoch: None,
             locks: LocksPublisher::new(session, &node)?,
             _e_stop: listen_to_e_stop(session, &node, received)?,
-            _subscriptions: listen(session, (&node, &name), commands, received)?,
+            _subscriptions: listen(session, &node, &name, commands, received)?,
             server,
             node,
             name,

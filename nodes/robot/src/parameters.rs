@@ -118,8 +118,8 @@ fn declared(driver: DriverKind) -> Vec<(Descriptor, ParameterValue)> {
     let mut parameters: Vec<_> = NUMBERS.into_iter().map(Number::declared).collect();
     parameters.extend([
         (debounce, ParameterValue::Integer(1)),
-        choice(CMD_VEL_TYPE, "Type of cmd_vel.", ("twist_stamped or twist", "twist_stamped")),
-        choice(DRIVER, "What moves the robot.", ("serial, ros or virtual", driver.name())),
+        choice(CMD_VEL_TYPE, "Type of cmd_vel.", "twist_stamped or twist", "twist_stamped"),
+        choice(DRIVER, "What moves the robot.", "serial, ros or virtual", driver.name()),
     ]);
     parameters.extend(driver.parameters());
     parameters

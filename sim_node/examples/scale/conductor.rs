@@ -113,18 +113,19 @@ impl<'a> Conductor<'a> {
         let (to_received, received) = unbounded_channel();
         let statuses = Arc::new(Mutex::new(vec![RobotStatus::default(); n_robots]));
         let poses = Arc::new(AtomicU64::new(0));
-        let subscriptions = listen(session, &node, &robots, (&to_received, &poses));
+        let subscriptions = listen(session, &node, &robots, &to_received, &poses);
         let to_statuses = listen_to_statuses(session, &node, &robots, &statuses);
         let conductor = Self {
-            commands: of_each(session, &node, &robots, (topics::CMD_VEL.name, topics::CMD_VEL.qos)),
+            commands: of_each(session, &node, &robots, topics::CMD_VEL.name, topics::CMD_VEL.qos),
             controllers: of_each(
                 session,
                 &node,
                 &robots,
-                (topics::CONTROLLER_STATUS.name, topics::CONTROLLER_STATUS.qos),
+                topics::CONTROLLER_STATUS.name,
+                topics::CONTROLLER_STATUS.qos,
             ),
-            leases: one(session, &node, (topics::LEASE.name, topics::LEASE.qos)),
-            recorded: one(session, &node, (topics::RECORDED.name, topics::RECORDED.qos)),
+            leases: one(session, &node, topics::LEASE.name, topics::LEASE.qos),
+            recorded: one(session, &node, topics::RECORDED.name, topics::RECORDED.qos),
             conditions: conditions(n_robots),
             session,
             node,
@@ -264,7 +265,8 @@ fn listen(
     session: &Session,
     node: &NodeHandle,
     robots: &[String],
-    (received, poses): (&UnboundedSender<Input>, &Arc<AtomicU64>),
+    received: &UnboundedSender<Input>,
+    poses: &Arc<AtomicU64>,
 ) -> Vec<Subscription> {
     let mut made = Vec::new();
     for (index, robot) in robots.iter().enumerate() {
@@ -309,15 +311,17 @@ fn of_each<M: rsrs_msgs::RosMessage>(
     session: &Session,
     node: &NodeHandle,
     robots: &[String],
-    (name, qos): (&str, Qos),
+    name: &str,
+    qos: Qos,
 ) -> Vec<Publisher<M>> {
-    robots.iter().map(|robot| one(session, node, (&format!("/{robot}/{name}"), qos))).collect()
+    robots.iter().map(|robot| one(session, node, &format!("/{robot}/{name}"), qos)).collect()
 }
 
 fn one<M: rsrs_msgs::RosMessage>(
     session: &Session,
     node: &NodeHandle,
-    (name, qos): (&str, Qos),
+    name: &str,
+    qos: Qos,
 ) -> Publisher<M> {
     session.publish_on(node, name, qos).expect("the topic is allowed")
 }

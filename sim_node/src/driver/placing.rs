@@ -65,11 +65,11 @@ impl Simulation<'_> {
         let names: Vec<String> = rows.tracked.iter().map(|row| rows.names[*row].clone()).collect();
         if !names.is_empty() {
             let by = parameters::tracked_by(&self.server)?;
-            self.real = RealRobots::follow(self.session, &self.node, (&names, by), &self.to_me)?;
+            self.real = RealRobots::follow(self.session, &self.node, &names, by, &self.to_me)?;
             if by == TrackedBy::Pose {
-                let ours = (&self.hosted[..rows.ours.len()], period);
+                let ours = &self.hosted[..rows.ours.len()];
                 self.virtual_pose_publisher =
-                    Some(VirtualPosePublisher::new(self.session, &self.node, ours)?);
+                    Some(VirtualPosePublisher::new(self.session, &self.node, ours, period)?);
             }
             let text = format!("mixed fleet: {} are real and followed", names.join(", "));
             self.node.log(Level::Info, &text);

@@ -26,7 +26,7 @@ use crate::fleet::{
     Latest, ROBOTS, SEED, World, armed_lease, conditions, controller_status, publisher, set_all,
     start, until_it_listens,
 };
-use crate::support::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
 
 #[test]
 fn tools_step_pause_reset_and_move_a_world_that_no_run_holds() {
@@ -85,7 +85,7 @@ struct Hand<'a> {
 impl Hand<'_> {
     async fn call<Q: RosMessage, R: RosMessage>(&self, service: &str, request: Q) -> R {
         let service = format!("/simulator/{service}");
-        let client = ServiceClient::new(self.session, self.node, (&service, self.mapping));
+        let client = ServiceClient::new(self.session, self.node, &service, self.mapping);
         let client = client.expect("the name is allowed");
         client.call(&request, PATIENCE).await.expect("the simulator answers")
     }
@@ -137,7 +137,7 @@ async fn steer(hand: &Hand<'_>) {
     let duration_s = 10.0 * world.conditions.period_s;
     let expected = episode_digests(&world.conditions, SEED, duration_s).expect("the robots fit");
 
-    crate::fleet::set(session, node, "", (0, "lockstep")).await.expect("it is a choice");
+    crate::fleet::set(session, node, "", 0, "lockstep").await.expect("it is a choice");
     knows_what_it_can_do(hand).await;
     assert_eq!(hand.state().await, SimulationState::NO_WORLD);
     assert_eq!(hand.step(1).await.result, Outcome::INCORRECT_STATE);
@@ -235,9 +235,9 @@ async fn held() {
     let world = World { conditions: conditions(), steps: 0, time: "real_time" };
     until_it_listens(&session).await;
     world.place(&session, &node).await.expect("the world can be placed");
-    let leases = publisher(&session, &node, (topics::LEASE, ROBOTS[0]));
+    let leases = publisher(&session, &node, topics::LEASE, ROBOTS[0]);
     let status = topics::CONTROLLER_STATUS;
-    let controllers = ROBOTS.map(|robot| publisher(&session, &node, (status, robot)));
+    let controllers = ROBOTS.map(|robot| publisher(&session, &node, status, robot));
     let holding = async {
         let mut lease = armed_lease();
         let parameter_digest = lease.parameter_digest;

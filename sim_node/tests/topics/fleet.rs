@@ -18,7 +18,7 @@ use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Received, Session, Subscription};
 use rsrs_sim::draw::Seed;
 
-use crate::support::{PATIENCE, eventually};
+use rsrs_testing::network::{PATIENCE, eventually};
 
 pub const ROBOTS: [&str; 3] = ["robot_1", "robot_2", "robot_3"];
 pub const SEED: Seed = Seed { seed: 11, replicate: 4 };
@@ -79,7 +79,7 @@ impl World {
     /// The simulator's parameters.
     pub fn values(&self) -> Vec<(String, ParameterValue)> {
         let json = serde_json::to_string(&self.conditions).expect("conditions are plain data");
-        values(&json, (self.steps, self.time))
+        values(&json, self.steps, self.time)
     }
 }
 
@@ -88,12 +88,13 @@ pub async fn set(
     session: &Session,
     node: &NodeHandle,
     conditions: &str,
-    (steps, time): (u64, &str),
+    steps: u64,
+    time: &str,
 ) -> Result<(), String> {
-    set_all(session, node, &values(conditions, (steps, time))).await
+    set_all(session, node, &values(conditions, steps, time)).await
 }
 
-fn values(conditions: &str, (steps, time): (u64, &str)) -> Vec<(String, ParameterValue)> {
+fn values(conditions: &str, steps: u64, time: &str) -> Vec<(String, ParameterValue)> {
     let integer = |value: u64| ParameterValue::Integer(value.cast_signed());
     vec![
         ("conditions".to_owned(), ParameterValue::String(conditions.to_owned())),
@@ -125,11 +126,11 @@ impl<M: RosMessage + Clone + Send + 'static> Latest<M> {
     /// Listens to a topic of every robot, or to the one of the swarm.
     pub fn of(session: &Session, node: &NodeHandle, topic: Topic) -> Self {
         let robots = if topic.is_absolute() { &ROBOTS[..1] } else { &ROBOTS[..] };
-        Self::at(session, node, (topic, robots))
+        Self::at(session, node, topic, robots)
     }
 
     /// Listens to a topic of these robots.
-    pub fn at(session: &Session, node: &NodeHandle, (topic, robots): (Topic, &[&str])) -> Self {
+    pub fn at(session: &Session, node: &NodeHandle, topic: Topic, robots: &[&str]) -> Self {
         let messages = Arc::new(Mutex::new(BTreeMap::new()));
         let subscribe = |robot: &&str| {
             let (messages, key) = (Arc::clone(&messages), (*robot).to_owned());
@@ -184,7 +185,8 @@ impl Latest<Odometry> {
 pub fn publisher<M: RosMessage>(
     session: &Session,
     node: &NodeHandle,
-    (topic, robot): (Topic, &str),
+    topic: Topic,
+    robot: &str,
 ) -> Publisher<M> {
     session.publish_on(node, &topic.for_robot(robot), topic.qos).expect("the topic is allowed")
 }

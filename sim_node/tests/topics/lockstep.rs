@@ -18,7 +18,7 @@ use crate::fleet::{
     Latest, ROBOTS, SEED, World, armed_lease, conditions, controller_status, publisher, start,
     until_it_listens,
 };
-use crate::support::{PATIENCE, in_own_network, session};
+use rsrs_testing::network::{PATIENCE, in_own_network, session};
 
 const STEPS: u64 = 50;
 /// The Flockbot's.
@@ -125,21 +125,14 @@ struct Conductor<'a> {
 
 impl<'a> Conductor<'a> {
     fn new(session: &Session, node: &NodeHandle, robots: &'a Latest<RobotStatus>) -> Self {
-        let of_each = |topic| move |robot: &&'static str| (topic, *robot);
         Self {
             robots,
-            leases: publisher(session, node, (topics::LEASE, ROBOTS[0])),
-            recorded: publisher(session, node, (topics::RECORDED, ROBOTS[0])),
+            leases: publisher(session, node, topics::LEASE, ROBOTS[0]),
+            recorded: publisher(session, node, topics::RECORDED, ROBOTS[0]),
             controllers: ROBOTS
-                .iter()
-                .map(of_each(topics::CONTROLLER_STATUS))
-                .map(|end| publisher(session, node, end))
-                .collect(),
-            commands: ROBOTS
-                .iter()
-                .map(of_each(topics::CMD_VEL))
-                .map(|end| publisher(session, node, end))
-                .collect(),
+                .map(|robot| publisher(session, node, topics::CONTROLLER_STATUS, robot))
+                .into(),
+            commands: ROBOTS.map(|robot| publisher(session, node, topics::CMD_VEL, robot)).into(),
             steps_answered: [0; ROBOTS.len()],
             digests: Vec::new(),
             obeyed: Vec::new(),

@@ -1,8 +1,5 @@
 //! The simulator node as a process, over real DDS in a network of its own.
 
-#[path = "../../../crates/rsrs_ros/tests/support/mod.rs"]
-mod support;
-
 #[expect(dead_code, reason = "the example that it belongs to measures time, too")]
 #[path = "../../examples/scale/conductor.rs"]
 mod conductor;

@@ -11,7 +11,7 @@ use rsrs_ros::parameters::ParameterValue;
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
 
 use crate::fleet::{Latest, ROBOTS, World, conditions, publisher, set_all, start};
-use crate::support::{eventually, in_own_network, session};
+use rsrs_testing::network::{eventually, in_own_network, session};
 
 /// The third robot of this world is none of the simulator's.
 const REAL: &str = "real_1";
@@ -30,8 +30,8 @@ async fn mixing() {
     let node = session.node("/", "base").expect("the name is allowed");
     let odom = Latest::<Odometry>::of(&session, &node, topics::ODOM);
     let detections = Latest::<Bool>::of(&session, &node, topics::DETECTION);
-    let given = Latest::<Bool>::at(&session, &node, (topics::VIRTUAL_DETECTION, &[REAL]));
-    let base = publisher::<Odometry>(&session, &node, (topics::ODOM, REAL));
+    let given = Latest::<Bool>::at(&session, &node, topics::VIRTUAL_DETECTION, &[REAL]);
+    let base = publisher::<Odometry>(&session, &node, topics::ODOM, REAL);
     place(&session, &node).await;
     eventually("the virtual robots are there", || {
         ROBOTS[..2].iter().all(|robot| odom.get(robot).is_some() && detections.get(robot).is_some())
@@ -45,25 +45,17 @@ async fn mixing() {
     // Half a metre ahead of the virtual one, and looking back at it.
     let ahead =
         Pose { heading_rad: virtual_one.heading_rad + std::f64::consts::PI, ..beyond(virtual_one) };
-    until(
-        &base,
-        ahead,
-        ("both see each other", || {
-            detections.get(ROBOTS[0]).is_some_and(|seen| seen.data)
-                && given.get(REAL).is_some_and(|seen| seen.data)
-        }),
-    )
+    until(&base, ahead, "both see each other", || {
+        detections.get(ROBOTS[0]).is_some_and(|seen| seen.data)
+            && given.get(REAL).is_some_and(|seen| seen.data)
+    })
     .await;
     // Looking away, it sees nobody, and is still seen.
     let away = Pose { heading_rad: virtual_one.heading_rad, ..ahead };
-    until(
-        &base,
-        away,
-        ("only the virtual one sees", || {
-            detections.get(ROBOTS[0]).is_some_and(|seen| seen.data)
-                && given.get(REAL).is_some_and(|seen| !seen.data)
-        }),
-    )
+    until(&base, away, "only the virtual one sees", || {
+        detections.get(ROBOTS[0]).is_some_and(|seen| seen.data)
+            && given.get(REAL).is_some_and(|seen| !seen.data)
+    })
     .await;
     assert_eq!(odom.place(ROBOTS[0]), Some([x_m, y_m, sine, cosine]), "nobody moves without a run");
     session.close().await;
@@ -94,11 +86,7 @@ async fn place(session: &Session, node: &NodeHandle) {
 }
 
 /// Says where the real robot is until a condition holds.
-async fn until(
-    base: &Publisher<Odometry>,
-    pose: Pose,
-    (what, condition): (&str, impl Fn() -> bool),
-) {
+async fn until(base: &Publisher<Odometry>, pose: Pose, what: &str, condition: impl Fn() -> bool) {
     let (sine, cosine) = libm::sincos(pose.heading_rad / 2.0);
     let mut odometry = Odometry::default();
     odometry.pose.pose = geometry_msgs::Pose {

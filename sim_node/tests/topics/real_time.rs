@@ -17,7 +17,7 @@ use crate::fleet::{
     FORWARD, Latest, ROBOTS, World, armed_lease, conditions, controller_status, publisher, start,
     until_it_listens,
 };
-use crate::support::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
 
 /// Interval of the leases, commands and controllers' statuses.
 const BEAT: Duration = Duration::from_millis(50);
@@ -200,13 +200,13 @@ impl<'a> Conductor<'a> {
             robots,
             lease: armed_lease(),
             silent: None,
-            leases: publisher(session, node, (topics::LEASE, ROBOTS[0])),
-            controllers: ROBOTS.map(|robot| publisher(session, node, (status, robot))).into(),
+            leases: publisher(session, node, topics::LEASE, ROBOTS[0]),
+            controllers: ROBOTS.map(|robot| publisher(session, node, status, robot)).into(),
             stamped: ROBOTS[..2]
                 .iter()
-                .map(|robot| publisher(session, node, (topics::CMD_VEL, robot)))
+                .map(|robot| publisher(session, node, topics::CMD_VEL, robot))
                 .collect(),
-            unstamped: publisher(session, node, (topics::CMD_VEL_UNSTAMPED, ROBOTS[2])),
+            unstamped: publisher(session, node, topics::CMD_VEL_UNSTAMPED, ROBOTS[2]),
         }
     }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use crate::conductor::{Conductor, Pace, names};
 use crate::fleet::Node;
-use crate::support::{in_own_network, session};
+use rsrs_testing::network::{in_own_network, session};
 
 const N_ROBOTS: usize = 100;
 

@@ -5,7 +5,7 @@ use rsrs_msgs::rsrs::RobotStatus;
 use rsrs_msgs::topics;
 
 use crate::fleet::{Latest, World, conditions, set, start};
-use crate::support::{in_own_network, session};
+use rsrs_testing::network::{in_own_network, session};
 
 #[test]
 fn the_status_tells_what_is_placed_and_why_nothing_is() {
@@ -31,11 +31,10 @@ async fn placing() {
     world.conditions.robots = 4;
     let refusal = world.place(&session, &node).await.expect_err("it makes no world");
     assert!(refusal.contains("robots is 4, expected 1 to 3"), "{refusal}");
-    let refusal = set(&session, &node, "{\"robots\": 3", (3, "lockstep"))
-        .await
-        .expect_err("it makes no world");
+    let refusal =
+        set(&session, &node, "{\"robots\": 3", 3, "lockstep").await.expect_err("it makes no world");
     assert!(refusal.contains("`conditions` is not an experiment's"), "{refusal}");
-    let refusal = set(&session, &node, "", (3, "slow")).await.expect_err("it makes no world");
+    let refusal = set(&session, &node, "", 3, "slow").await.expect_err("it makes no world");
     assert!(refusal.contains("`time` is `slow`"), "{refusal}");
     assert_eq!(statuses.in_state(RobotStatus::IDLE).await.parameter_digest, 0);
 
@@ -53,7 +52,7 @@ async fn placing() {
     assert_eq!(armed.parameter_digest, world.digest());
     assert!(armed.counter > fault.counter);
 
-    set(&session, &node, "", (0, "lockstep")).await.expect("no world is a choice");
+    set(&session, &node, "", 0, "lockstep").await.expect("no world is a choice");
     statuses.in_state(RobotStatus::IDLE).await;
     session.close().await;
 }

@@ -5,7 +5,7 @@ use rsrs_msgs::topics;
 use rsrs_msgs::visualization_msgs::{Marker, MarkerArray};
 
 use crate::fleet::{Latest, ROBOTS, World, conditions, set, start};
-use crate::support::{eventually, in_own_network, session};
+use rsrs_testing::network::{eventually, in_own_network, session};
 
 #[test]
 fn viewers_get_the_frames_and_markers_of_a_world_and_lose_them_with_it() {
@@ -44,7 +44,7 @@ async fn viewing() {
     let text = array.markers.iter().find(|marker| marker.ns == "label").expect("it has a label");
     assert!(text.text.starts_with("3 robots, 0.0 s\n"), "{}", text.text);
 
-    set(&session, &node, "", (0, "lockstep")).await.expect("no world is a choice");
+    set(&session, &node, "", 0, "lockstep").await.expect("no world is a choice");
 
     let is_wiped = || {
         let array = markers.only().expect("it has come");

@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         ));
     }
     let floor = floor(arguments)?;
-    let folder = CampaignFolder::open(&arguments.output, (&text, &items))?;
+    let folder = CampaignFolder::open(&arguments.output, &text, &items)?;
     // Threads begin here, behind the network.
     let ended = runtime()?.block_on(async {
         let prompt = match &arguments.place_command {
@@ -93,7 +93,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             None if asks => Prompt::at_keyboard(),
             None => Prompt::Silent,
         };
-        Conductor::new(&folder, floor, (prompt, &TerminalOperator)).conduct(&items).await
+        Conductor::new(&folder, floor, prompt, &TerminalOperator).conduct(&items).await
     });
     if let Err(error) = ended {
         return Err(interrupted(&error, arguments));

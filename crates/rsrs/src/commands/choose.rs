@@ -72,13 +72,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             if let Some(path) = &arguments.output {
                 write(path, &choice)?;
             }
-            report_with_factors(arguments, &choice, (&choice.cell, &text(&choice)))?;
+            report_with_factors(arguments, &choice, &choice.cell, &text(&choice))?;
             Ok(Outcome::Done)
         }
         Chosen::NoViableCell(none) => {
             let smaller = none.smaller_placement.map(|smaller| format!("\n{}", smaller.text()));
             let printed = format!("no viable cell: {}{}", none.reason, smaller.unwrap_or_default());
-            report_with_factors(arguments, &none, (none.best_cell(), &printed))?;
+            report_with_factors(arguments, &none, none.best_cell(), &printed)?;
             Ok(Outcome::NegativeAnswer)
         }
     }
@@ -96,11 +96,12 @@ struct WithFactors<'a, T> {
 fn report_with_factors<T: Serialize>(
     arguments: &Arguments,
     answer: &T,
-    (cell, printed): (&Cell, &str),
+    cell: &Cell,
+    printed: &str,
 ) -> anyhow::Result<()> {
     let result = folder::read(&arguments.folder)?;
-    let runs = (REPLICATES.min(arguments.confirm), execution(arguments.threads)?);
-    let factors = ablate(&result.source, cell, runs)?;
+    let replicates = REPLICATES.min(arguments.confirm);
+    let factors = ablate(&result.source, cell, replicates, execution(arguments.threads)?)?;
     let in_words = factors.as_ref().map(|factors| format!("\n{}", factors.in_words()));
     let printed = printed.to_owned() + &in_words.unwrap_or_default();
     report(arguments.format, &WithFactors { answer, factors }, &printed)

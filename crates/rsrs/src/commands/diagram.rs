@@ -91,14 +91,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let bytes = match ending {
         "svg" => svg.into_bytes(),
         "png" => rsrs_view::raster::png(&svg, PNG_WIDTH_PX)?,
-        _ => page((&result, diagram), &svg)?.into_bytes(),
+        _ => page(&result, diagram, &svg)?.into_bytes(),
     };
     write_file(&arguments.output, &bytes)?;
     Ok(Outcome::Done)
 }
 
 /// The picture on a page, with the numbers behind it and how they were made.
-fn page((result, diagram): (&SweepResult, &PhaseDiagram), svg: &str) -> anyhow::Result<String> {
+fn page(result: &SweepResult, diagram: &PhaseDiagram, svg: &str) -> anyhow::Result<String> {
     let source = &result.source;
     let mut page = Page::new(&format!("Phase diagram: {}", source.profile.name));
     page.figure(svg, &[]);

@@ -135,12 +135,12 @@ impl DryRun<'_> {
 
         let sweep = self.folder.join("sweep");
         let name = files.sweep.display().to_string();
-        let result = sweep_into(&sweep, (&name, source), execution(None)?)?;
+        let result = sweep_into(&sweep, &name, source, execution(None)?)?;
         self.print(&swept(&result))?;
         let choice = choose_cell(&sweep)?;
         self.print(&chosen(&choice))?;
 
-        let experiments = self.run_experiments(&files, (&sweep, &choice))?;
+        let experiments = self.run_experiments(&files, &sweep, &choice)?;
         let counted = experiments.iter().filter(|run| run.ending == EndingKind::Completed.key());
         let bags = counted.filter_map(|summary| summary.bag.clone()).collect();
         let runs = compare::Options {
@@ -154,7 +154,7 @@ impl DryRun<'_> {
         let json = serde_json::to_string_pretty(&comparison).context("the comparison as JSON")?;
         write_file(&self.folder.join("comparison.json"), format!("{json}\n").as_bytes())?;
 
-        let diagram = self.draw(&result, (&choice, &comparison))?;
+        let diagram = self.draw(&result, &choice, &comparison)?;
         self.print(&self.files(&runs.bags))?;
         let folder = self.folder.clone();
         Ok(Summary { folder, launch_configs, sweep, diagram, choice, experiments, comparison })
@@ -171,7 +171,8 @@ impl DryRun<'_> {
     fn run_experiments(
         &self,
         files: &StarterFiles,
-        (sweep, choice): (&Path, &Choice),
+        sweep: &Path,
+        choice: &Choice,
     ) -> anyhow::Result<Vec<RunSummary>> {
         let plans = (1..=self.arguments.experiments.unwrap_or(MOST_EXPERIMENTS))
             .map(|number| {
@@ -248,7 +249,8 @@ impl DryRun<'_> {
     fn draw(
         &self,
         result: &SweepResult,
-        (choice, comparison): (&Choice, &Comparison),
+        choice: &Choice,
+        comparison: &Comparison,
     ) -> anyhow::Result<PathBuf> {
         let experiments = comparison.marks();
         let options = DiagramOptions {

@@ -43,8 +43,8 @@ pub struct Arguments {
 /// If the folder is not a sweep's, the cell or the replicate is not in it, or the bag exists or
 /// cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let replicate = (&arguments.cell, arguments.replicate);
-    let episode = replay(&arguments.folder, replicate, &arguments.output, execution(None)?)?;
+    let Arguments { folder, cell, replicate, output, .. } = arguments;
+    let episode = replay(folder, cell, *replicate, output, execution(None)?)?;
     report(arguments.format, &episode, &episode.to_string())?;
     Ok(Outcome::Done)
 }

@@ -118,7 +118,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         delay_s: arguments.delay,
     };
     let published =
-        runtime()?.block_on(publish((&bag, &selection), &pace, &network, &TerminalOperator))?;
+        runtime()?.block_on(publish(&bag, &selection, &pace, &network, &TerminalOperator))?;
     report(arguments.format, &published, &published.to_string())?;
     Ok(Outcome::Done)
 }

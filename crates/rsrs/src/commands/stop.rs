@@ -14,7 +14,7 @@ use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use crate::notes::print_note;
-use rsrs_pipeline::error::explained;
+use rsrs_pipeline::error::helped;
 use rsrs_pipeline::execution::runtime;
 use rsrs_pipeline::files::read_text;
 
@@ -114,10 +114,7 @@ async fn interrupted() {
 fn enabled(path: &Path) -> anyhow::Result<Vec<String>> {
     let name = path.display().to_string();
     let text = read_text(path)?;
-    let fleet = FleetFile::parse(&name, &text).map_err(|error| {
-        let (message, help) = (error.to_string(), error.help());
-        explained(error, message, help.as_deref())
-    })?;
+    let fleet = FleetFile::parse(&name, &text).map_err(helped)?;
     Ok(fleet.enabled().into_iter().map(str::to_owned).collect())
 }
 

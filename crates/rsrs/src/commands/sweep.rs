@@ -87,11 +87,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     warn_of_lost_capabilities(&source);
     let execution = execution(arguments.threads)?;
     if let Some(shard) = arguments.shard {
-        return run_shard(arguments, (&name, &source), (shard, execution));
+        return run_shard(arguments, &name, &source, shard, execution);
     }
-    let result = sweep_into(&arguments.output, (&name, source), execution)?;
+    let result = sweep_into(&arguments.output, &name, source, execution)?;
     let (n_edge, unsettled) = settling::at_edge(&result, execution)?;
-    if let Some(warning) = settling::warning(&arguments.output, (n_edge, &unsettled)) {
+    if let Some(warning) = settling::warning(&arguments.output, n_edge, &unsettled) {
         print_note(&format!("warning: {warning}"));
     }
     let mut summary = SweepReport::of(&arguments.output, &result);
@@ -113,11 +113,13 @@ fn warn_of_lost_capabilities(source: &ResolvedSweep) {
 
 fn run_shard(
     arguments: &Arguments,
-    source: (&str, &ResolvedSweep),
-    (shard, execution): (Shard, Execution<'_>),
+    name: &str,
+    source: &ResolvedSweep,
+    shard: Shard,
+    execution: Execution<'_>,
 ) -> anyhow::Result<Outcome> {
     let folder = arguments.output.clone();
-    let runs = sweep_shard(&folder, source, (shard, execution))?;
+    let runs = sweep_shard(&folder, name, source, shard, execution)?;
     let text = match runs {
         Some(runs) => format!(
             "shard {shard}: {}\nnext, with all shards in one place: rsrs merge {} … -o DIR",

@@ -1,11 +1,11 @@
-//! Three kinds of robot, made up, and the trials that somebody would have written down.
+//! Three kinds of robot, made up, and the trials that a person would have written down.
 
 use std::fmt::Write as _;
 
 use rsrs_core::trials::fit::{Tables, Unmeasured, fit};
 use rsrs_core::trials::trial::{detection_trials, period_trials, speed_trials, turn_trials};
 
-use crate::draw::Draw;
+use rsrs_testing::draw::Draw;
 
 /// All files by their path below `launch_configs/profiles/`.
 pub fn files() -> Vec<(String, String)> {
@@ -211,7 +211,8 @@ fn flockbot_speed() -> String {
                     Straight { speed_m_s: speed_mm_s / 1000.0, bias_rad_s: bias_rad_s[robot] };
                 row(
                     &mut rows,
-                    (ROBOTS[robot], commanded_mm_s / 1000.0),
+                    ROBOTS[robot],
+                    commanded_mm_s / 1000.0,
                     &run.end(&FLOCKBOT, &mut draw),
                 );
             }
@@ -238,7 +239,7 @@ fn speed(kind: &Kind, draw: &mut Draw) -> String {
             for _ in 0..REPETITIONS {
                 let gain = gain + differs + draw.normal(0.0, kind.trial_sd);
                 let run = Straight { speed_m_s: commanded_m_s * gain, bias_rad_s };
-                row(&mut rows, (robot, *commanded_m_s), &run.end(kind, draw));
+                row(&mut rows, robot, *commanded_m_s, &run.end(kind, draw));
             }
         }
     }
@@ -253,7 +254,7 @@ struct Straight {
     bias_rad_s: f64,
 }
 
-/// What somebody writes down: duration, lateral distance, heading change.
+/// What a person writes down: duration, lateral distance, heading change.
 struct End {
     duration_s: f64,
     lateral_m: f64,
@@ -276,7 +277,7 @@ impl Straight {
     }
 }
 
-fn row(rows: &mut String, (robot, commanded_m_s): (&str, f64), end: &End) {
+fn row(rows: &mut String, robot: &str, commanded_m_s: f64, end: &End) {
     let End { duration_s, lateral_m, heading_change_rad } = end;
     writeln!(
         rows,

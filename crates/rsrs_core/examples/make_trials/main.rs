@@ -3,7 +3,6 @@
 
 use std::path::Path;
 
-mod draw;
 mod generate;
 
 fn main() -> std::io::Result<()> {

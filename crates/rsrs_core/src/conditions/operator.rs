@@ -20,7 +20,7 @@ pub struct OperatorConditions {
     pub duration_s: f64,
 }
 
-/// A run that says nothing about a diagram, because it was another experiment.
+/// A run of another experiment, which is no evidence about a diagram.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{aspect} is {found}, expected {expected} as simulated")]
 pub struct Incomparable {

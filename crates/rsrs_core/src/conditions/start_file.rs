@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::conditions::Placement;
+use crate::help::Help;
 use crate::robot::unicycle::Pose;
 use crate::trials::trial::table::{Row, Table};
 use crate::trials::trial::{TrialError, TrialProblem};
@@ -30,16 +31,16 @@ pub enum StartPlacement {
         /// Bearing of the other from the first, in radians; left is positive.
         bearing_rad: f64,
     },
-    /// As a table says.
+    /// As given by a table.
     File {
         /// Path of the table, relative to the file that names it.
         path: String,
-        /// Where robots head of which the table says only where they stand.
+        /// Headings of robots for which the table gives positions only.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         headings: Option<Headings>,
     },
-    /// As a table said that has been read: one set of poses for all replicates, or several that the
-    /// replicates take in turn.
+    /// As given by a table that has been read: one set of poses for all replicates, or several that
+    /// the replicates take in turn.
     Given {
         /// Shape `[n_sets][n_robots]`.
         starts: Vec<Vec<Pose>>,
@@ -88,13 +89,13 @@ pub enum StartFileError {
     /// The table is none, or a number in it cannot be meant.
     #[error(transparent)]
     Table(#[from] TrialError),
-    /// Nobody says where robots head.
+    /// Neither the table nor the file gives headings.
     #[error("{file}: no column `heading_rad`, so the robots' headings are unknown")]
     NoHeadings {
         /// The table.
         file: String,
     },
-    /// Two say it.
+    /// Both give headings.
     #[error(
         "{file}: the column `heading_rad` and `headings: facing_out` both say where robots head"
     )]
@@ -140,14 +141,11 @@ pub enum StartFileError {
     },
 }
 
-impl StartFileError {
-    /// What to do next.
-    pub fn help(&self) -> Option<String> {
+impl Help for StartFileError {
+    fn help(&self) -> Option<String> {
         match self {
-            Self::Table(TrialError { problem, .. }) => match problem {
-                TrialProblem::Unit { likely, expected, .. } => {
-                    Some(format!("convert the column from {likely} to {expected}"))
-                }
+            Self::Table(error) => match error.problem {
+                TrialProblem::Unit { .. } => error.help(),
                 _ => Some(
                     "the header is `robot,x_m,y_m,heading_rad`; `rsrs place EXPERIMENT \
                            --format json` shows poses of the simulator's"
@@ -267,13 +265,13 @@ fn tidy(number: f64) -> f64 {
 
 fn same_robots(file: &str, sets: &[(Vec<String>, Vec<Pose>)]) -> Result<(), StartFileError> {
     let (first, poses) = &sets[0];
-    let said = |robots: &[String], poses: &[Pose]| match robots {
+    let named = |robots: &[String], poses: &[Pose]| match robots {
         [] => format!("{} robots", poses.len()),
         _ => format!("robots {}", robots.join(", ")),
     };
     for (replicate, (robots, others)) in sets.iter().enumerate() {
         if (robots, others.len()) != (first, poses.len()) {
-            let (found, expected) = (said(robots, others), said(first, poses));
+            let (found, expected) = (named(robots, others), named(first, poses));
             let file = file.to_owned();
             return Err(StartFileError::OtherRobots { file, replicate, found, expected });
         }

@@ -89,14 +89,15 @@ pub(super) fn check(starts: &[Vec<Pose>], conditions: &Conditions) -> Result<(),
             return Err(StartsError::Robots { replicate, found, expected });
         }
         for (index, pose) in poses.iter().enumerate() {
-            check_pose((replicate, index + 1), *pose, conditions)?;
+            check_pose(replicate, index + 1, *pose, conditions)?;
         }
         check_apart(replicate, poses, 2.0 * conditions.robot.radius_m)
     })
 }
 
 fn check_pose(
-    (replicate, robot): (usize, usize),
+    replicate: usize,
+    robot: usize,
     pose: Pose,
     conditions: &Conditions,
 ) -> Result<(), StartsError> {

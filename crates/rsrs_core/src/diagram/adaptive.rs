@@ -108,7 +108,7 @@ impl Schedule {
         (0..counts.len()).map(more).collect()
     }
 
-    /// What the counts say of one cell.
+    /// The confidence sequence of one cell from its counts.
     ///
     /// # Arguments
     ///

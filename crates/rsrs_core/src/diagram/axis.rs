@@ -127,8 +127,8 @@ impl Axis {
         }
     }
 
-    /// Whether the axis is a property of the robots rather than a setting: a real fleet cannot be
-    /// told to have it.
+    /// Whether the axis is a property of the robots rather than a setting: it cannot be set on a
+    /// real fleet.
     pub fn is_capability(self) -> bool {
         !matches!(
             self,
@@ -343,7 +343,7 @@ impl Serialize for AxisValues {
     }
 }
 
-/// More values of one axis than this are nobody's intention, and would not fit into memory.
+/// Limit on the values of one axis; more are a mistake, and would not fit into memory.
 const MOST_STEPS: usize = 1_000_000;
 
 #[derive(serde::Deserialize)]

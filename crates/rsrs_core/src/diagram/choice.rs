@@ -31,7 +31,7 @@ pub struct Choice {
     /// The cell.
     pub cell: Cell,
     /// Digest of the sweep that it was chosen from ([`SweepFile::digest`]); `None` in a file that does
-    /// not say.
+    /// not contain it.
     ///
     /// [`SweepFile::digest`]: crate::diagram::sweep_file::SweepFile::digest
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -46,27 +46,27 @@ pub struct Choice {
     pub n_replicates: u64,
     /// How far each swept axis may drift.
     pub margin: BTreeMap<Axis, Margin>,
-    /// How the confirming replicates ended; `None` in a file that does not say.
+    /// How the confirming replicates ended; `None` in a file without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phases: Option<PhaseCounts>,
     /// The same cell with the robots as measured; `None` if they were not made worse, or in a file
-    /// that does not say.
+    /// that does not contain it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub as_measured: Option<AsMeasured>,
-    /// Whether its runs were given enough time; `None` if they are too short to tell, or in a file that
-    /// does not say.
+    /// Whether its runs were given enough time; `None` if they are too short to decide, or in a
+    /// file that does not contain it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub settling: Option<Settling>,
     /// When half of the mills among its first runs had begun, in seconds; `None` if none did, or in a
-    /// file that does not say.
+    /// file that does not contain it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub converged_s: Option<f64>,
     /// `b_s` for other circliness at which semi-stable mills end and stable ones begin; empty in a
-    /// file that does not say.
+    /// file that does not contain it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub by_circliness: Vec<AtCircliness>,
     /// How many candidates were confirmed until this one held, itself included; `None` in a file
-    /// that does not say.
+    /// that does not contain it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub candidates_tried: Option<u64>,
 }

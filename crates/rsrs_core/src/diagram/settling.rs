@@ -46,7 +46,7 @@ impl Settling {
         (from_s >= WINDOW_S).then_some(from_s)
     }
 
-    /// Whether the cell is settled, as far as these runs tell: not surely more than
+    /// Whether the cell is settled, as far as these runs can show: not surely more than
     /// [`UNSETTLED_SHARE`] of them change their phase, with 95 % confidence.
     pub fn is_settled(&self) -> bool {
         let Self { n_replicates: n, n_changed: hits, .. } = *self;
@@ -99,7 +99,7 @@ mod tests {
             |n_changed, n_replicates| Settling { n_replicates, n_changed, from_s: 200.0 };
 
         assert!(settling(0, 16).is_settled());
-        assert!(settling(4, 16).is_settled(), "sixteen runs tell little");
+        assert!(settling(4, 16).is_settled(), "sixteen runs are few");
         assert!(!settling(6, 16).is_settled());
         assert!(settling(24, 200).is_settled());
         assert!(!settling(40, 200).is_settled());

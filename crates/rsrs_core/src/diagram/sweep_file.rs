@@ -12,6 +12,7 @@ use crate::conditions::{Conditions, ConditionsError, Settings, Walls};
 use crate::diagram::adaptive::Adaptive;
 use crate::diagram::axis::{Axis, AxisValues, Cell, OtherUnit};
 use crate::document::{self, DocumentError};
+use crate::help::Help;
 use crate::robot::harsher::{Harsher, HarsherFactors, NotHarsher};
 use crate::robot::profile::{BeyondLimits, RobotProfile};
 use crate::statistics::interval_kind::IntervalKind;
@@ -184,12 +185,11 @@ pub enum SweepFileError {
     },
 }
 
-impl SweepFileError {
-    /// What to do next.
-    pub fn help(&self) -> Option<String> {
+impl Help for SweepFileError {
+    fn help(&self) -> Option<String> {
         match self {
             Self::Document(error) => error.help(),
-            Self::Limits { source, .. } => Some(source.help()),
+            Self::Limits { source, .. } => source.help(),
             Self::Twice { axis: Axis::PlacementRadius, .. } => {
                 Some("keep `placement` or `placement_radius_m`".to_owned())
             }
@@ -205,10 +205,10 @@ impl SweepFileError {
 /// Seeds are below this, so that they fit the signed integers of ROS parameters and YAML tools.
 pub const SEED_LIMIT: u64 = 1 << 63;
 
-/// More cells than this are nobody's intention.
+/// Limit on the number of cells; more are a mistake.
 pub const MOST_CELLS: usize = 1_000_000;
 
-/// More replicates of a cell than this are nobody's intention.
+/// Limit on the replicates of a cell; more are a mistake.
 pub const MOST_REPLICATES: u64 = 1_000_000_000_000;
 
 impl SweepFile {

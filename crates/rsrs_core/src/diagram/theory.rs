@@ -1,4 +1,4 @@
-//! What geometry says about a mill, without any simulation.
+//! What geometry predicts of a mill, without any simulation.
 //!
 //! In a mill each robot drives along a ring and keeps the body of the robot ahead on the edge of its
 //! cone: it turns one way while it sees it and the other way while it does not. That fixes the
@@ -44,7 +44,7 @@ pub enum Condition {
     Reach,
     /// Bodies on the ring do not touch: `chord > 2r`.
     Room,
-    /// Robots turn inward more often than they detect somebody who is not there: `P* > p_fp`.
+    /// Robots turn inward more often than by false positives: `P* > p_fp`.
     FastTurnBalance,
     /// Robots turn inward less often than they detect the one ahead: `P* < p_tp`.
     SlowTurnBalance,

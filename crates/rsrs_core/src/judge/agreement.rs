@@ -55,7 +55,7 @@ impl Agreement {
     ///
     /// # Example
     ///
-    /// Twenty runs with the same label prove nothing: nobody knows whether either judge looked.
+    /// Twenty runs with the same label prove nothing: a judge that never looks gives the same.
     ///
     /// ```
     /// use rsrs_core::judge::agreement::Agreement;

@@ -11,7 +11,7 @@ use crate::judge::trajectory::{Bodies, Trajectory};
 pub struct Certainty {
     /// Every boundary of every rule, in the order in which the judge looks.
     pub margins: Vec<Margin>,
-    /// The least change that gives another phase; `None` if no change of what is known does.
+    /// The least change that gives another phase; `None` if no change of an order parameter does.
     pub nearest: Option<Nearest>,
     /// Whether the phase stays the same while every order parameter moves by less than
     /// [`SETTLED`], or by half a boundary that is itself smaller than that.
@@ -85,19 +85,23 @@ pub struct Nearest {
 pub const SETTLED: f64 = 0.05;
 
 impl Certainty {
-    /// Says how sure a verdict is.
+    /// Measures how sure a verdict is.
     ///
     /// # Arguments
     ///
-    /// * `run` — the trajectory and the bodies that were judged.
-    /// * `verdict` — what [`crate::judge::phase::label_with`] said about them.
-    /// * `thresholds` — those that it said it with.
+    /// * `trajectory`, `bodies` — what was judged.
+    /// * `verdict` — that of [`crate::judge::phase::label_with`] for them.
+    /// * `thresholds` — those of the verdict.
     ///
     /// # Panics
     ///
     /// If the verdict is of another, longer trajectory.
-    pub fn of(run: (&Trajectory, &Bodies), verdict: &Verdict, thresholds: &Thresholds) -> Self {
-        let (trajectory, bodies) = run;
+    pub fn of(
+        trajectory: &Trajectory,
+        bodies: &Bodies,
+        verdict: &Verdict,
+        thresholds: &Thresholds,
+    ) -> Self {
         let window = LastWindow::of(trajectory, trajectory.n_samples(), bodies).remove(0);
         let (n_good, n_blocks) = (window.n_good(thresholds), window.blocks.len());
         // Where the whole window is no stable mill, its blocks would change together with it.
@@ -132,7 +136,8 @@ struct State {
 
 impl State {
     fn phase(&self, thresholds: &Thresholds) -> Phase {
-        lasting(thresholds.phase(&self.evidence), self.blocks)
+        let (n_good, n_blocks) = self.blocks;
+        lasting(thresholds.phase(&self.evidence), n_good, n_blocks)
     }
 
     /// The same with some order parameters just on the other side of their boundaries.
@@ -195,7 +200,7 @@ fn margins(thresholds: &Thresholds, state: &State, n_robots: usize) -> Vec<Margi
         at_least(stable, Parameter::Orbit, thresholds.stable_orbit),
         at_least(stable, Parameter::Circliness, thresholds.stable_circliness),
         below(stable, Parameter::Blocked, thresholds.stable_blocked),
-        // A stable mill has lost nobody: the boundary is the first robot.
+        // A stable mill has lost no robot: the boundary is the first robot.
         below(stable, Parameter::Lost, 1.0 / n_robots as f64),
         at_least(semi_stable, Parameter::Rotation, thresholds.semi_stable_rotation),
         at_least(semi_stable, Parameter::Orbit, thresholds.semi_stable_orbit),

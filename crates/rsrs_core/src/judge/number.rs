@@ -29,8 +29,8 @@ pub trait Number:
     /// How many lanes there are.
     const LANES: usize;
 
-    /// A constant in all lanes. The number that it is called on does not matter: whoever has one may
-    /// make others.
+    /// A constant in all lanes. The number that it is called on does not matter: a caller that has
+    /// one may make others.
     fn all(self, constant: Self::Scalar) -> Self;
     /// A number for each lane, whatever this one is.
     fn by_lane(self, number: impl FnMut(usize) -> Self::Scalar) -> Self;
@@ -50,7 +50,7 @@ pub trait Number:
     fn gt(self, other: Self) -> Self::Mask;
     /// One number or the other.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    /// The number where the mask says no, and plus zero elsewhere.
+    /// The number where the mask is false, and plus zero elsewhere.
     fn unless(self, mask: Self::Mask) -> Self;
     /// The number in one lane.
     fn lane(self, lane: usize) -> Self::Scalar;

@@ -1,4 +1,4 @@
-//! Order parameters: numbers that say how a swarm moves, from poses and commands alone.
+//! Order parameters: numbers that describe how a swarm moves, from poses and commands alone.
 //!
 //! All are means over a window of time. They are computed in double precision and in the order of
 //! the robots, so that a simulated episode and its recording in a bag give the same numbers. They are

@@ -1,4 +1,4 @@
-//! The phases of a milling swarm, and the judge that tells them apart.
+//! The phases of a milling swarm, and the judge that distinguishes them.
 
 #![expect(
     clippy::inline_always,
@@ -18,8 +18,8 @@ use crate::judge::trajectory::{Bodies, Trajectory};
 
 /// What a swarm settled into.
 ///
-/// The four phases of the paper, and `Unformed` for what is none of them: said openly, never forced
-/// into the four.
+/// The four phases of the paper, and `Unformed` for what is none of them: reported as such, never
+/// forced into the four.
 ///
 /// # Source
 ///
@@ -86,7 +86,7 @@ impl fmt::Display for Phase {
 /// Where one phase ends and the next begins; all dimensionless.
 ///
 /// Stable and semi-stable milling are a continuum in circliness. So its threshold can be moved, and
-/// results say how `B_s` moves with it.
+/// results show how `B_s` moves with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thresholds {
     /// Share of lost robots from which on a swarm is dispersed.
@@ -161,7 +161,7 @@ impl Thresholds {
     }
 }
 
-/// What the judge says about one run.
+/// The verdict of the judge on one run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// What the swarm settled into.
@@ -177,7 +177,7 @@ pub struct Verdict {
 /// Why a trajectory cannot be judged.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum JudgeError {
-    /// There is nobody to judge.
+    /// There is no robot to judge.
     #[error("no robots, expected at least 1")]
     NoRobots,
     /// The recorded time is shorter than the window.
@@ -222,21 +222,21 @@ pub const STRAY_BLOCKS: usize = 1;
 ///
 /// # Arguments
 ///
-/// * `whole` — what [`Thresholds::phase`] says.
+/// * `whole` — the phase by [`Thresholds::phase`].
 /// * `n_good`, `n_blocks` — how many of the window's blocks of 10 s satisfy the rule of stable
 ///   milling by themselves, of how many.
 ///
 /// # Source
 ///
 /// Of nine rules this meets most labels by eye: `docs/judge_by_eye.md`.
-pub fn lasting(whole: Phase, (n_good, n_blocks): (usize, usize)) -> Phase {
+pub fn lasting(whole: Phase, n_good: usize, n_blocks: usize) -> Phase {
     if whole == Phase::StableMilling && n_good + STRAY_BLOCKS < n_blocks {
         return Phase::SemiStableMilling;
     }
     whole
 }
 
-/// Labels a run: simulated or real, by what a bag can know.
+/// Labels a run: simulated or real, by what a bag can contain.
 ///
 /// Motion comes before shape: a jammed ring is round, too. And a mill lasts: at most one of the
 /// window's six blocks may break the rule of stable milling ([`lasting`]).
@@ -319,7 +319,7 @@ impl LastWindow {
 
     /// What the run settled into.
     pub fn phase(&self, thresholds: &Thresholds) -> Phase {
-        lasting(thresholds.phase(&self.whole), (self.n_good(thresholds), self.blocks.len()))
+        lasting(thresholds.phase(&self.whole), self.n_good(thresholds), self.blocks.len())
     }
 }
 
@@ -329,7 +329,7 @@ impl LastWindow {
 /// # Arguments
 ///
 /// * `trajectory`, `bodies` — as for [`label`].
-/// * `phase` — what [`label`] said about them.
+/// * `phase` — that of [`label`].
 ///
 /// # Returns
 ///

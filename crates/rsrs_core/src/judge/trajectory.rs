@@ -1,4 +1,4 @@
-//! What a swarm did: the poses and commands of every robot over time, as a bag can know them.
+//! What a swarm did: the poses and commands of every robot over time, as a bag can contain them.
 
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +22,7 @@ pub struct Trajectory {
     pub commands: Vec<Command>,
 }
 
-/// What the judge must know of the robots besides their trajectory.
+/// What the judge needs of the robots besides their trajectory.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bodies {
     /// Radius of one robot's body, in metres; unknown for many a foreign bag.

@@ -100,7 +100,7 @@ pub struct TurnActuation {
     pub robot_sd: f64,
     /// Standard deviation of the gain from step to step; dimensionless.
     pub step_sd: f64,
-    /// Standard deviation between robots of a constant turning rate that nobody asked for, in
+    /// Standard deviation between robots of a constant turning-rate bias, in
     /// radians per second.
     pub bias_sd_rad_s: f64,
     /// Standard deviation of the heading's random change in each step, in radians.

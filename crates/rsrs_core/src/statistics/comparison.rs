@@ -9,7 +9,7 @@ use crate::diagram::PhaseCounts;
 use crate::diagram::axis::Cell;
 use crate::judge::phase::Phase;
 use crate::statistics::interval::Interval;
-use crate::statistics::pooled::{Pooled, PooledTest, e_value, p_value};
+use crate::statistics::pooled::{LogEvidence, Pooled, PooledTest, e_value, p_value};
 use crate::statistics::posterior::probability_at_least;
 
 pub use crate::statistics::share::Share;
@@ -25,7 +25,7 @@ pub struct CellRuns {
     pub simulated: PhaseCounts,
 }
 
-/// What the runs say about `eq:finalgap`.
+/// The evidence of the runs on `eq:finalgap`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -34,7 +34,7 @@ pub enum Verdict {
     /// Averaged over the runs, reality mills at least as often as the simulator, or less often by at
     /// most the margin.
     Supported,
-    /// The runs do not say yet.
+    /// The runs do not decide yet.
     Undecided,
 }
 
@@ -76,9 +76,9 @@ pub struct CellComparison {
 /// How real runs went beside the simulator's majority, as the paper counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
-    /// Real runs that ended as the simulator said, or equally far from milling.
+    /// Real runs that ended as simulated, or equally far from milling.
     pub same: u64,
-    /// Real runs that came closer to stable milling than the simulator said.
+    /// Real runs that came closer to stable milling than simulated.
     pub easier: u64,
     /// Real runs that came less close.
     pub harder: u64,
@@ -104,7 +104,7 @@ pub struct Comparison {
 /// otherwise.
 pub const MARGIN: f64 = 0.1;
 
-/// How often either verdict may be said wrongly, however often one looks.
+/// Bound on the probability of a wrong verdict of either kind, however often one looks.
 pub const SIGNIFICANCE: f64 = 0.05;
 
 /// More runs than this are not asked for: they decide nothing in a laboratory.
@@ -121,7 +121,7 @@ impl Comparison {
     /// The verdict rests on all runs together. It is `violated` if they would be improbable did real
     /// robots mill at least as often as simulated ones in every cell; then those cells are named that
     /// show it alone, corrected for their number. It is `supported` if they would be improbable did real
-    /// robots, averaged over the runs, mill less often by more than the margin. Either is said wrongly
+    /// robots, averaged over the runs, mill less often by more than the margin. Either is wrong
     /// with a probability of at most [`SIGNIFICANCE`], whatever number of runs one looked at before.
     ///
     /// # Arguments
@@ -141,7 +141,7 @@ impl Comparison {
         let verdict = decide(test.log_e());
         let corrected = Corrected::of(&shares, &test);
         let cells = (0..runs.len())
-            .map(|index| compare_cell((&runs[index], &test, index), &corrected, verdict))
+            .map(|index| compare_cell(&runs[index], &test, index, &corrected, verdict))
             .collect();
         let simulated: Vec<Share> = shares.iter().map(|(_, simulated)| *simulated).collect();
         let further = |n: u64| test.log_e_if_all_mill(n);
@@ -162,11 +162,11 @@ pub fn enough() -> f64 {
     -libm::log(SIGNIFICANCE)
 }
 
-/// What follows from the logarithms of the evidence of [`PooledTest::log_e`].
-pub fn decide((less, at_least): (f64, f64)) -> Verdict {
-    if less >= enough() {
+/// What follows from evidence.
+pub fn decide(evidence: LogEvidence) -> Verdict {
+    if evidence.less >= enough() {
         Verdict::Violated
-    } else if at_least >= enough() {
+    } else if evidence.at_least >= enough() {
         Verdict::Supported
     } else {
         Verdict::Undecided
@@ -187,20 +187,22 @@ impl Corrected {
         };
         Self {
             exact: corrected(&|cell| fisher_less(shares[cell].0, shares[cell].1)),
-            violated: corrected(&|cell| p_value(test.log_e_of(cell).0)),
-            not_supported: corrected(&|cell| p_value(test.log_e_of(cell).1)),
+            violated: corrected(&|cell| p_value(test.log_e_of(cell).less)),
+            not_supported: corrected(&|cell| p_value(test.log_e_of(cell).at_least)),
         }
     }
 }
 
 fn compare_cell(
-    (runs, test, index): (&CellRuns, &PooledTest, usize),
+    runs: &CellRuns,
+    test: &PooledTest,
+    index: usize,
     corrected: &Corrected,
     of_all: Verdict,
 ) -> CellComparison {
     let (real, simulated) = (Share::milling(&runs.real), Share::milling(&runs.simulated));
     let (p_violated, p_not_supported) = (corrected.violated[index], corrected.not_supported[index]);
-    let (less, at_least) = test.log_e_of(index);
+    let LogEvidence { less, at_least } = test.log_e_of(index);
     let verdict = if of_all == Verdict::Violated && p_violated <= SIGNIFICANCE {
         Verdict::Violated
     } else if p_not_supported <= SIGNIFICANCE {
@@ -208,7 +210,8 @@ fn compare_cell(
     } else {
         Verdict::Undecided
     };
-    let if_all_mill = |n: u64| test.log_e_of_after(index, Share { hits: n, n }).1 >= enough();
+    let if_all_mill =
+        |n: u64| test.log_e_of_after(index, Share { hits: n, n }).at_least >= enough();
     CellComparison {
         cell: runs.cell.clone(),
         real,

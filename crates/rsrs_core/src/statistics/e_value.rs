@@ -2,13 +2,13 @@
 //!
 //! An e-value is a number that is expected to be at most 1 if a hypothesis holds, and the e-values
 //! here are nonnegative supermartingales in the runs: by Ville's inequality one of them *ever*
-//! reaches 20 with a probability of at most 1/20. So whoever looks after each run, stops when it
-//! pleases, or goes on after a look errs no more often than stated. The price is that a fixed
-//! number of runs would decide with fewer of them.
+//! reaches 20 with a probability of at most 1/20. So an analyst who looks after each run, stops
+//! when it pleases, or goes on after a look errs no more often than stated. The price is that a
+//! fixed number of runs would decide with fewer of them.
 //!
-//! *What simulated robots do* is itself known from runs only. It enters as its posterior, with a
-//! uniform prior: every e-value is the probability of the real runs under an alternative over their
-//! probability under the hypothesis, each integrated over that posterior.
+//! *What simulated robots do* is itself estimated from runs only. It enters as its posterior, with
+//! a uniform prior: every e-value is the probability of the real runs under an alternative over
+//! their probability under the hypothesis, each integrated over that posterior.
 //!
 //! *Worse.* The hypothesis is `B_r >= B_s` in every cell. Under the alternatives, real robots have
 //! in all cells the odds of milling divided by one of [`ODDS_DIVIDED_BY`].
@@ -44,7 +44,7 @@ pub const ODDS_DIVIDED_BY: [f64; 8] = [SQRT_2, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 
 /// little less than the margin by small ones.
 pub const BETS: [(f64, f64); 5] = [(0.15, 0.1), (0.35, 0.1), (0.6, 0.2), (0.8, 0.3), (1.0, 0.3)];
 
-/// How often the simulated robots of a cell mill, as far as their runs say.
+/// Posterior of the share of stable milling of a simulated cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulatedShare {
     /// Their weights add up to 1.
@@ -57,14 +57,14 @@ pub struct SimulatedShare {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Node {
     share: f64,
-    /// The rest; where nearly all mill it is too small to be told from 1 minus the share.
+    /// The rest; where nearly all mill it is too small to be computed as 1 minus the share.
     missed: f64,
     log_weight: f64,
 }
 
 impl Node {
     /// The share with these log odds, weighed with a beta distribution.
-    fn at(log_odds: f64, weight: f64, (a, b): (f64, f64)) -> Self {
+    fn at(log_odds: f64, weight: f64, a: f64, b: f64) -> Self {
         let share = 1.0 / (1.0 + libm::exp(-log_odds));
         let missed = 1.0 / (1.0 + libm::exp(log_odds));
         // A step of log odds is one of `share * missed` of the share.
@@ -80,7 +80,7 @@ const TAIL: f64 = 1e-15;
 const PANELS: u32 = 32;
 
 impl SimulatedShare {
-    /// What simulated runs say, with a uniform prior.
+    /// The posterior after simulated runs, with a uniform prior.
     pub fn after(runs: Share) -> Self {
         let (a, b) = (runs.hits as f64 + 1.0, (runs.n - runs.hits) as f64 + 1.0);
         // Real runs that go otherwise than simulated ones shift the weight far into the tails; on the
@@ -92,7 +92,7 @@ impl SimulatedShare {
         let mut nodes: Vec<Node> = (0..PANELS)
             .flat_map(|panel| {
                 let middle = low + half * f64::from(2 * panel + 1);
-                GAUSS.map(|(node, weight)| Node::at(middle + half * node, weight, (a, b)))
+                GAUSS.map(|(node, weight)| Node::at(middle + half * node, weight, a, b))
             })
             .collect();
         let log_total = log_sum(nodes.iter().map(|node| node.log_weight));
@@ -109,7 +109,7 @@ impl SimulatedShare {
     }
 }
 
-/// What the real runs of one cell say, before the alternatives are mixed.
+/// The evidence in the real runs of one cell, before the alternatives are mixed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellEvidence {
     n: f64,

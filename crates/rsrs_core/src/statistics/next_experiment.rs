@@ -1,4 +1,4 @@
-//! What to do after a comparison: the experiment that would tell most, or back to the robots.
+//! What to do after a comparison: the most informative experiment, or back to the robots.
 
 use serde::Serialize;
 
@@ -28,18 +28,18 @@ pub enum NextStep {
     },
     /// Run this experiment.
     Run(Experiment),
-    /// No experiment in a swept cell would tell anything more.
+    /// No experiment in a swept cell is informative any more.
     Nothing,
 }
 
-/// The experiment that would tell most.
+/// The most informative experiment.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Experiment {
     /// Its cell.
     pub cell: Cell,
     /// Real runs that there are.
     pub n_real: u64,
-    /// What one further run is expected to say about whether `B_r >= B_s - margin` there, in bits; at
+    /// Expected information of one further run on whether `B_r >= B_s - margin` there, in bits; at
     /// most 1.
     pub information_bits: f64,
     /// The least number of further runs that decide with a probability of [`DECIDES`], as far as is
@@ -55,10 +55,10 @@ pub const DECIDES: f64 = 0.8;
 /// Less information than this, in bits, is none.
 const NO_INFORMATION: f64 = 1e-3;
 
-/// Says what to do next.
+/// Recommends what to do next.
 ///
 /// A violation sends back to step 1. Else the undecided cell is run on in which one further run is
-/// expected to tell most; and when the runs support the claim, the one of the others.
+/// expected to be most informative; and when the runs support the claim, the one of the others.
 ///
 /// # Arguments
 ///
@@ -118,16 +118,16 @@ fn return_to_step_1(comparison: &Comparison) -> NextStep {
     }
 }
 
-/// What one further real run is expected to say about the claim, in bits.
+/// Expected information of one further real run on the claim, in bits.
 fn information_bits(runs: &CellRuns, margin: f64) -> f64 {
     let (real, simulated) = (Share::milling(&runs.real), Share::milling(&runs.simulated));
     let holds = |real: Share| probability_at_least(real, simulated, margin);
     let mills = (real.hits as f64 + 1.0) / (real.n as f64 + 2.0);
-    let left = |hits: u64| entropy_bits(holds(after(real, (hits, 1))));
+    let left = |hits: u64| entropy_bits(holds(after(real, hits, 1)));
     entropy_bits(holds(real)) - mills * left(1) - (1.0 - mills) * left(0)
 }
 
-fn after(real: Share, (hits, n): (u64, u64)) -> Share {
+fn after(real: Share, hits: u64, n: u64) -> Share {
     Share { hits: real.hits + hits, n: real.n + n }
 }
 

@@ -1,7 +1,8 @@
 //! All runs of all cells, held against the simulator at once.
 //!
-//! A campaign of one run in each of nine cells says much, though no cell says anything: if nowhere
-//! fewer than 85 % should mill and none of nine does, no correction for many cells may hide it.
+//! A campaign of one run in each of nine cells is strong evidence, though no single cell is: if
+//! nowhere fewer than 85 % should mill and none of nine does, no correction for many cells may hide
+//! it.
 
 use serde::Serialize;
 
@@ -9,7 +10,7 @@ use crate::statistics::beta;
 use crate::statistics::e_value::{CellEvidence, SimulatedShare, log_e_at_least, log_e_less};
 use crate::statistics::share::Share;
 
-/// What all runs say together.
+/// The pooled evidence of all runs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Pooled {
     /// Real runs.
@@ -45,6 +46,22 @@ pub struct PooledTest {
     margin: f64,
 }
 
+/// Logarithms of the evidence in some runs, one for each hypothesis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LogEvidence {
+    /// That in some cell `B_r < B_s`.
+    pub less: f64,
+    /// That all cells together are as good as simulated but for the margin.
+    pub at_least: f64,
+}
+
+impl LogEvidence {
+    /// The evidence of some cells together.
+    pub fn of(cells: &[CellEvidence]) -> Self {
+        Self { less: log_e_less(cells), at_least: log_e_at_least(cells) }
+    }
+}
+
 impl PooledTest {
     /// A campaign so far.
     ///
@@ -60,29 +77,26 @@ impl PooledTest {
         Self { cells, evidence, margin }
     }
 
-    /// The logarithms of the evidence that some cell is worse, and that all together are as good but for
-    /// the margin.
-    pub fn log_e(&self) -> (f64, f64) {
-        (log_e_less(&self.evidence), log_e_at_least(&self.evidence))
+    /// The evidence of all runs.
+    pub fn log_e(&self) -> LogEvidence {
+        LogEvidence::of(&self.evidence)
     }
 
     /// The same for one cell alone.
-    pub fn log_e_of(&self, cell: usize) -> (f64, f64) {
-        let alone = std::slice::from_ref(&self.evidence[cell]);
-        (log_e_less(alone), log_e_at_least(alone))
+    pub fn log_e_of(&self, cell: usize) -> LogEvidence {
+        LogEvidence::of(std::slice::from_ref(&self.evidence[cell]))
     }
 
     /// The same for one cell alone after further runs in it.
-    pub fn log_e_of_after(&self, cell: usize, further: Share) -> (f64, f64) {
-        let alone = [self.evidence_after(cell, further)];
-        (log_e_less(&alone), log_e_at_least(&alone))
+    pub fn log_e_of_after(&self, cell: usize, further: Share) -> LogEvidence {
+        LogEvidence::of(&[self.evidence_after(cell, further)])
     }
 
     /// The same for all cells after further runs in one.
-    pub fn log_e_after(&self, cell: usize, further: Share) -> (f64, f64) {
+    pub fn log_e_after(&self, cell: usize, further: Share) -> LogEvidence {
         let mut evidence = self.evidence.clone();
         evidence[cell] = self.evidence_after(cell, further);
-        (log_e_less(&evidence), log_e_at_least(&evidence))
+        LogEvidence::of(&evidence)
     }
 
     fn evidence_after(&self, cell: usize, further: Share) -> CellEvidence {
@@ -112,14 +126,14 @@ impl PooledTest {
         log_e_at_least(&evidence)
     }
 
-    /// What the campaign says so far.
+    /// The evidence of the campaign so far.
     ///
     /// # Arguments
     ///
     /// * `simulated` — the simulated runs of each cell, as in [`PooledTest::new`].
     /// * `enough` — the logarithm of the evidence that decides.
     pub fn summary(&self, simulated: &[Share], enough: f64) -> Pooled {
-        let (less, at_least) = self.log_e();
+        let LogEvidence { less, at_least } = self.log_e();
         let real: Vec<Share> = self.cells.iter().map(|(real, _)| *real).collect();
         let expected = |(real, simulated): (&Share, &Share)| real.n as f64 * simulated.value();
         Pooled {

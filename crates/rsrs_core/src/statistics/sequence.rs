@@ -1,10 +1,11 @@
 //! How sure a share is, however long one goes on looking: a confidence sequence.
 //!
 //! An interval of Clopper and Pearson covers the truth in 95 % of all cases if the number of runs
-//! was fixed before the first. Whoever looks after every run and stops at a moment that pleases errs
-//! more often: in the long run always. A confidence sequence covers the truth *at all times at once*
-//! with 95 %, so it may be looked at after every run, and it does not matter why one stopped. Its price
-//! is its width: at 100 runs about 1.6 times that of Clopper and Pearson, at 1,000 about 1.8 times.
+//! was fixed before the first. An analyst who looks after every run and stops at a convenient
+//! moment errs more often: in the long run always. A confidence sequence covers the truth *at all
+//! times at once* with 95 %, so it may be looked at after every run, and it does not matter why one
+//! stopped. Its price is its width: at 100 runs about 1.6 times that of Clopper and Pearson, at
+//! 1,000 about 1.8 times.
 
 use crate::statistics::beta;
 use crate::statistics::interval::Interval;
@@ -68,7 +69,7 @@ pub fn interval(hits: u64, n: u64, error: f64) -> Interval {
     Interval { low, high }
 }
 
-/// What the counts say against a share.
+/// The evidence of the counts against a share.
 struct Evidence {
     hit: f64,
     missed: f64,

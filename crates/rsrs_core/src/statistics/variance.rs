@@ -128,7 +128,7 @@ fn squared_reach(terms: &[MeanSquare], bound: Bound) -> f64 {
         let own = reach(term) * size(term);
         total += own * own;
         for other in &terms[position + 1..] {
-            total += crossed(terms, bound, (term, other)) * size(term) * size(other);
+            total += crossed(terms, bound, term, other) * size(term) * size(other);
         }
     }
     total
@@ -145,10 +145,10 @@ fn under(df: f64) -> f64 {
 }
 
 /// The factor of a product of two mean squares: `G_qr`, `H_qr` or `G*_qt` of the source.
-fn crossed(terms: &[MeanSquare], bound: Bound, (one, other): (&MeanSquare, &MeanSquare)) -> f64 {
+fn crossed(terms: &[MeanSquare], bound: Bound, one: &MeanSquare, other: &MeanSquare) -> f64 {
     let one_is_added = one.weight > 0.0;
     if one_is_added == (other.weight > 0.0) {
-        return together(terms, bound, (one, other));
+        return together(terms, bound, one, other);
     }
     let (added, taken) = if one_is_added { (one, other) } else { (other, one) };
     let (ratio, added_reach, taken_reach) = match bound {
@@ -163,7 +163,7 @@ fn crossed(terms: &[MeanSquare], bound: Bound, (one, other): (&MeanSquare, &Mean
     ((ratio - 1.0) * (ratio - 1.0) - own * own - taken_reach * taken_reach) / ratio
 }
 
-fn together(terms: &[MeanSquare], bound: Bound, (one, other): (&MeanSquare, &MeanSquare)) -> f64 {
+fn together(terms: &[MeanSquare], bound: Bound, one: &MeanSquare, other: &MeanSquare) -> f64 {
     let is_added = one.weight > 0.0;
     if is_added != (bound == Bound::Low) {
         return 0.0;

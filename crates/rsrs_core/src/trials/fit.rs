@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::help::Help;
 use crate::statistics::variance::{Estimate, MeanSquare, sd};
 use crate::trials::trial::{
     ArcTrial, DetectionTrial, DrivenTrial, PeriodTrial, SpeedTrial, Trials, TurnTrial,
@@ -97,7 +98,7 @@ pub struct Details {
     pub arc: Option<Population>,
     /// With which time constant the turning rate follows its command, if trajectories show it.
     pub yaw_lag: Option<YawLag>,
-    /// Bias, heading noise and gusts, if straight runs say where they ended.
+    /// Bias, heading noise and gusts, if straight runs give their end points.
     pub drift: Option<Drift>,
     /// Noise from step to step, if trajectories show it.
     pub steps: Option<StepNoise>,
@@ -159,22 +160,20 @@ pub enum FitError {
     },
 }
 
-impl FitError {
-    /// What to do next.
-    pub fn help(&self) -> String {
-        match self {
-            Self::NoTrials { .. } => {
-                "`rsrs measure plan` lists the trials worth running".to_owned()
-            }
+impl Help for FitError {
+    fn help(&self) -> Option<String> {
+        let help = match self {
+            Self::NoTrials { .. } => "`rsrs measure plan` lists the trials worth running",
             Self::NoFalsePositives { .. } => {
                 "add rows like `robot_1,,,2000,130`: readings with no \
                                               other robot near, with both places left empty"
-                    .to_owned()
             }
-            Self::NoRegion { .. } => "`rsrs measure plan` proposes distances and bearings; try \
+            Self::NoRegion { .. } => {
+                "`rsrs measure plan` proposes distances and bearings; try \
                                       closer ones, on both sides of the sensor's axis"
-                .to_owned(),
-        }
+            }
+        };
+        Some(help.to_owned())
     }
 }
 
@@ -183,7 +182,8 @@ impl FitError {
 /// # Arguments
 ///
 /// * `tables` — what was measured.
-/// * `unmeasured` — what trials cannot say: the body's size, and times if they were not measured.
+/// * `unmeasured` — what trials cannot measure: the body's size, and times if they were not
+///   measured.
 ///
 /// # Errors
 ///
@@ -228,7 +228,7 @@ pub fn fit(tables: Tables, unmeasured: &Unmeasured) -> Result<Fit, FitError> {
     };
     let speed = motion::robot_gains(&speed, &tables.speed.robots);
     let turn = motion::robot_gains(&turn, &tables.turn.robots);
-    details.cautions = caution::cautions(tables, &details, (&speed, &turn));
+    details.cautions = caution::cautions(tables, &details, &speed, &turn);
     Ok(Fit {
         speed: speed.iter().map(|gain| report::speed_fit(gain, &tables.speed.robots)).collect(),
         turn: turn.iter().map(|gain| report::turn_fit(gain, &tables.turn.robots)).collect(),

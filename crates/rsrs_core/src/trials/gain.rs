@@ -6,7 +6,7 @@ pub enum GainError {
     /// Nothing was measured.
     #[error("no trials, expected 1 or more")]
     NoTrials,
-    /// The command says nothing about what is delivered.
+    /// At this command a gain is not defined.
     #[error("the command is {found}, expected above 0")]
     DesiredNotPositive {
         /// The command, in its own unit.

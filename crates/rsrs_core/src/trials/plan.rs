@@ -10,7 +10,7 @@ mod sheet;
 
 pub use sheet::{ARC_HEADER, DETECTION_HEADER, PERIOD_HEADER, SPEED_HEADER, TURN_HEADER};
 
-/// What is known before the first trial.
+/// What is given before the first trial.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlanRequest {
     /// Names of all robots of the fleet.

@@ -27,7 +27,7 @@ pub struct Trials<T> {
     pub robots: Vec<String>,
     /// The trials, in the order of the table.
     pub rows: Vec<T>,
-    /// Lines of trials in which commands paused, so that they say nothing of a gain: they are in the
+    /// Lines of trials in which commands paused, so that they give no gain: they are in the
     /// table with a number in `paused_s`, and not among the trials.
     pub paused: Vec<u64>,
 }
@@ -99,7 +99,7 @@ pub struct DetectionTrial {
     pub neighbour: Option<Neighbour>,
     /// Readings taken; 1 or more.
     pub samples: u64,
-    /// Readings that said "detected"; at most `samples`.
+    /// Readings that were detections; at most `samples`.
     pub detections: u64,
 }
 
@@ -146,7 +146,7 @@ pub fn speed_trials(file: &str, text: &str) -> Result<Trials<SpeedTrial>, TrialE
             return Err(row.unit(1, commanded_m_s, "cm/s"));
         }
         let lateral_m = row.optional(4)?;
-        // Nobody ends further beside a line than they drove.
+        // No robot ends further beside a line than it drove.
         if let Some(lateral_m) = lateral_m.filter(|lateral_m| lateral_m.abs() > distance_m + 1.0) {
             return Err(row.unit(4, lateral_m, "mm"));
         }
@@ -175,7 +175,7 @@ pub fn speed_trials(file: &str, text: &str) -> Result<Trials<SpeedTrial>, TrialE
 pub fn turn_trials(file: &str, text: &str) -> Result<Trials<TurnTrial>, TrialError> {
     let required = ["robot", "commanded_rad_s", "angle_rad", "duration_s"];
     let mut table = Table::open(file, text, &required, &[PAUSED])?;
-    table.read_unpaused(4, |row, robot| turn(row, (robot, 1)))
+    table.read_unpaused(4, |row, robot| turn(row, robot, 1))
 }
 
 /// Reads turns while driving forward:
@@ -190,12 +190,12 @@ pub fn arc_trials(file: &str, text: &str) -> Result<Trials<ArcTrial>, TrialError
     table.read_unpaused(5, |row, robot| {
         let commanded_m_s = row.positive(1)?;
         row.below(1, commanded_m_s, MAX_SPEED_M_S, "mm/s")?;
-        Ok(ArcTrial { robot, line: row.line, commanded_m_s, turn: turn(row, (robot, 2))? })
+        Ok(ArcTrial { robot, line: row.line, commanded_m_s, turn: turn(row, robot, 2)? })
     })
 }
 
 /// A turn whose commanded rate, angle and time stand in three columns from one on.
-fn turn(row: &Row, (robot, from): (usize, usize)) -> Result<TurnTrial, TrialError> {
+fn turn(row: &Row, robot: usize, from: usize) -> Result<TurnTrial, TrialError> {
     let commanded_rad_s = row.number(from)?;
     if commanded_rad_s == 0.0 {
         return Err(row.out_of_range(from, commanded_rad_s, "a turning rate that is not 0"));

@@ -61,7 +61,7 @@ pub struct Horizon {
     /// Time since the start, in seconds.
     pub time_s: f64,
     /// Area of the region of positions, in square metres, tolerance included. An area that is large
-    /// for the distance driven means that containment says little.
+    /// for the distance driven means that containment is weak evidence.
     pub area_m2: f64,
     /// Mean simulated displacement in the frame of the start, in metres: ahead, left.
     pub mean_m: [f64; 2],

@@ -2,7 +2,8 @@
 //!
 //! What a gate would let through is what is published; when that ends, a zero is published at once,
 //! and again for a while: the base may have missed one, and may have no timeout of its own. If the
-//! controller's process dies, nobody says anything any more, and only the base can stop its wheels.
+//! controller's process dies, no command is published any more, and only the base can stop its
+//! wheels.
 
 use std::time::Duration;
 
@@ -18,15 +19,15 @@ use crate::timing::{BEAT, SENSOR_SILENCE, SILENCE};
 pub(super) struct LeaseGate {
     gate: Robot,
     /// What was published last; `None` before the first word, when the wheels may still turn as an
-    /// earlier process told them to.
+    /// earlier process commanded.
     sent: Option<Command>,
-    /// Since when it stands, and when that was said last.
+    /// Since when it stands, and when that was published last.
     stands: Option<(Duration, Duration)>,
     sensor: Sensor,
 }
 
-/// Whether the robot's sensor works, as far as a controller can know that: if the robot dies, so does
-/// its sensor, and nobody else would say so.
+/// Whether the robot's sensor works, as far as a controller can observe that: if the robot dies, so
+/// does its sensor, and no other node would report it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sensor {
     /// When its last detection came, or else the first event of all.
@@ -79,7 +80,7 @@ impl LeaseGate {
     /// # Arguments
     ///
     /// * `event` — what the controller has just received.
-    /// * `word` — what it would say of itself now: the gate goes by it.
+    /// * `word` — the status that it would publish now: the gate goes by it.
     /// * `wanted` — what follows from the event.
     pub(super) fn hold(
         &mut self,
@@ -228,7 +229,7 @@ mod tests {
             "an earlier process may have left it driving"
         );
         assert_eq!(robot.after(10, Event::Detection(true)), [ZERO]);
-        assert_eq!(robot.after(5_000, Event::Tick), [], "nobody else is disturbed for long");
+        assert_eq!(robot.after(5_000, Event::Tick), [], "no other robot is disturbed for long");
     }
 
     #[test]

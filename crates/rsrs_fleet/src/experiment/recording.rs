@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-/// The part of an experiment file that says what is recorded.
+/// The part of an experiment file on what is recorded.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RecordOptions {
@@ -12,9 +12,9 @@ pub struct RecordOptions {
     /// Folders with the definitions of their types, relative to the experiment file: a workspace, its
     /// `src` or `install`, or a prefix. Those of `AMENT_PREFIX_PATH` come behind them.
     pub definitions: Vec<String>,
-    /// A bag of this size takes no more and ends the run, in GiB; no limit if not said.
+    /// A bag of this size takes no more and ends the run, in GiB; no limit by default.
     pub max_bag_gib: Option<f64>,
-    /// A file of this size is closed and another one opened, in GiB; one file if not said.
+    /// A file of this size is closed and another one opened, in GiB; one file by default.
     pub split_gib: Option<f64>,
     /// How the bag is compressed.
     pub compression: BagCompression,
@@ -58,7 +58,7 @@ pub enum RecordRefused {
     Size {
         /// The key.
         key: &'static str,
-        /// What it says, in GiB.
+        /// The value found, in GiB.
         found_gib: f64,
     },
     /// A name that ROS 2 does not allow.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use rsrs_core::document::DocumentError;
+use rsrs_core::help::Help;
 
 use super::{FILE_VERSION, PROFILE};
 
@@ -43,7 +44,7 @@ pub enum FleetFileError {
         /// The types of the file.
         expected: Vec<String>,
     },
-    /// A gate of ours is in front of the wheels, and somebody else is to hold the lease.
+    /// A gate of ours is in front of the wheels, and another node is to hold the lease.
     #[error(
         "{file}: {robot} has a gate of ours, expected `lease: gate` or `driver: {{kind: ros}}`"
     )]
@@ -53,7 +54,8 @@ pub enum FleetFileError {
         /// The robot.
         robot: String,
     },
-    /// Neither the robots, nor their types, nor `all` say it; all that is missing in the file.
+    /// Keys that neither the robots, nor their types, nor `all` set; all that is missing in the
+    /// file.
     #[error("{file}: {}", robots.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
     Missing {
         /// The file.
@@ -68,7 +70,7 @@ pub enum FleetFileError {
 pub struct Lack {
     /// The robot.
     pub robot: String,
-    /// Whether it says nothing of `enabled`, which nobody else can say.
+    /// Whether it lacks `enabled`, which has no default.
     pub enabled: bool,
     /// Keys that nor its type nor `all` has.
     pub keys: Vec<&'static str>,
@@ -91,9 +93,8 @@ impl fmt::Display for Lack {
     }
 }
 
-impl FleetFileError {
-    /// What to do next.
-    pub fn help(&self) -> Option<String> {
+impl Help for FleetFileError {
+    fn help(&self) -> Option<String> {
         match self {
             Self::Document(error) => error.help(),
             Self::Missing { robots, file } => {
@@ -110,7 +111,7 @@ impl FleetFileError {
                 });
                 let enabled = robots.iter().any(|lack| lack.enabled);
                 let own =
-                    enabled.then(|| "say `enabled: true` or `false` of each robot".to_owned());
+                    enabled.then(|| "set `enabled: true` or `false` of each robot".to_owned());
                 Some(shared.into_iter().chain(measure).chain(own).collect::<Vec<_>>().join("; "))
             }
             Self::Version { .. }

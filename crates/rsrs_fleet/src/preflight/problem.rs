@@ -23,7 +23,7 @@ pub enum Problem {
         /// The robot.
         robot: String,
     },
-    /// Nobody holds the lease of a robot without a gate.
+    /// No controller holds the lease of a robot without a gate.
     #[error(
         "{robot}: nobody holds its lease, expected its controller to (start it with \
          `-p lease:=controller`)"
@@ -108,7 +108,7 @@ pub enum Problem {
     Faulted {
         /// The robot.
         robot: String,
-        /// What it says.
+        /// The value reported.
         reason: String,
     },
     /// Its battery is low.
@@ -121,7 +121,7 @@ pub enum Problem {
         /// The limit in the fleet file, in volts.
         expected_v: f64,
     },
-    /// Its battery should be checked, and it does not say how full it is.
+    /// Its battery should be checked, and it does not report its voltage.
     #[error("{robot}: battery unknown, expected at least {expected_v:.2} V")]
     BatteryUnknown {
         /// The robot.
@@ -142,8 +142,8 @@ pub enum Problem {
         /// How far its clock is ahead, in seconds.
         ahead_s: f64,
     },
-    /// The runner's machine does not keep up with what is said; that it receives no robot in time is
-    /// not the robots' fault.
+    /// The runner's machine does not keep up with the messages; that it receives no robot in time
+    /// is not the robots' fault.
     #[error(
         "this machine is too slow: what it receives waits {behind_s:.1} s until it is looked at, \
          expected at most {} s",
@@ -156,7 +156,7 @@ pub enum Problem {
     /// Its diagnostics report an error.
     #[error("{}: diagnostics: {}: {}", .0.robot, .0.part, .0.message)]
     Diagnostic(DiagnosticError),
-    /// The e-stop holds robots, though nobody may say so any more.
+    /// The e-stop holds robots, though no source may publish it any more.
     #[error("the e-stop holds {} (`rsrs stop --release` lets them go)", robots.join(", "))]
     Locked {
         /// The robots.
@@ -165,7 +165,7 @@ pub enum Problem {
     /// The e-stop is engaged.
     #[error("the e-stop is engaged{}{}", if by.is_empty() { "" } else { " by " }, by.join(", "))]
     EStop {
-        /// Nodes that have engaged it, those that say who they are.
+        /// Nodes that have engaged it, those that announce their name.
         by: Vec<String>,
     },
     /// A simulator has the robot, and nothing for it to sense and to move in.
@@ -185,7 +185,7 @@ pub enum Problem {
         /// The epoch.
         refused: BeyondRunners,
     },
-    /// Whoever publishes its poses has another clock; commands and poses would not fit together.
+    /// The publisher of its poses has another clock; commands and poses would not fit together.
     #[error(
         "{robot}: its poses are stamped {:.1} s {} our clock, expected within {} s (set the clock of \
          whoever publishes them, or stamp with it)",
@@ -199,7 +199,7 @@ pub enum Problem {
         /// How far the stamps are ahead, in seconds.
         ahead_s: f64,
     },
-    /// Robots that cannot all be where their poses say.
+    /// Robots that cannot all be at their poses.
     #[error(
         "{} are on one spot: centres less than {radius_m:.3} m apart, which is their radius (odometry \
          that starts at 0, 0 on each robot is no pose on the floor: publish poses in one frame)",
@@ -211,7 +211,7 @@ pub enum Problem {
         /// Radius of their bodies, in metres.
         radius_m: f64,
     },
-    /// Poses in frames of which nobody knows how they lie to each other.
+    /// Poses in frames between which there is no transform.
     #[error(
         "poses are in different frames that no transform on /tf or /tf_static ties together: {} \
          (publish them in one frame)",

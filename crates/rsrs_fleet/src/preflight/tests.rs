@@ -26,7 +26,7 @@ fn publisher(topic: &str, type_name: &str) -> Endpoint {
     }
 }
 
-fn status(state: RobotState, (stop_cause, stop_reason): (StopCause, &str)) -> Status {
+fn status(state: RobotState, stop_cause: StopCause, stop_reason: &str) -> Status {
     Status {
         counter: 1,
         epoch: 0,
@@ -52,7 +52,7 @@ fn complete() -> Seen {
         },
         robots: names
             .clone()
-            .map(|name| (name, status(RobotState::Idle, (StopCause::NoRun, ""))))
+            .map(|name| (name, status(RobotState::Idle, StopCause::NoRun, "")))
             .into(),
         controllers: names.into(),
         ..Seen::default()
@@ -76,7 +76,7 @@ fn every_problem_is_named_at_once() {
     seen.robots.remove("robot_1");
     seen.robots.insert(
         "robot_2".to_owned(),
-        status(RobotState::Fault, (StopCause::Hardware, "motor driver hot")),
+        status(RobotState::Fault, StopCause::Hardware, "motor driver hot"),
     );
     seen.controllers.remove("robot_2");
     seen.other_runs.insert("other".to_owned());
@@ -168,7 +168,7 @@ fn a_machine_that_is_too_slow_says_so_and_blames_no_robot() {
 #[test]
 fn robots_that_the_e_stop_holds_are_named_with_what_releases_them() {
     let mut seen = complete();
-    seen.robots.insert("robot_2".to_owned(), status(RobotState::Stopped, (StopCause::EStop, "")));
+    seen.robots.insert("robot_2".to_owned(), status(RobotState::Stopped, StopCause::EStop, ""));
 
     assert_eq!(
         sentences(&expected(), &seen),
@@ -299,7 +299,7 @@ fn poses_of_another_clock_are_refused() {
 #[test]
 fn a_robot_of_a_simulator_without_a_world_is_refused_where_no_simulator_is_set() {
     let mut seen = complete();
-    seen.robots.insert("robot_1".to_owned(), status(RobotState::Idle, (StopCause::NoWorld, "")));
+    seen.robots.insert("robot_1".to_owned(), status(RobotState::Idle, StopCause::NoWorld, ""));
 
     assert_eq!(sentences(&expected(), &seen), [""; 0], "the run sets its conditions");
     let printed = sentences(&Expected { simulator: false, ..expected() }, &seen);
@@ -312,7 +312,7 @@ fn a_robot_of_a_simulator_without_a_world_is_refused_where_no_simulator_is_set()
 #[test]
 fn an_epoch_that_no_runner_made_is_named_with_its_robot() {
     let mut seen = complete();
-    let robot = Status { epoch: u64::MAX, ..status(RobotState::Idle, (StopCause::NoRun, "")) };
+    let robot = Status { epoch: u64::MAX, ..status(RobotState::Idle, StopCause::NoRun, "") };
     seen.robots.insert("robot_1".to_owned(), robot);
 
     let printed = sentences(&expected(), &seen);

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// What a sensor says once.
+/// One reading of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reading {
     /// It is binary already.
@@ -26,9 +26,9 @@ pub struct DetectorSettings {
 /// A sensor that has failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SensorFailure {
-    /// It has never said anything.
+    /// There was no reading yet.
     #[error("no reading of the sensor yet")]
-    NeverHeard,
+    NoReading,
     /// It has fallen silent.
     #[error("no valid reading of the sensor for more than {} ms", timeout.as_millis())]
     Silent {
@@ -41,7 +41,7 @@ pub enum SensorFailure {
 #[derive(Clone, Debug, Default)]
 pub struct Detector {
     detected: bool,
-    /// Readings in a row that say otherwise.
+    /// Readings in a row that differ from it.
     against: u32,
     received: Option<Duration>,
 }
@@ -51,7 +51,7 @@ impl Detector {
     pub fn on_reading(&mut self, reading: Reading, settings: &DetectorSettings, now: Duration) {
         let seen = match reading {
             Reading::Seen(seen) => seen,
-            // A failed measurement says nothing, and a sensor that only fails is silent.
+            // A failed measurement is no reading, and a sensor that only fails is silent.
             Reading::Range(range_m) if range_m.is_nan() => return,
             Reading::Range(range_m) => range_m <= settings.threshold_m,
         };
@@ -75,7 +75,7 @@ impl Detector {
     ///
     /// # Errors
     ///
-    /// [`SensorFailure`], in which case nothing is known.
+    /// [`SensorFailure`], in which case there is no detection.
     pub fn detected(
         &self,
         settings: &DetectorSettings,
@@ -83,7 +83,7 @@ impl Detector {
     ) -> Result<bool, SensorFailure> {
         let timeout = settings.timeout;
         match self.received {
-            None => Err(SensorFailure::NeverHeard),
+            None => Err(SensorFailure::NoReading),
             Some(_) if self.is_silent(settings, now) => Err(SensorFailure::Silent { timeout }),
             Some(_) => Ok(self.detected),
         }
@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn a_sensor_that_only_fails_is_silent() {
         let mut detector = Detector::default();
-        assert_eq!(detector.detected(&SETTINGS, ms(0)), Err(SensorFailure::NeverHeard));
+        assert_eq!(detector.detected(&SETTINGS, ms(0)), Err(SensorFailure::NoReading));
         detector.on_reading(Reading::Seen(true), &SETTINGS, ms(0));
 
         detector.on_reading(Reading::Range(f64::NAN), &SETTINGS, ms(400));

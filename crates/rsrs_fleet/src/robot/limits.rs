@@ -38,7 +38,7 @@ impl Limits {
     ///
     /// A command beyond the limits is refused and not cut down to them: speed over turning rate is
     /// the radius of the circle, so that a robot that follows half of a command does another
-    /// experiment, and nobody would know.
+    /// experiment unnoticed.
     ///
     /// # Errors
     ///

@@ -28,7 +28,7 @@ fn lease(epoch: u64, state: LeaseState, counter: u64) -> Event {
     })
 }
 
-/// What its controller says at that time in epoch 1, ten thousand times a second at most.
+/// The status of its controller at that time in epoch 1, ten thousand times a second at most.
 fn controller(parameter_digest: u64, at: Duration) -> Event {
     controller_in(1, parameter_digest, at)
 }
@@ -123,7 +123,7 @@ fn a_lease_that_comes_late_or_again_arms_nobody() {
     let mut robot = restarted;
     robot.on_event(Event::Tick, ms(1_000));
     robot.on_event(armed, ms(1_000));
-    assert_eq!(robot.epoch(), 0, "what it echoes was said before the robot was started again");
+    assert_eq!(robot.epoch(), 0, "what it echoes was published before the robot was started again");
 }
 
 #[test]
@@ -360,7 +360,7 @@ fn what_has_run_out_has_run_out_whatever_comes_then() {
     let status = robot.on_event(Event::Tick, ms(490)).unwrap();
     robot.on_event(lease(1, LeaseState::Running, status.counter), ms(495));
 
-    // Its controller is late; nobody has looked at the time in between.
+    // Its controller is late; no event came in between.
     robot.on_event(controller(DIGEST, ms(501)), ms(501));
 
     let unconfirmed = StandReason::ControllerUnconfirmed.text();

@@ -1,4 +1,4 @@
-//! What a runner is told to do, what happens to it, and what it does.
+//! The orders to a runner, its events and its actions.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -31,10 +31,10 @@ pub struct RunnerOptions {
     pub pace: Pace,
     /// What to do when a robot is lost.
     pub robot_lost: RobotLost,
-    /// How long all robots stand armed before they move, while the operator is told; zero where
-    /// nobody stands beside them.
+    /// How long all robots stand armed before they move, while the operator sees a countdown; zero
+    /// where no person stands beside them.
     pub countdown: Duration,
-    /// Where the robots should stand at the start; `None` if nobody needs to look.
+    /// Where the robots should stand at the start; `None` if that need not be checked.
     pub start: Option<WantedStart>,
     /// What must keep coming from every robot while it moves; nothing in lockstep, where the
     /// simulator steps only when all is there.
@@ -68,21 +68,21 @@ pub enum Pace {
 pub enum Event {
     /// The discovery database as it is now.
     Seen(Graph),
-    /// A robot said what it does.
+    /// The status of a robot.
     RobotStatus {
         /// The robot.
         robot: String,
         /// Its word.
         status: Status,
     },
-    /// A controller said what it does.
+    /// The status of a controller.
     ControllerStatus {
         /// Its robot.
         robot: String,
         /// Its word.
         status: Status,
     },
-    /// A robot's status was stamped with this much more than our wall clock said when it came.
+    /// A robot's status was stamped with this much more than our wall clock when it came.
     ClockAhead {
         /// The robot.
         robot: String,
@@ -104,11 +104,11 @@ pub enum Event {
         /// The diagnosis, if it is an error.
         error: Option<String>,
     },
-    /// A robot's pose was stamped with this much more than our wall clock said when it came.
+    /// A robot's pose was stamped with this much more than our wall clock when it came.
     PoseAhead {
         /// The robot.
         robot: String,
-        /// The lead of the clock of whoever sees it there, in seconds.
+        /// The lead of the clock of its publisher, in seconds.
         seconds: f64,
     },
     /// A robot's pose was received.
@@ -157,21 +157,21 @@ pub enum Event {
     RecorderClosed,
     /// The simulator has made all steps.
     SimulatorComplete,
-    /// The simulator says that the run does not count.
+    /// The simulator reports that the run does not count.
     SimulatorVoid {
         /// Why.
         reason: String,
     },
-    /// A lease was received, from whomever.
-    LeaseHeard(Lease),
-    /// A source said on the e-stop topic that it is engaged, or that it is not.
+    /// A lease was received, of any runner.
+    LeaseReceived(Lease),
+    /// A source published on the e-stop topic that it is engaged, or that it is not.
     EStop {
         /// Who.
         source: Source,
-        /// What it says.
+        /// The value published.
         engaged: bool,
     },
-    /// Somebody releases the e-stop locks of these sources.
+    /// A release of the e-stop locks of these sources.
     Release(BTreeSet<Source>),
     /// A frame is fixed to, or moves in, another one.
     Transform {
@@ -190,7 +190,7 @@ pub enum Event {
 }
 
 impl Event {
-    /// Whether it only adds to what is known of the robots.
+    /// Whether it only adds to the state of the robots.
     pub(super) fn is_a_word(&self) -> bool {
         match self {
             Self::RobotStatus { .. }
@@ -211,7 +211,7 @@ impl Event {
             | Self::RecorderClosed
             | Self::SimulatorComplete
             | Self::SimulatorVoid { .. }
-            | Self::LeaseHeard(_)
+            | Self::LeaseReceived(_)
             | Self::EStop { .. }
             | Self::Release(_)
             | Self::Interrupt { .. }
@@ -233,13 +233,13 @@ pub enum Action {
     OpenRecorder,
     /// Drain and close the bag.
     CloseRecorder,
-    /// Tell the operator.
+    /// Show the operator a note.
     Note(String),
     /// The run is over; nothing more comes.
     Finish {
         /// How it ended.
         outcome: Outcome,
-        /// Robots that did not say that they stand; someone should go and look.
+        /// Robots that did not report that they stand; someone should go and look.
         not_standing: Vec<String>,
     },
 }

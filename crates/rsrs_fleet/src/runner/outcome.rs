@@ -5,7 +5,7 @@
 pub enum Outcome {
     /// All of it was run and recorded.
     Completed,
-    /// It was run, but says nothing, for a cause that was known before anyone looked at the result.
+    /// It was run, but is no evidence, for a cause that was established before its result.
     Void {
         /// The cause.
         reason: String,
@@ -85,7 +85,7 @@ pub enum Failure {
     NotArmed {
         /// The robot.
         robot: String,
-        /// What it says instead.
+        /// The state that it reports instead.
         found: String,
     },
     /// Nothing of a kind came from a robot since the start, so that nothing of it can have moved it.

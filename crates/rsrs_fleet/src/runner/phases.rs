@@ -132,7 +132,7 @@ impl Runner {
         let waiting = self.roster.not_armed(self.binding(), now);
         if waiting.is_empty() {
             if let Some(start) = &self.options.start {
-                // Poses may come seldom; a robot without any keeps nobody waiting for long.
+                // Poses may come seldom; a robot without any delays the run only briefly.
                 let robots = &self.options.expected.robots;
                 if !self.start_check.has_poses_of(robots) && self.elapsed(now) < LOOK {
                     return;
@@ -156,7 +156,7 @@ impl Runner {
         self.fail(failures.collect(), now, actions);
     }
 
-    /// Counts down, where somebody stands beside the robots.
+    /// Counts down, where a person stands beside the robots.
     fn begin(&mut self, now: Duration, actions: &mut Vec<Action>) {
         if self.options.countdown.is_zero() {
             self.start(now, actions);

@@ -47,7 +47,7 @@ impl LastStatus {
     }
 }
 
-/// What a run expects its robots to say.
+/// What a run expects its robots to report.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RunBinding<'a> {
     pub run_id: &'a str,
@@ -172,7 +172,8 @@ impl Roster {
             .collect()
     }
 
-    /// Who has not confirmed that it is armed under this bond, with what it says instead.
+    /// Robots that have not confirmed that they are armed for this run, with what they report
+    /// instead.
     pub(super) fn not_armed(
         &self,
         binding: RunBinding<'_>,
@@ -251,8 +252,8 @@ impl Roster {
         self.members.iter().all(|member| member.lost)
     }
 
-    /// Robots that have not said since then that they stand, for good: one that is armed may have the
-    /// start still to come.
+    /// Robots that have not reported since then that they stand, for good: one that is armed may
+    /// have the start still to come.
     pub(super) fn not_standing(&self, epoch: u64, since: Duration) -> Vec<String> {
         self.members
             .iter()

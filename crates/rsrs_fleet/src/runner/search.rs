@@ -21,11 +21,11 @@ impl Search {
     ///
     /// # Returns
     ///
-    /// What to tell the operator, if this machine has fallen behind.
+    /// Note for the operator, if this machine has fallen behind.
     pub(super) fn look(&mut self, problems: &[Problem], now: Duration) -> Option<String> {
         let behind = problems.iter().find(|problem| matches!(problem, Problem::TooSlow { .. }));
         self.is_behind = behind.is_some();
-        // How many robots are missing cannot be told meanwhile.
+        // How many robots are missing is not known meanwhile.
         if let Some(problem) = behind {
             self.since = now;
             let is_news = !std::mem::replace(&mut self.was_behind, true);

@@ -33,7 +33,8 @@ struct PoseTimes {
     last: Duration,
 }
 
-/// Poses that come less often than this, in Hz, are said: a robot moves far between two of them.
+/// Poses that come less often than this, in Hz, are reported: a robot moves far between two of
+/// them.
 const FEW_POSES_HZ: f64 = 5.0;
 
 /// Frames that are kept; trees of transforms are smaller.
@@ -65,7 +66,7 @@ impl StartCheck {
         self.behind_s.push(behind_s);
     }
 
-    /// Returns what to tell the operator, if it is news of an error.
+    /// Returns a note for the operator, if it is news of an error.
     pub(super) fn receive_diagnosis(
         &mut self,
         robot: String,
@@ -80,19 +81,14 @@ impl StartCheck {
         self.diagnostic_errors.insert((robot, part), message).is_none().then_some(text)
     }
 
-    pub(super) fn receive_pose(
-        &mut self,
-        robot: String,
-        (frame, pose): (String, Pose),
-        now: Duration,
-    ) {
+    pub(super) fn receive_pose(&mut self, robot: String, frame: String, pose: Pose, now: Duration) {
         let first = PoseTimes { n_poses: 0, first: now, last: now };
         let times = self.pose_times.entry(robot.clone()).or_insert(first);
         *times = PoseTimes { n_poses: times.n_poses + 1, last: now, ..*times };
         self.poses.insert(robot, (frame, pose));
     }
 
-    /// Whether it is known of every robot where it is, and how often it says so.
+    /// Whether the pose of every robot is known, and how often it comes.
     pub(super) fn has_poses_of(&self, robots: &[String]) -> bool {
         let n_poses = |robot| self.pose_times.get(robot).map_or(0, |times| times.n_poses);
         robots.iter().all(|robot| n_poses(robot) >= 2)
@@ -153,7 +149,7 @@ impl StartCheck {
         diagnostic_errors.collect()
     }
 
-    /// What to tell the operator of where the robots stand.
+    /// Note for the operator on where the robots stand.
     pub(super) fn standing_places(&self, wanted: &WantedStart, robots: &[String]) -> Vec<String> {
         let (known, unknown): (Vec<_>, Vec<_>) =
             robots.iter().enumerate().partition(|(_, robot)| self.poses.contains_key(*robot));

@@ -17,7 +17,7 @@ pub(super) struct Strangers {
 }
 
 impl Strangers {
-    /// Nobody is a stranger yet.
+    /// No publisher is a stranger yet.
     pub(super) fn none_of(graph: &Graph) -> Self {
         let node = |end: &Endpoint| Some((end.topic.clone(), end.node.clone()?));
         Self {
@@ -29,7 +29,8 @@ impl Strangers {
 
     /// The first second publisher of a topic that has one, in words.
     ///
-    /// A node may be discovered after its publishers: who has no name gets a second to say it.
+    /// A node may be discovered after its publishers: one without a name gets a second to announce
+    /// it.
     pub(super) fn find(
         &mut self,
         expected: &Expected,

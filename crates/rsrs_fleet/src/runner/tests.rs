@@ -15,7 +15,7 @@ const CONTROLLER: ControllerParameters =
     ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
 const NAMES: [&str; 2] = ["robot_1", "robot_2"];
 
-/// A runner among robots that do as they are told, unless a test silences or changes them.
+/// A runner among robots that obey, unless a test silences or changes them.
 struct Bench {
     runner: Runner,
     now_ms: u64,
@@ -32,7 +32,7 @@ struct Bench {
     configured: Vec<Target>,
     finish: Option<(Outcome, Vec<String>)>,
     stop_cause: StopCause,
-    /// What the operator was told.
+    /// Notes to the operator.
     notes: Vec<String>,
 }
 
@@ -120,7 +120,7 @@ impl Bench {
         }
     }
 
-    /// One beat: every robot and controller speaks.
+    /// One beat: every robot and controller publishes.
     fn beat(&mut self) {
         self.now_ms += 100;
         self.counter += 1;
@@ -335,10 +335,10 @@ fn a_runner_that_receives_another_with_as_high_an_epoch_stops() {
     bench.run();
     let own = bench.lease.clone().expect("a running runner has published a lease");
 
-    bench.give(Event::LeaseHeard(own.clone()));
-    bench.give(Event::LeaseHeard(Lease { run_id: "low".to_owned(), epoch: 3, ..own.clone() }));
+    bench.give(Event::LeaseReceived(own.clone()));
+    bench.give(Event::LeaseReceived(Lease { run_id: "low".to_owned(), epoch: 3, ..own.clone() }));
     assert_eq!(bench.state(), Some(LeaseState::Running));
-    bench.give(Event::LeaseHeard(Lease { run_id: "other".to_owned(), ..own }));
+    bench.give(Event::LeaseReceived(Lease { run_id: "other".to_owned(), ..own }));
 
     assert_eq!(
         bench.end().0,

@@ -1,11 +1,11 @@
-//! A world that somebody moves by hand, outside of any run: played, paused, stepped, touched.
+//! A world that a person moves by hand, outside of any run: played, paused, stepped, touched.
 
 use std::time::Duration;
 
 use super::{Action, Event, Placed, Progress, Run, Simulator, WorldState};
 use crate::experiment::Time;
 
-/// What somebody wants of a world that no run holds.
+/// A request of a person to a world that no run holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hand {
     /// It goes on by the clock on the wall, each robot as its conditions' controller decides.
@@ -62,7 +62,7 @@ impl Simulator {
         }
     }
 
-    /// Whether somebody may move, replace or touch the world: not while a run holds its robots.
+    /// Whether a person may move, replace or touch the world: not while a run holds its robots.
     ///
     /// # Errors
     ///
@@ -98,13 +98,13 @@ impl Simulator {
         };
         let mut actions = Vec::new();
         let by_hand = run.hand.get_or_insert_with(|| ByHand::at(step));
-        by_hand.take((&run.placed, hand), now, &mut actions);
+        by_hand.take(&run.placed, hand, now, &mut actions);
         actions.extend(self.status_due(now).map(Action::Status));
         Ok(actions)
     }
 }
 
-/// A world in somebody's hand. It is none that a seed leads to, so no run may use it any more.
+/// A world that is moved by hand. It is none that a seed leads to, so no run may use it any more.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ByHand {
     mode: Mode,
@@ -146,12 +146,7 @@ impl ByHand {
     }
 
     /// Does what the hand wants.
-    pub fn take(
-        &mut self,
-        (placed, hand): (&Placed, Hand),
-        now: Duration,
-        actions: &mut Vec<Action>,
-    ) {
+    pub fn take(&mut self, placed: &Placed, hand: Hand, now: Duration, actions: &mut Vec<Action>) {
         match hand {
             Hand::Play => self.mode = Mode::Playing { due: now },
             Hand::Pause => self.stand(actions),
@@ -160,7 +155,7 @@ impl ByHand {
         }
     }
 
-    /// Stands; who waits for steps is told that no more are made.
+    /// Stands; a request for steps is answered: no more are made.
     pub fn stand(&mut self, actions: &mut Vec<Action>) {
         if let Mode::Stepping { left } = self.mode {
             actions.push(Action::Stepped { left });
@@ -172,7 +167,8 @@ impl ByHand {
         &mut self,
         placed: &Placed,
         event: &Event,
-        (now, actions): (Duration, &mut Vec<Action>),
+        now: Duration,
+        actions: &mut Vec<Action>,
     ) {
         if !matches!(event, Event::Gates(_)) || self.due().is_none_or(|due| now < due) {
             return;

@@ -1,4 +1,4 @@
-//! Lockstep: who must have spoken before the world may step.
+//! Lockstep: which messages must have come before the world may step.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -33,7 +33,8 @@ impl Lockstep {
     /// Takes an event of a run that is not over.
     pub fn on_event(
         &mut self,
-        (placed, progress): (&Placed, &mut Progress),
+        placed: &Placed,
+        progress: &mut Progress,
         event: &Event,
         now: Duration,
         actions: &mut Vec<Action>,
@@ -45,7 +46,7 @@ impl Lockstep {
                     !gates.is_empty() && gates.iter().all(|gate| gate.state == RobotState::Moving);
             }
             Event::Command { robot, stamp_ns, command } => {
-                if let Err(reason) = self.take(placed, (*robot, *command), *stamp_ns) {
+                if let Err(reason) = self.take(placed, *robot, *command, *stamp_ns) {
                     self.refused.insert(*robot, reason.clone());
                     actions.push(Action::Refuse { robot: *robot, reason });
                 }
@@ -56,17 +57,18 @@ impl Lockstep {
         }
         if self.permitted {
             self.frozen_since = None;
-            self.go_on(placed, progress, (now, actions));
-            self.judge_stall(placed, progress, (now, actions));
+            self.go_on(placed, progress, now, actions);
+            self.judge_stall(placed, progress, now, actions);
         } else if *progress == Progress::Started {
-            self.freeze(placed, progress, (now, actions));
+            self.freeze(placed, progress, now, actions);
         }
     }
 
     fn take(
         &mut self,
         placed: &Placed,
-        (robot, command): (usize, Command),
+        robot: usize,
+        command: Command,
         stamp_ns: Option<u64>,
     ) -> Result<(), Refusal> {
         let expected_ns = self.step * placed.period_ns;
@@ -89,9 +91,10 @@ impl Lockstep {
         &mut self,
         placed: &Placed,
         progress: &mut Progress,
-        (now, actions): (Duration, &mut Vec<Action>),
+        now: Duration,
+        actions: &mut Vec<Action>,
     ) {
-        // What it waits for is told by the gates; the time does not count twice.
+        // What it waits for shows in the gates; the time does not count twice.
         self.stepped = None;
         let since = *self.frozen_since.get_or_insert(now);
         if now.saturating_sub(since) < LOCKSTEP_GRACE {
@@ -112,7 +115,8 @@ impl Lockstep {
         &mut self,
         placed: &Placed,
         progress: &mut Progress,
-        (now, actions): (Duration, &mut Vec<Action>),
+        now: Duration,
+        actions: &mut Vec<Action>,
     ) {
         *progress = Progress::Started;
         self.stepped.get_or_insert(now);
@@ -142,7 +146,8 @@ impl Lockstep {
         &mut self,
         placed: &Placed,
         progress: &mut Progress,
-        (now, actions): (Duration, &mut Vec<Action>),
+        now: Duration,
+        actions: &mut Vec<Action>,
     ) {
         let since = *self.stepped.get_or_insert(now);
         let is_over = matches!(progress, Progress::Complete(_));

@@ -37,7 +37,8 @@ impl RealTime {
 
     pub fn on_event(
         &mut self,
-        (placed, progress): (&Placed, &mut Progress),
+        placed: &Placed,
+        progress: &mut Progress,
         event: &Event,
         now: Duration,
         actions: &mut Vec<Action>,
@@ -45,9 +46,9 @@ impl RealTime {
         match event {
             Event::Gates(gates) => {
                 assert_eq!(gates.len(), placed.robots.len(), "one gate for each robot");
-                pass(placed, gates, (progress, actions));
+                pass(placed, gates, progress, actions);
                 if now >= self.due {
-                    self.tick(placed, (gates, progress), now, actions);
+                    self.tick(placed, gates, progress, now, actions);
                 }
             }
             Event::Command { robot, command, .. } => {
@@ -65,11 +66,12 @@ impl RealTime {
     }
 
     /// Makes one step, however many periods have passed: a burst would move robots faster than
-    /// their commands say.
+    /// their commands.
     fn tick(
         &mut self,
         placed: &Placed,
-        (gates, progress): (&[Gate], &Progress),
+        gates: &[Gate],
+        progress: &Progress,
         now: Duration,
         actions: &mut Vec<Action>,
     ) {
@@ -100,7 +102,7 @@ impl RealTime {
 }
 
 /// The run starts with the first robot that moves, and is over when no robot can move any more.
-fn pass(placed: &Placed, gates: &[Gate], (progress, actions): (&mut Progress, &mut Vec<Action>)) {
+fn pass(placed: &Placed, gates: &[Gate], progress: &mut Progress, actions: &mut Vec<Action>) {
     let some = |wanted: RobotState| gates.iter().any(|gate| gate.state == wanted);
     match progress {
         Progress::Waiting if some(RobotState::Moving) => *progress = Progress::Started,

@@ -59,7 +59,7 @@ fn status(simulator: &mut Simulator, event: Event, now: Duration) -> Option<Stat
 }
 
 fn printed(status: Option<Status>) -> (RobotState, u64, String) {
-    let status = status.expect("a change is said at once");
+    let status = status.expect("a change is published at once");
     (status.state, status.parameter_digest, status.stop_reason)
 }
 
@@ -214,7 +214,7 @@ fn the_status_tells_an_empty_simulator_from_a_placed_a_moving_and_a_failed_one()
 
     assert_eq!(printed(empty), (RobotState::Idle, 0, "no world is placed".to_owned()));
     assert_eq!(printed(refused), (RobotState::Fault, 0, reason));
-    assert_eq!(again, None, "it was said when the world was placed");
+    assert_eq!(again, None, "it was published when the world was placed");
     assert_eq!(printed(moving), (RobotState::Moving, DIGEST, String::new()));
 }
 

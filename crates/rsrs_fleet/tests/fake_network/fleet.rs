@@ -30,7 +30,7 @@ pub use stopping::Stop;
 /// What all runs set.
 const WANTED: ControllerParameters =
     ControllerParameters { speed_m_s: FASTEST.speed_m_s, turn_rate_rad_s: FASTEST.turn_rate_rad_s };
-/// What controllers have before anybody sets them.
+/// What controllers have before they are set.
 const DEFAULTS: ControllerParameters =
     ControllerParameters { speed_m_s: 0.05, turn_rate_rad_s: 0.25 };
 /// As for a period of 130 ms.
@@ -56,13 +56,13 @@ pub struct Story {
     pub stops: Vec<Stop>,
     /// Attempts to set a parameter, and how many of them were refused.
     pub meddled: (u64, u64),
-    /// What happened, line by line, if somebody wants to read it.
+    /// What happened, line by line, if it is to be printed.
     pub narrative: Vec<String>,
 }
 
-/// Whether somebody wants to read what happened.
+/// Whether what happened is to be printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Telling {
+pub enum Verbosity {
     Nothing,
     Everything,
 }
@@ -78,14 +78,14 @@ struct Process {
 
 struct Fleet {
     scenario: Scenario,
-    telling: Telling,
+    verbosity: Verbosity,
     now_ms: u64,
     network: Network,
     processes: [Process; N_NODES],
     robots: Vec<RobotHost>,
     witnesses: Vec<Witness>,
     controllers: Vec<Controller>,
-    /// What each controller said on `cmd_vel` last; `None` if its process has not spoken.
+    /// What each controller published on `cmd_vel` last; `None` if its process has not yet.
     mouths: [Option<Command>; N_ROBOTS],
     /// Until when the last lease of its run that each controller received holds its parameters.
     held_until_ms: [u64; N_ROBOTS],
@@ -95,12 +95,13 @@ struct Fleet {
     simulator: Option<SimulatorHost>,
     /// Who stops or releases now, which of it, and since when.
     stopper: Option<(Stopper, StopCommand, u64)>,
-    /// What each button says; `None` if it is silent.
+    /// What each button publishes; `None` if it is silent.
     buttons: [Option<bool>; N_BUTTONS],
-    /// What each gate last said that the e-stop has locked on it; who asks receives it again.
+    /// What each gate last published that the e-stop has locked on it; late subscribers receive it
+    /// again.
     locks: [Locks; N_ROBOTS],
     is_healed: bool,
-    /// Whether anybody ever spoke on the e-stop topic.
+    /// Whether anything was ever published on the e-stop topic.
     e_stop_was_used: bool,
     is_released: bool,
     /// Since when nothing happens any more.
@@ -113,8 +114,8 @@ struct Fleet {
 /// # Errors
 ///
 /// The first violation of an invariant, with the story so far.
-pub fn play(scenario: Scenario, telling: Telling) -> Result<Story, (String, Story)> {
-    let mut fleet = Fleet::new(scenario, telling);
+pub fn play(scenario: Scenario, verbosity: Verbosity) -> Result<Story, (String, Story)> {
+    let mut fleet = Fleet::new(scenario, verbosity);
     match fleet.live() {
         Ok(()) => Ok(fleet.story),
         Err(violation) => Err((format!("at {} ms: {violation}", fleet.now_ms), fleet.story)),
@@ -148,11 +149,11 @@ fn stamp(body: Body) -> Stamp {
 }
 
 impl Fleet {
-    fn new(scenario: Scenario, telling: Telling) -> Self {
+    fn new(scenario: Scenario, verbosity: Verbosity) -> Self {
         let is_real = scenario.body == Body::Real;
         let mut fleet = Self {
             now_ms: 0,
-            telling,
+            verbosity,
             network: Network::new(scenario.seed, scenario.faults.clone()),
             processes: [Process::default(); N_NODES],
             robots: (0..N_ROBOTS).map(|robot| RobotHost::new(robot, 0)).collect(),
@@ -236,7 +237,7 @@ impl Fleet {
                 self.network.plan(again_ms, Item::Tick(node, life));
                 if self.now_ms < process.stalled_until_ms { Ok(()) } else { self.tick(node) }
             }
-            Item::Answer(runner, event) => self.tell_runner(runner, event),
+            Item::Answer(runner, event) => self.give_runner(runner, event),
             Item::Happening(happening) => {
                 self.note(|| format!("{happening:?}"));
                 self.happen(happening)
@@ -302,7 +303,7 @@ impl Fleet {
             }
             Node::Button(button) => {
                 if let Some(engaged) = self.buttons[button] {
-                    self.say_e_stop((node, engaged));
+                    self.publish_e_stop((node, engaged));
                 }
                 Ok(())
             }
@@ -323,10 +324,10 @@ impl Fleet {
         }
         match self.delivery(&message) {
             Delivery::Reliable => {
-                self.network.send_reliably(self.now_ms, (from, to), message);
+                self.network.send_reliably(self.now_ms, from, to, message);
             }
-            Delivery::BestEffort => self.network.send(self.now_ms, (from, to), message),
-            Delivery::Once => self.network.send_once(self.now_ms, (from, to), message),
+            Delivery::BestEffort => self.network.send(self.now_ms, from, to, message),
+            Delivery::Once => self.network.send_once(self.now_ms, from, to, message),
         }
     }
 
@@ -347,7 +348,7 @@ impl Fleet {
                 Delivery::Reliable
             }
             Message::EStop(..) | Message::Release(_) => Delivery::Once,
-            // Latched: whoever was cut off gets it later.
+            // Latched: a node that was cut off receives it later.
             Message::Locks(_) => Delivery::Reliable,
             _ => Delivery::BestEffort,
         }
@@ -367,9 +368,9 @@ impl Fleet {
         }
     }
 
-    /// Keeps what happened, if somebody wants to read it.
+    /// Keeps what happened, if it is to be printed.
     fn note(&mut self, text: impl FnOnce() -> String) {
-        if self.telling == Telling::Everything {
+        if self.verbosity == Verbosity::Everything {
             self.story.narrative.push(format!("{:>6} ms  {}", self.now_ms, text()));
         }
     }
@@ -401,7 +402,7 @@ impl Fleet {
     }
 }
 
-/// What only the last lines of a story tell.
+/// What only the last lines of a story contain.
 impl Fleet {
     /// Every bag is closed or can be recovered; and what is healed works.
     fn judge_end(&mut self) -> Result<(), String> {
@@ -421,7 +422,7 @@ impl Fleet {
     }
 }
 
-/// A command of nobody's, that no robot can follow.
+/// A command of no controller, that no robot can follow.
 const BEYOND: [Command; 3] = [
     Command { speed_m_s: 1e6, turn_rate_rad_s: 0.0 },
     Command { speed_m_s: 0.1, turn_rate_rad_s: f64::NAN },

@@ -1,7 +1,7 @@
 //! The protocol's invariants under a network, machines and people that do their worst.
 //!
 //! Every seed draws a fleet of real robots, or of the simulator's, with controllers, runners and
-//! somebody who stops; what the network does to messages; which processes die, hang and start
+//! a stopper; what the network does to messages; which processes die, hang and start
 //! again; and whose clocks are wrong. At every instant, at the wheels:
 //!
 //! - no robot moves without a lease that rests on a status of its own younger than 500 ms, under one
@@ -10,21 +10,23 @@
 //! - no robot obeys an epoch after a newer one, and never do robots move in two epochs at once, nor
 //!   for two runs, even if their runners cannot receive each other and have taken the same epoch;
 //! - what stops a robot in a run stops it until a newer epoch arms it;
-//! - whoever receives a stop stands within 200 ms, and whoever has acknowledged one has received it;
+//! - a robot that receives a stop stands within 200 ms, and one that has acknowledged it has
+//!   received it;
 //! - of two who engage the e-stop, none undoes what the other did: a lock ends when the same source
-//!   says so, or by a release that names it, and a source that falls silent in a run locks;
+//!   publishes `false`, or by a release that names it, and a source that falls silent in a run
+//!   locks;
 //! - wheels whose process has died or hangs stand within their own 250 ms;
 //! - a runner that receives another neither arms nor runs, and parameters stay while a run holds them;
 //! - in lockstep every robot moves once in every step, by the answer to what it sensed in that step;
 //! - every runner that lives finishes with its bag closed;
 //! - when all is healed, another run arms, moves every robot and is completed.
 //!
-//! - a controller that holds the lease of a robot without a gate says nothing else on `cmd_vel` than
-//!   what such a gate would let through.
+//! - a controller that holds the lease of a robot without a gate publishes nothing else on
+//!   `cmd_vel` than what such a gate would let through.
 //!
-//! Messages come late, and some come again seconds later, when what they say is long over.
+//! Messages come late, and some come again seconds later, when their content is long over.
 //!
-//! `RSRS_SEED=N` plays one seed and tells everything that happens; `RSRS_SEEDS=N` plays so many.
+//! `RSRS_SEED=N` plays one seed and prints everything that happens; `RSRS_SEEDS=N` plays so many.
 
 mod fleet;
 mod network;
@@ -32,7 +34,7 @@ mod scenario;
 mod stops;
 mod witness;
 
-use fleet::{LAST_RUNNER, Story, Telling};
+use fleet::{LAST_RUNNER, Story, Verbosity};
 use network::Node;
 use rsrs_fleet::runner::Outcome;
 use rsrs_fleet::stopper::Ending;
@@ -59,7 +61,7 @@ fn play_seeds(
     if let Ok(seed) = std::env::var("RSRS_SEED") {
         let seed = seed.parse().expect("RSRS_SEED is a whole number");
         let scenario = draw(seed);
-        let (violation, story) = match fleet::play(scenario.clone(), Telling::Everything) {
+        let (violation, story) = match fleet::play(scenario.clone(), Verbosity::Everything) {
             Ok(story) => ("no violation".to_owned(), story),
             Err(found) => found,
         };
@@ -70,7 +72,7 @@ fn play_seeds(
     let play = |first| {
         let (mut counts, mut violations) = (Vec::new(), Vec::new());
         for seed in (first..n_seeds).step_by(n_threads) {
-            match fleet::play(draw(seed), Telling::Nothing) {
+            match fleet::play(draw(seed), Verbosity::Nothing) {
                 Ok(story) => {
                     let found = count(&story);
                     counts.resize(found.len(), 0);
@@ -92,7 +94,7 @@ fn play_seeds(
     let violations = violations.concat();
     assert!(
         violations.is_empty(),
-        "{} of {n_seeds} seeds break an invariant, `RSRS_SEED=N` tells the whole story:\n{}",
+        "{} of {n_seeds} seeds break an invariant, `RSRS_SEED=N` prints the whole story:\n{}",
         violations.len(),
         violations[..violations.len().min(12)].join("\n")
     );
@@ -101,7 +103,7 @@ fn play_seeds(
 }
 
 fn play(scenario: Scenario) -> Story {
-    let played = fleet::play(scenario, Telling::Nothing);
+    let played = fleet::play(scenario, Verbosity::Nothing);
     played.map_err(|(violation, _)| violation).expect("a directed story breaks no invariant")
 }
 

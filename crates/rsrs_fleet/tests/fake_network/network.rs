@@ -23,7 +23,7 @@ pub enum Node {
     Stopper,
     /// A button on the wall: publishes on the e-stop topic all the time.
     Button(usize),
-    /// Somebody who publishes velocity commands beside the controllers.
+    /// A node that publishes velocity commands beside the controllers.
     Stranger,
 }
 
@@ -46,7 +46,7 @@ pub enum Message {
     Clock(u64),
     Command(Command, Option<u64>),
     EStop(Source, bool),
-    /// Somebody ends these locks of the e-stop.
+    /// A release of these locks of the e-stop.
     Release(Rc<BTreeSet<Source>>),
     /// What the e-stop has locked on a robot.
     Locks(Rc<Locks>),
@@ -59,11 +59,11 @@ pub enum Message {
     GetAnswer(Target, u64),
 }
 
-/// Whether whoever sends makes sure that it arrives.
+/// Whether the sender makes sure that it arrives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Delivery {
     BestEffort,
-    /// The same, and never later than it can be late: what says of itself neither when it was said nor
+    /// The same, and never later than it can be late: what contains neither when it was sent nor
     /// in which order comes on topics that are reliable, which hand nothing on twice.
     Once,
     /// Sent again until it arrives, once and in order.
@@ -146,8 +146,8 @@ impl Network {
         self.slots[slot(due_ms)].push(item);
     }
 
-    pub fn send(&mut self, now_ms: u64, (from, to): (Node, Node), message: Message) {
-        if self.is_lost(now_ms, (from, to)) {
+    pub fn send(&mut self, now_ms: u64, from: Node, to: Node, message: Message) {
+        if self.is_lost(now_ms, from, to) {
             return;
         }
         if self.generator.random::<f64>() < self.faults.duplication {
@@ -158,18 +158,18 @@ impl Network {
         self.plan(due_ms, Item::Arrival { from, to, message });
     }
 
-    pub fn send_once(&mut self, now_ms: u64, (from, to): (Node, Node), message: Message) {
-        if !self.is_lost(now_ms, (from, to)) {
+    pub fn send_once(&mut self, now_ms: u64, from: Node, to: Node, message: Message) {
+        if !self.is_lost(now_ms, from, to) {
             let due_ms = now_ms + self.delay();
             self.plan(due_ms, Item::Arrival { from, to, message });
         }
     }
 
-    fn is_lost(&mut self, now_ms: u64, (from, to): (Node, Node)) -> bool {
+    fn is_lost(&mut self, now_ms: u64, from: Node, to: Node) -> bool {
         self.generator.random::<f64>() < self.faults.loss || self.is_cut(now_ms, from, to)
     }
 
-    pub fn send_reliably(&mut self, now_ms: u64, (from, to): (Node, Node), message: Message) {
+    pub fn send_reliably(&mut self, now_ms: u64, from: Node, to: Node, message: Message) {
         let mut due_ms = now_ms + self.delay();
         while self.generator.random::<f64>() < self.faults.loss || self.is_cut(due_ms, from, to) {
             due_ms += RESEND_MS;

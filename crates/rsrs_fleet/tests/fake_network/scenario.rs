@@ -38,19 +38,19 @@ pub enum Happening {
     Stall(Node, u64),
     /// A runner starts.
     Start(usize),
-    /// Somebody presses Ctrl-C.
+    /// The operator presses Ctrl-C.
     Interrupt,
-    /// Somebody types `rsrs stop`.
+    /// A person types `rsrs stop`.
     Stop,
-    /// Somebody types `rsrs stop --release`.
+    /// A person types `rsrs stop --release`.
     Release,
-    /// A button says engaged from now on.
+    /// A button publishes engaged from now on.
     Press(usize),
-    /// A button says from now on that it is not engaged.
+    /// A button publishes from now on that it is not engaged.
     Unpress(usize),
     /// A button's node dies.
     ButtonFallsSilent(usize),
-    /// Somebody sets the parameters of a controller.
+    /// A person sets the parameters of a controller.
     Meddle(usize),
     /// A stranger sends a robot a command that is beyond its limits.
     Beyond(usize),
@@ -68,7 +68,8 @@ pub struct Scenario {
     pub robot_lost: RobotLost,
     /// What happens, and when, in milliseconds.
     pub happenings: Vec<(u64, Happening)>,
-    /// Which buttons there are; each says that it is not engaged until something happens to it.
+    /// Which buttons there are; each publishes that it is not engaged until something happens to
+    /// it.
     pub has_button: [bool; N_BUTTONS],
     /// Robots without a gate of ours: their controllers hold the lease.
     pub controller_only: [bool; N_ROBOTS],
@@ -146,7 +147,7 @@ impl Scenario {
             scenario.controller_only = std::array::from_fn(|_| draw.chance(0.5));
         }
         if draw.chance(0.5) {
-            // What nobody waits for any more comes again.
+            // What is not awaited any more comes again.
             scenario.faults.repeat_ms = draw.of(&[1_000, 3_000, 5_000]);
         }
         scenario.are_runners_apart = draw.chance(0.2);
@@ -173,7 +174,7 @@ impl Scenario {
         scenario.with(LAST_HAPPENING_MS, Happening::Heal)
     }
 
-    /// Somebody stops everything in the middle of what else goes wrong.
+    /// A person stops everything in the middle of what else goes wrong.
     pub fn draw_with_stop(seed: u64) -> Self {
         let mut scenario = Self::draw(seed);
         let mut generator = ChaCha8Rng::seed_from_u64(seed);

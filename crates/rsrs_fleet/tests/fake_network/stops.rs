@@ -23,7 +23,8 @@ fn no_seed_breaks_an_invariant_of_stops() {
         ]
     });
 
-    // The invariants hold where nothing moves and nobody receives: see that there is more to it.
+    // The invariants hold where nothing moves and nothing is received: see that there is more to
+    // it.
     let [acknowledged, named, interrupted] = counts[..] else { panic!("{counts:?}") };
     assert!(interrupted >= n_seeds / 4, "{interrupted} of {n_seeds} stops met a run");
     assert!(acknowledged >= n_seeds / 2, "{acknowledged} of {n_seeds} stops were acknowledged");

@@ -12,7 +12,7 @@ use rsrs_fleet::message::{Lease, LeaseState};
 use crate::network::Sent;
 use crate::scenario::Body;
 
-/// What the wheels may be told at most: the command of the runs.
+/// What the wheels may be commanded at most: the command of the runs.
 pub const FASTEST: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
 
 const LEASE_MS: u64 = 500;
@@ -36,13 +36,13 @@ pub struct Witness {
     forgives: bool,
     /// By epoch: the latest time up to which the runner's having received it allows movement.
     fresh_until_ms: BTreeMap<u64, u64>,
-    /// By epoch: the digest that leases named, and whether one said `Running`.
+    /// By epoch: the digest that leases named, and whether one was `Running`.
     leases: BTreeMap<u64, (u64, bool)>,
     /// The epoch that it obeys, and since when.
     bound: (u64, u64),
     /// The digest that its controller named last, and when.
     controller: Option<(u64, u64)>,
-    /// When the newest word of its controller was said.
+    /// When the newest status of its controller was published.
     controller_sent_ms: u64,
     /// When the last command came.
     commanded_ms: Option<u64>,
@@ -82,7 +82,7 @@ impl Witness {
         };
     }
 
-    /// A process dies, of whomever: what has locked by silence until then is not forgotten.
+    /// A process of any kind dies: what has locked by silence until then is not forgotten.
     pub fn sees_a_death(&mut self, now_ms: u64) {
         self.was_locked = self.was_locked(now_ms);
     }
@@ -92,7 +92,7 @@ impl Witness {
         let entry = self.leases.entry(lease.epoch).or_insert((lease.parameter_digest, false));
         entry.1 |= lease.state == LeaseState::Running;
         if lease.state == LeaseState::Stopped && lease.epoch == self.bound.0 {
-            self.must_stand(now_ms, "its runner said so");
+            self.must_stand(now_ms, "its runner stopped it");
         }
         if let Some(sent) = echo.filter(|sent| sent.life == self.life) {
             let until_ms = self.fresh_until_ms.entry(lease.epoch).or_default();
@@ -104,7 +104,7 @@ impl Witness {
         }
     }
 
-    /// Its controller says which parameters it has; what it has said before and comes now is no news.
+    /// Its controller reports its parameters; an older report that comes now is no news.
     pub fn controller(&mut self, digest: u64, sent_ms: u64, now_ms: u64) {
         if sent_ms < self.controller_sent_ms {
             return;
@@ -126,7 +126,7 @@ impl Witness {
         self.commanded_ms = None;
     }
 
-    /// A source speaks on the e-stop topic.
+    /// A source publishes on the e-stop topic.
     pub fn e_stop(&mut self, (source, engaged): (Source, bool), now_ms: u64) {
         self.was_locked |= self.is_any_silent(now_ms + 2 * DRIFT_MS);
         self.word_ms.insert(source, now_ms);
@@ -197,7 +197,7 @@ impl Witness {
     /// Why it must not.
     pub fn moves(&mut self, now_ms: u64) -> Result<(), String> {
         let (epoch, since_ms) = self.bound;
-        // A simulator in lockstep goes by what the gates said when it looked at them last.
+        // A simulator in lockstep goes by the gates as it saw them last.
         let since_look_ms = if self.forgives { GLANCE_MS } else { 0 };
         let until_ms = self.fresh_until_ms.get(&epoch).copied().unwrap_or(0) + since_look_ms;
         if now_ms > until_ms {
@@ -266,7 +266,7 @@ impl Witness {
             || command_sent.turn_rate_rad_s.abs() > FASTEST.turn_rate_rad_s
         {
             return Err(format!(
-                "wheels are told {command_sent:?}, at most {FASTEST:?} was asked for"
+                "wheels are commanded {command_sent:?}, at most {FASTEST:?} was requested"
             ));
         }
         let until_ms = self.allowed_ms.unwrap_or(0) + last_ms;

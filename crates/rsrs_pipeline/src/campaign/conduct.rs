@@ -85,13 +85,14 @@ impl<'a, P: Placer> Conductor<'a, P> {
     ///
     /// # Arguments
     ///
-    /// * `people` — who places the robots of a fleet, and who watches.
+    /// * `placer` — puts the robots of a fleet where a run starts.
+    /// * `operator` — asked before a run, and shown how it goes.
     pub fn new(
         folder: &'a CampaignFolder,
         target: RunTarget,
-        people: (P, &'a dyn Operator),
+        placer: P,
+        operator: &'a dyn Operator,
     ) -> Self {
-        let (placer, operator) = people;
         Self { folder, target, placer, operator }
     }
 
@@ -162,7 +163,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
             write_file(&folder.join(file), text.as_bytes())?;
         }
         let summary = self.run(&plan).await?;
-        self.settle(item, (plan, &summary))?;
+        self.settle(item, plan, &summary)?;
         Ok(Next::GoOn)
     }
 
@@ -209,7 +210,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
     }
 
     /// Makes an experiment of a run that has ended, or keeps what there is of it aside.
-    fn settle(&self, item: &Item, (plan, summary): (Plan, &RunSummary)) -> anyhow::Result<()> {
+    fn settle(&self, item: &Item, plan: Plan, summary: &RunSummary) -> anyhow::Result<()> {
         let name = &item.experiment.folder;
         let kind = EndingKind::from_key(summary.ending).expect("a run has an ending");
         if !counts(kind) {
@@ -224,7 +225,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
         }
         let lost = summary.lost_robots.clone();
         let ending = Ending { kind, reason: summary.reason.clone(), lost };
-        let manifest = self.folder.finish(item, (plan.record, &ending), Some(summary.n_lost))?;
+        let manifest = self.folder.finish(item, plan.record, &ending, Some(summary.n_lost))?;
         self.operator.note(&format!("{name}: {}{}", manifest.ending, outcome(&manifest)));
         for lost in &summary.lost_robots {
             self.operator.note(&format!("  {lost}"));

@@ -9,7 +9,7 @@ use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::document;
 use serde::Deserialize;
 
-use crate::error::with_help;
+use crate::error::{helped, with_help};
 use crate::files::read_text;
 
 /// A campaign as written by a person.
@@ -79,13 +79,7 @@ pub struct Experiment {
 pub fn read(path: &Path) -> anyhow::Result<(String, Vec<Experiment>)> {
     let file = path.display().to_string();
     let text = read_text(path)?;
-    let campaign: CampaignFile = document::parse(&file, &text).map_err(|error| {
-        let help = error.help();
-        match help {
-            Some(help) => with_help(error.to_string(), help),
-            None => error.into(),
-        }
-    })?;
+    let campaign: CampaignFile = document::parse(&file, &text).map_err(helped)?;
     let beside = path.parent().unwrap_or(Path::new(""));
     let mut experiments = Vec::new();
     for entry in &campaign.experiments {

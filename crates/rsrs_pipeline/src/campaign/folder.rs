@@ -54,13 +54,12 @@ impl CampaignFolder {
     ///
     /// # Arguments
     ///
-    /// * `campaign` — the text of the campaign file, and its experiments.
+    /// * `text`, `items` — the campaign file, and its experiments.
     ///
     /// # Errors
     ///
     /// If it is not this campaign's, or another process is at work in it.
-    pub fn open(path: &Path, campaign: (&str, &[Item])) -> anyhow::Result<Self> {
-        let (text, items) = campaign;
+    pub fn open(path: &Path, text: &str, items: &[Item]) -> anyhow::Result<Self> {
         refuse_foreign(path)?;
         let make = || format!("cannot make {}", path.display());
         std::fs::create_dir_all(path).with_context(make)?;
@@ -180,7 +179,7 @@ impl CampaignFolder {
         if !is_same || !counts(ending.kind) {
             return Ok(None);
         }
-        self.finish(item, (record, &ending), None).map(Some)
+        self.finish(item, record, &ending, None).map(Some)
     }
 
     /// Labels the bag of a run that has ended, and writes the experiment's manifest.
@@ -191,7 +190,8 @@ impl CampaignFolder {
     pub fn finish(
         &self,
         item: &Item,
-        (record, ending): (ExperimentRecord, &Ending),
+        record: ExperimentRecord,
+        ending: &Ending,
         n_lost: Option<u64>,
     ) -> anyhow::Result<Manifest> {
         let folder = self.of(item);

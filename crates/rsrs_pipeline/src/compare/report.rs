@@ -160,7 +160,8 @@ impl Report {
     /// * `next` — what to do next.
     pub fn new(
         comparison: &Comparison,
-        (cells, simulated): (&[CellRuns], &[Simulated]),
+        cells: &[CellRuns],
+        simulated: &[Simulated],
         runs: Runs,
         next: NextStep,
     ) -> Self {

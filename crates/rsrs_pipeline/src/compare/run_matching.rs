@@ -145,7 +145,7 @@ impl<'a> RunMatcher<'a> {
         let run = record.operator_conditions();
         let cell = self.diagram.locate(&self.cell(&run)).with_context(|| name.to_string())?;
         self.operator_conditions[cell].admit(&run).with_context(|| name.to_string())?;
-        self.refuse_own(path, (&record, cell))?;
+        self.refuse_own(path, &record, cell)?;
         Ok(Admitted { bag: path.to_path_buf(), cell, record, ending })
     }
 
@@ -153,7 +153,8 @@ impl<'a> RunMatcher<'a> {
     fn refuse_own(
         &self,
         path: &Path,
-        (record, cell): (&ExperimentRecord, usize),
+        record: &ExperimentRecord,
+        cell: usize,
     ) -> anyhow::Result<()> {
         let is_its_world =
             record.backend == Backend::Simulator && record.conditions.digest() == self.worlds[cell];

@@ -100,7 +100,7 @@ impl<'a> Recorder<'a> {
         let more = <[ChannelId; N]>::try_from(more)
             .unwrap_or_else(|_| unreachable!("one channel was added for each topic"));
         let mut recorder = Self { writer, record, lease, notes, now_ns: 0, robots };
-        recorder.put((notes[0], 0), &Text { data: record.to_json() })?;
+        recorder.put(notes[0], 0, &Text { data: record.to_json() })?;
         Ok((recorder, more))
     }
 
@@ -111,7 +111,7 @@ impl<'a> Recorder<'a> {
     /// If the bag cannot be written.
     pub fn detection(&mut self, step: &RobotStep) -> Result<(), BagError> {
         let channel = self.robots[step.robot].detection;
-        self.put((channel, step.time_ns), &Bool { data: step.detected })
+        self.put(channel, step.time_ns, &Bool { data: step.detected })
     }
 
     /// Writes where a robot was.
@@ -122,7 +122,7 @@ impl<'a> Recorder<'a> {
     pub fn odometry(&mut self, step: &RobotStep) -> Result<(), BagError> {
         let robot = &self.robots[step.robot];
         let (channel, message) = (robot.odom, odometry(&robot.name, step));
-        self.put((channel, step.time_ns), &message)
+        self.put(channel, step.time_ns, &message)
     }
 
     /// Writes a command.
@@ -133,7 +133,7 @@ impl<'a> Recorder<'a> {
     pub fn command(&mut self, step: &RobotStep) -> Result<(), BagError> {
         let channel = self.robots[step.robot].cmd_vel;
         let stamp = Stamp::from_nanos(step.time_ns);
-        self.put((channel, step.time_ns), &wire::twist_stamped(step.command, stamp))
+        self.put(channel, step.time_ns, &wire::twist_stamped(step.command, stamp))
     }
 
     /// Writes a lease for all robots.
@@ -151,7 +151,7 @@ impl<'a> Recorder<'a> {
             robots: self.record.robots.clone(),
             echoed_counter: vec![0; self.record.robots.len()],
         };
-        self.put((self.lease, time_ns), &lease)
+        self.put(self.lease, time_ns, &lease)
     }
 
     /// Writes any message.
@@ -161,7 +161,8 @@ impl<'a> Recorder<'a> {
     /// If the bag cannot be written.
     pub fn put<M: RosMessage>(
         &mut self,
-        (channel, time_ns): (ChannelId, u64),
+        channel: ChannelId,
+        time_ns: u64,
         message: &M,
     ) -> Result<(), BagError> {
         self.now_ns = self.now_ns.max(time_ns);
@@ -179,7 +180,7 @@ impl<'a> Recorder<'a> {
     pub fn close(mut self) -> Result<BagSummary, BagError> {
         let ending = Ending::completed();
         let text = Text { data: ending.to_json(&self.record.run_id) };
-        self.put((self.notes[1], self.now_ns), &text)?;
+        self.put(self.notes[1], self.now_ns, &text)?;
         self.writer.metadata(ENDING, ending.to_pairs())?;
         self.writer.finish()
     }

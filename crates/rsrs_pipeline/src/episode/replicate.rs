@@ -13,8 +13,8 @@ use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 use serde::Serialize;
 
-use super::{EpisodeError, write};
-use crate::error::{explained, with_help};
+use super::write;
+use crate::error::{helped, with_help};
 use crate::execution::Execution;
 use crate::provenance;
 use crate::sweep::folder;
@@ -54,7 +54,7 @@ pub struct Episode {
 /// # Arguments
 ///
 /// * `folder` — that of the sweep.
-/// * `replicate` — the cell, and which replicate of it, from 0.
+/// * `cell`, `replicate` — the cell, and which replicate of it, from 0.
 /// * `bag` — folder of the bag; it must not exist.
 ///
 /// # Errors
@@ -63,21 +63,15 @@ pub struct Episode {
 /// cannot be written.
 pub fn replay(
     folder: &Path,
-    replicate: (&Cell, u64),
+    cell: &Cell,
+    replicate: u64,
     bag: &Path,
     execution: Execution<'_>,
 ) -> anyhow::Result<Episode> {
     let result = folder::read(folder)?;
-    let (index, (cell, conditions)) = find(folder, &result, replicate)?;
-    let record = record(&result, conditions, replicate.1);
-    let (written, trajectory) = write(bag, &record).map_err(|error| {
-        let message = error.to_string();
-        let help = match &error {
-            EpisodeError::Bag(error) => error.help(),
-            EpisodeError::Placement(_) => None,
-        };
-        explained(error, message, help)
-    })?;
+    let (index, (cell, conditions)) = find(folder, &result, cell, replicate)?;
+    let record = record(&result, conditions, replicate);
+    let (written, trajectory) = write(bag, &record).map_err(helped)?;
     let bodies = record.conditions.bodies();
     let verdict = label(&trajectory, &bodies)
         .context("the sweep has judged this replicate, and now it cannot be judged")?;
@@ -120,7 +114,8 @@ impl fmt::Display for Episode {
 fn find(
     folder: &Path,
     result: &SweepResult,
-    (cell, replicate): (&Cell, u64),
+    cell: &Cell,
+    replicate: u64,
 ) -> anyhow::Result<(usize, (Cell, Conditions))> {
     let folder = folder.display();
     let sweep = &result.source.sweep;
@@ -142,9 +137,10 @@ fn find(
 /// The record of a run that never was on any network.
 fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> ExperimentRecord {
     let sweep = &result.source.sweep;
-    let program = (env!("CARGO_PKG_VERSION"), provenance::COMMIT);
+    let (version, commit) = (env!("CARGO_PKG_VERSION"), provenance::COMMIT);
+    let profile_digest = result.source.profile.digest();
     ExperimentRecord {
-        run_id: run_id(&conditions, sweep.duration_s, (sweep.seed, replicate)),
+        run_id: run_id(&conditions, sweep.duration_s, sweep.seed, replicate),
         robots: (1..=conditions.robots).map(|robot| format!("robot_{robot}")).collect(),
         duration_s: sweep.duration_s,
         seed: sweep.seed,
@@ -153,14 +149,14 @@ fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> Exper
         backend: Backend::Simulator,
         controller_only: Vec::new(),
         time: Time::Lockstep,
-        provenance: Provenance::new(program, &result.source.profile.digest(), &conditions),
+        provenance: Provenance::new(version, commit, &profile_digest, &conditions),
         conditions,
     }
 }
 
 /// Names a replicate by all that it follows from, so that the same one has the same name wherever it
 /// is made, and another has another: that of a sweep with another seed, in another world, or shorter.
-fn run_id(conditions: &Conditions, duration_s: f64, (seed, replicate): (u64, u64)) -> String {
+fn run_id(conditions: &Conditions, duration_s: f64, seed: u64, replicate: u64) -> String {
     let steps = conditions.steps(duration_s);
     format!("episode_{:016x}_{steps}_steps_seed_{seed}_{replicate}", conditions.digest())
 }

@@ -12,6 +12,7 @@ use std::str::FromStr;
 use anyhow::{Context, bail};
 use jiff::{Timestamp, Unit};
 use rsrs_core::document;
+use rsrs_core::help::Help;
 use rsrs_core::judge::phase::Phase;
 use serde::{Deserialize, Serialize};
 

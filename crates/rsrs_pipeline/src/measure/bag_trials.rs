@@ -14,7 +14,7 @@ use rsrs_core::trials::trial::{
 use rsrs_experiment_runner::plan::GETTING_GOING_S;
 use rsrs_msgs::topics;
 
-use crate::error::explained;
+use crate::error::helped;
 use crate::measure::sensor_readings::{self, Readings};
 use crate::recorded_run;
 use crate::wording::names;
@@ -66,13 +66,13 @@ pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
     let record = recorded_run::record_in(&bag)?;
     let options = recorded_run::trajectory_options(record.as_ref(), None);
     let recorded = read_trajectory(&bag, &options).map_err(|error| {
-        let (message, help) = (format!("{}: {error}", path.display()), error.help());
-        explained(error, message, help)
+        let message = format!("{}: {error}", path.display());
+        helped(error).context(message)
     })?;
     let name = path.file_stem().map_or_else(String::new, |stem| stem.display().to_string());
     let drives = |part: fn(&[DrivenSample]) -> &[DrivenSample]| {
         let robots = 0..recorded.robots.len();
-        robots.flat_map(|robot| drives(&recorded, (robot, &name), part)).collect()
+        robots.flat_map(|robot| drives(&recorded, robot, &name, part)).collect()
     };
     let (driven, from_rest) = (drives(going), drives(|drive| drive));
     let periods_s = recorded
@@ -152,7 +152,8 @@ pub fn period_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<PeriodTrial>
 /// One robot's drives: a part of what lies between one standstill and the next.
 fn drives(
     recorded: &RecordedTrajectory,
-    (robot, bag): (usize, &str),
+    robot: usize,
+    bag: &str,
     part: fn(&[DrivenSample]) -> &[DrivenSample],
 ) -> Vec<DrivenTrial> {
     let trajectory = &recorded.trajectory;

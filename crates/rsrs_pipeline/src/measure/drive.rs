@@ -86,14 +86,24 @@ impl DriveOptions {
     }
 }
 
+/// One trial of one robot.
+#[derive(Clone, Copy, Debug)]
+pub struct SingleTrial<'a> {
+    /// Name of the robot.
+    pub robot: &'a str,
+    /// What it does.
+    pub trial: Trial,
+    /// Gets a row with the result.
+    pub table: Option<&'a Path>,
+    /// Whether the operator is asked before the trial.
+    pub asks: bool,
+}
+
 /// Makes one trial.
 ///
 /// # Arguments
 ///
-/// * `of` — the robot and its trial.
-/// * `table` — gets a row with the result.
 /// * `enter` — enters the network; it is called before the first thread is started.
-/// * `asks` — whether the operator is asked before the trial.
 ///
 /// # Returns
 ///
@@ -105,12 +115,11 @@ impl DriveOptions {
 /// measures what the robot did.
 pub fn drive(
     options: &DriveOptions,
-    of: (&str, Trial),
-    table: Option<&Path>,
+    single: SingleTrial<'_>,
     enter: impl FnOnce() -> anyhow::Result<RunTarget>,
-    (operator, asks): (&dyn TrialOperator, bool),
+    operator: &dyn TrialOperator,
 ) -> anyhow::Result<Option<(TrialResult, RunSummary)>> {
-    let (robot, trial) = of;
+    let SingleTrial { robot, trial, table, asks } = single;
     let plan = Plan::of_trial(&options.request(robot, trial))?;
     if let Some(table) = table {
         result::check_table(table, &trial)?;
@@ -122,7 +131,7 @@ pub fn drive(
     }
     let (found, summary) = runtime.block_on(async {
         let mut trial_nodes = TrialNodes::start(&target, &plan, operator.operator())?;
-        let made = made(&mut trial_nodes, (&plan, trial), operator).await;
+        let made = made(&mut trial_nodes, &plan, trial, operator).await;
         trial_nodes.stop().await?;
         made
     })?;
@@ -134,7 +143,8 @@ pub fn drive(
 
 async fn made(
     trial_nodes: &mut TrialNodes<'_>,
-    (plan, trial): (&Plan, Trial),
+    plan: &Plan,
+    trial: Trial,
     operator: &dyn TrialOperator,
 ) -> anyhow::Result<(TrialResult, RunSummary)> {
     let summary = trial_nodes.conduct(plan).await?;

@@ -8,7 +8,7 @@ use rsrs_view::distribution::{self, DistributionPicture};
 use rsrs_view::sensor::{self, SensorPicture};
 
 use super::sources::{Paths, Sources};
-use crate::error::explained;
+use crate::error::helped;
 use crate::files::write_file;
 use crate::picture::PNG_WIDTH_PX;
 
@@ -23,10 +23,7 @@ use crate::picture::PNG_WIDTH_PX;
 /// If a file is wrong, with its line, or holds too little.
 pub fn fit_files(paths: &Paths, unmeasured: &Unmeasured) -> anyhow::Result<(Fit, Vec<String>)> {
     let sources = Sources::read(paths)?;
-    let fitted = fit(sources.tables(), unmeasured).map_err(|error| {
-        let (message, help) = (error.to_string(), error.help());
-        explained(error, message, Some(&help))
-    })?;
+    let fitted = fit(sources.tables(), unmeasured).map_err(helped)?;
     Ok((fitted, sources.notes()))
 }
 

@@ -6,7 +6,7 @@ use anyhow::Context;
 use rsrs_core::trials::plan::Plan;
 use rsrs_fleet::fleet_file::FleetFile;
 
-use crate::error::{explained, with_help};
+use crate::error::{helped, with_help};
 use crate::files::{read_text, write_file};
 
 /// Names of the robots of a fleet file that may be used.
@@ -16,10 +16,7 @@ use crate::files::{read_text, write_file};
 /// If the file cannot be read or is wrong.
 pub fn enabled_robots(fleet: &Path) -> anyhow::Result<Vec<String>> {
     let name = fleet.display().to_string();
-    let fleet = FleetFile::parse(&name, &read_text(fleet)?).map_err(|error| {
-        let (message, help) = (error.to_string(), error.help());
-        explained(error, message, help.as_deref())
-    })?;
+    let fleet = FleetFile::parse(&name, &read_text(fleet)?).map_err(helped)?;
     Ok(fleet.enabled().into_iter().map(str::to_owned).collect())
 }
 

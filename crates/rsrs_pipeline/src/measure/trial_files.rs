@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rsrs_core::trials::trial::{DrivenTrial, TrialError, driven_trials};
 
-use crate::error::explained;
+use crate::error::helped;
 use crate::files::read_text;
 use crate::measure::bag_trials::{self, is_bag};
 
@@ -19,10 +19,7 @@ pub fn table<T>(
 ) -> anyhow::Result<T> {
     let name = path.display().to_string();
     let text = read_text(path)?;
-    parse(&name, &text).map_err(|error| {
-        let (message, help) = (error.to_string(), error.help());
-        explained(error, message, help.as_deref())
-    })
+    parse(&name, &text).map_err(helped)
 }
 
 /// Trajectories of all tables and bags.

@@ -92,7 +92,7 @@ pub fn replay_into_controller(
     let robots: Vec<RobotReplay> = recorded
         .into_iter()
         .filter(|(_, recorded)| !recorded.detections.is_empty() && !recorded.commands.is_empty())
-        .map(|(robot, recorded)| compare(robot, &recorded, (running, controller)))
+        .map(|(robot, recorded)| compare(robot, &recorded, running, controller))
         .collect();
     if robots.is_empty() {
         return Err(with_help(
@@ -193,7 +193,8 @@ fn decode<M: RosMessage>(message: &BagMessage) -> anyhow::Result<M> {
 fn compare(
     robot: String,
     recorded: &Recorded,
-    (running, controller): (Running, ControllerParameters),
+    running: Running,
+    controller: ControllerParameters,
 ) -> RobotReplay {
     let is_running = |at_ns: u64| (running.0..=running.1).contains(&at_ns);
     let slack_ns = period_ns(&recorded.detections) / 4;

@@ -66,7 +66,8 @@ pub struct Published {
 /// If the network cannot be used, a reliable subscriber stops acknowledging, or the bag cannot be
 /// read.
 pub async fn publish(
-    (bag, selection): (&Bag, &Selection),
+    bag: &Bag,
+    selection: &Selection,
     pace: &Pace,
     network: &SessionOptions,
     operator: &dyn Operator,
@@ -84,7 +85,7 @@ pub async fn publish(
     let played = match without_living(&session, selection, operator).await {
         Ok(allowed) => {
             let stop = operator.stop_requested();
-            play((&session, stop), bag, &allowed, pace).await.map(|played| (played, allowed))
+            play(&session, stop, bag, &allowed, pace).await.map(|played| (played, allowed))
         }
         Err(error) => Err(error),
     };
@@ -179,7 +180,8 @@ struct Played {
 }
 
 async fn play(
-    (session, stop): (&Session, impl Future<Output = String>),
+    session: &Session,
+    stop: impl Future<Output = String>,
     bag: &Bag,
     allowed: &Allowed,
     pace: &Pace,

@@ -3,6 +3,7 @@
 use std::process::Command;
 
 use anyhow::{Context, bail};
+use rsrs_core::help::Help;
 use rsrs_ros::confine::{self, ConfineError};
 use rsrs_ros::interfaces::{self, LOOPBACK};
 use rsrs_ros::session::SessionOptions;
@@ -52,7 +53,7 @@ impl OwnNetwork {
         let Some(domain_id) = domain else {
             bail!("{error}, and every domain from 1 to 101 is in use on this machine");
         };
-        let help = error.help().unwrap_or("run as root");
+        let help = error.help().unwrap_or_else(|| "run as root".to_owned());
         Ok(Self {
             session: SessionOptions { domain_id, interfaces: vec![LOOPBACK] },
             note: format!(

@@ -11,7 +11,7 @@ use rsrs_sim::placement;
 use rsrs_view::placement::Area;
 use serde::Serialize;
 
-use crate::error::explained;
+use crate::error::helped;
 
 /// Start poses.
 #[derive(Debug, Serialize)]
@@ -124,10 +124,7 @@ impl fmt::Display for StartPoses {
 /// Where the simulator starts a replicate of these conditions.
 fn poses(conditions: &Conditions, seed: Seed) -> anyhow::Result<Vec<Pose>> {
     let run = RunKey::new(seed, conditions.digest());
-    placement::place(conditions, run).map_err(|error| {
-        let (message, help) = (error.to_string(), error.help());
-        explained(error, message, Some(&help))
-    })
+    placement::place(conditions, run).map_err(helped)
 }
 
 /// An angle in (-π, π].

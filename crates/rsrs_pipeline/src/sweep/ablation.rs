@@ -60,7 +60,8 @@ pub struct FactorEffect {
 pub fn ablate(
     source: &ResolvedSweep,
     cell: &Cell,
-    (replicates, execution): (u64, Execution<'_>),
+    replicates: u64,
+    execution: Execution<'_>,
 ) -> anyhow::Result<Option<Ablation>> {
     let factors = source.sweep.factors(&source.profile);
     let ablations = factors.ablations(&source.profile);
@@ -70,7 +71,7 @@ pub fn ablate(
     let one_by_one = ablations.iter().flat_map(|ablation| [ablation.alone, ablation.without]);
     let variants = [HarsherFactors::NONE, factors].into_iter().chain(one_by_one);
     let conditions = variants
-        .map(|factors| conditions(source, (cell, factors)))
+        .map(|factors| conditions(source, cell, factors))
         .collect::<anyhow::Result<Vec<Conditions>>>()?;
     let runs = Runs {
         seed: confirmation_seed(confirmation_seed(source.sweep.seed)),
@@ -110,7 +111,8 @@ pub fn ablate(
 /// As [`ablate`].
 pub fn best_as_measured(
     source: &ResolvedSweep,
-    (replicates, execution): (u64, Execution<'_>),
+    replicates: u64,
+    execution: Execution<'_>,
 ) -> anyhow::Result<Option<Cell>> {
     let Some(measured) = source.as_measured() else {
         return Ok(None);
@@ -149,16 +151,17 @@ pub fn of_barren_sweep(
     if result.diagram.cells.iter().any(mills) {
         return Ok(None);
     }
-    let runs = (REPLICATES.min(result.source.sweep.replicates), execution);
-    match best_as_measured(&result.source, runs)? {
-        Some(cell) => ablate(&result.source, &cell, runs),
+    let replicates = REPLICATES.min(result.source.sweep.replicates);
+    match best_as_measured(&result.source, replicates, execution)? {
+        Some(cell) => ablate(&result.source, &cell, replicates, execution),
         None => Ok(None),
     }
 }
 
 fn conditions(
     source: &ResolvedSweep,
-    (cell, factors): (&Cell, HarsherFactors),
+    cell: &Cell,
+    factors: HarsherFactors,
 ) -> anyhow::Result<Conditions> {
     let sweep = SweepFile { harsher: Harsher::from(factors), ..source.sweep.clone() };
     let source = ResolvedSweep { sweep, ..source.clone() };

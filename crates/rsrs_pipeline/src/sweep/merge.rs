@@ -51,7 +51,7 @@ pub fn merge(
             whole.keep(number, &block, &outcomes)?;
         }
     }
-    sweep_into(folder, (&name, source), execution)
+    sweep_into(folder, &name, source, execution)
 }
 
 fn refuse_one_of_them(shards: &[PathBuf], folder: &Path) -> anyhow::Result<()> {

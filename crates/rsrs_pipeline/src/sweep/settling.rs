@@ -37,7 +37,7 @@ pub fn of_cell(
     execution: Execution<'_>,
 ) -> anyhow::Result<Option<Settling>> {
     let conditions = source.conditions_of(index)?;
-    let found = of_conditions(source, &[conditions], (LOOK, execution))?;
+    let found = of_conditions(source, &[conditions], LOOK, execution)?;
     Ok(found.and_then(|found| found.into_iter().next()))
 }
 
@@ -54,7 +54,7 @@ pub fn at_edge(
     let cells = result.source.cells("sweep.yaml")?;
     let of_edge: Vec<Conditions> = edge.iter().map(|index| cells[*index].1.clone()).collect();
     let n = LOOK_AT_EDGE.min(result.source.sweep.replicates);
-    let found = of_conditions(&result.source, &of_edge, (n, execution))?.unwrap_or_default();
+    let found = of_conditions(&result.source, &of_edge, n, execution)?.unwrap_or_default();
     let unsettled = edge.iter().zip(found).filter(|(_, settling)| !settling.is_settled());
     let unsettled = unsettled
         .map(|(index, settling)| Unsettled { cell: cells[*index].0.clone(), settling })
@@ -67,7 +67,8 @@ pub fn at_edge(
 fn of_conditions(
     source: &ResolvedSweep,
     conditions: &[Conditions],
-    (replicates, execution): (u64, Execution<'_>),
+    replicates: u64,
+    execution: Execution<'_>,
 ) -> anyhow::Result<Option<Vec<Settling>>> {
     let duration_s = source.sweep.duration_s;
     let Some(from_s) = Settling::last_third_s(duration_s).filter(|_| !conditions.is_empty()) else {
@@ -105,7 +106,7 @@ pub fn text(settling: &Settling) -> String {
 }
 
 /// The note on a sweep whose edge is not settled.
-pub fn warning(folder: &Path, (n_edge, unsettled): (usize, &[Unsettled])) -> Option<String> {
+pub fn warning(folder: &Path, n_edge: usize, unsettled: &[Unsettled]) -> Option<String> {
     let worst = unsettled.iter().max_by_key(|cell| cell.settling.n_changed)?;
     let Settling { n_replicates, n_changed, from_s } = worst.settling;
     Some(format!(

@@ -5,13 +5,13 @@ use std::path::Path;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::conditions::start_file::{Headings, StartPlacement, Starts, read_starts};
 use rsrs_core::diagram::axis::Cell;
-use rsrs_core::diagram::sweep_file::{SweepFile, SweepFileError};
+use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::document;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::{ProfileError, RobotProfile};
 use serde::{Deserialize, Serialize};
 
-use crate::error::with_help;
+use crate::error::helped;
 use crate::files::read_text;
 use crate::provenance::Provenance;
 
@@ -36,7 +36,7 @@ impl ResolvedSweep {
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         let name = path.display().to_string();
         let text = read_text(path)?;
-        let mut sweep = SweepFile::parse(&name, &text).map_err(explain_sweep)?;
+        let mut sweep = SweepFile::parse(&name, &text).map_err(helped)?;
         let beside = path.parent().unwrap_or(Path::new(""));
         let profile = read_profile(&beside.join(&sweep.profile))?;
         if let Some(StartPlacement::File { path, headings }) = &sweep.placement {
@@ -61,7 +61,7 @@ impl ResolvedSweep {
             return Self::read(path);
         }
         let Self { sweep, profile, .. } = document::parse(&name, &text)?;
-        sweep.check(&name).map_err(explain_sweep)?;
+        sweep.check(&name).map_err(helped)?;
         let provenance = Provenance::of(&profile);
         Ok(Self { sweep, profile, provenance })
     }
@@ -84,7 +84,7 @@ impl ResolvedSweep {
     ///
     /// If a cell cannot be simulated.
     pub fn cells(&self, file: &str) -> anyhow::Result<Vec<(Cell, Conditions)>> {
-        self.sweep.resolve(file, &self.profile).map_err(explain_sweep)
+        self.sweep.resolve(file, &self.profile).map_err(helped)
     }
 
     /// The conditions of one cell.
@@ -105,10 +105,7 @@ impl ResolvedSweep {
 fn read_start_table(path: &Path, headings: Option<Headings>) -> anyhow::Result<Starts> {
     let name = path.display().to_string();
     let text = read_text(path)?;
-    read_starts(&name, &text, headings).map_err(|error| match error.help() {
-        Some(help) => with_help(error.to_string(), help),
-        None => error.into(),
-    })
+    read_starts(&name, &text, headings).map_err(helped)
 }
 
 /// Reads a profile.
@@ -119,18 +116,8 @@ fn read_start_table(path: &Path, headings: Option<Headings>) -> anyhow::Result<S
 pub fn read_profile(path: &Path) -> anyhow::Result<RobotProfile> {
     let name = path.display().to_string();
     let text = read_text(path)?;
-    RobotProfile::parse(&name, &text).map_err(|error| match &error {
-        ProfileError::Document(document) => match document.help() {
-            Some(help) => with_help(error.to_string(), help),
-            None => error.into(),
-        },
-        _ => anyhow::Error::new(error).context(format!("{name} does not describe a robot")),
+    RobotProfile::parse(&name, &text).map_err(|error| match error {
+        ProfileError::Document(document) => helped(document),
+        error => anyhow::Error::new(error).context(format!("{name} does not describe a robot")),
     })
-}
-
-fn explain_sweep(error: SweepFileError) -> anyhow::Error {
-    match error.help() {
-        Some(help) => with_help(error.to_string(), help),
-        None => error.into(),
-    }
 }

@@ -23,7 +23,8 @@ use super::file::Turning;
 ///
 /// If the trials cannot be simulated.
 pub fn turning(
-    (measured, factors): (&RobotProfile, HarsherFactors),
+    measured: &RobotProfile,
+    factors: HarsherFactors,
     settings: &Settings,
     case: &Case,
 ) -> anyhow::Result<Option<Turning>> {
@@ -33,7 +34,7 @@ pub fn turning(
     let lag = yaw_lag(&case.from_rest, period_s).filter(|lag| is_longer(lag, measured));
     let gain = yaw_lag(&drive, period_s)
         .and_then(|found| Some((found.gain, turn_rate_rad_s(&drive)?)))
-        .filter(|(gain, rate_rad_s)| is_another(*gain, (measured, &drive), *rate_rad_s));
+        .filter(|(gain, rate_rad_s)| is_another(*gain, measured, &drive, *rate_rad_s));
     let (lag_s, gain) = (lag.map(|lag| lag.lag_s), gain);
     let only_lag = lag_s.map(|lag_s| (Some(lag_s), None));
     let only_gain = gain.map(|gain| (None, Some(gain)));
@@ -77,7 +78,8 @@ fn is_longer(lag: &YawLag, measured: &RobotProfile) -> bool {
 /// Whether a gain differs from that of the profile while driving.
 fn is_another(
     gain: Estimate,
-    (measured, trials): (&RobotProfile, &[DrivenTrial]),
+    measured: &RobotProfile,
+    trials: &[DrivenTrial],
     rate_rad_s: f64,
 ) -> bool {
     let speed_m_s = trials.iter().flat_map(|trial| &trial.samples);

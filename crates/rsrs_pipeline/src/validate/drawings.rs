@@ -29,7 +29,7 @@ pub fn write(folder: &Path, case: &Case, answer: &Answer) -> anyhow::Result<()> 
         if tube.command.is_none() && !leaves {
             continue;
         }
-        let svg = tube_svg(case, answer, (index, tube))?;
+        let svg = tube_svg(case, answer, index, tube)?;
         both(folder, &format!("reach_{}", index + 1), &svg)?;
     }
     if let Some(map) = &case.sensor {
@@ -52,7 +52,7 @@ pub fn write(folder: &Path, case: &Case, answer: &Answer) -> anyhow::Result<()> 
     Ok(())
 }
 
-fn tube_svg(case: &Case, answer: &Answer, (index, tube): (usize, &Tube)) -> anyhow::Result<String> {
+fn tube_svg(case: &Case, answer: &Answer, index: usize, tube: &Tube) -> anyhow::Result<String> {
     let places = case.trials.iter().zip(&answer.validation.trials);
     let trials: Vec<(&DrivenTrial, Place)> = places
         .filter(|(_, place)| place.tube == index)

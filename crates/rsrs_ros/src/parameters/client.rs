@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use rsrs_core::help::Help;
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::cdr::{self, ByteOrder, CdrError};
 use rsrs_msgs::rcl_interfaces as wire;
@@ -87,13 +88,10 @@ pub enum ParameterClientError {
     },
 }
 
-impl ParameterClientError {
-    /// What to look at next, if there is something.
-    pub fn help(&self) -> Option<&'static str> {
-        match self {
-            Self::NoAnswer { .. } => Some("`ros2 node list` shows which nodes are there"),
-            _ => None,
-        }
+impl Help for ParameterClientError {
+    fn help(&self) -> Option<String> {
+        matches!(self, Self::NoAnswer { .. })
+            .then(|| "`ros2 node list` shows which nodes are there".to_owned())
     }
 }
 

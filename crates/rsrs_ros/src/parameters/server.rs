@@ -254,5 +254,5 @@ fn serve(
     let server = raw::server(session, node, &name, &service.ros_type())?;
     let decode = move |body: &[u8]| Request::decode(service, body);
     let answer = move |request| std::future::ready(Some(lock(&state).answer(&node_name, request)));
-    Ok(session.run(raw::answer_all(name, server, (decode, || None), answer)))
+    Ok(session.run(raw::answer_all(name, server, decode, || None, answer)))
 }

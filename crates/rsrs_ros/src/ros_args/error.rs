@@ -3,6 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
+use rsrs_core::help::Help;
+
 use crate::logging::NoSuchLevel;
 
 /// Why arguments or environment are not understood.
@@ -127,18 +129,18 @@ pub enum RosArgsError {
     },
 }
 
-impl RosArgsError {
-    /// What to write instead, where that is not in the message.
-    pub fn help(&self) -> Option<&'static str> {
-        match self {
-            Self::UnknownFlag { .. } => Some(
+impl Help for RosArgsError {
+    fn help(&self) -> Option<String> {
+        let help = match self {
+            Self::UnknownFlag { .. } => {
                 "known are -r (--remap), -p (--param), --params-file, --log-level and \
-                 --enable/--disable-rosout-logs; `--` ends them",
-            ),
-            Self::FixedNode { .. } => Some("give the robot another namespace instead"),
-            Self::FixedTopic { .. } => Some("give the other program's topic this name instead"),
-            Self::FileShape { .. } => Some("see launch_configs for an example"),
-            _ => None,
-        }
+                 --enable/--disable-rosout-logs; `--` ends them"
+            }
+            Self::FixedNode { .. } => "give the robot another namespace instead",
+            Self::FixedTopic { .. } => "give the other program's topic this name instead",
+            Self::FileShape { .. } => "see launch_configs for an example",
+            _ => return None,
+        };
+        Some(help.to_owned())
     }
 }

@@ -75,7 +75,8 @@ pub(crate) fn client(
 pub(crate) async fn answer_all<Q, A>(
     service: String,
     server: RawServer,
-    (decode, refusal): (impl Fn(&[u8]) -> Option<Q>, impl Fn() -> Option<Vec<u8>>),
+    decode: impl Fn(&[u8]) -> Option<Q>,
+    refusal: impl Fn() -> Option<Vec<u8>>,
     mut answer: impl FnMut(Q) -> A,
 ) where
     A: Future<Output = Option<Vec<u8>>>,

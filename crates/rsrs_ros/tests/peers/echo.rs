@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use crate::peer::{Maker, Peer};
 use crate::sampler::sample;
-use crate::support::{PATIENCE, session};
+use rsrs_testing::network::{PATIENCE, session};
 
 /// Made-up messages for each topic: sequences of several lengths, strings that disturb alignment.
 const N_SAMPLES: u64 = 4;
@@ -69,7 +69,7 @@ pub async fn every_topic_both_ways(maker: Maker, python: &Path) {
     let plans: Vec<&Plan> = chosen.iter().map(|(plan, _)| plan).collect();
 
     let echoes: Vec<Task> =
-        chosen.iter().map(|(plan, topic)| echo_of_topic(&ours, &node, (plan, *topic))).collect();
+        chosen.iter().map(|(plan, topic)| echo_of_topic(&ours, &node, plan, *topic)).collect();
     peer.tell(&plans);
     let ready: String = peer.says().await;
     assert_eq!(ready, "ready");
@@ -98,14 +98,15 @@ pub async fn every_topic_both_ways(maker: Maker, python: &Path) {
 fn echo_of_topic<'a>(
     ours: &'a Session,
     node: &'a NodeHandle,
-    (plan, topic): (&'a Plan, Topic),
+    plan: &'a Plan,
+    topic: Topic,
 ) -> Task<'a> {
     /// The task of the type whose name it is.
     macro_rules! of_type {
         ($($message:ty,)+) => {
             match topic.type_name {
                 $(<$message as RosMessage>::TYPE_NAME => {
-                    Box::pin(echo::<$message>(ours, node, (plan, topic.qos)))
+                    Box::pin(echo::<$message>(ours, node, plan, topic.qos))
                 })+
                 other => panic!("`{other}` is not among the types of this test"),
             }
@@ -139,12 +140,13 @@ type Come = Arc<Mutex<BTreeSet<Vec<u8>>>>;
 async fn echo<M: RosMessage>(
     ours: &Session,
     node: &NodeHandle,
-    (plan, qos): (&Plan, Qos),
+    plan: &Plan,
+    qos: Qos,
 ) -> Box<dyn Any> {
     let messages: Vec<M> = (0..N_SAMPLES).map(sample).collect();
     let wanted: BTreeSet<Vec<u8>> = messages.iter().map(cdr::encode).collect();
     let publisher = ours.publish_on(node, &plan.name, qos).expect("the topic is allowed");
-    let (come, _subscription) = listen::<M>(ours, node, (plan, qos));
+    let (come, _subscription) = listen::<M>(ours, node, plan, qos);
 
     let send = async {
         for message in messages.iter().cycle() {
@@ -161,10 +163,10 @@ async fn echo<M: RosMessage>(
     assert!(sent.is_ok(), "{}: {n_come} of {N_SAMPLES} messages came back", plan.name);
     if qos.durability == Durability::TransientLocal {
         // Nobody publishes any more, and yet whoever comes now receives the echo.
-        let (come, _subscription) = listen::<M>(ours, node, (plan, qos));
+        let (come, _subscription) = listen::<M>(ours, node, plan, qos);
         // As many of the last ones as the topic keeps.
         let kept = wanted.len().min(usize::try_from(qos.depth).expect("it is small"));
-        let came = crate::support::eventually("a late subscriber receives the echo", || {
+        let came = rsrs_testing::network::eventually("a late subscriber receives the echo", || {
             let come = come.lock().expect("nobody panics with it");
             come.len() >= kept && come.is_subset(&wanted)
         });
@@ -176,7 +178,8 @@ async fn echo<M: RosMessage>(
 fn listen<M: RosMessage>(
     ours: &Session,
     node: &NodeHandle,
-    (plan, qos): (&Plan, Qos),
+    plan: &Plan,
+    qos: Qos,
 ) -> (Come, Subscription) {
     let come = Come::default();
     let to = Arc::clone(&come);

@@ -13,13 +13,9 @@ mod rclpy;
     reason = "made-up numbers are bits of a draw, and which bits does not matter"
 )]
 mod sampler;
-#[path = "../support/mod.rs"]
-mod support;
-#[path = "../../../../msgs/tests/venv/mod.rs"]
-mod venv;
 
 use peer::Maker;
-use support::in_own_network;
+use rsrs_testing::network::in_own_network;
 
 #[test]
 fn cyclone_dds_receives_and_says_every_topic_of_ours() {

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use crate::controllers::controller;
 use crate::peer::Peer;
-use crate::support::{PATIENCE, session};
+use rsrs_testing::network::{PATIENCE, session};
 
 /// Nodes of one participant.
 const NODES: [&str; 3] = ["/robot_1/controller", "/robot_2/controller", "/robot_3/controller"];

@@ -8,8 +8,8 @@ use serde::de::DeserializeOwned;
 use tempfile::TempDir;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
-use crate::support::PATIENCE;
-use crate::venv::python_with;
+use rsrs_testing::network::PATIENCE;
+use rsrs_testing::python::python_with;
 
 /// Lets Cyclone DDS use the only interface of a network of its own, which it would avoid.
 const LOOPBACK_ONLY: &str = "<CycloneDDS><Domain><General><Interfaces>\

@@ -11,7 +11,7 @@ use rsrs_ros::session::Session;
 use serde_json::{Value, json};
 
 use crate::controllers::controller;
-use crate::support::{PATIENCE, eventually, session};
+use rsrs_testing::network::{PATIENCE, eventually, session};
 
 /// The client's node.
 const VISITOR: &str = "/visitor";

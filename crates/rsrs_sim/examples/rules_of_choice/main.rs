@@ -33,7 +33,7 @@ fn main() {
     for (name, rule) in RULES {
         for replicates in REPLICATES {
             let outcomes: Vec<Outcome> = (0..SWEEPS)
-                .map(|sweep| rule(&truth.drawn((sweep, replicates)), (&truth, sweep)))
+                .map(|sweep| rule(&truth.drawn(sweep, replicates), (&truth, sweep)))
                 .collect();
             println!("| {name} | {replicates} | {} |", row(&truth, &deepest, &outcomes));
         }
@@ -72,7 +72,7 @@ fn seeds(sweeper: &Sweeper) {
             let swept = sweeper.sweep(seed, replicates);
             let Outcome { chosen, n_confirmed } =
                 rules::smoothed(&swept, |cell| sweeper.confirm(seed, cell));
-            let said = chosen.map_or_else(
+            let recommended = chosen.map_or_else(
                 || "none | | | ".to_owned(),
                 |cell| {
                     let [worse, measured] = truth.shares(cell);
@@ -80,7 +80,7 @@ fn seeds(sweeper: &Sweeper) {
                     format!("{} | {worse:.3} | {measured:.3} | {off:.2}", sweeper.names(&[cell]))
                 },
             );
-            println!("| {seed} | {replicates} | {said} | {n_confirmed} |");
+            println!("| {seed} | {replicates} | {recommended} | {n_confirmed} |");
         }
     }
 }

@@ -111,8 +111,8 @@ impl Plane {
         worse.min(measured)
     }
 
-    /// Counts of mills of a cell in so many runs as this plane says, in both worlds.
-    pub fn hits(&self, cell: usize, (draw, n): (u64, u64)) -> [u64; 2] {
+    /// Counts of mills of a cell in so many runs drawn from this plane, in both worlds.
+    pub fn hits(&self, cell: usize, draw: u64, n: u64) -> [u64; 2] {
         let [worse, measured] = self.shares(cell);
         [(0_u64, worse), (1, measured)].map(|(world, share)| {
             let key = mix(mix(mix(draw) ^ cell as u64) ^ (world << 32) ^ n);
@@ -124,11 +124,11 @@ impl Plane {
         })
     }
 
-    /// A sweep of so many replicates as this plane says.
-    pub fn drawn(&self, (draw, replicates): (u64, u64)) -> Self {
+    /// A sweep of so many replicates drawn from this plane.
+    pub fn drawn(&self, draw: u64, replicates: u64) -> Self {
         let mut worlds = self.worlds.clone();
         for cell in 0..worlds[0].cells.len() {
-            let hits = self.hits(cell, (2 * draw, replicates));
+            let hits = self.hits(cell, 2 * draw, replicates);
             for (world, hits) in worlds.iter_mut().zip(hits) {
                 let mut counts = PhaseCounts::default();
                 counts.add_many(Phase::StableMilling, hits);

@@ -64,9 +64,9 @@ fn both(swept: &Plane) -> Worlds<'_> {
     Worlds { simulated: &swept.worlds[0], as_measured: Some(&swept.worlds[1]) }
 }
 
-/// Fresh runs as the truth says.
+/// Fresh runs drawn from the truth.
 fn from((truth, draw): (&Plane, u64)) -> impl Fn(usize) -> [u64; 2] {
-    move |cell| truth.hits(cell, (2 * draw + 1, TRUTH))
+    move |cell| truth.hits(cell, 2 * draw + 1, TRUTH)
 }
 
 fn is_viable(hits: u64) -> bool {

@@ -122,7 +122,8 @@ impl<S: Simd> NominalStep<S> {
         simd: S,
         rules: &Rules,
         controller: ControllerParameters,
-        (robot, world): (usize, impl Fn(usize) -> &'a Robots),
+        robot: usize,
+        world: impl Fn(usize) -> &'a Robots,
     ) -> Self {
         let traits = |lane| world(lane).traits[robot];
         let answer = |detected: bool| {
@@ -149,7 +150,7 @@ impl<S: Simd> NominalStep<S> {
 
     /// Whether each sensor reports a detection.
     #[inline(always)]
-    pub fn detects(&self, simd: S, rules: &LaneRules<S>, (seen, step): (S::M, S::U)) -> S::M {
+    pub fn detects(&self, simd: S, rules: &LaneRules<S>, seen: S::M, step: S::U) -> S::M {
         let limit = simd.select(seen, rules.true_positive, rules.false_positive);
         simd.less(self.detection.uniform24(simd, step), limit)
     }
@@ -161,7 +162,8 @@ impl<S: Simd> NominalStep<S> {
         simd: S,
         rules: &LaneRules<S>,
         from: &Body<S::F>,
-        (detected, blocked): (S::M, S::M),
+        detected: S::M,
+        blocked: S::M,
     ) -> Body<S::F> {
         let (yes, no) = (&self.detected, &self.undetected);
         let travel_m = S::F::select(detected, yes.travel_m, no.travel_m).unless(blocked);

@@ -14,7 +14,7 @@ use super::rows::Rows;
 use super::sense::Body;
 use crate::vector::simd::{Simd, Work};
 
-/// The swarms' past, as far as it is kept, with what the judge needs to know besides.
+/// The swarms' past, as far as it is kept, with what the judge needs besides.
 #[derive(Clone, Copy)]
 pub struct Past<'a, S: Simd> {
     pub simd: S,
@@ -41,7 +41,7 @@ impl Commands {
     pub fn new(conditions: &Conditions) -> Self {
         let Conditions { controller, period_s, robots: n_robots, .. } = *conditions;
         let command = decide(false, controller);
-        let in_window = |n| (n, Commanded::of(|_, _| command, period_s, (0..n, n_robots)));
+        let in_window = |n| (n, Commanded::of(|_, _| command, period_s, 0..n, n_robots));
         let n_looks = look_back(period_s);
         let speeds_m_s = (0..n_looks).map(|_| command.speed_m_s).sum();
         let windows = [WINDOW_S, BLOCK_S].map(|time_s| in_window(samples_in(time_s, period_s)));

@@ -3,7 +3,7 @@
 //! Each pair is looked at once, for both of its robots. What one sees of the other lies at
 //! `(forward, lateral)`; what the difference of their places is to the other robot has the opposite
 //! sign, and that is exact: `-a + -b` is `-(a + b)` to the bit, save for the sign of zero, which no
-//! comparison below tells apart.
+//! comparison below distinguishes.
 
 use rsrs_core::judge::number::{Mask, Number};
 
@@ -145,12 +145,14 @@ pub struct Found<'a, M> {
 ///
 /// # Returns
 ///
-/// Who of the `SOME` robots from `first` on sees another: nobody after them looks at them again.
+/// Who of the `SOME` robots from `first` on sees another: no later robot looks at them again.
 #[inline(always)]
 pub fn sense<S: Simd, V: LaneView<S>, const SOME: usize>(
     simd: S,
-    (view, contact): (V, LaneContact<S::F>),
-    (first, bodies): (usize, &[Body<S::F>]),
+    view: V,
+    contact: LaneContact<S::F>,
+    first: usize,
+    bodies: &[Body<S::F>],
     found: &mut Found<'_, S::M>,
 ) -> [S::M; SOME] {
     let (us, others) = bodies[first..].split_at(SOME);
@@ -175,7 +177,7 @@ pub fn sense<S: Simd, V: LaneView<S>, const SOME: usize>(
     if nearest_m2.lt(contact.diameter_squared_m2).any() {
         for me in first..first + SOME {
             let (mine, theirs) = found.blocked[me..].split_first_mut().expect("the robot itself");
-            block_each_other(contact, (bodies[me], &bodies[me + 1..]), (mine, theirs));
+            block_each_other(contact, bodies[me], &bodies[me + 1..], mine, theirs);
         }
     }
     our_seen
@@ -203,8 +205,10 @@ fn look<S: Simd, V: LaneView<S>>(
 #[inline(always)]
 fn block_each_other<F: Number>(
     contact: LaneContact<F>,
-    (me, others): (Body<F>, &[Body<F>]),
-    (my_blocked, others_blocked): (&mut F::Mask, &mut [F::Mask]),
+    me: Body<F>,
+    others: &[Body<F>],
+    my_blocked: &mut F::Mask,
+    others_blocked: &mut [F::Mask],
 ) {
     for (other, other_blocked) in others.iter().zip(others_blocked) {
         let (dx_m, dy_m) = (other.x_m - me.x_m, other.y_m - me.y_m);

@@ -13,7 +13,7 @@ use crate::vector::simd::{Simd, Work};
 use crate::view::View;
 use crate::world;
 
-/// Replicates of one cell, a lane each. Lanes that nobody needs repeat the last replicate.
+/// Replicates of one cell, a lane each. Spare lanes repeat the last replicate.
 pub struct Swarms<S: Simd> {
     simd: S,
     n_robots: usize,
@@ -72,8 +72,7 @@ impl<S: Simd> Swarms<S> {
         }
         let rules = Rules::new(conditions);
         let controller = conditions.controller;
-        let nominal_step =
-            |robot: usize| NominalStep::new(simd, &rules, controller, (robot, world));
+        let nominal_step = |robot: usize| NominalStep::new(simd, &rules, controller, robot, world);
         let noisy_traits = |robot: usize| NoisyTraits::new(simd, robot, world);
         let zero = simd.single(0.0);
         let still = Drift { gust_m_s: (zero, zero), yaw_rate_rad_s: zero };
@@ -194,14 +193,14 @@ impl<S: Simd> Swarms<S> {
             ..
         } = self;
         let mut found = Found { seen: &mut seen[..n_robots], blocked: &mut blocked[..n_robots] };
-        let sees = sense::<S, V, SOME>(simd, (view, *contact), (first, from), &mut found);
+        let sees = sense::<S, V, SOME>(simd, view, *contact, first, from, &mut found);
         let robots = first..first + SOME;
         let nominal_steps = &nominal_steps[robots.clone()];
         for ((robot, nominal_step), sees) in robots.zip(nominal_steps).zip(sees) {
-            let detected = nominal_step.detects(simd, rules, (sees, counter));
+            let detected = nominal_step.detects(simd, rules, sees, counter);
             let is_blocked = found.blocked[robot];
             to[robot] = if PLAIN {
-                nominal_step.step(simd, rules, &from[robot], (detected, is_blocked))
+                nominal_step.step(simd, rules, &from[robot], detected, is_blocked)
             } else {
                 detections[made + robot] = detected;
                 let found = (detections[arriving + robot], is_blocked);

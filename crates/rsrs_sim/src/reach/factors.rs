@@ -16,7 +16,7 @@ pub struct SmallestFactors {
     pub p_value: f64,
 }
 
-/// Largest factor that is tried: a gain that varies by more says nothing any more.
+/// Largest factor that is tried: a gain that varies by more is no model any more.
 const MOST_FACTOR: f64 = 64.0;
 
 /// Searches the smallest spread of gains, drift or gusts that contains real trajectories.
@@ -39,7 +39,8 @@ const MOST_FACTOR: f64 = 64.0;
 ///
 /// [`ReachError`], as [`validate`].
 pub fn smallest_factors(
-    (measured, factors): (&RobotProfile, HarsherFactors),
+    measured: &RobotProfile,
+    factors: HarsherFactors,
     settings: &Settings,
     trials: &[DrivenTrial],
     options: &ReachOptions,

@@ -15,7 +15,8 @@ use super::{Drives, Kind, Path};
 /// Where every trial was.
 pub(super) fn places(
     trials: &[DrivenTrial],
-    (kinds, kind_of): (&[Kind], &[usize]),
+    kinds: &[Kind],
+    kind_of: &[usize],
     regions: &[Regions],
 ) -> Vec<TrialPlace> {
     let place = |(trial, kind): (&DrivenTrial, &usize)| TrialPlace {
@@ -24,7 +25,7 @@ pub(super) fn places(
         tube: *kind,
         exits: reached(&kinds[*kind], trial)
             .filter_map(|(horizon, time_s)| {
-                exit(&regions[*kind], (horizon, time_s), trial.displacement_at(time_s))
+                exit(&regions[*kind], horizon, time_s, trial.displacement_at(time_s))
             })
             .collect(),
     };
@@ -41,7 +42,7 @@ fn reached<'a>(
     horizons.take_while(move |(_, time_s)| *time_s <= duration_s)
 }
 
-fn exit(regions: &Regions, (horizon, time_s): (usize, f64), pose: Pose) -> Option<Exit> {
+fn exit(regions: &Regions, horizon: usize, time_s: f64, pose: Pose) -> Option<Exit> {
     let region = &regions.positions[horizon];
     let by_position = !region.contains([pose.x_m, pose.y_m]);
     let by_heading = !regions.heading_is_inside(horizon, pose.heading_rad);

@@ -28,14 +28,11 @@ impl PositionRegion {
     ///
     /// # Arguments
     ///
-    /// * `cloud` — simulated positions that say where.
-    /// * `calibration` — others that say how far from those.
-    /// * `(share, tolerance_m)` — share to be held, and how far measured positions may be off.
-    pub fn new(
-        mut cloud: Vec<Point>,
-        calibration: &[Point],
-        (share, tolerance_m): (f64, f64),
-    ) -> Self {
+    /// * `cloud` — simulated positions that place it.
+    /// * `calibration` — others that calibrate its size.
+    /// * `share` — share to be held.
+    /// * `tolerance_m` — how far measured positions may be off, in metres.
+    pub fn new(mut cloud: Vec<Point>, calibration: &[Point], share: f64, tolerance_m: f64) -> Self {
         cloud.sort_by(|left, right| left[0].total_cmp(&right[0]));
         let n = cloud.len() as f64;
         let mean_m = [0, 1].map(|axis| cloud.iter().map(|point| point[axis]).sum::<f64>() / n);
@@ -129,7 +126,7 @@ mod tests {
         let cloud = normals(4000, [0.2, 0.1]);
         let (reference, calibration) = cloud.split_at(2000);
 
-        let region = PositionRegion::new(reference.to_vec(), calibration, (0.99, 0.0));
+        let region = PositionRegion::new(reference.to_vec(), calibration, 0.99, 0.0);
 
         // The 99 % ellipse has the area -2 ln(0.01) π times both standard deviations.
         let ellipse_m2 = 9.2103 * std::f64::consts::PI * 0.2 * 0.1;
@@ -147,7 +144,7 @@ mod tests {
         let cloud = normals(2000, [0.2, 0.0]);
         let (reference, calibration) = cloud.split_at(1000);
 
-        let region = PositionRegion::new(reference.to_vec(), calibration, (0.99, 0.005));
+        let region = PositionRegion::new(reference.to_vec(), calibration, 0.99, 0.005);
 
         assert!(region.contains([0.1, 0.004]) && !region.contains([0.1, 0.2]));
         assert!(region.contains([0.4, 0.0]) && !region.contains([0.8, 0.0]));

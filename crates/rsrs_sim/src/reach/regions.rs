@@ -14,10 +14,12 @@ pub struct Regions {
 }
 
 impl Regions {
-    /// Makes the regions of a kind: one half of the robots says where, the other how far.
+    /// Makes the regions of a kind: one half of the robots places them, the other calibrates their
+    /// size.
     pub fn new(
         kind: usize,
-        (reference, calibration): (&[Drives], &[Drives]),
+        reference: &[Drives],
+        calibration: &[Drives],
         options: &ReachOptions,
     ) -> Self {
         let n_horizons = reference[0][kind][0].len();
@@ -28,7 +30,7 @@ impl Regions {
             let place = |pose: &Pose| [pose.x_m, pose.y_m];
             let reference = at(reference, horizon).iter().map(place).collect();
             let calibration: Vec<[f64; 2]> = at(calibration, horizon).iter().map(place).collect();
-            PositionRegion::new(reference, &calibration, (options.share, options.tolerance_m))
+            PositionRegion::new(reference, &calibration, options.share, options.tolerance_m)
         };
         let heading = |horizon| {
             let mut headings_rad: Vec<f64> =

@@ -58,7 +58,7 @@ pub type KeepBlock<'a, E> =
 ///
 /// # Arguments
 ///
-/// * `blocks` — with their numbers, which `keep` is told.
+/// * `blocks` — with their numbers, which `keep` receives.
 /// * `watch` — progress and cancellation.
 /// * `keep` — called once for each finished block, from any thread.
 ///
@@ -210,9 +210,9 @@ impl<I: Iterator<Item = (u64, Block)>, E> WorkerPool<'_, I, E> {
 
     fn run(&self, unit: &Job, batch: &mut Batch) -> Result<Vec<ReplicateOutcome>, SweepError> {
         let (cell, replicates) = (unit.cell, unit.replicates.clone());
-        let runs = (self.work.seed, replicates.clone());
+        let Work { conditions, seed, duration_s, .. } = &self.work;
         let judged = batch
-            .judge(&self.work.conditions[cell], runs, self.work.duration_s)
+            .judge(&conditions[cell], *seed, replicates.clone(), *duration_s)
             .map_err(|error| SweepError::new(cell, error))?;
         for _ in replicates.clone() {
             let done = self.n_done.fetch_add(1, Ordering::Relaxed) + 1;

@@ -7,8 +7,8 @@ use super::World;
 impl World {
     /// Puts a robot somewhere, as a hand or a tracker does.
     ///
-    /// The world is then none that any seed leads to: its digest says so. A gust and a turning rate
-    /// that lags end with the displacement; what the robot is stays.
+    /// The world is then none that any seed leads to: its digest shows it. A gust and a turning
+    /// rate that lags end with the displacement; what the robot is stays.
     ///
     /// # Arguments
     ///
@@ -38,7 +38,7 @@ impl World {
 #[cfg(test)]
 mod tests {
     use crate::draw::Seed;
-    use crate::example::flockbot_conditions;
+    use rsrs_testing::conditions::flockbot_conditions;
 
     use super::*;
 

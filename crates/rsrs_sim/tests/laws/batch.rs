@@ -29,7 +29,7 @@ fn strays(conditions: &Conditions, seed: u64, n_steps: u64) -> Vec<(VectorUnit, 
         let mut batch = batch(unit);
         let n_replicates = batch.lanes() as u64 + 2;
         let digests =
-            batch.digests(conditions, (seed, 0..n_replicates), n_steps).expect("the robots fit");
+            batch.digests(conditions, seed, 0..n_replicates, n_steps).expect("the robots fit");
         for (replicate, digests) in (0..).zip(digests) {
             if digests != reference(conditions, Seed { seed, replicate }, n_steps) {
                 strays.push((unit, replicate));
@@ -72,7 +72,7 @@ fn the_comparison_finds_a_difference_of_one_bit() {
     other.robot.true_positive += 1.0 / 16_777_216.0;
 
     let digests = |conditions: &Conditions| {
-        batch(VectorUnit::Portable).digests(conditions, (1, 0..1), 1).expect("the robots fit")
+        batch(VectorUnit::Portable).digests(conditions, 1, 0..1, 1).expect("the robots fit")
     };
 
     assert_ne!(digests(&conditions), digests(&other));
@@ -124,8 +124,7 @@ fn the_judge_of_the_lanes_is_the_judge() {
         for imperfection in [&HARSHER, &PERFECT] {
             let conditions = flockbots(speed_m_s, turn_rate_rad_s, imperfection);
             for unit in VectorUnit::available() {
-                let judged =
-                    batch(unit).judge(&conditions, (5, 0..18), 150.0).expect("fit and long");
+                let judged = batch(unit).judge(&conditions, 5, 0..18, 150.0).expect("fit and long");
 
                 for (replicate, judged) in (0..).zip(&judged) {
                     let expected =
@@ -158,7 +157,7 @@ fn robots_are_looked_at_whenever_they_may_meet_or_part() {
         for unit in VectorUnit::available() {
             for replicate in 0..48 {
                 let runs = replicate..replicate + 1;
-                let judged = batch(unit).judge(conditions, (3, runs), 70.0).expect("fit and long");
+                let judged = batch(unit).judge(conditions, 3, runs, 70.0).expect("fit and long");
 
                 let expected = judged_by_reference(conditions, Seed { seed: 3, replicate }, 70.0);
                 assert_eq!(bits(&judged[0]), bits(&expected), "{unit:?} {replicate}");
@@ -258,7 +257,7 @@ proptest! {
         duration_s in 60.0..100.0,
     ) {
         for unit in VectorUnit::available() {
-            let judged = batch(unit).judge(&conditions, (seed, 0..3), duration_s).expect("fits");
+            let judged = batch(unit).judge(&conditions, seed, 0..3, duration_s).expect("fits");
 
             for (replicate, judged) in (0..).zip(&judged) {
                 let expected =

@@ -133,12 +133,12 @@ fn what_can_never_be_run_is_seen_before_anything_is() {
     let good = flockbots(0.15, 0.75, &HARSHER);
     let second = |changed: Conditions| check(&[good.clone(), changed], runs).unwrap_err();
 
-    let nobody = second(Conditions { robots: 0, ..good.clone() });
+    let no_robots = second(Conditions { robots: 0, ..good.clone() });
     let crowd = second(Conditions { robots: 500, ..good.clone() });
     let short = check(std::slice::from_ref(&good), Runs { duration_s: 30.0, ..runs }).unwrap_err();
 
     assert_eq!(check(std::slice::from_ref(&good), runs), Ok(()));
-    assert!(matches!(nobody, SweepError::Judge { cell: 1, .. }), "{nobody}");
+    assert!(matches!(no_robots, SweepError::Judge { cell: 1, .. }), "{no_robots}");
     assert!(matches!(crowd, SweepError::Placement { cell: 1, .. }), "{crowd}");
     assert!(matches!(short, SweepError::Judge { cell: 0, .. }), "{short}");
 }

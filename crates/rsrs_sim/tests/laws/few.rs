@@ -1,4 +1,4 @@
-//! Swarms of nobody, of one and of two.
+//! Swarms of no robot, of one and of two.
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::phase::{JudgeError, Phase};
@@ -15,8 +15,8 @@ fn nobody_has_states_but_no_verdict() {
     for unit in VectorUnit::available() {
         let mut batch = Batch::on(unit).expect("an available unit");
 
-        let digests = batch.digests(&swarm(0), (1, 0..3), 10).expect("nobody fits anywhere");
-        let error = batch.judge(&swarm(0), (1, 0..3), 60.0).unwrap_err();
+        let digests = batch.digests(&swarm(0), 1, 0..3, 10).expect("no robots fit anywhere");
+        let error = batch.judge(&swarm(0), 1, 0..3, 60.0).unwrap_err();
 
         assert_eq!(digests.len(), 3);
         assert_eq!(digests[0], digests[2]);
@@ -29,7 +29,7 @@ fn one_robot_is_lost_and_circles_alone() {
     for unit in VectorUnit::available() {
         let mut batch = Batch::on(unit).expect("an available unit");
 
-        let judged = batch.judge(&swarm(1), (1, 0..20), 120.0).expect("it fits and is long enough");
+        let judged = batch.judge(&swarm(1), 1, 0..20, 120.0).expect("it fits and is long enough");
 
         for judged in judged {
             let evidence = judged.evidence;
@@ -45,7 +45,7 @@ fn two_robots_end_in_some_phase_with_finite_order() {
     for unit in VectorUnit::available() {
         let mut batch = Batch::on(unit).expect("an available unit");
 
-        let judged = batch.judge(&swarm(2), (1, 0..20), 120.0).expect("they fit");
+        let judged = batch.judge(&swarm(2), 1, 0..20, 120.0).expect("they fit");
 
         for judged in judged {
             let evidence = judged.evidence;

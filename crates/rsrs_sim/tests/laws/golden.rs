@@ -1,7 +1,7 @@
 //! States that the world always had, feature by feature: every vector unit and the reference must
 //! pass through them on every machine.
 //!
-//! A digest here changes only when the world does, and then the changelog says so.
+//! A digest here changes only when the world does, and then the changelog lists it.
 
 use rsrs_core::conditions::{Conditions, GainDistribution, Placement, Region, Walls};
 use rsrs_core::digest::Digest;
@@ -128,7 +128,7 @@ fn everything(conditions: &mut Conditions) {
 /// The last of the digests of two replicates.
 fn on_unit(unit: VectorUnit, conditions: &Conditions) -> [u64; 2] {
     let mut batch = Batch::on(unit).expect("an available unit");
-    let digests = batch.digests(conditions, (SEED, 0..2), N_STEPS + 1).expect("the robots fit");
+    let digests = batch.digests(conditions, SEED, 0..2, N_STEPS + 1).expect("the robots fit");
     [0, 1].map(|replicate: usize| *digests[replicate].last().expect("some steps"))
 }
 
@@ -195,7 +195,7 @@ fn replicates_are_judged_as_they_always_were_on_every_unit() {
 
     for unit in VectorUnit::available() {
         let mut batch = Batch::on(unit).expect("an available unit");
-        let verdicts = batch.judge(&conditions, (SEED, 0..16), 150.0).expect("fit and long");
+        let verdicts = batch.judge(&conditions, SEED, 0..16, 150.0).expect("fit and long");
         let judged: Vec<Judged> = (0..)
             .zip(verdicts)
             .map(|(replicate, verdict)| {

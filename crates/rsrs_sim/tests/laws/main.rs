@@ -3,8 +3,6 @@
 mod acceptance;
 mod batch;
 mod blocks;
-#[path = "../../src/example.rs"]
-mod example;
 mod few;
 mod golden;
 mod support;

@@ -7,7 +7,7 @@ use rsrs_core::conditions::{Conditions, GainDistribution};
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_sim::sweep::{Runs, Swept, Watch, sweep};
 
-use crate::example::{GAIN, flockbot_conditions};
+use rsrs_testing::conditions::{GAIN, flockbot_conditions};
 
 /// A robot's imperfections: standard deviation of both gains, detection, false positives.
 pub struct Imperfection {
@@ -33,7 +33,7 @@ pub fn flockbots(speed_m_s: f64, turn_rate_rad_s: f64, imperfection: &Imperfecti
     conditions
 }
 
-/// Sweeps without anybody looking on.
+/// Sweeps without an observer.
 pub fn quietly(conditions: &[Conditions], runs: Runs) -> Swept {
     let watch = Watch { progress: &|_| {}, cancel: &AtomicBool::new(false) };
     sweep(conditions, runs, watch).expect("the robots fit and the runs are long enough")

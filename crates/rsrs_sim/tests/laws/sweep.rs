@@ -71,16 +71,17 @@ fn a_confirmation_runs_on_fresh_seeds() {
 
 #[test]
 fn progress_is_told_for_every_replicate() {
-    let told: Mutex<Vec<Progress>> = Mutex::default();
-    let progress = |progress| told.lock().expect("no panic").push(progress);
+    let reported: Mutex<Vec<Progress>> = Mutex::default();
+    let progress = |progress| reported.lock().expect("no panic").push(progress);
     let watch = Watch { progress: &progress, cancel: &AtomicBool::new(false) };
 
     sweep(&cells(), Runs { n_threads: 2, ..RUNS }, watch).expect("the robots fit");
 
-    let mut done: Vec<usize> = told.lock().expect("no panic").iter().map(|row| row.done).collect();
+    let mut done: Vec<usize> =
+        reported.lock().expect("no panic").iter().map(|row| row.done).collect();
     done.sort_unstable();
     assert_eq!(done, (1..=60).collect::<Vec<_>>());
-    assert!(told.lock().expect("no panic").iter().all(|row| row.total == 60));
+    assert!(reported.lock().expect("no panic").iter().all(|row| row.total == 60));
 }
 
 #[test]
@@ -109,11 +110,11 @@ fn a_cell_that_cannot_be_placed_is_named() {
 #[test]
 fn runs_too_short_to_judge_and_runs_of_nobody_are_refused() {
     let watch = Watch { progress: &|_| {}, cancel: &AtomicBool::new(false) };
-    let nobody = [Conditions { robots: 0, ..flockbots(0.15, 0.75, &HARSHER) }];
+    let no_robots = [Conditions { robots: 0, ..flockbots(0.15, 0.75, &HARSHER) }];
 
     let short = sweep(&cells(), Runs { duration_s: 30.0, ..RUNS }, watch).unwrap_err();
-    let nobody = sweep(&nobody, RUNS, watch).unwrap_err();
+    let error = sweep(&no_robots, RUNS, watch).unwrap_err();
 
     assert_eq!(short.to_string(), "cell number 0: 29.9 s recorded, expected at least 60 s");
-    assert_eq!(nobody.to_string(), "cell number 0: no robots, expected at least 1");
+    assert_eq!(error.to_string(), "cell number 0: no robots, expected at least 1");
 }

@@ -167,7 +167,7 @@ fn no_robots_are_a_world_too_and_two_meet() {
     let none = Conditions { robots: 0, ..flockbots(0.15, 0.75, &PERFECT) };
     let two = Conditions { robots: 2, ..flockbots(0.15, 0.75, &PERFECT) };
 
-    let empty = run_episode(&none, SEED, 60.0).expect("nobody fits anywhere");
+    let empty = run_episode(&none, SEED, 60.0).expect("no robots fit anywhere");
     let detections = run(&mut world(&two), &two, 2000);
 
     assert_eq!((empty.n_samples(), empty.poses.len()), (0, 0));

@@ -7,8 +7,6 @@
     reason = "counts of robots, steps and runs stand in the tables as numbers"
 )]
 
-#[path = "../../src/example.rs"]
-mod example;
 mod measured;
 mod mills;
 mod neutral;
@@ -17,5 +15,3 @@ mod support;
 mod swarms;
 mod swarmsim;
 mod tables;
-#[path = "../../../../msgs/tests/venv/mod.rs"]
-mod venv;

@@ -66,7 +66,7 @@ fn fourteen_robots_mill_on_the_ring_of_geometry_and_fifteen_at_the_end_of_their_
         let angle_rad = std::f64::consts::PI / cell.robots as f64;
         assert_eq!(ring.exists(), cell.robots <= 14);
 
-        let judged = Batch::new().judge(cell, (1, 0..REPLICATES), 3000.0).expect("fit and long");
+        let judged = Batch::new().judge(cell, 1, 0..REPLICATES, 3000.0).expect("fit and long");
 
         let is_mill = |judged: &&Verdict| judged.phase == Phase::StableMilling;
         let mills: Vec<&Verdict> = judged.iter().filter(is_mill).collect();

@@ -10,8 +10,8 @@ use rsrs_core::judge::phase::Phase;
 use rsrs_sim::sweep::{Runs, Watch, sweep};
 use serde_json::{Map, Value, json};
 
-use crate::example::flockbot_conditions;
-use crate::venv;
+use rsrs_testing::conditions::flockbot_conditions;
+use rsrs_testing::python;
 
 /// Speed in m/s and turning rate in rad/s: mills, borders of mills, and what is none.
 const CELLS: [(f64, f64); 6] =
@@ -60,8 +60,8 @@ fn another_world_and_another_judge_find_the_same_phases() {
     std::fs::write(&file, text).expect("the target directory can be written");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/physics/neutral.py");
 
-    let python = venv::python_with("scipy", &["scipy==1.17.*", "statsmodels==0.14.*"], &[]);
-    let printed = venv::must_run(Command::new(python).arg(script).arg(&file));
+    let python = python::python_with("scipy", &["scipy==1.17.*", "statsmodels==0.14.*"], &[]);
+    let printed = python::must_run(Command::new(python).arg(script).arg(&file));
 
     assert_eq!(printed.trim(), "60 shares agree");
 }

@@ -7,9 +7,9 @@ use rsrs_core::conditions::{Conditions, GainDistribution};
 use rsrs_core::judge::phase::{Phase, Verdict};
 use rsrs_sim::batch::Batch;
 
-use crate::example::flockbot_conditions;
+use rsrs_testing::conditions::flockbot_conditions;
 
-/// Robots without noise, each delivering exactly what it is told.
+/// Robots without noise, each executing its commands exactly.
 pub fn perfect_flockbots() -> Conditions {
     let mut conditions = flockbot_conditions();
     let gain = GainDistribution { mean: 1.0, robot_sd: 0.0, step_sd: 0.0 };
@@ -20,13 +20,14 @@ pub fn perfect_flockbots() -> Conditions {
 
 /// How many replicates of each cell end in stable milling; two cells at a time.
 pub fn n_milling(cells: &[Conditions], replicates: u64, duration_s: f64) -> Vec<u64> {
-    count(cells, (replicates, duration_s), |judged| judged.phase == Phase::StableMilling)
+    count(cells, replicates, duration_s, |judged| judged.phase == Phase::StableMilling)
 }
 
 /// How many replicates of each cell are such as is asked for; two cells at a time.
 pub fn count(
     cells: &[Conditions],
-    (replicates, duration_s): (u64, f64),
+    replicates: u64,
+    duration_s: f64,
     is_such: impl Fn(&Verdict) -> bool + Sync,
 ) -> Vec<u64> {
     let next = AtomicUsize::new(0);
@@ -38,7 +39,7 @@ pub fn count(
             let Some(cell) = cells.get(index) else {
                 return;
             };
-            let judged = batch.judge(cell, (1, 0..replicates), duration_s).expect("fit and long");
+            let judged = batch.judge(cell, 1, 0..replicates, duration_s).expect("fit and long");
             let n_such = judged.iter().filter(|judged| is_such(judged)).count();
             counts[index].store(n_such as u64, Ordering::Relaxed);
         }

@@ -16,7 +16,7 @@ const DURATION_S: f64 = 81.0;
 /// The window of the judge, and a little more, is left.
 const SKIPPED_S: f64 = 20.0;
 
-/// What a behaviour is, as those who have named it say.
+/// What a behaviour is, by those who have named it.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Ring {
     /// A ring that rotates.
@@ -31,7 +31,7 @@ enum Ring {
 #[derive(Clone, Copy)]
 struct Swarm {
     behaviour: &'static str,
-    /// Half of the angle in which a robot sees; the sensor's usual one if it is not said.
+    /// Half of the angle in which a robot sees; the sensor's usual one by default.
     half_angle_rad: Option<f64>,
     period_s: f64,
     ring: Ring,

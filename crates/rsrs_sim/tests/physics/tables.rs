@@ -12,8 +12,8 @@ use rsrs_core::judge::phase::{Phase, Thresholds};
 use rsrs_core::robot::profile::Sees;
 use rsrs_core::statistics::interval::Interval;
 
-use crate::example::flockbot_conditions;
 use crate::support::count;
+use rsrs_testing::conditions::flockbot_conditions;
 
 const REPLICATES: u64 = 1000;
 const THEIR_RUNS: u64 = 200;
@@ -43,7 +43,7 @@ fn rows<const N: usize>(
 /// The rows of which the intervals do not overlap.
 fn disagreements(rows: &[Row], duration_s: f64) -> Vec<String> {
     let cells: Vec<Conditions> = rows.iter().map(|row| row.conditions.clone()).collect();
-    let ours = count(&cells, (REPLICATES, duration_s), |judged| {
+    let ours = count(&cells, REPLICATES, duration_s, |judged| {
         let whole = Thresholds::default().phase(&judged.evidence);
         whole == Phase::StableMilling
     });

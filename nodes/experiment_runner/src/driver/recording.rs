@@ -12,7 +12,8 @@ impl Run<'_> {
     pub(super) fn record(&mut self, sample: &Sample) -> Option<Event> {
         let recorder = self.recorder.as_mut()?;
         let taken = recorder.take(
-            (sample.topic_index, &self.recorded_topics[sample.topic_index]),
+            sample.topic_index,
+            &self.recorded_topics[sample.topic_index],
             &sample.received,
         );
         taken.err().map(|error| Event::RecorderFailed { reason: error.in_full() })
@@ -23,7 +24,7 @@ impl Run<'_> {
         let opened = Recorder::open(&self.plan.bag, self.plan, &self.recorded_topics, to_written);
         let begun = opened.and_then(|mut recorder| {
             for Sample { topic_index, received, .. } in self.early.drain(..) {
-                recorder.take((topic_index, &self.recorded_topics[topic_index]), &received)?;
+                recorder.take(topic_index, &self.recorded_topics[topic_index], &received)?;
             }
             Ok(recorder)
         });

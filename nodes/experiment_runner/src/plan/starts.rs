@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::bail;
 use rsrs_core::conditions::start_file::{StartPlacement, read_starts};
+use rsrs_core::help::Helpful;
 use rsrs_fleet::fleet_file::FleetRobot;
 
 use super::read as read_file;
@@ -29,7 +30,7 @@ pub struct StartTable {
 pub fn read(placement: &mut StartPlacement, beside: &Path) -> anyhow::Result<Option<StartTable>> {
     let StartPlacement::File { path, headings } = placement else { return Ok(None) };
     let (name, text) = read_file(&beside.join(path))?;
-    let starts = read_starts(&name, &text, *headings)?;
+    let starts = read_starts(&name, &text, *headings).map_err(Helpful::from)?;
     *placement = StartPlacement::Given { starts: starts.starts };
     Ok(Some(StartTable { name, text, robots: starts.robots }))
 }

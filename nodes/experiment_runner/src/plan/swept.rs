@@ -9,6 +9,7 @@ use rsrs_core::diagram::choice::Choice;
 use rsrs_core::diagram::sweep_file::{OtherSweep, SweepFile};
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_core::document;
+use rsrs_core::help::{Help, Helpful};
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
 use serde::Deserialize;
@@ -46,17 +47,16 @@ pub enum SweptCellError {
     },
 }
 
-impl SweptCellError {
-    /// What to do next.
-    pub fn help(&self) -> String {
-        match self {
+impl Help for SweptCellError {
+    fn help(&self) -> Option<String> {
+        Some(match self {
             Self::Capability { .. } => "`simulator: {profile: harsher}` in the experiment file \
                  simulates the robots of the cell; for real robots, sweep what can be set on them"
                 .to_owned(),
             Self::OtherSweep { path, folder, .. } => {
                 format!("choose again: `rsrs choose {} -o {}`", folder.display(), path.display())
             }
-        }
+        })
     }
 }
 
@@ -114,7 +114,7 @@ impl SweptCell {
         };
         let asked = match asked {
             Some(cell) => cell.clone(),
-            None => chosen(folder, (&sweep, &profile))?,
+            None => chosen(folder, &sweep, &profile)?,
         };
         let index = diagram.locate(&asked).with_context(|| folder.display().to_string())?;
         let (swept, conditions) = &cells[index];
@@ -153,7 +153,7 @@ impl SweptCell {
     }
 }
 
-fn chosen(folder: &Path, (sweep, profile): (&SweepFile, &RobotProfile)) -> anyhow::Result<Cell> {
+fn chosen(folder: &Path, sweep: &SweepFile, profile: &RobotProfile) -> anyhow::Result<Cell> {
     let path = folder.join("choice.json");
     if !path.exists() {
         let folder = folder.display();
@@ -166,7 +166,8 @@ fn chosen(folder: &Path, (sweep, profile): (&SweepFile, &RobotProfile)) -> anyho
     let choice: Choice =
         serde_json::from_str(&text).with_context(|| format!("{name} is not a choice"))?;
     sweep.check_choice(profile, choice.sweep_digest.as_deref()).map_err(|source| {
-        SweptCellError::OtherSweep { path: path.clone(), folder: folder.to_owned(), source }
+        let (path, folder) = (path.clone(), folder.to_owned());
+        Helpful::from(SweptCellError::OtherSweep { path, folder, source })
     })?;
     Ok(choice.cell)
 }

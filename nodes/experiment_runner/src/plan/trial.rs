@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow, bail};
 use rsrs_core::conditions::{Conditions, Placement, Settings, Walls};
 use rsrs_core::diagram::axis::Axis;
+use rsrs_core::help::Helpful;
 use rsrs_core::robot::controller::{ControllerParameters, Reaction};
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::trials::trial::Neighbour;
@@ -12,7 +13,9 @@ use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::fleet_file::{CmdVel, FleetFile, FleetRobot};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 
-use super::{PROGRAM, PlaceCheck, Plan, Poses, Recording, common_profile, new_run_id, read};
+use super::{
+    COMMIT, PlaceCheck, Plan, Poses, Recording, VERSION, common_profile, new_run_id, read,
+};
 
 /// What a person asks for.
 #[derive(Clone, Debug)]
@@ -110,10 +113,10 @@ impl Plan {
     /// is none, or the bag exists already.
     pub fn of_trial(request: &TrialRequest) -> anyhow::Result<Self> {
         let (name, text) = read(&request.fleet)?;
-        let fleet = FleetFile::parse(&name, &text)?;
-        let mut robots = vec![robot(&fleet, (&name, &request.robot))?.clone()];
+        let fleet = FleetFile::parse(&name, &text).map_err(Helpful::from)?;
+        let mut robots = vec![robot(&fleet, &name, &request.robot)?.clone()];
         if request.backend == Backend::Simulator && request.trial.neighbour().is_some() {
-            robots.push(beside(&fleet, (&name, &robots[0]))?.clone());
+            robots.push(beside(&fleet, &name, &robots[0])?.clone());
         }
         let stand_in = unmeasured(request, &robots[0]).with_context(|| name.clone())?;
         let is_measured = stand_in.is_none();
@@ -122,12 +125,12 @@ impl Plan {
             None => common_profile(&robots, &request.fleet)?,
         };
         let time = time(request.backend, &robots)?;
-        let conditions = conditions(request, (&measured, robots.len()))?;
+        let conditions = conditions(request, &measured, robots.len())?;
         let duration_s = request.trial.duration_s(conditions.period_s);
         let run_id = new_run_id(Path::new(&format!("trial_{}", request.robot)))?;
         let record = ExperimentRecord {
             robots: robots.iter().map(|robot| robot.name.clone()).collect(),
-            provenance: Provenance::new(PROGRAM, &measured.digest(), &conditions),
+            provenance: Provenance::new(VERSION, COMMIT, &measured.digest(), &conditions),
             conditions,
             duration_s,
             seed: request.seed,
@@ -191,7 +194,7 @@ fn unmeasured(
 /// Control periods of the shortest trial: less does not determine a gain.
 const LEAST_STEPS: u64 = 20;
 
-fn robot<'a>(fleet: &'a FleetFile, (file, name): (&str, &str)) -> anyhow::Result<&'a FleetRobot> {
+fn robot<'a>(fleet: &'a FleetFile, file: &str, name: &str) -> anyhow::Result<&'a FleetRobot> {
     let found = fleet.robots.iter().find(|robot| robot.name == name).with_context(|| {
         let names: Vec<&str> = fleet.robots.iter().map(|robot| robot.name.as_str()).collect();
         format!("{file} has no robot `{name}`, expected one of: {}", names.join(", "))
@@ -205,7 +208,8 @@ fn robot<'a>(fleet: &'a FleetFile, (file, name): (&str, &str)) -> anyhow::Result
 /// The first other robot of the same kind.
 fn beside<'a>(
     fleet: &'a FleetFile,
-    (file, robot): (&str, &FleetRobot),
+    file: &str,
+    robot: &FleetRobot,
 ) -> anyhow::Result<&'a FleetRobot> {
     let is_other = |other: &&FleetRobot| {
         other.enabled && other.name != robot.name && other.profile == robot.profile
@@ -230,7 +234,8 @@ fn time(backend: Backend, robots: &[FleetRobot]) -> anyhow::Result<Time> {
 /// The world of a trial: a robot with all the floor for itself, or held beside another.
 fn conditions(
     request: &TrialRequest,
-    (measured, n_robots): (&RobotProfile, usize),
+    measured: &RobotProfile,
+    n_robots: usize,
 ) -> anyhow::Result<Conditions> {
     let command = request.trial.command();
     let values = vec![

@@ -1,9 +1,5 @@
 //! The recorder over real DDS, in a network of its own.
 
-#[expect(dead_code, reason = "others use all of it")]
-#[path = "../../../../crates/rsrs_ros/tests/support/mod.rs"]
-mod support;
-
 use std::time::Duration;
 
 use rsrs_bags::{Bag, BagSummary};
@@ -12,7 +8,7 @@ use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
-use support::{PATIENCE, in_own_network, session};
+use rsrs_testing::network::{PATIENCE, in_own_network, session};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use tokio::time::MissedTickBehavior;
 
@@ -85,7 +81,7 @@ fn samples_that_never_came_are_counted_by_topic_and_told_in_the_bag() {
         let writer = [writer; 16];
         let (source_time_ns, received_time_ns) = (None, 0);
         let received = ReceivedRaw { message, source_time_ns, received_time_ns, sequence, writer };
-        recorder.take((index, &recorded_topics[index]), &received).unwrap();
+        recorder.take(index, &recorded_topics[index], &received).unwrap();
     }
     assert_eq!(recorder.n_lost(), 2);
     recorder.close(&Ending::completed());
@@ -125,7 +121,7 @@ fn a_disk_that_is_slow_to_write_or_to_synchronise_holds_up_nobody_and_loses_noth
 
         let start = std::time::Instant::now();
         for sequence in 1..=500 {
-            recorder.take((0, &recorded_topics[0]), &sample(sequence)).unwrap();
+            recorder.take(0, &recorded_topics[0], &sample(sequence)).unwrap();
         }
         recorder.close(&Ending::completed());
         let took = start.elapsed();
@@ -151,9 +147,8 @@ fn a_full_queue_is_reported_once_and_what_it_drops_is_counted_in_the_bag() {
     let room = Room { messages: 10, bytes: 1 << 20 };
     let (mut recorder, mut written) = recorder_before(&path, &recorded_topics, stuck, room);
 
-    let taken: Vec<_> = (1..=15)
-        .map(|sequence| recorder.take((0, &recorded_topics[0]), &sample(sequence)))
-        .collect();
+    let taken: Vec<_> =
+        (1..=15).map(|sequence| recorder.take(0, &recorded_topics[0], &sample(sequence))).collect();
     go.send(()).unwrap();
     recorder.close(&Ending::completed());
     let summary = summary(&mut written);
@@ -180,7 +175,7 @@ fn a_run_that_breaks_off_leaves_what_was_in_the_queue() {
         recorder_before(&path, &recorded_topics, slow_disk(is_first), ROOM);
 
     for sequence in 1..=20 {
-        recorder.take((0, &recorded_topics[0]), &sample(sequence)).unwrap();
+        recorder.take(0, &recorded_topics[0], &sample(sequence)).unwrap();
     }
     drop(recorder);
 
@@ -239,8 +234,8 @@ fn a_hundred_robots_with_three_topics_at_20_hz_are_recorded_without_loss() {
             for n_recorded in 0..recorded_topics.len() * N_STEPS {
                 let sample = tokio::time::timeout(PATIENCE, samples.recv()).await;
                 let Ok(Some(sample)) = sample else { panic!("only {n_recorded} samples came") };
-                let received = (sample.topic_index, &recorded_topics[sample.topic_index]);
-                recorder.take(received, &sample.received).unwrap();
+                let index = sample.topic_index;
+                recorder.take(index, &recorded_topics[index], &sample.received).unwrap();
             }
         };
         futures::join!(publish, record);

@@ -68,13 +68,14 @@ impl Base {
         let node = session.node("/", "base")?;
         let witness = Shared::default();
         let subscriptions = [
-            receive::<Bool>(session, &node, (topics::DETECTION, &witness), |witness, sample| {
+            receive::<Bool>(session, &node, topics::DETECTION, &witness, |witness, sample| {
                 witness.detections.push(received(sample, |message| message.data));
             })?,
             receive::<TwistStamped>(
                 session,
                 &node,
-                (topics::CMD_VEL, &witness),
+                topics::CMD_VEL,
+                &witness,
                 |witness, sample| {
                     witness
                         .commands
@@ -84,23 +85,20 @@ impl Base {
             receive::<Twist>(
                 session,
                 &node,
-                (topics::HARDWARE_CMD_VEL_UNSTAMPED, &witness),
+                topics::HARDWARE_CMD_VEL_UNSTAMPED,
+                &witness,
                 |witness, sample| {
                     witness.wheels.push(received(sample, |message| message.angular.z > 0.0));
                 },
             )?,
+            receive::<RobotStatus>(session, &node, topics::STATUS, &witness, |witness, sample| {
+                witness.status.clone_from(&sample.message);
+            })?,
             receive::<RobotStatus>(
                 session,
                 &node,
-                (topics::STATUS, &witness),
-                |witness, sample| {
-                    witness.status.clone_from(&sample.message);
-                },
-            )?,
-            receive::<RobotStatus>(
-                session,
-                &node,
-                (topics::CONTROLLER_STATUS, &witness),
+                topics::CONTROLLER_STATUS,
+                &witness,
                 |witness, sample| witness.controller_digest = sample.message.parameter_digest,
             )?,
         ];
@@ -218,7 +216,8 @@ fn received<M>(sample: &Received<M>, left: impl Fn(&M) -> bool) -> LastCommand {
 fn receive<M: RosMessage>(
     session: &Session,
     node: &NodeHandle,
-    (topic, witness): (Topic, &Shared),
+    topic: Topic,
+    witness: &Shared,
     put: impl Fn(&mut Witness, &Received<M>) + Send + 'static,
 ) -> anyhow::Result<Subscription> {
     let witness = Arc::clone(witness);

@@ -56,10 +56,10 @@ impl Driver for RosDriver {
         };
         let sensor_type = "Type of the sensor's messages.";
         vec![
-            choice(SENSOR_TYPE, sensor_type, ("range or laser_scan", "range")),
+            choice(SENSOR_TYPE, sensor_type, "range or laser_scan", "range"),
             (sensor_topic, ParameterValue::String(String::new())),
             (sector, ParameterValue::Double(0.2)),
-            choice(CMD_VEL_TYPE, "Type of hardware/cmd_vel.", ("twist or twist_stamped", "twist")),
+            choice(CMD_VEL_TYPE, "Type of hardware/cmd_vel.", "twist or twist_stamped", "twist"),
         ]
     }
 

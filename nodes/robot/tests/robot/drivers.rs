@@ -13,7 +13,7 @@ use rsrs_ros::session::{NodeHandle, Session, Subscription};
 use tokio::task::JoinHandle;
 
 use super::floor::{DIGEST, Node, ROBOT, Runner};
-use super::support::{eventually, in_own_network, session};
+use rsrs_testing::network::{eventually, in_own_network, session};
 
 /// The last message of a topic.
 struct Last<M> {

@@ -13,7 +13,7 @@ use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use tokio::task::JoinHandle;
 
-use super::support::PATIENCE;
+use rsrs_testing::network::PATIENCE;
 
 /// The robot of all tests.
 pub const ROBOT: &str = "robot_1";

@@ -8,5 +8,3 @@ mod micro;
 mod parameters;
 mod safety;
 mod serial;
-#[path = "../../../../crates/rsrs_ros/tests/support/mod.rs"]
-mod support;

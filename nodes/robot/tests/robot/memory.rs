@@ -6,7 +6,7 @@ use std::io::Write;
 use std::time::Duration;
 
 use super::safety::Scene;
-use super::support::in_own_network;
+use rsrs_testing::network::in_own_network;
 
 /// The most that a robot's computer has to spare, in KiB.
 const MOST_KIB: u64 = 25 * 1024;

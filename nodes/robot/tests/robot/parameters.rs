@@ -8,7 +8,7 @@ use tokio::sync::mpsc::unbounded_channel;
 
 use super::floor::{DIGEST, Node, Runner};
 use super::micro::{Micro, Socket};
-use super::support::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
 
 const NODE: &str = "/robot_1/robot";
 

@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use super::floor::{DIGEST, Node, Runner};
 use super::micro::{self, Micro, Socket};
-use super::support::{eventually, in_own_network, session};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_ros::session::{NodeHandle, Session};
+use rsrs_testing::network::{eventually, in_own_network, session};
 
 /// What a busy machine adds to a bound of the protocol.
 const SLACK: Duration = Duration::from_millis(250);

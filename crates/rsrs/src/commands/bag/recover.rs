@@ -3,12 +3,12 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use rsrs_bags::{BagError, Loss, LossKind, Recovered, recover, recover_into};
+use rsrs_bags::{Loss, LossKind, Recovered, recover, recover_into};
 use serde::Serialize;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use rsrs_pipeline::error::explained;
+use rsrs_pipeline::error::helped;
 use rsrs_pipeline::label::human_labels;
 use rsrs_pipeline::wording::{count, counted, moment, size};
 
@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         None => recover(&arguments.bag),
         Some(folder) => recover_into(&arguments.bag, folder),
     };
-    let recovered = recovered.map_err(explain)?;
+    let recovered = recovered.map_err(helped)?;
     let n_labels = human_labels::carry(&arguments.bag, &recovered.folder)?;
     let result = Report {
         is_complete: recovered.is_complete(),
@@ -70,11 +70,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     };
     report(arguments.format, &result, &text(&recovered, n_labels))?;
     Ok(if recovered.is_complete() { Outcome::Done } else { Outcome::NegativeAnswer })
-}
-
-fn explain(error: BagError) -> anyhow::Error {
-    let (message, help) = (error.to_string(), error.help());
-    explained(error, message, help)
 }
 
 fn text(recovered: &Recovered, n_labels: usize) -> String {

@@ -9,7 +9,9 @@ use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::trials::trial::Neighbour;
 use rsrs_experiment_runner::plan::Trial;
 use rsrs_fleet::record;
-use rsrs_pipeline::measure::drive::{DriveOptions, RunTarget, drive, fill_plan, fill_table};
+use rsrs_pipeline::measure::drive::{
+    DriveOptions, RunTarget, SingleTrial, drive, fill_plan, fill_table,
+};
 use rsrs_pipeline::run::own_network::OwnNetwork;
 use rsrs_ros::logging::{self, Level};
 
@@ -164,8 +166,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let enter = || enter(arguments.backend, arguments.interface.as_deref());
     let placing = Placing::new(arguments)?;
     if let Some(filled) = match (&arguments.plan, &arguments.template) {
-        (Some(folder), _) => Some(fill_plan(&options, folder, (enter, &placing))?),
-        (None, Some(table)) => Some(fill_table(&options, table, (enter, &placing))?),
+        (Some(folder), _) => Some(fill_plan(&options, folder, enter, &placing)?),
+        (None, Some(table)) => Some(fill_table(&options, table, enter, &placing)?),
         (None, None) => None,
     } {
         report(arguments.format, &filled, &filled.to_string())?;
@@ -175,8 +177,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let robot = arguments.robot.as_deref().unwrap_or_default();
     // Who drives one robot by hand stands beside it.
     let asks = !matches!((&placing, trial), (Placing::Person { .. }, Trial::Drive { .. }));
-    let table = arguments.table.as_deref();
-    let made = drive(&options, (robot, trial), table, enter, (&placing, asks))?;
+    let single = SingleTrial { robot, trial, table: arguments.table.as_deref(), asks };
+    let made = drive(&options, single, enter, &placing)?;
     let Some((found, summary)) = made else {
         return Ok(Outcome::Done);
     };

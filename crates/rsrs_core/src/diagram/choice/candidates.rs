@@ -31,7 +31,7 @@ impl Worlds<'_> {
     }
 
     /// Whether what was counted leaves it open that the share is so much in both worlds.
-    fn may_be(self, index: usize, (viable, kind): (f64, IntervalKind)) -> bool {
+    fn may_be(self, index: usize, viable: f64, kind: IntervalKind) -> bool {
         self.shares(index).all(|share| kind.interval(share.hits, share.n).high >= viable)
     }
 }
@@ -44,7 +44,7 @@ pub struct Candidate {
     /// The cell.
     pub cell: Cell,
     /// Milling replicates of the sweep, in the world of robots made worse. They chose the cell, so
-    /// they flatter it; only a confirmation says how good it is.
+    /// they flatter it; only a confirmation estimates its share without bias.
     pub swept: Share,
     /// Mean over the cell and its neighbours of the share of mills in the world in which they are
     /// rarer.
@@ -91,7 +91,7 @@ pub fn rank(worlds: Worlds<'_>, kind: IntervalKind, viable: f64) -> Vec<Candidat
     }
     let grid = Grid::of(worlds, viable);
     let centroid = grid.centroid();
-    let may_be = |index: &usize| worlds.may_be(*index, (viable, kind));
+    let may_be = |index: &usize| worlds.may_be(*index, viable, kind);
     let mut ranked: Vec<(f64, Candidate)> = (0..diagram.cells.len())
         .filter(may_be)
         .map(|index| {
@@ -192,17 +192,12 @@ impl Grid {
             return 1.0;
         };
         let mut least_squared = bound * bound;
-        self.search(&swept, (&mut point.clone(), 0), &mut least_squared);
+        self.search(&swept, &mut point.clone(), 0, &mut least_squared);
         (least_squared as f64).sqrt()
     }
 
     /// Looks for a point outside that is nearer than what was found, one axis after the other.
-    fn search(
-        &self,
-        axes: &[usize],
-        (moved, squared): (&mut Point, usize),
-        least_squared: &mut usize,
-    ) {
+    fn search(&self, axes: &[usize], moved: &mut Point, squared: usize, least_squared: &mut usize) {
         if squared >= *least_squared {
             return;
         }
@@ -217,7 +212,7 @@ impl Grid {
         for position in here.saturating_sub(most)..=here + most {
             let step = position.abs_diff(here);
             moved[*axis] = position;
-            self.search(others, (moved, squared + step * step), least_squared);
+            self.search(others, moved, squared + step * step, least_squared);
         }
         moved[*axis] = here;
     }

@@ -1,4 +1,4 @@
-//! Whether a sweep file makes a sweep: all that can be told without the profile.
+//! Whether a sweep file makes a sweep: all that can be checked without the profile.
 
 use super::{MOST_CELLS, MOST_REPLICATES, SEED_LIMIT, SweepFile, SweepFileError};
 use crate::conditions::start_file::StartPlacement;

@@ -63,7 +63,7 @@ impl Samples for Trajectory {
     }
     fn commanded(&self, window: Range<usize>) -> Commanded {
         let command = |sample, robot| self.commands_at(sample)[robot];
-        Commanded::of(command, self.period_s, (window, self.n_robots))
+        Commanded::of(command, self.period_s, window, self.n_robots)
     }
     fn speeds_m_s(&self, samples: Range<usize>, robot: usize) -> f64 {
         samples.map(|sample| self.commands_at(sample)[robot].speed_m_s).sum()
@@ -93,7 +93,8 @@ impl Commanded {
     pub fn of(
         command: impl Fn(usize, usize) -> Command,
         period_s: f64,
-        (window, n_robots): (Range<usize>, usize),
+        window: Range<usize>,
+        n_robots: usize,
     ) -> Self {
         let mut ways_m = vec![0.0; n_robots];
         let mut turn_rates_rad_s = 0.0;
@@ -105,10 +106,9 @@ impl Commanded {
                 *way_m += if sample + 1 < window.end { speed_m_s * period_s } else { 0.0 };
             }
         }
-        let n_poses = (window.len() * n_robots) as f64;
         Self {
             way_m: ways_m.iter().map(|way_m: &f64| way_m.abs()).sum(),
-            mean_turn_rad: turn_rates_rad_s * period_s / n_poses,
+            mean_turn_rad: turn_rates_rad_s * period_s / (window.len() * n_robots) as f64,
         }
     }
 }
@@ -132,7 +132,7 @@ pub struct Sums<N> {
 /// Sums of one robot.
 #[derive(Clone, Copy)]
 struct RobotSums<N> {
-    /// Samples in which nobody was within reach.
+    /// Samples in which no other robot was within reach.
     alone: N,
     /// Looks at which it was blocked.
     blocked: N,
@@ -188,7 +188,7 @@ impl<N: Number<Scalar = f64>> Sums<N> {
         let orbited_m = self.orbited_m.lane(lane);
         let fatness = self.fatness.lane(lane) / n_samples;
         let tangentness = rounded(self.tangentness.lane(lane) / n_poses);
-        // Whoever is alone has lost everybody, at any reach.
+        // A single robot has lost all others, at any reach.
         let is_decided = bodies.reach_m.is_some() || self.robots.len() == 1;
         let robot_seconds = n_samples * period_s * n_robots;
         Evidence {
@@ -336,7 +336,7 @@ impl<'a, S: Samples> Walk<'a, S> {
         }
     }
 
-    /// Finds out how everybody moves, and the least and the greatest squared distance from the
+    /// Finds out how every robot moves, and the least and the greatest squared distance from the
     /// centroid, in square metres.
     #[inline(always)]
     fn find_motion(&mut self, sample: usize) -> (S::Number, S::Number) {

@@ -1,7 +1,7 @@
 //! Capabilities of which a factor has left next to nothing.
 //!
-//! A simulated robot that sees nothing is nowhere better than the measured one, and says nothing of
-//! it either.
+//! A simulated robot that sees nothing is nowhere better than the measured one, and is no evidence
+//! about it either.
 
 use serde::Serialize;
 
@@ -21,7 +21,7 @@ pub struct LostCapability {
     pub measured: f64,
     /// The simulated robot's; dimensionless.
     pub simulated: f64,
-    /// What the number says.
+    /// What the number means.
     pub meaning: &'static str,
     /// The factor that took it away.
     pub key: &'static str,
@@ -66,11 +66,10 @@ pub fn lost_capabilities(measured: &RobotProfile, simulated: &RobotProfile) -> V
     let sds =
         |robot: &RobotProfile| [robot.actuation.speed.robot_sd, robot.actuation.turn.robot_sd];
     let motion = [
-        ("least speed gain", least(&mut { speeds }), sds(measured)[0], sds(simulated)[0]),
-        ("least turning gain", least(&mut { turns }), sds(measured)[1], sds(simulated)[1]),
+        gain("least speed gain", least(&mut { speeds }), sds(measured)[0], sds(simulated)[0]),
+        gain("least turning gain", least(&mut { turns }), sds(measured)[1], sds(simulated)[1]),
     ];
-    let motion = motion.into_iter().filter_map(gain);
-    sensor(measured, simulated).into_iter().chain(motion).collect()
+    sensor(measured, simulated).into_iter().chain(motion.into_iter().flatten()).collect()
 }
 
 fn sensor(measured: &RobotProfile, simulated: &RobotProfile) -> Option<LostCapability> {
@@ -93,7 +92,10 @@ fn sensor(measured: &RobotProfile, simulated: &RobotProfile) -> Option<LostCapab
 
 /// A gain whose spread reaches down to a robot that does not move.
 fn gain(
-    (capability, mean, measured_sd, simulated_sd): (&'static str, f64, f64, f64),
+    capability: &'static str,
+    mean: f64,
+    measured_sd: f64,
+    simulated_sd: f64,
 ) -> Option<LostCapability> {
     let least = |sd: f64| (mean - TRUNCATED_SD * sd).max(0.0);
     if least(simulated_sd) > BLIND * mean || least(measured_sd) <= BLIND * mean {

@@ -2,6 +2,7 @@
 
 use super::RobotProfile;
 use crate::diagram::axis::Axis;
+use crate::help::Help;
 use crate::robot::controller::ControllerParameters;
 
 /// A command beyond what a robot may be given.
@@ -21,17 +22,16 @@ pub struct BeyondLimits {
     pub most: f64,
 }
 
-impl BeyondLimits {
-    /// What to do next.
-    pub fn help(&self) -> String {
+impl Help for BeyondLimits {
+    fn help(&self) -> Option<String> {
         let key = match self.axis {
             Axis::Speed => "actuation.speed.limits_m_s",
             _ => "actuation.turn.limits_rad_s",
         };
-        format!(
+        Some(format!(
             "stay within the limits; if the robots were found to be safe beyond them, change `{key}` \
              in their profile"
-        )
+        ))
     }
 }
 

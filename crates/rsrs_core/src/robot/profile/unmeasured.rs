@@ -9,8 +9,8 @@ use super::{
 const LEAST_LIMIT: f64 = 1e-3;
 
 impl RobotProfile {
-    /// A robot of which nothing is known but how fast it may be told to move, and how often it senses:
-    /// it does what it is told, is a point, and detects nothing.
+    /// A robot of which nothing is known but how fast it may be commanded, and how often it senses:
+    /// it executes commands exactly, is a point, and detects nothing.
     ///
     /// # Arguments
     ///

@@ -9,7 +9,7 @@ use super::{Details, Tables};
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, thiserror::Error)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Caution {
-    /// One robot says nothing of the next.
+    /// One robot gives no spread between robots.
     #[error("{file}: one robot only, so nothing is known of how robots differ")]
     OneRobot {
         /// The table.
@@ -92,7 +92,8 @@ struct Kind<'a> {
 pub(super) fn cautions(
     tables: Tables,
     details: &Details,
-    (speed, turn): (&[RobotGain], &[RobotGain]),
+    speed: &[RobotGain],
+    turn: &[RobotGain],
 ) -> Vec<Caution> {
     let mut cautions = Kind {
         file: &tables.speed.file,

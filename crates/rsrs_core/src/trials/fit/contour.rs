@@ -55,9 +55,9 @@ struct Reach {
 
 /// Draws the contour.
 ///
-/// Between neighbouring places on a ray, and between rays, the edge is where [`crossing`] says. Nothing is claimed beyond the places that were tried, with one exception: where the
-/// nearest of them is at contact, the contour goes on to the robot's centre, because no neighbour
-/// can stand there.
+/// Between neighbouring places on a ray, and between rays, the edge is at [`crossing`]. Nothing is
+/// claimed beyond the places that were tried, with one exception: where the nearest of them is at
+/// contact, the contour goes on to the robot's centre, because no neighbour can stand there.
 ///
 /// # Arguments
 ///
@@ -89,14 +89,14 @@ pub fn contour(nodes: &[SensorNode], contact_m: f64) -> Option<Contour> {
     let mut corners_m: Vec<[f64; 2]> =
         inside.iter().map(|(ray, reach)| place_m(reach.far_m, ray.bearing_rad)).collect();
     if !is_all_around(&rays, block.len()) {
-        let (right, left) = (inside[0], inside[inside.len() - 1]);
+        let ((right, right_reach), (left, left_reach)) = (inside[0], inside[inside.len() - 1]);
         let beyond_left = rays.get(block.end);
         let beyond_right = block.start.checked_sub(1).map(|before| &rays[before]);
-        corners_m.extend(side(left, beyond_left).into_iter().rev());
+        corners_m.extend(side(left, left_reach, beyond_left).into_iter().rev());
         for (ray, reach) in inside.iter().rev() {
             corners_m.push(place_m(reach.near_m, ray.bearing_rad));
         }
-        corners_m.extend(side(right, beyond_right));
+        corners_m.extend(side(right, right_reach, beyond_right));
     }
     corners_m.dedup_by(|left, right| is_same(*left, *right));
     while corners_m.len() > 1 && is_same(corners_m[0], corners_m[corners_m.len() - 1]) {
@@ -209,7 +209,7 @@ fn is_all_around(rays: &[Ray], n_reliable: usize) -> bool {
 
 /// How far detections stay reliable beyond the outermost ray, at its reliable places from near to
 /// far: the share falls towards the next ray out, where that was tried at this distance.
-fn side((ray, reach): (&Ray, Reach), beyond: Option<&Ray>) -> Vec<[f64; 2]> {
+fn side(ray: &Ray, reach: Reach, beyond: Option<&Ray>) -> Vec<[f64; 2]> {
     let Some(beyond) = beyond else { return Vec::new() };
     let places = &ray.places[reach.first..=reach.last];
     let widened = |(distance_m, share): &(f64, f64)| {

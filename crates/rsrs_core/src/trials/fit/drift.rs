@@ -1,4 +1,4 @@
-//! What straight runs say of bias, heading noise and gusts: how far they ended from straight.
+//! Bias, heading noise and gusts from straight runs: how far they ended from straight.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ pub struct Drift {
     pub n_trials: usize,
     /// Which column was used.
     pub from: DriftSource,
-    /// Standard deviation between robots, about zero, of a turning rate that nobody asked for; in
+    /// Standard deviation between robots, about zero, of a turning-rate bias; in
     /// radians per second.
     pub bias_sd_rad_s: Estimate,
     /// Standard deviation of the heading's random change in one control period, in radians; `None`
@@ -25,7 +25,7 @@ pub struct Drift {
     pub gust_sd_m_s: Option<Estimate>,
 }
 
-/// The column that says how a robot strayed.
+/// Which column gives how a robot strayed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DriftSource {
@@ -35,7 +35,7 @@ pub enum DriftSource {
     LateralM,
 }
 
-/// Times that a bag or a stopwatch knows, and straight runs do not.
+/// Times that a bag or a stopwatch gives, and straight runs do not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Times {
     /// Control period, in seconds.
@@ -60,7 +60,7 @@ struct Stray {
 ///
 /// # Returns
 ///
-/// `None` if no run says where it ended.
+/// `None` if no run gives its end point.
 ///
 /// # Source
 ///

@@ -1,4 +1,4 @@
-//! How good a sensor is in a polygon, by readings that had no say in where the polygon is.
+//! How good a sensor is in a polygon, by readings that did not influence where the polygon is.
 
 use super::contour::contour;
 use super::inscribed::inscribed;
@@ -8,7 +8,7 @@ use super::sensor_node::{Rate, SensorNode};
 /// Parts into which the readings of each place are dealt.
 const N_PARTS: usize = 5;
 
-/// Readings of one place beyond which chance has no say in where the polygon is.
+/// Readings of one place beyond which chance does not influence where the polygon is.
 const MANY: u64 = 100_000;
 
 /// How many detections of a place count in a rate: those of parts that the others' polygon holds.
@@ -86,7 +86,7 @@ fn without(node: &SensorNode, part: Count) -> Option<SensorNode> {
     Some(SensorNode { rate, ..*node })
 }
 
-/// Deals the readings of a place, in an order that has nothing to do with what they said.
+/// Deals the readings of a place, in an order that is independent of their values.
 fn deal(rate: Rate, shuffle: &mut Shuffle) -> [Count; N_PARTS] {
     let mut parts = [Count::default(); N_PARTS];
     if rate.samples > MANY {

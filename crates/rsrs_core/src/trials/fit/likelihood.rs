@@ -60,7 +60,7 @@ const N_LOOKS: usize = 64;
 ///
 /// # Returns
 ///
-/// `None` if trials cannot tell both spreads apart: one robot, or no more trials than there are
+/// `None` if trials do not identify both spreads: one robot, or no more trials than there are
 /// robots and commands; or if nothing is left between trials.
 ///
 /// # Source

@@ -47,7 +47,7 @@ pub struct Population {
     /// are no repetitions.
     pub trial_sd: Option<Estimate>,
     /// Spreads by restricted maximum likelihood, for robots that differ at all commands alike;
-    /// `None` if trials cannot tell them apart.
+    /// `None` if trials do not identify both.
     pub likelihood: Option<Likelihood>,
     /// Whether every robot was measured at every command. If not, the interval of `robot_sd` is
     /// wider than it would have to be.
@@ -105,7 +105,7 @@ fn natural(name: &str) -> (&str, u64) {
     (word, name[word.len()..].parse().unwrap_or(0))
 }
 
-/// What trials say of the population that the robots were drawn from.
+/// Estimates of the population that the robots were drawn from.
 ///
 /// # Panics
 ///

@@ -10,7 +10,7 @@ use crate::robot::profile::{
 };
 use crate::statistics::variance::Estimate;
 
-/// What trials of step 1 cannot say, and what stands in for it.
+/// What trials of step 1 cannot measure, and what stands in for it.
 ///
 /// The default is a Flockbot's body, of which the paper gives the radius only.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,7 +64,7 @@ impl Sources<'_> {
     }
 
     /// A standard deviation, or zero with the reason.
-    fn sd(&mut self, key: &str, (sd, source): (Option<Estimate>, &str)) -> f64 {
+    fn sd(&mut self, key: &str, sd: Option<Estimate>, source: &str) -> f64 {
         let Some(sd) = sd else {
             self.numbers.insert(key.to_owned(), format!("assumed to be none: {source}"));
             return 0.0;
@@ -121,9 +121,9 @@ impl Fit {
         let details = &self.details;
         let drift = details.drift;
         let (speed_file, turn_file) = (&details.files.speed, &details.files.turn);
-        let speed = gains(sources, ("actuation.speed", "m_s"), (&details.speed, speed_file));
-        let turn = gains(sources, ("actuation.turn", "rad_s"), (&details.turn, turn_file));
-        let (bias, noise, gust) = strays((drift, details.steps), speed_file);
+        let speed = gains(sources, "actuation.speed", "m_s", &details.speed, speed_file);
+        let turn = gains(sources, "actuation.turn", "rad_s", &details.turn, turn_file);
+        let (bias, noise, gust) = strays(drift, details.steps, speed_file);
         sources.assumed("actuation.gust.time_constant_s");
         let driving = self.driving(sources);
         let yaw_lag_s = yaw_lag_s(sources, details.yaw_lag, unmeasured.yaw_lag_s);
@@ -154,12 +154,15 @@ impl Fit {
                 driving_gain_by_command: driving,
                 robot_sd: turn.sd,
                 step_sd: 0.0,
-                bias_sd_rad_s: sources.sd("actuation.turn.bias_sd_rad_s", (bias.0, &bias.1)),
-                heading_noise_sd_rad: sources
-                    .sd("actuation.turn.heading_noise_sd_rad", (noise.0, &noise.1)),
+                bias_sd_rad_s: sources.sd("actuation.turn.bias_sd_rad_s", bias.0, &bias.1),
+                heading_noise_sd_rad: sources.sd(
+                    "actuation.turn.heading_noise_sd_rad",
+                    noise.0,
+                    &noise.1,
+                ),
             },
             gust: Gust {
-                sd_m_s: sources.sd("actuation.gust.sd_m_s", (gust.0, &gust.1)),
+                sd_m_s: sources.sd("actuation.gust.sd_m_s", gust.0, &gust.1),
                 time_constant_s: unmeasured.gust_time_constant_s,
             },
             yaw_lag_s,
@@ -172,7 +175,7 @@ impl Fit {
         let commands = &self.details.arc.as_ref()?.by_command;
         for (position, one) in commands.iter().enumerate() {
             let entry = format!("actuation.turn.driving_gain_by_command.{position}");
-            mean_of_robots(sources, (&entry, "rad_s"), (one, file));
+            mean_of_robots(sources, &entry, "rad_s", one, file);
         }
         let gain = |one: &CommandGain| TurnGain {
             commanded_rad_s: number(one.command),
@@ -236,7 +239,7 @@ fn step_sd(sources: &mut Sources, steps: Option<StepNoise>) -> f64 {
     match steps.and_then(|steps| steps.speed_step_sd.map(|sd| (sd, steps.n_trials))) {
         Some((sd, n)) => {
             let source = format!("{n} trajectories, step by step");
-            sources.sd("actuation.speed.step_sd", (Some(sd), &source))
+            sources.sd("actuation.speed.step_sd", Some(sd), &source)
         }
         None => 0.0,
     }
@@ -251,13 +254,15 @@ struct Gains {
 
 fn gains(
     sources: &mut Sources,
-    (path, unit): (&str, &str),
-    (population, file): (&Population, &str),
+    path: &str,
+    unit: &str,
+    population: &Population,
+    file: &str,
 ) -> Gains {
     let commands = &population.by_command;
     for (position, one) in commands.iter().enumerate() {
         let entry = format!("{path}.gain_by_command.{position}");
-        mean_of_robots(sources, (&entry, unit), (one, file));
+        mean_of_robots(sources, &entry, unit, one, file);
     }
     let most = commands[commands.len() - 1].command;
     // One command alone is a limit at one end only.
@@ -277,7 +282,7 @@ fn gains(
         .collect();
     let variance: f64 = parts.iter().filter_map(|(_, sd)| *sd).map(|sd| sd.value * sd.value).sum();
     let text = if measured.is_empty() {
-        "assumed to be none: one trial of one robot says nothing of spread".to_owned()
+        "assumed to be none: one trial of one robot gives no spread".to_owned()
     } else {
         format!("{file}: {}, added as variances", measured.join(" and "))
     };
@@ -296,11 +301,7 @@ fn gains(
 }
 
 /// Where a mean gain at one command is from.
-fn mean_of_robots(
-    sources: &mut Sources,
-    (entry, unit): (&str, &str),
-    (one, file): (&CommandGain, &str),
-) {
+fn mean_of_robots(sources: &mut Sources, entry: &str, unit: &str, one: &CommandGain, file: &str) {
     sources.measured(&format!("{entry}.commanded_{unit}"), format!("{file}: as commanded"));
     let n_robots = one.n_robots;
     let plural = if n_robots == 1 { "robot" } else { "robots" };
@@ -329,7 +330,7 @@ fn yaw_lag_s(sources: &mut Sources, found: Option<YawLag>, assumed_s: f64) -> f6
 type Stray = (Option<Estimate>, String);
 
 /// Bias, heading noise and gusts with their sources.
-fn strays((drift, steps): (Option<Drift>, Option<StepNoise>), file: &str) -> (Stray, Stray, Stray) {
+fn strays(drift: Option<Drift>, steps: Option<StepNoise>, file: &str) -> (Stray, Stray, Stray) {
     let by_step = steps.map(|steps| {
         let text = format!("{} trajectories, step by step", steps.n_trials);
         (Some(steps.heading_noise_sd_rad), text)
@@ -345,7 +346,7 @@ fn strays((drift, steps): (Option<Drift>, Option<StepNoise>), file: &str) -> (St
         None => (None, format!("{file}: no robot drove straight twice")),
     };
     let gust = match drift.gust_sd_m_s {
-        // A zero within the interval: a disturbance that cannot be told from none is none.
+        // A zero within the interval: a disturbance that is not significant is none.
         Some(Estimate { low: Some(0.0), high, .. }) => {
             (None, format!("{file} shows none, at most {} m/s", short(high.unwrap_or_default())))
         }

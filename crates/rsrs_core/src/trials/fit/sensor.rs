@@ -1,4 +1,4 @@
-//! What detection trials say of a sensor: a map, its 80 % contour, and how often it is wrong.
+//! A sensor from detection trials: a map, its 80 % contour, and how often it is wrong.
 
 use std::collections::BTreeMap;
 
@@ -25,8 +25,8 @@ pub struct SensorMap {
     pub reach: Vec<BearingReach>,
     /// The simpler convex polygon inside it that the simulator uses.
     pub polygon_m: Vec<[f64; 2]>,
-    /// Detections while a neighbour stood inside that polygon, by readings that had no say in where
-    /// the polygon is.
+    /// Detections while a neighbour stood inside that polygon, by readings that did not influence
+    /// where the polygon is.
     pub true_positive: Rate,
     /// Detections while none was near.
     pub false_positive: Rate,

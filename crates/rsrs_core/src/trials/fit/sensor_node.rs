@@ -20,7 +20,7 @@ pub struct SensorNode {
 pub struct Rate {
     /// Readings.
     pub samples: u64,
-    /// Readings that said "detected".
+    /// Readings that were detections.
     pub detections: u64,
     /// Their share.
     pub value: f64,

@@ -1,4 +1,4 @@
-//! What trajectories say of single steps: noise that whole trials average away.
+//! Noise of single steps from trajectories, which whole trials average away.
 
 use serde::Serialize;
 

@@ -28,7 +28,7 @@ pub struct YawLag {
 }
 
 impl YawLag {
-    /// Whether the lag can be told from none: the whole interval lies above one control period, with
+    /// Whether the lag is significant: the whole interval lies above one control period, with
     /// which the simulated robot follows at once, and it explains more than chance does. Of robots
     /// that follow at once any lag explains equally much, so that their interval means nothing.
     pub fn is_certain(&self) -> bool {
@@ -58,7 +58,7 @@ const STEPS: u32 = 40;
 /// In each period the simulated rate goes the share period/lag of the way to what is commanded. For
 /// each trajectory that share is searched with which the command, delayed so, explains the changes of
 /// the heading best, by least squares with a free gain. A command that arrives up to one period late
-/// is told apart by a second gain, of the delayed command one period earlier.
+/// is identified by a second gain, of the delayed command one period earlier.
 ///
 /// # Arguments
 ///

@@ -124,7 +124,7 @@ pub fn driven_trials(file: &str, text: &str) -> Result<Vec<DrivenTrial>, TrialEr
     trials.into_iter().map(in_order).collect()
 }
 
-/// Nobody's arena is larger.
+/// No arena is larger.
 const MAX_PLACE_M: f64 = 500.0;
 
 fn in_order(

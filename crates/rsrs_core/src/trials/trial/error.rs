@@ -1,5 +1,7 @@
 //! Why a table of trials was refused, and where.
 
+use crate::help::Help;
+
 /// Why a table of trials was refused, and where.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{file}:{line}: {problem}")]
@@ -141,9 +143,8 @@ pub enum TrialProblem {
     },
 }
 
-impl TrialError {
-    /// What to do next.
-    pub fn help(&self) -> Option<String> {
+impl Help for TrialError {
+    fn help(&self) -> Option<String> {
         match &self.problem {
             TrialProblem::Unit { expected, likely, .. } => {
                 Some(format!("convert the column from {likely} to {expected}"))
@@ -161,7 +162,7 @@ impl TrialError {
     }
 }
 
-/// The unit in which a column is, as its name says.
+/// The unit of a column, by its name.
 pub(super) fn unit_of(column: &str) -> &'static str {
     for (ending, unit) in [
         ("_rad_s", "rad/s"),

@@ -1,4 +1,4 @@
-//! Trajectories as trials: what a stopwatch and a tape would have said.
+//! Trajectories as trials: what a stopwatch and a tape would have measured.
 
 use super::{ArcTrial, DrivenTrial, Names, SpeedTrial, Trials, TurnTrial};
 

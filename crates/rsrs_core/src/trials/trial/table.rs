@@ -169,7 +169,7 @@ impl Row<'_, '_> {
         self.refuse(TrialProblem::Unit { column, found, likely, expected })
     }
 
-    /// Refuses a number whose size says that it is in another unit.
+    /// Refuses a number whose size suggests another unit.
     pub fn below(
         &self,
         column: usize,

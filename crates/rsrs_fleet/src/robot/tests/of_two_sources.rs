@@ -54,11 +54,7 @@ fn a_robot_that_was_started_again_asks_before_it_belongs_to_a_run() {
     assert_eq!(robot.locks(), locks, "it answers others");
     robot.on_event(released(), ms(3_010));
     robot.on_event(Event::LocksOfOthers(locks), ms(3_020));
-    assert_ne!(
-        robot.standing(ms(3_020)),
-        Some(StandReason::EStop),
-        "what is late tells it nothing"
-    );
+    assert_ne!(robot.standing(ms(3_020)), Some(StandReason::EStop), "what is late is ignored");
 }
 
 #[test]
@@ -68,7 +64,7 @@ fn an_epoch_that_no_runner_made_binds_nobody() {
 
     robot.on_event(lease(u64::MAX, LeaseState::Armed, status.counter), ms(0));
     assert_eq!(robot.epoch(), 0);
-    let refused = robot.refused_epoch().expect("it says so");
+    let refused = robot.refused_epoch().expect("it reports it");
     assert_eq!((refused.found, refused.highest), (u64::MAX, 0));
 
     robot.on_event(lease(1, LeaseState::Armed, status.counter), ms(0));

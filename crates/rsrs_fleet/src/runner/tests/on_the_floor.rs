@@ -1,4 +1,4 @@
-//! What a run does when somebody stands beside the robots.
+//! What a run does when a person stands beside the robots.
 
 use rsrs_core::robot::unicycle::Pose;
 

@@ -18,7 +18,7 @@ fn detection(robot: &str) -> Event {
 #[test]
 fn a_run_without_a_detection_since_its_start_has_failed() {
     let mut bench = sampled(RobotLost::Note);
-    // What was detected before the start moved nobody.
+    // What was detected before the start moved no robot.
     for name in NAMES {
         bench.give(detection(name));
     }

@@ -1,4 +1,4 @@
-//! Somebody who begins to publish what only one node may.
+//! A node that begins to publish what only one node may.
 
 use super::*;
 use crate::preflight::{Endpoint, ExpectedTopic, Publishers};

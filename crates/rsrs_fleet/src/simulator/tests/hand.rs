@@ -59,7 +59,7 @@ fn a_world_that_a_hand_has_moved_is_no_runs_until_it_is_placed_anew() {
                 if printed.parameter_digest == 0 && printed.state == RobotState::Idle)
         };
         assert!(actions.iter().any(is_nameless), "{hand:?}: {actions:?}");
-        // Even if somebody arms and starts it.
+        // Even if a runner arms and starts it.
         assert_eq!(pace(&mut simulator, Event::Gates(vec![MOVING]), ms(1)), []);
         assert_eq!(simulator.doing(), Doing::Standing);
         assert_eq!(simulator.by_hand(hand, ms(1)), Err(HandRefusal::Held));

@@ -98,9 +98,9 @@ impl Fleet {
         if now_ms >= host.looked_ms + LOOK_MS {
             host.looked_ms = now_ms;
             let graph = Graph { simulator: is_up, ..Graph::default() };
-            self.tell_runner(runner, Event::Seen(graph))?;
+            self.give_runner(runner, Event::Seen(graph))?;
         }
-        self.tell_runner(runner, Event::Tick)
+        self.give_runner(runner, Event::Tick)
     }
 
     pub(super) fn runner_receives(
@@ -116,13 +116,13 @@ impl Fleet {
                 if host.has_configured && lease.epoch >= host.machine.epoch() {
                     host.must_stop.get_or_insert(format!("it has received {}", lease.run_id));
                 }
-                self.tell_runner(runner, Event::LeaseHeard((*lease).clone()))
+                self.give_runner(runner, Event::LeaseReceived((*lease).clone()))
             }
             (Message::EStop(source, engaged), _) => {
-                self.tell_runner(runner, Event::EStop { source, engaged })
+                self.give_runner(runner, Event::EStop { source, engaged })
             }
             (Message::Release(sources), _) => {
-                self.tell_runner(runner, Event::Release((*sources).clone()))
+                self.give_runner(runner, Event::Release((*sources).clone()))
             }
             (Message::RobotStatus(status, sent), Node::Robot(robot) | Node::Controller(robot)) => {
                 let last = &mut host.received[robot];
@@ -131,33 +131,33 @@ impl Fleet {
                 let ahead_ms = self.scenario.ahead_ms[robot] - behind_ms;
                 let seconds = ahead_ms as f64 / 1000.0;
                 let (robot, status) = (name(robot), (*status).clone());
-                self.tell_runner(runner, Event::ClockAhead { robot: robot.clone(), seconds })?;
-                self.tell_runner(runner, Event::RobotStatus { robot, status })
+                self.give_runner(runner, Event::ClockAhead { robot: robot.clone(), seconds })?;
+                self.give_runner(runner, Event::RobotStatus { robot, status })
             }
             (Message::ControllerStatus(status, _), Node::Controller(robot)) => {
                 let (robot, status) = (name(robot), (*status).clone());
-                self.tell_runner(runner, Event::ControllerStatus { robot, status })
+                self.give_runner(runner, Event::ControllerStatus { robot, status })
             }
             (Message::SimulatorStatus(status), _) => match on_simulator_status(host, &status) {
-                Some(event) => self.tell_runner(runner, event),
+                Some(event) => self.give_runner(runner, event),
                 None => Ok(()),
             },
             (Message::Sensed(step), _) if host.records() => {
                 self.send(Node::Runner(runner), Node::Simulator, Message::Recorded(step));
-                self.tell_runner(runner, Event::Recorded { step })
+                self.give_runner(runner, Event::Recorded { step })
             }
             (Message::Sensed(_), _) => Ok(()),
             (Message::SetAnswer(target, result), _) => {
-                self.tell_runner(runner, Event::ParametersSet { target, result })
+                self.give_runner(runner, Event::ParametersSet { target, result })
             }
             (Message::GetAnswer(target, digest), _) => {
-                self.tell_runner(runner, Event::ReadBack { target, result: Ok(digest) })
+                self.give_runner(runner, Event::ReadBack { target, result: Ok(digest) })
             }
             (other, from) => panic!("a runner receives {other:?} from {from:?}"),
         }
     }
 
-    pub(super) fn tell_runner(&mut self, runner: usize, event: Event) -> Result<(), String> {
+    pub(super) fn give_runner(&mut self, runner: usize, event: Event) -> Result<(), String> {
         let now = self.local(Node::Runner(runner));
         let Some(host) = self.runners.get_mut(&runner) else { return Ok(()) };
         for action in host.machine.on_event(event, now) {
@@ -173,7 +173,10 @@ impl Fleet {
             Action::PublishLease(lease) => {
                 let moves = matches!(lease.state, LeaseState::Armed | LeaseState::Running);
                 if let Some(reason) = host.must_stop.as_ref().filter(|_| moves) {
-                    return Err(format!("runner {runner} says {:?}, though {reason}", lease.state));
+                    return Err(format!(
+                        "runner {runner} publishes {:?}, though {reason}",
+                        lease.state
+                    ));
                 }
                 let message = Message::Lease(lease.into(), host.received.into());
                 for robot in 0..N_ROBOTS {
@@ -226,7 +229,7 @@ impl Fleet {
         Ok(())
     }
 
-    /// As a fleet file says it.
+    /// As a fleet file has it.
     fn controller_only(&self) -> BTreeSet<String> {
         let is_alone = |robot: &usize| self.scenario.controller_only[*robot];
         (0..N_ROBOTS).filter(is_alone).map(name).collect()
@@ -254,7 +257,7 @@ fn node_of(target: &Target) -> Node {
         Target::Simulator => Node::Simulator,
         Target::Robot(robot) => {
             let is_it = |index: &usize| name(*index) == *robot;
-            Node::Controller((0..N_ROBOTS).find(is_it).expect("runners know these names only"))
+            Node::Controller((0..N_ROBOTS).find(is_it).expect("runners have these names only"))
         }
     }
 }

@@ -20,7 +20,7 @@ impl Fleet {
             Message::Lease(lease, echoes) => {
                 self.witness_hold(robot, &lease);
                 if self.scenario.controller_only[robot] {
-                    self.witness_lease((robot, echoes[robot]), &lease);
+                    self.witness_lease(robot, echoes[robot], &lease);
                 }
                 self.tell_controller(robot, Event::Lease((*lease).clone()))
             }
@@ -84,7 +84,7 @@ impl Fleet {
                     self.judge_mouth(robot)?;
                     self.send(node, Node::Robot(robot), Message::Command(command, stamp_ns));
                 }
-                Action::GateStatus(status) => self.say_status(robot, status),
+                Action::GateStatus(status) => self.publish_status(robot, status),
                 Action::Status(status) => {
                     let sent =
                         Sent { life: self.processes[self.slot(node)].life, at_ms: self.now_ms };
@@ -112,7 +112,7 @@ impl Fleet {
         witness.obeys(epoch, now_ms).map_err(|violation| format!("{}: {violation}", name(robot)))
     }
 
-    /// May a controller that holds the lease say what it says, and leave it at that?
+    /// May a controller that holds the lease publish what it does, and nothing else?
     fn judge_mouth(&mut self, robot: usize) -> Result<(), String> {
         let stands = self.mouths[robot].is_none_or(|command_sent| command_sent == Command::STOP);
         if stands || !self.scenario.controller_only[robot] {
@@ -124,7 +124,7 @@ impl Fleet {
             .map_err(|violation| format!("{}: {violation}", name(robot)))
     }
 
-    /// Somebody tries a parameter of a controller; none is to change while a run holds it.
+    /// A person tries a parameter of a controller; none is to change while a run holds it.
     pub(super) fn meddle(&mut self, robot: usize) -> Result<(), String> {
         let process = self.processes[self.slot(Node::Controller(robot))];
         let is_awake = process.is_up && self.now_ms >= process.stalled_until_ms;

@@ -8,8 +8,8 @@ use crate::network::{Message, Node};
 use crate::scenario::N_ROBOTS;
 
 impl Fleet {
-    /// Says a word of the e-stop to all who listen there.
-    pub(super) fn say_e_stop(&mut self, (from, engaged): (Node, bool)) {
+    /// Publishes a value on the e-stop topic.
+    pub(super) fn publish_e_stop(&mut self, (from, engaged): (Node, bool)) {
         let word = Message::EStop(self.source(from), engaged);
         self.command_all(from, &word);
         if from != Node::Stopper {
@@ -36,7 +36,7 @@ impl Fleet {
         Source(guid)
     }
 
-    /// A gate tells everybody what the e-stop has locked on it, when that changes.
+    /// A gate publishes what the e-stop has locked on it, when that changes.
     pub(super) fn tell_locks(&mut self, robot: usize) {
         let locks = self.gate(robot).locks();
         if locks == self.locks[robot] {
@@ -51,7 +51,7 @@ impl Fleet {
         self.send(from, Node::Stopper, message);
     }
 
-    /// Who starts to listen receives what every gate that lives has last told of its locks.
+    /// A new subscriber receives what every gate that lives has last published of its locks.
     pub(super) fn ask_for_locks(&mut self, asking: Node) {
         for robot in 0..N_ROBOTS {
             let from = self.gatekeeper(robot);

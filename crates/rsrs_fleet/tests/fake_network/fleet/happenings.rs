@@ -42,7 +42,7 @@ impl Fleet {
             Happening::DiskFull => {
                 if self.runners.get(&0).is_some_and(super::RunnerHost::records) {
                     let reason = "no space left".to_owned();
-                    return self.tell_runner(0, runner::Event::RecorderFailed { reason });
+                    return self.give_runner(0, runner::Event::RecorderFailed { reason });
                 }
             }
             Happening::Heal => return self.heal(),
@@ -84,7 +84,7 @@ impl Fleet {
         }
         match node {
             Node::Robot(robot) => self.robots_start([robot]),
-            // All of its gates forget at once, and nobody is left to ask.
+            // All of its gates forget at once, and no process is left to ask.
             Node::Simulator => self.robots_start(Self::all_robots()),
             Node::Controller(robot) => {
                 self.controllers[robot] = new_controller(robot, &self.scenario, self.now_ms);
@@ -107,7 +107,7 @@ impl Fleet {
 
     fn interrupt(&mut self, runner: usize) -> Result<(), String> {
         let reason = "interrupted".to_owned();
-        self.tell_runner(runner, runner::Event::Interrupt { reason })
+        self.give_runner(runner, runner::Event::Interrupt { reason })
     }
 
     fn start_stopper(&mut self, word: StopCommand) {

@@ -28,7 +28,7 @@ pub(super) struct RobotHost {
     pub gate: Robot,
     pub options: RobotOptions,
     ramp: Ramp,
-    /// What the wheels were told last, and when.
+    /// What the wheels were commanded last, and when.
     wheels: Option<(Command, u64)>,
     sensed_ms: u64,
 }
@@ -54,7 +54,7 @@ impl RobotHost {
         }
     }
 
-    /// What the wheels do, if they turn: the microcontroller stops them when nobody speaks.
+    /// What the wheels do, if they turn: the microcontroller stops them when no command comes.
     pub fn turning(&self, now_ms: u64) -> Option<Command> {
         self.wheels
             .filter(|(command_sent, at_ms)| {
@@ -87,7 +87,7 @@ impl Fleet {
         let witness = &mut self.witnesses[robot];
         match message {
             Message::Lease(lease, echoes) => {
-                self.witness_lease((robot, echoes[robot]), &lease);
+                self.witness_lease(robot, echoes[robot], &lease);
                 self.tell_robot(robot, Event::Lease((*lease).clone()))
             }
             Message::ControllerStatus(status, sent) => {
@@ -147,17 +147,17 @@ impl Fleet {
             .obeys(epoch, self.now_ms)
             .map_err(|violation| format!("{}: {violation}", name(robot)))?;
         if let Some(status) = status {
-            self.say_status(robot, status);
+            self.publish_status(robot, status);
         }
         self.tell_locks(robot);
         Ok(())
     }
 
-    /// A gate says what it does, wherever it is.
-    pub(super) fn say_status(&mut self, robot: usize, mut status: Status) {
+    /// A gate publishes its status, wherever it is.
+    pub(super) fn publish_status(&mut self, robot: usize, mut status: Status) {
         let node = self.gatekeeper(robot);
-        self.note(|| format!("{} says {}: {}", name(robot), status.state, status.stop_reason));
-        // Words are for people: whoever decided by them would be wrong here.
+        self.note(|| format!("{} reports {}: {}", name(robot), status.state, status.stop_reason));
+        // Texts are for people: a decision by them would be wrong here.
         status.stop_reason = match status.stop_cause {
             StopCause::Waiting => "armed for run run 9, waiting for the start".to_owned(),
             _ => format!("e-stop; {}", status.stop_reason),
@@ -171,7 +171,7 @@ impl Fleet {
     }
 
     /// A lease arrives, with what its runner has received from the robot last.
-    pub(super) fn witness_lease(&mut self, (robot, echo): (usize, Option<Sent>), lease: &Lease) {
+    pub(super) fn witness_lease(&mut self, robot: usize, echo: Option<Sent>, lease: &Lease) {
         let gate = self.gate(robot);
         // Of two runs of one epoch, the robot belongs to one.
         if gate.epoch() != lease.epoch || gate.run_id() == Some(&lease.run_id) {

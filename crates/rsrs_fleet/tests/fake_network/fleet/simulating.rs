@@ -44,7 +44,7 @@ impl Fleet {
         self.look_at_gates()
     }
 
-    /// Shows the machine what the gates say, as its driver does whenever it wakes up.
+    /// Shows the machine its gates, as its driver does whenever it wakes up.
     pub(super) fn look_at_gates(&mut self) -> Result<(), String> {
         let Some(host) = &self.simulator else { return Ok(()) };
         if host.machine.due().is_some() {
@@ -147,7 +147,7 @@ impl Fleet {
                 }
                 Action::Overrun { .. } | Action::Complete { .. } | Action::Void { .. } => {}
                 Action::AdvanceFreely | Action::Stepped { .. } => {
-                    return Err(format!("{action:?}, and nobody asked for steps"));
+                    return Err(format!("{action:?}, and no steps were requested"));
                 }
             }
         }
@@ -155,7 +155,7 @@ impl Fleet {
     }
 
     fn sense(&mut self, step: u64, stamp_ns: Option<u64>) {
-        self.simulator.as_mut().expect("it speaks").step = step;
+        self.simulator.as_mut().expect("it is running").step = step;
         for robot in 0..N_ROBOTS {
             let to = Node::Controller(robot);
             if let Some(stamp_ns) = stamp_ns {
@@ -171,7 +171,7 @@ impl Fleet {
     /// The world moves, and with it the wheels of its robots.
     fn advance(&mut self, commands: &[Command]) -> Result<(), String> {
         let is_lockstep = self.scenario.body == Body::Lockstep;
-        let host = self.simulator.as_mut().expect("it speaks");
+        let host = self.simulator.as_mut().expect("it is running");
         host.moved += 1;
         let (step, moved) = (host.step, host.moved);
         if is_lockstep && step != moved {

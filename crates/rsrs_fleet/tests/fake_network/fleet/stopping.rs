@@ -1,4 +1,4 @@
-//! Who stops the fleet, on the network with everybody else.
+//! The stopper of the fleet, on the network with all other nodes.
 
 use rsrs_fleet::stopper::{self, Answer, Ending, StopCommand};
 
@@ -22,7 +22,7 @@ impl Fleet {
         for action in actions {
             match action {
                 stopper::Action::Publish(engaged) => {
-                    self.say_e_stop((Node::Stopper, engaged));
+                    self.publish_e_stop((Node::Stopper, engaged));
                 }
                 stopper::Action::Release(sources) => {
                     self.command_all(Node::Stopper, &Message::Release(sources.into()));
@@ -38,7 +38,7 @@ impl Fleet {
         }
     }
 
-    /// Whoever is said to have acknowledged a stop has received it.
+    /// A robot that is reported to have acknowledged a stop has received it.
     pub(super) fn judge_stop(&self) -> Result<(), String> {
         let Some((stopper, StopCommand::Engage, _)) = &self.stopper else { return Ok(()) };
         for (answer, witness) in stopper.answers().iter().zip(&self.witnesses) {

@@ -26,8 +26,8 @@ impl Fleet {
         process.is_up && self.now_ms > process.stalled_until_ms
     }
 
-    /// What turns the wheels of a robot; of one without a gate, what its controller tells them while
-    /// it can speak: when it cannot, only the robot's own timeout helps.
+    /// What turns the wheels of a robot; of one without a gate, what its controller commands while
+    /// it can publish: when it cannot, only the robot's own timeout helps.
     pub(super) fn turning(&self, robot: usize) -> Option<Command> {
         if !self.scenario.controller_only[robot] {
             return self.robots[robot].turning(self.now_ms);

@@ -84,13 +84,13 @@ impl Report {
 
     fn write_cell(&self, cell: &ComparedCell, formatter: &mut Formatter<'_>) -> Result {
         writeln!(formatter, "{}", cell.cell)?;
-        let real = share([cell.b_r, cell.b_r_low, cell.b_r_high], (&cell.real, "run"));
+        let real = share([cell.b_r, cell.b_r_low, cell.b_r_high], &cell.real, "run");
         writeln!(formatter, "  real       {real}")?;
         for bag in self.bags.iter().filter(|bag| bag.cell == cell.cell) {
             writeln!(formatter, "    {}: {}", bag.labelled.bag.display(), bag.labelled.phase)?;
         }
         let which = if cell.is_confirmed { "fresh run" } else { "run" };
-        let simulated = share([cell.b_s, cell.b_s_low, cell.b_s_high], (&cell.simulated, which));
+        let simulated = share([cell.b_s, cell.b_s_low, cell.b_s_high], &cell.simulated, which);
         writeln!(formatter, "  simulated  {simulated}")?;
         writeln!(formatter, "  by itself  {}", by_itself(cell))
     }
@@ -179,7 +179,7 @@ fn evidence(e_value: f64) -> String {
 }
 
 /// How often a cell mills, and what else came of it.
-fn share(percents: [f64; 3], (phases, run): (&PhaseCounts, &str)) -> String {
+fn share(percents: [f64; 3], phases: &PhaseCounts, run: &str) -> String {
     let [share, low, high] = percents.map(|share| 100.0 * share);
     let others: Vec<String> = Phase::ALL
         .into_iter()

@@ -65,12 +65,18 @@ struct Job {
 pub fn fill_table(
     options: &DriveOptions,
     path: &Path,
-    people: (impl FnOnce() -> anyhow::Result<RunTarget>, &dyn TrialOperator),
+    enter: impl FnOnce() -> anyhow::Result<RunTarget>,
+    operator: &dyn TrialOperator,
 ) -> anyhow::Result<Filled> {
     let tables = vec![TrialTable::open(path)?];
     let bags = options.output.clone().unwrap_or_else(|| path.with_extension("bags"));
     let limits = limits(&tables)?;
-    fill(options, Work { given: path.to_owned(), tables, periods: None, bags, limits }, people)
+    fill(
+        options,
+        Work { given: path.to_owned(), tables, periods: None, bags, limits },
+        enter,
+        operator,
+    )
 }
 
 /// Fills in all tables in the folder of a plan.
@@ -81,7 +87,8 @@ pub fn fill_table(
 pub fn fill_plan(
     options: &DriveOptions,
     folder: &Path,
-    people: (impl FnOnce() -> anyhow::Result<RunTarget>, &dyn TrialOperator),
+    enter: impl FnOnce() -> anyhow::Result<RunTarget>,
+    operator: &dyn TrialOperator,
 ) -> anyhow::Result<Filled> {
     let paths = Kind::ALL.map(|kind| folder.join(format!("{}.csv", kind.name())));
     let tables = paths.iter().filter(|path| path.exists()).map(|path| TrialTable::open(path));
@@ -96,7 +103,7 @@ pub fn fill_plan(
     let periods = periods.exists().then(|| PeriodTable::open(&periods)).transpose()?;
     let bags = options.output.clone().unwrap_or_else(|| folder.join("bags"));
     let limits = limits(&tables)?;
-    fill(options, Work { given: folder.to_owned(), tables, periods, bags, limits }, people)
+    fill(options, Work { given: folder.to_owned(), tables, periods, bags, limits }, enter, operator)
 }
 
 /// The greatest commands of all rows, those that are made already too: whatever is left, the robots
@@ -115,7 +122,8 @@ fn limits(tables: &[TrialTable]) -> anyhow::Result<[f64; 2]> {
 fn fill(
     options: &DriveOptions,
     mut work: Work,
-    (enter, operator): (impl FnOnce() -> anyhow::Result<RunTarget>, &dyn TrialOperator),
+    enter: impl FnOnce() -> anyhow::Result<RunTarget>,
+    operator: &dyn TrialOperator,
 ) -> anyhow::Result<Filled> {
     let jobs = work.jobs()?;
     // Whatever is wrong with a row is reported before the first robot is used.
@@ -212,7 +220,7 @@ impl Shift<'_> {
         let mut goes_on = true;
         let worked = jobs.iter().try_for_each(|job| {
             if goes_on {
-                goes_on = self.job(runtime, (&mut trial_nodes, job), filled)?;
+                goes_on = self.job(runtime, &mut trial_nodes, job, filled)?;
             }
             anyhow::Ok(())
         });
@@ -226,7 +234,8 @@ impl Shift<'_> {
     fn job(
         &mut self,
         runtime: &Runtime,
-        (trial_nodes, job): (&mut TrialNodes, &Job),
+        trial_nodes: &mut TrialNodes,
+        job: &Job,
         filled: &mut Filled,
     ) -> anyhow::Result<bool> {
         let Job { table, todo } = job;
@@ -238,7 +247,7 @@ impl Shift<'_> {
             }
             let plan = self.work.plan(self.options, job)?;
             let (found, summary) =
-                runtime.block_on(made(trial_nodes, (&plan, todo.trial), self.operator))?;
+                runtime.block_on(made(trial_nodes, &plan, todo.trial, self.operator))?;
             self.work.tables[*table].fill(todo, &found.found())?;
             filled.n_lost += summary.n_lost;
             self.note_periods(&found)?;

@@ -11,10 +11,7 @@ use crate::run::place_command::{PlacedRobot, WantedPlacement};
 /// # Errors
 ///
 /// If the fleet has no other robot.
-pub fn wanted(
-    (robot, robots): (&str, &[String]),
-    trial: &Trial,
-) -> anyhow::Result<WantedPlacement> {
+pub fn wanted(robot: &str, robots: &[String], trial: &Trial) -> anyhow::Result<WantedPlacement> {
     let at = |name: &str, x_m: f64, y_m: f64| PlacedRobot {
         name: name.to_owned(),
         x_m,
@@ -82,7 +79,7 @@ mod tests {
     fn a_program_gets_the_robot_in_the_middle_and_the_other_where_it_is_sensed() {
         let robots = ["a".to_owned(), "b".to_owned()];
 
-        let wanted = wanted(("b", &robots), &stand(0.5, std::f64::consts::FRAC_PI_2)).unwrap();
+        let wanted = wanted("b", &robots, &stand(0.5, std::f64::consts::FRAC_PI_2)).unwrap();
 
         let places: Vec<(&str, String)> = wanted
             .robots
@@ -90,7 +87,7 @@ mod tests {
             .map(|robot| (robot.name.as_str(), format!("{:.3} {:.3}", robot.x_m, robot.y_m)))
             .collect();
         assert_eq!(places, [("b", "0.000 0.000".to_owned()), ("a", "0.000 0.500".to_owned())]);
-        let alone = super::wanted(("a", &robots[..1]), &stand(0.5, 0.0)).unwrap_err();
+        let alone = super::wanted("a", &robots[..1], &stand(0.5, 0.0)).unwrap_err();
         assert!(alone.to_string().contains("no other robot"), "{alone}");
     }
 }

@@ -39,7 +39,8 @@ pub fn decode(place: Place, block: &Block, bytes: &[u8]) -> Option<Vec<Replicate
     if u64::from_le_bytes(found) != digest(content) || rows.len() != n_rows * ROW {
         return None;
     }
-    block.rows().zip(rows.chunks_exact(ROW)).map(|(row, bytes)| decode_row(row, bytes)).collect()
+    let rows = block.rows().zip(rows.chunks_exact(ROW));
+    rows.map(|((cell, replicate), bytes)| decode_row(cell, replicate, bytes)).collect()
 }
 
 fn header(place: Place, block: &Block) -> Vec<u8> {
@@ -98,7 +99,7 @@ fn encode_row(outcome: &ReplicateOutcome, bytes: &mut Vec<u8>) {
     bytes.extend(numbers.iter().flat_map(|number| number.unwrap_or(0.0).to_le_bytes()));
 }
 
-fn decode_row((cell, replicate): (usize, u64), bytes: &[u8]) -> Option<ReplicateOutcome> {
+fn decode_row(cell: usize, replicate: u64, bytes: &[u8]) -> Option<ReplicateOutcome> {
     let phase = *Phase::ALL.get(usize::from(bytes[0]))?;
     let present = u16::from_le_bytes([bytes[1], bytes[2]]);
     let (numbers, _) = bytes[3..].as_chunks::<8>();

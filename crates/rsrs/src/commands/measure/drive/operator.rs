@@ -24,10 +24,10 @@ use rsrs_pipeline::measure::drive::result::Motion;
 /// If standard input ends before the answers, or a signal comes.
 pub async fn ask(plan: &Plan) -> anyhow::Result<Motion> {
     let record = &plan.record;
-    let driven = (record.conditions.controller, record.duration_s);
+    let (command, driven_s) = (record.conditions.controller, record.duration_s);
     let bag = plan.bag.display();
     let unanswered = || format!("{bag} has no poses, so the operator's measurement is needed");
-    let motion = asked(move |interview| interview.motion(driven)).await;
+    let motion = asked(move |interview| interview.motion(command, driven_s)).await;
     let motion = motion.and_then(|motion| {
         motion.ok_or_else(|| {
             with_help(
@@ -83,10 +83,7 @@ type Terminal = Interview<std::io::StdinLock<'static>, std::io::Stderr>;
 
 impl<I: BufRead, O: Write> Interview<I, O> {
     /// The questions for a command that was driven for some seconds.
-    fn motion(
-        &mut self,
-        (command, driven_s): (ControllerParameters, f64),
-    ) -> anyhow::Result<Motion> {
+    fn motion(&mut self, command: ControllerParameters, driven_s: f64) -> anyhow::Result<Motion> {
         let ControllerParameters { speed_m_s, turn_rate_rad_s } = command;
         let time = format!("time that it took, in s (Enter: {driven_s})");
         match (speed_m_s > 0.0, turn_rate_rad_s > 0.0) {
@@ -173,7 +170,7 @@ mod tests {
 
     fn printed(command: ControllerParameters, lines: &str) -> (anyhow::Result<Motion>, String) {
         let mut interview = Interview { input: lines.as_bytes(), output: Vec::new() };
-        let motion = interview.motion((command, 13.0));
+        let motion = interview.motion(command, 13.0);
         (motion, String::from_utf8(interview.output).unwrap())
     }
 

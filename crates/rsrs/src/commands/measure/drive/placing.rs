@@ -2,6 +2,7 @@
 
 use rsrs_experiment_runner::plan::{Plan, Trial};
 use rsrs_fleet::fleet_file::FleetFile;
+use rsrs_pipeline::error::helped;
 
 use super::Arguments;
 use super::operator;
@@ -46,7 +47,7 @@ impl Placing {
             return Ok(Self::Person { before_drives: !arguments.yes });
         };
         let name = arguments.fleet.display().to_string();
-        let fleet = FleetFile::parse(&name, &read_text(&arguments.fleet)?)?;
+        let fleet = FleetFile::parse(&name, &read_text(&arguments.fleet)?).map_err(helped)?;
         let robots = fleet.enabled().into_iter().map(str::to_owned).collect();
         Ok(Self::Program { program: program.clone(), robots })
     }
@@ -63,7 +64,7 @@ impl TrialOperator for Placing {
                 (Self::Simulator, _)
                 | (Self::Person { before_drives: false }, Trial::Drive { .. }) => Ok(Ready::Go),
                 (Self::Program { program, robots }, _) => {
-                    let wanted = wanted((robot, robots), trial)?;
+                    let wanted = wanted(robot, robots, trial)?;
                     place_command::place(program, &wanted, &TerminalOperator).await?;
                     Ok(Ready::Go)
                 }

@@ -1,7 +1,7 @@
-//! A cached Python environment with a few packages, for tests that ask other implementations.
+//! A cached Python environment with a few packages, for tests that use other implementations.
 
 use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 /// Makes sure that an environment with these packages is there, and gives its interpreter.
@@ -18,7 +18,11 @@ use std::process::Command;
 ///
 /// If this machine has no `python3` with `venv`, or reaches no package index.
 pub fn python_with(purpose: &str, packages: &[&str], files_only: &[&str]) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!(".venv-{purpose}"));
+    // Tests lie in `target/PROFILE/deps`.
+    let test = std::env::current_exe().expect("a running test has an executable");
+    let target = test.ancestors().nth(3).expect("the folder of a test lies in the target folder");
+    let folder = target.join("tmp").join(format!(".venv-{purpose}"));
+    fs::create_dir_all(target.join("tmp")).expect("the target folder is writable");
     let lock = File::create(folder.with_extension("lock")).expect("the target folder is writable");
     lock.lock().expect("the file system of the target folder has locks");
 

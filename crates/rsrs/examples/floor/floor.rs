@@ -1,9 +1,9 @@
 //! A stand-in for the laboratory's floor: robots as they were measured, with faults on top of it that
-//! the simulator does not know.
+//! the simulator does not have.
 //!
 //! It shares nothing with the simulator's worlds but where robots start and how they decide. Time
-//! goes on in steps of 10 ms, in double precision, and every robot thinks when its own clock says
-//! so. The wheels lag behind their commands and sometimes slip, one at a time; bodies push each other
+//! goes on in steps of 10 ms, in double precision, and every robot decides by its own clock.
+//! The wheels lag behind their commands and sometimes slip, one at a time; bodies push each other
 //! apart.
 
 use std::f64::consts::TAU;
@@ -13,10 +13,10 @@ use rand::{RngExt, SeedableRng};
 use rsrs_core::conditions::{Conditions, GainDistribution, Region};
 use rsrs_core::robot::controller::{Command, decide};
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_pipeline::episode::recorder::RobotStep;
 use rsrs_sim::draw::{RunKey, Seed};
 use rsrs_sim::placement::{self, PlacementError};
-
-use rsrs_pipeline::episode::recorder::RobotStep;
+use serde::Serialize;
 
 /// Physical time step, in seconds.
 const STEP_S: f64 = 0.01;
@@ -26,7 +26,7 @@ const STEP_NS: u64 = 10_000_000;
 const WHEEL_BASE_M: f64 = 0.12;
 
 /// What real robots do and the simulator does not: chosen before anything was run, not fitted.
-#[derive(Clone, Copy, Debug)]
+#[derive(Serialize)]
 pub struct Faults {
     /// Time constant of each wheel's speed, in seconds.
     pub motor_lag_s: f64,
@@ -36,7 +36,7 @@ pub struct Faults {
     pub slip_s: (f64, f64),
     /// Share of its speed that a slipping wheel keeps.
     pub grip: f64,
-    /// Standard deviation of the time from one thought of a robot to its next, in seconds.
+    /// Standard deviation of a robot's control period, in seconds.
     pub jitter_s: f64,
 }
 
@@ -53,7 +53,7 @@ struct Robot {
     wheels_m_s: [f64; 2],
     /// The wheel that slips, and until when, in seconds.
     slip: Option<(usize, f64)>,
-    next_thought_s: f64,
+    next_decision_s: f64,
     command: Command,
 }
 
@@ -66,15 +66,7 @@ pub struct Floor {
 }
 
 impl Floor {
-    /// Places robots as the experiment says, and draws what tells them apart.
-    ///
-    /// # Arguments
-    ///
-    /// * `conditions` — the robots as measured, with a cone for a sensor.
-    ///
-    /// # Errors
-    ///
-    /// [`PlacementError`] if they do not fit.
+    /// Places robots as measured, with a cone for a sensor, and draws their gains.
     pub fn new(conditions: &Conditions, seed: Seed) -> Result<Self, PlacementError> {
         let poses = placement::place(conditions, RunKey::new(seed, conditions.digest()))?;
         let mut random = ChaCha8Rng::seed_from_u64(seed.seed);
@@ -87,7 +79,7 @@ impl Floor {
                 turn_gain: draw_gain(&conditions.robot.turn_gain, &mut random),
                 wheels_m_s: [0.0; 2],
                 slip: None,
-                next_thought_s: random.random::<f64>() * conditions.period_s,
+                next_decision_s: random.random::<f64>() * conditions.period_s,
                 command: Command::STOP,
             })
             .collect();
@@ -109,18 +101,14 @@ impl Floor {
         self.robots.iter().map(|robot| robot.pose)
     }
 
-    /// What all robots were last told; shape `[n_robots]`.
+    /// The last command of every robot; shape `[n_robots]`.
     pub fn commands(&self) -> impl Iterator<Item = Command> + '_ {
         self.robots.iter().map(|robot| robot.command)
     }
 
-    /// Lets 10 ms pass.
-    ///
-    /// # Returns
-    ///
-    /// What those robots thought whose time had come.
+    /// Lets 10 ms pass; returns the decisions of those robots whose time had come.
     pub fn advance(&mut self) -> Vec<RobotStep> {
-        let thoughts = self.think();
+        let steps = self.decide();
         let poses: Vec<Pose> = self.poses().collect();
         for robot in 0..self.robots.len() {
             let free = if self.is_blocked(robot, &poses) { 0.0 } else { 1.0 };
@@ -128,15 +116,15 @@ impl Floor {
         }
         self.push_apart();
         self.time_step += 1;
-        thoughts
+        steps
     }
 
-    fn think(&mut self) -> Vec<RobotStep> {
+    fn decide(&mut self) -> Vec<RobotStep> {
         let time_s = self.time_s();
         let poses: Vec<Pose> = self.poses().collect();
-        let mut thoughts = Vec::new();
+        let mut steps = Vec::new();
         for robot in 0..self.robots.len() {
-            if self.robots[robot].next_thought_s > time_s {
+            if self.robots[robot].next_decision_s > time_s {
                 continue;
             }
             let sensor = &self.conditions.robot;
@@ -148,11 +136,11 @@ impl Floor {
             let time_ns = self.time_ns();
             let state = &mut self.robots[robot];
             let (pose, obeyed) = (state.pose, state.command);
-            thoughts.push(RobotStep { robot, time_ns, pose, obeyed, detected, command });
-            state.next_thought_s += self.conditions.period_s + jitter_s;
+            steps.push(RobotStep { robot, time_ns, pose, obeyed, detected, command });
+            state.next_decision_s += self.conditions.period_s + jitter_s;
             state.command = command;
         }
-        thoughts
+        steps
     }
 
     /// Whether the body of any other robot touches the cone of this one, as in `eq:output`.
@@ -179,11 +167,7 @@ impl Floor {
         })
     }
 
-    /// Drives a robot for one step.
-    ///
-    /// # Arguments
-    ///
-    /// * `free` — how much of its way is free: 0 if it is blocked, else 1.
+    /// Drives a robot for one step; `free` is 0 if its way is blocked, else 1.
     fn drive(&mut self, robot: usize, free: f64) {
         let time_s = self.time_s();
         self.slip(robot, time_s);

@@ -7,8 +7,7 @@ use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::profile::Sees;
 
 /// What both gains are.
-pub(crate) const GAIN: GainDistribution =
-    GainDistribution { mean: 0.97, robot_sd: 0.05, step_sd: 0.0 };
+pub const GAIN: GainDistribution = GainDistribution { mean: 0.97, robot_sd: 0.05, step_sd: 0.0 };
 
 /// Nine harsher Flockbots: detection 0.80, false positives 0.08, gain sd 0.05.
 pub fn flockbot_conditions() -> Conditions {

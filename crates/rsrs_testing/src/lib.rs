@@ -1,0 +1,9 @@
+//! What the tests, benchmarks and examples of several crates share; nothing that is installed uses it.
+
+#![expect(clippy::missing_panics_doc, reason = "what tests share fails by panics")]
+
+pub mod conditions;
+pub mod draw;
+#[cfg(feature = "network")]
+pub mod network;
+pub mod python;
