@@ -186,15 +186,22 @@ impl Robot {
     }
 }
 
+/// The capabilities of all sets of changes, each in order of its letters.
+fn sets(diagnosis: &Value) -> Vec<Vec<String>> {
+    let name = |value: &Value| value.as_str().expect("an axis").to_owned();
+    let set = |cause: &Value| {
+        let others = cause["with"].as_array().into_iter().flatten().map(name);
+        let mut set: Vec<String> =
+            std::iter::once(name(&cause["capability"])).chain(others).collect();
+        set.sort_unstable();
+        set
+    };
+    diagnosis["causes"].as_array().expect("a list").iter().map(set).collect()
+}
+
 /// The capabilities of the first set of changes.
 fn first_set(diagnosis: &Value) -> Vec<String> {
-    let name = |value: &Value| value.as_str().expect("an axis").to_owned();
-    let first = &diagnosis["causes"][0];
-    if first.is_null() {
-        return Vec::new();
-    }
-    let others = first["with"].as_array().into_iter().flatten().map(name);
-    std::iter::once(name(&first["capability"])).chain(others).collect()
+    sets(diagnosis).into_iter().next().unwrap_or_default()
 }
 
 #[test]
@@ -259,8 +266,7 @@ fn what_cannot_be_diagnosed_is_refused_with_what_to_do() {
 
 #[test]
 fn defects_that_are_planted_in_sound_robots_are_named() {
-    let is_long = std::env::var_os("RSRS_LONG_TESTS").is_some();
-    let (n_robots, n_named) = if is_long { (50, 45) } else { (2, 2) };
+    let n_robots: usize = std::env::var("RSRS_DEFECTS").map_or(2, |n| n.parse().expect("a number"));
     let mut generator = ChaCha8Rng::seed_from_u64(17);
     let mut others = Vec::new();
 
@@ -281,7 +287,7 @@ fn defects_that_are_planted_in_sound_robots_are_named() {
         }
     }
 
-    assert!(n_robots - others.len() >= n_named, "of {n_robots} not named: {others:#?}");
+    assert!(10 * others.len() <= n_robots, "of {n_robots} not named: {others:#?}");
 }
 
 #[test]
@@ -301,10 +307,9 @@ fn two_planted_defects_are_named_together_in_most_robots() {
         ];
         let (one, other) = pairs[number % pairs.len()];
         let mut planted = [robot.plant(one, 1.4), robot.plant(other, 1.4)];
-        let mut found = first_set(&robot.diagnosis());
         planted.sort_unstable();
-        found.sort_unstable();
-        if found != planted {
+        let found = sets(&robot.diagnosis());
+        if !found.iter().any(|set| *set == planted) {
             others.push(format!("{number}: {planted:?}, found {found:?}"));
         }
     }

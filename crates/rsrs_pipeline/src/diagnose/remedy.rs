@@ -59,6 +59,11 @@ pub fn imperfections(robot: &RobotProfile) -> Vec<Remedy> {
     IDEALS.into_iter().filter_map(remedy).collect()
 }
 
+/// Whether a capability has a perfect value.
+pub fn is_imperfection(axis: Axis) -> bool {
+    IDEALS.iter().any(|(other, _)| *other == axis)
+}
+
 /// What has no perfect value: where the sensor points, how far and how wide it sees, how often the
 /// robot decides, and how fast it may be.
 pub fn designs(robot: &RobotProfile) -> Vec<Remedy> {
@@ -156,8 +161,8 @@ impl Remedy {
     }
 
     /// How much of a change a value is, so that changes of different capabilities can be put in order:
-    /// the share of the way to perfection, the logarithm of a factor, or the angle over half a
-    /// radian.
+    /// the share of the way to perfection, the logarithm of a factor, or the angle over half
+    /// a radian: aiming is cheaper than another sensor.
     pub fn effort(&self, value: f64) -> f64 {
         match self.axis {
             Axis::SensorBearing => value.abs() / 0.5,

@@ -3,7 +3,7 @@
 
 use rsrs_core::diagram::axis::{Axis, Cell};
 
-use super::remedy::{Remedy, designs, imperfections};
+use super::remedy::{Remedy, designs, imperfections, is_imperfection};
 use super::search::{Changes, Confirmed, Search, Tried, promising};
 use super::sentence;
 use super::{Cause, Hopeless};
@@ -62,7 +62,11 @@ pub fn repairs(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Repai
     }
     alone.sort_by(|one, other| one.effort().total_cmp(&other.effort()));
     let is_necessary = |axis: Axis| needs.necessary.contains(&axis);
-    alone.sort_by_key(|found| !is_necessary(found.step.remedy.axis));
+    // Robots are mended before they are designed anew, unless nothing else helps.
+    alone.sort_by_key(|found| {
+        let axis = found.step.remedy.axis;
+        (!is_necessary(axis), !is_imperfection(axis))
+    });
 
     let mut singles: Vec<Cause> = Vec::new();
     for found in alone.iter().take(MOST_SINGLES) {
@@ -85,11 +89,11 @@ pub fn repairs(search: &Search<'_>, unchanged: &[Tried]) -> anyhow::Result<Repai
     for cause in singles.iter_mut().chain(&mut together) {
         cause.necessary = is_necessary(cause.capability);
     }
-    // What a robot that is perfect in all else could not do without comes first; the rest makes up
-    // for it.
+    // What a robot that is perfect in all else could not do without comes first, then what makes up
+    // for it, and then what takes several changes.
     let (first, others): (Vec<Cause>, Vec<Cause>) =
         singles.into_iter().partition(|cause| cause.necessary);
-    let mut causes: Vec<Cause> = first.into_iter().chain(together).chain(others).collect();
+    let mut causes: Vec<Cause> = first.into_iter().chain(others).chain(together).collect();
     let is_new = |pair: &&[Cause; 2]| !causes.iter().any(|cause| same(cause, &pair[0]));
     let pairs: Vec<Cause> = pairs.iter().filter(is_new).flatten().cloned().collect();
     causes.extend(pairs);
