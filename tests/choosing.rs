@@ -1,5 +1,7 @@
 //! The choice of a cell: what it rests on, and what is reported where no cell is viable.
 
+use serde_json::Value;
+
 use crate::command::{code, json, rsrs, stderr, stdout};
 use crate::laboratory::{SPEEDS, workplace, write_sweep};
 
@@ -47,6 +49,33 @@ fn no_viable_cell_is_an_answer() {
 
     assert_eq!(code(&output), 3, "{}{}", stdout(&output), stderr(&output));
     assert!(stdout(&output).starts_with("no viable cell: "), "{}", stdout(&output));
+    assert!(stdout(&output).contains("rsrs diagnose blind"), "{}", stdout(&output));
+}
+
+#[test]
+fn a_mill_that_ends_when_a_robot_is_lost_is_said_to() {
+    let place = workplace("speed_m_s: [0.15]", "true_positive: 0.8");
+    let sweep = std::fs::read_to_string(place.path().join("sweep.yaml")).expect("it was written");
+    // Where nine robots mill nearly always, two cannot, and three hardly.
+    let write = |name: &str, robots: u32, half_angle_rad: f64| {
+        let robots = format!("robots: {robots}, half_angle_rad: {half_angle_rad}");
+        std::fs::write(place.path().join(name), sweep.replace("robots: 9", &robots))
+            .expect("the folder is writable");
+    };
+    write("nine.yaml", 9, 0.2);
+    write("few.yaml", 4, 0.45);
+    let choose = |name: &str| {
+        let swept = rsrs(place.path(), &["sweep", &format!("{name}.yaml"), "-o", name]);
+        assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+        let arguments = ["choose", name, "--confirm", "200", "--viable", "0.5", "--format", "json"];
+        json(&rsrs(place.path(), &arguments))
+    };
+
+    let (nine, few) = (choose("nine"), choose("few"));
+
+    assert_eq!(nine["one_robot_less"], Value::Null, "{nine:#}");
+    assert_eq!(few["one_robot_less"]["robots"], 3, "{few:#}");
+    assert!(few["one_robot_less"]["b_s_high"].as_f64() < Some(0.5), "{few:#}");
 }
 
 #[test]

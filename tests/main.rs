@@ -10,6 +10,7 @@ mod cli;
 mod command;
 mod compare;
 mod deploy;
+mod diagnosing;
 mod dry_run;
 mod factors;
 mod fleet;

@@ -5,6 +5,7 @@ pub mod campaign;
 pub mod choose;
 pub mod compare;
 pub mod completions;
+pub mod diagnose;
 pub mod diagram;
 pub mod dry_run;
 pub mod episode;

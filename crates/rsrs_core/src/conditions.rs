@@ -1,5 +1,6 @@
 //! The conditions of one experiment: everything that the outcome may depend on, the paper's `E`.
 
+mod capabilities;
 mod check;
 pub mod operator;
 mod reach;

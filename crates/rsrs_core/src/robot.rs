@@ -4,4 +4,5 @@ pub mod capability;
 pub mod controller;
 pub mod harsher;
 pub mod profile;
+pub mod shape;
 pub mod unicycle;

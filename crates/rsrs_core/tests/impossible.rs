@@ -93,3 +93,38 @@ fn a_cell_with_an_impossible_value_is_refused_by_the_axis() {
         assert!(error.to_string().contains(axis.key()), "{axis:?} {value}: {error}");
     }
 }
+
+#[test]
+fn every_capability_is_read_back_as_it_was_set() {
+    let cone = "cone: {half_angle_rad: 0.2, range_m: 0.75}";
+    let polygon = "polygon_m: [[0, 0], [0.6, -0.1], [0.7, 0.1], [0.5, 0.3]]";
+    for text in [FLOCKBOT.to_owned(), flockbot_but(cone, polygon)] {
+        let profile = RobotProfile::parse("robot.yaml", &text).expect("it is a robot");
+        for (axis, value) in [
+            (Axis::Range, 0.9),
+            (Axis::HalfAngle, 0.35),
+            (Axis::TruePositive, 0.7),
+            (Axis::FalsePositive, 0.2),
+            (Axis::Heterogeneity, 0.1),
+            (Axis::LatencySteps, 3.0),
+            (Axis::Gust, 0.02),
+            (Axis::YawLag, 0.4),
+            (Axis::Period, 0.2),
+            (Axis::SpeedGain, 0.8),
+            (Axis::TurnGain, 1.1),
+            (Axis::GainNoise, 0.05),
+            (Axis::TurnBias, 0.01),
+            (Axis::HeadingNoise, 0.03),
+        ] {
+            let changed = profile.with_capabilities(&[(axis, value)]).expect("it is a robot");
+
+            let found = changed.capability(axis).expect("it is a capability");
+            assert!((found - value).abs() < 1e-12, "{axis}: {found}, expected {value}");
+            assert_ne!(changed, profile, "{axis}");
+        }
+        let turned = profile.with_capabilities(&[(Axis::SensorBearing, 0.1)]).expect("a robot");
+        assert!(turned.sensing.polygon_m.is_some() && turned.sensing.cone.is_none());
+        let unturned = profile.with_capabilities(&[(Axis::SensorBearing, 0.0)]).expect("a robot");
+        assert_eq!(unturned, profile);
+    }
+}

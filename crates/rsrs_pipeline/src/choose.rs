@@ -5,9 +5,9 @@ mod smaller_placement;
 use std::path::Path;
 
 use anyhow::Context;
-use rsrs_core::conditions::Conditions;
+use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::diagram::axis::Cell;
-use rsrs_core::diagram::choice::{AsMeasured, AtCircliness, Candidate, Choice, rank};
+use rsrs_core::diagram::choice::{AsMeasured, AtCircliness, Candidate, Choice, OneRobotLess, rank};
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
 use rsrs_core::judge::order::Evidence;
 use rsrs_core::judge::phase::{self, Phase, label};
@@ -100,6 +100,7 @@ pub fn choose(folder: &Path, options: Options<'_>) -> anyhow::Result<Chosen> {
                 settling::of_cell(&result.source, candidate.index, options.execution)?;
             let conditions = result.source.conditions_of(candidate.index)?;
             choice.converged_s = converged_s(&result.source, &conditions)?;
+            choice.one_robot_less = one_robot_less(&result.source, conditions, options)?;
             return Ok(Chosen::Viable(choice));
         }
         if best.as_ref().is_none_or(|best| choice.least_low() > best.least_low()) {
@@ -136,6 +137,33 @@ fn converged_s(source: &ResolvedSweep, conditions: &Conditions) -> anyhow::Resul
     }
     times_s.sort_by(f64::total_cmp);
     Ok(times_s.get(times_s.len() / 2).copied())
+}
+
+/// Runs a cell with one robot less on fresh seeds, made worse.
+///
+/// # Returns
+///
+/// `None` if the cell stays viable, or there is only one robot.
+fn one_robot_less(
+    source: &ResolvedSweep,
+    mut conditions: Conditions,
+    options: Options<'_>,
+) -> anyhow::Result<Option<OneRobotLess>> {
+    let is_given = matches!(conditions.placement, Placement::Given { .. });
+    if conditions.robots < 2 || is_given {
+        return Ok(None);
+    }
+    conditions.robots -= 1;
+    let fresh = confirm_conditions(options, source, &conditions)?;
+    let milling = Share::milling(&fresh.counts(1)[0]);
+    let interval = milling.interval();
+    let less = OneRobotLess {
+        robots: conditions.robots,
+        b_s: milling.value(),
+        b_s_low: interval.low,
+        b_s_high: interval.high,
+    };
+    Ok((interval.high < options.viable).then_some(less))
 }
 
 /// Confirms a candidate on fresh seeds, in both worlds.
@@ -200,7 +228,14 @@ pub fn write(path: &Path, choice: &Choice) -> anyhow::Result<()> {
 
 /// Runs a cell of a sweep on fresh seeds.
 fn confirm(options: Options<'_>, source: &ResolvedSweep, index: usize) -> anyhow::Result<Swept> {
-    let conditions = source.conditions_of(index)?;
+    confirm_conditions(options, source, &source.conditions_of(index)?)
+}
+
+fn confirm_conditions(
+    options: Options<'_>,
+    source: &ResolvedSweep,
+    conditions: &Conditions,
+) -> anyhow::Result<Swept> {
     let runs = Runs {
         seed: source.sweep.seed,
         replicates: options.confirm,
@@ -209,7 +244,7 @@ fn confirm(options: Options<'_>, source: &ResolvedSweep, index: usize) -> anyhow
     };
     options
         .execution
-        .simulate("confirming", |watch| rsrs_sim::sweep::confirm(&conditions, runs, watch))
+        .simulate("confirming", |watch| rsrs_sim::sweep::confirm(conditions, runs, watch))
 }
 
 impl NoViableCell {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use rsrs_core::diagram::axis::Cell;
-use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
+use rsrs_core::diagram::choice::{Choice, OneRobotLess, VIABLE_B_S_LOW};
 use serde::Serialize;
 
 use crate::commands::{Format, report};
@@ -22,7 +22,8 @@ use rsrs_pipeline::wording::counted;
 /// it is viable. From the deepest on, cells are confirmed in both worlds until one is viable: what was
 /// swept flatters a cell, so only fresh runs feed its `B_s`.
 /// The last lines show which of the factors that make robots worse matters in that cell: each
-/// alone, and all but each. Exit code 3 means that no cell is viable.
+/// alone, and all but each. Exit code 3 means that no cell is viable; `rsrs diagnose FOLDER` finds what
+/// would have to be changed about the robots.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Folder of a sweep.
@@ -77,7 +78,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         }
         Chosen::NoViableCell(none) => {
             let smaller = none.smaller_placement.map(|smaller| format!("\n{}", smaller.text()));
-            let printed = format!("no viable cell: {}{}", none.reason, smaller.unwrap_or_default());
+            let why = format!(
+                "\nwhat would have to be changed: rsrs diagnose {}",
+                arguments.folder.display()
+            );
+            let smaller = smaller.unwrap_or_default();
+            let printed = format!("no viable cell: {}{smaller}{why}", none.reason);
             report_with_factors(arguments, &none, none.best_cell(), &printed)?;
             Ok(Outcome::NegativeAnswer)
         }
@@ -130,6 +136,7 @@ fn text(choice: &Choice) -> String {
     lines.extend(choice.settling.map(|settling| format!("  {}", settling::text(&settling))));
     let converged = |time_s: f64| format!("  half of its mills have formed by {time_s:.0} s");
     lines.extend(choice.converged_s.map(converged));
+    lines.extend(choice.one_robot_less.map(one_robot_less));
     lines.extend(by_circliness(choice));
     lines.extend(margins);
     lines.join("\n")
@@ -139,6 +146,19 @@ fn text(choice: &Choice) -> String {
 fn tried(choice: &Choice) -> Option<String> {
     let n_before = choice.candidates_tried?.checked_sub(1).filter(|n| *n > 0)?;
     Some(format!("  {} ranked before it did not hold", counted(n_before, "cell")))
+}
+
+/// What is at stake when a robot is lost.
+fn one_robot_less(less: OneRobotLess) -> String {
+    let what = if less.b_s < 0.5 { "ends the mill" } else { "makes it less than viable" };
+    format!(
+        "  losing one robot {what}: {} mill in {:.1} % ({:.1} to {:.1} %); have a spare one at hand, or \
+         sweep other numbers",
+        less.robots,
+        100.0 * less.b_s,
+        100.0 * less.b_s_low,
+        100.0 * less.b_s_high
+    )
 }
 
 /// How `B_s` moves with the circliness from which a mill is called stable.

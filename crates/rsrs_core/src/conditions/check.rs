@@ -32,7 +32,7 @@ const FRONT: Bounds = Bounds { least: 0.0, most: 3.15 };
 /// Robots of a detection trial.
 const PAIR: Bounds = Bounds { least: 0.0, most: 2.0 };
 /// A bearing, in radians: half around to either side.
-const BEARING: Bounds = Bounds { least: -3.15, most: 3.15 };
+pub(super) const BEARING: Bounds = Bounds { least: -3.15, most: 3.15 };
 /// A coordinate of a corner, in metres.
 const COORDINATE: Bounds = Bounds { least: -1e6, most: 1e6 };
 

@@ -1,6 +1,7 @@
 //! From a profile and settings to conditions.
 
-use super::check::{self, Impossible};
+use super::capabilities::check_value;
+use super::check::Impossible;
 use super::{Arena, Conditions, GainDistribution, Placement, Region, SimulatedRobot, Walls};
 use crate::diagram::axis::{Axis, Cell};
 use crate::robot::controller::ControllerParameters;
@@ -47,7 +48,7 @@ pub enum ConditionsError {
     NotOfThisSensor {
         /// The axis.
         axis: Axis,
-        /// `cone` or `polygon`.
+        /// `cone`, or what kind of polygon.
         sensor: &'static str,
     },
 }
@@ -67,15 +68,15 @@ impl Conditions {
     ///
     /// [`ConditionsError`], the first problem found.
     pub fn resolve(robot: &RobotProfile, settings: &Settings) -> Result<Self, ConditionsError> {
-        let mut robot = robot.clone();
         let mut operator = OperatorSettings::default();
+        let mut capabilities = Vec::new();
         for (axis, value) in &settings.values {
             check_value(*axis, *value)?;
             if !operator.set(*axis, *value) {
-                set_capability(&mut robot, *axis, *value)?;
+                capabilities.push((*axis, *value));
             }
         }
-        robot.check()?;
+        let robot = robot.with_capabilities(&capabilities)?;
         let required = |value: Option<f64>, axis| value.ok_or(ConditionsError::Missing { axis });
         let controller = ControllerParameters {
             speed_m_s: required(operator.speed_m_s, Axis::Speed)?,
@@ -127,68 +128,6 @@ impl OperatorSettings {
         *place = Some(value);
         true
     }
-}
-
-fn set_capability(robot: &mut RobotProfile, axis: Axis, value: f64) -> Result<(), ConditionsError> {
-    let sensing = &mut robot.sensing;
-    match axis {
-        Axis::Range | Axis::HalfAngle => {
-            let cone = sensing
-                .cone
-                .as_mut()
-                .ok_or(ConditionsError::NotOfThisSensor { axis, sensor: "polygon" })?;
-            if axis == Axis::Range {
-                cone.range_m = value;
-            } else {
-                cone.half_angle_rad = value;
-            }
-        }
-        Axis::PolygonScale => {
-            let polygon = sensing
-                .polygon_m
-                .as_mut()
-                .ok_or(ConditionsError::NotOfThisSensor { axis, sensor: "cone" })?;
-            for coordinate in polygon.iter_mut().flatten() {
-                *coordinate *= value;
-            }
-        }
-        Axis::TruePositive => sensing.true_positive = value,
-        Axis::FalsePositive => sensing.false_positive = value,
-        Axis::LatencySteps => sensing.latency_steps = value as u32,
-        Axis::Heterogeneity => {
-            robot.actuation.speed.robot_sd = value;
-            robot.actuation.turn.robot_sd = value;
-        }
-        Axis::Gust => robot.actuation.gust.sd_m_s = value,
-        Axis::YawLag => robot.actuation.yaw_lag_s = value,
-        Axis::Period => robot.computation.period_s = value,
-        Axis::Speed | Axis::TurnRate | Axis::Robots | Axis::PlacementRadius | Axis::Arena => {
-            unreachable!("operator settings are taken before capabilities")
-        }
-    }
-    Ok(())
-}
-
-fn check_value(axis: Axis, found: f64) -> Result<(), ConditionsError> {
-    let bounds = match axis {
-        Axis::Robots => check::ROBOTS,
-        Axis::TruePositive | Axis::FalsePositive => check::PROBABILITY,
-        Axis::HalfAngle => check::HALF_ANGLE,
-        Axis::Speed
-        | Axis::TurnRate
-        | Axis::Heterogeneity
-        | Axis::LatencySteps
-        | Axis::Gust
-        | Axis::YawLag => check::AMOUNT,
-        Axis::PlacementRadius | Axis::Arena | Axis::Range | Axis::PolygonScale => check::SIZE,
-        Axis::Period => check::PERIOD,
-    };
-    let whole = !axis.is_count() || found.fract() == 0.0;
-    if bounds.contains(found) && whole {
-        return Ok(());
-    }
-    let kind = if axis.is_count() { "a whole number" } else { "a number" };
-    Err(ConditionsError::OutOfRange { axis, found, expected: format!("{kind} {bounds}") })
 }
 
 fn simulated_robot(robot: &RobotProfile, controller: ControllerParameters) -> SimulatedRobot {

@@ -1,17 +1,18 @@
-//! Axes of a sweep, and cells: one value on each swept axis.
+//! Axes of a sweep, and their values.
 
+mod cell;
 mod unit;
 
 use std::fmt;
 use std::str::FromStr;
 
 use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
-use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use crate::document::nearest;
 use crate::robot::harsher::tidy;
 
+pub use cell::{Cell, CellError};
 pub use unit::OtherUnit;
 
 /// A quantity that a sweep can vary.
@@ -27,9 +28,10 @@ pub enum Axis {
     PlacementRadius,
     /// Side of the square arena, in metres.
     Arena,
-    /// Range of a cone, in metres.
+    /// Range of the sensor, in metres: a polygon keeps its shape, and its farthest corner is there.
     Range,
-    /// Half of a cone's opening angle, in radians.
+    /// Half of the sensor's opening angle, in radians: a polygon is stretched across its own axis, and
+    /// its range stays.
     HalfAngle,
     /// Size of a sensing polygon, relative to the profile's; dimensionless.
     PolygonScale,
@@ -47,11 +49,23 @@ pub enum Axis {
     YawLag,
     /// Control period `Δt`, in seconds.
     Period,
+    /// By how much the sensing region is turned about the robot, in radians; left is positive.
+    SensorBearing,
+    /// Mean gain of the speed, `θᵃ₁`, at every command; dimensionless.
+    SpeedGain,
+    /// Mean gain of the turning rate, `θᵃ₂`, at every command; dimensionless.
+    TurnGain,
+    /// Standard deviation of both gains from step to step; dimensionless.
+    GainNoise,
+    /// Standard deviation between robots of a turning rate nobody asked for, in radians per second.
+    TurnBias,
+    /// Standard deviation of the heading's random change per step, in radians.
+    HeadingNoise,
 }
 
 impl Axis {
     /// All axes, those that an operator can set first.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 21] = [
         Self::Speed,
         Self::TurnRate,
         Self::Robots,
@@ -67,6 +81,12 @@ impl Axis {
         Self::Gust,
         Self::YawLag,
         Self::Period,
+        Self::SensorBearing,
+        Self::SpeedGain,
+        Self::TurnGain,
+        Self::GainNoise,
+        Self::TurnBias,
+        Self::HeadingNoise,
     ];
 
     /// The name in files and on the command line: `speed_m_s`.
@@ -87,6 +107,12 @@ impl Axis {
             Self::Gust => "gust_m_s",
             Self::YawLag => "yaw_lag_s",
             Self::Period => "period_s",
+            Self::SensorBearing => "sensor_bearing_rad",
+            Self::SpeedGain => "speed_gain",
+            Self::TurnGain => "turn_gain",
+            Self::GainNoise => "gain_noise",
+            Self::TurnBias => "turn_bias_rad_s",
+            Self::HeadingNoise => "heading_noise_rad",
         }
     }
 
@@ -108,6 +134,12 @@ impl Axis {
             Self::Gust => "gusts, standard deviation (m/s)",
             Self::YawLag => "yaw lag (s)",
             Self::Period => "control period (s)",
+            Self::SensorBearing => "turn of the sensor (rad)",
+            Self::SpeedGain => "gain of the speed",
+            Self::TurnGain => "gain of the turning rate",
+            Self::GainNoise => "gain noise, standard deviation per step",
+            Self::TurnBias => "turn bias, standard deviation (rad/s)",
+            Self::HeadingNoise => "heading noise, standard deviation per step (rad)",
         }
     }
 
@@ -115,15 +147,19 @@ impl Axis {
     pub fn unit(self) -> &'static str {
         match self {
             Self::Speed | Self::Gust => "m/s",
-            Self::TurnRate => "rad/s",
+            Self::TurnRate | Self::TurnBias => "rad/s",
             Self::PlacementRadius | Self::Arena | Self::Range => "m",
-            Self::HalfAngle => "rad",
+            Self::HalfAngle | Self::SensorBearing | Self::HeadingNoise => "rad",
             Self::YawLag | Self::Period => "s",
             Self::LatencySteps => "steps",
             Self::Robots => "robots",
-            Self::PolygonScale | Self::TruePositive | Self::FalsePositive | Self::Heterogeneity => {
-                ""
-            }
+            Self::PolygonScale
+            | Self::TruePositive
+            | Self::FalsePositive
+            | Self::Heterogeneity
+            | Self::SpeedGain
+            | Self::TurnGain
+            | Self::GainNoise => "",
         }
     }
 
@@ -179,149 +215,6 @@ impl<'de> Deserialize<'de> for Axis {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let key = String::deserialize(deserializer)?;
         key.parse().map_err(de::Error::custom)
-    }
-}
-
-/// One point of a sweep: a value on each of some axes, in the order they were given.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Cell {
-    values: Vec<(Axis, f64)>,
-}
-
-/// Why a text is not a cell.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CellError {
-    /// A part is not `axis=value`.
-    #[error("`{found}` is not of the form axis=value")]
-    NotAnAssignment {
-        /// The part found.
-        found: String,
-    },
-    /// The name is no axis.
-    #[error(transparent)]
-    Axis(#[from] UnknownAxis),
-    /// The value is not a number.
-    #[error("{axis}={found} is not a finite number")]
-    NotANumber {
-        /// The axis.
-        axis: Axis,
-        /// The text found.
-        found: String,
-    },
-    /// The value is likely in another unit.
-    #[error(transparent)]
-    Unit(#[from] OtherUnit),
-    /// An axis is given twice.
-    #[error("{axis} is given twice")]
-    Twice {
-        /// The axis.
-        axis: Axis,
-    },
-}
-
-impl Cell {
-    /// A cell from its values.
-    ///
-    /// # Errors
-    ///
-    /// [`CellError::Twice`] or [`CellError::NotANumber`].
-    pub fn new(values: impl IntoIterator<Item = (Axis, f64)>) -> Result<Self, CellError> {
-        let mut cell = Self::default();
-        for (axis, value) in values {
-            if cell.get(axis).is_some() {
-                return Err(CellError::Twice { axis });
-            }
-            if !value.is_finite() {
-                return Err(CellError::NotANumber { axis, found: value.to_string() });
-            }
-            cell.values.push((axis, value));
-        }
-        Ok(cell)
-    }
-
-    /// A cell as a person wrote it: values that look like millimetres or degrees are refused.
-    fn written(values: Vec<(Axis, f64)>) -> Result<Self, CellError> {
-        let cell = Self::new(values)?;
-        for (axis, value) in cell.iter() {
-            axis.check_unit(value)?;
-        }
-        Ok(cell)
-    }
-
-    /// The value on one axis.
-    pub fn get(&self, axis: Axis) -> Option<f64> {
-        self.values.iter().find(|(other, _)| *other == axis).map(|(_, value)| *value)
-    }
-
-    /// Axes and values in order.
-    pub fn iter(&self) -> impl Iterator<Item = (Axis, f64)> + '_ {
-        self.values.iter().copied()
-    }
-
-    /// The axes in order.
-    pub fn axes(&self) -> Vec<Axis> {
-        self.values.iter().map(|(axis, _)| *axis).collect()
-    }
-}
-
-/// `speed_m_s=0.15,turn_rate_rad_s=0.75`.
-impl fmt::Display for Cell {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (position, (axis, value)) in self.values.iter().enumerate() {
-            let separator = if position == 0 { "" } else { "," };
-            write!(formatter, "{separator}{axis}={value}")?;
-        }
-        Ok(())
-    }
-}
-
-impl FromStr for Cell {
-    type Err = CellError;
-
-    fn from_str(text: &str) -> Result<Self, CellError> {
-        let values = text.split(',').map(|part| {
-            let (key, value) = part
-                .split_once('=')
-                .ok_or_else(|| CellError::NotAnAssignment { found: part.to_owned() })?;
-            let axis: Axis = key.trim().parse()?;
-            let number = value
-                .trim()
-                .parse::<f64>()
-                .ok()
-                .ok_or_else(|| CellError::NotANumber { axis, found: value.to_owned() })?;
-            Ok((axis, number))
-        });
-        Self::written(values.collect::<Result<Vec<_>, CellError>>()?)
-    }
-}
-
-impl Serialize for Cell {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(self.values.len()))?;
-        for (axis, value) in &self.values {
-            map.serialize_entry(axis.key(), value)?;
-        }
-        map.end()
-    }
-}
-
-impl<'de> Deserialize<'de> for Cell {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct CellVisitor;
-        impl<'de> Visitor<'de> for CellVisitor {
-            type Value = Cell;
-            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-                formatter.write_str("a map from axes to numbers")
-            }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Cell, A::Error> {
-                let mut values = Vec::new();
-                while let Some(entry) = map.next_entry::<Axis, f64>()? {
-                    values.push(entry);
-                }
-                Cell::written(values).map_err(de::Error::custom)
-            }
-        }
-        deserializer.deserialize_map(CellVisitor)
     }
 }
 
@@ -401,20 +294,5 @@ mod tests {
 
         assert_eq!(values.0[4].to_bits(), 0.15_f64.to_bits());
         assert_eq!(values.0.len(), 11);
-    }
-
-    #[test]
-    fn a_cell_reads_back_what_it_prints() {
-        let cell: Cell = "speed_m_s=.15,turn_rate_rad_s=0.75,robots=9".parse().unwrap();
-
-        assert_eq!(cell.to_string(), "speed_m_s=0.15,turn_rate_rad_s=0.75,robots=9");
-        assert_eq!(cell.to_string().parse(), Ok(cell));
-    }
-
-    #[test]
-    fn a_misspelt_axis_is_answered_with_the_nearest() {
-        let error = "speed=0.15".parse::<Cell>().unwrap_err();
-
-        assert_eq!(error.to_string(), "unknown axis `speed`; did you mean `speed_m_s`?");
     }
 }

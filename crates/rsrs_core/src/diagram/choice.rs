@@ -61,6 +61,10 @@ pub struct Choice {
     /// file that does not contain it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub converged_s: Option<f64>,
+    /// The cell with one robot less, if that is not viable; else, and in a file that does not say,
+    /// `None`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub one_robot_less: Option<OneRobotLess>,
     /// `b_s` for other circliness at which semi-stable mills end and stable ones begin; empty in a
     /// file that does not contain it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -69,6 +73,20 @@ pub struct Choice {
     /// that does not contain it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub candidates_tried: Option<u64>,
+}
+
+/// What robots made worse do in a cell when one of them is lost: in fresh runs without it from the
+/// start.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OneRobotLess {
+    /// Number of robots that are left.
+    pub robots: usize,
+    /// Share of replicates that milled.
+    pub b_s: f64,
+    /// Lower bound of its 95 % interval.
+    pub b_s_low: f64,
+    /// Upper bound.
+    pub b_s_high: f64,
 }
 
 /// What `B_s` would be if a mill were called stable from another circliness on.
@@ -163,6 +181,7 @@ impl Choice {
             as_measured: None,
             settling: None,
             converged_s: None,
+            one_robot_less: None,
             by_circliness: Vec::new(),
             candidates_tried: None,
         }

@@ -224,7 +224,7 @@ impl HarsherFactors {
 
 /// Rounds away what binary fractions add behind the twelfth decimal, so that 0.02 × 2.5 is the
 /// number a person would write.
-pub(crate) fn tidy(number: f64) -> f64 {
+pub fn tidy(number: f64) -> f64 {
     (number * 1e12).round() / 1e12
 }
 

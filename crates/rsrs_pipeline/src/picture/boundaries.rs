@@ -25,8 +25,12 @@ pub struct Plane {
 ///
 /// # Returns
 ///
-/// No lines if the theory does not hold for these robots, see [`Ring::of`].
+/// No lines if the theory does not hold for these robots, see [`Ring::of`], nor where their sensor is
+/// turned along an axis.
 pub fn boundaries(conditions: &Conditions, plane: Plane) -> Vec<Boundary> {
+    if plane.x.0 == Axis::SensorBearing || plane.y.is_some_and(|y| y.0 == Axis::SensorBearing) {
+        return Vec::new();
+    }
     let Some(ring) = Ring::of(conditions) else {
         return Vec::new();
     };
@@ -69,6 +73,8 @@ impl Swarm {
             Axis::HalfAngle => self.ring.half_angle_rad = value,
             Axis::TruePositive => self.ring.true_positive = value,
             Axis::FalsePositive => self.ring.false_positive = value,
+            Axis::SpeedGain => self.speed_gain = value,
+            Axis::TurnGain => self.turn_gain = value,
             Axis::PlacementRadius
             | Axis::Arena
             | Axis::PolygonScale
@@ -76,7 +82,11 @@ impl Swarm {
             | Axis::LatencySteps
             | Axis::Gust
             | Axis::YawLag
-            | Axis::Period => {}
+            | Axis::Period
+            | Axis::SensorBearing
+            | Axis::GainNoise
+            | Axis::TurnBias
+            | Axis::HeadingNoise => {}
         }
         self
     }

@@ -34,10 +34,12 @@ impl Axis {
     pub fn check_unit(self, found: f64) -> Result<(), OtherUnit> {
         let (most, likely) = match self {
             Self::Speed | Self::Gust => (MAX_SPEED_M_S, "mm/s"),
-            Self::TurnRate => (MAX_TURN_RATE_RAD_S, "degrees per second"),
+            Self::TurnRate | Self::TurnBias => (MAX_TURN_RATE_RAD_S, "degrees per second"),
             Self::Range => (MAX_SENSING_M, "mm"),
             Self::PlacementRadius => (MAX_PLACEMENT_M, "mm"),
-            Self::HalfAngle => (std::f64::consts::PI, "degrees"),
+            Self::HalfAngle | Self::SensorBearing | Self::HeadingNoise => {
+                (std::f64::consts::PI, "degrees")
+            }
             Self::YawLag | Self::Period => (MAX_PERIOD_S, "ms"),
             Self::Arena
             | Self::Robots
@@ -45,9 +47,12 @@ impl Axis {
             | Self::TruePositive
             | Self::FalsePositive
             | Self::Heterogeneity
-            | Self::LatencySteps => return Ok(()),
+            | Self::LatencySteps
+            | Self::SpeedGain
+            | Self::TurnGain
+            | Self::GainNoise => return Ok(()),
         };
-        if found > most {
+        if found.abs() > most {
             return Err(OtherUnit { axis: self, found, likely });
         }
         Ok(())
@@ -74,6 +79,10 @@ mod tests {
             (
                 "half_angle_rad=11.5",
                 "half_angle_rad is 11.5: this looks like degrees, expected rad",
+            ),
+            (
+                "sensor_bearing_rad=-4",
+                "sensor_bearing_rad is -4: this looks like degrees, expected rad",
             ),
             ("period_s=130", "period_s is 130: this looks like ms, expected s"),
             ("placement_radius_m=825", "placement_radius_m is 825: this looks like mm, expected m"),

@@ -1,0 +1,90 @@
+//! `rsrs diagnose`: why robots do not mill, and what would have to be changed.
+
+use std::path::PathBuf;
+
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
+use rsrs_pipeline::diagnose::{CONFIRM, Options, diagnose};
+
+use crate::commands::{Format, report};
+use crate::failure::Outcome;
+use crate::progress::execution;
+
+/// Find out why robots do not mill, and what would have to be changed about them.
+///
+/// A robot is tried with 4 to 13 others of its kind, at speeds and turning rates within its limits,
+/// from two placements, or in the settings of a sweep, made worse as in a sweep. Then its capabilities
+/// are moved, each by itself and together, towards a perfect robot; the smallest change that reaches
+/// the wanted share of mills is confirmed on fresh seeds, in both worlds. What is needed is a measured
+/// value: the robot that has it is made worse again. Of robots that mill it is said what could be worse.
+/// Exit code 3 says that they do not mill.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs diagnose launch_configs/profiles/smars.yaml
+  rsrs diagnose mine.yaml --sweep sweep.yaml --cost range_m=200 --cost sensor_bearing_rad=5
+  rsrs diagnose results/flockbot --format json")]
+pub struct Arguments {
+    /// Profile of a robot, sweep file, or folder of a sweep.
+    profile: PathBuf,
+    /// Sweep file or folder of a sweep whose settings are tried (default: a built-in grid).
+    #[arg(long, value_name = "SWEEP")]
+    sweep: Option<PathBuf>,
+    /// Share of mills that is wanted: the least confirmed lower bound (default: 0.8).
+    #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true,
+          value_parser = wanted)]
+    b_s: f64,
+    /// What a change of a capability costs, in any currency; changes are put in order by it.
+    #[arg(long, value_name = "CAPABILITY=NUMBER", value_parser = cost)]
+    cost: Vec<(Axis, f64)>,
+    /// Fresh runs that confirm an answer, in each world (default: 1000).
+    #[arg(long, value_name = "N", default_value_t = CONFIRM, hide_default_value = true,
+          value_parser = clap::value_parser!(u64).range(1..))]
+    confirm: u64,
+    /// Threads (default: as many as the machine runs at once).
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// How to report.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// A share strictly between 0 and 1, from the command line.
+fn wanted(text: &str) -> Result<f64, String> {
+    let share: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    if share > 0.0 && share < 1.0 {
+        Ok(share)
+    } else {
+        Err("expected a share between 0 and 1".into())
+    }
+}
+
+/// What a change costs, from the command line.
+fn cost(text: &str) -> Result<(Axis, f64), String> {
+    let (axis, cost) = text.split_once('=').ok_or("expected CAPABILITY=NUMBER")?;
+    let axis: Axis = axis.trim().parse().map_err(|error| format!("{error}"))?;
+    let cost: f64 = cost.trim().parse().map_err(|error| format!("{error}"))?;
+    if cost >= 0.0 && cost.is_finite() {
+        Ok((axis, cost))
+    } else {
+        Err("expected a cost from 0".into())
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// If a file is not what it should be, or no setting can be simulated.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let options = Options {
+        sweep: arguments.sweep.as_deref(),
+        wanted: arguments.b_s,
+        confirm: arguments.confirm,
+        costs: &arguments.cost,
+        execution: execution(arguments.threads)?,
+    };
+    let diagnosis = diagnose(&arguments.profile, options)?;
+    report(arguments.format, &diagnosis, &diagnosis.to_string())?;
+    Ok(if diagnosis.viable { Outcome::Done } else { Outcome::NegativeAnswer })
+}

@@ -1,0 +1,195 @@
+//! What can be changed about a robot, and in which directions.
+
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::robot::harsher::tidy;
+use rsrs_core::robot::profile::RobotProfile;
+
+/// A capability, and values of it on the way to a better robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remedy {
+    /// The axis; speed and turning rate stand for the robot's limits.
+    pub axis: Axis,
+    /// What the robot has.
+    pub now: f64,
+    /// Values to try, the nearest first.
+    pub values: Vec<f64>,
+}
+
+/// Noise, errors and delays, and what a perfect robot has instead.
+const IDEALS: [(Axis, f64); 11] = [
+    (Axis::TruePositive, 1.0),
+    (Axis::FalsePositive, 0.0),
+    (Axis::LatencySteps, 0.0),
+    (Axis::Heterogeneity, 0.0),
+    (Axis::GainNoise, 0.0),
+    (Axis::TurnBias, 0.0),
+    (Axis::HeadingNoise, 0.0),
+    (Axis::Gust, 0.0),
+    (Axis::YawLag, 0.0),
+    (Axis::SpeedGain, 1.0),
+    (Axis::TurnGain, 1.0),
+];
+
+/// By which factors a range may grow.
+const FARTHER: [f64; 4] = [1.3, 1.7, 2.4, 4.0];
+/// By which factors a sensor may open.
+const WIDER: [f64; 4] = [1.4, 2.0, 3.0, 5.0];
+/// By which factors it may close.
+const NARROWER: [f64; 4] = [0.7, 0.5, 0.35, 0.2];
+/// By how much a sensor may be turned, in radians.
+const TURNS_RAD: [f64; 5] = [0.06, 0.13, 0.22, 0.35, 0.55];
+/// By which factors a period may become shorter.
+const SHORTER: [f64; 2] = [0.5, 0.25];
+/// Shortest period that is asked for, in seconds.
+const SHORTEST_S: f64 = 0.02;
+/// By which factors the greatest speed or turning rate may grow.
+const FASTER: [f64; 3] = [1.5, 2.2, 3.5];
+/// By which factors the least one may shrink.
+const SLOWER: [f64; 2] = [0.5, 0.25];
+/// A gain that is off by less than this is as good as 1.
+const SAME_GAIN: f64 = 0.02;
+
+/// Noise, errors and delays of a robot, each with its perfect value.
+pub fn imperfections(robot: &RobotProfile) -> Vec<Remedy> {
+    let remedy = |(axis, ideal): (Axis, f64)| {
+        let now = robot.capability(axis)?;
+        let same = if ideal > 0.5 && axis != Axis::TruePositive { SAME_GAIN } else { 1e-9 };
+        ((now - ideal).abs() > same).then(|| Remedy { axis, now, values: vec![ideal] })
+    };
+    IDEALS.into_iter().filter_map(remedy).collect()
+}
+
+/// Whether a capability has a perfect value.
+pub fn is_imperfection(axis: Axis) -> bool {
+    IDEALS.iter().any(|(other, _)| *other == axis)
+}
+
+/// What has no perfect value: where the sensor points, how far and how wide it sees, how often the
+/// robot decides, and how fast it may be.
+pub fn designs(robot: &RobotProfile) -> Vec<Remedy> {
+    let mut found = Vec::new();
+    let mut add = |axis: Axis, now: f64, values: Vec<f64>| {
+        if !values.is_empty() {
+            found.push(Remedy { axis, now, values });
+        }
+    };
+    let times = |now: f64, factors: &[f64]| -> Vec<f64> {
+        factors.iter().map(|factor| tidy(factor * now)).collect()
+    };
+    for sign in [-1.0, 1.0] {
+        add(Axis::SensorBearing, 0.0, TURNS_RAD.map(|turn_rad| sign * turn_rad).to_vec());
+    }
+    if let Some(now) = robot.capability(Axis::Range) {
+        add(Axis::Range, now, times(now, &FARTHER));
+    }
+    if let Some(now) = robot.capability(Axis::HalfAngle) {
+        let mut wider = times(now, &WIDER);
+        wider.retain(|half_angle_rad| *half_angle_rad < 1.4);
+        add(Axis::HalfAngle, now, wider);
+        add(Axis::HalfAngle, now, times(now, &NARROWER));
+    }
+    let period_s = robot.computation.period_s;
+    let mut shorter = times(period_s, &SHORTER);
+    shorter.retain(|shorter_s| *shorter_s >= SHORTEST_S);
+    add(Axis::Period, period_s, shorter);
+    for (axis, [least, most]) in [
+        (Axis::Speed, robot.actuation.speed.limits_m_s),
+        (Axis::TurnRate, robot.actuation.turn.limits_rad_s),
+    ] {
+        add(axis, most, times(most, &FASTER));
+        if least > 0.0 {
+            add(axis, least, times(least, &SLOWER));
+        }
+    }
+    found
+}
+
+/// Worse values of a robot's capabilities, as long as they say something.
+pub fn savings(robot: &RobotProfile) -> Vec<Remedy> {
+    let doubling = |now: f64, first: f64, most: f64| -> Vec<f64> {
+        let first = if now > 0.0 { 2.0 * now } else { first };
+        std::iter::successors(Some(first), |value| Some(2.0 * value))
+            .take_while(|value| *value <= most)
+            .map(tidy)
+            .collect()
+    };
+    let speed_m_s = robot.actuation.speed.limits_m_s[1];
+    let turn_rad_s = robot.actuation.turn.limits_rad_s[1];
+    let worse = |axis: Axis| -> Option<Remedy> {
+        let now = robot.capability(axis)?;
+        let values = match axis {
+            Axis::TruePositive => {
+                [0.9, 0.75, 0.55].into_iter().filter(|less| *less < now).collect()
+            }
+            Axis::FalsePositive | Axis::HeadingNoise => doubling(now, 0.02, 0.7),
+            Axis::Range => [0.8, 0.6, 0.4].map(|factor| tidy(factor * now)).to_vec(),
+            Axis::LatencySteps => doubling(now, 1.0, 16.0),
+            Axis::Heterogeneity | Axis::GainNoise => doubling(now, 0.05, 0.3),
+            Axis::TurnBias => doubling(now, 0.02 * turn_rad_s, 0.5 * turn_rad_s),
+            Axis::Gust => doubling(now, 0.05 * speed_m_s, speed_m_s),
+            Axis::YawLag => doubling(now, 0.1, 5.0),
+            Axis::Period => doubling(now, 0.1, 2.0),
+            _ => Vec::new(),
+        };
+        (!values.is_empty()).then_some(Remedy { axis, now, values })
+    };
+    Axis::ALL.into_iter().filter_map(worse).collect()
+}
+
+impl Remedy {
+    /// A value on the way from what the robot has, where `share` is 0, to a better one, where it is
+    /// 1: rounded towards the better one, so that it can be written down.
+    pub fn towards(&self, better: f64, share: f64) -> f64 {
+        if share >= 1.0 {
+            return better;
+        }
+        let value = self.now + share * (better - self.now);
+        let step = if self.axis.is_count() {
+            1.0
+        } else {
+            // A hundredth of the way or less, as one digit.
+            libm::pow(10.0, libm::floor(libm::log10((better - self.now).abs())) - 2.0)
+        };
+        let steps = value / step;
+        let rounded = if better > self.now {
+            libm::ceil(steps - 1e-9) * step
+        } else {
+            libm::floor(steps + 1e-9) * step
+        };
+        let (least, most) = (self.now.min(better), self.now.max(better));
+        tidy(rounded).clamp(least, most)
+    }
+
+    /// How much of a change a value is, so that changes of different capabilities can be put in order:
+    /// the share of the way to perfection, the logarithm of a factor, or the angle over half
+    /// a radian: aiming is cheaper than another sensor.
+    pub fn effort(&self, value: f64) -> f64 {
+        match self.axis {
+            Axis::SensorBearing => value.abs() / 0.5,
+            Axis::Range | Axis::HalfAngle | Axis::Period | Axis::Speed | Axis::TurnRate => {
+                libm::log(value / self.now).abs()
+            }
+            _ => {
+                let perfect = self.values.last().copied().unwrap_or(value);
+                ((value - self.now) / (perfect - self.now)).abs()
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_on_the_way_are_rounded_towards_the_better_end() {
+        let range = Remedy { axis: Axis::Range, now: 0.45, values: vec![0.72] };
+        let errors = Remedy { axis: Axis::FalsePositive, now: 0.145, values: vec![0.0] };
+        let latency = Remedy { axis: Axis::LatencySteps, now: 5.0, values: vec![0.0] };
+
+        assert!((range.towards(0.72, 0.501) - 0.586).abs() < 1e-9);
+        assert!((errors.towards(0.0, 0.5) - 0.072).abs() < 1e-9);
+        assert!((latency.towards(0.0, 0.3) - 3.0).abs() < 1e-9);
+        assert!((range.towards(0.72, 1.0) - 0.72).abs() < 1e-9);
+    }
+}

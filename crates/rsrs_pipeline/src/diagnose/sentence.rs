@@ -1,0 +1,123 @@
+//! Changes of robots in words that a laboratory uses.
+
+use rsrs_core::diagram::axis::Axis;
+
+/// What is to be changed: `range 0.45 m → at least 0.66 m`.
+pub fn change(axis: Axis, now: f64, needed: f64) -> String {
+    match axis {
+        Axis::SensorBearing => format!("aim the sensor {}", turn(needed)),
+        Axis::Speed | Axis::TurnRate => format!(
+            "allow a {} of {} (the limit is {})",
+            noun(axis),
+            quantity(axis, needed),
+            quantity(axis, now)
+        ),
+        Axis::SpeedGain | Axis::TurnGain => {
+            format!("{} {} → {}", noun(axis), quantity(axis, now), quantity(axis, needed))
+        }
+        _ => format!(
+            "{} {} → {} {}",
+            noun(axis),
+            quantity(axis, now),
+            if needed > now { "at least" } else { "at most" },
+            quantity(axis, needed)
+        ),
+    }
+}
+
+/// What would do as well: `range 0.75 m, 0.52 m would do`.
+pub fn spare(axis: Axis, now: f64, enough: f64) -> String {
+    format!("{} {}, {} would do", noun(axis), quantity(axis, now), quantity(axis, enough))
+}
+
+/// A value in the unit that people use.
+pub fn quantity(axis: Axis, value: f64) -> String {
+    match axis {
+        Axis::HalfAngle | Axis::SensorBearing | Axis::HeadingNoise => {
+            format!("{:.1}°", value.to_degrees())
+        }
+        Axis::LatencySteps if (value - 1.0).abs() < 1e-9 => "1 step".to_owned(),
+        _ if axis.unit().is_empty() => digits(value),
+        _ => format!("{} {}", digits(value), axis.unit()),
+    }
+}
+
+fn turn(by_rad: f64) -> String {
+    let side = if by_rad < 0.0 { "right" } else { "left" };
+    format!("{:.1}° to the {side}", by_rad.abs().to_degrees())
+}
+
+/// A number in three significant digits, without zeros at its end.
+fn digits(value: f64) -> String {
+    let decimals = match value.abs() {
+        100.0.. => 0,
+        10.0..100.0 => 1,
+        1.0..10.0 => 2,
+        0.1..1.0 => 3,
+        0.01..0.1 => 4,
+        _ => 5,
+    };
+    let text = format!("{value:.decimals$}");
+    if decimals == 0 {
+        return text;
+    }
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// What an axis is called.
+pub fn noun(axis: Axis) -> &'static str {
+    match axis {
+        Axis::Speed => "speed",
+        Axis::TurnRate => "turning rate",
+        Axis::Robots => "number of robots",
+        Axis::PlacementRadius => "placement radius",
+        Axis::Arena => "side of the arena",
+        Axis::Range => "range of the sensor",
+        Axis::HalfAngle => "half-angle of the sensor",
+        Axis::PolygonScale => "size of the sensor's region",
+        Axis::SensorBearing => "bearing of the sensor",
+        Axis::TruePositive => "share of neighbours that are detected",
+        Axis::FalsePositive => "share of detections without a neighbour",
+        Axis::Heterogeneity => "standard deviation of the gains between robots",
+        Axis::GainNoise => "standard deviation of the gains per step",
+        Axis::LatencySteps => "latency of the sensor",
+        Axis::Gust => "standard deviation of gusts",
+        Axis::YawLag => "lag of the turning rate",
+        Axis::Period => "control period",
+        Axis::SpeedGain => "gain of the speed",
+        Axis::TurnGain => "gain of the turning rate",
+        Axis::TurnBias => "turn bias",
+        Axis::HeadingNoise => "heading noise per step",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_are_what_a_laboratory_would_do() {
+        let sentences = [
+            change(Axis::SensorBearing, 0.0, -0.0698),
+            change(Axis::Range, 0.45, 0.66),
+            change(Axis::FalsePositive, 0.145, 0.062),
+            change(Axis::LatencySteps, 6.0, 1.0),
+            change(Axis::HalfAngle, 0.6, 0.35),
+            change(Axis::Speed, 0.05, 0.12),
+            spare(Axis::Range, 0.75, 0.52),
+        ];
+
+        assert_eq!(
+            sentences,
+            [
+                "aim the sensor 4.0° to the right",
+                "range of the sensor 0.45 m → at least 0.66 m",
+                "share of detections without a neighbour 0.145 → at most 0.062",
+                "latency of the sensor 6 steps → at most 1 step",
+                "half-angle of the sensor 34.4° → at most 20.1°",
+                "allow a speed of 0.12 m/s (the limit is 0.05 m/s)",
+                "range of the sensor 0.75 m, 0.52 m would do",
+            ]
+        );
+    }
+}
