@@ -6,8 +6,8 @@
 //! exactly the states of that replicate of a sweep, as long as it goes in lockstep.
 
 mod display;
-mod driver;
 mod entities;
+mod event_loop;
 mod frames;
 mod mixed;
 mod parameters;
@@ -55,5 +55,5 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
         .enable_all()
         .build()
         .context("starting the runtime")?
-        .block_on(driver::run(options))
+        .block_on(event_loop::run(options))
 }

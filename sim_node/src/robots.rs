@@ -9,7 +9,7 @@ use rsrs_fleet::experiment::Time as Pace;
 use rsrs_fleet::message::RobotState;
 use rsrs_fleet::robot::{Event, Robot, RobotOptions};
 use rsrs_fleet::simulator::{Gate, Gates};
-use rsrs_fleet::timing::{COMMAND_AT_LEAST, LOCKSTEP_GRACE, command_timeout};
+use rsrs_fleet::timing::{LEAST_COMMAND_TIMEOUT, LOCKSTEP_GRACE, command_timeout};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{self, Point, PoseWithCovariance, TwistWithCovariance};
 use rsrs_msgs::nav_msgs::Odometry;
@@ -198,7 +198,7 @@ pub fn pose_message(pose: Pose) -> geometry_msgs::Pose {
 /// In lockstep a lapse freezes the world's time; on the wall's time it is a stop, as on a floor.
 fn options(name: &str, pace: Pace, period: Duration) -> RobotOptions {
     let (command_timeout, lapse_grace) = match pace {
-        Pace::Lockstep => (COMMAND_AT_LEAST, LOCKSTEP_GRACE),
+        Pace::Lockstep => (LEAST_COMMAND_TIMEOUT, LOCKSTEP_GRACE),
         Pace::RealTime => (command_timeout(period.as_secs_f64()), Duration::ZERO),
     };
     RobotOptions { name: name.to_owned(), command_timeout, lapse_grace }

@@ -7,8 +7,8 @@ use rsrs_msgs::simulation_interfaces::{
 };
 use rsrs_ros::clock::wall_time;
 
-use crate::driver::{Simulation, Step};
 use crate::entities::{self, EntityError};
+use crate::event_loop::{Simulation, Step};
 use crate::placed_world::PlacedWorld;
 use crate::services::{Call, done, outcome};
 

@@ -5,7 +5,7 @@ use rsrs_core::diagram::choice::{
     AsMeasured, AtCircliness, Candidate, Choice, Margin, VIABLE_B_S_LOW, Worlds, rank,
 };
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
-use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::statistics::interval_kind::IntervalKind;
 
@@ -206,7 +206,7 @@ fn that_worse_robots_mill_more_often_is_said_only_where_it_is_sure() {
 
 #[test]
 fn the_share_of_mills_moves_with_the_circliness_that_makes_one() {
-    let evidence = |circliness| Evidence {
+    let evidence = |circliness| OrderParameters {
         lost: Some(0.0),
         blocked: 0.0,
         stuck: 0.0,

@@ -12,7 +12,7 @@ use crate::epoch;
 use crate::heartbeat::Heartbeat;
 use crate::message::{Lease, LeaseState, RobotState, Status, StopCause, armed_reason};
 use crate::robot::Robot;
-use crate::timing::{FORGOTTEN, LEASE};
+use crate::timing::{DEAD_PROCESS_TIMEOUT, LEASE_DURATION};
 
 mod lease_gate;
 
@@ -145,12 +145,12 @@ impl Controller {
         self
     }
 
-    /// The same controller, in a process that has just started: until a run arms it, or [`FORGOTTEN`]
+    /// The same controller, in a process that has just started: until a run arms it, or [`DEAD_PROCESS_TIMEOUT`]
     /// has passed since the first event, it publishes no command. A gate may still trust what an
     /// earlier process reported of its parameters, and these have others.
     #[must_use]
     pub fn of_a_new_process(self) -> Self {
-        let silence = Silence { length: FORGOTTEN, began: None };
+        let silence = Silence { length: DEAD_PROCESS_TIMEOUT, began: None };
         Self { silence, lease_gate: self.lease_gate.map(LeaseGate::of_a_new_process), ..self }
     }
 
@@ -168,7 +168,7 @@ impl Controller {
     pub fn is_armed(&self, now: Duration) -> bool {
         self.bound.as_ref().is_some_and(|bound| {
             matches!(bound.state, LeaseState::Armed | LeaseState::Running)
-                && now.saturating_sub(bound.received) <= LEASE
+                && now.saturating_sub(bound.received) <= LEASE_DURATION
         })
     }
 
@@ -353,16 +353,16 @@ mod tests {
 
     #[test]
     fn a_process_that_has_just_started_says_no_command_until_nobody_trusts_its_predecessor() {
-        let early = FORGOTTEN / 2;
+        let early = DEAD_PROCESS_TIMEOUT / 2;
 
         let mut in_real_time = controller(Stamp::Wall).of_a_new_process();
         in_real_time.on_event(Event::Tick, Duration::ZERO);
         let unsaid = in_real_time.on_event(Event::Detection(true), early);
-        let printed = in_real_time.on_event(Event::Detection(false), FORGOTTEN);
+        let printed = in_real_time.on_event(Event::Detection(false), DEAD_PROCESS_TIMEOUT);
         let mut in_lockstep = controller(Stamp::Clock).of_a_new_process();
         in_lockstep.on_event(Event::Detection(true), Duration::ZERO);
         let waiting = in_lockstep.on_event(Event::Clock(130), early);
-        let answered = in_lockstep.on_event(Event::Tick, FORGOTTEN);
+        let answered = in_lockstep.on_event(Event::Tick, DEAD_PROCESS_TIMEOUT);
 
         assert_eq!((commands(&unsaid), commands(&printed)), (vec![], vec![(-0.75, None)]));
         assert_eq!((commands(&waiting), commands(&answered)), (vec![], vec![(0.75, Some(130))]));

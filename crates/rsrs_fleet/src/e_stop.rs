@@ -13,7 +13,7 @@ use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
-use crate::timing::E_STOP_SILENCE;
+use crate::timing::E_STOP_TIMEOUT;
 
 /// Who publishes on the e-stop topic: the GUID of its publisher.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -111,7 +111,7 @@ struct Received {
 
 impl Received {
     fn is_silent(self, now: Duration) -> bool {
-        now.saturating_sub(self.at) > E_STOP_SILENCE
+        now.saturating_sub(self.at) > E_STOP_TIMEOUT
     }
 }
 

@@ -13,7 +13,7 @@ const MOST_MISSED: u64 = 1 << 32;
     "epoch {found} refused, expected at most {} after epoch {highest}: epochs count runs up from 1",
     highest.saturating_add(MOST_MISSED)
 )]
-pub struct BeyondRunners {
+pub struct ImplausibleEpoch {
     /// The epoch found.
     pub found: u64,
     /// The highest that was received before.
@@ -28,11 +28,11 @@ pub struct BeyondRunners {
 ///
 /// # Errors
 ///
-/// [`BeyondRunners`]. Lower epochs are not refused here: they are old, not impossible.
-pub fn check(found: u64, highest: u64) -> Result<u64, BeyondRunners> {
+/// [`ImplausibleEpoch`]. Lower epochs are not refused here: they are old, not impossible.
+pub fn check(found: u64, highest: u64) -> Result<u64, ImplausibleEpoch> {
     // The upper half of all numbers stays free, so that there is always one above.
     if found > u64::MAX / 2 || found.saturating_sub(highest) > MOST_MISSED {
-        return Err(BeyondRunners { found, highest });
+        return Err(ImplausibleEpoch { found, highest });
     }
     Ok(found)
 }
@@ -49,7 +49,7 @@ mod tests {
         for (found, highest) in
             [(u64::MAX, 0), (u64::MAX - 1, u64::MAX / 2), (9_001 + MOST_MISSED, 9_000)]
         {
-            assert_eq!(check(found, highest), Err(BeyondRunners { found, highest }));
+            assert_eq!(check(found, highest), Err(ImplausibleEpoch { found, highest }));
         }
         let refused = check(u64::MAX, 3).unwrap_err().to_string();
         assert!(refused.starts_with("epoch 18446744073709551615 refused, expected at most"));

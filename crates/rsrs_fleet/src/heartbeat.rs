@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::timing::BEAT;
+use crate::timing::HEARTBEAT_PERIOD;
 
 /// The statuses that a node has published, by their numbers.
 #[derive(Clone, Debug)]
@@ -35,10 +35,9 @@ impl<S: PartialEq> Heartbeat<S> {
     ///
     /// * `state` — what others must receive at once when it changes.
     pub fn due(&mut self, state: S, now: Duration) -> Option<u64> {
-        let is_due = self
-            .last
-            .as_ref()
-            .is_none_or(|(printed, at)| *printed != state || now.saturating_sub(*at) >= BEAT);
+        let is_due = self.last.as_ref().is_none_or(|(printed, at)| {
+            *printed != state || now.saturating_sub(*at) >= HEARTBEAT_PERIOD
+        });
         if !is_due {
             return None;
         }

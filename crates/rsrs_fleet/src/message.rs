@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
-use crate::timing::LEASE;
+use crate::timing::LEASE_DURATION;
 
 /// The runner's permission to move, repeated ten times a second.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -125,7 +125,9 @@ impl Status {
     ///
     /// * `last` — the counter of the newest status so far, and when it was received.
     pub fn is_news(&self, last: Option<(u64, Duration)>, now: Duration) -> bool {
-        last.is_none_or(|(counter, at)| self.counter > counter || now.saturating_sub(at) > LEASE)
+        last.is_none_or(|(counter, at)| {
+            self.counter > counter || now.saturating_sub(at) > LEASE_DURATION
+        })
     }
 
     /// Whether it is a robot of a simulator without a world.

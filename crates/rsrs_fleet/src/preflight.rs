@@ -8,7 +8,7 @@ use rsrs_core::robot::unicycle::Pose;
 use crate::e_stop::{Locks, Source};
 use crate::epoch;
 use crate::message::{RobotState, Status};
-use crate::timing::{CLOCK_SKEW, LEASE};
+use crate::timing::{LEASE_DURATION, MAX_CLOCK_SKEW};
 
 mod places;
 mod problem;
@@ -258,7 +258,7 @@ enum Reception {
 
 /// Messages later than this keep no lease alive.
 pub(crate) fn too_slow(behind_s: Option<f64>) -> Option<Problem> {
-    let behind_s = behind_s.filter(|behind_s| *behind_s > LEASE.as_secs_f64())?;
+    let behind_s = behind_s.filter(|behind_s| *behind_s > LEASE_DURATION.as_secs_f64())?;
     Some(Problem::TooSlow { behind_s })
 }
 
@@ -287,13 +287,13 @@ fn of_robot(robot: &str, expected: &Expected, seen: &Seen, reception: Reception)
         problems.push(Problem::ControllerMissing { robot: named() });
     }
     match seen.clock_ahead_s.get(robot) {
-        Some(ahead_s) if in_time && ahead_s.abs() > CLOCK_SKEW.as_secs_f64() => {
+        Some(ahead_s) if in_time && ahead_s.abs() > MAX_CLOCK_SKEW.as_secs_f64() => {
             problems.push(Problem::Clock { robot: named(), ahead_s: *ahead_s });
         }
         _ => {}
     }
     match seen.pose_ahead_s.get(robot) {
-        Some(ahead_s) if in_time && ahead_s.abs() > CLOCK_SKEW.as_secs_f64() => {
+        Some(ahead_s) if in_time && ahead_s.abs() > MAX_CLOCK_SKEW.as_secs_f64() => {
             problems.push(Problem::PoseClock { robot: named(), ahead_s: *ahead_s });
         }
         _ => {}

@@ -16,12 +16,12 @@ use std::time::Duration;
 use rsrs_core::robot::controller::Command;
 
 use crate::e_stop::{EStop, Locks, Source};
-use crate::epoch::{self, BeyondRunners};
+use crate::epoch::{self, ImplausibleEpoch};
 use crate::heartbeat::Heartbeat;
 use crate::message::{
     E_STOP_REASON, Lease, LeaseState, RobotState, Status, StopCause, armed_reason,
 };
-use crate::timing::{ABANDONED, ASK_OTHERS, CONTROLLER, LEASE};
+use crate::timing::{CONTROLLER_TIMEOUT, LEASE_DURATION, LOCK_QUERY_DURATION, RUNNER_GONE_TIMEOUT};
 
 pub use stand_reason::StandReason;
 
@@ -83,7 +83,7 @@ pub struct Robot {
     asking: Asking,
     is_without_world: bool,
     /// An epoch that no runner made, and that was refused last.
-    refused_epoch: Option<BeyondRunners>,
+    refused_epoch: Option<ImplausibleEpoch>,
     /// The newest word of its controller, and when it came.
     controller: Option<(Status, Duration)>,
     command: Option<(Command, Duration)>,
@@ -107,7 +107,7 @@ struct Binding {
 impl Binding {
     /// Whether the runner has been silent for longer than a lease lasts.
     fn is_alone(&self, now: Duration) -> bool {
-        now.saturating_sub(self.received) > LEASE
+        now.saturating_sub(self.received) > LEASE_DURATION
     }
 }
 
@@ -164,7 +164,7 @@ impl Robot {
     /// locked before it belongs to a run.
     #[must_use]
     pub fn of_a_new_process(self) -> Self {
-        Self { asking: Asking { length: ASK_OTHERS, began: None }, ..self }
+        Self { asking: Asking { length: LOCK_QUERY_DURATION, began: None }, ..self }
     }
 
     /// A robot with other options that has forgotten its runs, and not the e-stop.
@@ -184,7 +184,7 @@ impl Robot {
     }
 
     /// The epoch that it refused last because no runner made it.
-    pub fn refused_epoch(&self) -> Option<BeyondRunners> {
+    pub fn refused_epoch(&self) -> Option<ImplausibleEpoch> {
         self.refused_epoch
     }
 
@@ -232,7 +232,7 @@ impl Robot {
         let sent_at = self.sent.iter().find(|(counter, _)| *counter == echo).map(|(_, at)| *at);
         let highest = self.bound.as_ref().map_or(0, |bound| bound.epoch);
         // A lease that comes late, as from before this robot was started again, does not arm.
-        let is_prompt = sent_at.is_some_and(|at| now.saturating_sub(at) <= LEASE);
+        let is_prompt = sent_at.is_some_and(|at| now.saturating_sub(at) <= LEASE_DURATION);
         let is_new = lease.epoch > highest && lease.state == LeaseState::Armed && is_prompt;
         if is_new && self.asking.is_over(now) {
             match epoch::check(lease.epoch, highest) {
@@ -253,7 +253,7 @@ impl Robot {
             LeaseState::Idle | LeaseState::Armed => {}
         }
         if let Some(sent_at) = sent_at {
-            bound.fresh_until = bound.fresh_until.max(sent_at + LEASE);
+            bound.fresh_until = bound.fresh_until.max(sent_at + LEASE_DURATION);
         }
     }
 
@@ -313,7 +313,7 @@ impl Robot {
     /// Whether no run will move it, as far as can be observed: a runner may come back after a
     /// while.
     fn is_free(&self, now: Duration) -> bool {
-        let is_left = |bound: &Binding| now.saturating_sub(bound.received) > ABANDONED;
+        let is_left = |bound: &Binding| now.saturating_sub(bound.received) > RUNNER_GONE_TIMEOUT;
         self.latched.is_some() || self.bound.as_ref().is_none_or(is_left)
     }
 
@@ -348,7 +348,7 @@ impl Robot {
                 // One that was started again in the middle obeys no epoch, of whichever runner.
                 if status.epoch == bound.epoch
                     && status.parameter_digest == bound.parameter_digest
-                    && now.saturating_sub(*received) <= CONTROLLER =>
+                    && now.saturating_sub(*received) <= CONTROLLER_TIMEOUT =>
             {
                 None
             }

@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use crate::e_stop::EStop;
-use crate::epoch::{self, BeyondRunners};
+use crate::epoch::{self, ImplausibleEpoch};
 use crate::experiment::RobotLost;
 use crate::message::{E_STOP_REASON, Lease, LeaseState};
 use crate::preflight::{self, Graph, Seen};
 use crate::record::LostRobot;
 use crate::timing::{
-    ARM, BEAT, CONFIGURE, FIRST_SAMPLE, LOCKSTEP_GRACE, LOOK, LOOK_AGAIN, RECORDER, SILENCE, STAND,
+    ARM_TIMEOUT, CONFIGURE_TIMEOUT, FIRST_SAMPLE_TIMEOUT, GRAPH_PERIOD, HEARTBEAT_PERIOD,
+    LOCKSTEP_GRACE, NODE_TIMEOUT, RECORDER_TIMEOUT, ROBOT_SEARCH_DURATION, STAND_TIMEOUT,
 };
 
 mod event;
@@ -29,7 +30,7 @@ use requests::Requests;
 use roster::{Patience, Roster, RunBinding};
 use search::Search;
 use start_check::StartCheck;
-use strangers::Strangers;
+use strangers::UnexpectedPublishers;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
@@ -55,7 +56,7 @@ pub struct Runner {
     graph: Graph,
     /// When it received last what the discovery database holds.
     looked: Duration,
-    strangers: Strangers,
+    strangers: UnexpectedPublishers,
     search: Search,
     roster: Roster,
     start_check: StartCheck,
@@ -66,7 +67,7 @@ pub struct Runner {
     others: BTreeMap<String, (u64, Duration)>,
     highest_epoch: u64,
     /// The last epoch that no runner made.
-    refused_epoch: Option<BeyondRunners>,
+    refused_epoch: Option<ImplausibleEpoch>,
     /// The epoch of this run; 0 before it arms.
     epoch: u64,
     e_stop: EStop,
@@ -88,7 +89,7 @@ impl Runner {
             since: None,
             graph: Graph::default(),
             looked: Duration::ZERO,
-            strangers: Strangers::default(),
+            strangers: UnexpectedPublishers::default(),
             search: Search::default(),
             roster: Roster::new(&options.expected.robots),
             start_check: StartCheck::default(),
@@ -132,7 +133,7 @@ impl Runner {
         match self.phase {
             Phase::Discover => true,
             Phase::Stop | Phase::Close | Phase::Done => false,
-            _ => now.saturating_sub(self.looked) >= LOOK_AGAIN,
+            _ => now.saturating_sub(self.looked) >= GRAPH_PERIOD,
         }
     }
 
@@ -333,7 +334,7 @@ impl Runner {
         let state = self.lease_state();
         let due = self
             .last_lease
-            .is_none_or(|(last, at)| last != state || now.saturating_sub(at) >= BEAT);
+            .is_none_or(|(last, at)| last != state || now.saturating_sub(at) >= HEARTBEAT_PERIOD);
         if !due {
             return None;
         }

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use crate::e_stop::{Cause, Locks, Source};
 use crate::message::{RobotState, Status};
-use crate::timing::{ACKNOWLEDGE, BEAT, LOOK, SILENCE};
+use crate::timing::{ACKNOWLEDGE_TIMEOUT, HEARTBEAT_PERIOD, NODE_TIMEOUT, ROBOT_SEARCH_DURATION};
 
 /// What every robot is to receive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -224,11 +224,11 @@ impl Stopper {
     fn due_messages(&mut self, elapsed: Duration, now: Duration) -> Vec<Action> {
         if self.printed.is_none()
             && self.word == StopCommand::Release
-            && (elapsed < LOOK || self.is_in_run())
+            && (elapsed < ROBOT_SEARCH_DURATION || self.is_in_run())
         {
             return Vec::new();
         }
-        if self.printed.is_some_and(|(_, last)| now.saturating_sub(last) < BEAT) {
+        if self.printed.is_some_and(|(_, last)| now.saturating_sub(last) < HEARTBEAT_PERIOD) {
             return Vec::new();
         }
         let first = self.printed.map_or(now, |(first, _)| first);
@@ -248,7 +248,7 @@ impl Stopper {
     pub fn holding(&self, now: Duration) -> Locks {
         let mut locks = self.all_locks();
         let says_so = |source: &Source| {
-            self.engaged_at.get(source).is_some_and(|at| now.saturating_sub(*at) <= SILENCE)
+            self.engaged_at.get(source).is_some_and(|at| now.saturating_sub(*at) <= NODE_TIMEOUT)
         };
         locks.0.retain(|source, cause| {
             says_so(source) || (*cause == Cause::Engaged && self.present.contains(source))
@@ -269,15 +269,18 @@ impl Stopper {
     fn ending(&self, elapsed: Duration) -> Option<Ending> {
         let all = !self.robots.is_empty()
             && self.robots.values().all(|received| received.acknowledged.is_some());
-        if self.word == StopCommand::Release && elapsed >= LOOK && self.printed.is_none() {
+        if self.word == StopCommand::Release
+            && elapsed >= ROBOT_SEARCH_DURATION
+            && self.printed.is_none()
+        {
             return Some(Ending::InRun);
         }
-        if all && elapsed >= LOOK {
+        if all && elapsed >= ROBOT_SEARCH_DURATION {
             Some(Ending::Acknowledged)
         } else if self.is_interrupted {
             Some(if all { Ending::Acknowledged } else { Ending::Interrupted })
         } else {
-            (elapsed >= LOOK + ACKNOWLEDGE).then_some(Ending::TimedOut)
+            (elapsed >= ROBOT_SEARCH_DURATION + ACKNOWLEDGE_TIMEOUT).then_some(Ending::TimedOut)
         }
     }
 

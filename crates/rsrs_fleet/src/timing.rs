@@ -3,96 +3,96 @@
 use std::time::Duration;
 
 /// Interval of leases and statuses: 10 Hz.
-pub const BEAT: Duration = Duration::from_millis(100);
+pub const HEARTBEAT_PERIOD: Duration = Duration::from_millis(100);
 
 /// How often a node's machine is given the time while nothing arrives.
 pub const TICK: Duration = Duration::from_millis(20);
 
 /// How long a lease holds after *the robot sent* the status that it echoes.
-pub const LEASE: Duration = Duration::from_millis(500);
+pub const LEASE_DURATION: Duration = Duration::from_millis(500);
 
 /// How long a controller's status counts.
-pub const CONTROLLER: Duration = Duration::from_millis(500);
+pub const CONTROLLER_TIMEOUT: Duration = Duration::from_millis(500);
 
-/// Time after which a gate trusts no message any more of a process that has died: [`CONTROLLER`],
+/// Time after which a gate trusts no message any more of a process that has died: [`CONTROLLER_TIMEOUT`],
 /// and what messages take on their way.
-pub const FORGOTTEN: Duration = Duration::from_millis(700);
+pub const DEAD_PROCESS_TIMEOUT: Duration = Duration::from_millis(700);
 
 /// Silence of a runner after which it will not come back to a robot that it has armed.
-pub const ABANDONED: Duration = Duration::from_secs(5);
+pub const RUNNER_GONE_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// How long an e-stop publisher may be silent before the lock engages by itself.
-pub const E_STOP_SILENCE: Duration = Duration::from_millis(500);
+pub const E_STOP_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// How long a robot whose node has just started listens to what the e-stop has locked on the others.
-pub const ASK_OTHERS: Duration = Duration::from_secs(2);
+pub const LOCK_QUERY_DURATION: Duration = Duration::from_secs(2);
 
 /// How long a world in lockstep waits for what it needs for a step before its run is void.
-pub const STEP_AT_LEAST: Duration = Duration::from_secs(30);
+pub const LEAST_STEP_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// How long stepping may stay frozen in lockstep before the run is void.
 pub const LOCKSTEP_GRACE: Duration = Duration::from_secs(5);
 
 /// Least age at which a velocity command is stale.
-pub const COMMAND_AT_LEAST: Duration = Duration::from_millis(300);
+pub const LEAST_COMMAND_TIMEOUT: Duration = Duration::from_millis(300);
 
 /// Age at which a velocity command is stale: the larger of 300 ms and 2.5 control periods.
 pub fn command_timeout(period_s: f64) -> Duration {
-    COMMAND_AT_LEAST.max(Duration::from_secs_f64(2.5 * period_s))
+    LEAST_COMMAND_TIMEOUT.max(Duration::from_secs_f64(2.5 * period_s))
 }
 
 /// How long a node may be silent before the runner takes it for gone.
-pub const SILENCE: Duration = Duration::from_secs(1);
+pub const NODE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Silence of a robot's sensor after which a controller that holds its lease reports a fault, and age
 /// of its last detection then.
-pub const SENSOR_SILENCE: Duration = Duration::from_secs(1);
+pub const SENSOR_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// How long detections may stay away in a run before the runner gives their robot up.
-pub const DETECTION_SILENCE: Duration = Duration::from_secs(3);
+pub const DETECTION_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// How long poses may stay away in a run before the runner gives their robot up: a tracker that loses
 /// sight of a robot for a moment is no loss.
-pub const POSE_SILENCE: Duration = Duration::from_secs(5);
+pub const POSE_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// How long the runner waits, from the start of the movement, for the first detection or pose of a
 /// robot.
-pub const FIRST_SAMPLE: Duration = Duration::from_secs(5);
+pub const FIRST_SAMPLE_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// How long the runner looks for what an experiment needs, from when it last found more of it:
 /// hundreds of robots take their time to start.
-pub const DISCOVER: Duration = Duration::from_secs(10);
+pub const DISCOVERY_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// How often the runner looks for publishers that have started since it found all that it needs.
-pub const LOOK_AGAIN: Duration = Duration::from_millis(500);
+pub const GRAPH_PERIOD: Duration = Duration::from_millis(500);
 
 /// How long the runner looks at most while its own machine does not keep up with what it receives, as
 /// when dozens of processes start on it.
-pub const CATCH_UP: Duration = Duration::from_secs(60);
+pub const CATCH_UP_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// How long setting, and then reading back, all parameters may take.
-pub const CONFIGURE: Duration = Duration::from_secs(5);
+pub const CONFIGURE_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// When an unanswered or refused request for parameters is repeated.
-pub const RETRY: Duration = Duration::from_secs(1);
+pub const RETRY_PERIOD: Duration = Duration::from_secs(1);
 
 /// How long the recorder may take to open, to catch up after the last step, and to close.
-pub const RECORDER: Duration = Duration::from_secs(10);
+pub const RECORDER_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// How long the robots may take to arm.
-pub const ARM: Duration = Duration::from_secs(5);
+pub const ARM_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// How long the robots may take to report that they stand.
-pub const STAND: Duration = Duration::from_secs(2);
+pub const STAND_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// How long a stop looks for robots that were not named.
-pub const LOOK: Duration = Duration::from_secs(2);
+pub const ROBOT_SEARCH_DURATION: Duration = Duration::from_secs(2);
 
 /// How long a stop, or its release, waits for acknowledgements.
-pub const ACKNOWLEDGE: Duration = Duration::from_secs(5);
+pub const ACKNOWLEDGE_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// From the moment when all robots of a fleet are armed until they move.
 pub const COUNTDOWN: Duration = Duration::from_secs(3);
 
 /// How far a robot's wall clock may be from the runner's.
-pub const CLOCK_SKEW: Duration = Duration::from_secs(1);
+pub const MAX_CLOCK_SKEW: Duration = Duration::from_secs(1);

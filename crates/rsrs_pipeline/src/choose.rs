@@ -9,7 +9,7 @@ use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::choice::{AsMeasured, AtCircliness, Candidate, Choice, OneRobotLess, rank};
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
-use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{self, Phase, label};
 use rsrs_core::statistics::comparison::Share;
 use rsrs_sim::draw::Seed;
@@ -175,7 +175,7 @@ fn confirmed(
     let fresh = confirm(options, source, candidate.index)?;
     let mut choice = Choice::new(candidate, fresh.counts(1)[0]);
     choice.sweep_digest = Some(source.digest());
-    let judged: Vec<(Phase, Evidence)> =
+    let judged: Vec<(Phase, OrderParameters)> =
         fresh.outcomes.iter().map(|outcome| (outcome.phase, outcome.evidence)).collect();
     choice.by_circliness = AtCircliness::of(&judged);
     if let Some(measured) = source.as_measured() {

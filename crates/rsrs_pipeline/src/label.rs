@@ -13,7 +13,7 @@ use rsrs_bags::trajectory::{
 };
 use rsrs_bags::{Bag, Recovery};
 use rsrs_core::judge::certainty::Certainty;
-use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{JudgeError, Phase, Thresholds, label};
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord, LostRobot};
@@ -59,7 +59,7 @@ pub struct Labelled {
     /// What its swarm settled into.
     pub phase: Phase,
     /// The order parameters behind it; `None` for a person's label.
-    pub evidence: Option<Evidence>,
+    pub evidence: Option<OrderParameters>,
     /// How sure it is; not there for a person's label.
     #[serde(flatten)]
     pub certainty: Option<Certainty>,

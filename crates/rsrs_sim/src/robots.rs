@@ -11,7 +11,7 @@ use crate::turn::turn;
 use crate::view::View;
 
 /// What is the same for all robots at all times, in single precision.
-pub struct Rules {
+pub struct WorldParameters {
     pub period_s: f32,
     pub view: View,
     pub contact: Contact,
@@ -28,7 +28,7 @@ pub struct Rules {
     pub yaw_share: Option<f32>,
 }
 
-impl Rules {
+impl WorldParameters {
     /// The rules of a world under these conditions.
     pub fn new(conditions: &Conditions) -> Self {
         let robot = &conditions.robot;
@@ -58,14 +58,14 @@ pub struct Robots {
     pub gust_x_m_s: Vec<f32>,
     pub gust_y_m_s: Vec<f32>,
     pub yaw_rate_rad_s: Vec<f32>,
-    pub traits: Vec<Traits>,
+    pub traits: Vec<RobotVariation>,
     pub detection_keys: Vec<Key>,
     pub noise_keys: Vec<NoiseKeys>,
 }
 
 /// What makes one robot differ from the next: its idiosyncrasy `θᵃ`.
 #[derive(Clone, Copy)]
-pub struct Traits {
+pub struct RobotVariation {
     pub speed_gain: f32,
     pub turn_gain: f32,
     pub turn_bias_rad_s: f32,
@@ -105,7 +105,9 @@ impl Robots {
             gust_x_m_s: vec![0.0; n_robots],
             gust_y_m_s: vec![0.0; n_robots],
             yaw_rate_rad_s: vec![0.0; n_robots],
-            traits: (0..n_robots).map(|robot| Traits::draw(conditions, run, robot)).collect(),
+            traits: (0..n_robots)
+                .map(|robot| RobotVariation::draw(conditions, run, robot))
+                .collect(),
             detection_keys: (0..n_robots).map(|robot| run.key(robot, Purpose::Detection)).collect(),
             noise_keys: (0..n_robots).map(|robot| NoiseKeys::new(run, robot)).collect(),
         }
@@ -148,7 +150,7 @@ impl Robots {
 
     /// Moves one robot by one control period, in the order that [`crate::world`] defines.
     #[inline]
-    pub fn advance(&mut self, rules: &Rules, robot: usize, drive: Drive) {
+    pub fn advance(&mut self, rules: &WorldParameters, robot: usize, drive: Drive) {
         let traits = self.traits[robot];
         self.translate(rules, robot, drive, traits);
         let noise: Noise = (rules.turn_gain_step_sd, |keys| keys.turn_gain_noise);
@@ -166,7 +168,13 @@ impl Robots {
         }
     }
 
-    fn translate(&mut self, rules: &Rules, robot: usize, drive: Drive, traits: Traits) {
+    fn translate(
+        &mut self,
+        rules: &WorldParameters,
+        robot: usize,
+        drive: Drive,
+        traits: RobotVariation,
+    ) {
         let travel_m = if drive.is_blocked {
             0.0
         } else {
@@ -242,7 +250,7 @@ impl NoiseKeys {
     }
 }
 
-impl Traits {
+impl RobotVariation {
     fn draw(conditions: &Conditions, run: RunKey, robot: usize) -> Self {
         let simulated = &conditions.robot;
         let normal = |purpose| run.stream(robot, purpose).truncated_normal();

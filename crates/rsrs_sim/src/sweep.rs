@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::digest::mix;
-use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{JudgeError, Phase, WINDOW_S, samples_in};
 
 use crate::batch::BatchError;
@@ -62,7 +62,7 @@ pub struct ReplicateOutcome {
     /// What the swarm settled into.
     pub phase: Phase,
     /// The order parameters behind it.
-    pub evidence: Evidence,
+    pub evidence: OrderParameters,
 }
 
 /// The outcomes of a sweep.

@@ -47,7 +47,7 @@ use crate::draw::{RunKey, Seed};
 use crate::grid::{self, Grid, REORDERED_EVERY};
 use crate::numbering::Numbering;
 use crate::placement::{self, PlacementError};
-use crate::robots::{Drive, Robots, Rules};
+use crate::robots::{Drive, Robots, WorldParameters};
 use crate::view::View;
 
 /// A swarm of robots, one step at a time.
@@ -66,7 +66,7 @@ use crate::view::View;
 /// # }
 /// ```
 pub struct World {
-    rules: Rules,
+    rules: WorldParameters,
     step: u64,
     /// The robots place by place, as what they see and what blocks them.
     robots: Robots,
@@ -91,7 +91,7 @@ impl World {
         let run = RunKey::new(seed, conditions.digest());
         let poses = placement::place(conditions, run)?;
         let n_robots = conditions.robots;
-        let rules = Rules::new(conditions);
+        let rules = WorldParameters::new(conditions);
         let grid = (n_robots >= grid::WORTH_FROM).then(|| Grid::new(&rules.view, rules.contact));
         Ok(Self {
             rules,

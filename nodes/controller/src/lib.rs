@@ -5,11 +5,11 @@
 //! What a controller does is decided by [`rsrs_fleet::controller`]; here samples and timers become
 //! its events.
 
-mod driver;
+mod event_loop;
 mod parameters;
 mod sight;
 
-pub use driver::{Hosting, serve};
+pub use event_loop::{Hosting, serve};
 pub use parameters::{LEASE, LEASE_CONTROLLER, LEASE_GATE, NAMES, NODE};
 
 use anyhow::Context;
@@ -50,5 +50,5 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
         .enable_all()
         .build()
         .context("starting the runtime")?
-        .block_on(driver::run(options))
+        .block_on(event_loop::run(options))
 }

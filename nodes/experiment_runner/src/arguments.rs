@@ -9,7 +9,7 @@ use rsrs_ros::node_arguments::{AFTER_HELP, NodeArgumentsError, split};
 use rsrs_ros::ros_args::{Environment, RosArgs, TopicRules};
 use rsrs_ros::session::SessionOptions;
 
-use crate::driver::NODE;
+use crate::event_loop::NODE;
 use crate::plan::{PlaceCheck, Request};
 
 /// Arguments of the runner.

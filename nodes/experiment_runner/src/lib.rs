@@ -5,7 +5,7 @@
 //! start, and in lockstep the simulator does not step ahead of the bag.
 
 mod arguments;
-mod driver;
+mod event_loop;
 mod expectation;
 mod extras;
 mod fit;
@@ -17,7 +17,7 @@ mod recorder;
 mod report;
 pub mod stop;
 
-pub use driver::{NODE, run};
+pub use event_loop::{NODE, run};
 pub use recorder::{RECORDING, RecorderError};
 pub use report::{Progress, RunReport};
 

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use anyhow::bail;
 use rsrs_controller_node::Hosting;
 use rsrs_core::robot::controller::Command;
-use rsrs_fleet::epoch::BeyondRunners;
+use rsrs_fleet::epoch::ImplausibleEpoch;
 use rsrs_fleet::message::RobotState;
 use rsrs_fleet::robot::detector::{Detector, Reading};
 use rsrs_fleet::robot::limits::Ramp;
@@ -113,7 +113,7 @@ struct RobotNode<D> {
     complained: Option<Duration>,
     arming: Arming,
     /// The epoch that the gate refused last, which was logged.
-    refused_epoch: Option<BeyondRunners>,
+    refused_epoch: Option<ImplausibleEpoch>,
     locks: LocksPublisher,
     _subscriptions: [Subscription; 3],
     _e_stop: EStopSubscriptions,

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use rsrs_fleet::timing::LEASE;
+use rsrs_fleet::timing::LEASE_DURATION;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rosgraph_msgs::Clock;
@@ -132,7 +132,7 @@ impl Seen {
         conductor.runner = Runner::Dead;
         conductor.until(|| self.robots.all_in_state(RobotStatus::STOPPED)).await;
         let stopped = self.simulator.in_state(RobotStatus::STOPPED).await;
-        assert!(silence.elapsed() < LEASE + MARGIN, "{:?}", silence.elapsed());
+        assert!(silence.elapsed() < LEASE_DURATION + MARGIN, "{:?}", silence.elapsed());
         assert_eq!(stopped.stop_reason, "every robot has stopped");
         assert_eq!(stopped.parameter_digest, world.digest());
 

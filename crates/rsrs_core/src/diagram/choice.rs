@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::diagram::PhaseCounts;
 use crate::diagram::axis::{Axis, Cell};
 use crate::diagram::settling::Settling;
-use crate::judge::order::Evidence;
+use crate::judge::order::OrderParameters;
 use crate::judge::phase::{Phase, Thresholds};
 use crate::statistics::comparison::Share;
 
@@ -108,14 +108,14 @@ impl AtCircliness {
     ///
     /// * `judged` — phases and order parameters of simulated replicates, whose reach is known; at
     ///   least one.
-    pub fn of(judged: &[(Phase, Evidence)]) -> Vec<Self> {
+    pub fn of(judged: &[(Phase, OrderParameters)]) -> Vec<Self> {
         let whole = Thresholds::default();
-        let lasts = |(phase, evidence): &&(Phase, Evidence)| {
+        let lasts = |(phase, evidence): &&(Phase, OrderParameters)| {
             *phase == Phase::StableMilling || whole.phase(evidence) != Phase::StableMilling
         };
         let at = |stable_circliness: f64| {
             let thresholds = Thresholds { stable_circliness, ..Thresholds::default() };
-            let is_mill = |(_, evidence): &&(Phase, Evidence)| {
+            let is_mill = |(_, evidence): &&(Phase, OrderParameters)| {
                 thresholds.phase(evidence) == Phase::StableMilling
             };
             let n_mills = judged.iter().filter(lasts).filter(is_mill).count();

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::judge::order::Evidence;
+use crate::judge::order::OrderParameters;
 use crate::judge::phase::{LastWindow, Phase, Thresholds, Verdict, lasting};
 use crate::judge::trajectory::{Bodies, Trajectory};
 
@@ -38,7 +38,7 @@ pub struct Margin {
     pub distance: f64,
 }
 
-/// An order parameter that a rule looks at; named as in [`Evidence`].
+/// An order parameter that a rule looks at; named as in [`OrderParameters`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Parameter {
@@ -129,7 +129,7 @@ impl Certainty {
 /// What the rules look at.
 #[derive(Clone, Copy)]
 struct State {
-    evidence: Evidence,
+    evidence: OrderParameters,
     /// Good blocks, of how many; none of a block, or where they are not asked.
     blocks: (usize, usize),
 }
@@ -245,8 +245,8 @@ fn nearest(
 }
 
 /// The share of blocks that show the same phase.
-fn confidence(blocks: &[Evidence], phase: Phase, thresholds: &Thresholds) -> f64 {
-    let is_same = |evidence: &&Evidence| {
+fn confidence(blocks: &[OrderParameters], phase: Phase, thresholds: &Thresholds) -> f64 {
+    let is_same = |evidence: &&OrderParameters| {
         State { evidence: **evidence, blocks: (0, 0) }.phase(thresholds) == phase
     };
     blocks.iter().filter(is_same).count() as f64 / blocks.len() as f64

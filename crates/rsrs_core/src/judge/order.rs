@@ -20,12 +20,12 @@ mod geometry;
 mod sums;
 
 pub use geometry::Vector;
-use sums::Walk;
+use sums::OrderAccumulator;
 pub use sums::{Commanded, Samples, Sums, look_back};
 
 /// Order parameters of one window: what a verdict rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Evidence {
+pub struct OrderParameters {
     /// Share of robots that had no neighbour within reach for more than half of the window; `None`
     /// if the reach is unknown.
     pub lost: Option<f64>,
@@ -75,7 +75,7 @@ pub const LOST_SHARE: f64 = 0.5;
 /// share further apart.
 pub const CONTACT_TOLERANCE: f64 = 0.02;
 
-impl Evidence {
+impl OrderParameters {
     /// Computes the order parameters of a window.
     ///
     /// # Arguments
@@ -119,7 +119,7 @@ pub fn sums_with_blocks<S: Samples>(
     bodies: &Bodies,
     n_block: usize,
 ) -> (Sums<S::Number>, Vec<Sums<S::Number>>) {
-    let mut walk = Walk::new(samples, bodies, samples.poses_at(window.start).len());
+    let mut walk = OrderAccumulator::new(samples, bodies, samples.poses_at(window.start).len());
     let mut whole = walk.sums(window.start);
     let n_blocks = window.len() / n_block;
     let mut blocks = Vec::with_capacity(n_blocks);

@@ -13,7 +13,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use crate::judge::number::Number;
-use crate::judge::order::{Evidence, Samples, Sums, sums_with_blocks};
+use crate::judge::order::{OrderParameters, Samples, Sums, sums_with_blocks};
 use crate::judge::trajectory::{Bodies, Trajectory};
 
 /// What a swarm settled into.
@@ -132,7 +132,7 @@ impl Thresholds {
     /// # Arguments
     ///
     /// * `evidence` — the order parameters; [`label`] asks nothing of those whose `lost` is unknown.
-    pub fn phase(&self, evidence: &Evidence) -> Phase {
+    pub fn phase(&self, evidence: &OrderParameters) -> Phase {
         let is_dispersed = evidence.lost.is_some_and(|lost| lost >= self.dispersion_lost);
         let is_colliding =
             evidence.stuck >= self.colliding_stuck || evidence.blocked >= self.colliding_blocked;
@@ -152,7 +152,7 @@ impl Thresholds {
     }
 
     /// The rule of stable milling alone, as blocks of a run are held against it.
-    pub fn is_stable(&self, evidence: &Evidence) -> bool {
+    pub fn is_stable(&self, evidence: &OrderParameters) -> bool {
         evidence.rotation >= self.stable_rotation
             && evidence.orbit >= self.stable_orbit
             && evidence.circliness >= self.stable_circliness
@@ -167,7 +167,7 @@ pub struct Verdict {
     /// What the swarm settled into.
     pub phase: Phase,
     /// The order parameters of the last [`WINDOW_S`].
-    pub evidence: Evidence,
+    pub evidence: OrderParameters,
     /// Number of robots.
     pub n_robots: usize,
     /// Time that was recorded, in seconds.
@@ -286,9 +286,9 @@ pub fn label_with(
 #[derive(Clone, Debug)]
 pub struct LastWindow {
     /// Of the last [`WINDOW_S`].
-    pub whole: Evidence,
+    pub whole: OrderParameters,
     /// Of each of its blocks of [`BLOCK_S`] by itself.
-    pub blocks: Vec<Evidence>,
+    pub blocks: Vec<OrderParameters>,
 }
 
 impl LastWindow {
@@ -344,7 +344,7 @@ pub fn converged_s(trajectory: &Trajectory, bodies: &Bodies, phase: Phase) -> Op
     let mut good_blocks = 0;
     for block in 0..trajectory.n_samples() / n_block {
         let samples = block * n_block..(block + 1) * n_block;
-        let is_good = thresholds.is_stable(&Evidence::of(trajectory, samples, bodies));
+        let is_good = thresholds.is_stable(&OrderParameters::of(trajectory, samples, bodies));
         good_blocks = if is_good { good_blocks + 1 } else { 0 };
         if good_blocks == GOOD_BLOCKS {
             let first = block + 1 - GOOD_BLOCKS;

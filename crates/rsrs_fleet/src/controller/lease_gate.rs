@@ -12,7 +12,7 @@ use rsrs_core::robot::controller::Command;
 use super::{Action, Event};
 use crate::message::Status;
 use crate::robot::{self, Robot, RobotOptions};
-use crate::timing::{BEAT, SENSOR_SILENCE, SILENCE};
+use crate::timing::{HEARTBEAT_PERIOD, NODE_TIMEOUT, SENSOR_TIMEOUT};
 
 /// A gate at the mouth of a controller.
 #[derive(Clone, Debug)]
@@ -42,12 +42,12 @@ impl Sensor {
             self.since = Some(now);
         }
         let since = *self.since.get_or_insert(now);
-        let is_silent = now.saturating_sub(since) > SENSOR_SILENCE;
+        let is_silent = now.saturating_sub(since) > SENSOR_TIMEOUT;
         if std::mem::replace(&mut self.is_silent, is_silent) == is_silent {
             return None;
         }
         Some(if is_silent {
-            let silence_s = SENSOR_SILENCE.as_secs();
+            let silence_s = SENSOR_TIMEOUT.as_secs();
             robot::Event::Fault(format!("no detection received for more than {silence_s} s"))
         } else {
             robot::Event::Repaired
@@ -140,7 +140,8 @@ impl LeaseGate {
         let is_due = match (self.sent, self.stands) {
             (None, _) => true,
             (Some(_), Some((since, printed))) => {
-                now.saturating_sub(printed) >= BEAT && now.saturating_sub(since) <= SILENCE
+                now.saturating_sub(printed) >= HEARTBEAT_PERIOD
+                    && now.saturating_sub(since) <= NODE_TIMEOUT
             }
             (Some(_), None) => self.gate.drive(now) == Command::STOP,
         };
@@ -156,7 +157,7 @@ mod tests {
     use super::*;
     use crate::e_stop::Source;
     use crate::message::{Echo, Lease, LeaseState, RobotState};
-    use crate::timing::LEASE;
+    use crate::timing::LEASE_DURATION;
 
     const SETTINGS: Settings = Settings {
         parameters: ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 },
@@ -245,7 +246,7 @@ mod tests {
             assert!(printed != [LEFT] || beat < 5, "{beat}");
         }
 
-        let within = usize::try_from(LEASE.as_millis() / 100).unwrap();
+        let within = usize::try_from(LEASE_DURATION.as_millis() / 100).unwrap();
         assert!(zeros[0] <= within && zeros.len() > 20, "{zeros:?}");
         let state = robot.controller.gate().unwrap().state(robot.now);
         assert_eq!(state, RobotState::Stopped);

@@ -1,8 +1,8 @@
 //! The reasons not to start a run, in words.
 
 use super::{DiagnosticError, UnfitTopic, commands_as};
-use crate::epoch::BeyondRunners;
-use crate::timing::{CLOCK_SKEW, LEASE};
+use crate::epoch::ImplausibleEpoch;
+use crate::timing::{LEASE_DURATION, MAX_CLOCK_SKEW};
 
 fn by(nodes: &[String]) -> String {
     if nodes.is_empty() { String::new() } else { format!(" by {}", nodes.join(", ")) }
@@ -134,7 +134,7 @@ pub enum Problem {
         "{robot}: clock {:.1} s {} ours, expected within {} s",
         ahead_s.abs(),
         if *ahead_s > 0.0 { "ahead of" } else { "behind" },
-        CLOCK_SKEW.as_secs()
+        MAX_CLOCK_SKEW.as_secs()
     )]
     Clock {
         /// The robot.
@@ -147,7 +147,7 @@ pub enum Problem {
     #[error(
         "this machine is too slow: what it receives waits {behind_s:.1} s until it is looked at, \
          expected at most {} s",
-        LEASE.as_secs_f64()
+        LEASE_DURATION.as_secs_f64()
     )]
     TooSlow {
         /// The longest wait of the last second, in seconds.
@@ -183,7 +183,7 @@ pub enum Problem {
         /// The robot.
         robot: String,
         /// The epoch.
-        refused: BeyondRunners,
+        refused: ImplausibleEpoch,
     },
     /// The publisher of its poses has another clock; commands and poses would not fit together.
     #[error(
@@ -191,7 +191,7 @@ pub enum Problem {
          whoever publishes them, or stamp with it)",
         ahead_s.abs(),
         if *ahead_s > 0.0 { "ahead of" } else { "behind" },
-        CLOCK_SKEW.as_secs()
+        MAX_CLOCK_SKEW.as_secs()
     )]
     PoseClock {
         /// The robot.

@@ -3,9 +3,10 @@
 use crate::message::E_STOP_REASON;
 
 use super::{
-    ARM, Action, CONFIGURE, Duration, FIRST_SAMPLE, Failure, LOCKSTEP_GRACE, LOOK, LostRobot,
-    Outcome, Pace, Patience, Phase, RECORDER, Requests, RobotLost, RunBinding, Runner, SILENCE,
-    STAND, Seen, Strangers, Target, preflight,
+    ARM_TIMEOUT, Action, CONFIGURE_TIMEOUT, Duration, FIRST_SAMPLE_TIMEOUT, Failure,
+    LOCKSTEP_GRACE, LostRobot, NODE_TIMEOUT, Outcome, Pace, Patience, Phase, RECORDER_TIMEOUT,
+    ROBOT_SEARCH_DURATION, Requests, RobotLost, RunBinding, Runner, STAND_TIMEOUT, Seen, Target,
+    UnexpectedPublishers, preflight,
 };
 
 impl Runner {
@@ -16,7 +17,7 @@ impl Runner {
             Phase::Configure => self.configure(now, actions),
             Phase::ReadBack => self.read_back(now, actions),
             Phase::Record => {
-                if self.elapsed(now) >= RECORDER {
+                if self.elapsed(now) >= RECORDER_TIMEOUT {
                     self.fail_recorder("did not open in time".to_owned(), now, actions);
                 }
             }
@@ -37,7 +38,7 @@ impl Runner {
             other_runs: self
                 .others
                 .iter()
-                .filter(|(_, (_, received))| now.saturating_sub(*received) <= SILENCE)
+                .filter(|(_, (_, received))| now.saturating_sub(*received) <= NODE_TIMEOUT)
                 .map(|(run_id, _)| run_id.clone())
                 .collect(),
             e_stop: self.e_stop.locks(),
@@ -54,8 +55,8 @@ impl Runner {
         let onlookers: Vec<Action> =
             self.graph.onlookers.iter().map(|it| Action::Note(format!("note: {it}"))).collect();
         // Another runner beats ten times a second: who has listened for less has not listened.
-        if problems.is_empty() && self.elapsed(now) >= SILENCE {
-            self.strangers = Strangers::none_of(&self.graph);
+        if problems.is_empty() && self.elapsed(now) >= NODE_TIMEOUT {
+            self.strangers = UnexpectedPublishers::none_of(&self.graph);
             let robots = self.options.expected.robots.len();
             actions.extend(onlookers);
             actions.extend(self.options.expected.leases().into_iter().map(Action::Note));
@@ -83,7 +84,7 @@ impl Runner {
             self.requests = Requests::new(self.targets());
             self.enter(Phase::ReadBack, now);
             self.read_back(now, actions);
-        } else if self.elapsed(now) >= CONFIGURE {
+        } else if self.elapsed(now) >= CONFIGURE_TIMEOUT {
             let problems = self.requests.problems().into_iter();
             let failures =
                 problems.map(|(target, reason)| Failure::NotSet { target, reason }).collect();
@@ -99,7 +100,7 @@ impl Runner {
             actions.push(Action::OpenRecorder);
             self.recorder_opened = true;
             self.enter(Phase::Record, now);
-        } else if self.elapsed(now) >= CONFIGURE {
+        } else if self.elapsed(now) >= CONFIGURE_TIMEOUT {
             let problems = self.requests.problems().into_iter();
             let failures =
                 problems.map(|(target, reason)| Failure::NotConfirmed { target, reason }).collect();
@@ -134,14 +135,16 @@ impl Runner {
             if let Some(start) = &self.options.start {
                 // Poses may come seldom; a robot without any delays the run only briefly.
                 let robots = &self.options.expected.robots;
-                if !self.start_check.has_poses_of(robots) && self.elapsed(now) < LOOK {
+                if !self.start_check.has_poses_of(robots)
+                    && self.elapsed(now) < ROBOT_SEARCH_DURATION
+                {
                     return;
                 }
                 let notes = self.start_check.standing_places(start, robots);
                 actions.extend(notes.into_iter().map(Action::Note));
             }
             self.begin(now, actions);
-        } else if self.elapsed(now) >= ARM {
+        } else if self.elapsed(now) >= ARM_TIMEOUT {
             self.fail_to_arm(waiting, now, actions);
         }
     }
@@ -229,11 +232,11 @@ impl Runner {
         // In lockstep a lapse freezes the world and harms nothing; the simulator's word on it comes
         // first. In real time a robot needs a moment to receive that it may move; one that is silent
         // may have been so since before the start, while the others move.
-        let lapse = LOCKSTEP_GRACE + SILENCE;
+        let lapse = LOCKSTEP_GRACE + NODE_TIMEOUT;
         let patience = match self.options.pace {
             Pace::Lockstep { .. } => Patience { standing: lapse, silent: lapse },
-            Pace::RealTime { .. } if self.elapsed(now) < SILENCE => {
-                Patience { standing: SILENCE, silent: Duration::ZERO }
+            Pace::RealTime { .. } if self.elapsed(now) < NODE_TIMEOUT => {
+                Patience { standing: NODE_TIMEOUT, silent: Duration::ZERO }
             }
             Pace::RealTime { .. } => Patience { standing: Duration::ZERO, silent: Duration::ZERO },
         };
@@ -267,7 +270,7 @@ impl Runner {
         match self.options.pace {
             Pace::RealTime { duration } => {
                 let is_over = self.elapsed(now) >= duration;
-                if is_over || self.elapsed(now) >= FIRST_SAMPLE {
+                if is_over || self.elapsed(now) >= FIRST_SAMPLE_TIMEOUT {
                     self.need_samples(now, actions);
                 }
                 if is_over {
@@ -293,7 +296,7 @@ impl Runner {
         let Some(simulated_at) = self.simulated_at else { return };
         if self.recorded >= steps {
             self.end(Outcome::Completed, now, actions);
-        } else if now.saturating_sub(simulated_at) >= RECORDER {
+        } else if now.saturating_sub(simulated_at) >= RECORDER_TIMEOUT {
             let reason = format!("took step {}, expected {steps}", self.recorded);
             self.fail_recorder(reason, now, actions);
         }
@@ -304,10 +307,10 @@ impl Runner {
         self.not_standing = self.roster.not_standing(self.epoch, since);
         if self.not_standing.is_empty() {
             self.close(now, actions);
-        } else if self.elapsed(now) >= STAND {
+        } else if self.elapsed(now) >= STAND_TIMEOUT {
             actions.push(Action::Note(format!(
                 "not confirmed to stand after {} s: {}",
-                STAND.as_secs(),
+                STAND_TIMEOUT.as_secs(),
                 self.not_standing.join(", ")
             )));
             self.close(now, actions);
@@ -326,7 +329,7 @@ impl Runner {
     fn await_closed(&mut self, now: Duration, actions: &mut Vec<Action>) {
         if self.recorder_closed {
             self.finish(now, actions);
-        } else if self.elapsed(now) >= RECORDER {
+        } else if self.elapsed(now) >= RECORDER_TIMEOUT {
             self.fail_recorder("did not close in time".to_owned(), now, actions);
             self.finish(now, actions);
         }

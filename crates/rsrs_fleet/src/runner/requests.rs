@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::Target;
-use crate::timing::RETRY;
+use crate::timing::RETRY_PERIOD;
 
 /// One request to each target.
 #[derive(Clone, Debug, Default)]
@@ -31,7 +31,9 @@ impl Requests {
     pub(super) fn due(&mut self, now: Duration) -> Vec<Target> {
         self.open
             .iter_mut()
-            .filter(|request| request.asked.is_none_or(|asked| now.saturating_sub(asked) >= RETRY))
+            .filter(|request| {
+                request.asked.is_none_or(|asked| now.saturating_sub(asked) >= RETRY_PERIOD)
+            })
             .map(|request| {
                 request.asked = Some(now);
                 request.target.clone()

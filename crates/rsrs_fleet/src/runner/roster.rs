@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::SampleKind;
 use crate::message::{Echo, RobotState, Status};
-use crate::timing::{DETECTION_SILENCE, POSE_SILENCE, SILENCE};
+use crate::timing::{DETECTION_TIMEOUT, NODE_TIMEOUT, POSE_TIMEOUT};
 
 /// The robots of a run, in its order.
 #[derive(Clone, Debug)]
@@ -43,7 +43,7 @@ impl LastStatus {
     }
 
     fn is_recent(&self, now: Duration) -> bool {
-        now.saturating_sub(self.at) <= SILENCE
+        now.saturating_sub(self.at) <= NODE_TIMEOUT
     }
 }
 
@@ -299,8 +299,8 @@ impl Member {
     fn sample_missing(&self, now: Duration) -> Option<(SampleKind, Duration)> {
         self.samples.iter().find_map(|(kind, at)| {
             let silence = match kind {
-                SampleKind::Detection => DETECTION_SILENCE,
-                SampleKind::Pose => POSE_SILENCE,
+                SampleKind::Detection => DETECTION_TIMEOUT,
+                SampleKind::Pose => POSE_TIMEOUT,
             };
             (now.saturating_sub(*at) > silence).then_some((*kind, silence))
         })
@@ -308,7 +308,7 @@ impl Member {
 
     fn trouble(&self, epoch: u64, now: Duration) -> Option<String> {
         let Some(received) = self.robot.as_ref().filter(|received| received.is_recent(now)) else {
-            return Some(format!("silent for more than {} s", SILENCE.as_secs()));
+            return Some(format!("silent for more than {} s", NODE_TIMEOUT.as_secs()));
         };
         let status = &received.status;
         if status.state == RobotState::Moving && status.epoch == epoch {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::preflight::Problem;
-use crate::timing::{CATCH_UP, DISCOVER};
+use crate::timing::{CATCH_UP_TIMEOUT, DISCOVERY_TIMEOUT};
 
 /// The search for what an experiment needs.
 #[derive(Clone, Copy, Debug, Default)]
@@ -43,8 +43,8 @@ impl Search {
     ///
     /// * `start` — when the search began.
     pub(super) fn is_over(&self, start: Duration, now: Duration) -> bool {
-        let is_stuck = now.saturating_sub(self.since) >= DISCOVER;
-        is_stuck || (self.is_behind && now.saturating_sub(start) >= CATCH_UP)
+        let is_stuck = now.saturating_sub(self.since) >= DISCOVERY_TIMEOUT;
+        is_stuck || (self.is_behind && now.saturating_sub(start) >= CATCH_UP_TIMEOUT)
     }
 }
 

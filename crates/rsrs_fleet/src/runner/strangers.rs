@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use crate::preflight::{Endpoint, Expected, Graph, Publishers};
-use crate::timing::SILENCE;
+use crate::timing::NODE_TIMEOUT;
 
 /// The publishers that were there when all that the run needs was found.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Strangers {
+pub(super) struct UnexpectedPublishers {
     known: BTreeSet<[u8; 16]>,
     /// Topics, and the nodes that published them: one of these that starts again is no stranger.
     nodes: BTreeSet<(String, String)>,
@@ -16,7 +16,7 @@ pub(super) struct Strangers {
     since: BTreeMap<[u8; 16], Duration>,
 }
 
-impl Strangers {
+impl UnexpectedPublishers {
     /// No publisher is a stranger yet.
     pub(super) fn none_of(graph: &Graph) -> Self {
         let node = |end: &Endpoint| Some((end.topic.clone(), end.node.clone()?));
@@ -50,7 +50,7 @@ impl Strangers {
                     Some(node) => {
                         return Some(format!("a second publisher of {name}: node {node}"));
                     }
-                    None if now.saturating_sub(since) >= SILENCE => {
+                    None if now.saturating_sub(since) >= NODE_TIMEOUT => {
                         return Some(format!(
                             "a second publisher of {name}, of a node that does not say its name"
                         ));

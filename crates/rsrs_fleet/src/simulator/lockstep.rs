@@ -7,7 +7,7 @@ use rsrs_core::robot::controller::Command;
 
 use super::{Action, Event, Placed, Progress, RECORDER_WINDOW, Refusal, check};
 use crate::message::RobotState;
-use crate::timing::{LOCKSTEP_GRACE, STEP_AT_LEAST};
+use crate::timing::{LEAST_STEP_TIMEOUT, LOCKSTEP_GRACE};
 
 /// The world steps when every robot has answered its detection; nothing sleeps, nothing is invented.
 #[derive(Clone, Debug, Default)]
@@ -151,12 +151,12 @@ impl Lockstep {
     ) {
         let since = *self.stepped.get_or_insert(now);
         let is_over = matches!(progress, Progress::Complete(_));
-        if is_over || now.saturating_sub(since) < STEP_AT_LEAST {
+        if is_over || now.saturating_sub(since) < LEAST_STEP_TIMEOUT {
             return;
         }
         let reason = format!(
             "no step for {} s at step {} of {}: {}",
-            STEP_AT_LEAST.as_secs(),
+            LEAST_STEP_TIMEOUT.as_secs(),
             self.step,
             placed.steps,
             self.owed(placed)

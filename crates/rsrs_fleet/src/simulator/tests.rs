@@ -1,5 +1,5 @@
 use super::*;
-use crate::timing::BEAT;
+use crate::timing::HEARTBEAT_PERIOD;
 
 mod hand;
 
@@ -246,9 +246,9 @@ fn the_status_is_repeated_ten_times_a_second_and_counted() {
     let idle = || Event::Gates(vec![ARMED]);
 
     assert_eq!(status(&mut simulator, idle(), ms(99)), None);
-    let second = status(&mut simulator, idle(), BEAT).expect("a beat has passed");
+    let second = status(&mut simulator, idle(), HEARTBEAT_PERIOD).expect("a beat has passed");
     assert_eq!(status(&mut simulator, idle(), ms(199)), None);
-    let third = status(&mut simulator, idle(), BEAT * 2).expect("a beat has passed");
+    let third = status(&mut simulator, idle(), HEARTBEAT_PERIOD * 2).expect("a beat has passed");
 
     assert_eq!((second.counter, third.counter), (2, 3));
     assert_eq!((second.epoch, second.battery_v.is_nan()), (0, true));

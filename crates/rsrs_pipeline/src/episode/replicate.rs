@@ -7,7 +7,7 @@ use anyhow::Context;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::settling::Settling;
-use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{Phase, converged_s, label};
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
@@ -36,7 +36,7 @@ pub struct Episode {
     /// What its swarm settled into.
     pub phase: Phase,
     /// Its order parameters.
-    pub evidence: Evidence,
+    pub evidence: OrderParameters,
     /// When stable milling began, in seconds; `None` if it did not.
     pub converged_s: Option<f64>,
     /// Number of robots.

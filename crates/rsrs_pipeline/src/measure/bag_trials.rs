@@ -29,12 +29,12 @@ pub struct BagTrials {
     /// Every robot's times from one detection to the next, in seconds.
     pub periods_s: Vec<(String, Vec<f64>)>,
     /// What the robot of a trial saw that stood in it.
-    pub standing: Option<Standing>,
+    pub standing: Option<StaticSensorTrial>,
 }
 
 /// A robot that stood and sensed, as `rsrs measure drive --distance` and `--alone` make it.
 #[derive(Clone, Debug)]
-pub struct Standing {
+pub struct StaticSensorTrial {
     /// The robot.
     pub robot: String,
     /// Where another robot stood; `None` if it was alone.
@@ -85,7 +85,7 @@ pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
 
 /// What was sensed in a trial in which no robot was to move: of a run of ours that was set to no speed
 /// and no turn.
-fn standing(bag: &Bag) -> anyhow::Result<Option<Standing>> {
+fn standing(bag: &Bag) -> anyhow::Result<Option<StaticSensorTrial>> {
     let Some(record) = recorded_run::record_in(bag)? else { return Ok(None) };
     let ControllerParameters { speed_m_s, turn_rate_rad_s } = record.conditions.controller;
     let (true, Some(robot)) = (speed_m_s == 0.0 && turn_rate_rad_s == 0.0, record.robots.first())
@@ -99,7 +99,7 @@ fn standing(bag: &Bag) -> anyhow::Result<Option<Standing>> {
         | Placement::Given { .. } => None,
     };
     let readings = sensor_readings::count(bag.path(), robot, None)?;
-    Ok(Some(Standing { robot: robot.clone(), neighbour, readings }))
+    Ok(Some(StaticSensorTrial { robot: robot.clone(), neighbour, readings }))
 }
 
 /// What was seen in several bags as one table; a row's `line` is its position, from 1.
@@ -112,7 +112,7 @@ pub fn detection_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<Detection
     let paths: Vec<&PathBuf> = standing().map(|(path, _)| path).collect();
     let mut table =
         Trials { file: names(&paths), robots: Vec::new(), rows: Vec::new(), paused: Vec::new() };
-    for (_, Standing { robot, neighbour, readings }) in standing() {
+    for (_, StaticSensorTrial { robot, neighbour, readings }) in standing() {
         let line = table.rows.len() as u64 + 1;
         let robot = position(&mut table.robots, robot);
         let Readings { samples, detections } = *readings;

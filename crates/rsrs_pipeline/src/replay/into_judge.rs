@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::Phase;
 use serde::{Deserialize, Serialize};
 
@@ -38,7 +38,7 @@ pub struct JudgedPhase {
     /// The phase.
     pub phase: Phase,
     /// The order parameters behind it.
-    pub evidence: Option<Evidence>,
+    pub evidence: Option<OrderParameters>,
     /// Number of robots, if it is known.
     #[serde(default)]
     pub n_robots: Option<usize>,
@@ -121,7 +121,7 @@ impl fmt::Display for JudgeReplay {
         let mut rows =
             vec![["", "phase", "rotation", "orbit", "circliness", "blocked"].map(str::to_owned)];
         for (when, judged) in [("recorded", &self.recorded), ("today", &self.today)] {
-            let number = |of: fn(&Evidence) -> f64| {
+            let number = |of: fn(&OrderParameters) -> f64| {
                 let evidence = judged.evidence.as_ref();
                 evidence.map_or_else(|| "-".to_owned(), |it| format!("{:.3}", of(it)))
             };

@@ -11,7 +11,7 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::parser::parse_message_type;
 use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::diagram::axis::Axis;
-use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::order::OrderParameters;
 use rsrs_sim::sweep::ReplicateOutcome;
 
 use crate::sweep::result::{SweepResult, World};
@@ -34,19 +34,19 @@ const COLUMNS: [Column; 11] = [
 ];
 
 // A new order parameter must not be forgotten here.
-const _: fn(Evidence) = |Evidence {
-                             lost: _,
-                             blocked: _,
-                             stuck: _,
-                             rotation: _,
-                             orbit: _,
-                             fatness: _,
-                             tangentness: _,
-                             circliness: _,
-                             mean_radius_m: _,
-                             contact_onsets_per_s: _,
-                             circliness_ceiling: _,
-                         }| {};
+const _: fn(OrderParameters) = |OrderParameters {
+                                    lost: _,
+                                    blocked: _,
+                                    stuck: _,
+                                    rotation: _,
+                                    orbit: _,
+                                    fatness: _,
+                                    tangentness: _,
+                                    circliness: _,
+                                    mean_radius_m: _,
+                                    contact_onsets_per_s: _,
+                                    circliness_ceiling: _,
+                                }| {};
 
 /// Rows of a group: as many as are held in memory.
 const GROUP_ROWS: usize = 65_536;

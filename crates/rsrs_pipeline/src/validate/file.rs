@@ -73,7 +73,7 @@ pub struct Turning {
 
 /// The note on a picture.
 #[derive(Deserialize)]
-struct Told {
+struct StoredSummary {
     #[serde(flatten)]
     judged: Judged,
     is_harsher: bool,
@@ -140,12 +140,12 @@ pub fn note(folder: &Path, source: &ResolvedSweep) -> anyhow::Result<Option<Stri
         return Ok(None);
     }
     let text = read_text(&path)?;
-    let given: Told = serde_json::from_str(&text)
+    let given: StoredSummary = serde_json::from_str(&text)
         .with_context(|| format!("{} is no answer of `rsrs validate`", path.display()))?;
     Ok(given.judged.is_of(source).then(|| given.text()))
 }
 
-impl Told {
+impl StoredSummary {
     fn text(&self) -> String {
         let Self { n_inside, n_trials, .. } = self;
         let counts = format!(

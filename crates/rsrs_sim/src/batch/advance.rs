@@ -8,7 +8,7 @@ use super::noise::{LaneKey, turn};
 use super::sense::Body;
 use crate::contact::Border;
 use crate::draw::Key;
-use crate::robots::{NoiseKeys, Robots, Rules};
+use crate::robots::{NoiseKeys, Robots, WorldParameters};
 use crate::turn;
 use crate::vector::simd::Simd;
 
@@ -35,7 +35,7 @@ pub struct LaneRules<S: Simd> {
 
 impl<S: Simd> LaneRules<S> {
     /// The rules of a world whose robots have this controller.
-    pub fn new(simd: S, rules: &Rules, controller: ControllerParameters) -> Self {
+    pub fn new(simd: S, rules: &WorldParameters, controller: ControllerParameters) -> Self {
         let one = |number| simd.single(number);
         let noise = |sd: f32| (sd != 0.0).then(|| one(sd));
         let decided = |detected: bool| {
@@ -120,7 +120,7 @@ impl<S: Simd> NominalStep<S> {
     /// The step of a robot in worlds where it has these traits, one for each lane.
     pub fn new<'a>(
         simd: S,
-        rules: &Rules,
+        rules: &WorldParameters,
         controller: ControllerParameters,
         robot: usize,
         world: impl Fn(usize) -> &'a Robots,

@@ -8,7 +8,7 @@ use super::rows::Rows;
 use super::sense::{Body, Cone, Found, LaneContact, LaneView, Polygon, Side, sense, sides};
 use crate::draw::RunKey;
 use crate::placement::{self, PlacementError};
-use crate::robots::{Robots, Rules};
+use crate::robots::{Robots, WorldParameters};
 use crate::vector::simd::{Simd, Work};
 use crate::view::View;
 use crate::world;
@@ -70,7 +70,7 @@ impl<S: Simd> Swarms<S> {
                 sine: simd.singles(|lane| world(lane).sine[robot]),
             };
         }
-        let rules = Rules::new(conditions);
+        let rules = WorldParameters::new(conditions);
         let controller = conditions.controller;
         let nominal_step = |robot: usize| NominalStep::new(simd, &rules, controller, robot, world);
         let noisy_traits = |robot: usize| NoisyTraits::new(simd, robot, world);

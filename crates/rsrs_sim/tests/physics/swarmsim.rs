@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use rsrs_core::conditions::{Conditions, Placement, Region};
-use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{self, Phase};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::draw::Seed;
@@ -41,7 +41,7 @@ fn a_mill_without_noise_is_that_of_swarmsim() {
     let trajectory = run_episode(&conditions, SEED, duration_s).expect("the robots fit");
 
     let window = STEPS - WINDOW..STEPS;
-    let ours = Evidence::of(&trajectory, window, &conditions.bodies());
+    let ours = OrderParameters::of(&trajectory, window, &conditions.bodies());
     let theirs = mill_in_swarmsim(&python, trajectory.poses_at(0));
 
     let phase = phase::label(&trajectory, &conditions.bodies()).expect("long enough").phase;

@@ -6,7 +6,7 @@ use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
-use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{Phase, Thresholds, WINDOW_S, label, samples_in};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 
@@ -32,7 +32,7 @@ pub struct Judged {
     pub episode: Episode,
     phase: Phase,
     /// As `PARTS`, one after the other.
-    evidence: Vec<Evidence>,
+    evidence: Vec<OrderParameters>,
 }
 
 impl Judged {
@@ -44,12 +44,12 @@ impl Judged {
         let evidence = PARTS
             .iter()
             .flat_map(|n| (0..*n).map(|part| part_of(start..end, (part, *n))))
-            .map(|samples| Evidence::of(trajectory, samples, bodies))
+            .map(|samples| OrderParameters::of(trajectory, samples, bodies))
             .collect();
         Self { episode, phase: whole_phase(&verdict.evidence), evidence }
     }
 
-    fn parts(&self, n: usize) -> &[Evidence] {
+    fn parts(&self, n: usize) -> &[OrderParameters] {
         let first: usize = PARTS.iter().take_while(|parts| **parts < n).sum();
         &self.evidence[first..first + n]
     }
@@ -73,7 +73,7 @@ impl Judged {
 }
 
 /// The phase by the whole window alone.
-fn whole_phase(evidence: &Evidence) -> Phase {
+fn whole_phase(evidence: &OrderParameters) -> Phase {
     Thresholds::default().phase(evidence)
 }
 
@@ -83,7 +83,7 @@ fn part_of(window: Range<usize>, (part, n): (usize, usize)) -> Range<usize> {
 }
 
 /// How far the nearest boundary of stable milling is, in parts of what there is beyond it.
-fn margin(evidence: &Evidence) -> f64 {
+fn margin(evidence: &OrderParameters) -> f64 {
     let limits = Thresholds::default();
     let lost = evidence.lost.expect("their reach is known");
     [
@@ -106,7 +106,7 @@ pub fn table(judged: &[Judged]) -> String {
         let Episode { world, cell, replicate } = judged.episode;
         for n in PARTS {
             for (part, evidence) in judged.parts(n).iter().enumerate() {
-                let Evidence { rotation, orbit, circliness, blocked, stuck, .. } = evidence;
+                let OrderParameters { rotation, orbit, circliness, blocked, stuck, .. } = evidence;
                 writeln!(
                     table,
                     "{number},{},{cell},{replicate},{n},{part},{rotation:.4},{orbit:.4},\

@@ -7,7 +7,7 @@ use super::geometry::{
     Vector, angle_between, centroid, cross, distance_m2, dot, nearest_neighbours,
 };
 use super::{
-    BLOCKED_OVER_S, BLOCKED_SHARE, CONTACT_TOLERANCE, Evidence, LOST_SHARE, RESOLUTION,
+    BLOCKED_OVER_S, BLOCKED_SHARE, CONTACT_TOLERANCE, LOST_SHARE, OrderParameters, RESOLUTION,
     STUCK_SHARE, rounded,
 };
 use crate::judge::number::{Mask, Number};
@@ -165,7 +165,7 @@ impl<N: Number<Scalar = f64>> Sums<N> {
     /// # Arguments
     ///
     /// * `samples`, `bodies` — those that the sums are of.
-    pub fn evidence<S>(&self, samples: &S, bodies: &Bodies, lane: usize) -> Evidence
+    pub fn evidence<S>(&self, samples: &S, bodies: &Bodies, lane: usize) -> OrderParameters
     where
         S: Samples<Number = N>,
     {
@@ -173,7 +173,7 @@ impl<N: Number<Scalar = f64>> Sums<N> {
         if !self.is_certain(lane)
             && let Some(trajectory) = samples.trajectory(lane, window.clone())
         {
-            return Evidence::of(&trajectory, 0..self.n_samples, bodies);
+            return OrderParameters::of(&trajectory, 0..self.n_samples, bodies);
         }
         let period_s = samples.period_s();
         let Commanded { way_m, mean_turn_rad } = samples.commanded(window);
@@ -191,7 +191,7 @@ impl<N: Number<Scalar = f64>> Sums<N> {
         // A single robot has lost all others, at any reach.
         let is_decided = bodies.reach_m.is_some() || self.robots.len() == 1;
         let robot_seconds = n_samples * period_s * n_robots;
-        Evidence {
+        OrderParameters {
             lost: is_decided.then(|| share(LOST_SHARE * n_samples, |robot| robot.alone)),
             blocked: if n_looks > 0.0 { n_blocked / (n_looks * n_robots) } else { 0.0 },
             stuck: share(STUCK_SHARE * n_looks, |robot| robot.blocked),
@@ -244,7 +244,7 @@ struct Motion<N> {
 }
 
 /// A way through samples in their order, with what has to be remembered of the one before.
-pub(super) struct Walk<'a, S: Samples> {
+pub(super) struct OrderAccumulator<'a, S: Samples> {
     samples: &'a S,
     /// Beyond this a robot is alone, in square metres.
     reach_m2: S::Number,
@@ -259,7 +259,7 @@ pub(super) struct Walk<'a, S: Samples> {
     touched: Vec<<S::Number as Number>::Mask>,
 }
 
-impl<'a, S: Samples> Walk<'a, S> {
+impl<'a, S: Samples> OrderAccumulator<'a, S> {
     #[inline(always)]
     pub fn new(samples: &'a S, bodies: &Bodies, n_robots: usize) -> Self {
         let zero = samples.zero();

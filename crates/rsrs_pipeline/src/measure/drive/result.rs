@@ -75,7 +75,7 @@ pub enum Motion {
         duration_s: f64,
     },
     /// None: it stood and sensed.
-    Standing {
+    StaticSensorTrial {
         /// Distance of the neighbour's centre, in metres; `None` if it was alone.
         distance_m: Option<f64>,
         /// Bearing of the neighbour's centre, in radians, left is positive; `None` if it was alone.
@@ -165,7 +165,7 @@ impl TrialResult {
     /// The result of a trial in which the robot stood.
     pub fn of_readings(plan: &Plan, neighbour: Option<Neighbour>, found: Readings) -> Self {
         let Readings { samples, detections } = found;
-        let motion = Motion::Standing {
+        let motion = Motion::StaticSensorTrial {
             distance_m: neighbour.map(|neighbour| neighbour.distance_m),
             bearing_rad: neighbour.map(|neighbour| neighbour.bearing_rad),
             samples,
@@ -182,7 +182,7 @@ impl TrialResult {
             Motion::Curve { commanded_m_s, commanded_rad_s, .. } => {
                 format!("{commanded_m_s},{commanded_rad_s}")
             }
-            Motion::Standing { distance_m, bearing_rad, .. } => {
+            Motion::StaticSensorTrial { distance_m, bearing_rad, .. } => {
                 let written = |number: Option<f64>| number.map(|number| number.to_string());
                 let [distance, bearing] = [distance_m, bearing_rad].map(written);
                 format!("{},{}", distance.unwrap_or_default(), bearing.unwrap_or_default())
@@ -206,7 +206,9 @@ impl TrialResult {
             | Motion::Curve { angle_rad, duration_s, .. } => {
                 format!("{angle_rad:.5},{duration_s:.3},{paused}")
             }
-            Motion::Standing { samples, detections, .. } => format!("{samples},{detections}"),
+            Motion::StaticSensorTrial { samples, detections, .. } => {
+                format!("{samples},{detections}")
+            }
         }
     }
 
@@ -215,7 +217,7 @@ impl TrialResult {
             Motion::Straight { .. } => Kind::Speed,
             Motion::Curve { .. } => Kind::Arc,
             Motion::Turn { .. } => Kind::Turn,
-            Motion::Standing { .. } => Kind::Detection,
+            Motion::StaticSensorTrial { .. } => Kind::Detection,
         }
     }
 

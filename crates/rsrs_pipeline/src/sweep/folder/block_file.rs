@@ -5,7 +5,7 @@
 //! that was torn, or belongs to another sweep, reads as nothing and is made again.
 
 use rsrs_core::digest::Digest;
-use rsrs_core::judge::order::Evidence;
+use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::Phase;
 use rsrs_sim::sweep::{Block, ReplicateOutcome};
 
@@ -67,7 +67,7 @@ fn encode_row(outcome: &ReplicateOutcome, bytes: &mut Vec<u8>) {
     let phase = Phase::ALL.iter().position(|phase| *phase == outcome.phase);
     let phase = phase.expect("all phases are there");
     bytes.push(u8::try_from(phase).expect("phases are few"));
-    let Evidence {
+    let OrderParameters {
         lost,
         blocked,
         stuck,
@@ -105,7 +105,7 @@ fn decode_row(cell: usize, replicate: u64, bytes: &[u8]) -> Option<ReplicateOutc
     let (numbers, _) = bytes[3..].as_chunks::<8>();
     let optional =
         |column: usize| (present >> column & 1 == 1).then(|| f64::from_le_bytes(numbers[column]));
-    let evidence = Evidence {
+    let evidence = OrderParameters {
         lost: optional(0),
         blocked: optional(1)?,
         stuck: optional(2)?,
@@ -139,7 +139,7 @@ mod tests {
             cell,
             replicate,
             phase,
-            evidence: Evidence {
+            evidence: OrderParameters {
                 lost: (replicate == 5).then_some(0.25),
                 blocked: 0.01,
                 stuck: 0.02,

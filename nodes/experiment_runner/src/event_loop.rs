@@ -14,7 +14,7 @@ use rsrs_fleet::message::{RobotState, Status};
 use rsrs_fleet::rates::Rates;
 use rsrs_fleet::record::Ending;
 use rsrs_fleet::runner::{Action, Event, Outcome, Runner, Target};
-use rsrs_fleet::timing::{CONFIGURE, SILENCE, TICK};
+use rsrs_fleet::timing::{CONFIGURE_TIMEOUT, NODE_TIMEOUT, TICK};
 use rsrs_msgs::rsrs::{Recorded, RunLease};
 use rsrs_msgs::std_msgs::Text;
 use rsrs_msgs::topics::{self, Topic};
@@ -44,7 +44,7 @@ const STOOD_STILL: Duration = Duration::from_millis(500);
 /// How often the discovery database is looked at.
 const LOOK: Duration = Duration::from_millis(100);
 /// How long one request for parameters is tried before the machine asks again.
-const ONE_REQUEST: Duration = CONFIGURE;
+const ONE_REQUEST: Duration = CONFIGURE_TIMEOUT;
 
 /// Answers to requests for parameters, and the requests that are under way.
 type Requests<'a> = FuturesUnordered<Pin<Box<dyn Future<Output = Event> + 'a>>>;
@@ -250,7 +250,7 @@ impl<'a> Run<'a> {
 
     fn simulator_is(&self) -> Presence {
         match &self.simulator {
-            Some((_, at)) if at.elapsed() <= SILENCE => Presence::Recently,
+            Some((_, at)) if at.elapsed() <= NODE_TIMEOUT => Presence::Recently,
             _ => Presence::Not,
         }
     }

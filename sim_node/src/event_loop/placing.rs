@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use rsrs_fleet::robot;
 use rsrs_fleet::simulator::{Event, Gates};
-use rsrs_fleet::timing::BEAT;
+use rsrs_fleet::timing::HEARTBEAT_PERIOD;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_ros::logging::Level;
 
@@ -79,7 +79,7 @@ impl Simulation<'_> {
 
     /// The sensors of robot nodes work, and see nothing, where there is no world yet.
     pub(super) async fn sense_nothing(&mut self) -> anyhow::Result<()> {
-        let is_due = self.sensed_nothing.elapsed() >= BEAT;
+        let is_due = self.sensed_nothing.elapsed() >= HEARTBEAT_PERIOD;
         if parameters::gates(&self.server) == Gates::Here || !is_due {
             return Ok(());
         }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use rsrs_core::robot::controller::Reaction;
 use rsrs_fleet::controller::{Action, Controller, Event};
 use rsrs_fleet::e_stop::Locks;
-use rsrs_fleet::timing::{BEAT, TICK};
+use rsrs_fleet::timing::{HEARTBEAT_PERIOD, TICK};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rosgraph_msgs::Clock;
@@ -244,7 +244,7 @@ async fn answer(
     let start = Instant::now();
     let holds_lease = hosted.iter().any(|controller| controller.machine.gate().is_some());
     // A lease that has run out is noticed by looking.
-    let mut beat = tokio::time::interval(if holds_lease { TICK } else { BEAT });
+    let mut beat = tokio::time::interval(if holds_lease { TICK } else { HEARTBEAT_PERIOD });
     beat.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
     let mut asked_to_stop = std::pin::pin!(shutdown::requested());
     loop {
