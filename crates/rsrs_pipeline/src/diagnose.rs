@@ -109,7 +109,7 @@ pub struct Cause {
     pub with: Vec<Axis>,
     /// Whether robots that are perfect in everything else do not mill without it.
     pub necessary: bool,
-    /// What it costs, if that was said.
+    /// What it costs, if that was given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cost: Option<f64>,
     /// The setting.

@@ -12,12 +12,12 @@ use crate::progress::execution;
 
 /// Find out why robots do not mill, and what would have to be changed about them.
 ///
-/// A robot is tried with 4 to 13 others of its kind, at speeds and turning rates within its limits,
-/// from two placements, or in the settings of a sweep, made worse as in a sweep. Then its capabilities
+/// Swarms of 4 to 12 robots are tried, at speeds and turning rates within the robot's limits,
+/// from two placements, or in the settings of a sweep, made worse as in a sweep. Then capabilities
 /// are moved, each by itself and together, towards a perfect robot; the smallest change that reaches
 /// the wanted share of mills is confirmed on fresh seeds, in both worlds. What is needed is a measured
-/// value: the robot that has it is made worse again. Of robots that mill it is said what could be worse.
-/// Exit code 3 says that they do not mill.
+/// value: the robot that has it is made worse again. For robots that mill, the output lists what could
+/// be worse. Exit code 3 means that they do not mill.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -57,7 +57,7 @@ pub enum Axis {
     TurnGain,
     /// Standard deviation of both gains from step to step; dimensionless.
     GainNoise,
-    /// Standard deviation between robots of a turning rate nobody asked for, in radians per second.
+    /// Standard deviation between robots of a turning rate that was not commanded, in radians per second.
     TurnBias,
     /// Standard deviation of the heading's random change per step, in radians.
     HeadingNoise,

@@ -104,7 +104,7 @@ pub fn designs(robot: &RobotProfile) -> Vec<Remedy> {
     found
 }
 
-/// Worse values of a robot's capabilities, as long as they say something.
+/// Worse values of a robot's capabilities, as long as they are possible.
 pub fn savings(robot: &RobotProfile) -> Vec<Remedy> {
     let doubling = |now: f64, first: f64, most: f64| -> Vec<f64> {
         let first = if now > 0.0 { 2.0 * now } else { first };

@@ -1,4 +1,4 @@
-//! How often a robot mills in its best setting, and whether fresh runs say so too.
+//! How often a robot mills in its best setting, and whether fresh runs confirm it.
 
 mod settings;
 

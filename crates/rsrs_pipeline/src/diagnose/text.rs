@@ -126,7 +126,7 @@ impl Diagnosis {
             steps.push(if measured.b_s_low >= self.wanted {
                 format!(
                     "make the simulated robots less worse (`harsher:` in a sweep file; `rsrs choose` \
-                     says which factor matters): {share}"
+                     names the factor that matters): {share}"
                 )
             } else {
                 format!("less noise in the simulation does not suffice: {share}")
