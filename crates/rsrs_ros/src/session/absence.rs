@@ -3,8 +3,8 @@
 //! Two participants that receive nothing of each other for longer than their lease (50 s here, 20 s in
 //! Fast DDS) forget each other. When they are back in reach, each discovers the other again, but their
 //! endpoints are not matched again: nothing is received any more, and no call fails. A participant that
-//! joins anew is matched at once. So of a network that fell apart the smaller part joins anew: a
-//! participant that lost at least half of the others at one time belongs to it.
+//! joins anew is matched at once. So of a network that fell apart and is whole again the smaller part
+//! joins anew: a participant to which at least as many others return as were there all the time.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Mutex;
@@ -18,19 +18,19 @@ use rustdds::{
 use super::lock;
 use super::prefix::{Prefix, prefix};
 
-/// Leases of participants that went out of reach together expire within this time of each other.
-const TOGETHER: Duration = Duration::from_secs(60);
+/// After the first return, the others announce themselves within this time: every 10 s at the latest.
+const ALL_ARE_BACK: Duration = Duration::from_secs(15);
 
 /// This participant was out of reach of others for longer than their leases, and they are back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{lost} of {known} other participants were out of reach for longer than their leases, and the \
-     middleware does not match their topics again: start this program again"
+    "{returned} of {known} other participants were out of reach for longer than their leases, and \
+     the middleware does not match their topics again: start this program again"
 )]
 pub struct OutOfReach {
-    /// Participants that were lost together.
-    pub lost: usize,
-    /// All that were there before.
+    /// Participants that were lost, and are back.
+    pub returned: usize,
+    /// These, and those that were there all the time.
     pub known: usize,
 }
 
@@ -48,58 +48,68 @@ impl Absences {
     /// Takes in what has happened since the last call.
     pub(super) fn update(&self) -> Option<OutOfReach> {
         let mut record = lock(&self.record);
+        let now = Instant::now();
         while let Some(event) = self.listener.try_recv_status() {
             match event {
                 DomainParticipantStatusEvent::ParticipantDiscovered { dpd } => {
-                    let found = record.discover(prefix(dpd.guid.to_bytes()));
-                    if found.is_some() {
-                        return found;
-                    }
+                    record.discover(prefix(dpd.guid.to_bytes()), now);
                 }
                 DomainParticipantStatusEvent::ParticipantLost { id, reason } => {
                     let id = id.as_ref().try_into().expect("a prefix has 12 bytes");
-                    record.lose(id, &reason, Instant::now());
+                    record.lose(id, &reason);
                 }
                 _ => {}
             }
         }
-        None
+        record.out_of_reach(now)
     }
 }
 
-/// Who is there, and who was lost when.
+/// Which participants there are.
 #[derive(Debug, Default)]
 struct Record {
+    /// There since they were discovered.
     present: BTreeSet<Prefix>,
-    lost: BTreeMap<Prefix, Instant>,
+    /// Not received for longer than their lease; processes that were killed stay here.
+    lost: BTreeSet<Prefix>,
+    /// Lost before, and when they were discovered again.
+    returned: BTreeMap<Prefix, Instant>,
 }
 
 impl Record {
     /// A participant is there, for the first time or again.
-    fn discover(&mut self, id: Prefix) -> Option<OutOfReach> {
-        let out_of_reach = self.lost.get(&id).and_then(|&at| self.lost_with(at));
-        self.lost.remove(&id);
-        self.present.insert(id);
-        out_of_reach
+    fn discover(&mut self, id: Prefix, now: Instant) {
+        if self.lost.remove(&id) {
+            self.returned.insert(id, now);
+        } else if !self.returned.contains_key(&id) {
+            self.present.insert(id);
+        }
     }
 
     /// A participant has left, or has not been received for longer than its lease.
-    fn lose(&mut self, id: Prefix, reason: &LostReason, now: Instant) {
+    fn lose(&mut self, id: Prefix, reason: &LostReason) {
         self.present.remove(&id);
+        self.returned.remove(&id);
         match reason {
-            LostReason::Timeout { .. } => self.lost.insert(id, now),
+            LostReason::Timeout { .. } => self.lost.insert(id),
             LostReason::Disposed => self.lost.remove(&id),
         };
     }
 
-    /// Whether those that were lost at one time were at least half of all.
-    fn lost_with(&self, at: Instant) -> Option<OutOfReach> {
-        let is_together = |other: Instant| {
-            other.saturating_duration_since(at).max(at.saturating_duration_since(other)) <= TOGETHER
-        };
-        let lost = self.lost.values().filter(|other| is_together(**other)).count();
-        let known = lost + self.present.len();
-        (2 * lost >= known).then_some(OutOfReach { lost, known })
+    /// Whether this participant belongs to the part of the network that has to join anew.
+    fn out_of_reach(&mut self, now: Instant) -> Option<OutOfReach> {
+        let first = *self.returned.values().min()?;
+        let is_settled = now.saturating_duration_since(first) >= ALL_ARE_BACK;
+        if !self.present.is_empty() && !is_settled {
+            return None;
+        }
+        let (returned, n_present) = (self.returned.len(), self.present.len());
+        if returned >= n_present {
+            return Some(OutOfReach { returned, known: returned + n_present });
+        }
+        // They belong to the smaller part, and join anew.
+        self.present.extend(std::mem::take(&mut self.returned).into_keys());
+        None
     }
 }
 
@@ -112,43 +122,53 @@ mod tests {
         elapsed: rustdds::Duration::from_secs(51),
     };
 
-    fn network(n: u8) -> Record {
+    /// A network of which some participants are lost, and others were killed before.
+    fn network(n: u8, lost: std::ops::Range<u8>) -> Record {
         let mut record = Record::default();
         for id in 0..n {
-            assert_eq!(record.discover([id; 12]), None);
+            record.discover([id; 12], Instant::now());
+        }
+        for id in lost {
+            record.lose([id; 12], &TIMEOUT);
         }
         record
     }
 
     #[test]
-    fn who_lost_at_least_half_is_out_of_reach_when_the_first_is_back() {
-        let now = Instant::now();
-        for (n_lost, expected) in [
-            (4, None),
-            (5, Some(OutOfReach { lost: 5, known: 10 })),
-            (10, Some(OutOfReach { lost: 10, known: 10 })),
-        ] {
-            let mut record = network(10);
+    fn the_part_to_which_at_least_as_many_return_as_stayed_is_out_of_reach() {
+        let back = Instant::now();
+        let settled = back + ALL_ARE_BACK;
+        for (n_lost, expected) in [(4, None), (5, Some(OutOfReach { returned: 5, known: 10 }))] {
+            let mut record = network(10, 0..n_lost);
             for id in 0..n_lost {
-                record.lose([id; 12], &TIMEOUT, now + Duration::from_secs(u64::from(id)));
+                record.discover([id; 12], back);
             }
 
-            assert_eq!(record.discover([0; 12]), expected, "{n_lost} lost");
+            assert_eq!(record.out_of_reach(back), None, "more may return");
+            assert_eq!(record.out_of_reach(settled), expected, "{n_lost} lost");
+            assert_eq!(record.out_of_reach(settled + ALL_ARE_BACK), expected, "{n_lost} lost");
         }
     }
 
     #[test]
-    fn who_left_or_was_lost_at_another_time_does_not_count() {
-        let now = Instant::now();
-        let mut record = network(4);
-        record.lose([0; 12], &LostReason::Disposed, now);
-        record.lose([1; 12], &TIMEOUT, now);
-        record.lose([2; 12], &TIMEOUT, now + TOGETHER + TOGETHER);
-        for id in 4..6 {
-            record.discover([id; 12]);
-        }
+    fn who_was_alone_is_out_of_reach_when_the_first_is_back() {
+        let mut record = network(10, 0..10);
+        let back = Instant::now();
+        assert_eq!(record.out_of_reach(back), None);
 
-        assert_eq!(record.discover([0; 12]), None, "it said that it left");
-        assert_eq!(record.discover([2; 12]), None, "one of five");
+        record.discover([3; 12], back);
+
+        assert_eq!(record.out_of_reach(back), Some(OutOfReach { returned: 1, known: 1 }));
+    }
+
+    #[test]
+    fn processes_that_were_killed_or_have_left_do_not_count() {
+        let mut record = network(10, 0..8);
+        record.lose([8; 12], &LostReason::Disposed);
+        let back = Instant::now();
+        record.discover([8; 12], back);
+        record.discover([0; 12], back);
+
+        assert_eq!(record.out_of_reach(back + ALL_ARE_BACK), None, "one returned, two stayed");
     }
 }
