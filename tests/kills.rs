@@ -16,17 +16,13 @@ use std::path::{Path, PathBuf};
 use std::process::{ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::fleet::{ROBOTS, experiment, node, signal};
+use crate::fleet::{ROBOTS, experiment, node, signal, track};
 use crate::micro::{Micro, Socket};
 use crate::processes::{Process, rsrs};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::ENDING;
-use rsrs_msgs::geometry_msgs::PoseStamped;
-use rsrs_msgs::topics;
-use rsrs_ros::clock::wall_time;
-use rsrs_ros::session::Publisher;
 use rsrs_testing::network::{PATIENCE, in_own_network, session};
 
 const KILLS: u64 = 20;
@@ -298,39 +294,13 @@ fn whoever_is_stopped_and_continued_ends_by_itself_and_started_again_takes_part(
 fn beside_a_tracker(test: &str, body: fn()) {
     in_own_network(test, async || {
         let session = session();
-        let node = session.node("/", "tracker").expect("the name is allowed");
-        let tracker: Vec<Publisher<PoseStamped>> = ROBOTS[..N_REAL]
-            .iter()
-            .map(|robot| {
-                let topic = topics::POSE;
-                let publisher = session.publish_on(&node, &topic.for_robot(robot), topic.qos);
-                publisher.expect("the topic is allowed")
-            })
-            .collect();
         let killing = tokio::task::spawn_blocking(body);
         tokio::select! {
             ended = killing => ended.expect("the panic above says why"),
-            () = track(&tracker) => {}
+            () = track(&session, &ROBOTS[..N_REAL]) => {}
         }
-        drop((tracker, node));
         session.close().await;
     });
-}
-
-/// Sees every robot where it was set down.
-async fn track(tracker: &[Publisher<PoseStamped>]) {
-    let mut beat = tokio::time::interval(Duration::from_millis(100));
-    loop {
-        beat.tick().await;
-        for (robot, publisher) in tracker.iter().enumerate() {
-            let mut pose = PoseStamped::default();
-            pose.header.stamp = wall_time();
-            "map".clone_into(&mut pose.header.frame_id);
-            pose.pose.position.x = robot as f64;
-            pose.pose.orientation.w = 1.0;
-            publisher.publish(pose).await.expect("a healthy network");
-        }
-    }
 }
 
 /// The value of a variable that sets how much is tested.

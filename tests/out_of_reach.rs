@@ -13,12 +13,9 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::fleet::{ROBOTS, experiment, signal};
+use crate::fleet::{ROBOTS, experiment, signal, track};
 use crate::micro::{Micro, Socket};
 use crate::processes::{Process, rsrs};
-use rsrs_msgs::geometry_msgs::PoseStamped;
-use rsrs_msgs::topics;
-use rsrs_ros::clock::wall_time;
 use rsrs_ros::confine;
 use rsrs_ros::session::{Session, SessionOptions};
 use rsrs_testing::network::{PATIENCE, in_own_network};
@@ -183,11 +180,10 @@ impl Floor {
             assert_eq!(self.micro.wheels(), (0, 0), "the wheels stand");
             computer = Computer::start(n + 1, &self.socket);
         }
-        let run = self.start_driving();
+        let mut run = self.start_driving();
         signal(&run, "INT");
-        drop(computer);
-        let mut run = run;
         run.wait(PATIENCE);
+        drop(computer);
     }
 }
 
@@ -208,24 +204,8 @@ fn a_robot_that_was_out_of_reach_stands_and_drives_in_the_next_run() {
         });
         tokio::select! {
             ended = cutting => ended.expect("the panic above says why"),
-            () = track(&session) => {}
+            () = track(&session, &ROBOTS[..1]) => {}
         }
         session.close().await;
     });
-}
-
-/// A tracker that sees the robot where it was set down.
-async fn track(session: &Session) {
-    let node = session.node("/", "tracker").expect("the name is allowed");
-    let topic = topics::POSE.for_robot(ROBOTS[0]);
-    let publisher = session.publish_on(&node, &topic, topics::POSE.qos).expect("it is allowed");
-    let mut period = tokio::time::interval(Duration::from_millis(100));
-    loop {
-        period.tick().await;
-        let mut pose = PoseStamped::default();
-        pose.header.stamp = wall_time();
-        "map".clone_into(&mut pose.header.frame_id);
-        pose.pose.orientation.w = 1.0;
-        publisher.publish(pose).await.expect("a healthy network");
-    }
 }

@@ -2,6 +2,12 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use rsrs_msgs::geometry_msgs::PoseStamped;
+use rsrs_msgs::topics;
+use rsrs_ros::clock::wall_time;
+use rsrs_ros::session::{Publisher, Session};
 
 use crate::processes::{Process, rsrs};
 
@@ -46,4 +52,26 @@ pub fn signal(process: &Process, name: &str) {
     let pid = process.0.id().to_string();
     let status = Command::new("kill").args(["-s", name, &pid]).status();
     assert!(status.expect("every system has `kill`").success());
+}
+
+/// A tracker that sees every robot where it was set down, for as long as it is polled.
+pub async fn track(session: &Session, robots: &[&str]) {
+    let node = session.node("/", "tracker").expect("the name is allowed");
+    let publish = |robot: &&str| {
+        let topic = topics::POSE.for_robot(robot);
+        session.publish_on(&node, &topic, topics::POSE.qos).expect("the topic is allowed")
+    };
+    let tracker: Vec<Publisher<PoseStamped>> = robots.iter().map(publish).collect();
+    let mut period = tokio::time::interval(Duration::from_millis(100));
+    loop {
+        period.tick().await;
+        for (robot, publisher) in tracker.iter().enumerate() {
+            let mut pose = PoseStamped::default();
+            pose.header.stamp = wall_time();
+            "map".clone_into(&mut pose.header.frame_id);
+            pose.pose.position.x = robot as f64;
+            pose.pose.orientation.w = 1.0;
+            publisher.publish(pose).await.expect("a healthy network");
+        }
+    }
 }

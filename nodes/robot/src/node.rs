@@ -123,7 +123,7 @@ struct RobotNode<D> {
 enum Woken {
     Input(Input),
     Report(Report),
-    Glance,
+    Tick,
     Period,
     Health,
 }
@@ -197,14 +197,14 @@ impl<D: Driver> RobotNode<D> {
                 }
                 Some(received) = events.recv() => Woken::Input(received),
                 report = self.driver.report() => Woken::Report(report),
-                _ = tick.tick() => Woken::Glance,
+                _ = tick.tick() => Woken::Tick,
                 _ = period.tick() => Woken::Period,
                 _ = health.tick() => Woken::Health,
             };
             match woken {
                 Woken::Input(received) => self.receive(received).await?,
                 Woken::Report(report) => self.take(report).await?,
-                Woken::Glance => {}
+                Woken::Tick => {}
                 Woken::Period => self.publish_detection().await?,
                 Woken::Health => self.publish_health().await?,
             }
