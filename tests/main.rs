@@ -1,6 +1,7 @@
 //! The program as its users meet it: one binary of tests, so that what they share is built once.
 
 mod addressing;
+mod answering;
 mod bags_cli;
 mod by_hand;
 mod campaign;

@@ -1,5 +1,6 @@
 //! One file for each subcommand; each has its arguments and one `run`.
 
+pub mod answer;
 pub mod bag;
 pub mod campaign;
 pub mod choose;
@@ -14,6 +15,7 @@ pub mod measure;
 pub mod merge;
 pub mod node;
 pub mod place;
+pub mod plan_experiments;
 pub mod replay;
 pub mod report;
 pub mod run;
@@ -43,6 +45,16 @@ pub enum Format {
     Text,
     /// For programs: `snake_case` keys with units.
     Json,
+}
+
+/// A share strictly between 0 and 1, from the command line.
+fn wanted(text: &str) -> Result<f64, String> {
+    let share: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    if share > 0.0 && share < 1.0 {
+        Ok(share)
+    } else {
+        Err("expected a share between 0 and 1".into())
+    }
 }
 
 /// Prints a result to standard output in the format asked for.

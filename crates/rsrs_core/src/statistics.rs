@@ -3,6 +3,7 @@
 pub(crate) mod beta;
 pub mod comparison;
 pub mod e_value;
+pub mod experiment_plan;
 pub mod interval;
 pub mod interval_kind;
 pub mod next_experiment;

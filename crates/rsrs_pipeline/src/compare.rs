@@ -1,20 +1,20 @@
 //! Holds recorded runs against the sweep that predicts them.
 
+mod prediction;
 pub mod report;
 pub mod run_matching;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use rsrs_core::diagram::choice::Choice;
 use rsrs_core::diagram::{DiagramCell, PhaseCounts};
 use rsrs_core::statistics::comparison::{CellRuns, Comparison};
 use rsrs_core::statistics::next_experiment::next_step;
 use rsrs_fleet::record::EndingKind;
 
+pub(crate) use crate::compare::prediction::{Prediction, choose_again};
 use crate::compare::report::{Report, Runs, Simulated};
 use crate::compare::run_matching::{Admitted, LABEL, admit, refuse};
-use crate::error::with_help;
 use crate::label::{LabelOptions, Labelled, Labeller, label_bag, label_by};
 use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
@@ -112,79 +112,4 @@ fn label_all(runs: &[Admitted], labeller: &Labeller) -> anyhow::Result<Vec<Label
     }
     refuse(LABEL, &refusals, runs.len())?;
     Ok(labelled)
-}
-
-/// The cells of a sweep.
-struct Prediction<'a> {
-    folder: &'a Path,
-    result: &'a SweepResult,
-    /// The chosen cell, by its index in the diagram.
-    chosen: Option<(usize, Choice)>,
-}
-
-impl<'a> Prediction<'a> {
-    fn of(folder: &'a Path, result: &'a SweepResult) -> anyhow::Result<Self> {
-        let chosen = match folder::read_choice(folder)? {
-            None => None,
-            Some(choice) => {
-                let SweepResult { source, .. } = result;
-                let digest = choice.sweep_digest.as_deref();
-                source.sweep.check_choice(&source.profile, digest).map_err(|error| {
-                    let message = format!("choice.json in {} {error}", folder.display());
-                    with_help(message, choose_again(folder))
-                })?;
-                let index = result.diagram.locate(&choice.cell).map_err(|error| {
-                    let message =
-                        format!("choice.json in {} is of another sweep: {error}", folder.display());
-                    with_help(message, choose_again(folder))
-                })?;
-                Some((index, choice))
-            }
-        };
-        Ok(Self { folder, result, chosen })
-    }
-
-    fn note(&self) -> Option<String> {
-        let folder = self.folder.display();
-        let Some((_, choice)) = &self.chosen else {
-            return Some(format!(
-                "{folder} has no choice.json; a cell that was picked from this sweep looks better \
-                 than it is, until `rsrs choose {folder} -o {folder}/choice.json` confirms it"
-            ));
-        };
-        let measured = choice.as_measured.filter(|_| choice.worse_is_better())?;
-        Some(format!(
-            "in the chosen cell, simulated robots as measured mill in {:.1} % of {} runs, and made \
-             worse in {:.1} %: being worse helps there, and fewer real mills need no other reason",
-            100.0 * measured.share,
-            measured.n_replicates,
-            100.0 * choice.b_s
-        ))
-    }
-
-    /// Replicates of the sweep; of the chosen cell its fresh ones, because those of the sweep have
-    /// chosen it and flatter it.
-    fn of_cell(&self, index: usize) -> anyhow::Result<Simulated> {
-        match &self.chosen {
-            Some((chosen, choice)) if *chosen == index => match choice.phases {
-                Some(phases) => Ok(Simulated { phases, is_confirmed: true }),
-                None => Err(with_help(
-                    format!(
-                        "choice.json in {} does not say how its fresh runs ended",
-                        self.folder.display()
-                    ),
-                    choose_again(self.folder),
-                )),
-            },
-            _ => Ok(Simulated {
-                phases: self.result.diagram.cells[index].counts,
-                is_confirmed: false,
-            }),
-        }
-    }
-}
-
-fn choose_again(folder: &Path) -> String {
-    let folder = folder.display();
-    format!("choose again: `rsrs choose {folder} -o {folder}/choice.json`")
 }

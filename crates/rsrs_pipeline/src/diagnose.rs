@@ -4,29 +4,23 @@
 //! A changed robot is the measured one with other values on some axes, made worse as any measured robot
 //! is: what is written down as needed can be written into the profile, and swept.
 
-mod grid;
 mod remedy;
 mod repair;
-mod search;
 mod sentence;
 mod surplus;
 mod text;
 
 use std::path::Path;
 
-use anyhow::Context;
 use rsrs_core::diagram::axis::{Axis, Cell};
-use rsrs_core::robot::controller::ControllerParameters;
-use rsrs_core::robot::harsher::Harsher;
-use rsrs_core::robot::profile::RobotProfile;
 use serde::Serialize;
 
-use crate::error::with_help;
+use crate::best_setting::grid::Grid;
+use crate::best_setting::search::{Changes, Search};
+use crate::best_setting::{Subject, nowhere};
 use crate::execution::Execution;
-use crate::sweep::folder;
-use crate::sweep::source::{ResolvedSweep, read_profile};
-use grid::Grid;
-use search::{Changes, Search};
+
+pub use crate::best_setting::search::AsMeasured;
 
 /// What is asked.
 #[derive(Clone, Copy)]
@@ -74,17 +68,6 @@ pub struct Diagnosis {
     pub hopeless: Vec<Hopeless>,
     /// What may be worse, if the robots mill.
     pub spare: Vec<Spare>,
-}
-
-/// How often robots mill as measured, in their best setting.
-#[derive(Clone, Debug, Serialize)]
-pub struct AsMeasured {
-    /// The setting.
-    pub cell: Cell,
-    /// Share of mills.
-    pub b_s: f64,
-    /// Its lower bound, at 95 %.
-    pub b_s_low: f64,
 }
 
 /// A change after which the robots mill as often as wanted.
@@ -161,7 +144,7 @@ pub struct Spare {
 ///
 /// If a file is not what it should be, no setting can be simulated, or it is called off.
 pub fn diagnose(path: &Path, options: Options<'_>) -> anyhow::Result<Diagnosis> {
-    let Subject { profile, harsher, grid } = Subject::read(path, options.sweep)?;
+    let Subject { profile, harsher, grid } = Subject::read(path, options.sweep, Grid::of_robot)?;
     for (axis, cost) in options.costs {
         anyhow::ensure!(
             cost.is_finite() && *cost >= 0.0,
@@ -203,74 +186,6 @@ pub fn diagnose(path: &Path, options: Options<'_>) -> anyhow::Result<Diagnosis> 
     diagnosis.causes = in_order(found.causes, options.costs);
     diagnosis.hopeless = found.hopeless;
     Ok(diagnosis)
-}
-
-/// Who is diagnosed, and in which settings.
-struct Subject {
-    profile: RobotProfile,
-    harsher: Harsher,
-    grid: Grid,
-}
-
-impl Subject {
-    fn read(path: &Path, sweep: Option<&Path>) -> anyhow::Result<Self> {
-        let of_path =
-            if path.is_dir() { Some(folder::read(path)?.source) } else { sweep_at(path)? };
-        let of_option = sweep.map(source_of).transpose()?;
-        let (profile, source) = if let Some(source) = of_path {
-            (source.profile.clone(), of_option.unwrap_or(source))
-        } else {
-            let profile = read_profile(path)?;
-            let Some(source) = of_option else {
-                let grid = Grid::of_robot(&profile);
-                return Ok(Self { profile, harsher: Harsher::default(), grid });
-            };
-            (profile, source)
-        };
-        let (grid, capabilities) = Grid::of_sweep(&source.sweep);
-        let profile = profile.with_capabilities(&capabilities)?;
-        for cell in &grid.cells {
-            let settings = grid.settings.with_cell(cell);
-            let value = |wanted: Axis| {
-                let mut values = settings.values.iter().rev();
-                values.find(|(axis, _)| *axis == wanted).map_or(0.0, |(_, value)| *value)
-            };
-            let command = ControllerParameters {
-                speed_m_s: value(Axis::Speed),
-                turn_rate_rad_s: value(Axis::TurnRate),
-            };
-            profile.check_limits(command).with_context(|| format!("cell `{cell}`"))?;
-        }
-        Ok(Self { profile, harsher: source.sweep.harsher, grid })
-    }
-}
-
-fn source_of(path: &Path) -> anyhow::Result<ResolvedSweep> {
-    if path.is_dir() { Ok(folder::read(path)?.source) } else { ResolvedSweep::read_either(path) }
-}
-
-/// The sweep that a file holds; `None` if it is none, as a profile is.
-fn sweep_at(path: &Path) -> anyhow::Result<Option<ResolvedSweep>> {
-    let text = crate::files::read_text(path)?;
-    let is_sweep = |line: &str| line.starts_with("profile:") || line.starts_with("sweep:");
-    if text.lines().any(is_sweep) {
-        return ResolvedSweep::read_either(path).map(Some);
-    }
-    Ok(None)
-}
-
-/// No setting can be simulated.
-fn nowhere(path: &Path, search: &Search<'_>) -> anyhow::Error {
-    let why = search.grid.cells.first().and_then(|cell| search.why_not(cell));
-    with_help(
-        format!(
-            "{}: in none of {} settings can these robots be simulated{}",
-            path.display(),
-            search.grid.cells.len(),
-            why.map_or_else(String::new, |why| format!(": {why}"))
-        ),
-        "name settings in which they can with `--sweep SWEEP`",
-    )
 }
 
 /// Puts causes in order: by cost where it is known, else as they were found. Changes that need each

@@ -41,6 +41,8 @@
 //! # }
 //! ```
 
+pub mod answer;
+mod best_setting;
 pub mod campaign;
 pub mod choose;
 pub mod compare;
@@ -52,6 +54,7 @@ pub mod files;
 pub mod label;
 pub mod measure;
 pub mod picture;
+pub mod plan_experiments;
 pub mod provenance;
 pub mod recorded_run;
 pub mod replay;

@@ -1,6 +1,8 @@
-//! The picture of a sweep: what to write on it.
+//! Pictures of results: what to write on them, and into which file.
 
 mod boundaries;
+mod curves;
+mod file;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::DiagramCell;
@@ -15,6 +17,9 @@ use crate::sweep::result::{SweepResult, World};
 
 /// Width of PNG pictures, in pixels: sharp in print across a column.
 pub const PNG_WIDTH_PX: u32 = 1600;
+
+pub use curves::of_answers;
+pub use file::PictureFile;
 
 /// The note on a picture whose simulator was not validated against real robots.
 const NOT_VALIDATED: &str = "simulated robots not validated against real trajectories";
@@ -62,17 +67,20 @@ pub fn of_sweep(result: &SweepResult, options: &DiagramOptions) -> anyhow::Resul
     let at = slice(diagram, x, y, options);
     let (plane, conditions) = plane(diagram, &cells, x, y, &at);
     let boundaries = boundaries(&conditions, plane);
+    let title = format!("Phases of a milling swarm: {}", result.source.profile.name);
+    let subtitle = subtitle(result, diagram, options.world, &conditions);
+    let note = options.validation.clone().unwrap_or_else(|| NOT_VALIDATED.to_owned());
     let picture = DiagramPicture {
         diagram,
         x,
         y,
         at: &at,
-        title: format!("Phases of a milling swarm: {}", result.source.profile.name),
-        subtitle: subtitle(result, diagram, options.world, &conditions),
+        title,
+        subtitle,
         chosen: options.chosen.as_ref(),
         boundaries: &boundaries,
         experiments: &options.experiments,
-        note: Some(options.validation.clone().unwrap_or_else(|| NOT_VALIDATED.to_owned())),
+        note: Some(note),
     };
     rsrs_view::diagram::svg(&picture).map_err(helped)
 }

@@ -1,5 +1,7 @@
 //! Counts, sizes and times as people read them.
 
+pub mod quantity;
+
 use std::path::PathBuf;
 
 use jiff::Timestamp;
@@ -24,6 +26,11 @@ pub fn count(n: u64) -> String {
 /// A count of things: `1 message`, `2 messages`.
 pub fn counted(n: u64, what: &str) -> String {
     if n == 1 { format!("{n} {what}") } else { format!("{} {what}s", count(n)) }
+}
+
+/// A share: `97.3 %`.
+pub fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
 }
 
 /// A size: `312 bytes`, `3.1 MB`.

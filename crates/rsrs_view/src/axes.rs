@@ -18,19 +18,14 @@ pub const BELOW_PX: f64 = 46.0;
 
 /// Room for the y-axis left of the cells, in pixels.
 pub fn left_of_cells_px(slice: &Slice) -> f64 {
-    match slice.y {
-        Some(_) => {
-            let scale = Scale::new(slice.y_values.clone(), size_px(slice).1, 0.0);
-            let ticks = scale.ticks(|_| Y_ROOM_PX);
-            let texts: Vec<String> = ticks.into_iter().map(|(_, text)| text).collect();
-            54.0 + widest_px(&texts, TICK_PX)
-        }
-        None => 24.0,
-    }
+    let scale = Scale::new(slice.y_values.clone(), size_px(slice).1, 0.0);
+    let ticks = scale.ticks(|_| Y_ROOM_PX);
+    let texts: Vec<String> = ticks.into_iter().map(|(_, text)| text).collect();
+    54.0 + widest_px(&texts, TICK_PX)
 }
 
 /// Draws the frame, the ticks at the swept values and the labels of both axes.
-pub fn axes(plot: &Plot) -> Element {
+pub fn axes(plot: &Plot, y: Axis) -> Element {
     let frame = rectangle(
         plot.left_px,
         plot.top_px,
@@ -42,14 +37,12 @@ pub fn axes(plot: &Plot) -> Element {
         .with("text-anchor", "middle")
         .at("font-size", AXIS_LABEL_PX)
         .with("fill", INK);
-    let group = Element::new("g")
+    Element::new("g")
         .child(frame.with("fill", "none").with("stroke", INK).at("stroke-width", 1.0))
         .children(x_ticks(plot))
-        .child(x_label);
-    match plot.slice.y {
-        Some(y) => group.children(y_ticks(plot)).child(y_label(plot, y)),
-        None => group,
-    }
+        .child(x_label)
+        .children(y_ticks(plot))
+        .child(y_label(plot, y))
 }
 
 fn y_label(plot: &Plot, y: Axis) -> Element {

@@ -4,14 +4,16 @@ use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::help::Help;
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::statistics::share::Share;
 
 use crate::axes::{self, axes};
+use crate::curves::{self, Curve, CurvesPicture, CurvesPictureError};
 use crate::header::header;
 use crate::legend::{self, Contents, Visibility, legend};
 use crate::overlay;
 use crate::palette::QUIET_INK;
 use crate::plot::{self, Plot, quantity};
-use crate::slice::Slice;
+use crate::slice::{Slice, is_same};
 use crate::svg::{Element, line_of_text};
 use crate::text::{Weight, wrap};
 
@@ -33,7 +35,7 @@ pub struct DiagramPicture<'a> {
     pub diagram: &'a PhaseDiagram,
     /// The axis drawn to the right.
     pub x: Axis,
-    /// The axis drawn upwards; `None` for a sweep of one axis.
+    /// The axis drawn upwards; `None` for a curve of the share of stable milling over the other one.
     pub y: Option<Axis>,
     /// Values of the further axes, each in its own unit; an axis with one value needs none.
     pub at: &'a [(Axis, f64)],
@@ -57,6 +59,9 @@ pub enum PictureError {
     /// The diagram has no such slice.
     #[error(transparent)]
     Slice(#[from] SliceError),
+    /// The curve over the only axis cannot be drawn.
+    #[error(transparent)]
+    Curve(#[from] CurvesPictureError),
     /// A boundary has a point nowhere.
     #[error("boundary `{label}` has the point ({x}, {y}); expected finite numbers")]
     BoundaryNotFinite {
@@ -73,7 +78,7 @@ impl Help for PictureError {
     fn help(&self) -> Option<String> {
         match self {
             Self::Slice(error) => error.help(),
-            Self::BoundaryNotFinite { .. } => None,
+            Self::Curve(_) | Self::BoundaryNotFinite { .. } => None,
         }
     }
 }
@@ -91,7 +96,8 @@ impl Help for PictureError {
 /// # Errors
 ///
 /// [`PictureError::Slice`] if the diagram is empty, an axis or value was not swept, or a further
-/// axis is left open; [`PictureError::BoundaryNotFinite`] if a boundary has such a point.
+/// axis is left open; [`PictureError::BoundaryNotFinite`] if a boundary has such a point;
+/// [`PictureError::Curve`] if the only axis has no cell.
 ///
 /// # Example
 ///
@@ -126,6 +132,9 @@ impl Help for PictureError {
 pub fn svg(picture: &DiagramPicture) -> Result<String, PictureError> {
     check_boundaries(picture.boundaries)?;
     let slice = Slice::new(picture.diagram, picture.x, picture.y, picture.at)?;
+    let Some(y) = picture.y else {
+        return Ok(curves::svg(&one_curve(picture, &slice))?);
+    };
 
     let left_px = axes::left_of_cells_px(&slice).max(MARGIN_PX);
     let legend_left_px = left_px + plot::size_px(&slice).0 + BETWEEN_PX;
@@ -150,13 +159,48 @@ pub fn svg(picture: &DiagramPicture) -> Result<String, PictureError> {
         .children(header)
         .child(plot::heat_map(&plot))
         .child(plot::region_lines(&plot))
-        .child(axes(&plot))
+        .child(axes(&plot, y))
         .children(lines)
         .children(plot::numbers(&plot, is_covered))
         .children(marks)
         .children(legend)
         .children(note);
     Ok(format!("{page}\n"))
+}
+
+/// The share of stable milling over one axis.
+fn one_curve(picture: &DiagramPicture, slice: &Slice) -> CurvesPicture {
+    let point = |(column, value): (usize, &f64)| {
+        slice.counts(column, 0).map(|counts| (*value, Share::milling(&counts)))
+    };
+    let mut real: Vec<(f64, Share)> = Vec::new();
+    for run in picture.experiments {
+        let Some((value, _)) = slice.place(&run.cell) else { continue };
+        let hits = if run.phase == Phase::StableMilling { run.n } else { 0 };
+        match real.iter_mut().find(|(other, _)| is_same(*other, value)) {
+            Some((_, share)) => *share = Share { hits: share.hits + hits, n: share.n + run.n },
+            None => real.push((value, Share { hits, n: run.n })),
+        }
+    }
+    let line = |boundary: &Boundary| Some((boundary.points.first()?.0, boundary.label.clone()));
+    let curve = Curve {
+        heading: String::new(),
+        axis: picture.x,
+        points: slice.x_values.iter().enumerate().filter_map(point).collect(),
+        range: None,
+        marked: picture.chosen.and_then(|cell| slice.place(cell)).map(|(value, _)| value),
+        boundaries: picture.boundaries.iter().filter_map(line).collect(),
+        real,
+    };
+    let mut subtitles = subtitles(picture, slice);
+    subtitles.extend(picture.note.clone());
+    CurvesPicture {
+        title: picture.title.clone(),
+        subtitles,
+        curves: vec![curve],
+        marked: "chosen cell",
+        wanted: None,
+    }
 }
 
 fn check_boundaries(boundaries: &[Boundary]) -> Result<(), PictureError> {

@@ -1,11 +1,12 @@
 //! Pictures, pure: data to SVG and PNG.
 //!
-//! [`diagram`] draws a phase diagram, [`trajectory`] one run and [`placement`] its start; of the measured robots,
+//! [`diagram`] draws a phase diagram, [`curves`] shares along one quantity, [`trajectory`] one run and [`placement`] its start; of the measured robots,
 //! [`distribution`] draws their speeds, [`sensor`] what they detect, and [`reach`] real trajectories
 //! over simulated ones. All give SVG text that is the same on every machine; [`raster`] turns it into
 //! a PNG with a font that it carries along, and [`page`] puts pictures and tables into one HTML file.
 //! Nothing here opens a file or asks the machine for its fonts.
 
+pub mod curves;
 pub mod diagram;
 pub mod distribution;
 pub mod placement;

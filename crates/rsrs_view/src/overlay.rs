@@ -259,7 +259,7 @@ fn dashed(pieces: &[Vec<Point>], index: usize) -> Element {
 
 /// The dashes of one boundary, here and in the legend.
 pub fn dashes(index: usize) -> &'static str {
-    ["7 4", "2 3", "9 3 2 3"][index % 3]
+    ["7 4", "2 3", "9 3 2 3", "14 4", "9 3 2 3 2 3"][index % 5]
 }
 
 /// Where a boundary's letter goes: where the line leaves the plot at the top or the right, else at

@@ -33,10 +33,7 @@ pub struct Plot<'a> {
 /// room for the axes' labels.
 pub fn size_px(slice: &Slice) -> (f64, f64) {
     let width_px = (slice.x_values.len() as f64 * 64.0).clamp(220.0, 528.0);
-    let height_px = match slice.y {
-        Some(_) => (slice.y_values.len() as f64 * 64.0).clamp(220.0, 400.0),
-        None => 90.0,
-    };
+    let height_px = (slice.y_values.len() as f64 * 64.0).clamp(220.0, 400.0);
     (width_px, height_px)
 }
 

@@ -183,7 +183,7 @@ fn twenty_by_twenty_cells_still_have_numbers() {
 }
 
 #[test]
-fn one_axis_gives_a_strip() {
+fn one_axis_gives_a_curve() {
     let mut cells = Vec::new();
     for robots in [3.0, 6.0, 9.0, 12.0, 15.0] {
         let cell = Cell::new([(Axis::Robots, robots)]).expect("finite");
@@ -194,9 +194,9 @@ fn one_axis_gives_a_strip() {
     let picture =
         DiagramPicture { x: Axis::Robots, y: None, chosen: Some(&chosen), ..plain(&diagram) };
 
-    let (svg, _) = draw("strip", &picture);
+    let (svg, _) = draw("one_axis", &picture);
 
-    assert!(svg.contains("number of robots") && !svg.contains("rotate"));
+    assert!(svg.contains("number of robots") && svg.contains("95 % interval"));
 }
 
 #[test]

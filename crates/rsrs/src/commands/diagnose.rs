@@ -32,7 +32,7 @@ pub struct Arguments {
     sweep: Option<PathBuf>,
     /// Share of mills that is wanted: the least confirmed lower bound (default: 0.8).
     #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true,
-          value_parser = wanted)]
+          value_parser = super::wanted)]
     b_s: f64,
     /// What a change of a capability costs, in any currency; changes are put in order by it.
     #[arg(long, value_name = "CAPABILITY=NUMBER", value_parser = cost)]
@@ -47,16 +47,6 @@ pub struct Arguments {
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
-}
-
-/// A share strictly between 0 and 1, from the command line.
-fn wanted(text: &str) -> Result<f64, String> {
-    let share: f64 = text.parse().map_err(|error| format!("{error}"))?;
-    if share > 0.0 && share < 1.0 {
-        Ok(share)
-    } else {
-        Err("expected a share between 0 and 1".into())
-    }
 }
 
 /// What a change costs, from the command line.

@@ -10,9 +10,7 @@ use rsrs_view::placement::PlacementPicture;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::files::write_file;
-use rsrs_pipeline::picture::PNG_WIDTH_PX;
+use rsrs_pipeline::picture::PictureFile;
 use rsrs_pipeline::run::start_poses::{StartPose, StartPoses};
 
 /// Print start poses for the floor, as a table and a picture.
@@ -53,6 +51,7 @@ pub struct Arguments {
 ///
 /// If a file is wrong, the robots do not fit, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let picture = arguments.output.as_deref().map(PictureFile::new).transpose()?;
     let plan = Plan::read(&Request {
         experiment: arguments.experiment.clone(),
         cell: arguments.cell.clone(),
@@ -64,14 +63,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         place_check: PlaceCheck::Off,
     })?;
     let poses = StartPoses::of(&plan)?;
-    if let Some(path) = &arguments.output {
-        draw(path, &arguments.experiment, &poses)?;
+    if let Some(picture) = picture {
+        draw(picture, &arguments.experiment, &poses)?;
     }
     report(arguments.format, &poses, &poses.to_string())?;
     Ok(Outcome::Done)
 }
 
-fn draw(path: &Path, experiment: &Path, poses: &StartPoses) -> anyhow::Result<()> {
+fn draw(picture: PictureFile<'_>, experiment: &Path, poses: &StartPoses) -> anyhow::Result<()> {
     let robots: Vec<(String, Pose)> = poses
         .robots
         .iter()
@@ -87,12 +86,5 @@ fn draw(path: &Path, experiment: &Path, poses: &StartPoses) -> anyhow::Result<()
         title: format!("Start of {stem}"),
         subtitle: format!("{} robots {}, seed {}", robots.len(), poses.area, poses.seed),
     });
-    match path.extension().and_then(|ending| ending.to_str()) {
-        Some("svg") => write_file(path, svg.as_bytes()),
-        Some("png") => write_file(path, &rsrs_view::raster::png(&svg, PNG_WIDTH_PX)?),
-        _ => Err(with_help(
-            format!("{} ends in neither .svg nor .png", path.display()),
-            "name the picture `-o start.svg` or `-o start.png`",
-        )),
-    }
+    picture.write(&svg)
 }

@@ -7,7 +7,7 @@ use crate::judge::phase::Phase;
 use crate::statistics::interval::Interval;
 
 /// Runs that ended in stable milling, of all runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Share {
     /// Runs that did.
     pub hits: u64,

@@ -3,8 +3,9 @@
 
 use rsrs_core::diagram::axis::{Axis, Cell};
 
+use crate::best_setting::search::{Changes, Confirmed, Search, Tried, promising};
+
 use super::remedy::{Remedy, designs, imperfections, is_imperfection};
-use super::search::{Changes, Confirmed, Search, Tried, promising};
 use super::sentence;
 use super::{Cause, Hopeless};
 

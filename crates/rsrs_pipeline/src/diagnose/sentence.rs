@@ -2,6 +2,8 @@
 
 use rsrs_core::diagram::axis::Axis;
 
+use crate::wording::quantity::{noun, quantity};
+
 /// What is to be changed: `range 0.45 m → at least 0.66 m`.
 pub fn change(axis: Axis, now: f64, needed: f64) -> String {
     match axis {
@@ -30,65 +32,9 @@ pub fn spare(axis: Axis, now: f64, enough: f64) -> String {
     format!("{} {}, {} would do", noun(axis), quantity(axis, now), quantity(axis, enough))
 }
 
-/// A value in the unit that people use.
-pub fn quantity(axis: Axis, value: f64) -> String {
-    match axis {
-        Axis::HalfAngle | Axis::SensorBearing | Axis::HeadingNoise => {
-            format!("{:.1}°", value.to_degrees())
-        }
-        Axis::LatencySteps if (value - 1.0).abs() < 1e-9 => "1 step".to_owned(),
-        _ if axis.unit().is_empty() => digits(value),
-        _ => format!("{} {}", digits(value), axis.unit()),
-    }
-}
-
 fn turn(by_rad: f64) -> String {
     let side = if by_rad < 0.0 { "right" } else { "left" };
     format!("{:.1}° to the {side}", by_rad.abs().to_degrees())
-}
-
-/// A number in three significant digits, without zeros at its end.
-fn digits(value: f64) -> String {
-    let decimals = match value.abs() {
-        100.0.. => 0,
-        10.0..100.0 => 1,
-        1.0..10.0 => 2,
-        0.1..1.0 => 3,
-        0.01..0.1 => 4,
-        _ => 5,
-    };
-    let text = format!("{value:.decimals$}");
-    if decimals == 0 {
-        return text;
-    }
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
-}
-
-/// What an axis is called.
-pub fn noun(axis: Axis) -> &'static str {
-    match axis {
-        Axis::Speed => "speed",
-        Axis::TurnRate => "turning rate",
-        Axis::Robots => "number of robots",
-        Axis::PlacementRadius => "placement radius",
-        Axis::Arena => "side of the arena",
-        Axis::Range => "range of the sensor",
-        Axis::HalfAngle => "half-angle of the sensor",
-        Axis::PolygonScale => "size of the sensor's region",
-        Axis::SensorBearing => "bearing of the sensor",
-        Axis::TruePositive => "share of neighbours that are detected",
-        Axis::FalsePositive => "share of detections without a neighbour",
-        Axis::Heterogeneity => "standard deviation of the gains between robots",
-        Axis::GainNoise => "standard deviation of the gains per step",
-        Axis::LatencySteps => "latency of the sensor",
-        Axis::Gust => "standard deviation of gusts",
-        Axis::YawLag => "lag of the turning rate",
-        Axis::Period => "control period",
-        Axis::SpeedGain => "gain of the speed",
-        Axis::TurnGain => "gain of the turning rate",
-        Axis::TurnBias => "turn bias",
-        Axis::HeadingNoise => "heading noise per step",
-    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,10 @@
 //! What of a robot that mills could be worse.
 
+use crate::best_setting::search::{Changes, Search, Tried};
+
 use super::Spare;
 use super::remedy::savings;
-use super::search::{Changes, Search, Tried};
+
 use super::sentence;
 
 /// Finds how much worse each capability may be while all others stay.

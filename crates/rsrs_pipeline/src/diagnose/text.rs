@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use super::sentence::{noun, quantity};
 use super::{Cause, Diagnosis, Hopeless};
-use crate::wording::{columns, count, counted};
+use crate::wording::quantity::{noun, quantity};
+use crate::wording::{columns, count, counted, percent};
 
 impl fmt::Display for Diagnosis {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -149,8 +149,4 @@ fn after(b_s: f64, b_s_low: f64) -> String {
 
 fn cost(cause: &Cause) -> String {
     cause.cost.map_or_else(String::new, |cost| format!(" (costs {cost})"))
-}
-
-fn percent(share: f64) -> String {
-    format!("{:.1} %", 100.0 * share)
 }

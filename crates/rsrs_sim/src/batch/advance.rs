@@ -179,45 +179,37 @@ impl<S: Simd> NominalStep<S> {
     pub fn step_of_trait(
         &self,
         (simd, rules, step): (S, &LaneRules<S>, S::U),
-        (noisy_traits, drift): (&NoisyTraits<S>, &mut Drift<S::F>),
+        (traits, drift): (&NoisyTraits<S>, &mut Drift<S::F>),
         from: &Body<S::F>,
         (detected, blocked): (S::M, S::M),
     ) -> Body<S::F> {
-        let with_noise = |number: S::F, sd: Option<S::F>, key: &LaneKey<S::U>| match sd {
-            Some(sd) => number + sd * key.normal(simd, step),
-            None => number,
-        };
-        let gain = with_noise(
-            noisy_traits.speed_gain,
-            rules.speed_gain_step_sd,
-            &noisy_traits.speed_gain_noise,
-        );
+        // No closures: one that is not inlined is not vectorized.
+        let sd = rules.speed_gain_step_sd;
+        let gain = traits.speed_gain_noise.with_noise(simd, step, traits.speed_gain, sd);
         let (speed_m_s, rate_rad_s) = select(detected, rules.detected, rules.undetected);
         let travel_m = (speed_m_s * gain * rules.period_s).unless(blocked);
         let mut to_m = (from.x_m + travel_m * from.cosine, from.y_m + travel_m * from.sine);
         if let Some((decay, kick_m_s)) = rules.gusts {
-            let gusted = |gust_m_s: S::F, key: &LaneKey<S::U>| {
-                decay * gust_m_s + kick_m_s * key.normal(simd, step)
-            };
-            drift.gust_m_s.0 = gusted(drift.gust_m_s.0, &noisy_traits.gust_x);
-            drift.gust_m_s.1 = gusted(drift.gust_m_s.1, &noisy_traits.gust_y);
+            let (x_m_s, y_m_s) = drift.gust_m_s;
+            drift.gust_m_s = (
+                decay * x_m_s + kick_m_s * traits.gust_x.normal(simd, step),
+                decay * y_m_s + kick_m_s * traits.gust_y.normal(simd, step),
+            );
             to_m.0 = to_m.0 + drift.gust_m_s.0 * rules.period_s;
             to_m.1 = to_m.1 + drift.gust_m_s.1 * rules.period_s;
         }
         let (x_m, y_m) = rules.border((from.x_m, from.y_m), to_m);
         let turned = if rules.turn_varies() {
-            let gain = with_noise(
-                noisy_traits.turn_gain,
-                rules.turn_gain_step_sd,
-                &noisy_traits.turn_gain_noise,
-            );
-            let mut rate_rad_s = rate_rad_s * gain + noisy_traits.turn_bias_rad_s;
+            let sd = rules.turn_gain_step_sd;
+            let gain = traits.turn_gain_noise.with_noise(simd, step, traits.turn_gain, sd);
+            let mut rate_rad_s = rate_rad_s * gain + traits.turn_bias_rad_s;
             if let Some(share) = rules.yaw_share {
                 rate_rad_s = drift.yaw_rate_rad_s + (rate_rad_s - drift.yaw_rate_rad_s) * share;
                 drift.yaw_rate_rad_s = rate_rad_s;
             }
             let sd = rules.heading_noise_sd_rad;
-            turn(simd, with_noise(rate_rad_s * rules.period_s, sd, &noisy_traits.heading_noise))
+            let turned_rad = rate_rad_s * rules.period_s;
+            turn(simd, traits.heading_noise.with_noise(simd, step, turned_rad, sd))
         } else {
             select(detected, self.detected.turned, self.undetected.turned)
         };

@@ -32,13 +32,34 @@ impl<U: LaneU32> LaneKey<U> {
     /// As [`Key::normal`].
     #[inline(always)]
     pub fn normal<S: Simd<U = U>>(self, simd: S, counter: U) -> S::F {
-        let unit = |counter| {
-            let above_zero = self.uniform24(simd, counter) + simd.word(1);
-            simd.to_singles(above_zero) * simd.single(1.0 / 16_777_216.0)
-        };
-        let (first, second) = (unit(counter.shl(1)), unit(counter.shl(1) + simd.word(1)));
+        let first = self.above_zero(simd, counter.shl(1));
+        let second = self.above_zero(simd, counter.shl(1) + simd.word(1));
         let (cosine, _) = turn(simd, second * simd.single(std::f32::consts::TAU));
         (simd.single(-2.0) * natural_logarithm(simd, first)).sqrt() * cosine
+    }
+}
+
+impl<U: LaneU32> LaneKey<U> {
+    /// A number above 0 and up to 1.
+    #[inline(always)]
+    fn above_zero<S: Simd<U = U>>(self, simd: S, counter: U) -> S::F {
+        let above_zero = self.uniform24(simd, counter) + simd.word(1);
+        simd.to_singles(above_zero) * simd.single(1.0 / 16_777_216.0)
+    }
+
+    /// A number with this noise in each step, if there is any.
+    #[inline(always)]
+    pub fn with_noise<S: Simd<U = U>>(
+        self,
+        simd: S,
+        step: U,
+        number: S::F,
+        sd: Option<S::F>,
+    ) -> S::F {
+        match sd {
+            Some(sd) => number + sd * self.normal(simd, step),
+            None => number,
+        }
     }
 }
 

@@ -96,18 +96,23 @@ pub struct Polygon<'a, F, const IN_FRONT: bool> {
 impl<S: Simd, const IN_FRONT: bool> LaneView<S> for Polygon<'_, S::F, IN_FRONT> {
     #[inline(always)]
     fn sees(self, forward: S::F, lateral: S::F, d2: S::F) -> S::M {
-        let start = if IN_FRONT { forward.gt(self.zero) } else { d2.gt(self.zero) };
-        self.sides.iter().fold(start, |inside, side| {
-            inside & (forward * side.normal_x + lateral * side.normal_y).le(side.limit_m)
-        })
+        let mut inside = if IN_FRONT { forward.gt(self.zero) } else { d2.gt(self.zero) };
+        // A closure that is not inlined is not vectorized.
+        for side in self.sides {
+            let along = forward * side.normal_x + lateral * side.normal_y;
+            inside = inside & along.le(side.limit_m);
+        }
+        inside
     }
 
     #[inline(always)]
     fn sees_opposite(self, forward: S::F, lateral: S::F, d2: S::F) -> S::M {
-        let start = if IN_FRONT { forward.lt(self.zero) } else { d2.gt(self.zero) };
-        self.sides.iter().fold(start, |inside, side| {
-            inside & side.minus_limit_m.le(forward * side.normal_x + lateral * side.normal_y)
-        })
+        let mut inside = if IN_FRONT { forward.lt(self.zero) } else { d2.gt(self.zero) };
+        for side in self.sides {
+            let along = forward * side.normal_x + lateral * side.normal_y;
+            inside = inside & side.minus_limit_m.le(along);
+        }
+        inside
     }
 }
 

@@ -1,22 +1,21 @@
 //! How often a robot mills in its best setting, and whether fresh runs confirm it.
 
-mod settings;
-
 use rsrs_core::conditions::{Conditions, Settings};
+use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::statistics::interval::Interval;
 use rsrs_core::statistics::share::Share;
 use rsrs_sim::sweep::{Runs, check, confirmation_seed, sweep};
+use serde::Serialize;
 
-use super::AsMeasured;
 use super::grid::Grid;
+use super::settings::{first_of_each, with_settings};
 use crate::error::in_one_line;
 use crate::execution::Execution;
-use settings::{first_of_each, with_settings};
 
-pub use settings::promising;
+pub use super::settings::promising;
 
 /// Other values on some capabilities and on the limits, which are those of speed and turning rate.
 pub type Changes = Vec<(Axis, f64)>;
@@ -69,16 +68,37 @@ pub struct Confirmed {
     pub n_replicates: u64,
 }
 
-/// So many of the best cells are run so often.
-type Stage = (usize, u64);
+/// How often robots mill as measured, in their best setting.
+#[derive(Clone, Debug, Serialize)]
+pub struct AsMeasured {
+    /// The setting.
+    pub cell: Cell,
+    /// Share of mills.
+    pub b_s: f64,
+    /// Its lower bound, at 95 %.
+    pub b_s_low: f64,
+}
+
+/// A round of successive halving: the best cells of the round before are run more often.
+#[derive(Clone, Copy, Debug)]
+struct HalvingRound {
+    /// Cells that are left.
+    n_cells: usize,
+    /// Runs of each of them.
+    replicates: u64,
+}
+
+const fn round(n_cells: usize, replicates: u64) -> HalvingRound {
+    HalvingRound { n_cells, replicates }
+}
 
 /// All settings.
-const WIDE: &[Stage] = &[(usize::MAX, 4), (40, 12), (12, 24), (4, 100)];
+const WIDE: &[HalvingRound] = &[round(usize::MAX, 4), round(40, 12), round(12, 24), round(4, 100)];
 /// Settings that were good for some robot or other.
-const PROMISING: &[Stage] = &[(usize::MAX, 8), (10, 24), (4, 100)];
+const PROMISING: &[HalvingRound] = &[round(usize::MAX, 8), round(10, 24), round(4, 100)];
 /// Settings that were good for nearly the same robot.
-const NARROW: &[Stage] = &[(usize::MAX, 12), (5, 40), (2, 120)];
-/// After so many stages it is seen whether more are worth it.
+const NARROW: &[HalvingRound] = &[round(usize::MAX, 12), round(5, 40), round(2, 120)];
+/// After so many rounds it is seen whether more are worth it.
 const FIRST_LOOK: usize = 2;
 /// A share that is so much below what is wanted then is not looked at more closely.
 const FAR: f64 = 0.3;
@@ -87,7 +107,7 @@ const MARGIN: f64 = 0.035;
 /// Settings of each end that are tried between them.
 const KEPT: usize = 8;
 /// Values that are confirmed until one holds.
-const ATTEMPTS: u32 = 4;
+pub const ATTEMPTS: u32 = 4;
 /// Probability that a lower bound is above the truth.
 const TAIL: f64 = 0.025;
 
@@ -155,8 +175,8 @@ impl Search<'_> {
         if self.harsher.factors(self.measured) == HarsherFactors::NONE {
             return Ok(None);
         }
-        let stages = (WIDE, "as measured");
-        let tried = self.tried((&none, Robots::AsMeasured), &self.grid.cells, stages)?;
+        let rounds = (WIDE, "as measured");
+        let tried = self.tried((&none, Robots::AsMeasured), &self.grid.cells, rounds)?;
         let Some(best) = tried.first() else { return Ok(None) };
         let conditions = self.conditions((&none, Robots::AsMeasured), &best.cell)?;
         let seed = confirmation_seed(self.grid.seed);
@@ -298,28 +318,28 @@ impl Search<'_> {
         Ok(best)
     }
 
-    /// Runs some settings in stages, more and more often where mills are frequent.
+    /// Runs some settings in rounds, more and more often where mills are frequent.
     fn tried(
         &self,
         (changes, robots): (&Changes, Robots),
         cells: &[Cell],
-        (stages, doing): (&[Stage], &str),
+        (rounds, doing): (&[HalvingRound], &str),
     ) -> anyhow::Result<Vec<Tried>> {
         let mut tried: Vec<(Tried, Conditions)> = Vec::new();
         for cell in cells {
             // A robot that is none, or that finds no place, mills nowhere.
             let Ok(conditions) = self.conditions((changes, robots), cell) else { continue };
-            if check(std::slice::from_ref(&conditions), self.runs(self.grid.seed, 1)).is_ok() {
+            if self.is_possible(&conditions) {
                 let cell = cell.clone();
                 tried.push((Tried { cell, share: Share::default() }, conditions));
             }
         }
-        for (number, (kept, replicates)) in stages.iter().enumerate() {
+        for (number, HalvingRound { n_cells, replicates }) in rounds.iter().enumerate() {
             let best = tried.first().map_or(0.0, |(best, _)| best.share.value());
             if number >= FIRST_LOOK && best < self.wanted - FAR {
                 break;
             }
-            let n_kept = tried.len().min(*kept);
+            let n_kept = tried.len().min(*n_cells);
             let conditions: Vec<Conditions> =
                 tried[..n_kept].iter().map(|(_, conditions)| conditions.clone()).collect();
             let seed = self.grid.seed ^ number as u64;
@@ -335,7 +355,12 @@ impl Search<'_> {
         Ok(tried.into_iter().map(|(tried, _)| tried).collect())
     }
 
-    fn conditions(
+    /// The conditions of a changed robot in a setting.
+    ///
+    /// # Errors
+    ///
+    /// If there is no such robot, or it cannot be simulated there.
+    pub fn conditions(
         &self,
         (changes, robots): (&Changes, Robots),
         cell: &Cell,
@@ -361,15 +386,34 @@ impl Search<'_> {
         Runs { seed, replicates, duration_s: self.grid.duration_s, n_threads }
     }
 
-    fn shares(
+    /// Whether robots find a place under some conditions, and their runs can be judged.
+    pub fn is_possible(&self, conditions: &Conditions) -> bool {
+        check(std::slice::from_ref(conditions), self.runs(self.grid.seed, 1)).is_ok()
+    }
+
+    /// How so many runs under each of some conditions end.
+    ///
+    /// # Errors
+    ///
+    /// As [`Search::best`].
+    pub fn counts(
         &self,
         conditions: &[Conditions],
         (seed, replicates): (u64, u64),
         doing: &str,
-    ) -> anyhow::Result<Vec<Share>> {
+    ) -> anyhow::Result<Vec<PhaseCounts>> {
         let runs = self.runs(seed, replicates);
         let swept = self.execution.simulate(doing, |watch| sweep(conditions, runs, watch))?;
-        Ok(swept.counts(conditions.len()).iter().map(Share::milling).collect())
+        Ok(swept.counts(conditions.len()))
+    }
+
+    fn shares(
+        &self,
+        conditions: &[Conditions],
+        runs: (u64, u64),
+        doing: &str,
+    ) -> anyhow::Result<Vec<Share>> {
+        Ok(self.counts(conditions, runs, doing)?.iter().map(Share::milling).collect())
     }
 }
 

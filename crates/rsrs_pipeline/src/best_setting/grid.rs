@@ -1,7 +1,7 @@
 //! The settings in which a robot is given its chance: speed, turning rate, number and placement.
 
 use rsrs_core::conditions::{Settings, Walls};
-use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::diagram::axis::{Axis, AxisValues, Cell};
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::robot::harsher::tidy;
 use rsrs_core::robot::profile::RobotProfile;
@@ -39,6 +39,10 @@ const DENSE: f64 = 2.0;
 /// Enough time for a mill to form and to last, in seconds.
 const DURATION_S: f64 = 300.0;
 const SEED: u64 = 1;
+/// Numbers of robots of a grid that is even.
+const EVEN_ROBOTS: std::ops::RangeInclusive<u32> = 3..=16;
+/// Values of speed and of turning rate of such a grid.
+const EVEN_STEPS: usize = 7;
 
 impl Grid {
     /// The built-in grid of a robot: five speeds and five turning rates within its limits, 4 to 12
@@ -70,17 +74,40 @@ impl Grid {
                 }
             }
         }
-        let arena_m = centimetres((ARENA_OVER_RANGE * range_m).max(ARENA_M));
-        Self {
-            settings: Settings {
-                values: vec![(Axis::Arena, arena_m)],
-                walls: Walls::Stop,
-                placement: None,
-            },
-            cells,
-            duration_s: DURATION_S,
-            seed: SEED,
+        Self::in_the_open(range_m, Vec::new(), cells)
+    }
+
+    /// The grid of a robot whose milling region is looked for: even steps of speed and turning rate
+    /// within its limits, 3 to 16 robots, from the disc of the paper.
+    pub fn even(profile: &RobotProfile) -> Self {
+        let range_m = profile.capability(Axis::Range).unwrap_or(1.0);
+        // All of the robots that mill somewhere find a place.
+        let least_m = DENSE * profile.body.radius_m * libm::sqrt(f64::from(*EVEN_ROBOTS.end()));
+        let radius_m = centimetres((PLACEMENT_OVER_RANGE * range_m).max(least_m));
+        let even = |[least, most]: [f64; 2]| AxisValues::evenly_spaced(least, most, EVEN_STEPS).0;
+        let speeds_m_s = even(profile.actuation.speed.limits_m_s);
+        let turn_rates_rad_s = even(profile.actuation.turn.limits_rad_s);
+        let mut cells = Vec::new();
+        for n_robots in EVEN_ROBOTS.map(f64::from) {
+            for speed_m_s in &speeds_m_s {
+                for turn_rate_rad_s in &turn_rates_rad_s {
+                    let cell = Cell::new([
+                        (Axis::Speed, *speed_m_s),
+                        (Axis::TurnRate, *turn_rate_rad_s),
+                        (Axis::Robots, n_robots),
+                    ]);
+                    cells.push(cell.expect("the axes are distinct and the limits are finite"));
+                }
+            }
         }
+        Self::in_the_open(range_m, vec![(Axis::PlacementRadius, radius_m)], cells)
+    }
+
+    /// Cells in an arena whose walls robots rarely meet.
+    fn in_the_open(range_m: f64, mut values: Vec<(Axis, f64)>, cells: Vec<Cell>) -> Self {
+        values.push((Axis::Arena, centimetres((ARENA_OVER_RANGE * range_m).max(ARENA_M))));
+        let settings = Settings { values, walls: Walls::Stop, placement: None };
+        Self { settings, cells, duration_s: DURATION_S, seed: SEED }
     }
 
     /// The settings of a sweep.

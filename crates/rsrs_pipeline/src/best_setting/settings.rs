@@ -2,7 +2,7 @@
 
 use rsrs_core::diagram::axis::Cell;
 
-use super::{Changes, Tried};
+use super::search::{Changes, Tried};
 
 /// Settings of each robot that are promising for others.
 const MOST_PROMISING: usize = 20;

@@ -1,0 +1,77 @@
+//! `rsrs answer`: the five questions on a robot.
+
+use std::path::PathBuf;
+
+use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
+use rsrs_pipeline::answer::{CONFIRM, Options, REPLICATES, answer};
+use rsrs_pipeline::picture::{PictureFile, of_answers};
+
+use crate::commands::{Format, report};
+use crate::failure::Outcome;
+use crate::progress::execution;
+
+/// Answer the paper's five questions on a robot: how many, how fast, how sharply turning, how good the
+/// sensors, how alike.
+///
+/// A setting is recommended from which each quantity may drift farthest, among swarms of 3 to 16 robots
+/// at speeds and turning rates within the robot's limits, or among the settings of a sweep, and confirmed
+/// on fresh seeds in both worlds. From it one quantity at a time is moved; the answer is the range over
+/// which robots mill as often as wanted, with the reason why it ends there. The picture has all
+/// curves, with bands of 95 %. Exit code 3 means that the robots do not mill; `rsrs diagnose` names what
+/// to change.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs answer launch_configs/profiles/flockbot.yaml -o flockbot.png
+  rsrs answer mine.yaml --sweep sweep.yaml --format json
+  rsrs answer results/flockbot")]
+pub struct Arguments {
+    /// Profile of a robot, sweep file, or folder of a sweep.
+    profile: PathBuf,
+    /// Sweep file or folder of a sweep whose settings are tried (default: a built-in grid).
+    #[arg(long, value_name = "SWEEP")]
+    sweep: Option<PathBuf>,
+    /// Picture of all curves to write: svg or png.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Share of mills that is wanted: the least lower bound (default: 0.8).
+    #[arg(long, value_name = "SHARE", default_value_t = VIABLE_B_S_LOW, hide_default_value = true,
+          value_parser = super::wanted)]
+    b_s: f64,
+    /// Fresh runs that confirm the recommendation, in each world (default: 1000).
+    #[arg(long, value_name = "N", default_value_t = CONFIRM, hide_default_value = true,
+          value_parser = clap::value_parser!(u64).range(1..))]
+    confirm: u64,
+    /// Runs of each point of a curve, in each world (default: 250).
+    #[arg(long, value_name = "N", default_value_t = REPLICATES, hide_default_value = true,
+          value_parser = clap::value_parser!(u64).range(1..))]
+    replicates: u64,
+    /// Threads (default: as many as the machine runs at once).
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// How to report.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// If a file is not what it should be, no setting can be simulated, or the picture cannot be written.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let picture = arguments.output.as_deref().map(PictureFile::new).transpose()?;
+    let options = Options {
+        sweep: arguments.sweep.as_deref(),
+        wanted: arguments.b_s,
+        confirm: arguments.confirm,
+        replicates: arguments.replicates,
+        execution: execution(arguments.threads)?,
+    };
+    let answers = answer(&arguments.profile, options)?;
+    report(arguments.format, &answers, &answers.to_string())?;
+    if let Some(picture) = picture {
+        picture.write(&of_answers(&answers)?)?;
+    }
+    Ok(if answers.viable { Outcome::Done } else { Outcome::NegativeAnswer })
+}

@@ -1,0 +1,70 @@
+//! `rsrs plan-experiments`: how many real runs, before the first of them.
+
+use std::path::PathBuf;
+
+use rsrs_core::diagram::axis::Cell;
+use rsrs_core::statistics::comparison::MARGIN;
+use rsrs_pipeline::plan_experiments::{Options, REPLICATES, WANTED, plan_experiments};
+
+use crate::commands::{Format, report};
+use crate::failure::Outcome;
+use crate::labelled_bags::margin;
+use crate::progress::execution;
+
+/// Plan real runs: how many decide whether robots mill as often as simulated.
+///
+/// Real robots are taken to mill as often as simulated ones that are as measured, which are run once
+/// more, and often. The real runs are shared
+/// out evenly among the cells, and `rsrs compare` is run after each; the number is the least by which it
+/// has decided, either way, with the wanted probability. Exit code 3 means that 1,024 runs do not.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs plan-experiments results/flockbot
+  rsrs plan-experiments results/flockbot --margin 0.2 --decided 0.9
+  rsrs plan-experiments results/flockbot --cell speed_m_s=0.15,turn_rate_rad_s=0.75 \\
+      --cell speed_m_s=0.2,turn_rate_rad_s=0.75")]
+pub struct Arguments {
+    /// Folder of a sweep; with `choice.json` in it, runs of the chosen cell are planned.
+    folder: PathBuf,
+    /// Cell in which runs are planned, as AXIS=VALUE,…; may be given several times.
+    #[arg(long)]
+    cell: Vec<Cell>,
+    /// By how much real robots may mill less often than simulated ones and still support the claim; the
+    /// one that the comparison will have (default: 0.1).
+    #[arg(long, value_name = "SHARE", default_value_t = MARGIN, hide_default_value = true,
+          value_parser = margin)]
+    margin: f64,
+    /// Probability with which the runs are to decide (default: 0.8).
+    #[arg(long, value_name = "SHARE", default_value_t = WANTED, hide_default_value = true,
+          value_parser = super::wanted)]
+    decided: f64,
+    /// Simulated runs of robots as measured, in each cell (default: 20,000).
+    #[arg(long, value_name = "N", default_value_t = REPLICATES, hide_default_value = true,
+          value_parser = clap::value_parser!(u64).range(1..))]
+    replicates: u64,
+    /// Threads (default: as many as the machine runs at once).
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// How to report.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// As [`plan_experiments`].
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let options = Options {
+        cells: arguments.cell.clone(),
+        margin: arguments.margin,
+        wanted: arguments.decided,
+        replicates: arguments.replicates,
+        execution: execution(arguments.threads)?,
+    };
+    let planned = plan_experiments(&arguments.folder, &options)?;
+    report(arguments.format, &planned, &planned.to_string())?;
+    Ok(if planned.runs.is_some() { Outcome::Done } else { Outcome::NegativeAnswer })
+}

@@ -1,0 +1,211 @@
+//! The paper's five questions on a robot: how many, how fast, how sharply, how good the sensors, and
+//! how alike.
+//!
+//! A recommendation is the most robust setting of a grid, confirmed on fresh seeds in both worlds. From
+//! it one quantity at a time is moved, and the range over which robots mill as often as wanted is the
+//! answer. Values of capabilities are measured ones: the robot that has them is made worse again.
+
+mod curve;
+mod reason;
+mod recommendation;
+mod text;
+
+use std::path::Path;
+
+use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::diagram::choice::Margin;
+use rsrs_core::statistics::share::Share;
+use serde::Serialize;
+
+use crate::best_setting::grid::Grid;
+use crate::best_setting::search::{Confirmed, Search};
+use crate::best_setting::{Subject, nowhere};
+use crate::execution::Execution;
+
+/// What is asked.
+#[derive(Clone, Copy)]
+pub struct Options<'a> {
+    /// Sweep file, or the folder of a sweep, whose settings are tried; else a built-in grid is.
+    pub sweep: Option<&'a Path>,
+    /// The share of mills that is wanted, above 0 and below 1.
+    pub wanted: f64,
+    /// Fresh runs that confirm the recommendation, in each world; at least 1.
+    pub confirm: u64,
+    /// Runs of each point of a curve, in each world; at least 1.
+    pub replicates: u64,
+    /// On how many threads, watched by whom.
+    pub execution: Execution<'a>,
+}
+
+/// Fresh runs that confirm the recommendation where nothing else is asked for.
+pub const CONFIRM: u64 = 1000;
+/// Runs of each point of a curve where nothing else is asked for.
+pub const REPLICATES: u64 = 250;
+
+/// The answers to the five questions.
+///
+/// # Source
+///
+/// `pr:main`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Answers {
+    /// Name of the kind of robot.
+    pub robot: String,
+    /// The share of mills that was wanted.
+    pub wanted: f64,
+    /// Whether the robots mill so often at the recommendation, made worse and as measured.
+    pub viable: bool,
+    /// The recommendation; if it is not viable, where they mill most often.
+    pub cell: Cell,
+    /// What is the same in all settings.
+    pub fixed: Cell,
+    /// Simulated time of each run, in seconds.
+    pub duration_s: f64,
+    /// Share of mills at the recommendation in fresh runs, in the world in which they are rarer.
+    pub b_s: f64,
+    /// Its lower bound.
+    pub b_s_low: f64,
+    /// Fresh runs in each world.
+    pub n_replicates: u64,
+    /// One of each of the five questions, in the paper's order.
+    pub questions: Vec<Answer>,
+}
+
+/// The answer to one question.
+#[derive(Clone, Debug, Serialize)]
+pub struct Answer {
+    /// The question, in the paper's words.
+    pub question: &'static str,
+    /// What it asks for, quantity by quantity.
+    pub quantities: Vec<Quantity>,
+}
+
+/// Over which values of a quantity robots mill, all others as recommended.
+#[derive(Clone, Debug, Serialize)]
+pub struct Quantity {
+    /// The quantity.
+    pub axis: Axis,
+    /// What is recommended; of a capability what the robot has.
+    pub recommended: f64,
+    /// The values around it up to the first of which the share of mills is surely less than wanted;
+    /// `None` if it is so at the recommendation already.
+    pub range: Option<Range>,
+    /// The share of mills, value by value, ascending.
+    pub curve: Vec<Point>,
+    /// Why the range ends where it does, in one sentence.
+    pub reason: String,
+}
+
+/// A range of values.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Range {
+    /// The least of them that was tried.
+    pub low: f64,
+    /// The greatest.
+    pub high: f64,
+    /// Whether smaller values were tried.
+    pub ends_below: bool,
+    /// Whether greater ones were.
+    pub ends_above: bool,
+    /// From the recommendation to both ends.
+    pub margin: Margin,
+}
+
+/// The share of mills at one value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Point {
+    /// The value.
+    pub value: f64,
+    /// Share of mills, in the world in which they are rarer.
+    pub b_s: f64,
+    /// Lower bound of its 95 % interval.
+    pub b_s_low: f64,
+    /// Upper bound.
+    pub b_s_high: f64,
+    /// Runs that milled there.
+    pub n_mills: u64,
+    /// Runs in each world.
+    pub n_replicates: u64,
+}
+
+impl Point {
+    fn new(value: f64, milling: Share) -> Self {
+        let interval = milling.interval();
+        Self {
+            value,
+            b_s: milling.value(),
+            b_s_low: interval.low,
+            b_s_high: interval.high,
+            n_mills: milling.hits,
+            n_replicates: milling.n,
+        }
+    }
+
+    /// Runs that milled, of all.
+    pub fn milling(&self) -> Share {
+        Share { hits: self.n_mills, n: self.n_replicates }
+    }
+}
+
+/// The five questions, and the quantities that each is about.
+const QUESTIONS: [(&str, &[Axis]); 5] = [
+    ("How many robots should be deployed?", &[Axis::Robots]),
+    ("How fast should they be moving?", &[Axis::Speed]),
+    ("How sharp should they be turning?", &[Axis::TurnRate]),
+    (
+        "How good do the sensors need to be?",
+        &[
+            Axis::Range,
+            Axis::HalfAngle,
+            Axis::TruePositive,
+            Axis::FalsePositive,
+            Axis::LatencySteps,
+        ],
+    ),
+    ("How homogeneous does the swarm need to be?", &[Axis::Heterogeneity]),
+];
+
+/// Answers the five questions.
+///
+/// # Arguments
+///
+/// * `path` — profile, sweep file, or folder of a sweep; of the latter two the robot, how it is made
+///   worse, and the settings are taken.
+///
+/// # Errors
+///
+/// If a file is not what it should be, no setting can be simulated, or it is called off.
+pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
+    let Subject { profile, harsher, grid } = Subject::read(path, options.sweep, Grid::even)?;
+    let search = Search {
+        measured: &profile,
+        harsher,
+        grid: &grid,
+        wanted: options.wanted,
+        confirm: options.confirm,
+        execution: options.execution,
+    };
+    let recommended = recommendation::recommend(&search)?.ok_or_else(|| nowhere(path, &search))?;
+    let mut questions = Vec::new();
+    for (question, axes) in QUESTIONS {
+        let mut quantities = Vec::new();
+        for axis in axes {
+            quantities.extend(curve::quantity(&search, &recommended.cell, *axis, options)?);
+        }
+        questions.push(Answer { question, quantities });
+    }
+    let Confirmed { cell, b_s, b_s_low, n_replicates } = recommended;
+    let fixed = grid.settings.values.iter().copied().filter(|(axis, _)| cell.get(*axis).is_none());
+    Ok(Answers {
+        robot: profile.name.clone(),
+        wanted: options.wanted,
+        viable: b_s_low >= options.wanted,
+        fixed: Cell::new(fixed)?,
+        cell,
+        duration_s: grid.duration_s,
+        b_s,
+        b_s_low,
+        n_replicates,
+        questions,
+    })
+}

@@ -1,0 +1,216 @@
+//! How often robots mill as one quantity changes.
+
+use rsrs_core::conditions::Conditions;
+use rsrs_core::diagram::PhaseCounts;
+use rsrs_core::diagram::axis::{Axis, AxisValues, Cell};
+use rsrs_core::diagram::choice::Margin;
+use rsrs_core::robot::harsher::tidy;
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::statistics::share::Share;
+
+use super::reason::{self, Edge};
+use super::{Options, Point, Quantity, Range};
+use crate::best_setting::search::{Changes, Robots, Search};
+
+/// Values within a robot's limits.
+const WITHIN_LIMITS: usize = 29;
+/// Numbers of robots that are tried.
+const ROBOTS: std::ops::RangeInclusive<u32> = 2..=20;
+/// Each value of a range or an angle over the one before.
+const FACTOR: f64 = 1.1;
+/// So many values below and above what the robot has.
+const FACTORS: std::ops::RangeInclusive<i32> = -12..=12;
+/// A sensor does not open farther, in radians.
+const WIDEST_RAD: f64 = 1.5;
+/// Steps between two values of the share of neighbours that are detected, of false detections, and of
+/// the spread of the gains, and how far the latter two go.
+const SHARE_STEP: f64 = 0.05;
+const FALSE_STEP: f64 = 0.02;
+const MOST_FALSE: f64 = 0.5;
+const GAIN_STEP: f64 = 0.0125;
+const MOST_GAIN: f64 = 0.3;
+/// Steps of latency that are tried.
+const LATENCIES: std::ops::RangeInclusive<u32> = 0..=12;
+
+/// A value, and how runs with it end in the world in which mills are rarer.
+pub struct Swept {
+    /// The value.
+    pub value: f64,
+    /// How its runs end.
+    pub phases: PhaseCounts,
+    /// Its conditions in the world of robots made worse.
+    pub harsher: Conditions,
+}
+
+/// Moves one quantity from the recommendation.
+///
+/// # Arguments
+///
+/// * `cell` — the recommendation.
+///
+/// # Returns
+///
+/// `None` if robots have no such quantity.
+///
+/// # Errors
+///
+/// If runs are called off or fail.
+pub fn quantity(
+    search: &Search<'_>,
+    cell: &Cell,
+    axis: Axis,
+    options: Options<'_>,
+) -> anyhow::Result<Option<Quantity>> {
+    let settings = search.grid.settings.with_cell(cell);
+    let now = if axis.is_capability() {
+        search.measured.capability(axis)
+    } else {
+        settings.values.iter().rev().find(|(other, _)| *other == axis).map(|(_, value)| *value)
+    };
+    let Some(now) = now else { return Ok(None) };
+    let swept = swept(search, cell, (axis, &values(search.measured, axis, now)), options)?;
+    let curve: Vec<Point> =
+        swept.iter().map(|swept| Point::new(swept.value, Share::milling(&swept.phases))).collect();
+    let around = around(&curve, now, search.wanted);
+    let range = around.map(|(first, last)| Range::of(&curve, (first, last), now));
+    let at = swept.iter().find(|swept| same(swept.value, now));
+    let reason = match (around, at) {
+        (Some((first, last)), Some(at)) => {
+            let edge =
+                |beyond: Vec<&Swept>| (!beyond.is_empty()).then(|| Edge(beyond).sentence(axis, at));
+            let below = edge(swept[..first].iter().rev().collect());
+            reason::of(axis, [below, edge(swept[last + 1..].iter().collect())])
+        }
+        (_, at) => reason::nowhere(axis, &swept, at),
+    };
+    Ok(Some(Quantity { axis, recommended: now, range, curve, reason }))
+}
+
+/// Runs with each value that is possible, in both worlds.
+fn swept(
+    search: &Search<'_>,
+    cell: &Cell,
+    (axis, values): (Axis, &[f64]),
+    options: Options<'_>,
+) -> anyhow::Result<Vec<Swept>> {
+    let mut possible = Vec::new();
+    for value in values {
+        let (changes, cell) = if axis.is_capability() {
+            (vec![(axis, *value)], cell.clone())
+        } else {
+            let others = cell.iter().filter(|(other, _)| *other != axis);
+            (Changes::new(), Cell::new(others.chain([(axis, *value)]))?)
+        };
+        let of = |robots| search.conditions((&changes, robots), &cell);
+        let (Ok(harsher), Ok(measured)) = (of(Robots::Harsher), of(Robots::AsMeasured)) else {
+            continue;
+        };
+        if search.is_possible(&harsher) && search.is_possible(&measured) {
+            possible.push((*value, harsher, measured));
+        }
+    }
+    let worlds = |(_, harsher, measured): &(f64, Conditions, Conditions)| {
+        [harsher.clone(), measured.clone()]
+    };
+    let conditions: Vec<Conditions> = possible.iter().flat_map(worlds).collect();
+    let doing = axis.key();
+    let counts = search.counts(&conditions, (search.grid.seed, options.replicates), doing)?;
+    let rarer = |counts: &[PhaseCounts]| {
+        let milling = |counts: &PhaseCounts| Share::milling(counts).hits;
+        if milling(&counts[1]) < milling(&counts[0]) { counts[1] } else { counts[0] }
+    };
+    let swept = possible
+        .into_iter()
+        .zip(counts.chunks(2))
+        .map(|((value, harsher, _), counts)| Swept { value, phases: rarer(counts), harsher });
+    Ok(swept.collect())
+}
+
+/// The values of a quantity that are tried, ascending, what the robot has among them.
+fn values(robot: &RobotProfile, axis: Axis, now: f64) -> Vec<f64> {
+    let steps = |step: f64, most: f64| -> Vec<f64> {
+        let numbers = (0..).map(|number| tidy(f64::from(number) * step));
+        numbers.take_while(|value| *value <= most + 1e-9).collect()
+    };
+    let within = |[least, most]: [f64; 2]| AxisValues::evenly_spaced(least, most, WITHIN_LIMITS).0;
+    let mut values = match axis {
+        Axis::Robots => ROBOTS.map(f64::from).collect(),
+        Axis::Speed => within(robot.actuation.speed.limits_m_s),
+        Axis::TurnRate => within(robot.actuation.turn.limits_rad_s),
+        Axis::TruePositive => steps(SHARE_STEP, 1.0),
+        Axis::FalsePositive => steps(FALSE_STEP, MOST_FALSE),
+        Axis::Heterogeneity => steps(GAIN_STEP, MOST_GAIN),
+        Axis::LatencySteps => LATENCIES.map(f64::from).collect(),
+        _ => FACTORS.map(|power| tidy(now * libm::pow(FACTOR, f64::from(power)))).collect(),
+    };
+    if axis == Axis::HalfAngle {
+        values.retain(|value| *value <= WIDEST_RAD.max(now));
+    }
+    if !values.iter().any(|value| same(*value, now)) {
+        values.push(now);
+    }
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+fn same(one: f64, other: f64) -> bool {
+    (one - other).abs() <= 1e-9 * one.abs().max(1.0)
+}
+
+/// The first and the last point around a value before the share is surely less than wanted.
+fn around(curve: &[Point], now: f64, wanted: f64) -> Option<(usize, usize)> {
+    let holds = |index: &usize| curve[*index].b_s_high >= wanted;
+    let at = curve.iter().position(|point| same(point.value, now)).filter(holds)?;
+    let first = (0..=at).rev().take_while(holds).last()?;
+    let last = (at..curve.len()).take_while(holds).last()?;
+    Some((first, last))
+}
+
+impl Range {
+    fn of(curve: &[Point], (first, last): (usize, usize), now: f64) -> Self {
+        let (low, high) = (curve[first].value, curve[last].value);
+        Self {
+            low,
+            high,
+            ends_below: first > 0,
+            ends_above: last + 1 < curve.len(),
+            margin: Margin { low: tidy(now - low), high: tidy(high - now) },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(shares: &[f64]) -> Vec<Point> {
+        let share = Share { hits: 50, n: 100 };
+        let point = |(index, b_s_high): (usize, &f64)| Point {
+            b_s_high: *b_s_high,
+            ..Point::new(index as f64, share)
+        };
+        shares.iter().enumerate().map(point).collect()
+    }
+
+    #[test]
+    fn a_range_ends_before_the_first_value_that_fails() {
+        let curve = curve(&[0.9, 0.1, 0.85, 0.95, 0.9, 0.7, 0.9]);
+
+        let (first, last) = around(&curve, 3.0, 0.8).unwrap();
+        let range = Range::of(&curve, (first, last), 3.0);
+
+        assert_eq!((first, last), (2, 4));
+        assert!(range.ends_below && range.ends_above);
+        assert_eq!(range.margin, Margin { low: 1.0, high: 1.0 });
+        assert_eq!(around(&curve, 5.0, 0.8), None);
+    }
+
+    #[test]
+    fn a_range_may_go_as_far_as_was_tried() {
+        let curve = curve(&[0.9, 0.95, 0.9]);
+
+        let range = Range::of(&curve, around(&curve, 1.0, 0.8).unwrap(), 1.0);
+
+        assert!(!range.ends_below && !range.ends_above);
+    }
+}

@@ -1,0 +1,164 @@
+//! Why a range ends where it does: by geometry where that explains it, else by how runs end.
+
+use rsrs_core::conditions::Conditions;
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::diagram::theory::{Condition, Ring};
+use rsrs_core::judge::phase::Phase;
+
+use super::curve::Swept;
+use crate::wording::percent;
+use crate::wording::quantity::{noun, quantity};
+
+/// An end of a range: what was tried beyond it, the nearest value first; at least one.
+pub struct Edge<'a>(pub Vec<&'a Swept>);
+
+/// Where fewer runs mill than this share of those at the recommendation, it is plain what goes wrong.
+const RARE: f64 = 0.5;
+
+impl Edge<'_> {
+    /// What goes wrong beyond it: `with 11 robots neighbours on the ring are …`.
+    ///
+    /// # Arguments
+    ///
+    /// * `at` — the recommendation.
+    pub fn sentence(&self, axis: Axis, at: &Swept) -> String {
+        let (shown, why) = self.by_theory(at).unwrap_or_else(|| {
+            let plain = self.plain(at);
+            (plain, as_runs_end(plain))
+        });
+        format!("with {} {why}", quantity(axis, shown.value))
+    }
+
+    /// The nearest value beyond the edge with which mills are rare; if they never are, the farthest.
+    fn plain(&self, at: &Swept) -> &Swept {
+        let rare = RARE * milling(at);
+        let found = self.0.iter().find(|swept| milling(swept) < rare);
+        found.unwrap_or(&self.0[self.0.len() - 1])
+    }
+
+    /// The condition of theory that holds at the recommendation and not beyond the edge.
+    ///
+    /// # Returns
+    ///
+    /// The nearest value with which it does not, if mills are not rare before, and the condition in
+    /// words.
+    fn by_theory(&self, at: &Swept) -> Option<(&Swept, String)> {
+        let swarm = Swarm::of(&at.harsher)?;
+        let plain = self.plain(at).value;
+        for beyond in &self.0 {
+            let Some(other) = Swarm::of(&beyond.harsher) else { continue };
+            let broken =
+                |condition: &Condition| swarm.meets(*condition) && !other.meets(*condition);
+            if let Some(condition) = Condition::ALL.into_iter().find(broken) {
+                return Some((beyond, other.why(condition)));
+            }
+            if beyond.value.total_cmp(&plain).is_eq() {
+                break;
+            }
+        }
+        None
+    }
+}
+
+/// Robots on a ring, and what their wheels deliver.
+struct Swarm {
+    ring: Ring,
+    speed_m_s: f64,
+    turn_rate_rad_s: f64,
+}
+
+impl Swarm {
+    fn of(conditions: &Conditions) -> Option<Self> {
+        let Conditions { controller, robot, .. } = conditions;
+        Some(Self {
+            ring: Ring::of(conditions)?,
+            speed_m_s: controller.speed_m_s * robot.speed_gain.mean,
+            turn_rate_rad_s: controller.turn_rate_rad_s * robot.turn_gain.mean,
+        })
+    }
+
+    /// Whether a condition holds; one without a meaning does not.
+    fn meets(&self, condition: Condition) -> bool {
+        let margin = condition.margin(&self.ring, self.speed_m_s, self.turn_rate_rad_s);
+        margin.is_some_and(|margin| margin > 0.0)
+    }
+
+    /// A condition that does not hold, in words.
+    fn why(&self, condition: Condition) -> String {
+        let Self { ring, .. } = self;
+        let chord_m = ring.chord_m().unwrap_or(f64::INFINITY);
+        let balance = ring.turn_balance(self.speed_m_s, self.turn_rate_rad_s).unwrap_or(0.0);
+        match condition {
+            Condition::Existence => format!(
+                "there is no ring: a cone of {:.1}° to either side is too wide for {} robots, of \
+                 which each would see the next at any distance",
+                ring.half_angle_rad.to_degrees(),
+                ring.n_robots
+            ),
+            Condition::Reach => format!(
+                "neighbours on the ring are {chord_m:.2} m apart, and a body is seen up to {:.2} m \
+                 away",
+                ring.range_m + ring.body_radius_m
+            ),
+            Condition::Room => "bodies on the ring would touch each other".to_owned(),
+            Condition::FastTurnBalance => format!(
+                "the ring asks for turning inward in {} of the time, and false detections alone make \
+                 {} of it",
+                percent(balance),
+                percent(ring.false_positive)
+            ),
+            Condition::SlowTurnBalance => format!(
+                "the ring asks for turning inward in {} of the time, and the robot ahead is detected \
+                 in only {}",
+                percent(balance),
+                percent(ring.true_positive)
+            ),
+        }
+    }
+}
+
+fn milling(swept: &Swept) -> f64 {
+    swept.phases.share(Phase::StableMilling)
+}
+
+/// What most runs with a value come to.
+fn as_runs_end(swept: &Swept) -> String {
+    let phases = &swept.phases;
+    let others = Phase::ALL.into_iter().filter(|phase| *phase != Phase::StableMilling);
+    let phase = others.rev().max_by_key(|phase| phases.get(*phase)).expect("there are five phases");
+    let share = percent(phases.share(phase));
+    match phase {
+        Phase::StableMilling => unreachable!("it was left out"),
+        Phase::SemiStableMilling => format!("{share} of the mills do not stay round"),
+        Phase::Unformed => format!("{share} of the runs come to no mill"),
+        Phase::Dispersion => format!("the robots lose each other in {share} of the runs"),
+        Phase::CollidingUnstable => format!("the robots block each other in {share} of the runs"),
+    }
+}
+
+/// Both ends of a range in one sentence.
+pub fn of(axis: Axis, edges: [Option<String>; 2]) -> String {
+    let [below, above] = edges;
+    match (axis, below, above) {
+        (_, None, None) => format!("the {} does not matter as far as was tried", noun(axis)),
+        (Axis::Robots, below, Some(above)) => {
+            let above = format!("more robots are not always better: {above}");
+            below.map_or_else(|| above.clone(), |below| format!("{above}; {below}"))
+        }
+        (_, below, above) => {
+            let edges: Vec<String> = below.into_iter().chain(above).collect();
+            edges.join("; ")
+        }
+    }
+}
+
+/// That robots mill too rarely even at the recommendation, and where more often.
+pub fn nowhere(axis: Axis, swept: &[Swept], at: Option<&Swept>) -> String {
+    let Some(at) = at else { return "it cannot be simulated".to_owned() };
+    let most = swept.iter().rev().max_by(|one, other| milling(one).total_cmp(&milling(other)));
+    let most = most.filter(|most| milling(most) > milling(at)).map_or_else(
+        || "no other value helps".to_owned(),
+        |most| format!("at most {}, with {}", percent(milling(most)), quantity(axis, most.value)),
+    );
+    format!("{} mill, and {}; {most}", percent(milling(at)), as_runs_end(at))
+}

@@ -1,0 +1,108 @@
+//! The five answers as a person reads them.
+
+use std::fmt;
+
+use rsrs_core::diagram::axis::{Axis, Cell};
+
+use super::{Answer, Answers, Quantity, Range};
+use crate::wording::quantity::{noun, quantity, span};
+use crate::wording::{count, percent};
+
+impl fmt::Display for Answers {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            formatter,
+            "{}: {} {},\nin {} of {} fresh runs of {} s (lower bound {}; wanted {}){}",
+            self.robot,
+            if self.viable { "they mill with" } else { "they do not mill; most often with" },
+            self.settings_text(),
+            percent(self.b_s),
+            count(self.n_replicates),
+            self.duration_s,
+            percent(self.b_s_low),
+            percent(self.wanted),
+            if self.viable { "" } else { "; `rsrs diagnose` says what to change" }
+        )?;
+        for (number, answer) in (1..).zip(&self.questions) {
+            writeln!(formatter, "\n{number}. {}", answer.question)?;
+            for line in answer.lines() {
+                writeln!(formatter, "   {line}")?;
+            }
+        }
+        write!(
+            formatter,
+            "\nA range ends before the first value with which surely fewer than {} of the runs mill, made \
+             worse or as measured, all else as recommended{}.",
+            percent(self.wanted),
+            self.fixed_text()
+        )
+    }
+}
+
+impl Answers {
+    /// The recommendation in words: `9 robots, speed 0.15 m/s`.
+    pub fn settings_text(&self) -> String {
+        settings(&self.cell)
+    }
+
+    fn fixed_text(&self) -> String {
+        let fixed = settings(&self.fixed);
+        if fixed.is_empty() { fixed } else { format!(" ({fixed})") }
+    }
+}
+
+/// A cell in words: `9 robots, speed 0.15 m/s`.
+fn settings(cell: &Cell) -> String {
+    let values: Vec<String> = cell.iter().map(|(axis, value)| setting(axis, value)).collect();
+    values.join(", ")
+}
+
+fn setting(axis: Axis, value: f64) -> String {
+    match axis {
+        Axis::Robots => quantity(axis, value),
+        _ => format!("{} {}", noun(axis), quantity(axis, value)),
+    }
+}
+
+impl Answer {
+    fn lines(&self) -> Vec<String> {
+        self.quantities.iter().flat_map(Quantity::lines).collect()
+    }
+}
+
+impl Quantity {
+    /// The range in words, and why it ends.
+    fn lines(&self) -> [String; 2] {
+        let has = setting(self.axis, self.recommended);
+        let range = match &self.range {
+            None => "mills too rarely".to_owned(),
+            Some(range) => range.text(self.axis),
+        };
+        [format!("{has}: {range}"), format!("  {}", self.reason)]
+    }
+}
+
+impl Range {
+    /// `mills from 5 to 9 robots (margin 3 below, 1 above)`.
+    fn text(&self, axis: Axis) -> String {
+        let Self { low, high, margin, .. } = self;
+        let end = |is_end: bool, margin: f64, side: &str| {
+            is_end.then(|| format!("{} {side}", quantity(axis, margin)))
+        };
+        let below = end(self.ends_below, margin.low, "below");
+        let above = end(self.ends_above, margin.high, "above");
+        let margins: Vec<String> = below.into_iter().chain(above).collect();
+        let tried = match (self.ends_below, self.ends_above) {
+            (true, true) => String::new(),
+            (true, false) => format!("; more than {} was not tried", quantity(axis, *high)),
+            (false, true) => format!("; less than {} was not tried", quantity(axis, *low)),
+            (false, false) => "; nothing else was tried".to_owned(),
+        };
+        let margin = if margins.is_empty() {
+            String::new()
+        } else {
+            format!(" (margin {})", margins.join(", "))
+        };
+        format!("mills from {}{margin}{tried}", span(axis, *low, *high))
+    }
+}

@@ -1,0 +1,96 @@
+//! How often simulated robots mill in a cell: what real runs are held against.
+
+use std::path::Path;
+
+use rsrs_core::diagram::choice::Choice;
+
+use crate::compare::report::Simulated;
+use crate::error::with_help;
+use crate::sweep::folder;
+use crate::sweep::result::SweepResult;
+
+/// The cells of a sweep.
+pub struct Prediction<'a> {
+    folder: &'a Path,
+    result: &'a SweepResult,
+    /// The chosen cell, by its index in the diagram.
+    pub chosen: Option<(usize, Choice)>,
+}
+
+impl<'a> Prediction<'a> {
+    /// That of a sweep, with the choice beside it.
+    ///
+    /// # Errors
+    ///
+    /// If the choice cannot be read or is of another sweep.
+    pub fn of(folder: &'a Path, result: &'a SweepResult) -> anyhow::Result<Self> {
+        let chosen = match folder::read_choice(folder)? {
+            None => None,
+            Some(choice) => {
+                let SweepResult { source, .. } = result;
+                let digest = choice.sweep_digest.as_deref();
+                source.sweep.check_choice(&source.profile, digest).map_err(|error| {
+                    let message = format!("choice.json in {} {error}", folder.display());
+                    with_help(message, choose_again(folder))
+                })?;
+                let index = result.diagram.locate(&choice.cell).map_err(|error| {
+                    let message =
+                        format!("choice.json in {} is of another sweep: {error}", folder.display());
+                    with_help(message, choose_again(folder))
+                })?;
+                Some((index, choice))
+            }
+        };
+        Ok(Self { folder, result, chosen })
+    }
+
+    /// What is to be said about the chosen cell, if anything.
+    pub fn note(&self) -> Option<String> {
+        let folder = self.folder.display();
+        let Some((_, choice)) = &self.chosen else {
+            return Some(format!(
+                "{folder} has no choice.json; a cell that was picked from this sweep looks better \
+                 than it is, until `rsrs choose {folder} -o {folder}/choice.json` confirms it"
+            ));
+        };
+        let measured = choice.as_measured.filter(|_| choice.worse_is_better())?;
+        Some(format!(
+            "in the chosen cell, simulated robots as measured mill in {:.1} % of {} runs, and made \
+             worse in {:.1} %: being worse helps there, and fewer real mills need no other reason",
+            100.0 * measured.share,
+            measured.n_replicates,
+            100.0 * choice.b_s
+        ))
+    }
+
+    /// Replicates of the sweep; of the chosen cell its fresh ones, because those of the sweep have
+    /// chosen it and flatter it.
+    ///
+    /// # Errors
+    ///
+    /// If the choice does not say how its fresh runs ended.
+    pub fn of_cell(&self, index: usize) -> anyhow::Result<Simulated> {
+        match &self.chosen {
+            Some((chosen, choice)) if *chosen == index => match choice.phases {
+                Some(phases) => Ok(Simulated { phases, is_confirmed: true }),
+                None => Err(with_help(
+                    format!(
+                        "choice.json in {} does not say how its fresh runs ended",
+                        self.folder.display()
+                    ),
+                    choose_again(self.folder),
+                )),
+            },
+            _ => Ok(Simulated {
+                phases: self.result.diagram.cells[index].counts,
+                is_confirmed: false,
+            }),
+        }
+    }
+}
+
+/// What to type where the choice is of no use.
+pub fn choose_again(folder: &Path) -> String {
+    let folder = folder.display();
+    format!("choose again: `rsrs choose {folder} -o {folder}/choice.json`")
+}

@@ -1,0 +1,54 @@
+//! The curves of the answers on a robot.
+
+use rsrs_view::curves::{Curve, CurvesPicture, svg};
+
+use crate::answer::{Answers, Quantity};
+use crate::wording::quantity::{quantity, span};
+use crate::wording::{count, percent};
+
+/// Draws the curves of all answers on one page, as SVG.
+///
+/// # Errors
+///
+/// If there is no curve.
+pub fn of_answers(answers: &Answers) -> anyhow::Result<String> {
+    let quantities = answers.questions.iter().flat_map(|answer| &answer.quantities);
+    let curves: Vec<Curve> = quantities.map(of_quantity).collect();
+    let title = if answers.viable {
+        format!("What {} needs to mill", answers.robot)
+    } else {
+        format!("Why {} does not mill", answers.robot)
+    };
+    let subtitle = format!(
+        "{}: {} of {} fresh runs of {} s mill (lower bound {}). Each curve moves one quantity, all else \
+         as recommended; of robots made worse and as measured, those that mill more rarely.",
+        answers.settings_text(),
+        percent(answers.b_s),
+        count(answers.n_replicates),
+        answers.duration_s,
+        percent(answers.b_s_low)
+    );
+    let wanted = Some((answers.wanted, format!("wanted: {}", percent(answers.wanted))));
+    let subtitles = vec![subtitle];
+    let marked = "recommended, or what the robot has";
+    Ok(svg(&CurvesPicture { title, subtitles, curves, marked, wanted })?)
+}
+
+fn of_quantity(found: &Quantity) -> Curve {
+    let Quantity { axis, recommended, range, curve, .. } = found;
+    let heading = match range {
+        Some(range) => {
+            format!("{} ({})", quantity(*axis, *recommended), span(*axis, range.low, range.high))
+        }
+        None => format!("{}: too rarely", quantity(*axis, *recommended)),
+    };
+    Curve {
+        heading,
+        axis: *axis,
+        points: curve.iter().map(|point| (point.value, point.milling())).collect(),
+        range: range.map(|range| [range.low, range.high]),
+        marked: Some(*recommended),
+        boundaries: Vec::new(),
+        real: Vec::new(),
+    }
+}

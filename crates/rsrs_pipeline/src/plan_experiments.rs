@@ -1,0 +1,175 @@
+//! How many real runs decide `B_r(E) ≥ B_s(E)`, asked before the first of them.
+
+mod text;
+
+use std::path::Path;
+
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+use rsrs_core::conditions::Conditions;
+use rsrs_core::diagram::axis::Cell;
+use rsrs_core::statistics::experiment_plan::{Decided, ExperimentPlan, PlannedCell, plan};
+use rsrs_core::statistics::share::Share;
+use rsrs_sim::sweep::{Runs, confirmation_seed, sweep};
+use serde::Serialize;
+
+use crate::compare::{Prediction, choose_again};
+use crate::error::with_help;
+use crate::execution::Execution;
+use crate::sweep::folder;
+use crate::sweep::result::SweepResult;
+
+/// What is asked.
+#[derive(Clone)]
+pub struct Options<'a> {
+    /// Cells in which runs are planned; if none are named, the chosen one.
+    pub cells: Vec<Cell>,
+    /// By how much real robots may mill less often, as for [`crate::compare::compare`].
+    pub margin: f64,
+    /// The probability with which the runs are to decide, strictly between 0 and 1.
+    pub wanted: f64,
+    /// Runs of robots as measured in each cell, by which real ones are taken to mill; at least 1.
+    pub replicates: u64,
+    /// On how many threads, watched by whom.
+    pub execution: Execution<'a>,
+}
+
+/// Runs of robots as measured where nothing else is asked for: with fewer, how often robots mill is not
+/// known well enough to state a probability within 3 points.
+pub const REPLICATES: u64 = 20_000;
+
+/// The probability of a decision that is asked for where nothing else is.
+pub const WANTED: f64 = 0.8;
+
+/// How many runs in which cells decide, and how.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlannedExperiments {
+    /// Runs in all cells together, if enough decide.
+    pub runs: Option<u64>,
+    /// The probability of a decision that was wanted.
+    pub wanted: f64,
+    /// By how much real robots may mill less often.
+    pub margin: f64,
+    /// The cells, the first to be run first.
+    pub cells: Vec<PlannedRuns>,
+    /// Runs until the decision, on average.
+    pub mean_runs: f64,
+    /// What is decided after each number of runs.
+    pub by_runs: Vec<Decided>,
+    /// What a reader must not overlook.
+    pub notes: Vec<String>,
+}
+
+/// The runs of one cell.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlannedRuns {
+    /// The cell.
+    pub cell: Cell,
+    /// Runs there, if enough decide.
+    pub runs: Option<u64>,
+    /// Share of simulated runs that mill: what real ones are held against.
+    pub b_s: f64,
+    /// So many simulated runs.
+    pub n_simulated: u64,
+    /// Share of runs that mill with robots as measured: what is expected of real ones.
+    pub b_m: f64,
+    /// So many runs.
+    pub n_as_measured: u64,
+}
+
+/// Plans the runs of a sweep's cells, if real robots mill as often as simulated ones as measured.
+///
+/// # Arguments
+///
+/// * `folder` — that of the sweep.
+///
+/// # Errors
+///
+/// If the folder is not a sweep's, a cell was not swept or is named twice, no cell is named and none was
+/// chosen, or the simulation is called off.
+pub fn plan_experiments(folder: &Path, options: &Options) -> anyhow::Result<PlannedExperiments> {
+    let result = folder::read(folder)?;
+    let prediction = Prediction::of(folder, &result)?;
+    let cells = cells(folder, &result, &prediction, options)?;
+    let planned = cells
+        .iter()
+        .zip(as_measured(&result, &cells, options)?)
+        .map(|(index, as_measured)| {
+            let simulated = Share::milling(&prediction.of_cell(*index)?.phases);
+            Ok(PlannedCell { simulated, as_measured })
+        })
+        .collect::<anyhow::Result<Vec<PlannedCell>>>()?;
+    let mut generator = ChaCha8Rng::seed_from_u64(result.source.sweep.seed);
+    let ExperimentPlan { runs, by_runs, mean_runs } =
+        plan(&planned, options.margin, options.wanted, &mut || generator.random());
+    let n_cells = cells.len() as u64;
+    let of_cell = |position: u64| runs.map(|runs| (runs + n_cells - 1 - position) / n_cells);
+    let cells = (0..).zip(cells.iter().zip(&planned)).map(|(position, (index, planned))| {
+        let PlannedCell { simulated, as_measured } = planned;
+        PlannedRuns {
+            cell: result.diagram.cells[*index].cell.clone(),
+            runs: of_cell(position),
+            b_s: simulated.value(),
+            n_simulated: simulated.n,
+            b_m: as_measured.value(),
+            n_as_measured: as_measured.n,
+        }
+    });
+    Ok(PlannedExperiments {
+        runs,
+        wanted: options.wanted,
+        margin: options.margin,
+        cells: cells.collect(),
+        mean_runs,
+        by_runs,
+        notes: prediction.note().into_iter().collect(),
+    })
+}
+
+/// The cells by their indices in the diagram.
+fn cells(
+    folder: &Path,
+    result: &SweepResult,
+    prediction: &Prediction<'_>,
+    options: &Options<'_>,
+) -> anyhow::Result<Vec<usize>> {
+    if options.cells.is_empty() {
+        let chosen = prediction.chosen.as_ref().map(|(index, _)| vec![*index]);
+        return chosen.ok_or_else(|| {
+            let message = format!("{} has no choice.json, and no cell is named", folder.display());
+            let help = format!("name one with `--cell AXIS=VALUE,…`, or {}", choose_again(folder));
+            with_help(message, help)
+        });
+    }
+    let mut cells = Vec::new();
+    for cell in &options.cells {
+        let index = result.diagram.locate(cell)?;
+        anyhow::ensure!(!cells.contains(&index), "the cell {cell} is named twice");
+        cells.push(index);
+    }
+    Ok(cells)
+}
+
+/// Runs each of some cells with robots as measured, on seeds of its own.
+fn as_measured(
+    result: &SweepResult,
+    cells: &[usize],
+    options: &Options<'_>,
+) -> anyhow::Result<Vec<Share>> {
+    let source = result.source.as_measured();
+    let source = source.as_ref().unwrap_or(&result.source);
+    let conditions = cells
+        .iter()
+        .map(|index| source.conditions_of(*index))
+        .collect::<anyhow::Result<Vec<Conditions>>>()?;
+    let runs = Runs {
+        // Neither that of the sweep nor that of its confirmation.
+        seed: confirmation_seed(confirmation_seed(source.sweep.seed)),
+        replicates: options.replicates,
+        duration_s: source.sweep.duration_s,
+        n_threads: options.execution.n_threads,
+    };
+    let doing = "robots as measured";
+    let swept = options.execution.simulate(doing, |watch| sweep(&conditions, runs, watch))?;
+    Ok(swept.counts(cells.len()).iter().map(Share::milling).collect())
+}

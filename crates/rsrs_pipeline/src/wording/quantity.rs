@@ -1,0 +1,82 @@
+//! Axes and their values in words.
+
+use rsrs_core::diagram::axis::Axis;
+
+/// What an axis is called.
+pub fn noun(axis: Axis) -> &'static str {
+    match axis {
+        Axis::Speed => "speed",
+        Axis::TurnRate => "turning rate",
+        Axis::Robots => "number of robots",
+        Axis::PlacementRadius => "placement radius",
+        Axis::Arena => "side of the arena",
+        Axis::Range => "range of the sensor",
+        Axis::HalfAngle => "half-angle of the sensor",
+        Axis::PolygonScale => "size of the sensor's region",
+        Axis::SensorBearing => "bearing of the sensor",
+        Axis::TruePositive => "share of neighbours that are detected",
+        Axis::FalsePositive => "share of detections without a neighbour",
+        Axis::Heterogeneity => "standard deviation of the gains between robots",
+        Axis::GainNoise => "standard deviation of the gains per step",
+        Axis::LatencySteps => "latency of the sensor",
+        Axis::Gust => "standard deviation of gusts",
+        Axis::YawLag => "lag of the turning rate",
+        Axis::Period => "control period",
+        Axis::SpeedGain => "gain of the speed",
+        Axis::TurnGain => "gain of the turning rate",
+        Axis::TurnBias => "turn bias",
+        Axis::HeadingNoise => "heading noise per step",
+    }
+}
+
+/// A value in the unit that people use.
+pub fn quantity(axis: Axis, value: f64) -> String {
+    match axis {
+        Axis::HalfAngle | Axis::SensorBearing | Axis::HeadingNoise => {
+            format!("{:.1}°", value.to_degrees())
+        }
+        Axis::LatencySteps if (value - 1.0).abs() < 1e-9 => "1 step".to_owned(),
+        Axis::Robots if (value - 1.0).abs() < 1e-9 => "1 robot".to_owned(),
+        _ if axis.unit().is_empty() => digits(value),
+        _ => format!("{} {}", digits(value), axis.unit()),
+    }
+}
+
+/// Two values with their unit once: `0.14 to 0.26 m/s`.
+pub fn span(axis: Axis, low: f64, high: f64) -> String {
+    let low = quantity(axis, low);
+    let is_number = |character: char| character.is_ascii_digit() || "+-−.".contains(character);
+    let number = low.trim_end_matches(|character| !is_number(character));
+    format!("{number} to {}", quantity(axis, high))
+}
+
+/// A number in three significant digits, without zeros at its end.
+fn digits(value: f64) -> String {
+    let decimals = match value.abs() {
+        100.0.. => 0,
+        10.0..100.0 => 1,
+        1.0..10.0 => 2,
+        0.1..1.0 => 3,
+        0.01..0.1 => 4,
+        _ => 5,
+    };
+    let text = format!("{value:.decimals$}");
+    if decimals == 0 {
+        return text;
+    }
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_span_has_its_unit_once() {
+        assert_eq!(span(Axis::Speed, 0.14, 0.26), "0.14 to 0.26 m/s");
+        assert_eq!(span(Axis::Robots, 5.0, 9.0), "5 to 9 robots");
+        assert_eq!(span(Axis::HalfAngle, 0.1, 0.2), "5.7 to 11.5°");
+        assert_eq!(span(Axis::TruePositive, 0.7, 1.0), "0.7 to 1");
+        assert_eq!(span(Axis::LatencySteps, 0.0, 1.0), "0 to 1 step");
+    }
+}

@@ -1,0 +1,326 @@
+//! Shares along one quantity with their 95 % bands: one curve, or a page of them.
+
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::statistics::share::Share;
+
+use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
+use crate::header::header;
+use crate::overlay::dashes;
+use crate::palette::{INK, QUIET_INK};
+use crate::scale::{label, labels};
+use crate::svg::{Element, line_of_text, number, rectangle};
+use crate::text::{Weight, width_px};
+
+const MARGIN_PX: f64 = 24.0;
+/// Width and height of a curve that is alone.
+const LARGE_PX: (f64, f64) = (560.0, 320.0);
+/// Width and height of one of several.
+const SMALL_PX: (f64, f64) = (236.0, 150.0);
+/// Curves side by side.
+const COLUMNS: usize = 3;
+/// Between curves, besides their axes.
+const BETWEEN_PX: f64 = 14.0;
+const HEADING_PX: f64 = 12.5;
+const BLUE: &str = "#0072b2";
+const VERMILION: &str = "#d55e00";
+/// A curve of at most so many values shows each as a dot.
+const MOST_DOTS: usize = 40;
+
+/// Curves, and what to say about them.
+#[derive(Clone, Debug)]
+pub struct CurvesPicture {
+    /// The title; any text.
+    pub title: String,
+    /// Under the title; any texts.
+    pub subtitles: Vec<String>,
+    /// The curves, side by side if there are several.
+    pub curves: Vec<Curve>,
+    /// What marked values are.
+    pub marked: &'static str,
+    /// A share to be drawn across all of them, with what it is; any text.
+    pub wanted: Option<(f64, String)>,
+}
+
+/// How a share depends on one quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// Above the curve; any text, which may be empty.
+    pub heading: String,
+    /// The quantity.
+    pub axis: Axis,
+    /// Values, ascending, and the runs with each that milled.
+    pub points: Vec<(f64, Share)>,
+    /// Values between which the background is shaded.
+    pub range: Option<[f64; 2]>,
+    /// A value to be marked.
+    pub marked: Option<f64>,
+    /// Values at which theory draws a line, with what it is called; any text.
+    pub boundaries: Vec<(f64, String)>,
+    /// Real runs.
+    pub real: Vec<(f64, Share)>,
+}
+
+/// Why there is no picture of curves.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CurvesPictureError {
+    /// There is nothing to draw.
+    #[error("no curves, expected 1 or more")]
+    Empty,
+    /// A curve has no point.
+    #[error("the curve over {axis} has no points")]
+    NoPoints {
+        /// Its quantity.
+        axis: Axis,
+    },
+    /// A value is no number.
+    #[error("the curve over {axis} has the value {value}, expected finite numbers")]
+    NotFinite {
+        /// Its quantity.
+        axis: Axis,
+        /// The value.
+        value: f64,
+    },
+}
+
+/// Draws shares as lines with their exact 95 % intervals as bands; hovering a point shows its counts.
+///
+/// # Returns
+///
+/// A self-contained SVG document; the same text for the same picture, on every machine.
+///
+/// # Errors
+///
+/// [`CurvesPictureError`], each variant where its name says.
+pub fn svg(picture: &CurvesPicture) -> Result<String, CurvesPictureError> {
+    check(picture)?;
+    let is_alone = picture.curves.len() == 1;
+    let (width_px, height_px) = if is_alone { LARGE_PX } else { SMALL_PX };
+    let columns = picture.curves.len().min(COLUMNS);
+    let pitch_px = LEFT_PX + width_px + BETWEEN_PX;
+    let page_px = 2.0 * MARGIN_PX + columns as f64 * pitch_px - BETWEEN_PX;
+    let room_px = page_px - 2.0 * MARGIN_PX;
+    let (texts, header_px) = header(&picture.title, &picture.subtitles, MARGIN_PX, room_px);
+    let mut panels = Vec::new();
+    let mut top_px = header_px + 10.0;
+    for row in picture.curves.chunks(COLUMNS) {
+        for (column, curve) in row.iter().enumerate() {
+            let left_px = MARGIN_PX + LEFT_PX + column as f64 * pitch_px;
+            let chart = Chart {
+                left_px,
+                top_px: top_px + HEADING_PX + 10.0,
+                width_px,
+                height_px,
+                x: span(curve),
+                y: [0.0, 1.0],
+            };
+            panels.push(panel(curve, &chart, picture.wanted.as_ref().map(|(share, _)| *share)));
+        }
+        top_px += HEADING_PX + 10.0 + height_px + BELOW_PX + BETWEEN_PX;
+    }
+    let place = (MARGIN_PX + LEFT_PX, top_px - BETWEEN_PX);
+    let (legend, bottom_px) = legend(&entries(picture), place);
+    let page = Element::picture(page_px, bottom_px + 12.0, &picture.title)
+        .children(texts)
+        .children(panels)
+        .children(legend);
+    Ok(format!("{page}\n"))
+}
+
+fn check(picture: &CurvesPicture) -> Result<(), CurvesPictureError> {
+    if picture.curves.is_empty() {
+        return Err(CurvesPictureError::Empty);
+    }
+    for curve in &picture.curves {
+        let axis = curve.axis;
+        if curve.points.is_empty() {
+            return Err(CurvesPictureError::NoPoints { axis });
+        }
+        let points = curve.points.iter().chain(&curve.real).map(|(value, _)| *value);
+        let lines = curve.boundaries.iter().map(|(value, _)| *value);
+        let marks = curve.range.into_iter().flatten().chain(curve.marked);
+        if let Some(value) = points.chain(lines).chain(marks).find(|value| !value.is_finite()) {
+            return Err(CurvesPictureError::NotFinite { axis, value });
+        }
+    }
+    Ok(())
+}
+
+/// The values of a curve from left to right, with a little room.
+fn span(curve: &Curve) -> [f64; 2] {
+    let values = || curve.points.iter().chain(&curve.real).map(|(value, _)| *value);
+    let low = values().fold(f64::INFINITY, f64::min);
+    let high = values().fold(f64::NEG_INFINITY, f64::max);
+    let spare = if high > low { 0.02 * (high - low) } else { 0.5 };
+    [low - spare, high + spare]
+}
+
+fn panel(curve: &Curve, chart: &Chart, wanted: Option<f64>) -> Element {
+    let heading = line_of_text(chart.left_px, chart.top_px - 8.0, &fitting(curve, chart))
+        .at("font-size", HEADING_PX)
+        .with("font-weight", "bold")
+        .with("fill", INK);
+    Element::new("g")
+        .children(curve.range.map(|range| shade(chart, range)))
+        .child(band(chart, &curve.points))
+        .children(wanted.map(|share| across(chart, share)))
+        .children(boundaries(chart, &curve.boundaries))
+        .child(line(chart, &curve.points))
+        .children(dots(curve, chart))
+        .children(curve.real.iter().map(|run| real(chart, run)))
+        .children(curve.marked.map(|value| pointer(chart, value)))
+        .child(chart.frame(curve.axis.label()))
+        .child(chart.y_axis("share of stable milling"))
+        .child(heading)
+}
+
+/// The heading, cut where it would leave its curve.
+fn fitting(curve: &Curve, chart: &Chart) -> String {
+    let fits = |text: &str| width_px(text, HEADING_PX, Weight::Bold) <= chart.width_px;
+    let mut text = curve.heading.clone();
+    if fits(&text) {
+        return text;
+    }
+    while !text.is_empty() && !fits(&format!("{text}…")) {
+        text.pop();
+    }
+    text + "…"
+}
+
+fn shade(chart: &Chart, [low, high]: [f64; 2]) -> Element {
+    let (left_px, right_px) = (chart.x_px(low), chart.x_px(high));
+    rectangle(left_px, chart.top_px, right_px - left_px, chart.height_px)
+        .with("fill", BLUE)
+        .with("fill-opacity", "0.09")
+}
+
+fn band(chart: &Chart, points: &[(f64, Share)]) -> Element {
+    let lows = points.iter().map(|(value, share)| [*value, share.interval().low]);
+    let highs = points.iter().rev().map(|(value, share)| [*value, share.interval().high]);
+    let outline: Vec<[f64; 2]> = lows.chain(highs).collect();
+    Element::new("path")
+        .with("d", &chart.polygon(&outline))
+        .with("fill", BLUE)
+        .with("fill-opacity", "0.22")
+}
+
+fn line(chart: &Chart, points: &[(f64, Share)]) -> Element {
+    let place = |(value, share): &(f64, Share)| {
+        format!("{} {}", number(chart.x_px(*value)), number(chart.y_px(share.value())))
+    };
+    let places: Vec<String> = points.iter().map(place).collect();
+    stroke(&format!("M{}", places.join("L")), BLUE, 1.8)
+}
+
+fn stroke(path: &str, colour: &str, width_px: f64) -> Element {
+    Element::new("path")
+        .with("d", path)
+        .with("fill", "none")
+        .with("stroke", colour)
+        .at("stroke-width", width_px)
+        .with("stroke-linejoin", "round")
+}
+
+fn dots(curve: &Curve, chart: &Chart) -> Vec<Element> {
+    if curve.points.len() > MOST_DOTS {
+        return Vec::new();
+    }
+    let values: Vec<f64> = curve.points.iter().map(|(value, _)| *value).collect();
+    let dot = |((value, share), text): (&(f64, Share), String)| {
+        Element::new("circle")
+            .at("cx", chart.x_px(*value))
+            .at("cy", chart.y_px(share.value()))
+            .at("r", 2.4)
+            .with("fill", BLUE)
+            .child(Element::new("title").text(&tooltip(&text, *share)))
+    };
+    curve.points.iter().zip(labels(&values)).map(dot).collect()
+}
+
+fn tooltip(value: &str, share: Share) -> String {
+    let interval = share.interval();
+    format!(
+        "{value}: {} of {} mill, {:.1} % (95 % interval {:.1} to {:.1} %)",
+        share.hits,
+        share.n,
+        100.0 * share.value(),
+        100.0 * interval.low,
+        100.0 * interval.high
+    )
+}
+
+fn across(chart: &Chart, share: f64) -> Element {
+    let (left, y) = (number(chart.left_px), number(chart.y_px(share)));
+    let path = format!("M{left} {y}h{}", number(chart.width_px));
+    stroke(&path, QUIET_INK, 1.0).with("stroke-dasharray", "2 3")
+}
+
+fn upright(chart: &Chart, value: f64) -> String {
+    let (x, top) = (number(chart.x_px(value)), number(chart.top_px));
+    format!("M{x} {top}v{}", number(chart.height_px))
+}
+
+fn boundaries(chart: &Chart, boundaries: &[(f64, String)]) -> Vec<Element> {
+    let line = |(index, (value, _)): (usize, &(f64, String))| {
+        stroke(&upright(chart, *value), INK, 1.4).with("stroke-dasharray", dashes(index))
+    };
+    boundaries.iter().enumerate().map(line).collect()
+}
+
+/// A small triangle on the axis, and a thin line up from it.
+fn pointer(chart: &Chart, value: f64) -> Element {
+    let (x, bottom) = (number(chart.x_px(value)), number(chart.bottom_px()));
+    let triangle =
+        Element::new("path").with("d", &format!("M{x} {bottom}l-5 -9h10z")).with("fill", VERMILION);
+    let line = stroke(&upright(chart, value), VERMILION, 1.2);
+    Element::new("g").child(line).child(triangle)
+}
+
+/// Real runs: their share and its interval.
+fn real(chart: &Chart, (value, share): &(f64, Share)) -> Element {
+    let interval = share.interval();
+    let (x_px, y_px) = (chart.x_px(*value), chart.y_px(share.value()));
+    let (top_px, bottom_px) = (chart.y_px(interval.high), chart.y_px(interval.low));
+    let bar = format!("M{} {}V{}", number(x_px), number(top_px), number(bottom_px));
+    let dot = Element::new("circle")
+        .at("cx", x_px)
+        .at("cy", y_px)
+        .at("r", 4.0)
+        .with("fill", "#ffffff")
+        .with("stroke", INK)
+        .at("stroke-width", 1.8);
+    Element::new("g")
+        .child(stroke(&bar, INK, 1.6))
+        .child(dot)
+        .child(Element::new("title").text(&tooltip(&format!("real, {}", label(*value)), *share)))
+}
+
+fn entries(picture: &CurvesPicture) -> Vec<(Element, String)> {
+    let some = |has: fn(&Curve) -> bool| picture.curves.iter().any(has);
+    let mut entries = vec![(
+        Element::new("g")
+            .child(stroke_mark(BLUE, 9.0).with("stroke-opacity", "0.22"))
+            .child(stroke_mark(BLUE, 1.8)),
+        "simulated: the share of runs that mill, and its 95 % interval".to_owned(),
+    )];
+    if let Some((_, text)) = &picture.wanted {
+        let mark = stroke_mark(QUIET_INK, 1.0).with("stroke-dasharray", "2 3");
+        entries.push((mark, text.clone()));
+    }
+    if some(|curve| curve.range.is_some()) {
+        let mark = stroke_mark(BLUE, 11.0).with("stroke-opacity", "0.09");
+        entries.push((mark, "the range around the recommendation".to_owned()));
+    }
+    if some(|curve| curve.marked.is_some()) {
+        entries.push((stroke_mark(VERMILION, 1.6), picture.marked.to_owned()));
+    }
+    if some(|curve| !curve.real.is_empty()) {
+        entries.push((stroke_mark(INK, 1.8), "real runs, with the 95 % interval".to_owned()));
+    }
+    for curve in &picture.curves {
+        for (index, (_, text)) in curve.boundaries.iter().enumerate() {
+            let mark = stroke_mark(INK, 1.4).with("stroke-dasharray", dashes(index));
+            entries.push((mark, text.clone()));
+        }
+    }
+    entries
+}

@@ -1,0 +1,183 @@
+//! The five questions on a robot, and how many real runs decide.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::diagram::choice::Choice;
+use rsrs_core::judge::phase::Phase;
+use rsrs_core::statistics::comparison::{MARGIN, Verdict, decide};
+use rsrs_core::statistics::pooled::PooledTest;
+use rsrs_core::statistics::share::Share;
+use rsrs_pipeline::sweep::source::ResolvedSweep;
+use rsrs_sim::sweep::{Runs, Watch, sweep};
+use serde_json::Value;
+
+use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::laboratory::{SPEEDS, swept, workplace};
+
+/// One quantity of the answers.
+fn quantity(answers: &Value, axis: Axis) -> Value {
+    let questions = answers["questions"].as_array().expect("a list");
+    let quantities = questions.iter().filter_map(|answer| answer["quantities"].as_array());
+    let found = quantities.flatten().find(|quantity| quantity["axis"] == axis.key());
+    found.unwrap_or_else(|| panic!("{axis} in {answers:#}")).clone()
+}
+
+/// Whether a value lies in the range of a quantity.
+fn contains(answers: &Value, axis: Axis, value: f64) -> bool {
+    let range = &quantity(answers, axis)["range"];
+    let end = |key: &str| range[key].as_f64().unwrap_or(f64::NAN);
+    (end("low")..=end("high")).contains(&value)
+}
+
+#[test]
+fn the_flockbots_ranges_contain_what_the_paper_chose() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
+    let profile = profile.to_str().expect("a path in UTF-8");
+
+    let output = rsrs(place.path(), &["answer", profile, "-o", "flockbot.png", "--format", "json"]);
+
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let answers = json(&output);
+    assert_eq!(answers["viable"], true);
+    assert_eq!(answers["questions"].as_array().map(Vec::len), Some(5));
+    for (axis, chosen) in [(Axis::Robots, 9.0), (Axis::Speed, 0.15), (Axis::TurnRate, 0.75)] {
+        assert!(contains(&answers, axis, chosen), "{:#}", quantity(&answers, axis));
+    }
+    let reason = quantity(&answers, Axis::Robots)["reason"].clone();
+    let reason = reason.as_str().expect("a sentence");
+    assert!(reason.starts_with("more robots are not always better: with "), "{reason}");
+    let png = std::fs::read(place.path().join("flockbot.png")).expect("it was drawn");
+    assert!(png.starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn robots_that_do_not_mill_are_sent_to_their_diagnosis() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let profile = repository().join("launch_configs/profiles/lta.yaml");
+    let profile = profile.to_str().expect("a path in UTF-8");
+
+    let output = rsrs(place.path(), &["answer", profile, "--replicates", "100"]);
+
+    assert_eq!(code(&output), 3, "{}{}", stdout(&output), stderr(&output));
+    let text = stdout(&output);
+    assert!(text.starts_with("lta: they do not mill; "), "{text}");
+    assert!(text.contains("`rsrs diagnose` says what to change"), "{text}");
+}
+
+#[test]
+fn what_cannot_be_answered_from_is_refused() {
+    let place = workplace(SPEEDS, "true_positive: 0.8");
+    let profile = std::fs::read_to_string(place.path().join("flockbot.yaml")).expect("it is there");
+    let contradictory = profile.replace("limits_m_s: [0.02, 0.30]", "limits_m_s: [0.3, 0.1]");
+    std::fs::write(place.path().join("contradictory.yaml"), contradictory).expect("writable");
+
+    for (arguments, expected, status) in [
+        (&["missing.yaml"][..], "missing.yaml", 1),
+        (&["contradictory.yaml"], "expected limits with 0 <= least < most", 1),
+        (&["flockbot.yaml", "-o", "wall.pdf"], "wall.pdf ends in neither .svg nor .png", 1),
+        (&["flockbot.yaml", "--b-s=1"], "expected a share between 0 and 1", 2),
+    ] {
+        let output = rsrs(place.path(), &[&["answer"], arguments].concat());
+
+        assert_eq!(code(&output), status, "{arguments:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn a_sweep_of_one_axis_is_drawn_as_a_curve() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
+    std::fs::copy(profile, place.path().join("flockbot.yaml")).expect("the profile is there");
+    let sweep = "profile: flockbot.yaml\naxes:\n  robots: [3, 6, 9, 12]\n\
+                 fixed: {speed_m_s: 0.15, turn_rate_rad_s: 0.75, placement_radius_m: 0.7, arena_m: 15}\n\
+                 replicates: 8\nduration_s: 60\nseed: 7\n";
+    std::fs::write(place.path().join("sweep.yaml"), sweep).expect("the folder is writable");
+    let output = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+
+    let output = rsrs(place.path(), &["diagram", "out", "-o", "curve.svg"]);
+
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let svg = std::fs::read_to_string(place.path().join("curve.svg")).expect("it was drawn");
+    assert!(svg.contains("the share of runs that mill, and its 95 % interval"), "{svg}");
+    assert!(svg.contains("number of robots") && svg.contains("of 8 mill"), "{svg}");
+}
+
+/// The conditions of the chosen cell with robots as measured, and its name.
+fn as_measured(folder: &Path) -> (Choice, ResolvedSweep, usize) {
+    let choice = std::fs::read_to_string(folder.join("out/choice.json")).expect("it was chosen");
+    let choice: Choice = serde_json::from_str(&choice).expect("a choice");
+    let source = ResolvedSweep::read_either(&folder.join("out/sweep.yaml")).expect("a sweep");
+    let measured = source.as_measured().expect("the robots are made worse");
+    let cells = measured.cells("sweep.yaml").expect("its cells");
+    let index = cells.iter().position(|(cell, _)| *cell == choice.cell).expect("it was swept");
+    (choice, measured, index)
+}
+
+/// Campaigns of simulated robots as measured are decided as often as was planned.
+#[test]
+fn so_many_campaigns_are_decided_as_was_planned() {
+    const CAMPAIGNS: u64 = 500;
+    let place = swept(SPEEDS, "true_positive: 0.8");
+    let choose = ["choose", "out", "-o", "out/choice.json"];
+    assert_eq!(code(&rsrs(place.path(), &choose)), 0);
+    let output =
+        rsrs(place.path(), &["plan-experiments", "out", "--margin", "0.1", "--format", "json"]);
+    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    let planned = json(&output);
+    let runs = planned["runs"].as_u64().expect("a number");
+    let last = planned["by_runs"].as_array().and_then(|rows| rows.last()).expect("a row").clone();
+    let (choice, measured, index) = as_measured(place.path());
+    let conditions = measured.conditions_of(index).expect("it can be simulated");
+    // Seeds that neither the sweep nor its confirmation had.
+    let fresh = Runs {
+        seed: 0x5eed_0001,
+        replicates: CAMPAIGNS * runs,
+        duration_s: measured.sweep.duration_s,
+        n_threads: 2,
+    };
+
+    let watch = Watch { progress: &|_| (), cancel: &AtomicBool::new(false) };
+    let swept = sweep(&[conditions], fresh, watch).expect("it can be simulated");
+
+    let simulated = Share::milling(&choice.phases.expect("it says how its fresh runs ended"));
+    let test = PooledTest::new(&[(Share::default(), simulated)], MARGIN);
+    let phases: Vec<Phase> = swept.outcomes.iter().map(|outcome| outcome.phase).collect();
+    let n_runs = usize::try_from(runs).expect("few");
+    let is_decided = |campaign: &&[Phase]| {
+        (1..=campaign.len()).any(|n| {
+            let mills = campaign[..n].iter().filter(|phase| **phase == Phase::StableMilling);
+            let real = Share { hits: mills.count() as u64, n: n as u64 };
+            decide(test.log_e_after(0, real)) != Verdict::Undecided
+        })
+    };
+    let n_decided = phases.chunks(n_runs).filter(is_decided).count();
+    let found = n_decided as f64 / CAMPAIGNS as f64;
+    let stated = last["decided"].as_f64().expect("a number");
+    assert!((found - stated).abs() <= 0.03, "{runs} runs: stated {stated}, found {found}");
+}
+
+#[test]
+fn runs_are_planned_where_they_are_asked_for() {
+    let place = swept(SPEEDS, "true_positive: 0.8");
+
+    let nothing = rsrs(place.path(), &["plan-experiments", "out"]);
+    let cell = "speed_m_s=0.15,turn_rate_rad_s=0.75";
+    let one = rsrs(place.path(), &["plan-experiments", "out", "--cell", cell]);
+    let twice = rsrs(place.path(), &["plan-experiments", "out", "--cell", cell, "--cell", cell]);
+    let elsewhere = rsrs(place.path(), &["plan-experiments", "out", "--cell", "speed_m_s=0.2"]);
+
+    assert_eq!(code(&nothing), 1);
+    assert!(stderr(&nothing).contains("no choice.json"), "{}", stderr(&nothing));
+    assert_eq!(code(&one), 0, "{}{}", stdout(&one), stderr(&one));
+    let cell: Cell = cell.parse().expect("a cell");
+    assert!(stdout(&one).contains(&format!("  {cell}  ")), "{}", stdout(&one));
+    assert!(stdout(&one).contains("decide `B_r ≥ B_s − 0.1`"), "{}", stdout(&one));
+    assert_eq!(code(&twice), 1);
+    assert!(stderr(&twice).contains("is named twice"), "{}", stderr(&twice));
+    assert_eq!(code(&elsewhere), 1, "{}", stdout(&elsewhere));
+}
