@@ -12,6 +12,7 @@ mod command;
 mod compare;
 mod deploy;
 mod diagnosing;
+mod drawing;
 mod dry_run;
 mod factors;
 mod fleet;

@@ -94,3 +94,10 @@ pub fn execution(threads: Option<usize>) -> anyhow::Result<Execution<'static>> {
     let observer = TERMINAL.get_or_init(|| Terminal { cancel });
     Ok(Execution { n_threads: threads.unwrap_or_else(n_threads), observer })
 }
+
+/// A bar that counts frames of a film.
+pub fn frames_bar() -> ProgressBar {
+    let style = "{bar:30} {human_pos}/{human_len} frames  {eta} left";
+    let style = ProgressStyle::with_template(style).expect("the template is well-formed");
+    ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()).with_style(style)
+}

@@ -5,4 +5,5 @@ pub mod certainty;
 pub mod number;
 pub mod order;
 pub mod phase;
+pub mod reason;
 pub mod trajectory;

@@ -15,6 +15,7 @@ use rsrs_bags::{Bag, Recovery};
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{JudgeError, Phase, Thresholds, label};
+use rsrs_core::judge::reason::{Departure, Left, Reason, Rule};
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord, LostRobot};
 use rsrs_msgs::topics::{self, Topic};
@@ -63,6 +64,9 @@ pub struct Labelled {
     /// How sure it is; not there for a person's label.
     #[serde(flatten)]
     pub certainty: Option<Certainty>,
+    /// Why it is this phase, a sentence each; empty for a stable mill, and for a person's label.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub why: Vec<String>,
     /// Number of robots; `None` for a person's label.
     pub n_robots: Option<usize>,
     /// Time that was recorded while the swarm was running, in seconds; `None` for a person's label.
@@ -111,6 +115,17 @@ pub struct RunPart {
 }
 
 impl Labelled {
+    /// Which rows of a trajectory are those of robots that did not take part to the end.
+    ///
+    /// # Arguments
+    ///
+    /// * `robots` — names of the robots, row by row.
+    pub fn lost_rows(&self, robots: &[String]) -> Vec<usize> {
+        let is_lost = |robot: &String| self.lost_robots.iter().any(|lost| lost.robot == *robot);
+        let rows = robots.iter().enumerate().filter(|(_, robot)| is_lost(robot));
+        rows.map(|(row, _)| row).collect()
+    }
+
     /// A bag with the label of a person, which is one of `labels`.
     pub fn by_hand(bag: &Path, label: &HumanLabel, labels: Vec<HumanLabel>) -> Self {
         Self {
@@ -118,6 +133,7 @@ impl Labelled {
             phase: label.phase,
             evidence: None,
             certainty: None,
+            why: Vec::new(),
             n_robots: None,
             duration_s: None,
             by: label.by.clone(),
@@ -173,12 +189,14 @@ pub fn judge(
     let trajectory = &recorded.trajectory;
     let verdict = label(trajectory, &bodies).map_err(|error| not_judged(path, error))?;
     let certainty = Certainty::of(trajectory, &bodies, &verdict, &Thresholds::default());
+    let reason = Reason::of(trajectory, &bodies, &verdict, &Thresholds::default());
     let stopped = ending.as_ref().filter(|ending| ending.kind != EndingKind::Completed);
     let labelled = Labelled {
         bag: path.to_path_buf(),
         phase: verdict.phase,
         evidence: Some(verdict.evidence),
         certainty: Some(certainty),
+        why: why(&reason, &recorded.robots),
         n_robots: Some(verdict.n_robots),
         duration_s: Some(recorded.trajectory.duration_s()),
         by: JUDGE.to_owned(),
@@ -194,6 +212,23 @@ pub fn judge(
         controller_only: record.map(|record| record.controller_only).unwrap_or_default(),
     };
     Ok((labelled, recorded, bodies))
+}
+
+/// A reason in words, with the robots' names.
+fn why(reason: &Reason, robots: &[String]) -> Vec<String> {
+    let rules = reason.rules.iter().map(Rule::to_string);
+    let broken = reason.broken_blocks.map(|(n_broken, n_blocks)| {
+        format!("{n_broken} of {n_blocks} blocks of 10 s break the rule of stable milling")
+    });
+    let departed = |departure: &Departure| {
+        let Departure { robot, time_s, from } = departure;
+        let from = match from {
+            Left::Ring => "left the ring",
+            Left::Others => "left everybody's reach",
+        };
+        format!("{} {from} at {time_s:.0} s", robots[*robot])
+    };
+    rules.chain(broken).chain(reason.departures.iter().map(departed)).collect()
 }
 
 /// Why a bag gives no trajectory, with its record of the robot.

@@ -170,6 +170,7 @@ fn figure(run: &ComparedBag) -> anyhow::Result<(String, Vec<String>)> {
                 radius_m,
                 tail_s: WINDOW_S,
                 phase: Some(labelled.phase),
+                lost: &judged.lost_rows(&recorded.robots),
                 title: name.into_owned(),
                 subtitle: labelled.phase.to_string(),
             })

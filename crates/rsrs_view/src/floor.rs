@@ -61,7 +61,7 @@ impl Field {
 }
 
 /// A robot from above, with a line towards where it heads.
-pub fn robot(field: &Field, pose: Pose, radius_m: f64) -> Element {
+pub fn robot(field: &Field, pose: Pose, radius_m: f64, stroke: &str) -> Element {
     let (x_px, y_px) = field.point(pose.x_m, pose.y_m);
     // A robot on a wide floor would vanish.
     let radius_px = (radius_m * field.px_per_m).max(3.0);
@@ -79,7 +79,7 @@ pub fn robot(field: &Field, pose: Pose, radius_m: f64) -> Element {
         .at("y2", y_px - 1.35 * radius_px * sine)
         .with("stroke-linecap", "round");
     Element::new("g")
-        .with("stroke", INK)
+        .with("stroke", stroke)
         .at("stroke-width", (radius_px / 8.0).clamp(1.2, 2.0))
         .child(body)
         .child(heading)

@@ -107,7 +107,7 @@ pub fn svg(picture: &PlacementPicture) -> String {
         header(&picture.title, std::slice::from_ref(&picture.subtitle), MARGIN_PX, room_px);
     let corner = |sign: f64| Pose { x_m: sign * half_x_m, y_m: sign * half_y_m, heading_rad: 0.0 };
     let field = Field::around(&[corner(-1.0), corner(1.0)], picture.radius_m, header_px + 10.0);
-    let bodies = picture.robots.iter().map(|(_, pose)| robot(&field, *pose, picture.radius_m));
+    let bodies = picture.robots.iter().map(|(_, pose)| robot(&field, *pose, picture.radius_m, INK));
     let names = picture.robots.iter().map(|(name, pose)| name_of(&field, name, *pose));
     let bottom_px = field.top_px + field.height_px + 28.0;
     let page = Element::picture(PAGE_PX, bottom_px + 16.0, &picture.title)

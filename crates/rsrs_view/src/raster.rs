@@ -99,7 +99,8 @@ fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
     Ok(bytes)
 }
 
-fn parse(svg: &str) -> Result<Tree, RasterError> {
+/// Reads an SVG with the embedded font.
+pub(crate) fn parse(svg: &str) -> Result<Tree, RasterError> {
     let mut fonts = fontdb::Database::new();
     for font in FONTS {
         fonts.load_font_data(font.to_vec());

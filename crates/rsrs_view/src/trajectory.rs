@@ -6,7 +6,7 @@ use rsrs_core::robot::unicycle::Pose;
 
 use crate::floor::{CAPTION_PX, Field, MARGIN_PX, PAGE_PX, robot, scale_bar};
 use crate::header::header;
-use crate::palette::{QUIET_INK, hue};
+use crate::palette::{INK, QUIET_INK, hue};
 use crate::scale::label;
 use crate::svg::{Element, line_of_text};
 use crate::track::{self, Point};
@@ -22,6 +22,8 @@ pub struct TrajectoryPicture<'a> {
     pub tail_s: f64,
     /// What the judge said; milling phases get a ring.
     pub phase: Option<Phase>,
+    /// Robots that did not take part to the end, by their index, to be drawn in red.
+    pub lost: &'a [usize],
     /// The title; any text.
     pub title: String,
     /// Under the title; any text.
@@ -63,8 +65,8 @@ pub enum TrajectoryPictureError {
 
 /// Draws one run.
 ///
-/// The earlier tracks are pale, the last `tail_s` seconds strong; robots stand where they ended,
-/// with a line towards where they head. A milling run also gets the circle about the centroid of
+/// The earlier tracks are pale, the last `tail_s` seconds strong; a dot is where a robot started, and
+/// robots stand where they ended, with a line towards where they head. A milling run also gets the circle about the centroid of
 /// the tail with the mean distance from it as radius.
 ///
 /// # Returns
@@ -75,6 +77,19 @@ pub enum TrajectoryPictureError {
 ///
 /// [`TrajectoryPictureError`], each variant where its name says.
 pub fn svg(picture: &TrajectoryPicture) -> Result<String, TrajectoryPictureError> {
+    let (elements, height_px) = elements(picture)?;
+    let page = Element::picture(PAGE_PX, height_px, &picture.title).children(elements);
+    Ok(format!("{page}\n"))
+}
+
+/// What is drawn of a run on a page of [`PAGE_PX`], and its height in pixels.
+///
+/// # Errors
+///
+/// As [`svg`].
+pub(crate) fn elements(
+    picture: &TrajectoryPicture,
+) -> Result<(Vec<Element>, f64), TrajectoryPictureError> {
     check(picture)?;
     let trajectory = picture.trajectory;
     let (header, header_px) = header(
@@ -88,20 +103,31 @@ pub fn svg(picture: &TrajectoryPicture) -> Result<String, TrajectoryPictureError
     let ring = picture.phase.and_then(|phase| ring_of(phase, trajectory, first_of_tail));
 
     let last = trajectory.poses_at(trajectory.n_samples() - 1);
-    let robots = last.iter().map(|pose| robot(&field, *pose, picture.radius_m));
+    let robots = last.iter().enumerate().map(|(index, pose)| {
+        let stroke = if picture.lost.contains(&index) { LOST } else { INK };
+        robot(&field, *pose, picture.radius_m, stroke)
+    });
     let (caption, bottom_px) = caption(picture, ring, field.top_px + field.height_px + 12.0);
-    let page = Element::picture(PAGE_PX, bottom_px + 16.0, &picture.title)
-        .children(header)
-        .child(tracks(&field, trajectory, 0..first_of_tail + 1, "#b9c3cc", 0.8))
-        .child(tracks(&field, trajectory, first_of_tail..trajectory.n_samples(), TAIL, 1.5))
-        .children(ring.map(|ring| ring_circle(&field, ring)))
-        .children(robots)
-        .children(scale_bar(&field, bottom_px))
-        .children(caption);
-    Ok(format!("{page}\n"))
+    let mut elements = header;
+    elements.push(tracks(&field, trajectory, 0..first_of_tail + 1, "#b9c3cc", 0.8));
+    elements.push(tracks(&field, trajectory, first_of_tail..trajectory.n_samples(), TAIL, 1.5));
+    elements.extend(trajectory.poses_at(0).iter().map(|pose| start(&field, *pose)));
+    elements.extend(ring.map(|ring| ring_circle(&field, ring)));
+    elements.extend(robots);
+    elements.extend(scale_bar(&field, bottom_px));
+    elements.extend(caption);
+    Ok((elements, bottom_px + 16.0))
+}
+
+/// Where a robot started.
+fn start(field: &Field, pose: Pose) -> Element {
+    let (x_px, y_px) = field.point(pose.x_m, pose.y_m);
+    Element::new("circle").at("cx", x_px).at("cy", y_px).at("r", 2.2).with("fill", "#7d8b96")
 }
 
 const TAIL: &str = "#0072b2";
+/// Robots that were lost.
+const LOST: &str = "#c1121f";
 
 fn check(picture: &TrajectoryPicture) -> Result<(), TrajectoryPictureError> {
     let trajectory = picture.trajectory;
@@ -204,7 +230,10 @@ fn caption(picture: &TrajectoryPicture, ring: Option<Ring>, top_px: f64) -> (Vec
     let shown_s = picture.tail_s.min(picture.trajectory.duration_s());
     let mut lines: Vec<String> =
         picture.phase.map(|phase| format!("phase: {phase}")).into_iter().collect();
-    lines.push(format!("blue: the last {} s", label(shown_s)));
+    lines.push(format!("blue: the last {} s; dots: starts", label(shown_s)));
+    if !picture.lost.is_empty() {
+        lines.push("red: robots that did not take part to the end".to_owned());
+    }
     lines.extend(ring.map(|ring| format!("dashed: mean radius {:.2} m", ring.radius_m)));
     let mut y_px = top_px;
     let mut texts = Vec::new();

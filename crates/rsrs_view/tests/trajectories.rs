@@ -5,10 +5,13 @@ use std::path::Path;
 
 use libm::sincos;
 use resvg::tiny_skia::Pixmap;
-use rsrs_core::judge::phase::Phase;
-use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::judge::order::OrderParameters;
+use rsrs_core::judge::phase::{BLOCK_S, Phase, Thresholds, samples_in};
+use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_view::film::{Film, Kind, film};
+use rsrs_view::order_over_time::{self, RunPicture};
 use rsrs_view::raster::png;
 use rsrs_view::trajectory::{TrajectoryPicture, TrajectoryPictureError, svg};
 
@@ -46,6 +49,7 @@ fn picture(trajectory: &Trajectory, phase: Option<Phase>) -> TrajectoryPicture<'
         radius_m: 0.075,
         tail_s: 20.0,
         phase,
+        lost: &[],
         title: "Nine Flockbots, one run".to_owned(),
         subtitle: "0.15 m/s · 0.75 rad/s · 300 s · seed 42".to_owned(),
     }
@@ -113,4 +117,87 @@ fn runs_that_cannot_be_drawn_are_refused() {
         svg(&bodiless).expect_err("a body has a size").to_string(),
         "the body's radius in m is 0; expected a positive number"
     );
+}
+
+#[test]
+fn order_parameters_are_drawn_beside_the_run_with_their_bounds() {
+    let mill = mill(120.0);
+    let bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.9) };
+    let n_block = samples_in(BLOCK_S, mill.period_s);
+    let block = |number: usize| {
+        let samples = number * n_block..(number + 1) * n_block;
+        (samples.start as f64 * mill.period_s, OrderParameters::of(&mill, samples, &bodies))
+    };
+    let blocks: Vec<(f64, OrderParameters)> = (0..mill.n_samples() / n_block).map(block).collect();
+    let notes = ["robot_5 left the ring at 212 s".to_owned()];
+    let picture = RunPicture {
+        run: picture(&mill, Some(Phase::StableMilling)),
+        blocks: &blocks,
+        block_s: BLOCK_S,
+        window_start_s: 60.0,
+        thresholds: Thresholds::default(),
+        notes: &notes,
+    };
+
+    let svg = order_over_time::svg(&picture).expect("the run can be drawn");
+
+    for text in ["circliness (stable milling: 0.50 or more)", "robot_5 left the ring at 212 s"] {
+        assert!(svg.contains(text), "{text}");
+    }
+    png(&svg, 960).expect("the SVG can be rasterised");
+}
+
+/// A short and small film.
+fn film_of(trajectory: &Trajectory) -> Film<'_> {
+    Film {
+        trajectory,
+        radius_m: 0.075,
+        title: "Nine Flockbots".to_owned(),
+        speed: 10.0,
+        frames_per_s: 5,
+        tail_s: 5.0,
+        width_px: 160,
+        lost: &[3],
+    }
+}
+
+#[test]
+fn a_film_has_its_frames_and_the_same_bytes_again() {
+    let mill = mill(12.0);
+    let of = film_of(&mill);
+    let done = |_| true;
+
+    let gif = film(&of, Kind::Gif, &done).expect("it is filmed").expect("it is not called off");
+    let again = film(&of, Kind::Gif, &done).expect("it is filmed");
+    let apng = film(&of, Kind::Apng, &done).expect("it is filmed").expect("it is not called off");
+
+    assert_eq!(Some(&gif), again.as_ref());
+    let mut decoder = ::gif::Decoder::new(&gif[..]).expect("it is a GIF");
+    assert_eq!(decoder.width(), 160);
+    let mut n_frames = 0;
+    while decoder.read_next_frame().expect("the GIF is whole").is_some() {
+        n_frames += 1;
+    }
+    assert_eq!((n_frames, of.n_frames()), (7, 7));
+    let reader = ::png::Decoder::new(std::io::Cursor::new(apng)).read_info().expect("it is a PNG");
+    let control = reader.info().animation_control.expect("it moves");
+    assert_eq!((reader.info().width, control.num_frames), (160, 7));
+}
+
+#[test]
+fn films_that_make_no_sense_are_refused_and_others_can_be_called_off() {
+    let mill = mill(12.0);
+    let none = Trajectory::new(0.13, 9);
+    let error = |of: &Film| film(of, Kind::Gif, &|_| true).expect_err("it is refused").to_string();
+
+    assert_eq!(error(&film_of(&none)), "the trajectory has no samples, expected 1 or more");
+    assert_eq!(
+        error(&Film { speed: f64::NAN, ..film_of(&mill) }),
+        "the speed of the film is NaN, expected a positive number"
+    );
+    assert_eq!(
+        error(&Film { width_px: 5000, ..film_of(&mill) }),
+        "the width in px is 5000, expected 64 to 2048"
+    );
+    assert_eq!(film(&film_of(&mill), Kind::Gif, &|done| done < 2).expect("called off"), None);
 }

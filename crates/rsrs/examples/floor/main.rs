@@ -301,6 +301,7 @@ fn draw(
         radius_m: plane.source.profile.body.radius_m,
         tail_s: 60.0,
         phase: Some(Phase::StableMilling),
+        lost: &[],
         title: "0.15 m/s, 0.75 rad/s on the stand-in's floor".to_owned(),
         subtitle: "the last 60 s drawn strongly".to_owned(),
     })?;

@@ -148,6 +148,11 @@ pub fn rounded(mean: f64) -> f64 {
     (mean / RESOLUTION).round() * RESOLUTION
 }
 
+/// The centroid of some places, in metres; not empty.
+pub fn centre(places: &[Vector<f64>]) -> Vector<f64> {
+    geometry::centroid(0.0, places)
+}
+
 /// Mean distance of robots from their centroid, in metres.
 ///
 /// # Arguments
@@ -155,7 +160,7 @@ pub fn rounded(mean: f64) -> f64 {
 /// * `poses` — all robots at one time; shape `[n_robots]`, not empty.
 pub fn mean_radius_m(poses: &[Pose]) -> f64 {
     let places: Vec<_> = poses.iter().map(|pose| (pose.x_m, pose.y_m)).collect();
-    let centroid = geometry::centroid(0.0, &places);
+    let centroid = centre(&places);
     let radius_m = |place: &Vector<f64>| geometry::distance_m2(*place, centroid).sqrt();
     places.iter().map(radius_m).sum::<f64>() / poses.len() as f64
 }

@@ -28,6 +28,9 @@ impl fmt::Display for Labelled {
                 evidence.blocked
             )?;
         }
+        for sentence in &self.why {
+            write!(out, "\n  why: {sentence}")?;
+        }
         if let Some(certainty) = &self.certainty {
             write!(out, "\n  {}", sure(certainty))?;
         }
@@ -61,7 +64,7 @@ impl fmt::Display for Labelled {
 
 /// How sure a verdict is.
 fn sure(certainty: &Certainty) -> String {
-    let settled = if certainty.is_settled { "settled" } else { "not settled" };
+    let settled = if certainty.is_settled { "settled" } else { "not settled: look again" };
     let nearest = certainty.nearest.as_ref().map_or_else(String::new, |nearest| {
         let parameters: Vec<&str> =
             nearest.parameters.iter().map(|parameter| parameter.key()).collect();

@@ -1,0 +1,61 @@
+//! `rsrs film`: a recorded run as a film.
+
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+
+use rsrs_pipeline::draw::{FilmOptions, film};
+use rsrs_pipeline::files::write_file;
+
+use crate::failure::Outcome;
+use crate::interrupt;
+use crate::progress::frames_bar;
+
+/// Film a recorded run: robots from above with the ways that they came, as an animated GIF or PNG.
+///
+/// It needs no display, and the same run gives the same bytes.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs film runs/monday -o monday.gif
+  rsrs film runs/monday -o monday.png --speed 20 --width 960")]
+pub struct Arguments {
+    /// Bag of a run: rosbag2 folder or single `.mcap` file.
+    bag: PathBuf,
+    /// Film to write; its extension selects the format: gif, or png for an animated PNG.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Seconds of the run in a second of the film (default: 10).
+    #[arg(long, value_name = "TIMES", default_value_t = 10.0, hide_default_value = true)]
+    speed: f64,
+    /// Frames in a second, from 1 to 50 (default: 15).
+    #[arg(long, value_name = "N", default_value_t = 15, hide_default_value = true,
+          value_parser = clap::value_parser!(u32).range(1..=50))]
+    fps: u32,
+    /// Width in pixels, from 64 to 2048 (default: 480).
+    #[arg(long, value_name = "PX", default_value_t = 480, hide_default_value = true,
+          value_parser = clap::value_parser!(u32).range(64..=2048))]
+    width: u32,
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// If the bag cannot be read or judged, the film cannot be written, or it is called off.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let options = FilmOptions {
+        speed: arguments.speed,
+        frames_per_s: arguments.fps,
+        width_px: arguments.width,
+    };
+    let cancel = interrupt::listen()?;
+    let bar = frames_bar();
+    let bytes = film(&arguments.bag, &arguments.output, options, &|done, total| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+        !cancel.load(Ordering::Relaxed)
+    })?;
+    bar.finish_and_clear();
+    write_file(&arguments.output, &bytes)?;
+    Ok(Outcome::Done)
+}

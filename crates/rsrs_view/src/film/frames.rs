@@ -1,0 +1,221 @@
+//! The frames of a film.
+
+use resvg::tiny_skia::{Color, Pixmap, Transform};
+use rsrs_core::judge::trajectory::Trajectory;
+
+use super::Film;
+use crate::floor::{CAPTION_PX, Field, MARGIN_PX, PAGE_PX, robot, scale_bar};
+use crate::header::header;
+use crate::palette::{INK, QUIET_INK};
+use crate::raster::{RasterError, parse};
+use crate::svg::{Element, line_of_text};
+use crate::track::{self, Point};
+
+const LOST: &str = "#c1121f";
+const TAIL: &str = "#0072b2";
+
+/// Why there is no film.
+#[derive(Debug, thiserror::Error)]
+pub enum FilmError {
+    /// There is nothing to show.
+    #[error("the trajectory has no samples, expected 1 or more")]
+    Empty,
+    /// A pose is nowhere.
+    #[error("robot {robot} is at ({x_m}, {y_m}) m in sample {sample}; expected finite numbers")]
+    PoseNotFinite {
+        /// The sample, from 0.
+        sample: usize,
+        /// The robot, from 0.
+        robot: usize,
+        /// Where it is to the right, in metres.
+        x_m: f64,
+        /// Where it is upwards, in metres.
+        y_m: f64,
+    },
+    /// A number of the film is out of range.
+    #[error("{name} is {found}, expected {expected}")]
+    OutOfRange {
+        /// Which one.
+        name: &'static str,
+        /// What it is.
+        found: f64,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// A frame cannot be drawn.
+    #[error(transparent)]
+    Raster(#[from] RasterError),
+    /// The frames cannot be put into one file.
+    #[error("the encoder of the film: {reason}")]
+    Encode {
+        /// What the encoder says.
+        reason: String,
+    },
+}
+
+impl FilmError {
+    pub(super) fn encode(error: &impl ToString) -> Self {
+        Self::Encode { reason: error.to_string() }
+    }
+}
+
+/// The frames of a film, drawn one at a time.
+pub struct Frames<'a> {
+    film: &'a Film<'a>,
+    field: Field,
+    header: Vec<Element>,
+    height_px: f64,
+    /// Width and height in pixels of the film.
+    pub size_px: (u32, u32),
+    /// How many there are.
+    pub n: usize,
+}
+
+impl<'a> Frames<'a> {
+    pub fn new(film: &'a Film<'a>) -> Result<Self, FilmError> {
+        check(film)?;
+        let room_px = PAGE_PX - 2.0 * MARGIN_PX;
+        let (header, header_px) = header(&film.title, &[], MARGIN_PX, room_px);
+        let field = Field::around(&film.trajectory.poses, film.radius_m, header_px + 6.0);
+        let height_px = field.top_px + field.height_px + 3.0 * CAPTION_PX + 10.0;
+        let scale = f64::from(film.width_px) / PAGE_PX;
+        let size_px = (film.width_px, whole_px(scale * height_px));
+        Ok(Self { film, field, header, height_px, size_px, n: film.n_frames() })
+    }
+
+    /// Pixels of a frame, as red, green, blue and opacity.
+    pub fn pixels(&self, frame: usize) -> Result<Vec<u8>, FilmError> {
+        let tree = parse(&self.svg(frame))?;
+        let (width_px, height_px) = self.size_px;
+        let mut pixmap = Pixmap::new(width_px, height_px).ok_or(FilmError::Empty)?;
+        pixmap.fill(Color::WHITE);
+        let scale = width_px as f32 / tree.size().width();
+        resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixmap.as_mut());
+        Ok(pixmap.take())
+    }
+
+    fn svg(&self, frame: usize) -> String {
+        let Film { trajectory, radius_m, speed, frames_per_s, tail_s, lost, .. } = *self.film;
+        let time_s = frame as f64 * speed / f64::from(frames_per_s);
+        let sample = sample_at(trajectory, time_s);
+        let first = sample_at(trajectory, time_s - tail_s);
+        let robots = trajectory.poses_at(sample).iter().enumerate().map(|(index, pose)| {
+            let stroke = if lost.contains(&index) { LOST } else { INK };
+            robot(&self.field, *pose, radius_m, stroke)
+        });
+        let bottom_px = self.height_px - 10.0;
+        let clock = line_of_text(MARGIN_PX, bottom_px, &format!("{time_s:.0} s"))
+            .at("font-size", CAPTION_PX)
+            .with("fill", QUIET_INK);
+        Element::picture(PAGE_PX, self.height_px, &self.film.title)
+            .children(self.header.iter().cloned())
+            .children((0..trajectory.n_robots).map(|robot| self.tail(robot, first..sample + 1)))
+            .children(robots)
+            .children(scale_bar(&self.field, bottom_px))
+            .child(clock)
+            .to_string()
+    }
+
+    /// The way that a robot came.
+    fn tail(&self, robot: usize, samples: std::ops::Range<usize>) -> Element {
+        let points: Vec<Point> = samples
+            .map(|sample| self.film.trajectory.poses_at(sample)[robot])
+            .map(|pose| self.field.point(pose.x_m, pose.y_m))
+            .collect();
+        Element::new("path")
+            .with("d", &track::path(&track::simplified(&points, 0.3)))
+            .with("fill", "none")
+            .with("stroke", TAIL)
+            .at("stroke-width", 1.4)
+            .with("stroke-opacity", "0.55")
+    }
+}
+
+/// The last sample at a time or before, in seconds from the start.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "not negative, and casts from floats saturate"
+)]
+fn sample_at(trajectory: &Trajectory, time_s: f64) -> usize {
+    let sample = (time_s.max(0.0) / trajectory.period_s + 1e-9).floor() as usize;
+    sample.min(trajectory.n_samples() - 1)
+}
+
+fn check(film: &Film) -> Result<(), FilmError> {
+    let positive = "a positive number";
+    for (name, found, is_right, expected) in [
+        ("the body's radius in m", film.radius_m, film.radius_m > 0.0, positive),
+        ("the speed of the film", film.speed, film.speed > 0.0, positive),
+        ("the period in s", film.trajectory.period_s, film.trajectory.period_s > 0.0, positive),
+        ("the tail in s", film.tail_s, film.tail_s >= 0.0, "a number from 0"),
+        (
+            "frames per second",
+            f64::from(film.frames_per_s),
+            (1..=50).contains(&film.frames_per_s),
+            "1 to 50",
+        ),
+        (
+            "the width in px",
+            f64::from(film.width_px),
+            (64..=2048).contains(&film.width_px),
+            "64 to 2048",
+        ),
+    ] {
+        if !(found.is_finite() && is_right) {
+            return Err(FilmError::OutOfRange { name, found, expected });
+        }
+    }
+    let trajectory = film.trajectory;
+    if trajectory.n_samples() == 0 {
+        return Err(FilmError::Empty);
+    }
+    for (index, pose) in trajectory.poses.iter().enumerate() {
+        if ![pose.x_m, pose.y_m, pose.heading_rad].iter().all(|number| number.is_finite()) {
+            return Err(FilmError::PoseNotFinite {
+                sample: index / trajectory.n_robots,
+                robot: index % trajectory.n_robots,
+                x_m: pose.x_m,
+                y_m: pose.y_m,
+            });
+        }
+    }
+    Ok(())
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "positive, and casts from floats saturate"
+)]
+fn whole_px(side_px: f64) -> u32 {
+    side_px.ceil().max(1.0) as u32
+}
+
+/// Puts all frames into an animated PNG.
+pub fn apng(
+    frames: &Frames,
+    frames_per_s: u32,
+    show: &dyn Fn(usize) -> bool,
+) -> Result<Option<Vec<u8>>, FilmError> {
+    let (width_px, height_px) = frames.size_px;
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width_px, height_px);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Balanced);
+    let n_frames = u32::try_from(frames.n).map_err(|error| FilmError::encode(&error))?;
+    encoder.set_animated(n_frames, 0).map_err(|error| FilmError::encode(&error))?;
+    let rate = u16::try_from(frames_per_s).map_err(|error| FilmError::encode(&error))?;
+    encoder.set_frame_delay(1, rate).map_err(|error| FilmError::encode(&error))?;
+    let mut writer = encoder.write_header().map_err(|error| FilmError::encode(&error))?;
+    for frame in 0..frames.n {
+        let pixels = frames.pixels(frame)?;
+        writer.write_image_data(&pixels).map_err(|error| FilmError::encode(&error))?;
+        if !show(frame + 1) {
+            return Ok(None);
+        }
+    }
+    writer.finish().map_err(|error| FilmError::encode(&error))?;
+    Ok(Some(bytes))
+}

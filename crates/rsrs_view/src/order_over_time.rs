@@ -1,0 +1,143 @@
+//! One run from above, and beside it its order parameters over time with the bounds of stable milling.
+
+use rsrs_core::judge::order::OrderParameters;
+use rsrs_core::judge::phase::Thresholds;
+
+use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
+use crate::floor::PAGE_PX;
+use crate::palette::{INK, QUIET_INK};
+use crate::svg::{Element, line_of_text, number, rectangle};
+use crate::trajectory::{TrajectoryPicture, TrajectoryPictureError, elements};
+
+const CHART_PX: (f64, f64) = (430.0, 240.0);
+const MARGIN_PX: f64 = 24.0;
+const HEADING_PX: f64 = 12.5;
+
+/// One run, and its order parameters.
+#[derive(Clone, Debug)]
+pub struct RunPicture<'a> {
+    /// The run from above.
+    pub run: TrajectoryPicture<'a>,
+    /// The order parameters of each block: when it begins, in seconds from the start, and they.
+    pub blocks: &'a [(f64, OrderParameters)],
+    /// Length of a block, in seconds.
+    pub block_s: f64,
+    /// When the judged window begins, in seconds from the start.
+    pub window_start_s: f64,
+    /// The bounds of stable milling.
+    pub thresholds: Thresholds,
+    /// Below the curves; any texts.
+    pub notes: &'a [String],
+}
+
+/// An order parameter as a line.
+struct Line {
+    name: &'static str,
+    colour: &'static str,
+    of: fn(&OrderParameters) -> f64,
+    /// Where stable milling begins or ends.
+    bound: f64,
+}
+
+/// Draws a run from above and its order parameters beside it.
+///
+/// # Returns
+///
+/// A self-contained SVG document; the same text on every machine.
+///
+/// # Errors
+///
+/// As [`crate::trajectory::svg`].
+pub fn svg(picture: &RunPicture) -> Result<String, TrajectoryPictureError> {
+    let (run, run_height_px) = elements(&picture.run)?;
+    let duration_s = picture.run.trajectory.duration_s();
+    let chart = Chart {
+        left_px: PAGE_PX + LEFT_PX,
+        top_px: 62.0,
+        width_px: CHART_PX.0,
+        height_px: CHART_PX.1,
+        x: [0.0, duration_s],
+        y: [0.0, 1.0],
+    };
+    let lines = lines(&picture.thresholds);
+    let heading = line_of_text(chart.left_px, chart.top_px - 10.0, "Order parameters")
+        .at("font-size", HEADING_PX)
+        .with("font-weight", "bold")
+        .with("fill", INK);
+    let (legend, legend_px) =
+        legend(&entries(&lines, picture), (chart.left_px, chart.bottom_px() + BELOW_PX));
+    let height_px = run_height_px.max(legend_px + 12.0);
+    let width_px = chart.left_px + chart.width_px + MARGIN_PX;
+    let page = Element::picture(width_px, height_px, &picture.run.title)
+        .children(run)
+        .child(heading)
+        .child(judged(&chart, picture.window_start_s))
+        .children(lines.iter().map(|line| bound(&chart, line)))
+        .children(lines.iter().map(|line| curve(&chart, line, picture)))
+        .child(chart.frame("time since the start (s)"))
+        .child(chart.y_axis("order parameter"))
+        .children(legend);
+    Ok(format!("{page}\n"))
+}
+
+fn lines(thresholds: &Thresholds) -> [Line; 5] {
+    let line = |name, colour, of, bound| Line { name, colour, of, bound };
+    [
+        line("rotation", "#0072b2", |order| order.rotation, thresholds.stable_rotation),
+        line("orbit", "#009e73", |order| order.orbit, thresholds.stable_orbit),
+        line("circliness", "#d55e00", |order| order.circliness, thresholds.stable_circliness),
+        line("blocked", "#555555", |order| order.blocked, thresholds.stable_blocked),
+        line("lost", "#cc79a7", |order| order.lost.unwrap_or(0.0), 0.0),
+    ]
+}
+
+/// The window that the judge looks at.
+fn judged(chart: &Chart, start_s: f64) -> Element {
+    let left_px = chart.x_px(start_s.max(chart.x[0]));
+    rectangle(left_px, chart.top_px, chart.left_px + chart.width_px - left_px, chart.height_px)
+        .with("fill", "#0072b2")
+        .with("fill-opacity", "0.07")
+}
+
+fn bound(chart: &Chart, line: &Line) -> Element {
+    let (left, y) = (number(chart.left_px), number(chart.y_px(line.bound)));
+    Element::new("path")
+        .with("d", &format!("M{left} {y}h{}", number(chart.width_px)))
+        .with("stroke", line.colour)
+        .at("stroke-width", 0.9)
+        .with("stroke-dasharray", "2 4")
+}
+
+/// The order parameter of each block, at its middle; kept within the frame.
+fn curve(chart: &Chart, line: &Line, picture: &RunPicture) -> Element {
+    let place = |(start_s, order): &(f64, OrderParameters)| {
+        let value = (line.of)(order).clamp(0.0, 1.0);
+        let time_s = start_s + picture.block_s / 2.0;
+        format!("{} {}", number(chart.x_px(time_s)), number(chart.y_px(value)))
+    };
+    let places: Vec<String> = picture.blocks.iter().map(place).collect();
+    let path = if places.is_empty() { String::new() } else { format!("M{}", places.join("L")) };
+    Element::new("path")
+        .with("d", &path)
+        .with("fill", "none")
+        .with("stroke", line.colour)
+        .at("stroke-width", 1.8)
+        .with("stroke-linejoin", "round")
+}
+
+fn entries(lines: &[Line], picture: &RunPicture) -> Vec<(Element, String)> {
+    let entry = |line: &Line| {
+        let needs = match line.name {
+            "blocked" => format!("less than {:.2}", line.bound),
+            "lost" => "none".to_owned(),
+            _ => format!("{:.2} or more", line.bound),
+        };
+        (stroke_mark(line.colour, 1.8), format!("{} (stable milling: {needs})", line.name))
+    };
+    let mut entries: Vec<(Element, String)> = lines.iter().map(entry).collect();
+    let shade = stroke_mark("#0072b2", 11.0).with("stroke-opacity", "0.07");
+    entries.push((shade, "the window that is judged".to_owned()));
+    let none = || stroke_mark(QUIET_INK, 0.0);
+    entries.extend(picture.notes.iter().map(|note| (none(), note.clone())));
+    entries
+}

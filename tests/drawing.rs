@@ -1,0 +1,73 @@
+//! Recorded runs as pictures and films, and why they have their label.
+
+use crate::command::{code, json, rsrs, stderr, stdout};
+use crate::floor::{Part, Run};
+use crate::laboratory::{SPEEDS, swept};
+
+#[test]
+fn a_recorded_run_is_drawn_and_filmed() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let here = place.path();
+    Run::new(1).record(here, "run");
+
+    let drawn = rsrs(here, &["draw", "run", "-o", "run.svg"]);
+    let small = ["--speed", "40", "--fps", "5", "--width", "160"];
+    let gif = rsrs(here, &[&["film", "run", "-o", "run.gif"], &small[..]].concat());
+    let apng = rsrs(here, &[&["film", "run", "-o", "run.png"], &small[..]].concat());
+
+    for output in [&drawn, &gif, &apng] {
+        assert_eq!(code(output), 0, "{}", stderr(output));
+    }
+    let svg = std::fs::read_to_string(here.join("run.svg")).expect("it was drawn");
+    for text in
+        ["circliness (stable milling: 0.50 or more)", "label: stable milling", "mean radius"]
+    {
+        assert!(svg.contains(text), "{text}");
+    }
+    let bytes = |name: &str| std::fs::read(here.join(name)).expect("it was filmed");
+    assert!(bytes("run.gif").starts_with(b"GIF89a"));
+    let apng = bytes("run.png");
+    assert!(apng.starts_with(b"\x89PNG") && apng.windows(4).any(|chunk| chunk == b"acTL"));
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused_before_anything_is_written() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let here = place.path();
+    Run::new(1).record(here, "run");
+    Run { lacks: Some(Part::Poses), ..Run::new(2) }.record(here, "blind");
+
+    for (arguments, status, expected) in [
+        (&["draw", "run", "-o", "run.jpg"][..], 1, "ends in neither .svg nor .png"),
+        (&["draw", "missing", "-o", "run.svg"], 1, "missing"),
+        (&["draw", "blind", "-o", "run.svg"], 1, "blind"),
+        (&["film", "run", "-o", "run.mp4"], 1, "ends in none of .gif, .png and .apng"),
+        (&["film", "blind", "-o", "run.gif"], 1, "blind"),
+        (&["film", "run", "-o", "run.gif", "--speed=-1"], 1, "the speed of the film is -1"),
+        (&["film", "run", "-o", "run.gif", "--fps", "0"], 2, "--fps"),
+    ] {
+        let output = rsrs(here, arguments);
+
+        assert_eq!(code(&output), status, "{arguments:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(expected), "{arguments:?}: {}", stderr(&output));
+    }
+    assert!(!here.join("run.svg").exists() && !here.join("run.gif").exists());
+}
+
+#[test]
+fn a_label_says_why_in_words() {
+    let place = swept(SPEEDS, "true_positive: 0.8");
+    let here = place.path();
+    // Far too fast for a ring.
+    let cell = "speed_m_s=0.30,turn_rate_rad_s=0.25";
+    let episode = ["episode", "out", "--cell", cell, "--replicate", "0", "-o", "fast"];
+    assert_eq!(code(&rsrs(here, &episode)), 0);
+
+    let text = rsrs(here, &["label", "fast"]);
+    let labelled = json(&rsrs(here, &["label", "fast", "--format", "json"]));
+
+    assert_eq!(code(&text), 0, "{}", stderr(&text));
+    let why = labelled[0]["why"][0].as_str().expect("a sentence");
+    assert!(why.contains(", and ") && why.contains(" or more is "), "{why}");
+    assert!(stdout(&text).contains(&format!("  why: {why}\n")), "{}", stdout(&text));
+}
