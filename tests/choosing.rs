@@ -25,6 +25,41 @@ fn the_chosen_cell_is_confirmed_and_drawn() {
     assert_eq!(code(&diagram), 0, "{}", stderr(&diagram));
     let svg = std::fs::read_to_string(place.path().join("picture.svg")).expect("it was drawn");
     assert!(svg.contains("chosen cell"), "the chosen cell is named in the legend");
+    // Long texts are broken into lines.
+    for text in ["confirmed: ", "of 200", "seed 7", "placement_radius_m=0.6", "gain_sd_factor 2.5"]
+    {
+        assert!(svg.contains(text), "{text}");
+    }
+}
+
+#[test]
+fn a_diagram_has_the_title_that_it_is_given_and_numbers_only_if_they_are_wanted() {
+    let place = workplace(SPEEDS, "true_positive: 0.8");
+    rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
+
+    let draw = ["diagram", "out", "-o", "picture.svg", "--title", "A <title>", "--no-numbers"];
+    let output = rsrs(place.path(), &draw);
+
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let svg = std::fs::read_to_string(place.path().join("picture.svg")).expect("it was drawn");
+    assert!(svg.contains("A &lt;title&gt;") && !svg.contains("share of stable milling"), "{svg}");
+}
+
+#[test]
+fn what_can_be_an_axis_is_listed() {
+    let place = workplace(SPEEDS, "true_positive: 0.8");
+
+    let listed = rsrs(place.path(), &["sweep", "--list-axes"]);
+    let nothing = rsrs(place.path(), &["sweep"]);
+    let both = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out", "--list-axes"]);
+
+    assert_eq!((code(&listed), code(&nothing), code(&both)), (0, 2, 2), "{}", stderr(&listed));
+    let text = stdout(&listed);
+    for axis in rsrs_core::diagram::axis::Axis::ALL {
+        let line = text.lines().find(|line| line.split_whitespace().next() == Some(axis.key()));
+        let line = line.unwrap_or_else(|| panic!("{axis} in {text}"));
+        assert_eq!(line.contains("capability of the robots"), axis.is_capability(), "{line}");
+    }
 }
 
 #[test]

@@ -64,6 +64,19 @@ fn a_report_has_the_diagram_every_run_and_the_comparison() {
 }
 
 #[test]
+fn real_runs_are_laid_over_a_diagram() {
+    let place = laboratory();
+
+    let draw = ["diagram", "out", "-o", "runs.svg", "--bags", "one", "frozen"];
+    let output = rsrs(place.path(), &draw);
+
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let svg = std::fs::read_to_string(place.path().join("runs.svg")).expect("it was drawn");
+    // The other one did not complete.
+    assert!(svg.contains("Experiments") && svg.contains("stable milling: 1"), "{svg}");
+}
+
+#[test]
 fn a_run_without_poses_is_in_the_report_by_its_label_by_hand() {
     let place = laboratory();
     let here = place.path();

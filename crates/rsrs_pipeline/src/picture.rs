@@ -8,12 +8,15 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::DiagramCell;
 use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::diagram::choice::Choice;
+use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::Sees;
-use rsrs_view::diagram::{DiagramPicture, ExperimentMark};
+use rsrs_view::diagram::{DiagramPicture, ExperimentMark, Numbers};
 
 use crate::error::helped;
 use crate::picture::boundaries::{Plane, boundaries};
 use crate::sweep::result::{SweepResult, World};
+use crate::wording::{count, percent};
 
 /// Width of PNG pictures, in pixels: sharp in print across a column.
 pub const PNG_WIDTH_PX: u32 = 1600;
@@ -35,7 +38,11 @@ pub struct DiagramOptions {
     /// that has most cells.
     pub at: Vec<(Axis, f64)>,
     /// The chosen cell.
-    pub chosen: Option<Cell>,
+    pub chosen: Option<Choice>,
+    /// The title; the robot's name in a sentence if not given.
+    pub title: Option<String>,
+    /// Whether `B_s` is written into the cells.
+    pub numbers: Numbers,
     /// Where experiments were run.
     pub experiments: Vec<ExperimentMark>,
     /// The world.
@@ -67,8 +74,14 @@ pub fn of_sweep(result: &SweepResult, options: &DiagramOptions) -> anyhow::Resul
     let at = slice(diagram, x, y, options);
     let (plane, conditions) = plane(diagram, &cells, x, y, &at);
     let boundaries = boundaries(&conditions, plane);
-    let title = format!("Phases of a milling swarm: {}", result.source.profile.name);
-    let subtitle = subtitle(result, diagram, options.world, &conditions);
+    let robot = &result.source.profile.name;
+    let title =
+        (options.title.clone()).unwrap_or_else(|| format!("Phases of a milling swarm: {robot}"));
+    let subtitle = format!(
+        "{}. {}",
+        subtitle(result, diagram, options.world, &conditions),
+        how(result, options.world)?
+    );
     let note = options.validation.clone().unwrap_or_else(|| NOT_VALIDATED.to_owned());
     let picture = DiagramPicture {
         diagram,
@@ -77,7 +90,9 @@ pub fn of_sweep(result: &SweepResult, options: &DiagramOptions) -> anyhow::Resul
         at: &at,
         title,
         subtitle,
-        chosen: options.chosen.as_ref(),
+        chosen: options.chosen.as_ref().map(|choice| &choice.cell),
+        chosen_note: options.chosen.as_ref().map(confirmed),
+        numbers: options.numbers,
         boundaries: &boundaries,
         experiments: &options.experiments,
         note: Some(note),
@@ -116,7 +131,7 @@ fn slice(
     }
     let most = slices.iter().map(|(_, n_cells)| *n_cells).max().unwrap_or(0);
     slices.retain(|(_, n_cells)| *n_cells == most);
-    let chosen = options.chosen.as_ref().and_then(values);
+    let chosen = options.chosen.as_ref().and_then(|choice| values(&choice.cell));
     let middle = slices.get(slices.len().saturating_sub(1) / 2).map(|(values, _)| values.clone());
     let rest = chosen.or(middle).unwrap_or_default();
     options.at.iter().copied().chain(free.into_iter().zip(rest)).collect()
@@ -148,6 +163,35 @@ fn subtitle(
     let most = diagram.cells.iter().map(n).max().unwrap_or(0);
     let replicates = if least == most { least.to_string() } else { format!("{least} to {most}") };
     format!("{world}, {robots}{} s, {replicates} replicates per cell, {sees}", sweep.duration_s)
+}
+
+/// What fresh runs said of the chosen cell.
+fn confirmed(choice: &Choice) -> String {
+    format!(
+        "confirmed: {} of {} fresh runs mill ({} to {})",
+        percent(choice.b_s),
+        count(choice.n_replicates),
+        percent(choice.b_s_low),
+        percent(choice.b_s_high)
+    )
+}
+
+/// What else one must know to repeat the sweep: what was fixed, how robots were made worse, the seed.
+fn how(result: &SweepResult, world: World) -> anyhow::Result<String> {
+    let sweep = &result.source.sweep;
+    // The number of robots is said before.
+    let fixed = sweep.fixed.values.iter().filter(|(axis, _)| *axis != Axis::Robots);
+    let mut parts: Vec<String> = fixed.map(|(axis, value)| format!("{axis}={value}")).collect();
+    if world == World::Harsher {
+        let factors = serde_json::to_value(sweep.factors(&result.source.profile))?;
+        let none = serde_json::to_value(HarsherFactors::NONE)?;
+        let changed = factors.as_object().into_iter().flatten();
+        let changed = changed.filter(|(key, factor)| none.get(key) != Some(factor));
+        parts.extend(changed.map(|(key, factor)| format!("{key} {factor}")));
+    }
+    parts.push(format!("seed {}", sweep.seed));
+    parts.push(format!("sweep {}", result.source.digest()));
+    Ok(parts.join(", "))
 }
 
 /// The plane of the picture, and the conditions of a cell in it.

@@ -56,7 +56,7 @@ fn page(
 
     page.heading("Phase diagram");
     let options = DiagramOptions {
-        chosen: choice.map(|choice| choice.cell.clone()),
+        chosen: choice.cloned(),
         experiments: comparison.marks(),
         ..DiagramOptions::default()
     };

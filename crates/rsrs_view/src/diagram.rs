@@ -45,12 +45,26 @@ pub struct DiagramPicture<'a> {
     pub subtitle: String,
     /// The recommended cell, to be marked.
     pub chosen: Option<&'a Cell>,
+    /// What is known of it, beside its values; any text.
+    pub chosen_note: Option<String>,
+    /// Whether `B_s` is written into the cells.
+    pub numbers: Numbers,
     /// Analytic boundaries, to be drawn as dashed lines.
     pub boundaries: &'a [Boundary],
     /// Real experiments, to be laid over the simulated cells.
     pub experiments: &'a [ExperimentMark],
     /// Under the picture: what a reader must not overlook; any text.
     pub note: Option<String>,
+}
+
+/// Whether a diagram has numbers in its cells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Numbers {
+    /// Where they fit.
+    #[default]
+    Shown,
+    /// None.
+    Hidden,
 }
 
 /// Why there is no picture.
@@ -105,7 +119,7 @@ impl Help for PictureError {
 /// use rsrs_core::diagram::axis::Axis;
 /// use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 /// use rsrs_core::judge::phase::Phase;
-/// use rsrs_view::diagram::{DiagramPicture, svg};
+/// use rsrs_view::diagram::{DiagramPicture, Numbers, svg};
 ///
 /// let cell: rsrs_core::diagram::axis::Cell = "speed_m_s=0.15,turn_rate_rad_s=0.75".parse()?;
 /// let counts = PhaseCounts::of([Phase::StableMilling; 16]);
@@ -121,6 +135,8 @@ impl Help for PictureError {
 ///     title: "Nine Flockbots".to_owned(),
 ///     subtitle: "300 s, 16 replicates".to_owned(),
 ///     chosen: Some(&cell),
+///     chosen_note: None,
+///     numbers: Numbers::Shown,
 ///     boundaries: &[],
 ///     experiments: &[],
 ///     note: None,
@@ -161,7 +177,7 @@ pub fn svg(picture: &DiagramPicture) -> Result<String, PictureError> {
         .child(plot::region_lines(&plot))
         .child(axes(&plot, y))
         .children(lines)
-        .children(plot::numbers(&plot, is_covered))
+        .children(has_numbers(picture).then(|| plot::numbers(&plot, is_covered)).flatten())
         .children(marks)
         .children(legend)
         .children(note);
@@ -203,6 +219,10 @@ fn one_curve(picture: &DiagramPicture, slice: &Slice) -> CurvesPicture {
     }
 }
 
+fn has_numbers(picture: &DiagramPicture) -> bool {
+    picture.numbers == Numbers::Shown
+}
+
 fn check_boundaries(boundaries: &[Boundary]) -> Result<(), PictureError> {
     for boundary in boundaries {
         for (x, y) in &boundary.points {
@@ -242,7 +262,8 @@ fn overlays(picture: &DiagramPicture, plot: &Plot) -> (Vec<Element>, Vec<Element
     let chosen = picture.chosen.map(|cell| {
         let (shape, mark) = overlay::chosen(plot, cell).unzip();
         marks.extend(mark);
-        (cell.iter().map(|(axis, value)| quantity(axis, value)).collect(), shape)
+        let values = cell.iter().map(|(axis, value)| quantity(axis, value));
+        (values.chain(picture.chosen_note.clone()).collect(), shape)
     });
 
     let (symbols, n_experiments_elsewhere) = overlay::experiments(plot, picture.experiments);
@@ -254,7 +275,7 @@ fn overlays(picture: &DiagramPicture, plot: &Plot) -> (Vec<Element>, Vec<Element
     let experiments = Phase::ALL.map(|phase| (phase, n_shown(phase)));
 
     let contents = Contents {
-        number_px: plot.number_px(),
+        number_px: plot.number_px().filter(|_| has_numbers(picture)),
         chosen,
         boundaries,
         experiments: experiments.into_iter().filter(|(_, n)| *n > 0).collect(),

@@ -8,7 +8,7 @@ use rsrs_core::diagram::axis::{Axis, AxisValues, Cell};
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_core::help::Help;
 use rsrs_core::judge::phase::Phase;
-use rsrs_view::diagram::{Boundary, DiagramPicture, ExperimentMark, svg};
+use rsrs_view::diagram::{Boundary, DiagramPicture, ExperimentMark, Numbers, svg};
 use rsrs_view::raster::png;
 
 /// A made-up world of 16 replicates per cell in which the mill has a best radius.
@@ -57,6 +57,8 @@ fn plain(diagram: &PhaseDiagram) -> DiagramPicture<'_> {
         subtitle: "flockbot, harsher · 9 robots · 300 s · 16 replicates per cell · sees: body"
             .to_owned(),
         chosen: None,
+        chosen_note: None,
+        numbers: Numbers::Shown,
         boundaries: &[],
         experiments: &[],
         note: None,
@@ -101,6 +103,8 @@ fn a_full_picture_shows_all_there_is() {
     };
     let picture = DiagramPicture {
         chosen: Some(&chosen),
+        chosen_note: None,
+        numbers: Numbers::Shown,
         boundaries: &[
             line("ring radius equals the sensing range", 1.6),
             line("neighbours on the ring touch", 8.5),
@@ -252,6 +256,8 @@ fn a_slice_of_three_axes_says_where_it_was_cut() {
     let picture = DiagramPicture {
         at: &[(Axis::Robots, 9.0)],
         chosen: Some(&chosen),
+        chosen_note: None,
+        numbers: Numbers::Shown,
         boundaries: &[Boundary { label: "far away".to_owned(), points: vec![(1.0, 1.0); 2] }],
         ..plain(&diagram)
     };

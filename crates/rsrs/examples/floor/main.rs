@@ -290,7 +290,7 @@ fn draw(
     let diagram = of_sweep(
         plane,
         &DiagramOptions {
-            chosen: folder::read_choice(&folder.join("plane"))?.map(|choice| choice.cell),
+            chosen: folder::read_choice(&folder.join("plane"))?,
             experiments: experiments.iter().map(mark).collect(),
             validation: Some("the experiments ran on a stand-in for the real floor".to_owned()),
             ..DiagramOptions::default()

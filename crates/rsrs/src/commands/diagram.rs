@@ -5,12 +5,16 @@ use std::path::PathBuf;
 use anyhow::Context;
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
+use rsrs_core::statistics::comparison::MARGIN;
 use rsrs_core::statistics::comparison::Share;
+use rsrs_view::diagram::{ExperimentMark, Numbers};
 use rsrs_view::page::Page;
 
 use crate::failure::Outcome;
+use rsrs_pipeline::compare;
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::write_file;
+use rsrs_pipeline::label::Labeller;
 use rsrs_pipeline::picture::{DiagramOptions, PNG_WIDTH_PX, of_sweep};
 use rsrs_pipeline::sweep::folder;
 use rsrs_pipeline::sweep::result::{SweepResult, World};
@@ -22,7 +26,7 @@ use rsrs_pipeline::validate::file;
 /// worse, or, with `--world as-measured`, that of robots as measured. Hue is the most frequent
 /// phase of a cell, lightness its share. The dashed line is the analytic turn balance. With
 /// `choice.json` beside the sweep's files, the chosen cell is marked; with `validation.json`, its
-/// answer is noted.
+/// answer is noted. With `--bags`, recorded runs are drawn where they were run, by their label.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Folder of a sweep.
@@ -40,6 +44,25 @@ pub struct Arguments {
     /// Values on further axes, as AXIS=VALUE,…
     #[arg(long, value_name = "AXIS=V")]
     at: Option<Cell>,
+    /// Bags of runs to be laid over the diagram: rosbag2 folders or single `.mcap` files.
+    #[arg(long, value_name = "BAG", num_args = 1..)]
+    bags: Vec<PathBuf>,
+    /// Whose labels of the bags are drawn: the judge's, or those of one person, as `human:WHO` (default:
+    /// judge).
+    #[arg(
+        long,
+        value_name = "WHO",
+        default_value = "judge",
+        hide_default_value = true,
+        requires = "bags"
+    )]
+    labels: Labeller,
+    /// Title (default: one with the name of the robot).
+    #[arg(long, value_name = "TEXT")]
+    title: Option<String>,
+    /// Leave the numbers out of the cells.
+    #[arg(long)]
+    no_numbers: bool,
     /// The robots: made worse by the sweep's factors, or as measured (default: harsher).
     #[arg(long, value_enum, default_value = "harsher", hide_default_value = true)]
     world: Robots,
@@ -63,6 +86,22 @@ impl From<Robots> for World {
     }
 }
 
+impl Arguments {
+    /// The bags as marks on the diagram.
+    fn experiments(&self) -> anyhow::Result<Vec<ExperimentMark>> {
+        if self.bags.is_empty() {
+            return Ok(Vec::new());
+        }
+        let options = compare::Options {
+            bags: self.bags.clone(),
+            labels: self.labels.clone(),
+            with_lost_robots: false,
+            margin: MARGIN,
+        };
+        Ok(compare::compare(&self.folder, &options)?.marks())
+    }
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -81,8 +120,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         x: arguments.x,
         y: arguments.y,
         at: arguments.at.iter().flat_map(Cell::iter).collect(),
-        chosen: folder::read_choice(&arguments.folder)?.map(|choice| choice.cell),
-        experiments: Vec::new(),
+        chosen: folder::read_choice(&arguments.folder)?,
+        experiments: arguments.experiments()?,
+        title: arguments.title.clone(),
+        numbers: if arguments.no_numbers { Numbers::Hidden } else { Numbers::Shown },
         world: arguments.world.into(),
         validation: file::note(&arguments.folder, &result.source)?,
     };

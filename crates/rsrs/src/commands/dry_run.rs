@@ -254,7 +254,7 @@ impl DryRun<'_> {
     ) -> anyhow::Result<PathBuf> {
         let experiments = comparison.marks();
         let options = DiagramOptions {
-            chosen: Some(choice.cell.clone()),
+            chosen: Some(choice.clone()),
             experiments,
             ..DiagramOptions::default()
         };

@@ -1,12 +1,13 @@
 //! `rsrs sweep`: step 3, exploration.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rsrs_core::diagram::adaptive::Adaptive;
+use rsrs_core::diagram::axis::Axis;
 use rsrs_core::robot::capability::lost_capabilities;
 use serde::Serialize;
 
-use crate::commands::{Format, report};
+use crate::commands::{Format, print_text, report};
 use crate::failure::Outcome;
 use crate::notes::print_note;
 use crate::progress::execution;
@@ -17,7 +18,8 @@ use rsrs_pipeline::sweep::settling;
 use rsrs_pipeline::sweep::shard::Shard;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
 use rsrs_pipeline::sweep::{sweep_into, sweep_shard};
-use rsrs_pipeline::wording::counted;
+use rsrs_pipeline::wording::quantity::noun;
+use rsrs_pipeline::wording::{columns, counted};
 
 /// Simulate every cell of a sweep into a phase diagram.
 ///
@@ -34,10 +36,14 @@ Examples:
   rsrs sweep sweep.yaml -o part_1 --shard 1/2                    one of two machines' part")]
 pub struct Arguments {
     /// Sweep file (YAML), or the `sweep.yaml` of a result folder.
-    sweep: PathBuf,
+    #[arg(required_unless_present = "list_axes")]
+    sweep: Option<PathBuf>,
     /// Folder to make; it must not exist, unless it holds this very sweep.
-    #[arg(short, long, value_name = "DIR")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "DIR", required_unless_present = "list_axes")]
+    output: Option<PathBuf>,
+    /// List what can be an axis, with its unit, and simulate nothing.
+    #[arg(long, exclusive = true)]
+    list_axes: bool,
     /// Simulate on where the phase is uncertain, until every cell is certain.
     ///
     /// The sweep file's `replicates` are what each cell begins with. A cell has enough when its
@@ -78,8 +84,12 @@ struct ShardReport {
 ///
 /// If a file is wrong, a cell cannot be simulated, or the folder cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let name = arguments.sweep.display().to_string();
-    let mut source = ResolvedSweep::read_either(&arguments.sweep)?;
+    let (Some(file), Some(folder)) = (&arguments.sweep, &arguments.output) else {
+        print_text(&axes())?;
+        return Ok(Outcome::Done);
+    };
+    let name = file.display().to_string();
+    let mut source = ResolvedSweep::read_either(file)?;
     if arguments.adaptive {
         source.sweep.adaptive = Some(arguments.adapt(source.sweep.adaptive.unwrap_or_default()));
         source.sweep.check(&name)?;
@@ -87,18 +97,31 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     warn_of_lost_capabilities(&source);
     let execution = execution(arguments.threads)?;
     if let Some(shard) = arguments.shard {
-        return run_shard(arguments, &name, &source, shard, execution);
+        return run_shard((folder, shard), &name, &source, arguments.format, execution);
     }
-    let result = sweep_into(&arguments.output, &name, source, execution)?;
+    let result = sweep_into(folder, &name, source, execution)?;
     let (n_edge, unsettled) = settling::at_edge(&result, execution)?;
-    if let Some(warning) = settling::warning(&arguments.output, n_edge, &unsettled) {
+    if let Some(warning) = settling::warning(folder, n_edge, &unsettled) {
         print_note(&format!("warning: {warning}"));
     }
-    let mut summary = SweepReport::of(&arguments.output, &result);
+    let mut summary = SweepReport::of(folder, &result);
     summary.unsettled_edge = unsettled;
     summary.factors = of_barren_sweep(&result, execution)?;
     report(arguments.format, &summary, &summary.to_string())?;
     Ok(Outcome::Done)
+}
+
+/// What can be an axis: key, unit, what it is, and whether a fleet can be set to it.
+fn axes() -> String {
+    let row = |axis: Axis| {
+        let unit = match axis.unit() {
+            "" => "share or factor",
+            unit => unit,
+        };
+        let kind = if axis.is_capability() { "capability of the robots" } else { "setting" };
+        [axis.key(), unit, noun(axis), kind].map(str::to_owned)
+    };
+    columns(&Axis::ALL.map(row))
 }
 
 /// Says which capabilities the factors take away, before anything is simulated.
@@ -112,14 +135,13 @@ fn warn_of_lost_capabilities(source: &ResolvedSweep) {
 }
 
 fn run_shard(
-    arguments: &Arguments,
+    (folder, shard): (&Path, Shard),
     name: &str,
     source: &ResolvedSweep,
-    shard: Shard,
+    format: Format,
     execution: Execution<'_>,
 ) -> anyhow::Result<Outcome> {
-    let folder = arguments.output.clone();
-    let runs = sweep_shard(&folder, name, source, shard, execution)?;
+    let runs = sweep_shard(folder, name, source, shard, execution)?;
     let text = match runs {
         Some(runs) => format!(
             "shard {shard}: {}\nnext, with all shards in one place: rsrs merge {} … -o DIR",
@@ -128,8 +150,8 @@ fn run_shard(
         ),
         None => format!("{} holds the whole sweep; no shard was needed", folder.display()),
     };
-    let summary = ShardReport { folder, shard: shard.to_string(), runs };
-    report(arguments.format, &summary, &text)?;
+    let summary = ShardReport { folder: folder.into(), shard: shard.to_string(), runs };
+    report(format, &summary, &text)?;
     Ok(Outcome::Done)
 }
 
