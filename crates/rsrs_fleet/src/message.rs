@@ -130,6 +130,18 @@ impl Status {
         })
     }
 
+    /// Whether this robot may move in its epoch, now or later: one that has lost its lease or its
+    /// controller before it moved may receive the start yet, which is on its way.
+    pub fn may_yet_move(&self) -> bool {
+        match self.state {
+            RobotState::Armed | RobotState::Moving => true,
+            RobotState::Stopped => {
+                matches!(self.stop_cause, StopCause::Lease | StopCause::Controller)
+            }
+            RobotState::Idle | RobotState::Fault => false,
+        }
+    }
+
     /// Whether it is a robot of a simulator without a world.
     pub fn is_without_world(&self) -> bool {
         self.stop_cause == StopCause::NoWorld
@@ -150,7 +162,8 @@ pub enum RobotState {
     Armed,
     /// It may move.
     Moving,
-    /// It stands and stays so until a newer epoch arms it.
+    /// It stands, and stays so until a newer epoch arms it if its stop is latched:
+    /// [`Status::may_yet_move`].
     Stopped,
     /// Its hardware has failed.
     Fault,

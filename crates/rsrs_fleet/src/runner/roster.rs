@@ -260,9 +260,7 @@ impl Roster {
             .filter(|member| {
                 !member.robot.as_ref().is_some_and(|received| {
                     let obeys = received.status.epoch == epoch;
-                    let may_move =
-                        matches!(received.status.state, RobotState::Armed | RobotState::Moving);
-                    received.at > since && !(obeys && may_move)
+                    received.at > since && !(obeys && received.status.may_yet_move())
                 })
             })
             .map(|member| member.name.clone())

@@ -82,6 +82,12 @@ impl Witness {
         };
     }
 
+    /// It was started with what its gate of before had received of the e-stop.
+    pub fn keeps_e_stop_of(&mut self, before: &Self) {
+        self.word_ms = before.word_ms.clone();
+        self.engaged_ms = before.engaged_ms.clone();
+    }
+
     /// A process of any kind dies: what has locked by silence until then is not forgotten.
     pub fn sees_a_death(&mut self, now_ms: u64) {
         self.was_locked = self.was_locked(now_ms);

@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use rsrs_core::robot::controller::Command;
-use rsrs_fleet::e_stop::{Locks, Source};
+use rsrs_fleet::e_stop::Source;
 use rsrs_fleet::message::{Lease, Status, StopCause};
 use rsrs_fleet::robot::limits::{Limits, Ramp};
 use rsrs_fleet::robot::{Event, Robot, RobotOptions};
@@ -182,10 +182,6 @@ impl Fleet {
     pub(super) fn witness_e_stop(&mut self, robot: usize, (source, engaged): (Source, bool)) {
         self.witnesses[robot].e_stop((source, engaged), self.now_ms);
         self.note(|| format!("{} receives the e-stop: {source} {engaged}", name(robot)));
-    }
-
-    pub(super) fn witness_adoption_of(&mut self, robot: usize, locks: &Locks) {
-        self.witnesses[robot].adopts(locks);
     }
 
     /// What a gate takes over from others has locked it, as if it had received it itself.

@@ -103,10 +103,12 @@ impl Fleet {
         for robot in 0..N_ROBOTS {
             let options = options(robot, lapse_grace);
             if options != self.robots[robot].options {
-                // A robot that has to change is switched off and on again, and keeps its locks.
+                // A robot that has to change is switched off and on again, and keeps the e-stop: its
+                // locks, and whose silence would lock.
                 let before = self.robots[robot].gate.clone();
+                let witness = self.witnesses[robot].clone();
                 self.robots_start([robot]);
-                self.witness_adoption_of(robot, &before.locks());
+                self.witnesses[robot].keeps_e_stop_of(&witness);
                 self.robots[robot].gate = before.anew(options.clone()).counting_from(self.now_ms);
                 self.robots[robot].options = options;
             }

@@ -2,7 +2,7 @@
 
 use rsrs_fleet::stopper::{self, Answer, Ending, StopCommand};
 
-use super::Fleet;
+use super::{Fleet, name};
 use crate::network::{Message, Node};
 
 /// What came of a stop or release.
@@ -41,7 +41,12 @@ impl Fleet {
     /// A robot that is reported to have acknowledged a stop has received it.
     pub(super) fn judge_stop(&self) -> Result<(), String> {
         let Some((stopper, StopCommand::Engage, _)) = &self.stopper else { return Ok(()) };
-        for (answer, witness) in stopper.answers().iter().zip(&self.witnesses) {
+        // It may have received statuses of some robots only.
+        for (robot, witness) in self.witnesses.iter().enumerate() {
+            let Some(answer) = stopper.answers().into_iter().find(|it| it.robot == name(robot))
+            else {
+                continue;
+            };
             if answer.acknowledged_after.is_some() && !witness.was_locked(self.now_ms) {
                 return Err(format!("{answer:?}, and has not received the e-stop"));
             }
