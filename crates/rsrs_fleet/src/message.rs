@@ -180,3 +180,30 @@ impl fmt::Display for RobotState {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One that was late has not moved: the start may still be on its way to it.
+    #[test]
+    fn a_robot_that_lost_its_lease_before_it_moved_does_not_stand_for_good() {
+        let status = |stop_cause| Status {
+            counter: 1,
+            epoch: 1,
+            run_id: "run".to_owned(),
+            parameter_digest: 0,
+            state: RobotState::Stopped,
+            stop_cause,
+            stop_reason: String::new(),
+            battery_v: f32::NAN,
+        };
+
+        let may_yet_move = |stop_cause| status(stop_cause).may_yet_move();
+
+        assert!(may_yet_move(StopCause::Lease) && may_yet_move(StopCause::Controller));
+        for latched in [StopCause::Latched, StopCause::EStop, StopCause::NotArmed] {
+            assert!(!may_yet_move(latched), "{latched:?}");
+        }
+    }
+}

@@ -30,11 +30,8 @@ const TAIL_S: f64 = 20.0;
 pub fn svg(bag: &Path, options: LabelOptions) -> anyhow::Result<String> {
     let (labelled, recorded, bodies) = judge(bag, options)?;
     let trajectory = &recorded.trajectory;
-    let mut notes = vec![format!("label: {}", labelled.phase)];
+    let mut notes = vec![format!("label: {}", labelled.phase_in_words())];
     notes.extend(labelled.why.iter().cloned());
-    if labelled.certainty.as_ref().is_some_and(|certainty| !certainty.is_settled) {
-        notes.push("not settled: look again".to_owned());
-    }
     notes.extend(labelled.lost_robots.iter().map(ToString::to_string));
     let run = TrajectoryPicture {
         trajectory,

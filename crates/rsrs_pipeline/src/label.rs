@@ -115,6 +115,17 @@ pub struct RunPart {
 }
 
 impl Labelled {
+    /// Whether the label is near another one, so that a person should look at the run.
+    pub fn is_borderline(&self) -> bool {
+        self.certainty.as_ref().is_some_and(|certainty| !certainty.is_settled)
+    }
+
+    /// The phase in words, with a warning where it is near another one.
+    pub fn phase_in_words(&self) -> String {
+        let warning = if self.is_borderline() { " (not settled: look again)" } else { "" };
+        format!("{}{warning}", self.phase)
+    }
+
     /// Which rows of a trajectory are those of robots that did not take part to the end.
     ///
     /// # Arguments

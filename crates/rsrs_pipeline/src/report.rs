@@ -154,7 +154,7 @@ fn row_of_cell(cell: &ComparedCell) -> [String; 6] {
 /// A run from above, with its label; without poses, its label alone.
 fn figure(run: &ComparedBag) -> anyhow::Result<(String, Vec<String>)> {
     let labelled = &run.labelled;
-    let mut caption = vec![format!("{} by {}", labelled.phase, labelled.by)];
+    let mut caption = vec![format!("{} by {}", labelled.phase_in_words(), labelled.by)];
     caption.push(run.cell.to_string());
     let drawn = match judge(&labelled.bag, LabelOptions::default()) {
         Err(error) => {

@@ -346,28 +346,6 @@ fn a_runner_that_receives_another_with_as_high_an_epoch_stops() {
     );
 }
 
-/// One that was late has not moved: the start may still be on its way to it.
-#[test]
-fn a_robot_that_lost_its_lease_before_it_moved_does_not_stand_for_good() {
-    let status = |stop_cause| Status {
-        counter: 1,
-        epoch: 1,
-        run_id: "run".to_owned(),
-        parameter_digest: 0,
-        state: RobotState::Stopped,
-        stop_cause,
-        stop_reason: String::new(),
-        battery_v: f32::NAN,
-    };
-
-    let may_yet_move = |stop_cause| status(stop_cause).may_yet_move();
-
-    assert!(may_yet_move(StopCause::Lease) && may_yet_move(StopCause::Controller));
-    for latched in [StopCause::Latched, StopCause::EStop, StopCause::NotArmed] {
-        assert!(!may_yet_move(latched), "{latched:?}");
-    }
-}
-
 #[test]
 fn a_silent_robot_aborts_the_run_and_is_named_at_its_end() {
     let mut bench = Bench::real_time(RobotLost::Abort);

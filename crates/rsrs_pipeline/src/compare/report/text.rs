@@ -87,7 +87,8 @@ impl Report {
         let real = share([cell.b_r, cell.b_r_low, cell.b_r_high], &cell.real, "run");
         writeln!(formatter, "  real       {real}")?;
         for bag in self.bags.iter().filter(|bag| bag.cell == cell.cell) {
-            writeln!(formatter, "    {}: {}", bag.labelled.bag.display(), bag.labelled.phase)?;
+            let labelled = &bag.labelled;
+            writeln!(formatter, "    {}: {}", labelled.bag.display(), labelled.phase_in_words())?;
         }
         let which = if cell.is_confirmed { "fresh run" } else { "run" };
         let simulated = share([cell.b_s, cell.b_s_low, cell.b_s_high], &cell.simulated, which);
