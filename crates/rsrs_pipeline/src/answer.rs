@@ -18,7 +18,7 @@ use rsrs_core::statistics::share::Share;
 use serde::Serialize;
 
 use crate::best_setting::grid::Grid;
-use crate::best_setting::search::{Confirmed, Search};
+use crate::best_setting::search::Confirmed;
 use crate::best_setting::{Subject, nowhere};
 use crate::execution::Execution;
 
@@ -176,15 +176,9 @@ const QUESTIONS: [(&str, &[Axis]); 5] = [
 ///
 /// If a file is not what it should be, no setting can be simulated, or it is called off.
 pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
-    let Subject { profile, harsher, grid } = Subject::read(path, options.sweep, Grid::even)?;
-    let search = Search {
-        measured: &profile,
-        harsher,
-        grid: &grid,
-        wanted: options.wanted,
-        confirm: options.confirm,
-        execution: options.execution,
-    };
+    let subject = Subject::read(path, options.sweep, Grid::even)?;
+    let search = subject.search(options.wanted, options.confirm, options.execution);
+    let Subject { profile, grid, .. } = &subject;
     let recommended = recommendation::recommend(&search)?.ok_or_else(|| nowhere(path, &search))?;
     let mut questions = Vec::new();
     for (question, axes) in QUESTIONS {

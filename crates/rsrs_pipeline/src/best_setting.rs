@@ -14,6 +14,7 @@ use rsrs_core::robot::harsher::Harsher;
 use rsrs_core::robot::profile::RobotProfile;
 
 use crate::error::with_help;
+use crate::execution::Execution;
 use crate::sweep::folder;
 use crate::sweep::source::{ResolvedSweep, read_profile};
 use grid::Grid;
@@ -73,6 +74,16 @@ impl Subject {
             profile.check_limits(command).with_context(|| format!("cell `{cell}`"))?;
         }
         Ok(Self { profile, harsher: source.sweep.harsher, grid })
+    }
+
+    /// Looks for its best setting.
+    ///
+    /// # Arguments
+    ///
+    /// * `wanted`, `confirm`, `execution` — those of [`Search`].
+    pub fn search<'a>(&'a self, wanted: f64, confirm: u64, execution: Execution<'a>) -> Search<'a> {
+        let Self { profile, harsher, grid } = self;
+        Search { measured: profile, harsher: *harsher, grid, wanted, confirm, execution }
     }
 }
 

@@ -16,7 +16,7 @@ use rsrs_core::diagram::axis::{Axis, Cell};
 use serde::Serialize;
 
 use crate::best_setting::grid::Grid;
-use crate::best_setting::search::{Changes, Search};
+use crate::best_setting::search::Changes;
 use crate::best_setting::{Subject, nowhere};
 use crate::execution::Execution;
 
@@ -144,21 +144,15 @@ pub struct Spare {
 ///
 /// If a file is not what it should be, no setting can be simulated, or it is called off.
 pub fn diagnose(path: &Path, options: Options<'_>) -> anyhow::Result<Diagnosis> {
-    let Subject { profile, harsher, grid } = Subject::read(path, options.sweep, Grid::of_robot)?;
+    let subject = Subject::read(path, options.sweep, Grid::of_robot)?;
     for (axis, cost) in options.costs {
         anyhow::ensure!(
             cost.is_finite() && *cost >= 0.0,
             "the cost of {axis} is {cost}, expected a number from 0"
         );
     }
-    let search = Search {
-        measured: &profile,
-        harsher,
-        grid: &grid,
-        wanted: options.wanted,
-        confirm: options.confirm,
-        execution: options.execution,
-    };
+    let search = subject.search(options.wanted, options.confirm, options.execution);
+    let Subject { profile, grid, .. } = &subject;
     let unchanged = Changes::new();
     let tried = search.best(&unchanged, "as it is")?;
     let now = search.confirmed_best(&unchanged, &tried)?.ok_or_else(|| nowhere(path, &search))?;

@@ -61,6 +61,7 @@ pub mod recorded_run;
 pub mod replay;
 pub mod report;
 pub mod run;
+mod swarm;
 pub mod sweep;
 pub mod validate;
 pub mod wording;

@@ -1,5 +1,6 @@
 //! The floor from above, in metres: what pictures of runs and of starts share.
 
+use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::unicycle::Pose;
 
 use crate::palette::INK;
@@ -13,6 +14,10 @@ pub const PAGE_PX: f64 = 480.0;
 pub const MARGIN_PX: f64 = 24.0;
 /// Height of small letters, in pixels.
 pub const CAPTION_PX: f64 = 11.0;
+/// The way that a robot came.
+pub const TAIL: &str = "#0072b2";
+/// A robot that was lost.
+pub const LOST: &str = "#c1121f";
 const FIELD_PX: f64 = PAGE_PX - 2.0 * MARGIN_PX;
 
 /// From metres on the floor to pixels on the page.
@@ -58,6 +63,16 @@ impl Field {
             self.top_px + (self.upper_m - y_m) * self.px_per_m,
         )
     }
+}
+
+/// The first pose that is nowhere: its sample, its robot, and the pose.
+pub fn not_finite(trajectory: &Trajectory) -> Option<(usize, usize, Pose)> {
+    let is_nowhere = |pose: &Pose| {
+        ![pose.x_m, pose.y_m, pose.heading_rad].iter().all(|number| number.is_finite())
+    };
+    let index = trajectory.poses.iter().position(is_nowhere)?;
+    let n_robots = trajectory.n_robots;
+    Some((index / n_robots, index % n_robots, trajectory.poses[index]))
 }
 
 /// A robot from above, with a line towards where it heads.

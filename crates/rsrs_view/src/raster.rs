@@ -1,6 +1,6 @@
 //! From SVG to PNG, with a font that travels along.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{ImageHrefResolver, Options, Tree, fontdb};
@@ -77,11 +77,25 @@ pub fn png(svg: &str, width_px: u32) -> Result<Vec<u8>, RasterError> {
         return Err(RasterError::Size { width_px, height_px });
     }
 
+    let pixmap = pixmap(&tree, (width_px, height_px))?;
+    encode(&pixmap).map_err(|error| RasterError::Encode { reason: error.to_string() })
+}
+
+/// Draws an SVG on white, as wide as asked for.
+///
+/// # Errors
+///
+/// [`RasterError::Size`] if a side is 0.
+pub(crate) fn pixmap(
+    tree: &Tree,
+    (width_px, height_px): (u32, u32),
+) -> Result<Pixmap, RasterError> {
     let mut pixmap =
         Pixmap::new(width_px, height_px).ok_or(RasterError::Size { width_px, height_px })?;
     pixmap.fill(Color::WHITE);
-    resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixmap.as_mut());
-    encode(&pixmap).map_err(|error| RasterError::Encode { reason: error.to_string() })
+    let scale = width_px as f32 / tree.size().width();
+    resvg::render(tree, Transform::from_scale(scale, scale), &mut pixmap.as_mut());
+    Ok(pixmap)
 }
 
 /// Three bytes a pixel, for nothing shows through white, and as small as it is worth waiting for:
@@ -101,13 +115,17 @@ fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
 
 /// Reads an SVG with the embedded font.
 pub(crate) fn parse(svg: &str) -> Result<Tree, RasterError> {
-    let mut fonts = fontdb::Database::new();
-    for font in FONTS {
-        fonts.load_font_data(font.to_vec());
-    }
-    fonts.set_sans_serif_family("DejaVu Sans");
+    // A film has hundreds of frames.
+    static LOADED: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
+        let mut fonts = fontdb::Database::new();
+        for font in FONTS {
+            fonts.load_font_data(font.to_vec());
+        }
+        fonts.set_sans_serif_family("DejaVu Sans");
+        Arc::new(fonts)
+    });
     let options = Options {
-        fontdb: Arc::new(fonts),
+        fontdb: LOADED.clone(),
         font_family: "DejaVu Sans".to_owned(),
         // The default opens files that an SVG names.
         image_href_resolver: ImageHrefResolver {

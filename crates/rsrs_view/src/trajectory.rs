@@ -4,7 +4,9 @@ use rsrs_core::judge::phase::Phase;
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::unicycle::Pose;
 
-use crate::floor::{CAPTION_PX, Field, MARGIN_PX, PAGE_PX, robot, scale_bar};
+use crate::floor::{
+    CAPTION_PX, Field, LOST, MARGIN_PX, PAGE_PX, TAIL, not_finite, robot, scale_bar,
+};
 use crate::header::header;
 use crate::palette::{INK, QUIET_INK, hue};
 use crate::scale::label;
@@ -125,10 +127,6 @@ fn start(field: &Field, pose: Pose) -> Element {
     Element::new("circle").at("cx", x_px).at("cy", y_px).at("r", 2.2).with("fill", "#7d8b96")
 }
 
-const TAIL: &str = "#0072b2";
-/// Robots that were lost.
-const LOST: &str = "#c1121f";
-
 fn check(picture: &TrajectoryPicture) -> Result<(), TrajectoryPictureError> {
     let trajectory = picture.trajectory;
     for (name, found) in [
@@ -144,17 +142,12 @@ fn check(picture: &TrajectoryPicture) -> Result<(), TrajectoryPictureError> {
     if n_samples == 0 {
         return Err(TrajectoryPictureError::Empty { n_samples, n_robots });
     }
-    for (index, pose) in trajectory.poses.iter().enumerate() {
-        if ![pose.x_m, pose.y_m, pose.heading_rad].iter().all(|number| number.is_finite()) {
-            return Err(TrajectoryPictureError::PoseNotFinite {
-                sample: index / n_robots,
-                robot: index % n_robots,
-                x_m: pose.x_m,
-                y_m: pose.y_m,
-            });
+    match not_finite(trajectory) {
+        Some((sample, robot, Pose { x_m, y_m, .. })) => {
+            Err(TrajectoryPictureError::PoseNotFinite { sample, robot, x_m, y_m })
         }
+        None => Ok(()),
     }
-    Ok(())
 }
 
 /// The sample at which the tail begins.

@@ -4,9 +4,7 @@ use std::fmt;
 
 use crate::judge::certainty::Parameter;
 use crate::judge::order::{OrderParameters, centre};
-use crate::judge::phase::{
-    BLOCK_S, LastWindow, Phase, STRAY_BLOCKS, Thresholds, Verdict, samples_in, window,
-};
+use crate::judge::phase::{BLOCK_S, LastWindow, Phase, Thresholds, Verdict, samples_in, window};
 use crate::judge::trajectory::{Bodies, Trajectory};
 
 /// Why a run has its phase.
@@ -69,6 +67,7 @@ pub enum Left {
 /// A robot is off the ring if its distance from the centre is this much of the ring's radius, or less
 /// than its inverse.
 const OFF_RING: f64 = 1.5;
+
 impl Reason {
     /// The reason of a verdict.
     ///
@@ -89,7 +88,7 @@ impl Reason {
     ) -> Self {
         let window = LastWindow::of(trajectory, trajectory.n_samples(), bodies).remove(0);
         let (n_good, n_blocks) = (window.n_good(thresholds), window.blocks.len());
-        let does_not_last = thresholds.is_stable(&window.whole) && n_good + STRAY_BLOCKS < n_blocks;
+        let does_not_last = window.phase(thresholds) != thresholds.phase(&window.whole);
         Self {
             rules: rules(verdict.phase, &verdict.evidence, thresholds),
             broken_blocks: does_not_last.then_some((n_blocks - n_good, n_blocks)),

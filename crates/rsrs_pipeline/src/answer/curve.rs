@@ -10,7 +10,7 @@ use rsrs_core::statistics::share::Share;
 
 use super::reason::{self, Edge};
 use super::{Options, Point, Quantity, Range};
-use crate::best_setting::search::{Changes, Robots, Search};
+use crate::best_setting::search::{Changes, Search};
 
 /// Values within a robot's limits.
 const WITHIN_LIMITS: usize = 29;
@@ -101,18 +101,10 @@ fn swept(
             let others = cell.iter().filter(|(other, _)| *other != axis);
             (Changes::new(), Cell::new(others.chain([(axis, *value)]))?)
         };
-        let of = |robots| search.conditions((&changes, robots), &cell);
-        let (Ok(harsher), Ok(measured)) = (of(Robots::Harsher), of(Robots::AsMeasured)) else {
-            continue;
-        };
-        if search.is_possible(&harsher) && search.is_possible(&measured) {
-            possible.push((*value, harsher, measured));
-        }
+        possible.extend(search.in_both_worlds(&changes, &cell).map(|worlds| (*value, worlds)));
     }
-    let worlds = |(_, harsher, measured): &(f64, Conditions, Conditions)| {
-        [harsher.clone(), measured.clone()]
-    };
-    let conditions: Vec<Conditions> = possible.iter().flat_map(worlds).collect();
+    let conditions: Vec<Conditions> =
+        possible.iter().flat_map(|(_, worlds)| worlds.iter().cloned()).collect();
     let doing = axis.key();
     let counts = search.counts(&conditions, (search.grid.seed, options.replicates), doing)?;
     let rarer = |counts: &[PhaseCounts]| {
@@ -122,7 +114,7 @@ fn swept(
     let swept = possible
         .into_iter()
         .zip(counts.chunks(2))
-        .map(|((value, harsher, _), counts)| Swept { value, phases: rarer(counts), harsher });
+        .map(|((value, [harsher, _]), counts)| Swept { value, phases: rarer(counts), harsher });
     Ok(swept.collect())
 }
 

@@ -1,11 +1,11 @@
 //! Why a range ends where it does: by geometry where that explains it, else by how runs end.
 
-use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::axis::Axis;
-use rsrs_core::diagram::theory::{Condition, Ring};
+use rsrs_core::diagram::theory::Condition;
 use rsrs_core::judge::phase::Phase;
 
 use super::curve::Swept;
+use crate::swarm::Swarm;
 use crate::wording::percent;
 use crate::wording::quantity::{noun, quantity};
 
@@ -47,10 +47,11 @@ impl Edge<'_> {
         let plain = self.plain(at).value;
         for beyond in &self.0 {
             let Some(other) = Swarm::of(&beyond.harsher) else { continue };
-            let broken =
-                |condition: &Condition| swarm.meets(*condition) && !other.meets(*condition);
+            let broken = |condition: &Condition| {
+                swarm.meets(*condition) == Some(true) && other.meets(*condition) != Some(true)
+            };
             if let Some(condition) = Condition::ALL.into_iter().find(broken) {
-                return Some((beyond, other.why(condition)));
+                return Some((beyond, why(other, condition)));
             }
             if beyond.value.total_cmp(&plain).is_eq() {
                 break;
@@ -60,60 +61,36 @@ impl Edge<'_> {
     }
 }
 
-/// Robots on a ring, and what their wheels deliver.
-struct Swarm {
-    ring: Ring,
-    speed_m_s: f64,
-    turn_rate_rad_s: f64,
-}
-
-impl Swarm {
-    fn of(conditions: &Conditions) -> Option<Self> {
-        let Conditions { controller, robot, .. } = conditions;
-        Some(Self {
-            ring: Ring::of(conditions)?,
-            speed_m_s: controller.speed_m_s * robot.speed_gain.mean,
-            turn_rate_rad_s: controller.turn_rate_rad_s * robot.turn_gain.mean,
-        })
-    }
-
-    /// Whether a condition holds; one without a meaning does not.
-    fn meets(&self, condition: Condition) -> bool {
-        let margin = condition.margin(&self.ring, self.speed_m_s, self.turn_rate_rad_s);
-        margin.is_some_and(|margin| margin > 0.0)
-    }
-
-    /// A condition that does not hold, in words.
-    fn why(&self, condition: Condition) -> String {
-        let Self { ring, .. } = self;
-        let chord_m = ring.chord_m().unwrap_or(f64::INFINITY);
-        let balance = ring.turn_balance(self.speed_m_s, self.turn_rate_rad_s).unwrap_or(0.0);
-        match condition {
-            Condition::Existence => format!(
-                "there is no ring: a cone of {:.1}° to either side is too wide for {} robots, of \
-                 which each would see the next at any distance",
-                ring.half_angle_rad.to_degrees(),
-                ring.n_robots
-            ),
-            Condition::Reach => format!(
-                "neighbours on the ring are {chord_m:.2} m apart, and a body is seen up to {:.2} m \
-                 away",
-                ring.range_m + ring.body_radius_m
-            ),
-            Condition::Room => "bodies on the ring would touch each other".to_owned(),
-            Condition::FastTurnBalance => format!(
-                "the ring asks for turning inward in {} of the time, and false detections alone make \
-                 {} of it",
-                percent(balance),
-                percent(ring.false_positive)
-            ),
-            Condition::SlowTurnBalance => format!(
-                "the ring asks for turning inward in {} of the time, and the robot ahead is detected \
-                 in only {}",
-                percent(balance),
-                percent(ring.true_positive)
-            ),
-        }
+/// A condition that does not hold, in words.
+fn why(swarm: Swarm, condition: Condition) -> String {
+    let ring = swarm.ring;
+    let chord_m = ring.chord_m().unwrap_or(f64::INFINITY);
+    let balance = swarm.turn_balance().unwrap_or(0.0);
+    match condition {
+        Condition::Existence => format!(
+            "there is no ring: a cone of {:.1}° to either side is too wide for {} robots, of \
+             which each would see the next at any distance",
+            ring.half_angle_rad.to_degrees(),
+            ring.n_robots
+        ),
+        Condition::Reach => format!(
+            "neighbours on the ring are {chord_m:.2} m apart, and a body is seen up to {:.2} m \
+             away",
+            ring.range_m + ring.body_radius_m
+        ),
+        Condition::Room => "bodies on the ring would touch each other".to_owned(),
+        Condition::FastTurnBalance => format!(
+            "the ring asks for turning inward in {} of the time, and false detections alone make \
+             {} of it",
+            percent(balance),
+            percent(ring.false_positive)
+        ),
+        Condition::SlowTurnBalance => format!(
+            "the ring asks for turning inward in {} of the time, and the robot ahead is detected \
+             in only {}",
+            percent(balance),
+            percent(ring.true_positive)
+        ),
     }
 }
 

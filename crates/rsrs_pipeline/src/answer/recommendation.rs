@@ -7,7 +7,7 @@ use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_core::statistics::interval_kind::IntervalKind;
 use rsrs_core::statistics::share::Share;
 
-use crate::best_setting::search::{ATTEMPTS, Changes, Confirmed, Robots, Search};
+use crate::best_setting::search::{ATTEMPTS, Changes, Confirmed, Search};
 
 /// Runs of every cell of the grid, in each world.
 const REPLICATES: u64 = 16;
@@ -63,11 +63,7 @@ fn diagrams(search: &Search<'_>) -> anyhow::Result<Option<(PhaseDiagram, Option<
     let mut cells = Vec::new();
     let mut worlds: [Vec<Conditions>; 2] = [Vec::new(), Vec::new()];
     for cell in &search.grid.cells {
-        let of = |robots| search.conditions((&none, robots), cell);
-        let (Ok(harsher), Ok(measured)) = (of(Robots::Harsher), of(Robots::AsMeasured)) else {
-            continue;
-        };
-        if search.is_possible(&harsher) && search.is_possible(&measured) {
+        if let Some([harsher, measured]) = search.in_both_worlds(&none, cell) {
             cells.push(cell);
             worlds[0].push(harsher);
             worlds[1].push(measured);

@@ -386,6 +386,19 @@ impl Search<'_> {
         Runs { seed, replicates, duration_s: self.grid.duration_s, n_threads }
     }
 
+    /// The conditions of a changed robot in a setting, made worse and as measured.
+    ///
+    /// # Returns
+    ///
+    /// `None` if there is no such robot, or it cannot be simulated there.
+    pub fn in_both_worlds(&self, changes: &Changes, cell: &Cell) -> Option<[Conditions; 2]> {
+        let of = |robots| {
+            let conditions = self.conditions((changes, robots), cell).ok()?;
+            self.is_possible(&conditions).then_some(conditions)
+        };
+        Some([of(Robots::Harsher)?, of(Robots::AsMeasured)?])
+    }
+
     /// Whether robots find a place under some conditions, and their runs can be judged.
     pub fn is_possible(&self, conditions: &Conditions) -> bool {
         check(std::slice::from_ref(conditions), self.runs(self.grid.seed, 1)).is_ok()

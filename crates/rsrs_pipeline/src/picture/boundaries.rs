@@ -2,8 +2,10 @@
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::axis::Axis;
-use rsrs_core::diagram::theory::{Condition, Ring};
+use rsrs_core::diagram::theory::Condition;
 use rsrs_view::diagram::Boundary;
+
+use crate::swarm::Swarm;
 
 /// The plane of a diagram: its axes, and the least and greatest swept value on each.
 #[derive(Clone, Copy, Debug)]
@@ -31,15 +33,8 @@ pub fn boundaries(conditions: &Conditions, plane: Plane) -> Vec<Boundary> {
     if plane.x.0 == Axis::SensorBearing || plane.y.is_some_and(|y| y.0 == Axis::SensorBearing) {
         return Vec::new();
     }
-    let Some(ring) = Ring::of(conditions) else {
+    let Some(swarm) = Swarm::of(conditions) else {
         return Vec::new();
-    };
-    let swarm = Swarm {
-        ring,
-        speed_m_s: conditions.controller.speed_m_s,
-        turn_rate_rad_s: conditions.controller.turn_rate_rad_s,
-        speed_gain: conditions.robot.speed_gain.mean,
-        turn_gain: conditions.robot.turn_gain.mean,
     };
     let line = |condition: Condition| {
         let points = match plane.y {
@@ -50,53 +45,6 @@ pub fn boundaries(conditions: &Conditions, plane: Plane) -> Vec<Boundary> {
         (points.len() >= 2).then_some(Boundary { label, points })
     };
     Condition::ALL.into_iter().filter_map(line).collect()
-}
-
-/// The robots of one point in the plane.
-#[derive(Clone, Copy)]
-struct Swarm {
-    ring: Ring,
-    speed_m_s: f64,
-    turn_rate_rad_s: f64,
-    speed_gain: f64,
-    turn_gain: f64,
-}
-
-impl Swarm {
-    /// The robots with another value on an axis. Theory does not depend on every axis.
-    fn with(mut self, axis: Axis, value: f64) -> Self {
-        match axis {
-            Axis::Speed => self.speed_m_s = value,
-            Axis::TurnRate => self.turn_rate_rad_s = value,
-            Axis::Robots => self.ring.n_robots = value,
-            Axis::Range => self.ring.range_m = value,
-            Axis::HalfAngle => self.ring.half_angle_rad = value,
-            Axis::TruePositive => self.ring.true_positive = value,
-            Axis::FalsePositive => self.ring.false_positive = value,
-            Axis::SpeedGain => self.speed_gain = value,
-            Axis::TurnGain => self.turn_gain = value,
-            Axis::PlacementRadius
-            | Axis::Arena
-            | Axis::PolygonScale
-            | Axis::Heterogeneity
-            | Axis::LatencySteps
-            | Axis::Gust
-            | Axis::YawLag
-            | Axis::Period
-            | Axis::SensorBearing
-            | Axis::GainNoise
-            | Axis::TurnBias
-            | Axis::HeadingNoise => {}
-        }
-        self
-    }
-
-    /// Whether a condition holds; `None` where it has no meaning.
-    fn meets(self, condition: Condition) -> Option<bool> {
-        let speed_m_s = self.speed_m_s * self.speed_gain;
-        let turn_rate_rad_s = self.turn_rate_rad_s * self.turn_gain;
-        condition.margin(&self.ring, speed_m_s, turn_rate_rad_s).map(|margin| margin > 0.0)
-    }
 }
 
 type Span = (Axis, f64, f64);
@@ -159,6 +107,7 @@ const LEAST: f64 = 1e-6;
 #[cfg(test)]
 mod tests {
     use rsrs_core::conditions::{Placement, Region, Settings};
+    use rsrs_core::diagram::theory::Ring;
     use rsrs_core::robot::profile::{RobotProfile, Sees};
 
     use super::*;

@@ -1,18 +1,17 @@
 //! The frames of a film.
 
-use resvg::tiny_skia::{Color, Pixmap, Transform};
 use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::robot::unicycle::Pose;
 
 use super::Film;
-use crate::floor::{CAPTION_PX, Field, MARGIN_PX, PAGE_PX, robot, scale_bar};
+use crate::floor::{
+    CAPTION_PX, Field, LOST, MARGIN_PX, PAGE_PX, TAIL, not_finite, robot, scale_bar,
+};
 use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
-use crate::raster::{RasterError, parse};
+use crate::raster::{RasterError, parse, pixmap};
 use crate::svg::{Element, line_of_text};
 use crate::track::{self, Point};
-
-const LOST: &str = "#c1121f";
-const TAIL: &str = "#0072b2";
 
 /// Why there is no film.
 #[derive(Debug, thiserror::Error)]
@@ -86,12 +85,7 @@ impl<'a> Frames<'a> {
     /// Pixels of a frame, as red, green, blue and opacity.
     pub fn pixels(&self, frame: usize) -> Result<Vec<u8>, FilmError> {
         let tree = parse(&self.svg(frame))?;
-        let (width_px, height_px) = self.size_px;
-        let mut pixmap = Pixmap::new(width_px, height_px).ok_or(FilmError::Empty)?;
-        pixmap.fill(Color::WHITE);
-        let scale = width_px as f32 / tree.size().width();
-        resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixmap.as_mut());
-        Ok(pixmap.take())
+        Ok(pixmap(&tree, self.size_px)?.take())
     }
 
     fn svg(&self, frame: usize) -> String {
@@ -170,17 +164,12 @@ fn check(film: &Film) -> Result<(), FilmError> {
     if trajectory.n_samples() == 0 {
         return Err(FilmError::Empty);
     }
-    for (index, pose) in trajectory.poses.iter().enumerate() {
-        if ![pose.x_m, pose.y_m, pose.heading_rad].iter().all(|number| number.is_finite()) {
-            return Err(FilmError::PoseNotFinite {
-                sample: index / trajectory.n_robots,
-                robot: index % trajectory.n_robots,
-                x_m: pose.x_m,
-                y_m: pose.y_m,
-            });
+    match not_finite(trajectory) {
+        Some((sample, robot, Pose { x_m, y_m, .. })) => {
+            Err(FilmError::PoseNotFinite { sample, robot, x_m, y_m })
         }
+        None => Ok(()),
     }
-    Ok(())
 }
 
 #[expect(
