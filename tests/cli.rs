@@ -99,7 +99,7 @@ fn a_wrong_key_is_answered_with_file_line_column_and_the_nearest_key() {
     assert_eq!(
         stderr(&output),
         "error: wrong.yaml:7:1: unknown key `duration`; did you mean `duration_s`?\n\
-         help: the keys here are: profile, harsher, axes, fixed, placement, cells, replicates, duration_s, \
+         help: the keys here are: profile, harsher, behaviour, axes, fixed, placement, cells, replicates, duration_s, \
          seed, adaptive\n"
     );
     assert!(!place.path().join("out").exists());
@@ -338,7 +338,7 @@ fn pyarrow_reads_a_row_for_each_replicate() {
         "[{{'values': 'as_measured', 'counts': 64}}, {{'values': 'harsher', 'counts': 64}}]\n\
          64 [7] {}\n['speed_m_s', 'turn_rate_rad_s', 'replicate', 'seed', 'phase', 'lost', \
          'blocked', 'stuck', 'rotation', 'orbit', 'fatness', 'tangentness', 'circliness', \
-         'mean_radius_m', 'contact_onsets_per_s', 'circliness_ceiling', 'world']\n",
+         'mean_radius_m', 'contact_onsets_per_s', 'circliness_ceiling', 'clustered', 'world']\n",
         milling.sum::<u64>()
     );
     assert_eq!(printed, expected);

@@ -101,7 +101,7 @@ fn one_mill_is_undecided_and_says_how_many_more_would_do() {
       evidence that they mill less often: 0.74 (from 20 on the claim is violated)
       evidence that they mill as often, or at most 10 percentage points less often: 1.09 (from 20 on the claim is supported)
       as far as these runs say, they mill less often by at most 97 percentage points
-      chance of so few mills if both mill equally often: 1.000 (exact if the number of runs was fixed before; for information)
+      chance of so few if both mill equally often: 1.000 (exact if the number of runs was fixed before; for information)
     run by run: 1 ended as most simulated runs did, 0 closer to stable milling, 0 further from it
     verdict: undecided (the runs do not say yet; 29 further real runs would support the claim if every one of them mills)
     next: `rsrs run EXPERIMENT --from SWEEP --cell speed_m_s=0.15,turn_rate_rad_s=0.75`, where one run is most informative (0.088 bit); 45 further real runs there decide with a probability of 0.80

@@ -227,19 +227,22 @@ fn check_before(before: &Value) {
         "cmd_vel_type",
         "constant",
         "lease",
+        "mirrored",
         "period",
         "speed",
         "speed_max",
         "stamp_from_clock",
         "turn_rate",
         "turn_rate_max",
+        "undetected_speed",
+        "undetected_turn_rate",
     ];
     assert_eq!(before["listed"], json!(names));
     assert_eq!(before["at_first"], json!([0.0, 0.0]), "a robot that nobody configured stands");
-    let (description, double) = ("Forward speed v of the milling controller, in m/s.", 3);
-    assert_eq!(before["described"], json!([description, double, 0.0, 0.3]));
+    let (description, double) = ("Forward speed v where something is detected, in m/s.", 3);
+    assert_eq!(before["described"], json!([description, double, -0.3, 0.3]));
     assert_eq!(before["set"], json!([true, ""]));
-    let too_fast = "parameter 'speed' must be between 0 and 0.3, found 0.5";
+    let too_fast = "parameter 'speed' must be between -0.3 and 0.3, found 0.5";
     assert_eq!(before["too_fast"], json!([false, too_fast]));
     let unknown = "parameter 'sped' cannot be set because it was not declared";
     assert_eq!(before["unknown"], json!([false, unknown]));

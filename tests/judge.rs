@@ -10,8 +10,9 @@ use std::sync::Mutex;
 use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{TrajectoryOptions, read_trajectory};
 use rsrs_core::conditions::Conditions;
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::Certainty;
-use rsrs_core::judge::phase::{Phase, Thresholds, label};
+use rsrs_core::judge::phase::{Phase, label};
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
@@ -73,7 +74,7 @@ fn seen_by(tracker: Tracker, folder: &Path, index: usize) -> (Phase, bool, bool)
     let episode = episode(&conditions, (index / CELLS.len()) as u64);
     let bodies = conditions.bodies();
     let verdict = label(&episode, &bodies).expect("it is long enough");
-    let certainty = Certainty::of(&episode, &bodies, &verdict, &Thresholds::default());
+    let certainty = Certainty::of(&episode, &bodies, &verdict, &Behaviour::Milling.rules());
     let bag = folder.join(index.to_string());
     tracker.record(&bag, &episode, index as u64);
     let opened = Bag::open(&bag).expect("it is a bag");
@@ -119,7 +120,11 @@ fn a_tracker_leaves_at_least_98_of_100_settled_labels_as_they_are() {
     println!("all: {all:?}, {:.3} kept, {unsettled:.3} unsettled", all.share_kept());
     let phases = phases.into_inner().expect("no panic");
     println!("{phases:?}");
-    assert_eq!(phases.len(), Phase::ALL.len(), "every phase should occur: {phases:?}");
+    assert_eq!(
+        phases.len(),
+        Behaviour::Milling.phases().len(),
+        "every phase should occur: {phases:?}"
+    );
     assert!(all.share_kept() >= 0.98, "{:.3} of settled labels are kept", all.share_kept());
     assert!(unsettled <= 0.2, "{unsettled:.3} of the episodes are unsettled");
     if is_long {

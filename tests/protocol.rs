@@ -117,7 +117,7 @@ fn a_robot_that_rejects_its_parameters_is_named_and_nothing_is_recorded() {
 
     assert_eq!(status.code(), Some(1), "{errors}");
     assert!(errors.contains("robot_9: parameters not set"), "{errors}");
-    assert!(errors.contains("must be between 0 and 0.3, found 0.6"), "{errors}");
+    assert!(errors.contains("must be between -0.3 and 0.3, found 0.6"), "{errors}");
     assert!(!folder.path().join("bag").exists());
 }
 

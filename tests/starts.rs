@@ -274,6 +274,6 @@ fn it_is_said_where_robots_that_start_closer_together_would_mill() {
     let radius_m = smaller["placement_radius_m"].as_f64().expect("a radius");
     assert!((0.8..1.3).contains(&radius_m), "{smaller}");
     assert!(smaller["b_s_low"].as_f64().expect("a bound") >= 0.6, "{smaller}");
-    let printed = format!("with `placement_radius_m: {radius_m}` (now 1.60) it mills in ");
+    let printed = format!("with `placement_radius_m: {radius_m}` (now 1.60) B_s is ");
     assert!(stdout(&text).contains(&printed), "{}", stdout(&text));
 }

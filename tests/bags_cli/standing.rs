@@ -25,7 +25,7 @@ const N_SETTLING: u64 = 4;
 fn record(neighbour: Option<(f64, f64)>) -> ExperimentRecord {
     let profile = flockbot();
     let values = vec![(Axis::Speed, 0.0), (Axis::TurnRate, 0.0), (Axis::Robots, 1.0)];
-    let settings = Settings { values, walls: Walls::None, placement: None };
+    let settings = Settings { values, walls: Walls::None, ..Settings::default() };
     let mut conditions = Conditions::resolve(&profile, &settings).expect("it may stand");
     if let Some((distance_m, bearing_rad)) = neighbour {
         conditions.placement = Placement::Pair { distance_m, bearing_rad };

@@ -39,6 +39,7 @@ Exit codes: 0 done, 1 failed, 2 bad arguments, 3 done with a negative answer.";
 #[derive(Subcommand)]
 enum Command {
     DryRun(commands::dry_run::Arguments),
+    Init(commands::init::Arguments),
     Measure(commands::measure::Arguments),
     Validate(commands::validate::Arguments),
     Sweep(commands::sweep::Arguments),
@@ -48,6 +49,7 @@ enum Command {
     Choose(commands::choose::Arguments),
     Answer(commands::answer::Arguments),
     Diagnose(commands::diagnose::Arguments),
+    Explore(commands::explore::Arguments),
     PlanExperiments(commands::plan_experiments::Arguments),
     Run(commands::run::Arguments),
     Campaign(commands::campaign::Arguments),
@@ -68,6 +70,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match &arguments.command {
         Command::DryRun(arguments) => commands::dry_run::run(arguments),
+        Command::Init(arguments) => commands::init::run(arguments),
         Command::Measure(arguments) => commands::measure::run(arguments),
         Command::Validate(arguments) => commands::validate::run(arguments),
         Command::Sweep(arguments) => commands::sweep::run(arguments),
@@ -77,6 +80,7 @@ fn main() -> ExitCode {
         Command::Choose(arguments) => commands::choose::run(arguments),
         Command::Answer(arguments) => commands::answer::run(arguments),
         Command::Diagnose(arguments) => commands::diagnose::run(arguments),
+        Command::Explore(arguments) => commands::explore::run(arguments),
         Command::PlanExperiments(arguments) => commands::plan_experiments::run(arguments),
         Command::Run(arguments) => commands::run::run(arguments),
         Command::Campaign(arguments) => commands::campaign::run(arguments),

@@ -11,6 +11,7 @@ mod starts;
 use serde::{Deserialize, Serialize};
 
 use crate::digest::Digest;
+use crate::judge::behaviour::Behaviour;
 use crate::judge::trajectory::Bodies;
 use crate::robot::controller::ControllerParameters;
 use crate::robot::profile::{Sees, Sensing};
@@ -32,6 +33,9 @@ pub struct Conditions {
     pub robots: usize,
     /// What every robot's controller is set to.
     pub controller: ControllerParameters,
+    /// What the swarm is judged for; milling where a file does not name it.
+    #[serde(default, skip_serializing_if = "Behaviour::is_usual")]
+    pub behaviour: Behaviour,
     /// Where the robots start.
     pub placement: Placement,
     /// Where they may go.

@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::diagram::axis::{Axis, Cell};
+use crate::judge::behaviour::Behaviour;
 use crate::judge::phase::Phase;
 
 pub use locate::NotSwept;
@@ -25,6 +26,22 @@ pub struct PhaseCounts {
 }
 
 impl PhaseCounts {
+    /// The behaviour whose phases are counted; milling where nothing was counted.
+    pub fn behaviour(&self) -> Behaviour {
+        let counted = Phase::ALL.into_iter().find(|phase| self.get(*phase) > 0);
+        counted.map_or(Behaviour::default(), Phase::behaviour)
+    }
+
+    /// Replicates that ended in the wanted phase of their behaviour: stable milling.
+    pub fn wanted(&self) -> u64 {
+        self.get(self.behaviour().wanted())
+    }
+
+    /// Share of the replicates in the wanted phase; 0 if nothing was counted.
+    pub fn wanted_share(&self) -> f64 {
+        self.share(self.behaviour().wanted())
+    }
+
     /// Counts phases.
     pub fn of(phases: impl IntoIterator<Item = Phase>) -> Self {
         let mut counts = Self::default();
@@ -85,7 +102,8 @@ impl From<BTreeMap<Phase, u64>> for PhaseCounts {
 
 impl From<PhaseCounts> for BTreeMap<Phase, u64> {
     fn from(counts: PhaseCounts) -> Self {
-        Phase::ALL.into_iter().map(|phase| (phase, counts.get(phase))).collect()
+        let phases = counts.behaviour().phases();
+        phases.iter().map(|phase| (*phase, counts.get(*phase))).collect()
     }
 }
 
@@ -96,6 +114,12 @@ fn index(phase: Phase) -> usize {
         Phase::Unformed => 2,
         Phase::Dispersion => 3,
         Phase::CollidingUnstable => 4,
+        Phase::Aggregated => 5,
+        Phase::PartlyAggregated => 6,
+        Phase::NotAggregated => 7,
+        Phase::SpreadOut => 8,
+        Phase::PartlySpreadOut => 9,
+        Phase::NotSpreadOut => 10,
     }
 }
 
@@ -132,12 +156,18 @@ impl PhaseDiagram {
         self.cells.iter().find(|entry| entry.cell == *cell)
     }
 
+    /// The behaviour whose phases it shows.
+    pub fn behaviour(&self) -> Behaviour {
+        let mut counted = self.cells.iter().filter(|entry| entry.counts.total() > 0);
+        counted.next().map_or(Behaviour::default(), |entry| entry.counts.behaviour())
+    }
+
     /// How many cells have which phase as their most frequent one.
     pub fn majorities(&self) -> Vec<(Phase, usize)> {
         let n = |phase| {
             self.cells.iter().filter(|entry| entry.counts.majority() == Some(phase)).count()
         };
-        Phase::ALL.into_iter().map(|phase| (phase, n(phase))).collect()
+        self.behaviour().phases().iter().map(|phase| (*phase, n(*phase))).collect()
     }
 }
 

@@ -1,9 +1,11 @@
 //! The judge: from a trajectory to the phase of a swarm, how sure that is, and who agrees.
 
 pub mod agreement;
+pub mod behaviour;
 pub mod certainty;
 pub mod number;
 pub mod order;
 pub mod phase;
 pub mod reason;
+pub mod rule;
 pub mod trajectory;

@@ -1,7 +1,8 @@
 //! How sure verdicts are, on made-up trajectories whose order parameters are known.
 
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::{Certainty, Parameter};
-use rsrs_core::judge::phase::{Phase, Thresholds, Verdict, label};
+use rsrs_core::judge::phase::{Phase, Verdict, label};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
@@ -31,7 +32,7 @@ fn ring(radius_m: impl Fn(usize, f64) -> f64, orbits_at_m_s: f64) -> Trajectory 
 
 fn judged(trajectory: &Trajectory, bodies: &Bodies) -> (Verdict, Certainty) {
     let verdict = label(trajectory, bodies).expect("the trajectory is long enough and finite");
-    let certainty = Certainty::of(trajectory, bodies, &verdict, &Thresholds::default());
+    let certainty = Certainty::of(trajectory, bodies, &verdict, &Behaviour::Milling.rules());
     (verdict, certainty)
 }
 
@@ -115,7 +116,7 @@ fn moving_as_far_as_the_nearest_boundary_changes_the_phase_and_less_does_not() {
                     evidence.rotation += sign(3);
                     evidence.orbit += sign(4);
                     evidence.circliness += sign(5);
-                    Thresholds::default().phase(&evidence)
+                    Behaviour::Milling.rules().phase(&evidence)
                 });
                 corners.filter(|phase| *phase != verdict.phase).count()
             };

@@ -218,6 +218,7 @@ fn the_share_of_mills_moves_with_the_circliness_that_makes_one() {
         mean_radius_m: 0.9,
         contact_onsets_per_s: Some(0.0),
         circliness_ceiling: 0.95,
+        clustered: None,
     };
 
     let mill = |circliness: f64| {

@@ -1,7 +1,9 @@
 //! The judge on made-up trajectories, whose phase is known by construction.
 
 use rsrs_core::conditions::Region;
-use rsrs_core::judge::phase::{self, JudgeError, Phase, Thresholds, Verdict};
+use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::phase::{self, JudgeError, Phase, Verdict};
+use rsrs_core::judge::rule::Parameter;
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::profile::Sees;
@@ -113,7 +115,7 @@ fn a_mill_that_tears_apart_inside_the_window_is_not_stable() {
     assert_eq!(moment.phase, Phase::StableMilling);
     assert_eq!(longer.phase, Phase::SemiStableMilling);
     // The whole window alone does not show it.
-    assert!(Thresholds::default().is_stable(&longer.evidence), "{:?}", longer.evidence);
+    assert!(Behaviour::Milling.rules().is_wanted(&longer.evidence), "{:?}", longer.evidence);
 }
 
 #[test]
@@ -233,7 +235,7 @@ fn a_ring_of_two_radii_is_semi_stable() {
 #[test]
 fn the_line_between_stable_and_semi_stable_moves_with_its_threshold() {
     let trajectory = run(120.0, fat_ring);
-    let lenient = Thresholds { stable_circliness: 0.35, ..Thresholds::default() };
+    let lenient = Behaviour::Milling.rules().with_wanted_bound(Parameter::Circliness, 0.35);
 
     let verdict = phase::label_with(&trajectory, &FLOCKBOT, &lenient).expect("as above");
 
@@ -343,6 +345,7 @@ fn the_verdict_serialises_under_the_names_of_the_contract() {
         "mean_radius_m",
         "contact_onsets_per_s",
         "circliness_ceiling",
+        "clustered",
     ];
     expected.sort_unstable();
     assert_eq!(keys, expected);

@@ -310,7 +310,7 @@ mod tests {
     use crate::message::Echo;
 
     fn controller(stamp: Stamp) -> Controller {
-        let parameters = ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
+        let parameters = ControllerParameters::mirrored(0.15, 0.75);
         Controller::new("robot_1", Settings { parameters, stamp, reaction: Reaction::ToDetections })
     }
 

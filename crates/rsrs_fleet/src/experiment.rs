@@ -8,6 +8,7 @@ use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::document::{self, DocumentError};
 use rsrs_core::help::Help;
+use rsrs_core::judge::behaviour::Behaviour;
 use serde::{Deserialize, Serialize};
 
 pub use recording::{BagCompression, RecordOptions, RecordRefused, bytes};
@@ -37,6 +38,9 @@ pub struct ExperimentFile {
     /// How the simulated backend runs it.
     #[serde(default)]
     pub simulator: SimulatorOptions,
+    /// What the run is judged for (default: that of the sweep that its cell is from, else milling).
+    #[serde(default)]
+    pub behaviour: Option<Behaviour>,
 }
 
 /// What to do when a robot falls silent or stops during a run.

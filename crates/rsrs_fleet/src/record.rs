@@ -322,10 +322,7 @@ mod tests {
         assert_eq!(operator_conditions.robots, 9);
         assert_eq!(operator_conditions.placement, Placement::DiscFacingOut { radius_m: 0.825 });
         assert_eq!(operator_conditions.controller.digest(), {
-            let best = rsrs_core::robot::controller::ControllerParameters {
-                speed_m_s: 0.15,
-                turn_rate_rad_s: 0.75,
-            };
+            let best = rsrs_core::robot::controller::ControllerParameters::mirrored(0.15, 0.75);
             best.digest()
         });
     }

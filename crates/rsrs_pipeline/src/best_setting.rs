@@ -67,10 +67,7 @@ impl Subject {
                 let mut values = settings.values.iter().rev();
                 values.find(|(axis, _)| *axis == wanted).map_or(0.0, |(_, value)| *value)
             };
-            let command = ControllerParameters {
-                speed_m_s: value(Axis::Speed),
-                turn_rate_rad_s: value(Axis::TurnRate),
-            };
+            let command = ControllerParameters::mirrored(value(Axis::Speed), value(Axis::TurnRate));
             profile.check_limits(command).with_context(|| format!("cell `{cell}`"))?;
         }
         Ok(Self { profile, harsher: source.sweep.harsher, grid })

@@ -191,9 +191,10 @@ fn none_confirmed(best: &Choice, n_candidates: usize, viable: f64) -> String {
         format!("; as measured {}, lower bound {}", percent(measured.share), percent(measured.low))
     });
     format!(
-        "the best of {}, {}, mills in {} of fresh runs, lower bound {}{measured}; wanted {}",
+        "the best of {}, {}, {} in {} of fresh runs, lower bound {}{measured}; wanted {}",
         counted(n_candidates as u64, "candidate"),
         best.cell,
+        best.behaviour().verb().does,
         percent(best.b_s),
         percent(best.b_s_low),
         percent(viable)
@@ -256,9 +257,8 @@ impl NoViableCell {
 
 impl BestSwept {
     fn of(result: &SweepResult) -> Self {
-        let share = |diagram: &PhaseDiagram, index: usize| {
-            diagram.cells[index].counts.share(Phase::StableMilling)
-        };
+        let share =
+            |diagram: &PhaseDiagram, index: usize| diagram.cells[index].counts.wanted_share();
         let measured = result.as_measured.as_ref().unwrap_or(&result.diagram);
         let best = (0..result.diagram.cells.len()).rev().max_by(|&one, &other| {
             let made_worse = share(&result.diagram, one).total_cmp(&share(&result.diagram, other));
@@ -282,12 +282,13 @@ impl BestSwept {
 pub fn as_measured(choice: &Choice) -> Option<String> {
     let measured = choice.as_measured?;
     let share = format!(
-        "as measured, not made worse, it mills in {:.1} % of {} ({:.1} to {:.1} %)",
+        "as measured, not made worse, it {} in {:.1} % of {} ({:.1} to {:.1} %)",
+        choice.behaviour().verb().does,
         100.0 * measured.share,
         measured.n_replicates,
         100.0 * measured.low,
         100.0 * measured.high
     );
-    let warning = ": being worse helps here, so expect fewer mills on the floor than simulated";
+    let warning = ": being worse helps here, so expect less of it on the floor than simulated";
     Some(if choice.worse_is_better() { share + warning } else { share })
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::phase::{BLOCK_S, Thresholds, WINDOW_S, samples_in};
+use rsrs_core::judge::phase::{BLOCK_S, WINDOW_S, samples_in};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_view::film::{Film, Kind, film as encode};
 use rsrs_view::order_over_time::{RunPicture, svg as run_svg};
@@ -47,7 +47,7 @@ pub fn svg(bag: &Path, options: LabelOptions) -> anyhow::Result<String> {
         blocks: &blocks(trajectory, &bodies),
         block_s: BLOCK_S,
         window_start_s: trajectory.duration_s() - WINDOW_S,
-        thresholds: Thresholds::default(),
+        rules: &labelled.phase.behaviour().rules(),
         notes: &notes,
     };
     run_svg(&picture).with_context(|| bag.display().to_string())

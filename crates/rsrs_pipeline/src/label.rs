@@ -12,10 +12,11 @@ use rsrs_bags::trajectory::{
     Finding, PoseSource, RecordedTrajectory, TrajectoryError, read_trajectory,
 };
 use rsrs_bags::{Bag, Recovery};
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::phase::{JudgeError, Phase, Thresholds, label};
-use rsrs_core::judge::reason::{Departure, Left, Reason, Rule};
+use rsrs_core::judge::phase::{JudgeError, Phase, label_with};
+use rsrs_core::judge::reason::{Decisive, Departure, Left, Reason};
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord, LostRobot};
 use rsrs_msgs::topics::{self, Topic};
@@ -40,6 +41,8 @@ pub struct LabelOptions {
     pub poses: Option<PoseSource>,
     /// What to do about a run whose end was not recorded.
     pub cut: CutRun,
+    /// What to judge it for; `None` takes what the bag's own record has, or milling.
+    pub behaviour: Option<Behaviour>,
 }
 
 /// What to do about a run whose end was not recorded.
@@ -198,16 +201,18 @@ pub fn judge(
         return Err(only_a_part(path, part));
     }
     let trajectory = &recorded.trajectory;
-    let verdict = label(trajectory, &bodies).map_err(|error| not_judged(path, error))?;
-    let certainty = Certainty::of(trajectory, &bodies, &verdict, &Thresholds::default());
-    let reason = Reason::of(trajectory, &bodies, &verdict, &Thresholds::default());
+    let rules = behaviour_of(record.as_ref(), options).rules();
+    let verdict =
+        label_with(trajectory, &bodies, &rules).map_err(|error| not_judged(path, error))?;
+    let certainty = Certainty::of(trajectory, &bodies, &verdict, &rules);
+    let reason = Reason::of(trajectory, &bodies, &verdict, &rules);
     let stopped = ending.as_ref().filter(|ending| ending.kind != EndingKind::Completed);
     let labelled = Labelled {
         bag: path.to_path_buf(),
         phase: verdict.phase,
         evidence: Some(verdict.evidence),
         certainty: Some(certainty),
-        why: why(&reason, &recorded.robots),
+        why: why(&reason, rules.wanted, &recorded.robots),
         n_robots: Some(verdict.n_robots),
         duration_s: Some(recorded.trajectory.duration_s()),
         by: JUDGE.to_owned(),
@@ -225,11 +230,17 @@ pub fn judge(
     Ok((labelled, recorded, bodies))
 }
 
+/// What a run is judged for: what was asked for, else what its record has.
+fn behaviour_of(record: Option<&ExperimentRecord>, options: LabelOptions) -> Behaviour {
+    let recorded = || record.map(|record| record.conditions.behaviour);
+    options.behaviour.or_else(recorded).unwrap_or_default()
+}
+
 /// A reason in words, with the robots' names.
-fn why(reason: &Reason, robots: &[String]) -> Vec<String> {
-    let rules = reason.rules.iter().map(Rule::to_string);
+fn why(reason: &Reason, wanted: Phase, robots: &[String]) -> Vec<String> {
+    let rules = reason.rules.iter().map(Decisive::to_string);
     let broken = reason.broken_blocks.map(|(n_broken, n_blocks)| {
-        format!("{n_broken} of {n_blocks} blocks of 10 s break the rule of stable milling")
+        format!("{n_broken} of {n_blocks} blocks of 10 s break the rule of {wanted}")
     });
     let departed = |departure: &Departure| {
         let Departure { robot, time_s, from } = departure;

@@ -75,8 +75,8 @@ pub fn of_sweep(result: &SweepResult, options: &DiagramOptions) -> anyhow::Resul
     let (plane, conditions) = plane(diagram, &cells, x, y, &at);
     let boundaries = boundaries(&conditions, plane);
     let robot = &result.source.profile.name;
-    let title =
-        (options.title.clone()).unwrap_or_else(|| format!("Phases of a milling swarm: {robot}"));
+    let swarm = result.source.sweep.behaviour.swarm();
+    let title = options.title.clone().unwrap_or_else(|| format!("Phases of {swarm}: {robot}"));
     let subtitle = format!(
         "{}. {}",
         subtitle(result, diagram, options.world, &conditions),
@@ -168,9 +168,10 @@ fn subtitle(
 /// What fresh runs said of the chosen cell.
 fn confirmed(choice: &Choice) -> String {
     format!(
-        "confirmed: {} of {} fresh runs mill ({} to {})",
+        "confirmed: {} of {} fresh runs {} ({} to {})",
         percent(choice.b_s),
         count(choice.n_replicates),
+        choice.behaviour().verb().plain,
         percent(choice.b_s_low),
         percent(choice.b_s_high)
     )

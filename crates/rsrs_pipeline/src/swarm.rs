@@ -41,7 +41,9 @@ impl Swarm {
             Axis::FalsePositive => self.ring.false_positive = value,
             Axis::SpeedGain => self.speed_gain = value,
             Axis::TurnGain => self.turn_gain = value,
-            Axis::PlacementRadius
+            Axis::UndetectedSpeed
+            | Axis::UndetectedTurnRate
+            | Axis::PlacementRadius
             | Axis::Arena
             | Axis::PolygonScale
             | Axis::Heterogeneity

@@ -27,6 +27,31 @@ pub(crate) fn unshare(flags: c_int) -> io::Result<()> {
     check(unsafe { libc::unshare(flags) })
 }
 
+/// Does something in a thread that receives no signals meanwhile; nor do the threads that it starts,
+/// for good.
+pub(crate) fn without_signals<T>(work: impl FnOnce() -> T) -> io::Result<T> {
+    // SAFETY: `sigset_t` is plain data, for which all zeros is a value; it is filled next.
+    let [mut all, mut before]: [libc::sigset_t; 2] = unsafe { std::mem::zeroed() };
+    // SAFETY: both sets live until the end of this function.
+    check(unsafe { libc::sigfillset(&raw mut all) })?;
+    // SAFETY: as above.
+    check_number(unsafe {
+        libc::pthread_sigmask(libc::SIG_SETMASK, &raw const all, &raw mut before)
+    })?;
+    let done = work();
+    // SAFETY: `before` was filled by the call above.
+    let restored = unsafe {
+        libc::pthread_sigmask(libc::SIG_SETMASK, &raw const before, std::ptr::null_mut())
+    };
+    check_number(restored)?;
+    Ok(done)
+}
+
+/// Turns an error's number into the error.
+fn check_number(error: c_int) -> io::Result<()> {
+    if error == 0 { Ok(()) } else { Err(io::Error::from_raw_os_error(error)) }
+}
+
 /// Effective user and group of this process.
 pub(crate) fn effective_ids() -> (u32, u32) {
     // SAFETY: both only read a number and cannot fail.

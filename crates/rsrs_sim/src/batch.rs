@@ -144,7 +144,7 @@ impl Batch {
     ///
     /// # Returns
     ///
-    /// One entry for each replicate: what [`phase::label`] finds in
+    /// One entry for each replicate: what [`phase::label_with`] finds in
     /// [`crate::episode::run_episode`], to the bit.
     ///
     /// # Errors
@@ -188,7 +188,8 @@ impl Batch {
         duration_s: f64,
     ) -> Result<Verdict, BatchError> {
         run_episode_into(conditions, seed, duration_s, &mut self.trajectory)?;
-        Ok(phase::label(&self.trajectory, &conditions.bodies())?)
+        let rules = conditions.behaviour.rules();
+        Ok(phase::label_with(&self.trajectory, &conditions.bodies(), &rules)?)
     }
 
     /// The digests of all states of replicates, each before its step is made, as
@@ -263,15 +264,15 @@ pub fn runs_in_lanes(conditions: &Conditions, duration_s: f64) -> bool {
 /// what is refused, or far from what robots do.
 fn can_run(conditions: &Conditions, duration_s: f64) -> bool {
     let robot = &conditions.robot;
-    let controller = conditions.controller;
+    let fastest = conditions.controller.fastest();
     let n_window = samples_in(WINDOW_S, conditions.period_s);
     let most = |gain: rsrs_core::conditions::GainDistribution| {
         gain.mean.abs() + MOST_NORMAL * (gain.robot_sd + gain.step_sd)
     };
-    let rate_rad_s = controller.turn_rate_rad_s.abs() * most(robot.turn_gain)
-        + MOST_NORMAL * robot.turn_bias_sd_rad_s;
+    let rate_rad_s =
+        fastest.turn_rate_rad_s * most(robot.turn_gain) + MOST_NORMAL * robot.turn_bias_sd_rad_s;
     let angle_rad = rate_rad_s * conditions.period_s + MOST_NORMAL * robot.heading_noise_sd_rad;
-    let way_m = controller.speed_m_s.abs() * most(robot.speed_gain) * conditions.period_s;
+    let way_m = fastest.speed_m_s * most(robot.speed_gain) * conditions.period_s;
     (1..=MOST_ROBOTS).contains(&conditions.robots)
         && conditions.robots.saturating_mul(n_window) <= MOST_STATES
         && conditions.steps(duration_s) >= n_window as u64

@@ -30,8 +30,30 @@ impl Contact {
     /// §IV step 2: "the robots would stop in place if the other robot was in front and would be
     /// generally unaffected if it was pushed from another angle".
     #[inline]
-    pub fn blocks(self, forward_m: f32, d2_m2: f32) -> bool {
+    pub fn blocks_ahead(self, forward_m: f32, d2_m2: f32) -> bool {
         (d2_m2 < self.diameter_squared_m2) & (forward_m * forward_m.abs() > self.front * d2_m2)
+    }
+
+    /// Whether it blocks a robot that drives backward: as [`Self::blocks_ahead`], mirrored.
+    #[inline]
+    pub fn blocks_behind(self, forward_m: f32, d2_m2: f32) -> bool {
+        self.blocks_ahead(-forward_m, d2_m2)
+    }
+}
+
+/// In which directions a robot cannot drive on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Blocked {
+    /// Another robot is in front of it.
+    pub ahead: bool,
+    /// Another robot is behind it.
+    pub behind: bool,
+}
+
+impl Blocked {
+    /// Whether it is blocked when it is commanded this speed.
+    pub fn at(self, speed_m_s: f32) -> bool {
+        if speed_m_s < 0.0 { self.behind } else { self.ahead }
     }
 }
 
@@ -78,7 +100,7 @@ mod tests {
     fn blocks_at(front_half_angle_rad: f64, bearing_rad: f64, distance_m: f64) -> bool {
         let robot = SimulatedRobot { front_half_angle_rad, ..flockbot_conditions().robot };
         let forward_m = (distance_m * libm::cos(bearing_rad)) as f32;
-        Contact::new(&robot).blocks(forward_m, (distance_m * distance_m) as f32)
+        Contact::new(&robot).blocks_ahead(forward_m, (distance_m * distance_m) as f32)
     }
 
     #[test]

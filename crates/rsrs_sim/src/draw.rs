@@ -43,6 +43,8 @@ pub enum Purpose {
     TurnGain = 9,
     /// A robot's turning bias; once.
     TurnBias = 10,
+    /// A step of a search for controllers.
+    Exploration = 11,
 }
 
 /// Everything that a draw of one run has in common.

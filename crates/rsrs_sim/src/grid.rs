@@ -10,7 +10,7 @@
     reason = "what is not inlined into the function of a vector unit does without its instructions"
 )]
 
-use crate::contact::Contact;
+use crate::contact::{Blocked, Contact};
 use crate::robots::Robots;
 use crate::vector::simd::Work;
 use crate::vector::with_vectors;
@@ -87,7 +87,7 @@ impl Grid {
         &mut self,
         robots: &Robots,
         contact: Contact,
-        found: (&mut [bool], &mut [bool]),
+        found: (&mut [bool], &mut [Blocked]),
         sees: impl Fn(f32, f32, f32) -> bool,
     ) {
         let Some(slack_m) = self.sort(robots) else {
@@ -200,7 +200,7 @@ struct Look<'a, F> {
     robots: &'a Robots,
     contact: Contact,
     slack_m: f32,
-    found: (&'a mut [bool], &'a mut [bool]),
+    found: (&'a mut [bool], &'a mut [Blocked]),
     sees: F,
 }
 
@@ -216,7 +216,7 @@ impl<F: Fn(f32, f32, f32) -> bool> Work for Look<'_, F> {
             let heading = (robots.cosine[robot], robots.sine[robot]);
             let ((from_x, to_x), (from_y, to_y)) = grid.reach(at, heading, slack_m);
             let (first, last) = (grid.column(from_x), grid.column(to_x));
-            let (mut n_seen, mut n_blocking) = ([0_u32; BLOCK], [0_u32; BLOCK]);
+            let [mut n_seen, mut n_ahead, mut n_behind] = [[0_u32; BLOCK]; 3];
             for row in grid.row(from_y)..=grid.row(to_y) {
                 let cells = row * grid.n_columns + first..=row * grid.n_columns + last;
                 let near = grid.ends[*cells.start()] as usize..grid.ends[*cells.end() + 1] as usize;
@@ -229,13 +229,15 @@ impl<F: Fn(f32, f32, f32) -> bool> Work for Look<'_, F> {
                         let forward_m = dx_m * heading.0 + dy_m * heading.1;
                         let lateral_m = dy_m * heading.0 - dx_m * heading.1;
                         n_seen[lane] |= u32::from(sees(forward_m, lateral_m, d2_m2));
-                        n_blocking[lane] |= u32::from(contact.blocks(forward_m, d2_m2));
+                        n_ahead[lane] |= u32::from(contact.blocks_ahead(forward_m, d2_m2));
+                        n_behind[lane] |= u32::from(contact.blocks_behind(forward_m, d2_m2));
                     }
                 }
             }
             let is_any =
                 |lanes: [u32; BLOCK]| lanes.into_iter().fold(0, |any, lane| any | lane) != 0;
-            (seen[robot], blocked[robot]) = (is_any(n_seen), is_any(n_blocking));
+            seen[robot] = is_any(n_seen);
+            blocked[robot] = Blocked { ahead: is_any(n_ahead), behind: is_any(n_behind) };
         }
     }
 }
@@ -287,7 +289,8 @@ mod tests {
             let d2_m2 = dx_m * dx_m + dy_m * dy_m;
             let forward_m = dx_m * heading.0 + dy_m * heading.1;
             let lateral_m = dy_m * heading.0 - dx_m * heading.1;
-            let is_met = contact.blocks(forward_m, d2_m2)
+            let is_met = contact.blocks_ahead(forward_m, d2_m2)
+                || contact.blocks_behind(forward_m, d2_m2)
                 || match &view {
                     View::Cone(cone) => cone.sees(forward_m, lateral_m, d2_m2),
                     View::PolygonCentre(polygon) => polygon.contains(forward_m, lateral_m),

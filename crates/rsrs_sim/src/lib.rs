@@ -7,7 +7,7 @@
 //! Reading order: the world ([`world`]) and its parts, what a robot sees ([`view`]), what stops it
 //! ([`contact`]), what disturbs it ([`disturbance`]) and where it starts ([`placement`]); its
 //! arithmetic ([`turn`], [`draw`]); one run ([`episode`]), some at once ([`batch`]), and many
-//! ([`sweep`]).
+//! ([`sweep`]); and which controllers to run at all ([`exploration`]).
 
 #![expect(
     clippy::cast_possible_truncation,
@@ -32,5 +32,6 @@ mod vector;
 
 pub mod batch;
 pub mod episode;
+pub mod exploration;
 pub mod reach;
 pub mod sweep;

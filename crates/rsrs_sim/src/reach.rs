@@ -265,5 +265,5 @@ fn conditions(
         (Axis::TurnRate, command.turn_rate_rad_s.abs()),
         (Axis::Robots, 1.0),
     ]);
-    Ok(Conditions::resolve(robot, &Settings { values, walls: Walls::None, placement: None })?)
+    Ok(Conditions::resolve(robot, &Settings { values, walls: Walls::None, ..Settings::default() })?)
 }

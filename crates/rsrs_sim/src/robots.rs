@@ -3,7 +3,7 @@
 use rsrs_core::conditions::{Conditions, GainDistribution};
 use rsrs_core::robot::unicycle::Pose;
 
-use crate::contact::{Border, Contact};
+use crate::contact::{Blocked, Border, Contact};
 use crate::disturbance::{Gusts, yaw_share};
 use crate::draw::{Key, Purpose, RunKey, threshold};
 use crate::numbering::reorder;
@@ -125,7 +125,7 @@ impl Robots {
     pub fn sense_pairs(
         &self,
         contact: Contact,
-        found: (&mut [bool], &mut [bool]),
+        found: (&mut [bool], &mut [Blocked]),
         sees: impl Fn(f32, f32, f32) -> bool,
     ) {
         let (seen, blocked) = found;
@@ -134,17 +134,18 @@ impl Robots {
             let (x_m, y_m) = (self.x_m[robot], self.y_m[robot]);
             let (cosine, sine) = (self.cosine[robot], self.sine[robot]);
             // Numbers and not flags: so the compiler takes four neighbours at a time.
-            let (mut n_seen, mut n_blocking) = (0_u32, 0_u32);
+            let (mut n_seen, mut n_ahead, mut n_behind) = (0_u32, 0_u32, 0_u32);
             for (other_x_m, other_y_m) in self.x_m.iter().zip(&self.y_m) {
                 let (dx_m, dy_m) = (other_x_m - x_m, other_y_m - y_m);
                 let d2_m2 = dx_m * dx_m + dy_m * dy_m;
                 let forward_m = dx_m * cosine + dy_m * sine;
                 let lateral_m = dy_m * cosine - dx_m * sine;
                 n_seen |= u32::from(sees(forward_m, lateral_m, d2_m2));
-                n_blocking |= u32::from(contact.blocks(forward_m, d2_m2));
+                n_ahead |= u32::from(contact.blocks_ahead(forward_m, d2_m2));
+                n_behind |= u32::from(contact.blocks_behind(forward_m, d2_m2));
             }
             seen[robot] = n_seen != 0;
-            blocked[robot] = n_blocking != 0;
+            blocked[robot] = Blocked { ahead: n_ahead != 0, behind: n_behind != 0 };
         }
     }
 

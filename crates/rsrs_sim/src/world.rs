@@ -10,13 +10,15 @@
 //! dx = x' - x                      dy = y' - y
 //! d2 = dx*dx + dy*dy               forward = dx*cos + dy*sin       lateral = dy*cos - dx*sin
 //! seen    |= region(forward, lateral, d2)                          see `view`
-//! blocked |= d2 < (2r)² and forward*|forward| > cosφ|cosφ| * d2    see `contact`
+//! ahead   |= d2 < (2r)² and forward*|forward| > cosφ|cosφ| * d2    see `contact`
+//! behind  |= the same with -forward
 //! ```
 //! then `detection = uniform24(step) < (seen ? true_positive : false_positive)`, delivered
 //! `latency_steps` later; until the first arrives, nothing is detected.
 //!
 //! **Advance**, with one command `(u1, u2)` for each robot, rounded to single precision once:
 //! ```text
+//! blocked = u1 < 0 ? behind : ahead
 //! travel = blocked ? 0 : (u1 * (gain1 + sd*normal)) * dt
 //! to     = (x + travel*cos, y + travel*sin)          the heading before the turn
 //! gust   = decay*gust + kick*normal                  to += gust * dt, also when blocked
@@ -41,7 +43,7 @@ use rsrs_core::digest::Digest;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 
-use crate::contact::Contact;
+use crate::contact::{Blocked, Contact};
 use crate::detections::Detections;
 use crate::draw::{RunKey, Seed};
 use crate::grid::{self, Grid, REORDERED_EVERY};
@@ -71,7 +73,7 @@ pub struct World {
     /// The robots place by place, as what they see and what blocks them.
     robots: Robots,
     seen: Vec<bool>,
-    blocked_at: Vec<bool>,
+    blocked_at: Vec<Blocked>,
     numbering: Numbering,
     /// The same, robot by robot.
     blocked: Vec<bool>,
@@ -98,7 +100,7 @@ impl World {
             step: 0,
             robots: Robots::new(conditions, run, &poses),
             seen: vec![false; n_robots],
-            blocked_at: vec![false; n_robots],
+            blocked_at: vec![Blocked::default(); n_robots],
             numbering: Numbering::new(n_robots),
             blocked: vec![false; n_robots],
             detections: Detections::new(n_robots, conditions.robot.latency_steps),
@@ -148,7 +150,7 @@ impl World {
             let is_seen = self.seen[place];
             let limit = if is_seen { self.rules.true_positive } else { self.rules.false_positive };
             row[robot] = keys[place].uniform24(self.step as u32) < limit;
-            self.blocked[robot] = self.blocked_at[place];
+            self.blocked[robot] = self.blocked_at[place].ahead;
         }
         self.is_sensed = true;
         self.detections.delivered(self.step)
@@ -162,7 +164,7 @@ impl World {
         }
     }
 
-    /// Which robots could not drive on when they last sensed; shape `[n_robots]`.
+    /// Which robots could not drive forward when they last sensed; shape `[n_robots]`.
     pub fn blocked(&self) -> &[bool] {
         &self.blocked
     }
@@ -188,7 +190,7 @@ impl World {
                 speed_m_s.is_finite() && turn_rate_rad_s.is_finite(),
                 "the command of robot {robot} is not finite: {command:?}"
             );
-            let is_blocked = self.blocked_at[place];
+            let is_blocked = self.blocked_at[place].at(speed_m_s);
             let drive = Drive { speed_m_s, turn_rate_rad_s, is_blocked, step: self.step as u32 };
             self.robots.advance(&self.rules, place, drive);
         }
@@ -229,7 +231,7 @@ impl World {
 /// Senses with a grid, if there is one.
 fn sense_with(
     (robots, contact, grid): (&Robots, Contact, Option<&mut Grid>),
-    found: (&mut [bool], &mut [bool]),
+    found: (&mut [bool], &mut [Blocked]),
     sees: impl Fn(f32, f32, f32) -> bool,
 ) {
     match grid {

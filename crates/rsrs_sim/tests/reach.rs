@@ -44,7 +44,7 @@ fn drawn(profile: &RobotProfile, n_robots: u64, seed: u64) -> Vec<DrivenTrial> {
         (Axis::TurnRate, CURVE.turn_rate_rad_s),
         (Axis::Robots, 1.0),
     ];
-    let settings = Settings { values, walls: Walls::None, placement: None };
+    let settings = Settings { values, walls: Walls::None, ..Settings::default() };
     let conditions = Conditions::resolve(profile, &settings).expect("it can be simulated");
     let mut trials = Vec::new();
     for replicate in 0..n_robots {

@@ -3,6 +3,7 @@
 use rsrs_core::conditions::{
     Arena, Conditions, GainDistribution, Placement, Region, SimulatedRobot, Walls,
 };
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::profile::Sees;
 
@@ -13,7 +14,8 @@ pub const GAIN: GainDistribution = GainDistribution { mean: 0.97, robot_sd: 0.05
 pub fn flockbot_conditions() -> Conditions {
     Conditions {
         robots: 9,
-        controller: ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 },
+        controller: ControllerParameters::mirrored(0.15, 0.75),
+        behaviour: Behaviour::Milling,
         placement: Placement::DiscFacingOut { radius_m: 0.825 },
         arena: Arena { side_m: 15.0, walls: Walls::Stop },
         robot: SimulatedRobot {

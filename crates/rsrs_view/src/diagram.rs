@@ -192,7 +192,7 @@ fn one_curve(picture: &DiagramPicture, slice: &Slice) -> CurvesPicture {
     let mut real: Vec<(f64, Share)> = Vec::new();
     for run in picture.experiments {
         let Some((value, _)) = slice.place(&run.cell) else { continue };
-        let hits = if run.phase == Phase::StableMilling { run.n } else { 0 };
+        let hits = if run.phase == run.phase.behaviour().wanted() { run.n } else { 0 };
         match real.iter_mut().find(|(other, _)| is_same(*other, value)) {
             Some((_, share)) => *share = Share { hits: share.hits + hits, n: share.n + run.n },
             None => real.push((value, Share { hits, n: run.n })),
@@ -275,6 +275,7 @@ fn overlays(picture: &DiagramPicture, plot: &Plot) -> (Vec<Element>, Vec<Element
     let experiments = Phase::ALL.map(|phase| (phase, n_shown(phase)));
 
     let contents = Contents {
+        behaviour: picture.diagram.behaviour(),
         number_px: plot.number_px().filter(|_| has_numbers(picture)),
         chosen,
         boundaries,

@@ -1,5 +1,6 @@
 //! The legend to the right of a phase diagram: only what the picture shows.
 
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 
 use crate::overlay::{ChosenShape, MARK_PX, dashes, double_stroke, ring, tag};
@@ -23,6 +24,8 @@ const KEY_PX: f64 = RAMP_STEPS as f64 * STEP_PX + 10.0;
 /// What a legend has to explain.
 #[derive(Clone, Debug, Default)]
 pub struct Contents {
+    /// The behaviour whose phases are shown.
+    pub behaviour: Behaviour,
     /// Font size of the numbers in the cells, in pixels, if there are any.
     pub number_px: Option<f64>,
     /// The chosen cell, a line per axis, and its mark if the picture shows it.
@@ -59,9 +62,9 @@ struct Legend {
 /// The elements, and where they end below, in pixels.
 pub fn legend(contents: &Contents, left_px: f64, top_px: f64) -> (Vec<Element>, f64) {
     let mut legend = Legend { left_px, y_px: top_px, elements: Vec::new() };
-    legend.phases();
+    legend.phases(contents.behaviour);
     if let Some(size_px) = contents.number_px {
-        legend.number(size_px);
+        legend.number(contents.behaviour, size_px);
     }
     if contents.has_holes {
         let swatch = rectangle(left_px + KEY_PX - 38.0, legend.y_px + 3.0, 28.0, 13.0)
@@ -113,7 +116,7 @@ impl Legend {
     }
 
     /// One ramp per phase: hue for the phase, lightness for its share.
-    fn phases(&mut self) {
+    fn phases(&mut self, behaviour: Behaviour) {
         self.y_px -= 10.0;
         self.heading("Most frequent phase");
         for (share, step) in [(LEAST_SHARE, 0), (1.0, RAMP_STEPS - 1)] {
@@ -128,7 +131,7 @@ impl Legend {
             line_of_text(self.left_px + KEY_PX, self.y_px + 10.0, "its share of the replicates");
         self.small(caption);
         self.y_px += 14.0;
-        for phase in Phase::ALL {
+        for phase in behaviour.phases().iter().copied() {
             for step in 0..RAMP_STEPS {
                 let share =
                     LEAST_SHARE + (1.0 - LEAST_SHARE) * step as f64 / (RAMP_STEPS - 1) as f64;
@@ -145,7 +148,7 @@ impl Legend {
         self.elements.push(text.at("font-size", SMALL_PX).with("fill", QUIET_INK));
     }
 
-    fn number(&mut self, size_px: f64) {
+    fn number(&mut self, behaviour: Behaviour, size_px: f64) {
         self.y_px += 6.0;
         let example = "0.86";
         let x_px = self.left_px + KEY_PX - 12.0 - width_px(example, size_px, Weight::Regular);
@@ -160,7 +163,11 @@ impl Legend {
             .with("fill", INK)
             .text("B")
             .child(subscript)
-            .child(Element::new("tspan").at("dy", -2.5).text(", share of stable milling"));
+            .child(
+                Element::new("tspan")
+                    .at("dy", -2.5)
+                    .text(&format!(", share of {}", behaviour.noun())),
+            );
         self.elements.extend([key, text]);
         self.y_px += ROW_PX;
     }

@@ -1,7 +1,7 @@
-//! One run from above, and beside it its order parameters over time with the bounds of stable milling.
+//! One run from above, and beside it its order parameters over time with the bounds of the wanted phase.
 
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::phase::Thresholds;
+use rsrs_core::judge::rule::{Condition, Parameter, Rules};
 
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
 use crate::floor::PAGE_PX;
@@ -24,19 +24,17 @@ pub struct RunPicture<'a> {
     pub block_s: f64,
     /// When the judged window begins, in seconds from the start.
     pub window_start_s: f64,
-    /// The bounds of stable milling.
-    pub thresholds: Thresholds,
+    /// The rules that it is judged by.
+    pub rules: &'a Rules,
     /// Below the curves; any texts.
     pub notes: &'a [String],
 }
 
 /// An order parameter as a line.
 struct Line {
-    name: &'static str,
     colour: &'static str,
-    of: fn(&OrderParameters) -> f64,
-    /// Where stable milling begins or ends.
-    bound: f64,
+    /// Where the wanted phase begins or ends.
+    condition: Condition,
 }
 
 /// Draws a run from above and its order parameters beside it.
@@ -59,7 +57,7 @@ pub fn svg(picture: &RunPicture) -> Result<String, TrajectoryPictureError> {
         x: [0.0, duration_s],
         y: [0.0, 1.0],
     };
-    let lines = lines(&picture.thresholds);
+    let lines = lines(picture.rules);
     let heading = line_of_text(chart.left_px, chart.top_px - 10.0, "Order parameters")
         .at("font-size", HEADING_PX)
         .with("font-weight", "bold")
@@ -80,15 +78,23 @@ pub fn svg(picture: &RunPicture) -> Result<String, TrajectoryPictureError> {
     Ok(format!("{page}\n"))
 }
 
-fn lines(thresholds: &Thresholds) -> [Line; 5] {
-    let line = |name, colour, of, bound| Line { name, colour, of, bound };
-    [
-        line("rotation", "#0072b2", |order| order.rotation, thresholds.stable_rotation),
-        line("orbit", "#009e73", |order| order.orbit, thresholds.stable_orbit),
-        line("circliness", "#d55e00", |order| order.circliness, thresholds.stable_circliness),
-        line("blocked", "#555555", |order| order.blocked, thresholds.stable_blocked),
-        line("lost", "#cc79a7", |order| order.lost.unwrap_or(0.0), 0.0),
-    ]
+fn lines(rules: &Rules) -> Vec<Line> {
+    let conditions = rules.of(rules.wanted).flat_map(|rule| &rule.conditions);
+    let line = |condition: &Condition| {
+        let colour = colour(condition.parameter);
+        Line { colour, condition: *condition }
+    };
+    conditions.map(line).collect()
+}
+
+fn colour(parameter: Parameter) -> &'static str {
+    match parameter {
+        Parameter::Rotation => "#0072b2",
+        Parameter::Orbit => "#009e73",
+        Parameter::Circliness | Parameter::Clustered => "#d55e00",
+        Parameter::Blocked | Parameter::Stuck => "#555555",
+        Parameter::Lost => "#cc79a7",
+    }
 }
 
 /// The window that the judge looks at.
@@ -100,7 +106,7 @@ fn judged(chart: &Chart, start_s: f64) -> Element {
 }
 
 fn bound(chart: &Chart, line: &Line) -> Element {
-    let (left, y) = (number(chart.left_px), number(chart.y_px(line.bound)));
+    let (left, y) = (number(chart.left_px), number(chart.y_px(line.condition.bound)));
     Element::new("path")
         .with("d", &format!("M{left} {y}h{}", number(chart.width_px)))
         .with("stroke", line.colour)
@@ -111,7 +117,7 @@ fn bound(chart: &Chart, line: &Line) -> Element {
 /// The order parameter of each block, at its middle; kept within the frame.
 fn curve(chart: &Chart, line: &Line, picture: &RunPicture) -> Element {
     let place = |(start_s, order): &(f64, OrderParameters)| {
-        let value = (line.of)(order).clamp(0.0, 1.0);
+        let value = line.condition.parameter.of(order).clamp(0.0, 1.0);
         let time_s = start_s + picture.block_s / 2.0;
         format!("{} {}", number(chart.x_px(time_s)), number(chart.y_px(value)))
     };
@@ -126,13 +132,11 @@ fn curve(chart: &Chart, line: &Line, picture: &RunPicture) -> Element {
 }
 
 fn entries(lines: &[Line], picture: &RunPicture) -> Vec<(Element, String)> {
+    let wanted = picture.rules.wanted;
     let entry = |line: &Line| {
-        let needs = match line.name {
-            "blocked" => format!("less than {:.2}", line.bound),
-            "lost" => "none".to_owned(),
-            _ => format!("{:.2} or more", line.bound),
-        };
-        (stroke_mark(line.colour, 1.8), format!("{} (stable milling: {needs})", line.name))
+        let Line { colour, condition } = line;
+        let text = format!("{} ({wanted}: {condition})", condition.parameter.key());
+        (stroke_mark(colour, 1.8), text)
     };
     let mut entries: Vec<(Element, String)> = lines.iter().map(entry).collect();
     let shade = stroke_mark("#0072b2", 11.0).with("stroke-opacity", "0.07");

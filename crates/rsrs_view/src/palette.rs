@@ -24,15 +24,13 @@ pub const LEAST_SHARE: f64 = 0.2;
 /// More of the dark grey, so that its palest shade is still darker than the light grey.
 fn least_hue(phase: Phase) -> f64 {
     match phase {
-        Phase::Unformed => 0.6,
-        Phase::StableMilling
-        | Phase::SemiStableMilling
-        | Phase::Dispersion
-        | Phase::CollidingUnstable => 0.3,
+        Phase::Unformed | Phase::NotAggregated | Phase::NotSpreadOut => 0.6,
+        _ => 0.3,
     }
 }
 
-/// The full colour of a phase.
+/// The full colour of a phase: a hue for each place that a phase has in its behaviour, so that the
+/// wanted phase is blue in every picture.
 ///
 /// Blue, yellow and vermilion are those of Okabe and Ito's palette for the colour-blind; the two
 /// phases that mean the absence of a pattern are greys, far apart in lightness. The test below
@@ -43,9 +41,11 @@ fn least_hue(phase: Phase) -> f64 {
 /// M. Okabe and K. Ito, "Color Universal Design", 2008.
 pub fn hue(phase: Phase) -> Colour {
     let rgb = match phase {
-        Phase::StableMilling => [0x00, 0x72, 0xb2],
-        Phase::SemiStableMilling => [0xf0, 0xe4, 0x42],
-        Phase::Unformed => [0x33, 0x33, 0x33],
+        Phase::StableMilling | Phase::Aggregated | Phase::SpreadOut => [0x00, 0x72, 0xb2],
+        Phase::SemiStableMilling | Phase::PartlyAggregated | Phase::PartlySpreadOut => {
+            [0xf0, 0xe4, 0x42]
+        }
+        Phase::Unformed | Phase::NotAggregated | Phase::NotSpreadOut => [0x33, 0x33, 0x33],
         Phase::Dispersion => [0xbb, 0xbb, 0xbb],
         Phase::CollidingUnstable => [0xd5, 0x5e, 0x00],
     };
@@ -193,7 +193,8 @@ mod tests {
         };
         let mut least = f64::INFINITY;
         for left in Phase::ALL {
-            for right in Phase::ALL.into_iter().filter(|right| *right > left) {
+            let phases = left.behaviour().phases().iter().copied();
+            for right in phases.filter(|right| *right > left) {
                 for (left_share, right_share) in
                     shares.iter().flat_map(|one| shares.iter().map(move |other| (*one, *other)))
                 {

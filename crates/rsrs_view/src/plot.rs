@@ -143,10 +143,10 @@ fn cell_number(
     let phase = counts.majority()?;
     let (x_px, y_px, width_px, height_px) = plot.cell_px(column, row);
     let colour = shade(phase, counts.share(phase));
-    let text = match counts.get(Phase::StableMilling) {
+    let text = match counts.wanted() {
         0 => "0".to_owned(),
         n if n == counts.total() => "1".to_owned(),
-        _ => format!("{:.2}", counts.share(Phase::StableMilling)),
+        _ => format!("{:.2}", counts.wanted_share()),
     };
     let baseline_px = y_px + height_px / 2.0 + 0.36 * size_px;
     let text = line_of_text(x_px + width_px / 2.0, baseline_px, &text);

@@ -24,7 +24,7 @@ pub fn mark(phase: Phase, (x_px, y_px): (f64, f64), radius_px: f64) -> Element {
     Element::new("g").child(outline("#ffffff", 4.0)).child(outline(INK, 1.3))
 }
 
-/// Circle, diamond, square, triangle, cross: in the order of [`Phase::ALL`].
+/// Circle, diamond, square, triangle, cross: in the order of a behaviour's phases.
 fn path(phase: Phase, (x_px, y_px): (f64, f64), radius_px: f64) -> String {
     let polygon = |corners: &[(f64, f64)]| {
         let points: Vec<String> = corners
@@ -36,7 +36,7 @@ fn path(phase: Phase, (x_px, y_px): (f64, f64), radius_px: f64) -> String {
         format!("M{}Z", points.join("L"))
     };
     match phase {
-        Phase::StableMilling => {
+        Phase::StableMilling | Phase::Aggregated | Phase::SpreadOut => {
             let radius = number(radius_px);
             let (left, right) = (number(x_px - radius_px), number(x_px + radius_px));
             let y = number(y_px);
@@ -44,10 +44,12 @@ fn path(phase: Phase, (x_px, y_px): (f64, f64), radius_px: f64) -> String {
                 "M{left} {y}A{radius} {radius} 0 1 1 {right} {y}A{radius} {radius} 0 1 1 {left} {y}Z"
             )
         }
-        Phase::SemiStableMilling => {
+        Phase::SemiStableMilling | Phase::PartlyAggregated | Phase::PartlySpreadOut => {
             polygon(&[(0.0, -1.25), (1.25, 0.0), (0.0, 1.25), (-1.25, 0.0)])
         }
-        Phase::Unformed => polygon(&[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)]),
+        Phase::Unformed | Phase::NotAggregated | Phase::NotSpreadOut => {
+            polygon(&[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)])
+        }
         Phase::Dispersion => polygon(&[(0.0, -1.15), (1.15, 0.85), (-1.15, 0.85)]),
         Phase::CollidingUnstable => {
             let arm = 0.35;
@@ -71,14 +73,20 @@ fn path(phase: Phase, (x_px, y_px): (f64, f64), radius_px: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use rsrs_core::judge::behaviour::Behaviour;
+
     use super::*;
 
     #[test]
     fn every_phase_has_a_shape_of_its_own() {
-        let mut paths = Phase::ALL.map(|phase| path(phase, (0.0, 0.0), 5.0)).to_vec();
-        paths.sort();
-        paths.dedup();
+        for behaviour in Behaviour::ALL {
+            let phases = behaviour.phases();
+            let mut paths: Vec<_> =
+                phases.iter().map(|phase| path(*phase, (0.0, 0.0), 5.0)).collect();
+            paths.sort();
+            paths.dedup();
 
-        assert_eq!(paths.len(), Phase::ALL.len());
+            assert_eq!(paths.len(), phases.len());
+        }
     }
 }

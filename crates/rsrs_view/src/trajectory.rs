@@ -196,7 +196,7 @@ struct Ring {
 fn ring_of(phase: Phase, trajectory: &Trajectory, first_sample: usize) -> Option<Ring> {
     match phase {
         Phase::StableMilling | Phase::SemiStableMilling => {}
-        Phase::Unformed | Phase::Dispersion | Phase::CollidingUnstable => return None,
+        _ => return None,
     }
     let poses = &trajectory.poses[first_sample * trajectory.n_robots..];
     let mean =

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use libm::sincos;
 use resvg::tiny_skia::Pixmap;
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::phase::{BLOCK_S, Phase, Thresholds, samples_in};
+use rsrs_core::judge::phase::{BLOCK_S, Phase, samples_in};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
@@ -135,7 +136,7 @@ fn order_parameters_are_drawn_beside_the_run_with_their_bounds() {
         blocks: &blocks,
         block_s: BLOCK_S,
         window_start_s: 60.0,
-        thresholds: Thresholds::default(),
+        rules: &Behaviour::Milling.rules(),
         notes: &notes,
     };
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use rsrs_core::robot::controller::{ControllerParameters, Reaction};
+use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::controller::{Controller, Settings, Stamp};
 use rsrs_fleet::timing::command_timeout;
 use rsrs_ros::parameters::{
@@ -14,6 +14,9 @@ pub const NODE: &str = "controller";
 
 const SPEED: &str = "speed";
 const TURN_RATE: &str = "turn_rate";
+const MIRRORED: &str = "mirrored";
+const UNDETECTED_SPEED: &str = "undetected_speed";
+const UNDETECTED_TURN_RATE: &str = "undetected_turn_rate";
 const STAMP_FROM_CLOCK: &str = "stamp_from_clock";
 const CMD_VEL_TYPE: &str = "cmd_vel_type";
 const CONSTANT: &str = "constant";
@@ -26,11 +29,14 @@ pub const LEASE_GATE: &str = "gate";
 pub const LEASE_CONTROLLER: &str = "controller";
 
 /// The names of all parameters of a controller.
-pub const NAMES: [&str; 9] = [
+pub const NAMES: [&str; 12] = [
     SPEED,
+    UNDETECTED_SPEED,
     LIMITS[0].0,
     TURN_RATE,
+    UNDETECTED_TURN_RATE,
     LIMITS[1].0,
+    MIRRORED,
     STAMP_FROM_CLOCK,
     CMD_VEL_TYPE,
     CONSTANT,
@@ -85,30 +91,49 @@ pub fn declare(
     mut given: BTreeMap<String, ParameterValue>,
 ) -> Result<NodeParameters, StartValueError> {
     let mut parameters = Vec::new();
-    for ((limit, default), (name, description)) in LIMITS.into_iter().zip([
-        (SPEED, "Forward speed v of the milling controller, in m/s."),
-        (TURN_RATE, "Turning rate of the milling controller, in rad/s."),
+    for ((limit, default), commanded) in LIMITS.into_iter().zip([
+        [
+            (SPEED, "Forward speed v where something is detected, in m/s."),
+            (UNDETECTED_SPEED, "Forward speed where nothing is, in m/s, unless mirrored."),
+        ],
+        [
+            (TURN_RATE, "Turning rate where something is detected, in rad/s; left is positive."),
+            (UNDETECTED_TURN_RATE, "Turning rate where nothing is, in rad/s, unless mirrored."),
+        ],
     ]) {
-        let most = number(robot, limit, given.remove(limit), default, f64::MAX)?;
-        let value = number(robot, name, given.remove(name), 0.0, most)?;
-        let mut descriptor = Descriptor::new(name, ParameterKind::Double, description);
-        descriptor.range = Some((0.0, most));
-        parameters.push((descriptor, ParameterValue::Double(value)));
+        let most = number(robot, limit, given.remove(limit), default, [0.0, f64::MAX])?;
+        for (name, description) in commanded {
+            let value = number(robot, name, given.remove(name), 0.0, [-most, most])?;
+            let mut descriptor = Descriptor::new(name, ParameterKind::Double, description);
+            descriptor.range = Some((-most, most));
+            parameters.push((descriptor, ParameterValue::Double(value)));
+        }
         let mut descriptor =
             Descriptor::new(limit, ParameterKind::Double, "Greatest safe value, same unit.");
         descriptor.read_only = true;
         parameters.push((descriptor, ParameterValue::Double(most)));
     }
-    let stamp = match given.remove(STAMP_FROM_CLOCK) {
-        None => false,
-        Some(ParameterValue::Bool(stamp)) => stamp,
-        Some(found) => return not_allowed(robot, STAMP_FROM_CLOCK, found, "true or false"),
-    };
-    let description = "Whether commands carry the simulator's clock (lockstep) or the wall's.";
-    parameters.push((
-        Descriptor::new(STAMP_FROM_CLOCK, ParameterKind::Bool, description),
-        ParameterValue::Bool(stamp),
-    ));
+    for (name, default, description) in [
+        (
+            MIRRORED,
+            true,
+            "Whether it drives at the same speed and turns the other way where nothing is detected, as \
+             the milling controller does.",
+        ),
+        (
+            STAMP_FROM_CLOCK,
+            false,
+            "Whether commands carry the simulator's clock (lockstep) or the wall's.",
+        ),
+    ] {
+        let value = match given.remove(name) {
+            None => default,
+            Some(ParameterValue::Bool(value)) => value,
+            Some(found) => return not_allowed(robot, name, found, "true or false"),
+        };
+        let descriptor = Descriptor::new(name, ParameterKind::Bool, description);
+        parameters.push((descriptor, ParameterValue::Bool(value)));
+    }
     parameters.push(cmd_vel_type(robot, given.remove(CMD_VEL_TYPE))?);
     parameters.push(constant(robot, given.remove(CONSTANT))?);
     parameters.push(lease(robot, given.remove(LEASE))?);
@@ -187,20 +212,20 @@ fn constant(
     Ok((descriptor, given))
 }
 
-/// A number from 0 to `most`; `default` where none is given.
+/// A number within a range; `default` where none is given.
 fn number(
     robot: &str,
     name: &'static str,
     given: Option<ParameterValue>,
     default: f64,
-    most: f64,
+    [least, most]: [f64; 2],
 ) -> Result<f64, StartValueError> {
     match given {
         None => Ok(default),
-        Some(ParameterValue::Double(value)) if (0.0..=most).contains(&value) => Ok(value),
+        Some(ParameterValue::Double(value)) if (least..=most).contains(&value) => Ok(value),
         Some(found) => {
             let range = if most < f64::MAX {
-                format!("a double from 0 to {most}")
+                format!("a double from {least} to {most}")
             } else {
                 "a double, 0 or more".to_owned()
             };
@@ -229,12 +254,18 @@ pub fn settings(server: &ParameterServer, node: &str) -> Settings {
         Some(ParameterValue::Double(value)) => value,
         other => unreachable!("{name} was declared as a double, found {other:?}"),
     };
-    let from_clock = server.get(node, STAMP_FROM_CLOCK) == Some(ParameterValue::Bool(true));
+    let is_set = |name| server.get(node, name) == Some(ParameterValue::Bool(true));
+    let from_clock = is_set(STAMP_FROM_CLOCK);
+    let command =
+        |speed, turn_rate| Command { speed_m_s: double(speed), turn_rate_rad_s: double(turn_rate) };
+    let detected = command(SPEED, TURN_RATE);
+    let parameters = if is_set(MIRRORED) {
+        ControllerParameters::mirrored(detected.speed_m_s, detected.turn_rate_rad_s)
+    } else {
+        ControllerParameters::of(detected, command(UNDETECTED_SPEED, UNDETECTED_TURN_RATE))
+    };
     Settings {
-        parameters: ControllerParameters {
-            speed_m_s: double(SPEED),
-            turn_rate_rad_s: double(TURN_RATE),
-        },
+        parameters,
         stamp: if from_clock { Stamp::Clock } else { Stamp::Wall },
         reaction: reaction(server, node),
     }
@@ -292,7 +323,7 @@ mod tests {
     fn a_speed_above_the_limit_is_refused_at_the_start() {
         let error = declare("robot_1", given("speed", ParameterValue::Double(0.5))).unwrap_err();
 
-        assert!(error.to_string().contains("expected a double from 0 to 0.3"), "{error}");
+        assert!(error.to_string().contains("expected a double from -0.3 to 0.3"), "{error}");
     }
 
     #[test]

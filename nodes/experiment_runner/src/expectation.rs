@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use rsrs_core::robot::controller::ControllerParameters;
+use rsrs_core::robot::controller::Command;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::PoseSource;
 use rsrs_fleet::placement::WantedStart;
@@ -49,8 +49,7 @@ pub fn runner_options(plan: &Plan, recorded_topics: &[RecordedTopic]) -> RunnerO
 /// How long before robots move. Somebody stands beside real ones, and has set them down by hand; robots
 /// that are to stand need no warning.
 fn countdown(plan: &Plan) -> Duration {
-    let ControllerParameters { speed_m_s, turn_rate_rad_s } = plan.record.conditions.controller;
-    let stands = speed_m_s == 0.0 && turn_rate_rad_s == 0.0;
+    let stands = plan.record.conditions.controller.fastest() == Command::STOP;
     match plan.record.backend {
         Backend::Fleet | Backend::Mixed if !stands => COUNTDOWN,
         Backend::Fleet | Backend::Mixed | Backend::Simulator => Duration::ZERO,

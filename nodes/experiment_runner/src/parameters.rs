@@ -1,6 +1,6 @@
 //! What is set before a run, and what is read back.
 
-use rsrs_core::robot::controller::{ControllerParameters, Reaction};
+use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::{LeaseHolder, PoseSource};
 use rsrs_fleet::runner::Target;
@@ -10,6 +10,9 @@ use crate::plan::Plan;
 
 const SPEED: &str = "speed";
 const TURN_RATE: &str = "turn_rate";
+const MIRRORED: &str = "mirrored";
+const UNDETECTED_SPEED: &str = "undetected_speed";
+const UNDETECTED_TURN_RATE: &str = "undetected_turn_rate";
 const CONSTANT: &str = "constant";
 const LEASE: &str = "lease";
 const SPEED_MAX: &str = "speed_max";
@@ -44,12 +47,25 @@ pub async fn read_back(
     robot: &str,
 ) -> Result<u64, String> {
     let lease = plan.lease_of(robot);
-    let names = [SPEED, TURN_RATE, CONSTANT, LEASE, SPEED_MAX, TURN_RATE_MAX];
+    let names = [
+        SPEED,
+        TURN_RATE,
+        MIRRORED,
+        UNDETECTED_SPEED,
+        UNDETECTED_TURN_RATE,
+        CONSTANT,
+        LEASE,
+        SPEED_MAX,
+        TURN_RATE_MAX,
+    ];
     let values = client.get(&controller(robot), &names).await;
     match values.map_err(|error| error.to_string())?.as_slice() {
         [
             ParameterValue::Double(speed_m_s),
             ParameterValue::Double(turn_rate_rad_s),
+            ParameterValue::Bool(is_mirrored),
+            ParameterValue::Double(undetected_m_s),
+            ParameterValue::Double(undetected_rad_s),
             ParameterValue::Bool(is_constant),
             ParameterValue::String(holder),
             ParameterValue::Double(speed_max_m_s),
@@ -59,12 +75,19 @@ pub async fn read_back(
             if lease == LeaseHolder::Controller {
                 check_limits([*speed_max_m_s, *turn_rate_max_rad_s], plan.limits)?;
             }
-            let (speed_m_s, turn_rate_rad_s) = (*speed_m_s, *turn_rate_rad_s);
+            let command = |speed_m_s, turn_rate_rad_s| Command { speed_m_s, turn_rate_rad_s };
+            let controller = if *is_mirrored {
+                ControllerParameters::mirrored(*speed_m_s, *turn_rate_rad_s)
+            } else {
+                let undetected = command(*undetected_m_s, *undetected_rad_s);
+                ControllerParameters::of(command(*speed_m_s, *turn_rate_rad_s), undetected)
+            };
             let reaction = if *is_constant { Reaction::Constant } else { Reaction::ToDetections };
-            Ok(ControllerParameters { speed_m_s, turn_rate_rad_s }.digest_with(reaction))
+            Ok(controller.digest_with(reaction))
         }
         other => Err(format!(
-            "{} are {other:?}, expected two doubles, a bool, a string and two doubles",
+            "{} are {other:?}, expected doubles, `{MIRRORED}` and `{CONSTANT}` as bools, and `{LEASE}` as a \
+             string",
             names.join(", ")
         )),
     }
@@ -106,11 +129,16 @@ fn controller(robot: &str) -> String {
 }
 
 fn of_controller(plan: &Plan) -> Vec<(String, ParameterValue)> {
-    let ControllerParameters { speed_m_s, turn_rate_rad_s } = plan.record.conditions.controller;
+    let controller = plan.record.conditions.controller;
+    let [detected, undetected] = controller.commands();
     let lockstep = plan.record.time == Time::Lockstep;
+    let double = |name: &str, value| (name.to_owned(), ParameterValue::Double(value));
     vec![
-        (SPEED.to_owned(), ParameterValue::Double(speed_m_s)),
-        (TURN_RATE.to_owned(), ParameterValue::Double(turn_rate_rad_s)),
+        double(SPEED, detected.speed_m_s),
+        double(TURN_RATE, detected.turn_rate_rad_s),
+        (MIRRORED.to_owned(), ParameterValue::Bool(controller.undetected.is_none())),
+        double(UNDETECTED_SPEED, undetected.speed_m_s),
+        double(UNDETECTED_TURN_RATE, undetected.turn_rate_rad_s),
         ("stamp_from_clock".to_owned(), ParameterValue::Bool(lockstep)),
     ]
 }

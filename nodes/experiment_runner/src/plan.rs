@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
-use rsrs_core::conditions::Conditions;
+use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::help::Helpful;
 use rsrs_core::robot::harsher::HarsherFactors;
@@ -104,7 +104,7 @@ impl Plan {
         let (cell, swept) = cell(request, &experiment, beside)?;
         let starts = starts::read(&mut experiment.placement, beside)?;
         let of_cell = || format!("cell `{cell}`");
-        let mut settings = experiment.settings(&cell).with_context(of_cell)?;
+        let mut settings = settings(&experiment, &cell, swept.as_ref()).with_context(of_cell)?;
 
         let fleet_path = beside.join(&experiment.fleet);
         let (fleet_name, fleet_text) = read(&fleet_path)?;
@@ -126,8 +126,10 @@ impl Plan {
             refuse_unstamped(&robots)?;
         }
         let conditions = Conditions::resolve(&moved, &settings)?;
-        let command = conditions.controller;
-        measured.check_limits(command).map_err(Helpful::from).with_context(of_cell)?;
+        measured
+            .check_limits(conditions.controller)
+            .map_err(Helpful::from)
+            .with_context(of_cell)?;
         let run_id = new_run_id(&request.experiment)?;
         let backend = backend(request.backend, &robots)?;
         let record = ExperimentRecord {
@@ -143,11 +145,7 @@ impl Plan {
             time,
             run_id: run_id.clone(),
         };
-        if let Some(swept) = &swept {
-            swept.operator_conditions.admit(&record.operator_conditions()).with_context(|| {
-                format!("{} could not be compared with the sweep", request.experiment.display())
-            })?;
-        }
+        swept.iter().try_for_each(|swept| admit(swept, &record, request))?;
         let bag = request.bag.clone().unwrap_or_else(|| PathBuf::from(&run_id));
         if bag.exists() {
             bail!("{} exists already; give another folder for the bag", bag.display());
@@ -209,6 +207,32 @@ impl Plan {
         let real = self.robots.iter().find(|robot| !self.is_virtual(robot));
         real.map_or(PoseSource::Odom, |robot| robot.pose)
     }
+}
+
+/// The settings of a cell: what the experiment file gives, and for the rest those of the sweep that the
+/// cell is from.
+fn settings(
+    experiment: &ExperimentFile,
+    cell: &Cell,
+    swept: Option<&SweptCell>,
+) -> anyhow::Result<Settings> {
+    let mut settings = experiment.settings(cell)?;
+    settings.behaviour = experiment.behaviour.unwrap_or_default();
+    if let Some(SweptCell { operator_conditions, .. }) = swept {
+        settings.behaviour = experiment.behaviour.unwrap_or(operator_conditions.behaviour);
+        settings.walls = operator_conditions.arena.walls;
+        if cell.get(Axis::Arena).is_none() {
+            settings.values.push((Axis::Arena, operator_conditions.arena.side_m));
+        }
+    }
+    Ok(settings)
+}
+
+/// Refuses a run that could not be compared with the sweep that its cell is from.
+fn admit(swept: &SweptCell, record: &ExperimentRecord, request: &Request) -> anyhow::Result<()> {
+    swept.operator_conditions.admit(&record.operator_conditions()).with_context(|| {
+        format!("{} could not be compared with the sweep", request.experiment.display())
+    })
 }
 
 /// Greatest commands of a robot, in m/s and rad/s.

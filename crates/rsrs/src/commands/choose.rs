@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::choice::{Choice, OneRobotLess, VIABLE_B_S_LOW};
+use rsrs_core::judge::behaviour::Verb;
 use serde::Serialize;
 
 use crate::commands::{Format, report};
@@ -124,7 +125,8 @@ fn text(choice: &Choice) -> String {
     let mut lines = vec![
         choice.cell.to_string(),
         format!(
-            "  mills in {:.1} % of {} fresh runs (95 % interval {:.1} to {:.1} %)",
+            "  {} in {:.1} % of {} fresh runs (95 % interval {:.1} to {:.1} %)",
+            choice.behaviour().verb().does,
             100.0 * choice.b_s,
             choice.n_replicates,
             100.0 * choice.b_s_low,
@@ -134,9 +136,11 @@ fn text(choice: &Choice) -> String {
     lines.extend(tried(choice));
     lines.extend(as_measured(choice).map(|text| format!("  {text}")));
     lines.extend(choice.settling.map(|settling| format!("  {}", settling::text(&settling))));
-    let converged = |time_s: f64| format!("  half of its mills have formed by {time_s:.0} s");
+    let did = choice.behaviour().verb().did;
+    let converged =
+        |time_s: f64| format!("  half of the runs that {did} had come to it by {time_s:.0} s");
     lines.extend(choice.converged_s.map(converged));
-    lines.extend(choice.one_robot_less.map(one_robot_less));
+    lines.extend(choice.one_robot_less.map(|less| one_robot_less(less, choice.behaviour().verb())));
     lines.extend(by_circliness(choice));
     lines.extend(margins);
     lines.join("\n")
@@ -149,12 +153,13 @@ fn tried(choice: &Choice) -> Option<String> {
 }
 
 /// What is at stake when a robot is lost.
-fn one_robot_less(less: OneRobotLess) -> String {
-    let what = if less.b_s < 0.5 { "ends the mill" } else { "makes it less than viable" };
+fn one_robot_less(less: OneRobotLess, verb: Verb) -> String {
+    let what = if less.b_s < 0.5 { "ends it" } else { "makes it less than viable" };
     format!(
-        "  losing one robot {what}: {} mill in {:.1} % ({:.1} to {:.1} %); have a spare one at hand, or \
+        "  losing one robot {what}: {} {} in {:.1} % ({:.1} to {:.1} %); have a spare one at hand, or \
          sweep other numbers",
         less.robots,
+        verb.plain,
         100.0 * less.b_s,
         100.0 * less.b_s_low,
         100.0 * less.b_s_high

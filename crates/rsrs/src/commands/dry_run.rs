@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
-use rsrs_core::judge::phase::Phase;
 use rsrs_core::statistics::comparison::{Share, Verdict, decide};
 use rsrs_core::statistics::pooled::PooledTest;
 use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
@@ -237,7 +236,7 @@ impl DryRun<'_> {
             ))?;
             summaries.push(summary);
             real.n += 1;
-            real.hits += u64::from(phase == Phase::StableMilling);
+            real.hits += u64::from(phase == phase.behaviour().wanted());
             if self.arguments.experiments.is_none() && is_decided(real, choice)? {
                 break;
             }

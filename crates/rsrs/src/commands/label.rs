@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use rsrs_bags::trajectory::PoseSource;
 use rsrs_core::conditions::Region;
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::judge::trajectory::Bodies;
 
@@ -63,6 +64,9 @@ pub struct Arguments {
     /// that of each bag's record).
     #[arg(long, value_name = "M", conflicts_with = "profile", value_parser = reach)]
     reach: Option<f64>,
+    /// What to judge it for (default: what the bag's record has, else milling).
+    #[arg(long, value_parser = behaviours())]
+    behaviour: Option<Behaviour>,
     /// Topic that poses come from (default: the first of these that the bag has).
     #[arg(long, value_enum)]
     poses: Option<Source>,
@@ -101,6 +105,11 @@ fn reach(text: &str) -> Result<f64, String> {
 fn phases() -> impl TypedValueParser<Value = Phase> {
     let parser = PossibleValuesParser::new(Phase::ALL.map(Phase::key));
     parser.map(|key| Phase::from_key(&key).expect("the parser takes no other words"))
+}
+
+fn behaviours() -> impl TypedValueParser<Value = Behaviour> {
+    let parser = PossibleValuesParser::new(Behaviour::ALL.map(Behaviour::key));
+    parser.map(|key| Behaviour::from_key(&key).expect("the parser takes no other words"))
 }
 
 /// Runs the command.
@@ -185,5 +194,5 @@ fn options(arguments: &Arguments) -> anyhow::Result<LabelOptions> {
         Source::Tf => PoseSource::Tf,
     });
     let cut = if arguments.part { CutRun::Judged } else { CutRun::Refused };
-    Ok(LabelOptions { bodies, poses, cut })
+    Ok(LabelOptions { bodies, poses, cut, behaviour: arguments.behaviour })
 }

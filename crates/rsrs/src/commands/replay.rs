@@ -100,10 +100,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             anyhow::bail!("`--recorded` is for `--into judge`; the bag itself holds the commands");
         }
         let set = arguments.speed.zip(arguments.turn_rate);
-        let parameters = set.map(|(speed_m_s, turn_rate_rad_s)| ControllerParameters {
-            speed_m_s,
-            turn_rate_rad_s,
-        });
+        let mirrored = |(speed, turn_rate)| ControllerParameters::mirrored(speed, turn_rate);
+        let parameters = set.map(mirrored);
         let replay = replay_into_controller(&bag, parameters)?;
         report(arguments.format, &replay, &replay.to_string())?;
         return Ok(if replay.is_same() { Outcome::Done } else { Outcome::NegativeAnswer });

@@ -73,9 +73,13 @@ impl RobotProfile {
             Axis::Gust => Some(actuation.gust.sd_m_s),
             Axis::YawLag => Some(actuation.yaw_lag_s),
             Axis::Period => Some(self.computation.period_s),
-            Axis::Speed | Axis::TurnRate | Axis::Robots | Axis::PlacementRadius | Axis::Arena => {
-                None
-            }
+            Axis::Speed
+            | Axis::TurnRate
+            | Axis::UndetectedSpeed
+            | Axis::UndetectedTurnRate
+            | Axis::Robots
+            | Axis::PlacementRadius
+            | Axis::Arena => None,
         }
     }
 }
@@ -109,7 +113,13 @@ fn set(robot: &mut RobotProfile, axis: Axis, value: f64) {
         Axis::YawLag => actuation.yaw_lag_s = value,
         Axis::Period => robot.computation.period_s = value,
         Axis::Range | Axis::HalfAngle | Axis::PolygonScale | Axis::SensorBearing => {}
-        Axis::Speed | Axis::TurnRate | Axis::Robots | Axis::PlacementRadius | Axis::Arena => {
+        Axis::Speed
+        | Axis::TurnRate
+        | Axis::UndetectedSpeed
+        | Axis::UndetectedTurnRate
+        | Axis::Robots
+        | Axis::PlacementRadius
+        | Axis::Arena => {
             unreachable!("{axis} is a setting and no capability")
         }
     }
@@ -159,9 +169,10 @@ pub(super) fn check_value(axis: Axis, found: f64) -> Result<(), ConditionsError>
         Axis::TruePositive | Axis::FalsePositive => check::PROBABILITY,
         Axis::HalfAngle => check::HALF_ANGLE,
         Axis::SensorBearing => check::BEARING,
-        Axis::Speed
-        | Axis::TurnRate
-        | Axis::Heterogeneity
+        Axis::Speed | Axis::TurnRate | Axis::UndetectedSpeed | Axis::UndetectedTurnRate => {
+            check::SIGNED
+        }
+        Axis::Heterogeneity
         | Axis::GainNoise
         | Axis::TurnBias
         | Axis::HeadingNoise
@@ -176,6 +187,15 @@ pub(super) fn check_value(axis: Axis, found: f64) -> Result<(), ConditionsError>
         | Axis::TurnGain => check::SIZE,
         Axis::Period => check::PERIOD,
     };
+    check_bounds(axis, found, bounds)
+}
+
+/// Refuses a value outside bounds.
+pub(super) fn check_bounds(
+    axis: Axis,
+    found: f64,
+    bounds: check::Bounds,
+) -> Result<(), ConditionsError> {
     let whole = !axis.is_count() || found.fract() == 0.0;
     if bounds.contains(found) && whole {
         return Ok(());

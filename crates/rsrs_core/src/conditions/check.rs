@@ -6,6 +6,7 @@ use super::{
     Conditions, GainDistribution, MAX_ROBOTS, Placement, Region, SimulatedRobot, StartsError,
     starts,
 };
+use crate::robot::controller::{Command, ControllerParameters};
 use crate::robot::profile::MAX_CORNERS;
 
 /// The least and the greatest value that a number may have.
@@ -23,6 +24,8 @@ pub(super) const PROBABILITY: Bounds = Bounds { least: 0.0, most: 1.0 };
 pub(super) const HALF_ANGLE: Bounds = Bounds { least: 1e-6, most: 1.5 };
 /// What may be nothing: speeds, deviations, delays.
 pub(super) const AMOUNT: Bounds = Bounds { least: 0.0, most: 1e3 };
+/// What may point to either side: speeds and turning rates.
+pub(super) const SIGNED: Bounds = Bounds { least: -1e3, most: 1e3 };
 /// What has an extent: lengths in metres, and times over which something fades, in seconds.
 pub(super) const SIZE: Bounds = Bounds { least: 1e-6, most: 1e6 };
 /// A control period, in seconds.
@@ -101,17 +104,26 @@ impl Conditions {
     pub fn check(&self) -> Result<(), Impossible> {
         for (key, found, bounds) in [
             ("robots", self.robots as f64, ROBOTS),
-            ("controller.speed_m_s", self.controller.speed_m_s, AMOUNT),
-            ("controller.turn_rate_rad_s", self.controller.turn_rate_rad_s, AMOUNT),
             ("arena.side_m", self.arena.side_m, SIZE),
             ("period_s", self.period_s, PERIOD),
         ] {
             within(key, found, bounds)?;
         }
+        check_controller(self.controller)?;
         check_placement(self)?;
         check_robot(&self.robot)?;
         check_region(&self.robot.region)
     }
+}
+
+fn check_controller(controller: ControllerParameters) -> Result<(), Impossible> {
+    let ControllerParameters { speed_m_s, turn_rate_rad_s, undetected } = controller;
+    let bounds = if undetected.is_some() { SIGNED } else { AMOUNT };
+    within("controller.speed_m_s", speed_m_s, bounds)?;
+    within("controller.turn_rate_rad_s", turn_rate_rad_s, bounds)?;
+    let Some(Command { speed_m_s, turn_rate_rad_s }) = undetected else { return Ok(()) };
+    within("controller.undetected.speed_m_s", speed_m_s, SIGNED)?;
+    within("controller.undetected.turn_rate_rad_s", turn_rate_rad_s, SIGNED)
 }
 
 fn check_placement(conditions: &Conditions) -> Result<(), Impossible> {

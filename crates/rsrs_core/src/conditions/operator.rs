@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::conditions::{Arena, Conditions, Placement};
-use crate::robot::controller::ControllerParameters;
+use crate::diagram::axis::Axis;
+use crate::judge::behaviour::Behaviour;
+use crate::robot::controller::{ControllerParameters, decide};
 
 /// The part of the conditions `E` that the operator of a real run decides, and must keep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -12,6 +14,9 @@ pub struct OperatorConditions {
     pub robots: usize,
     /// What every robot's controller was set to.
     pub controller: ControllerParameters,
+    /// What the run is judged for; milling where a file does not name it.
+    #[serde(default, skip_serializing_if = "Behaviour::is_usual")]
+    pub behaviour: Behaviour,
     /// Where the robots started.
     pub placement: Placement,
     /// Where they could go.
@@ -32,12 +37,25 @@ pub struct Incomparable {
     pub expected: String,
 }
 
+/// The values that an operator sets on the axes of every robot's controller: speed and turning rate,
+/// and those where nothing is detected if the controller is not a mirrored one.
+pub fn controller_values(controller: ControllerParameters) -> Vec<(Axis, f64)> {
+    let mut values =
+        vec![(Axis::Speed, controller.speed_m_s), (Axis::TurnRate, controller.turn_rate_rad_s)];
+    if let Some(undetected) = controller.undetected {
+        values.push((Axis::UndetectedSpeed, undetected.speed_m_s));
+        values.push((Axis::UndetectedTurnRate, undetected.turn_rate_rad_s));
+    }
+    values
+}
+
 impl OperatorConditions {
     /// The circumstances that a simulated cell stands for.
     pub fn of(conditions: &Conditions, duration_s: f64) -> Self {
         Self {
             robots: conditions.robots,
             controller: conditions.controller,
+            behaviour: conditions.behaviour,
             placement: conditions.placement.clone(),
             arena: conditions.arena,
             duration_s,
@@ -55,6 +73,9 @@ impl OperatorConditions {
         if run.robots != self.robots {
             return refuse("the number of robots", run.robots.to_string(), self.robots.to_string());
         }
+        if run.behaviour != self.behaviour {
+            return refuse("the behaviour", run.behaviour.to_string(), self.behaviour.to_string());
+        }
         if let Some(pair) =
             [&run.placement, &self.placement].into_iter().find(|placement| is_pair(placement))
         {
@@ -64,6 +85,8 @@ impl OperatorConditions {
         if found != expected {
             return refuse("the placement", found.to_owned(), expected.to_owned());
         }
+        let [run_undetected, own_undetected] =
+            [run.controller, self.controller].map(|controller| decide(false, controller));
         for (aspect, unit, found, expected) in [
             ("the speed", "m/s", run.controller.speed_m_s, self.controller.speed_m_s),
             (
@@ -71,6 +94,18 @@ impl OperatorConditions {
                 "rad/s",
                 run.controller.turn_rate_rad_s,
                 self.controller.turn_rate_rad_s,
+            ),
+            (
+                "the speed where nothing is detected",
+                "m/s",
+                run_undetected.speed_m_s,
+                own_undetected.speed_m_s,
+            ),
+            (
+                "the turning rate where nothing is detected",
+                "rad/s",
+                run_undetected.turn_rate_rad_s,
+                own_undetected.turn_rate_rad_s,
             ),
             ("the placement radius", "m", run.placement.radius_m(), self.placement.radius_m()),
             ("the side of the arena", "m", run.arena.side_m, self.arena.side_m),
@@ -120,7 +155,8 @@ mod tests {
 
     const SIMULATED: OperatorConditions = OperatorConditions {
         robots: 9,
-        controller: ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 },
+        controller: ControllerParameters::mirrored(0.15, 0.75),
+        behaviour: Behaviour::Milling,
         placement: Placement::DiscFacingOut { radius_m: 0.825 },
         arena: Arena { side_m: 15.0, walls: Walls::Stop },
         duration_s: 300.0,
@@ -137,7 +173,7 @@ mod tests {
 
     #[test]
     fn every_difference_is_refused_by_name() {
-        let controller = ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.8 };
+        let controller = ControllerParameters::mirrored(0.15, 0.8);
         let placement = Placement::DiscFacingOut { radius_m: 0.6 };
         let arena = Arena { side_m: 15.0, walls: Walls::None };
 

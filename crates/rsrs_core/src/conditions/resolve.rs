@@ -1,10 +1,11 @@
 //! From a profile and settings to conditions.
 
-use super::capabilities::check_value;
-use super::check::Impossible;
+use super::capabilities::{check_bounds, check_value};
+use super::check::{self, Impossible};
 use super::{Arena, Conditions, GainDistribution, Placement, Region, SimulatedRobot, Walls};
 use crate::diagram::axis::{Axis, Cell};
-use crate::robot::controller::ControllerParameters;
+use crate::judge::behaviour::Behaviour;
+use crate::robot::controller::{Command, ControllerParameters};
 use crate::robot::profile::{ProfileError, RobotProfile};
 
 /// What a sweep or an experiment fixes besides the robots: settings that belong to `E`.
@@ -16,6 +17,8 @@ pub struct Settings {
     pub walls: Walls,
     /// Where the robots start, if not in a disc of the radius among the values.
     pub placement: Option<Placement>,
+    /// What the swarm is judged for.
+    pub behaviour: Behaviour,
 }
 
 /// Why a profile and settings do not make conditions.
@@ -78,15 +81,17 @@ impl Conditions {
         }
         let robot = robot.with_capabilities(&capabilities)?;
         let required = |value: Option<f64>, axis| value.ok_or(ConditionsError::Missing { axis });
-        let controller = ControllerParameters {
+        let detected = Command {
             speed_m_s: required(operator.speed_m_s, Axis::Speed)?,
             turn_rate_rad_s: required(operator.turn_rate_rad_s, Axis::TurnRate)?,
         };
+        let controller = operator.controller(detected)?;
         let simulated = simulated_robot(&robot, controller);
         let default_radius_m = PLACEMENT_OVER_RANGE * simulated.region.range_m();
         let conditions = Self {
             robots: required(operator.robots, Axis::Robots)? as usize,
             controller,
+            behaviour: settings.behaviour,
             placement: settings.placement.clone().unwrap_or(Placement::DiscFacingOut {
                 radius_m: operator.placement_radius_m.unwrap_or(default_radius_m),
             }),
@@ -109,6 +114,8 @@ const ARENA_M: f64 = 15.0;
 struct OperatorSettings {
     speed_m_s: Option<f64>,
     turn_rate_rad_s: Option<f64>,
+    undetected_speed_m_s: Option<f64>,
+    undetected_turn_rate_rad_s: Option<f64>,
     robots: Option<f64>,
     placement_radius_m: Option<f64>,
     arena_m: Option<f64>,
@@ -120,6 +127,8 @@ impl OperatorSettings {
         let place = match axis {
             Axis::Speed => &mut self.speed_m_s,
             Axis::TurnRate => &mut self.turn_rate_rad_s,
+            Axis::UndetectedSpeed => &mut self.undetected_speed_m_s,
+            Axis::UndetectedTurnRate => &mut self.undetected_turn_rate_rad_s,
             Axis::Robots => &mut self.robots,
             Axis::PlacementRadius => &mut self.placement_radius_m,
             Axis::Arena => &mut self.arena_m,
@@ -128,22 +137,39 @@ impl OperatorSettings {
         *place = Some(value);
         true
     }
+
+    /// The controller with this command where something is detected: mirrored, unless another one is
+    /// set where nothing is.
+    fn controller(&self, detected: Command) -> Result<ControllerParameters, ConditionsError> {
+        let Command { speed_m_s, turn_rate_rad_s } = detected;
+        if self.undetected_speed_m_s.is_none() && self.undetected_turn_rate_rad_s.is_none() {
+            check_bounds(Axis::Speed, speed_m_s, check::AMOUNT)?;
+            check_bounds(Axis::TurnRate, turn_rate_rad_s, check::AMOUNT)?;
+        }
+        let undetected = Command {
+            speed_m_s: self.undetected_speed_m_s.unwrap_or(speed_m_s),
+            turn_rate_rad_s: self.undetected_turn_rate_rad_s.unwrap_or(-turn_rate_rad_s),
+        };
+        Ok(ControllerParameters::of(detected, undetected))
+    }
 }
 
 fn simulated_robot(robot: &RobotProfile, controller: ControllerParameters) -> SimulatedRobot {
     let (speed, turn) = (&robot.actuation.speed, &robot.actuation.turn);
+    // One gain serves both commands: that of the faster one, which moves the robot most.
+    let Command { speed_m_s, turn_rate_rad_s } = controller.fastest();
     let sensing = &robot.sensing;
     SimulatedRobot {
         radius_m: robot.body.radius_m,
         front_half_angle_rad: robot.body.front_half_angle_rad,
         rotates_while_blocked: robot.body.rotates_while_blocked,
         speed_gain: GainDistribution {
-            mean: speed.gain_at(controller.speed_m_s).mean,
+            mean: speed.gain_at(speed_m_s).mean,
             robot_sd: speed.robot_sd,
             step_sd: speed.step_sd,
         },
         turn_gain: GainDistribution {
-            mean: turn.gain_at(controller.turn_rate_rad_s, controller.speed_m_s).mean,
+            mean: turn.gain_at(turn_rate_rad_s, speed_m_s).mean,
             robot_sd: turn.robot_sd,
             step_sd: turn.step_sd,
         },

@@ -20,7 +20,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::diagram::PhaseCounts;
 use crate::diagram::axis::{Axis, Cell};
-use crate::judge::phase::Phase;
 use crate::statistics::comparison::Share;
 use crate::statistics::sequence;
 
@@ -130,9 +129,9 @@ impl Schedule {
     }
 }
 
-/// Whether half of the runs so far ended in stable milling.
+/// Whether half of the runs so far ended in the wanted phase.
 fn mills(counts: &PhaseCounts) -> bool {
-    2 * counts.get(Phase::StableMilling) >= counts.total()
+    2 * counts.wanted() >= counts.total()
 }
 
 /// Whether it is certain which phase is the most frequent one, and whether a cell mills in half of
@@ -144,8 +143,9 @@ pub fn is_settled(counts: &PhaseCounts) -> bool {
     let Some(leader) = counts.majority() else {
         return false;
     };
-    let rivals = Phase::ALL.into_iter().filter(|phase| *phase != leader);
-    let error = sequence::ERROR / (Phase::ALL.len() - 1) as f64;
+    let phases = counts.behaviour().phases();
+    let rivals = phases.iter().copied().filter(|phase| *phase != leader);
+    let error = sequence::ERROR / (phases.len() - 1) as f64;
     let hits = counts.get(leader);
     let mut beaten =
         rivals.map(|rival| sequence::interval(hits, hits + counts.get(rival), error).low > HALF);

@@ -22,6 +22,10 @@ pub enum Axis {
     Speed,
     /// Turning rate `ω`, in radians per second.
     TurnRate,
+    /// Forward speed where nothing is detected, in metres per second; without a value `v`.
+    UndetectedSpeed,
+    /// Turning rate where nothing is detected, in radians per second; without a value `-ω`.
+    UndetectedTurnRate,
     /// Number of robots `N`.
     Robots,
     /// Radius of the disc in which robots start, in metres.
@@ -65,9 +69,11 @@ pub enum Axis {
 
 impl Axis {
     /// All axes, those that an operator can set first.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 23] = [
         Self::Speed,
         Self::TurnRate,
+        Self::UndetectedSpeed,
+        Self::UndetectedTurnRate,
         Self::Robots,
         Self::PlacementRadius,
         Self::Arena,
@@ -94,6 +100,8 @@ impl Axis {
         match self {
             Self::Speed => "speed_m_s",
             Self::TurnRate => "turn_rate_rad_s",
+            Self::UndetectedSpeed => "undetected_speed_m_s",
+            Self::UndetectedTurnRate => "undetected_turn_rate_rad_s",
             Self::Robots => "robots",
             Self::PlacementRadius => "placement_radius_m",
             Self::Arena => "arena_m",
@@ -121,6 +129,8 @@ impl Axis {
         match self {
             Self::Speed => "speed (m/s)",
             Self::TurnRate => "turning rate (rad/s)",
+            Self::UndetectedSpeed => "speed, nothing detected (m/s)",
+            Self::UndetectedTurnRate => "turning rate, nothing detected (rad/s)",
             Self::Robots => "number of robots",
             Self::PlacementRadius => "placement radius (m)",
             Self::Arena => "side of the arena (m)",
@@ -146,8 +156,8 @@ impl Axis {
     /// The unit behind a number: `m/s`; empty for dimensionless axes.
     pub fn unit(self) -> &'static str {
         match self {
-            Self::Speed | Self::Gust => "m/s",
-            Self::TurnRate | Self::TurnBias => "rad/s",
+            Self::Speed | Self::UndetectedSpeed | Self::Gust => "m/s",
+            Self::TurnRate | Self::UndetectedTurnRate | Self::TurnBias => "rad/s",
             Self::PlacementRadius | Self::Arena | Self::Range => "m",
             Self::HalfAngle | Self::SensorBearing | Self::HeadingNoise => "rad",
             Self::YawLag | Self::Period => "s",
@@ -168,7 +178,13 @@ impl Axis {
     pub fn is_capability(self) -> bool {
         !matches!(
             self,
-            Self::Speed | Self::TurnRate | Self::Robots | Self::PlacementRadius | Self::Arena
+            Self::Speed
+                | Self::TurnRate
+                | Self::UndetectedSpeed
+                | Self::UndetectedTurnRate
+                | Self::Robots
+                | Self::PlacementRadius
+                | Self::Arena
         )
     }
 

@@ -9,8 +9,10 @@ use serde::{Deserialize, Serialize};
 use crate::diagram::PhaseCounts;
 use crate::diagram::axis::{Axis, Cell};
 use crate::diagram::settling::Settling;
+use crate::judge::behaviour::Behaviour;
 use crate::judge::order::OrderParameters;
-use crate::judge::phase::{Phase, Thresholds};
+use crate::judge::phase::Phase;
+use crate::judge::rule::Parameter;
 use crate::statistics::comparison::Share;
 
 pub use candidates::{Candidate, Worlds, rank};
@@ -106,22 +108,27 @@ impl AtCircliness {
     ///
     /// # Arguments
     ///
-    /// * `judged` — phases and order parameters of simulated replicates, whose reach is known; at
-    ///   least one.
+    /// * `judged` — phases and order parameters of simulated replicates, whose reach is known.
+    ///
+    /// # Returns
+    ///
+    /// Nothing for a behaviour whose wanted phase has no bound on circliness.
     pub fn of(judged: &[(Phase, OrderParameters)]) -> Vec<Self> {
-        let whole = Thresholds::default();
+        let Some((phase, _)) = judged.first() else { return Vec::new() };
+        let rules = phase.behaviour().rules();
+        let Some(bound) = rules.wanted_bound(Parameter::Circliness) else { return Vec::new() };
+        let wanted = rules.wanted;
         let lasts = |(phase, evidence): &&(Phase, OrderParameters)| {
-            *phase == Phase::StableMilling || whole.phase(evidence) != Phase::StableMilling
+            *phase == wanted || rules.phase(evidence) != wanted
         };
         let at = |stable_circliness: f64| {
-            let thresholds = Thresholds { stable_circliness, ..Thresholds::default() };
-            let is_mill = |(_, evidence): &&(Phase, OrderParameters)| {
-                thresholds.phase(evidence) == Phase::StableMilling
-            };
+            let moved = rules.clone().with_wanted_bound(Parameter::Circliness, stable_circliness);
+            let is_mill =
+                |(_, evidence): &&(Phase, OrderParameters)| moved.phase(evidence) == wanted;
             let n_mills = judged.iter().filter(lasts).filter(is_mill).count();
             Self { stable_circliness, b_s: n_mills as f64 / judged.len() as f64 }
         };
-        [0.4, Thresholds::default().stable_circliness, 0.6].map(at).into()
+        [0.4, bound, 0.6].map(at).into()
     }
 }
 
@@ -185,6 +192,11 @@ impl Choice {
             by_circliness: Vec::new(),
             candidates_tried: None,
         }
+    }
+
+    /// The behaviour that the cell was chosen for; milling in a file that does not say how runs ended.
+    pub fn behaviour(&self) -> Behaviour {
+        self.phases.map_or(Behaviour::default(), |phases| phases.behaviour())
     }
 
     /// The lower bound of the share of mills in the world in which they are rarer.

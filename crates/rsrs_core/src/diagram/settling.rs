@@ -67,7 +67,7 @@ pub fn edge(diagram: &PhaseDiagram) -> BTreeSet<usize> {
         });
         places.collect()
     };
-    let mills = |entry: &DiagramCell| entry.counts.share(Phase::StableMilling) >= 0.5;
+    let mills = |entry: &DiagramCell| entry.counts.wanted_share() >= 0.5;
     let cells: std::collections::BTreeMap<Vec<usize>, (usize, bool)> = (0..)
         .zip(&diagram.cells)
         .map(|(index, entry)| (point(&entry.cell), (index, mills(entry))))

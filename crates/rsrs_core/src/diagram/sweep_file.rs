@@ -13,6 +13,7 @@ use crate::diagram::adaptive::Adaptive;
 use crate::diagram::axis::{Axis, AxisValues, Cell, OtherUnit};
 use crate::document::{self, DocumentError};
 use crate::help::Help;
+use crate::judge::behaviour::Behaviour;
 use crate::robot::harsher::{Harsher, HarsherFactors, NotHarsher};
 use crate::robot::profile::{BeyondLimits, RobotProfile};
 use crate::statistics::interval_kind::IntervalKind;
@@ -28,6 +29,9 @@ pub struct SweepFile {
     /// How the simulated robot is worse; omitted is the documented default.
     #[serde(default)]
     pub harsher: Harsher,
+    /// What the swarm is judged for; milling where the file does not name it.
+    #[serde(default, skip_serializing_if = "Behaviour::is_usual")]
+    pub behaviour: Behaviour,
     /// Swept axes; the grid is their product.
     #[serde(default, skip_serializing_if = "Axes::is_empty")]
     pub axes: Axes,
@@ -269,6 +273,7 @@ impl SweepFile {
             values: self.fixed.values.clone(),
             walls: self.fixed.walls,
             placement: self.placement.as_ref().and_then(StartPlacement::placement),
+            behaviour: self.behaviour,
         }
     }
 

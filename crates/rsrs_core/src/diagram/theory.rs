@@ -119,9 +119,12 @@ impl Condition {
 
 impl Ring {
     /// The ring of robots under these conditions; `None` if they see with a polygon or by centres,
-    /// for which this geometry does not hold.
+    /// for which this geometry does not hold, or have another controller than that of the paper.
     pub fn of(conditions: &Conditions) -> Option<Self> {
         let robot = &conditions.robot;
+        if conditions.controller.undetected.is_some() {
+            return None;
+        }
         let Region::Cone { half_angle_rad, range_m } = robot.region else {
             return None;
         };

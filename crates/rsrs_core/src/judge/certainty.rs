@@ -3,8 +3,11 @@
 use serde::Serialize;
 
 use crate::judge::order::OrderParameters;
-use crate::judge::phase::{LastWindow, Phase, Thresholds, Verdict, lasting};
+use crate::judge::phase::{LastWindow, Phase, Verdict};
+use crate::judge::rule::{Condition, NONE, Needs, Rules};
 use crate::judge::trajectory::{Bodies, Trajectory};
+
+pub use crate::judge::rule::Parameter;
 
 /// How sure a verdict is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -19,7 +22,7 @@ pub struct Certainty {
     /// Share of the blocks of 10 s in the window which by themselves show the same phase, from 0
     /// to 1.
     pub confidence: f64,
-    /// Share of these blocks that satisfy the rule of stable milling by themselves, from 0 to 1; a
+    /// Share of these blocks that satisfy the rule of the wanted phase by themselves, from 0 to 1; a
     /// stable mill breaks it in at most one of six.
     pub steady: f64,
 }
@@ -36,38 +39,6 @@ pub struct Margin {
     /// How far the order parameter is from it: positive, or zero, where this part of the rule
     /// holds, negative where it does not.
     pub distance: f64,
-}
-
-/// An order parameter that a rule looks at; named as in [`OrderParameters`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Parameter {
-    /// Share of lost robots.
-    Lost,
-    /// Share of stuck robots.
-    Stuck,
-    /// Share of time blocked.
-    Blocked,
-    /// Normalised angular momentum.
-    Rotation,
-    /// Way around the centroid.
-    Orbit,
-    /// Roundness.
-    Circliness,
-}
-
-impl Parameter {
-    /// The name in files and reports.
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Lost => "lost",
-            Self::Stuck => "stuck",
-            Self::Blocked => "blocked",
-            Self::Rotation => "rotation",
-            Self::Orbit => "orbit",
-            Self::Circliness => "circliness",
-        }
-    }
 }
 
 /// The least change that gives another phase.
@@ -91,25 +62,20 @@ impl Certainty {
     ///
     /// * `trajectory`, `bodies` — what was judged.
     /// * `verdict` — that of [`crate::judge::phase::label_with`] for them.
-    /// * `thresholds` — those of the verdict.
+    /// * `rules` — those of the verdict.
     ///
     /// # Panics
     ///
     /// If the verdict is of another, longer trajectory.
-    pub fn of(
-        trajectory: &Trajectory,
-        bodies: &Bodies,
-        verdict: &Verdict,
-        thresholds: &Thresholds,
-    ) -> Self {
+    pub fn of(trajectory: &Trajectory, bodies: &Bodies, verdict: &Verdict, rules: &Rules) -> Self {
         let window = LastWindow::of(trajectory, trajectory.n_samples(), bodies).remove(0);
-        let (n_good, n_blocks) = (window.n_good(thresholds), window.blocks.len());
-        // Where the whole window is no stable mill, its blocks would change together with it.
-        let is_whole = thresholds.is_stable(&verdict.evidence);
+        let (n_good, n_blocks) = (window.n_good(rules), window.blocks.len());
+        // Where the whole window is not in the wanted phase, its blocks would change together with it.
+        let is_whole = rules.is_wanted(&verdict.evidence);
         let blocks = if is_whole { (n_good, n_blocks) } else { (0, 0) };
         let state = State { evidence: verdict.evidence, blocks };
-        let margins = margins(thresholds, &state, verdict.n_robots);
-        let decided = |crossed: &[Margin]| state.after(crossed).phase(thresholds);
+        let margins = margins(rules, &state, verdict.n_robots);
+        let decided = |crossed: &[Margin]| state.after(crossed).phase(rules);
         let near: Vec<Margin> = margins
             .iter()
             .filter(|margin| margin.distance.abs() < settled(margin))
@@ -119,7 +85,7 @@ impl Certainty {
         Self {
             nearest: nearest(&margins, verdict.phase, decided),
             is_settled,
-            confidence: confidence(&window.blocks, verdict.phase, thresholds),
+            confidence: confidence(&window.blocks, verdict.phase, rules),
             margins,
             steady: n_good as f64 / n_blocks as f64,
         }
@@ -135,76 +101,40 @@ struct State {
 }
 
 impl State {
-    fn phase(&self, thresholds: &Thresholds) -> Phase {
+    fn phase(&self, rules: &Rules) -> Phase {
         let (n_good, n_blocks) = self.blocks;
-        lasting(thresholds.phase(&self.evidence), n_good, n_blocks)
+        rules.lasting(rules.phase(&self.evidence), n_good, n_blocks)
     }
 
     /// The same with some order parameters just on the other side of their boundaries.
     fn after(mut self, crossed: &[Margin]) -> Self {
         for margin in crossed {
-            let is_upward = self.value(margin.parameter) < margin.boundary;
+            let is_upward = margin.parameter.of(&self.evidence) < margin.boundary;
             let beyond = if is_upward { margin.boundary } else { margin.boundary.next_down() };
-            self.set(margin.parameter, beyond);
+            margin.parameter.set(&mut self.evidence, beyond);
         }
         self
-    }
-
-    fn value(&self, parameter: Parameter) -> f64 {
-        let Self { evidence, .. } = self;
-        match parameter {
-            Parameter::Lost => evidence.lost.unwrap_or(0.0),
-            Parameter::Stuck => evidence.stuck,
-            Parameter::Blocked => evidence.blocked,
-            Parameter::Rotation => evidence.rotation,
-            Parameter::Orbit => evidence.orbit,
-            Parameter::Circliness => evidence.circliness,
-        }
-    }
-
-    fn set(&mut self, parameter: Parameter, value: f64) {
-        let Self { evidence, .. } = self;
-        match parameter {
-            // None of the robots is lost below the first one.
-            Parameter::Lost => evidence.lost = Some(value),
-            Parameter::Stuck => evidence.stuck = value,
-            Parameter::Blocked => evidence.blocked = value,
-            Parameter::Rotation => evidence.rotation = value,
-            Parameter::Orbit => evidence.orbit = value,
-            Parameter::Circliness => evidence.circliness = value,
-        }
     }
 }
 
 /// Every boundary, in the order of the rules.
-fn margins(thresholds: &Thresholds, state: &State, n_robots: usize) -> Vec<Margin> {
-    let at_least = |phase, parameter, boundary| Margin {
-        phase,
-        parameter,
-        boundary,
-        distance: state.value(parameter) - boundary,
+fn margins(rules: &Rules, state: &State, n_robots: usize) -> Vec<Margin> {
+    let conditions = rules
+        .rules
+        .iter()
+        .flat_map(|rule| rule.conditions.iter().map(move |condition| (rule.phase, condition)));
+    let margin = |(phase, condition): (Phase, &Condition)| {
+        let Condition { parameter, needs, bound } = *condition;
+        // Where no robot may be lost, the boundary is the first robot.
+        let boundary = if bound <= NONE { 1.0 / n_robots as f64 } else { bound };
+        let found = parameter.of(&state.evidence);
+        let distance = match needs {
+            Needs::AtLeast => found - boundary,
+            Needs::Below => boundary - found,
+        };
+        Margin { phase, parameter, boundary, distance }
     };
-    let below = |phase, parameter, boundary| Margin {
-        phase,
-        parameter,
-        boundary,
-        distance: boundary - state.value(parameter),
-    };
-    let stable = Phase::StableMilling;
-    let semi_stable = Phase::SemiStableMilling;
-    vec![
-        at_least(Phase::Dispersion, Parameter::Lost, thresholds.dispersion_lost),
-        at_least(Phase::CollidingUnstable, Parameter::Stuck, thresholds.colliding_stuck),
-        at_least(Phase::CollidingUnstable, Parameter::Blocked, thresholds.colliding_blocked),
-        at_least(stable, Parameter::Rotation, thresholds.stable_rotation),
-        at_least(stable, Parameter::Orbit, thresholds.stable_orbit),
-        at_least(stable, Parameter::Circliness, thresholds.stable_circliness),
-        below(stable, Parameter::Blocked, thresholds.stable_blocked),
-        // A stable mill has lost no robot: the boundary is the first robot.
-        below(stable, Parameter::Lost, 1.0 / n_robots as f64),
-        at_least(semi_stable, Parameter::Rotation, thresholds.semi_stable_rotation),
-        at_least(semi_stable, Parameter::Orbit, thresholds.semi_stable_orbit),
-    ]
+    conditions.map(margin).collect()
 }
 
 /// How far from a boundary is far enough.
@@ -245,9 +175,9 @@ fn nearest(
 }
 
 /// The share of blocks that show the same phase.
-fn confidence(blocks: &[OrderParameters], phase: Phase, thresholds: &Thresholds) -> f64 {
+fn confidence(blocks: &[OrderParameters], phase: Phase, rules: &Rules) -> f64 {
     let is_same = |evidence: &&OrderParameters| {
-        State { evidence: **evidence, blocks: (0, 0) }.phase(thresholds) == phase
+        State { evidence: **evidence, blocks: (0, 0) }.phase(rules) == phase
     };
     blocks.iter().filter(is_same).count() as f64 / blocks.len() as f64
 }

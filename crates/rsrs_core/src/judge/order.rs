@@ -16,12 +16,13 @@ use serde::{Deserialize, Serialize};
 use crate::judge::trajectory::{Bodies, Trajectory};
 use crate::robot::unicycle::Pose;
 
+mod cluster;
 mod geometry;
 mod sums;
 
 pub use geometry::Vector;
 use sums::OrderAccumulator;
-pub use sums::{Commanded, Samples, Sums, look_back};
+pub use sums::{Commanded, Samples, Sums};
 
 /// Order parameters of one window: what a verdict rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -56,6 +57,10 @@ pub struct OrderParameters {
     /// `1 - ωΔt/2`: the heading swings by `ωΔt` between left and right, so even a perfect mill is
     /// not more circular than this.
     pub circliness_ceiling: f64,
+    /// Share of the robots in the largest cluster, a mean over looks every 10 s; `None` if the body's
+    /// radius is unknown. Robots between which no other one fits are of one cluster.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clustered: Option<f64>,
 }
 
 /// A robot is blocked when it comes less far than this share of its commanded way.
@@ -64,6 +69,15 @@ pub const BLOCKED_SHARE: f64 = 0.2;
 /// The time over which that is measured, in seconds. A robot that circles freely in place comes
 /// `|sin(ωt/2)| / (ωt/2)` of its way, so up to 5 rad/s no free robot counts as blocked.
 pub const BLOCKED_OVER_S: f64 = 1.0;
+
+/// Samples back to where a robot that may be blocked was.
+///
+/// # Arguments
+///
+/// * `period_s` — control period, in seconds.
+pub fn look_back(period_s: f64) -> usize {
+    (BLOCKED_OVER_S / period_s).round().max(1.0) as usize
+}
 
 /// A robot that is blocked for more than this share of the window is stuck.
 pub const STUCK_SHARE: f64 = 0.9;

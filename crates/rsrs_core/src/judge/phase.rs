@@ -1,4 +1,4 @@
-//! The phases of a milling swarm, and the judge that distinguishes them.
+//! What a swarm can settle into, and the judge that distinguishes it.
 
 #![expect(
     clippy::inline_always,
@@ -12,14 +12,16 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use crate::judge::behaviour::Behaviour;
 use crate::judge::number::Number;
 use crate::judge::order::{OrderParameters, Samples, Sums, sums_with_blocks};
+use crate::judge::rule::{Parameter, Rules};
 use crate::judge::trajectory::{Bodies, Trajectory};
 
-/// What a swarm settled into.
+/// What a swarm settled into: a phase of one of the behaviours that swarms are judged for.
 ///
-/// The four phases of the paper, and `Unformed` for what is none of them: reported as such, never
-/// forced into the four.
+/// Those of milling are the four phases of the paper, and `Unformed` for what is none of them:
+/// reported as such, never forced into the four.
 ///
 /// # Source
 ///
@@ -37,16 +39,34 @@ pub enum Phase {
     Dispersion,
     /// Robots block each other and stand.
     CollidingUnstable,
+    /// Nearly all robots are in one cluster.
+    Aggregated,
+    /// At least half of the robots are in one cluster.
+    PartlyAggregated,
+    /// No cluster holds half of the robots.
+    NotAggregated,
+    /// Nearly no robot has another within reach.
+    SpreadOut,
+    /// At least half of the robots have none within reach.
+    PartlySpreadOut,
+    /// Most robots have others within reach.
+    NotSpreadOut,
 }
 
 impl Phase {
-    /// All phases, in the order of columns and legends.
-    pub const ALL: [Self; 5] = [
+    /// All phases of all behaviours.
+    pub const ALL: [Self; 11] = [
         Self::StableMilling,
         Self::SemiStableMilling,
         Self::Unformed,
         Self::Dispersion,
         Self::CollidingUnstable,
+        Self::Aggregated,
+        Self::PartlyAggregated,
+        Self::NotAggregated,
+        Self::SpreadOut,
+        Self::PartlySpreadOut,
+        Self::NotSpreadOut,
     ];
 
     /// The name in files: `stable_milling`.
@@ -57,6 +77,12 @@ impl Phase {
             Self::Unformed => "unformed",
             Self::Dispersion => "dispersion",
             Self::CollidingUnstable => "colliding_unstable",
+            Self::Aggregated => "aggregated",
+            Self::PartlyAggregated => "partly_aggregated",
+            Self::NotAggregated => "not_aggregated",
+            Self::SpreadOut => "spread_out",
+            Self::PartlySpreadOut => "partly_spread_out",
+            Self::NotSpreadOut => "not_spread_out",
         }
     }
 
@@ -68,6 +94,27 @@ impl Phase {
             Self::Unformed => "unformed",
             Self::Dispersion => "dispersion",
             Self::CollidingUnstable => "colliding unstable",
+            Self::Aggregated => "aggregated",
+            Self::PartlyAggregated => "partly aggregated",
+            Self::NotAggregated => "not aggregated",
+            Self::SpreadOut => "spread out",
+            Self::PartlySpreadOut => "partly spread out",
+            Self::NotSpreadOut => "not spread out",
+        }
+    }
+
+    /// The behaviour that it is a phase of.
+    pub fn behaviour(self) -> Behaviour {
+        match self {
+            Self::StableMilling
+            | Self::SemiStableMilling
+            | Self::Unformed
+            | Self::Dispersion
+            | Self::CollidingUnstable => Behaviour::Milling,
+            Self::Aggregated | Self::PartlyAggregated | Self::NotAggregated => {
+                Behaviour::Aggregation
+            }
+            Self::SpreadOut | Self::PartlySpreadOut | Self::NotSpreadOut => Behaviour::Dispersal,
         }
     }
 
@@ -80,84 +127,6 @@ impl Phase {
 impl fmt::Display for Phase {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(self.title())
-    }
-}
-
-/// Where one phase ends and the next begins; all dimensionless.
-///
-/// Stable and semi-stable milling are a continuum in circliness. So its threshold can be moved, and
-/// results show how `B_s` moves with it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Thresholds {
-    /// Share of lost robots from which on a swarm is dispersed.
-    pub dispersion_lost: f64,
-    /// Share of stuck robots from which on a swarm is colliding.
-    pub colliding_stuck: f64,
-    /// Share of time blocked from which on a swarm is colliding.
-    pub colliding_blocked: f64,
-    /// Least rotation of a stable mill.
-    pub stable_rotation: f64,
-    /// Least orbit of a stable mill.
-    pub stable_orbit: f64,
-    /// Least circliness of a stable mill.
-    pub stable_circliness: f64,
-    /// Share of time blocked that a stable mill stays below.
-    pub stable_blocked: f64,
-    /// Least rotation of a semi-stable mill.
-    pub semi_stable_rotation: f64,
-    /// Least orbit of a semi-stable mill.
-    pub semi_stable_orbit: f64,
-}
-
-impl Default for Thresholds {
-    fn default() -> Self {
-        Self {
-            dispersion_lost: 0.25,
-            colliding_stuck: 0.2,
-            colliding_blocked: 0.25,
-            stable_rotation: 0.9,
-            stable_orbit: 0.8,
-            stable_circliness: 0.5,
-            stable_blocked: 0.02,
-            semi_stable_rotation: 0.6,
-            semi_stable_orbit: 0.5,
-        }
-    }
-}
-
-impl Thresholds {
-    /// The phase of a swarm with these order parameters, by the first rule that holds: that of the
-    /// whole window, before [`lasting`].
-    ///
-    /// # Arguments
-    ///
-    /// * `evidence` — the order parameters; [`label`] asks nothing of those whose `lost` is unknown.
-    pub fn phase(&self, evidence: &OrderParameters) -> Phase {
-        let is_dispersed = evidence.lost.is_some_and(|lost| lost >= self.dispersion_lost);
-        let is_colliding =
-            evidence.stuck >= self.colliding_stuck || evidence.blocked >= self.colliding_blocked;
-        let is_semi_stable = evidence.rotation >= self.semi_stable_rotation
-            && evidence.orbit >= self.semi_stable_orbit;
-        if is_dispersed {
-            Phase::Dispersion
-        } else if is_colliding {
-            Phase::CollidingUnstable
-        } else if self.is_stable(evidence) {
-            Phase::StableMilling
-        } else if is_semi_stable {
-            Phase::SemiStableMilling
-        } else {
-            Phase::Unformed
-        }
-    }
-
-    /// The rule of stable milling alone, as blocks of a run are held against it.
-    pub fn is_stable(&self, evidence: &OrderParameters) -> bool {
-        evidence.rotation >= self.stable_rotation
-            && evidence.orbit >= self.stable_orbit
-            && evidence.circliness >= self.stable_circliness
-            && evidence.blocked < self.stable_blocked
-            && evidence.lost.unwrap_or(0.0) == 0.0
     }
 }
 
@@ -196,6 +165,9 @@ pub enum JudgeError {
         /// When, in seconds from the start.
         time_s: f64,
     },
+    /// The radius of the bodies is unknown, and with it how near robots of a cluster are.
+    #[error("the radius of the robots' bodies is not known, and decides whether they aggregate")]
+    UnknownRadius,
     /// The reach is unknown, and with it who has lost whom: another reach is another phase.
     #[error("the robots' reach is not known, and decides: {}", by_reach::in_words(phases))]
     UnknownReach {
@@ -213,33 +185,10 @@ pub const BLOCK_S: f64 = 10.0;
 /// As many good blocks in a row are a mill that has formed.
 pub const GOOD_BLOCKS: usize = 3;
 
-/// As many blocks of the window may break the rule of stable milling: a ring in which a single
-/// robot strays for a moment is still one.
-pub const STRAY_BLOCKS: usize = 1;
-
-/// The phase of a run whose whole window shows this one: a mill that tears apart inside the window
-/// is not stable, however good it is on average.
-///
-/// # Arguments
-///
-/// * `whole` — the phase by [`Thresholds::phase`].
-/// * `n_good`, `n_blocks` — how many of the window's blocks of 10 s satisfy the rule of stable
-///   milling by themselves, of how many.
-///
-/// # Source
-///
-/// Of nine rules this meets most labels by eye: `docs/judge_by_eye.md`.
-pub fn lasting(whole: Phase, n_good: usize, n_blocks: usize) -> Phase {
-    if whole == Phase::StableMilling && n_good + STRAY_BLOCKS < n_blocks {
-        return Phase::SemiStableMilling;
-    }
-    whole
-}
-
-/// Labels a run: simulated or real, by what a bag can contain.
+/// Labels a run as milling or what it came to instead: simulated or real, by what a bag can contain.
 ///
 /// Motion comes before shape: a jammed ring is round, too. And a mill lasts: at most one of the
-/// window's six blocks may break the rule of stable milling ([`lasting`]).
+/// window's six blocks may break the rule of stable milling ([`Rules::lasting`]).
 ///
 /// # Arguments
 ///
@@ -253,29 +202,32 @@ pub fn lasting(whole: Phase, n_good: usize, n_blocks: usize) -> Phase {
 ///
 /// # Source
 ///
-/// The phases of §IV step 3; the paper labelled by eye, the thresholds are ours ([`Thresholds`]).
+/// The phases of §IV step 3; the paper labelled by eye, the bounds are ours ([`Behaviour::rules`]).
 pub fn label(trajectory: &Trajectory, bodies: &Bodies) -> Result<Verdict, JudgeError> {
-    label_with(trajectory, bodies, &Thresholds::default())
+    label_with(trajectory, bodies, &Behaviour::Milling.rules())
 }
 
-/// As [`label`], with other thresholds.
+/// As [`label`], by the rules of another behaviour or with other bounds.
 ///
 /// # Errors
 ///
-/// As [`label`].
+/// As [`label`], and if the rules ask for clusters and the radius of the bodies is not known.
 pub fn label_with(
     trajectory: &Trajectory,
     bodies: &Bodies,
-    thresholds: &Thresholds,
+    rules: &Rules,
 ) -> Result<Verdict, JudgeError> {
     check(trajectory)?;
+    if bodies.radius_m.is_none() && rules.ask_for(Parameter::Clustered) {
+        return Err(JudgeError::UnknownRadius);
+    }
     let window = LastWindow::of(trajectory, trajectory.n_samples(), bodies).remove(0);
-    if window.whole.lost.is_none() {
-        let phases = by_reach::phases(trajectory, bodies.radius_m, thresholds);
+    if window.whole.lost.is_none() && rules.ask_for(Parameter::Lost) {
+        let phases = by_reach::phases(trajectory, bodies.radius_m, rules);
         return Err(JudgeError::UnknownReach { phases });
     }
     Ok(Verdict {
-        phase: window.phase(thresholds),
+        phase: window.phase(rules),
         evidence: window.whole,
         n_robots: trajectory.n_robots,
         duration_s: trajectory.duration_s(),
@@ -312,19 +264,19 @@ impl LastWindow {
         (0..S::Number::LANES).map(of_lane).collect()
     }
 
-    /// How many blocks satisfy the rule of stable milling by themselves.
-    pub fn n_good(&self, thresholds: &Thresholds) -> usize {
-        self.blocks.iter().filter(|evidence| thresholds.is_stable(evidence)).count()
+    /// How many blocks satisfy the rule of the wanted phase by themselves.
+    pub fn n_good(&self, rules: &Rules) -> usize {
+        self.blocks.iter().filter(|evidence| rules.is_wanted(evidence)).count()
     }
 
     /// What the run settled into.
-    pub fn phase(&self, thresholds: &Thresholds) -> Phase {
-        lasting(thresholds.phase(&self.whole), self.n_good(thresholds), self.blocks.len())
+    pub fn phase(&self, rules: &Rules) -> Phase {
+        rules.lasting(rules.phase(&self.whole), self.n_good(rules), self.blocks.len())
     }
 }
 
-/// When a run that ended in stable milling began to: the start of the first three consecutive
-/// blocks of 10 s that satisfy the rule of stable milling.
+/// When a run that ended in the wanted phase of its behaviour began to: the start of the first three
+/// consecutive blocks of 10 s that satisfy that phase's rule.
 ///
 /// # Arguments
 ///
@@ -333,18 +285,19 @@ impl LastWindow {
 ///
 /// # Returns
 ///
-/// Seconds from the start; `None` if the run did not end in stable milling, or never stayed in it
+/// Seconds from the start; `None` if the run did not end in the wanted phase, or never stayed in it
 /// for three blocks.
 pub fn converged_s(trajectory: &Trajectory, bodies: &Bodies, phase: Phase) -> Option<f64> {
-    if phase != Phase::StableMilling {
+    let behaviour = phase.behaviour();
+    if phase != behaviour.wanted() {
         return None;
     }
-    let thresholds = Thresholds::default();
+    let rules = behaviour.rules();
     let n_block = samples_in(BLOCK_S, trajectory.period_s);
     let mut good_blocks = 0;
     for block in 0..trajectory.n_samples() / n_block {
         let samples = block * n_block..(block + 1) * n_block;
-        let is_good = thresholds.is_stable(&OrderParameters::of(trajectory, samples, bodies));
+        let is_good = rules.is_wanted(&OrderParameters::of(trajectory, samples, bodies));
         good_blocks = if is_good { good_blocks + 1 } else { 0 };
         if good_blocks == GOOD_BLOCKS {
             let first = block + 1 - GOOD_BLOCKS;

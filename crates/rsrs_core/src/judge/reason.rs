@@ -1,18 +1,20 @@
 //! Why a run has its phase: the rules that decide it, and which robot left the others when.
 
+use std::cmp::Ordering;
 use std::fmt;
 
-use crate::judge::certainty::Parameter;
+use crate::judge::behaviour::Behaviour;
 use crate::judge::order::{OrderParameters, centre};
-use crate::judge::phase::{BLOCK_S, LastWindow, Phase, Thresholds, Verdict, samples_in, window};
+use crate::judge::phase::{BLOCK_S, LastWindow, Phase, Verdict, samples_in, window};
+use crate::judge::rule::{Condition, Rules};
 use crate::judge::trajectory::{Bodies, Trajectory};
 
 /// Why a run has its phase.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reason {
-    /// Rules that give the phase: those of dispersion or collision that hold, or those of a mill that
-    /// do not. Empty for a stable mill, which keeps all of them.
-    pub rules: Vec<Rule>,
+    /// Bounds that give the phase: those of dispersion or collision that hold, or those of a mill that
+    /// do not. Empty for the wanted phase, which keeps all of them.
+    pub rules: Vec<Decisive>,
     /// Of a mill that is stable on the whole and does not last: blocks of the window that break the
     /// rule of stable milling by themselves, and all of them.
     pub broken_blocks: Option<(usize, usize)>,
@@ -22,26 +24,13 @@ pub struct Reason {
 
 /// An order parameter beside the bound that decides.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rule {
+pub struct Decisive {
     /// The phase whose rule it is.
     pub phase: Phase,
-    /// The order parameter.
-    pub parameter: Parameter,
+    /// The order parameter and its bound.
+    pub condition: Condition,
     /// What was found.
     pub found: f64,
-    /// The bound.
-    pub bound: f64,
-    /// Whether the phase needs at least as much, or less.
-    pub needs: Needs,
-}
-
-/// On which side of a bound a phase is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Needs {
-    /// At the bound or above.
-    AtLeast,
-    /// Below it.
-    Below,
 }
 
 /// A robot that left.
@@ -75,109 +64,74 @@ impl Reason {
     ///
     /// * `trajectory`, `bodies` — what was judged.
     /// * `verdict` — that of [`crate::judge::phase::label_with`] for them.
-    /// * `thresholds` — those of the verdict.
+    /// * `rules` — those of the verdict.
     ///
     /// # Panics
     ///
     /// If the verdict is of another, longer trajectory.
-    pub fn of(
-        trajectory: &Trajectory,
-        bodies: &Bodies,
-        verdict: &Verdict,
-        thresholds: &Thresholds,
-    ) -> Self {
+    pub fn of(trajectory: &Trajectory, bodies: &Bodies, verdict: &Verdict, rules: &Rules) -> Self {
         let window = LastWindow::of(trajectory, trajectory.n_samples(), bodies).remove(0);
-        let (n_good, n_blocks) = (window.n_good(thresholds), window.blocks.len());
-        let does_not_last = window.phase(thresholds) != thresholds.phase(&window.whole);
+        let (n_good, n_blocks) = (window.n_good(rules), window.blocks.len());
+        let does_not_last = window.phase(rules) != rules.phase(&window.whole);
         Self {
-            rules: rules(verdict.phase, &verdict.evidence, thresholds),
+            rules: decisive(rules, verdict.phase, &verdict.evidence),
             broken_blocks: does_not_last.then_some((n_blocks - n_good, n_blocks)),
-            departures: departures(trajectory, bodies, verdict.phase, thresholds),
+            departures: departures(trajectory, bodies, verdict.phase),
         }
     }
 }
 
-/// The rules that decide on a phase, by [`Thresholds::phase`].
-fn rules(phase: Phase, evidence: &OrderParameters, thresholds: &Thresholds) -> Vec<Rule> {
-    let OrderParameters { lost, stuck, blocked, rotation, orbit, circliness, .. } = *evidence;
-    let lost = lost.unwrap_or(0.0);
-    let rule =
-        |phase, parameter, found, bound, needs| Rule { phase, parameter, found, bound, needs };
-    let (least, below) = (Needs::AtLeast, Needs::Below);
-    let dispersed = Phase::Dispersion;
-    let colliding = Phase::CollidingUnstable;
-    let (stable, semi_stable) = (Phase::StableMilling, Phase::SemiStableMilling);
-    let of_phase = match phase {
-        Phase::StableMilling => Vec::new(),
-        Phase::Dispersion => {
-            vec![rule(dispersed, Parameter::Lost, lost, thresholds.dispersion_lost, least)]
+/// The bounds that decide on a phase, by [`Rules::phase`].
+///
+/// A phase that comes before the wanted one is there by what holds of its rules, one that comes after
+/// it by what does not hold of the last rule before its own.
+fn decisive(rules: &Rules, phase: Phase, evidence: &OrderParameters) -> Vec<Decisive> {
+    let place = |phase: Phase| rules.rules.iter().position(|rule| rule.phase == phase);
+    let (own, wanted) = (place(phase).unwrap_or(rules.rules.len()), place(rules.wanted));
+    match Some(own).cmp(&wanted) {
+        Ordering::Less => of_rules(rules, phase, |condition| condition.holds(evidence), evidence),
+        Ordering::Equal => Vec::new(),
+        Ordering::Greater => {
+            let broken = rules.rules[own - 1].phase;
+            of_rules(rules, broken, |condition| !condition.holds(evidence), evidence)
         }
-        Phase::CollidingUnstable => vec![
-            rule(colliding, Parameter::Stuck, stuck, thresholds.colliding_stuck, least),
-            rule(colliding, Parameter::Blocked, blocked, thresholds.colliding_blocked, least),
-        ],
-        Phase::SemiStableMilling => vec![
-            rule(stable, Parameter::Rotation, rotation, thresholds.stable_rotation, least),
-            rule(stable, Parameter::Orbit, orbit, thresholds.stable_orbit, least),
-            rule(stable, Parameter::Circliness, circliness, thresholds.stable_circliness, least),
-            rule(stable, Parameter::Blocked, blocked, thresholds.stable_blocked, below),
-            rule(stable, Parameter::Lost, lost, f64::MIN_POSITIVE, below),
-        ],
-        Phase::Unformed => vec![
-            rule(
-                semi_stable,
-                Parameter::Rotation,
-                rotation,
-                thresholds.semi_stable_rotation,
-                least,
-            ),
-            rule(semi_stable, Parameter::Orbit, orbit, thresholds.semi_stable_orbit, least),
-        ],
+    }
+}
+
+fn of_rules(
+    rules: &Rules,
+    phase: Phase,
+    decides: impl Fn(&Condition) -> bool,
+    evidence: &OrderParameters,
+) -> Vec<Decisive> {
+    let conditions = rules.of(phase).flat_map(|rule| &rule.conditions);
+    let decisive = |condition: &Condition| {
+        let (condition, found) = (*condition, condition.parameter.of(evidence));
+        Decisive { phase, condition, found }
     };
-    // Dispersion and collision are there by a rule that holds, the others by rules that do not.
-    let decides = |rule: &Rule| rule.holds() == (rule.phase == phase);
-    of_phase.into_iter().filter(decides).collect()
-}
-
-impl Rule {
-    fn holds(&self) -> bool {
-        match self.needs {
-            Needs::AtLeast => self.found >= self.bound,
-            Needs::Below => self.found < self.bound,
-        }
-    }
+    conditions.filter(|condition| decides(condition)).map(decisive).collect()
 }
 
 /// `circliness 0.41, and 0.50 or more is stable milling`.
-impl fmt::Display for Rule {
+impl fmt::Display for Decisive {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { phase, parameter, found, bound, needs } = self;
-        write!(formatter, "{} {found:.2}, and ", parameter.key())?;
-        match needs {
-            Needs::AtLeast => write!(formatter, "{bound:.2} or more is {phase}"),
-            Needs::Below if *bound < 0.005 => write!(formatter, "none at all is {phase}"),
-            Needs::Below => write!(formatter, "less than {bound:.2} is {phase}"),
-        }
+        let Self { phase, condition, found } = self;
+        write!(formatter, "{} {found:.2}, and {condition} is {phase}", condition.parameter.key())
     }
 }
 
 /// Robots that are away at the end, since the block of 10 s from which on they always were.
-fn departures(
-    trajectory: &Trajectory,
-    bodies: &Bodies,
-    phase: Phase,
-    thresholds: &Thresholds,
-) -> Vec<Departure> {
+fn departures(trajectory: &Trajectory, bodies: &Bodies, phase: Phase) -> Vec<Departure> {
     let from = match phase {
-        Phase::StableMilling | Phase::CollidingUnstable => return Vec::new(),
         Phase::SemiStableMilling | Phase::Unformed => Left::Ring,
         Phase::Dispersion => Left::Others,
+        _ => return Vec::new(),
     };
     let n_block = samples_in(BLOCK_S, trajectory.period_s);
     let n_blocks = trajectory.n_samples() / n_block;
     let away = |block: usize| away(trajectory, (block * n_block, n_block), (from, bodies.reach_m));
     let Some(at_end) = n_blocks.checked_sub(1).map(away) else { return Vec::new() };
-    if from == Left::Ring && !others_mill(trajectory, bodies, &at_end, thresholds) {
+    if from == Left::Ring && !others_mill(trajectory, bodies, &at_end) {
         return Vec::new();
     }
     let mut since: Vec<Option<usize>> =
@@ -202,12 +156,7 @@ fn departures(
 
 /// Whether robots that are not away mill, at least semi-stably: else there is no ring that one could
 /// leave.
-fn others_mill(
-    trajectory: &Trajectory,
-    bodies: &Bodies,
-    is_away: &[bool],
-    thresholds: &Thresholds,
-) -> bool {
+fn others_mill(trajectory: &Trajectory, bodies: &Bodies, is_away: &[bool]) -> bool {
     let stayed: Vec<usize> = (0..is_away.len()).filter(|robot| !is_away[*robot]).collect();
     if stayed.len() < 2 {
         return false;
@@ -219,7 +168,8 @@ fn others_mill(
         others.commands.extend(stayed.iter().map(|robot| commands[*robot]));
     }
     let order = OrderParameters::of(&others, 0..others.n_samples(), bodies);
-    order.rotation >= thresholds.semi_stable_rotation && order.orbit >= thresholds.semi_stable_orbit
+    let rules = Behaviour::Milling.rules();
+    rules.of(rules.not_lasting).any(|rule| rule.holds(&order))
 }
 
 /// Which robots are away for most of a block.
@@ -315,7 +265,7 @@ mod tests {
 
     fn reason(trajectory: &Trajectory) -> (Phase, Reason) {
         let verdict = label(trajectory, &BODIES).unwrap();
-        (verdict.phase, Reason::of(trajectory, &BODIES, &verdict, &Thresholds::default()))
+        (verdict.phase, Reason::of(trajectory, &BODIES, &verdict, &Behaviour::Milling.rules()))
     }
 
     #[test]

@@ -6,6 +6,7 @@
 
 use serde::Serialize;
 
+use crate::conditions::operator::controller_values;
 use crate::conditions::{Conditions, ConditionsError, Region, Settings, SimulatedRobot};
 use crate::diagram::axis::Axis;
 use crate::robot::profile::{RobotProfile, Sees};
@@ -55,15 +56,9 @@ pub fn violations(
     measured: &RobotProfile,
     simulated: &Conditions,
 ) -> Result<Vec<CapabilityViolation>, ConditionsError> {
-    let settings = Settings {
-        placement: None,
-        values: vec![
-            (Axis::Speed, simulated.controller.speed_m_s),
-            (Axis::TurnRate, simulated.controller.turn_rate_rad_s),
-            (Axis::Robots, simulated.robots as f64),
-        ],
-        walls: simulated.arena.walls,
-    };
+    let mut values = controller_values(simulated.controller);
+    values.push((Axis::Robots, simulated.robots as f64));
+    let settings = Settings { values, walls: simulated.arena.walls, ..Settings::default() };
     let measured = Conditions::resolve(measured, &settings)?;
     let mut found: Vec<CapabilityViolation> =
         numbers(&measured, simulated).into_iter().filter_map(Compared::violation).collect();

@@ -5,16 +5,56 @@ use serde::{Deserialize, Serialize};
 use crate::digest::Digest;
 
 /// What the operator sets on every robot: the swept plane of the phase diagram.
+///
+/// A binary controller has a command for each of the two things that its sensor reports. That of
+/// the paper needs two numbers, as one command mirrors the other; any other is given in full.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ControllerParameters {
-    /// Forward speed `v`, in metres per second; not negative.
+    /// Forward speed `v` where something is detected, in metres per second; not negative in a
+    /// mirrored controller.
     pub speed_m_s: f64,
-    /// Turning rate `ω`, in radians per second; not negative.
+    /// Turning rate `ω` where something is detected, in radians per second; not negative in a
+    /// mirrored controller.
     pub turn_rate_rad_s: f64,
+    /// The command where nothing is detected; `None` for the same speed and the opposite turn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub undetected: Option<Command>,
 }
 
 impl ControllerParameters {
+    /// The controller of the paper: it turns one way where something is detected, and the other way
+    /// where nothing is.
+    pub const fn mirrored(speed_m_s: f64, turn_rate_rad_s: f64) -> Self {
+        Self { speed_m_s, turn_rate_rad_s, undetected: None }
+    }
+
+    /// The controller with these commands; those of a mirrored one make a mirrored one.
+    ///
+    /// # Arguments
+    ///
+    /// * `detected`, `undetected` — where something is detected, and where nothing is.
+    pub fn of(detected: Command, undetected: Command) -> Self {
+        let mirrored = Self::mirrored(detected.speed_m_s, detected.turn_rate_rad_s);
+        let is_mirrored = decide(false, mirrored) == undetected && detected.turn_rate_rad_s >= 0.0;
+        Self { undetected: (!is_mirrored).then_some(undetected), ..mirrored }
+    }
+
+    /// Its commands: where something is detected, and where nothing is.
+    pub fn commands(self) -> [Command; 2] {
+        [true, false].map(|detected| decide(detected, self))
+    }
+
+    /// The fastest that it asks for in either direction: speed in metres per second, and turning rate
+    /// in radians per second.
+    pub fn fastest(self) -> Command {
+        let [one, other] = self.commands();
+        Command {
+            speed_m_s: one.speed_m_s.abs().max(other.speed_m_s.abs()),
+            turn_rate_rad_s: one.turn_rate_rad_s.abs().max(other.turn_rate_rad_s.abs()),
+        }
+    }
+
     /// Names these parameters in leases and statuses: a robot moves only under the digest that the
     /// runner confirmed.
     pub fn digest(&self) -> u64 {
@@ -30,6 +70,10 @@ impl ControllerParameters {
         });
         digest.number(self.speed_m_s);
         digest.number(self.turn_rate_rad_s);
+        if let Some(undetected) = self.undetected {
+            digest.number(undetected.speed_m_s);
+            digest.number(undetected.turn_rate_rad_s);
+        }
         digest.value()
     }
 }
@@ -45,6 +89,7 @@ pub enum Reaction {
 
 /// A velocity command `u`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Command {
     /// Forward speed `u₁`, in metres per second.
     pub speed_m_s: f64,
@@ -57,8 +102,8 @@ impl Command {
     pub const STOP: Self = Self { speed_m_s: 0.0, turn_rate_rad_s: 0.0 };
 }
 
-/// Decides the command from the binary detection: turn one way if something is seen, the other way
-/// if not.
+/// Decides the command from the binary detection: one command if something is seen, another one if
+/// not.
 ///
 /// # Arguments
 ///
@@ -67,7 +112,8 @@ impl Command {
 ///
 /// # Returns
 ///
-/// Forward at `v`, turning counterclockwise at `ω` if something is detected, clockwise otherwise.
+/// Forward at `v`, turning counterclockwise at `ω` if something is detected, clockwise otherwise;
+/// of a controller that is not mirrored, the command that it has for nothing.
 ///
 /// # Source
 ///
@@ -78,13 +124,34 @@ impl Command {
 /// ```
 /// use rsrs_core::robot::controller::{ControllerParameters, decide};
 ///
-/// let best = ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
+/// let best = ControllerParameters::mirrored(0.15, 0.75);
 /// assert_eq!(decide(true, best).turn_rate_rad_s, 0.75);
 /// assert_eq!(decide(false, best).turn_rate_rad_s, -0.75);
 /// ```
 #[expect(clippy::fn_params_excessive_bools, reason = "binary is what the sensor is")]
 pub fn decide(detected: bool, parameters: ControllerParameters) -> Command {
-    let turn_rate_rad_s =
-        if detected { parameters.turn_rate_rad_s } else { -parameters.turn_rate_rad_s };
-    Command { speed_m_s: parameters.speed_m_s, turn_rate_rad_s }
+    let ControllerParameters { speed_m_s, turn_rate_rad_s, undetected } = parameters;
+    if detected {
+        Command { speed_m_s, turn_rate_rad_s }
+    } else {
+        undetected.unwrap_or(Command { speed_m_s, turn_rate_rad_s: -turn_rate_rad_s })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_that_mirror_each_other_make_the_controller_of_the_paper() {
+        let command = |speed_m_s, turn_rate_rad_s| Command { speed_m_s, turn_rate_rad_s };
+
+        let mirrored = ControllerParameters::of(command(0.15, 0.75), command(0.15, -0.75));
+        let other = ControllerParameters::of(command(0.0, 1.0), command(-0.15, 0.3));
+
+        assert_eq!(mirrored, ControllerParameters::mirrored(0.15, 0.75));
+        assert_eq!(other.commands(), [command(0.0, 1.0), command(-0.15, 0.3)]);
+        assert_eq!(other.fastest(), command(0.15, 1.0));
+        assert_ne!(other.digest(), ControllerParameters::mirrored(0.0, 1.0).digest());
+    }
 }

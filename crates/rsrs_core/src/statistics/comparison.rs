@@ -303,7 +303,7 @@ fn tally(runs: &[CellRuns]) -> Tally {
         };
         for phase in Phase::ALL {
             let n = cell.real.get(phase);
-            match distance_from_milling(phase).cmp(&distance_from_milling(expected)) {
+            match distance_from_wanted(phase).cmp(&distance_from_wanted(expected)) {
                 std::cmp::Ordering::Less => tally.easier += n,
                 std::cmp::Ordering::Equal => tally.same += n,
                 std::cmp::Ordering::Greater => tally.harder += n,
@@ -313,11 +313,11 @@ fn tally(runs: &[CellRuns]) -> Tally {
     tally
 }
 
-fn distance_from_milling(phase: Phase) -> u8 {
+fn distance_from_wanted(phase: Phase) -> u8 {
     match phase {
-        Phase::StableMilling => 0,
-        Phase::SemiStableMilling => 1,
-        Phase::Unformed => 2,
+        Phase::StableMilling | Phase::Aggregated | Phase::SpreadOut => 0,
+        Phase::SemiStableMilling | Phase::PartlyAggregated | Phase::PartlySpreadOut => 1,
+        Phase::Unformed | Phase::NotAggregated | Phase::NotSpreadOut => 2,
         Phase::Dispersion | Phase::CollidingUnstable => 3,
     }
 }

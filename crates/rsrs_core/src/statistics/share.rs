@@ -1,12 +1,11 @@
-//! How many of so many runs milled.
+//! How many of so many runs ended in the wanted phase: milled.
 
 use serde::{Deserialize, Serialize};
 
 use crate::diagram::PhaseCounts;
-use crate::judge::phase::Phase;
 use crate::statistics::interval::Interval;
 
-/// Runs that ended in stable milling, of all runs.
+/// Runs that ended in the wanted phase of their behaviour, stable milling, of all runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Share {
     /// Runs that did.
@@ -16,9 +15,9 @@ pub struct Share {
 }
 
 impl Share {
-    /// The share of stable milling among counted phases.
+    /// The share of the wanted phase among counted phases.
     pub fn milling(counts: &PhaseCounts) -> Self {
-        Self { hits: counts.get(Phase::StableMilling), n: counts.total() }
+        Self { hits: counts.wanted(), n: counts.total() }
     }
 
     /// The share itself; 0 without runs.

@@ -160,7 +160,7 @@ mod tests {
     use crate::timing::LEASE_DURATION;
 
     const SETTINGS: Settings = Settings {
-        parameters: ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 },
+        parameters: ControllerParameters::mirrored(0.15, 0.75),
         stamp: Stamp::Wall,
         reaction: Reaction::ToDetections,
     };
@@ -329,7 +329,7 @@ mod tests {
         let mut robot = Robot1::new();
         robot.drive();
 
-        let parameters = ControllerParameters { speed_m_s: 0.1, turn_rate_rad_s: 0.75 };
+        let parameters = ControllerParameters::mirrored(0.1, 0.75);
         let settings = Settings { parameters, ..SETTINGS };
 
         assert_eq!(robot.after(5, Event::Parameters(settings)), [ZERO]);

@@ -11,8 +11,7 @@ mod on_the_floor;
 mod samples;
 mod strangers;
 
-const CONTROLLER: ControllerParameters =
-    ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
+const CONTROLLER: ControllerParameters = ControllerParameters::mirrored(0.15, 0.75);
 const NAMES: [&str; 2] = ["robot_1", "robot_2"];
 
 /// A runner among robots that obey, unless a test silences or changes them.

@@ -29,10 +29,9 @@ pub use stopping::Stop;
 
 /// What all runs set.
 const WANTED: ControllerParameters =
-    ControllerParameters { speed_m_s: FASTEST.speed_m_s, turn_rate_rad_s: FASTEST.turn_rate_rad_s };
+    ControllerParameters::mirrored(FASTEST.speed_m_s, FASTEST.turn_rate_rad_s);
 /// What controllers have before they are set.
-const DEFAULTS: ControllerParameters =
-    ControllerParameters { speed_m_s: 0.05, turn_rate_rad_s: 0.25 };
+const DEFAULTS: ControllerParameters = ControllerParameters::mirrored(0.05, 0.25);
 /// As for a period of 130 ms.
 const COMMAND_TIMEOUT: Duration = Duration::from_millis(325);
 /// The run that is made when all is healed.

@@ -2,6 +2,7 @@
 
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::diagram::theory::Condition;
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 
 use super::curve::Swept;
@@ -95,21 +96,21 @@ fn why(swarm: Swarm, condition: Condition) -> String {
 }
 
 fn milling(swept: &Swept) -> f64 {
-    swept.phases.share(Phase::StableMilling)
+    swept.phases.wanted_share()
 }
 
 /// What most runs with a value come to.
 fn as_runs_end(swept: &Swept) -> String {
     let phases = &swept.phases;
-    let others = Phase::ALL.into_iter().filter(|phase| *phase != Phase::StableMilling);
-    let phase = others.rev().max_by_key(|phase| phases.get(*phase)).expect("there are five phases");
+    let others = Behaviour::Milling.phases()[1..].iter().rev();
+    let phase = *others.max_by_key(|phase| phases.get(**phase)).expect("there are five phases");
     let share = percent(phases.share(phase));
     match phase {
-        Phase::StableMilling => unreachable!("it was left out"),
         Phase::SemiStableMilling => format!("{share} of the mills do not stay round"),
         Phase::Unformed => format!("{share} of the runs come to no mill"),
         Phase::Dispersion => format!("the robots lose each other in {share} of the runs"),
         Phase::CollidingUnstable => format!("the robots block each other in {share} of the runs"),
+        other => format!("{share} of the runs end {other}"),
     }
 }
 

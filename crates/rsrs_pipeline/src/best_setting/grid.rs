@@ -106,7 +106,7 @@ impl Grid {
     /// Cells in an arena whose walls robots rarely meet.
     fn in_the_open(range_m: f64, mut values: Vec<(Axis, f64)>, cells: Vec<Cell>) -> Self {
         values.push((Axis::Arena, centimetres((ARENA_OVER_RANGE * range_m).max(ARENA_M))));
-        let settings = Settings { values, walls: Walls::Stop, placement: None };
+        let settings = Settings { values, walls: Walls::Stop, ..Settings::default() };
         Self { settings, cells, duration_s: DURATION_S, seed: SEED }
     }
 

@@ -1,7 +1,6 @@
 //! Whether a cell that is not viable would be, if its robots started closer together.
 
 use rsrs_core::conditions::{Conditions, Placement};
-use rsrs_core::judge::phase::Phase;
 use rsrs_core::statistics::interval::Interval;
 use rsrs_sim::sweep::{Runs, SweepError};
 use serde::Serialize;
@@ -111,7 +110,10 @@ fn least(
             Err(error) if is_too_full(&error) => return Ok(None),
             fresh => fresh?,
         };
-        let mills = fresh.outcomes.iter().filter(|outcome| outcome.phase == Phase::StableMilling);
+        let mills = fresh
+            .outcomes
+            .iter()
+            .filter(|outcome| outcome.phase == outcome.phase.behaviour().wanted());
         let (hits, n) = (mills.count() as u64, fresh.outcomes.len() as u64);
         let low = Interval::clopper_pearson(hits, n).low;
         if low < least.1 {
@@ -129,8 +131,8 @@ impl SmallerPlacement {
     /// The sentence for people.
     pub fn text(&self) -> String {
         format!(
-            "from a smaller disc it would be: with `placement_radius_m: {}` (now {:.2}) it mills in \
-             {:.1} % of {} fresh runs, lower bound {:.1} %; place the robots so, and sweep again",
+            "from a smaller disc it would be: with `placement_radius_m: {}` (now {:.2}) B_s is \
+             {:.1} % in {} fresh runs, lower bound {:.1} %; place the robots so, and sweep again",
             self.placement_radius_m,
             self.now_m,
             100.0 * self.b_s,

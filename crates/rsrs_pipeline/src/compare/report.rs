@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::diagram::axis::Cell;
+use rsrs_core::judge::behaviour::{Behaviour, Verb};
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::statistics::comparison::{CellComparison, CellRuns, Comparison, Tally, Verdict};
 use rsrs_core::statistics::next_experiment::NextStep;
@@ -167,12 +168,14 @@ impl Report {
     ) -> Self {
         let compared = comparison.cells.iter().zip(cells.iter().zip(simulated));
         let notes = notes(&runs);
+        let simulated_phases = cells.first().map(|runs| runs.simulated.behaviour());
+        let behaviour = simulated_phases.unwrap_or_default();
         let not_counted = runs.others.into_iter().map(NotCounted::of);
         let bags =
             runs.counted.into_iter().map(|(cell, _, labelled)| ComparedBag { cell, labelled });
         Self {
             verdict: comparison.verdict,
-            summary: summary(comparison),
+            summary: summary(comparison, behaviour.verb()),
             pooled: comparison.pooled,
             further_runs: comparison.further_runs,
             labels: JUDGE.to_owned(),
@@ -185,6 +188,15 @@ impl Report {
             notes,
             next,
         }
+    }
+
+    /// The behaviour that is compared.
+    pub fn behaviour(&self) -> Behaviour {
+        self.cells.first().map_or(Behaviour::default(), |cell| cell.simulated.behaviour())
+    }
+
+    fn verb(&self) -> Verb {
+        self.behaviour().verb()
     }
 
     /// The real runs as marks on a phase diagram.
@@ -226,7 +238,8 @@ fn of_cell(cell: &CellComparison, runs: &CellRuns, simulated: Simulated) -> Comp
     }
 }
 
-fn summary(comparison: &Comparison) -> String {
+fn summary(comparison: &Comparison, verb: Verb) -> String {
+    let mill = verb.plain;
     let n_cells = comparison.cells.len();
     match comparison.verdict {
         Verdict::Violated if n_cells > 1 => {
@@ -237,21 +250,22 @@ fn summary(comparison: &Comparison) -> String {
                 n => format!("and {n} of them by themselves"),
             };
             format!(
-                "real robots mill less often than simulated ones in these {n_cells} cells together, \
+                "real robots {mill} less often than simulated ones in these {n_cells} cells together, \
                  {where_}"
             )
         }
-        Verdict::Violated => "real robots mill less often than simulated ones".to_owned(),
+        Verdict::Violated => format!("real robots {mill} less often than simulated ones"),
         Verdict::Supported => format!(
-            "averaged over the runs, real robots mill as often as simulated ones, or at most {:.0} \
+            "averaged over the runs, real robots {mill} as often as simulated ones, or at most {:.0} \
              percentage points less often",
             100.0 * comparison.pooled.margin
         ),
         Verdict::Undecided if n_cells == 0 => "no run counts".to_owned(),
         Verdict::Undecided => match comparison.further_runs {
             Some(n) => format!(
-                "the runs do not say yet; {} would support the claim if every one of them mills",
-                counted(n, "further real run")
+                "the runs do not say yet; {} would support the claim if every one of them {}",
+                counted(n, "further real run"),
+                verb.does
             ),
             None => "the runs do not say yet".to_owned(),
         },

@@ -7,6 +7,7 @@ use anyhow::{Context, bail};
 use rsrs_core::conditions::operator::OperatorConditions;
 use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::robot::controller::decide;
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord};
 use rsrs_sim::sweep::confirmation_seed;
@@ -187,6 +188,8 @@ fn set(axis: Axis, run: &OperatorConditions) -> Option<f64> {
     match axis {
         Axis::Speed => Some(run.controller.speed_m_s),
         Axis::TurnRate => Some(run.controller.turn_rate_rad_s),
+        Axis::UndetectedSpeed => Some(decide(false, run.controller).speed_m_s),
+        Axis::UndetectedTurnRate => Some(decide(false, run.controller).turn_rate_rad_s),
         Axis::Robots => Some(run.robots as f64),
         Axis::PlacementRadius => Some(run.placement.radius_m()),
         Axis::Arena => Some(run.arena.side_m),

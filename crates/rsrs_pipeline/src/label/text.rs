@@ -3,6 +3,7 @@
 use std::fmt;
 
 use rsrs_core::judge::certainty::Certainty;
+use rsrs_core::judge::rule::Parameter;
 
 use super::{Labelled, RunPart};
 
@@ -17,10 +18,14 @@ impl fmt::Display for Labelled {
                 Some(lost) => format!("lost {lost:.2}"),
                 None => "lost unknown without the robots' reach".to_owned(),
             };
+            let asks_for_clusters = self.phase.behaviour().rules().ask_for(Parameter::Clustered);
+            let clustered = evidence.clustered.filter(|_| asks_for_clusters);
+            let clustered = clustered.map(|share| format!(", clustered {share:.2}"));
+            let last = lost + &clustered.unwrap_or_default();
             write!(
                 out,
                 " ({n_robots} robots, {duration_s:.0} s; rotation {:.2}, orbit {:.2}, circliness \
-                 {:.2} of {:.2}, blocked {:.2}, {lost})",
+                 {:.2} of {:.2}, blocked {:.2}, {last})",
                 evidence.rotation,
                 evidence.orbit,
                 evidence.circliness,

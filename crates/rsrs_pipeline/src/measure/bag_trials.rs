@@ -87,7 +87,7 @@ pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
 /// and no turn.
 fn standing(bag: &Bag) -> anyhow::Result<Option<StaticSensorTrial>> {
     let Some(record) = recorded_run::record_in(bag)? else { return Ok(None) };
-    let ControllerParameters { speed_m_s, turn_rate_rad_s } = record.conditions.controller;
+    let ControllerParameters { speed_m_s, turn_rate_rad_s, .. } = record.conditions.controller;
     let (true, Some(robot)) = (speed_m_s == 0.0 && turn_rate_rad_s == 0.0, record.robots.first())
     else {
         return Ok(None);

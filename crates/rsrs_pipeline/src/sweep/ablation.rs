@@ -5,7 +5,6 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::DiagramCell;
 use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::sweep_file::SweepFile;
-use rsrs_core::judge::phase::Phase;
 use rsrs_core::robot::harsher::{Harsher, HarsherFactors};
 use rsrs_core::statistics::comparison::Share;
 use rsrs_sim::sweep::{Runs, confirmation_seed, sweep};
@@ -147,7 +146,7 @@ pub fn of_barren_sweep(
     result: &SweepResult,
     execution: Execution<'_>,
 ) -> anyhow::Result<Option<Ablation>> {
-    let mills = |entry: &DiagramCell| entry.counts.share(Phase::StableMilling) >= 0.5;
+    let mills = |entry: &DiagramCell| entry.counts.wanted_share() >= 0.5;
     if result.diagram.cells.iter().any(mills) {
         return Ok(None);
     }
@@ -186,8 +185,8 @@ impl Ablation {
     pub fn in_words(&self) -> String {
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         let mut lines = vec![format!(
-            "which factor makes it worse at {} ({} runs each): as measured it mills in {}, with all \
-             factors in {}",
+            "which factor makes it worse at {} ({} runs each): as measured B_s is {}, with all \
+             factors {}",
             self.cell,
             self.n_replicates,
             percent(self.b_s_as_measured),

@@ -19,7 +19,7 @@ use crate::sweep::result::{SweepResult, World};
 /// A column of order parameters: its name, and how to read it.
 type Column = (&'static str, fn(&ReplicateOutcome) -> Option<f64>);
 
-const COLUMNS: [Column; 11] = [
+const COLUMNS: [Column; 12] = [
     ("lost", |row| row.evidence.lost),
     ("blocked", |row| Some(row.evidence.blocked)),
     ("stuck", |row| Some(row.evidence.stuck)),
@@ -31,6 +31,7 @@ const COLUMNS: [Column; 11] = [
     ("mean_radius_m", |row| Some(row.evidence.mean_radius_m)),
     ("contact_onsets_per_s", |row| row.evidence.contact_onsets_per_s),
     ("circliness_ceiling", |row| Some(row.evidence.circliness_ceiling)),
+    ("clustered", |row| row.evidence.clustered),
 ];
 
 // A new order parameter must not be forgotten here.
@@ -46,6 +47,7 @@ const _: fn(OrderParameters) = |OrderParameters {
                                     mean_radius_m: _,
                                     contact_onsets_per_s: _,
                                     circliness_ceiling: _,
+                                    clustered: _,
                                 }| {};
 
 /// Rows of a group: as many as are held in memory.

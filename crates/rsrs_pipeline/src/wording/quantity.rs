@@ -7,6 +7,8 @@ pub fn noun(axis: Axis) -> &'static str {
     match axis {
         Axis::Speed => "speed",
         Axis::TurnRate => "turning rate",
+        Axis::UndetectedSpeed => "speed where nothing is detected",
+        Axis::UndetectedTurnRate => "turning rate where nothing is detected",
         Axis::Robots => "number of robots",
         Axis::PlacementRadius => "placement radius",
         Axis::Arena => "side of the arena",

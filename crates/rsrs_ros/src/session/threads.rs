@@ -45,7 +45,8 @@ impl Threads {
         let _alone = lock(&MAKING);
         let failed = |source| SessionError::Threads { source };
         let before = running().map_err(failed)?;
-        let made = make()?;
+        // A signal that meets one of them ends its loop: it does not poll again.
+        let made = kernel::without_signals(make).map_err(failed)??;
         let ids: BTreeSet<u32> = running().map_err(failed)?.difference(&before).copied().collect();
         assert!(!ids.is_empty(), "a participant has threads, and they have names");
         Ok((made, Self { ids }))
@@ -70,6 +71,33 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
+
+    #[test]
+    fn no_thread_of_the_middleware_receives_a_signal() {
+        let (end, ends) = std::sync::mpsc::channel::<()>();
+        let (started, given) = std::sync::mpsc::channel::<()>();
+        let (thread, threads) = Threads::started_by(|| {
+            let thread = std::thread::Builder::new().name(format!("{NAME} of signals"));
+            let spawned = thread.spawn(move || {
+                started.send(()).unwrap();
+                ends.recv().unwrap();
+            });
+            given.recv().unwrap();
+            Ok(spawned.unwrap())
+        })
+        .unwrap();
+
+        for id in &threads.ids {
+            let status = std::fs::read_to_string(format!("/proc/self/task/{id}/status")).unwrap();
+            let blocked = status.lines().find_map(|line| line.strip_prefix("SigBlk:")).unwrap();
+            let blocked = u64::from_str_radix(blocked.trim(), 16).unwrap();
+            for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGCHLD, libc::SIGWINCH] {
+                assert!(blocked >> (signal - 1) & 1 == 1, "{signal} is not blocked: {blocked:x}");
+            }
+        }
+        end.send(()).unwrap();
+        thread.join().unwrap();
+    }
 
     #[test]
     fn a_thread_that_ends_is_noticed_and_one_that_runs_is_not() {

@@ -25,6 +25,8 @@ pub struct LaneRules<S: Simd> {
     /// Speed and turning rate where something is detected, and where nothing is.
     detected: (S::F, S::F),
     undetected: (S::F, S::F),
+    /// Whether robots drive backward where something is detected, and where nothing is.
+    reverses: (bool, bool),
     speed_gain_step_sd: Option<S::F>,
     turn_gain_step_sd: Option<S::F>,
     heading_noise_sd_rad: Option<S::F>,
@@ -42,6 +44,7 @@ impl<S: Simd> LaneRules<S> {
             let Command { speed_m_s, turn_rate_rad_s } = decide(detected, controller);
             (one(speed_m_s as f32), one(turn_rate_rad_s as f32))
         };
+        let reverses = |detected: bool| (decide(detected, controller).speed_m_s as f32) < 0.0;
         let Border { walls, limit_m } = rules.border;
         Self {
             true_positive: simd.word(rules.true_positive),
@@ -53,6 +56,7 @@ impl<S: Simd> LaneRules<S> {
             period_s: one(rules.period_s),
             detected: decided(true),
             undetected: decided(false),
+            reverses: (reverses(true), reverses(false)),
             speed_gain_step_sd: noise(rules.speed_gain_step_sd),
             turn_gain_step_sd: noise(rules.turn_gain_step_sd),
             heading_noise_sd_rad: noise(rules.heading_noise_sd_rad),
@@ -71,6 +75,22 @@ impl<S: Simd> LaneRules<S> {
         self.turn_gain_step_sd.is_some()
             || self.heading_noise_sd_rad.is_some()
             || self.yaw_share.is_some()
+    }
+
+    /// Which robots cannot drive on, of those with another ahead and of those with one behind.
+    #[inline(always)]
+    pub fn is_blocked(&self, simd: S, detected: S::M, (ahead, behind): (S::M, S::M)) -> S::M {
+        match self.reverses {
+            (false, false) => ahead,
+            (true, true) => behind,
+            (when_detected, _) => {
+                let (one, zero) = (simd.single(1.0), simd.single(0.0));
+                let ahead = S::F::select(ahead, one, zero);
+                let behind = S::F::select(behind, one, zero);
+                let (yes, no) = if when_detected { (behind, ahead) } else { (ahead, behind) };
+                S::F::select(detected, yes, no).gt(zero)
+            }
+        }
     }
 
     /// Whether any robot drifts: has a state that its pose does not show.
@@ -162,8 +182,7 @@ impl<S: Simd> NominalStep<S> {
         simd: S,
         rules: &LaneRules<S>,
         from: &Body<S::F>,
-        detected: S::M,
-        blocked: S::M,
+        (detected, blocked): (S::M, S::M),
     ) -> Body<S::F> {
         let (yes, no) = (&self.detected, &self.undetected);
         let travel_m = S::F::select(detected, yes.travel_m, no.travel_m).unless(blocked);

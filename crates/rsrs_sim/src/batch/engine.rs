@@ -2,7 +2,7 @@
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::number::Number;
-use rsrs_core::judge::phase::{LastWindow, Thresholds, Verdict, WINDOW_S, samples_in};
+use rsrs_core::judge::phase::{LastWindow, Verdict, WINDOW_S, samples_in};
 
 use super::judge::{Commands, LookAtEnd, Past};
 use super::rows::Rows;
@@ -98,17 +98,25 @@ impl<S: Simd> Engine for UnitEngine<S> {
     ) -> Result<Option<Vec<Verdict>>, PlacementError> {
         let n_samples = conditions.steps(duration_s);
         let n_window = samples_in(WINDOW_S, conditions.period_s);
-        self.place(conditions, runs, n_window.max(2))?.run(&mut self.rows, n_samples - 1);
+        let known = self.commands.take().filter(|commands| commands.are_of(conditions));
+        let commands = known.unwrap_or_else(|| Commands::new(conditions));
+        // What the last sample detects is part of it, and found out by one more step.
+        let n_more = usize::from(commands.vary);
+        let mut swarms = self.place(conditions, runs, n_window.max(2) + n_more)?;
+        if commands.vary {
+            self.rows.keep_detections(self.simd.no());
+        }
+        swarms.run(&mut self.rows, n_samples - 1 + n_more as u64);
         if !self.is_finite(n_samples - 1) {
             return Ok(None);
         }
-        let known = self.commands.take().filter(|commands| commands.are_of(conditions));
-        let commands = &*self.commands.insert(known.unwrap_or_else(|| Commands::new(conditions)));
+        let commands = &*self.commands.insert(commands);
+        let rules = conditions.behaviour.rules();
         let (simd, bodies) = (self.simd, conditions.bodies());
         let past = Past { simd, rows: &self.rows, commands, bodies };
         let look = LookAtEnd { past, n_samples: n_samples as usize, n_lanes: runs.len() };
         let verdict = |window: LastWindow| Verdict {
-            phase: window.phase(&Thresholds::default()),
+            phase: window.phase(&rules),
             evidence: window.whole,
             n_robots: conditions.robots,
             duration_s: n_samples as f64 * conditions.period_s,

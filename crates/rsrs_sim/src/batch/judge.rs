@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use rsrs_core::conditions::Conditions;
-use rsrs_core::judge::number::Number;
+use rsrs_core::judge::number::{Mask, Number};
 use rsrs_core::judge::order::{Commanded, Samples, Vector, look_back};
 use rsrs_core::judge::phase::{BLOCK_S, LastWindow, WINDOW_S, samples_in};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
-use rsrs_core::robot::controller::{ControllerParameters, decide};
+use rsrs_core::robot::controller::{Command, ControllerParameters, decide};
 use rsrs_core::robot::unicycle::Pose;
 
 use super::rows::Rows;
@@ -23,14 +23,20 @@ pub struct Past<'a, S: Simd> {
     pub bodies: Bodies,
 }
 
-/// What all robots of all worlds are commanded, as they have the same controller: of a turn only the
-/// amount matters to the judge.
+/// What all robots of all worlds are commanded, as they have the same controller.
+///
+/// Of a turn only the amount matters to the judge, so a controller whose two commands mirror each other
+/// commands the same at all times; of any other it matters what each robot detected.
 pub struct Commands {
     controller: ControllerParameters,
     period_s: f64,
     n_robots: usize,
     /// In windows of so many samples.
     windows: [(usize, Commanded); 2],
+    /// Whether it matters to the judge which of its two commands a robot was given.
+    pub vary: bool,
+    /// The speeds of both commands, in metres per second.
+    speeds_m_s: [f64; 2],
     /// Over how many samples a robot's way is held against its commands, and the speeds in them,
     /// added up.
     looks: (usize, f64),
@@ -45,7 +51,12 @@ impl Commands {
         let n_looks = look_back(period_s);
         let speeds_m_s = (0..n_looks).map(|_| command.speed_m_s).sum();
         let windows = [WINDOW_S, BLOCK_S].map(|time_s| in_window(samples_in(time_s, period_s)));
-        Self { controller, period_s, n_robots, windows, looks: (n_looks, speeds_m_s) }
+        let looks = (n_looks, speeds_m_s);
+        let amounts = |command: Command| (command.speed_m_s, command.turn_rate_rad_s.abs());
+        let commands = controller.commands();
+        let vary = amounts(commands[0]) != amounts(commands[1]);
+        let speeds_m_s = commands.map(|command| command.speed_m_s);
+        Self { controller, period_s, n_robots, windows, vary, speeds_m_s, looks }
     }
 
     /// Whether these are the commands under such conditions.
@@ -88,27 +99,59 @@ impl<S: Simd, const HALF: usize> Samples for Half<'_, S, HALF> {
         let square = cosine * cosine + sine * sine;
         ((cosine, sine), square.all(1.5) - square.all(0.5) * square)
     }
-    fn commanded(&self, window: Range<usize>) -> Commanded {
+    fn commanded(&self, window: Range<usize>, lane: usize) -> Commanded {
+        let commands = self.0.commands;
+        if commands.vary {
+            let command = |sample, robot| self.command(window.start + sample, robot, lane);
+            return Commanded::of(command, commands.period_s, 0..window.len(), commands.n_robots);
+        }
         let is_asked = |(n_samples, _): &&(usize, Commanded)| *n_samples == window.len();
         self.0.commands.windows.iter().find(is_asked).expect("a window or a block").1
     }
     #[inline(always)]
-    fn speeds_m_s(&self, samples: Range<usize>, _: usize) -> f64 {
-        let (n_samples, speeds_m_s) = self.0.commands.looks;
+    fn speeds_m_s(&self, samples: Range<usize>, robot: usize) -> S::D {
+        let Past { simd, rows, commands, .. } = self.0;
+        let zero = self.zero();
+        let (n_samples, speeds_m_s) = commands.looks;
         debug_assert_eq!(samples.len(), n_samples);
-        speeds_m_s
+        if !commands.vary {
+            return zero.all(speeds_m_s);
+        }
+        let [detected, undetected] = commands.speeds_m_s.map(|speed_m_s| zero.all(speed_m_s));
+        let (one, none) = (simd.single(1.0), simd.single(0.0));
+        let mut sum = zero;
+        for sample in samples {
+            let flags = S::F::select(rows.detected(sample as u64, robot), one, none);
+            let is_detected = simd.half::<HALF>(flags).gt(zero);
+            sum = sum + S::D::select(is_detected, detected, undetected);
+        }
+        sum
     }
     fn trajectory(&self, lane: usize, samples: Range<usize>) -> Option<Trajectory> {
         let rows = self.0.rows;
         let mut trajectory = Trajectory::new(self.period_s(), self.0.commands.n_robots);
-        for body in samples.flat_map(|sample| rows.at(sample as u64)) {
-            let number = |number: S::F| f64::from(number.lane(HALF * S::LANES / 2 + lane));
-            let heading_rad = libm::atan2(number(body.sine), number(body.cosine));
-            let pose = Pose { x_m: number(body.x_m), y_m: number(body.y_m), heading_rad };
-            trajectory.poses.push(pose);
-            trajectory.commands.push(decide(false, self.0.commands.controller));
+        for sample in samples {
+            for (robot, body) in rows.at(sample as u64).iter().enumerate() {
+                let number = |number: S::F| f64::from(number.lane(HALF * S::LANES / 2 + lane));
+                let heading_rad = libm::atan2(number(body.sine), number(body.cosine));
+                let pose = Pose { x_m: number(body.x_m), y_m: number(body.y_m), heading_rad };
+                trajectory.poses.push(pose);
+                trajectory.commands.push(self.command(sample, robot, lane));
+            }
         }
         Some(trajectory)
+    }
+}
+
+impl<S: Simd, const HALF: usize> Half<'_, S, HALF> {
+    /// What a robot was commanded in one lane.
+    fn command(&self, sample: usize, robot: usize, lane: usize) -> Command {
+        let Past { rows, commands, .. } = self.0;
+        let is_detected = commands.vary && {
+            let lane = HALF * S::LANES / 2 + lane;
+            rows.detected(sample as u64, robot).bits() >> lane & 1 == 1
+        };
+        decide(is_detected, commands.controller)
     }
 }
 

@@ -121,6 +121,7 @@ impl<S: Simd, const IN_FRONT: bool> LaneView<S> for Polygon<'_, S::F, IN_FRONT> 
 pub struct LaneContact<F> {
     diameter_squared_m2: F,
     front: F,
+    minus_front: F,
 }
 
 impl<F: Copy> LaneContact<F> {
@@ -128,6 +129,7 @@ impl<F: Copy> LaneContact<F> {
         Self {
             diameter_squared_m2: simd.single(contact.diameter_squared_m2),
             front: simd.single(contact.front),
+            minus_front: simd.single(-contact.front),
         }
     }
 }
@@ -136,8 +138,10 @@ impl<F: Copy> LaneContact<F> {
 pub struct Found<'a, M> {
     /// Who sees another.
     pub seen: &'a mut [M],
-    /// Who has another in its way.
-    pub blocked: &'a mut [M],
+    /// Who has another in front of it.
+    pub ahead: &'a mut [M],
+    /// Who has another behind it.
+    pub behind: &'a mut [M],
 }
 
 /// Looks at some neighbouring robots and all after them; what they find is added.
@@ -181,8 +185,8 @@ pub fn sense<S: Simd, V: LaneView<S>, const SOME: usize>(
     // Contact is rare, so only who is touched is asked where.
     if nearest_m2.lt(contact.diameter_squared_m2).any() {
         for me in first..first + SOME {
-            let (mine, theirs) = found.blocked[me..].split_first_mut().expect("the robot itself");
-            block_each_other(contact, bodies[me], &bodies[me + 1..], mine, theirs);
+            let blocked = (&mut found.ahead[me..], &mut found.behind[me..]);
+            block_each_other(contact, &bodies[me..], blocked);
         }
     }
     our_seen
@@ -210,20 +214,25 @@ fn look<S: Simd, V: LaneView<S>>(
 #[inline(always)]
 fn block_each_other<F: Number>(
     contact: LaneContact<F>,
-    me: Body<F>,
-    others: &[Body<F>],
-    my_blocked: &mut F::Mask,
-    others_blocked: &mut [F::Mask],
+    bodies: &[Body<F>],
+    (ahead, behind): (&mut [F::Mask], &mut [F::Mask]),
 ) {
-    for (other, other_blocked) in others.iter().zip(others_blocked) {
+    let me = bodies[0];
+    for other_robot in 1..bodies.len() {
+        let other = bodies[other_robot];
         let (dx_m, dy_m) = (other.x_m - me.x_m, other.y_m - me.y_m);
         let d2_m2 = dx_m * dx_m + dy_m * dy_m;
         let touches = d2_m2.lt(contact.diameter_squared_m2);
         let sector_m2 = contact.front * d2_m2;
+        let minus_sector_m2 = contact.minus_front * d2_m2;
         let forward_m = dx_m * me.cosine + dy_m * me.sine;
-        *my_blocked = *my_blocked | (touches & (forward_m * forward_m.abs()).gt(sector_m2));
+        let along_m2 = forward_m * forward_m.abs();
+        ahead[0] = ahead[0] | (touches & along_m2.gt(sector_m2));
+        behind[0] = behind[0] | (touches & along_m2.lt(minus_sector_m2));
         let (dx_m, dy_m) = (me.x_m - other.x_m, me.y_m - other.y_m);
         let forward_m = dx_m * other.cosine + dy_m * other.sine;
-        *other_blocked = *other_blocked | (touches & (forward_m * forward_m.abs()).gt(sector_m2));
+        let along_m2 = forward_m * forward_m.abs();
+        ahead[other_robot] = ahead[other_robot] | (touches & along_m2.gt(sector_m2));
+        behind[other_robot] = behind[other_robot] | (touches & along_m2.lt(minus_sector_m2));
     }
 }

@@ -4,7 +4,7 @@ use rsrs_core::conditions::Conditions;
 use rsrs_core::judge::number::{Mask, Number};
 
 use super::advance::{Drift, LaneRules, NoisyTraits, NominalStep};
-use super::rows::Rows;
+use super::rows::{RowStep, Rows};
 use super::sense::{Body, Cone, Found, LaneContact, LaneView, Polygon, Side, sense, sides};
 use crate::draw::RunKey;
 use crate::placement::{self, PlacementError};
@@ -28,7 +28,8 @@ pub struct Swarms<S: Simd> {
     detections: Vec<S::M>,
     latency_steps: u64,
     seen: Vec<S::M>,
-    blocked: Vec<S::M>,
+    ahead: Vec<S::M>,
+    behind: Vec<S::M>,
 }
 
 enum ViewInLanes<S: Simd> {
@@ -36,9 +37,6 @@ enum ViewInLanes<S: Simd> {
     PolygonCentre(Vec<Side<S::F>>),
     PolygonBody(Vec<Side<S::F>>),
 }
-
-/// The bodies before a step, and those after it.
-type Change<'a, F> = (&'a [Body<F>], &'a mut [Body<F>]);
 
 impl<S: Simd> Swarms<S> {
     /// Places the robots of every replicate, in row 0.
@@ -92,7 +90,8 @@ impl<S: Simd> Swarms<S> {
             detections: vec![simd.no(); (latency_steps as usize + 1) * n_robots],
             latency_steps,
             seen: vec![simd.no(); n_robots],
-            blocked: vec![simd.no(); n_robots],
+            ahead: vec![simd.no(); n_robots],
+            behind: vec![simd.no(); n_robots],
         })
     }
 
@@ -155,15 +154,15 @@ impl<S: Simd> Swarms<S> {
     #[inline(always)]
     fn step<V: LaneView<S>, const PLAIN: bool>(&mut self, view: V, rows: &mut Rows<S::F>) {
         let n_robots = self.n_robots;
-        let (from, to) = rows.step(self.step);
+        let (from, to, kept) = rows.step(self.step);
         let (from, to) = (&from[..n_robots], &mut to[..n_robots]);
         let mut robot = 0;
         while robot + 2 <= n_robots {
-            self.step_some::<V, PLAIN, 2>(view, robot, (from, to));
+            self.step_some::<V, PLAIN, 2>(view, robot, (from, to, kept));
             robot += 2;
         }
         if robot < n_robots {
-            self.step_some::<V, PLAIN, 1>(view, robot, (from, to));
+            self.step_some::<V, PLAIN, 1>(view, robot, (from, to, kept));
         }
         self.step += 1;
     }
@@ -174,7 +173,7 @@ impl<S: Simd> Swarms<S> {
         &mut self,
         view: V,
         first: usize,
-        (from, to): Change<'_, S::F>,
+        (from, to, kept): RowStep<'_, S::F>,
     ) {
         let simd = self.simd;
         let made = self.detection_row(self.step).start;
@@ -189,30 +188,45 @@ impl<S: Simd> Swarms<S> {
             drifts,
             detections,
             seen,
-            blocked,
+            ahead,
+            behind,
             ..
         } = self;
-        let mut found = Found { seen: &mut seen[..n_robots], blocked: &mut blocked[..n_robots] };
+        let mut found = Found {
+            seen: &mut seen[..n_robots],
+            ahead: &mut ahead[..n_robots],
+            behind: &mut behind[..n_robots],
+        };
         let sees = sense::<S, V, SOME>(simd, view, *contact, first, from, &mut found);
         let robots = first..first + SOME;
         let nominal_steps = &nominal_steps[robots.clone()];
         for ((robot, nominal_step), sees) in robots.zip(nominal_steps).zip(sees) {
             let detected = nominal_step.detects(simd, rules, sees, counter);
-            let is_blocked = found.blocked[robot];
-            to[robot] = if PLAIN {
-                nominal_step.step(simd, rules, &from[robot], detected, is_blocked)
+            let answered = if PLAIN {
+                detected
             } else {
                 detections[made + robot] = detected;
-                let found = (detections[arriving + robot], is_blocked);
+                detections[arriving + robot]
+            };
+            if let Some(kept) = kept.get_mut(robot) {
+                *kept = answered;
+            }
+            let is_blocked =
+                rules.is_blocked(simd, answered, (found.ahead[robot], found.behind[robot]));
+            let found_out = (answered, is_blocked);
+            to[robot] = if PLAIN {
+                nominal_step.step(simd, rules, &from[robot], found_out)
+            } else {
                 let noisy_traits = (&noisy_traits[robot], &mut drifts[robot]);
                 nominal_step.step_of_trait(
                     (simd, rules, counter),
                     noisy_traits,
                     &from[robot],
-                    found,
+                    found_out,
                 )
             };
-            (found.seen[robot], found.blocked[robot]) = (simd.no(), simd.no());
+            found.seen[robot] = simd.no();
+            (found.ahead[robot], found.behind[robot]) = (simd.no(), simd.no());
         }
     }
 }

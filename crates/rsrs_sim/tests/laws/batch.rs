@@ -2,7 +2,9 @@
 
 use proptest::prelude::*;
 use rsrs_core::conditions::{Arena, Conditions, GainDistribution, Placement, Region, Walls};
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::{self, Verdict};
+use rsrs_core::robot::controller::{Command, ControllerParameters};
 use rsrs_core::robot::profile::Sees;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::batch::{Batch, VectorUnit};
@@ -41,7 +43,8 @@ fn strays(conditions: &Conditions, seed: u64, n_steps: u64) -> Vec<(VectorUnit, 
 
 fn judged_by_reference(conditions: &Conditions, seed: Seed, duration_s: f64) -> Verdict {
     let trajectory = run_episode(conditions, seed, duration_s).expect("the robots fit");
-    phase::label(&trajectory, &conditions.bodies()).expect("long enough")
+    let rules = conditions.behaviour.rules();
+    phase::label_with(&trajectory, &conditions.bodies(), &rules).expect("long enough")
 }
 
 /// Every number to the bit, as `==` would take plus zero for minus zero.
@@ -141,6 +144,34 @@ fn the_judge_of_the_lanes_is_the_judge() {
 }
 
 #[test]
+fn every_behaviour_is_judged_alike_in_lanes_and_by_the_reference() {
+    let command = |speed_m_s, turn_rate_rad_s| Command { speed_m_s, turn_rate_rad_s };
+    // Gauci's aggregation: backward on a circle until something is seen, then a turn in place.
+    let aggregation = (command(0.0, -2.0), command(-0.2, -0.6));
+    let dispersal = (command(-0.15, 1.0), command(0.1, 0.2));
+    for (behaviour, (detected, undetected)) in [
+        (Behaviour::Aggregation, aggregation),
+        (Behaviour::Dispersal, dispersal),
+        (Behaviour::Milling, dispersal),
+    ] {
+        let mut conditions = flockbots(0.0, 0.0, &HARSHER);
+        conditions.controller = ControllerParameters::of(detected, undetected);
+        conditions.behaviour = behaviour;
+        conditions.robot.region = Region::Cone { half_angle_rad: 0.05, range_m: 3.0 };
+        for unit in VectorUnit::available() {
+            let judged = batch(unit).judge(&conditions, 5, 0..18, 150.0).expect("fit and long");
+
+            for (replicate, judged) in (0..).zip(&judged) {
+                let seed = Seed { seed: 5, replicate };
+                let expected = judged_by_reference(&conditions, seed, 150.0);
+                assert_eq!(bits(judged), bits(&expected), "{unit:?} {replicate} {conditions:?}");
+                assert_eq!(judged.phase.behaviour(), behaviour);
+            }
+        }
+    }
+}
+
+#[test]
 fn robots_are_looked_at_whenever_they_may_meet_or_part() {
     // Few robots, one run alone: nothing else in the vector makes the batch look closely.
     let mut between_walls = flockbots(0.1, 0.5, &HARSHER);
@@ -199,6 +230,18 @@ fn region() -> impl Strategy<Value = Region> {
     prop_oneof![cone, polygon]
 }
 
+/// A mirrored controller, or any two commands, backward ones among them.
+fn controller() -> impl Strategy<Value = ControllerParameters> {
+    let mirrored = (0.0..0.5, 0.0..2.5)
+        .prop_map(|(speed, turn_rate)| ControllerParameters::mirrored(speed, turn_rate));
+    let command = || {
+        (-0.4..0.4, -2.5..2.5)
+            .prop_map(|(speed_m_s, turn_rate_rad_s)| Command { speed_m_s, turn_rate_rad_s })
+    };
+    let general = (command(), command()).prop_map(|(yes, no)| ControllerParameters::of(yes, no));
+    prop_oneof![mirrored, general]
+}
+
 prop_compose! {
     fn robot_with_noisy_traits()(
         (speed_gain, turn_gain) in (gain(), gain()),
@@ -211,16 +254,17 @@ prop_compose! {
             0.1..3.1,
         ),
         (true_positive, false_positive, latency_steps) in (0.0..=1.0, 0.0..=1.0, 0_u32..5),
-        (speed, turn_rate, robots, radius, walls, side) in (
-            0.0..0.5,
-            0.0..2.5,
+        (controller, behaviour, robots, radius, walls, side) in (
+            controller(),
+            prop::sample::select(Behaviour::ALL.to_vec()),
             1_usize..16,
             0.5..1.5,
             prop_oneof![Just(Walls::None), Just(Walls::Stop), Just(Walls::Clamp)],
             2.0..6.0,
         ),
     ) -> Conditions {
-        let mut conditions = flockbots(speed, turn_rate, &PERFECT);
+        let mut conditions = flockbots(0.0, 0.0, &PERFECT);
+        (conditions.controller, conditions.behaviour) = (controller, behaviour);
         conditions.robots = robots;
         conditions.placement = Placement::DiscFacingOut { radius_m: radius };
         (conditions.arena.walls, conditions.arena.side_m) = (walls, side);

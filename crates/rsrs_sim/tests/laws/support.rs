@@ -26,7 +26,7 @@ pub const HARSHER: Imperfection =
 pub fn flockbots(speed_m_s: f64, turn_rate_rad_s: f64, imperfection: &Imperfection) -> Conditions {
     let gain = GainDistribution { robot_sd: imperfection.gain_sd, ..GAIN };
     let mut conditions = flockbot_conditions();
-    conditions.controller = ControllerParameters { speed_m_s, turn_rate_rad_s };
+    conditions.controller = ControllerParameters::mirrored(speed_m_s, turn_rate_rad_s);
     (conditions.robot.speed_gain, conditions.robot.turn_gain) = (gain, gain);
     conditions.robot.true_positive = imperfection.true_positive;
     conditions.robot.false_positive = imperfection.false_positive;

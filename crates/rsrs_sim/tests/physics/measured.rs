@@ -39,7 +39,7 @@ fn conditions(profile: &RobotProfile, command: Command) -> Conditions {
         (Axis::TurnRate, command.turn_rate_rad_s),
         (Axis::Robots, 1.0),
     ];
-    let settings = Settings { values, walls: Walls::None, placement: None };
+    let settings = Settings { values, walls: Walls::None, ..Settings::default() };
     Conditions::resolve(profile, &settings).expect("it can be simulated")
 }
 

@@ -8,7 +8,8 @@
 //! fails with a probability far below one in a thousand.
 
 use rsrs_core::conditions::{Arena, Conditions, Placement, Region, Walls};
-use rsrs_core::judge::phase::{Phase, Thresholds};
+use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::phase::Phase;
 use rsrs_core::robot::profile::Sees;
 use rsrs_core::statistics::interval::Interval;
 
@@ -44,7 +45,7 @@ fn rows<const N: usize>(
 fn disagreements(rows: &[Row], duration_s: f64) -> Vec<String> {
     let cells: Vec<Conditions> = rows.iter().map(|row| row.conditions.clone()).collect();
     let ours = count(&cells, REPLICATES, duration_s, |judged| {
-        let whole = Thresholds::default().phase(&judged.evidence);
+        let whole = Behaviour::Milling.rules().phase(&judged.evidence);
         whole == Phase::StableMilling
     });
     let disagrees = |(row, hits): (&Row, &u64)| {

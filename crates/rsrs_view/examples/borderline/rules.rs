@@ -6,8 +6,10 @@ use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::phase::{Phase, Thresholds, WINDOW_S, label, samples_in};
+use rsrs_core::judge::phase::{Phase, WINDOW_S, label, samples_in};
+use rsrs_core::judge::rule::{Condition, Needs};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 
 use crate::{Episode, WORLDS};
@@ -56,7 +58,8 @@ impl Judged {
 
     /// On which side of the line it is; `None` if it is far from being a mill.
     pub fn side(&self) -> Option<Side> {
-        let is_steady = self.parts(3).iter().all(|part| Thresholds::default().is_stable(part));
+        let rules = Behaviour::Milling.rules();
+        let is_steady = self.parts(3).iter().all(|part| rules.is_wanted(part));
         match (self.phase, is_steady) {
             (Phase::StableMilling, true) => Some(Side::Stable),
             (Phase::StableMilling, false) => Some(Side::Disputed),
@@ -74,7 +77,7 @@ impl Judged {
 
 /// The phase by the whole window alone.
 fn whole_phase(evidence: &OrderParameters) -> Phase {
-    Thresholds::default().phase(evidence)
+    Behaviour::Milling.rules().phase(evidence)
 }
 
 /// The samples of one of so many parts of a window.
@@ -84,17 +87,24 @@ fn part_of(window: Range<usize>, (part, n): (usize, usize)) -> Range<usize> {
 
 /// How far the nearest boundary of stable milling is, in parts of what there is beyond it.
 fn margin(evidence: &OrderParameters) -> f64 {
-    let limits = Thresholds::default();
-    let lost = evidence.lost.expect("their reach is known");
-    [
-        (evidence.rotation - limits.stable_rotation) / (1.0 - limits.stable_rotation),
-        (evidence.orbit - limits.stable_orbit) / (1.0 - limits.stable_orbit),
-        (evidence.circliness - limits.stable_circliness) / (1.0 - limits.stable_circliness),
-        (limits.stable_blocked - evidence.blocked) / limits.stable_blocked,
-        if lost > 0.0 { -1.0 } else { 1.0 },
-    ]
-    .into_iter()
-    .fold(f64::INFINITY, f64::min)
+    let rules = Behaviour::Milling.rules();
+    let conditions = rules.of(rules.wanted).flat_map(|rule| &rule.conditions);
+    let margin = |condition: &Condition| {
+        let found = condition.parameter.of(evidence);
+        match condition.needs {
+            Needs::AtLeast => (found - condition.bound) / (1.0 - condition.bound),
+            // Where nobody may be lost there is no share of it.
+            Needs::Below if condition.bound < 1e-3 => {
+                if found > 0.0 {
+                    -1.0
+                } else {
+                    1.0
+                }
+            }
+            Needs::Below => (condition.bound - found) / condition.bound,
+        }
+    };
+    conditions.map(margin).fold(f64::INFINITY, f64::min)
 }
 
 /// The order parameters of all episodes and parts.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use rsrs_core::conditions::operator::OperatorConditions;
+use rsrs_core::conditions::operator::{OperatorConditions, controller_values};
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::Choice;
 use rsrs_core::diagram::sweep_file::{OtherSweep, SweepFile};
@@ -118,11 +118,8 @@ impl SweptCell {
         };
         let index = diagram.locate(&asked).with_context(|| folder.display().to_string())?;
         let (swept, conditions) = &cells[index];
-        let cell = Cell::new([
-            (Axis::Speed, conditions.controller.speed_m_s),
-            (Axis::TurnRate, conditions.controller.turn_rate_rad_s),
-            (Axis::Robots, conditions.robots as f64),
-        ])?;
+        let robots = (Axis::Robots, conditions.robots as f64);
+        let cell = Cell::new(controller_values(conditions.controller).into_iter().chain([robots]))?;
         let operator_conditions = OperatorConditions::of(conditions, sweep.duration_s);
         let printed = sweep.fixed.values.iter().copied().chain(swept.iter());
         let mut axes = diagram.axes.iter().copied();

@@ -78,7 +78,7 @@ impl Trial {
     pub fn command(&self) -> ControllerParameters {
         match self {
             Self::Drive { command, .. } => *command,
-            Self::Stand { .. } => ControllerParameters { speed_m_s: 0.0, turn_rate_rad_s: 0.0 },
+            Self::Stand { .. } => ControllerParameters::mirrored(0.0, 0.0),
         }
     }
 
@@ -243,7 +243,7 @@ fn conditions(
         (Axis::TurnRate, command.turn_rate_rad_s),
         (Axis::Robots, n_robots as f64),
     ];
-    let settings = Settings { values, walls: Walls::None, placement: None };
+    let settings = Settings { values, walls: Walls::None, ..Settings::default() };
     let mut conditions = match request.trial {
         Trial::Drive { command, duration_s } => {
             check_drive(command, duration_s)?;
@@ -287,7 +287,7 @@ fn held(mut conditions: Conditions) -> Conditions {
 }
 
 fn check_drive(command: ControllerParameters, duration_s: f64) -> anyhow::Result<()> {
-    let ControllerParameters { speed_m_s, turn_rate_rad_s } = command;
+    let ControllerParameters { speed_m_s, turn_rate_rad_s, .. } = command;
     for (what, found, unit) in [
         ("the speed", speed_m_s, "m/s"),
         ("the turning rate", turn_rate_rad_s, "rad/s"),

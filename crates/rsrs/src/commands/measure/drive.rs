@@ -200,10 +200,10 @@ fn enter(backend: Backend, interface: Option<&str>) -> anyhow::Result<RunTarget>
 /// The trial that the command line itself asks for.
 fn asked(arguments: &Arguments) -> Trial {
     if let Some(duration_s) = arguments.duration {
-        let command = ControllerParameters {
-            speed_m_s: arguments.speed.unwrap_or(0.0),
-            turn_rate_rad_s: arguments.turn_rate.unwrap_or(0.0),
-        };
+        let command = ControllerParameters::mirrored(
+            arguments.speed.unwrap_or(0.0),
+            arguments.turn_rate.unwrap_or(0.0),
+        );
         return Trial::Drive { command, duration_s };
     }
     let place = arguments.distance.zip(arguments.bearing);

@@ -33,8 +33,10 @@ impl Axis {
     /// ```
     pub fn check_unit(self, found: f64) -> Result<(), OtherUnit> {
         let (most, likely) = match self {
-            Self::Speed | Self::Gust => (MAX_SPEED_M_S, "mm/s"),
-            Self::TurnRate | Self::TurnBias => (MAX_TURN_RATE_RAD_S, "degrees per second"),
+            Self::Speed | Self::UndetectedSpeed | Self::Gust => (MAX_SPEED_M_S, "mm/s"),
+            Self::TurnRate | Self::UndetectedTurnRate | Self::TurnBias => {
+                (MAX_TURN_RATE_RAD_S, "degrees per second")
+            }
             Self::Range => (MAX_SENSING_M, "mm"),
             Self::PlacementRadius => (MAX_PLACEMENT_M, "mm"),
             Self::HalfAngle | Self::SensorBearing | Self::HeadingNoise => {

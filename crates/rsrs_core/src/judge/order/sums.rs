@@ -3,19 +3,20 @@
 
 use std::ops::Range;
 
+use super::cluster::clustered;
 use super::geometry::{
     Vector, angle_between, centroid, cross, distance_m2, dot, nearest_neighbours,
 };
 use super::{
-    BLOCKED_OVER_S, BLOCKED_SHARE, CONTACT_TOLERANCE, LOST_SHARE, OrderParameters, RESOLUTION,
-    STUCK_SHARE, rounded,
+    BLOCKED_SHARE, CONTACT_TOLERANCE, LOST_SHARE, OrderParameters, RESOLUTION, STUCK_SHARE,
+    look_back, rounded,
 };
 use crate::judge::number::{Mask, Number};
 use crate::judge::trajectory::{Bodies, Trajectory};
 use crate::robot::controller::Command;
 use crate::robot::unicycle::Pose;
 
-/// Poses and commands over time, of one world or of several that have the same commands.
+/// Poses and commands over time, of one world or of several.
 pub trait Samples {
     /// A number of each world.
     type Number: Number<Scalar = f64>;
@@ -32,10 +33,10 @@ pub trait Samples {
     fn place(&self, pose: &Self::Pose) -> Vector<Self::Number>;
     /// A vector along its heading, and one over its length.
     fn heading(&self, pose: &Self::Pose) -> (Vector<Self::Number>, Self::Number);
-    /// What was commanded in a window: [`Commanded::of`].
-    fn commanded(&self, window: Range<usize>) -> Commanded;
+    /// What was commanded in a window of one lane: [`Commanded::of`].
+    fn commanded(&self, window: Range<usize>, lane: usize) -> Commanded;
     /// Commanded speeds of a robot, added up over samples.
-    fn speeds_m_s(&self, samples: Range<usize>, robot: usize) -> f64;
+    fn speeds_m_s(&self, samples: Range<usize>, robot: usize) -> Self::Number;
     /// One lane by itself, where headings are vectors that were never angles; `None` for what is a
     /// trajectory already.
     fn trajectory(&self, lane: usize, samples: Range<usize>) -> Option<Trajectory>;
@@ -61,7 +62,7 @@ impl Samples for Trajectory {
         let (sine, cosine) = libm::sincos(pose.heading_rad);
         ((cosine, sine), 1.0)
     }
-    fn commanded(&self, window: Range<usize>) -> Commanded {
+    fn commanded(&self, window: Range<usize>, _: usize) -> Commanded {
         let command = |sample, robot| self.commands_at(sample)[robot];
         Commanded::of(command, self.period_s, window, self.n_robots)
     }
@@ -176,7 +177,7 @@ impl<N: Number<Scalar = f64>> Sums<N> {
             return OrderParameters::of(&trajectory, 0..self.n_samples, bodies);
         }
         let period_s = samples.period_s();
-        let Commanded { way_m, mean_turn_rad } = samples.commanded(window);
+        let Commanded { way_m, mean_turn_rad } = samples.commanded(window.clone(), lane);
         let (n_samples, n_poses) = (self.n_samples as f64, self.n_poses());
         let n_robots = self.robots.len() as f64;
         let n_looks = self.n_samples.saturating_sub(look_back(period_s)) as f64;
@@ -203,6 +204,7 @@ impl<N: Number<Scalar = f64>> Sums<N> {
             mean_radius_m: self.radius_m.lane(lane) / n_poses,
             contact_onsets_per_s: bodies.radius_m.map(|_| self.onsets.lane(lane) / robot_seconds),
             circliness_ceiling: 1.0 - mean_turn_rad / 2.0,
+            clustered: bodies.radius_m.map(|radius_m| clustered(samples, window, lane, radius_m)),
         }
     }
 
@@ -223,15 +225,6 @@ impl<N: Number<Scalar = f64>> Sums<N> {
 fn rounds_surely(mean: f64, margin: f64) -> bool {
     let whole = mean / RESOLUTION;
     ((whole - whole.floor()) - 0.5).abs() * RESOLUTION > margin
-}
-
-/// Samples back to where a robot that may be blocked was.
-///
-/// # Arguments
-///
-/// * `period_s` — control period, in seconds.
-pub fn look_back(period_s: f64) -> usize {
-    (BLOCKED_OVER_S / period_s).round().max(1.0) as usize
 }
 
 /// The motion of one robot around the centroid.
@@ -413,8 +406,8 @@ impl<'a, S: Samples> OrderAccumulator<'a, S> {
         let before = samples.poses_at(start).iter().map(|pose| samples.place(pose));
         for (robot, (place, before)) in self.places.iter().zip(before).enumerate() {
             let speeds_m_s = samples.speeds_m_s(start..sample, robot).abs();
-            let limit_m = BLOCKED_SHARE * speeds_m_s * samples.period_s();
-            let limit_m2 = one.all(limit_m * limit_m);
+            let limit_m = one.all(BLOCKED_SHARE) * speeds_m_s * one.all(samples.period_s());
+            let limit_m2 = limit_m * limit_m;
             let moved_m2 = distance_m2(*place, before);
             if !moved_m2.lt(limit_m2).any() {
                 continue;

@@ -3,7 +3,7 @@
 use crate::judge::order::nearest_neighbours_m;
 use crate::judge::trajectory::{Bodies, Trajectory};
 
-use super::{Phase, Thresholds, label_with, window};
+use super::{Phase, Rules, label_with, window};
 
 /// How closely the reach is found from which on another phase holds, in metres.
 const RESOLUTION_M: f64 = 1e-3;
@@ -18,14 +18,10 @@ const RESOLUTION_M: f64 = 1e-3;
 /// # Returns
 ///
 /// Ascending; the first one holds from 0.
-pub fn phases(
-    trajectory: &Trajectory,
-    radius_m: Option<f64>,
-    thresholds: &Thresholds,
-) -> Vec<(f64, Phase)> {
+pub fn phases(trajectory: &Trajectory, radius_m: Option<f64>, rules: &Rules) -> Vec<(f64, Phase)> {
     let phase = |reach_m: f64| {
         let bodies = Bodies { radius_m, reach_m: Some(reach_m) };
-        label_with(trajectory, &bodies, thresholds)
+        label_with(trajectory, &bodies, rules)
             .expect("a trajectory that was checked is judged where the reach is known")
             .phase
     };

@@ -25,7 +25,7 @@ pub struct BeyondLimits {
 impl Help for BeyondLimits {
     fn help(&self) -> Option<String> {
         let key = match self.axis {
-            Axis::Speed => "actuation.speed.limits_m_s",
+            Axis::Speed | Axis::UndetectedSpeed => "actuation.speed.limits_m_s",
             _ => "actuation.turn.limits_rad_s",
         };
         Some(format!(
@@ -36,20 +36,28 @@ impl Help for BeyondLimits {
 }
 
 impl RobotProfile {
-    /// Refuses a command beyond the limits, which the wheels of a robot refuse as well.
+    /// Refuses a controller with a command beyond the limits, which the wheels of a robot refuse as well.
     ///
     /// Standing and going straight on are commands of every robot: 0 is within any limits.
     ///
     /// # Errors
     ///
     /// [`BeyondLimits`], of the speed first.
-    pub fn check_limits(&self, command: ControllerParameters) -> Result<(), BeyondLimits> {
-        let (speed, turn) = (&self.actuation.speed, &self.actuation.turn);
-        for (axis, found, [least, most]) in [
-            (Axis::Speed, command.speed_m_s, speed.limits_m_s),
-            (Axis::TurnRate, command.turn_rate_rad_s, turn.limits_rad_s),
-        ] {
-            let is_within = found >= least * (1.0 - SAME) && found <= most * (1.0 + SAME);
+    pub fn check_limits(&self, controller: ControllerParameters) -> Result<(), BeyondLimits> {
+        let (speed, turn) = (self.actuation.speed.limits_m_s, self.actuation.turn.limits_rad_s);
+        let mut values = vec![
+            (Axis::Speed, controller.speed_m_s, speed),
+            (Axis::TurnRate, controller.turn_rate_rad_s, turn),
+        ];
+        if let Some(undetected) = controller.undetected {
+            values.push((Axis::UndetectedSpeed, undetected.speed_m_s, speed));
+            values.push((Axis::UndetectedTurnRate, undetected.turn_rate_rad_s, turn));
+        }
+        for (axis, found, [least, most]) in values {
+            // A controller that is not mirrored may drive backward and turn to either side; the limits
+            // are those of both directions, as at the wheels.
+            let amount = if controller.undetected.is_some() { found.abs() } else { found };
+            let is_within = amount >= least * (1.0 - SAME) && amount <= most * (1.0 + SAME);
             if !is_within && found != 0.0 {
                 return Err(BeyondLimits { axis, found, least, most });
             }
@@ -71,7 +79,7 @@ mod tests {
     fn what_a_robot_may_not_be_commanded_is_refused_with_its_limits() {
         let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
         let check = |speed_m_s, turn_rate_rad_s| {
-            let command = ControllerParameters { speed_m_s, turn_rate_rad_s };
+            let command = ControllerParameters::mirrored(speed_m_s, turn_rate_rad_s);
             profile.check_limits(command).map_err(|error| error.to_string())
         };
 

@@ -3,7 +3,7 @@
 use std::fmt::{Display, Formatter, Result};
 
 use rsrs_core::diagram::PhaseCounts;
-use rsrs_core::judge::phase::Phase;
+use rsrs_core::judge::behaviour::Verb;
 use rsrs_core::statistics::comparison::{MOST_RUNS, SIGNIFICANCE, Tally, Verdict};
 use rsrs_core::statistics::next_experiment::{Experiment, NextStep};
 
@@ -12,7 +12,8 @@ use crate::label::human_labels::JUDGE;
 
 impl Display for Report {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> Result {
-        writeln!(formatter, "claim: real robots mill at least as often as simulated ones")?;
+        let mill = self.verb().plain;
+        writeln!(formatter, "claim: real robots {mill} at least as often as simulated ones")?;
         if self.labels != JUDGE {
             writeln!(
                 formatter,
@@ -26,10 +27,11 @@ impl Display for Report {
         if !self.cells.is_empty() {
             self.write_pooled(formatter)?;
             let Tally { same, easier, harder } = self.tally;
+            let wanted = self.behaviour().wanted();
             writeln!(
                 formatter,
-                "run by run: {same} ended as most simulated runs did, {easier} closer to stable \
-                 milling, {harder} further from it"
+                "run by run: {same} ended as most simulated runs did, {easier} closer to {wanted}, \
+                 {harder} further from it"
             )?;
         }
         for run in &self.not_counted {
@@ -100,40 +102,41 @@ impl Report {
         let pooled = &self.pooled;
         let percentage_points = format!("{:.0} percentage points", 100.0 * pooled.margin);
         let decides = 1.0 / SIGNIFICANCE;
+        let Verb { plain: mill, did: milled, .. } = self.verb();
         writeln!(
             formatter,
-            "all runs: {} of {} milled, {:.1} expected if real robots mill as often as simulated ones",
+            "all runs: {} of {} {milled}, {:.1} expected if real robots {mill} as often as simulated ones",
             pooled.n_milled,
             counted(pooled.n_real, "run"),
             pooled.n_expected
         )?;
         writeln!(
             formatter,
-            "  evidence that they mill less often: {} (from {decides} on the claim is violated)",
+            "  evidence that they {mill} less often: {} (from {decides} on the claim is violated)",
             evidence(pooled.e_violated)
         )?;
         writeln!(
             formatter,
-            "  evidence that they mill as often, or at most {percentage_points} less often: {} (from \
+            "  evidence that they {mill} as often, or at most {percentage_points} less often: {} (from \
              {decides} on the claim is supported)",
             evidence(pooled.e_supported)
         )?;
         match pooled.shortfall_at_most {
             Some(short) => writeln!(
                 formatter,
-                "  as far as these runs say, they mill less often by at most {:.0} percentage points",
+                "  as far as these runs say, they {mill} less often by at most {:.0} percentage points",
                 100.0 * short
             )?,
             None => {
                 writeln!(
                     formatter,
-                    "  how much less often they may mill, these runs do not bound"
+                    "  how much less often they may {mill}, these runs do not bound"
                 )?;
             }
         }
         writeln!(
             formatter,
-            "  chance of so few mills if both mill equally often: {} (exact if the number of runs was \
+            "  chance of so few if both {mill} equally often: {} (exact if the number of runs was \
              fixed before; for information)",
             chance(pooled.p_value)
         )
@@ -143,13 +146,16 @@ impl Report {
 /// One cell by itself.
 fn by_itself(cell: &ComparedCell) -> String {
     let word = word(cell.verdict);
+    let verb = cell.simulated.behaviour().verb();
+    let mill = verb.plain;
     let less =
         format!("{:.1} % of real and {:.1} % of simulated", 100.0 * cell.b_r, 100.0 * cell.b_s);
     match (cell.verdict, cell.further_runs) {
-        (Verdict::Violated, _) => format!("{word}: {less} runs mill"),
+        (Verdict::Violated, _) => format!("{word}: {less} runs {mill}"),
         (Verdict::Undecided, Some(n)) => format!(
-            "{word}: {} would support the claim here if every one of them mills",
-            counted(n, "further real run")
+            "{word}: {} would support the claim here if every one of them {}",
+            counted(n, "further real run"),
+            verb.does
         ),
         (Verdict::Undecided, None) | (Verdict::Supported, _) => word.to_owned(),
     }
@@ -182,9 +188,11 @@ fn evidence(e_value: f64) -> String {
 /// How often a cell mills, and what else came of it.
 fn share(percents: [f64; 3], phases: &PhaseCounts, run: &str) -> String {
     let [share, low, high] = percents.map(|share| 100.0 * share);
-    let others: Vec<String> = Phase::ALL
-        .into_iter()
-        .filter(|phase| *phase != Phase::StableMilling && phases.get(*phase) > 0)
+    let behaviour = phases.behaviour();
+    let others: Vec<String> = behaviour.phases()[1..]
+        .iter()
+        .copied()
+        .filter(|phase| phases.get(*phase) > 0)
         .map(|phase| format!("{} {phase}", phases.get(phase)))
         .collect();
     let others = if others.is_empty() {
@@ -193,9 +201,10 @@ fn share(percents: [f64; 3], phases: &PhaseCounts, run: &str) -> String {
         format!("; otherwise {}", others.join(", "))
     };
     format!(
-        "{} of {} milled: {share:.1} % (95 % interval {low:.1} to {high:.1} %){others}",
-        phases.get(Phase::StableMilling),
-        counted(phases.total(), run)
+        "{} of {} {}: {share:.1} % (95 % interval {low:.1} to {high:.1} %){others}",
+        phases.wanted(),
+        counted(phases.total(), run),
+        behaviour.verb().did
     )
 }
 

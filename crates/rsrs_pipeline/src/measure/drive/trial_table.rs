@@ -211,7 +211,7 @@ impl TrialTable {
                 };
                 let is_done = !fields.at(duration).is_empty() && fields.last().is_empty();
                 let [speed_m_s, turn_rate_rad_s] = command;
-                let command = ControllerParameters { speed_m_s, turn_rate_rad_s };
+                let command = ControllerParameters::mirrored(speed_m_s, turn_rate_rad_s);
                 let rate = if kind == Kind::Speed { speed_m_s } else { turn_rate_rad_s };
                 let lasts_s = if fields.at(duration).is_empty() {
                     fields.number(duration - 1)? / rate
@@ -337,7 +337,7 @@ mod tests {
     #[test]
     fn drives_without_a_time_and_those_that_paused_are_still_to_be_made() {
         let drive = |speed_m_s, turn_rate_rad_s, duration_s| Trial::Drive {
-            command: ControllerParameters { speed_m_s, turn_rate_rad_s },
+            command: ControllerParameters::mirrored(speed_m_s, turn_rate_rad_s),
             duration_s,
         };
         for (kind, rows, expected) in [

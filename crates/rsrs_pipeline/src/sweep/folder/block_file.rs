@@ -9,7 +9,7 @@ use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::Phase;
 use rsrs_sim::sweep::{Block, ReplicateOutcome};
 
-const MAGIC: &[u8; 8] = b"rsrsblk2";
+const MAGIC: &[u8; 8] = b"rsrsblk3";
 
 /// Which sweep a block belongs to, and which of its blocks it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,7 +58,7 @@ fn digest(bytes: &[u8]) -> u64 {
     digest.value()
 }
 
-const NUMBERS: usize = 11;
+const NUMBERS: usize = 12;
 
 /// Bytes of one row: phase, which numbers there are, the numbers.
 const ROW: usize = 1 + 2 + 8 * NUMBERS;
@@ -79,6 +79,7 @@ fn encode_row(outcome: &ReplicateOutcome, bytes: &mut Vec<u8>) {
         mean_radius_m,
         contact_onsets_per_s,
         circliness_ceiling,
+        clustered,
     } = outcome.evidence;
     let numbers: [Option<f64>; NUMBERS] = [
         lost,
@@ -92,6 +93,7 @@ fn encode_row(outcome: &ReplicateOutcome, bytes: &mut Vec<u8>) {
         Some(mean_radius_m),
         contact_onsets_per_s,
         Some(circliness_ceiling),
+        clustered,
     ];
     let present =
         numbers.iter().enumerate().map(|(bit, number)| u16::from(number.is_some()) << bit);
@@ -117,6 +119,7 @@ fn decode_row(cell: usize, replicate: u64, bytes: &[u8]) -> Option<ReplicateOutc
         mean_radius_m: optional(8)?,
         contact_onsets_per_s: optional(9),
         circliness_ceiling: optional(10)?,
+        clustered: optional(11),
     };
     Some(ReplicateOutcome { cell, replicate, phase, evidence })
 }
@@ -151,6 +154,7 @@ mod tests {
                 mean_radius_m: 0.08 + replicate as f64,
                 contact_onsets_per_s: (cell == 3).then_some(-0.0),
                 circliness_ceiling: 0.10,
+                clustered: (cell == 4).then_some(0.11),
             },
         };
         block().rows().zip(Phase::ALL).map(outcome).collect()

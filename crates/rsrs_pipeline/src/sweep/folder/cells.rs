@@ -3,6 +3,7 @@
 use anyhow::{Context, bail};
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::{DiagramCell, PhaseCounts};
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::statistics::comparison::Share;
 use rsrs_core::statistics::interval_kind::IntervalKind;
@@ -25,18 +26,19 @@ const AS_MEASURED: &str = "as_measured_";
 /// different numbers of replicates, also the kind of the interval.
 pub fn to_csv(result: &SweepResult) -> String {
     let kind = result.source.sweep.interval_kind();
+    let behaviour = result.source.sweep.behaviour;
     let axes = result.diagram.axes.iter().map(|axis| axis.key().to_owned());
-    let mut columns: Vec<String> = axes.chain(count_columns("")).collect();
+    let mut columns: Vec<String> = axes.chain(count_columns(behaviour, "")).collect();
     if result.as_measured.is_some() {
-        columns.extend(count_columns(AS_MEASURED));
+        columns.extend(count_columns(behaviour, AS_MEASURED));
     }
     columns.extend(kind_column(kind).map(|(name, _)| name.to_owned()));
     let mut csv = columns.join(",") + "\n";
     for (index, DiagramCell { cell, counts }) in result.diagram.cells.iter().enumerate() {
         let mut fields: Vec<String> = cell.iter().map(|(_, value)| value.to_string()).collect();
-        fields.extend(count_fields(counts, kind));
+        fields.extend(count_fields(behaviour, counts, kind));
         if let Some(measured) = &result.as_measured {
-            fields.extend(count_fields(&measured.cells[index].counts, kind));
+            fields.extend(count_fields(behaviour, &measured.cells[index].counts, kind));
         }
         fields.extend(kind_column(kind).map(|(_, key)| key.to_owned()));
         csv += &(fields.join(",") + "\n");
@@ -45,18 +47,22 @@ pub fn to_csv(result: &SweepResult) -> String {
 }
 
 /// The columns of one world.
-fn count_columns(prefix: &str) -> impl Iterator<Item = String> {
-    let phases = Phase::ALL.map(Phase::key);
+fn count_columns(behaviour: Behaviour, prefix: &str) -> impl Iterator<Item = String> {
+    let phases = behaviour.phases().iter().map(|phase| phase.key());
     let names = ["n"].into_iter().chain(phases).chain(["phase", "b_s", "b_s_low", "b_s_high"]);
     names.map(move |name| format!("{prefix}{name}"))
 }
 
 /// The fields of [`count_columns`].
-fn count_fields(counts: &PhaseCounts, kind: IntervalKind) -> impl Iterator<Item = String> {
+fn count_fields(
+    behaviour: Behaviour,
+    counts: &PhaseCounts,
+    kind: IntervalKind,
+) -> impl Iterator<Item = String> {
     let share = Share::milling(counts);
     let interval = kind.interval(share.hits, share.n);
     let numbers = std::iter::once(counts.total())
-        .chain(Phase::ALL.map(|phase| counts.get(phase)))
+        .chain(behaviour.phases().iter().map(|phase| counts.get(*phase)))
         .map(|number| number.to_string());
     let phase = counts.majority().map_or("", Phase::key).to_owned();
     let shares = [share.value(), interval.low, interval.high].map(|share| format!("{share:.6}"));
@@ -74,10 +80,14 @@ fn kind_column(kind: IntervalKind) -> Option<(&'static str, &'static str)> {
 /// # Errors
 ///
 /// If a line is not that of a cell with these axes and this kind of interval.
-pub fn from_csv(text: &str, axes: &[Axis], kind: IntervalKind) -> anyhow::Result<Cells> {
+pub fn from_csv(
+    text: &str,
+    axes: &[Axis],
+    (behaviour, kind): (Behaviour, IntervalKind),
+) -> anyhow::Result<Cells> {
     let header = text.lines().next().unwrap_or_default();
     let has_both = header.split(',').any(|name| name.starts_with(AS_MEASURED));
-    let n_counts = count_columns("").count();
+    let n_counts = count_columns(behaviour, "").count();
     let n_simulated = axes.len() + n_counts;
     let n_worlds = if has_both { n_simulated + n_counts } else { n_simulated };
     let n_fields = n_worlds + kind_column(kind).iter().len();
@@ -89,7 +99,8 @@ pub fn from_csv(text: &str, axes: &[Axis], kind: IntervalKind) -> anyhow::Result
         }
         let (values, counts) = fields.split_at(axes.len());
         let read = |counts: &[&str]| {
-            read_cell(values, counts, axes).with_context(|| format!("line {}", line + 1))
+            read_cell((axes, values), behaviour, counts)
+                .with_context(|| format!("line {}", line + 1))
         };
         cells.simulated.push(read(counts)?);
         if let Some(measured) = &mut cells.as_measured {
@@ -100,13 +111,17 @@ pub fn from_csv(text: &str, axes: &[Axis], kind: IntervalKind) -> anyhow::Result
 }
 
 /// A cell of these axes from its values and its counts, which begin with their sum.
-fn read_cell(values: &[&str], rest: &[&str], axes: &[Axis]) -> anyhow::Result<DiagramCell> {
+fn read_cell(
+    (axes, values): (&[Axis], &[&str]),
+    behaviour: Behaviour,
+    rest: &[&str],
+) -> anyhow::Result<DiagramCell> {
     let number = |text: &&str| text.parse::<f64>().with_context(|| format!("`{text}`"));
     let values = values.iter().map(number).collect::<anyhow::Result<Vec<f64>>>()?;
     let mut counts = PhaseCounts::default();
-    for (phase, field) in Phase::ALL.into_iter().zip(&rest[1..]) {
+    for (phase, field) in behaviour.phases().iter().zip(&rest[1..]) {
         let n: u64 = field.parse().with_context(|| format!("`{field}` as a count"))?;
-        counts.add_many(phase, n);
+        counts.add_many(*phase, n);
     }
     Ok(DiagramCell { cell: Cell::new(axes.iter().copied().zip(values))?, counts })
 }

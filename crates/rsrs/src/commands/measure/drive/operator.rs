@@ -84,7 +84,7 @@ type Terminal = Interview<std::io::StdinLock<'static>, std::io::Stderr>;
 impl<I: BufRead, O: Write> Interview<I, O> {
     /// The questions for a command that was driven for some seconds.
     fn motion(&mut self, command: ControllerParameters, driven_s: f64) -> anyhow::Result<Motion> {
-        let ControllerParameters { speed_m_s, turn_rate_rad_s } = command;
+        let ControllerParameters { speed_m_s, turn_rate_rad_s, .. } = command;
         let time = format!("time that it took, in s (Enter: {driven_s})");
         match (speed_m_s > 0.0, turn_rate_rad_s > 0.0) {
             (true, false) => Ok(Motion::Straight {
@@ -165,8 +165,7 @@ impl<I: BufRead, O: Write> Interview<I, O> {
 mod tests {
     use super::*;
 
-    const STRAIGHT: ControllerParameters =
-        ControllerParameters { speed_m_s: 0.15, turn_rate_rad_s: 0.0 };
+    const STRAIGHT: ControllerParameters = ControllerParameters::mirrored(0.15, 0.0);
 
     fn printed(command: ControllerParameters, lines: &str) -> (anyhow::Result<Motion>, String) {
         let mut interview = Interview { input: lines.as_bytes(), output: Vec::new() };
@@ -190,7 +189,7 @@ mod tests {
 
     #[test]
     fn the_time_of_a_turn_is_the_commanded_one_if_nobody_says_otherwise() {
-        let turn = ControllerParameters { speed_m_s: 0.0, turn_rate_rad_s: 0.5 };
+        let turn = ControllerParameters::mirrored(0.0, 0.5);
 
         let motion = printed(turn, "6.1\n\n").0.unwrap();
 
@@ -200,7 +199,7 @@ mod tests {
 
     #[test]
     fn what_is_no_number_is_asked_again() {
-        let turn = ControllerParameters { speed_m_s: 0.0, turn_rate_rad_s: 0.5 };
+        let turn = ControllerParameters::mirrored(0.0, 0.5);
 
         let (motion, asked) = printed(turn, "a circle\n\n6.1\n\n");
 

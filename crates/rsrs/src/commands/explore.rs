@@ -1,0 +1,119 @@
+//! `rsrs explore`: what a swarm of these robots can do.
+
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use rsrs_core::conditions::Walls;
+use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_pipeline::explore::{CONTROLLERS, DURATION_S, Options, REPLICATES, explore};
+use rsrs_sim::exploration::space::Directions;
+
+use crate::commands::{Format, report};
+use crate::failure::Outcome;
+use crate::progress::execution;
+
+/// Explore what a swarm of these robots can do, beyond the given controller.
+///
+/// A binary controller has one command where something is detected and another where nothing is: four
+/// numbers. With `--behaviour` they are searched for that behaviour by an evolution strategy, else for
+/// all that differ. What is found is confirmed on fresh seeds, drawn in `gallery.html`, and ready to be
+/// swept. A search that was interrupted goes on with the same command. Exit code 3 means that the
+/// behaviour was not found.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs explore flockbot.yaml -o results/gallery
+  rsrs explore flockbot.yaml -o results/milling --behaviour milling
+  rsrs explore flockbot.yaml -o results/aggregation --behaviour aggregation --robots 20
+  rsrs sweep results/gallery/sweeps/01_milling.yaml -o results/found")]
+pub struct Arguments {
+    /// Profile of the measured robot; it is made worse by the usual factors.
+    profile: PathBuf,
+    /// Folder for what is found.
+    #[arg(short, long, value_name = "FOLDER")]
+    output: PathBuf,
+    /// Behaviour to search for (default: all that differ).
+    #[arg(long, value_parser = behaviours())]
+    behaviour: Option<Behaviour>,
+    /// Number of robots.
+    #[arg(long, default_value_t = 9, value_name = "N")]
+    robots: usize,
+    /// Side of the square arena, in metres (default: six times a robot's reach).
+    #[arg(long, value_name = "M")]
+    arena: Option<f64>,
+    /// What happens at its border: `clamp` lets robots slide along it.
+    #[arg(long, value_enum, default_value = "clamp")]
+    walls: WallKind,
+    /// Search controllers that never drive backward only.
+    #[arg(long)]
+    forward: bool,
+    /// Controllers that are tried (default: 2,000).
+    #[arg(long, value_name = "N", default_value_t = CONTROLLERS, hide_default_value = true,
+          value_parser = controllers)]
+    controllers: usize,
+    /// Runs of each of them (default: 16).
+    #[arg(long, value_name = "N", default_value_t = REPLICATES, hide_default_value = true,
+          value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    replicates: u64,
+    /// Simulated time of each run, in seconds (default: 300).
+    #[arg(long, value_name = "S", default_value_t = DURATION_S, hide_default_value = true)]
+    duration: f64,
+    /// Seed of the search and of its runs.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..1 << 63))]
+    seed: u64,
+    /// Threads (default: as many as the machine runs at once).
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// How to report.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum WallKind {
+    /// There is no border.
+    None,
+    /// A robot slides along it.
+    Clamp,
+    /// A robot that would cross it stays where it is.
+    Stop,
+}
+
+fn behaviours() -> impl TypedValueParser<Value = Behaviour> {
+    let parser = PossibleValuesParser::new(Behaviour::ALL.map(Behaviour::key));
+    parser.map(|key| Behaviour::from_key(&key).expect("the parser takes no other words"))
+}
+
+fn controllers(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if (1..=1_000_000).contains(&n) => Ok(n),
+        _ => Err("expected a whole number from 1 to 1,000,000".to_owned()),
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// As [`explore`].
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let options = Options {
+        wanted: arguments.behaviour,
+        robots: arguments.robots,
+        arena_m: arguments.arena,
+        walls: match arguments.walls {
+            WallKind::None => Walls::None,
+            WallKind::Clamp => Walls::Clamp,
+            WallKind::Stop => Walls::Stop,
+        },
+        directions: if arguments.forward { Directions::Forward } else { Directions::Both },
+        controllers: arguments.controllers,
+        replicates: arguments.replicates,
+        duration_s: arguments.duration,
+        seed: arguments.seed,
+        execution: execution(arguments.threads)?,
+    };
+    let explored = explore(&arguments.profile, &arguments.output, &options)?;
+    report(arguments.format, &explored, &explored.to_string())?;
+    Ok(if explored.is_found() { Outcome::Done } else { Outcome::NegativeAnswer })
+}

@@ -1,0 +1,220 @@
+//! Rules that distinguish the phases of a behaviour: bounds on order parameters, in order.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::judge::order::OrderParameters;
+use crate::judge::phase::Phase;
+
+/// An order parameter that a rule looks at; named as in [`OrderParameters`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Parameter {
+    /// Share of lost robots.
+    Lost,
+    /// Share of stuck robots.
+    Stuck,
+    /// Share of time blocked.
+    Blocked,
+    /// Normalised angular momentum.
+    Rotation,
+    /// Way around the centroid.
+    Orbit,
+    /// Roundness.
+    Circliness,
+    /// Share of robots in the largest cluster.
+    Clustered,
+}
+
+impl Parameter {
+    /// The name in files and reports.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Lost => "lost",
+            Self::Stuck => "stuck",
+            Self::Blocked => "blocked",
+            Self::Rotation => "rotation",
+            Self::Orbit => "orbit",
+            Self::Circliness => "circliness",
+            Self::Clustered => "clustered",
+        }
+    }
+
+    /// Its value; 0 for one that is not known.
+    pub fn of(self, evidence: &OrderParameters) -> f64 {
+        match self {
+            Self::Lost => evidence.lost.unwrap_or(0.0),
+            Self::Stuck => evidence.stuck,
+            Self::Blocked => evidence.blocked,
+            Self::Rotation => evidence.rotation,
+            Self::Orbit => evidence.orbit,
+            Self::Circliness => evidence.circliness,
+            Self::Clustered => evidence.clustered.unwrap_or(0.0),
+        }
+    }
+
+    /// Sets its value.
+    pub(crate) fn set(self, evidence: &mut OrderParameters, value: f64) {
+        match self {
+            Self::Lost => evidence.lost = Some(value),
+            Self::Stuck => evidence.stuck = value,
+            Self::Blocked => evidence.blocked = value,
+            Self::Rotation => evidence.rotation = value,
+            Self::Orbit => evidence.orbit = value,
+            Self::Circliness => evidence.circliness = value,
+            Self::Clustered => evidence.clustered = Some(value),
+        }
+    }
+}
+
+/// On which side of a bound a phase is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Needs {
+    /// At the bound or above.
+    AtLeast,
+    /// Below it.
+    Below,
+}
+
+/// One bound of a rule.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Condition {
+    /// The order parameter.
+    pub parameter: Parameter,
+    /// On which side of the bound it must be.
+    pub needs: Needs,
+    /// The bound; dimensionless. Below [`NONE`] no robot counts.
+    pub bound: f64,
+}
+
+/// The bound below which a share of robots is none of them.
+pub const NONE: f64 = f64::MIN_POSITIVE;
+
+impl Condition {
+    /// An order parameter must be at least this.
+    pub const fn at_least(parameter: Parameter, bound: f64) -> Self {
+        Self { parameter, needs: Needs::AtLeast, bound }
+    }
+
+    /// An order parameter must be less than this.
+    pub const fn below(parameter: Parameter, bound: f64) -> Self {
+        Self { parameter, needs: Needs::Below, bound }
+    }
+
+    /// Whether it holds.
+    pub fn holds(&self, evidence: &OrderParameters) -> bool {
+        let found = self.parameter.of(evidence);
+        match self.needs {
+            Needs::AtLeast => found >= self.bound,
+            Needs::Below => found < self.bound,
+        }
+    }
+}
+
+/// `0.50 or more`, `less than 0.02` or `none at all`.
+impl fmt::Display for Condition {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.needs {
+            Needs::AtLeast => write!(formatter, "{:.2} or more", self.bound),
+            Needs::Below if self.bound < 0.005 => formatter.write_str("none at all"),
+            Needs::Below => write!(formatter, "less than {:.2}", self.bound),
+        }
+    }
+}
+
+/// A phase, and what must hold for it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rule {
+    /// The phase.
+    pub phase: Phase,
+    /// All of them must hold.
+    pub conditions: Vec<Condition>,
+}
+
+impl Rule {
+    /// Whether every condition holds.
+    pub fn holds(&self, evidence: &OrderParameters) -> bool {
+        self.conditions.iter().all(|condition| condition.holds(evidence))
+    }
+}
+
+/// The rules of a behaviour: the first one that holds gives the phase.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rules {
+    /// In the order in which the judge looks.
+    pub rules: Vec<Rule>,
+    /// The phase if none holds.
+    pub otherwise: Phase,
+    /// The phase that the behaviour is named for.
+    pub wanted: Phase,
+    /// The phase of a run that shows the wanted one on the whole but does not stay in it.
+    pub not_lasting: Phase,
+}
+
+/// As many blocks of the window may break the rule of the wanted phase: a ring in which a single
+/// robot strays for a moment is still one.
+pub const STRAY_BLOCKS: usize = 1;
+
+impl Rules {
+    /// The phase of a swarm with these order parameters, by the first rule that holds: that of the
+    /// whole window, before [`Self::lasting`].
+    pub fn phase(&self, evidence: &OrderParameters) -> Phase {
+        let holding = self.rules.iter().find(|rule| rule.holds(evidence));
+        holding.map_or(self.otherwise, |rule| rule.phase)
+    }
+
+    /// Whether the rule of the wanted phase alone holds, as blocks of a run are held against it.
+    pub fn is_wanted(&self, evidence: &OrderParameters) -> bool {
+        self.of(self.wanted).any(|rule| rule.holds(evidence))
+    }
+
+    /// The phase of a run whose whole window shows this one: a mill that tears apart inside the window
+    /// is not stable, however good it is on average.
+    ///
+    /// # Arguments
+    ///
+    /// * `whole` — the phase by [`Self::phase`].
+    /// * `n_good`, `n_blocks` — how many of the window's blocks of 10 s satisfy the rule of the
+    ///   wanted phase by themselves, of how many.
+    ///
+    /// # Source
+    ///
+    /// Of nine rules this meets most labels by eye: `docs/judge_by_eye.md`.
+    pub fn lasting(&self, whole: Phase, n_good: usize, n_blocks: usize) -> Phase {
+        if whole == self.wanted && n_good + STRAY_BLOCKS < n_blocks {
+            return self.not_lasting;
+        }
+        whole
+    }
+
+    /// The rules that give a phase.
+    pub fn of(&self, phase: Phase) -> impl Iterator<Item = &Rule> {
+        self.rules.iter().filter(move |rule| rule.phase == phase)
+    }
+
+    /// Whether any of them looks at an order parameter.
+    pub fn ask_for(&self, parameter: Parameter) -> bool {
+        let mut conditions = self.rules.iter().flat_map(|rule| &rule.conditions);
+        conditions.any(|condition| condition.parameter == parameter)
+    }
+
+    /// The bound of the wanted phase on an order parameter; `None` if it has none.
+    pub fn wanted_bound(&self, parameter: Parameter) -> Option<f64> {
+        let mut conditions = self.of(self.wanted).flat_map(|rule| &rule.conditions);
+        Some(conditions.find(|condition| condition.parameter == parameter)?.bound)
+    }
+
+    /// The same rules with another bound of the wanted phase on an order parameter.
+    #[must_use]
+    pub fn with_wanted_bound(mut self, parameter: Parameter, bound: f64) -> Self {
+        let wanted = self.wanted;
+        let rules = self.rules.iter_mut().filter(|rule| rule.phase == wanted);
+        for condition in rules.flat_map(|rule| &mut rule.conditions) {
+            if condition.parameter == parameter {
+                condition.bound = bound;
+            }
+        }
+        self
+    }
+}

@@ -1,0 +1,133 @@
+//! What a swarm of these robots can do: controllers beyond the given one, found and laid out.
+//!
+//! Two searches go through the same simulations: one for a behaviour, one for all that differ. Whatever
+//! is tried is judged, written into a journal, and offered to the archive, from which the gallery is
+//! made. A search follows from its settings alone, so it goes on where it was interrupted.
+
+mod folder;
+mod gallery;
+mod journal;
+mod search;
+mod settings;
+mod text;
+mod trial;
+
+use std::path::{Path, PathBuf};
+
+use rsrs_core::conditions::Walls;
+use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::robot::controller::ControllerParameters;
+use rsrs_sim::exploration::niche::Niche;
+use rsrs_sim::exploration::space::Directions;
+use serde::Serialize;
+
+use crate::execution::Execution;
+use crate::sweep::source::read_profile;
+use folder::Folder;
+use settings::Settings;
+use trial::Laboratory;
+
+/// What is searched for, with which robots.
+#[derive(Clone, Copy)]
+pub struct Options<'a> {
+    /// A behaviour, or all that differ.
+    pub wanted: Option<Behaviour>,
+    /// Number of robots; at least 1.
+    pub robots: usize,
+    /// Side of the square arena, in metres; `None` is six times a robot's reach.
+    pub arena_m: Option<f64>,
+    /// What happens at its border.
+    pub walls: Walls,
+    /// In which directions robots may drive.
+    pub directions: Directions,
+    /// Controllers that are tried; at least 1.
+    pub controllers: usize,
+    /// Runs of each of them; at least 1.
+    pub replicates: u64,
+    /// Simulated time of each run, in seconds.
+    pub duration_s: f64,
+    /// Seed of the search and of its runs.
+    pub seed: u64,
+    /// On how many threads, watched by whom.
+    pub execution: Execution<'a>,
+}
+
+/// Controllers that are tried where nothing else is asked for.
+pub const CONTROLLERS: usize = 2000;
+/// Runs of each of them where nothing else is asked for.
+pub const REPLICATES: u64 = 16;
+/// Simulated time of a run where nothing else is asked for, in seconds.
+pub const DURATION_S: f64 = 300.0;
+/// Fresh runs that confirm what the gallery shows.
+pub const CONFIRM: u64 = 200;
+
+/// What was found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Explored {
+    /// The folder with the gallery.
+    pub folder: PathBuf,
+    /// Name of the kind of robot.
+    pub robot: String,
+    /// The behaviour that was searched for; `None` for all that differ.
+    pub wanted: Option<Behaviour>,
+    /// Controllers that were tried.
+    pub n_controllers: usize,
+    /// The controllers that lead to the behaviour, or to a niche of their own, most surely; those with
+    /// a named behaviour first.
+    pub found: Vec<Found>,
+}
+
+/// A controller, and what a swarm that has it does.
+#[derive(Clone, Debug, Serialize)]
+pub struct Found {
+    /// What it is called: a behaviour, `wall_following`, or `other`.
+    pub name: String,
+    /// What it looks like, in words.
+    pub words: String,
+    /// In fewer words.
+    pub niche: Niche,
+    /// The controller.
+    pub controller: ControllerParameters,
+    /// Its number among those that were tried.
+    pub number: usize,
+    /// Share of fresh runs that show the behaviour, or end in the niche.
+    pub share: f64,
+    /// Lower bound of its 95 % interval.
+    pub share_low: f64,
+    /// Upper bound.
+    pub share_high: f64,
+    /// Fresh runs.
+    pub n_replicates: u64,
+    /// The sweep around it, ready to be run, relative to the folder.
+    pub sweep: PathBuf,
+}
+
+impl Explored {
+    /// Whether the behaviour that was searched for was found: surely in more than half of the runs.
+    pub fn is_found(&self) -> bool {
+        let is_wanted = |found: &Found| {
+            self.wanted.is_none_or(|wanted| found.name == wanted.key() && found.share_low > 0.5)
+        };
+        self.found.iter().any(is_wanted)
+    }
+}
+
+/// Searches for controllers, and writes a gallery of what was found.
+///
+/// # Arguments
+///
+/// * `profile` — of the robots; they are made worse by the usual factors.
+/// * `folder` — for the results; what an interrupted search has left in it is gone on with.
+///
+/// # Errors
+///
+/// If the profile cannot be read, the settings make no world, the folder holds something else, or the
+/// search is called off.
+pub fn explore(profile: &Path, folder: &Path, options: &Options) -> anyhow::Result<Explored> {
+    let measured = read_profile(profile)?;
+    let laboratory = Laboratory::new(&measured, options)?;
+    let settings = Settings::of(options, &laboratory);
+    let mut site = Folder::open(folder, &measured, &settings)?;
+    let finds = search::search(&laboratory, &mut site.journal, options)?;
+    gallery::write(&laboratory, &site, finds, options)
+}

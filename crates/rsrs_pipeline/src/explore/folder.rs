@@ -1,0 +1,74 @@
+//! The folder of a search: what it follows from, and its journal.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use rsrs_core::robot::profile::RobotProfile;
+
+use super::journal::Journal;
+use super::settings::Settings;
+use crate::error::with_help;
+use crate::files::lock_file::try_lock;
+use crate::files::{read_text, write_file};
+
+/// Name of the profile in the folder.
+pub const PROFILE: &str = "profile.yaml";
+const SETTINGS: &str = "exploration.yaml";
+const JOURNAL: &str = "trials.jsonl";
+const LOCK: &str = ".lock";
+
+/// A search at work in its folder; no other process is at work in it.
+pub struct Folder {
+    /// Where it is.
+    pub path: PathBuf,
+    /// What was tried.
+    pub journal: Journal,
+    /// Held open, for it is the lock.
+    _lock: std::fs::File,
+}
+
+impl Folder {
+    /// Opens a folder, and makes it if it is not there.
+    ///
+    /// # Errors
+    ///
+    /// If it holds another search or something else, another process is at work in it, or it cannot
+    /// be made.
+    pub fn open(path: &Path, robot: &RobotProfile, settings: &Settings) -> anyhow::Result<Self> {
+        let written = serde_saphyr::to_string(settings).context("the settings as YAML")?;
+        let profile = serde_saphyr::to_string(robot).context("the profile as YAML")?;
+        refuse_other_things(path)?;
+        std::fs::create_dir_all(path).with_context(|| format!("cannot make {}", path.display()))?;
+        let Some(lock) = try_lock(&path.join(LOCK))? else {
+            return Err(with_help(
+                format!("another search is at work in {}", path.display()),
+                "wait for it, or give this one another folder",
+            ));
+        };
+        for (name, text) in [(PROFILE, &profile), (SETTINGS, &written)] {
+            let file = path.join(name);
+            if !file.exists() {
+                write_file(&file, text.as_bytes())?;
+            } else if read_text(&file)? != *text {
+                return Err(with_help(
+                    format!("{} is that of another search", file.display()),
+                    "give this one another folder with `-o`",
+                ));
+            }
+        }
+        let journal = Journal::open(&path.join(JOURNAL))?;
+        Ok(Self { path: path.to_owned(), journal, _lock: lock })
+    }
+}
+
+/// A folder that holds something, and no search, is somebody's.
+fn refuse_other_things(path: &Path) -> anyhow::Result<()> {
+    let Ok(mut entries) = std::fs::read_dir(path) else { return Ok(()) };
+    if path.join(LOCK).exists() || entries.next().is_none() {
+        return Ok(());
+    }
+    Err(with_help(
+        format!("{} is not the folder of a search, and not empty", path.display()),
+        "name a new folder with `-o`",
+    ))
+}

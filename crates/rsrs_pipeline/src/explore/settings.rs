@@ -1,0 +1,49 @@
+//! What a search follows from, as it is written down.
+
+use rsrs_core::conditions::Walls;
+use rsrs_core::judge::behaviour::Behaviour;
+use serde::{Deserialize, Serialize};
+
+use super::Options;
+use super::trial::Laboratory;
+
+/// Everything but the robot that a search follows from: two searches with these are one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// The behaviour that is searched for; not there for all that differ.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub behaviour: Option<Behaviour>,
+    /// Number of robots.
+    pub robots: usize,
+    /// Side of the arena, in metres.
+    pub arena_m: f64,
+    /// What happens at its border.
+    pub walls: Walls,
+    /// Whether robots may drive backward.
+    pub backward: bool,
+    /// Runs of each controller.
+    pub replicates: u64,
+    /// Simulated time of each run, in seconds.
+    pub duration_s: f64,
+    /// Seed of the search and of its runs.
+    pub seed: u64,
+}
+
+impl Settings {
+    /// Those of a search. How many controllers are tried is none of them: a longer search begins with a
+    /// shorter one.
+    pub fn of(options: &Options, laboratory: &Laboratory) -> Self {
+        use rsrs_sim::exploration::space::Directions;
+        Self {
+            behaviour: options.wanted,
+            robots: options.robots,
+            arena_m: laboratory.arena_m,
+            walls: options.walls,
+            backward: options.directions == Directions::Both,
+            replicates: options.replicates,
+            duration_s: options.duration_s,
+            seed: options.seed,
+        }
+    }
+}

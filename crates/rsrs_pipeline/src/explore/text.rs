@@ -1,0 +1,64 @@
+//! What was found, in words.
+
+use std::fmt;
+use std::path::Path;
+
+use rsrs_core::robot::controller::Command;
+
+use super::{Explored, Found};
+use crate::wording::percent;
+
+impl fmt::Display for Explored {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { robot, n_controllers, wanted, found, folder, .. } = self;
+        writeln!(formatter, "{robot}: {n_controllers} controllers were tried")?;
+        for (index, found) in found.iter().enumerate() {
+            writeln!(formatter, "\n{:>3}. {}", index + 1, line(found))?;
+            for line in commands(found) {
+                writeln!(formatter, "     {line}")?;
+            }
+            writeln!(formatter, "     {}", folder.join(&found.sweep).display())?;
+        }
+        if let Some(wanted) = wanted.filter(|_| !self.is_found()) {
+            writeln!(formatter, "\nno controller surely leads to {wanted} in half of its runs")?;
+        }
+        write!(formatter, "\npictures: {}", folder.join("gallery.html").display())?;
+        if let Some(first) = found.first() {
+            let sweep = folder.join(&first.sweep);
+            write!(formatter, "\nnext: rsrs sweep {} -o results/found", sweep.display())?;
+        }
+        Ok(())
+    }
+}
+
+/// `milling: 98 % of 200 runs (95 to 99 %); circling, within reach of each other`.
+fn line(found: &Found) -> String {
+    let Found { name, words, share, share_low, share_high, n_replicates, .. } = found;
+    format!(
+        "{}: {} of {n_replicates} fresh runs (95 % interval {} to {}); {words}",
+        name.replace('_', " "),
+        percent(*share),
+        percent(*share_low),
+        percent(*share_high)
+    )
+}
+
+fn commands(found: &Found) -> [String; 2] {
+    let [detected, undetected] = found.controller.commands();
+    let command = |Command { speed_m_s, turn_rate_rad_s }| {
+        format!("{speed_m_s} m/s, {turn_rate_rad_s} rad/s")
+    };
+    [
+        format!("something is detected: {}", command(detected)),
+        format!("nothing is detected:   {}", command(undetected)),
+    ]
+}
+
+/// Below a picture.
+pub fn caption(found: &Found, folder: &Path) -> Vec<String> {
+    let sweep = folder.join(&found.sweep);
+    let mut lines = vec![line(found)];
+    lines.extend(commands(found));
+    lines.push(format!("rsrs sweep {} -o results/found", sweep.display()));
+    lines
+}

@@ -1,0 +1,299 @@
+//! Controllers on trial: simulated, judged, and described.
+
+use rsrs_core::conditions::operator::controller_values;
+use rsrs_core::conditions::{Conditions, ConditionsError, Region, Settings, Walls};
+use rsrs_core::diagram::axis::Axis;
+use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::order::OrderParameters;
+use rsrs_core::judge::rule::{Needs, Rules};
+use rsrs_core::robot::controller::ControllerParameters;
+use rsrs_core::robot::harsher::Harsher;
+use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::statistics::share::Share;
+use rsrs_sim::exploration::niche::{Extent, Motion, Niche, Rotation};
+use rsrs_sim::exploration::space::{ControllerSpace, Point};
+use rsrs_sim::sweep::{ReplicateOutcome, Runs, Swept, Watch, check, sweep};
+use serde::{Deserialize, Serialize};
+
+use super::Options;
+use crate::error::with_help;
+
+/// What a controller came to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Trial {
+    /// Its number, from 0.
+    pub number: usize,
+    /// Where it was proposed.
+    pub point: Point,
+    /// The controller.
+    pub controller: ControllerParameters,
+    /// The niche of most of its runs.
+    pub niche: Niche,
+    /// Share of its runs in this niche.
+    pub share: f64,
+    /// What most of its runs are called.
+    pub name: Name,
+    /// How near it is to the behaviour that is searched for, from 0 to 1; 0 for none.
+    pub fitness: f64,
+}
+
+/// What people call what a swarm does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Name {
+    /// The wanted phase of a behaviour.
+    Behaviour(Behaviour),
+    /// Robots go along the walls.
+    WallFollowing,
+    /// Nothing that has a name.
+    Other,
+}
+
+impl Name {
+    /// In files.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Behaviour(behaviour) => behaviour.key(),
+            Self::WallFollowing => "wall_following",
+            Self::Other => "other",
+        }
+    }
+}
+
+/// Where controllers are tried: the robots, made worse, in their arena.
+pub struct Laboratory {
+    /// The robots' name.
+    pub robot: String,
+    /// What they may be commanded.
+    pub space: ControllerSpace,
+    /// Side of the arena, in metres.
+    pub arena_m: f64,
+    simulated: RobotProfile,
+    settings: Settings,
+    runs: Runs,
+}
+
+/// Side of the arena over the reach of a robot: with room to disperse, and walls to meet.
+const ARENA_OVER_REACH: f64 = 6.0;
+
+/// A share of runs from which on a controller is called by what they show.
+const MOST: f64 = 0.5;
+
+impl Laboratory {
+    /// Robots in an arena.
+    ///
+    /// # Errors
+    ///
+    /// If the robots or the options make no world.
+    pub fn new(measured: &RobotProfile, options: &Options) -> anyhow::Result<Self> {
+        let simulated = Harsher::default().factors(measured).apply(measured)?;
+        let region = Region::of(&simulated.sensing);
+        let reach_m = region.reach_m(simulated.sensing.sees, simulated.body.radius_m);
+        let arena_m = options.arena_m.unwrap_or_else(|| {
+            // A side that a person would write.
+            (ARENA_OVER_REACH * reach_m * 10.0).round() / 10.0
+        });
+        let values = vec![(Axis::Robots, options.robots as f64), (Axis::Arena, arena_m)];
+        let settings = Settings {
+            values,
+            walls: options.walls,
+            behaviour: options.wanted.unwrap_or_default(),
+            placement: None,
+        };
+        let runs = Runs {
+            seed: options.seed,
+            replicates: options.replicates,
+            duration_s: options.duration_s,
+            n_threads: options.execution.n_threads,
+        };
+        let space = ControllerSpace::of(measured, options.directions);
+        let laboratory =
+            Self { robot: measured.name.clone(), space, arena_m, simulated, settings, runs };
+        let conditions = laboratory.conditions(laboratory.space.controller(&[1.0; 4]))?;
+        check(&[conditions], runs)?;
+        Ok(laboratory)
+    }
+
+    /// Number of robots.
+    pub fn n_robots(&self) -> f64 {
+        let (_, n_robots) = self.settings.values[0];
+        n_robots
+    }
+
+    /// What happens at the arena's border.
+    pub fn walls(&self) -> Walls {
+        self.settings.walls
+    }
+
+    /// Radius of a robot's body, in metres.
+    pub fn radius_m(&self) -> f64 {
+        self.simulated.body.radius_m
+    }
+
+    /// The world of a controller.
+    pub fn conditions(
+        &self,
+        controller: ControllerParameters,
+    ) -> Result<Conditions, ConditionsError> {
+        let mut settings = self.settings.clone();
+        settings.values.extend(controller_values(controller));
+        Conditions::resolve(&self.simulated, &settings)
+    }
+
+    /// Tries some controllers.
+    ///
+    /// # Arguments
+    ///
+    /// * `first` — number of the first of them.
+    ///
+    /// # Errors
+    ///
+    /// If one cannot be simulated, or it is called off.
+    pub fn try_out(
+        &self,
+        first: usize,
+        points: &[Point],
+        options: &Options,
+    ) -> anyhow::Result<Vec<Trial>> {
+        let controllers: Vec<ControllerParameters> =
+            points.iter().map(|point| self.space.controller(point)).collect();
+        let conditions = controllers
+            .iter()
+            .map(|controller| self.conditions(*controller))
+            .collect::<Result<Vec<_>, _>>()?;
+        let swept = finished(sweep(&conditions, self.runs, unseen(options))?)?;
+        let replicates = usize::try_from(self.runs.replicates).expect("runs fit into memory");
+        let trial = |index: usize| {
+            let outcomes = &swept.outcomes[index * replicates..(index + 1) * replicates];
+            let conditions = &conditions[index];
+            let (niche, share) = most_frequent(conditions, outcomes);
+            Trial {
+                number: first + index,
+                point: points[index],
+                controller: controllers[index],
+                niche,
+                share,
+                name: name(conditions, outcomes),
+                fitness: options.wanted.map_or(0.0, |wanted| fitness(&wanted.rules(), outcomes)),
+            }
+        };
+        Ok((0..points.len()).map(trial).collect())
+    }
+
+    /// How often fresh runs of a controller show what it was found for: by name, or by niche.
+    ///
+    /// # Arguments
+    ///
+    /// * `seed` — of the fresh runs.
+    ///
+    /// # Returns
+    ///
+    /// The runs that do, and the number of the first of them among the fresh ones.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::try_out`].
+    pub fn confirm(
+        &self,
+        trial: &Trial,
+        (seed, replicates): (u64, u64),
+        options: &Options,
+    ) -> anyhow::Result<(Share, Option<u64>)> {
+        let conditions = self.judged_for(trial)?;
+        let runs = Runs { seed, replicates, ..self.runs };
+        let swept = finished(sweep(std::slice::from_ref(&conditions), runs, unseen(options))?)?;
+        let shows = |outcome: &&ReplicateOutcome| match trial.name {
+            Name::Behaviour(behaviour) => outcome.phase == behaviour.wanted(),
+            Name::WallFollowing => follows_wall(Niche::of(&conditions, &outcome.evidence)),
+            Name::Other => Niche::of(&conditions, &outcome.evidence) == trial.niche,
+        };
+        let hits = swept.outcomes.iter().filter(shows).count() as u64;
+        let first = swept.outcomes.iter().find(shows).map(|outcome| outcome.replicate);
+        Ok((Share { hits, n: replicates }, first))
+    }
+
+    /// The world of a controller, judged for what it was found to do.
+    pub fn judged_for(&self, trial: &Trial) -> Result<Conditions, ConditionsError> {
+        let mut conditions = self.conditions(trial.controller)?;
+        if let Name::Behaviour(behaviour) = trial.name {
+            conditions.behaviour = behaviour;
+        }
+        Ok(conditions)
+    }
+}
+
+/// May call runs off; progress is that of controllers, and shown elsewhere.
+fn unseen<'a>(options: &'a Options) -> Watch<'a> {
+    Watch { progress: &|_| {}, cancel: options.execution.observer.cancel() }
+}
+
+/// What was run to its end.
+fn finished(swept: Swept) -> anyhow::Result<Swept> {
+    if swept.is_cancelled {
+        return Err(with_help("called off; what was tried is kept", "go on with the same command"));
+    }
+    Ok(swept)
+}
+
+/// The niche of most runs, and their share.
+fn most_frequent(conditions: &Conditions, outcomes: &[ReplicateOutcome]) -> (Niche, f64) {
+    let mut counts = std::collections::BTreeMap::new();
+    for outcome in outcomes {
+        *counts.entry(Niche::of(conditions, &outcome.evidence)).or_insert(0_u64) += 1;
+    }
+    let most = counts.into_iter().max_by_key(|(niche, n)| (*n, std::cmp::Reverse(*niche)));
+    let (niche, n) = most.expect("a controller has runs");
+    (niche, n as f64 / outcomes.len() as f64)
+}
+
+/// What most runs show: a behaviour, whatever they were judged for.
+fn name(conditions: &Conditions, outcomes: &[ReplicateOutcome]) -> Name {
+    let share = |rules: &Rules| {
+        let shows = |outcome: &&ReplicateOutcome| rules.phase(&outcome.evidence) == rules.wanted;
+        outcomes.iter().filter(shows).count() as f64 / outcomes.len() as f64
+    };
+    let shown = Behaviour::ALL.into_iter().find(|behaviour| share(&behaviour.rules()) > MOST);
+    let follows = outcomes
+        .iter()
+        .filter(|outcome| follows_wall(Niche::of(conditions, &outcome.evidence)))
+        .count() as f64;
+    // Robots that go along the walls have no neighbours for most of the time, but they do more.
+    if follows / outcomes.len() as f64 > MOST {
+        return Name::WallFollowing;
+    }
+    shown.map_or(Name::Other, Name::Behaviour)
+}
+
+/// Whether robots go around along the walls.
+fn follows_wall(niche: Niche) -> bool {
+    niche.extent == Extent::AtWalls
+        && niche.rotation == Rotation::Full
+        && niche.motion == Motion::Free
+}
+
+/// How near runs are to a behaviour, from 0 to 1: half for the share of them that are in its wanted
+/// phase, half for how far its conditions are met on average, which leads there.
+fn fitness(rules: &Rules, outcomes: &[ReplicateOutcome]) -> f64 {
+    let n = outcomes.len() as f64;
+    let hits = outcomes.iter().filter(|outcome| outcome.phase == rules.wanted).count() as f64;
+    let met: f64 = outcomes.iter().map(|outcome| met(rules, &outcome.evidence)).sum();
+    f64::midpoint(hits / n, met / n)
+}
+
+/// How far the conditions of the wanted phase are met, from 0 to 1.
+fn met(rules: &Rules, evidence: &OrderParameters) -> f64 {
+    let conditions: Vec<_> = rules.of(rules.wanted).flat_map(|rule| &rule.conditions).collect();
+    let sum: f64 = conditions
+        .iter()
+        .map(|condition| {
+            let found = condition.parameter.of(evidence);
+            match condition.needs {
+                _ if condition.holds(evidence) => 1.0,
+                Needs::AtLeast => (found / condition.bound).clamp(0.0, 1.0),
+                Needs::Below => (1.0 - (found - condition.bound)).clamp(0.0, 1.0),
+            }
+        })
+        .sum();
+    sum / conditions.len() as f64
+}

@@ -1,0 +1,121 @@
+//! The controllers that robots can carry out, as points of a box.
+
+use rsrs_core::robot::controller::{Command, ControllerParameters};
+use rsrs_core::robot::profile::RobotProfile;
+
+use super::Draws;
+
+/// Numbers of a controller: speed and turning rate where something is detected, and where nothing is.
+pub const N_NUMBERS: usize = 4;
+
+/// A point of the search; coordinates from -1 to 1.
+pub type Point = [f64; N_NUMBERS];
+
+/// The commands that robots can carry out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControllerSpace {
+    /// Least and greatest speed that is not 0, in metres per second.
+    pub speed_m_s: [f64; 2],
+    /// Least and greatest turning rate that is not 0, in radians per second.
+    pub turn_rate_rad_s: [f64; 2],
+    /// Whether robots may drive backward.
+    pub directions: Directions,
+}
+
+/// In which directions robots may drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Directions {
+    /// Forward and backward.
+    Both,
+    /// Forward only.
+    Forward,
+}
+
+/// Controllers have this many digits after the point, so that files repeat them exactly.
+const RESOLUTION: f64 = 1e3;
+
+impl ControllerSpace {
+    /// What a measured robot may be commanded.
+    pub fn of(profile: &RobotProfile, directions: Directions) -> Self {
+        Self {
+            speed_m_s: profile.actuation.speed.limits_m_s,
+            turn_rate_rad_s: profile.actuation.turn.limits_rad_s,
+            directions,
+        }
+    }
+
+    /// The controller at a point; what lies outside the box is that on its border.
+    pub fn controller(&self, point: &Point) -> ControllerParameters {
+        let [speed, turn_rate, undetected_speed, undetected_turn_rate] = *point;
+        let command = |speed: f64, turn_rate: f64| Command {
+            speed_m_s: self.speed(speed),
+            turn_rate_rad_s: amount(turn_rate, self.turn_rate_rad_s),
+        };
+        ControllerParameters::of(
+            command(speed, turn_rate),
+            command(undetected_speed, undetected_turn_rate),
+        )
+    }
+
+    fn speed(&self, coordinate: f64) -> f64 {
+        match self.directions {
+            Directions::Both => amount(coordinate, self.speed_m_s),
+            Directions::Forward => amount(f64::midpoint(coordinate, 1.0), self.speed_m_s),
+        }
+    }
+}
+
+/// A coordinate in parts of the greatest value. What a robot is too slow for is either nothing or the
+/// least that it does, whichever is nearer.
+fn amount(coordinate: f64, [least, most]: [f64; 2]) -> f64 {
+    let value = coordinate.clamp(-1.0, 1.0) * most;
+    let amount = match value.abs() {
+        little if little < least / 2.0 => 0.0,
+        little => little.max(least),
+    };
+    // Rounded towards what is allowed.
+    let rounded = ((amount * RESOLUTION).round() / RESOLUTION).clamp(least.min(amount), most);
+    if value < 0.0 && rounded > 0.0 { -rounded } else { rounded }
+}
+
+/// A point anywhere in the box.
+pub(super) fn anywhere(draws: &mut Draws) -> Point {
+    std::array::from_fn(|_| 2.0 * draws.uniform() - 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SPACE: ControllerSpace = ControllerSpace {
+        speed_m_s: [0.02, 0.3],
+        turn_rate_rad_s: [0.1, 2.5],
+        directions: Directions::Both,
+    };
+
+    #[test]
+    fn every_controller_is_one_that_the_robot_may_be_given() {
+        let profile = include_str!("../../../../launch_configs/profiles/flockbot.yaml");
+        let profile = RobotProfile::parse("flockbot.yaml", profile).unwrap();
+        for directions in [Directions::Both, Directions::Forward] {
+            let space = ControllerSpace::of(&profile, directions);
+            for step in 0..2000 {
+                let mut draws = Draws::new(1, step);
+                let controller = space.controller(&anywhere(&mut draws));
+
+                assert_eq!(profile.check_limits(controller), Ok(()), "{controller:?}");
+                let is_forward = controller.commands().iter().all(|one| one.speed_m_s >= 0.0);
+                assert!(directions == Directions::Both || is_forward);
+            }
+        }
+    }
+
+    #[test]
+    fn little_is_nothing_or_the_least() {
+        let controller = SPACE.controller(&[0.02, 0.035, -1.0, 2.0]);
+
+        let [detected, undetected] = controller.commands();
+        assert_eq!(detected, Command { speed_m_s: 0.0, turn_rate_rad_s: 0.1 });
+        assert_eq!(undetected, Command { speed_m_s: -0.3, turn_rate_rad_s: 2.5 });
+    }
+}

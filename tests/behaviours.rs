@@ -1,0 +1,145 @@
+//! Other behaviours than milling, all the way: swept, chosen, run over ROS 2, labelled and compared.
+
+use std::path::Path;
+use std::time::Duration;
+
+use serde_json::Value;
+
+use crate::command::{code, json, repository, rsrs, stderr, stdout};
+use crate::processes::{Process, confined_rsrs};
+
+/// Far longer than it takes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+/// A controller that was found by `rsrs explore`: robots turn away from what they see, or gather.
+struct Case {
+    behaviour: &'static str,
+    phases: [&'static str; 3],
+    controller: &'static str,
+    turns: &'static str,
+}
+
+const CASES: [Case; 2] = [
+    Case {
+        behaviour: "aggregation",
+        phases: ["aggregated", "partly_aggregated", "not_aggregated"],
+        controller: "speed_m_s: 0.175, turn_rate_rad_s: -1.239, undetected_speed_m_s: 0.037",
+        turns: "[-2.5, -2.088]",
+    },
+    Case {
+        behaviour: "dispersal",
+        phases: ["spread_out", "partly_spread_out", "not_spread_out"],
+        controller: "speed_m_s: -0.279, turn_rate_rad_s: -1.221, undetected_speed_m_s: -0.237",
+        turns: "[2.2, 2.431]",
+    },
+];
+
+fn workplace(case: &Case) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Case { behaviour, controller, turns, .. } = case;
+    let configs = repository().join("launch_configs");
+    let sweep = format!(
+        "profile: {}\nbehaviour: {behaviour}\naxes:\n  undetected_turn_rate_rad_s: {turns}\n\
+         fixed: {{{controller}, robots: 9, arena_m: 4.9, walls: clamp}}\n\
+         replicates: 16\nduration_s: 300\nseed: 7\n",
+        configs.join("profiles/flockbot.yaml").display()
+    );
+    let experiment = format!(
+        "fleet: {}\nplacement: {{kind: disc_facing_out, radius_m: 0.825}}\nduration_s: 300\n\
+         seed: 3\nsimulator: {{time: lockstep, profile: measured}}\n",
+        configs.join("fleets/nine_virtual.yaml").display()
+    );
+    for (name, text) in [("sweep.yaml", sweep), ("experiment.yaml", experiment)] {
+        std::fs::write(folder.path().join(name), text).expect("the folder is writable");
+    }
+    folder
+}
+
+/// Runs the chosen cell, and returns the label of its bag.
+fn run_and_label(folder: &Path) -> Value {
+    let mut command = confined_rsrs();
+    command.current_dir(folder).args(["run", "experiment.yaml", "--from", "out", "-o", "bag"]);
+    let (status, errors) = Process::start(&mut command).wait(PATIENCE);
+    assert!(status.success(), "{errors}");
+    let labelled = rsrs(folder, &["label", "bag", "--format", "json"]);
+    assert_eq!(code(&labelled), 0, "{}", stderr(&labelled));
+    json(&labelled)[0].clone()
+}
+
+#[test]
+fn another_behaviour_goes_from_the_sweep_to_the_verdict() {
+    for case in &CASES {
+        let folder = workplace(case);
+        let place = folder.path();
+        let [wanted, partly, not] = case.phases;
+
+        for arguments in [
+            ["sweep", "sweep.yaml", "-o", "out"].as_slice(),
+            &["choose", "out", "--confirm", "200", "-o", "out/choice.json"],
+            &["diagram", "out", "-o", "out.png"],
+        ] {
+            let output = rsrs(place, arguments);
+            assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+        }
+        let cells = std::fs::read_to_string(place.join("out/cells.csv")).expect("it was written");
+        let columns = format!("n,{wanted},{partly},{not},phase");
+        assert!(cells.lines().next().is_some_and(|head| head.contains(&columns)), "{cells}");
+        let choice = std::fs::read_to_string(place.join("out/choice.json")).expect("it is there");
+        let choice: Value = serde_json::from_str(&choice).expect("it is JSON");
+        assert!(choice["b_s"].as_f64().is_some_and(|b_s| b_s > 0.8), "{choice}");
+        assert!(choice["phases"][wanted].is_u64(), "{choice}");
+
+        let label = run_and_label(place);
+        assert_eq!(label["phase"], wanted, "{label:#}");
+
+        // What a run is judged for is its record's, and can be asked for otherwise.
+        let other = rsrs(place, &["label", "bag", "--behaviour", "milling", "--format", "json"]);
+        assert_ne!(json(&other)[0]["phase"], wanted);
+        let compared = rsrs(
+            place,
+            &["compare", "out", "--bags", "bag", "--margin", "0.3", "--format", "json"],
+        );
+        let compared = json(&compared);
+        assert_eq!(compared["cells"][0]["real"][wanted], 1, "{compared:#}");
+        assert_eq!(compared["cells"][0]["real"].as_object().map(serde_json::Map::len), Some(3));
+    }
+}
+
+#[test]
+fn a_run_of_one_behaviour_is_no_evidence_about_another() {
+    let folder = workplace(&CASES[0]);
+    let place = folder.path();
+    let sweep = rsrs(place, &["sweep", "sweep.yaml", "-o", "out"]);
+    assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
+    let experiment = std::fs::read_to_string(place.join("experiment.yaml")).expect("it is there");
+    let experiment = experiment + "behaviour: dispersal\n";
+    std::fs::write(place.join("experiment.yaml"), experiment).expect("the folder is writable");
+
+    let cell = "undetected_turn_rate_rad_s=-2.088";
+    let refused = rsrs(place, &["run", "experiment.yaml", "--from", "out", "--cell", cell]);
+
+    assert_eq!(code(&refused), 1);
+    let expected = "because the behaviour is dispersal, expected aggregation as simulated";
+    assert!(stderr(&refused).contains(expected), "{}", stderr(&refused));
+}
+
+#[test]
+fn a_mirrored_controller_drives_forward_and_any_other_either_way() {
+    let folder = workplace(&CASES[0]);
+    let text = std::fs::read_to_string(folder.path().join("sweep.yaml")).expect("it is there");
+    for (from, to, expected) in [
+        (
+            "speed_m_s: 0.175, turn_rate_rad_s: -1.239, undetected_speed_m_s: 0.037",
+            "speed_m_s: 0.175, turn_rate_rad_s: -1.239, undetected_speed_m_s: -0.5",
+            "undetected_speed_m_s is -0.5, beyond the robots' limits: expected 0.02 to 0.3 m/s",
+        ),
+        ("behaviour: aggregation", "behaviour: aggregate", "did you mean `aggregation`?"),
+    ] {
+        std::fs::write(folder.path().join("wrong.yaml"), text.replace(from, to)).expect("writable");
+
+        let refused = rsrs(folder.path(), &["sweep", "wrong.yaml", "-o", "none"]);
+
+        assert_eq!(code(&refused), 1);
+        assert!(stderr(&refused).contains(expected), "{}", stderr(&refused));
+    }
+}

@@ -1,0 +1,124 @@
+//! What a swarm can do: searched for, interrupted, found again, and ready to be swept.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::command::{code, json, repository, rsrs, stderr, stdout};
+
+fn profile() -> String {
+    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
+    profile.to_str().expect("a path in UTF-8").to_owned()
+}
+
+fn explore(place: &Path, folder: &str, more: &[&str]) -> std::process::Output {
+    let profile = profile();
+    let mut arguments = vec!["explore", &profile, "-o", folder, "--format", "json"];
+    arguments.extend(more);
+    rsrs(place, &arguments)
+}
+
+/// Everything that a search has left, but for where it lies.
+fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let names = ["profile.yaml", "exploration.yaml", "trials.jsonl", "gallery.svg", "gallery.png"];
+    let file = |name: &str| {
+        let bytes =
+            std::fs::read(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        (name.to_owned(), bytes)
+    };
+    names.into_iter().map(file).collect()
+}
+
+#[test]
+fn milling_is_found_from_nothing() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+
+    let found = explore(place.path(), "milling", &["--behaviour", "milling"]);
+
+    assert_eq!(code(&found), 0, "{}{}", stdout(&found), stderr(&found));
+    let found = json(&found);
+    let best = &found["found"][0];
+    assert_eq!(best["name"], "milling");
+    assert!(best["share"].as_f64().is_some_and(|share| share > 0.85), "{best:#}");
+    // As anybody's sweep it is swept, and mills there as well.
+    let sweep = place.path().join("milling").join(best["sweep"].as_str().expect("a path"));
+    let sweep = sweep.to_str().expect("a path in UTF-8");
+    let swept = rsrs(place.path(), &["sweep", sweep, "-o", "swept"]);
+    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    let cells = std::fs::read_to_string(place.path().join("swept/cells.csv")).expect("it is there");
+    assert!(cells.contains(",stable_milling,"), "{cells}");
+}
+
+#[test]
+fn what_differs_is_found_and_has_names() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+
+    let found = explore(place.path(), "all", &[]);
+
+    assert_eq!(code(&found), 0, "{}", stderr(&found));
+    let found = json(&found);
+    let entries = found["found"].as_array().expect("a list");
+    let surely = |entry: &&Value| entry["share_low"].as_f64().is_some_and(|low| low > 0.5);
+    let names: BTreeSet<&str> =
+        entries.iter().filter(surely).filter_map(|entry| entry["name"].as_str()).collect();
+    for name in ["milling", "aggregation", "dispersal", "wall_following"] {
+        assert!(names.contains(name), "no {name} among {names:?}");
+    }
+    let html = std::fs::read_to_string(place.path().join("all/gallery.html")).expect("it is there");
+    assert_eq!(html.matches("<figure>").count(), entries.len());
+    assert!(!html.contains("http://") || html.contains("http://www.w3.org/2000/svg"));
+}
+
+#[test]
+fn a_search_that_was_cut_short_goes_on_to_the_same_end() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = place.path();
+    for behaviour in [[].as_slice(), &["--behaviour", "aggregation"]] {
+        let name = behaviour.last().copied().unwrap_or("all");
+        let at_once = format!("{name}_at_once");
+        let cut = format!("{name}_cut");
+        let with = |more: &[&'static str]| [behaviour, more].concat();
+        let searched = explore(place, &at_once, &with(&["--controllers", "300"]));
+        assert!([0, 3].contains(&code(&searched)), "{}", stderr(&searched));
+
+        explore(place, &cut, &with(&["--controllers", "100", "--threads", "1"]));
+        // The last line was being written when the power went.
+        let journal = place.join(&cut).join("trials.jsonl");
+        let text = std::fs::read_to_string(&journal).expect("it is there");
+        std::fs::write(&journal, &text[..text.len() - 40]).expect("it is writable");
+        let resumed = explore(place, &cut, &with(&["--controllers", "300"]));
+
+        assert!([0, 3].contains(&code(&resumed)), "{}", stderr(&resumed));
+        for (one, other) in contents(&place.join(at_once)).iter().zip(contents(&place.join(cut))) {
+            assert_eq!(one.0, other.0);
+            assert!(one.1 == other.1, "{name}: {} differs", one.0);
+        }
+    }
+}
+
+#[test]
+fn a_search_is_refused_where_it_makes_no_sense() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = place.path();
+    std::fs::create_dir(place.join("mine")).expect("writable");
+    std::fs::write(place.join("mine/notes.txt"), "keep me").expect("writable");
+    explore(place, "small", &["--controllers", "20", "--replicates", "4"]);
+
+    for (folder, more, exit_code, expected) in [
+        ("mine", ["--controllers", "5"], 1, "is not the folder of a search, and not empty"),
+        ("small", ["--controllers", "20"], 1, "is that of another search"),
+        ("new", ["--controllers", "0"], 2, "expected a whole number from 1 to 1,000,000"),
+        ("new", ["--robots", "0"], 1, "no robots, expected at least 1"),
+        ("new", ["--robots", "500"], 1, "do not fit"),
+        ("new", ["--duration", "20"], 1, "expected at least 60 s"),
+        ("new", ["--arena", "-1"], 2, "unexpected argument"),
+    ] {
+        let refused = explore(place, folder, &more);
+
+        assert_eq!(code(&refused), exit_code, "{more:?}: {}", stderr(&refused));
+        assert!(stderr(&refused).contains(expected), "{more:?}: {}", stderr(&refused));
+    }
+    assert_eq!(std::fs::read_to_string(place.join("mine/notes.txt")).expect("kept"), "keep me");
+    assert!(!place.join("new").exists());
+}

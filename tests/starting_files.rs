@@ -1,0 +1,83 @@
+//! A folder to begin with: written, swept, and run without another word.
+
+use std::time::Duration;
+
+use crate::command::{code, json, rsrs, stderr};
+use crate::processes::{Process, confined_rsrs};
+
+/// Far longer than it takes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+const ROBOTS: [&str; 16] = [
+    "--name",
+    "turtlebot",
+    "--robots",
+    "4",
+    "--radius",
+    "0.1",
+    "--speed",
+    "0.2",
+    "--turn-rate",
+    "1.5",
+    "--range",
+    "0.9",
+    "--half-angle",
+    "0.25",
+    "--period",
+    "0.1",
+];
+
+#[test]
+fn a_new_folder_is_swept_and_run_as_it_is() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let begun = rsrs(place.path(), &[&["init", "mine", "--format", "json"], &ROBOTS[..]].concat());
+    assert_eq!(code(&begun), 0, "{}", stderr(&begun));
+    assert_eq!(json(&begun)["files"].as_array().map(Vec::len), Some(4));
+    let mine = place.path().join("mine");
+    // Fewer runs than a person would make.
+    let sweep = std::fs::read_to_string(mine.join("sweep.yaml")).expect("it was written");
+    let small = sweep.replace("replicates: 100", "replicates: 8").replace("steps: 8", "steps: 3");
+    std::fs::write(mine.join("sweep.yaml"), small.replace("duration_s: 300", "duration_s: 120"))
+        .expect("it is writable");
+    let experiment = std::fs::read_to_string(mine.join("experiment.yaml")).expect("it is there");
+    let experiment = experiment.replace("duration_s: 300", "duration_s: 120");
+    std::fs::write(mine.join("experiment.yaml"), experiment).expect("it is writable");
+
+    let swept = rsrs(&mine, &["sweep", "sweep.yaml", "-o", "results"]);
+    let cells = std::fs::read_to_string(mine.join("results/cells.csv")).expect("it was swept");
+    let first = cells.lines().nth(1).expect("there are cells").split(',').take(2);
+    let cell: Vec<&str> = first.collect();
+    let cell = format!("speed_m_s={},turn_rate_rad_s={}", cell[0], cell[1]);
+    let mut command = confined_rsrs();
+    command.current_dir(&mine).args(["run", "experiment.yaml", "--from", "results", "-o", "run_1"]);
+    let (status, errors) = Process::start(command.args(["--cell", &cell])).wait(PATIENCE);
+
+    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    assert!(status.success(), "{errors}");
+}
+
+#[test]
+fn a_folder_that_would_not_work_is_not_written() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    std::fs::create_dir(place.path().join("there")).expect("writable");
+    let with = |flag: &'static str, value: &'static str| {
+        let mut robots = ROBOTS;
+        let index = robots.iter().position(|other| *other == flag).expect("it is one of them");
+        robots[index + 1] = value;
+        robots.to_vec()
+    };
+    for (folder, robots, expected) in [
+        ("there", ROBOTS.to_vec(), "there exists"),
+        ("new", with("--speed", "200"), "this looks like mm/s"),
+        ("new", with("--half-angle", "15"), "this looks like degrees"),
+        ("new", with("--range", "0"), "range_m is 0, expected a number above 0"),
+        ("new", with("--name", "Turtle Bot"), "expected small letters, digits and `_`"),
+        ("new", ROBOTS[..4].to_vec(), "--radius, --speed, --turn-rate, --range, --half-angle"),
+    ] {
+        let refused = rsrs(place.path(), &[&["init", folder], robots.as_slice()].concat());
+
+        assert_ne!(code(&refused), 0, "{robots:?}");
+        assert!(stderr(&refused).contains(expected), "{robots:?}: {}", stderr(&refused));
+        assert!(!place.path().join("new").exists(), "{robots:?}");
+    }
+}
