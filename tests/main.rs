@@ -41,6 +41,7 @@ mod replay;
 mod report;
 mod resume;
 mod scale;
+mod schemas;
 mod starting_files;
 mod starts;
 mod stopping;

@@ -23,6 +23,7 @@ pub mod plan_experiments;
 pub mod replay;
 pub mod report;
 pub mod run;
+pub mod schema;
 pub mod stop;
 pub mod sweep;
 pub mod validate;

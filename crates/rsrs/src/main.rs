@@ -40,6 +40,7 @@ Exit codes: 0 done, 1 failed, 2 bad arguments, 3 done with a negative answer.";
 enum Command {
     DryRun(commands::dry_run::Arguments),
     Init(commands::init::Arguments),
+    Schema(commands::schema::Arguments),
     Measure(commands::measure::Arguments),
     Validate(commands::validate::Arguments),
     Sweep(commands::sweep::Arguments),
@@ -71,6 +72,7 @@ fn main() -> ExitCode {
     let result = match &arguments.command {
         Command::DryRun(arguments) => commands::dry_run::run(arguments),
         Command::Init(arguments) => commands::init::run(arguments),
+        Command::Schema(arguments) => commands::schema::run(arguments),
         Command::Measure(arguments) => commands::measure::run(arguments),
         Command::Validate(arguments) => commands::validate::run(arguments),
         Command::Sweep(arguments) => commands::sweep::run(arguments),

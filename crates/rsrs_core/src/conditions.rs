@@ -1,6 +1,6 @@
 //! The conditions of one experiment: everything that the outcome may depend on, the paper's `E`.
 
-mod capabilities;
+pub(crate) mod capabilities;
 mod check;
 pub mod operator;
 mod reach;
@@ -103,7 +103,9 @@ pub struct Arena {
 }
 
 /// What happens at the arena's border.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Walls {
     /// There is no border.

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 pub use recording::{BagCompression, RecordOptions, RecordRefused, bytes};
 
 /// An experiment as written by a person: what to run, with which robots, for how long.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExperimentFile {
     /// Path of the fleet file, relative to this file.
@@ -44,7 +44,9 @@ pub struct ExperimentFile {
 }
 
 /// What to do when a robot falls silent or stops during a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum RobotLost {
     /// Stop all robots and end the run.
@@ -55,7 +57,7 @@ pub enum RobotLost {
 }
 
 /// How the simulated backend runs an experiment.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SimulatorOptions {
     /// The world's pace.
@@ -65,7 +67,9 @@ pub struct SimulatorOptions {
 }
 
 /// The pace of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Time {
     /// The world steps when every controller has answered; nothing sleeps.
@@ -76,7 +80,7 @@ pub enum Time {
 }
 
 /// Which robots the simulated backend moves.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SimulatedProfile {
     /// The robots as measured.

@@ -2,6 +2,7 @@
 
 mod error;
 mod ordered;
+mod schema;
 
 use rsrs_core::document;
 
@@ -41,7 +42,7 @@ pub struct FleetRobot {
 }
 
 /// What moves a robot.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Driver {
     /// A microcontroller on a serial line.
@@ -58,7 +59,7 @@ pub enum Driver {
 }
 
 /// The type of a robot's velocity commands.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CmdVel {
     /// `geometry_msgs/TwistStamped`; lockstep needs the stamp.
@@ -69,7 +70,7 @@ pub enum CmdVel {
 }
 
 /// Where a robot's pose comes from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PoseSource {
     /// `nav_msgs/Odometry` on `odom`.
@@ -80,7 +81,7 @@ pub enum PoseSource {
 }
 
 /// Who holds a robot's lease.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LeaseHolder {
     /// The gate in front of its wheels: that of `rsrs node robot`, or the simulator's.
@@ -179,40 +180,58 @@ impl FleetFile {
 }
 
 /// The file as a person writes it.
-#[derive(serde::Deserialize)]
+#[derive(serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Written {
+    /// Version of the format: 1.
     fileversion: u32,
+    /// What holds for all robots, unless their type or they themselves have something else.
     #[serde(default)]
     all: Layer,
+    /// What holds for the robots of a type.
     #[serde(default)]
     robot_types: Ordered<Layer>,
+    /// The robots, in the order in which experiments take them.
     robots: Ordered<WrittenRobot>,
 }
 
 /// What can be set for all robots, or for those of a type.
-#[derive(Clone, Default, serde::Deserialize)]
+#[derive(Clone, Default, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Layer {
+    /// Path of its measured profile, relative to the fleet file; without one it can be measured only.
     profile: Option<String>,
+    /// What moves it.
     driver: Option<Driver>,
+    /// The type of its velocity commands.
     cmd_vel: Option<CmdVel>,
+    /// Where its pose comes from.
     pose: Option<PoseSource>,
+    /// Who holds its lease.
     lease: Option<LeaseHolder>,
+    /// Battery voltage below which it starts no run, in volts.
     battery_min_v: Option<f64>,
 }
 
-#[derive(serde::Deserialize)]
+#[derive(serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct WrittenRobot {
+    /// Whether experiments may use it.
     enabled: Option<bool>,
+    /// Name of its type among `robot_types`.
     #[serde(rename = "type")]
     robot_type: Option<String>,
+    /// Path of its measured profile, relative to the fleet file; without one it can be measured only.
     profile: Option<String>,
+    /// What moves it.
     driver: Option<Driver>,
+    /// The type of its velocity commands.
     cmd_vel: Option<CmdVel>,
+    /// Where its pose comes from.
     pose: Option<PoseSource>,
+    /// Who holds its lease.
     lease: Option<LeaseHolder>,
+    /// Battery voltage below which it starts no run, in volts.
     battery_min_v: Option<f64>,
 }
 

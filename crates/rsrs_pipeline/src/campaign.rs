@@ -1,7 +1,7 @@
 //! Many experiments, one after the other, each in a folder that contains all of it.
 
 mod conduct;
-mod file;
+pub(crate) mod file;
 mod folder;
 mod manifest;
 mod summary;

@@ -63,6 +63,7 @@ pub mod recorded_run;
 pub mod replay;
 pub mod report;
 pub mod run;
+pub mod schema;
 mod swarm;
 pub mod sweep;
 pub mod validate;

@@ -162,9 +162,9 @@ fn set_region(
     Ok(())
 }
 
-/// Refuses a value outside what the axis can mean.
-pub(super) fn check_value(axis: Axis, found: f64) -> Result<(), ConditionsError> {
-    let bounds = match axis {
+/// What an axis can mean.
+pub(crate) fn bounds(axis: Axis) -> check::Bounds {
+    match axis {
         Axis::Robots => check::ROBOTS,
         Axis::TruePositive | Axis::FalsePositive => check::PROBABILITY,
         Axis::HalfAngle => check::HALF_ANGLE,
@@ -186,8 +186,12 @@ pub(super) fn check_value(axis: Axis, found: f64) -> Result<(), ConditionsError>
         | Axis::SpeedGain
         | Axis::TurnGain => check::SIZE,
         Axis::Period => check::PERIOD,
-    };
-    check_bounds(axis, found, bounds)
+    }
+}
+
+/// Refuses a value outside what the axis can mean.
+pub(super) fn check_value(axis: Axis, found: f64) -> Result<(), ConditionsError> {
+    check_bounds(axis, found, bounds(axis))
 }
 
 /// Refuses a value outside bounds.

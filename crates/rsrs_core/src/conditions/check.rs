@@ -11,9 +11,9 @@ use crate::robot::profile::MAX_CORNERS;
 
 /// The least and the greatest value that a number may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bounds {
-    least: f64,
-    most: f64,
+pub(crate) struct Bounds {
+    pub(crate) least: f64,
+    pub(crate) most: f64,
 }
 
 /// Number of robots.

@@ -9,7 +9,7 @@ use crate::trials::trial::table::{Row, Table};
 use crate::trials::trial::{TrialError, TrialProblem};
 
 /// Where robots start, as a person writes it in a sweep or an experiment.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum StartPlacement {
     /// Uniform in a disc, facing away from its centre.
@@ -48,7 +48,7 @@ pub enum StartPlacement {
 }
 
 /// Where robots head of which only the place is given.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Headings {
     /// Away from the origin.

@@ -24,7 +24,7 @@ use crate::statistics::comparison::Share;
 use crate::statistics::sequence;
 
 /// When an adaptive sweep has seen enough of a cell.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Adaptive {
     /// The interval of a cell's `B_s` is narrow enough when it is at most this wide; between 0 and 1.

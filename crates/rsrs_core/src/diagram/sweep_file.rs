@@ -2,6 +2,7 @@
 
 mod check;
 mod digest;
+mod schema;
 
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 use serde::ser::SerializeMap;
@@ -21,7 +22,7 @@ use crate::statistics::interval_kind::IntervalKind;
 pub use digest::OtherSweep;
 
 /// A sweep as written by a person: YAML with units in its keys.
-#[derive(Clone, Debug, PartialEq, Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SweepFile {
     /// Path of the measured robot's profile, relative to the sweep file.

@@ -13,7 +13,19 @@ use crate::judge::phase::Phase;
 use crate::judge::rule::{Condition, NONE, Parameter, Rule, Rules};
 
 /// What a swarm is judged for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Serialize,
+    schemars::JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Behaviour {
     /// One rotating circle: the paper's.

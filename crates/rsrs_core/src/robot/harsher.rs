@@ -16,7 +16,7 @@ use crate::robot::profile::RobotProfile;
 ///
 /// §IV step 2: "we expanded it such that the agents in the simulation would obtain their θᵃ values
 /// from" a larger distribution.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct HarsherFactors {
     /// Times the standard deviations of both gains (default: 2.5, or less where a robot at three of

@@ -17,7 +17,7 @@ pub use limits::BeyondLimits;
 /// # Source
 ///
 /// §IV step 1: actuation, sensing, computation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotProfile {
     /// Name of the kind of robot.
@@ -35,7 +35,7 @@ pub struct RobotProfile {
 }
 
 /// The body of a robot: a disc.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
     /// Radius of the disc, in metres.
@@ -47,7 +47,7 @@ pub struct Body {
 }
 
 /// How a robot follows its commands.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Actuation {
     /// Forward speed.
@@ -61,7 +61,7 @@ pub struct Actuation {
 }
 
 /// How a robot follows its commanded speed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpeedActuation {
     /// Least and greatest safe speed, in metres per second.
@@ -75,7 +75,7 @@ pub struct SpeedActuation {
 }
 
 /// Mean speed gain at one command.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpeedGain {
     /// Commanded speed, in metres per second.
@@ -85,7 +85,7 @@ pub struct SpeedGain {
 }
 
 /// How a robot follows its commanded turning rate.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TurnActuation {
     /// Least and greatest safe turning rate, in radians per second.
@@ -108,7 +108,7 @@ pub struct TurnActuation {
 }
 
 /// Mean turn gain at one command.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TurnGain {
     /// Commanded turning rate, in radians per second.
@@ -118,7 +118,7 @@ pub struct TurnGain {
 }
 
 /// A velocity disturbance: an Ornstein-Uhlenbeck process on each axis of the plane.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Gust {
     /// Stationary standard deviation on each axis, in metres per second; 0 is none.
@@ -128,7 +128,7 @@ pub struct Gust {
 }
 
 /// What a robot detects.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sensing {
     /// What of a neighbour must lie in the region.
@@ -149,7 +149,7 @@ pub struct Sensing {
 }
 
 /// What of a neighbour must lie in the region to be seen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Sees {
     /// Its body: the disc touches the region.
@@ -159,7 +159,7 @@ pub enum Sees {
 }
 
 /// A cone in front of the robot.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cone {
     /// Half of the opening angle, in radians.
@@ -169,7 +169,7 @@ pub struct Cone {
 }
 
 /// How often a robot decides.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Computation {
     /// Sampling period `Δt`, in seconds.
@@ -177,7 +177,7 @@ pub struct Computation {
 }
 
 /// Where the numbers of a profile come from.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
     /// The whole profile in one sentence.

@@ -7,7 +7,7 @@ use crate::robot::controller::Command;
 /// Position and heading of one robot: the state `z` of the paper.
 ///
 /// Right-handed, z up, positive turn counterclockwise (REP 103).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Pose {
     /// `z₁`, in metres.
     pub x_m: f64,

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 /// The part of an experiment file on what is recorded.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RecordOptions {
     /// Topics of any type. A name with a slash in front is one topic; one without is a topic of each
@@ -21,7 +21,7 @@ pub struct RecordOptions {
 }
 
 /// How a bag is compressed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BagCompression {
     /// Not at all.

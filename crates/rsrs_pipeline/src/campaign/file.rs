@@ -13,7 +13,7 @@ use crate::error::{helped, with_help};
 use crate::files::read_text;
 
 /// A campaign as written by a person.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CampaignFile {
     /// What is run, in this order.
@@ -21,7 +21,7 @@ pub struct CampaignFile {
 }
 
 /// An experiment file, and how often it is run with what.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Entry {
     /// Path of the experiment file, relative to this file.

@@ -1,0 +1,186 @@
+//! The reference as Markdown: a table of keys for each kind of file.
+
+use std::fmt::Write;
+
+use rsrs_core::diagram::axis::Axis;
+use serde_json::{Map, Value};
+
+use super::FileKind;
+
+/// The reference of all files and axes, as Markdown.
+pub fn reference() -> String {
+    let mut page = "# Every key of every file\n\n\
+        This page is what `rsrs schema --reference` prints; `rsrs schema sweep` prints the same for \
+        editors, as JSON Schema.\n\
+        Keys name their units; files are YAML, and unknown keys are refused.\n"
+        .to_owned();
+    for kind in FileKind::ALL {
+        let schema = kind.schema();
+        let mut rows = Vec::new();
+        collect(&schema, &schema, "", &mut rows);
+        section(&mut page, kind, &rows);
+    }
+    axes(&mut page);
+    page
+}
+
+/// One key.
+struct Row {
+    path: String,
+    kind: String,
+    default: String,
+    text: String,
+}
+
+fn section(page: &mut String, kind: FileKind, rows: &[Row]) {
+    let line = |page: &mut String, text: &str| {
+        page.push_str(text);
+        page.push('\n');
+    };
+    let article = if kind == FileKind::Experiment { "An" } else { "A" };
+    line(page, &format!("\n## {article} {} file\n", kind.key()));
+    line(page, "| key | value | if left out | meaning |");
+    line(page, "|---|---|---|---|");
+    for Row { path, kind, default, text } in rows {
+        line(page, &format!("| `{path}` | {kind} | {default} | {text} |"));
+    }
+}
+
+/// The axes, which are the same wherever a file names some.
+fn axes(page: &mut String) {
+    page.push_str(
+        "\n## Axes\n\nThe keys of `axes`, `fixed` and `cell`, also on the command line \
+         (`--cell speed_m_s=0.15,turn_rate_rad_s=0.75`); settings can be set on a real fleet, \
+         capabilities are what robots are.\n\n| key | meaning | |\n|---|---|---|\n",
+    );
+    for axis in Axis::ALL {
+        let kind = if axis.is_capability() { "capability" } else { "setting" };
+        writeln!(page, "| `{}` | {} | {kind} |", axis.key(), axis.label())
+            .expect("a text takes whatever is written to it");
+    }
+}
+
+/// The definition that a schema refers to, or itself.
+fn resolved<'a>(schema: &'a Value, root: &'a Value) -> &'a Value {
+    let name = schema["$ref"].as_str().and_then(|path| path.strip_prefix("#/$defs/"));
+    name.map_or(schema, |name| &root["$defs"][name])
+}
+
+/// The schema of what is there, where it may also not be there.
+fn given<'a>(schema: &'a Value, root: &'a Value) -> &'a Value {
+    let schema = resolved(schema, root);
+    let choices = schema["anyOf"].as_array();
+    let there = choices.and_then(|choices| {
+        let is_there = |choice: &&Value| choice["type"] != "null";
+        let mut there = choices.iter().filter(is_there);
+        there.next().filter(|_| choices.len() == 2 && there.next().is_none())
+    });
+    there.map_or(schema, |there| resolved(there, root))
+}
+
+/// Adds the keys of an object, and those below them.
+fn collect(schema: &Value, root: &Value, prefix: &str, rows: &mut Vec<Row>) {
+    let Some(properties) = schema["properties"].as_object() else { return };
+    // Files that name axes have a table of their own.
+    if properties.contains_key(Axis::Speed.key()) {
+        return;
+    }
+    let required = schema["required"].as_array();
+    let is_required = |key: &str| required.is_some_and(|keys| keys.iter().any(|it| it == key));
+    for (key, property) in properties {
+        let path = format!("{prefix}{key}");
+        let below = given(property, root);
+        rows.push(Row {
+            kind: kind(below, root),
+            default: if is_required(key) { "required".to_owned() } else { default(property) },
+            text: text(property).or_else(|| text(below)).unwrap_or_default(),
+            path: path.clone(),
+        });
+        collect_below(below, root, &path, rows);
+    }
+}
+
+/// What is below a key: an object, the items of a list, the entries of a map, or one of several.
+fn collect_below(schema: &Value, root: &Value, path: &str, rows: &mut Vec<Row>) {
+    collect(schema, root, &format!("{path}."), rows);
+    let items = given(&schema["items"], root);
+    if items["properties"].is_object() {
+        collect(items, root, &format!("{path}[]."), rows);
+    }
+    let entries = given(&schema["additionalProperties"], root);
+    if entries["properties"].is_object() {
+        collect(entries, root, &format!("{path}.NAME."), rows);
+    }
+    for choice in schema["anyOf"].as_array().into_iter().flatten() {
+        collect(resolved(choice, root), root, &format!("{path}."), rows);
+    }
+    for choice in schema["oneOf"].as_array().into_iter().flatten() {
+        let Some(properties) = choice["properties"].as_object() else { continue };
+        let tag = properties.values().find_map(|property| property["const"].as_str());
+        let Some(tag) = tag else { continue };
+        let rest: Map<String, Value> = properties
+            .iter()
+            .filter(|(_, property)| property["const"].is_null())
+            .map(|(key, property)| (key.clone(), property.clone()))
+            .collect();
+        let choice = serde_json::json!({"properties": rest, "required": choice["required"]});
+        collect(&choice, root, &format!("{path}({tag})."), rows);
+    }
+}
+
+/// What kind of value it is, in few words.
+fn kind(schema: &Value, root: &Value) -> String {
+    if let Some(choices) = schema["enum"].as_array() {
+        return words(choices.iter());
+    }
+    if let Some(choices) = schema["oneOf"].as_array() {
+        let constant = |choice: &'_ Value| {
+            let own = &choice["const"];
+            let tag = choice["properties"].as_object().into_iter().flat_map(Map::values);
+            let tagged = tag.map(|property| &property["const"]).find(|word| word.is_string());
+            if own.is_string() { own.clone() } else { tagged.cloned().unwrap_or(Value::Null) }
+        };
+        let constants: Vec<Value> = choices.iter().map(constant).collect();
+        return words(constants.iter().filter(|word| word.is_string()));
+    }
+    if let Some(choices) = schema["anyOf"].as_array() {
+        let kinds = choices.iter().map(|choice| match choice["const"].as_str() {
+            Some(word) => format!("`{word}`"),
+            None => kind(resolved(choice, root), root),
+        });
+        return kinds.collect::<Vec<_>>().join(" or ");
+    }
+    // What may be left out may be null as well.
+    let types = schema["type"].as_array();
+    let there = types.and_then(|types| types.iter().find(|kind| **kind != "null"));
+    match there.unwrap_or(&schema["type"]).as_str() {
+        Some("array") => format!("list of: {}", kind(given(&schema["items"], root), root)),
+        Some("object") if schema["properties"][Axis::Speed.key()].is_object() => "axes".to_owned(),
+        Some("object") => "map".to_owned(),
+        Some("integer") => "whole number".to_owned(),
+        Some("boolean") => "true or false".to_owned(),
+        Some("string") => "text".to_owned(),
+        Some(other) => other.to_owned(),
+        None => "any".to_owned(),
+    }
+}
+
+fn words<'a>(choices: impl Iterator<Item = &'a Value>) -> String {
+    let quoted = choices.filter_map(Value::as_str).map(|word| format!("`{word}`"));
+    quoted.collect::<Vec<_>>().join(", ")
+}
+
+fn default(property: &Value) -> String {
+    match &property["default"] {
+        Value::Null | Value::Object(_) | Value::Array(_) => String::new(),
+        Value::String(word) => format!("`{word}`"),
+        other => other.to_string(),
+    }
+}
+
+/// A description on one line.
+fn text(schema: &Value) -> Option<String> {
+    let text = schema["description"].as_str()?;
+    let first = text.split("\n\n").next().unwrap_or_default();
+    Some(first.replace('\n', " ").replace('|', "\\|"))
+}
