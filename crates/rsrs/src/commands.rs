@@ -32,6 +32,8 @@ use std::io::{ErrorKind, Write};
 
 use anyhow::Context;
 use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use rsrs_core::judge::behaviour::Behaviour;
 use serde::Serialize;
 
 /// What moves the robots.
@@ -60,6 +62,12 @@ fn wanted(text: &str) -> Result<f64, String> {
     } else {
         Err("expected a share between 0 and 1".into())
     }
+}
+
+/// A behaviour, by its name.
+fn behaviours() -> impl TypedValueParser<Value = Behaviour> {
+    let parser = PossibleValuesParser::new(Behaviour::ALL.map(Behaviour::key));
+    parser.map(|key| Behaviour::from_key(&key).expect("the parser takes no other words"))
 }
 
 /// Prints a result to standard output in the format asked for.

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use rsrs_core::conditions::Walls;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_pipeline::explore::{CONTROLLERS, DURATION_S, Options, REPLICATES, explore};
@@ -33,7 +32,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
     /// Behaviour to search for (default: all that differ).
-    #[arg(long, value_parser = behaviours())]
+    #[arg(long, value_parser = super::behaviours())]
     behaviour: Option<Behaviour>,
     /// Number of robots.
     #[arg(long, default_value_t = 9, value_name = "N")]
@@ -77,11 +76,6 @@ enum WallKind {
     Clamp,
     /// A robot that would cross it stays where it is.
     Stop,
-}
-
-fn behaviours() -> impl TypedValueParser<Value = Behaviour> {
-    let parser = PossibleValuesParser::new(Behaviour::ALL.map(Behaviour::key));
-    parser.map(|key| Behaviour::from_key(&key).expect("the parser takes no other words"))
 }
 
 fn controllers(text: &str) -> Result<usize, String> {

@@ -65,7 +65,7 @@ pub struct Arguments {
     #[arg(long, value_name = "M", conflicts_with = "profile", value_parser = reach)]
     reach: Option<f64>,
     /// What to judge it for (default: what the bag's record has, else milling).
-    #[arg(long, value_parser = behaviours())]
+    #[arg(long, value_parser = super::behaviours())]
     behaviour: Option<Behaviour>,
     /// Topic that poses come from (default: the first of these that the bag has).
     #[arg(long, value_enum)]
@@ -105,11 +105,6 @@ fn reach(text: &str) -> Result<f64, String> {
 fn phases() -> impl TypedValueParser<Value = Phase> {
     let parser = PossibleValuesParser::new(Phase::ALL.map(Phase::key));
     parser.map(|key| Phase::from_key(&key).expect("the parser takes no other words"))
-}
-
-fn behaviours() -> impl TypedValueParser<Value = Behaviour> {
-    let parser = PossibleValuesParser::new(Behaviour::ALL.map(Behaviour::key));
-    parser.map(|key| Behaviour::from_key(&key).expect("the parser takes no other words"))
 }
 
 /// Runs the command.

@@ -68,16 +68,18 @@ fn running() -> io::Result<BTreeSet<u32>> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::mpsc::{Sender, channel};
+    use std::thread::JoinHandle;
     use std::time::Duration;
 
     use super::*;
 
-    #[test]
-    fn no_thread_of_the_middleware_receives_a_signal() {
-        let (end, ends) = std::sync::mpsc::channel::<()>();
-        let (started, given) = std::sync::mpsc::channel::<()>();
+    /// A thread as the middleware has them, which waits for its end.
+    fn waiting_thread() -> (Sender<()>, JoinHandle<()>, Threads) {
+        let (end, ends) = channel();
+        let (started, given) = channel();
         let (thread, threads) = Threads::started_by(|| {
-            let thread = std::thread::Builder::new().name(format!("{NAME} of signals"));
+            let thread = std::thread::Builder::new().name(format!("{NAME} of a test"));
             let spawned = thread.spawn(move || {
                 started.send(()).unwrap();
                 ends.recv().unwrap();
@@ -86,6 +88,12 @@ mod tests {
             Ok(spawned.unwrap())
         })
         .unwrap();
+        (end, thread, threads)
+    }
+
+    #[test]
+    fn no_thread_of_the_middleware_receives_a_signal() {
+        let (end, thread, threads) = waiting_thread();
 
         for id in &threads.ids {
             let status = std::fs::read_to_string(format!("/proc/self/task/{id}/status")).unwrap();
@@ -101,18 +109,7 @@ mod tests {
 
     #[test]
     fn a_thread_that_ends_is_noticed_and_one_that_runs_is_not() {
-        let (end, ends) = std::sync::mpsc::channel::<()>();
-        let (started, given) = std::sync::mpsc::channel::<()>();
-        let (thread, threads) = Threads::started_by(|| {
-            let thread = std::thread::Builder::new().name(format!("{NAME} of a test"));
-            let spawned = thread.spawn(move || {
-                started.send(()).unwrap();
-                ends.recv().unwrap();
-            });
-            given.recv().unwrap();
-            Ok(spawned.unwrap())
-        })
-        .unwrap();
+        let (end, thread, threads) = waiting_thread();
 
         let early = threads.have_ended();
         end.send(()).unwrap();
