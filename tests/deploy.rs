@@ -5,8 +5,11 @@ use std::io::{BufRead, BufReader};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use crate::processes::{Process, rsrs};
+use rsrs_keystore::check::problems_of;
+use rsrs_keystore::create::{KeystoreRequest, create};
 use rsrs_ros::confine;
 use rsrs_testing::python::{must_run, python_with};
 use serde::Deserialize;
@@ -290,6 +293,43 @@ impl Laboratory {
     fn read(&self, name: &str) -> String {
         let path = self.folder.path().join(name);
         fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    }
+}
+
+#[test]
+fn the_playbook_brings_each_secured_robot_its_own_enclave_and_no_other() {
+    let laboratory = Laboratory::new();
+    let here = laboratory.folder.path();
+    let robots = ["robot_1", "robot_2"].map(str::to_owned);
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).expect("it is after 1970");
+    create(&KeystoreRequest {
+        folder: &here.join("keystore"),
+        robots: &robots,
+        domain_id: 7,
+        now,
+        validity: Duration::from_secs(24 * 3600),
+    })
+    .expect("writable");
+    let inventory = laboratory.read("inventory.yaml");
+    let secured = inventory.replace(
+        "ros_domain_id: 7",
+        &format!("ros_domain_id: 7\n    rsrs_keystore: {}/keystore", here.display()),
+    );
+    fs::write(here.join("inventory.yaml"), secured).expect("writable");
+
+    laboratory.must_play("configure");
+
+    for (index, robot) in robots.iter().enumerate() {
+        let environment = laboratory.read(&format!("{robot}/etc/rsrs/robot.env"));
+        let expected = format!(
+            "ROS_DOMAIN_ID=7\nROS_SECURITY_ENABLE=true\nROS_SECURITY_STRATEGY=Enforce\n\
+             ROS_SECURITY_KEYSTORE=/etc/rsrs/keystore\nRSRS_START_DELAY_S={index}\n"
+        );
+        assert!(environment.ends_with(&expected), "{environment}");
+        let enclaves = here.join(robot).join("etc/rsrs/keystore/enclaves");
+        let brought: Vec<_> = fs::read_dir(&enclaves).expect("it is there").collect();
+        assert_eq!(brought.len(), 1, "{brought:?}");
+        assert_eq!(problems_of(&enclaves.join(robot), 7, now), []);
     }
 }
 

@@ -42,6 +42,8 @@ mod report;
 mod resume;
 mod scale;
 mod schemas;
+#[cfg(feature = "security")]
+mod secured_fleet;
 mod starting_files;
 mod starts;
 mod stopping;

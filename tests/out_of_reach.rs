@@ -192,7 +192,8 @@ fn a_robot_that_was_out_of_reach_stands_and_drives_in_the_next_run() {
     let test = "out_of_reach::a_robot_that_was_out_of_reach_stands_and_drives_in_the_next_run";
     in_own_network(test, async || {
         make_base();
-        let options = SessionOptions { domain_id: 42, interfaces: vec![IpAddr::V4(BASE)] };
+        let options =
+            SessionOptions { domain_id: 42, interfaces: vec![IpAddr::V4(BASE)], enclave: None };
         let session = Session::open(&options).expect("the bridge is there");
         let cutting = tokio::task::spawn_blocking(|| {
             let mut floor = Floor::new();

@@ -71,7 +71,7 @@ async fn conduct(place: &Path) -> (RunReport, PathBuf) {
         place_check: PlaceCheck::Off,
     })
     .expect("the experiment is one");
-    let network = SessionOptions { domain_id: 42, interfaces: vec![LOOPBACK] };
+    let network = SessionOptions { domain_id: 42, interfaces: vec![LOOPBACK], enclave: None };
     let report = run(&plan, &network, &mut |_| {}, std::future::pending()).await;
     (report.expect("the network is there"), bag)
 }

@@ -95,7 +95,7 @@ pub async fn run(options: NodeArguments) -> anyhow::Result<()> {
     let (received, mut events) = unbounded_channel();
     let mut simulation = Simulation::new(&session, &options, received)?;
     for note in &options.ros.notes {
-        simulation.node.log(Level::Warn, &note.to_string());
+        simulation.node.log(note.level(), &note.to_string());
     }
     let hosted = options.robots.len();
     simulation.node.log(Level::Info, &format!("{hosted} virtual robots ready"));

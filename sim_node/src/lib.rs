@@ -22,7 +22,9 @@ mod virtual_pose_publisher;
 pub use parameters::NODE;
 
 use anyhow::Context;
-use rsrs_ros::node_arguments::{AFTER_HELP, NodeArguments, NodeFlags, has_helped, split};
+use rsrs_ros::node_arguments::{
+    AFTER_HELP, NodeArguments, NodeFlags, Part, Program, has_helped, split,
+};
 use rsrs_ros::ros_args::{Environment, TopicRules};
 
 /// Is the world behind the topics of a fleet, in lockstep or in real time.
@@ -49,7 +51,8 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
     }
     let environment = Environment::of_this_process();
     let (Flags { node }, ros) = split(arguments, &environment)?;
-    let options = NodeArguments::new(node, ros, &environment, &[NODE], TopicRules::Refused)?;
+    let program = Program { nodes: &[NODE], topics: TopicRules::Refused, part: Part::Simulator };
+    let options = NodeArguments::new(node, ros, &environment, program)?;
     options.ros.start_logging(options.log_level);
     tokio::runtime::Builder::new_current_thread()
         .enable_all()

@@ -9,7 +9,7 @@ use rsrs_fleet::experiment::Time as Pace;
 use rsrs_fleet::message::RobotState;
 use rsrs_fleet::robot::{Event, Robot, RobotOptions};
 use rsrs_fleet::simulator::{Gate, Gates};
-use rsrs_fleet::timing::{LEAST_COMMAND_TIMEOUT, LOCKSTEP_GRACE, command_timeout};
+use rsrs_fleet::timing::{LOCKSTEP_GRACE, Transport, command_timeout};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{self, Point, PoseWithCovariance, TwistWithCovariance};
 use rsrs_msgs::nav_msgs::Odometry;
@@ -30,6 +30,7 @@ pub struct VirtualRobot {
     /// The simulator's node, to which its topics belong.
     pub node: NodeHandle,
     options: RobotOptions,
+    transport: Transport,
     /// What stands between commands and the wheels; unused where that is elsewhere.
     gate: Robot,
     gates: Gates,
@@ -71,7 +72,7 @@ impl VirtualRobot {
             Gates::Here => topics::DETECTION,
             Gates::Elsewhere => topics::VIRTUAL_DETECTION,
         };
-        let options = options(name, Pace::Lockstep, Duration::ZERO);
+        let options = options(name, Pace::Lockstep, Duration::ZERO, session.transport());
         Ok(Self {
             name: name.to_owned(),
             gate: counting(Robot::new(options.clone())).of_a_new_process(),
@@ -85,6 +86,7 @@ impl VirtualRobot {
                 Gates::Elsewhere => None,
             },
             gates,
+            transport: session.transport(),
             let_through: None,
             node,
         })
@@ -100,7 +102,7 @@ impl VirtualRobot {
     /// A robot that has to change for it is switched off and on again, as a real one would be: it
     /// has forgotten its runs. It remembers the e-stop.
     pub fn join(&mut self, pace: Pace, period: Duration) {
-        let options = options(&self.name, pace, period);
+        let options = options(&self.name, pace, period, self.transport);
         if options == self.options {
             return;
         }
@@ -196,10 +198,10 @@ pub fn pose_message(pose: Pose) -> geometry_msgs::Pose {
 }
 
 /// In lockstep a lapse freezes the world's time; on the wall's time it is a stop, as on a floor.
-fn options(name: &str, pace: Pace, period: Duration) -> RobotOptions {
+fn options(name: &str, pace: Pace, period: Duration, transport: Transport) -> RobotOptions {
     let (command_timeout, lapse_grace) = match pace {
-        Pace::Lockstep => (LEAST_COMMAND_TIMEOUT, LOCKSTEP_GRACE),
-        Pace::RealTime => (command_timeout(period.as_secs_f64()), Duration::ZERO),
+        Pace::Lockstep => (transport.least_command_timeout(), LOCKSTEP_GRACE),
+        Pace::RealTime => (command_timeout(period.as_secs_f64(), transport), Duration::ZERO),
     };
     RobotOptions { name: name.to_owned(), command_timeout, lapse_grace }
 }

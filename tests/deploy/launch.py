@@ -34,7 +34,7 @@ def started_by_python(path, given):
     declared, node = type("Declared", (Record,), {}), type("Node", (Record,), {})
     later = type("Later", (Record,), {})
     module("launch", LaunchDescription=list)
-    module("launch.actions", DeclareLaunchArgument=declared, OpaqueFunction=later, Shutdown=Record)
+    module("launch.actions", DeclareLaunchArgument=declared, OpaqueFunction=later, Shutdown=Record, TimerAction=Record)
     module("launch.substitutions", LaunchConfiguration=LaunchConfiguration)
     module("launch_ros")
     module("launch_ros.actions", Node=node)

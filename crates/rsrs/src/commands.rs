@@ -14,6 +14,7 @@ pub mod episode;
 pub mod explore;
 pub mod film;
 pub mod init;
+pub mod keystore;
 pub mod label;
 pub mod measure;
 pub mod merge;

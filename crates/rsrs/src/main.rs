@@ -56,6 +56,7 @@ enum Command {
     Campaign(commands::campaign::Arguments),
     Place(commands::place::Arguments),
     Stop(commands::stop::Arguments),
+    Keystore(commands::keystore::Arguments),
     Label(commands::label::Arguments),
     Draw(commands::draw::Arguments),
     Film(commands::film::Arguments),
@@ -88,6 +89,7 @@ fn main() -> ExitCode {
         Command::Campaign(arguments) => commands::campaign::run(arguments),
         Command::Place(arguments) => commands::place::run(arguments),
         Command::Stop(arguments) => commands::stop::run(arguments),
+        Command::Keystore(arguments) => commands::keystore::run(arguments),
         Command::Label(arguments) => commands::label::run(arguments),
         Command::Draw(arguments) => commands::draw::run(arguments),
         Command::Film(arguments) => commands::film::run(arguments),
@@ -98,12 +100,12 @@ fn main() -> ExitCode {
         Command::Node(arguments) => commands::node::run(arguments),
         Command::Completions(arguments) => commands::completions::run::<Arguments>(arguments),
     };
-    match result {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::NegativeAnswer) => ExitCode::from(3),
+    rsrs_ros::shutdown::leave(match result {
+        Ok(Outcome::Done) => 0,
+        Ok(Outcome::NegativeAnswer) => 3,
         Err(error) => {
             failure::print_error(&error);
-            ExitCode::FAILURE
+            1
         }
-    }
+    })
 }

@@ -11,7 +11,7 @@ use crate::preflight::{self, Graph, Seen};
 use crate::record::LostRobot;
 use crate::timing::{
     ARM_TIMEOUT, CONFIGURE_TIMEOUT, FIRST_SAMPLE_TIMEOUT, GRAPH_PERIOD, HEARTBEAT_PERIOD,
-    LOCKSTEP_GRACE, NODE_TIMEOUT, RECORDER_TIMEOUT, ROBOT_SEARCH_DURATION, STAND_TIMEOUT,
+    LOCKSTEP_GRACE, NODE_TIMEOUT, POSE_SEARCH_DURATION, RECORDER_TIMEOUT, STAND_TIMEOUT, Transport,
 };
 
 mod event;
@@ -50,6 +50,7 @@ enum Phase {
 #[derive(Clone, Debug)]
 pub struct Runner {
     options: RunnerOptions,
+    transport: Transport,
     phase: Phase,
     /// Since when it is in its phase; `None` before the first event.
     since: Option<Duration>,
@@ -85,6 +86,7 @@ impl Runner {
     /// A runner that has not looked yet.
     pub fn new(options: RunnerOptions) -> Self {
         Self {
+            transport: Transport::Plain,
             phase: Phase::Discover,
             since: None,
             graph: Graph::default(),
@@ -110,6 +112,12 @@ impl Runner {
             not_standing: Vec::new(),
             options,
         }
+    }
+
+    /// The same over another transport, on which it depends how long it looks for robots.
+    #[must_use]
+    pub fn over(self, transport: Transport) -> Self {
+        Self { transport, ..self }
     }
 
     /// The epoch of this run; 0 before it arms.

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use crate::e_stop::{Cause, Locks, Source};
 use crate::message::{RobotState, Status};
-use crate::timing::{ACKNOWLEDGE_TIMEOUT, HEARTBEAT_PERIOD, NODE_TIMEOUT, ROBOT_SEARCH_DURATION};
+use crate::timing::{ACKNOWLEDGE_TIMEOUT, HEARTBEAT_PERIOD, NODE_TIMEOUT, Transport};
 
 /// What every robot is to receive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,6 +115,7 @@ pub struct Stopper {
     printed: Option<(Duration, Duration)>,
     is_interrupted: bool,
     is_over: bool,
+    transport: Transport,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -137,7 +138,14 @@ impl Stopper {
             printed: None,
             is_interrupted: false,
             is_over: false,
+            transport: Transport::Plain,
         }
+    }
+
+    /// The same over another transport, on which it depends how long it looks for robots.
+    #[must_use]
+    pub fn over(self, transport: Transport) -> Self {
+        Self { transport, ..self }
     }
 
     /// Takes an event.
@@ -224,7 +232,7 @@ impl Stopper {
     fn due_messages(&mut self, elapsed: Duration, now: Duration) -> Vec<Action> {
         if self.printed.is_none()
             && self.word == StopCommand::Release
-            && (elapsed < ROBOT_SEARCH_DURATION || self.is_in_run())
+            && (elapsed < self.transport.robot_search_duration() || self.is_in_run())
         {
             return Vec::new();
         }
@@ -270,17 +278,18 @@ impl Stopper {
         let all = !self.robots.is_empty()
             && self.robots.values().all(|received| received.acknowledged.is_some());
         if self.word == StopCommand::Release
-            && elapsed >= ROBOT_SEARCH_DURATION
+            && elapsed >= self.transport.robot_search_duration()
             && self.printed.is_none()
         {
             return Some(Ending::InRun);
         }
-        if all && elapsed >= ROBOT_SEARCH_DURATION {
+        if all && elapsed >= self.transport.robot_search_duration() {
             Some(Ending::Acknowledged)
         } else if self.is_interrupted {
             Some(if all { Ending::Acknowledged } else { Ending::Interrupted })
         } else {
-            (elapsed >= ROBOT_SEARCH_DURATION + ACKNOWLEDGE_TIMEOUT).then_some(Ending::TimedOut)
+            (elapsed >= self.transport.robot_search_duration() + ACKNOWLEDGE_TIMEOUT)
+                .then_some(Ending::TimedOut)
         }
     }
 

@@ -33,12 +33,48 @@ pub const LEAST_STEP_TIMEOUT: Duration = Duration::from_secs(30);
 /// How long stepping may stay frozen in lockstep before the run is void.
 pub const LOCKSTEP_GRACE: Duration = Duration::from_secs(5);
 
-/// Least age at which a velocity command is stale.
-pub const LEAST_COMMAND_TIMEOUT: Duration = Duration::from_millis(300);
+/// How messages travel, on which some times depend.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Transport {
+    /// As they are.
+    #[default]
+    Plain,
+    /// Signed and encrypted. Whenever somebody joins, its handshakes hold everything up, by up to
+    /// 0.4 s where ten programs share a machine; and it takes seconds until all know each other.
+    Secured,
+}
 
-/// Age at which a velocity command is stale: the larger of 300 ms and 2.5 control periods.
-pub fn command_timeout(period_s: f64) -> Duration {
-    LEAST_COMMAND_TIMEOUT.max(Duration::from_secs_f64(2.5 * period_s))
+impl Transport {
+    /// Least age at which a velocity command is stale.
+    pub const fn least_command_timeout(self) -> Duration {
+        match self {
+            Self::Plain => Duration::from_millis(300),
+            Self::Secured => Duration::from_millis(500),
+        }
+    }
+
+    /// How long the runner looks for what an experiment needs, from when it last found more of it:
+    /// hundreds of robots take their time to start.
+    pub const fn discovery_timeout(self) -> Duration {
+        match self {
+            Self::Plain => Duration::from_secs(10),
+            Self::Secured => Duration::from_secs(20),
+        }
+    }
+
+    /// How long a stop looks for robots that were not named.
+    pub const fn robot_search_duration(self) -> Duration {
+        match self {
+            Self::Plain => Duration::from_secs(2),
+            Self::Secured => Duration::from_secs(5),
+        }
+    }
+}
+
+/// Age at which a velocity command is stale: the larger of 300 ms (500 ms if secured) and 2.5 control
+/// periods.
+pub fn command_timeout(period_s: f64, transport: Transport) -> Duration {
+    transport.least_command_timeout().max(Duration::from_secs_f64(2.5 * period_s))
 }
 
 /// How long a node may be silent before the runner takes it for gone.
@@ -58,10 +94,6 @@ pub const POSE_TIMEOUT: Duration = Duration::from_secs(5);
 /// How long the runner waits, from the start of the movement, for the first detection or pose of a
 /// robot.
 pub const FIRST_SAMPLE_TIMEOUT: Duration = Duration::from_secs(5);
-
-/// How long the runner looks for what an experiment needs, from when it last found more of it:
-/// hundreds of robots take their time to start.
-pub const DISCOVERY_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// How often the runner looks for publishers that have started since it found all that it needs.
 pub const GRAPH_PERIOD: Duration = Duration::from_millis(500);
@@ -85,8 +117,8 @@ pub const ARM_TIMEOUT: Duration = Duration::from_secs(5);
 /// How long the robots may take to report that they stand.
 pub const STAND_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// How long a stop looks for robots that were not named.
-pub const ROBOT_SEARCH_DURATION: Duration = Duration::from_secs(2);
+/// How long the runner waits, when all robots are armed, for poses that come seldom.
+pub const POSE_SEARCH_DURATION: Duration = Duration::from_secs(2);
 
 /// How long a stop, or its release, waits for acknowledgements.
 pub const ACKNOWLEDGE_TIMEOUT: Duration = Duration::from_secs(5);

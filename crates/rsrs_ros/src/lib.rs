@@ -9,6 +9,7 @@
 //! * [`clock`] — simulated time on `/clock`.
 //! * [`ros_args`] — `--ros-args`, parameter files, `ROS_DOMAIN_ID` and its kin.
 //! * [`confine`] and [`interfaces`] — where the packets may go.
+//! * [`security`] — which enclave of a keystore a process has.
 //! * [`shutdown`] and [`logging`] — how a node ends and what it logs.
 //! * [`wire`] — messages to and from the machines of `rsrs_fleet`.
 //!
@@ -22,6 +23,7 @@ pub mod logging;
 pub mod node_arguments;
 pub mod parameters;
 pub mod ros_args;
+pub mod security;
 pub mod services;
 pub mod session;
 pub mod shutdown;

@@ -57,10 +57,17 @@ impl Level {
 
 /// What the middleware may log. It calls much a warning that no user can act upon, and at shutdown
 /// it complains about readers of a participant that has gone.
-const MIDDLEWARE: [(&str, LevelFilter); 6] = [
+const MIDDLEWARE: [(&str, LevelFilter); 11] = [
     ("rustdds", LevelFilter::Error),
     // A receive buffer that the kernel keeps small loses samples, and the text names the remedy.
     ("rustdds::network::udp_listener", LevelFilter::Warn),
+    // Whatever is refused in a secured network is logged for each datagram: those of strangers, who
+    // could fill the disk, and those of members until they know each other.
+    ("rustdds::discovery::secure_discovery", LevelFilter::Off),
+    ("rustdds::rtps::message_receiver", LevelFilter::Off),
+    ("rustdds::rtps::reader", LevelFilter::Off),
+    ("rustdds::rtps::writer", LevelFilter::Off),
+    ("rustdds::security", LevelFilter::Off),
     ("rustdds::dds::pubsub", LevelFilter::Off),
     ("rustdds::dds::participant", LevelFilter::Off),
     ("ros2_client", LevelFilter::Error),

@@ -5,9 +5,9 @@ use std::io;
 use clap::{CommandFactory, Parser};
 use rsrs_core::help::Help;
 
-use crate::interfaces::InterfaceError;
 use crate::logging::Level;
-use crate::ros_args::{Environment, RosArgs, RosArgsError, START, TopicRules};
+use crate::ros_args::{Environment, NetworkError, RosArgs, RosArgsError, START, TopicRules};
+use crate::security::{Member, PermissiveStrategy};
 use crate::session::SessionOptions;
 
 /// Arguments of a node of ours.
@@ -39,15 +39,35 @@ pub enum NodeArgumentsError {
         /// The robots.
         robots: String,
     },
-    /// No interface is chosen, or it does not exist.
+    /// No interface is chosen or it does not exist, or what is to be secured cannot be.
     #[error("{}", .0.text_with_help())]
-    Interface(#[from] InterfaceError),
+    Network(#[from] NetworkError),
     /// A flag that the node does not have, or a value that it cannot have.
     #[error("{0}")]
     Flags(String),
     /// No robot is named.
     #[error("no robot: give `--robots robot_1,robot_2` or a namespace, `-r __ns:=/robot_1`")]
     NoRobot,
+}
+
+/// What a node's program is.
+#[derive(Clone, Copy, Debug)]
+pub struct Program<'a> {
+    /// Names of its nodes for each robot; parameters and log levels are those of the first.
+    pub nodes: &'a [&'a str],
+    /// Whether its topics can have other names.
+    pub topics: TopicRules,
+    /// What it is for its robots.
+    pub part: Part,
+}
+
+/// What a program is for its robots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Their gates or their controllers.
+    Robot,
+    /// The world in which they are.
+    Simulator,
 }
 
 /// Flags that all nodes have.
@@ -60,6 +80,9 @@ pub struct NodeFlags {
     /// Robots that the process stands for; without it the namespace (`-r __ns:=/robot_1`) names one.
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub robots: Vec<String>,
+    /// Run although `ROS_SECURITY_STRATEGY` is not Enforce: without its enclave, a robot obeys anybody.
+    #[arg(long)]
+    pub permissive_security: bool,
 }
 
 /// The end of every node's help.
@@ -68,7 +91,8 @@ Behind `--ros-args`, as in ROS 2: -r NAME:=NAME, -p NAME:=VALUE, --params-file F
 --disable-rosout-logs; nodes keep their names.
 
 ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE mean what they mean in ROS 2: LOCALHOST stays on the \
-loopback interface, whatever interface is chosen.";
+loopback interface, whatever interface is chosen. ROS_SECURITY_ENABLE, ROS_SECURITY_KEYSTORE, \
+ROS_SECURITY_STRATEGY, ROS_SECURITY_ENCLAVE_OVERRIDE and -e NAME (--enclave) do, too: docs/security.md.";
 
 /// Prints a node's help, if the arguments ask for it.
 ///
@@ -114,26 +138,21 @@ impl NodeArguments {
     /// What a process does as its flags and ROS 2 have it. Without `--robots` the namespace names the
     /// one robot.
     ///
-    /// # Arguments
-    ///
-    /// * `nodes` — names of its nodes for each robot; parameters and log levels are those of the first.
-    /// * `topics` — whether its topics can have other names.
-    ///
     /// # Errors
     ///
     /// [`NodeArgumentsError`].
     ///
     /// # Panics
     ///
-    /// If `nodes` is empty.
+    /// If the program has no nodes.
     pub fn new(
         flags: NodeFlags,
         mut ros: RosArgs,
         environment: &Environment,
-        nodes: &[&str],
-        topics: TopicRules,
+        program: Program<'_>,
     ) -> Result<Self, NodeArgumentsError> {
-        let NodeFlags { interface, mut robots } = flags;
+        let Program { nodes, topics, part } = program;
+        let NodeFlags { interface, mut robots, permissive_security } = flags;
         ros.check_rules(nodes, topics)?;
         let node = *nodes.first().expect("every program has a node");
         let (namespace, _) = ros.node("/", node);
@@ -147,8 +166,17 @@ impl NodeArguments {
                 return Err(NodeArgumentsError::Namespace { namespace, robots });
             }
         }
+        let permissive = if permissive_security {
+            PermissiveStrategy::Allowed
+        } else {
+            PermissiveStrategy::Refused
+        };
+        let member = match part {
+            Part::Robot => Member::Robots(&robots, permissive),
+            Part::Simulator => Member::Simulator,
+        };
         Ok(Self {
-            session: ros.network(interface.as_deref(), environment)?,
+            session: ros.network(interface.as_deref(), environment, member)?,
             robots,
             log_level: ros.log_level(node),
             ros,
@@ -159,6 +187,7 @@ impl NodeArguments {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::interfaces::InterfaceError;
     use crate::parameters::ParameterValue;
 
     fn parse(arguments: &[&str]) -> Result<NodeArguments, NodeArgumentsError> {
@@ -181,7 +210,9 @@ mod tests {
         environment: &Environment,
     ) -> Result<NodeArguments, NodeArgumentsError> {
         let (Flags { node }, ros) = split(arguments, environment)?;
-        NodeArguments::new(node, ros, environment, &["controller"], TopicRules::Followed)
+        let program =
+            Program { nodes: &["controller"], topics: TopicRules::Followed, part: Part::Robot };
+        NodeArguments::new(node, ros, environment, program)
     }
 
     #[test]
@@ -247,6 +278,10 @@ mod tests {
 
         let error = understood(&arguments, &nobody_chose).unwrap_err();
 
-        assert!(matches!(error, NodeArgumentsError::Interface(InterfaceError::NotChosen { .. })));
+        let is_none_chosen = |error: &NodeArgumentsError| {
+            let NodeArgumentsError::Network(error) = error else { return false };
+            matches!(error, NetworkError::Interface(InterfaceError::NotChosen { .. }))
+        };
+        assert!(is_none_chosen(&error), "{error}");
     }
 }

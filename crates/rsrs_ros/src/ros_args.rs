@@ -2,11 +2,12 @@
 //!
 //! `--ros-args -r __ns:=/robot_3 -r cmd_vel:=/base/cmd_vel -p speed:=0.15 --params-file x.yaml
 //! --log-level debug --disable-rosout-logs --`, and `ROS_DOMAIN_ID`,
-//! `ROS_AUTOMATIC_DISCOVERY_RANGE` and `ROS_LOCALHOST_ONLY`. What cannot be honoured is an error,
+//! `ROS_AUTOMATIC_DISCOVERY_RANGE`, `ROS_LOCALHOST_ONLY` and `ROS_SECURITY_*`. What cannot be honoured is an error,
 //! or a [`Note`] where ROS 2 programs usually run without it.
 
 mod discovery;
 mod error;
+mod network;
 mod overrides;
 mod remap;
 mod yaml;
@@ -15,13 +16,12 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
-use crate::interfaces::{self, InterfaceError, LOOPBACK};
 use crate::logging::{self, Level};
 use crate::parameters::ParameterValue;
-use crate::session::SessionOptions;
 
 pub use discovery::{DiscoveryRange, Note};
 pub use error::RosArgsError;
+pub use network::NetworkError;
 use overrides::Overrides;
 use remap::Remaps;
 pub use remap::TopicRules;
@@ -32,9 +32,7 @@ pub(crate) const START: &str = "--ros-args";
 const END: &str = "--";
 
 /// Flags with a value that ROS 2 programs take and that mean nothing here.
-const WITHOUT_EFFECT: [(&str, &str); 4] = [
-    ("-e", "this program does not use DDS Security"),
-    ("--enclave", "this program does not use DDS Security"),
+const WITHOUT_EFFECT: [(&str, &str); 2] = [
     ("--log-config-file", "log lines go to standard error and /rosout; set `--log-level`"),
     ("--log-file-name", "log lines go to standard error and /rosout"),
 ];
@@ -82,6 +80,8 @@ pub struct RosArgs {
     to_stderr: bool,
     /// The variable that keeps this program on this machine.
     localhost: Option<&'static str>,
+    /// The name of the enclave, if one is given.
+    enclave: Option<String>,
     remaps: Remaps,
     overrides: Overrides,
     log_levels: Vec<(Option<String>, Level)>,
@@ -109,6 +109,7 @@ impl RosArgs {
             notes: discovery.notes,
             to_rosout: true,
             to_stderr: true,
+            enclave: None,
             remaps: Remaps::default(),
             overrides: Overrides::default(),
             log_levels: Vec::new(),
@@ -153,7 +154,8 @@ impl RosArgs {
         value: Option<&String>,
         environment: &Environment,
     ) -> Result<(), RosArgsError> {
-        let known = ["-r", "--remap", "-p", "--param", "--params-file", "--log-level"];
+        let known =
+            ["-r", "--remap", "-p", "--param", "--params-file", "--log-level", "-e", "--enclave"];
         let without_effect = WITHOUT_EFFECT.iter().find(|(known, _)| *known == flag);
         if !known.contains(&flag) && without_effect.is_none() {
             return Err(RosArgsError::UnknownFlag { flag: flag.to_owned() });
@@ -168,6 +170,10 @@ impl RosArgs {
             "-r" | "--remap" => self.remaps.take(value),
             "-p" | "--param" => self.overrides.take(value),
             "--params-file" => self.overrides.take_file(Path::new(value), environment.read_file),
+            "-e" | "--enclave" => {
+                self.enclave = Some(value.clone());
+                Ok(())
+            }
             _ => self.take_log_level(value),
         }
     }
@@ -180,36 +186,6 @@ impl RosArgs {
         let level = level.parse().map_err(|source| RosArgsError::Level { source })?;
         self.log_levels.push((logger, level));
         Ok(())
-    }
-
-    /// The network to join: through the interface that was chosen, unless the environment keeps this
-    /// program on this machine.
-    ///
-    /// # Arguments
-    ///
-    /// * `flag` — value of `--interface`, a name or an address.
-    ///
-    /// # Errors
-    ///
-    /// [`InterfaceError`] if no interface is chosen and ROS 2 is not set to stay on this machine.
-    pub fn network(
-        &mut self,
-        flag: Option<&str>,
-        environment: &Environment,
-    ) -> Result<SessionOptions, InterfaceError> {
-        let variable = environment.variable(interfaces::VARIABLE);
-        let address = match self.localhost {
-            Some(because) => {
-                let chosen = flag.or(variable);
-                if !chosen.is_some_and(interfaces::is_loopback) {
-                    let instead_of = chosen.map(str::to_owned);
-                    self.notes.push(Note::Localhost { because, instead_of });
-                }
-                LOOPBACK
-            }
-            None => interfaces::chosen(flag, variable)?,
-        };
-        Ok(SessionOptions { domain_id: self.domain_id, interfaces: vec![address] })
     }
 
     /// Sends log lines where they are wanted.
@@ -227,7 +203,7 @@ impl RosArgs {
     /// Logs what a user may not expect, for a program without a node.
     pub fn log_notes(&self, node: &str) {
         for note in &self.notes {
-            log::warn!("[{node}] {note}");
+            log::log!(note.level().as_log(), "[{node}] {note}");
         }
     }
 
@@ -322,7 +298,7 @@ mod tests {
 
     #[test]
     fn what_launch_passes_along_is_understood_or_named() {
-        let line = "--ros-args --enclave /robot -e /robot --log-config-file log.yaml \
+        let line = "--ros-args --enclave /robot -e /other --log-config-file log.yaml \
             --disable-rosout-logs --disable-external-lib-logs --disable-stdout-logs \
             --enable-stdout-logs";
 
@@ -330,43 +306,13 @@ mod tests {
 
         assert_eq!(rest, [""; 0]);
         assert!(!args.to_rosout && args.to_stderr);
+        assert_eq!(args.enclave.as_deref(), Some("/other"));
         let notes: Vec<String> = args.notes.iter().map(ToString::to_string).collect();
         assert_eq!(
             notes,
-            [
-                "`--enclave /robot` has no effect: this program does not use DDS Security",
-                "`-e /robot` has no effect: this program does not use DDS Security",
-                "`--log-config-file log.yaml` has no effect: log lines go to standard error and \
-                 /rosout; set `--log-level`",
-            ]
+            ["`--log-config-file log.yaml` has no effect: log lines go to standard error and \
+              /rosout; set `--log-level`"]
         );
-    }
-
-    #[test]
-    fn who_is_to_stay_on_this_machine_does_so_whatever_interface_is_chosen() {
-        let network = |variables: &[(&str, &str)], flag| {
-            let environment = Environment::new(variables, |_| Err(io::ErrorKind::NotFound.into()));
-            let (mut args, _) = RosArgs::parse(&[], &environment).unwrap();
-            let network = args.network(flag, &environment).unwrap();
-            let notes: Vec<String> = args.notes.iter().map(ToString::to_string).collect();
-            (network.interfaces, notes)
-        };
-        let range = ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
-        let printed = "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST: this program uses the loopback \
-                    interface only";
-
-        let by_variable = network(&[range, ("RSRS_INTERFACE", "eth9")], None);
-        let by_flag = network(&[range, ("RSRS_INTERFACE", "eth9")], Some("10.0.0.7"));
-        let by_nobody = network(&[range], None);
-        let the_same = network(&[range], Some("lo"));
-        let old = network(&[("ROS_LOCALHOST_ONLY", "1")], Some("10.0.0.7"));
-
-        assert_eq!(by_variable, (vec![LOOPBACK], vec![format!("{printed}, and not `eth9`")]));
-        assert_eq!(by_flag, (vec![LOOPBACK], vec![format!("{printed}, and not `10.0.0.7`")]));
-        assert_eq!(by_nobody, (vec![LOOPBACK], vec![printed.to_owned()]));
-        assert_eq!(the_same, (vec![LOOPBACK], vec![]));
-        assert_eq!(old.0, [LOOPBACK]);
-        assert!(old.1[1].starts_with("ROS_LOCALHOST_ONLY=1: this program uses"), "{:?}", old.1);
     }
 
     #[test]

@@ -9,9 +9,13 @@
 //! names of nodes from our own reader of `ros_discovery_info`.
 
 mod absence;
+mod authentication;
+mod close;
 mod endpoint;
 mod error;
 mod graph;
+mod join;
+mod local;
 mod matching;
 mod node;
 mod pace;
@@ -20,26 +24,28 @@ mod publisher;
 mod qos;
 mod quality;
 mod raw;
+mod subscribing;
 mod subscription;
 mod threads;
 mod wire;
 
 use std::collections::BTreeMap;
-use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
 use std::time::Duration;
 
-use futures::{Stream, StreamExt};
 use ros2_client::{Context, NodeName, NodeOptions};
+use rsrs_fleet::timing::Transport;
 use rsrs_msgs::RosMessage;
-use rsrs_msgs::topics::{Qos, Reliability};
-use rustdds::DomainParticipantBuilder;
+use rsrs_msgs::topics::Qos;
 
 use crate::ros_args::RosArgs;
 
 pub use absence::OutOfReach;
+pub use authentication::NotAuthenticated;
+pub(crate) use close::is_stuck;
 pub use endpoint::{Endpoint, EndpointKind};
 pub use error::{NotMatched, PublishError, SessionEnded, SessionError};
+pub use join::SessionOptions;
 pub use node::NodeHandle;
 pub use publisher::Publisher;
 pub(crate) use qos::profile;
@@ -52,27 +58,20 @@ pub(crate) use wire::Bytes;
 use absence::Absences;
 use endpoint::Index;
 use graph::Graph;
+use local::{LocalDelivery, LocalPublisher, Writers};
 use node::{message_type, ros_name};
 use pace::Pace;
+use publisher::TypedWriter;
 use quality::Watch;
-use subscription::{Failure, Tasks};
+use raw::RawWriter;
+use subscription::Tasks;
 use threads::Threads;
-use wire::Wire;
 
 /// How often the discovery database is asked while waiting for a match.
 pub(crate) const POLL: Duration = Duration::from_millis(20);
 
 /// How often to look whether the session can still send and receive.
 const LOOK: Duration = Duration::from_millis(250);
-
-/// Where a session lives.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SessionOptions {
-    /// `ROS_DOMAIN_ID`; 0 to 232.
-    pub domain_id: u16,
-    /// The interfaces to use, by address; never empty: loopback when confined.
-    pub interfaces: Vec<IpAddr>,
-}
 
 /// A participant in a ROS 2 network.
 ///
@@ -91,7 +90,11 @@ pub struct Session {
     watch: Arc<Watch>,
     watches: Once,
     index: Mutex<Index>,
-    pace: Pace,
+    pace: Arc<Pace>,
+    transport: Transport,
+    /// In a secured session only.
+    local: Option<Arc<LocalDelivery>>,
+    writers: Writers,
     /// The ROS arguments, of which names of topics and `/rosout` matter here.
     arguments: Option<RosArgs>,
 }
@@ -109,12 +112,7 @@ impl Session {
         let runtime = tokio::runtime::Handle::try_current()
             .map_err(|source| SessionError::NoRuntime { source })?;
         let failed = |reason: String| SessionError::Join { domain_id: options.domain_id, reason };
-        let (participant, threads) = Threads::started_by(|| {
-            DomainParticipantBuilder::new(options.domain_id)
-                .with_only_networks(options.interfaces.iter().copied())
-                .build()
-                .map_err(|error| failed(error.to_string()))
-        })?;
+        let (participant, threads) = Threads::started_by(|| join::participant(options))?;
         let qos = rustdds::QosPolicyBuilder::new().build();
         let publisher =
             participant.create_publisher(&qos).map_err(|error| failed(error.to_string()))?;
@@ -138,7 +136,10 @@ impl Session {
             watch: Arc::default(),
             watches: Once::new(),
             index: Mutex::default(),
-            pace: Pace::default(),
+            pace: Arc::default(),
+            transport: options.transport(),
+            local: options.enclave.as_ref().map(|_| Arc::default()),
+            writers: Writers::default(),
             arguments: None,
         })
     }
@@ -151,6 +152,11 @@ impl Session {
     /// As [`Session::open`].
     pub fn open_with(options: &SessionOptions, arguments: &RosArgs) -> Result<Self, SessionError> {
         Ok(Self { arguments: Some(arguments.clone()), ..Self::open(options)? })
+    }
+
+    /// How messages travel, on which some times of the protocol depend.
+    pub fn transport(&self) -> Transport {
+        self.transport
     }
 
     /// The name of a node's topic, after remapping.
@@ -186,16 +192,22 @@ impl Session {
             name: full_name.clone(),
             reason: error.to_string(),
         })?;
-        self.pace.wait(2);
-        let node = pace::persist(|| {
-            let to_rosout = self.arguments.as_ref().is_none_or(|arguments| arguments.to_rosout);
+        // Of two publishers of one topic in a secured session only the first is received.
+        let first = nodes.values().next().map(|(handle, _)| handle.clone());
+        let shared = first.filter(|_| self.local.is_some());
+        let node = self.pace.make(2, || {
+            let to_rosout = self.arguments.as_ref().is_none_or(|arguments| arguments.to_rosout)
+                && shared.is_none();
             let options =
                 NodeOptions::new().enable_rosout(to_rosout).start_parameter_services(false);
             self.context
                 .new_node(node_name.clone(), options)
                 .map_err(|error| SessionError::endpoint(&full_name, &error))
         })?;
-        let handle = NodeHandle::new(full_name.clone(), &node);
+        let handle = shared.map_or_else(
+            || NodeHandle::new(full_name.clone(), &node),
+            |first| first.called(full_name.clone()),
+        );
         nodes.insert(full_name, (handle.clone(), node));
         Ok(handle)
     }
@@ -216,96 +228,33 @@ impl Session {
         qos: Qos,
     ) -> Result<Publisher<M>, SessionError> {
         let topic = &self.remapped(node, topic);
-        let profile = profile(qos);
-        let writer = self.with_node(node, 1, |node| {
-            let dds_topic = node.create_topic(&ros_name(topic)?, message_type::<M>(), &profile);
-            let dds_topic = dds_topic.map_err(|error| SessionError::endpoint(topic, &error))?;
-            node.create_publisher(&dds_topic, Some(profile.clone()))
-                .map_err(|error| SessionError::endpoint(topic, &error))
-        })?;
-        Ok(Publisher::new(topic, writer))
+        let dds_topic = format!("rt{topic}");
+        let make = || {
+            let writer = self.typed_writer(node, topic, qos)?;
+            let local = self.local.as_ref().map(|topics| {
+                LocalPublisher::new(topics, dds_topic.clone(), writer.guid().to_bytes())
+            });
+            Ok(TypedWriter { topic: topic.clone(), writer, local })
+        };
+        Ok(Publisher::new(match &self.local {
+            Some(_) => self.writers.shared(&dds_topic, make)?,
+            None => Arc::new(make()?),
+        }))
     }
 
-    /// Starts to listen; every sample is handed to `deliver` in a task of its own. Where `qos` is
-    /// reliable, samples of best-effort publishers are delivered as well.
-    ///
-    /// Samples that do not decode are counted and logged, because another program sent them.
-    ///
-    /// # Arguments
-    ///
-    /// * `topic` — absolute, such as `/robot_3/detection`.
-    /// * `deliver` — must not block: all tasks may share one thread.
-    ///
-    /// # Errors
-    ///
-    /// [`SessionError::Name`] and [`SessionError::Endpoint`].
-    pub fn subscribe<M: RosMessage>(
+    fn typed_writer<M: RosMessage>(
         &self,
         node: &NodeHandle,
         topic: &str,
         qos: Qos,
-        deliver: impl FnMut(Received<M>) + Send + 'static,
-    ) -> Result<Subscription, SessionError> {
-        let topic = &self.remapped(node, topic);
+    ) -> Result<ros2_client::Publisher<M>, SessionError> {
         let profile = profile(qos);
-        let reader = self.with_node(node, 1, |node| {
+        self.with_node(node, 1, |node| {
             let dds_topic = node.create_topic(&ros_name(topic)?, message_type::<M>(), &profile);
             let dds_topic = dds_topic.map_err(|error| SessionError::endpoint(topic, &error))?;
-            node.create_subscription::<Wire<M>>(&dds_topic, Some(profile.clone()))
+            node.create_publisher(&dds_topic, Some(profile.clone()))
                 .map_err(|error| SessionError::endpoint(topic, &error))
-        })?;
-        let samples = subscription::typed(reader);
-        if qos.reliability == Reliability::BestEffort {
-            return Ok(self.tasks.deliver(topic, samples, deliver));
-        }
-        let best_effort = self.best_effort(topic, M::TYPE_NAME, qos)?;
-        let best_effort = best_effort.map(|sample| sample.and_then(raw::decode));
-        Ok(self.tasks.deliver(topic, futures::stream::select(samples, best_effort), deliver))
-    }
-
-    /// Starts to listen to bytes of any type; they keep their 4 bytes of encapsulation, as in a bag.
-    ///
-    /// # Arguments
-    ///
-    /// * `topic` — absolute, such as `/robot_3/detection`.
-    /// * `type_name` — such as `std_msgs/msg/Bool`.
-    ///
-    /// # Errors
-    ///
-    /// [`SessionError::Name`] and [`SessionError::Endpoint`].
-    pub fn subscribe_raw(
-        &self,
-        topic: &str,
-        type_name: &str,
-        qos: Qos,
-        deliver: impl FnMut(ReceivedRaw) + Send + 'static,
-    ) -> Result<Subscription, SessionError> {
-        self.pace.wait(1);
-        let names = raw::DdsNames::of_topic(topic, type_name)?;
-        let policies = qos::policies(qos);
-        let reader =
-            pace::persist(|| raw::reader(&self.participant, &self.subscriber, &names, &policies))?;
-        let samples = raw::stream(reader);
-        if qos.reliability == Reliability::BestEffort {
-            return Ok(self.tasks.deliver(topic, samples, deliver));
-        }
-        let best_effort = self.best_effort(topic, type_name, qos)?;
-        Ok(self.tasks.deliver(topic, futures::stream::select(samples, best_effort), deliver))
-    }
-
-    /// What is sent best effort on a topic that is subscribed reliably.
-    fn best_effort(
-        &self,
-        topic: &str,
-        type_name: &str,
-        qos: Qos,
-    ) -> Result<impl Stream<Item = Result<ReceivedRaw, Failure>> + use<>, SessionError> {
-        self.watches.call_once(|| {
-            let watch = Arc::clone(&self.watch);
-            let watching = watch.run(self.participant.clone(), self.subscriber.clone());
-            self.tasks.run(watching).until_close();
-        });
-        Ok(self.watch.samples(raw::DdsNames::of_topic(topic, type_name)?, qos))
+        })
     }
 
     /// Starts to publish bytes of any type.
@@ -319,12 +268,19 @@ impl Session {
         type_name: &str,
         qos: Qos,
     ) -> Result<RawPublisher, SessionError> {
-        self.pace.wait(1);
         let names = raw::DdsNames::of_topic(topic, type_name)?;
         let policies = qos::policies(qos);
-        pace::persist(|| {
-            RawPublisher::new(topic, &self.participant, &self.publisher, &names, &policies)
-        })
+        let make = || {
+            self.pace.make(1, || {
+                RawWriter::new(topic, &self.participant, &self.publisher, &names, &policies)
+            })
+        };
+        Ok(RawPublisher::of(match &self.local {
+            Some(topics) => {
+                self.writers.shared(names.topic(), || Ok(make()?.delivering_to(topics)))?
+            }
+            None => Arc::new(make()?),
+        }))
     }
 
     /// Every publisher and subscriber that is known here: those of others, and our own.
@@ -354,8 +310,8 @@ impl Session {
             if let Some(ended) = self.threads.have_ended() {
                 return ended.into();
             }
-            if let Some(out_of_reach) = self.absences.update() {
-                return out_of_reach.into();
+            if let Some(ended) = self.absences.update() {
+                return ended;
             }
         }
     }
@@ -368,23 +324,24 @@ impl Session {
         self.threads.have_ended()
     }
 
-    /// Leaves the network, so that the others see it at once and nothing is left running.
+    /// Leaves the network, so that the others see it at once and nothing is left running. What the
+    /// middleware does not end in time is left behind: [`shutdown::leave`](crate::shutdown::leave).
     ///
     /// # Panics
     ///
     /// If a subscriber's `deliver` had panicked, with its panic.
     pub async fn close(self) {
-        let Self { participant, publisher, subscriber, context, nodes, tasks, .. } = self;
+        let Self { participant, publisher, subscriber, context, nodes, writers, tasks, .. } = self;
         tasks.stop().await;
         // It waits for the threads of the middleware.
-        tokio::task::spawn_blocking(move || {
+        close::within_deadline(move || {
+            drop(writers);
             drop(nodes);
             drop(context);
             drop((publisher, subscriber));
             drop(participant);
         })
-        .await
-        .expect("dropping handles does not panic");
+        .await;
     }
 
     /// Runs `make` with a node of this session, after the pause that `n_endpoints` take.
@@ -394,12 +351,11 @@ impl Session {
         n_endpoints: usize,
         mut make: impl FnMut(&mut ros2_client::Node) -> Result<T, SessionError>,
     ) -> Result<T, SessionError> {
-        self.pace.wait(n_endpoints);
         let mut nodes = lock(&self.nodes);
         let Some((_, node)) = nodes.get_mut(handle.full_name()) else {
             return Err(SessionError::ForeignNode { name: handle.full_name().to_owned() });
         };
-        pace::persist(|| make(node))
+        self.pace.make(n_endpoints, || make(node))
     }
 
     /// Runs a task until the session is closed or the handle is dropped.
@@ -426,12 +382,10 @@ impl Session {
     }
 
     fn follow_graph(&self) -> Result<(), SessionError> {
-        let reader = raw::reader(
-            &self.participant,
-            &self.subscriber,
-            &raw::DdsNames::of_graph(),
-            &qos::policies(graph::QOS),
-        )?;
+        let (names, policies) = (raw::DdsNames::of_graph(), qos::policies(graph::QOS));
+        let reader = self
+            .pace
+            .make(1, || raw::reader(&self.participant, &self.subscriber, &names, &policies))?;
         let graph = Arc::clone(&self.graph);
         let deliver = move |sample: ReceivedRaw| graph.update(sample.message);
         let subscription = self.tasks.deliver(graph::TOPIC, raw::stream(reader), deliver);

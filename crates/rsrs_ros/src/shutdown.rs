@@ -1,11 +1,13 @@
 //! How a node ends: on request, and never later than the process that started it.
 
-use std::io;
+use std::io::{self, Write};
 use std::os::unix::process::parent_id;
+use std::process::ExitCode;
 
 use tokio::signal::unix::{SignalKind, signal};
 
 use crate::kernel;
+use crate::session::is_stuck;
 
 /// Who asked a node to end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,6 +84,19 @@ pub fn die_with_parent(parent: u32) -> Result<(), ParentError> {
         .map_err(|source| ParentError::Kernel { expected: parent, source })?;
     let found = parent_id();
     if found == parent { Ok(()) } else { Err(ParentError::Gone { expected: parent, found }) }
+}
+
+/// The exit code of a process, for its `main` to return.
+///
+/// Where a session could not be left in time ([`Session::close`](crate::session::Session::close)), the
+/// process ends here and now: what an ordinary end runs could wait for what was left behind.
+pub fn leave(code: u8) -> ExitCode {
+    if is_stuck() {
+        // Who does not read any more misses nothing.
+        drop(io::stdout().flush());
+        kernel::exit_at_once(code);
+    }
+    ExitCode::from(code)
 }
 
 #[cfg(test)]

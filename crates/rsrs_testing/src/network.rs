@@ -102,7 +102,7 @@ fn run_child(test: &str, variables: &[(&str, OsString)]) {
 /// A session on the loopback interface.
 pub fn session() -> Session {
     assert!(confine::is_confined().expect("/proc is readable"), "a test would reach the LAN");
-    Session::open(&SessionOptions { domain_id: 42, interfaces: vec![LOOPBACK] })
+    Session::open(&SessionOptions { domain_id: 42, interfaces: vec![LOOPBACK], enclave: None })
         .expect("the loopback interface is there")
 }
 

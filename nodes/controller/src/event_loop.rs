@@ -123,7 +123,7 @@ pub async fn serve(session: &Session, robots: Vec<Hosting>, notes: &[Note]) -> a
             e_stop = Some(EStop::new(session, &first.node, &received)?);
         }
         for note in notes {
-            first.node.log(Level::Warn, &note.to_string());
+            first.node.log(note.level(), &note.to_string());
         }
         first.node.log(Level::Info, &format!("{} controllers ready", hosted.len()));
     }
@@ -144,7 +144,9 @@ fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Res
     let status = topics::CONTROLLER_STATUS;
     let status = session.publish_on(&node, &status.for_robot(robot), status.qos)?;
     let first_counter = wire::first_counter(wall_time());
-    let machine = parameters::controller(server, node.full_name(), robot, first_counter);
+    let machine = parameters::controller(server, node.full_name(), robot, session.transport())
+        .counting_from(first_counter)
+        .of_a_new_process();
     let gate_status = if machine.gate().is_some() {
         node.log(Level::Info, "holds the lease: the robot has no gate of ours");
         let topic = topics::STATUS;

@@ -13,7 +13,9 @@ pub use event_loop::{Hosting, serve};
 pub use parameters::{LEASE, LEASE_CONTROLLER, LEASE_GATE, NAMES, NODE};
 
 use anyhow::Context;
-use rsrs_ros::node_arguments::{AFTER_HELP, NodeArguments, NodeFlags, has_helped, split};
+use rsrs_ros::node_arguments::{
+    AFTER_HELP, NodeArguments, NodeFlags, Part, Program, has_helped, split,
+};
 use rsrs_ros::ros_args::{Environment, TopicRules};
 
 /// Decides what a robot does: detections in, velocity commands out.
@@ -44,7 +46,8 @@ pub fn main(arguments: &[String]) -> anyhow::Result<()> {
     }
     let environment = Environment::of_this_process();
     let (Flags { node }, ros) = split(arguments, &environment)?;
-    let options = NodeArguments::new(node, ros, &environment, &[NODE], TopicRules::Followed)?;
+    let program = Program { nodes: &[NODE], topics: TopicRules::Followed, part: Part::Robot };
+    let options = NodeArguments::new(node, ros, &environment, program)?;
     options.ros.start_logging(options.log_level);
     tokio::runtime::Builder::new_current_thread()
         .enable_all()

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::controller::{Controller, Settings, Stamp};
-use rsrs_fleet::timing::command_timeout;
+use rsrs_fleet::timing::{Transport, command_timeout};
 use rsrs_ros::parameters::{
     Descriptor, NodeParameters, ParameterKind, ParameterServer, ParameterValue,
 };
@@ -276,8 +276,7 @@ pub fn is_stamped(server: &ParameterServer, node: &str) -> bool {
     server.get(node, CMD_VEL_TYPE) != Some(ParameterValue::String("twist".to_owned()))
 }
 
-/// A controller of a robot, as its parameters define it, which counts its statuses up
-/// from a number.
+/// A controller of a robot, as its parameters define it.
 ///
 /// # Panics
 ///
@@ -286,20 +285,18 @@ pub fn controller(
     server: &ParameterServer,
     node: &str,
     robot: &str,
-    first_counter: u64,
+    transport: Transport,
 ) -> Controller {
     let settings = settings(server, node);
     let period_s = match server.get(node, PERIOD) {
         Some(ParameterValue::Double(period_s)) => period_s,
         other => unreachable!("{PERIOD} was declared as a double, found {other:?}"),
     };
-    let controller =
-        if server.get(node, LEASE) == Some(ParameterValue::String(LEASE_CONTROLLER.to_owned())) {
-            Controller::holding_lease(robot, settings, command_timeout(period_s))
-        } else {
-            Controller::new(robot, settings)
-        };
-    controller.counting_from(first_counter).of_a_new_process()
+    if server.get(node, LEASE) == Some(ParameterValue::String(LEASE_CONTROLLER.to_owned())) {
+        Controller::holding_lease(robot, settings, command_timeout(period_s, transport))
+    } else {
+        Controller::new(robot, settings)
+    }
 }
 
 /// What a controller makes of its sensor.

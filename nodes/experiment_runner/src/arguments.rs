@@ -7,6 +7,7 @@ use rsrs_fleet::record::Backend;
 use rsrs_ros::logging::Level;
 use rsrs_ros::node_arguments::{AFTER_HELP, NodeArgumentsError, split};
 use rsrs_ros::ros_args::{Environment, RosArgs, TopicRules};
+use rsrs_ros::security::Member;
 use rsrs_ros::session::SessionOptions;
 
 use crate::event_loop::NODE;
@@ -90,7 +91,7 @@ impl RunnerArguments {
         if namespace != "/" {
             return Err(RunnerArgumentsError::Namespace { namespace });
         }
-        let network = ros.network(flags.interface.as_deref(), environment);
+        let network = ros.network(flags.interface.as_deref(), environment, Member::Runner);
         Ok(Self {
             request: Request {
                 experiment: flags.experiment,

@@ -122,7 +122,8 @@ pub async fn run(
         lease: session.publish_on(&node, lease.name, lease.qos)?,
         recorded: session.publish_on(&node, recorded.name, recorded.qos)?,
         notes,
-        machine: Runner::new(expectation::runner_options(plan, &recorded_topics)),
+        machine: Runner::new(expectation::runner_options(plan, &recorded_topics))
+            .over(network.transport()),
         extras: Extras::new(&plan.recording, &recorded_topics, queue),
         plan,
         session: &session,

@@ -67,7 +67,7 @@ pub async fn command_all(
     interrupt: impl Future<Output = ()>,
 ) -> anyhow::Result<StopReport> {
     let session = Session::open(network)?;
-    let given = StopNode::new(&session, Stopper::new(word));
+    let given = StopNode::new(&session, Stopper::new(word).over(network.transport()));
     let report = match given {
         Ok(mut stop_node) => tokio::select! {
             report = stop_node.run(robots, interrupt) => report,

@@ -7,7 +7,9 @@ use std::{fs, io};
 use rsrs_controller_node::{LEASE, LEASE_CONTROLLER};
 use rsrs_core::robot::profile::{ProfileError, RobotProfile};
 use rsrs_fleet::fleet_file::{self, CmdVel, FleetFile, FleetFileError, FleetRobot};
-use rsrs_ros::node_arguments::{AFTER_HELP, NodeArguments, NodeArgumentsError, NodeFlags, split};
+use rsrs_ros::node_arguments::{
+    AFTER_HELP, NodeArguments, NodeArgumentsError, NodeFlags, Part, Program, split,
+};
 use rsrs_ros::parameters::ParameterValue;
 use rsrs_ros::ros_args::{Environment, TopicRules};
 
@@ -127,7 +129,8 @@ impl RobotArguments {
     pub fn parse(arguments: &[String], environment: &Environment) -> Result<Self, ArgumentsError> {
         let (flags, ros) = split::<Flags>(arguments, environment)?;
         let topics = TopicRules::Followed;
-        let node = NodeArguments::new(flags.node, ros, environment, &NODES, topics)?;
+        let program = Program { nodes: &NODES, topics, part: Part::Robot };
+        let node = NodeArguments::new(flags.node, ros, environment, program)?;
         let [robot] = &node.robots[..] else {
             return Err(ArgumentsError::Robots { found: node.robots.len() });
         };

@@ -64,7 +64,7 @@ async fn host<D: Driver>(session: &Session, options: RobotArguments) -> anyhow::
     let (received, mut events) = unbounded_channel();
     let mut robot = RobotNode::<D>::new(session, &options, &received)?;
     for note in &options.node.ros.notes {
-        robot.node.log(Level::Warn, &note.to_string());
+        robot.node.log(note.level(), &note.to_string());
     }
     robot.node.log(Level::Info, &format!("ready, with a {} driver", options.driver.name()));
     let controller = options.controller.map(|given| Hosting { robot: options.robot, given });
@@ -151,7 +151,7 @@ impl<D: Driver> RobotNode<D> {
         let place = Place { session, node: &node, robot: &name, server: &server };
         let gate = Robot::new(RobotOptions {
             name: name.clone(),
-            command_timeout: command_timeout(period_s),
+            command_timeout: command_timeout(period_s, session.transport()),
             lapse_grace: Duration::ZERO,
         })
         .counting_from(wire::first_counter(wall_time()))

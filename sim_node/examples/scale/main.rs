@@ -62,7 +62,7 @@ async fn measure(
 ) -> anyhow::Result<()> {
     let begun = Instant::now();
     let mut simulator = simulator(n_robots, other)?;
-    let options = SessionOptions { domain_id: DOMAIN, interfaces: vec![LOOPBACK] };
+    let options = SessionOptions { domain_id: DOMAIN, interfaces: vec![LOOPBACK], enclave: None };
     let session = Session::open(&options)?;
     let mut conductor = Conductor::new(&session, n_robots, pace).await;
     let matched_s = begun.elapsed().as_secs_f64();

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use rsrs_fleet::record;
 use rsrs_ros::logging::{self, Level};
+use rsrs_ros::security::Member;
 
 use crate::commands::{Backend, Format, report};
 use crate::experiment_bar::TerminalOperator;
@@ -115,7 +116,9 @@ fn floor(arguments: &Arguments) -> anyhow::Result<RunTarget> {
         }
         Backend::Fleet => {
             logging::init(Level::Warn, level.as_deref());
-            Ok(RunTarget::Fleet { network: chosen_network(arguments.interface.as_deref())? })
+            Ok(RunTarget::Fleet {
+                network: chosen_network(arguments.interface.as_deref(), Member::Runner)?,
+            })
         }
     }
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_ros::logging::{self, Level};
+use rsrs_ros::security::Member;
 
 use crate::commands::{Format, report};
 use crate::experiment_bar::TerminalOperator;
@@ -107,7 +108,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return Ok(if replay.is_same() { Outcome::Done } else { Outcome::NegativeAnswer });
     }
     logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
-    let network = chosen_network(arguments.interface.as_deref())?;
+    let network = chosen_network(arguments.interface.as_deref(), Member::Runner)?;
     let selection = select(&bag, &arguments.topics)?;
     let pace = Pace {
         rate: arguments.rate,

@@ -7,6 +7,7 @@ use rsrs_experiment_runner::plan::{self, Plan, Request};
 use rsrs_fleet::message::E_STOP_REASON;
 use rsrs_fleet::record::{self, EndingKind};
 use rsrs_ros::logging::{self, Level};
+use rsrs_ros::security::Member;
 use rsrs_ros::session::SessionOptions;
 
 use crate::commands::{Backend, Format, report};
@@ -104,7 +105,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         }
         Backend::Fleet => {
             logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
-            let network = chosen_network(arguments.interface.as_deref())?;
+            let network = chosen_network(arguments.interface.as_deref(), Member::Runner)?;
             runtime()?.block_on(on_fleet(&plan, &network))?
         }
     };

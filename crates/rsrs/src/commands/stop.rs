@@ -7,6 +7,7 @@ use rsrs_fleet::e_stop::Cause;
 use rsrs_fleet::fleet_file::FleetFile;
 use rsrs_fleet::stopper::{Answer, Ending, StopCommand};
 use rsrs_ros::logging::{self, Level};
+use rsrs_ros::security::Member;
 use rsrs_ros::shutdown;
 use serde::Serialize;
 
@@ -24,7 +25,8 @@ use rsrs_pipeline::files::read_text;
 /// should be there. The robots stay locked after the command has ended: no run starts before
 /// `rsrs stop --release`, and robots that were stopped in a run stand until a new run arms them.
 /// Whoever else publishes on the e-stop topic cannot undo it; a release names who still holds.
-/// Exit code 3 means that a robot has not acknowledged within 7 s: go and look.
+/// Exit code 3 means that a robot has not acknowledged within 7 s (10 s in a secured
+/// fleet, which needs the enclave `/stop`: docs/security.md): go and look.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -90,7 +92,7 @@ struct RobotRow {
 /// If no interface is chosen, the fleet file is wrong, or the network cannot be used.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
-    let network = chosen_network(arguments.interface.as_deref())?;
+    let network = chosen_network(arguments.interface.as_deref(), Member::Stop)?;
     let robots = arguments.fleet.as_deref().map_or_else(|| Ok(Vec::new()), enabled)?;
     let word = if arguments.release { StopCommand::Release } else { StopCommand::Engage };
     let given = runtime()?.block_on(command_all(word, &robots, &network, interrupted()))?;
@@ -201,7 +203,8 @@ fn print_ending(word: StopCommand, report: &StopReport) {
         }
         (Ending::InRun, _) => "robots are in a run: nothing was said to them".to_owned(),
         (Ending::TimedOut | Ending::Interrupted, _) if n_robots == 0 => format!(
-            "no robot found in {took_s:.0} s; is this their interface, and their ROS_DOMAIN_ID?"
+            "no robot found in {took_s:.0} s; is this their interface, and their ROS_DOMAIN_ID? A \
+             secured fleet needs ROS_SECURITY_ENABLE and ROS_SECURITY_KEYSTORE"
         ),
         (Ending::TimedOut | Ending::Interrupted, StopCommand::Release)
             if !report.holding.is_empty() =>

@@ -4,8 +4,8 @@ use crate::message::E_STOP_REASON;
 
 use super::{
     ARM_TIMEOUT, Action, CONFIGURE_TIMEOUT, Duration, FIRST_SAMPLE_TIMEOUT, Failure,
-    LOCKSTEP_GRACE, LostRobot, NODE_TIMEOUT, Outcome, Pace, Patience, Phase, RECORDER_TIMEOUT,
-    ROBOT_SEARCH_DURATION, Requests, RobotLost, RunBinding, Runner, STAND_TIMEOUT, Seen, Target,
+    LOCKSTEP_GRACE, LostRobot, NODE_TIMEOUT, Outcome, POSE_SEARCH_DURATION, Pace, Patience, Phase,
+    RECORDER_TIMEOUT, Requests, RobotLost, RunBinding, Runner, STAND_TIMEOUT, Seen, Target,
     UnexpectedPublishers, preflight,
 };
 
@@ -67,7 +67,7 @@ impl Runner {
             return;
         }
         actions.extend(self.search.look(&problems, now).map(Action::Note));
-        if self.search.is_over(self.since.unwrap_or(now), now) {
+        if self.search.is_over(self.since.unwrap_or(now), now, self.transport) {
             actions.extend(onlookers);
             self.fail(problems.into_iter().map(Failure::from).collect(), now, actions);
         }
@@ -136,7 +136,7 @@ impl Runner {
                 // Poses may come seldom; a robot without any delays the run only briefly.
                 let robots = &self.options.expected.robots;
                 if !self.start_check.has_poses_of(robots)
-                    && self.elapsed(now) < ROBOT_SEARCH_DURATION
+                    && self.elapsed(now) < POSE_SEARCH_DURATION
                 {
                     return;
                 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::preflight::Problem;
-use crate::timing::{CATCH_UP_TIMEOUT, DISCOVERY_TIMEOUT};
+use crate::timing::{CATCH_UP_TIMEOUT, Transport};
 
 /// The search for what an experiment needs.
 #[derive(Clone, Copy, Debug, Default)]
@@ -42,8 +42,8 @@ impl Search {
     /// # Arguments
     ///
     /// * `start` — when the search began.
-    pub(super) fn is_over(&self, start: Duration, now: Duration) -> bool {
-        let is_stuck = now.saturating_sub(self.since) >= DISCOVERY_TIMEOUT;
+    pub(super) fn is_over(&self, start: Duration, now: Duration, transport: Transport) -> bool {
+        let is_stuck = now.saturating_sub(self.since) >= transport.discovery_timeout();
         is_stuck || (self.is_behind && now.saturating_sub(start) >= CATCH_UP_TIMEOUT)
     }
 }
@@ -69,10 +69,12 @@ mod tests {
         search.look(&missing(3), at(1));
         search.look(&missing(2), at(9));
         search.look(&missing(2), at(18));
-        assert!(!search.is_over(at(1), at(18)));
+        assert!(!search.is_over(at(1), at(18), Transport::Plain));
         search.look(&missing(3), at(19));
 
-        assert!(search.is_over(at(1), at(19)));
+        assert!(search.is_over(at(1), at(19), Transport::Plain));
+        assert!(!search.is_over(at(1), at(28), Transport::Secured));
+        assert!(search.is_over(at(1), at(29), Transport::Secured));
     }
 
     #[test]
@@ -82,10 +84,10 @@ mod tests {
         let notes = search.look(&[SLOW], at(1));
         search.look(&missing(1), at(30));
         assert_eq!(search.look(&[SLOW], at(39)), None);
-        assert!(!search.is_over(at(1), at(39)));
+        assert!(!search.is_over(at(1), at(39), Transport::Plain));
         search.look(&[SLOW], at(61));
 
-        assert!(search.is_over(at(1), at(61)));
+        assert!(search.is_over(at(1), at(61), Transport::Plain));
         assert!(notes.is_some_and(|notes| notes.starts_with("waiting: this machine is too slow")));
     }
 }

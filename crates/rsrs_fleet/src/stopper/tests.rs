@@ -54,6 +54,16 @@ fn it_ends_when_every_robot_stands_and_none_turns_up_any_more() {
     assert_eq!(stopper.answers()[0].acknowledged_after, Some(ms(40)));
 }
 
+#[test]
+fn in_a_secured_fleet_robots_have_more_time_to_turn_up() {
+    let mut stopper = Stopper::new(StopCommand::Engage).over(Transport::Secured);
+    assert_eq!(stopper.on_event(Event::Tick, ms(0)), [Action::Publish(true)]);
+    stopper.on_event(received("robot_1", RobotState::Stopped, StopCause::EStop), ms(40));
+
+    assert!(!stopper.on_event(Event::Tick, ms(4_999)).contains(&finished()));
+    assert!(stopper.on_event(Event::Tick, ms(5_000)).contains(&finished()));
+}
+
 fn finished() -> Action {
     Action::Finish(Ending::Acknowledged)
 }

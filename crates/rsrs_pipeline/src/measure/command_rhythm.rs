@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use rsrs_experiment_runner::plan::GETTING_GOING_S;
-use rsrs_fleet::timing::command_timeout;
+use rsrs_fleet::timing::{Transport, command_timeout};
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::{cdr, topics};
 
@@ -80,7 +80,7 @@ fn pause_s(commands: &mut Times) -> Option<f64> {
     usual_s.sort_by(f64::total_cmp);
     let usual_s = usual_s.get(usual_s.len() / 2).copied().unwrap_or(0.0);
     let longest_s = sent_s.into_iter().chain(received_s).fold(0.0, f64::max);
-    (longest_s >= command_timeout(usual_s).as_secs_f64()).then_some(longest_s)
+    (longest_s >= command_timeout(usual_s, Transport::Plain).as_secs_f64()).then_some(longest_s)
 }
 
 /// Times from one moment to the next, in seconds.

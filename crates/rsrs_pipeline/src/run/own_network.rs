@@ -20,9 +20,13 @@ pub struct OwnNetwork {
 /// The variable that selects the network of ROS 2.
 const DOMAIN: &str = "ROS_DOMAIN_ID";
 
-/// What else ROS 2 reads about discovery; it does not hold in here.
-const DISCOVERY: [&str; 3] =
-    ["ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY"];
+/// What else ROS 2 reads about discovery and security; it does not hold in here, where nobody else is.
+const NOT_IN_HERE: [&str; 4] = [
+    "ROS_AUTOMATIC_DISCOVERY_RANGE",
+    "ROS_STATIC_PEERS",
+    "ROS_LOCALHOST_ONLY",
+    "ROS_SECURITY_ENABLE",
+];
 
 impl OwnNetwork {
     /// Moves this process into a network of its own; where that is forbidden, picks a domain of the
@@ -36,7 +40,7 @@ impl OwnNetwork {
     pub fn enter() -> anyhow::Result<Self> {
         match confine::into_own_network() {
             Ok(confinement) => Ok(Self {
-                session: SessionOptions { domain_id: 0, interfaces: vec![LOOPBACK] },
+                session: SessionOptions { domain_id: 0, interfaces: vec![LOOPBACK], enclave: None },
                 note: format!(
                     "no packet leaves this machine; to look inside:\n  {} env {DOMAIN}=0 rviz2",
                     confinement.enter_command()
@@ -55,7 +59,7 @@ impl OwnNetwork {
         };
         let help = error.help().unwrap_or_else(|| "run as root".to_owned());
         Ok(Self {
-            session: SessionOptions { domain_id, interfaces: vec![LOOPBACK] },
+            session: SessionOptions { domain_id, interfaces: vec![LOOPBACK], enclave: None },
             note: format!(
                 "{error}: using the loopback interface in domain {domain_id}, where nobody else is; \
                  {help}"
@@ -65,7 +69,7 @@ impl OwnNetwork {
 
     /// Tells a node where it is.
     pub fn configure<'a>(&self, node: &'a mut Command) -> &'a mut Command {
-        for variable in DISCOVERY {
+        for variable in NOT_IN_HERE {
             node.env_remove(variable);
         }
         node.env(DOMAIN, self.session.domain_id.to_string())

@@ -1,8 +1,10 @@
 //! Which domain, and how far to look for others.
 
 use std::fmt;
+use std::path::PathBuf;
 
 use super::{Environment, RosArgsError};
+use crate::logging::Level;
 
 /// How far to look for others (`ROS_AUTOMATIC_DISCOVERY_RANGE`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,6 +37,16 @@ pub enum Note {
         /// Why not.
         reason: &'static str,
     },
+    /// This program is secured.
+    Secured {
+        /// The name of its enclave.
+        enclave: String,
+    },
+    /// This program is not secured, although that was asked for: it has no enclave.
+    NotSecured {
+        /// Where it was looked for.
+        keystore: PathBuf,
+    },
     /// `ROS_AUTOMATIC_DISCOVERY_RANGE=OFF`.
     RangeOff,
     /// `ROS_STATIC_PEERS`.
@@ -46,6 +58,16 @@ pub enum Note {
         /// The domain.
         domain_id: u16,
     },
+}
+
+impl Note {
+    /// How urgent it is for a person to read it.
+    pub fn level(&self) -> Level {
+        match self {
+            Self::Secured { .. } => Level::Info,
+            _ => Level::Warn,
+        }
+    }
 }
 
 impl fmt::Display for Note {
@@ -61,6 +83,15 @@ impl fmt::Display for Note {
             Self::WithoutEffect { flag, reason } => {
                 write!(formatter, "`{flag}` has no effect: {reason}")
             }
+            Self::Secured { enclave } => {
+                write!(formatter, "secured by DDS Security, enclave `{enclave}`")
+            }
+            Self::NotSecured { keystore } => write!(
+                formatter,
+                "NOT secured: {} has no enclave for this program, and ROS_SECURITY_STRATEGY is not \
+                 Enforce",
+                keystore.display()
+            ),
             Self::RangeOff => formatter.write_str(
                 "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF is not honoured: \
                  this middleware always discovers; LOCALHOST stays on this machine",

@@ -15,8 +15,9 @@ use rustdds::{
     StatusEvented,
 };
 
-use super::lock;
+use super::authentication::{self, Handshake, Handshakes};
 use super::prefix::{Prefix, prefix};
+use super::{SessionEnded, lock};
 
 /// After the first return, the others announce themselves within this time: every 10 s at the latest.
 const ALL_ARE_BACK: Duration = Duration::from_secs(15);
@@ -34,10 +35,10 @@ pub struct OutOfReach {
     pub known: usize,
 }
 
-/// Receives who joins, leaves and is lost.
+/// Receives who joins, leaves and is lost, and who got to know this participant.
 pub(super) struct Absences {
     listener: DomainParticipantStatusListener,
-    record: Mutex<Record>,
+    record: Mutex<(Record, Handshakes)>,
 }
 
 impl Absences {
@@ -46,22 +47,34 @@ impl Absences {
     }
 
     /// Takes in what has happened since the last call.
-    pub(super) fn update(&self) -> Option<OutOfReach> {
+    pub(super) fn update(&self) -> Option<SessionEnded> {
         let mut record = lock(&self.record);
+        let (record, handshakes) = &mut *record;
         let now = Instant::now();
         while let Some(event) = self.listener.try_recv_status() {
+            match authentication::of_event(&event) {
+                Some((id, Handshake::Begun)) => handshakes.begin(id, now),
+                Some((id, Handshake::Completed)) => {
+                    handshakes.complete(id);
+                    record.discover(id, now);
+                }
+                Some((id, Handshake::Refused)) => handshakes.forget(&id),
+                None => {}
+            }
             match event {
                 DomainParticipantStatusEvent::ParticipantDiscovered { dpd } => {
                     record.discover(prefix(dpd.guid.to_bytes()), now);
                 }
                 DomainParticipantStatusEvent::ParticipantLost { id, reason } => {
                     let id = id.as_ref().try_into().expect("a prefix has 12 bytes");
+                    handshakes.forget(&id);
                     record.lose(id, &reason);
                 }
                 _ => {}
             }
         }
-        record.out_of_reach(now)
+        let out_of_reach = record.out_of_reach(now).map(SessionEnded::from);
+        out_of_reach.or_else(|| handshakes.timed_out(now).map(SessionEnded::from))
     }
 }
 

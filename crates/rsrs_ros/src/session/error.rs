@@ -1,6 +1,6 @@
 //! What can go wrong in a session.
 
-use super::{EndpointKind, MiddlewareEnded, OutOfReach};
+use super::{EndpointKind, MiddlewareEnded, NotAuthenticated, OutOfReach};
 
 /// Why there is no session, node or endpoint.
 #[derive(Debug, thiserror::Error)]
@@ -22,6 +22,12 @@ pub enum SessionError {
         domain_id: u16,
         /// The middleware's error.
         reason: String,
+    },
+    /// This program was built without what an enclave needs.
+    #[error("enclave `{enclave}` cannot be used: this program was built without DDS Security")]
+    NotSecured {
+        /// Its name.
+        enclave: String,
     },
     /// The middleware's threads cannot be watched.
     #[error("the threads of this process cannot be listed")]
@@ -114,4 +120,7 @@ pub enum SessionEnded {
     /// The others were out of reach for too long.
     #[error(transparent)]
     OutOfReach(#[from] OutOfReach),
+    /// The others of a secured network do not know who this is.
+    #[error(transparent)]
+    NotAuthenticated(#[from] NotAuthenticated),
 }

@@ -24,6 +24,11 @@ impl NodeHandle {
         Self { full_name, rosout: Arc::new(node.logging_handle()) }
     }
 
+    /// A node of another name that logs to `/rosout` through this one.
+    pub(super) fn called(self, full_name: String) -> Self {
+        Self { full_name, ..self }
+    }
+
     /// Namespace and name, such as `/robot_3/controller`.
     pub fn full_name(&self) -> &str {
         &self.full_name

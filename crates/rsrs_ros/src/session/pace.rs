@@ -1,9 +1,10 @@
 //! Pauses between new endpoints, without which the middleware loses some of them.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use super::SessionError;
+use super::{SessionError, lock};
 
 /// Endpoints between two pauses.
 const BURST: usize = 16;
@@ -22,6 +23,10 @@ const ROOM: Duration = Duration::from_millis(20);
 /// How long to wait for room.
 const PATIENCE: Duration = Duration::from_secs(20);
 
+/// Two threads that make endpoints at once can wait for each other for ever in a secured session: the
+/// middleware locks participant and security plugins in both orders.
+static CREATION: Mutex<()> = Mutex::new(());
+
 /// Counts new endpoints.
 #[derive(Debug, Default)]
 pub(super) struct Pace {
@@ -29,8 +34,21 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    /// Makes room for new endpoints. Blocks for a few milliseconds now and then.
-    pub(super) fn wait(&self, n_endpoints: usize) {
+    /// Makes new endpoints, one caller at a time, and again while the middleware has no room for them.
+    /// Blocks meanwhile, and for a few milliseconds now and then.
+    pub(super) fn make<T>(
+        &self,
+        n_endpoints: usize,
+        mut make: impl FnMut() -> Result<T, SessionError>,
+    ) -> Result<T, SessionError> {
+        self.wait(n_endpoints);
+        persist(|| {
+            let _alone = lock(&CREATION);
+            make()
+        })
+    }
+
+    fn wait(&self, n_endpoints: usize) {
         let before = self.n_endpoints.fetch_add(n_endpoints, Ordering::Relaxed);
         if before / BURST != (before + n_endpoints) / BURST {
             std::thread::sleep(pause(before));
@@ -44,9 +62,7 @@ fn pause(n_endpoints: usize) -> Duration {
 }
 
 /// Makes an endpoint, again and again while the middleware has no room for it. Blocks meanwhile.
-pub(super) fn persist<T>(
-    mut make: impl FnMut() -> Result<T, SessionError>,
-) -> Result<T, SessionError> {
+fn persist<T>(mut make: impl FnMut() -> Result<T, SessionError>) -> Result<T, SessionError> {
     let start = Instant::now();
     loop {
         match make() {
@@ -72,6 +88,25 @@ mod tests {
     fn the_pause_grows_with_the_number_of_endpoints() {
         assert_eq!(pause(0), PAUSE);
         assert_eq!(pause(2_000), PAUSE * 5);
+    }
+
+    #[test]
+    fn no_two_threads_make_endpoints_at_once() {
+        let (pace, n_making) = (Pace::default(), AtomicUsize::new(0));
+
+        std::thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| {
+                    let made = pace.make(1, || {
+                        let others = n_making.fetch_add(1, Ordering::SeqCst);
+                        std::thread::sleep(Duration::from_millis(5));
+                        n_making.fetch_sub(1, Ordering::SeqCst);
+                        Ok(others)
+                    });
+                    assert_eq!(made.ok(), Some(0));
+                });
+            }
+        });
     }
 
     #[test]

@@ -1,30 +1,37 @@
 //! Sending messages, without losing one in silence.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use ros2_client::ros2::WriteError;
-use rsrs_msgs::RosMessage;
+use rsrs_msgs::{RosMessage, cdr};
 
 use super::PublishError;
+use super::local::LocalPublisher;
 
 /// How long a publisher waits for a reliable subscriber that acknowledges nothing. A healthy one
 /// acknowledges within milliseconds.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Sends messages of one type on one topic.
-pub struct Publisher<M: RosMessage> {
-    topic: String,
-    writer: ros2_client::Publisher<M>,
+pub struct Publisher<M: RosMessage>(Arc<TypedWriter<M>>);
+
+/// What publishers of one topic share in a secured session.
+pub(super) struct TypedWriter<M: RosMessage> {
+    pub(super) topic: String,
+    pub(super) writer: ros2_client::Publisher<M>,
+    /// In a secured session only.
+    pub(super) local: Option<LocalPublisher>,
 }
 
 impl<M: RosMessage> Publisher<M> {
-    pub(super) fn new(topic: &str, writer: ros2_client::Publisher<M>) -> Self {
-        Self { topic: topic.to_owned(), writer }
+    pub(super) fn new(writer: Arc<TypedWriter<M>>) -> Self {
+        Self(writer)
     }
 
     /// The topic, absolute.
     pub fn topic(&self) -> &str {
-        &self.topic
+        &self.0.topic
     }
 
     /// Sends a message; waits while 8,192 of them are not acknowledged by a reliable subscriber.
@@ -37,8 +44,14 @@ impl<M: RosMessage> Publisher<M> {
     ///
     /// [`PublishError::Full`] after 5 s, and [`PublishError::Middleware`].
     pub async fn publish(&self, message: M) -> Result<(), PublishError> {
-        let sent = tokio::time::timeout(PATIENCE, self.writer.async_publish(message)).await;
-        within_patience(&self.topic, sent)
+        let TypedWriter { topic, writer, local } = &*self.0;
+        let copy = local.as_ref().map(|local| (local, cdr::encode(&message)));
+        let sent = tokio::time::timeout(PATIENCE, writer.async_publish(message)).await;
+        within_patience(topic, sent)?;
+        if let Some((local, bytes)) = copy {
+            local.deliver(|| bytes);
+        }
+        Ok(())
     }
 }
 

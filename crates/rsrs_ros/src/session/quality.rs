@@ -14,6 +14,7 @@ use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rustdds::{DomainParticipant, Subscriber};
 use tokio::sync::oneshot;
 
+use super::pace::Pace;
 use super::raw::{self, DdsNames, RawReader};
 use super::subscription::{Failure, ReceivedRaw};
 use super::{lock, qos};
@@ -23,6 +24,13 @@ const LOOK: Duration = Duration::from_millis(500);
 
 /// Identities of best-effort publishers of one topic.
 type Writers = Arc<Mutex<BTreeSet<[u8; 16]>>>;
+
+/// What a new reader is made with.
+pub(super) struct ReaderMaker {
+    pub(super) participant: DomainParticipant,
+    pub(super) subscriber: Subscriber,
+    pub(super) pace: Arc<Pace>,
+}
 
 /// All reliable subscriptions of a session.
 #[derive(Default)]
@@ -71,20 +79,16 @@ impl Watch {
     }
 
     /// Makes the second readers as they are needed; never ends.
-    pub(super) async fn run(
-        self: Arc<Self>,
-        participant: DomainParticipant,
-        subscriber: Subscriber,
-    ) {
+    pub(super) async fn run(self: Arc<Self>, maker: ReaderMaker) {
         loop {
             tokio::time::sleep(LOOK).await;
-            self.look(&participant, &subscriber);
+            self.look(&maker);
         }
     }
 
-    fn look(&self, participant: &DomainParticipant, subscriber: &Subscriber) {
+    fn look(&self, maker: &ReaderMaker) {
         let mut found: BTreeMap<String, BTreeSet<[u8; 16]>> = BTreeMap::new();
-        for writer in participant.discovered_writers() {
+        for writer in maker.participant.discovered_writers() {
             let data = writer.publication_topic_data;
             if qos::discovered(&data.qos()).reliability == Reliability::BestEffort {
                 let writer = data.key.to_bytes();
@@ -97,7 +101,7 @@ impl Watch {
             let is_needed = !writers.is_empty();
             *lock(&best_effort) = writers;
             if is_needed && let Some(second) = watched.second.take() {
-                watched.second = watched.subscribe(participant, subscriber, second);
+                watched.second = watched.subscribe(maker, second);
             }
             true
         });
@@ -108,8 +112,7 @@ impl Watched {
     /// Makes the second reader; gives the sender back if that has to be tried again.
     fn subscribe(
         &self,
-        participant: &DomainParticipant,
-        subscriber: &Subscriber,
+        maker: &ReaderMaker,
         second: oneshot::Sender<RawReader>,
     ) -> Option<oneshot::Sender<RawReader>> {
         let quality = Qos {
@@ -117,7 +120,10 @@ impl Watched {
             durability: Durability::Volatile,
             depth: self.depth,
         };
-        match raw::reader(participant, subscriber, &self.names, &qos::policies(quality)) {
+        let ReaderMaker { participant, subscriber, pace } = maker;
+        let policies = qos::policies(quality);
+        let made = pace.make(1, || raw::reader(participant, subscriber, &self.names, &policies));
+        match made {
             Ok(reader) => {
                 log::info!("{} is published best effort, and is subscribed so too", self.names);
                 // The subscription has just been dropped.

@@ -2,6 +2,7 @@
 
 use std::convert::Infallible;
 use std::fmt;
+use std::sync::Arc;
 
 use futures::{Stream, StreamExt};
 use rsrs_msgs::RosMessage;
@@ -11,11 +12,12 @@ use rustdds::no_key::{
 };
 use rustdds::serialization::deserialize_from_cdr_with_rep_id;
 use rustdds::{
-    DomainParticipant, QosPolicies, RepresentationIdentifier, Subscriber, Timestamp, Topic,
-    TopicKind,
+    DomainParticipant, QosPolicies, RTPSEntity, RepresentationIdentifier, Subscriber, Timestamp,
+    Topic, TopicKind,
 };
 
 use super::endpoint::dds_type;
+use super::local::{LocalDelivery, LocalPublisher};
 use super::publisher::{PATIENCE, within_patience};
 use super::subscription::{Failure, Received, ReceivedRaw};
 use super::wire::Wire;
@@ -215,12 +217,17 @@ fn nanoseconds(timestamp: Timestamp) -> Option<u64> {
 }
 
 /// Sends messages of any type on one topic, as the bytes that a bag keeps.
-pub struct RawPublisher {
+pub struct RawPublisher(Arc<RawWriter>);
+
+/// What publishers of one topic share in a secured session.
+pub(super) struct RawWriter {
     topic: String,
     writer: DataWriter<rustdds::bytes::Bytes, RawCdr>,
+    /// In a secured session only.
+    local: Option<LocalPublisher>,
 }
 
-impl RawPublisher {
+impl RawWriter {
     pub(super) fn new(
         topic: &str,
         participant: &DomainParticipant,
@@ -232,12 +239,25 @@ impl RawPublisher {
         let writer = publisher
             .create_datawriter_no_key(&dds_topic, Some(qos.clone()))
             .map_err(|error| SessionError::endpoint(topic, &error))?;
-        Ok(Self { topic: topic.to_owned(), writer })
+        Ok(Self { topic: topic.to_owned(), writer, local: None })
+    }
+
+    /// Hands what it publishes to subscriptions of its own session, too.
+    pub(super) fn delivering_to(self, topics: &Arc<LocalDelivery>) -> Self {
+        let dds_topic = format!("rt{}", self.topic);
+        let local = LocalPublisher::new(topics, dds_topic, self.writer.guid().to_bytes());
+        Self { local: Some(local), ..self }
+    }
+}
+
+impl RawPublisher {
+    pub(super) fn of(writer: Arc<RawWriter>) -> Self {
+        Self(writer)
     }
 
     /// The topic, absolute.
     pub fn topic(&self) -> &str {
-        &self.topic
+        &self.0.topic
     }
 
     /// Sends a message; waits while 8,192 of them are not acknowledged by a reliable subscriber.
@@ -253,16 +273,21 @@ impl RawPublisher {
     pub async fn publish(&self, message: &[u8]) -> Result<(), PublishError> {
         let Some(body) = message.strip_prefix(&ENCAPSULATION) else {
             let found = message.iter().take(ENCAPSULATION.len()).copied().collect();
-            return Err(PublishError::Encapsulation { topic: self.topic.clone(), found });
+            return Err(PublishError::Encapsulation { topic: self.0.topic.clone(), found });
         };
         let body = rustdds::bytes::Bytes::copy_from_slice(body);
         let sending = async {
-            self.writer
+            self.0
+                .writer
                 .async_write(body, Some(Timestamp::now()))
                 .await
                 .map_err(ros2_client::ros2::WriteError::from)
         };
-        within_patience(&self.topic, tokio::time::timeout(PATIENCE, sending).await)
+        within_patience(&self.0.topic, tokio::time::timeout(PATIENCE, sending).await)?;
+        if let Some(local) = &self.0.local {
+            local.deliver(|| message.to_vec());
+        }
+        Ok(())
     }
 
     /// Waits until every reliable subscriber has all that was sent: what is still under way when a
@@ -273,10 +298,10 @@ impl RawPublisher {
     /// [`PublishError::Full`] after 5 s; [`PublishError::Middleware`].
     pub async fn acknowledged(&self) -> Result<(), PublishError> {
         let waiting = async {
-            let waited = self.writer.async_wait_for_acknowledgments().await;
+            let waited = self.0.writer.async_wait_for_acknowledgments().await;
             waited.map_err(ros2_client::ros2::WriteError::from)
         };
-        within_patience(&self.topic, tokio::time::timeout(PATIENCE, waiting).await)
+        within_patience(&self.0.topic, tokio::time::timeout(PATIENCE, waiting).await)
     }
 }
 

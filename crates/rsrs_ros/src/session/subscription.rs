@@ -215,6 +215,6 @@ fn nanoseconds(time: ROSTime) -> Option<u64> {
     u64::try_from(time.to_nanos()).ok()
 }
 
-fn wall_nanoseconds() -> u64 {
+pub(super) fn wall_nanoseconds() -> u64 {
     wall_time().to_nanos().unwrap_or(0)
 }

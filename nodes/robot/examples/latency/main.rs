@@ -92,7 +92,7 @@ fn node(role: &str, more: &[&str]) -> anyhow::Result<Node> {
 }
 
 async fn follow(duration: Duration) -> anyhow::Result<Vec<Followed>> {
-    let options = SessionOptions { domain_id: DOMAIN, interfaces: vec![LOOPBACK] };
+    let options = SessionOptions { domain_id: DOMAIN, interfaces: vec![LOOPBACK], enclave: None };
     let session = Session::open(&options)?;
     let mut base = Base::new(&session).await?;
     base.set_controller(&session).await?;

@@ -14,6 +14,7 @@ use rsrs_pipeline::measure::drive::{
 };
 use rsrs_pipeline::run::own_network::OwnNetwork;
 use rsrs_ros::logging::{self, Level};
+use rsrs_ros::security::Member;
 
 use crate::commands::{Backend, Format, report};
 use crate::failure::Outcome;
@@ -191,7 +192,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 fn enter(backend: Backend, interface: Option<&str>) -> anyhow::Result<RunTarget> {
     let target = match backend {
         Backend::Sim => RunTarget::Simulated(OwnNetwork::enter()?),
-        Backend::Fleet => RunTarget::Real(chosen_network(interface)?),
+        Backend::Fleet => RunTarget::Real(chosen_network(interface, Member::Runner)?),
     };
     logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
     Ok(target)

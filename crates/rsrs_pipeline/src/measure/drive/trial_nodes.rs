@@ -14,6 +14,11 @@ use crate::run::own_network::OwnNetwork;
 use crate::run::simulated_fleet::{CONSTANT, SimulatedFleet};
 use crate::run::{RunSummary, on_simulated_fleet, watched};
 
+/// The variable that names the enclave of a program.
+const ENCLAVE: &str = "ROS_SECURITY_ENCLAVE_OVERRIDE";
+/// The enclave of controllers that are not on their robots.
+const CONTROLLERS: &str = "/controllers";
+
 /// Where trials are driven.
 pub enum RunTarget {
     /// A network of this process's own.
@@ -67,6 +72,10 @@ impl<'a> TrialNodes<'a> {
                     network.interfaces.first().map(ToString::to_string).unwrap_or_default();
                 let start = |command: &mut std::process::Command| {
                     command.env(interfaces::VARIABLE, address);
+                    if network.enclave.is_some() {
+                        // Not that of this process, which holds the lease and commands nobody.
+                        command.env(ENCLAVE, CONTROLLERS);
+                    }
                 };
                 let controller = NodeProcess::start("controller", robots, &parameters, start)?;
                 Processes::Real(network, controller)

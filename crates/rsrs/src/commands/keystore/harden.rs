@@ -1,0 +1,51 @@
+//! `rsrs keystore harden`: a keystore of SROS2, made such that robots of ours can use it.
+
+use std::path::PathBuf;
+
+use rsrs_keystore::harden::{Hardened, harden};
+use rsrs_pipeline::error::helped;
+
+use crate::commands::{Format, report};
+use crate::failure::Outcome;
+use crate::notes::print_note;
+
+/// Make a keystore such that this program can use it and nobody can forge anything.
+///
+/// Signs another governance where that of SROS2 protects too little, or protects payloads by
+/// themselves, which this middleware cannot carry; and makes private keys readable by their owner
+/// alone. Certificates, permissions, domains and topics stay. Programs that run already keep the old
+/// governance until they are started again, and do not match those that have the new one.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs keystore harden keystore")]
+pub struct Arguments {
+    /// Folder of the keystore, with its private keys.
+    #[arg(value_name = "DIR")]
+    keystore: PathBuf,
+    /// How to report.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// If the folder is no keystore, or cannot be written.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let hardened = harden(&arguments.keystore).map_err(helped)?;
+    report(arguments.format, &hardened, &text(&hardened))?;
+    if !hardened.cured.is_empty() {
+        print_note("copy `governance.p7s` into every enclave that was copied, and start all anew");
+    }
+    Ok(Outcome::Done)
+}
+
+fn text(hardened: &Hardened) -> String {
+    let cured = hardened.cured.iter().map(|weakness| format!("cured: the governance {weakness}"));
+    let keys = hardened.keys_made_private.iter();
+    let keys = keys.map(|key| format!("made private: {}", key.display()));
+    let lines: Vec<String> = cured.chain(keys).collect();
+    if lines.is_empty() { "nothing to change".to_owned() } else { lines.join("\n") }
+}

@@ -1,0 +1,102 @@
+//! The authority of a keystore: it issues certificates, and signs governance and permissions.
+
+use std::path::Path;
+use std::time::Duration;
+
+use p256::ecdsa::SigningKey;
+use p256::pkcs8::DecodePrivateKey;
+use x509_cert::Certificate;
+use x509_cert::der::DecodePem;
+
+use crate::issue::{Issuer, NewMember, to_pem};
+use crate::layout::{CERTIFICATE, IDENTITY_CA, KEY, PERMISSIONS_CA, PRIVATE, PUBLIC};
+use crate::{KeystoreError, files, signature};
+
+/// The names of the authority's own files, to which the others are links.
+const CA_CERTIFICATE: &str = "ca.cert.pem";
+const CA_KEY: &str = "ca.key.pem";
+/// The names of its keys in its two functions.
+const IDENTITY_CA_KEY: &str = "identity_ca.key.pem";
+const PERMISSIONS_CA_KEY: &str = "permissions_ca.key.pem";
+/// What it is called.
+const NAME: &str = "rsrsCA";
+
+/// A certificate and the key that belongs to it.
+pub(crate) struct Pair {
+    pub(crate) certificate: Certificate,
+    pub(crate) key: SigningKey,
+}
+
+/// Who signs: a lab's own keystore may have one authority for identities and one for permissions.
+pub(crate) struct Authority {
+    identity: Pair,
+    permissions: Pair,
+}
+
+impl Authority {
+    /// Whether a folder has one.
+    pub(crate) fn is_in(keystore: &Path) -> bool {
+        keystore.join(PRIVATE).join(PERMISSIONS_CA_KEY).exists()
+    }
+
+    /// Makes a new one.
+    pub(crate) fn create(
+        keystore: &Path,
+        holds: (Duration, Duration),
+    ) -> Result<Self, KeystoreError> {
+        let (public, private) = (keystore.join(PUBLIC), keystore.join(PRIVATE));
+        files::make_folder(&public)?;
+        files::make_private_folder(&private)?;
+        let made = NewMember::new(NAME, holds).self_signed()?;
+        files::write_key(&private.join(CA_KEY), &made.key_pem)?;
+        files::write_public(&public.join(CA_CERTIFICATE), &to_pem(&made.certificate)?)?;
+        for file in [IDENTITY_CA, PERMISSIONS_CA] {
+            files::link(Path::new(CA_CERTIFICATE), &public.join(file))?;
+        }
+        for file in [IDENTITY_CA_KEY, PERMISSIONS_CA_KEY] {
+            files::link(Path::new(CA_KEY), &private.join(file))?;
+        }
+        Self::read(keystore)
+    }
+
+    /// Reads that of a keystore.
+    pub(crate) fn read(keystore: &Path) -> Result<Self, KeystoreError> {
+        Ok(Self {
+            identity: pair(keystore, IDENTITY_CA, IDENTITY_CA_KEY)?,
+            permissions: pair(keystore, PERMISSIONS_CA, PERMISSIONS_CA_KEY)?,
+        })
+    }
+
+    /// Makes key and certificate of an enclave.
+    pub(crate) fn issue(
+        &self,
+        folder: &Path,
+        enclave: &str,
+        holds: (Duration, Duration),
+    ) -> Result<(), KeystoreError> {
+        let Pair { certificate, key } = &self.identity;
+        let issuer = Issuer { name: certificate.tbs_certificate().subject().clone(), key };
+        let made = NewMember::new(enclave, holds).signed_by(&issuer)?;
+        // The key last: an enclave that has one is complete.
+        files::write_public(&folder.join(CERTIFICATE), &to_pem(&made.certificate)?)?;
+        files::write_key(&folder.join(KEY), &made.key_pem)
+    }
+
+    /// Signs a document.
+    pub(crate) fn sign(&self, text: &str) -> Result<String, KeystoreError> {
+        signature::sign(&self.permissions, text)
+    }
+}
+
+fn pair(keystore: &Path, certificate: &str, key: &str) -> Result<Pair, KeystoreError> {
+    let certificate = keystore.join(PUBLIC).join(certificate);
+    let key = keystore.join(PRIVATE).join(key);
+    let pem = files::read(&certificate)?;
+    let certificate = Certificate::from_pem(pem.as_str()).map_err(|error| {
+        KeystoreError::Certificate { path: certificate, reason: error.to_string() }
+    })?;
+    let pem = files::read(&key)?;
+    let key =
+        SigningKey::from_pkcs8_pem(&pem).map_err(|_secret| KeystoreError::Key { path: key })?;
+    Ok(Pair { certificate, key })
+}

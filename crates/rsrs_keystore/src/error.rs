@@ -1,0 +1,124 @@
+//! Why a keystore is not made or changed.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use rsrs_core::help::Help;
+
+use crate::governance::GovernanceError;
+use crate::signed_document::NotSigned;
+
+/// Why a keystore is not made or changed.
+#[derive(Debug, thiserror::Error)]
+pub enum KeystoreError {
+    /// A file or folder cannot be read, made or changed.
+    #[error("cannot {doing} {}", path.display())]
+    File {
+        /// What was tried.
+        doing: &'static str,
+        /// With which one.
+        path: PathBuf,
+        /// Why not.
+        #[source]
+        source: io::Error,
+    },
+    /// The folder is used for something else.
+    #[error("{} has files, and is no keystore", folder.display())]
+    HasFiles {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The folder lacks what signs.
+    #[error("{} is no keystore: it has no private key of an authority", folder.display())]
+    NoKeystore {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A robot that would have the rights of another member.
+    #[error("robot `{robot}` has the name of an enclave that is no robot's")]
+    RobotName {
+        /// Its name.
+        robot: String,
+    },
+    /// A certificate that is none.
+    #[error("{} is no certificate: {reason}", path.display())]
+    Certificate {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A key that is none. What is wrong with it is not said, for that might be a part of it.
+    #[error("{} is no key that this program signs with", path.display())]
+    Key {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A governance that was not signed.
+    #[error("{}", path.display())]
+    NotSigned {
+        /// The file.
+        path: PathBuf,
+        /// What it is instead.
+        #[source]
+        source: NotSigned,
+    },
+    /// A governance that is none.
+    #[error("{}", path.display())]
+    Governance {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        #[source]
+        source: GovernanceError,
+    },
+    /// Certificates cannot hold so long.
+    #[error("no certificate holds from {from_s} to {to_s} seconds after 1970")]
+    Validity {
+        /// The beginning.
+        from_s: u64,
+        /// The end.
+        to_s: u64,
+    },
+    /// A certificate or a signature cannot be made.
+    #[error("cannot make {what}: {reason}")]
+    Cryptography {
+        /// A certificate, a key or a signature.
+        what: &'static str,
+        /// The library's error.
+        reason: String,
+    },
+}
+
+impl KeystoreError {
+    pub(crate) fn file<'a>(
+        doing: &'static str,
+        path: &'a Path,
+    ) -> impl FnOnce(io::Error) -> Self + 'a {
+        move |source| Self::File { doing, path: path.to_owned(), source }
+    }
+
+    pub(crate) fn cryptography<E: ToString>(what: &'static str) -> impl Fn(E) -> Self {
+        move |error| Self::Cryptography { what, reason: error.to_string() }
+    }
+}
+
+impl Help for KeystoreError {
+    fn help(&self) -> Option<String> {
+        let help = match self {
+            Self::HasFiles { .. } => {
+                "name a folder that does not exist yet, or a keystore to complete"
+            }
+            Self::NoKeystore { .. } => {
+                "this takes the keystore itself, and not the enclaves that were copied from it"
+            }
+            Self::RobotName { .. } => "give it another name in the fleet file",
+            Self::Key { .. } => {
+                "it takes keys as `ros2 security create_keystore` makes them: prime256v1 in PKCS #8, \
+                 not encrypted"
+            }
+            _ => return None,
+        };
+        Some(help.to_owned())
+    }
+}

@@ -1,0 +1,91 @@
+//! Files of a keystore: keys that only their owner reads, and links that stay valid in a copy.
+
+use std::fs::{self, OpenOptions, Permissions};
+use std::io::Write;
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt, symlink};
+use std::path::{Path, PathBuf};
+
+use crate::KeystoreError;
+
+/// Read and written by their owner alone.
+pub(crate) const PRIVATE_MODE: u32 = 0o600;
+const PRIVATE_FOLDER_MODE: u32 = 0o700;
+
+/// Makes a folder and those above it.
+pub(crate) fn make_folder(folder: &Path) -> Result<(), KeystoreError> {
+    fs::create_dir_all(folder).map_err(KeystoreError::file("make", folder))
+}
+
+/// Makes a folder that only its owner enters.
+pub(crate) fn make_private_folder(folder: &Path) -> Result<(), KeystoreError> {
+    let made = fs::DirBuilder::new().recursive(true).mode(PRIVATE_FOLDER_MODE).create(folder);
+    made.map_err(KeystoreError::file("make", folder))
+}
+
+/// Writes a private key; one that is there stays.
+pub(crate) fn write_key(path: &Path, pem: &str) -> Result<(), KeystoreError> {
+    let mut file = OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .mode(PRIVATE_MODE)
+        .open(path)
+        .map_err(KeystoreError::file("write", path))?;
+    let written = file.write_all(pem.as_bytes()).and_then(|()| file.sync_all());
+    written.map_err(KeystoreError::file("write", path))
+}
+
+/// Writes what everybody may read: the old file or the new one, whole.
+pub(crate) fn write_public(path: &Path, text: &str) -> Result<(), KeystoreError> {
+    let new = path.with_extension("new");
+    let written = fs::write(&new, text).and_then(|()| fs::rename(&new, path));
+    written.map_err(KeystoreError::file("write", path))
+}
+
+/// Reads a text.
+pub(crate) fn read(path: &Path) -> Result<String, KeystoreError> {
+    fs::read_to_string(path).map_err(KeystoreError::file("read", path))
+}
+
+/// Makes a link, unless there is one already.
+pub(crate) fn link(to: &Path, path: &Path) -> Result<(), KeystoreError> {
+    if path.symlink_metadata().is_ok() {
+        return Ok(());
+    }
+    symlink(to, path).map_err(KeystoreError::file("link", path))
+}
+
+/// All private keys below a folder, links left out.
+pub(crate) fn keys_below(folder: &Path) -> Result<Vec<PathBuf>, KeystoreError> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop() {
+        let cannot = |source| KeystoreError::file("list", &folder)(source);
+        for entry in fs::read_dir(&folder).map_err(cannot)? {
+            let entry = entry.map_err(cannot)?;
+            let kind = entry.file_type().map_err(cannot)?;
+            if kind.is_dir() {
+                folders.push(entry.path());
+            } else if kind.is_file() && entry.file_name().to_string_lossy().ends_with("key.pem") {
+                found.push(entry.path());
+            }
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// Lets only the owner read a key.
+///
+/// # Returns
+///
+/// Whether others could before.
+pub(crate) fn make_private(key: &Path) -> Result<bool, KeystoreError> {
+    let cannot = |source| KeystoreError::file("make private", key)(source);
+    let mode = fs::metadata(key).map_err(cannot)?.permissions().mode();
+    let of_others = mode & 0o077;
+    if of_others == 0 {
+        return Ok(false);
+    }
+    fs::set_permissions(key, Permissions::from_mode(PRIVATE_MODE)).map_err(cannot)?;
+    Ok(true)
+}

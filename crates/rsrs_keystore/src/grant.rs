@@ -1,0 +1,73 @@
+//! The document of what one enclave may do, as DDS Security 1.1, 9.4.1.3, has it.
+
+use std::time::Duration;
+
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+
+use crate::KeystoreError;
+use crate::governance::Domains;
+use crate::roles::{Rights, Role};
+
+/// The grant of one enclave.
+pub(crate) struct GrantText<'a> {
+    pub(crate) role: &'a Role,
+    pub(crate) domain_id: u16,
+    /// From when to when, since 1970.
+    pub(crate) holds: (Duration, Duration),
+}
+
+impl GrantText<'_> {
+    /// The text of the document.
+    ///
+    /// # Arguments
+    ///
+    /// * `robots` — of the fleet.
+    pub(crate) fn to_xml(&self, robots: &[String]) -> Result<String, KeystoreError> {
+        let Rights { may_not_publish, may_publish, may_receive } = self.role.rights(robots);
+        let name = self.role.enclave();
+        let (from, to) = self.holds;
+        let validity = date(from)
+            .zip(date(to))
+            .ok_or(KeystoreError::Validity { from_s: from.as_secs(), to_s: to.as_secs() });
+        let (not_before, not_after) = validity?;
+        let domains = Domains { first: self.domain_id, last: self.domain_id };
+        let domains = domains.to_xml("          ");
+        let rule = |kind: &str, parts: &[String]| {
+            format!(
+                "      <{kind}>\n        <domains>\n{domains}        </domains>\n{}      </{kind}>\n",
+                parts.concat()
+            )
+        };
+        let denied = if may_not_publish.is_empty() {
+            String::new()
+        } else {
+            rule("deny_rule", &[topics("publish", &may_not_publish)])
+        };
+        let allowed = rule(
+            "allow_rule",
+            &[topics("publish", &may_publish), topics("subscribe", &may_receive)],
+        );
+        Ok(format!(
+            "<dds xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" \
+             xsi:noNamespaceSchemaLocation=\
+             \"http://www.omg.org/spec/DDS-SECURITY/20170901/omg_shared_ca_permissions.xsd\">\n  \
+             <permissions>\n    <grant name=\"{name}\">\n      <subject_name>CN={name}</subject_name>\n      \
+             <validity>\n        <not_before>{not_before}</not_before>\n        \
+             <not_after>{not_after}</not_after>\n      </validity>\n{denied}{allowed}      \
+             <default>DENY</default>\n    </grant>\n  </permissions>\n</dds>\n"
+        ))
+    }
+}
+
+fn topics(kind: &str, names: &[String]) -> String {
+    let line = |name: &String| format!("            <topic>{name}</topic>\n");
+    let lines = names.iter().map(line).collect::<Vec<_>>().concat();
+    format!("        <{kind}>\n          <topics>\n{lines}          </topics>\n        </{kind}>\n")
+}
+
+/// A date in UTC, as XML has it.
+fn date(since_1970: Duration) -> Option<String> {
+    let timestamp = Timestamp::from_second(i64::try_from(since_1970.as_secs()).ok()?).ok()?;
+    Some(timestamp.to_zoned(TimeZone::UTC).datetime().to_string())
+}

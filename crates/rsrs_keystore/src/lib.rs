@@ -1,0 +1,57 @@
+//! Keystores of secured fleets: made, hardened, and looked at before a program starts.
+//!
+//! A keystore is a folder as SROS2 lays it out. An enclave in it is the folder of one member of the
+//! fleet: a certificate with its key, the certificates of the authorities, and two signed documents. The
+//! governance says what is protected, and the permissions what this member may publish and receive.
+//!
+//! * [`create`] makes the keystore of a fleet: what each member may publish follows from the table of
+//!   topics, by [`roles`].
+//! * [`harden`] makes a keystore of SROS2 such that our middleware carries what it demands.
+//! * [`check`] says what is wrong with an enclave; a program that is to be secured asks before it starts.
+//!
+//! Signatures and keys are those of the `RustCrypto` crates, so nothing here needs OpenSSL.
+//!
+//! # Example
+//!
+//! ```
+//! use std::time::Duration;
+//!
+//! use rsrs_keystore::check::problems_of;
+//! use rsrs_keystore::create::{KeystoreRequest, create};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let folder = tempfile::tempdir()?;
+//! let robots = ["robot_1".to_owned()];
+//! let now = Duration::from_secs(1_767_268_800);
+//! let validity = Duration::from_secs(24 * 3600);
+//! let request =
+//!     KeystoreRequest { folder: folder.path(), robots: &robots, domain_id: 0, now, validity };
+//!
+//! let made = create(&request)?;
+//!
+//! assert_eq!(made[0].enclave, "/robot_1");
+//! assert_eq!(problems_of(&made[0].folder, 0, now), []);
+//! # Ok(())
+//! # }
+//! ```
+
+mod authority;
+pub mod certificate;
+pub mod check;
+pub mod create;
+mod error;
+mod files;
+pub mod governance;
+mod grant;
+pub mod harden;
+mod issue;
+pub mod layout;
+pub mod permissions;
+pub mod roles;
+mod signature;
+pub mod signed_document;
+
+pub use error::KeystoreError;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,137 @@
+//! Which network to join, through which interface, and as whom.
+
+use rsrs_core::help::Help;
+
+use super::{Environment, Note, RosArgs};
+use crate::interfaces::{self, InterfaceError, LOOPBACK};
+use crate::security::{Enclave, Member, SecurityError, SecurityRequest};
+use crate::session::SessionOptions;
+use crate::wall_time::since_1970;
+
+/// Why there is no network to join.
+#[derive(Debug, thiserror::Error)]
+pub enum NetworkError {
+    /// No interface is chosen, or it does not exist.
+    #[error(transparent)]
+    Interface(#[from] InterfaceError),
+    /// What is to be secured cannot be.
+    #[error(transparent)]
+    Security(#[from] SecurityError),
+}
+
+impl Help for NetworkError {
+    fn help(&self) -> Option<String> {
+        match self {
+            Self::Interface(error) => error.help(),
+            Self::Security(error) => error.help(),
+        }
+    }
+}
+
+impl RosArgs {
+    /// The network to join: through the interface that was chosen, unless the environment keeps this
+    /// program on this machine; and secured, if the environment demands it.
+    ///
+    /// # Arguments
+    ///
+    /// * `flag` — value of `--interface`, a name or an address.
+    /// * `member` — whose enclave it is where none is named.
+    ///
+    /// # Errors
+    ///
+    /// [`NetworkError`] if no interface is chosen and ROS 2 is not set to stay on this machine, or if
+    /// what is to be secured cannot be.
+    pub fn network(
+        &mut self,
+        flag: Option<&str>,
+        environment: &Environment,
+        member: Member<'_>,
+    ) -> Result<SessionOptions, NetworkError> {
+        let variable = environment.variable(interfaces::VARIABLE);
+        let address = match self.localhost {
+            Some(because) => {
+                let chosen = flag.or(variable);
+                if !chosen.is_some_and(interfaces::is_loopback) {
+                    let instead_of = chosen.map(str::to_owned);
+                    self.notes.push(Note::Localhost { because, instead_of });
+                }
+                LOOPBACK
+            }
+            None => interfaces::chosen(flag, variable)?,
+        };
+        let enclave = self.enclave_of(environment, member)?;
+        Ok(SessionOptions { domain_id: self.domain_id, interfaces: vec![address], enclave })
+    }
+
+    fn enclave_of(
+        &mut self,
+        environment: &Environment,
+        member: Member<'_>,
+    ) -> Result<Option<Enclave>, SecurityError> {
+        let request = SecurityRequest::read(environment, self.enclave.as_deref())?;
+        let Some(request) = request else { return Ok(None) };
+        let enclave = request.enclave(member, self.domain_id, since_1970())?;
+        self.notes.push(match &enclave {
+            Some(enclave) => Note::Secured { enclave: enclave.name().to_owned() },
+            None => Note::NotSecured { keystore: request.keystore },
+        });
+        Ok(enclave)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+
+    use super::*;
+
+    #[test]
+    fn who_is_to_stay_on_this_machine_does_so_whatever_interface_is_chosen() {
+        let network = |variables: &[(&str, &str)], flag| {
+            let environment = Environment::new(variables, |_| Err(io::ErrorKind::NotFound.into()));
+            let (mut args, _) = RosArgs::parse(&[], &environment).unwrap();
+            let network = args.network(flag, &environment, Member::Runner).unwrap();
+            let notes: Vec<String> = args.notes.iter().map(ToString::to_string).collect();
+            (network.interfaces, notes)
+        };
+        let range = ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
+        let printed = "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST: this program uses the loopback \
+                    interface only";
+
+        let by_variable = network(&[range, ("RSRS_INTERFACE", "eth9")], None);
+        let by_flag = network(&[range, ("RSRS_INTERFACE", "eth9")], Some("10.0.0.7"));
+        let by_nobody = network(&[range], None);
+        let the_same = network(&[range], Some("lo"));
+        let old = network(&[("ROS_LOCALHOST_ONLY", "1")], Some("10.0.0.7"));
+
+        assert_eq!(by_variable, (vec![LOOPBACK], vec![format!("{printed}, and not `eth9`")]));
+        assert_eq!(by_flag, (vec![LOOPBACK], vec![format!("{printed}, and not `10.0.0.7`")]));
+        assert_eq!(by_nobody, (vec![LOOPBACK], vec![printed.to_owned()]));
+        assert_eq!(the_same, (vec![LOOPBACK], vec![]));
+        assert_eq!(old.0, [LOOPBACK]);
+        assert!(old.1[1].starts_with("ROS_LOCALHOST_ONLY=1: this program uses"), "{:?}", old.1);
+    }
+
+    #[test]
+    fn a_session_that_was_to_be_secured_is_never_plain_in_silence() {
+        let variables = [
+            ("RSRS_INTERFACE", "lo"),
+            ("ROS_SECURITY_ENABLE", "true"),
+            ("ROS_SECURITY_KEYSTORE", "no-such-keystore"),
+        ];
+        let environment = Environment::new(&variables, |_| Err(io::ErrorKind::NotFound.into()));
+        let (mut args, _) = RosArgs::parse(&[], &environment).unwrap();
+
+        let network = args.network(None, &environment, Member::Runner);
+
+        if crate::security::IS_BUILT_IN {
+            // Permissive, as ROS 2 is where no strategy is set; and said.
+            assert_eq!(network.unwrap().enclave, None);
+            assert!(args.notes[0].to_string().contains("NOT secured"), "{:?}", args.notes);
+        } else {
+            let error = network.unwrap_err();
+            assert!(error.to_string().contains("was built without DDS Security"), "{error}");
+            assert!(error.help().is_some_and(|help| help.contains("--features security")));
+        }
+    }
+}

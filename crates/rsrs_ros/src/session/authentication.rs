@@ -1,0 +1,145 @@
+//! Whether the others of a secured network know who this participant is.
+//!
+//! When many participants come at once, messages of their handshakes are lost and not sent again: two
+//! of them never receive anything of each other, and no call fails. A participant that joins anew
+//! begins new handshakes. A runner does so with each run; a robot that nobody at all has got to know in
+//! time ends, so that its service starts it again. Who got to know some stays, because strangers
+//! could otherwise send it round and round: their handshakes never end.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, Instant};
+
+use rustdds::DomainParticipantStatusEvent;
+
+use super::prefix::Prefix;
+
+/// How long a handshake may take: ten that start together take 6 to 10 s.
+const TIMEOUT: Duration = Duration::from_secs(20);
+
+/// Nobody got to know this participant in time.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "no handshake with any of {n_others} other participants was completed within {} s ({ids}): start \
+     this program again, a second apart from others",
+    TIMEOUT.as_secs()
+)]
+pub struct NotAuthenticated {
+    /// How many were tried.
+    pub n_others: usize,
+    /// Their identities in DDS, in hexadecimal digits.
+    pub ids: String,
+}
+
+/// How far a handshake with another participant has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    not(feature = "security"),
+    expect(dead_code, reason = "without security there are no handshakes")
+)]
+pub(super) enum Handshake {
+    /// Messages go to and fro.
+    Begun,
+    /// Each knows who the other is.
+    Completed,
+    /// The other one does not belong here.
+    Refused,
+}
+
+/// What an event of the middleware says of a handshake.
+#[cfg(feature = "security")]
+pub(super) fn of_event(event: &DomainParticipantStatusEvent) -> Option<(Prefix, Handshake)> {
+    let DomainParticipantStatusEvent::Authentication { participant, status } = event else {
+        return None;
+    };
+    let id = participant.as_ref().try_into().expect("a prefix has 12 bytes");
+    // The type of the status has no public name.
+    let handshake = match format!("{status:?}").as_str() {
+        "Authenticated" => Handshake::Completed,
+        "Authenticating" => Handshake::Begun,
+        _ => Handshake::Refused,
+    };
+    Some((id, handshake))
+}
+
+/// What an event of the middleware says of a handshake: nothing, without security.
+#[cfg(not(feature = "security"))]
+pub(super) fn of_event(_event: &DomainParticipantStatusEvent) -> Option<(Prefix, Handshake)> {
+    None
+}
+
+/// Handshakes with others.
+#[derive(Debug, Default)]
+pub(super) struct Handshakes {
+    begun: BTreeMap<Prefix, Instant>,
+    completed: BTreeSet<Prefix>,
+}
+
+impl Handshakes {
+    /// A handshake has begun; one that has is not begun again.
+    pub(super) fn begin(&mut self, id: Prefix, now: Instant) {
+        if !self.completed.contains(&id) {
+            self.begun.entry(id).or_insert(now);
+        }
+    }
+
+    /// A handshake is complete.
+    pub(super) fn complete(&mut self, id: Prefix) {
+        self.begun.remove(&id);
+        self.completed.insert(id);
+    }
+
+    /// A participant has left, or is refused: it is not waited for.
+    pub(super) fn forget(&mut self, id: &Prefix) {
+        self.begun.remove(id);
+        self.completed.remove(id);
+    }
+
+    /// Whether nobody got to know this participant in time.
+    pub(super) fn timed_out(&self, now: Instant) -> Option<NotAuthenticated> {
+        let late = |begun: &&Instant| now.saturating_duration_since(**begun) >= TIMEOUT;
+        if !self.completed.is_empty() || !self.begun.values().any(|begun| late(&begun)) {
+            return None;
+        }
+        let digits = |id: &Prefix| id.map(|byte| format!("{byte:02x}")).concat();
+        let ids: Vec<String> = self.begun.keys().map(digits).collect();
+        Some(NotAuthenticated { n_others: ids.len(), ids: ids.join(", ") })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whom_nobody_got_to_know_in_time_ends_and_names_them() {
+        let (mut handshakes, start) = (Handshakes::default(), Instant::now());
+        handshakes.begin([1; 12], start);
+        // Announced again, as every few seconds.
+        handshakes.begin([1; 12], start + TIMEOUT / 2);
+
+        assert_eq!(handshakes.timed_out(start + TIMEOUT / 2), None);
+        let error = handshakes.timed_out(start + TIMEOUT).unwrap();
+        assert_eq!((error.n_others, error.ids.as_str()), (1, "010101010101010101010101"));
+    }
+
+    #[test]
+    fn strangers_do_not_end_whom_somebody_knows() {
+        let (mut handshakes, start) = (Handshakes::default(), Instant::now());
+        handshakes.begin([1; 12], start);
+        handshakes.begin([2; 12], start);
+
+        handshakes.complete([2; 12]);
+
+        assert_eq!(handshakes.timed_out(start + TIMEOUT * 2), None);
+    }
+
+    #[test]
+    fn who_has_left_is_not_waited_for() {
+        let (mut handshakes, start) = (Handshakes::default(), Instant::now());
+        handshakes.begin([1; 12], start);
+
+        handshakes.forget(&[1; 12]);
+
+        assert_eq!(handshakes.timed_out(start + TIMEOUT), None);
+    }
+}
