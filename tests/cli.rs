@@ -121,7 +121,7 @@ fn a_picture_of_an_axis_that_was_not_swept_is_refused() {
 }
 
 #[test]
-fn of_more_than_two_axes_a_picture_shows_the_middle_slice_or_the_one_asked_for() {
+fn of_more_than_two_axes_a_picture_shows_all_slices_or_the_one_asked_for() {
     let folder = workplace();
     let sweep = std::fs::read_to_string(folder.path().join("sweep.yaml")).expect("written above");
     let sweep = sweep
@@ -134,7 +134,9 @@ fn of_more_than_two_axes_a_picture_shows_the_middle_slice_or_the_one_asked_for()
 
     assert_eq!(code(&swept), 0, "{}", stderr(&swept));
     let svg = |file: &str| String::from_utf8(bytes(folder.path(), file)).expect("SVG is text");
-    assert!(svg("out/diagram.svg").contains("Slice at turning rate 0.25 rad/s"));
+    for slice in ["turning rate 0.25 rad/s</text>", "turning rate 0.75 rad/s</text>"] {
+        assert!(svg("out/diagram.svg").contains(slice), "{slice}");
+    }
     let at = ["--x", "speed_m_s", "--y", "turn_rate_rad_s", "--at", "robots=9"];
     let drawn = rsrs(folder.path(), &[&["diagram", "out", "-o", "nine.svg"], &at[..]].concat());
     assert_eq!(code(&drawn), 0, "{}", stderr(&drawn));
@@ -358,5 +360,7 @@ fn a_diagram_on_a_page_has_the_numbers_too() {
     assert!(html.contains("<svg") && !html.contains("src="), "it needs no other file");
     assert_eq!(html.matches("<tr><td>").count(), 4, "one row for each cell");
     assert_eq!(code(&other), 1);
-    assert!(stderr(&other).contains("diagram.gif ends in none of .svg, .png and .html"));
+    assert!(
+        stderr(&other).contains("diagram.gif ends in none of .svg, .png and .pdf, nor in .html")
+    );
 }

@@ -38,7 +38,7 @@ fn what_cannot_be_drawn_is_refused_before_anything_is_written() {
     Run { lacks: Some(Part::Poses), ..Run::new(2) }.record(here, "blind");
 
     for (arguments, status, expected) in [
-        (&["draw", "run", "-o", "run.jpg"][..], 1, "ends in neither .svg nor .png"),
+        (&["draw", "run", "-o", "run.jpg"][..], 1, "ends in none of .svg, .png and .pdf"),
         (&["draw", "missing", "-o", "run.svg"], 1, "missing"),
         (&["draw", "blind", "-o", "run.svg"], 1, "blind"),
         (&["film", "run", "-o", "run.mp4"], 1, "ends in none of .gif, .png and .apng"),

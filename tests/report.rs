@@ -1,5 +1,7 @@
 //! The report of a sweep and its runs, as a person gets it: one file that needs no other.
 
+mod browser;
+
 use crate::command::{code, rsrs, stderr};
 use crate::floor::{Part, Run, ended};
 use rsrs_fleet::record::EndingKind;
@@ -19,12 +21,17 @@ fn laboratory() -> tempfile::TempDir {
 /// Every tag that is opened is closed, in order.
 fn assert_well_formed(html: &str) {
     let mut open: Vec<&str> = Vec::new();
-    for tag in html.split('<').skip(1) {
+    // In the script a `<` compares.
+    let script = html.rfind("<script>").expect("it has a script");
+    let end = html.rfind("</script>").expect("the script ends");
+    let markup = [&html[..script], &html[end + "</script>".len()..]].concat();
+    for tag in markup.split('<').skip(1) {
         let tag = &tag[..tag.find('>').unwrap_or_else(|| panic!("no end: {tag}"))];
         let name = tag.split([' ', '/']).next().unwrap_or_default();
         if let Some(closed) = tag.strip_prefix('/') {
             assert_eq!(open.pop(), Some(closed));
-        } else if !tag.starts_with('!') && !tag.ends_with('/') && !["meta", "br"].contains(&name) {
+        } else if !tag.starts_with('!') && !tag.ends_with('/') && !["meta", "input"].contains(&name)
+        {
             open.push(name);
         }
     }
@@ -44,11 +51,17 @@ fn a_report_has_the_diagram_every_run_and_the_comparison() {
     assert_eq!(code(&report), 0, "{}", stderr(&report));
     let html = std::fs::read_to_string(here.join("report.html")).expect("it was written");
     assert_well_formed(&html);
-    assert_eq!(html.matches("<svg").count(), 3, "a diagram and two runs");
+    assert_eq!(html.matches(" data-cell=").count(), 4, "the cells of the sweep");
+    assert_eq!(html.matches("<article").count(), 2, "the runs that count");
+    // A diagram, and of each run the way and the order parameters.
+    assert_eq!(html.matches("<svg width").count(), 1 + 2 * 2);
     for expected in [
         "chosen cell",
+        "Verdict: <strong>undecided</strong>",
         "verdict: undecided",
-        "speed_m_s=0.15,turn_rate_rad_s=0.75",
+        "speed 0.15 m/s, turning rate 0.75 rad/s",
+        "Replicate 0 of seed 7",
+        "sensing.cone.range_m",
         "100.0 % of 2 milled",
         "stable milling by judge",
         "by hand: unformed by ana",
@@ -58,9 +71,10 @@ fn a_report_has_the_diagram_every_run_and_the_comparison() {
     ] {
         assert!(html.contains(expected), "no {expected}");
     }
-    for elsewhere in ["src=", "href=", "<script", "<link", "@import"] {
+    for elsewhere in ["http:", "https:", "src=", "<link", "@import", "url(", "fetch(", "import("] {
         assert!(!html.contains(elsewhere), "{elsewhere}");
     }
+    assert_eq!(html.matches("href=").count(), html.matches("href=\"#").count());
 }
 
 #[test]
@@ -74,6 +88,31 @@ fn real_runs_are_laid_over_a_diagram() {
     let svg = std::fs::read_to_string(place.path().join("runs.svg")).expect("it was drawn");
     // The other one did not complete.
     assert!(svg.contains("Experiments") && svg.contains("stable milling: 1"), "{svg}");
+}
+
+#[test]
+fn a_diagram_fits_a_column_of_a_journal_and_shows_both_worlds() {
+    let place = laboratory();
+    let here = place.path();
+    let draw = |name: &str, more: &[&str]| {
+        let output = rsrs(here, &[&["diagram", "out", "-o", name], more].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        std::fs::read(here.join(name)).expect("it was drawn")
+    };
+
+    let pdf = draw("column.pdf", &["--width", "88mm"]);
+    let both = draw("both.svg", &["--world", "side-by-side", "--width", "18cm"]);
+    let wrong = rsrs(here, &["diagram", "out", "-o", "wrong.svg", "--width", "88"]);
+
+    // 88 mm are 249.45 points.
+    let pdf = String::from_utf8_lossy(&pdf);
+    assert!(pdf.starts_with("%PDF-") && pdf.contains("/MediaBox [0 0 249.4"), "{pdf:.300}");
+    let both = String::from_utf8_lossy(&both);
+    for text in ["robots made worse</text>", "robots as measured</text>", "width=\"680.31\""] {
+        assert!(both.contains(text), "no {text} in {both:.300}");
+    }
+    assert_eq!(code(&wrong), 2);
+    assert!(stderr(&wrong).contains("expected a number and mm, cm or in"), "{}", stderr(&wrong));
 }
 
 #[test]

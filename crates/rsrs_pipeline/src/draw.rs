@@ -3,11 +3,13 @@
 use std::path::Path;
 
 use anyhow::Context;
+use rsrs_bags::trajectory::RecordedTrajectory;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{BLOCK_S, WINDOW_S, samples_in};
-use rsrs_core::judge::trajectory::{Bodies, Trajectory};
+use rsrs_core::judge::rule::Rules;
+use rsrs_core::judge::trajectory::Bodies;
 use rsrs_view::film::{Film, Kind, film as encode};
-use rsrs_view::order_over_time::{RunPicture, svg as run_svg};
+use rsrs_view::order_over_time::{OrderPicture, RunPicture, svg as run_svg};
 use rsrs_view::trajectory::TrajectoryPicture;
 
 use crate::error::with_help;
@@ -17,6 +19,92 @@ use crate::label::{LabelOptions, Labelled, judge};
 const SOME_RADIUS_M: f64 = 0.05;
 /// For how long the way that a robot came is shown in a film, in seconds.
 const TAIL_S: f64 = 20.0;
+
+/// A recorded run that was judged, and what pictures of it share.
+pub(crate) struct JudgedRun {
+    /// Its label.
+    pub labelled: Labelled,
+    /// What the robots did.
+    pub recorded: RecordedTrajectory,
+    bodies: Bodies,
+}
+
+impl JudgedRun {
+    /// Reads and judges a bag.
+    ///
+    /// # Errors
+    ///
+    /// As [`judge`].
+    pub fn read(bag: &Path, options: LabelOptions) -> anyhow::Result<Self> {
+        let (labelled, recorded, bodies) = judge(bag, options)?;
+        Ok(Self { labelled, recorded, bodies })
+    }
+
+    /// The run from above, with the rows of robots that were lost.
+    pub fn above<'a>(&'a self, lost: &'a [usize]) -> TrajectoryPicture<'a> {
+        let trajectory = &self.recorded.trajectory;
+        let phase = self.labelled.phase;
+        let (n_robots, duration_s) = (trajectory.n_robots, trajectory.duration_s());
+        TrajectoryPicture {
+            trajectory,
+            radius_m: self.radius_m(),
+            tail_s: WINDOW_S,
+            phase: Some(phase),
+            lost,
+            title: title(&self.labelled.bag),
+            subtitle: format!("{n_robots} robots, {duration_s:.0} s; {phase}"),
+        }
+    }
+
+    /// Its order parameters.
+    ///
+    /// # Arguments
+    ///
+    /// * `blocks` — those of [`Self::blocks`].
+    /// * `rules` — those of [`Self::rules`].
+    pub fn order<'a>(
+        &self,
+        blocks: &'a [(f64, OrderParameters)],
+        rules: &'a Rules,
+        notes: &'a [String],
+    ) -> OrderPicture<'a> {
+        let duration_s = self.recorded.trajectory.duration_s();
+        OrderPicture {
+            blocks,
+            block_s: BLOCK_S,
+            duration_s,
+            window_start_s: duration_s - WINDOW_S,
+            rules,
+            notes,
+        }
+    }
+
+    /// The order parameters of every block.
+    pub fn blocks(&self) -> Vec<(f64, OrderParameters)> {
+        let trajectory = &self.recorded.trajectory;
+        let n_block = samples_in(BLOCK_S, trajectory.period_s);
+        let block = |number: usize| {
+            let samples = number * n_block..(number + 1) * n_block;
+            let start_s = samples.start as f64 * trajectory.period_s;
+            (start_s, OrderParameters::of(trajectory, samples, &self.bodies))
+        };
+        (0..trajectory.n_samples() / n_block).map(block).collect()
+    }
+
+    /// The rules of its behaviour.
+    pub fn rules(&self) -> Rules {
+        self.labelled.phase.behaviour().rules()
+    }
+
+    /// The rows of robots that did not take part to the end.
+    pub fn lost_rows(&self) -> Vec<usize> {
+        self.labelled.lost_rows(&self.recorded.robots)
+    }
+
+    fn radius_m(&self) -> f64 {
+        self.bodies.radius_m.unwrap_or(SOME_RADIUS_M)
+    }
+}
 
 /// Draws a run from above, with its order parameters over time and why it has its phase.
 ///
@@ -28,48 +116,19 @@ const TAIL_S: f64 = 20.0;
 ///
 /// As [`judge`].
 pub fn svg(bag: &Path, options: LabelOptions) -> anyhow::Result<String> {
-    let (labelled, recorded, bodies) = judge(bag, options)?;
-    let trajectory = &recorded.trajectory;
+    let run = JudgedRun::read(bag, options)?;
+    let labelled = &run.labelled;
     let mut notes = vec![format!("label: {}", labelled.phase_in_words())];
     notes.extend(labelled.why.iter().cloned());
     notes.extend(labelled.lost_robots.iter().map(ToString::to_string));
-    let run = TrajectoryPicture {
-        trajectory,
-        radius_m: bodies.radius_m.unwrap_or(SOME_RADIUS_M),
-        tail_s: WINDOW_S,
-        phase: Some(labelled.phase),
-        lost: &labelled.lost_rows(&recorded.robots),
-        title: title(bag),
-        subtitle: subtitle(&labelled, trajectory),
-    };
-    let picture = RunPicture {
-        run,
-        blocks: &blocks(trajectory, &bodies),
-        block_s: BLOCK_S,
-        window_start_s: trajectory.duration_s() - WINDOW_S,
-        rules: &labelled.phase.behaviour().rules(),
-        notes: &notes,
-    };
+    let (lost, blocks, rules) = (run.lost_rows(), run.blocks(), run.rules());
+    let run_order = run.order(&blocks, &rules, &notes);
+    let picture = RunPicture { run: run.above(&lost), order: run_order };
     run_svg(&picture).with_context(|| bag.display().to_string())
 }
 
 fn title(bag: &Path) -> String {
     bag.file_stem().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-fn subtitle(labelled: &Labelled, trajectory: &Trajectory) -> String {
-    format!("{} robots, {:.0} s; {}", trajectory.n_robots, trajectory.duration_s(), labelled.phase)
-}
-
-/// The order parameters of every block of a run.
-fn blocks(trajectory: &Trajectory, bodies: &Bodies) -> Vec<(f64, OrderParameters)> {
-    let n_block = samples_in(BLOCK_S, trajectory.period_s);
-    let block = |number: usize| {
-        let samples = number * n_block..(number + 1) * n_block;
-        let start_s = samples.start as f64 * trajectory.period_s;
-        (start_s, OrderParameters::of(trajectory, samples, bodies))
-    };
-    (0..trajectory.n_samples() / n_block).map(block).collect()
 }
 
 /// How a film shows a run.
@@ -106,16 +165,16 @@ pub fn film(
     show: &dyn Fn(usize, usize) -> bool,
 ) -> anyhow::Result<Vec<u8>> {
     let kind = kind(path)?;
-    let (labelled, recorded, bodies) = judge(bag, LabelOptions::default())?;
+    let run = JudgedRun::read(bag, LabelOptions::default())?;
     let film = Film {
-        trajectory: &recorded.trajectory,
-        radius_m: bodies.radius_m.unwrap_or(SOME_RADIUS_M),
-        title: format!("{}: {}", title(bag), labelled.phase),
+        trajectory: &run.recorded.trajectory,
+        radius_m: run.radius_m(),
+        title: format!("{}: {}", title(bag), run.labelled.phase),
         speed: options.speed,
         frames_per_s: options.frames_per_s,
         tail_s: TAIL_S,
         width_px: options.width_px,
-        lost: &labelled.lost_rows(&recorded.robots),
+        lost: &run.lost_rows(),
     };
     let n_frames = film.n_frames();
     let bytes = encode(&film, kind, &|done| show(done, n_frames))?;

@@ -3,6 +3,7 @@
 mod boundaries;
 mod curves;
 mod file;
+mod length;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::DiagramCell;
@@ -11,18 +12,19 @@ use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::Choice;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::Sees;
-use rsrs_view::diagram::{DiagramPicture, ExperimentMark, Numbers};
+use rsrs_view::diagram::{DiagramPicture, DrawnDiagram, ExperimentMark, Numbers, Panel};
 
 use crate::error::helped;
 use crate::picture::boundaries::{Plane, boundaries};
 use crate::sweep::result::{SweepResult, World};
-use crate::wording::{count, percent};
+use crate::wording::{count, percent, quantity};
 
 /// Width of PNG pictures, in pixels: sharp in print across a column.
 pub const PNG_WIDTH_PX: u32 = 1600;
 
 pub use curves::of_answers;
 pub use file::PictureFile;
+pub use length::Length;
 
 /// The note on a picture whose simulator was not validated against real robots.
 const NOT_VALIDATED: &str = "simulated robots not validated against real trajectories";
@@ -34,8 +36,8 @@ pub struct DiagramOptions {
     pub x: Option<Axis>,
     /// Vertical axis; the second swept one if not given.
     pub y: Option<Axis>,
-    /// Values on further axes; where one is missing, that of the chosen cell, or else of the slice
-    /// that has most cells.
+    /// Values on further axes; where one is missing, all of them are drawn side by side, or of more than
+    /// [`MOST_PANELS`] that of the chosen cell, or else of the slice that has most cells.
     pub at: Vec<(Axis, f64)>,
     /// The chosen cell.
     pub chosen: Option<Choice>,
@@ -45,11 +47,45 @@ pub struct DiagramOptions {
     pub numbers: Numbers,
     /// Where experiments were run.
     pub experiments: Vec<ExperimentMark>,
-    /// The world.
-    pub world: World,
+    /// The worlds.
+    pub worlds: Worlds,
+    /// Width of the picture; as wide as it takes if not given.
+    pub width: Option<Length>,
     /// The result of `rsrs validate`, if there is one.
     pub validation: Option<String>,
 }
+
+/// Which worlds of a sweep a picture shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Worlds {
+    /// One of them.
+    One(World),
+    /// Both, side by side.
+    Both,
+}
+
+impl Default for Worlds {
+    fn default() -> Self {
+        Self::One(World::default())
+    }
+}
+
+impl Worlds {
+    fn all(self) -> &'static [World] {
+        match self {
+            Self::One(World::Harsher) => &[World::Harsher],
+            Self::One(World::AsMeasured) => &[World::AsMeasured],
+            Self::Both => &[World::Harsher, World::AsMeasured],
+        }
+    }
+
+    fn first(self) -> World {
+        self.all()[0]
+    }
+}
+
+/// Panels of one picture at most.
+pub const MOST_PANELS: usize = 12;
 
 /// Draws a sweep as SVG.
 ///
@@ -57,7 +93,16 @@ pub struct DiagramOptions {
 ///
 /// If an axis or value was not swept, or the sweep does not hold the world.
 pub fn of_sweep(result: &SweepResult, options: &DiagramOptions) -> anyhow::Result<String> {
-    let diagram = result.of_world(options.world)?;
+    Ok(drawn(result, options)?.svg)
+}
+
+/// As [`of_sweep`], with where the cells lie.
+///
+/// # Errors
+///
+/// As [`of_sweep`].
+pub fn drawn(result: &SweepResult, options: &DiagramOptions) -> anyhow::Result<DrawnDiagram> {
+    let diagram = result.of_world(options.worlds.first())?;
     let mut unused =
         diagram.axes.iter().copied().filter(|axis| options.at.iter().all(|(at, _)| at != axis));
     let x = options.x.or_else(|| unused.next()).unwrap_or(Axis::Speed);
@@ -68,36 +113,140 @@ pub fn of_sweep(result: &SweepResult, options: &DiagramOptions) -> anyhow::Resul
             .copied()
             .find(|axis| *axis != x && options.at.iter().all(|(at, _)| at != axis))
     });
-    let measured =
-        (options.world == World::AsMeasured).then(|| result.source.as_measured()).flatten();
-    let cells = measured.as_ref().unwrap_or(&result.source).cells("sweep.yaml")?;
-    let at = slice(diagram, x, y, options);
-    let (plane, conditions) = plane(diagram, &cells, x, y, &at);
-    let boundaries = boundaries(&conditions, plane);
+    let of = Drawn { result, options, x, y };
+    let panels = of.panels()?;
+    let conditions = of.conditions()?;
     let robot = &result.source.profile.name;
     let swarm = result.source.sweep.behaviour.swarm();
     let title = options.title.clone().unwrap_or_else(|| format!("Phases of {swarm}: {robot}"));
     let subtitle = format!(
         "{}. {}",
-        subtitle(result, diagram, options.world, &conditions),
-        how(result, options.world)?
+        subtitle(result, diagram, options.worlds, &conditions),
+        how(result, options.worlds)?
     );
     let note = options.validation.clone().unwrap_or_else(|| NOT_VALIDATED.to_owned());
     let picture = DiagramPicture {
-        diagram,
+        panels,
         x,
         y,
-        at: &at,
         title,
         subtitle,
         chosen: options.chosen.as_ref().map(|choice| &choice.cell),
         chosen_note: options.chosen.as_ref().map(confirmed),
         numbers: options.numbers,
-        boundaries: &boundaries,
         experiments: &options.experiments,
         note: Some(note),
+        width_px: options.width.map(Length::px),
     };
-    rsrs_view::diagram::svg(&picture).map_err(helped)
+    rsrs_view::diagram::drawn(&picture).map_err(helped)
+}
+
+/// What is drawn of a sweep, over which axes.
+struct Drawn<'a> {
+    result: &'a SweepResult,
+    options: &'a DiagramOptions,
+    x: Axis,
+    y: Option<Axis>,
+}
+
+impl<'a> Drawn<'a> {
+    /// A panel for each slice in each world.
+    fn panels(&self) -> anyhow::Result<Vec<Panel<'a>>> {
+        let Self { result, options, .. } = self;
+        let slices = self.slices()?;
+        // Where no robot is made worse, both worlds are one.
+        let is_one = result.source.as_measured().is_none();
+        let worlds = if is_one { &[World::Harsher] } else { options.worlds.all() };
+        let mut panels = Vec::new();
+        for at in &slices {
+            for world in worlds {
+                let mut heading = Vec::new();
+                if slices.len() > 1 {
+                    heading.extend(at.iter().map(|(axis, value)| quantity::named(*axis, *value)));
+                }
+                if worlds.len() > 1 {
+                    heading.push(self.robots(*world).to_owned());
+                }
+                let diagram = result.of_world(*world)?;
+                let (plane, conditions) = self.plane(diagram, *world, at)?;
+                panels.push(Panel {
+                    heading: heading.join(", "),
+                    diagram,
+                    at: at.clone(),
+                    boundaries: boundaries(&conditions, plane),
+                });
+            }
+        }
+        Ok(panels)
+    }
+
+    fn robots(&self, world: World) -> &'static str {
+        robots(self.result, world)
+    }
+
+    /// All slices, if nothing selects one and there are few enough; else the selected one.
+    fn slices(&self) -> anyhow::Result<Vec<Vec<(Axis, f64)>>> {
+        let diagram = self.result.of_world(self.options.worlds.first())?;
+        let shown = [Some(self.x), self.y];
+        let at = &self.options.at;
+        let all = slices_beyond(diagram, |axis| {
+            !shown.contains(&Some(axis)) && at.iter().all(|(other, _)| *other != axis)
+        });
+        if (2..=MOST_PANELS / self.options.worlds.all().len()).contains(&all.len()) {
+            let with = |slice: Vec<(Axis, f64)>| at.iter().copied().chain(slice).collect();
+            return Ok(all.into_iter().map(with).collect());
+        }
+        Ok(vec![slice(diagram, self.x, self.y, self.options)])
+    }
+
+    /// The conditions of a cell of the picture.
+    fn conditions(&self) -> anyhow::Result<Conditions> {
+        let world = self.options.worlds.first();
+        let diagram = self.result.of_world(world)?;
+        Ok(self.plane(diagram, world, &self.slices()?[0])?.1)
+    }
+
+    fn plane(
+        &self,
+        diagram: &PhaseDiagram,
+        world: World,
+        at: &[(Axis, f64)],
+    ) -> anyhow::Result<(Plane, Conditions)> {
+        let source = &self.result.source;
+        let measured = (world == World::AsMeasured).then(|| source.as_measured()).flatten();
+        let cells = measured.as_ref().unwrap_or(source).cells("sweep.yaml")?;
+        Ok(plane(diagram, &cells, (self.x, self.y), at))
+    }
+}
+
+/// The slices of a diagram: its values on the axes beyond the first two, in the order of its cells.
+///
+/// # Returns
+///
+/// One without values for a diagram of at most two axes.
+pub fn slices(diagram: &PhaseDiagram) -> Vec<Vec<(Axis, f64)>> {
+    let further = diagram.axes.get(2..).unwrap_or_default();
+    slices_beyond(diagram, |axis| further.contains(&axis))
+}
+
+/// The values of some axes that occur together, in the order of the cells.
+fn slices_beyond(
+    diagram: &PhaseDiagram,
+    is_further: impl Fn(Axis) -> bool,
+) -> Vec<Vec<(Axis, f64)>> {
+    let further: Vec<Axis> =
+        diagram.axes.iter().copied().filter(|axis| is_further(*axis)).collect();
+    let values = |cell: &Cell| -> Vec<(Axis, f64)> {
+        further.iter().filter_map(|axis| Some((*axis, cell.get(*axis)?))).collect()
+    };
+    let mut slices: Vec<Vec<(Axis, f64)>> = Vec::new();
+    for entry in &diagram.cells {
+        let slice = values(&entry.cell);
+        if !slices.contains(&slice) {
+            slices.push(slice);
+        }
+    }
+    slices
 }
 
 /// Which values further axes have in a picture.
@@ -140,14 +289,13 @@ fn slice(
 fn subtitle(
     result: &SweepResult,
     diagram: &PhaseDiagram,
-    world: World,
+    worlds: Worlds,
     conditions: &Conditions,
 ) -> String {
     let sweep = &result.source.sweep;
-    let is_one = result.source.as_measured().is_none();
-    let world = match world {
-        World::Harsher if !is_one => "robots made worse",
-        World::Harsher | World::AsMeasured => "robots as measured",
+    let world = match worlds {
+        Worlds::One(world) => robots(result, world),
+        Worlds::Both => "robots made worse and robots as measured",
     };
     let sees = match conditions.robot.sees {
         Sees::Body => "sees bodies",
@@ -165,6 +313,14 @@ fn subtitle(
     format!("{world}, {robots}{} s, {replicates} replicates per cell, {sees}", sweep.duration_s)
 }
 
+/// The robots of a world.
+fn robots(result: &SweepResult, world: World) -> &'static str {
+    match world {
+        World::Harsher if result.source.as_measured().is_some() => "robots made worse",
+        World::Harsher | World::AsMeasured => "robots as measured",
+    }
+}
+
 /// What fresh runs said of the chosen cell.
 fn confirmed(choice: &Choice) -> String {
     format!(
@@ -178,12 +334,12 @@ fn confirmed(choice: &Choice) -> String {
 }
 
 /// What else one must know to repeat the sweep: what was fixed, how robots were made worse, the seed.
-fn how(result: &SweepResult, world: World) -> anyhow::Result<String> {
+fn how(result: &SweepResult, worlds: Worlds) -> anyhow::Result<String> {
     let sweep = &result.source.sweep;
     // The number of robots is said before.
     let fixed = sweep.fixed.values.iter().filter(|(axis, _)| *axis != Axis::Robots);
     let mut parts: Vec<String> = fixed.map(|(axis, value)| format!("{axis}={value}")).collect();
-    if world == World::Harsher {
+    if worlds.first() == World::Harsher {
         let factors = serde_json::to_value(sweep.factors(&result.source.profile))?;
         let none = serde_json::to_value(HarsherFactors::NONE)?;
         let changed = factors.as_object().into_iter().flatten();
@@ -199,8 +355,7 @@ fn how(result: &SweepResult, world: World) -> anyhow::Result<String> {
 fn plane(
     diagram: &PhaseDiagram,
     cells: &[(Cell, Conditions)],
-    x: Axis,
-    y: Option<Axis>,
+    (x, y): (Axis, Option<Axis>),
     at: &[(Axis, f64)],
 ) -> (Plane, Conditions) {
     let span = |axis: Axis| {

@@ -3,12 +3,14 @@
 use rsrs_core::diagram::axis::Axis;
 
 use crate::palette::{INK, QUIET_INK};
-use crate::plot::{Plot, size_px};
+use crate::plot::Plot;
 use crate::scale::{Scale, widest_px};
 use crate::slice::{Slice, is_same};
 use crate::svg::{Element, line_of_text, number, rectangle};
 
 const TICK_PX: f64 = 11.0;
+/// What the y-axis takes besides its numbers, in pixels.
+const NAME_PX: f64 = 30.0;
 const AXIS_LABEL_PX: f64 = 12.5;
 /// From one label of the y-axis to the next at least.
 const Y_ROOM_PX: f64 = 19.5;
@@ -17,11 +19,15 @@ const Y_ROOM_PX: f64 = 19.5;
 pub const BELOW_PX: f64 = 46.0;
 
 /// Room for the y-axis left of the cells, in pixels.
-pub fn left_of_cells_px(slice: &Slice) -> f64 {
-    let scale = Scale::new(slice.y_values.clone(), size_px(slice).1, 0.0);
+///
+/// # Arguments
+///
+/// * `height_px` — of the cells.
+pub fn left_of_cells_px(slice: &Slice, height_px: f64) -> f64 {
+    let scale = Scale::new(slice.y_values.clone(), height_px, 0.0);
     let ticks = scale.ticks(|_| Y_ROOM_PX);
     let texts: Vec<String> = ticks.into_iter().map(|(_, text)| text).collect();
-    54.0 + widest_px(&texts, TICK_PX)
+    NAME_PX + widest_px(&texts, TICK_PX)
 }
 
 /// Draws the frame, the ticks at the swept values and the labels of both axes.
@@ -46,7 +52,10 @@ pub fn axes(plot: &Plot, y: Axis) -> Element {
 }
 
 fn y_label(plot: &Plot, y: Axis) -> Element {
-    let (x_px, y_px) = (33.0, f64::midpoint(plot.top_px, plot.bottom_px));
+    let height_px = plot.bottom_px - plot.top_px;
+    let axis_px = left_of_cells_px(plot.slice, height_px);
+    let x_px = plot.left_px - axis_px + 9.0;
+    let y_px = f64::midpoint(plot.top_px, plot.bottom_px);
     line_of_text(x_px, y_px, y.label())
         .with("text-anchor", "middle")
         .at("font-size", AXIS_LABEL_PX)

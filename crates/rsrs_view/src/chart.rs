@@ -3,11 +3,17 @@
 use crate::palette::{INK, QUIET_INK};
 use crate::scale::{labels, widest_px};
 use crate::svg::{Element, line_of_text, number, rectangle};
+use crate::text::{Weight, wrap};
 
 /// Size of the numbers at the ticks, in pixels.
 const TICK_PX: f64 = 11.0;
 /// Size of the axes' names, in pixels.
 const NAME_PX: f64 = 12.5;
+
+/// Room for a mark of a legend, in pixels.
+const MARK_PX: f64 = 30.0;
+/// From one line of a text in a legend to the next, in pixels.
+const LINE_PX: f64 = 14.0;
 
 /// Room for the x-axis below a chart, in pixels.
 pub const BELOW_PX: f64 = 46.0;
@@ -154,23 +160,35 @@ fn ticks([low, high]: [f64; 2], most: impl Fn(&[String]) -> f64) -> Vec<(f64, St
     Vec::new()
 }
 
-/// A mark and what it means, one a line.
+/// A mark and what it means, one below the other, each text wrapped to the room there is.
+///
+/// # Arguments
+///
+/// * `room_px` — width of marks and texts, in pixels.
 ///
 /// # Returns
 ///
 /// The lines, and where they end, in pixels.
-pub fn legend(entries: &[(Element, String)], (left_px, top_px): (f64, f64)) -> (Vec<Element>, f64) {
+pub fn legend(
+    entries: &[(Element, String)],
+    (left_px, top_px): (f64, f64),
+    room_px: f64,
+) -> (Vec<Element>, f64) {
     let mut elements = Vec::new();
     let mut y_px = top_px;
     for (mark, text) in entries {
         y_px += 17.0;
         let place = format!("translate({} {})", number(left_px), number(y_px));
         elements.push(Element::new("g").with("transform", &place).child(mark.clone()));
-        elements.push(
-            line_of_text(left_px + 30.0, y_px + 4.0, text)
+        let lines = wrap(text, TICK_PX, Weight::Regular, room_px - MARK_PX);
+        let texts = lines.iter().enumerate().map(|(index, line)| {
+            let baseline_px = y_px + 4.0 + index as f64 * LINE_PX;
+            line_of_text(left_px + MARK_PX, baseline_px, line)
                 .at("font-size", TICK_PX)
-                .with("fill", INK),
-        );
+                .with("fill", INK)
+        });
+        elements.extend(texts);
+        y_px += lines.len().saturating_sub(1) as f64 * LINE_PX;
     }
     (elements, y_px + 8.0)
 }

@@ -3,15 +3,18 @@
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::statistics::share::Share;
 
+use crate::arrangement::NARROW_MARGIN_PX;
+use crate::boundary::{Side, dashes};
 use crate::chart::{BELOW_PX, Chart, LEFT_PX, legend, stroke_mark};
 use crate::header::header;
-use crate::overlay::dashes;
 use crate::palette::{INK, QUIET_INK};
 use crate::scale::{label, labels};
 use crate::svg::{Element, line_of_text, number, rectangle};
 use crate::text::{Weight, width_px};
 
 const MARGIN_PX: f64 = 24.0;
+/// The narrowest curve beside another one on a page whose width is given, in pixels.
+const LEAST_PX: f64 = 150.0;
 /// Width and height of a curve that is alone.
 const LARGE_PX: (f64, f64) = (560.0, 320.0);
 /// Width and height of one of several.
@@ -39,6 +42,8 @@ pub struct CurvesPicture {
     pub marked: &'static str,
     /// A share to be drawn across all of them, with what it is; any text.
     pub wanted: Option<(f64, String)>,
+    /// Width of the page, in pixels of 1/96 inch; as wide as it takes if not given.
+    pub width_px: Option<f64>,
 }
 
 /// How a share depends on one quantity.
@@ -54,10 +59,21 @@ pub struct Curve {
     pub range: Option<[f64; 2]>,
     /// A value to be marked.
     pub marked: Option<f64>,
-    /// Values at which theory draws a line, with what it is called; any text.
-    pub boundaries: Vec<(f64, String)>,
+    /// Lines of theory.
+    pub boundaries: Vec<UprightBoundary>,
     /// Real runs.
     pub real: Vec<(f64, Share)>,
+}
+
+/// A value at which a condition of theory begins or ceases to hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UprightBoundary {
+    /// The value.
+    pub value: f64,
+    /// What the line is called; any text.
+    pub label: String,
+    /// On which side the condition holds: left or right.
+    pub holds: Side,
 }
 
 /// Why there is no picture of curves.
@@ -92,19 +108,35 @@ pub enum CurvesPictureError {
 ///
 /// [`CurvesPictureError`], each variant where its name says.
 pub fn svg(picture: &CurvesPicture) -> Result<String, CurvesPictureError> {
+    Ok(drawn(picture)?.svg)
+}
+
+/// Curves as SVG, and where they lie.
+pub(crate) struct DrawnCurves {
+    pub svg: String,
+    /// Width and height, in pixels.
+    pub size_px: (f64, f64),
+    /// The frame of each curve, in their order.
+    pub charts: Vec<Chart>,
+}
+
+/// Draws curves.
+///
+/// # Errors
+///
+/// As [`svg`].
+pub(crate) fn drawn(picture: &CurvesPicture) -> Result<DrawnCurves, CurvesPictureError> {
     check(picture)?;
-    let is_alone = picture.curves.len() == 1;
-    let (width_px, height_px) = if is_alone { LARGE_PX } else { SMALL_PX };
-    let columns = picture.curves.len().min(COLUMNS);
+    let Page { margin_px, columns, curve_px: (width_px, height_px), width_px: page_px } =
+        Page::of(picture);
     let pitch_px = LEFT_PX + width_px + BETWEEN_PX;
-    let page_px = 2.0 * MARGIN_PX + columns as f64 * pitch_px - BETWEEN_PX;
-    let room_px = page_px - 2.0 * MARGIN_PX;
-    let (texts, header_px) = header(&picture.title, &picture.subtitles, MARGIN_PX, room_px);
-    let mut panels = Vec::new();
+    let room_px = page_px - 2.0 * margin_px;
+    let (texts, header_px) = header(&picture.title, &picture.subtitles, margin_px, room_px);
+    let (mut panels, mut charts) = (Vec::new(), Vec::new());
     let mut top_px = header_px + 10.0;
-    for row in picture.curves.chunks(COLUMNS) {
+    for row in picture.curves.chunks(columns) {
         for (column, curve) in row.iter().enumerate() {
-            let left_px = MARGIN_PX + LEFT_PX + column as f64 * pitch_px;
+            let left_px = margin_px + LEFT_PX + column as f64 * pitch_px;
             let chart = Chart {
                 left_px,
                 top_px: top_px + HEADING_PX + 10.0,
@@ -114,16 +146,49 @@ pub fn svg(picture: &CurvesPicture) -> Result<String, CurvesPictureError> {
                 y: [0.0, 1.0],
             };
             panels.push(panel(curve, &chart, picture.wanted.as_ref().map(|(share, _)| *share)));
+            charts.push(chart);
         }
         top_px += HEADING_PX + 10.0 + height_px + BELOW_PX + BETWEEN_PX;
     }
-    let place = (MARGIN_PX + LEFT_PX, top_px - BETWEEN_PX);
-    let (legend, bottom_px) = legend(&entries(picture), place);
-    let page = Element::picture(page_px, bottom_px + 12.0, &picture.title)
+    let place = (margin_px + LEFT_PX, top_px - BETWEEN_PX);
+    let (legend, bottom_px) = legend(&entries(picture), place, room_px - LEFT_PX);
+    let size_px = (page_px, bottom_px + 12.0);
+    let page = Element::picture(size_px.0, size_px.1, &picture.title)
         .children(texts)
         .children(panels)
         .children(legend);
-    Ok(format!("{page}\n"))
+    Ok(DrawnCurves { svg: format!("{page}\n"), size_px, charts })
+}
+
+/// How curves share a page, in pixels.
+struct Page {
+    margin_px: f64,
+    /// Curves side by side.
+    columns: usize,
+    /// Width and height of each.
+    curve_px: (f64, f64),
+    width_px: f64,
+}
+
+impl Page {
+    fn of(picture: &CurvesPicture) -> Self {
+        let n = picture.curves.len();
+        let curve_px = if n == 1 { LARGE_PX } else { SMALL_PX };
+        let free = |columns: usize| {
+            2.0 * MARGIN_PX + columns as f64 * (LEFT_PX + curve_px.0 + BETWEEN_PX) - BETWEEN_PX
+        };
+        let Some(page_px) = picture.width_px else {
+            let columns = n.min(COLUMNS);
+            return Self { margin_px: MARGIN_PX, columns, curve_px, width_px: free(columns) };
+        };
+        let room_px = page_px - 2.0 * NARROW_MARGIN_PX + BETWEEN_PX;
+        let each_px = |columns: usize| room_px / columns as f64 - LEFT_PX - BETWEEN_PX;
+        let fits = |columns: &usize| each_px(*columns) >= LEAST_PX;
+        let columns = (1..=n.min(COLUMNS)).rev().find(fits).unwrap_or(1);
+        let width_px = each_px(columns);
+        let curve_px = (width_px, width_px * curve_px.1 / curve_px.0);
+        Self { margin_px: NARROW_MARGIN_PX, columns, curve_px, width_px: page_px }
+    }
 }
 
 fn check(picture: &CurvesPicture) -> Result<(), CurvesPictureError> {
@@ -136,7 +201,7 @@ fn check(picture: &CurvesPicture) -> Result<(), CurvesPictureError> {
             return Err(CurvesPictureError::NoPoints { axis });
         }
         let points = curve.points.iter().chain(&curve.real).map(|(value, _)| *value);
-        let lines = curve.boundaries.iter().map(|(value, _)| *value);
+        let lines = curve.boundaries.iter().map(|line| line.value);
         let marks = curve.range.into_iter().flatten().chain(curve.marked);
         if let Some(value) = points.chain(lines).chain(marks).find(|value| !value.is_finite()) {
             return Err(CurvesPictureError::NotFinite { axis, value });
@@ -259,11 +324,22 @@ fn upright(chart: &Chart, value: f64) -> String {
     format!("M{x} {top}v{}", number(chart.height_px))
 }
 
-fn boundaries(chart: &Chart, boundaries: &[(f64, String)]) -> Vec<Element> {
-    let line = |(index, (value, _)): (usize, &(f64, String))| {
-        stroke(&upright(chart, *value), INK, 1.4).with("stroke-dasharray", dashes(index))
+fn boundaries(chart: &Chart, boundaries: &[UprightBoundary]) -> Vec<Element> {
+    let line = |(index, line): (usize, &UprightBoundary)| {
+        let dashed =
+            stroke(&upright(chart, line.value), INK, 1.4).with("stroke-dasharray", dashes(index));
+        Element::new("g").child(dashed).child(stroke(&ticks(chart, line), INK, 1.2))
     };
     boundaries.iter().enumerate().map(line).collect()
+}
+
+/// Short strokes towards the side on which a condition holds.
+fn ticks(chart: &Chart, line: &UprightBoundary) -> String {
+    let x = number(chart.x_px(line.value));
+    let length = if line.holds == Side::Left { "-6" } else { "6" };
+    let tick =
+        |share: f64| format!("M{x} {}h{length}", number(chart.top_px + share * chart.height_px));
+    [0.1, 0.3, 0.5, 0.7, 0.9].map(tick).concat()
 }
 
 /// A small triangle on the axis, and a thin line up from it.
@@ -317,9 +393,9 @@ fn entries(picture: &CurvesPicture) -> Vec<(Element, String)> {
         entries.push((stroke_mark(INK, 1.8), "real runs, with the 95 % interval".to_owned()));
     }
     for curve in &picture.curves {
-        for (index, (_, text)) in curve.boundaries.iter().enumerate() {
+        for (index, line) in curve.boundaries.iter().enumerate() {
             let mark = stroke_mark(INK, 1.4).with("stroke-dasharray", dashes(index));
-            entries.push((mark, text.clone()));
+            entries.push((mark, format!("{}, {}", line.label, line.holds.in_words())));
         }
     }
     entries

@@ -3,42 +3,42 @@
 use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::help::Help;
-use rsrs_core::judge::phase::Phase;
 use rsrs_core::statistics::share::Share;
 
-use crate::axes::{self, axes};
-use crate::curves::{self, Curve, CurvesPicture, CurvesPictureError};
+use crate::arrangement::{Arrangement, BETWEEN_PX, LegendPlace};
+use crate::axes::BELOW_PX;
+use crate::curves::{self, Curve, CurvesPicture, CurvesPictureError, UprightBoundary};
 use crate::header::header;
-use crate::legend::{self, Contents, Visibility, legend};
-use crate::overlay;
+use crate::layout;
+use crate::legend::{WIDTH_PX, legend};
 use crate::palette::QUIET_INK;
-use crate::plot::{self, Plot, quantity};
+use crate::panel::{Drawing, contents};
+use crate::plot::{Plot, quantity};
 use crate::slice::{Slice, is_same};
 use crate::svg::{Element, line_of_text};
 use crate::text::{Weight, wrap};
 
-pub use crate::overlay::{Boundary, ExperimentMark};
+pub use crate::arrangement::LEAST_WIDTH_PX;
+pub use crate::boundary::{Boundary, Side};
+pub use crate::layout::{CellBox, DrawnDiagram};
+pub use crate::marks::ExperimentMark;
 pub use crate::slice::SliceError;
 
-const MARGIN_PX: f64 = 24.0;
-const BETWEEN_PX: f64 = 26.0;
 const NOTE_PX: f64 = 10.5;
 
-/// A two-dimensional slice of a phase diagram, and what to lay over it.
+/// Two-dimensional slices of phase diagrams, and what to lay over them.
 ///
 /// # Source
 ///
 /// `fig:phase_plot2`.
 #[derive(Clone, Debug)]
 pub struct DiagramPicture<'a> {
-    /// The result of a sweep.
-    pub diagram: &'a PhaseDiagram,
+    /// What is drawn, side by side if there are several; at least one.
+    pub panels: Vec<Panel<'a>>,
     /// The axis drawn to the right.
     pub x: Axis,
     /// The axis drawn upwards; `None` for a curve of the share of stable milling over the other one.
     pub y: Option<Axis>,
-    /// Values of the further axes, each in its own unit; an axis with one value needs none.
-    pub at: &'a [(Axis, f64)],
     /// The title; any text.
     pub title: String,
     /// Under the title: profile, replicates, duration, how robots see; any text.
@@ -49,12 +49,34 @@ pub struct DiagramPicture<'a> {
     pub chosen_note: Option<String>,
     /// Whether `B_s` is written into the cells.
     pub numbers: Numbers,
-    /// Analytic boundaries, to be drawn as dashed lines.
-    pub boundaries: &'a [Boundary],
     /// Real experiments, to be laid over the simulated cells.
     pub experiments: &'a [ExperimentMark],
     /// Under the picture: what a reader must not overlook; any text.
     pub note: Option<String>,
+    /// Width of the page, in pixels of 1/96 inch, at least [`LEAST_WIDTH_PX`]; as wide as it takes if
+    /// not given.
+    pub width_px: Option<f64>,
+}
+
+/// One slice of one diagram.
+#[derive(Clone, Debug)]
+pub struct Panel<'a> {
+    /// Above it; any text, empty for one that is alone.
+    pub heading: String,
+    /// The result of a sweep.
+    pub diagram: &'a PhaseDiagram,
+    /// Values of the axes that the picture does not show, each in its own unit; an axis with one value
+    /// needs none.
+    pub at: Vec<(Axis, f64)>,
+    /// Analytic boundaries, to be drawn as dashed lines.
+    pub boundaries: Vec<Boundary>,
+}
+
+impl<'a> Panel<'a> {
+    /// A diagram of the axes of its picture, without boundaries.
+    pub fn of(diagram: &'a PhaseDiagram) -> Self {
+        Self { heading: String::new(), diagram, at: Vec::new(), boundaries: Vec::new() }
+    }
 }
 
 /// Whether a diagram has numbers in its cells.
@@ -76,6 +98,15 @@ pub enum PictureError {
     /// The curve over the only axis cannot be drawn.
     #[error(transparent)]
     Curve(#[from] CurvesPictureError),
+    /// There is nothing to draw.
+    #[error("the picture has no panels, expected 1 or more")]
+    NoPanels,
+    /// The page has no room for a diagram.
+    #[error("the page is {found_px:.0} px wide, expected {LEAST_WIDTH_PX} px or more")]
+    TooNarrow {
+        /// Its width, in pixels.
+        found_px: f64,
+    },
     /// A boundary has a point nowhere.
     #[error("boundary `{label}` has the point ({x}, {y}); expected finite numbers")]
     BoundaryNotFinite {
@@ -92,7 +123,10 @@ impl Help for PictureError {
     fn help(&self) -> Option<String> {
         match self {
             Self::Slice(error) => error.help(),
-            Self::Curve(_) | Self::BoundaryNotFinite { .. } => None,
+            Self::Curve(_)
+            | Self::NoPanels
+            | Self::TooNarrow { .. }
+            | Self::BoundaryNotFinite { .. } => None,
         }
     }
 }
@@ -109,9 +143,9 @@ impl Help for PictureError {
 ///
 /// # Errors
 ///
-/// [`PictureError::Slice`] if the diagram is empty, an axis or value was not swept, or a further
+/// [`PictureError::Slice`] if a diagram is empty, an axis or value was not swept, or a further
 /// axis is left open; [`PictureError::BoundaryNotFinite`] if a boundary has such a point;
-/// [`PictureError::Curve`] if the only axis has no cell.
+/// [`PictureError::Curve`] if the only axis has no cell; the others where their names say.
 ///
 /// # Example
 ///
@@ -119,7 +153,7 @@ impl Help for PictureError {
 /// use rsrs_core::diagram::axis::Axis;
 /// use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 /// use rsrs_core::judge::phase::Phase;
-/// use rsrs_view::diagram::{DiagramPicture, Numbers, svg};
+/// use rsrs_view::diagram::{DiagramPicture, Numbers, Panel, svg};
 ///
 /// let cell: rsrs_core::diagram::axis::Cell = "speed_m_s=0.15,turn_rate_rad_s=0.75".parse()?;
 /// let counts = PhaseCounts::of([Phase::StableMilling; 16]);
@@ -128,64 +162,102 @@ impl Help for PictureError {
 ///     cells: vec![DiagramCell { cell: cell.clone(), counts }],
 /// };
 /// let picture = DiagramPicture {
-///     diagram: &diagram,
+///     panels: vec![Panel::of(&diagram)],
 ///     x: Axis::Speed,
 ///     y: Some(Axis::TurnRate),
-///     at: &[],
 ///     title: "Nine Flockbots".to_owned(),
 ///     subtitle: "300 s, 16 replicates".to_owned(),
 ///     chosen: Some(&cell),
 ///     chosen_note: None,
 ///     numbers: Numbers::Shown,
-///     boundaries: &[],
 ///     experiments: &[],
 ///     note: None,
+///     width_px: None,
 /// };
 ///
 /// assert!(svg(&picture)?.contains("16 replicates: 16 stable milling"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn svg(picture: &DiagramPicture) -> Result<String, PictureError> {
-    check_boundaries(picture.boundaries)?;
-    let slice = Slice::new(picture.diagram, picture.x, picture.y, picture.at)?;
-    let Some(y) = picture.y else {
-        return Ok(curves::svg(&one_curve(picture, &slice))?);
-    };
+    Ok(drawn(picture)?.svg)
+}
 
-    let left_px = axes::left_of_cells_px(&slice).max(MARGIN_PX);
-    let legend_left_px = left_px + plot::size_px(&slice).0 + BETWEEN_PX;
-    let page_width_px = legend_left_px + legend::WIDTH_PX + MARGIN_PX;
-    let room_px = page_width_px - 2.0 * MARGIN_PX;
-
+/// As [`svg`], with where the cells lie, for pages on which they respond.
+///
+/// # Errors
+///
+/// As [`svg`].
+pub fn drawn(picture: &DiagramPicture) -> Result<DrawnDiagram, PictureError> {
+    check(picture)?;
+    let slice = |panel: &Panel| Slice::new(panel.diagram, picture.x, picture.y, &panel.at);
+    let slices: Vec<Slice> = picture.panels.iter().map(slice).collect::<Result<_, _>>()?;
+    if picture.y.is_none() {
+        return drawn_curves(picture, &slices);
+    }
+    let arrangement = Arrangement::of(picture, &slices);
+    let margin_px = arrangement.margin_px;
+    let room_px = arrangement.page_px - 2.0 * margin_px;
     let (header, header_px) =
-        header(&picture.title, &subtitles(picture, &slice), MARGIN_PX, room_px);
-    let plot = Plot::new(&slice, left_px, header_px + 16.0);
-    let (lines, marks, contents) = overlays(picture, &plot);
-    let (legend, legend_bottom_px) = legend(&contents, legend_left_px, plot.top_px);
-    let body_bottom_px = legend_bottom_px.max(plot.bottom_px + axes::BELOW_PX);
-    let (note, bottom_px) = note(picture.note.as_deref(), room_px, body_bottom_px);
-
-    let is_covered = |column: usize, row: usize| {
-        picture
-            .experiments
-            .iter()
-            .any(|run| run.n > 0 && overlay::grid_cell(&plot, &run.cell) == Some((column, row)))
+        header(&picture.title, &subtitles(picture, &slices), margin_px, room_px);
+    let plots: Vec<Plot> = slices
+        .iter()
+        .enumerate()
+        .map(|(index, slice)| {
+            let corner_px = arrangement.corner_px(index, header_px);
+            Plot::new(slice, corner_px, arrangement.plot_px)
+        })
+        .collect();
+    let drawings: Vec<Drawing> = picture
+        .panels
+        .iter()
+        .zip(&plots)
+        .map(|(panel, plot)| Drawing::of(picture, panel, plot))
+        .collect();
+    let plots_px = plots.iter().map(|plot| plot.bottom_px).fold(0.0, f64::max) + BELOW_PX;
+    let legend_corner_px = match arrangement.legend {
+        LegendPlace::Right => {
+            let right_px = plots.iter().map(|plot| plot.right_px).fold(0.0, f64::max);
+            (right_px + BETWEEN_PX, plots[0].top_px)
+        }
+        LegendPlace::Below => (margin_px, plots_px + 8.0),
     };
-    let page = Element::picture(page_width_px, bottom_px + 14.0, &picture.title)
+    let contents = contents(picture, &plots, &drawings);
+    let (legend, legend_px) = legend(&contents, legend_corner_px, WIDTH_PX.min(room_px));
+    let (note, bottom_px) =
+        note(picture.note.as_deref(), (margin_px, plots_px.max(legend_px)), room_px);
+
+    let size_px = (arrangement.page_px, bottom_px + 14.0);
+    let page = Element::picture(size_px.0, size_px.1, &picture.title)
         .children(header)
-        .child(plot::heat_map(&plot))
-        .child(plot::region_lines(&plot))
-        .child(axes(&plot, y))
-        .children(lines)
-        .children(has_numbers(picture).then(|| plot::numbers(&plot, is_covered)).flatten())
-        .children(marks)
+        .children(drawings.into_iter().flat_map(|drawing| drawing.elements))
         .children(legend)
         .children(note);
-    Ok(format!("{page}\n"))
+    let panels = picture.panels.iter().zip(&plots);
+    let rows = panels.flat_map(|(panel, plot)| layout::in_plot(panel.diagram, plot)).collect();
+    Ok(DrawnDiagram { svg: format!("{page}\n"), size_px, rows })
+}
+
+/// Diagrams of one axis.
+fn drawn_curves(picture: &DiagramPicture, slices: &[Slice]) -> Result<DrawnDiagram, PictureError> {
+    let panels = || picture.panels.iter().zip(slices);
+    let mut subtitles = subtitles(picture, slices);
+    subtitles.extend(picture.note.clone());
+    let curves = curves::drawn(&CurvesPicture {
+        title: picture.title.clone(),
+        subtitles,
+        curves: panels().map(|(panel, slice)| curve(picture, panel, slice)).collect(),
+        marked: "chosen cell",
+        wanted: None,
+        width_px: picture.width_px,
+    })?;
+    let rows = panels()
+        .zip(&curves.charts)
+        .flat_map(|((panel, slice), chart)| layout::along_curve(panel.diagram, slice, chart));
+    Ok(DrawnDiagram { rows: rows.collect(), svg: curves.svg, size_px: curves.size_px })
 }
 
 /// The share of stable milling over one axis.
-fn one_curve(picture: &DiagramPicture, slice: &Slice) -> CurvesPicture {
+fn curve(picture: &DiagramPicture, panel: &Panel, slice: &Slice) -> Curve {
     let point = |(column, value): (usize, &f64)| {
         slice.counts(column, 0).map(|counts| (*value, Share::milling(&counts)))
     };
@@ -198,33 +270,31 @@ fn one_curve(picture: &DiagramPicture, slice: &Slice) -> CurvesPicture {
             None => real.push((value, Share { hits, n: run.n })),
         }
     }
-    let line = |boundary: &Boundary| Some((boundary.points.first()?.0, boundary.label.clone()));
-    let curve = Curve {
-        heading: String::new(),
+    let line = |boundary: &Boundary| {
+        let value = boundary.points.first()?.0;
+        Some(UprightBoundary { value, label: boundary.label.clone(), holds: boundary.holds })
+    };
+    Curve {
+        heading: panel.heading.clone(),
         axis: picture.x,
         points: slice.x_values.iter().enumerate().filter_map(point).collect(),
         range: None,
         marked: picture.chosen.and_then(|cell| slice.place(cell)).map(|(value, _)| value),
-        boundaries: picture.boundaries.iter().filter_map(line).collect(),
+        boundaries: panel.boundaries.iter().filter_map(line).collect(),
         real,
-    };
-    let mut subtitles = subtitles(picture, slice);
-    subtitles.extend(picture.note.clone());
-    CurvesPicture {
-        title: picture.title.clone(),
-        subtitles,
-        curves: vec![curve],
-        marked: "chosen cell",
-        wanted: None,
     }
 }
 
-fn has_numbers(picture: &DiagramPicture) -> bool {
-    picture.numbers == Numbers::Shown
-}
-
-fn check_boundaries(boundaries: &[Boundary]) -> Result<(), PictureError> {
-    for boundary in boundaries {
+fn check(picture: &DiagramPicture) -> Result<(), PictureError> {
+    if picture.panels.is_empty() {
+        return Err(PictureError::NoPanels);
+    }
+    if let Some(found_px) = picture.width_px
+        && !(found_px.is_finite() && found_px >= LEAST_WIDTH_PX)
+    {
+        return Err(PictureError::TooNarrow { found_px });
+    }
+    for boundary in picture.panels.iter().flat_map(|panel| &panel.boundaries) {
         for (x, y) in &boundary.points {
             if !x.is_finite() || !y.is_finite() {
                 let label = boundary.label.clone();
@@ -235,10 +305,12 @@ fn check_boundaries(boundaries: &[Boundary]) -> Result<(), PictureError> {
     Ok(())
 }
 
-/// The caller's subtitle, and which slice this is if it is one of several.
-fn subtitles(picture: &DiagramPicture, slice: &Slice) -> Vec<String> {
+/// The caller's subtitle, and which slice a lone panel is if it is one of several.
+fn subtitles(picture: &DiagramPicture, slices: &[Slice]) -> Vec<String> {
     let mut lines = vec![picture.subtitle.clone()];
-    if !slice.fixed.is_empty() {
+    if let [slice] = slices
+        && !slice.fixed.is_empty()
+    {
         let values: Vec<String> =
             slice.fixed.iter().map(|(axis, value)| quantity(*axis, *value)).collect();
         lines.push(format!("Slice at {}", values.join(" · ")));
@@ -246,53 +318,13 @@ fn subtitles(picture: &DiagramPicture, slice: &Slice) -> Vec<String> {
     lines
 }
 
-/// The lines under the numbers, the marks over them, and what the legend has to say about both.
-fn overlays(picture: &DiagramPicture, plot: &Plot) -> (Vec<Element>, Vec<Element>, Contents) {
-    let visibility =
-        |is_shown: bool| if is_shown { Visibility::Shown } else { Visibility::Outside };
-    let (lines, shown) = overlay::boundaries(plot, picture.boundaries);
-    let boundaries = picture
-        .boundaries
-        .iter()
-        .zip(shown)
-        .map(|(boundary, is_shown)| (boundary.label.clone(), visibility(is_shown)))
-        .collect();
-
-    let mut marks = Vec::new();
-    let chosen = picture.chosen.map(|cell| {
-        let (shape, mark) = overlay::chosen(plot, cell).unzip();
-        marks.extend(mark);
-        let values = cell.iter().map(|(axis, value)| quantity(axis, value));
-        (values.chain(picture.chosen_note.clone()).collect(), shape)
-    });
-
-    let (symbols, n_experiments_elsewhere) = overlay::experiments(plot, picture.experiments);
-    marks.extend(symbols);
-    let n_shown = |phase: Phase| -> u64 {
-        let runs = picture.experiments.iter().filter(|run| run.phase == phase);
-        runs.filter(|run| overlay::position_px(plot, &run.cell).is_some()).map(|run| run.n).sum()
-    };
-    let experiments = Phase::ALL.map(|phase| (phase, n_shown(phase)));
-
-    let contents = Contents {
-        behaviour: picture.diagram.behaviour(),
-        number_px: plot.number_px().filter(|_| has_numbers(picture)),
-        chosen,
-        boundaries,
-        experiments: experiments.into_iter().filter(|(_, n)| *n > 0).collect(),
-        n_experiments_elsewhere,
-        has_holes: plot.slice.has_holes(),
-    };
-    (lines, marks, contents)
-}
-
-fn note(text: Option<&str>, room_px: f64, top_px: f64) -> (Vec<Element>, f64) {
+fn note(text: Option<&str>, (left_px, top_px): (f64, f64), room_px: f64) -> (Vec<Element>, f64) {
     let mut y_px = top_px + 6.0;
     let mut elements = Vec::new();
     for line in wrap(text.unwrap_or_default(), NOTE_PX, Weight::Regular, room_px) {
         y_px += NOTE_PX * 1.45;
         let text =
-            line_of_text(MARGIN_PX, y_px, &line).at("font-size", NOTE_PX).with("fill", QUIET_INK);
+            line_of_text(left_px, y_px, &line).at("font-size", NOTE_PX).with("fill", QUIET_INK);
         elements.push(text);
     }
     (elements, y_px)

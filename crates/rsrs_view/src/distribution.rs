@@ -80,7 +80,8 @@ pub fn svg(picture: &DistributionPicture) -> Result<String, DistributionPictureE
         (stroke_mark(VERMILION, 1.8).with("stroke-dasharray", "5 3"), "commanded"),
     ]
     .map(|(mark, text)| (mark, text.to_owned()));
-    let (legend, bottom_px) = legend(&entries, (left_px, top_px - 16.0));
+    let (legend, bottom_px) =
+        legend(&entries, (left_px, top_px - 16.0), PAGE_PX - MARGIN_PX - left_px);
     let page = Element::picture(PAGE_PX, bottom_px + 12.0, &picture.title)
         .children(texts)
         .children(panels)

@@ -88,12 +88,13 @@ pub fn robot(field: &Field, pose: Pose, radius_m: f64, stroke: &str) -> Element 
         .with("fill", "#ffffff")
         .with("fill-opacity", "0.92");
     let heading = Element::new("line")
-        .at("x1", x_px)
-        .at("y1", y_px)
-        .at("x2", x_px + 1.35 * radius_px * cosine)
-        .at("y2", y_px - 1.35 * radius_px * sine)
+        .at("x1", x_px + radius_px * cosine)
+        .at("y1", y_px - radius_px * sine)
+        .at("x2", x_px + 1.6 * radius_px * cosine)
+        .at("y2", y_px - 1.6 * radius_px * sine)
         .with("stroke-linecap", "round");
     Element::new("g")
+        .fixed()
         .with("stroke", stroke)
         .at("stroke-width", (radius_px / 8.0).clamp(1.2, 2.0))
         .child(body)

@@ -3,13 +3,14 @@
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 
-use crate::overlay::{ChosenShape, MARK_PX, dashes, double_stroke, ring, tag};
+use crate::boundary::{dashes, tag};
+use crate::overlay::{ChosenShape, double_stroke, ring};
 use crate::palette::{INK, LEAST_SHARE, NOT_SWEPT, QUIET_INK, shade};
 use crate::svg::{Element, line_of_text, rectangle};
-use crate::symbol::mark;
+use crate::symbol::{MARK_PX, mark};
 use crate::text::{Weight, width_px, wrap};
 
-/// Width of the legend, in pixels.
+/// Width of the legend where there is room, in pixels.
 pub const WIDTH_PX: f64 = 250.0;
 
 const OUTSIDE: &str = " (not shown)";
@@ -51,17 +52,22 @@ pub enum Visibility {
 
 struct Legend {
     left_px: f64,
+    width_px: f64,
     y_px: f64,
     elements: Vec<Element>,
 }
 
-/// Draws the legend from its upper left corner, in pixels.
+/// Draws the legend from its upper left corner, no wider than asked for, in pixels.
 ///
 /// # Returns
 ///
 /// The elements, and where they end below, in pixels.
-pub fn legend(contents: &Contents, left_px: f64, top_px: f64) -> (Vec<Element>, f64) {
-    let mut legend = Legend { left_px, y_px: top_px, elements: Vec::new() };
+pub fn legend(
+    contents: &Contents,
+    (left_px, top_px): (f64, f64),
+    width_px: f64,
+) -> (Vec<Element>, f64) {
+    let mut legend = Legend { left_px, width_px, y_px: top_px, elements: Vec::new() };
     legend.phases(contents.behaviour);
     if let Some(size_px) = contents.number_px {
         legend.number(contents.behaviour, size_px);
@@ -101,7 +107,7 @@ impl Legend {
     /// A key and its text, wrapped; the key is drawn at the current height.
     fn row(&mut self, key: Option<Element>, text: &str) {
         self.elements.extend(key);
-        let mut lines = wrap(text, TEXT_PX, Weight::Regular, WIDTH_PX - KEY_PX);
+        let mut lines = wrap(text, TEXT_PX, Weight::Regular, self.width_px - KEY_PX);
         if lines.is_empty() {
             lines.push(String::new());
         }

@@ -1,10 +1,11 @@
-//! Pictures, pure: data to SVG and PNG.
+//! Pictures and pages, pure: data to SVG, PNG, PDF and HTML.
 //!
 //! [`diagram`] draws a phase diagram, [`curves`] shares along one quantity, [`trajectory`] one run,
 //! [`order_over_time`] the same beside its order parameters, and [`placement`] its start; of the measured
 //! robots, [`distribution`] draws their speeds, [`sensor`] what they detect, and [`reach`] real
 //! trajectories over simulated ones. [`film`] moves a run, and [`gallery`] shows some side by side. All others give SVG text that is the same on every machine; [`raster`] turns it into
-//! a PNG with a font that it carries along, and [`page`] puts pictures and tables into one HTML file.
+//! a PNG with a font that it carries along, [`pdf`] into a PDF, [`page`] puts pictures and tables into one HTML file, and
+//! [`report`] is one whose cells and runs, packed by [`replay`], respond and move.
 //! Nothing here opens a file or asks the machine for its fonts.
 
 pub mod curves;
@@ -20,14 +21,22 @@ pub mod trajectory;
 
 pub mod page;
 pub mod palette;
+pub mod pdf;
 pub mod raster;
+pub mod replay;
+pub mod report;
 
+mod arrangement;
 mod axes;
+mod boundary;
 mod chart;
 mod floor;
 mod header;
+mod layout;
 mod legend;
+mod marks;
 mod overlay;
+mod panel;
 mod plot;
 mod scale;
 mod slice;

@@ -18,16 +18,38 @@ const HEADING_PX: f64 = 12.5;
 pub struct RunPicture<'a> {
     /// The run from above.
     pub run: TrajectoryPicture<'a>,
-    /// The order parameters of each block: when it begins, in seconds from the start, and they.
+    /// Its order parameters.
+    pub order: OrderPicture<'a>,
+}
+
+/// The order parameters of a run.
+#[derive(Clone, Debug)]
+pub struct OrderPicture<'a> {
+    /// Those of each block: when it begins, in seconds from the start, and they.
     pub blocks: &'a [(f64, OrderParameters)],
     /// Length of a block, in seconds.
     pub block_s: f64,
+    /// Length of the run, in seconds; positive.
+    pub duration_s: f64,
     /// When the judged window begins, in seconds from the start.
     pub window_start_s: f64,
     /// The rules that it is judged by.
     pub rules: &'a Rules,
     /// Below the curves; any texts.
     pub notes: &'a [String],
+}
+
+/// The order parameters as SVG, with where the curves lie.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawnOrder {
+    /// The picture.
+    pub svg: String,
+    /// Its width and height, in pixels.
+    pub size_px: (f64, f64),
+    /// Left and upper edge of the curves, in pixels; the run starts at the left one.
+    pub corner_px: (f64, f64),
+    /// Width and height of the curves, in pixels; the run ends at their right edge.
+    pub curves_px: (f64, f64),
 }
 
 /// An order parameter as a line.
@@ -48,34 +70,56 @@ struct Line {
 /// As [`crate::trajectory::svg`].
 pub fn svg(picture: &RunPicture) -> Result<String, TrajectoryPictureError> {
     let (run, run_height_px) = elements(&picture.run)?;
-    let duration_s = picture.run.trajectory.duration_s();
-    let chart = Chart {
-        left_px: PAGE_PX + LEFT_PX,
-        top_px: 62.0,
-        width_px: CHART_PX.0,
-        height_px: CHART_PX.1,
-        x: [0.0, duration_s],
-        y: [0.0, 1.0],
-    };
+    let chart = chart(&picture.order, (PAGE_PX + LEFT_PX, 62.0));
+    let (curves, curves_px) = curves(&picture.order, &chart);
+    let width_px = chart.left_px + chart.width_px + MARGIN_PX;
+    let page = Element::picture(width_px, run_height_px.max(curves_px), &picture.run.title)
+        .children(run)
+        .children(curves);
+    Ok(format!("{page}\n"))
+}
+
+/// Draws order parameters without the run.
+///
+/// # Arguments
+///
+/// * `title` — for screen readers; any text.
+pub fn order_svg(picture: &OrderPicture, title: &str) -> DrawnOrder {
+    let chart = chart(picture, (LEFT_PX, 36.0));
+    let (curves, height_px) = curves(picture, &chart);
+    let width_px = chart.left_px + chart.width_px + MARGIN_PX;
+    let page = Element::picture(width_px, height_px, title).children(curves);
+    DrawnOrder {
+        svg: format!("{page}\n"),
+        size_px: (width_px, height_px),
+        corner_px: (chart.left_px, chart.top_px),
+        curves_px: (chart.width_px, chart.height_px),
+    }
+}
+
+fn chart(picture: &OrderPicture, (left_px, top_px): (f64, f64)) -> Chart {
+    let (width_px, height_px) = CHART_PX;
+    Chart { left_px, top_px, width_px, height_px, x: [0.0, picture.duration_s], y: [0.0, 1.0] }
+}
+
+/// The curves with heading, axes and legend, and where they end below, in pixels.
+fn curves(picture: &OrderPicture, chart: &Chart) -> (Vec<Element>, f64) {
     let lines = lines(picture.rules);
     let heading = line_of_text(chart.left_px, chart.top_px - 10.0, "Order parameters")
         .at("font-size", HEADING_PX)
         .with("font-weight", "bold")
         .with("fill", INK);
-    let (legend, legend_px) =
-        legend(&entries(&lines, picture), (chart.left_px, chart.bottom_px() + BELOW_PX));
-    let height_px = run_height_px.max(legend_px + 12.0);
-    let width_px = chart.left_px + chart.width_px + MARGIN_PX;
-    let page = Element::picture(width_px, height_px, &picture.run.title)
-        .children(run)
-        .child(heading)
-        .child(judged(&chart, picture.window_start_s))
-        .children(lines.iter().map(|line| bound(&chart, line)))
-        .children(lines.iter().map(|line| curve(&chart, line, picture)))
-        .child(chart.frame("time since the start (s)"))
-        .child(chart.y_axis("order parameter"))
-        .children(legend);
-    Ok(format!("{page}\n"))
+    let (legend, legend_px) = legend(
+        &entries(&lines, picture),
+        (chart.left_px, chart.bottom_px() + BELOW_PX),
+        chart.width_px,
+    );
+    let mut elements = vec![heading, judged(chart, picture.window_start_s)];
+    elements.extend(lines.iter().map(|line| bound(chart, line)));
+    elements.extend(lines.iter().map(|line| curve(chart, line, picture)));
+    elements.extend([chart.frame("time since the start (s)"), chart.y_axis("order parameter")]);
+    elements.extend(legend);
+    (elements, legend_px + 12.0)
 }
 
 fn lines(rules: &Rules) -> Vec<Line> {
@@ -115,7 +159,7 @@ fn bound(chart: &Chart, line: &Line) -> Element {
 }
 
 /// The order parameter of each block, at its middle; kept within the frame.
-fn curve(chart: &Chart, line: &Line, picture: &RunPicture) -> Element {
+fn curve(chart: &Chart, line: &Line, picture: &OrderPicture) -> Element {
     let place = |(start_s, order): &(f64, OrderParameters)| {
         let value = line.condition.parameter.of(order).clamp(0.0, 1.0);
         let time_s = start_s + picture.block_s / 2.0;
@@ -131,7 +175,7 @@ fn curve(chart: &Chart, line: &Line, picture: &RunPicture) -> Element {
         .with("stroke-linejoin", "round")
 }
 
-fn entries(lines: &[Line], picture: &RunPicture) -> Vec<(Element, String)> {
+fn entries(lines: &[Line], picture: &OrderPicture) -> Vec<(Element, String)> {
     let wanted = picture.rules.wanted;
     let entry = |line: &Line| {
         let Line { colour, condition } = line;

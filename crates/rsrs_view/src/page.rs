@@ -1,21 +1,13 @@
-//! A report as one HTML file that needs no other: headings, tables and pictures.
+//! A page of HTML that needs no other file: headings, tables and pictures.
 
-use std::fmt::Write;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use crate::svg::escaped;
+use crate::svg::inline;
 
-/// How it looks, on a screen and on paper.
-const STYLE: &str = "\
-body{font:16px/1.5 'DejaVu Sans',Verdana,Geneva,sans-serif;color:#1b2733;max-width:62rem;\
-margin:2rem auto;padding:0 1rem}\
-h1{font-size:1.6rem}h2{font-size:1.25rem;margin-top:2.5rem}\
-table{border-collapse:collapse;margin:1rem 0;font-size:.9rem}\
-th,td{text-align:left;padding:.25rem .75rem .25rem 0;border-bottom:1px solid #d5dce2;\
-vertical-align:top}\
-figure{margin:1rem 0}figcaption{font-size:.9rem}svg{max-width:100%;height:auto}\
-.runs{display:flex;flex-wrap:wrap;gap:1.5rem}.runs figure{flex:1 1 22rem;min-width:0}\
-pre{background:#f4f6f8;padding:1rem;overflow-x:auto;font-size:.8rem}\
-@media print{figure{break-inside:avoid}}";
+/// How pages look, on a screen and on paper.
+const STYLE: &str = include_str!("../assets/page.css");
+/// A page asks for nothing from elsewhere, whatever is on it.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
 /// A page that is being written; every text is escaped, and only pictures of this crate go in as
 /// they are.
@@ -34,49 +26,40 @@ pre{background:#f4f6f8;padding:1rem;overflow-x:auto;font-size:.8rem}\
 /// ```
 #[derive(Clone, Debug)]
 pub struct Page {
-    html: String,
+    title: String,
+    body: Vec<Markup>,
+}
+
+/// Names of columns, and rows of as many texts each.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// What it shows, for screen readers and as its caption; any text.
+    pub caption: String,
+    /// Names of the columns; any texts.
+    pub head: Vec<String>,
+    /// Any texts; shape `[n_rows][n_columns]`.
+    pub rows: Vec<Vec<String>>,
 }
 
 impl Page {
     /// A page with a title, which is also its first heading.
     pub fn new(title: &str) -> Self {
-        let title = escaped(title);
-        Self {
-            html: format!(
-                "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-                 <meta name=\"viewport\" content=\"width=device-width\">\n<title>{title}</title>\n\
-                 <style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n"
-            ),
-        }
+        Self { title: title.to_owned(), body: Vec::new() }
     }
 
     /// Adds the heading of a section.
     pub fn heading(&mut self, text: &str) {
-        self.line(&format!("<h2>{}</h2>", escaped(text)));
+        self.body.push(html! { h2 { (text) } });
     }
 
     /// Adds a paragraph.
     pub fn paragraph(&mut self, text: &str) {
-        self.line(&format!("<p>{}</p>", escaped(text)));
+        self.body.push(html! { p { (text) } });
     }
 
     /// Adds a table.
-    ///
-    /// # Arguments
-    ///
-    /// * `head` — names of the columns.
-    /// * `rows` — texts, as many in each row as there are columns; shape `[n_rows][n_columns]`.
-    pub fn table<const N: usize>(&mut self, head: [&str; N], rows: &[[String; N]]) {
-        let cells = |tag: &str, texts: &[&str]| -> String {
-            let cell = |text: &&str| format!("<{tag}>{}</{tag}>", escaped(text));
-            texts.iter().map(cell).collect::<Vec<_>>().concat()
-        };
-        self.line(&format!("<table>\n<tr>{}</tr>", cells("th", &head)));
-        for row in rows {
-            let texts: Vec<&str> = row.iter().map(String::as_str).collect();
-            self.line(&format!("<tr>{}</tr>", cells("td", &texts)));
-        }
-        self.line("</table>");
+    pub fn table(&mut self, of: &Table) {
+        self.body.push(table(of));
     }
 
     /// Adds a picture.
@@ -84,46 +67,96 @@ impl Page {
     /// # Arguments
     ///
     /// * `svg` — a document of this crate.
-    /// * `caption` — lines of text below it.
-    pub fn figure(&mut self, svg: &str, caption: &[String]) {
-        let lines: Vec<String> = caption.iter().map(|line| escaped(line)).collect();
-        let caption = lines.join("<br>\n");
-        self.line(&format!(
-            "<figure>\n{}\n<figcaption>{caption}</figcaption>\n</figure>",
-            svg.trim_end()
-        ));
+    pub fn figure(&mut self, svg: &str) {
+        self.body.push(html! { figure { (picture(svg)) } });
     }
 
     /// Adds pictures side by side, as many as the width has room for.
     ///
     /// # Arguments
     ///
-    /// * `pictures` — SVG and caption of each, as for [`Self::figure`].
+    /// * `pictures` — SVG and lines of text below it; any texts.
     pub fn figures(&mut self, pictures: &[(String, Vec<String>)]) {
-        self.line("<div class=\"runs\">");
-        for (svg, caption) in pictures {
-            self.figure(svg, caption);
-        }
-        self.line("</div>");
+        self.body.push(html! {
+            div.gallery {
+                @for (svg, caption) in pictures {
+                    figure {
+                        (picture(svg))
+                        figcaption { @for line in caption { (line) br; } }
+                    }
+                }
+            }
+        });
     }
 
     /// Adds a text that is shown on demand, line by line as it is.
     pub fn details(&mut self, summary: &str, text: &str) {
-        self.line(&format!(
-            "<details>\n<summary>{}</summary>\n<pre>{}</pre>\n</details>",
-            escaped(summary),
-            escaped(text)
-        ));
+        self.body.push(details(summary, text));
     }
 
     /// The whole page.
-    pub fn finish(mut self) -> String {
-        self.line("</body>\n</html>");
-        self.html
+    pub fn finish(self) -> String {
+        document(&self.title, &html! { @for part in &self.body { (part) } }, &html! {})
     }
+}
 
-    fn line(&mut self, text: &str) {
-        writeln!(self.html, "{text}").expect("a string takes any text");
+/// A whole document.
+///
+/// # Arguments
+///
+/// * `title` — which is also its first heading; any text.
+/// * `end` — what follows on the body: data and script.
+pub(crate) fn document(title: &str, body: &Markup, end: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                main {
+                    h1 { (title) }
+                    (body)
+                }
+                (end)
+            }
+        }
+    };
+    page.into_string()
+}
+
+/// A picture of this crate.
+pub(crate) fn picture(svg: &str) -> Markup {
+    html! { div.picture { (PreEscaped(inline(svg.trim_end()))) } }
+}
+
+/// A table that is scrolled where it is wider than the page.
+pub(crate) fn table(table: &Table) -> Markup {
+    html! {
+        div.scrolled tabindex="0" role="region" aria-label=(table.caption) {
+            table {
+                caption { (table.caption) }
+                thead { tr { @for name in &table.head { th scope="col" { (name) } } } }
+                tbody {
+                    @for row in &table.rows { tr { @for text in row { td { (text) } } } }
+                }
+            }
+        }
+    }
+}
+
+/// A text that is shown on demand.
+pub(crate) fn details(summary: &str, text: &str) -> Markup {
+    html! {
+        details {
+            summary { (summary) }
+            pre tabindex="0" { (text) }
+        }
     }
 }
 
@@ -135,23 +168,25 @@ mod tests {
     fn nothing_that_a_person_wrote_becomes_markup() {
         let mut page = Page::new("<title> & \"co\"");
         page.heading("<h>");
-        page.table(["<a>"], &[["<script>".to_owned()]]);
-        page.figure("<svg></svg>", &["<img>".to_owned()]);
+        let rows = vec![vec!["<script>".to_owned()]];
+        page.table(&Table { caption: "\"<c>".to_owned(), head: vec!["<a>".to_owned()], rows });
+        page.figure("<svg></svg>");
+        page.figures(&[("<svg/>".to_owned(), vec!["<f>".to_owned()])]);
         page.details("<s>", "</pre>");
 
         let html = page.finish();
 
-        for markup in ["<title> &", "<h>", "<a>", "<script>", "<img>", "<s>", "</pre></pre>"] {
+        for markup in ["<title> &", "<h>", "<a>", "<c>", "<f>", "<script>", "<s>", "</pre></pre>"] {
             assert!(!html.contains(markup), "{markup} in {html}");
         }
-        assert!(html.contains("<figure>\n<svg></svg>\n<figcaption>&lt;img&gt;"), "{html}");
+        assert!(html.contains("<svg></svg>"), "{html}");
     }
 
     #[test]
     fn a_page_asks_for_nothing_from_elsewhere() {
         let html = Page::new("report").finish();
 
-        for reference in ["http", "src=", "href=", "@import", "url("] {
+        for reference in ["http:", "https:", "src=", "href=", "@import", "url("] {
             assert!(!html.contains(reference), "{reference} in {html}");
         }
     }

@@ -4,6 +4,7 @@ use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::judge::phase::Phase;
 
+use crate::boundary::Kept;
 use crate::palette::{INK, NOT_SWEPT, shade};
 use crate::scale::{Scale, label};
 use crate::slice::Slice;
@@ -38,9 +39,12 @@ pub fn size_px(slice: &Slice) -> (f64, f64) {
 }
 
 impl<'a> Plot<'a> {
-    /// Lays a slice out from its upper left corner, in pixels.
-    pub fn new(slice: &'a Slice, left_px: f64, top_px: f64) -> Self {
-        let (width_px, height_px) = size_px(slice);
+    /// Lays a slice out from its upper left corner, with a width and a height, in pixels.
+    pub fn new(
+        slice: &'a Slice,
+        (left_px, top_px): (f64, f64),
+        (width_px, height_px): (f64, f64),
+    ) -> Self {
         let (right_px, bottom_px) = (left_px + width_px, top_px + height_px);
         Self {
             slice,
@@ -101,7 +105,7 @@ pub fn heat_map(plot: &Plot) -> Element {
             .with("stroke", stroke)
             .child(Element::new("title").text(&tooltip(plot.slice, column, row)))
     });
-    Element::new("g").at("stroke-width", 0.6).children(cells)
+    Element::new("g").fixed().at("stroke-width", 0.6).children(cells)
 }
 
 /// Writes `B_s` into every cell where it fits.
@@ -110,21 +114,32 @@ pub fn heat_map(plot: &Plot) -> Element {
 ///
 /// * `is_covered` — whether a mark lies on the cell of this column and row and takes the place of
 ///   its number.
-pub fn numbers(plot: &Plot, is_covered: impl Fn(usize, usize) -> bool) -> Option<Element> {
-    let size_px = plot.number_px()?;
-    let texts = plot.cells().filter_map(|(column, row)| {
-        let is_free = plot.fits((column, row), size_px) && !is_covered(column, row);
-        let counts = plot.slice.counts(column, row).filter(|_| is_free)?;
-        cell_number(plot, (column, row), counts, size_px)
-    });
+///
+/// # Returns
+///
+/// The numbers, and the room that each takes.
+pub fn numbers(
+    plot: &Plot,
+    is_covered: impl Fn(usize, usize) -> bool,
+) -> (Option<Element>, Vec<Kept>) {
+    let Some(size_px) = plot.number_px() else { return (None, Vec::new()) };
+    let (texts, kept): (Vec<Element>, Vec<Kept>) = plot
+        .cells()
+        .filter_map(|(column, row)| {
+            let is_free = plot.fits((column, row), size_px) && !is_covered(column, row);
+            let counts = plot.slice.counts(column, row).filter(|_| is_free)?;
+            cell_number(plot, (column, row), counts, size_px)
+        })
+        .unzip();
     let group = Element::new("g")
+        .fixed()
         .at("font-size", size_px)
         .with("text-anchor", "middle")
         .with("pointer-events", "none")
         .at("stroke-width", 4.0)
         .with("stroke-linejoin", "round")
         .with("paint-order", "stroke");
-    Some(group.children(texts))
+    (Some(group.children(texts)), kept)
 }
 
 fn fill(counts: Option<PhaseCounts>) -> String {
@@ -139,19 +154,26 @@ fn cell_number(
     (column, row): (usize, usize),
     counts: PhaseCounts,
     size_px: f64,
-) -> Option<Element> {
+) -> Option<(Element, Kept)> {
     let phase = counts.majority()?;
-    let (x_px, y_px, width_px, height_px) = plot.cell_px(column, row);
+    let (x_px, y_px, cell_width_px, height_px) = plot.cell_px(column, row);
     let colour = shade(phase, counts.share(phase));
     let text = match counts.wanted() {
         0 => "0".to_owned(),
         n if n == counts.total() => "1".to_owned(),
         _ => format!("{:.2}", counts.wanted_share()),
     };
-    let baseline_px = y_px + height_px / 2.0 + 0.36 * size_px;
-    let text = line_of_text(x_px + width_px / 2.0, baseline_px, &text);
-    // The stroke in the cell's colour interrupts a line that runs behind the number.
-    Some(text.with("fill", colour.ink()).with("stroke", &colour.hex()))
+    let (centre_px, middle_px) = (x_px + cell_width_px / 2.0, y_px + height_px / 2.0);
+    let half_px = width_px(&text, size_px, Weight::Regular) / 2.0 + 2.5;
+    let kept = [
+        centre_px - half_px,
+        middle_px - 0.36 * size_px - 2.5,
+        centre_px + half_px,
+        middle_px + 0.36 * size_px + 2.5,
+    ];
+    let text = line_of_text(centre_px, middle_px + 0.36 * size_px, &text);
+    // The stroke in the cell's colour keeps the rim of a small cell from its number.
+    Some((text.with("fill", colour.ink()).with("stroke", &colour.hex()), kept))
 }
 
 /// What a cell is and how its replicates ended, most frequent phase first.
@@ -208,6 +230,7 @@ pub fn region_lines(plot: &Plot) -> Element {
         }
     }
     Element::new("path")
+        .fixed()
         .with("d", &path.concat())
         .with("fill", "none")
         .with("stroke", INK)

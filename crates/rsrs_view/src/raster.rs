@@ -7,7 +7,7 @@ use resvg::usvg::{ImageHrefResolver, Options, Tree, fontdb};
 use rsrs_core::help::Help;
 
 /// Subsets of `DejaVu Sans`; `fonts/README.md` says how they were made.
-const FONTS: [&[u8]; 2] = [
+pub(crate) const FONTS: [&[u8]; 2] = [
     include_bytes!("../fonts/DejaVuSans-subset.ttf"),
     include_bytes!("../fonts/DejaVuSans-Bold-subset.ttf"),
 ];
@@ -113,8 +113,12 @@ fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
     Ok(bytes)
 }
 
-/// Reads an SVG with the embedded font.
-pub(crate) fn parse(svg: &str) -> Result<Tree, RasterError> {
+/// Reads an SVG with the embedded font, its texts as outlines.
+///
+/// # Errors
+///
+/// [`RasterError::Svg`] if the text is no SVG.
+pub fn parse(svg: &str) -> Result<Tree, RasterError> {
     // A film has hundreds of frames.
     static LOADED: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
         let mut fonts = fontdb::Database::new();

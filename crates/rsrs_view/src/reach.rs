@@ -80,7 +80,7 @@ pub fn svg(picture: &ReachPicture) -> Result<String, ReachPictureError> {
         y,
     );
     let (legend, bottom_px) =
-        legend(&entries(picture), (chart.left_px, chart.bottom_px() + BELOW_PX));
+        legend(&entries(picture), (chart.left_px, chart.bottom_px() + BELOW_PX), room_px - LEFT_PX);
     let regions = picture.tube.horizons.iter().map(|horizon| region(&chart, horizon));
     let page = Element::picture(PAGE_PX, bottom_px + 10.0, &picture.title)
         .children(texts)

@@ -87,7 +87,8 @@ pub fn svg(picture: &SensorPicture) -> Result<String, SensorPictureError> {
         (stroke_mark(SIMULATED, 2.0), "simulated".to_owned()),
         (node_mark(11.0, 0.0, 0.8), "a neighbour's centre; darker: detected more often".to_owned()),
     ];
-    let (legend, bottom_px) = legend(&entries, (chart.left_px, chart.bottom_px() + BELOW_PX));
+    let (legend, bottom_px) =
+        legend(&entries, (chart.left_px, chart.bottom_px() + BELOW_PX), room_px - LEFT_PX);
     let page = Element::picture(PAGE_PX, bottom_px + 10.0, &picture.title)
         .children(texts)
         .child(outline(&picture.map.contour_m, (MEASURED, "0.12", 5.0)))

@@ -5,6 +5,12 @@ use std::fmt;
 /// The fonts of every picture. All but the last have about the widths that [`crate::text`] assumes.
 const FONT_FAMILY: &str = "DejaVu Sans, Verdana, Bitstream Vera Sans, Geneva, sans-serif";
 
+/// The attribute that an SVG needs in a file of its own, and not within HTML.
+const NAMESPACE: &str = "http://www.w3.org/2000/svg";
+
+/// The class of what keeps its colours on a dark page: it lies on colours of its own.
+const FIXED: &str = "fixed";
+
 /// One element with its attributes and children.
 #[derive(Clone, Debug)]
 pub struct Element {
@@ -29,7 +35,7 @@ impl Element {
     pub fn picture(width_px: f64, height_px: f64, title: &str) -> Self {
         let background = rectangle(0.0, 0.0, width_px, height_px).with("fill", "#ffffff");
         Self::new("svg")
-            .with("xmlns", "http://www.w3.org/2000/svg")
+            .with("xmlns", NAMESPACE)
             .at("width", width_px)
             .at("height", height_px)
             .with("viewBox", &format!("0 0 {} {}", number(width_px), number(height_px)))
@@ -37,6 +43,11 @@ impl Element {
             .with("font-family", FONT_FAMILY)
             .child(Self::new("title").text(title))
             .child(background)
+    }
+
+    /// Keeps its colours on a dark page, with all that is inside it.
+    pub fn fixed(self) -> Self {
+        self.with("class", FIXED)
     }
 
     /// Adds an attribute; its value is escaped.
@@ -100,6 +111,11 @@ impl fmt::Display for Element {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.write(formatter, 0)
     }
+}
+
+/// A document of this crate as it stands within HTML, which knows SVG without a namespace.
+pub fn inline(svg: &str) -> String {
+    svg.replacen(&format!(" xmlns=\"{NAMESPACE}\""), "", 1)
 }
 
 /// A rectangle by its upper left corner, in pixels.

@@ -5,6 +5,9 @@ use rsrs_core::judge::phase::Phase;
 use crate::palette::{INK, hue};
 use crate::svg::{Element, number};
 
+/// Radius of a real run's symbol where there is room, in pixels.
+pub const MARK_PX: f64 = 5.5;
+
 /// The mark of a real run: the phase's symbol in its hue, with a white rim.
 ///
 /// # Arguments
@@ -13,15 +16,16 @@ use crate::svg::{Element, number};
 /// * `radius_px` — about half its width, in pixels.
 pub fn mark(phase: Phase, (x_px, y_px): (f64, f64), radius_px: f64) -> Element {
     let path = path(phase, (x_px, y_px), radius_px);
+    let thin = (radius_px / MARK_PX).min(1.0);
     let outline = |stroke: &str, width_px: f64| {
         Element::new("path")
             .with("d", &path)
             .with("fill", &hue(phase).hex())
             .with("stroke", stroke)
-            .at("stroke-width", width_px)
+            .at("stroke-width", thin * width_px)
             .with("stroke-linejoin", "round")
     };
-    Element::new("g").child(outline("#ffffff", 4.0)).child(outline(INK, 1.3))
+    Element::new("g").fixed().child(outline("#ffffff", 4.0)).child(outline(INK, 1.3))
 }
 
 /// Circle, diamond, square, triangle, cross: in the order of a behaviour's phases.

@@ -185,15 +185,21 @@ fn tracks(
         .children(paths)
 }
 
-/// A circle on the floor, in metres.
-#[derive(Clone, Copy)]
-struct Ring {
-    centre_m: (f64, f64),
-    radius_m: f64,
+/// A circle on the floor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ring {
+    /// Its centre, in metres.
+    pub centre_m: (f64, f64),
+    /// Its radius, in metres.
+    pub radius_m: f64,
 }
 
-/// Centroid and mean radius of the tail, if the phase has a ring.
-fn ring_of(phase: Phase, trajectory: &Trajectory, first_sample: usize) -> Option<Ring> {
+/// Centroid and mean radius of a run from a sample on, if its phase has a ring.
+///
+/// # Arguments
+///
+/// * `first_sample` — one of the trajectory.
+pub fn ring_of(phase: Phase, trajectory: &Trajectory, first_sample: usize) -> Option<Ring> {
     match phase {
         Phase::StableMilling | Phase::SemiStableMilling => {}
         _ => return None,

@@ -1,6 +1,8 @@
 //! Pictures of steps 1 and 2. Each test leaves its picture in the target directory's
 //! `tmp/pictures`, to be looked at.
 
+mod readable;
+
 use std::path::Path;
 
 use resvg::tiny_skia::Pixmap;
@@ -53,6 +55,7 @@ fn keep(name: &str, svg: &str) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pictures");
     std::fs::create_dir_all(&folder).expect("the target directory can be written");
     std::fs::write(folder.join(name).with_extension("svg"), svg).expect("as above");
+    readable::assert_readable(name, svg);
     let png = png(svg, 1000).expect("the SVG can be rasterised");
     std::fs::write(folder.join(name).with_extension("png"), &png).expect("as above");
     let pixmap = Pixmap::decode_png(&png).expect("the PNG can be read");

@@ -1,6 +1,9 @@
 //! Whole pictures, from data to pixels. Each test leaves its picture in the target directory's
 //! `tmp/pictures`, to be looked at.
 
+mod panels;
+mod readable;
+
 use std::path::Path;
 
 use resvg::tiny_skia::{Pixmap, PremultipliedColorU8};
@@ -9,7 +12,7 @@ use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_core::help::Help;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
-use rsrs_view::diagram::{Boundary, DiagramPicture, ExperimentMark, Numbers, svg};
+use rsrs_view::diagram::{Boundary, DiagramPicture, ExperimentMark, Numbers, Panel, Side, svg};
 use rsrs_view::raster::png;
 
 /// A made-up world of 16 replicates per cell in which the mill has a best radius.
@@ -50,19 +53,18 @@ fn default_diagram() -> PhaseDiagram {
 
 fn plain(diagram: &PhaseDiagram) -> DiagramPicture<'_> {
     DiagramPicture {
-        diagram,
+        panels: vec![Panel::of(diagram)],
         x: Axis::Speed,
         y: Some(Axis::TurnRate),
-        at: &[],
         title: "Nine simulated Flockbots".to_owned(),
         subtitle: "flockbot, harsher · 9 robots · 300 s · 16 replicates per cell · sees: body"
             .to_owned(),
         chosen: None,
         chosen_note: None,
         numbers: Numbers::Shown,
-        boundaries: &[],
         experiments: &[],
         note: None,
+        width_px: None,
     }
 }
 
@@ -80,6 +82,7 @@ fn rasterise(name: &str, svg: &str) -> Pixmap {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pictures");
     std::fs::create_dir_all(&folder).expect("the target directory can be written");
     std::fs::write(folder.join(name).with_extension("svg"), svg).expect("as above");
+    readable::assert_readable(name, svg);
     let png = png(svg, 1600).expect("the SVG can be rasterised");
     std::fs::write(folder.join(name).with_extension("png"), &png).expect("as above");
     let pixmap = Pixmap::decode_png(&png).expect("the PNG can be read");
@@ -97,19 +100,24 @@ fn n_pixels_of(pixmap: &Pixmap, colour: [u8; 3]) -> usize {
 fn a_full_picture_shows_all_there_is() {
     let diagram = default_diagram();
     let chosen = cell("speed_m_s=0.15,turn_rate_rad_s=0.75");
-    let experiment = |at: &str, phase, n| ExperimentMark { cell: cell(at), phase, n };
+    let experiment =
+        |at: &str, phase, n| ExperimentMark { cell: cell(at), phase, n, names: Vec::new() };
     let line = |label: &str, slope: f64| Boundary {
         label: label.to_owned(),
         points: vec![(0.0, 0.0), (0.4, 0.4 * slope)],
+        holds: Side::Above,
     };
     let picture = DiagramPicture {
         chosen: Some(&chosen),
         chosen_note: None,
         numbers: Numbers::Shown,
-        boundaries: &[
-            line("ring radius equals the sensing range", 1.6),
-            line("neighbours on the ring touch", 8.5),
-        ],
+        panels: vec![Panel {
+            boundaries: vec![
+                line("ring radius equals the sensing range", 1.6),
+                line("neighbours on the ring touch", 8.5),
+            ],
+            ..Panel::of(&diagram)
+        }],
         experiments: &[
             experiment("speed_m_s=0.15,turn_rate_rad_s=0.75", Phase::StableMilling, 3),
             experiment("speed_m_s=0.15,turn_rate_rad_s=1", Phase::SemiStableMilling, 1),
@@ -225,7 +233,14 @@ fn hostile_texts_stay_texts() {
     let picture = DiagramPicture {
         title: long + hostile,
         subtitle: hostile.to_owned(),
-        boundaries: &[Boundary { label: hostile.to_owned(), points: vec![(0.1, 0.0), (0.1, 3.0)] }],
+        panels: vec![Panel {
+            boundaries: vec![Boundary {
+                label: hostile.to_owned(),
+                points: vec![(0.1, 0.0), (0.1, 3.0)],
+                holds: Side::Left,
+            }],
+            ..Panel::of(&diagram)
+        }],
         note: Some(hostile.to_owned()),
         ..plain(&diagram)
     };
@@ -244,37 +259,37 @@ fn the_same_picture_is_the_same_text() {
 
 #[test]
 fn a_slice_of_three_axes_says_where_it_was_cut() {
-    let mut cells = Vec::new();
-    for robots in [6.0, 9.0] {
-        for entry in default_diagram().cells {
-            let cell = Cell::new([(Axis::Robots, robots)].into_iter().chain(entry.cell.iter()));
-            cells.push(DiagramCell { cell: cell.expect("three finite values"), ..entry });
-        }
-    }
-    let axes = vec![Axis::Robots, Axis::Speed, Axis::TurnRate];
-    let diagram = PhaseDiagram { axes, cells };
+    let diagram = panels::three_axes(&[6.0, 9.0]);
     let chosen = cell("robots=6,speed_m_s=0.15,turn_rate_rad_s=0.75");
     let picture = DiagramPicture {
-        at: &[(Axis::Robots, 9.0)],
+        panels: vec![Panel {
+            at: vec![(Axis::Robots, 9.0)],
+            boundaries: vec![Boundary {
+                label: "far away".to_owned(),
+                points: vec![(1.0, 1.0); 2],
+                holds: Side::Left,
+            }],
+            ..Panel::of(&diagram)
+        }],
         chosen: Some(&chosen),
-        chosen_note: None,
-        numbers: Numbers::Shown,
-        boundaries: &[Boundary { label: "far away".to_owned(), points: vec![(1.0, 1.0); 2] }],
         ..plain(&diagram)
     };
 
     let (svg, _) = draw("slice", &picture);
 
     assert!(svg.contains("Slice at 9 robots"));
-    assert!(svg.contains("chosen cell (not shown") && svg.contains("far away (not shown"));
+    assert!(svg.contains("chosen cell (not shown"));
+    assert!(svg.contains("far away, left of it (not"), "{svg}");
 }
 
 #[test]
 fn a_boundary_without_a_place_is_refused() {
     let diagram = default_diagram();
-    let boundary = Boundary { label: "limit".to_owned(), points: vec![(0.1, f64::NAN)] };
+    let boundary =
+        Boundary { label: "limit".to_owned(), points: vec![(0.1, f64::NAN)], holds: Side::Left };
 
-    let error = svg(&DiagramPicture { boundaries: &[boundary], ..plain(&diagram) }).unwrap_err();
+    let panels = vec![Panel { boundaries: vec![boundary], ..Panel::of(&diagram) }];
+    let error = svg(&DiagramPicture { panels, ..plain(&diagram) }).unwrap_err();
 
     assert_eq!(
         error.to_string(),
@@ -289,6 +304,27 @@ fn axes_that_were_not_swept_are_refused_with_what_to_type() {
     let error = svg(&DiagramPicture { x: Axis::Range, ..plain(&diagram) }).unwrap_err();
 
     assert_eq!(error.help().as_deref(), Some("draw `--x speed_m_s --y turn_rate_rad_s`"));
+}
+
+#[test]
+fn runs_with_names_each_have_a_mark_of_their_own_while_there_is_room() {
+    let diagram = default_diagram();
+    let runs = |n: u64| {
+        let names = (1..=n).map(|run| format!("run_{run}")).collect();
+        let at = cell("speed_m_s=0.15,turn_rate_rad_s=0.75");
+        [ExperimentMark { cell: at, phase: Phase::StableMilling, n, names }]
+    };
+    let drawn = |n: u64| {
+        let experiments = runs(n);
+        draw("named", &DiagramPicture { experiments: &experiments, ..plain(&diagram) }).0
+    };
+
+    let (nine, hundred) = (drawn(9), drawn(100));
+
+    assert_eq!(nine.matches("<title>run_").count(), 9);
+    assert!(nine.contains("<title>run_9: stable milling</title>"));
+    assert_eq!(hundred.matches("<title>run_").count(), 1, "they are counted");
+    assert!(hundred.contains(">100</text>") && hundred.contains("run_1, run_2"));
 }
 
 #[test]
@@ -311,7 +347,7 @@ fn a_tiny_diagram_is_exactly_this_text() {
       <title>Two cells</title>
       <rect x="0" y="0" width="598.49" height="342" fill="#ffffff"/>
       <text x="24" y="34" font-size="16" font-weight="bold" fill="#1a1a1a">Two cells</text>
-      <g stroke-width="0.6">
+      <g class="fixed" stroke-width="0.6">
         <rect x="78.49" y="56" width="110" height="220" fill="#0072b2" stroke="#ffffff">
           <title>speed 0.15 m/s, turning rate 0.75 rad/s
     16 replicates: 16 stable milling</title>
@@ -321,7 +357,7 @@ fn a_tiny_diagram_is_exactly_this_text() {
     16 replicates: 9 semi-stable milling, 7 stable milling</title>
         </rect>
       </g>
-      <path d="M188.49 56V276" fill="none" stroke="#1a1a1a" stroke-width="1.2" stroke-linecap="square"/>
+      <path class="fixed" d="M188.49 56V276" fill="none" stroke="#1a1a1a" stroke-width="1.2" stroke-linecap="square"/>
       <g>
         <rect x="78.49" y="56" width="220" height="220" fill="none" stroke="#1a1a1a" stroke-width="1"/>
         <path d="M133.49 276v5M243.49 276v5" stroke="#1a1a1a" stroke-width="1"/>
@@ -336,11 +372,11 @@ fn a_tiny_diagram_is_exactly_this_text() {
         </g>
         <text x="33" y="166" text-anchor="middle" font-size="12.5" fill="#1a1a1a" transform="rotate(-90 33 166)">turning rate (rad/s)</text>
       </g>
-      <g font-size="11" text-anchor="middle" pointer-events="none" stroke-width="4" stroke-linejoin="round" paint-order="stroke">
+      <g class="fixed" font-size="11" text-anchor="middle" pointer-events="none" stroke-width="4" stroke-linejoin="round" paint-order="stroke">
         <text x="133.49" y="169.96" fill="#ffffff" stroke="#0072b2">1</text>
         <text x="243.49" y="169.96" fill="#1a1a1a" stroke="#f5f09a">0.44</text>
       </g>
-      <g pointer-events="none">
+      <g class="fixed" pointer-events="none">
         <rect x="78.99" y="56.5" width="109" height="219" stroke-linejoin="round" fill="none" stroke="#ffffff" stroke-width="6"/>
         <rect x="78.99" y="56.5" width="109" height="219" stroke-linejoin="round" fill="none" stroke="#1a1a1a" stroke-width="3"/>
       </g>

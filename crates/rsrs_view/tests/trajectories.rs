@@ -1,6 +1,8 @@
 //! Pictures of one run. Each test leaves its picture in the target directory's `tmp/pictures`, to
 //! be looked at.
 
+mod readable;
+
 use std::path::Path;
 
 use libm::sincos;
@@ -12,7 +14,7 @@ use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_view::film::{Film, Kind, film};
-use rsrs_view::order_over_time::{self, RunPicture};
+use rsrs_view::order_over_time::{self, OrderPicture, RunPicture, order_svg};
 use rsrs_view::raster::png;
 use rsrs_view::trajectory::{TrajectoryPicture, TrajectoryPictureError, svg};
 
@@ -61,6 +63,7 @@ fn draw(name: &str, picture: &TrajectoryPicture) -> String {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pictures");
     std::fs::create_dir_all(&folder).expect("the target directory can be written");
     std::fs::write(folder.join(name).with_extension("svg"), &svg).expect("as above");
+    readable::assert_readable(name, &svg);
     let png = png(&svg, 960).expect("the SVG can be rasterised");
     std::fs::write(folder.join(name).with_extension("png"), &png).expect("as above");
     let pixmap = Pixmap::decode_png(&png).expect("the PNG can be read");
@@ -133,11 +136,14 @@ fn order_parameters_are_drawn_beside_the_run_with_their_bounds() {
     let notes = ["robot_5 left the ring at 212 s".to_owned()];
     let picture = RunPicture {
         run: picture(&mill, Some(Phase::StableMilling)),
-        blocks: &blocks,
-        block_s: BLOCK_S,
-        window_start_s: 60.0,
-        rules: &Behaviour::Milling.rules(),
-        notes: &notes,
+        order: OrderPicture {
+            blocks: &blocks,
+            block_s: BLOCK_S,
+            duration_s: mill.duration_s(),
+            window_start_s: 60.0,
+            rules: &Behaviour::Milling.rules(),
+            notes: &notes,
+        },
     };
 
     let svg = order_over_time::svg(&picture).expect("the run can be drawn");
@@ -145,7 +151,11 @@ fn order_parameters_are_drawn_beside_the_run_with_their_bounds() {
     for text in ["circliness (stable milling: 0.50 or more)", "robot_5 left the ring at 212 s"] {
         assert!(svg.contains(text), "{text}");
     }
-    png(&svg, 960).expect("the SVG can be rasterised");
+    readable::assert_readable("run with order parameters", &svg);
+    let alone = order_svg(&picture.order, "order parameters of run_1");
+    let right_px = alone.corner_px.0 + alone.curves_px.0;
+    assert!(right_px < alone.size_px.0 && right_px > 0.9 * alone.size_px.0, "{right_px}");
+    readable::assert_readable("order parameters", &alone.svg);
 }
 
 /// A short and small film.

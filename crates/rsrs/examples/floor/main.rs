@@ -286,7 +286,12 @@ fn draw(
     experiments: &[Experiment],
     first: &Trajectory,
 ) -> anyhow::Result<()> {
-    let mark = |it: &Experiment| ExperimentMark { cell: it.cell.clone(), phase: it.phase, n: 1 };
+    let mark = |it: &Experiment| ExperimentMark {
+        cell: it.cell.clone(),
+        phase: it.phase,
+        n: 1,
+        names: Vec::new(),
+    };
     let diagram = of_sweep(
         plane,
         &DiagramOptions {

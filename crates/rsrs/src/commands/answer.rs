@@ -31,7 +31,7 @@ pub struct Arguments {
     /// Sweep file or folder of a sweep whose settings are tried (default: a built-in grid).
     #[arg(long, value_name = "SWEEP")]
     sweep: Option<PathBuf>,
-    /// Picture of all curves to write: svg or png.
+    /// Picture of all curves to write: svg, png or pdf.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Share of mills that is wanted: the least lower bound (default: 0.8).

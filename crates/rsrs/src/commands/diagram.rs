@@ -3,19 +3,20 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
+use rsrs_core::diagram::DiagramCell;
 use rsrs_core::diagram::axis::{Axis, Cell};
-use rsrs_core::diagram::{DiagramCell, PhaseDiagram};
 use rsrs_core::statistics::comparison::MARGIN;
 use rsrs_core::statistics::comparison::Share;
+use rsrs_core::statistics::interval_kind::IntervalKind;
 use rsrs_view::diagram::{ExperimentMark, Numbers};
-use rsrs_view::page::Page;
+use rsrs_view::page::{Page, Table};
 
 use crate::failure::Outcome;
 use rsrs_pipeline::compare;
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::Labeller;
-use rsrs_pipeline::picture::{DiagramOptions, PNG_WIDTH_PX, of_sweep};
+use rsrs_pipeline::picture::{DiagramOptions, Length, PictureFile, Worlds, of_sweep};
 use rsrs_pipeline::sweep::folder;
 use rsrs_pipeline::sweep::result::{SweepResult, World};
 use rsrs_pipeline::validate::file;
@@ -31,7 +32,7 @@ use rsrs_pipeline::validate::file;
 pub struct Arguments {
     /// Folder of a sweep.
     folder: PathBuf,
-    /// Picture to write; its extension selects the format: svg, png, or html, which has the
+    /// Picture to write; its extension selects the format: svg, png, pdf, or html, which has the
     /// numbers, too.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -41,7 +42,7 @@ pub struct Arguments {
     /// Vertical axis (default: the second swept one).
     #[arg(long, value_name = "AXIS")]
     y: Option<Axis>,
-    /// Values on further axes, as AXIS=VALUE,…
+    /// Values on further axes, as AXIS=VALUE,…; without them, up to 12 slices are drawn side by side.
     #[arg(long, value_name = "AXIS=V")]
     at: Option<Cell>,
     /// Bags of runs to be laid over the diagram: rosbag2 folders or single `.mcap` files.
@@ -63,7 +64,12 @@ pub struct Arguments {
     /// Leave the numbers out of the cells.
     #[arg(long)]
     no_numbers: bool,
-    /// The robots: made worse by the sweep's factors, or as measured (default: harsher).
+    /// Width on paper, such as 88mm, 8.8cm or 3.5in, with letters of 5 to 12 points at any width; a PNG
+    /// has 600 dots to an inch of it (default: as wide as it takes).
+    #[arg(long, value_name = "WIDTH")]
+    width: Option<Length>,
+    /// The robots: made worse by the sweep's factors, as measured, or both side by side (default:
+    /// harsher).
     #[arg(long, value_enum, default_value = "harsher", hide_default_value = true)]
     world: Robots,
 }
@@ -75,13 +81,16 @@ enum Robots {
     Harsher,
     /// The robots are as measured.
     AsMeasured,
+    /// Both, in two panels.
+    SideBySide,
 }
 
-impl From<Robots> for World {
+impl From<Robots> for Worlds {
     fn from(robots: Robots) -> Self {
         match robots {
-            Robots::Harsher => Self::Harsher,
-            Robots::AsMeasured => Self::AsMeasured,
+            Robots::Harsher => Self::One(World::Harsher),
+            Robots::AsMeasured => Self::One(World::AsMeasured),
+            Robots::SideBySide => Self::Both,
         }
     }
 }
@@ -108,13 +117,8 @@ impl Arguments {
 ///
 /// If the folder is not a sweep's, an axis was not swept, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let ending = arguments.output.extension().and_then(|ending| ending.to_str()).unwrap_or("");
-    if !matches!(ending, "svg" | "png" | "html") {
-        return Err(with_help(
-            format!("{} ends in none of .svg, .png and .html", arguments.output.display()),
-            "name the picture `-o diagram.svg`, `-o diagram.png` or `-o diagram.html`",
-        ));
-    }
+    let is_page = arguments.output.extension().is_some_and(|ending| ending == "html");
+    let picture = (!is_page).then(|| picture_file(arguments)).transpose()?;
     let result = folder::read(&arguments.folder)?;
     let options = DiagramOptions {
         x: arguments.x,
@@ -124,43 +128,51 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         experiments: arguments.experiments()?,
         title: arguments.title.clone(),
         numbers: if arguments.no_numbers { Numbers::Hidden } else { Numbers::Shown },
-        world: arguments.world.into(),
+        worlds: arguments.world.into(),
+        width: arguments.width,
         validation: file::note(&arguments.folder, &result.source)?,
     };
     let svg = of_sweep(&result, &options)?;
-    let diagram = result.of_world(arguments.world.into())?;
-    let bytes = match ending {
-        "svg" => svg.into_bytes(),
-        "png" => rsrs_view::raster::png(&svg, PNG_WIDTH_PX)?,
-        _ => page(&result, diagram, &svg)?.into_bytes(),
-    };
-    write_file(&arguments.output, &bytes)?;
+    if let Some(picture) = picture {
+        picture.write(&svg)?;
+    } else {
+        write_file(&arguments.output, page(&result, arguments.world, &svg)?.as_bytes())?;
+    }
     Ok(Outcome::Done)
 }
 
+fn picture_file(arguments: &Arguments) -> anyhow::Result<PictureFile<'_>> {
+    let file = PictureFile::new(&arguments.output).map_err(|error| {
+        with_help(
+            format!("{error}, nor in .html"),
+            "name the picture `-o diagram.svg`, `-o diagram.png`, `-o diagram.pdf` or `-o diagram.html`",
+        )
+    })?;
+    Ok(arguments.width.map_or(file, |width| file.on_paper(width)))
+}
+
 /// The picture on a page, with the numbers behind it and how they were made.
-fn page(result: &SweepResult, diagram: &PhaseDiagram, svg: &str) -> anyhow::Result<String> {
+fn page(result: &SweepResult, robots: Robots, svg: &str) -> anyhow::Result<String> {
     let source = &result.source;
+    let worlds = match robots {
+        Robots::Harsher => &[World::Harsher][..],
+        Robots::AsMeasured => &[World::AsMeasured],
+        Robots::SideBySide => &[World::Harsher, World::AsMeasured],
+    };
     let mut page = Page::new(&format!("Phase diagram: {}", source.profile.name));
-    page.figure(svg, &[]);
+    page.figure(svg);
     page.heading("Cells");
     let kind = source.sweep.interval_kind();
-    let rows: Vec<[String; 5]> = diagram
-        .cells
-        .iter()
-        .map(|DiagramCell { cell, counts }| {
-            let milling = Share::milling(counts);
-            let interval = kind.interval(milling.hits, milling.n);
-            [
-                cell.to_string(),
-                counts.majority().map_or_else(String::new, |phase| phase.to_string()),
-                format!("{:.1} %", 100.0 * milling.value()),
-                format!("{:.1} to {:.1} %", 100.0 * interval.low, 100.0 * interval.high),
-                milling.n.to_string(),
-            ]
-        })
-        .collect();
-    page.table(["cell", "most frequent phase", "mills", "95 % interval", "runs"], &rows);
+    for world in worlds {
+        let rows = result.of_world(*world)?.cells.iter().map(|entry| row(entry, kind)).collect();
+        let robots = match world {
+            World::Harsher if source.as_measured().is_some() => "robots made worse",
+            World::Harsher | World::AsMeasured => "robots as measured",
+        };
+        let head = ["cell", "most frequent phase", "mills", "95 % interval", "runs"];
+        let caption = format!("Every cell of the sweep: {robots}");
+        page.table(&Table { caption, head: head.map(str::to_owned).into(), rows });
+    }
     page.heading("How it was made");
     page.paragraph(&format!(
         "Swept by rsrs {}, commit {}, seed {}.",
@@ -169,4 +181,18 @@ fn page(result: &SweepResult, diagram: &PhaseDiagram, svg: &str) -> anyhow::Resu
     let sweep = serde_saphyr::to_string(source).context("the sweep as YAML")?;
     page.details("The sweep with its profile", &sweep);
     Ok(page.finish())
+}
+
+/// How the runs of a cell ended.
+fn row(entry: &DiagramCell, kind: IntervalKind) -> Vec<String> {
+    let DiagramCell { cell, counts } = entry;
+    let milling = Share::milling(counts);
+    let interval = kind.interval(milling.hits, milling.n);
+    vec![
+        cell.to_string(),
+        counts.majority().map_or_else(String::new, |phase| phase.to_string()),
+        format!("{:.1} %", 100.0 * milling.value()),
+        format!("{:.1} to {:.1} %", 100.0 * interval.low, 100.0 * interval.high),
+        milling.n.to_string(),
+    ]
 }

@@ -21,7 +21,7 @@ Examples:
 pub struct Arguments {
     /// Bag of a run: rosbag2 folder or single `.mcap` file.
     bag: PathBuf,
-    /// Picture to write; its extension selects the format: svg or png.
+    /// Picture to write; its extension selects the format: svg, png or pdf.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Draw what there is of a run whose end was not recorded.

@@ -37,7 +37,7 @@ pub struct Arguments {
     /// Seed of the poses (default: the experiment file's).
     #[arg(long, value_name = "SEED", value_parser = clap::value_parser!(u64).range(..rsrs_core::diagram::sweep_file::SEED_LIMIT))]
     seed: Option<u64>,
-    /// Picture to write; its extension selects the format: svg or png.
+    /// Picture to write; its extension selects the format: svg, png or pdf.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// How to report.

@@ -13,8 +13,10 @@ use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::labelled_bags::LabelledBags;
 
-/// Write one HTML file with the diagram, the chosen cell, every run from above, and the comparison.
+/// Write one HTML file with the diagram, the comparison, and every run in motion.
 ///
+/// The cells of the diagram respond to pointer, tap and arrow keys: they show how their runs ended, and
+/// one of them, simulated again. Runs are played from their bags beside their order parameters.
 /// The file needs no other and asks for nothing from the network: it can be mailed, printed and kept.
 /// Runs are labelled and compared as `rsrs compare` does it. Exit code 3 means that the claim is
 /// violated.

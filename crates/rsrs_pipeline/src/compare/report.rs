@@ -11,7 +11,7 @@ use rsrs_core::judge::phase::Phase;
 use rsrs_core::statistics::comparison::{CellComparison, CellRuns, Comparison, Tally, Verdict};
 use rsrs_core::statistics::next_experiment::NextStep;
 use rsrs_core::statistics::pooled::Pooled;
-use rsrs_fleet::record::{Backend, Ending, EndingKind, LostRobot};
+use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord, LostRobot};
 use rsrs_view::diagram::ExperimentMark;
 use serde::Serialize;
 
@@ -104,6 +104,16 @@ pub struct ComparedBag {
     /// Its label.
     #[serde(flatten)]
     pub labelled: Labelled,
+    /// How it was set up; in its bag, and not written again.
+    #[serde(skip)]
+    pub record: ExperimentRecord,
+}
+
+impl ComparedBag {
+    /// Its name: that of its bag.
+    pub fn name(&self) -> String {
+        self.labelled.bag.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    }
 }
 
 /// One run that does not count.
@@ -171,8 +181,11 @@ impl Report {
         let simulated_phases = cells.first().map(|runs| runs.simulated.behaviour());
         let behaviour = simulated_phases.unwrap_or_default();
         let not_counted = runs.others.into_iter().map(NotCounted::of);
-        let bags =
-            runs.counted.into_iter().map(|(cell, _, labelled)| ComparedBag { cell, labelled });
+        let bags = runs.counted.into_iter().map(|(cell, run, labelled)| ComparedBag {
+            cell,
+            labelled,
+            record: run.record,
+        });
         Self {
             verdict: comparison.verdict,
             summary: summary(comparison, behaviour.verb()),
@@ -201,13 +214,14 @@ impl Report {
 
     /// The real runs as marks on a phase diagram.
     pub fn marks(&self) -> Vec<ExperimentMark> {
-        let of_cell = |cell: &ComparedCell| {
-            let (place, real) = (cell.cell.clone(), cell.real);
-            Phase::ALL.into_iter().filter_map(move |phase| {
-                let n = real.get(phase);
-                (n > 0).then(|| ExperimentMark { cell: place.clone(), phase, n })
-            })
+        let of_phase = |cell: &ComparedCell, phase: Phase| {
+            let is_here = |run: &&ComparedBag| run.cell == cell.cell && run.labelled.phase == phase;
+            let names: Vec<String> =
+                self.bags.iter().filter(is_here).map(ComparedBag::name).collect();
+            let n = names.len() as u64;
+            (n > 0).then(|| ExperimentMark { cell: cell.cell.clone(), phase, n, names })
         };
+        let of_cell = |cell| Phase::ALL.into_iter().filter_map(move |phase| of_phase(cell, phase));
         self.cells.iter().flat_map(of_cell).collect()
     }
 }

@@ -3,7 +3,7 @@
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::diagram::theory::Condition;
-use rsrs_view::diagram::Boundary;
+use rsrs_view::diagram::{Boundary, Side};
 
 use crate::swarm::Swarm;
 
@@ -37,12 +37,12 @@ pub fn boundaries(conditions: &Conditions, plane: Plane) -> Vec<Boundary> {
         return Vec::new();
     };
     let line = |condition: Condition| {
-        let points = match plane.y {
-            Some(y) => curve(condition, swarm, (plane.x, y)),
-            None => upright(condition, swarm, plane.x),
+        let (points, holds) = match plane.y {
+            Some(y) => curve(condition, swarm, (plane.x, y))?,
+            None => upright(condition, swarm, plane.x)?,
         };
         let label = format!("analytic: {}", condition.title());
-        (points.len() >= 2).then_some(Boundary { label, points })
+        (points.len() >= 2).then_some(Boundary { label, points, holds })
     };
     Condition::ALL.into_iter().filter_map(line).collect()
 }
@@ -51,8 +51,8 @@ type Span = (Axis, f64, f64);
 type Points = Vec<(f64, f64)>;
 
 /// Points of a line, taken along the axis on which it has more of them.
-fn curve(condition: Condition, swarm: Swarm, (x, y): (Span, Span)) -> Points {
-    let along = |along: Span, across: Span| -> Points {
+fn curve(condition: Condition, swarm: Swarm, (x, y): (Span, Span)) -> Option<(Points, Side)> {
+    let along = |along: Span, across: Span| -> Vec<(f64, Crossing)> {
         let point = |value: f64| {
             crossing(condition, swarm.with(along.0, value), across).map(|found| (value, found))
         };
@@ -61,20 +61,31 @@ fn curve(condition: Condition, swarm: Swarm, (x, y): (Span, Span)) -> Points {
     let along_x = along(x, y);
     let along_y = along(y, x);
     if along_x.len() >= along_y.len() {
-        along_x
+        let holds = if along_x.first()?.1.holds_above { Side::Above } else { Side::Below };
+        Some((along_x.into_iter().map(|(x, found)| (x, found.value)).collect(), holds))
     } else {
-        along_y.into_iter().map(|(y, x)| (x, y)).collect()
+        let holds = if along_y.first()?.1.holds_above { Side::Right } else { Side::Left };
+        Some((along_y.into_iter().map(|(y, found)| (found.value, y)).collect(), holds))
     }
 }
 
 /// The line across a diagram of one axis.
-fn upright(condition: Condition, swarm: Swarm, x: Span) -> Points {
-    let at = crossing(condition, swarm, x);
-    at.map_or_else(Vec::new, |x| vec![(x, -0.5), (x, 0.5)])
+fn upright(condition: Condition, swarm: Swarm, x: Span) -> Option<(Points, Side)> {
+    let Crossing { value, holds_above } = crossing(condition, swarm, x)?;
+    let holds = if holds_above { Side::Right } else { Side::Left };
+    Some((vec![(value, -0.5), (value, 0.5)], holds))
 }
 
 /// Where along an axis a condition begins or ceases to hold.
-fn crossing(condition: Condition, swarm: Swarm, (axis, low, high): Span) -> Option<f64> {
+#[derive(Clone, Copy)]
+struct Crossing {
+    value: f64,
+    /// Whether it holds at higher values.
+    holds_above: bool,
+}
+
+/// The first crossing along an axis.
+fn crossing(condition: Condition, swarm: Swarm, (axis, low, high): Span) -> Option<Crossing> {
     let meets = |value: f64| swarm.with(axis, value).meets(condition);
     let values: Vec<f64> = values((axis, low, high)).collect();
     let pair = values.windows(2).find(|pair| {
@@ -87,7 +98,7 @@ fn crossing(condition: Condition, swarm: Swarm, (axis, low, high): Span) -> Opti
         let middle = 0.5 * (from + to);
         if meets(middle) == before { from = middle } else { to = middle }
     }
-    Some(0.5 * (from + to))
+    Some(Crossing { value: 0.5 * (from + to), holds_above: before == Some(false) })
 }
 
 /// Values along an axis, evenly spaced; they reach beyond the outermost cells' centres, as the
@@ -139,6 +150,7 @@ mod tests {
         assert_eq!(lines.len(), 1, "{lines:?}");
         let ring = Ring::of(&conditions()).unwrap();
         let gains = conditions().robot;
+        assert_eq!(line(&lines, Condition::FastTurnBalance).holds, Side::Above);
         for (speed_m_s, turn_rate_rad_s) in &line(&lines, Condition::FastTurnBalance).points {
             let delivered_rad_s = turn_rate_rad_s * gains.turn_gain.mean;
             let greatest_m_s = ring.greatest_speed_m_s(delivered_rad_s).unwrap();
@@ -178,7 +190,9 @@ mod tests {
     fn a_sweep_of_one_axis_has_upright_lines() {
         let lines = lines((Axis::FalsePositive, 0.0, 0.5), None);
 
-        let balance = &line(&lines, Condition::FastTurnBalance).points;
+        let balance = line(&lines, Condition::FastTurnBalance);
+        assert_eq!(balance.holds, Side::Left);
+        let balance = &balance.points;
         assert_eq!(balance.len(), 2);
         assert!((balance[0].0 - 0.364).abs() < 2e-3, "{balance:?}");
         assert_eq!((balance[0].1, balance[1].1), (-0.5, 0.5));

@@ -31,7 +31,7 @@ pub fn of_answers(answers: &Answers) -> anyhow::Result<String> {
     let wanted = Some((answers.wanted, format!("wanted: {}", percent(answers.wanted))));
     let subtitles = vec![subtitle];
     let marked = "recommended, or what the robot has";
-    Ok(svg(&CurvesPicture { title, subtitles, curves, marked, wanted })?)
+    Ok(svg(&CurvesPicture { title, subtitles, curves, marked, wanted, width_px: None })?)
 }
 
 fn of_quantity(found: &Quantity) -> Curve {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::PNG_WIDTH_PX;
+use super::{Length, PNG_WIDTH_PX};
 use crate::error::with_help;
 use crate::files::write_file;
 
@@ -11,12 +11,15 @@ use crate::files::write_file;
 pub struct PictureFile<'a> {
     path: &'a Path,
     format: Format,
+    /// Width of a PNG, in pixels.
+    png_width_px: u32,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Format {
     Svg,
     Png,
+    Pdf,
 }
 
 impl<'a> PictureFile<'a> {
@@ -24,20 +27,27 @@ impl<'a> PictureFile<'a> {
     ///
     /// # Errors
     ///
-    /// If its extension is neither `svg` nor `png`.
+    /// If its extension is none of `svg`, `png` and `pdf`.
     pub fn new(path: &'a Path) -> anyhow::Result<Self> {
         let format = match path.extension().and_then(|ending| ending.to_str()) {
             Some("svg") => Format::Svg,
             Some("png") => Format::Png,
+            Some("pdf") => Format::Pdf,
             _ => {
                 let stem = path.with_extension("").display().to_string();
                 return Err(with_help(
-                    format!("{} ends in neither .svg nor .png", path.display()),
-                    format!("name the picture `-o {stem}.svg` or `-o {stem}.png`"),
+                    format!("{} ends in none of .svg, .png and .pdf", path.display()),
+                    format!("name the picture `-o {stem}.svg`, `-o {stem}.png` or `-o {stem}.pdf`"),
                 ));
             }
         };
-        Ok(Self { path, format })
+        Ok(Self { path, format, png_width_px: PNG_WIDTH_PX })
+    }
+
+    /// The same file for a picture that is so wide on paper: a PNG has 600 dots to an inch of it.
+    #[must_use]
+    pub fn on_paper(self, width: Length) -> Self {
+        Self { png_width_px: width.dots(), ..self }
     }
 
     /// Writes a picture.
@@ -52,7 +62,8 @@ impl<'a> PictureFile<'a> {
     pub fn write(self, svg: &str) -> anyhow::Result<()> {
         match self.format {
             Format::Svg => write_file(self.path, svg.as_bytes()),
-            Format::Png => write_file(self.path, &rsrs_view::raster::png(svg, PNG_WIDTH_PX)?),
+            Format::Png => write_file(self.path, &rsrs_view::raster::png(svg, self.png_width_px)?),
+            Format::Pdf => write_file(self.path, &rsrs_view::pdf::pdf(svg)?),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Axes and their values in words.
 
-use rsrs_core::diagram::axis::Axis;
+use rsrs_core::diagram::axis::{Axis, Cell};
 
 /// What an axis is called.
 pub fn noun(axis: Axis) -> &'static str {
@@ -44,6 +44,18 @@ pub fn quantity(axis: Axis, value: f64) -> String {
     }
 }
 
+/// A value with the name of its axis: `speed 0.15 m/s`, `9 robots`.
+pub fn named(axis: Axis, value: f64) -> String {
+    let value = quantity(axis, value);
+    if axis == Axis::Robots { value } else { format!("{} {value}", noun(axis)) }
+}
+
+/// A cell in words: `speed 0.15 m/s, turning rate 0.75 rad/s`.
+pub fn of_cell(cell: &Cell) -> String {
+    let values: Vec<String> = cell.iter().map(|(axis, value)| named(axis, value)).collect();
+    values.join(", ")
+}
+
 /// Two values with their unit once: `0.14 to 0.26 m/s`.
 pub fn span(axis: Axis, low: f64, high: f64) -> String {
     let low = quantity(axis, low);
@@ -80,5 +92,12 @@ mod tests {
         assert_eq!(span(Axis::HalfAngle, 0.1, 0.2), "5.7 to 11.5°");
         assert_eq!(span(Axis::TruePositive, 0.7, 1.0), "0.7 to 1");
         assert_eq!(span(Axis::LatencySteps, 0.0, 1.0), "0 to 1 step");
+    }
+
+    #[test]
+    fn a_cell_names_its_axes_and_counts_its_robots() {
+        let cell: Cell = "robots=9,speed_m_s=0.15".parse().unwrap();
+
+        assert_eq!(of_cell(&cell), "9 robots, speed 0.15 m/s");
     }
 }

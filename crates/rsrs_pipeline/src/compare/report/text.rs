@@ -54,15 +54,25 @@ impl ComparedCell {
 }
 
 impl Report {
+    /// What follows from all runs, in a word.
+    pub fn verdict_in_a_word(&self) -> &'static str {
+        word(self.verdict)
+    }
+
     /// What follows from all runs.
     pub fn verdict_in_words(&self) -> String {
+        format!("verdict: {} ({})", word(self.verdict), self.reason_in_words())
+    }
+
+    /// What the verdict means or rests on, and how sure it is.
+    pub fn reason_in_words(&self) -> String {
         let error = match self.verdict {
             Verdict::Undecided => String::new(),
             Verdict::Violated | Verdict::Supported => format!(
                 "; said wrongly with a probability of at most {SIGNIFICANCE}, however often one looks"
             ),
         };
-        format!("verdict: {} ({}{error})", word(self.verdict), self.summary)
+        format!("{}{error}", self.summary)
     }
 
     /// What to do next.

@@ -1,0 +1,84 @@
+//! From SVG to PDF, for papers: lines stay lines, and texts are texts in the font that travels along.
+
+use std::sync::{Arc, LazyLock};
+
+use svg2pdf::usvg::{ImageHrefResolver, Options, Tree, fontdb};
+use svg2pdf::{ConversionOptions, PageOptions, to_pdf};
+
+use crate::raster::FONTS;
+
+/// Pixels of a picture in an inch, as CSS has them.
+const PX_PER_INCH: f32 = 96.0;
+
+/// Why there is no PDF.
+#[derive(Debug, thiserror::Error)]
+pub enum PdfError {
+    /// The text is no SVG.
+    #[error("not a drawable svg")]
+    Svg {
+        /// What the parser says.
+        #[source]
+        source: Box<svg2pdf::usvg::Error>,
+    },
+    /// The writer failed.
+    #[error("pdf writer: {reason}")]
+    Write {
+        /// What the writer says.
+        reason: String,
+    },
+}
+
+/// Writes an SVG as a PDF of one page, as large as the picture at 96 pixels to an inch.
+///
+/// # Returns
+///
+/// The bytes of the file; the same for the same picture.
+///
+/// # Errors
+///
+/// [`PdfError::Svg`] if the text is no SVG, [`PdfError::Write`] if it cannot be written.
+pub fn pdf(svg: &str) -> Result<Vec<u8>, PdfError> {
+    static LOADED: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
+        let mut fonts = fontdb::Database::new();
+        for font in FONTS {
+            fonts.load_font_data(font.to_vec());
+        }
+        fonts.set_sans_serif_family("DejaVu Sans");
+        Arc::new(fonts)
+    });
+    let options = Options {
+        fontdb: LOADED.clone(),
+        font_family: "DejaVu Sans".to_owned(),
+        // The default opens files that an SVG names.
+        image_href_resolver: ImageHrefResolver {
+            resolve_data: Box::new(|_, _, _| None),
+            resolve_string: Box::new(|_, _| None),
+        },
+        ..Options::default()
+    };
+    let tree = Tree::from_str(svg, &options)
+        .map_err(|source| PdfError::Svg { source: Box::new(source) })?;
+    to_pdf(&tree, ConversionOptions::default(), PageOptions { dpi: PX_PER_INCH })
+        .map_err(|error| PdfError::Write { reason: error.to_string() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::svg::{Element, line_of_text};
+
+    #[test]
+    fn a_picture_is_a_page_of_its_size_and_the_same_bytes_again() {
+        let picture = Element::picture(96.0, 48.0, "one inch")
+            .child(line_of_text(10.0, 30.0, "mill").at("font-size", 12.0));
+
+        let one = pdf(&picture.to_string()).unwrap();
+
+        assert!(one.starts_with(b"%PDF-"));
+        let text = String::from_utf8_lossy(&one);
+        assert!(text.contains("/MediaBox [0 0 72 36]"), "{text}");
+        assert!(text.contains("DejaVuSans"), "the text has its font");
+        assert_eq!(pdf(&picture.to_string()).unwrap(), one);
+        assert!(matches!(pdf("no picture"), Err(PdfError::Svg { .. })));
+    }
+}

@@ -1,0 +1,287 @@
+//! A run as numbers that a page can move: poses a few times a second, detections at each control
+//! period, both packed into text.
+//!
+//! Places are kept to about a thirty-thousandth of the floor and headings to 1.4°, finer than a pixel
+//! shows, so that a page with a hundred runs can be mailed.
+
+use std::ops::Range;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use rsrs_core::conditions::{Conditions, Region};
+use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::robot::controller::{Command, ControllerParameters};
+use serde::Serialize;
+
+use crate::trajectory::Ring;
+
+/// Corners on the arc of a cone.
+const ARC_CORNERS: u32 = 12;
+/// Places are whole numbers of units from the middle, at most so many.
+const MOST_UNITS: f64 = 32_000.0;
+
+/// What of a run is shown, and with which bodies and sensors.
+#[derive(Clone, Debug)]
+pub struct Shown<'a> {
+    /// What every robot did.
+    pub trajectory: &'a Trajectory,
+    /// The robots that did it.
+    pub conditions: &'a Conditions,
+    /// Names of the robots, row by row; shape `[n_robots]`.
+    pub robots: Vec<String>,
+    /// The samples to be shown; not empty, within the trajectory.
+    pub samples: Range<usize>,
+    /// Every so many samples a pose is kept; at least 1. Those between are interpolated.
+    pub every: usize,
+    /// The ring that was fitted to the judged window, if there is one.
+    pub ring: Option<Ring>,
+    /// Robots that did not take part to the end, by their row.
+    pub lost: Vec<usize>,
+}
+
+/// A run, packed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Replay {
+    n_robots: usize,
+    robots: Vec<String>,
+    /// When it begins, in seconds from the start of the run.
+    start_s: f64,
+    /// From one pose to the next, in seconds.
+    frame_s: f64,
+    /// From one detection to the next, in seconds.
+    period_s: f64,
+    /// The middle of the floor, in metres.
+    centre_m: [f64; 2],
+    /// Half of the side of the square that holds every robot, in metres.
+    half_side_m: f64,
+    /// One unit of a place, in metres.
+    unit_m: f64,
+    radius_m: f64,
+    /// Where a neighbour is detected, in the robot's frame, in metres.
+    region_m: Vec<[f64; 2]>,
+    /// Centre and radius, in metres.
+    ring_m: Option<[f64; 3]>,
+    lost: Vec<usize>,
+    /// x and y of each robot in each frame, 16 bits each, the low byte first; base64.
+    places: String,
+    /// Heading of each robot in each frame, in 256ths of a turn; base64.
+    headings: String,
+    /// Whether each robot detected something in each sample, a bit each from the lowest; base64.
+    detections: String,
+}
+
+/// How many bytes the poses of one robot take in one frame, as text.
+pub const BYTES_PER_POSE: f64 = 5.0 * 4.0 / 3.0;
+
+impl Replay {
+    /// Packs a run.
+    ///
+    /// # Panics
+    ///
+    /// If there is no sample to show, or a pose is not finite: a run that was judged has both.
+    pub fn of(shown: &Shown) -> Self {
+        let Shown { trajectory, conditions, .. } = shown;
+        let frames: Vec<usize> = shown.samples.clone().step_by(shown.every).collect();
+        assert!(!frames.is_empty(), "a replay has at least one frame");
+        let radius_m = conditions.robot.radius_m;
+        // Room for bodies, and for most of what they see.
+        let room_m = 1.8 * radius_m + 0.3 * conditions.robot.region.range_m();
+        let square = Square::around(trajectory, &shown.samples, room_m);
+        let unit_m = square.half_side_m / MOST_UNITS;
+        let mut places = Vec::new();
+        let mut headings = Vec::new();
+        for pose in frames.iter().flat_map(|frame| trajectory.poses_at(*frame)) {
+            let units = |value: f64, centre: f64| to_i16((value - centre) / unit_m).to_le_bytes();
+            places.extend(units(pose.x_m, square.centre_m[0]));
+            places.extend(units(pose.y_m, square.centre_m[1]));
+            headings.push(to_256ths(pose.heading_rad));
+        }
+        Self {
+            n_robots: trajectory.n_robots,
+            robots: shown.robots.clone(),
+            start_s: seconds(shown.samples.start, trajectory),
+            frame_s: rounded(shown.every as f64 * trajectory.period_s),
+            period_s: trajectory.period_s,
+            centre_m: square.centre_m.map(rounded),
+            half_side_m: rounded(square.half_side_m),
+            unit_m,
+            radius_m,
+            region_m: outline(&conditions.robot.region),
+            ring_m: shown
+                .ring
+                .map(|ring| [ring.centre_m.0, ring.centre_m.1, ring.radius_m].map(rounded)),
+            lost: shown.lost.clone(),
+            places: STANDARD.encode(places),
+            headings: STANDARD.encode(headings),
+            detections: STANDARD.encode(detections(shown)),
+        }
+    }
+}
+
+/// The square that holds every robot.
+struct Square {
+    centre_m: [f64; 2],
+    half_side_m: f64,
+}
+
+impl Square {
+    fn around(trajectory: &Trajectory, samples: &Range<usize>, room_m: f64) -> Self {
+        let poses = || samples.clone().flat_map(|sample| trajectory.poses_at(sample));
+        let span = |values: &dyn Fn() -> (f64, f64)| {
+            let (low, high) = values();
+            (f64::midpoint(low, high), (high - low) / 2.0)
+        };
+        let ends = |(low, high): (f64, f64), value: f64| (low.min(value), high.max(value));
+        let none = (f64::INFINITY, f64::NEG_INFINITY);
+        let (x_m, half_width_m) = span(&|| poses().map(|pose| pose.x_m).fold(none, ends));
+        let (y_m, half_height_m) = span(&|| poses().map(|pose| pose.y_m).fold(none, ends));
+        let half_side_m = half_width_m.max(half_height_m) + room_m;
+        assert!(half_side_m.is_finite(), "poses that were judged are finite");
+        Self { centre_m: [x_m, y_m], half_side_m }
+    }
+}
+
+/// Whether each robot detected something in each sample, by the command that answered it.
+fn detections(shown: &Shown) -> Vec<u8> {
+    let controller = shown.conditions.controller;
+    let commands = shown.samples.clone().flat_map(|at| shown.trajectory.commands_at(at));
+    let bits: Vec<bool> = commands.map(|command| answers_detection(*command, controller)).collect();
+    let byte =
+        |bits: &[bool]| bits.iter().rev().fold(0_u8, |byte, bit| (byte << 1) | u8::from(*bit));
+    bits.chunks(8).map(byte).collect()
+}
+
+/// Whether a command is the one that answers a detection, rather than the one that answers none, or
+/// stands.
+fn answers_detection(command: Command, controller: ControllerParameters) -> bool {
+    let away = |answer: Command| {
+        libm::hypot(
+            command.speed_m_s - answer.speed_m_s,
+            command.turn_rate_rad_s - answer.turn_rate_rad_s,
+        )
+    };
+    let [detected, undetected] = controller.commands();
+    // A robot that was stopped answers nothing, unless standing is an answer of its controller.
+    let is_answer = command != Command::STOP || detected == Command::STOP;
+    is_answer && away(detected) < away(undetected)
+}
+
+/// The outline of a sensor's region, in the robot's frame, in metres.
+pub fn outline(region: &Region) -> Vec<[f64; 2]> {
+    match region {
+        Region::Polygon { corners_m } => {
+            corners_m.iter().map(|corner| corner.map(rounded)).collect()
+        }
+        Region::Cone { half_angle_rad, range_m } => {
+            let corner = |step: u32| {
+                let share = f64::from(step) / f64::from(ARC_CORNERS);
+                let (sine, cosine) = libm::sincos((2.0 * share - 1.0) * half_angle_rad);
+                [rounded(range_m * cosine), rounded(range_m * sine)]
+            };
+            std::iter::once([0.0, 0.0]).chain((0..=ARC_CORNERS).map(corner)).collect()
+        }
+    }
+}
+
+fn seconds(sample: usize, trajectory: &Trajectory) -> f64 {
+    rounded(sample as f64 * trajectory.period_s)
+}
+
+/// To a tenth of a millimetre, or of a millisecond.
+fn rounded(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "casts from floats saturate")]
+fn to_i16(units: f64) -> i16 {
+    units.round() as i16
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the share of a turn is from 0 to 1"
+)]
+fn to_256ths(heading_rad: f64) -> u8 {
+    let turns = heading_rad / std::f64::consts::TAU;
+    let share = turns - turns.floor();
+    ((share * 256.0).round() as u16 % 256) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use rsrs_core::robot::unicycle::Pose;
+    use rsrs_testing::conditions::flockbot_conditions;
+
+    use super::*;
+
+    fn two_robots() -> Trajectory {
+        let pose = |x_m, y_m, heading_rad| Pose { x_m, y_m, heading_rad };
+        let command = |turn_rate_rad_s| Command { speed_m_s: 0.15, turn_rate_rad_s };
+        let mut trajectory = Trajectory::new(0.13, 2);
+        for sample in 0..5 {
+            let x_m = 0.1 * f64::from(sample);
+            trajectory.poses.extend([pose(x_m, 0.0, -0.5), pose(-x_m, 1.0, 7.0)]);
+            trajectory.commands.extend([command(0.75), command(-0.75)]);
+        }
+        trajectory
+    }
+
+    fn replay(every: usize) -> Replay {
+        let trajectory = two_robots();
+        Replay::of(&Shown {
+            trajectory: &trajectory,
+            conditions: &flockbot_conditions(),
+            robots: vec!["robot_1".to_owned(), "robot_2".to_owned()],
+            samples: 0..5,
+            every,
+            ring: None,
+            lost: Vec::new(),
+        })
+    }
+
+    fn bytes(text: &str) -> Vec<u8> {
+        STANDARD.decode(text).unwrap()
+    }
+
+    #[test]
+    fn places_and_headings_are_those_of_the_run() {
+        let replay = replay(2);
+
+        let places = bytes(&replay.places);
+        let place_m = |frame: usize, robot: usize, axis: usize| {
+            let at = 2 * (2 * (2 * frame + robot) + axis);
+            let units = i16::from_le_bytes([places[at], places[at + 1]]);
+            replay.centre_m[axis] + f64::from(units) * replay.unit_m
+        };
+        assert_eq!(places.len(), 3 * 2 * 2 * 2);
+        assert!((replay.frame_s - 0.26).abs() < 1e-9);
+        for frame in 0..3 {
+            let x_m = 0.2 * frame as f64;
+            assert!((place_m(frame, 0, 0) - x_m).abs() < 1e-3, "{}", place_m(frame, 0, 0));
+            assert!((place_m(frame, 1, 0) + x_m).abs() < 1e-3 && place_m(frame, 1, 1) > 0.999);
+        }
+        let turn = |heading_rad: f64| f64::from(to_256ths(heading_rad)) / 256.0;
+        let headings = bytes(&replay.headings);
+        assert_eq!(headings[..2], [to_256ths(-0.5), to_256ths(7.0)]);
+        assert!((turn(-0.5) - (1.0 - 0.5 / std::f64::consts::TAU)).abs() < 0.003);
+        assert_eq!(to_256ths(-1e-9), 0, "a turn is no turn");
+    }
+
+    #[test]
+    fn detections_are_those_that_the_commands_answer_at_full_rate() {
+        // The first robot turns left in all five samples, the second one right.
+        assert_eq!(bytes(&replay(4).detections), [0b0101_0101, 0b01]);
+        let controller = flockbot_conditions().controller;
+        assert!(!answers_detection(Command::STOP, controller));
+    }
+
+    #[test]
+    fn a_cone_is_outlined_by_its_arc() {
+        let outline = outline(&Region::Cone { half_angle_rad: 0.2, range_m: 0.75 });
+
+        assert_eq!(outline.len(), 14);
+        assert!((outline[7][0] - 0.75).abs() < 1e-9 && outline[7][1].abs() < 1e-9);
+        assert!(outline[1][1] < 0.0 && outline[13][1] > 0.0);
+    }
+}

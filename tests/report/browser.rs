@@ -1,0 +1,74 @@
+//! The report in a browser without a window: it responds, moves, prints, and can be used by everybody.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use rsrs_testing::python::{must_run, python_with};
+
+use crate::command::{code, repository, rsrs, stderr};
+use crate::floor::Run;
+use crate::laboratory::workplace;
+
+const PACKAGES: [&str; 2] = ["playwright==1.65.2", "axe-playwright-python==0.1.8"];
+
+/// The system's Chromium, installed if this machine lacks it and may.
+fn chromium() -> PathBuf {
+    let find = || {
+        let path = std::env::var_os("PATH").unwrap_or_default();
+        let names = ["chromium", "chromium-browser", "google-chrome"];
+        std::env::split_paths(&path)
+            .flat_map(|folder| names.map(|name| folder.join(name)))
+            .find(|file| file.is_file())
+    };
+    find().unwrap_or_else(|| {
+        let install = ["install", "-y", "-qq", "--no-install-recommends", "chromium"];
+        let mut apt = Command::new("apt-get");
+        let installed = apt.args(install).env("DEBIAN_FRONTEND", "noninteractive").output();
+        find().unwrap_or_else(|| {
+            panic!(
+                "this test needs Chromium, and could not install it: `apt-get install chromium`: \
+                 {installed:?}"
+            )
+        })
+    })
+}
+
+/// Lets a browser use a report, and gives what it found.
+fn browse(report: &Path) -> String {
+    let python = python_with("browser", &PACKAGES, &[]);
+    let screenshots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report");
+    let script = repository().join("tests/report/browser.py");
+    must_run(Command::new(python).arg(script).arg(chromium()).arg(report).arg(screenshots))
+}
+
+#[test]
+fn a_report_of_nine_runs_is_small_responds_moves_and_prints_in_a_browser() {
+    let place = workplace("speed_m_s: {from: 0.05, to: 0.30, steps: 11}", "true_positive: 0.8");
+    let here = place.path();
+    let sweep = std::fs::read_to_string(here.join("sweep.yaml")).expect("it was written");
+    let sweep = sweep
+        .replace("[0.25, 0.75]", "[0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75, 2]")
+        .replace("replicates: 16", "replicates: 3")
+        .replace("duration_s: 120", "duration_s: 300");
+    std::fs::write(here.join("sweep.yaml"), sweep).expect("the folder is writable");
+    let swept = rsrs(here, &["sweep", "sweep.yaml", "-o", "out"]);
+    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    let names: Vec<String> = (1..=9).map(|run| format!("run_{run}")).collect();
+    for (seed, name) in (1..).zip(&names) {
+        let run = Run { duration_s: 300.0, recorded_s: 300.0, ..Run::new(seed) };
+        run.record(here, name);
+    }
+    let mut arguments = vec!["report", "out", "-o", "report.html", "--bags"];
+    arguments.extend(names.iter().map(String::as_str));
+    let report = rsrs(here, &arguments);
+    assert!([0, 3].contains(&code(&report)), "{}", stderr(&report));
+
+    let n_bytes = here.join("report.html").metadata().expect("it was written").len();
+    assert!(n_bytes < 2_000_000, "{n_bytes} bytes");
+    let html = std::fs::read_to_string(here.join("report.html")).expect("it was written");
+    for name in &names {
+        assert!(html.contains(&format!("<title>{name}: ")), "no mark of {name}");
+    }
+    let found = browse(&here.join("report.html"));
+    assert!(found.contains("cells: 88\n") && found.ends_with("all is well\n"), "{found}");
+}
