@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use rsrs_msgs::topics;
+use rsrs_msgs::geometry_msgs::TwistStamped;
+use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::std_msgs::Bool;
+use rsrs_msgs::topics::{self, Topic};
 use serde_json::Value;
 
 fn text(name: &str) -> String {
@@ -62,4 +65,35 @@ fn foxglove_is_told_of_topics_that_are_there() {
 
     check(&document);
     assert_eq!(document["configById"]["3D!swarm"]["followTf"], "map");
+}
+
+/// A topic with a message of its type, whose fields can be looked up.
+fn sample<M: serde::Serialize + Default>(topic: Topic) -> (Topic, Value) {
+    (topic, serde_json::to_value(M::default()).expect("messages are plain data"))
+}
+
+#[test]
+fn plotjuggler_is_told_of_fields_that_are_there() {
+    let layout = text("swarm.plotjuggler.xml");
+    let samples = [
+        sample::<Bool>(topics::DETECTION),
+        sample::<TwistStamped>(topics::CMD_VEL),
+        sample::<Odometry>(topics::ODOM),
+    ];
+    let named: Vec<&str> = layout
+        .split("<curve name=\"")
+        .skip(1)
+        .map(|rest| &rest[..rest.find('"').expect("attributes end")])
+        .collect();
+
+    assert_eq!(named.len(), 9 * 5);
+    for name in named {
+        let (robot, field) = name[1..].split_once('/').expect("a robot and a topic");
+        let is_shown = samples.iter().any(|(topic, message)| {
+            let path = name.strip_prefix(&topic.for_robot(robot));
+            let value = path.and_then(|path| message.pointer(path));
+            value.is_some_and(|value| value.is_number() || value.is_boolean())
+        });
+        assert!(robot.starts_with("robot_") && is_shown, "nobody publishes {name}: {field}");
+    }
 }
