@@ -1,6 +1,7 @@
 //! Shares along one quantity with their 95 % bands: one curve, or a page of them.
 
 use rsrs_core::diagram::axis::Axis;
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::statistics::share::Share;
 
 use crate::arrangement::NARROW_MARGIN_PX;
@@ -53,7 +54,9 @@ pub struct Curve {
     pub heading: String,
     /// The quantity.
     pub axis: Axis,
-    /// Values, ascending, and the runs with each that milled.
+    /// What the runs were judged for.
+    pub behaviour: Behaviour,
+    /// Values, ascending, and the runs with each that ended in the wanted phase.
     pub points: Vec<(f64, Share)>,
     /// Values between which the background is shaded.
     pub range: Option<[f64; 2]>,
@@ -231,10 +234,10 @@ fn panel(curve: &Curve, chart: &Chart, wanted: Option<f64>) -> Element {
         .children(boundaries(chart, &curve.boundaries))
         .child(line(chart, &curve.points))
         .children(dots(curve, chart))
-        .children(curve.real.iter().map(|run| real(chart, run)))
+        .children(curve.real.iter().map(|run| real(chart, curve.behaviour, run)))
         .children(curve.marked.map(|value| pointer(chart, value)))
         .child(chart.frame(curve.axis.label()))
-        .child(chart.y_axis("share of stable milling"))
+        .child(chart.y_axis(&format!("share of {}", curve.behaviour.noun())))
         .child(heading)
 }
 
@@ -296,17 +299,18 @@ fn dots(curve: &Curve, chart: &Chart) -> Vec<Element> {
             .at("cy", chart.y_px(share.value()))
             .at("r", 2.4)
             .with("fill", BLUE)
-            .child(Element::new("title").text(&tooltip(&text, *share)))
+            .child(Element::new("title").text(&tooltip(&text, curve.behaviour, *share)))
     };
     curve.points.iter().zip(labels(&values)).map(dot).collect()
 }
 
-fn tooltip(value: &str, share: Share) -> String {
+fn tooltip(value: &str, behaviour: Behaviour, share: Share) -> String {
     let interval = share.interval();
     format!(
-        "{value}: {} of {} mill, {:.1} % (95 % interval {:.1} to {:.1} %)",
+        "{value}: {} of {} {}, {:.1} % (95 % interval {:.1} to {:.1} %)",
         share.hits,
         share.n,
+        behaviour.verb().plain,
         100.0 * share.value(),
         100.0 * interval.low,
         100.0 * interval.high
@@ -352,7 +356,7 @@ fn pointer(chart: &Chart, value: f64) -> Element {
 }
 
 /// Real runs: their share and its interval.
-fn real(chart: &Chart, (value, share): &(f64, Share)) -> Element {
+fn real(chart: &Chart, behaviour: Behaviour, (value, share): &(f64, Share)) -> Element {
     let interval = share.interval();
     let (x_px, y_px) = (chart.x_px(*value), chart.y_px(share.value()));
     let (top_px, bottom_px) = (chart.y_px(interval.high), chart.y_px(interval.low));
@@ -364,19 +368,24 @@ fn real(chart: &Chart, (value, share): &(f64, Share)) -> Element {
         .with("fill", "#ffffff")
         .with("stroke", INK)
         .at("stroke-width", 1.8);
-    Element::new("g")
-        .child(stroke(&bar, INK, 1.6))
-        .child(dot)
-        .child(Element::new("title").text(&tooltip(&format!("real, {}", label(*value)), *share)))
+    Element::new("g").child(stroke(&bar, INK, 1.6)).child(dot).child(
+        Element::new("title").text(&tooltip(
+            &format!("real, {}", label(*value)),
+            behaviour,
+            *share,
+        )),
+    )
 }
 
 fn entries(picture: &CurvesPicture) -> Vec<(Element, String)> {
     let some = |has: fn(&Curve) -> bool| picture.curves.iter().any(has);
+    let first = picture.curves.first();
+    let verb = first.map_or(Behaviour::default(), |curve| curve.behaviour).verb();
     let mut entries = vec![(
         Element::new("g")
             .child(stroke_mark(BLUE, 9.0).with("stroke-opacity", "0.22"))
             .child(stroke_mark(BLUE, 1.8)),
-        "simulated: the share of runs that mill, and its 95 % interval".to_owned(),
+        format!("simulated: the share of runs that {}, and its 95 % interval", verb.plain),
     )];
     if let Some((_, text)) = &picture.wanted {
         let mark = stroke_mark(QUIET_INK, 1.0).with("stroke-dasharray", "2 3");

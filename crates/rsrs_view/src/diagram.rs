@@ -277,6 +277,7 @@ fn curve(picture: &DiagramPicture, panel: &Panel, slice: &Slice) -> Curve {
     Curve {
         heading: panel.heading.clone(),
         axis: picture.x,
+        behaviour: panel.diagram.behaviour(),
         points: slice.x_values.iter().enumerate().filter_map(point).collect(),
         range: None,
         marked: picture.chosen.and_then(|cell| slice.place(cell)).map(|(value, _)| value),

@@ -169,7 +169,8 @@ fn page(result: &SweepResult, robots: Robots, svg: &str) -> anyhow::Result<Strin
             World::Harsher if source.as_measured().is_some() => "robots made worse",
             World::Harsher | World::AsMeasured => "robots as measured",
         };
-        let head = ["cell", "most frequent phase", "mills", "95 % interval", "runs"];
+        let does = source.sweep.behaviour.verb().does;
+        let head = ["cell", "most frequent phase", does, "95 % interval", "runs"];
         let caption = format!("Every cell of the sweep: {robots}");
         page.table(&Table { caption, head: head.map(str::to_owned).into(), rows });
     }

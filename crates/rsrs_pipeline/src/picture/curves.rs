@@ -1,5 +1,6 @@
 //! The curves of the answers on a robot.
 
+use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_view::curves::{Curve, CurvesPicture, svg};
 
 use crate::answer::{Answers, Quantity};
@@ -45,6 +46,7 @@ fn of_quantity(found: &Quantity) -> Curve {
     Curve {
         heading,
         axis: *axis,
+        behaviour: Behaviour::Milling,
         points: curve.iter().map(|point| (point.value, point.milling())).collect(),
         range: range.map(|range| [range.low, range.high]),
         marked: Some(*recommended),

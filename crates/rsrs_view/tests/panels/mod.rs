@@ -43,6 +43,7 @@ fn pages_of_curves_can_be_read() {
     let curve = |heading: &str, axis| Curve {
         heading: heading.to_owned(),
         axis,
+        behaviour: rsrs_core::judge::behaviour::Behaviour::Milling,
         points: (0..9).map(|at| (0.05 + 0.03 * f64::from(at), Share { hits: 7, n: 9 })).collect(),
         range: Some([0.08, 0.2]),
         marked: Some(0.15),
