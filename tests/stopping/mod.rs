@@ -280,13 +280,17 @@ async fn stop_alone() {
     signal(&run, "KILL");
     signal(&floor.controllers, "KILL");
     let (code, table, errors) = stop(&["--format", "json"]).await;
-    floor.watch.update();
 
     assert_eq!(code, Some(0), "{table}\n{errors}");
     let report: serde_json::Value = serde_json::from_str(&table).expect("it is JSON");
     assert_eq!(report["acknowledged"], true);
     assert_eq!(report["robots"].as_array().map(Vec::len), Some(9));
-    assert!(floor.watch.all_hold(), "{:?}", floor.watch.robots);
+    let watch = &mut floor.watch;
+    eventually("what the stop received is received here, too", || {
+        watch.update();
+        watch.all_hold()
+    })
+    .await;
     floor.close().await;
 }
 
