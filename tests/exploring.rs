@@ -71,6 +71,21 @@ fn what_differs_is_found_and_has_names() {
 }
 
 #[test]
+fn robots_with_a_single_speed_and_robots_in_the_wind_are_explored_as_well() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    for kind in ["smars", "lta"] {
+        let profile = repository().join(format!("launch_configs/profiles/{kind}.yaml"));
+        let profile = profile.to_str().expect("a path in UTF-8");
+        let small = ["--controllers", "200", "--replicates", "4", "--format", "json"];
+
+        let found = rsrs(place.path(), &[&["explore", profile, "-o", kind], &small[..]].concat());
+
+        assert_eq!(code(&found), 0, "{kind}: {}", stderr(&found));
+        assert!(json(&found)["found"].as_array().is_some_and(|found| found.len() > 3), "{kind}");
+    }
+}
+
+#[test]
 fn a_search_that_was_cut_short_goes_on_to_the_same_end() {
     let place = tempfile::tempdir().expect("a temporary folder");
     let place = place.path();

@@ -29,14 +29,16 @@ impl ControllerParameters {
         Self { speed_m_s, turn_rate_rad_s, undetected: None }
     }
 
-    /// The controller with these commands; those of a mirrored one make a mirrored one.
+    /// The controller with these commands; those of a mirrored one that drives forward make a mirrored
+    /// one.
     ///
     /// # Arguments
     ///
     /// * `detected`, `undetected` — where something is detected, and where nothing is.
     pub fn of(detected: Command, undetected: Command) -> Self {
         let mirrored = Self::mirrored(detected.speed_m_s, detected.turn_rate_rad_s);
-        let is_mirrored = decide(false, mirrored) == undetected && detected.turn_rate_rad_s >= 0.0;
+        let is_forward = detected.speed_m_s >= 0.0 && detected.turn_rate_rad_s >= 0.0;
+        let is_mirrored = is_forward && decide(false, mirrored) == undetected;
         Self { undetected: (!is_mirrored).then_some(undetected), ..mirrored }
     }
 
@@ -151,6 +153,9 @@ mod tests {
 
         assert_eq!(mirrored, ControllerParameters::mirrored(0.15, 0.75));
         assert_eq!(other.commands(), [command(0.0, 1.0), command(-0.15, 0.3)]);
+        // A mirrored controller is given by two numbers, which are not negative.
+        let backward = ControllerParameters::of(command(-0.15, 0.75), command(-0.15, -0.75));
+        assert_eq!(backward.undetected, Some(command(-0.15, -0.75)));
         assert_eq!(other.fastest(), command(0.15, 1.0));
         assert_ne!(other.digest(), ControllerParameters::mirrored(0.0, 1.0).digest());
     }
