@@ -17,7 +17,7 @@ use rsrs_view::page::Page;
 use rsrs_view::trajectory::TrajectoryPicture;
 
 use super::folder::{Folder, PROFILE};
-use super::trial::{Laboratory, Name, Trial};
+use super::trial::{self, Laboratory, Name, Trial};
 use super::{CONFIRM, Explored, Found, Options};
 use crate::files::write_file;
 use crate::wording::percent;
@@ -68,7 +68,8 @@ pub fn write(
         found.push(entry);
         trials.push(trial);
     }
-    draw(laboratory, site, (&trials, &found), &runs)?;
+    let gallery = Gallery { trials: &trials, found: &found, runs: &runs };
+    draw(laboratory, site, &gallery, options)?;
     Ok(Explored {
         folder: site.path.clone(),
         robot: laboratory.robot.clone(),
@@ -95,7 +96,7 @@ fn confirm(
     options: &Options,
 ) -> anyhow::Result<Confirmed> {
     let (mut share, mut shown) = laboratory.confirm(&trial, (seed, CONFIRM), options)?;
-    if share.value() < 0.5 && trial.name != Name::Other && options.wanted.is_none() {
+    if share.value() < trial::MOST && trial.name != Name::Other && options.wanted.is_none() {
         trial.name = Name::Other;
         (share, shown) = laboratory.confirm(&trial, (seed, CONFIRM), options)?;
     }
@@ -184,19 +185,25 @@ fn axes(laboratory: &Laboratory, controller: ControllerParameters) -> (Axes, Vec
     (swept, kept.iter().copied().chain(standing).collect())
 }
 
+/// What is shown: controllers, what fresh runs of them show, and one of these runs each.
+struct Gallery<'a> {
+    trials: &'a [Trial],
+    found: &'a [Found],
+    runs: &'a [Trajectory],
+}
+
 /// Draws one run of each, as `gallery.svg`, `gallery.png` and `gallery.html`.
 fn draw(
     laboratory: &Laboratory,
     site: &Folder,
-    (trials, found): (&[Trial], &[Found]),
-    runs: &[Trajectory],
+    gallery: &Gallery,
+    options: &Options,
 ) -> anyhow::Result<()> {
-    let walls = if laboratory.walls() == Walls::None { "without walls" } else { "with walls" };
+    let Gallery { trials, found, runs } = *gallery;
+    let walls = if options.walls == Walls::None { "without walls" } else { "with walls" };
     let title = format!(
         "What {} robots of kind {} can do in {} m, {walls}",
-        laboratory.n_robots(),
-        laboratory.robot,
-        laboratory.arena_m
+        options.robots, laboratory.robot, laboratory.arena_m
     );
     let pictures: Vec<TrajectoryPicture> = trials
         .iter()

@@ -1,7 +1,7 @@
 //! Controllers on trial: simulated, judged, and described.
 
 use rsrs_core::conditions::operator::controller_values;
-use rsrs_core::conditions::{Conditions, ConditionsError, Region, Settings, Walls};
+use rsrs_core::conditions::{Conditions, ConditionsError, Region, Settings};
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::order::OrderParameters;
@@ -78,7 +78,7 @@ pub struct Laboratory {
 const ARENA_OVER_REACH: f64 = 6.0;
 
 /// A share of runs from which on a controller is called by what they show.
-const MOST: f64 = 0.5;
+pub const MOST: f64 = 0.5;
 
 impl Laboratory {
     /// Robots in an arena.
@@ -113,17 +113,6 @@ impl Laboratory {
         let conditions = laboratory.conditions(laboratory.space.controller(&[1.0; 4]))?;
         check(&[conditions], runs)?;
         Ok(laboratory)
-    }
-
-    /// Number of robots.
-    pub fn n_robots(&self) -> f64 {
-        let (_, n_robots) = self.settings.values[0];
-        n_robots
-    }
-
-    /// What happens at the arena's border.
-    pub fn walls(&self) -> Walls {
-        self.settings.walls
     }
 
     /// Radius of a robot's body, in metres.
