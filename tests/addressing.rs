@@ -12,7 +12,7 @@ fn output(variables: &[(&str, &str)], arguments: &[&str]) -> Output {
 }
 
 #[test]
-fn who_is_to_stay_on_this_machine_does_so_whatever_interface_is_chosen_and_says_so() {
+fn who_is_to_stay_on_this_machine_does_so_whatever_interface_is_chosen_and_reports_it() {
     let variables =
         [("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"), ("RSRS_INTERFACE", "no_such_interface")];
 

@@ -38,7 +38,7 @@ fn read(path: &Path) -> Vec<u8> {
 // What is in a bag, and what can be saved.
 
 #[test]
-fn info_tells_what_is_in_a_bag() {
+fn info_lists_what_is_in_a_bag() {
     let place = place();
     Run { robots: 2, recorded_s: 70.0, ..Run::new(1) }.record(place.path(), "run");
 
@@ -276,7 +276,7 @@ fn the_label_from_a_bag_is_the_label_in_memory() {
 // How sure a label is.
 
 #[test]
-fn a_label_says_how_far_it_is_from_another_phase() {
+fn a_label_states_how_far_it_is_from_another_phase() {
     let place = place();
     Run::new(1).record(place.path(), "run");
 

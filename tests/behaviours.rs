@@ -9,7 +9,7 @@ use crate::command::{code, json, repository, rsrs, stderr, stdout};
 use crate::processes::{Process, confined_rsrs};
 
 /// Far longer than it takes on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(300);
+const TIMEOUT: Duration = Duration::from_secs(300);
 
 /// A controller that was found by `rsrs explore`: robots turn away from what they see, or gather.
 struct Case {
@@ -59,7 +59,7 @@ fn workplace(case: &Case) -> tempfile::TempDir {
 fn run_and_label(folder: &Path) -> Value {
     let mut command = confined_rsrs();
     command.current_dir(folder).args(["run", "experiment.yaml", "--from", "out", "-o", "bag"]);
-    let (status, errors) = Process::start(&mut command).wait(PATIENCE);
+    let (status, errors) = Process::start(&mut command).wait(TIMEOUT);
     assert!(status.success(), "{errors}");
     let labelled = rsrs(folder, &["label", "bag", "--format", "json"]);
     assert_eq!(code(&labelled), 0, "{}", stderr(&labelled));

@@ -11,7 +11,7 @@ use rsrs_msgs::nav_msgs::Odometry;
 
 use crate::fleet::{ROBOTS, experiment, node};
 use crate::processes::{Process, is_starved, rsrs};
-use rsrs_testing::network::{PATIENCE, in_own_network};
+use rsrs_testing::network::{TIMEOUT, in_own_network};
 
 const PAGE: &str = include_str!("../docs/fleet_without_robots.md");
 const PAGES_OF_RCLPY: [&str; 2] =
@@ -127,7 +127,7 @@ fn robots_of_a_simulator_without_a_world_are_refused() {
         command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
         command.arg(experiment).arg("-o").arg(folder.path().join("bag"));
         let mut run = Process::start(&mut command);
-        let (status, errors) = run.wait(2 * PATIENCE);
+        let (status, errors) = run.wait(2 * TIMEOUT);
 
         assert_eq!(status.code(), Some(1), "{errors}");
         assert!(errors.contains("robot_9: its simulator has placed no world"), "{errors}");

@@ -16,7 +16,7 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 /// Far longer than it takes on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(180);
+const TIMEOUT: Duration = Duration::from_secs(180);
 
 /// Long enough for the judge, and no longer.
 const DURATION_S: u32 = 64;
@@ -120,7 +120,7 @@ fn check_manifest(folder: &Path) {
 fn wait_for(what: &str, is_there: impl Fn() -> bool) {
     let begun = Instant::now();
     while !is_there() {
-        assert!(begun.elapsed() < PATIENCE, "never came: {what}");
+        assert!(begun.elapsed() < TIMEOUT, "never came: {what}");
         std::thread::sleep(Duration::from_millis(5));
     }
 }
@@ -322,7 +322,7 @@ fn who_places_the_robots_may_skip_and_quit() {
     terminal.type_line("s");
     until(3);
     terminal.type_line("q");
-    let (status, _) = process.wait(PATIENCE);
+    let (status, _) = process.wait(TIMEOUT);
 
     assert_eq!(status.code(), Some(3), "{printed}");
     assert!(
@@ -347,7 +347,7 @@ fn a_campaign_whose_program_is_rebuilt_goes_on_with_the_old_one() {
     wait_for("the first recording", || place.path().join("out/001_three/bag/bag_0.mcap").exists());
     std::fs::remove_file(&program).expect("it is there");
     std::fs::write(&program, "#!/bin/sh\nexit 70\n").expect("the folder is writable");
-    let (status, errors) = process.wait(PATIENCE);
+    let (status, errors) = process.wait(TIMEOUT);
 
     assert!(status.success(), "{errors}");
     check_manifest(&place.path().join("out/002_three"));

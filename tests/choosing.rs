@@ -88,7 +88,7 @@ fn no_viable_cell_is_an_answer() {
 }
 
 #[test]
-fn a_mill_that_ends_when_a_robot_is_lost_is_said_to() {
+fn a_mill_that_ends_when_a_robot_is_lost_is_reported_so() {
     let place = workplace("speed_m_s: [0.15]", "true_positive: 0.8");
     let sweep = std::fs::read_to_string(place.path().join("sweep.yaml")).expect("it was written");
     // Where nine robots mill nearly always, two cannot, and three hardly.
@@ -132,7 +132,7 @@ fn of_cells_that_never_mill_made_worse_the_one_that_mills_most_as_measured_is_th
 }
 
 #[test]
-fn a_choice_says_how_the_robots_fare_as_measured() {
+fn a_choice_states_how_the_robots_fare_as_measured() {
     let place = workplace(SPEEDS, "true_positive: 0.8");
     std::fs::write(
         place.path().join("measured.yaml"),

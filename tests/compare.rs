@@ -83,7 +83,7 @@ fn a_record_that_does_not_read_is_an_error_that_names_the_bag() {
 }
 
 #[test]
-fn one_mill_is_undecided_and_says_how_many_more_would_do() {
+fn one_mill_is_undecided_with_how_many_more_would_decide() {
     let place = chosen();
     Run::new(1).record(place.path(), "monday");
 
@@ -109,7 +109,7 @@ fn one_mill_is_undecided_and_says_how_many_more_would_do() {
 }
 
 #[test]
-fn robots_without_a_gate_of_their_own_are_told_of_wherever_their_run_is() {
+fn robots_without_a_gate_of_their_own_are_named_wherever_their_run_is() {
     let place = chosen();
     let controller_only = vec!["robot_2".to_owned(), "robot_3".to_owned()];
     Run { controller_only, ..Run::new(1) }.record(place.path(), "borrowed");

@@ -225,7 +225,7 @@ fn a_sensor_that_leans_to_the_left_is_to_be_aimed_to_the_right() {
 }
 
 #[test]
-fn with_sound_robots_nothing_is_wrong_and_it_is_said_what_could_be_worse() {
+fn with_sound_robots_nothing_is_wrong_and_what_could_be_worse_is_reported() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     FLOCKBOT.write(folder.path());
 

@@ -55,7 +55,7 @@ fn what_cannot_be_drawn_is_refused_before_anything_is_written() {
 }
 
 #[test]
-fn a_label_says_why_in_words() {
+fn a_label_states_why_in_words() {
     let place = swept(SPEEDS, "true_positive: 0.8");
     let here = place.path();
     // Far too fast for a ring.

@@ -25,7 +25,7 @@ use rsrs_sim::episode::{episode_digests, run_episode};
 use rsrs_sim::sweep::{Runs, Watch, sweep};
 
 /// Far longer than it takes on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(300);
+const TIMEOUT: Duration = Duration::from_secs(300);
 
 #[test]
 fn the_whole_loop_leaves_bags_that_pass_through_the_states_of_the_replicates() {
@@ -37,7 +37,7 @@ fn the_whole_loop_leaves_bags_that_pass_through_the_states_of_the_replicates() {
     let stdout = process.0.stdout.take().unwrap();
     let reading = std::thread::spawn(move || std::io::read_to_string(stdout).unwrap());
 
-    let (status, errors) = process.wait(PATIENCE);
+    let (status, errors) = process.wait(TIMEOUT);
 
     assert!(status.success(), "{errors}");
     assert_eq!(nodes_of(pid), Vec::<u32>::new());
@@ -66,7 +66,7 @@ fn dry_runs_one_after_the_other_all_end_in_a_verdict() {
         let name = format!("loop_{run}");
         let mut command = confined_rsrs();
         command.current_dir(&folder).args(["dry-run", "--experiments", "3", "-o", &name]);
-        let (status, errors) = Process::start(&mut command).wait(PATIENCE);
+        let (status, errors) = Process::start(&mut command).wait(TIMEOUT);
 
         assert!(status.success(), "run {run}: {errors}");
         let comparison = std::fs::read(folder.path().join(&name).join("comparison.json")).unwrap();

@@ -4,7 +4,7 @@ use crate::command::{code, json, rsrs, stderr, stdout};
 use crate::laboratory::{SPEEDS, swept, workplace};
 
 #[test]
-fn choose_says_what_each_factor_does_in_its_cell() {
+fn choose_states_what_each_factor_does_in_its_cell() {
     let place = swept(SPEEDS, "walls: stop");
 
     let text = rsrs(place.path(), &["choose", "out", "--confirm", "100", "--viable", "0.5"]);
@@ -27,7 +27,7 @@ fn choose_says_what_each_factor_does_in_its_cell() {
 }
 
 #[test]
-fn a_sweep_of_robots_that_a_factor_has_blinded_says_so_and_names_the_factor() {
+fn a_sweep_of_robots_that_a_factor_has_blinded_reports_it_and_names_the_factor() {
     let place = workplace(SPEEDS, "walls: stop");
     let file = place.path().join("sweep.yaml");
     let sweep = std::fs::read_to_string(&file).expect("it was written");

@@ -20,7 +20,7 @@ use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos, Topic};
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
-use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 
 const OURS: &str = ROBOTS[0];
 const FOREIGN: &str = ROBOTS[1];
@@ -35,16 +35,16 @@ const ENDLESS_S: u64 = 1_000;
 
 /// What the wheels of a robot are told.
 #[derive(Clone, Copy, Default)]
-struct Told {
+struct ReceivedCommands {
     n_commands: u64,
     is_moving: bool,
     moved: Option<Instant>,
 }
 
 /// The wheels of both robots, ours first.
-type Wheels = Arc<Mutex<[Told; 2]>>;
+type Wheels = Arc<Mutex<[ReceivedCommands; 2]>>;
 
-fn lock(wheels: &Wheels) -> MutexGuard<'_, [Told; 2]> {
+fn lock(wheels: &Wheels) -> MutexGuard<'_, [ReceivedCommands; 2]> {
     wheels.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -172,7 +172,7 @@ impl Story<'_> {
     }
 
     async fn until_both_move(&self) {
-        *lock(&self.wheels) = <[Told; 2]>::default();
+        *lock(&self.wheels) = <[ReceivedCommands; 2]>::default();
         eventually("both robots are told to move", || {
             lock(&self.wheels).iter().all(|given| given.is_moving)
         })
@@ -191,7 +191,7 @@ impl Story<'_> {
 
 /// Waits for the end of a program, while the bases live.
 async fn ended(mut process: Process) -> (i32, String) {
-    let waiting = tokio::task::spawn_blocking(move || process.wait(PATIENCE));
+    let waiting = tokio::task::spawn_blocking(move || process.wait(TIMEOUT));
     let (status, printed) = waiting.await.expect("waiting does not panic");
     (status.code().expect("nobody killed it"), printed)
 }

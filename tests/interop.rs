@@ -15,7 +15,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 /// Far longer than anything here takes on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(60);
+const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Simulated time between two steps.
 const PERIOD_NS: u64 = 130_000_000;
@@ -161,7 +161,7 @@ impl Visitor {
         let mut line = String::new();
         self.lines.read_line(&mut line).expect("it prints text");
         if line.is_empty() {
-            return Err(self.process.wait(PATIENCE).1);
+            return Err(self.process.wait(TIMEOUT).1);
         }
         Ok(serde_json::from_str(&line).expect("it prints JSON"))
     }
@@ -185,7 +185,7 @@ fn what_a_visitor_sees(python: &Path) -> [Value; 3] {
     let mut runner = Process::start(&mut command);
     let during = visitor.says();
     signal(&runner, "INT");
-    let (_, printed) = runner.wait(PATIENCE);
+    let (_, printed) = runner.wait(TIMEOUT);
     let during = during.unwrap_or_else(|error| panic!("rclpy: {error}\nthe runner: {printed}"));
     let after = visitor.says().unwrap_or_else(|error| panic!("rclpy: {error}"));
     [before, during, after]

@@ -16,7 +16,7 @@ use rsrs_testing::network::in_own_network;
 use rsrs_testing::python::python_with;
 
 /// Far longer than anything here takes on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(90);
+const TIMEOUT: Duration = Duration::from_secs(90);
 const RUN_S: u64 = 8;
 const SPEED_M_S: f64 = 0.15;
 
@@ -115,7 +115,7 @@ fn run_on_fleet(experiment: &Path, bag: PathBuf) -> (Option<i32>, String, PathBu
     let mut command = rsrs();
     command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
     let mut run = Process::start(command.arg(experiment).arg("-o").arg(&bag));
-    let (status, printed) = run.wait(PATIENCE);
+    let (status, printed) = run.wait(TIMEOUT);
     (status.code(), printed, bag)
 }
 

@@ -10,7 +10,7 @@
 //!
 //! A second test stops and continues each of them (Ctrl-Z and `fg`), after which its middleware is dead:
 //! the process must end by itself, so that a service can start it again. `RSRS_NODE_FREEZES` sets how
-//! often.
+//! often. With the feature `security` the same is done to a secured fleet.
 
 use std::path::{Path, PathBuf};
 use std::process::{ExitStatus, Stdio};
@@ -18,12 +18,15 @@ use std::time::{Duration, Instant};
 
 use crate::fleet::{ROBOTS, experiment, node, signal, track};
 use crate::micro::{Micro, Socket};
-use crate::processes::{Process, rsrs};
+use crate::processes::{Process, join_alone, rsrs};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::ENDING;
-use rsrs_testing::network::{PATIENCE, in_own_network, session};
+use rsrs_ros::session::Session;
+#[cfg(feature = "security")]
+use rsrs_ros::session::SessionOptions;
+use rsrs_testing::network::{TIMEOUT, in_own_network, session};
 
 const KILLS: u64 = 20;
 /// Each kind of process once.
@@ -143,13 +146,22 @@ impl Floor {
             ),
         ];
         let sockets = std::array::from_fn(|_| Socket::new());
-        let start = |robot: usize| start_robot(robot, &sockets[robot]);
+        let start = |robot: usize| {
+            join_alone();
+            start_robot(robot, &sockets[robot])
+        };
         Self {
             experiment: experiment(folder.path(), 1_000, &changes),
             micros: std::array::from_fn(|robot| Micro::plug_in(&sockets[robot].path())),
             robots: std::array::from_fn(start),
-            controllers: start_controllers(),
-            simulator: start_simulator(),
+            controllers: {
+                join_alone();
+                start_controllers()
+            },
+            simulator: {
+                join_alone();
+                start_simulator()
+            },
             folder,
             sockets,
             n_runs: 0,
@@ -188,9 +200,9 @@ impl Floor {
         let start = Instant::now();
         while self.micros.iter().any(|micro| micro.wheels() == (0, 0)) {
             if run.0.try_wait().expect("it is our child").is_some() {
-                return Err(run.wait(PATIENCE).1);
+                return Err(run.wait(TIMEOUT).1);
             }
-            assert!(start.elapsed() < PATIENCE, "the wheels do not turn");
+            assert!(start.elapsed() < TIMEOUT, "the wheels do not turn");
             std::thread::sleep(LOOK);
         }
         Ok(())
@@ -217,7 +229,7 @@ impl Floor {
             let continued = Instant::now();
             while continued.elapsed() < Duration::from_secs(3) {
                 if process.0.try_wait().expect("it is our child").is_some() {
-                    return process.wait(PATIENCE);
+                    return process.wait(TIMEOUT);
                 }
                 std::thread::sleep(LOOK);
             }
@@ -225,7 +237,7 @@ impl Floor {
             std::thread::sleep(LOOK);
         }
         signal(process, "CONT");
-        process.wait(PATIENCE)
+        process.wait(TIMEOUT)
     }
 
     /// Kills, and says when it was done.
@@ -291,16 +303,36 @@ fn whoever_is_stopped_and_continued_ends_by_itself_and_started_again_takes_part(
     );
 }
 
-fn beside_a_tracker(test: &str, body: fn()) {
+#[cfg(feature = "security")]
+#[test]
+fn whoever_is_stopped_in_a_secured_fleet_ends_by_itself_and_started_again_takes_part() {
+    let test =
+        "kills::whoever_is_stopped_in_a_secured_fleet_ends_by_itself_and_started_again_takes_part";
     in_own_network(test, async || {
-        let session = session();
-        let killing = tokio::task::spawn_blocking(body);
-        tokio::select! {
-            ended = killing => ended.expect("the panic above says why"),
-            () = track(&session, &ROBOTS[..N_REAL]) => {}
-        }
-        session.close().await;
+        let keys = tempfile::tempdir().expect("a temporary folder");
+        crate::secured_fleet::keystore(keys.path());
+        crate::processes::secure_all(keys.path());
+        let tracker = SessionOptions {
+            domain_id: 42,
+            interfaces: vec![rsrs_ros::interfaces::LOOPBACK],
+            enclave: crate::secured_fleet::enclave(keys.path(), "/tracker"),
+        };
+        let session = Session::open(&tracker).expect("the enclave is well");
+        tracking(session, freeze_again_and_again).await;
     });
+}
+
+fn beside_a_tracker(test: &str, body: fn()) {
+    in_own_network(test, async || tracking(session(), body).await);
+}
+
+async fn tracking(session: Session, body: fn()) {
+    let killing = tokio::task::spawn_blocking(body);
+    tokio::select! {
+        ended = killing => ended.expect("the panic above gives the reason"),
+        () = track(&session, &ROBOTS[..N_REAL]) => {}
+    }
+    session.close().await;
 }
 
 /// The value of a variable that sets how much is tested.
@@ -328,7 +360,7 @@ fn kill_again_and_again() {
         if victim != Victim::Runner && run.0.try_wait().expect("it is our child").is_none() {
             signal(&run, "INT");
         }
-        let (status, errors) = run.wait(PATIENCE);
+        let (status, errors) = run.wait(TIMEOUT);
         assert!(!status.success(), "{what}: a run without {victim:?} was completed\n{errors}");
         judge_bag(&bag, victim, &what);
         floor.restart(victim);
@@ -359,7 +391,7 @@ fn freeze_again_and_again() {
             let ending = bag.metadata(ENDING).expect("the bag is closed");
             assert!(ending["reason"].contains("the middleware has ended"), "{ending:?}");
         } else {
-            let (status, errors) = run.wait(PATIENCE);
+            let (status, errors) = run.wait(TIMEOUT);
             assert!(!status.success(), "{what}: the run was completed\n{errors}");
             judge_bag(&bag, victim, &what);
         }

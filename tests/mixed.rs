@@ -27,7 +27,7 @@ use rsrs_testing::network::{in_own_network, session};
 /// The judge looks at a minute, and recording begins and ends in the middle of a period.
 const RUN_S: u64 = 62;
 /// Far longer than the run, on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(240);
+const TIMEOUT: Duration = Duration::from_secs(240);
 const SPEED_M_S: f64 = 0.15;
 /// Interval of the tracker's poses, of readings, and of the wheels' little steps.
 const BEAT: Duration = Duration::from_millis(50);
@@ -42,13 +42,13 @@ const N_REAL: usize = 2;
 const N_ROBOTS: usize = 5;
 
 #[derive(Clone, Copy)]
-struct Place {
+struct StartPose {
     x_m: f64,
     y_m: f64,
     heading_rad: f64,
 }
 
-impl Place {
+impl StartPose {
     fn drive(&mut self, (speed_m_s, turn_rate_rad_s): (f64, f64), time_s: f64) {
         let (sine, cosine) = libm::sincos(self.heading_rad);
         self.x_m += speed_m_s * cosine * time_s;
@@ -78,7 +78,7 @@ impl Place {
 
 /// The hardware of the real robots, and the tracker above it.
 struct Hardware {
-    places: [Place; N_REAL],
+    places: [StartPose; N_REAL],
     /// The last command of the first robot's base driver.
     commanded: Arc<Mutex<(Twist, Instant)>>,
     micro: Micro,
@@ -103,8 +103,8 @@ impl Hardware {
         });
         Self {
             places: [
-                Place { x_m: 0.3, y_m: 0.0, heading_rad: 0.0 },
-                Place { x_m: -0.3, y_m: 0.0, heading_rad: std::f64::consts::PI },
+                StartPose { x_m: 0.3, y_m: 0.0, heading_rad: 0.0 },
+                StartPose { x_m: -0.3, y_m: 0.0, heading_rad: std::f64::consts::PI },
             ],
             commanded,
             micro: Micro::plug_in(&socket.path()),
@@ -218,7 +218,7 @@ async fn run(folder: PathBuf, experiment: PathBuf) {
             command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
             let mut run =
                 Process::start(command.arg(&experiment).arg("-o").arg(folder.join("bag")));
-            let (status, printed) = run.wait(PATIENCE);
+            let (status, printed) = run.wait(TIMEOUT);
             if status.success() {
                 return;
             }
@@ -227,7 +227,7 @@ async fn run(folder: PathBuf, experiment: PathBuf) {
             std::fs::rename(folder.join("bag"), aborted).expect("the folder is writable");
         }
     });
-    running.await.expect("the panic above says why");
+    running.await.expect("the panic above gives the reason");
 }
 
 fn check_bag(bag: &Path) {

@@ -6,7 +6,8 @@
 //! nothing any more; then its process must end by itself, as its service expects, which the test
 //! plays.
 //!
-//! `RSRS_CUTS_S` sets how long the cable is out, in seconds: `20,75,200`.
+//! `RSRS_CUTS_S` sets how long the cable is out, in seconds: `20,75,200`. With the feature `security` the
+//! same is done to a secured fleet.
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
@@ -17,8 +18,9 @@ use crate::fleet::{ROBOTS, experiment, signal, track};
 use crate::micro::{Micro, Socket};
 use crate::processes::{Process, rsrs};
 use rsrs_ros::confine;
+use rsrs_ros::security::Enclave;
 use rsrs_ros::session::{Session, SessionOptions};
-use rsrs_testing::network::{PATIENCE, in_own_network};
+use rsrs_testing::network::{TIMEOUT, in_own_network};
 
 /// One cut that is longer than the leases of DDS (50 s), and one that is shorter.
 const CUTS_S: &str = "75,20";
@@ -150,10 +152,10 @@ impl Floor {
                 if self.micro.wheels() != (0, 0) {
                     return run;
                 }
-                assert!(start.elapsed() < 2 * PATIENCE, "the wheels do not turn");
+                assert!(start.elapsed() < 2 * TIMEOUT, "the wheels do not turn");
                 std::thread::sleep(LOOK);
             }
-            endings += &run.wait(PATIENCE).1;
+            endings += &run.wait(TIMEOUT).1;
         }
         panic!("{STARTS} runs in a row ended before the robot moved:\n{endings}");
     }
@@ -167,7 +169,7 @@ impl Floor {
         computer.pull();
         std::thread::sleep(STANDS_WITHIN);
         assert_eq!(self.micro.wheels(), (0, 0), "the wheels stand within the lease");
-        let (status, errors) = run.wait(PATIENCE);
+        let (status, errors) = run.wait(TIMEOUT);
         assert!(!status.success(), "a run without a robot was completed\n{errors}");
         std::thread::sleep(cut.saturating_sub(pulled.elapsed()));
         assert!(computer.node.0.try_wait().expect("it is our child").is_none(), "nobody is back");
@@ -182,7 +184,7 @@ impl Floor {
         }
         let mut run = self.start_driving();
         signal(&run, "INT");
-        run.wait(PATIENCE);
+        run.wait(TIMEOUT);
         drop(computer);
     }
 }
@@ -190,23 +192,40 @@ impl Floor {
 #[test]
 fn a_robot_that_was_out_of_reach_stands_and_drives_in_the_next_run() {
     let test = "out_of_reach::a_robot_that_was_out_of_reach_stands_and_drives_in_the_next_run";
+    in_own_network(test, async || cut_again_and_again(None).await);
+}
+
+#[cfg(feature = "security")]
+#[test]
+fn a_secured_robot_that_was_out_of_reach_stands_and_drives_in_the_next_run() {
+    let test =
+        "out_of_reach::a_secured_robot_that_was_out_of_reach_stands_and_drives_in_the_next_run";
     in_own_network(test, async || {
-        make_base();
-        let options =
-            SessionOptions { domain_id: 42, interfaces: vec![IpAddr::V4(BASE)], enclave: None };
-        let session = Session::open(&options).expect("the bridge is there");
-        let cutting = tokio::task::spawn_blocking(|| {
-            let mut floor = Floor::new();
-            let cuts_s = std::env::var("RSRS_CUTS_S");
-            for (n, cut_s) in cuts_s.as_deref().unwrap_or(CUTS_S).split(',').enumerate() {
-                let cut_s = cut_s.parse().expect("seconds, with commas between them");
-                floor.cut(2 * n, Duration::from_secs(cut_s));
-            }
-        });
-        tokio::select! {
-            ended = cutting => ended.expect("the panic above says why"),
-            () = track(&session, &ROBOTS[..1]) => {}
-        }
-        session.close().await;
+        let keys = tempfile::tempdir().expect("a temporary folder");
+        crate::secured_fleet::keystore(keys.path());
+        crate::processes::secure_all(keys.path());
+        cut_again_and_again(crate::secured_fleet::enclave(keys.path(), "/tracker")).await;
     });
+}
+
+/// # Arguments
+///
+/// * `enclave` — of the tracker, in a secured fleet.
+async fn cut_again_and_again(enclave: Option<Enclave>) {
+    make_base();
+    let options = SessionOptions { domain_id: 42, interfaces: vec![IpAddr::V4(BASE)], enclave };
+    let session = Session::open(&options).expect("the bridge is there");
+    let cutting = tokio::task::spawn_blocking(|| {
+        let mut floor = Floor::new();
+        let cuts_s = std::env::var("RSRS_CUTS_S");
+        for (n, cut_s) in cuts_s.as_deref().unwrap_or(CUTS_S).split(',').enumerate() {
+            let cut_s = cut_s.parse().expect("seconds, with commas between them");
+            floor.cut(2 * n, Duration::from_secs(cut_s));
+        }
+    });
+    tokio::select! {
+        ended = cutting => ended.expect("the panic above gives the reason"),
+        () = track(&session, &ROBOTS[..1]) => {}
+    }
+    session.close().await;
 }

@@ -15,7 +15,7 @@ use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::episode_digests;
-use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 const ROBOTS: [&str; 9] = [
@@ -96,13 +96,13 @@ async fn lockstep_run() {
         .expect("the topic is allowed");
     let (to_statuses, mut statuses) = unbounded_channel();
     let statuses_of_all = receive_robots(&session, &node, &to_statuses).await;
-    let options = ClientOptions { patience: PATIENCE, mapping: None };
+    let options = ClientOptions { timeout: TIMEOUT, mapping: None };
     let client = ParameterClient::new(&session, &node, options);
     place(&client, &conditions, expected.len()).await;
 
     let leases = publisher::<RunLease>(&session, &node, topics::LEASE);
     let recorded = publisher::<Recorded>(&session, &node, topics::RECORDED);
-    session.wait_for_readers(topics::LEASE.name, 2, PATIENCE).await.expect("nodes listen");
+    session.wait_for_readers(topics::LEASE.name, 2, TIMEOUT).await.expect("nodes listen");
     let mut lease = armed_lease(&conditions);
     let mut states = [RobotStatus::IDLE; ROBOTS.len()];
     let mut seen: Vec<WorldDigest> = Vec::new();
@@ -125,7 +125,7 @@ async fn lockstep_run() {
             }
         }
     };
-    tokio::time::timeout(PATIENCE, run).await.expect("the run ends");
+    tokio::time::timeout(TIMEOUT, run).await.expect("the run ends");
 
     let steps: Vec<u64> = seen.iter().map(|digest| digest.step).collect();
     assert_eq!(steps, (1..=expected.len() as u64).collect::<Vec<_>>());
@@ -161,9 +161,9 @@ async fn receive_robots(
             });
         subscriptions.push(subscription.expect("the topic is allowed"));
         let detection = topics::DETECTION.for_robot(robot);
-        session.wait_for_readers(&detection, 1, PATIENCE).await.expect("a controller listens");
+        session.wait_for_readers(&detection, 1, TIMEOUT).await.expect("a controller listens");
         let cmd_vel = topics::CMD_VEL.for_robot(robot);
-        session.wait_for_readers(&cmd_vel, 1, PATIENCE).await.expect("the simulator listens");
+        session.wait_for_readers(&cmd_vel, 1, TIMEOUT).await.expect("the simulator listens");
     }
     subscriptions
 }

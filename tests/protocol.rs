@@ -10,7 +10,7 @@ use rsrs_fleet::record::{ENDING, Ending, EndingKind};
 use rsrs_msgs::rsrs::{Recorded, RobotStatus};
 use rsrs_msgs::topics;
 use rsrs_ros::session::{NodeHandle, Session, Subscription};
-use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 /// So long that no run of a test comes to its end.
@@ -28,9 +28,9 @@ fn wait_until_it_runs(folder: &Path, process: &mut Process) {
     let start = Instant::now();
     let bag = folder.join("bag/bag_0.mcap");
     while !std::fs::metadata(&bag).is_ok_and(|file| file.len() > 100_000) {
-        assert!(start.elapsed() < PATIENCE, "the run does not start");
+        assert!(start.elapsed() < TIMEOUT, "the run does not start");
         if let Some(status) = process.0.try_wait().expect("it is our child") {
-            let (_, errors) = process.wait(PATIENCE);
+            let (_, errors) = process.wait(TIMEOUT);
             panic!("the run ended: {status}\n{errors}");
         }
         std::thread::sleep(Duration::from_millis(20));
@@ -54,7 +54,7 @@ fn an_interrupted_run_closes_its_bag_and_leaves_no_process() {
         assert_eq!(nodes_of(pid).len(), 2);
 
         signal(&process, name);
-        let (status, errors) = process.wait(PATIENCE);
+        let (status, errors) = process.wait(TIMEOUT);
 
         assert_eq!(status.code(), Some(1), "{errors}");
         assert!(errors.contains(&format!("run aborted: {reason}")), "{errors}");
@@ -73,17 +73,17 @@ fn nodes_end_with_a_run_that_is_killed() {
     wait_until_it_runs(folder.path(), &mut process);
 
     signal(&process, "KILL");
-    process.wait(PATIENCE);
+    process.wait(TIMEOUT);
 
     let start = Instant::now();
     while !nodes_of(pid).is_empty() {
-        assert!(start.elapsed() < PATIENCE, "nodes outlive their run");
+        assert!(start.elapsed() < TIMEOUT, "nodes outlive their run");
         std::thread::sleep(Duration::from_millis(20));
     }
 }
 
 #[test]
-fn a_run_whose_simulator_dies_says_so_and_closes_its_bag() {
+fn a_run_whose_simulator_dies_reports_it_and_closes_its_bag() {
     let folder = tempfile::tempdir().unwrap();
     let mut process = start_run(folder.path(), &[]);
     wait_until_it_runs(folder.path(), &mut process);
@@ -97,7 +97,7 @@ fn a_run_whose_simulator_dies_says_so_and_closes_its_bag() {
     let killed = std::process::Command::new("kill").args(["-s", "KILL", &simulator]).status();
 
     assert!(killed.unwrap().success());
-    let (status, errors) = process.wait(PATIENCE);
+    let (status, errors) = process.wait(TIMEOUT);
     assert_eq!(status.code(), Some(1), "{errors}");
     assert!(errors.contains("the process of the node `sim` ended"), "{errors}");
     assert_eq!(ending_of(&folder.path().join("bag")).kind, EndingKind::Aborted);
@@ -113,7 +113,7 @@ fn a_robot_that_rejects_its_parameters_is_named_and_nothing_is_recorded() {
     ];
     let mut process = start_run(folder.path(), &faster);
 
-    let (status, errors) = process.wait(PATIENCE);
+    let (status, errors) = process.wait(TIMEOUT);
 
     assert_eq!(status.code(), Some(1), "{errors}");
     assert!(errors.contains("robot_9: parameters not set"), "{errors}");
@@ -127,7 +127,7 @@ fn a_bag_that_exists_is_refused_before_anything_starts() {
     std::fs::create_dir(folder.path().join("bag")).unwrap();
     let mut process = start_run(folder.path(), &[]);
 
-    let (status, errors) = process.wait(PATIENCE);
+    let (status, errors) = process.wait(TIMEOUT);
 
     assert_eq!(status.code(), Some(1), "{errors}");
     assert!(errors.contains("bag exists"), "{errors}");
@@ -147,7 +147,7 @@ async fn missing_robot() {
     let bag = folder.path().join("bag");
     let mut runner = start_runner(&experiment, &bag);
 
-    let (status, errors) = runner.wait(PATIENCE);
+    let (status, errors) = runner.wait(TIMEOUT);
 
     assert_eq!(status.code(), Some(1), "{errors}");
     assert!(errors.contains("robot_9: no status received"), "{errors}");

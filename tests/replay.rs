@@ -17,7 +17,7 @@ use rsrs_msgs::rsrs::RobotStatus;
 use rsrs_msgs::topics;
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::session::EndpointKind;
-use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 use serde_json::Value;
 use tokio::sync::mpsc::unbounded_channel;
 
@@ -269,7 +269,7 @@ async fn published() {
     command.arg("replay").arg(&run).args(["--interface", "127.0.0.1", "--rate", "5"]);
     let begun = std::time::Instant::now();
     let mut replay = Process::start(command.args(["--delay", "3", "--start", "3.9"]));
-    session.wait_for_writers("/robot_1/odom", 1, PATIENCE).await.expect("it is published");
+    session.wait_for_writers("/robot_1/odom", 1, TIMEOUT).await.expect("it is published");
     let guarded = session
         .endpoints()
         .into_iter()
@@ -279,7 +279,7 @@ async fn published() {
     let ended = || replay.0.try_wait().expect("it is our child").is_some();
     eventually("the replay ends", ended).await;
     let took = begun.elapsed();
-    let (status, errors) = replay.wait(PATIENCE);
+    let (status, errors) = replay.wait(TIMEOUT);
     let received: Vec<Vec<u8>> = std::iter::from_fn(|| received.try_recv().ok()).collect();
 
     assert!(status.success(), "{errors}");

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Instant, SystemTime};
 
-use crate::work::{Place, RSRS, bytes, code, contents, stderr};
+use crate::work::{RSRS, SweepFolder, bytes, code, contents, stderr};
 
 /// Moments at which sweeps are killed, where nothing else is asked for.
 const KILLS: usize = 20;
@@ -28,7 +28,7 @@ impl Moments {
 
 /// Kills sweeps until it has done so as often as asked for; every one of them is then finished, and
 /// compared with one that was left alone.
-fn kill_and_compare(place: &Place, arguments: &[&str]) {
+fn kill_and_compare(place: &SweepFolder, arguments: &[&str]) {
     let begun = Instant::now();
     let whole = place.rsrs(&[&["sweep", "sweep.yaml", "-o", "whole"], arguments].concat());
     let takes = begun.elapsed();
@@ -66,20 +66,20 @@ fn kill_and_compare(place: &Place, arguments: &[&str]) {
 
 #[test]
 fn a_sweep_that_is_killed_at_any_moment_ends_in_the_same_bytes() {
-    kill_and_compare(&Place::with_sweep(2000), &[]);
+    kill_and_compare(&SweepFolder::with_sweep(2000), &[]);
 }
 
 #[test]
 fn an_adaptive_sweep_that_is_killed_at_any_moment_ends_in_the_same_bytes() {
     kill_and_compare(
-        &Place::with_sweep(600),
+        &SweepFolder::with_sweep(600),
         &["--adaptive", "--width", "0.04", "--most-replicates", "4000"],
     );
 }
 
 #[test]
-fn after_ctrl_c_it_is_said_how_to_go_on() {
-    let place = Place::with_sweep(6000);
+fn after_ctrl_c_the_command_that_goes_on_is_printed() {
+    let place = SweepFolder::with_sweep(6000);
     place.sweep_into("whole");
 
     let mut child = place.spawn(&["sweep", "sweep.yaml", "-o", "out"]);
@@ -107,7 +107,7 @@ fn after_ctrl_c_it_is_said_how_to_go_on() {
 
 #[test]
 fn what_is_finished_is_not_made_again() {
-    let place = Place::with_sweep(6000);
+    let place = SweepFolder::with_sweep(6000);
     place.interrupt("out", 3);
     let blocks = place.blocks("out");
     let made = |path: &PathBuf| {
@@ -123,7 +123,7 @@ fn what_is_finished_is_not_made_again() {
 
 #[test]
 fn blocks_that_are_torn_damaged_or_half_written_are_made_again() {
-    let place = Place::with_sweep(6000);
+    let place = SweepFolder::with_sweep(6000);
     place.sweep_into("whole");
     place.interrupt("out", 4);
     let blocks = place.blocks("out");
@@ -141,8 +141,8 @@ fn blocks_that_are_torn_damaged_or_half_written_are_made_again() {
 }
 
 #[test]
-fn an_unfinished_folder_is_said_to_be_and_how_to_finish_it() {
-    let place = Place::with_sweep(6000);
+fn an_unfinished_folder_is_reported_with_how_to_finish_it() {
+    let place = SweepFolder::with_sweep(6000);
     place.interrupt("out", 1);
 
     for reader in [
@@ -162,7 +162,7 @@ fn an_unfinished_folder_is_said_to_be_and_how_to_finish_it() {
 
 #[test]
 fn another_sweep_is_refused_with_the_first_difference_and_the_folder_left_alone() {
-    let place = Place::with_sweep(6000);
+    let place = SweepFolder::with_sweep(6000);
     place.interrupt("out", 1);
     let before = contents(&place.path("out/unfinished"));
 
@@ -205,7 +205,7 @@ fn another_sweep_is_refused_with_the_first_difference_and_the_folder_left_alone(
 
 #[test]
 fn a_sweep_that_another_program_began_is_not_mixed_with_this_one() {
-    let place = Place::with_sweep(6000);
+    let place = SweepFolder::with_sweep(6000);
     place.interrupt("out", 1);
     let text = String::from_utf8(bytes(&place.path("out/sweep.yaml"))).expect("YAML is UTF-8");
     let older = text.replace("version: \"0.1.0\"", "version: \"0.0.9\"");
@@ -221,7 +221,7 @@ fn a_sweep_that_another_program_began_is_not_mixed_with_this_one() {
 
 #[test]
 fn two_processes_do_not_sweep_into_one_folder() {
-    let place = Place::with_sweep(60_000);
+    let place = SweepFolder::with_sweep(60_000);
     let mut first = place.spawn(&["sweep", "sweep.yaml", "-o", "out"]);
     place.wait_for_blocks("out", 1);
 
@@ -237,7 +237,7 @@ fn two_processes_do_not_sweep_into_one_folder() {
 
 #[test]
 fn a_file_that_cannot_grow_loses_nothing() {
-    let place = Place::with_sweep(6000);
+    let place = SweepFolder::with_sweep(6000);
     place.sweep_into("whole");
 
     // A block has 200 kB; the table of all replicates has more than 1 MB. A shell counts in units of
@@ -272,7 +272,7 @@ fn a_file_that_cannot_grow_loses_nothing() {
 
 #[test]
 fn of_sweeps_that_start_into_one_new_folder_at_once_one_makes_it() {
-    let place = Place::with_sweep(16);
+    let place = SweepFolder::with_sweep(16);
     place.sweep_into("whole");
 
     for round in 0..10 {
@@ -298,7 +298,7 @@ fn of_sweeps_that_start_into_one_new_folder_at_once_one_makes_it() {
 
 #[test]
 fn a_full_disk_loses_nothing() {
-    let place = Place::with_sweep(6000);
+    let place = SweepFolder::with_sweep(6000);
     place.sweep_into("whole");
 
     // A disk of 1 MB, in a namespace of its own: five blocks fit. Then it gets larger.
@@ -326,7 +326,7 @@ fn a_full_disk_loses_nothing() {
 
 #[test]
 fn memory_does_not_grow_with_the_number_of_replicates() {
-    let place = Place::with_sweep(2000);
+    let place = SweepFolder::with_sweep(2000);
     let peak_kilobytes = |replicates: u64| {
         let sweep = format!("replicates: {replicates}");
         place.change("sweep.yaml", "two.yaml", "replicates: 2000", &sweep);

@@ -24,7 +24,7 @@ use rsrs_testing::network::{in_own_network, session};
 
 const N_ROBOTS: usize = 6;
 /// Discovery grows with the square of the number of participants.
-const PATIENCE: Duration = Duration::from_secs(240);
+const TIMEOUT: Duration = Duration::from_secs(240);
 const RUN_S: u64 = 5;
 /// Of the run of a hundred.
 const LOCKSTEP_S: u64 = 2;
@@ -176,8 +176,8 @@ async fn all_are_there(session: &Session, names: &[String]) {
         let (status, range) =
             (topics::STATUS.for_robot(name), topics::HARDWARE_RANGE.for_robot(name));
         let why = "the robot's process starts";
-        session.wait_for_writers(&status, 1, PATIENCE).await.expect(why);
-        session.wait_for_readers(&range, 1, PATIENCE).await.expect(why);
+        session.wait_for_writers(&status, 1, TIMEOUT).await.expect(why);
+        session.wait_for_readers(&range, 1, TIMEOUT).await.expect(why);
     }
 }
 
@@ -189,7 +189,7 @@ async fn run(experiment: PathBuf, bag: PathBuf) {
             let mut command = rsrs();
             command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
             let mut run = Process::start(command.arg(&experiment).arg("-o").arg(&bag));
-            let (status, printed) = run.wait(PATIENCE);
+            let (status, printed) = run.wait(TIMEOUT);
             if status.success() {
                 return;
             }
@@ -197,7 +197,7 @@ async fn run(experiment: PathBuf, bag: PathBuf) {
             std::fs::remove_dir_all(&bag).expect("a run leaves its bag");
         }
     });
-    running.await.expect("the panic above says why");
+    running.await.expect("the panic above gives the reason");
 }
 
 #[test]
@@ -208,7 +208,7 @@ fn a_hundred_robots_are_found_set_and_driven() {
 
     let mut command = rsrs();
     command.arg("run").arg(&experiment).arg("-o").arg(&bag);
-    let (status, printed) = Process::start(&mut command).wait(PATIENCE);
+    let (status, printed) = Process::start(&mut command).wait(TIMEOUT);
 
     assert!(status.success(), "{printed}");
     let topics = Bag::open(&bag).expect("the run was recorded").topics();

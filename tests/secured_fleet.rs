@@ -17,14 +17,14 @@ use serde_json::Value;
 
 use crate::fleet::{ROBOTS, experiment, track};
 use crate::micro::{Micro, Socket};
-use crate::processes::{Process, rsrs};
+use crate::processes::{Process, rsrs, secure};
 
 /// The domain of all processes of these tests.
 const DOMAIN: u16 = 42;
 /// Robots that join at once lose handshakes.
 const APART: Duration = Duration::from_secs(1);
 /// For the search, the run, and a busy machine.
-const PATIENCE: Duration = Duration::from_secs(180);
+const TIMEOUT: Duration = Duration::from_secs(180);
 
 fn number(variable: &str, default: u64) -> u64 {
     let text = std::env::var(variable).ok();
@@ -32,7 +32,7 @@ fn number(variable: &str, default: u64) -> u64 {
 }
 
 /// A keystore of the shipped fleet.
-fn keystore(folder: &Path) {
+pub fn keystore(folder: &Path) {
     let made = create(&KeystoreRequest {
         folder,
         robots: &ROBOTS.map(str::to_owned),
@@ -43,7 +43,8 @@ fn keystore(folder: &Path) {
     made.expect("the folder is writable");
 }
 
-fn enclave(keystore: &Path, name: &str) -> Option<Enclave> {
+/// The enclave of a member of the fleet.
+pub fn enclave(keystore: &Path, name: &str) -> Option<Enclave> {
     let request = SecurityRequest {
         keystore: keystore.to_owned(),
         strategy: Strategy::Enforce,
@@ -56,11 +57,7 @@ fn enclave(keystore: &Path, name: &str) -> Option<Enclave> {
 /// The program in a secured fleet.
 fn secured(keystore: &Path) -> Command {
     let mut command = rsrs();
-    command
-        .env("ROS_SECURITY_ENABLE", "true")
-        .env("ROS_SECURITY_STRATEGY", "Enforce")
-        .env("ROS_SECURITY_KEYSTORE", keystore)
-        .env_remove("ROS_SECURITY_ENCLAVE_OVERRIDE");
+    secure(&mut command, keystore);
     command
 }
 
@@ -114,7 +111,7 @@ async fn record_an_experiment() {
         output = async {
             tokio::time::sleep(APART).await;
             let run = tokio::process::Command::from(command).kill_on_drop(true).output();
-            tokio::time::timeout(PATIENCE, run).await.expect("the run ends in time")
+            tokio::time::timeout(TIMEOUT, run).await.expect("the run ends in time")
         } => output.expect("the program was built for this test"),
     };
     tracker.close().await;

@@ -6,7 +6,7 @@ use crate::command::{code, json, rsrs, stderr};
 use crate::processes::{Process, confined_rsrs};
 
 /// Far longer than it takes on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(300);
+const TIMEOUT: Duration = Duration::from_secs(300);
 
 const ROBOTS: [&str; 16] = [
     "--name",
@@ -50,7 +50,7 @@ fn a_new_folder_is_swept_and_run_as_it_is() {
     let cell = format!("speed_m_s={},turn_rate_rad_s={}", cell[0], cell[1]);
     let mut command = confined_rsrs();
     command.current_dir(&mine).args(["run", "experiment.yaml", "--from", "results", "-o", "run_1"]);
-    let (status, errors) = Process::start(command.args(["--cell", &cell])).wait(PATIENCE);
+    let (status, errors) = Process::start(command.args(["--cell", &cell])).wait(TIMEOUT);
 
     assert_eq!(code(&swept), 0, "{}", stderr(&swept));
     assert!(status.success(), "{errors}");

@@ -11,7 +11,7 @@ use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::episode_digests;
 
 /// Far longer than it takes on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(120);
+const TIMEOUT: Duration = Duration::from_secs(120);
 
 /// The Flockbot, nine of them, and a sweep and an experiment with a placement.
 fn workplace(placement: &str) -> tempfile::TempDir {
@@ -79,7 +79,7 @@ fn robots_start_where_a_table_puts_them_in_sweep_episode_run_and_on_the_floor() 
     let mut command = confined_rsrs();
     command.current_dir(here).args(["run", "experiments/given.yaml", "--from", "out"]);
     let mut run = Process::start(command.args(cell).args(["-o", "run"]));
-    let (status, errors) = run.wait(PATIENCE);
+    let (status, errors) = run.wait(TIMEOUT);
 
     assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
     // The folder of the sweep needs no other file.
@@ -208,7 +208,7 @@ fn robots_in_a_box_face_out_of_it_and_a_disc_beside_it_is_refused() {
 }
 
 #[test]
-fn whether_cells_are_settled_is_said_by_sweep_choose_and_episode() {
+fn whether_cells_are_settled_is_reported_by_sweep_choose_and_episode() {
     let place = tempfile::tempdir().expect("a temporary folder");
     let here = place.path();
     let profile = repository().join("launch_configs/profiles/flockbot.yaml");
@@ -254,7 +254,7 @@ fn whether_cells_are_settled_is_said_by_sweep_choose_and_episode() {
 }
 
 #[test]
-fn it_is_said_where_robots_that_start_closer_together_would_mill() {
+fn where_robots_that_start_closer_together_would_mill_is_reported() {
     let place = tempfile::tempdir().expect("a temporary folder");
     let here = place.path();
     let profile = repository().join("launch_configs/profiles/flockbot.yaml");

@@ -14,7 +14,7 @@ use rsrs_core::conditions::Region;
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
 
 /// Far longer than it takes on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(120);
+const TIMEOUT: Duration = Duration::from_secs(120);
 
 /// What is refused in a sweep file of the Flockbot, in one line.
 fn refused(folder: &Path, lines: &str) -> String {
@@ -176,7 +176,7 @@ fn a_cell_with_a_capability_is_run_with_robots_that_have_it_or_not_at_all() {
     let mut command = confined_rsrs();
     command.current_dir(place.path()).args(["run", "experiments/harsher.yaml", "--from", "out"]);
     let mut harsher = Process::start(command.args(["--cell", cell, "-o", "far"]));
-    let (status, errors) = harsher.wait(PATIENCE);
+    let (status, errors) = harsher.wait(TIMEOUT);
 
     assert_eq!(code(&measured), 1, "{}", stdout(&measured));
     let printed = stderr(&measured);

@@ -10,7 +10,7 @@ fn text(path: &Path) -> String {
 }
 
 #[test]
-fn a_sweep_holds_both_worlds_and_a_diagram_says_which_it_shows() {
+fn a_sweep_holds_both_worlds_and_a_diagram_states_which_it_shows() {
     let place = swept(SPEEDS, "walls: stop");
     let here = place.path();
 

@@ -3,7 +3,7 @@
 use crate::command::{code, rsrs, stderr};
 
 #[test]
-fn an_experiment_that_lacks_several_keys_is_told_of_all_of_them_at_once() {
+fn an_experiment_that_lacks_several_keys_is_refused_with_all_of_them_at_once() {
     let place = tempfile::tempdir().expect("a temporary folder");
     std::fs::write(place.path().join("run.yaml"), "seed: 3\n").expect("the folder is writable");
 

@@ -176,7 +176,7 @@ mod tests {
 ";
 
     #[test]
-    fn words_and_numbers_say_the_same() {
+    fn words_and_numbers_mean_the_same() {
         let expected = OfferedQos {
             history: "keep_last",
             depth: 7,

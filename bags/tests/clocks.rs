@@ -42,7 +42,7 @@ fn worst_command(read: &RecordedTrajectory) -> f64 {
 }
 
 #[test]
-fn a_tracker_with_another_clock_is_aligned_by_log_time_and_it_is_said() {
+fn a_tracker_with_another_clock_is_aligned_by_log_time_and_reported() {
     // A minute behind, and seconds since the tracker was switched on.
     for behind_ns in [60_000_000_000, START_NS - 5_000_000_000] {
         let mut clocks = Clocks::new();

@@ -152,7 +152,7 @@ fn a_message_behind_the_chunks_is_read_though_no_index_leads_to_it() {
 }
 
 #[test]
-fn a_recovered_bag_says_how_much_it_lacks() {
+fn a_recovered_bag_states_how_much_it_lacks() {
     let folder = temporary();
     let bag = bag_of(folder.path(), Compression::None, 40);
     let whole = folder.path().join("whole");

@@ -47,7 +47,7 @@ fn a_long_gap_is_named_with_robot_time_and_length() {
 }
 
 #[test]
-fn single_missing_poses_are_interpolated_and_told() {
+fn single_missing_poses_are_interpolated_and_reported() {
     let read = with_poses_of_robot_2(100, |step| step % 20 != 7).unwrap();
 
     assert_eq!(read.trajectory.n_samples(), 100);

@@ -107,7 +107,7 @@ fn a_bag_is_split_by_size_within_a_chunk() {
 }
 
 #[test]
-fn a_bag_that_is_full_refuses_messages_by_name_and_says_how_many() {
+fn a_bag_that_is_full_refuses_messages_by_name_and_counts_them() {
     let folder = temporary();
     let path = folder.path().join("run");
     let packing = Packing {

@@ -215,7 +215,7 @@ fn files_without_chunks_are_saved_message_by_message() {
 }
 
 #[test]
-fn silent_changes_outside_of_chunks_are_told_by_the_checksum_over_all() {
+fn silent_changes_outside_of_chunks_are_found_by_the_checksum_over_all() {
     let folder = temporary();
     let path = folder.path().join("loose.mcap");
     recording::unchunked_file(&path, 10);

@@ -117,7 +117,7 @@ fn attachments_metadata_and_custom_data_come_back() {
 }
 
 #[test]
-fn topics_say_type_hash_quality_of_service_and_count() {
+fn topics_have_type_hash_quality_of_service_and_count() {
     let folder = temporary();
     let bag = Bag::open(&small_bag(folder.path(), 10)).unwrap();
 
@@ -183,7 +183,7 @@ fn a_killed_recorder_loses_less_than_a_second() {
 }
 
 #[test]
-fn a_bag_that_breaks_off_says_so_once_after_its_last_message() {
+fn a_bag_that_breaks_off_gives_one_error_after_its_last_message() {
     let folder = temporary();
     let path = small_bag(folder.path(), 40).join("run_0.mcap");
     let bytes = fs::read(&path).unwrap();

@@ -44,7 +44,7 @@ fn rows_are_robots_in_the_order_people_count_with_the_command_that_answered() {
 }
 
 #[test]
-fn only_the_time_in_which_the_lease_said_running_counts() {
+fn only_the_time_in_which_the_lease_was_running_counts() {
     let read = recorded(|recording| {
         recording.lease(0, RunLease::ARMED);
         for step in 0..50 {

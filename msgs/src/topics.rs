@@ -142,7 +142,7 @@ pub const E_STOP: Topic = topic::<std_msgs::Bool>("/swarm/e_stop", Qos::reliable
 /// Ends the locks of the publishers that it names, as `rsrs_fleet::e_stop::Locks` are written.
 pub const E_STOP_RELEASE: Topic =
     topic::<std_msgs::Text>("/swarm/e_stop_release", Qos::reliable(10));
-/// Which publishers have locked the robots of a process; latched, for robots that start again.
+/// Which publishers have locked the robots of a process; transient local, for robots that start again.
 pub const E_STOP_LOCKS: Topic = topic::<std_msgs::Text>("/swarm/e_stop_locks", LATCHED);
 /// The record of the run, as the bag's attachment has it: JSON. Latched, and a message because
 /// converters of bags keep nothing else.

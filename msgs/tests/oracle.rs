@@ -59,7 +59,7 @@ struct Question {
 
 /// What `rosbags` makes of it.
 #[derive(Deserialize)]
-struct Answer {
+struct RosbagsReport {
     /// Bytes of each case.
     cdr_hex: Vec<String>,
     /// RIHS01 of each type with a schema.
@@ -200,7 +200,7 @@ fn simulation_cases() -> Vec<Case> {
     ]
 }
 
-fn ask(question: &Question) -> Answer {
+fn ask(question: &Question) -> RosbagsReport {
     let python =
         python::python_with("messages", &["rosbags==0.11.9"], &["ros-rcl-interfaces==2.0.3"]);
     let folder = tempfile::tempdir().expect("there is room for a temporary folder");

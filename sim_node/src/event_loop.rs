@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::e_stop::Locks;
-use rsrs_fleet::experiment::Time as Pace;
+use rsrs_fleet::experiment::Time as TimeMode;
 use rsrs_fleet::message::RobotState;
 use rsrs_fleet::robot;
 use rsrs_fleet::simulator::{Action, Event, Gate, Simulator};
@@ -265,7 +265,7 @@ impl<'a> Simulation<'a> {
             self.arming == Arming::Disarmed && self.looked_around.elapsed() >= LOOK_AROUND;
         if is_idle && self.machine.due().is_some() {
             self.looked_around = Instant::now();
-            self.subscriptions.follow_types(self.session, &self.robots, Pace::RealTime)?;
+            self.subscriptions.follow_types(self.session, &self.robots, TimeMode::RealTime)?;
         }
         Ok(())
     }

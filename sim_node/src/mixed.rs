@@ -11,7 +11,7 @@ use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics;
 use rsrs_ros::logging::Level;
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
-use rsrs_sim::view::View;
+use rsrs_sim::field_of_view::FieldOfView;
 use tokio::sync::mpsc::UnboundedSender;
 
 use crate::subscriptions::Input;
@@ -36,7 +36,7 @@ pub enum TrackedBy {
 pub struct Followed {
     /// Its row in the world.
     pub row: usize,
-    view: View,
+    view: FieldOfView,
     latency_steps: usize,
     /// Where it was last.
     received: Option<Pose>,
@@ -52,7 +52,7 @@ impl Followed {
     pub fn new(row: usize, robot: &SimulatedRobot) -> Self {
         let latency_steps =
             usize::try_from(robot.latency_steps).expect("32 bits fit the address space");
-        let view = View::new(robot);
+        let view = FieldOfView::new(robot);
         Self {
             row,
             view,
@@ -108,16 +108,20 @@ impl Followed {
 
 /// Whether one robot has another in view.
 #[expect(clippy::cast_possible_truncation, reason = "the world's sensors are single precision")]
-fn sees(view: &View, from: &Pose, to: &Pose) -> bool {
+fn sees(view: &FieldOfView, from: &Pose, to: &Pose) -> bool {
     let (dx_m, dy_m) = (to.x_m - from.x_m, to.y_m - from.y_m);
     let (sine, cosine) = libm::sincos(from.heading_rad);
     let forward_m = (dx_m * cosine + dy_m * sine) as f32;
     let lateral_m = (dy_m * cosine - dx_m * sine) as f32;
     let d2_m2 = (dx_m * dx_m + dy_m * dy_m) as f32;
     match view {
-        View::Cone(cone) => cone.sees(forward_m, lateral_m, d2_m2),
-        View::PolygonCentre(polygon) => d2_m2 > 0.0 && polygon.contains(forward_m, lateral_m),
-        View::PolygonBody(polygon) => forward_m > 0.0 && polygon.contains(forward_m, lateral_m),
+        FieldOfView::Cone(cone) => cone.sees(forward_m, lateral_m, d2_m2),
+        FieldOfView::PolygonCentre(polygon) => {
+            d2_m2 > 0.0 && polygon.contains(forward_m, lateral_m)
+        }
+        FieldOfView::PolygonBody(polygon) => {
+            forward_m > 0.0 && polygon.contains(forward_m, lateral_m)
+        }
     }
 }
 
@@ -148,7 +152,8 @@ impl RealRobots {
             let (received, speaker) = (received.clone(), node.clone());
             let name_of = name.clone();
             // The receiver is gone only while the node shuts down.
-            let tell = move |header: Header, pose: &geometry_msgs::Pose| match on_the_floor(pose) {
+            let receive = move |header: Header, pose: &geometry_msgs::Pose| match on_the_floor(pose)
+            {
                 Some(pose) => drop(received.send(Input::Pose { robot: index, header, pose })),
                 None => speaker.log(Level::Warn, &format!("{name_of}: a pose is no pose")),
             };
@@ -157,14 +162,14 @@ impl RealRobots {
                     let (name, qos) = (topics::ODOM.for_robot(name), topics::ODOM.qos);
                     session.subscribe(node, &name, qos, move |sample| {
                         let odometry: Odometry = sample.message;
-                        tell(odometry.header, &odometry.pose.pose);
+                        receive(odometry.header, &odometry.pose.pose);
                     })?
                 }
                 TrackedBy::Pose => {
                     let (name, qos) = (topics::POSE.for_robot(name), topics::POSE.qos);
                     session.subscribe(node, &name, qos, move |sample| {
                         let tracked: PoseStamped = sample.message;
-                        tell(tracked.header, &tracked.pose);
+                        receive(tracked.header, &tracked.pose);
                     })?
                 }
             });
@@ -226,18 +231,18 @@ mod tests {
     fn a_real_robot_sees_a_virtual_one_in_its_cone_and_none_beside_it() {
         let mut robot = followed(0);
         let ours = [at(3.0, 2.5, 0.0)];
-        assert!(!robot.detects(&ours, (1, true)), "nobody knows where it is");
+        assert!(!robot.detects(&ours, (1, true)), "its pose was never received");
 
         // Looking north at the one half a metre away; then east.
         robot.receive(at(3.0, 2.0, std::f64::consts::FRAC_PI_2));
         assert!(robot.detects(&ours, (2, true)));
-        assert!(!robot.detects(&ours, (2, false)), "the draw says that it is missed");
+        assert!(!robot.detects(&ours, (2, false)), "the draw misses it");
         robot.receive(at(3.0, 2.0, 0.0));
         assert!(!robot.detects(&ours, (3, true)));
     }
 
     #[test]
-    fn what_is_seen_is_delivered_as_late_as_the_conditions_say() {
+    fn what_is_seen_is_delivered_as_late_as_the_conditions_state() {
         let mut robot = followed(2);
         robot.receive(at(0.0, 0.0, 0.0));
         let (ahead, behind) = ([at(0.5, 0.0, 0.0)], [at(-0.5, 0.0, 0.0)]);

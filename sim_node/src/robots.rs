@@ -5,7 +5,7 @@ use std::time::Duration;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::e_stop::Locks;
-use rsrs_fleet::experiment::Time as Pace;
+use rsrs_fleet::experiment::Time as TimeMode;
 use rsrs_fleet::message::RobotState;
 use rsrs_fleet::robot::{Event, Robot, RobotOptions};
 use rsrs_fleet::simulator::{Gate, Gates};
@@ -72,7 +72,7 @@ impl VirtualRobot {
             Gates::Here => topics::DETECTION,
             Gates::Elsewhere => topics::VIRTUAL_DETECTION,
         };
-        let options = options(name, Pace::Lockstep, Duration::ZERO, session.transport());
+        let options = options(name, TimeMode::Lockstep, Duration::ZERO, session.transport());
         Ok(Self {
             name: name.to_owned(),
             gate: counting(Robot::new(options.clone())).of_a_new_process(),
@@ -101,7 +101,7 @@ impl VirtualRobot {
     ///
     /// A robot that has to change for it is switched off and on again, as a real one would be: it
     /// has forgotten its runs. It remembers the e-stop.
-    pub fn join(&mut self, pace: Pace, period: Duration) {
+    pub fn join(&mut self, pace: TimeMode, period: Duration) {
         let options = options(&self.name, pace, period, self.transport);
         if options == self.options {
             return;
@@ -198,10 +198,10 @@ pub fn pose_message(pose: Pose) -> geometry_msgs::Pose {
 }
 
 /// In lockstep a lapse freezes the world's time; on the wall's time it is a stop, as on a floor.
-fn options(name: &str, pace: Pace, period: Duration, transport: Transport) -> RobotOptions {
+fn options(name: &str, pace: TimeMode, period: Duration, transport: Transport) -> RobotOptions {
     let (command_timeout, lapse_grace) = match pace {
-        Pace::Lockstep => (transport.least_command_timeout(), LOCKSTEP_GRACE),
-        Pace::RealTime => (command_timeout(period.as_secs_f64(), transport), Duration::ZERO),
+        TimeMode::Lockstep => (transport.least_command_timeout(), LOCKSTEP_GRACE),
+        TimeMode::RealTime => (command_timeout(period.as_secs_f64(), transport), Duration::ZERO),
     };
     RobotOptions { name: name.to_owned(), command_timeout, lapse_grace }
 }

@@ -1,7 +1,7 @@
 //! What the simulator receives, and from which topics.
 
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_fleet::experiment::Time as Pace;
+use rsrs_fleet::experiment::Time as TimeMode;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Header;
@@ -98,11 +98,11 @@ impl Subscriptions {
         &mut self,
         session: &Session,
         robots: &[VirtualRobot],
-        pace: Pace,
+        pace: TimeMode,
     ) -> anyhow::Result<()> {
         let endpoints = match pace {
-            Pace::Lockstep => Vec::new(),
-            Pace::RealTime => session.endpoints(),
+            TimeMode::Lockstep => Vec::new(),
+            TimeMode::RealTime => session.endpoints(),
         };
         for (index, robot) in robots.iter().enumerate() {
             let [stamped, unstamped] = robot.command_topics();

@@ -46,7 +46,7 @@ fn check(document: &Value) {
 }
 
 #[test]
-fn rviz_is_told_of_topics_that_are_there_with_a_quality_of_service_that_matches() {
+fn the_layout_of_rviz_has_existing_topics_with_a_quality_of_service_that_matches() {
     let document: Value = serde_saphyr::from_str(&text("swarm.rviz")).unwrap();
 
     check(&document);
@@ -60,7 +60,7 @@ fn rviz_is_told_of_topics_that_are_there_with_a_quality_of_service_that_matches(
 }
 
 #[test]
-fn foxglove_is_told_of_topics_that_are_there() {
+fn the_layout_of_foxglove_has_existing_topics() {
     let document: Value = serde_json::from_str(&text("swarm.foxglove.json")).unwrap();
 
     check(&document);
@@ -73,7 +73,7 @@ fn sample<M: serde::Serialize + Default>(topic: Topic) -> (Topic, Value) {
 }
 
 #[test]
-fn plotjuggler_is_told_of_fields_that_are_there() {
+fn the_layout_of_plotjuggler_has_existing_fields() {
     let layout = text("swarm.plotjuggler.xml");
     let samples = [
         sample::<Bool>(topics::DETECTION),

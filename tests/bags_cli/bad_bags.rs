@@ -219,7 +219,7 @@ fn assert_refuses(here: &Path, arguments: &[&str], reason: &str, help: &str) {
 }
 
 #[test]
-fn every_command_says_what_is_wrong_with_a_bag_and_what_to_do_about_it() {
+fn every_command_reports_what_is_wrong_with_a_bag_and_what_to_do_about_it() {
     let (place, _writing) = laboratory(swept(SPEEDS, "true_positive: 0.8"));
     let here = place.path();
     let label = rsrs(here, &["label", "good", "--format", "json"]);
@@ -259,7 +259,7 @@ fn every_command_says_what_is_wrong_with_a_bag_and_what_to_do_about_it() {
 }
 
 #[test]
-fn what_a_message_is_not_is_said_with_where_it_is() {
+fn what_a_message_is_not_is_reported_with_where_it_is() {
     let (place, _writing) = laboratory(place());
     let here = place.path();
 
@@ -345,7 +345,7 @@ fn a_bag_that_is_still_written_is_not_taken_for_a_whole_one() {
 }
 
 #[test]
-fn an_empty_bag_says_that_nothing_was_recorded() {
+fn an_empty_bag_is_reported_as_one_in_which_nothing_was_recorded() {
     let (place, _writing) = laboratory(place());
     let here = place.path();
 

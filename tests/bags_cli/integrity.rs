@@ -77,7 +77,7 @@ fn a_flipped_bit_stops_every_command_that_reads_the_bag() {
 }
 
 #[test]
-fn a_recovered_bag_says_what_it_lacks_and_is_not_compared() {
+fn a_recovered_bag_states_what_it_lacks_and_is_not_compared() {
     let place = chosen();
     let here = place.path();
     flip(&Run::new(1).record(here, "worn"));
@@ -122,7 +122,7 @@ fn without(robot: &str) -> Ending {
 }
 
 #[test]
-fn a_lost_robot_is_named_wherever_its_run_is_and_counts_only_if_told_to() {
+fn a_lost_robot_is_named_wherever_its_run_is_and_counts_only_on_request() {
     let place = chosen();
     let here = place.path();
     Run { ending: without("robot_2"), ..Run::new(1) }.record(here, "short_handed");
@@ -219,7 +219,7 @@ fn somebody_elses_leases_do_not_cut_a_run() {
 }
 
 #[test]
-fn a_trackers_own_clock_changes_no_label_and_is_said() {
+fn a_trackers_own_clock_changes_no_label_and_is_reported() {
     let place = place();
     let here = place.path();
     let run = Run::new(1).record(here, "run");

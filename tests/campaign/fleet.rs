@@ -19,7 +19,7 @@ use rsrs_msgs::{cdr, std_msgs::Bool};
 use rsrs_ros::session::{Publisher, Session, Subscription};
 use serde_json::Value;
 
-use super::{PATIENCE, manifest, wait_for, write};
+use super::{TIMEOUT, manifest, wait_for, write};
 use crate::processes::{Process, rsrs};
 use crate::terminal::Terminal;
 use rsrs_testing::network::{in_own_network, session};
@@ -235,7 +235,7 @@ impl Console {
         let start = Instant::now();
         while !self.printed().contains(what) {
             let has_ended = self.process.0.try_wait().expect("it is our child").is_some();
-            let is_late = has_ended || start.elapsed() > PATIENCE;
+            let is_late = has_ended || start.elapsed() > TIMEOUT;
             assert!(!is_late, "it never said {what:?}: {}", self.printed());
             thread::sleep(Duration::from_millis(10));
         }
@@ -254,7 +254,7 @@ impl Console {
 
     /// Waits for the end.
     fn end(mut self) -> (Option<i32>, String, String) {
-        let (status, _) = self.process.wait(PATIENCE);
+        let (status, _) = self.process.wait(TIMEOUT);
         let mut stdout = String::new();
         let pipe = self.process.0.stdout.as_mut().expect("it is piped");
         pipe.read_to_string(&mut stdout).expect("results are text");
@@ -278,16 +278,16 @@ async fn on_the_floor(done: fn(&Floor)) {
     let given = async {
         for name in ROBOTS {
             let status = topics::STATUS.for_robot(name);
-            session.wait_for_writers(&status, 1, PATIENCE).await.expect("the robot starts");
+            session.wait_for_writers(&status, 1, TIMEOUT).await.expect("the robot starts");
             let range = topics::HARDWARE_RANGE.for_robot(name);
-            session.wait_for_readers(&range, 1, PATIENCE).await.expect("the robot starts");
+            session.wait_for_readers(&range, 1, TIMEOUT).await.expect("the robot starts");
         }
         let floor = hardware.floor.clone();
         tokio::task::spawn_blocking(move || done(&floor)).await
     };
     tokio::select! {
         () = hardware.live() => {}
-        given = given => given.expect("the panic above says why"),
+        given = given => given.expect("the panic above gives the reason"),
     }
     drop(hardware);
     session.close().await;
@@ -362,7 +362,7 @@ fn conduct_placed(floor: &Floor) {
         Process::start(command.stdin(Stdio::null()))
     };
 
-    let (failed, printed) = start("echo robot_2 is stuck; exit 7").wait(PATIENCE);
+    let (failed, printed) = start("echo robot_2 is stuck; exit 7").wait(TIMEOUT);
 
     assert_eq!(failed.code(), Some(1), "{printed}");
     assert!(printed.contains("did not place the robots (exit status: 7)"), "{printed}");
@@ -382,7 +382,7 @@ fn conduct_placed(floor: &Floor) {
         floor.bodies()[body] = Body { x_m, y_m, heading_rad, given: Twist::default() };
     }
     write(place.path(), "placed", "");
-    let (status, printed) = run.wait(PATIENCE);
+    let (status, printed) = run.wait(TIMEOUT);
 
     assert_eq!(status.code(), Some(0), "{printed}");
     assert!(printed.contains("all 3 robots stand where they should start"), "{printed}");

@@ -10,7 +10,7 @@ use crate::processes::{Process, confined_rsrs};
 use crate::terminal::Terminal;
 
 /// Far longer than it takes on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(60);
+const TIMEOUT: Duration = Duration::from_secs(60);
 
 #[test]
 fn ctrl_c_at_a_question_ends_the_command_and_makes_no_bag() {
@@ -34,7 +34,7 @@ fn ctrl_c_at_a_question_ends_the_command_and_makes_no_bag() {
     let pid = process.0.id().to_string();
     let given = Command::new("kill").args(["-INT", &pid]).status().expect("kill starts");
     assert!(given.success());
-    let (status, _) = process.wait(PATIENCE);
+    let (status, _) = process.wait(TIMEOUT);
 
     assert!(status.code().is_some(), "it ended by itself: {status}");
     assert!(!place.path().join("bag").exists(), "nothing was driven");

@@ -81,7 +81,7 @@ fn the_pictures_show_speeds_and_sensor() {
 }
 
 #[test]
-fn a_table_out_of_a_spreadsheet_says_the_same() {
+fn a_table_out_of_a_spreadsheet_means_the_same() {
     let place = trials();
     let plain = fit(place.path(), &["--format", "json"]);
     let speed = read(place.path(), "speed.csv");
@@ -137,7 +137,7 @@ fn wrong_tables_are_refused_with_file_line_and_the_likely_cause() {
 }
 
 #[test]
-fn one_trial_and_one_speed_are_fitted_and_said_to_be_little() {
+fn one_trial_and_one_speed_are_fitted_and_called_few() {
     let place = trials();
     write(place.path(), "speed.csv", "robot,commanded_m_s,distance_m,duration_s\na,0.15,2,13.5\n");
 

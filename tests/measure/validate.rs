@@ -73,7 +73,7 @@ fn validate(folder: &Path, sweep: &str, rest: &[&str]) -> Output {
 }
 
 #[test]
-fn robots_of_the_profile_are_contained_and_the_diagram_says_so() {
+fn robots_of_the_profile_are_contained_and_the_diagram_reports_it() {
     let place = workplace();
     let robots = Robots { command: CURVE, faster: [1.0; 5], bias_rad_s: 0.0 };
     write(place.path(), "driven.csv", trajectories(&robots));
@@ -163,7 +163,7 @@ fn switching(share: f64, turn_gain: f64) -> String {
 }
 
 #[test]
-fn robots_that_turn_otherwise_are_told_apart_from_robots_that_vary() {
+fn robots_that_turn_otherwise_are_distinguished_from_robots_that_vary() {
     for (share, turn_gain, printed, unsaid) in [
         (0.13 / 0.65, 0.97, "their turning rate lags: `yaw_lag_s` is 0.65", "by a gain of"),
         (1.0, 0.72, "turn otherwise while they drive: by a gain of 0.720", "rate lags"),
@@ -267,7 +267,7 @@ fn a_sensor_that_misses_more_than_the_simulated_one_is_found_out() {
 }
 
 #[test]
-fn a_sweep_of_robots_must_say_which_one_is_judged() {
+fn a_sweep_of_robots_must_name_which_one_is_judged() {
     let place = workplace();
     let sweep = read(place.path(), "sweep.yaml").replace("axes: {", "axes: {gust_m_s: [0, 0.05], ");
     write(place.path(), "gusts.yaml", sweep);

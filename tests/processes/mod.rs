@@ -1,13 +1,53 @@
 //! The program under test as a process.
 
 use std::io::Read;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use rsrs_ros::confine;
 
+/// The keystore of all programs that this test starts.
+static KEYSTORE: OnceLock<PathBuf> = OnceLock::new();
+
+/// From now on every program under test takes part in a fleet with this keystore. A test that calls
+/// this is alone in its process, as those in a network of their own are.
+#[cfg_attr(
+    not(feature = "security"),
+    expect(dead_code, reason = "without DDS Security there is none")
+)]
+pub fn secure_all(keystore: &Path) {
+    KEYSTORE.set(keystore.to_owned()).expect("a test has one keystore");
+}
+
 /// The program under test.
 pub fn rsrs() -> Command {
+    let mut command = plain_rsrs();
+    if let Some(keystore) = KEYSTORE.get() {
+        secure(&mut command, keystore);
+    }
+    command
+}
+
+/// In a secured fleet, lets the program that was started before this one join: programs that join at
+/// once lose handshakes.
+pub fn join_alone() {
+    if KEYSTORE.get().is_some() {
+        std::thread::sleep(Duration::from_secs(1));
+    }
+}
+
+/// Makes a program take part in a fleet with a keystore.
+pub fn secure(command: &mut Command, keystore: &Path) {
+    command
+        .env("ROS_SECURITY_ENABLE", "true")
+        .env("ROS_SECURITY_STRATEGY", "Enforce")
+        .env("ROS_SECURITY_KEYSTORE", keystore)
+        .env_remove("ROS_SECURITY_ENCLAVE_OVERRIDE");
+}
+
+fn plain_rsrs() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rsrs"));
     for variable in
         ["RSRS_INTERFACE", "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY", "RUST_LOG"]
@@ -48,13 +88,13 @@ impl Process {
     /// # Returns
     ///
     /// How it ended, and what it wrote to standard error.
-    pub fn wait(&mut self, patience: Duration) -> (ExitStatus, String) {
+    pub fn wait(&mut self, timeout: Duration) -> (ExitStatus, String) {
         let start = Instant::now();
         let status = loop {
             if let Some(status) = self.0.try_wait().expect("it is our child") {
                 break status;
             }
-            assert!(start.elapsed() < patience, "the program does not end");
+            assert!(start.elapsed() < timeout, "the program does not end");
             std::thread::sleep(Duration::from_millis(20));
         };
         let mut errors = String::new();

@@ -1,10 +1,10 @@
 //! Sweeps that several machines share.
 
-use crate::work::{Place, bytes, code, contents, stderr};
+use crate::work::{SweepFolder, bytes, code, contents, stderr};
 
 /// A sweep of eight blocks, done whole and in two shards.
-fn shared() -> Place {
-    let place = Place::with_sweep(2048);
+fn shared() -> SweepFolder {
+    let place = SweepFolder::with_sweep(2048);
     place.sweep_into("whole");
     for (folder, shard) in [("odd", "1/2"), ("even", "2/2")] {
         let output = place.rsrs(&["sweep", "sweep.yaml", "-o", folder, "--shard", shard]);
@@ -14,7 +14,7 @@ fn shared() -> Place {
 }
 
 /// What the program says when it refuses.
-fn refusal(place: &Place, arguments: &[&str]) -> String {
+fn refusal(place: &SweepFolder, arguments: &[&str]) -> String {
     let output = place.rsrs(arguments);
     assert_eq!(code(&output), 1);
     stderr(&output)
@@ -37,7 +37,7 @@ fn merged_shards_are_the_folder_of_one_machine_and_stay_as_they_are() {
 
 #[test]
 fn a_shard_that_was_killed_goes_on_and_does_no_other_ones_work() {
-    let place = Place::with_sweep(2048);
+    let place = SweepFolder::with_sweep(2048);
     let shard = ["sweep", "sweep.yaml", "-o", "odd", "--shard", "1/2"];
     let mut child = place.spawn(&shard);
     place.wait_for_blocks("odd", 1);
@@ -84,7 +84,7 @@ fn what_is_missing_damaged_or_of_another_sweep_is_not_merged() {
 }
 
 #[test]
-fn a_shard_that_is_named_twice_is_said_so() {
+fn a_shard_that_is_named_twice_is_refused_as_such() {
     let place = shared();
 
     let twice = refusal(&place, &["merge", "odd", "odd", "-o", "merged"]);

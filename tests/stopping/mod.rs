@@ -18,7 +18,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::fleet::{ROBOTS, experiment, node, signal};
 use crate::processes::{Process, rsrs};
-use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 
 /// A robot stands at once when it receives the e-stop; the rest is for the status to arrive on a busy
 /// machine.
@@ -87,7 +87,7 @@ impl Floor {
             ("time", ParameterValue::String("real_time".to_owned())),
         ]
         .map(|(name, value)| (name.to_owned(), value));
-        let options = ClientOptions { patience: PATIENCE, mapping: None };
+        let options = ClientOptions { timeout: TIMEOUT, mapping: None };
         let client = ParameterClient::new(&self.session, node, options);
         client.set_atomically("/simulator", &values).await.expect("the simulator takes it");
     }
@@ -186,7 +186,7 @@ impl Watch {
 /// Its exit code, standard output and standard error.
 async fn ended(mut process: Process) -> (Option<i32>, String, String) {
     let wait = move || {
-        let (status, errors) = process.wait(PATIENCE);
+        let (status, errors) = process.wait(TIMEOUT);
         let mut text = String::new();
         let stdout = process.0.stdout.as_mut().expect("it is a pipe");
         stdout.read_to_string(&mut text).expect("results are text");
@@ -262,7 +262,10 @@ async fn stop_and_release() {
     floor.wait_until_all_move().await;
 
     let (code, _, errors) = stop(&["--release"]).await;
-    assert_eq!((code, errors.trim()), (Some(3), "robots are in a run: nothing was said to them"));
+    assert_eq!(
+        (code, errors.trim()),
+        (Some(3), "robots are in a run: nothing was published to them")
+    );
     signal(&run, "INT");
     floor.close().await;
 }
@@ -338,8 +341,8 @@ async fn interrupted_countdown() {
 }
 
 #[test]
-fn a_stop_with_nobody_there_says_so() {
-    in_own_network("stopping::a_stop_with_nobody_there_says_so", async || {
+fn a_stop_with_nobody_there_reports_it() {
+    in_own_network("stopping::a_stop_with_nobody_there_reports_it", async || {
         let (code, table, errors) = stop(&[]).await;
 
         assert_eq!((code, table.trim()), (Some(3), "no robot found"));

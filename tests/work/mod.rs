@@ -9,11 +9,11 @@ use std::time::{Duration, Instant};
 pub const RSRS: &str = env!("CARGO_BIN_EXE_rsrs");
 
 /// A folder with the Flockbot's profile and a sweep of it.
-pub struct Place {
+pub struct SweepFolder {
     folder: tempfile::TempDir,
 }
 
-impl Place {
+impl SweepFolder {
     /// Four cells in two worlds with so many replicates of 60 s: 2,048 are a block.
     pub fn with_sweep(replicates: u64) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");

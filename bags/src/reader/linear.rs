@@ -46,14 +46,14 @@ pub struct Linear {
     unpacker: Unpacker,
     is_past_data: bool,
     pub channels: ChannelAccumulator<'static>,
-    pub chunks: BTreeSet<ChunkPlace>,
+    pub chunks: BTreeSet<ChunkLocation>,
     pub compressions: BTreeSet<String>,
     /// Whether a message was in no chunk.
     pub has_loose_messages: bool,
 }
 
 /// Where the content of a chunk is, and its lengths in the file and unpacked.
-pub type ChunkPlace = (u64, u64, u64);
+pub type ChunkLocation = (u64, u64, u64);
 
 impl Linear {
     /// Opens a file at its start.

@@ -9,7 +9,7 @@ use mcap::records::{self, ChunkIndex, Record};
 use mcap::{McapError, McapResult, Summary};
 
 use super::Attachment;
-use super::linear::{ChunkPlace, Depth, Linear};
+use super::linear::{ChunkLocation, Depth, Linear};
 use crate::BagError;
 use crate::records::reason;
 
@@ -53,14 +53,14 @@ pub struct Scan {
     pub summary: Part,
     pub channels: ChannelAccumulator<'static>,
     pub compressions: BTreeSet<String>,
-    chunks: BTreeSet<ChunkPlace>,
+    chunks: BTreeSet<ChunkLocation>,
     has_loose_messages: bool,
-    pub found: Found,
+    pub found: ScannedRecords,
 }
 
 /// What is found in records, one after the other.
 #[derive(Default)]
-pub struct Found {
+pub struct ScannedRecords {
     pub header: Option<records::Header>,
     pub counts: BTreeMap<u16, u64>,
     pub attachments: Vec<Attachment>,
@@ -79,7 +79,7 @@ impl Scan {
     /// [`BagError::Io`] where the system cannot read the file.
     pub fn of(path: &Path, depth: Depth) -> Result<Self, BagError> {
         let mut file = Linear::open(path, depth)?;
-        let mut found = Found::default();
+        let mut found = ScannedRecords::default();
         let fault = loop {
             let taken = file.next().and_then(|record| match record {
                 None => Ok(false),
@@ -122,7 +122,7 @@ impl Scan {
             let content_at = index.compressed_data_offset().ok()?;
             Some((content_at, index.compressed_size, index.uncompressed_size))
         };
-        let places: Option<BTreeSet<ChunkPlace>> =
+        let places: Option<BTreeSet<ChunkLocation>> =
             summary.chunk_indexes.iter().map(place).collect();
         let in_chunks = places.is_some_and(|places| places == self.chunks);
         // Some writers count channels with messages alone.
@@ -144,7 +144,7 @@ impl Scan {
     }
 }
 
-impl Found {
+impl ScannedRecords {
     fn take(&mut self, record: Record) -> McapResult<()> {
         let part = |checksum: u32| if checksum == 0 { Part::WithoutChecksum } else { Part::Sound };
         match record {

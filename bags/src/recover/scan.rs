@@ -24,7 +24,7 @@ const UNKNOWN: &str = "messages of a channel whose definition is lost, or that d
 
 /// What was found in a file.
 #[derive(Default)]
-pub struct Found {
+pub struct RecoveryFindings {
     pub losses: Vec<Loss>,
     /// Messages that the indexes behind lost chunks name, by topic.
     pub missing: BTreeMap<String, u64>,
@@ -53,13 +53,13 @@ enum Frame {
 /// # Errors
 ///
 /// [`BagError::Io`] if it cannot be read, and those of writing the new bag.
-pub fn scan(path: &Path, bytes: &mut Bytes, sink: &mut Sink) -> Result<Found, BagError> {
+pub fn scan(path: &Path, bytes: &mut Bytes, sink: &mut Sink) -> Result<RecoveryFindings, BagError> {
     let mut scan = Scan {
         path,
         layout: if sink.expects_chunks() { Layout::Chunks } else { Layout::Loose },
         bytes,
         sink,
-        found: Found::default(),
+        found: RecoveryFindings::default(),
         at: 0,
         in_data: true,
         recent: BTreeMap::new(),
@@ -77,7 +77,7 @@ struct Scan<'a> {
     path: &'a Path,
     bytes: &'a mut Bytes,
     sink: &'a mut Sink,
-    found: Found,
+    found: RecoveryFindings,
     at: u64,
     /// Whether the data has not ended yet; the summary section stands behind it.
     in_data: bool,

@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chunk_is_known_by_its_two_lengths() {
+    fn a_chunk_is_recognised_by_its_two_lengths() {
         let head = ChunkHead::parse(&chunk("zstd", 30)).unwrap();
 
         assert_eq!((head.header.message_start_time, head.header.message_end_time), (5, 9));

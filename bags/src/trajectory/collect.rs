@@ -54,7 +54,7 @@ pub struct Collected {
 
 /// Poses and commands by robot, as they are found.
 #[derive(Default)]
-struct Found {
+struct RecordedSamples {
     poses: BTreeMap<String, Vec<PoseSample>>,
     commands: BTreeMap<String, Vec<CommandSample>>,
     lease: Vec<LeaseSample>,
@@ -84,7 +84,7 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
     }
     let wanted = wanted_topics(&topics, source)?;
 
-    let mut found = Found::default();
+    let mut found = RecordedSamples::default();
     if source == PoseSource::Tf {
         found.tree = fixed(bag, &topics)?;
     }
@@ -171,7 +171,7 @@ fn wanted_topics(
     Ok(wanted)
 }
 
-impl Found {
+impl RecordedSamples {
     fn take(&mut self, source: PoseSource, message: &BagMessage) -> Result<(), TrajectoryError> {
         let topic = &*message.topic;
         let log_ns = message.log_time_ns;

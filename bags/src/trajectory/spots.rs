@@ -37,7 +37,7 @@ mod tests {
     }
 
     #[test]
-    fn robots_side_by_side_are_told_from_robots_on_one_spot() {
+    fn robots_side_by_side_are_distinguished_from_robots_on_one_spot() {
         let robots: Vec<String> = (1..=3).map(|robot| format!("robot_{robot}")).collect();
 
         assert!(check(&[at(0.0, 0.0), at(0.05, 0.0), at(0.0, 0.05)], &robots).is_ok());

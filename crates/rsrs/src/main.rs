@@ -1,12 +1,12 @@
 //! The command line of RSRS: one file for each subcommand.
 
+mod bag_arguments;
 mod commands;
 mod experiment_bar;
 mod failure;
 mod fleet_network;
 mod interrupt;
 mod keyboard;
-mod labelled_bags;
 mod notes;
 mod progress;
 mod starter_files;

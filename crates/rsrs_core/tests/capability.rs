@@ -4,7 +4,7 @@ use rsrs_core::conditions::{Conditions, Region};
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::robot::capability::{sensor_violations, violations};
 use rsrs_core::robot::profile::{RobotProfile, Sees};
-use rsrs_core::trials::fit::{Rate, SensorMap, SensorNode};
+use rsrs_core::trials::fit::{Rate, SensorMap, SensorPoint};
 
 const SWEEP: &str = include_str!("../../../launch_configs/sweeps/flockbot_speed_turn.yaml");
 const PROFILES: [&str; 3] = [
@@ -83,7 +83,7 @@ fn a_region_is_held_against_another_shape() {
 }
 
 #[test]
-fn the_text_says_both_numbers() {
+fn the_text_contains_both_numbers() {
     let measured = profile(PROFILES[0]);
     let mut conditions = cells(&measured, SWEEP)[0].clone();
     conditions.robot.true_positive = 0.99;
@@ -95,7 +95,7 @@ fn the_text_says_both_numbers() {
 
 fn map(hits: u64, alarms: u64) -> SensorMap {
     let node =
-        |distance_m, hits| SensorNode { distance_m, bearing_rad: 0.0, rate: Rate::new(hits, 100) };
+        |distance_m, hits| SensorPoint { distance_m, bearing_rad: 0.0, rate: Rate::new(hits, 100) };
     SensorMap {
         nodes: vec![node(0.3, hits), node(2.0, 0)],
         contour_m: Vec::new(),

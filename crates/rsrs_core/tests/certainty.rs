@@ -44,7 +44,7 @@ fn fat(fatness: f64) -> impl Fn(usize, f64) -> f64 {
 }
 
 #[test]
-fn a_perfect_ring_is_sure_and_its_blocks_say_the_same() {
+fn a_perfect_ring_is_sure_and_its_blocks_agree() {
     let (verdict, certainty) = judged(&ring(|_, _| 0.7, 0.15), &FLOCKBOT);
 
     assert_eq!(verdict.phase, Phase::StableMilling);

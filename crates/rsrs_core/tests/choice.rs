@@ -189,7 +189,7 @@ fn the_choice_rests_on_the_confirmation_alone() {
 }
 
 #[test]
-fn that_worse_robots_mill_more_often_is_said_only_where_it_is_sure() {
+fn that_worse_robots_mill_more_often_is_stated_only_where_it_is_sure() {
     let ranked = ranked(&diagram(&["fff", "fff", "fff"]));
     let choice = |measured: u64| Choice {
         as_measured: Some(AsMeasured::of(&confirmed(measured, 1000))),
@@ -238,7 +238,7 @@ fn the_share_of_mills_moves_with_the_circliness_that_makes_one() {
 }
 
 #[test]
-fn the_choice_serialises_as_the_contract_says() {
+fn the_choice_serialises_as_documented() {
     let ranked = ranked(&diagram(&["fff", "fff", "fff"]));
     let choice = Choice::new(&ranked[0], confirmed(8, 8));
 

@@ -48,7 +48,7 @@ fn holm_multiplies_the_smallest_by_most_and_never_reverses_the_order() {
 }
 
 #[test]
-fn three_mills_of_three_are_undecided_and_say_how_many_more_would_do() {
+fn three_mills_of_three_are_undecided_with_how_many_more_would_decide() {
     let comparison = Comparison::of(&[runs(counts(3, 0), counts(868, 132))]);
 
     let cell = &comparison.cells[0];

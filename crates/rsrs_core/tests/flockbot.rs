@@ -20,7 +20,7 @@ fn flockbot() -> RobotProfile {
 }
 
 #[test]
-fn every_number_of_the_flockbots_says_where_it_comes_from() {
+fn every_number_of_the_flockbots_has_a_source() {
     let group = RobotProfile::parse("flockbot_group_sensor.yaml", GROUP_SENSOR)
         .expect("the profile that ships is valid");
     for profile in [flockbot(), group] {

@@ -127,7 +127,7 @@ fn the_report_has_the_keys_of_the_contract() {
 }
 
 #[test]
-fn every_number_of_a_fitted_profile_says_where_it_comes_from() {
+fn every_number_of_a_fitted_profile_has_a_source() {
     let profile = flockbot().profile("flockbot", &Unmeasured::default());
 
     let mut found = BTreeSet::new();
@@ -211,7 +211,7 @@ fn the_order_of_the_rows_does_not_matter_to_the_report() {
 }
 
 #[test]
-fn few_trials_are_fitted_as_far_as_they_go_and_said_so() {
+fn few_trials_are_fitted_as_far_as_they_go_with_a_note() {
     let speed = "robot,commanded_m_s,distance_m,duration_s\na,0.1,2,21\n";
     let turn = "robot,commanded_rad_s,angle_rad,duration_s\na,0.75,6.2832,8.6\n";
 

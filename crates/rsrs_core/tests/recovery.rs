@@ -359,7 +359,7 @@ fn a_sensor_that_is_hardly_reliable_is_not_taken_for_a_better_one() {
 }
 
 #[test]
-fn a_share_is_covered_at_least_as_often_as_it_says() {
+fn a_share_is_covered_at_least_as_often_as_stated() {
     let mut draw = Draw::new(7);
     let mut coverage = Coverage::default();
     for _ in 0..N_POPULATIONS {

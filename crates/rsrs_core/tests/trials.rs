@@ -172,7 +172,7 @@ fn trajectories_become_straight_runs_turns_in_place_and_arcs() {
 }
 
 #[test]
-fn noise_of_the_robot_is_told_from_noise_of_the_tracker() {
+fn noise_of_the_robot_is_distinguished_from_noise_of_the_tracker() {
     let mut draw = Draw::new(5);
     let (heading_sd_rad, step_sd, period_s) = (0.02, 0.3, 0.13);
     let command = Command { speed_m_s: 0.1, turn_rate_rad_s: 0.0 };

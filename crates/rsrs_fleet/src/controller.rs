@@ -352,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn a_process_that_has_just_started_says_no_command_until_nobody_trusts_its_predecessor() {
+    fn a_process_that_has_just_started_publishes_no_command_until_nobody_trusts_its_predecessor() {
         let early = DEAD_PROCESS_TIMEOUT / 2;
 
         let mut in_real_time = controller(Stamp::Wall).of_a_new_process();

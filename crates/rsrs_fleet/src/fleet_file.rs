@@ -336,7 +336,7 @@ robots:
     }
 
     #[test]
-    fn a_robot_without_a_gate_of_ours_says_that_its_controller_holds_the_lease() {
+    fn the_lease_of_a_robot_without_a_gate_of_ours_is_held_by_its_controller() {
         let text = LAYERED.replace("enabled: false", "enabled: true, lease: controller");
 
         let fleet = FleetFile::parse("fleet.yaml", &text).unwrap();

@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn changes_are_said_at_once_and_all_else_ten_times_a_second() {
+    fn changes_are_published_at_once_and_all_else_ten_times_a_second() {
         let mut beat = Heartbeat::from(7);
         let mut printed = |state, at_ms| beat.due(state, Duration::from_millis(at_ms));
 
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_hurried_is_said_again() {
+    fn what_is_hurried_is_published_again() {
         let mut beat = Heartbeat::from(0);
         beat.due((), Duration::ZERO);
 

@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn robots_that_are_not_in_the_box_or_at_their_places_are_told_of() {
+    fn robots_that_are_not_in_the_box_or_at_their_places_are_reported() {
         let clearance_m = 0.165;
         let wanted_box =
             WantedStart { area: StartArea::Box { width_m: 2.0, height_m: 1.0 }, clearance_m };
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn every_deviation_is_told_with_what_was_expected() {
+    fn every_deviation_is_reported_with_what_was_expected() {
         let robots = [
             at("robot_1", 1.0, 0.0, 0.0),
             at("robot_2", 0.0, 0.5, -90.0),

@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_topic_that_falls_silent_and_comes_back_is_told_once_each() {
+    fn a_topic_that_falls_silent_and_comes_back_is_reported_once_each() {
         let mut rates = Rates::new(["/robot_1/detection".to_owned()], 0.1, Duration::ZERO);
         let mut notes = Vec::new();
 

@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn an_ending_says_who_was_lost_and_when() {
+    fn an_ending_names_who_was_lost_and_when() {
         let lost = LostRobot {
             robot: "robot_3".to_owned(),
             after_s: 20.4,
@@ -358,7 +358,7 @@ mod tests {
         assert_eq!(lost.to_string(), "robot_3 lost after 20.4 s: silent for more than 1 s");
         let unreadable = BTreeMap::from([
             ("ending".to_owned(), "completed".to_owned()),
-            ("lost".to_owned(), "who knows".to_owned()),
+            ("lost".to_owned(), "yesterday".to_owned()),
         ]);
         assert_eq!(Ending::from_pairs(&unreadable), None, "it is not taken for a whole run");
     }

@@ -23,11 +23,11 @@ mod search;
 mod start_check;
 mod strangers;
 
-pub use event::{Action, Event, Pace, RunnerOptions};
+pub use event::{Action, Event, RunLength, RunnerOptions};
 pub use grouped::grouped;
 pub use outcome::{Failure, Outcome, SampleKind, Target};
 use requests::Requests;
-use roster::{Patience, Roster, RunBinding};
+use roster::{LossTimeouts, Roster, RunBinding};
 use search::Search;
 use start_check::StartCheck;
 use strangers::UnexpectedPublishers;

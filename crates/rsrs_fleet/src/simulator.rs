@@ -235,7 +235,7 @@ enum WorldState {
 struct Run {
     placed: Placed,
     progress: Progress,
-    pace: Pace,
+    pace: TimeMode,
     /// Whether a run holds one of the robots.
     is_held: bool,
     hand: Option<ByHand>,
@@ -251,7 +251,7 @@ enum Progress {
 }
 
 #[derive(Clone, Debug)]
-enum Pace {
+enum TimeMode {
     Lockstep(Lockstep),
     RealTime(RealTime),
 }
@@ -266,8 +266,8 @@ impl Simulator {
     pub fn step(&self) -> u64 {
         match &self.world {
             WorldState::Placed(Run { hand: Some(hand), .. }) => hand.step(),
-            WorldState::Placed(Run { pace: Pace::Lockstep(pace), .. }) => pace.step(),
-            WorldState::Placed(Run { pace: Pace::RealTime(pace), .. }) => pace.step(),
+            WorldState::Placed(Run { pace: TimeMode::Lockstep(pace), .. }) => pace.step(),
+            WorldState::Placed(Run { pace: TimeMode::RealTime(pace), .. }) => pace.step(),
             WorldState::Empty | WorldState::Refused(_) => 0,
         }
     }
@@ -276,7 +276,7 @@ impl Simulator {
     pub fn due(&self) -> Option<Duration> {
         match &self.world {
             WorldState::Placed(Run { hand: Some(hand), .. }) => hand.due(),
-            WorldState::Placed(Run { pace: Pace::RealTime(pace), .. }) => Some(pace.due()),
+            WorldState::Placed(Run { pace: TimeMode::RealTime(pace), .. }) => Some(pace.due()),
             _ => None,
         }
     }
@@ -347,8 +347,8 @@ impl Run {
     fn new(placed: Placed, now: Duration) -> Self {
         assert!(placed.period_ns > 0, "time goes on with every step");
         let pace = match placed.time {
-            Time::Lockstep => Pace::Lockstep(Lockstep::default()),
-            Time::RealTime => Pace::RealTime(RealTime::new(now)),
+            Time::Lockstep => TimeMode::Lockstep(Lockstep::default()),
+            Time::RealTime => TimeMode::RealTime(RealTime::new(now)),
         };
         Self { placed, progress: Progress::Waiting, pace, is_held: false, hand: None }
     }
@@ -367,12 +367,12 @@ impl Run {
             return;
         }
         match pace {
-            Pace::Lockstep(lockstep) => {
+            TimeMode::Lockstep(lockstep) => {
                 if matches!(progress, Progress::Waiting | Progress::Started) {
                     lockstep.on_event(placed, progress, event, now, actions);
                 }
             }
-            Pace::RealTime(real_time) => {
+            TimeMode::RealTime(real_time) => {
                 real_time.on_event(placed, progress, event, now, actions);
             }
         }

@@ -28,7 +28,7 @@ pub enum StopCommand {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
     /// There is a robot of this name, or there should be.
-    Found {
+    Discovered {
         /// The robot.
         robot: String,
     },
@@ -69,12 +69,12 @@ pub enum Action {
     /// Release the locks of these sources.
     Release(BTreeSet<Source>),
     /// It is over, and so it ended; nothing more comes.
-    Finish(Ending),
+    Finish(StopOutcome),
 }
 
 /// How a stop or release ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
+pub enum StopOutcome {
     /// Every known robot has acknowledged, and there is at least one.
     Acknowledged,
     /// The time is up, and some robot has not acknowledged, or there is none.
@@ -88,7 +88,7 @@ pub enum Ending {
 
 /// What came of a stop for one robot.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Answer {
+pub struct RobotAcknowledgement {
     /// The robot.
     pub robot: String,
     /// From the first word until its acknowledgement was received; `None` if it has not acknowledged.
@@ -170,9 +170,9 @@ impl Stopper {
     }
 
     /// What came of it for each robot so far, by name.
-    pub fn answers(&self) -> Vec<Answer> {
+    pub fn answers(&self) -> Vec<RobotAcknowledgement> {
         let first = self.printed.map_or(Duration::ZERO, |(first, _)| first);
-        let answers = self.robots.iter().map(|(robot, received)| Answer {
+        let answers = self.robots.iter().map(|(robot, received)| RobotAcknowledgement {
             robot: robot.clone(),
             acknowledged_after: received.acknowledged.map(|at| at.saturating_sub(first)),
             last: received.last.as_ref().map(|(status, _)| status.clone()),
@@ -182,7 +182,7 @@ impl Stopper {
 
     fn take(&mut self, event: Event, now: Duration) {
         match event {
-            Event::Found { robot } => {
+            Event::Discovered { robot } => {
                 if self.follows(&robot) {
                     self.robots.entry(robot).or_default();
                 }
@@ -274,22 +274,22 @@ impl Stopper {
         Locks(all)
     }
 
-    fn ending(&self, elapsed: Duration) -> Option<Ending> {
+    fn ending(&self, elapsed: Duration) -> Option<StopOutcome> {
         let all = !self.robots.is_empty()
             && self.robots.values().all(|received| received.acknowledged.is_some());
         if self.word == StopCommand::Release
             && elapsed >= self.transport.robot_search_duration()
             && self.printed.is_none()
         {
-            return Some(Ending::InRun);
+            return Some(StopOutcome::InRun);
         }
         if all && elapsed >= self.transport.robot_search_duration() {
-            Some(Ending::Acknowledged)
+            Some(StopOutcome::Acknowledged)
         } else if self.is_interrupted {
-            Some(if all { Ending::Acknowledged } else { Ending::Interrupted })
+            Some(if all { StopOutcome::Acknowledged } else { StopOutcome::Interrupted })
         } else {
             (elapsed >= self.transport.robot_search_duration() + ACKNOWLEDGE_TIMEOUT)
-                .then_some(Ending::TimedOut)
+                .then_some(StopOutcome::TimedOut)
         }
     }
 

@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_hold_now_is_said_with_the_date() {
+    fn what_does_not_hold_now_is_reported_with_the_date() {
         let seconds = Duration::from_secs;
         let facts = CertificateFacts {
             subject: "CN=/robot_3".to_owned(),

@@ -13,7 +13,7 @@ use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_fleet::record::{self, ExperimentRecord};
 
 use crate::error::with_help;
-pub use conduct::{Answer, Conductor, Placer, RunTarget};
+pub use conduct::{Conductor, OperatorDecision, Placer, RunTarget};
 pub use file::Experiment;
 pub use folder::CampaignFolder;
 pub use summary::Summary;

@@ -74,12 +74,12 @@ pub struct Explored {
     pub n_controllers: usize,
     /// The controllers that lead to the behaviour, or to a niche of their own, most surely; those with
     /// a named behaviour first.
-    pub found: Vec<Found>,
+    pub found: Vec<FoundController>,
 }
 
 /// A controller, and what a swarm that has it does.
 #[derive(Clone, Debug, Serialize)]
-pub struct Found {
+pub struct FoundController {
     /// What it is called: a behaviour, `wall_following`, or `other`.
     pub name: String,
     /// What it looks like, in words.
@@ -105,7 +105,7 @@ pub struct Found {
 impl Explored {
     /// Whether the behaviour that was searched for was found: surely in more than half of the runs.
     pub fn is_found(&self) -> bool {
-        let is_wanted = |found: &Found| {
+        let is_wanted = |found: &FoundController| {
             self.wanted.is_none_or(|wanted| found.name == wanted.key() && found.share_low > 0.5)
         };
         self.found.iter().any(is_wanted)

@@ -7,5 +7,5 @@ mod selection;
 
 pub use into_controller::{ControllerReplay, Difference, RobotReplay, replay_into_controller};
 pub use into_judge::{JudgeReplay, JudgedPhase, replay_into_judge};
-pub use publish::{Pace, Published, publish};
+pub use publish::{PublishOptions, Published, publish};
 pub use selection::{Selected, Selection, select};

@@ -18,8 +18,8 @@ use rsrs_core::diagram::adaptive::{Knowledge, Schedule};
 use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_sim::sweep::{
-    Block, BlockError, Ending, Piece, Progress, ReplicateOutcome, Runs, SweepError, Watch, Work,
-    blocks, check, run_blocks,
+    Block, BlockError, Completion, Piece, Progress, ReplicateOutcome, Runs, SweepError, Watch,
+    Work, blocks, check, run_blocks,
 };
 
 use crate::error::{WithHelp, helped, with_help};
@@ -348,8 +348,8 @@ impl Sweeping<'_> {
         let counts = shared.into_inner().expect("no thread panics while holding it");
         let n_kept: u64 = counts.iter().map(PhaseCounts::total).sum();
         match ending {
-            Ok(Ending::Finished) => Ok(()),
-            Ok(Ending::CalledOff) => Err(Failure::Other(with_help(
+            Ok(Completion::Finished) => Ok(()),
+            Ok(Completion::CalledOff) => Err(Failure::Other(with_help(
                 format!(
                     "called off; {n_kept} of {} runs are kept in {}",
                     start.total,

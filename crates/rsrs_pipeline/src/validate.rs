@@ -14,14 +14,14 @@ use rsrs_core::robot::capability::{self, CapabilityViolation, LostCapability};
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::trials::fit::{SensorMap, sensor_map};
 use rsrs_core::trials::trial::{DrivenTrial, detection_trials};
-use rsrs_sim::reach::{ReachOptions, smallest_factors, validate as contain};
+use rsrs_sim::reachable_set::{ReachOptions, smallest_factors, validate as contain};
 
 use crate::error::{helped, with_help};
 use crate::measure::trial_files::{Trajectories, table, trajectories};
 use crate::provenance::Provenance;
 use crate::sweep::folder;
 use crate::sweep::source::ResolvedSweep;
-use file::{Answer, Judged};
+use file::{Judged, ValidationReport};
 
 /// What a simulated robot is compared with.
 #[derive(Clone, Debug)]
@@ -60,7 +60,11 @@ struct Case {
 /// # Errors
 ///
 /// If a file is wrong, or the sweep has several simulated robots and `at` does not name one.
-pub fn validate(sweep: &Path, options: &Options, output: Option<&Path>) -> anyhow::Result<Answer> {
+pub fn validate(
+    sweep: &Path,
+    options: &Options,
+    output: Option<&Path>,
+) -> anyhow::Result<ValidationReport> {
     let swept = if sweep.is_dir() { Some(folder::read(sweep)?) } else { None };
     let source = match &swept {
         Some(swept) => swept.source.clone(),
@@ -137,7 +141,7 @@ fn judged_conditions(
     Ok(conditions)
 }
 
-fn judge(case: &Case) -> anyhow::Result<Answer> {
+fn judge(case: &Case) -> anyhow::Result<ValidationReport> {
     let source = &case.source;
     let (measured, factors) = (&source.profile, source.sweep.factors(&source.profile));
     let robot = factors.apply(measured)?;
@@ -160,7 +164,7 @@ fn judge(case: &Case) -> anyhow::Result<Answer> {
         .as_ref()
         .map(|map| capability::sensor_violations(map, &case.conditions[0].robot));
     let senses_worse = sensor_violations.as_ref().is_none_or(Vec::is_empty);
-    Ok(Answer {
+    Ok(ValidationReport {
         judged: Judged::of(source, &case.at),
         is_harsher: validation.is_contained && capability_violations.is_empty() && senses_worse,
         validation,

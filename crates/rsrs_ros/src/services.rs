@@ -181,14 +181,14 @@ impl<'a, Q: RosMessage, R: RosMessage> ServiceClient<'a, Q, R> {
     /// # Errors
     ///
     /// [`CallError`].
-    pub async fn call(&self, request: &Q, patience: Duration) -> Result<R, CallError> {
+    pub async fn call(&self, request: &Q, timeout: Duration) -> Result<R, CallError> {
         let start = Instant::now();
         let service = || self.service.clone();
         let no_answer =
             || CallError::NoAnswer { service: service(), waited_s: start.elapsed().as_secs_f64() };
         let topic = format!("rq{}Request", self.service);
         while !self.session.has_reader(&topic) {
-            if start.elapsed() >= patience {
+            if start.elapsed() >= timeout {
                 return Err(no_answer());
             }
             tokio::time::sleep(POLL).await;
@@ -196,7 +196,7 @@ impl<'a, Q: RosMessage, R: RosMessage> ServiceClient<'a, Q, R> {
         // The service may discover us later than we discover it.
         tokio::time::sleep(MATCHING).await;
         let request = Bytes(cdr::encode_body(request));
-        let left = patience.saturating_sub(start.elapsed());
+        let left = timeout.saturating_sub(start.elapsed());
         let called = tokio::time::timeout(left, self.client.async_call_service(request)).await;
         let Ok(called) = called else { return Err(no_answer()) };
         let Bytes(body) = called.map_err(|error| CallError::Session {

@@ -12,13 +12,13 @@ mod absence;
 mod authentication;
 mod close;
 mod endpoint;
+mod endpoint_creation;
 mod error;
 mod graph;
 mod join;
 mod local;
 mod matching;
 mod node;
-mod pace;
 mod prefix;
 mod publisher;
 mod qos;
@@ -57,10 +57,10 @@ pub(crate) use wire::Bytes;
 
 use absence::Absences;
 use endpoint::Index;
+use endpoint_creation::EndpointCreation;
 use graph::Graph;
 use local::{LocalDelivery, LocalPublisher, Writers};
 use node::{message_type, ros_name};
-use pace::Pace;
 use publisher::TypedWriter;
 use quality::Watch;
 use raw::RawWriter;
@@ -90,7 +90,7 @@ pub struct Session {
     watch: Arc<Watch>,
     watches: Once,
     index: Mutex<Index>,
-    pace: Arc<Pace>,
+    endpoint_creation: Arc<EndpointCreation>,
     transport: Transport,
     /// In a secured session only.
     local: Option<Arc<LocalDelivery>>,
@@ -136,7 +136,7 @@ impl Session {
             watch: Arc::default(),
             watches: Once::new(),
             index: Mutex::default(),
-            pace: Arc::default(),
+            endpoint_creation: Arc::default(),
             transport: options.transport(),
             local: options.enclave.as_ref().map(|_| Arc::default()),
             writers: Writers::default(),
@@ -195,7 +195,7 @@ impl Session {
         // Of two publishers of one topic in a secured session only the first is received.
         let first = nodes.values().next().map(|(handle, _)| handle.clone());
         let shared = first.filter(|_| self.local.is_some());
-        let node = self.pace.make(2, || {
+        let node = self.endpoint_creation.make(2, || {
             let to_rosout = self.arguments.as_ref().is_none_or(|arguments| arguments.to_rosout)
                 && shared.is_none();
             let options =
@@ -271,7 +271,7 @@ impl Session {
         let names = raw::DdsNames::of_topic(topic, type_name)?;
         let policies = qos::policies(qos);
         let make = || {
-            self.pace.make(1, || {
+            self.endpoint_creation.make(1, || {
                 RawWriter::new(topic, &self.participant, &self.publisher, &names, &policies)
             })
         };
@@ -355,7 +355,7 @@ impl Session {
         let Some((_, node)) = nodes.get_mut(handle.full_name()) else {
             return Err(SessionError::ForeignNode { name: handle.full_name().to_owned() });
         };
-        self.pace.make(n_endpoints, || make(node))
+        self.endpoint_creation.make(n_endpoints, || make(node))
     }
 
     /// Runs a task until the session is closed or the handle is dropped.
@@ -384,7 +384,7 @@ impl Session {
     fn follow_graph(&self) -> Result<(), SessionError> {
         let (names, policies) = (raw::DdsNames::of_graph(), qos::policies(graph::QOS));
         let reader = self
-            .pace
+            .endpoint_creation
             .make(1, || raw::reader(&self.participant, &self.subscriber, &names, &policies))?;
         let graph = Arc::clone(&self.graph);
         let deliver = move |sample: ReceivedRaw| graph.update(sample.message);

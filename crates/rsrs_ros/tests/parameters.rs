@@ -13,7 +13,7 @@ use rsrs_ros::parameters::{
     ParameterValue,
 };
 use rsrs_ros::session::{Received, Session};
-use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 
 /// Controllers of `n_robots`, whose speed may not be 0.13.
 fn controllers(session: &Session, n_robots: usize) -> ParameterServer {
@@ -34,7 +34,7 @@ async fn use_controllers(mapping: Option<Mapping>) {
     let (fleet, lab) = (session(), session());
     let server = controllers(&fleet, 9);
     let node = lab.node("/", "runner").expect("the name is allowed");
-    let options = ClientOptions { patience: PATIENCE, mapping };
+    let options = ClientOptions { timeout: TIMEOUT, mapping };
     let client = ParameterClient::new(&lab, &node, options);
     let (third, ninth) = ("/robot_3/controller", "/robot_9/controller");
 
@@ -103,7 +103,7 @@ fn clients_of_both_mappings_do_not_take_each_others_answers() {
         let _server = controllers(&fleet, 1);
         let node = lab.node("/", "runner").unwrap();
         let client = |mapping| {
-            let options = ClientOptions { patience: PATIENCE, mapping: Some(mapping) };
+            let options = ClientOptions { timeout: TIMEOUT, mapping: Some(mapping) };
             ParameterClient::new(&lab, &node, options)
         };
         let (enhanced, cyclone) = (client(Mapping::Enhanced), client(Mapping::Cyclone));
@@ -129,7 +129,7 @@ fn a_node_that_is_not_there_is_named_after_the_patience() {
     in_own_network("a_node_that_is_not_there_is_named_after_the_patience", async || {
         let lab = session();
         let node = lab.node("/", "runner").unwrap();
-        let options = ClientOptions { patience: Duration::from_millis(300), mapping: None };
+        let options = ClientOptions { timeout: Duration::from_millis(300), mapping: None };
         let client = ParameterClient::new(&lab, &node, options);
 
         let error = client.list("/robot_7/controller").await.unwrap_err();
@@ -148,7 +148,7 @@ fn armed_robots_keep_their_parameters_and_their_node_may_still_change_them() {
         let (fleet, lab) = (session(), session());
         let server = controllers(&fleet, 1);
         let node = lab.node("/", "runner").unwrap();
-        let options = ClientOptions { patience: PATIENCE, mapping: None };
+        let options = ClientOptions { timeout: TIMEOUT, mapping: None };
         let client = ParameterClient::new(&lab, &node, options);
         let controller = "/robot_1/controller";
 
@@ -176,8 +176,8 @@ fn armed_robots_keep_their_parameters_and_their_node_may_still_change_them() {
 }
 
 #[test]
-fn every_change_is_told_on_parameter_events() {
-    in_own_network("every_change_is_told_on_parameter_events", async || {
+fn every_change_is_published_on_parameter_events() {
+    in_own_network("every_change_is_published_on_parameter_events", async || {
         let (fleet, lab) = (session(), session());
         let node = lab.node("/", "runner").unwrap();
         let events: Arc<Mutex<Vec<ParameterEvent>>> = Arc::default();
@@ -189,9 +189,9 @@ fn every_change_is_told_on_parameter_events() {
         let _subscription = lab.subscribe(&node, topic.name, topic.qos, deliver).unwrap();
         let server = controllers(&fleet, 2);
         // One of the server's, and one of each node that nobody uses.
-        lab.wait_for_writers(topic.name, 3, PATIENCE).await.unwrap();
-        fleet.wait_for_readers(topic.name, 1, PATIENCE).await.unwrap();
-        let options = ClientOptions { patience: PATIENCE, mapping: None };
+        lab.wait_for_writers(topic.name, 3, TIMEOUT).await.unwrap();
+        fleet.wait_for_readers(topic.name, 1, TIMEOUT).await.unwrap();
+        let options = ClientOptions { timeout: TIMEOUT, mapping: None };
         let client = ParameterClient::new(&lab, &node, options);
 
         client.set_atomically("/robot_2/controller", &values(&[("speed", 0.2)])).await.unwrap();

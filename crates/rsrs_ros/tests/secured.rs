@@ -16,7 +16,7 @@ use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterServer, ParameterValue};
 use rsrs_ros::security::SecurityError;
 use rsrs_ros::session::{Session, SessionError};
-use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 
 /// Long enough for a sample of somebody who is obeyed, and for the handshakes before it.
 const A_WHILE: Duration = Duration::from_secs(4);
@@ -47,8 +47,8 @@ fn secured_members_exchange_every_topic_of_ours_whatever_the_length() {
                 open.push((name, allowed, received));
             }
             for (name, (member, publisher), received) in &open {
-                viewer.wait_for_writers(name, 1, PATIENCE).await.unwrap();
-                member.wait_for_readers(name, 1, PATIENCE).await.unwrap();
+                viewer.wait_for_writers(name, 1, TIMEOUT).await.unwrap();
+                member.wait_for_readers(name, 1, TIMEOUT).await.unwrap();
                 let sent: Vec<Vec<u8>> = [1, 2, 3, 4, 5, 333, 100_000]
                     .map(|length| [&[0, 1, 0, 0][..], &vec![7; length]].concat())
                     .to_vec();
@@ -90,7 +90,7 @@ fn plain_programs_and_members_of_another_keystore_are_not_obeyed_and_receive_not
             .map(|stranger| subscribe(stranger, &command, topic.type_name, topic.qos))
             .collect();
         let own = publish(&controllers);
-        robot.wait_for_writers(&command, 1, PATIENCE).await.unwrap();
+        robot.wait_for_writers(&command, 1, TIMEOUT).await.unwrap();
 
         let start = Instant::now();
         let mut n_obeyed = 0;
@@ -101,7 +101,7 @@ fn plain_programs_and_members_of_another_keystore_are_not_obeyed_and_receive_not
             }
             tokio::time::sleep(Duration::from_millis(50)).await;
             n_obeyed = obeyed.lock().unwrap().len();
-            assert!(start.elapsed() < PATIENCE, "not even its controller is obeyed");
+            assert!(start.elapsed() < TIMEOUT, "not even its controller is obeyed");
         }
 
         let is_own = obeyed.lock().unwrap().iter().all(|bytes| bytes[4] == 1);
@@ -189,7 +189,7 @@ fn a_runner_sets_the_parameters_of_a_robot_and_a_viewer_does_not() {
             (lab.member("/robot_1"), lab.member("/runner"), lab.member("/viewer"));
         let declared = vec![controllers::controller(1, 0.1, 0.5)];
         let server = ParameterServer::start(&robot, declared, |_, _| Ok(())).unwrap();
-        let options = ClientOptions { patience: PATIENCE, mapping: None };
+        let options = ClientOptions { timeout: TIMEOUT, mapping: None };
         let value = [("speed".to_owned(), ParameterValue::Double(0.2))];
 
         let node = runner.node("/", "experiment_runner").unwrap();
@@ -198,7 +198,7 @@ fn a_runner_sets_the_parameters_of_a_robot_and_a_viewer_does_not() {
         let set = server.get("/robot_1/controller", "speed");
 
         let node = viewer.node("/", "viewer").unwrap();
-        let hasty = ClientOptions { patience: Duration::from_secs(1), mapping: None };
+        let hasty = ClientOptions { timeout: Duration::from_secs(1), mapping: None };
         let of_viewer = ParameterClient::new(&viewer, &node, hasty);
         let refused = of_viewer.set_atomically("/robot_1/controller", &value).await;
 
@@ -225,27 +225,30 @@ fn a_forged_datagram_is_obeyed_in_a_plain_fleet_and_not_in_a_secured_one() {
 }
 
 #[test]
-fn a_member_that_is_killed_and_started_again_is_heard_within_5_s() {
-    in_own_network("a_member_that_is_killed_and_started_again_is_heard_within_5_s", async || {
-        let lab = Lab::new();
-        let viewer = lab.member("/viewer");
-        let received = subscribe(&viewer, lab::DETECTIONS, Bool::TYPE_NAME, Qos::reliable(100));
-        let n_received = || received.lock().unwrap().len();
-        let mut first = lab.start_publisher();
-        eventually("the first process is heard", || n_received() > 0).await;
+fn a_member_that_is_killed_and_started_again_is_received_within_5_s() {
+    in_own_network(
+        "a_member_that_is_killed_and_started_again_is_received_within_5_s",
+        async || {
+            let lab = Lab::new();
+            let viewer = lab.member("/viewer");
+            let received = subscribe(&viewer, lab::DETECTIONS, Bool::TYPE_NAME, Qos::reliable(100));
+            let n_received = || received.lock().unwrap().len();
+            let mut first = lab.start_publisher();
+            eventually("the first process is heard", || n_received() > 0).await;
 
-        first.kill().unwrap();
-        first.wait().unwrap();
-        let (start, before) = (Instant::now(), n_received());
-        let mut second = lab.start_publisher();
-        eventually("the second process is heard", || n_received() > before).await;
-        let took = start.elapsed();
+            first.kill().unwrap();
+            first.wait().unwrap();
+            let (start, before) = (Instant::now(), n_received());
+            let mut second = lab.start_publisher();
+            eventually("the second process is heard", || n_received() > before).await;
+            let took = start.elapsed();
 
-        second.kill().unwrap();
-        second.wait().unwrap();
-        lab::close([viewer]).await;
-        assert!(took < Duration::from_secs(5), "it took {took:?}");
-    });
+            second.kill().unwrap();
+            second.wait().unwrap();
+            lab::close([viewer]).await;
+            assert!(took < Duration::from_secs(5), "it took {took:?}");
+        },
+    );
 }
 
 /// Not a test of its own: the process that is killed above.
@@ -286,7 +289,7 @@ fn nodes_of_one_member_receive_each_other_and_each_receives_what_others_publish(
             if n.iter().chain(&of_each).all(|n| *n > 0) {
                 break;
             }
-            assert!(start.elapsed() < PATIENCE, "received {n:?} and {of_each:?}");
+            assert!(start.elapsed() < TIMEOUT, "received {n:?} and {of_each:?}");
         }
         drop((leases, publishers, both, own, of_runner));
         lab::close([robot, runner]).await;

@@ -11,7 +11,7 @@ use rsrs_msgs::topics::{self, Qos};
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::clock::{ClockFollower, ClockPublisher};
 use rsrs_ros::session::{Endpoint, EndpointKind, Received, ReceivedRaw, Session};
-use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 use tokio::sync::mpsc;
 
 /// A closure that puts what it is given into a channel.
@@ -28,7 +28,7 @@ where
 }
 
 async fn next<T>(receiver: &mut mpsc::UnboundedReceiver<T>) -> T {
-    let received = tokio::time::timeout(PATIENCE, receiver.recv()).await;
+    let received = tokio::time::timeout(TIMEOUT, receiver.recv()).await;
     received.expect("a sample comes in time").expect("the subscription is alive")
 }
 
@@ -42,8 +42,8 @@ fn what_one_session_publishes_another_receives() {
         let _subscription = robot.subscribe(&node, &topic, topics::CMD_VEL.qos, deliver).unwrap();
         let node = controller.node("/robot_3", "controller").unwrap();
         let publisher = controller.publish_on(&node, &topic, topics::CMD_VEL.qos).unwrap();
-        controller.wait_for_readers(&topic, 1, PATIENCE).await.unwrap();
-        robot.wait_for_writers(&topic, 1, PATIENCE).await.unwrap();
+        controller.wait_for_readers(&topic, 1, TIMEOUT).await.unwrap();
+        robot.wait_for_writers(&topic, 1, TIMEOUT).await.unwrap();
 
         let mut command = TwistStamped::default();
         command.header.stamp = Time { sec: 3, nanosec: 4 };
@@ -79,8 +79,8 @@ fn best_effort_and_reliable_publishers_are_both_received_each_sample_once() {
         let from_sensor = publish(&sensor, Qos::best_effort(10));
         let from_other = publish(&other, reliable);
         // Both subscriptions, and those that best-effort publishers need.
-        sensor.wait_for_readers("/robot_1/detection", 4, PATIENCE).await.unwrap();
-        other.wait_for_readers("/robot_1/detection", 4, PATIENCE).await.unwrap();
+        sensor.wait_for_readers("/robot_1/detection", 4, TIMEOUT).await.unwrap();
+        other.wait_for_readers("/robot_1/detection", 4, TIMEOUT).await.unwrap();
 
         // What is sent before the other side knows of a publisher is lost if it is best effort.
         let mut of_sensor: Option<[u8; 16]> = None;
@@ -135,9 +135,9 @@ fn raw_bytes_go_through_unchanged_in_both_directions() {
         let _answers = typed.subscribe(&node, "/back", qos, deliver).unwrap();
         let there = typed.publish_on(&node, "/there", qos).unwrap();
         let back = raw.publish_raw("/back", Bool::TYPE_NAME, qos).unwrap();
-        typed.wait_for_readers("/there", 1, PATIENCE).await.unwrap();
-        raw.wait_for_readers("/back", 1, PATIENCE).await.unwrap();
-        raw.wait_for_writers("/there", 1, PATIENCE).await.unwrap();
+        typed.wait_for_readers("/there", 1, TIMEOUT).await.unwrap();
+        raw.wait_for_readers("/back", 1, TIMEOUT).await.unwrap();
+        raw.wait_for_writers("/there", 1, TIMEOUT).await.unwrap();
 
         there.publish(Bool { data: true }).await.unwrap();
         let sample = next(&mut bytes).await;
@@ -169,8 +169,8 @@ fn a_sample_of_another_type_is_counted_and_not_delivered() {
         let (deliver, mut messages) = channel::<Received<Bool>>();
         let subscription = one.subscribe(&node, "/topic", qos, deliver).unwrap();
         let publisher = other.publish_raw("/topic", TwistStamped::TYPE_NAME, qos).unwrap();
-        other.wait_for_readers("/topic", 1, PATIENCE).await.unwrap();
-        one.wait_for_writers("/topic", 1, PATIENCE).await.unwrap();
+        other.wait_for_readers("/topic", 1, TIMEOUT).await.unwrap();
+        one.wait_for_writers("/topic", 1, TIMEOUT).await.unwrap();
 
         publisher.publish(&cdr::encode(&TwistStamped::default())).await.unwrap();
         publisher.publish(&cdr::encode(&Bool { data: true })).await.unwrap();
@@ -206,8 +206,8 @@ fn twenty_thousand_reliable_messages_arrive_in_order_when_the_sender_waits_for_t
         let subscription = receiver.subscribe(&node, &topic, qos, deliver).unwrap();
         let node = sender.node("/", "sender").unwrap();
         let publisher = sender.publish_on(&node, &topic, qos).unwrap();
-        sender.wait_for_readers(&topic, 1, PATIENCE).await.unwrap();
-        receiver.wait_for_writers(&topic, 1, PATIENCE).await.unwrap();
+        sender.wait_for_readers(&topic, 1, TIMEOUT).await.unwrap();
+        receiver.wait_for_writers(&topic, 1, TIMEOUT).await.unwrap();
 
         let mut seen = 0;
         for sent in 0..N_MESSAGES {
@@ -229,8 +229,8 @@ fn twenty_thousand_reliable_messages_arrive_in_order_when_the_sender_waits_for_t
 }
 
 #[test]
-fn a_reader_that_is_flooded_says_how_much_it_lost() {
-    in_own_network("a_reader_that_is_flooded_says_how_much_it_lost", async || {
+fn a_reader_that_is_flooded_counts_what_it_lost() {
+    in_own_network("a_reader_that_is_flooded_counts_what_it_lost", async || {
         const N_MESSAGES: u64 = 5_000;
         let (sender, receiver) = (session(), session());
         let qos = Qos::reliable(10);
@@ -241,8 +241,8 @@ fn a_reader_that_is_flooded_says_how_much_it_lost() {
         };
         let subscription = receiver.subscribe_raw("/flood", Bool::TYPE_NAME, qos, slow).unwrap();
         let publisher = sender.publish_raw("/flood", Bool::TYPE_NAME, qos).unwrap();
-        sender.wait_for_readers("/flood", 1, PATIENCE).await.unwrap();
-        receiver.wait_for_writers("/flood", 1, PATIENCE).await.unwrap();
+        sender.wait_for_readers("/flood", 1, TIMEOUT).await.unwrap();
+        receiver.wait_for_writers("/flood", 1, TIMEOUT).await.unwrap();
 
         let bytes = cdr::encode(&Bool { data: true });
         for _ in 0..N_MESSAGES {
@@ -318,15 +318,15 @@ fn the_clock_of_one_session_is_followed_by_another() {
         let (simulator, robot) = (session(), session());
         let clock = ClockPublisher::new(&simulator, &simulator.node("/", "sim").unwrap()).unwrap();
         let mut follower = ClockFollower::new(&robot, &robot.node("/", "robot").unwrap()).unwrap();
-        simulator.wait_for_readers("/clock", 1, PATIENCE).await.unwrap();
-        robot.wait_for_writers("/clock", 1, PATIENCE).await.unwrap();
+        simulator.wait_for_readers("/clock", 1, TIMEOUT).await.unwrap();
+        robot.wait_for_writers("/clock", 1, TIMEOUT).await.unwrap();
         assert_eq!(follower.now_ns(), None);
 
         for step in 1..=10_u64 {
             clock.publish(step * 130_000_000).await.unwrap();
         }
 
-        let reached = tokio::time::timeout(PATIENCE, follower.reached(1_300_000_000)).await;
+        let reached = tokio::time::timeout(TIMEOUT, follower.reached(1_300_000_000)).await;
         assert_eq!(reached.expect("the clock moves"), Some(1_300_000_000));
         drop((clock, follower));
         simulator.close().await;

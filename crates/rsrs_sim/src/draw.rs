@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn a_probability_happens_as_often_as_it_says() {
+    fn a_probability_happens_as_often_as_stated() {
         let limit = threshold(0.08);
         let n_keys: u32 = 100;
         let n_steps: u32 = 10_000;

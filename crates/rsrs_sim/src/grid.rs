@@ -11,10 +11,10 @@
 )]
 
 use crate::contact::{Blocked, Contact};
+use crate::field_of_view::{Extent, FieldOfView};
 use crate::robots::Robots;
 use crate::vector::simd::Work;
 use crate::vector::with_vectors;
-use crate::view::{Extent, View};
 
 /// From this many robots on, the grid is worth its sorting: measured, at the density of nine
 /// Flockbots.
@@ -59,7 +59,7 @@ type Around = ((f32, f32), (f32, f32));
 
 impl Grid {
     /// A grid for robots with a view; `None` if the view has no useful extent.
-    pub fn new(view: &View, contact: Contact) -> Option<Self> {
+    pub fn new(view: &FieldOfView, contact: Contact) -> Option<Self> {
         Some(Self {
             extent: view.extent()?,
             body_m: contact.diameter_squared_m2.sqrt(),
@@ -274,7 +274,7 @@ mod tests {
 
     /// Neighbours around robots of all headings, whom the view or the body meets outside the box.
     fn missed(robot: &SimulatedRobot, shrink_by: f32) -> usize {
-        let (view, contact) = (View::new(robot), Contact::new(robot));
+        let (view, contact) = (FieldOfView::new(robot), Contact::new(robot));
         let mut grid = Grid::new(&view, contact).expect("no sharp corners");
         grid.extent.reach_m *= 1.0 - shrink_by;
         let mut stream =
@@ -292,9 +292,9 @@ mod tests {
             let is_met = contact.blocks_ahead(forward_m, d2_m2)
                 || contact.blocks_behind(forward_m, d2_m2)
                 || match &view {
-                    View::Cone(cone) => cone.sees(forward_m, lateral_m, d2_m2),
-                    View::PolygonCentre(polygon) => polygon.contains(forward_m, lateral_m),
-                    View::PolygonBody(polygon) => {
+                    FieldOfView::Cone(cone) => cone.sees(forward_m, lateral_m, d2_m2),
+                    FieldOfView::PolygonCentre(polygon) => polygon.contains(forward_m, lateral_m),
+                    FieldOfView::PolygonBody(polygon) => {
                         forward_m > 0.0 && polygon.contains(forward_m, lateral_m)
                     }
                 };

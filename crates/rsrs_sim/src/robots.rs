@@ -6,14 +6,14 @@ use rsrs_core::robot::unicycle::Pose;
 use crate::contact::{Blocked, Border, Contact};
 use crate::disturbance::{Gusts, yaw_share};
 use crate::draw::{Key, Purpose, RunKey, threshold};
+use crate::field_of_view::FieldOfView;
 use crate::numbering::reorder;
 use crate::turn::turn;
-use crate::view::View;
 
 /// What is the same for all robots at all times, in single precision.
 pub struct WorldParameters {
     pub period_s: f32,
-    pub view: View,
+    pub view: FieldOfView,
     pub contact: Contact,
     pub border: Border,
     /// Threshold of a draw, as [`threshold`] gives it.
@@ -34,7 +34,7 @@ impl WorldParameters {
         let robot = &conditions.robot;
         Self {
             period_s: conditions.period_s as f32,
-            view: View::new(robot),
+            view: FieldOfView::new(robot),
             contact: Contact::new(robot),
             border: Border::new(&conditions.arena, robot.radius_m),
             true_positive: threshold(robot.true_positive),

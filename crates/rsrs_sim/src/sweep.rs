@@ -19,7 +19,7 @@ use crate::draw::{RunKey, Seed};
 use crate::placement::{self, PlacementError};
 
 pub use block::{Block, MOST_ROWS, Piece, blocks};
-pub use worker_pool::{BlockError, Ending, KeepBlock, Work, run_blocks};
+pub use worker_pool::{BlockError, Completion, KeepBlock, Work, run_blocks};
 
 /// How every cell is run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -141,7 +141,7 @@ pub fn sweep(conditions: &[Conditions], runs: Runs, watch: Watch<'_>) -> Result<
     })?;
     let whole_cells = whole_cells.into_inner().expect("no thread panics while holding it");
     let outcomes = whole_cells.into_values().flatten().collect();
-    Ok(Swept { outcomes, is_cancelled: ending == Ending::CalledOff })
+    Ok(Swept { outcomes, is_cancelled: ending == Completion::CalledOff })
 }
 
 /// Looks for what keeps a sweep from being run, before anything is.

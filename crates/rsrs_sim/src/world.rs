@@ -46,11 +46,11 @@ use rsrs_core::robot::unicycle::Pose;
 use crate::contact::{Blocked, Contact};
 use crate::detections::Detections;
 use crate::draw::{RunKey, Seed};
+use crate::field_of_view::FieldOfView;
 use crate::grid::{self, Grid, REORDERED_EVERY};
 use crate::numbering::Numbering;
 use crate::placement::{self, PlacementError};
 use crate::robots::{Drive, Robots, WorldParameters};
-use crate::view::View;
 
 /// A swarm of robots, one step at a time.
 ///
@@ -132,16 +132,20 @@ impl World {
         let found = (seen.as_mut_slice(), blocked_at.as_mut_slice());
         let around = (&*robots, rules.contact, grid.as_mut());
         match &rules.view {
-            View::Cone(cone) => {
+            FieldOfView::Cone(cone) => {
                 let sees = |forward, lateral, d2| cone.sees(forward, lateral, d2);
                 sense_with(around, found, sees);
             }
-            View::PolygonCentre(polygon) => sense_with(around, found, |forward, lateral, d2| {
-                (d2 > 0.0) & polygon.contains(forward, lateral)
-            }),
-            View::PolygonBody(polygon) => sense_with(around, found, |forward, lateral, _| {
-                (forward > 0.0) & polygon.contains(forward, lateral)
-            }),
+            FieldOfView::PolygonCentre(polygon) => {
+                sense_with(around, found, |forward, lateral, d2| {
+                    (d2 > 0.0) & polygon.contains(forward, lateral)
+                });
+            }
+            FieldOfView::PolygonBody(polygon) => {
+                sense_with(around, found, |forward, lateral, _| {
+                    (forward > 0.0) & polygon.contains(forward, lateral)
+                });
+            }
         }
         let row = self.detections.row_mut(self.step);
         let keys = &self.robots.detection_keys;

@@ -46,7 +46,7 @@ impl Drop for Permit {
 }
 
 /// Long enough for a busy machine.
-pub const PATIENCE: Duration = Duration::from_secs(30);
+pub const TIMEOUT: Duration = Duration::from_secs(30);
 
 /// Runs `body` in a child that sees no network but its own.
 ///
@@ -110,7 +110,7 @@ pub fn session() -> Session {
 pub async fn eventually(what: &str, mut condition: impl FnMut() -> bool) {
     let start = std::time::Instant::now();
     while !condition() {
-        assert!(start.elapsed() < PATIENCE, "it never came true that {what}");
+        assert!(start.elapsed() < TIMEOUT, "it never came true that {what}");
         tokio::time::sleep(Duration::from_millis(20)).await;
     }
 }

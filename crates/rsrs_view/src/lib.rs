@@ -2,7 +2,7 @@
 //!
 //! [`diagram`] draws a phase diagram, [`curves`] shares along one quantity, [`trajectory`] one run,
 //! [`order_over_time`] the same beside its order parameters, and [`placement`] its start; of the measured
-//! robots, [`distribution`] draws their speeds, [`sensor`] what they detect, and [`reach`] real
+//! robots, [`distribution`] draws their speeds, [`sensor`] what they detect, and [`reachable_set`] real
 //! trajectories over simulated ones. [`film`] moves a run, and [`gallery`] shows some side by side. All others give SVG text that is the same on every machine; [`raster`] turns it into
 //! a PNG with a font that it carries along, [`pdf`] into a PDF, [`page`] puts pictures and tables into one HTML file, and
 //! [`report`] is one whose cells and runs, packed by [`replay`], respond and move.
@@ -15,7 +15,7 @@ pub mod film;
 pub mod gallery;
 pub mod order_over_time;
 pub mod placement;
-pub mod reach;
+pub mod reachable_set;
 pub mod sensor;
 pub mod trajectory;
 

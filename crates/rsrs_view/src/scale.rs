@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn labels_share_the_fewest_decimals_that_tell_values_apart() {
+    fn labels_share_the_fewest_decimals_that_distinguish_values() {
         assert_eq!(labels(&[0.05, 0.1, 0.2]), ["0.05", "0.10", "0.20"]);
         assert_eq!(labels(&[5.0, 9.0]), ["5", "9"]);
         assert_eq!(labels(&[0.1, 0.1 + 1.0 / 3.0]), ["0.100", "0.433"]);

@@ -125,7 +125,7 @@ fn check(picture: &SensorPicture) -> Result<(), SensorPictureError> {
 /// Everything that is drawn, with a margin.
 fn bounds(picture: &SensorPicture) -> [[f64; 2]; 2] {
     let places: Vec<[f64; 2]> =
-        picture.map.nodes.iter().map(rsrs_core::trials::fit::SensorNode::place_m).collect();
+        picture.map.nodes.iter().map(rsrs_core::trials::fit::SensorPoint::place_m).collect();
     let radius_m = picture.radius_m;
     let body = [[-radius_m, -radius_m], [radius_m, radius_m]];
     let all =

@@ -16,10 +16,10 @@ use rsrs_core::trials::trial::{
     DrivenSample, DrivenTrial, detection_trials, period_trials, speed_trials, turn_trials,
 };
 use rsrs_core::trials::validation::{Tube, Validation};
-use rsrs_sim::reach::{ReachOptions, validate};
+use rsrs_sim::reachable_set::{ReachOptions, validate};
 use rsrs_view::distribution::{self, DistributionPicture, DistributionPictureError};
 use rsrs_view::raster::png;
-use rsrs_view::reach::{self, Place, ReachPicture, ReachPictureError};
+use rsrs_view::reachable_set::{self, ReachPicture, ReachPictureError, TubeMembership};
 use rsrs_view::sensor::{self, SensorPicture, SensorPictureError};
 
 macro_rules! kind {
@@ -168,7 +168,10 @@ fn validated(trials: &[DrivenTrial]) -> Validation {
     validate(&robot, &Settings::default(), trials, &options).expect("it can be simulated")
 }
 
-fn tube_picture<'a>(tube: &'a Tube, trials: &'a [(&'a DrivenTrial, Place)]) -> ReachPicture<'a> {
+fn tube_picture<'a>(
+    tube: &'a Tube,
+    trials: &'a [(&'a DrivenTrial, TubeMembership)],
+) -> ReachPicture<'a> {
     ReachPicture {
         tube,
         trials,
@@ -181,15 +184,22 @@ fn tube_picture<'a>(tube: &'a Tube, trials: &'a [(&'a DrivenTrial, Place)]) -> R
 fn trajectories_lie_over_the_tube_and_those_outside_are_red() {
     let trials = curves();
     let found = validated(&trials);
-    let places: Vec<(&DrivenTrial, Place)> = trials
+    let places: Vec<(&DrivenTrial, TubeMembership)> = trials
         .iter()
         .zip(&found.trials)
         .map(|(trial, place)| {
-            (trial, if place.exits.is_empty() { Place::Inside } else { Place::Outside })
+            (
+                trial,
+                if place.exits.is_empty() {
+                    TubeMembership::Inside
+                } else {
+                    TubeMembership::Outside
+                },
+            )
         })
         .collect();
 
-    let svg = reach::svg(&tube_picture(&found.tubes[0], &places)).expect("it can be drawn");
+    let svg = reachable_set::svg(&tube_picture(&found.tubes[0], &places)).expect("it can be drawn");
 
     keep("reach", &svg);
     assert!(svg.contains("3 trials inside") && svg.contains("1 trial outside"), "{found:?}");
@@ -202,9 +212,9 @@ fn a_tube_without_horizons_is_refused() {
 
     tube.horizons.truncate(1);
     tube.horizons[0].region.loops_m[0][0][0] = f64::NAN;
-    let lost = reach::svg(&tube_picture(&tube, &[])).expect_err("it is nowhere");
+    let lost = reachable_set::svg(&tube_picture(&tube, &[])).expect_err("it is nowhere");
     tube.horizons.clear();
 
     assert!(matches!(lost, ReachPictureError::NotFinite { .. }));
-    assert_eq!(reach::svg(&tube_picture(&tube, &[])), Err(ReachPictureError::Empty));
+    assert_eq!(reachable_set::svg(&tube_picture(&tube, &[])), Err(ReachPictureError::Empty));
 }

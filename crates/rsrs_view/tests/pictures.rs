@@ -258,7 +258,7 @@ fn the_same_picture_is_the_same_text() {
 }
 
 #[test]
-fn a_slice_of_three_axes_says_where_it_was_cut() {
+fn a_slice_of_three_axes_states_where_it_was_cut() {
     let diagram = panels::three_axes(&[6.0, 9.0]);
     let chosen = cell("robots=6,speed_m_s=0.15,turn_rate_rad_s=0.75");
     let picture = DiagramPicture {

@@ -9,7 +9,7 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
-use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 const SEEN: Bool = Bool { data: true };
@@ -95,7 +95,7 @@ async fn publisher(session: &Session, node: &NodeHandle) -> Publisher<Bool> {
     let publisher = session
         .publish_on::<Bool>(node, &topic, topics::DETECTION.qos)
         .expect("the topic is allowed");
-    session.wait_for_readers(&topic, 1, PATIENCE).await.expect("the controller listens");
+    session.wait_for_readers(&topic, 1, TIMEOUT).await.expect("the controller listens");
     publisher
 }
 
@@ -115,7 +115,7 @@ async fn command_for(
             }
         }
     };
-    let command = tokio::time::timeout(PATIENCE, command).await.expect("the controller answers");
+    let command = tokio::time::timeout(TIMEOUT, command).await.expect("the controller answers");
     (command.twist.linear.x, command.twist.angular.z)
 }
 
@@ -155,18 +155,18 @@ async fn body() {
     let topic = topics::VIRTUAL_DETECTION;
     let name = topic.for_robot("robot_2");
     let simulator = session.publish_on::<Bool>(&visitor, &name, topic.qos).expect("allowed");
-    session.wait_for_readers(&name, 1, PATIENCE).await.expect("the controller listens");
+    session.wait_for_readers(&name, 1, TIMEOUT).await.expect("the controller listens");
     let sees_virtual_robot = async {
         while command_for(NOT_SEEN, &detections, &mut commands).await != (0.15, 0.75) {
             simulator.publish(SEEN).await.expect("a healthy network");
         }
     };
-    tokio::time::timeout(PATIENCE, sees_virtual_robot).await.expect("the virtual robot is seen");
+    tokio::time::timeout(TIMEOUT, sees_virtual_robot).await.expect("the virtual robot is seen");
     tokio::time::sleep(Duration::from_millis(600)).await;
     assert_eq!(command_for(NOT_SEEN, &detections, &mut commands).await, (0.15, -0.75));
 
     // A valid parameter takes effect, one beyond the robot's limit does not.
-    let options = ClientOptions { patience: PATIENCE, mapping: None };
+    let options = ClientOptions { timeout: TIMEOUT, mapping: None };
     let client = ParameterClient::new(&session, &visitor, options);
     let speed = |value| [("speed".to_owned(), ParameterValue::Double(value))];
     client.set_atomically(CONTROLLER, &speed(0.2)).await.expect("0.2 m/s is allowed");

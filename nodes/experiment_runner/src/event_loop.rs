@@ -113,7 +113,7 @@ pub async fn run(
     let (to_written, mut written) = unbounded_channel();
     let queue = Queue::new(sender);
     let subscriptions = recorded_topics::listen(&session, &recorded_topics, &queue)?;
-    let options = ClientOptions { patience: ONE_REQUEST, mapping: None };
+    let options = ClientOptions { timeout: ONE_REQUEST, mapping: None };
     let client = ParameterClient::new(&session, &node, options);
     let (lease, recorded) = (topics::LEASE, topics::RECORDED);
     let note = |topic: Topic| session.publish_on(&node, topic.name, topic.qos);

@@ -9,7 +9,7 @@ use rsrs_fleet::fleet_file::PoseSource;
 use rsrs_fleet::placement::WantedStart;
 use rsrs_fleet::preflight::{self, Apart, Expected, ExpectedTopic, Graph, Publishers};
 use rsrs_fleet::record::Backend;
-use rsrs_fleet::runner::{Pace, RunnerOptions, SampleKind};
+use rsrs_fleet::runner::{RunLength, RunnerOptions, SampleKind};
 use rsrs_fleet::simulator::placement_digest;
 use rsrs_fleet::timing::COUNTDOWN;
 use rsrs_msgs::topics;
@@ -22,9 +22,11 @@ use crate::recorded_topics::{RecordedTopic, Role};
 /// What the machine needs of a run.
 pub fn runner_options(plan: &Plan, recorded_topics: &[RecordedTopic]) -> RunnerOptions {
     let record = &plan.record;
-    let pace = match record.time {
-        Time::Lockstep => Pace::Lockstep { steps: plan.steps() },
-        Time::RealTime => Pace::RealTime { duration: Duration::from_secs_f64(record.duration_s) },
+    let length = match record.time {
+        Time::Lockstep => RunLength::Lockstep { steps: plan.steps() },
+        Time::RealTime => {
+            RunLength::RealTime { duration: Duration::from_secs_f64(record.duration_s) }
+        }
     };
     RunnerOptions {
         run_id: record.run_id.clone(),
@@ -37,7 +39,7 @@ pub fn runner_options(plan: &Plan, recorded_topics: &[RecordedTopic]) -> RunnerO
             record.replicate,
             plan.steps(),
         ),
-        pace,
+        length,
         robot_lost: record.robot_lost,
         countdown: countdown(plan),
         samples: samples(plan),

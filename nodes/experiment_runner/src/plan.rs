@@ -319,7 +319,7 @@ fn backend(asked: Backend, robots: &[FleetRobot]) -> anyhow::Result<Backend> {
     match real.find(|robot| robot.pose != first.pose) {
         None => Ok(Backend::Mixed),
         Some(other) => Err(anyhow!(
-            "{} and {} tell their poses in different ways, expected one `pose:` for all real \
+            "{} and {} publish their poses in different ways, expected one `pose:` for all real \
              robots of a mixed fleet",
             first.name,
             other.name

@@ -99,14 +99,14 @@ pub struct Sample {
     /// What came.
     pub received: ReceivedRaw,
     /// Free again when the sample is dropped.
-    _place: Place,
+    _place: QueueSlot,
 }
 
 /// A place in the queue to the bag.
 #[derive(Debug)]
-struct Place(Arc<AtomicUsize>);
+struct QueueSlot(Arc<AtomicUsize>);
 
-impl Place {
+impl QueueSlot {
     /// The next free place; `None` if there is none.
     fn take(taken: &Arc<AtomicUsize>) -> Option<Self> {
         // Counted by hand, because a bounded channel would have to be waited for on both sides.
@@ -116,7 +116,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for QueueSlot {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::Relaxed);
     }
@@ -234,7 +234,7 @@ impl Queue {
             &recorded_topic.type_name,
             qos,
             move |received| {
-                let Some(place) = Place::take(&taken) else {
+                let Some(place) = QueueSlot::take(&taken) else {
                     overflow.fetch_add(1, Ordering::Relaxed);
                     return;
                 };
@@ -253,10 +253,10 @@ mod tests {
     fn a_full_queue_lets_samples_go_and_takes_them_again_when_there_is_room() {
         let taken = Arc::new(AtomicUsize::new(QUEUE_SAMPLES - 1));
 
-        let last = Place::take(&taken);
-        let refused = Place::take(&taken);
+        let last = QueueSlot::take(&taken);
+        let refused = QueueSlot::take(&taken);
         drop(last);
-        let next = Place::take(&taken);
+        let next = QueueSlot::take(&taken);
 
         assert!(refused.is_none());
         assert!(next.is_some());

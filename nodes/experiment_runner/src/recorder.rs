@@ -93,7 +93,7 @@ pub struct Recorder {
     disk: Disk,
     /// A topic is added with its first message, so that the bag lists no topic without messages.
     added: BTreeSet<usize>,
-    pace: Pace,
+    clock: BagClock,
     account: Account,
     has_overflowed: bool,
     run_id: String,
@@ -111,7 +111,7 @@ const EXPERIMENT: usize = usize::MAX;
 const ENDED: usize = usize::MAX - 1;
 
 /// What time it is in the bag.
-enum Pace {
+enum BagClock {
     /// The time of the wall.
     Wall,
     /// Simulated time, and how many steps each topic of the lockstep has made.
@@ -152,9 +152,9 @@ impl Recorder {
             }
             Ok(writer)
         };
-        let pace = match record.time {
-            Time::RealTime => Pace::Wall,
-            Time::Lockstep => Pace::Lockstep {
+        let clock = match record.time {
+            Time::RealTime => BagClock::Wall,
+            Time::Lockstep => BagClock::Lockstep {
                 period_ns: period_ns(record.conditions.period_s),
                 now_ns: 0,
                 steps: Steps::of(
@@ -167,16 +167,16 @@ impl Recorder {
             },
         };
         let mut recorder =
-            Self::around(Disk::start(open, |_| {}, report, ROOM)?, pace, recorded_topics);
+            Self::around(Disk::start(open, |_| {}, report, ROOM)?, clock, recorded_topics);
         recorder.run_id.clone_from(&record.run_id);
         recorder.note(EXPERIMENT, topics::EXPERIMENT, record.to_json());
         Ok(recorder)
     }
 
-    fn around(disk: Disk, pace: Pace, recorded_topics: &[RecordedTopic]) -> Self {
+    fn around(disk: Disk, clock: BagClock, recorded_topics: &[RecordedTopic]) -> Self {
         let account = Account::new(recorded_topics);
         let (added, run_id) = (BTreeSet::new(), String::new());
-        Self { disk, added, pace, account, has_overflowed: false, run_id, marked_ns: None }
+        Self { disk, added, clock, account, has_overflowed: false, run_id, marked_ns: None }
     }
 
     /// Takes a message, which is written later. It never waits for the disk.
@@ -193,7 +193,7 @@ impl Recorder {
         received: &ReceivedRaw,
     ) -> Result<(), RecorderError> {
         let data = &received.message;
-        let log_time_ns = self.pace.log_time_ns(index, recorded_topic, data)?;
+        let log_time_ns = self.clock.log_time_ns(index, recorded_topic, data)?;
         if recorded_topic.role == Role::Markers && !self.keeps_markers(log_time_ns) {
             self.account.add((index, received.writer), received.sequence);
             return Ok(());
@@ -205,9 +205,9 @@ impl Recorder {
             }
             return Err(RecorderError::TooSlow { n_waiting: self.disk.n_waiting() });
         }
-        let publish_time_ns = match self.pace {
-            Pace::Wall => received.source_time_ns.unwrap_or(log_time_ns),
-            Pace::Lockstep { .. } => log_time_ns,
+        let publish_time_ns = match self.clock {
+            BagClock::Wall => received.source_time_ns.unwrap_or(log_time_ns),
+            BagClock::Lockstep { .. } => log_time_ns,
         };
         if self.added.insert(index) {
             self.disk.add_topic(index, recorded_topic);
@@ -242,9 +242,9 @@ impl Recorder {
     /// Writes a text of the runner itself: converters of bags keep messages, and neither attachments
     /// nor metadata.
     fn note(&self, index: usize, topic: Topic, text: String) {
-        let now_ns = match self.pace {
-            Pace::Wall => wall_time().to_nanos().unwrap_or(0),
-            Pace::Lockstep { now_ns, .. } => now_ns,
+        let now_ns = match self.clock {
+            BagClock::Wall => wall_time().to_nanos().unwrap_or(0),
+            BagClock::Lockstep { now_ns, .. } => now_ns,
         };
         self.disk.add_topic(index, &RecordedTopic::new(topic.name.to_owned(), topic, Role::Other));
         self.disk.write(Message {
@@ -259,9 +259,9 @@ impl Recorder {
 
     /// The last step that every topic of the lockstep has made; 0 in real time.
     fn step(&self) -> u64 {
-        match &self.pace {
-            Pace::Wall => 0,
-            Pace::Lockstep { steps, .. } => steps.made_by_all,
+        match &self.clock {
+            BagClock::Wall => 0,
+            BagClock::Lockstep { steps, .. } => steps.made_by_all,
         }
     }
 
@@ -320,7 +320,7 @@ impl Steps {
     }
 }
 
-impl Pace {
+impl BagClock {
     /// When a message counts as received: in lockstep, the time of its step.
     fn log_time_ns(
         &mut self,

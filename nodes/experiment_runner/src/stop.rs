@@ -7,7 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use rsrs_fleet::e_stop::{Cause, Source};
-use rsrs_fleet::stopper::{Action, Answer, Ending, Event, MOST_ROBOTS, StopCommand, Stopper};
+use rsrs_fleet::stopper::{
+    Action, Event, MOST_ROBOTS, RobotAcknowledgement, StopCommand, StopOutcome, Stopper,
+};
 use rsrs_fleet::timing::TICK;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::{Bool, Text};
@@ -30,9 +32,9 @@ const LOOK_AROUND: Duration = Duration::from_millis(50);
 #[derive(Clone, Debug, PartialEq)]
 pub struct StopReport {
     /// How it ended.
-    pub ending: Ending,
+    pub ending: StopOutcome,
     /// What came of it for each robot, by name.
-    pub answers: Vec<Answer>,
+    pub answers: Vec<RobotAcknowledgement>,
     /// Who still holds robots after a release.
     pub holding: Vec<Holding>,
     /// How long it took, in seconds.
@@ -92,7 +94,7 @@ struct StopNode<'a> {
     refused: BTreeSet<String>,
     /// Nodes of the publishers of the e-stop topic, as far as they were ever known.
     nodes: BTreeMap<Source, String>,
-    ending: Option<Ending>,
+    ending: Option<StopOutcome>,
 }
 
 impl<'a> StopNode<'a> {
@@ -145,7 +147,7 @@ impl<'a> StopNode<'a> {
                     self.advance(Event::Interrupt).await;
                 }
                 Some(event) = events.recv() => match event {
-                    Event::Found { robot } => self.find(&robot, &received).await,
+                    Event::Discovered { robot } => self.find(&robot, &received).await,
                     event => self.advance(event).await,
                 },
                 _ = look.tick() => self.look_around(&received).await,
@@ -154,7 +156,7 @@ impl<'a> StopNode<'a> {
         }
     }
 
-    fn report(&self, ending: Ending) -> StopReport {
+    fn report(&self, ending: StopOutcome) -> StopReport {
         let now = self.start.elapsed();
         let holding = self.machine.holding(now).0.into_iter();
         StopReport {
@@ -222,7 +224,7 @@ impl<'a> StopNode<'a> {
             match self.listen_to_robot(robot, received) {
                 Ok(subscription) => {
                     self.status_subscriptions.insert(robot.to_owned(), subscription);
-                    self.advance(Event::Found { robot: robot.to_owned() }).await;
+                    self.advance(Event::Discovered { robot: robot.to_owned() }).await;
                     return;
                 }
                 Err(error) => error.to_string(),
@@ -290,7 +292,7 @@ impl<'a> StopNode<'a> {
             move |sample: rsrs_ros::session::Received<RunLease>| {
                 for robot in sample.message.robots.into_iter().take(MOST_ROBOTS) {
                     // Nobody listens any more once it is over.
-                    drop(received.send(Event::Found { robot }));
+                    drop(received.send(Event::Discovered { robot }));
                 }
             },
         )?)
@@ -325,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn robots_are_known_by_their_status_and_by_that_alone() {
+    fn robots_are_identified_by_their_status_and_by_that_alone() {
         assert_eq!(robot_of("/robot_3/status"), Some("robot_3"));
         for other in ["/simulator/status", "/robot_3/controller/status", "/status", "/robot_3/odom"]
         {

@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn the_fleet_file_says_what_the_flags_do_not() {
+    fn the_fleet_file_gives_what_the_flags_do_not() {
         let folder = tempfile::tempdir().unwrap();
         let profile = include_str!("../../../launch_configs/profiles/flockbot.yaml");
         fs::write(folder.path().join("p.yaml"), profile).unwrap();

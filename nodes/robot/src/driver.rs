@@ -91,7 +91,7 @@ pub struct Sensed {
 
 /// Where a driver is.
 #[derive(Clone, Copy)]
-pub struct Place<'a> {
+pub struct DriverContext<'a> {
     /// The robot's participant.
     pub session: &'a Session,
     /// The robot's node, for its log and topics.
@@ -117,7 +117,7 @@ pub trait Driver: Sized {
     /// # Errors
     ///
     /// If a parameter is wrong or a topic cannot be made.
-    fn open(place: Place<'_>) -> anyhow::Result<Self>;
+    fn open(place: DriverContext<'_>) -> anyhow::Result<Self>;
 
     /// Waits for the next report. Loses nothing when it is dropped while it waits.
     fn report(&mut self) -> impl Future<Output = Report>;

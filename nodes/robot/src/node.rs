@@ -29,7 +29,7 @@ use crate::diagnostics::Health;
 use crate::driver::ros::RosDriver;
 use crate::driver::serial::SerialDriver;
 use crate::driver::virtual_robot::VirtualDriver;
-use crate::driver::{Driver, DriverKind, Place, Report, Sensed};
+use crate::driver::{Driver, DriverContext, DriverKind, Report, Sensed};
 use crate::listening::{Commands, Input, listen, listen_to_e_stop};
 use crate::parameters::{self, CMD_VEL_TYPE, NODE, PERIOD, Settings};
 use crate::publishers::Publishers;
@@ -148,7 +148,7 @@ impl<D: Driver> RobotNode<D> {
             other => bail!("`{CMD_VEL_TYPE}` is `{other}`, expected twist_stamped or twist"),
         };
         let period_s = double(&server, full_name, PERIOD);
-        let place = Place { session, node: &node, robot: &name, server: &server };
+        let place = DriverContext { session, node: &node, robot: &name, server: &server };
         let gate = Robot::new(RobotOptions {
             name: name.clone(),
             command_timeout: command_timeout(period_s, session.transport()),

@@ -185,7 +185,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_parameter_says_what_it_means_and_every_number_its_range() {
+    fn every_parameter_has_a_description_and_every_number_its_range() {
         for driver in [DriverKind::Serial, DriverKind::Ros, DriverKind::Virtual] {
             for (descriptor, value) in declared(driver) {
                 assert!(descriptor.description.ends_with('.'), "{}", descriptor.name);

@@ -25,7 +25,7 @@ const BEAT: Duration = Duration::from_millis(100);
 /// Of the only run.
 const EPOCH: u64 = 1;
 /// How long to wait for the simulator to listen and to answer.
-const PATIENCE: Duration = Duration::from_secs(30);
+const TIMEOUT: Duration = Duration::from_secs(30);
 
 /// What a fleet went through.
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +46,7 @@ pub struct Report {
 
 /// The pace of a world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pace {
+pub enum TimeMode {
     /// By the clock on the wall.
     RealTime,
     /// By the answers.
@@ -67,7 +67,7 @@ pub struct Conductor<'a> {
     node: NodeHandle,
     robots: Vec<String>,
     conditions: Conditions,
-    pace: Pace,
+    pace: TimeMode,
     /// Of the controllers' statuses, which are all sent at once.
     beats: u64,
     /// The last status of each robot.
@@ -107,7 +107,7 @@ pub fn conditions(n_robots: usize) -> Conditions {
 
 impl<'a> Conductor<'a> {
     /// Connects to a simulator, and waits until it listens.
-    pub async fn new(session: &'a Session, n_robots: usize, pace: Pace) -> Self {
+    pub async fn new(session: &'a Session, n_robots: usize, pace: TimeMode) -> Self {
         let node = session.node("/", "conductor").expect("the name is allowed");
         let robots = names(n_robots);
         let (to_received, received) = unbounded_channel();
@@ -141,22 +141,22 @@ impl<'a> Conductor<'a> {
         for robot in &conductor.robots {
             for topic in [topics::CMD_VEL, topics::CONTROLLER_STATUS] {
                 let name = topic.for_robot(robot);
-                session.wait_for_readers(&name, 1, PATIENCE).await.expect("it listens");
+                session.wait_for_readers(&name, 1, TIMEOUT).await.expect("it listens");
             }
             let name = topics::ODOM.for_robot(robot);
-            session.wait_for_writers(&name, 1, PATIENCE).await.expect("it speaks");
+            session.wait_for_writers(&name, 1, TIMEOUT).await.expect("it speaks");
         }
         conductor
     }
 
     /// Places the world.
     pub async fn place(&self) {
-        let options = ClientOptions { patience: PATIENCE, mapping: None };
+        let options = ClientOptions { timeout: TIMEOUT, mapping: None };
         let client = ParameterClient::new(self.session, &self.node, options);
         let json = serde_json::to_string(&self.conditions).expect("conditions are plain data");
         let (time, steps) = match self.pace {
-            Pace::RealTime => ("real_time", 0),
-            Pace::Lockstep { steps } => ("lockstep", steps),
+            TimeMode::RealTime => ("real_time", 0),
+            TimeMode::Lockstep { steps } => ("lockstep", steps),
         };
         let values = [
             ("conditions".to_owned(), ParameterValue::String(json)),
@@ -175,8 +175,8 @@ impl<'a> Conductor<'a> {
         let mut answered = vec![0; self.robots.len()];
         let (mut steps, mut first, mut last) = (0, None, None);
         let wanted = match self.pace {
-            Pace::RealTime => u64::MAX,
-            Pace::Lockstep { steps } => steps,
+            TimeMode::RealTime => u64::MAX,
+            TimeMode::Lockstep { steps } => steps,
         };
         while start.elapsed() < until && steps < wanted {
             tokio::select! {

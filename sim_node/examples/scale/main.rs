@@ -15,7 +15,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
-use conductor::{Conductor, Pace, Report, conditions, names};
+use conductor::{Conductor, Report, TimeMode, conditions, names};
 use rsrs_ros::confine;
 use rsrs_ros::interfaces::LOOPBACK;
 use rsrs_ros::session::{Session, SessionOptions};
@@ -42,8 +42,8 @@ fn main() -> anyhow::Result<()> {
     let n_robots: usize = n_robots.parse().context("the number of robots")?;
     let seconds: f64 = seconds.parse().context("the number of seconds")?;
     let pace = match pace.as_str() {
-        "real_time" => Pace::RealTime,
-        "lockstep" => Pace::Lockstep { steps: conditions(n_robots).steps(seconds) },
+        "real_time" => TimeMode::RealTime,
+        "lockstep" => TimeMode::Lockstep { steps: conditions(n_robots).steps(seconds) },
         other => bail!("`{other}` is no pace, expected real_time or lockstep"),
     };
     // Before the first thread is started.
@@ -57,7 +57,7 @@ fn main() -> anyhow::Result<()> {
 
 async fn measure(
     n_robots: usize,
-    (pace, seconds): (Pace, f64),
+    (pace, seconds): (TimeMode, f64),
     other: Option<&str>,
 ) -> anyhow::Result<()> {
     let begun = Instant::now();
@@ -68,12 +68,12 @@ async fn measure(
     let matched_s = begun.elapsed().as_secs_f64();
     conductor.place().await;
     let (cpu_s, report) = match pace {
-        Pace::Lockstep { .. } => {
+        TimeMode::Lockstep { .. } => {
             let before = cpu_s(&simulator)?;
             let report = conductor.conduct(LONGEST).await;
             (cpu_s(&simulator)? - before, report)
         }
-        Pace::RealTime => {
+        TimeMode::RealTime => {
             let watching = async {
                 tokio::time::sleep(WARM_UP).await;
                 let before = cpu_s(&simulator)?;
@@ -88,8 +88,8 @@ async fn measure(
     simulator.kill()?;
     simulator.wait()?;
     let wall_s = match pace {
-        Pace::RealTime => seconds,
-        Pace::Lockstep { .. } => report.took.as_secs_f64(),
+        TimeMode::RealTime => seconds,
+        TimeMode::Lockstep { .. } => report.took.as_secs_f64(),
     };
     drop(conductor);
     session.close().await;
@@ -100,7 +100,7 @@ async fn measure(
             report.steps
         );
     }
-    if let Pace::Lockstep { steps } = pace
+    if let TimeMode::Lockstep { steps } = pace
         && report.steps < steps
     {
         bail!("only {} of {steps} steps were made within {} s", report.steps, LONGEST.as_secs());
@@ -110,7 +110,7 @@ async fn measure(
 
 fn print_report(
     n_robots: usize,
-    pace: Pace,
+    pace: TimeMode,
     (matched_s, cpu_s, wall_s): (f64, f64, f64),
     report: &Report,
 ) -> anyhow::Result<()> {
@@ -120,7 +120,7 @@ fn print_report(
     writeln!(out, "{n_robots} robots, all topics matched after {matched_s:.2} s")?;
     writeln!(out, "{steps} steps, {detections} detections, {poses} poses, {lost} lost")?;
     writeln!(out, "simulator: {:.1} % of a core", 100.0 * cpu_s / wall_s)?;
-    if pace != Pace::RealTime {
+    if pace != TimeMode::RealTime {
         writeln!(out, "{:.2} times real time", simulated_s / wall_s)?;
     }
     Ok(())

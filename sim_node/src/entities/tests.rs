@@ -1,6 +1,6 @@
 use rsrs_core::conditions::{Arena, Conditions, Settings};
 use rsrs_core::robot::profile::RobotProfile;
-use rsrs_fleet::experiment::Time as Pace;
+use rsrs_fleet::experiment::Time as TimeMode;
 use rsrs_fleet::simulator::{Gates, Placed};
 use rsrs_msgs::geometry_msgs;
 use rsrs_msgs::simulation_interfaces::TagsFilter;
@@ -28,7 +28,7 @@ fn placed_world() -> PlacedWorld {
     }
     let names = ["robot_1", "robot_2", "robot_3", "real"].map(str::to_owned);
     let rows = Rows::of(&names, &names[..3], 4).unwrap();
-    let (time, gates) = (Pace::RealTime, Gates::Here);
+    let (time, gates) = (TimeMode::RealTime, Gates::Here);
     let robots = names[..3].to_vec();
     let placed = Placed { digest: 1, robots, steps: 1, period_ns: 1, time, gates };
     PlacedWorld::new(Wanted { world, placed, conditions, rows })
@@ -64,7 +64,7 @@ fn robots_are_picked_by_name_category_and_place() {
 }
 
 #[test]
-fn what_is_not_offered_is_said() {
+fn what_is_not_offered_is_reported() {
     let tags = TagsFilter { tags: vec!["fast".into()], filter_mode: 0 };
     let tagged = EntityFilters { tags, ..EntityFilters::default() };
     let broken = EntityFilters { filter: "(".into(), ..EntityFilters::default() };
@@ -119,7 +119,7 @@ fn turned_over() -> geometry_msgs::Quaternion {
 }
 
 #[test]
-fn a_state_says_where_a_robot_is_and_how_it_is_to_move_in_the_frame_of_the_map() {
+fn a_state_contains_pose_and_command_of_a_robot_in_the_frame_of_the_map() {
     let mut placed_world = placed_world();
     let north = Pose { x_m: 1.0, y_m: 2.0, heading_rad: std::f64::consts::FRAC_PI_2 };
     placed_world.advance_freely();

@@ -26,7 +26,7 @@ use crate::fleet::{
     Latest, ROBOTS, SEED, World, armed_lease, conditions, controller_status, publisher, set_all,
     start, until_it_listens,
 };
-use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 
 #[test]
 fn tools_step_pause_reset_and_move_a_world_that_no_run_holds() {
@@ -87,7 +87,7 @@ impl Hand<'_> {
         let service = format!("/simulator/{service}");
         let client = ServiceClient::new(self.session, self.node, &service, self.mapping);
         let client = client.expect("the name is allowed");
-        client.call(&request, PATIENCE).await.expect("the simulator answers")
+        client.call(&request, TIMEOUT).await.expect("the simulator answers")
     }
 
     async fn state(&self) -> u8 {
@@ -133,7 +133,7 @@ async fn steer(hand: &Hand<'_>) {
     let digests = Latest::<WorldDigest>::of(session, node, topics::WORLD_DIGEST);
     let statuses = Latest::<RobotStatus>::of(session, node, topics::SIMULATOR_STATUS);
     let world = World { conditions: conditions(), steps: 10, time: "lockstep" };
-    session.wait_for_writers(topics::WORLD_DIGEST.name, 1, PATIENCE).await.expect("it speaks");
+    session.wait_for_writers(topics::WORLD_DIGEST.name, 1, TIMEOUT).await.expect("it speaks");
     let duration_s = 10.0 * world.conditions.period_s;
     let expected = episode_digests(&world.conditions, SEED, duration_s).expect("the robots fit");
 
@@ -180,7 +180,7 @@ async fn knows_what_it_can_do(hand: &Hand<'_>) {
 async fn moves_a_robot(hand: &Hand<'_>) {
     let odom = Latest::<Odometry>::of(hand.session, hand.node, topics::ODOM);
     hand.session
-        .wait_for_readers(&topics::ODOM.for_robot(ROBOTS[1]), 1, PATIENCE)
+        .wait_for_readers(&topics::ODOM.for_robot(ROBOTS[1]), 1, TIMEOUT)
         .await
         .expect("it was just made");
     tokio::time::sleep(Duration::from_millis(300)).await;

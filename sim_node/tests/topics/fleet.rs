@@ -18,7 +18,7 @@ use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use rsrs_ros::session::{NodeHandle, Publisher, Received, Session, Subscription};
 use rsrs_sim::draw::Seed;
 
-use rsrs_testing::network::{PATIENCE, eventually};
+use rsrs_testing::network::{TIMEOUT, eventually};
 
 pub const ROBOTS: [&str; 3] = ["robot_1", "robot_2", "robot_3"];
 pub const SEED: Seed = Seed { seed: 11, replicate: 4 };
@@ -112,7 +112,7 @@ pub async fn set_all(
     values: &[(String, ParameterValue)],
 ) -> Result<(), String> {
     let client =
-        ParameterClient::new(session, node, ClientOptions { patience: PATIENCE, mapping: None });
+        ParameterClient::new(session, node, ClientOptions { timeout: TIMEOUT, mapping: None });
     client.set_atomically("/simulator", values).await.map_err(|error| format!("{error:?}"))
 }
 
@@ -213,12 +213,12 @@ pub fn armed_lease() -> RunLease {
 /// Waits until the simulator listens to all that a conductor says.
 pub async fn until_it_listens(session: &Session) {
     for topic in [topics::LEASE, topics::RECORDED] {
-        session.wait_for_readers(topic.name, 1, PATIENCE).await.expect("the simulator listens");
+        session.wait_for_readers(topic.name, 1, TIMEOUT).await.expect("the simulator listens");
     }
     for robot in ROBOTS {
         for topic in [topics::CMD_VEL, topics::CONTROLLER_STATUS] {
             let name = topic.for_robot(robot);
-            session.wait_for_readers(&name, 1, PATIENCE).await.expect("the simulator listens");
+            session.wait_for_readers(&name, 1, TIMEOUT).await.expect("the simulator listens");
         }
     }
 }

@@ -18,7 +18,7 @@ use crate::fleet::{
     Latest, ROBOTS, SEED, World, armed_lease, conditions, controller_status, publisher, start,
     until_it_listens,
 };
-use rsrs_testing::network::{PATIENCE, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, in_own_network, session};
 
 const STEPS: u64 = 50;
 /// The Flockbot's.
@@ -80,7 +80,7 @@ async fn run() {
     until_it_listens(&session).await;
     for topic in [topics::DETECTION, topics::ODOM] {
         let name = topic.for_robot(ROBOTS[0]);
-        session.wait_for_writers(&name, 1, PATIENCE).await.expect("the simulator speaks");
+        session.wait_for_writers(&name, 1, TIMEOUT).await.expect("the simulator speaks");
     }
     world.place(&session, &node).await.expect("the world can be placed");
     let armed = simulator.in_state(RobotStatus::ARMED).await;
@@ -88,7 +88,7 @@ async fn run() {
 
     let mut conductor = Conductor::new(&session, &node, &robots);
     let run = conductor.conduct(&mut received);
-    tokio::time::timeout(PATIENCE, run).await.expect("the run ends");
+    tokio::time::timeout(TIMEOUT, run).await.expect("the run ends");
 
     let stopped = simulator.in_state(RobotStatus::STOPPED).await;
     assert_eq!(stopped.stop_reason, "all steps are made");

@@ -17,9 +17,9 @@ use rsrs_testing::network::{eventually, in_own_network, session};
 const REAL: &str = "real_1";
 
 #[test]
-fn real_robots_are_seen_by_virtual_ones_and_told_of_those_that_they_would_see() {
+fn real_robots_are_seen_by_virtual_ones_and_receive_those_that_they_would_see() {
     in_own_network(
-        "mixed::real_robots_are_seen_by_virtual_ones_and_told_of_those_that_they_would_see",
+        "mixed::real_robots_are_seen_by_virtual_ones_and_receive_those_that_they_would_see",
         mixing,
     );
 }

@@ -17,7 +17,7 @@ use crate::fleet::{
     FORWARD, Latest, ROBOTS, World, armed_lease, conditions, controller_status, publisher, start,
     until_it_listens,
 };
-use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 
 /// Interval of the leases, commands and controllers' statuses.
 const BEAT: Duration = Duration::from_millis(50);
@@ -214,7 +214,7 @@ impl<'a> Conductor<'a> {
     async fn until(&mut self, condition: impl Fn() -> bool) {
         let start = Instant::now();
         while !condition() {
-            assert!(start.elapsed() < PATIENCE, "what was waited for never came true");
+            assert!(start.elapsed() < TIMEOUT, "what was waited for never came true");
             self.beat().await;
             tokio::time::sleep(BEAT).await;
         }

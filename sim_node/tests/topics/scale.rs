@@ -3,7 +3,7 @@
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crate::conductor::{Conductor, Pace, names};
+use crate::conductor::{Conductor, TimeMode, names};
 use crate::fleet::Node;
 use rsrs_testing::network::{in_own_network, session};
 
@@ -22,7 +22,7 @@ fn ten_virtual_robots_go_to_the_end_in_lockstep() {
 async fn hundred() {
     let _simulator = simulator(N_ROBOTS);
     let session = session();
-    let mut conductor = Conductor::new(&session, N_ROBOTS, Pace::RealTime).await;
+    let mut conductor = Conductor::new(&session, N_ROBOTS, TimeMode::RealTime).await;
     conductor.place().await;
 
     let report = conductor.conduct(Duration::from_secs(6)).await;
@@ -41,7 +41,7 @@ async fn ten() {
     let (n_robots, steps) = (10, 30);
     let _simulator = simulator(n_robots);
     let session = session();
-    let mut conductor = Conductor::new(&session, n_robots, Pace::Lockstep { steps }).await;
+    let mut conductor = Conductor::new(&session, n_robots, TimeMode::Lockstep { steps }).await;
     conductor.place().await;
 
     let report = conductor.conduct(Duration::from_secs(60)).await;

@@ -8,8 +8,8 @@ use crate::fleet::{Latest, World, conditions, set, start};
 use rsrs_testing::network::{in_own_network, session};
 
 #[test]
-fn the_status_tells_what_is_placed_and_why_nothing_is() {
-    in_own_network("status::the_status_tells_what_is_placed_and_why_nothing_is", placing);
+fn the_status_states_what_is_placed_and_why_nothing_is() {
+    in_own_network("status::the_status_states_what_is_placed_and_why_nothing_is", placing);
 }
 
 async fn placing() {

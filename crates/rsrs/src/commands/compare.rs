@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
+use crate::bag_arguments::BagArguments;
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use crate::labelled_bags::LabelledBags;
 use rsrs_pipeline::compare::compare;
 
 /// Hold recorded runs against the sweep that predicts them: do robots mill as often as simulated?
@@ -34,7 +34,7 @@ pub struct Arguments {
     /// Folder of a sweep; with `choice.json` in it, the chosen cell is compared with its fresh runs.
     folder: PathBuf,
     #[command(flatten)]
-    runs: LabelledBags,
+    runs: BagArguments,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,

@@ -6,9 +6,9 @@ use rsrs_core::diagram::axis::Cell;
 use rsrs_core::statistics::comparison::MARGIN;
 use rsrs_pipeline::plan_experiments::{Options, REPLICATES, WANTED, plan_experiments};
 
+use crate::bag_arguments::margin;
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use crate::labelled_bags::margin;
 use crate::progress::execution;
 
 /// Plan real runs: how many decide whether robots mill as often as simulated.

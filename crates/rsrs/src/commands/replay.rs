@@ -12,7 +12,9 @@ use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use rsrs_pipeline::execution::runtime;
 use rsrs_pipeline::recorded_run;
-use rsrs_pipeline::replay::{Pace, publish, replay_into_controller, replay_into_judge, select};
+use rsrs_pipeline::replay::{
+    PublishOptions, publish, replay_into_controller, replay_into_judge, select,
+};
 
 /// Publish a bag on the network, or feed it to the controller or the judge.
 ///
@@ -110,14 +112,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
     let network = chosen_network(arguments.interface.as_deref(), Member::Runner)?;
     let selection = select(&bag, &arguments.topics)?;
-    let pace = Pace {
+    let options = PublishOptions {
         rate: arguments.rate,
         is_loop: arguments.is_loop,
         start_s: arguments.start,
         delay_s: arguments.delay,
     };
     let published =
-        runtime()?.block_on(publish(&bag, &selection, &pace, &network, &TerminalOperator))?;
+        runtime()?.block_on(publish(&bag, &selection, &options, &network, &TerminalOperator))?;
     report(arguments.format, &published, &published.to_string())?;
     Ok(Outcome::Done)
 }

@@ -9,9 +9,9 @@ use rsrs_pipeline::report::html;
 use rsrs_pipeline::wording::{counted, size};
 use serde::Serialize;
 
+use crate::bag_arguments::BagArguments;
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use crate::labelled_bags::LabelledBags;
 
 /// Write one HTML file with the diagram, the comparison, and every run in motion.
 ///
@@ -29,7 +29,7 @@ pub struct Arguments {
     /// Folder of a sweep; with `choice.json` in it, the chosen cell is shown, too.
     folder: PathBuf,
     #[command(flatten)]
-    runs: LabelledBags,
+    runs: BagArguments,
     /// File to write; one that exists is replaced.
     #[arg(short, long, value_name = "FILE.html")]
     output: PathBuf,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use rsrs_experiment_runner::stop::{Holding, StopReport, command_all};
 use rsrs_fleet::e_stop::Cause;
 use rsrs_fleet::fleet_file::FleetFile;
-use rsrs_fleet::stopper::{Answer, Ending, StopCommand};
+use rsrs_fleet::stopper::{RobotAcknowledgement, StopCommand, StopOutcome};
 use rsrs_ros::logging::{self, Level};
 use rsrs_ros::security::Member;
 use rsrs_ros::shutdown;
@@ -100,8 +100,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     report(arguments.format, &summary, &text(word, &summary))?;
     print_ending(word, &given);
     Ok(match given.ending {
-        Ending::Acknowledged => Outcome::Done,
-        Ending::TimedOut | Ending::Interrupted | Ending::InRun => Outcome::NegativeAnswer,
+        StopOutcome::Acknowledged => Outcome::Done,
+        StopOutcome::TimedOut | StopOutcome::Interrupted | StopOutcome::InRun => {
+            Outcome::NegativeAnswer
+        }
     })
 }
 
@@ -126,7 +128,7 @@ fn summary(word: StopCommand, report: &StopReport) -> StopSummary {
             StopCommand::Engage => "stop",
             StopCommand::Release => "release",
         },
-        acknowledged: report.ending == Ending::Acknowledged,
+        acknowledged: report.ending == StopOutcome::Acknowledged,
         took_s: report.took_s,
         holding: match word {
             StopCommand::Engage => Vec::new(),
@@ -147,7 +149,7 @@ fn holding_row(holding: &Holding) -> HoldingRow {
     }
 }
 
-fn row(answer: &Answer) -> RobotRow {
+fn row(answer: &RobotAcknowledgement) -> RobotRow {
     let last = answer.last.as_ref();
     RobotRow {
         robot: answer.robot.clone(),
@@ -169,18 +171,18 @@ fn text(word: StopCommand, summary: &StopSummary) -> String {
         StopCommand::Engage => "stands",
         StopCommand::Release => "released",
     };
-    let mut lines = vec![format!("{:width$}  {head:8}  {:>6}  says", "robot", "after")];
+    let mut lines = vec![format!("{:width$}  {head:8}  {:>6}  reports", "robot", "after")];
     for row in &summary.robots {
         let answer = if row.acknowledged { "yes" } else { "NO" };
         let after = row.after_s.map_or_else(|| "-".to_owned(), |after_s| format!("{after_s:.2} s"));
-        let says = match (row.state.as_deref(), row.stop_reason.as_deref()) {
+        let reports = match (row.state.as_deref(), row.stop_reason.as_deref()) {
             (Some(state), Some("") | None) => state.to_owned(),
             // "stopped by the runner" is both.
             (Some(state), Some(reason)) if reason.starts_with(state) => reason.to_owned(),
             (Some(state), Some(reason)) => format!("{state}: {reason}"),
             (None, _) => "no status received".to_owned(),
         };
-        lines.push(format!("{:width$}  {answer:8}  {after:>6}  {says}", row.robot));
+        lines.push(format!("{:width$}  {answer:8}  {after:>6}  {reports}", row.robot));
     }
     lines.join("\n")
 }
@@ -195,18 +197,18 @@ fn print_ending(word: StopCommand, report: &StopReport) {
         .collect();
     let (n_robots, took_s) = (report.answers.len(), report.took_s);
     print_note(&match (report.ending, word) {
-        (Ending::Acknowledged, StopCommand::Engage) => {
+        (StopOutcome::Acknowledged, StopCommand::Engage) => {
             format!("{} locked; `rsrs stop --release` lets the next run start", all_of(n_robots))
         }
-        (Ending::Acknowledged, StopCommand::Release) => {
+        (StopOutcome::Acknowledged, StopCommand::Release) => {
             format!("{} released, and stand until a run arms them", all_of(n_robots))
         }
-        (Ending::InRun, _) => "robots are in a run: nothing was said to them".to_owned(),
-        (Ending::TimedOut | Ending::Interrupted, _) if n_robots == 0 => format!(
+        (StopOutcome::InRun, _) => "robots are in a run: nothing was published to them".to_owned(),
+        (StopOutcome::TimedOut | StopOutcome::Interrupted, _) if n_robots == 0 => format!(
             "no robot found in {took_s:.0} s; is this their interface, and their ROS_DOMAIN_ID? A \
              secured fleet needs ROS_SECURITY_ENABLE and ROS_SECURITY_KEYSTORE"
         ),
-        (Ending::TimedOut | Ending::Interrupted, StopCommand::Release)
+        (StopOutcome::TimedOut | StopOutcome::Interrupted, StopCommand::Release)
             if !report.holding.is_empty() =>
         {
             let names = report.holding.iter().map(name_of).collect::<Vec<_>>();
@@ -216,7 +218,7 @@ fn print_ending(word: StopCommand, report: &StopReport) {
                 names.join(", ")
             )
         }
-        (Ending::TimedOut | Ending::Interrupted, _) => format!(
+        (StopOutcome::TimedOut | StopOutcome::Interrupted, _) => format!(
             "not acknowledged within {took_s:.1} s by {} of {n_robots} robots, go and look: {}",
             silent.len(),
             silent.join(", ")

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use rsrs_core::diagram::axis::Cell;
 use rsrs_pipeline::validate::{Options, validate};
-use rsrs_sim::reach::ReachOptions;
+use rsrs_sim::reachable_set::ReachOptions;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;

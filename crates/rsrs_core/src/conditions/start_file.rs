@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_says_where_robots_start_in_one_replicate_or_in_each() {
+    fn a_table_gives_the_starts_of_one_replicate_or_of_each() {
         let one = "robot,x_m,y_m,heading_rad\nb,0.5,0,1.5\na,-0.5,0,3\n";
         let each = "replicate,x_m,y_m\n0,0.5,0\n0,-0.5,0\n1,0,0.5\n1,0,-0.5\n";
 
@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_that_say_nothing_clear_are_refused_with_their_line() {
+    fn ambiguous_tables_are_refused_with_their_line() {
         let out = Some(Headings::FacingOut);
         for (text, headings, expected) in [
             ("x_m,y_m\n1,2\n", None, "starts.csv: no column `heading_rad`"),

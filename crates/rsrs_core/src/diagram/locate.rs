@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_swept_cell_is_found_whatever_else_the_cell_says() {
+    fn a_swept_cell_is_found_whatever_else_the_cell_contains() {
         let diagram =
             diagram(&["speed_m_s=0.05,turn_rate_rad_s=0.5", "speed_m_s=0.1,turn_rate_rad_s=0.5"]);
 

@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn without_runs_there_is_nothing_to_say() {
+    fn without_runs_there_is_no_agreement() {
         assert_eq!(Agreement::of(&[]), None);
     }
 }

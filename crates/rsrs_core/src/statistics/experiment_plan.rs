@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn where_nothing_decides_it_is_said() {
+    fn where_nothing_decides_it_is_reported() {
         // A shortfall of the margin is neither.
         let cell = PlannedCell {
             simulated: Share { hits: 90_000, n: 100_000 },

@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_known_before_the_first_run() {
+    fn the_interval_is_everything_before_the_first_run() {
         assert_eq!(interval(0, 0, ERROR), Interval { low: 0.0, high: 1.0 });
     }
 }

@@ -19,7 +19,7 @@ pub use period::PeriodFit;
 pub use profile::Unmeasured;
 pub use report::{SensorFit, SpeedFit, TurnFit};
 pub use sensor::{SensorMap, sensor_map};
-pub use sensor_node::{Rate, SensorNode};
+pub use sensor_point::{Rate, SensorPoint};
 pub use steps::{StepNoise, step_noise};
 pub use yaw_lag::{YawLag, yaw_lag};
 
@@ -37,7 +37,7 @@ mod polygon;
 mod profile;
 mod report;
 mod sensor;
-mod sensor_node;
+mod sensor_point;
 mod steps;
 mod yaw_lag;
 

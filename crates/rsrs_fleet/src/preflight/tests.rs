@@ -143,7 +143,7 @@ fn clocks_batteries_and_diagnostics_are_looked_at() {
 }
 
 #[test]
-fn a_machine_that_is_too_slow_says_so_and_blames_no_robot() {
+fn a_machine_that_is_too_slow_is_reported_and_no_robot_blamed() {
     let mut seen = complete();
     seen.graph.simulator = false;
     seen.robots.remove("robot_1");
@@ -219,7 +219,7 @@ fn a_base_that_waits_for_another_type_of_command_is_named() {
 }
 
 #[test]
-fn it_is_said_of_each_robot_who_holds_its_lease() {
+fn who_holds_its_lease_is_reported_of_each_robot() {
     let all = expected();
     let one = Expected { controller_only: ["robot_2".to_owned()].into(), ..expected() };
 

@@ -257,7 +257,7 @@ fn who_releases_the_e_stop_may_leave_and_a_newer_epoch_moves() {
 }
 
 #[test]
-fn a_robot_that_stands_for_another_reason_says_that_it_has_received_the_e_stop() {
+fn a_robot_that_stands_for_another_reason_reports_that_it_has_received_the_e_stop() {
     let mut robot = moving();
     robot.on_event(Event::Tick, ms(600));
 
@@ -330,7 +330,7 @@ fn a_fault_outside_a_run_leaves_no_trace() {
 }
 
 #[test]
-fn the_status_tells_the_battery() {
+fn the_status_contains_the_battery() {
     let mut robot = robot();
 
     robot.on_event(Event::Battery(7.4), ms(0));

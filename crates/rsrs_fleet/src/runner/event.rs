@@ -28,7 +28,7 @@ pub struct RunnerOptions {
     /// ([`crate::simulator::placement_digest`]); unused without a simulator.
     pub simulator_digest: u64,
     /// When the run is complete.
-    pub pace: Pace,
+    pub length: RunLength,
     /// What to do when a robot is lost.
     pub robot_lost: RobotLost,
     /// How long all robots stand armed before they move, while the operator sees a countdown; zero
@@ -50,7 +50,7 @@ impl RunnerOptions {
 
 /// When a run is complete.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pace {
+pub enum RunLength {
     /// When the simulator has made these steps and the recorder has taken them all.
     Lockstep {
         /// Steps.

@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn what_differs_is_said_of_each_robot() {
+    fn what_differs_is_reported_of_each_robot() {
         let faulted = |robot: &str, reason: &str| {
             let (robot, reason) = (robot.to_owned(), reason.to_owned());
             Failure::from(Problem::Faulted { robot, reason })

@@ -4,9 +4,9 @@ use crate::message::E_STOP_REASON;
 
 use super::{
     ARM_TIMEOUT, Action, CONFIGURE_TIMEOUT, Duration, FIRST_SAMPLE_TIMEOUT, Failure,
-    LOCKSTEP_GRACE, LostRobot, NODE_TIMEOUT, Outcome, POSE_SEARCH_DURATION, Pace, Patience, Phase,
-    RECORDER_TIMEOUT, Requests, RobotLost, RunBinding, Runner, STAND_TIMEOUT, Seen, Target,
-    UnexpectedPublishers, preflight,
+    LOCKSTEP_GRACE, LossTimeouts, LostRobot, NODE_TIMEOUT, Outcome, POSE_SEARCH_DURATION, Phase,
+    RECORDER_TIMEOUT, Requests, RobotLost, RunBinding, RunLength, Runner, STAND_TIMEOUT, Seen,
+    Target, UnexpectedPublishers, preflight,
 };
 
 impl Runner {
@@ -233,14 +233,16 @@ impl Runner {
         // first. In real time a robot needs a moment to receive that it may move; one that is silent
         // may have been so since before the start, while the others move.
         let lapse = LOCKSTEP_GRACE + NODE_TIMEOUT;
-        let patience = match self.options.pace {
-            Pace::Lockstep { .. } => Patience { standing: lapse, silent: lapse },
-            Pace::RealTime { .. } if self.elapsed(now) < NODE_TIMEOUT => {
-                Patience { standing: NODE_TIMEOUT, silent: Duration::ZERO }
+        let timeouts = match self.options.length {
+            RunLength::Lockstep { .. } => LossTimeouts { standing: lapse, silent: lapse },
+            RunLength::RealTime { .. } if self.elapsed(now) < NODE_TIMEOUT => {
+                LossTimeouts { standing: NODE_TIMEOUT, silent: Duration::ZERO }
             }
-            Pace::RealTime { .. } => Patience { standing: Duration::ZERO, silent: Duration::ZERO },
+            RunLength::RealTime { .. } => {
+                LossTimeouts { standing: Duration::ZERO, silent: Duration::ZERO }
+            }
         };
-        let lost = self.roster.newly_lost(self.epoch, patience, now);
+        let lost = self.roster.newly_lost(self.epoch, timeouts, now);
         if !lost.is_empty() {
             let ours = preflight::too_slow(self.start_check.behind_s());
             actions.extend(ours.map(|problem| Action::Note(problem.to_string())));
@@ -267,8 +269,8 @@ impl Runner {
             self.abort("lost every robot".to_owned(), now, actions);
             return;
         }
-        match self.options.pace {
-            Pace::RealTime { duration } => {
+        match self.options.length {
+            RunLength::RealTime { duration } => {
                 let is_over = self.elapsed(now) >= duration;
                 if is_over || self.elapsed(now) >= FIRST_SAMPLE_TIMEOUT {
                     self.need_samples(now, actions);
@@ -277,7 +279,7 @@ impl Runner {
                     self.end(Outcome::Completed, now, actions);
                 }
             }
-            Pace::Lockstep { steps } => self.await_recorded(steps, now, actions),
+            RunLength::Lockstep { steps } => self.await_recorded(steps, now, actions),
         }
     }
 

@@ -57,7 +57,7 @@ pub(super) struct RunBinding<'a> {
 
 /// How long a robot may be not as it should be during a run.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Patience {
+pub(super) struct LossTimeouts {
     /// It stands.
     pub standing: Duration,
     /// It has not been received for as long as robots may be silent.
@@ -191,15 +191,15 @@ impl Roster {
         waiting
     }
 
-    /// Robots that were lost just now: not as they should be for longer than the patience.
+    /// Robots that were lost just now: not as they should be for longer than the timeouts.
     ///
     /// # Arguments
     ///
-    /// * `patience` — how long trouble may last, but for a hardware fault, which is final.
+    /// * `timeouts` — how long trouble may last, but for a hardware fault, which is final.
     pub(super) fn newly_lost(
         &mut self,
         epoch: u64,
-        patience: Patience,
+        timeouts: LossTimeouts,
         now: Duration,
     ) -> Vec<(String, String)> {
         let mut lost = Vec::new();
@@ -216,12 +216,12 @@ impl Roster {
             };
             let since = *member.troubled_since.get_or_insert(now);
             let received = member.robot.as_ref().filter(|received| received.is_recent(now));
-            let patience = match received {
+            let timeout = match received {
                 Some(received) if received.status.state == RobotState::Fault => Duration::ZERO,
-                Some(_) => patience.standing,
-                None => patience.silent,
+                Some(_) => timeouts.standing,
+                None => timeouts.silent,
             };
-            if now.saturating_sub(since) >= patience {
+            if now.saturating_sub(since) >= timeout {
                 member.lost = true;
                 lost.push((member.name.clone(), trouble));
             }

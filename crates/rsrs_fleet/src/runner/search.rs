@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn a_machine_that_is_too_slow_has_a_minute_to_catch_up_and_says_so_once() {
+    fn a_machine_that_is_too_slow_has_a_minute_to_catch_up_and_is_reported_once() {
         let mut search = Search::default();
 
         let notes = search.look(&[SLOW], at(1));

@@ -7,9 +7,9 @@ use crate::e_stop::Source;
 use crate::message::{RobotState, Status, StopCause};
 use crate::preflight::Expected;
 
-mod on_the_floor;
 mod samples;
 mod strangers;
+mod with_operator;
 
 const CONTROLLER: ControllerParameters = ControllerParameters::mirrored(0.15, 0.75);
 const NAMES: [&str; 2] = ["robot_1", "robot_2"];
@@ -36,9 +36,9 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(pace: Pace, robot_lost: RobotLost) -> Self {
+    fn new(length: RunLength, robot_lost: RobotLost) -> Self {
         Self::with(|options| {
-            options.pace = pace;
+            options.length = length;
             options.robot_lost = robot_lost;
         })
     }
@@ -55,7 +55,7 @@ impl Bench {
             controller: CONTROLLER,
             reaction: Reaction::ToDetections,
             simulator_digest: 7,
-            pace: Pace::Lockstep { steps: 10 },
+            length: RunLength::Lockstep { steps: 10 },
             robot_lost: RobotLost::Abort,
             countdown: Duration::ZERO,
             start: None,
@@ -83,11 +83,11 @@ impl Bench {
     }
 
     fn lockstep() -> Self {
-        Self::new(Pace::Lockstep { steps: 10 }, RobotLost::Abort)
+        Self::new(RunLength::Lockstep { steps: 10 }, RobotLost::Abort)
     }
 
     fn real_time(robot_lost: RobotLost) -> Self {
-        Self::new(Pace::RealTime { duration: Duration::from_secs(4) }, robot_lost)
+        Self::new(RunLength::RealTime { duration: Duration::from_secs(4) }, robot_lost)
     }
 
     fn give(&mut self, event: Event) {
@@ -395,7 +395,7 @@ fn a_lost_robot_that_is_received_again_is_named_and_stays_lost() {
 }
 
 #[test]
-fn robots_that_are_lost_because_this_machine_is_too_slow_are_told_so() {
+fn robots_that_are_lost_because_this_machine_is_too_slow_are_reported_so() {
     let mut bench = Bench::real_time(RobotLost::Note);
     bench.run();
 
@@ -428,7 +428,7 @@ fn in_lockstep_a_lapse_within_the_grace_is_waited_for() {
 }
 
 #[test]
-fn a_void_run_is_closed_and_says_why() {
+fn a_void_run_is_closed_with_its_reason() {
     let mut bench = Bench::lockstep();
     bench.run();
 

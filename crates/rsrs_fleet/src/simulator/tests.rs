@@ -203,7 +203,7 @@ fn a_run_of_no_steps_senses_nothing() {
 }
 
 #[test]
-fn the_status_tells_an_empty_simulator_from_a_placed_a_moving_and_a_failed_one() {
+fn the_status_distinguishes_an_empty_simulator_from_a_placed_a_moving_and_a_failed_one() {
     let mut simulator = Simulator::new();
     let empty = status(&mut simulator, Event::Removed, Duration::ZERO);
     let reason = "they do not fit".to_owned();
@@ -219,7 +219,7 @@ fn the_status_tells_an_empty_simulator_from_a_placed_a_moving_and_a_failed_one()
 }
 
 #[test]
-fn a_world_that_is_placed_is_said_at_once_and_another_one_too() {
+fn a_world_that_is_placed_is_published_at_once_and_another_one_too() {
     let placed = Placed {
         digest: DIGEST,
         robots: names(1),
@@ -329,7 +329,7 @@ fn in_real_time_the_run_is_over_when_no_robot_can_move_any_more() {
 }
 
 #[test]
-fn a_lockstep_run_in_which_a_command_is_lost_is_void_and_says_who_owes_it() {
+fn a_lockstep_run_in_which_a_command_is_lost_is_void_and_names_who_owes_it() {
     let mut simulator = lockstep(2, 5);
     pace(&mut simulator, Event::Gates(vec![MOVING; 2]), ms(0));
     pace(&mut simulator, command(0, Some(130)), ms(1));
@@ -345,7 +345,7 @@ fn a_lockstep_run_in_which_a_command_is_lost_is_void_and_says_who_owes_it() {
 }
 
 #[test]
-fn a_lockstep_run_whose_recorder_is_not_received_any_more_is_void_and_says_so() {
+fn a_lockstep_run_whose_recorder_is_not_received_any_more_is_void_with_that_reason() {
     let mut simulator = lockstep(1, 50);
     let mut now = ms(0);
     pace(&mut simulator, Event::Gates(vec![MOVING]), now);

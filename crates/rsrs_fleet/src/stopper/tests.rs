@@ -28,11 +28,11 @@ fn received(robot: &str, state: RobotState, stop_cause: StopCause) -> Event {
 }
 
 fn found(robot: &str) -> Event {
-    Event::Found { robot: robot.to_owned() }
+    Event::Discovered { robot: robot.to_owned() }
 }
 
 #[test]
-fn the_first_word_is_said_at_once_and_then_ten_times_a_second() {
+fn the_first_message_is_published_at_once_and_then_ten_times_a_second() {
     let mut stopper = Stopper::new(StopCommand::Engage);
 
     let times: Vec<_> = (0..30)
@@ -65,7 +65,7 @@ fn in_a_secured_fleet_robots_have_more_time_to_turn_up() {
 }
 
 fn finished() -> Action {
-    Action::Finish(Ending::Acknowledged)
+    Action::Finish(StopOutcome::Acknowledged)
 }
 
 #[test]
@@ -94,7 +94,7 @@ fn who_is_expected_and_silent_is_named_after_a_bounded_time() {
 
     let end = stopper.on_event(Event::Tick, ms(7_000));
 
-    assert!(end.contains(&Action::Finish(Ending::TimedOut)), "{end:?}");
+    assert!(end.contains(&Action::Finish(StopOutcome::TimedOut)), "{end:?}");
     let silent: Vec<_> = stopper
         .answers()
         .into_iter()
@@ -123,7 +123,7 @@ fn no_robot_at_all_is_no_acknowledgement() {
 
     let end = stopper.on_event(Event::Tick, ms(7_000));
 
-    assert!(end.contains(&Action::Finish(Ending::TimedOut)), "{end:?}");
+    assert!(end.contains(&Action::Finish(StopOutcome::TimedOut)), "{end:?}");
 }
 
 #[test]
@@ -151,11 +151,11 @@ fn a_release_looks_first_and_ends_when_no_robot_is_locked() {
 }
 
 #[test]
-fn a_release_among_moving_robots_says_nothing() {
+fn a_release_among_moving_robots_publishes_nothing() {
     let mut stopper = Stopper::new(StopCommand::Release);
     stopper.on_event(received("robot_1", RobotState::Moving, StopCause::None), ms(0));
 
-    assert_eq!(stopper.on_event(Event::Tick, ms(2_000)), [Action::Finish(Ending::InRun)]);
+    assert_eq!(stopper.on_event(Event::Tick, ms(2_000)), [Action::Finish(StopOutcome::InRun)]);
 }
 
 const LEFT: Source = Source([1; 16]);
@@ -186,7 +186,7 @@ fn a_release_ends_the_locks_of_who_has_left_and_names_who_still_holds() {
 }
 
 #[test]
-fn a_source_that_fell_silent_is_released_and_one_that_says_true_is_not() {
+fn a_source_that_fell_silent_is_released_and_one_that_publishes_true_is_not() {
     let mut stopper = Stopper::new(StopCommand::Release);
     stopper.on_event(locked_by(&[(LEFT, Cause::Engaged), (THERE, Cause::Silent)]), ms(0));
     stopper.on_event(Event::Publishers([THERE].into()), ms(0));

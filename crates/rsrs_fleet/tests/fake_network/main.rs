@@ -37,7 +37,7 @@ mod witness;
 use fleet::{LAST_RUNNER, Story, Verbosity};
 use network::Node;
 use rsrs_fleet::runner::Outcome;
-use rsrs_fleet::stopper::Ending;
+use rsrs_fleet::stopper::StopOutcome;
 use scenario::{Body, Happening, Scenario};
 
 const SEEDS: u64 = 10_000;
@@ -193,7 +193,7 @@ fn robots_without_a_gate_are_moved_and_stopped_by_their_controllers() {
 
     assert_eq!(completed.outcomes[&0], Outcome::Completed);
     assert!(completed.movements >= 60, "{}", completed.movements);
-    assert_eq!(stopped.stops[0].ending, Ending::Acknowledged);
+    assert_eq!(stopped.stops[0].ending, StopOutcome::Acknowledged);
     assert_eq!(taken_over.outcomes[&1], Outcome::Completed);
 }
 

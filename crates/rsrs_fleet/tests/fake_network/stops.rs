@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use rsrs_fleet::runner::Outcome;
-use rsrs_fleet::stopper::{Answer, Ending};
+use rsrs_fleet::stopper::{RobotAcknowledgement, StopOutcome};
 
 use crate::network::{Faults, Node};
 use crate::scenario::{Happening, Scenario};
@@ -17,8 +17,8 @@ fn no_seed_breaks_an_invariant_of_stops() {
     let counts = play_seeds(n_seeds, Scenario::draw_with_stop, |story| {
         let is_e_stop = |end: &Outcome| *end == aborted("e-stop");
         vec![
-            story.stops[0].ending == Ending::Acknowledged,
-            story.stops[0].ending == Ending::TimedOut,
+            story.stops[0].ending == StopOutcome::Acknowledged,
+            story.stops[0].ending == StopOutcome::TimedOut,
             story.outcomes.values().any(is_e_stop),
         ]
     });
@@ -35,7 +35,7 @@ fn aborted(reason: &str) -> Outcome {
     Outcome::Aborted { reason: reason.to_owned() }
 }
 
-fn silent(answers: &[Answer]) -> Vec<&str> {
+fn silent(answers: &[RobotAcknowledgement]) -> Vec<&str> {
     let silent = answers.iter().filter(|answer| answer.acknowledged_after.is_none());
     silent.map(|answer| answer.robot.as_str()).collect()
 }
@@ -46,7 +46,7 @@ fn a_stop_in_the_middle_of_a_run_ends_it_and_every_robot_acknowledges() {
 
     assert_eq!(story.outcomes[&0], aborted("e-stop"));
     let [stop] = &story.stops[..] else { panic!("{:?}", story.stops) };
-    assert_eq!(stop.ending, Ending::Acknowledged);
+    assert_eq!(stop.ending, StopOutcome::Acknowledged);
     assert!((2_000..2_030).contains(&stop.took_ms), "{}", stop.took_ms);
     for answer in &stop.answers {
         let after = answer.acknowledged_after.expect("all have acknowledged");
@@ -62,7 +62,7 @@ fn a_stop_under_loss_is_acknowledged_by_all() {
 
         let story = play(scenario);
 
-        assert_eq!(story.stops[0].ending, Ending::Acknowledged, "seed {seed}");
+        assert_eq!(story.stops[0].ending, StopOutcome::Acknowledged, "seed {seed}");
     }
 }
 
@@ -74,7 +74,7 @@ fn a_robot_that_is_cut_off_is_named_and_stands_without_having_received_it() {
     let story = play(Scenario { faults, ..Scenario::calm(1) }.with(2_600, Happening::Stop));
 
     let [stop] = &story.stops[..] else { panic!("{:?}", story.stops) };
-    assert_eq!((stop.ending, silent(&stop.answers)), (Ending::TimedOut, vec!["robot_2"]));
+    assert_eq!((stop.ending, silent(&stop.answers)), (StopOutcome::TimedOut, vec!["robot_2"]));
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn under_loss_exactly_the_robots_that_are_dead_are_named() {
 
         let stop = &story.stops[0];
         let found = (stop.ending, silent(&stop.answers));
-        assert_eq!(found, (Ending::TimedOut, vec!["robot_3"]), "seed {seed}");
+        assert_eq!(found, (StopOutcome::TimedOut, vec!["robot_3"]), "seed {seed}");
     }
 }
 
@@ -99,7 +99,7 @@ fn a_stop_works_without_a_runner() {
 
     let story = play(Scenario::calm(1).with(2_900, crash).with(3_000, Happening::Stop));
 
-    assert_eq!(story.stops[0].ending, Ending::Acknowledged);
+    assert_eq!(story.stops[0].ending, StopOutcome::Acknowledged);
 }
 
 #[test]
@@ -117,7 +117,7 @@ fn after_a_stop_no_run_starts_until_it_is_released() {
         problems[0].to_string(),
         "the e-stop holds robot_1, robot_2, robot_3 (`rsrs stop --release` lets them go)"
     );
-    assert_eq!(allowed.stops[1].ending, Ending::Acknowledged);
+    assert_eq!(allowed.stops[1].ending, StopOutcome::Acknowledged);
     assert_eq!(allowed.outcomes[&1], Outcome::Completed);
 }
 
@@ -125,7 +125,7 @@ fn after_a_stop_no_run_starts_until_it_is_released() {
 fn a_release_in_the_middle_of_a_run_disturbs_nothing() {
     let story = play(Scenario::calm(1).with(2_000, Happening::Release));
 
-    assert_eq!(story.stops[0].ending, Ending::InRun);
+    assert_eq!(story.stops[0].ending, StopOutcome::InRun);
     assert_eq!(story.outcomes[&0], Outcome::Completed);
 }
 
@@ -142,10 +142,10 @@ fn first_problem(story: &crate::fleet::Story) -> String {
 }
 
 #[test]
-fn a_box_that_says_false_all_the_time_undoes_no_stop() {
+fn a_box_that_publishes_false_all_the_time_undoes_no_stop() {
     let story = play(Scenario { has_button: [true, false], ..stopped_then_run() });
 
-    assert_eq!(story.stops[0].ending, Ending::Acknowledged);
+    assert_eq!(story.stops[0].ending, StopOutcome::Acknowledged);
     assert!(first_problem(&story).starts_with("the e-stop holds robot_1, robot_2, robot_3"));
 }
 
@@ -159,8 +159,8 @@ fn a_release_ends_no_lock_of_a_button_that_is_pressed() {
 
     let (held, free) = (play(held), play(free.with(12_000, Happening::Start(1))));
 
-    assert_eq!(held.stops[1].ending, Ending::TimedOut);
-    assert_eq!(free.stops[1].ending, Ending::Acknowledged);
+    assert_eq!(held.stops[1].ending, StopOutcome::TimedOut);
+    assert_eq!(free.stops[1].ending, StopOutcome::Acknowledged);
     assert_eq!(free.outcomes[&1], Outcome::Completed);
 }
 

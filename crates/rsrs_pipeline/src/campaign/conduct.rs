@@ -51,12 +51,12 @@ pub trait Placer {
         &'a mut self,
         text: &'a str,
         wanted: &'a WantedPlacement,
-    ) -> Pin<Box<dyn Future<Output = anyhow::Result<Answer>> + 'a>>;
+    ) -> Pin<Box<dyn Future<Output = anyhow::Result<OperatorDecision>> + 'a>>;
 }
 
 /// What to do with an experiment whose robots were to be placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum OperatorDecision {
     /// The robots stand: start.
     Start,
     /// Not this one now.
@@ -154,9 +154,9 @@ impl<'a, P: Placer> Conductor<'a, P> {
         let folder = self.folder.of(item);
         let plan = item.plan(folder.join(BAG))?;
         match self.ask(&plan, item).await? {
-            Answer::Start => {}
-            Answer::Skip => return Ok(Next::GoOn),
-            Answer::Quit => return Ok(Next::Quit),
+            OperatorDecision::Start => {}
+            OperatorDecision::Skip => return Ok(Next::GoOn),
+            OperatorDecision::Quit => return Ok(Next::Quit),
         }
         std::fs::create_dir_all(&folder)?;
         for (file, text) in &plan.files {
@@ -168,8 +168,8 @@ impl<'a, P: Placer> Conductor<'a, P> {
     }
 
     /// Has the robots placed; in the simulator they place themselves.
-    async fn ask(&mut self, plan: &Plan, item: &Item) -> anyhow::Result<Answer> {
-        let RunTarget::Fleet { .. } = self.target else { return Ok(Answer::Start) };
+    async fn ask(&mut self, plan: &Plan, item: &Item) -> anyhow::Result<OperatorDecision> {
+        let RunTarget::Fleet { .. } = self.target else { return Ok(OperatorDecision::Start) };
         let conditions = &plan.record.conditions.controller;
         let starts = StartPoses::of(plan)?;
         let what = format!(

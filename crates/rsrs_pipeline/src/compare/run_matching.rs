@@ -165,8 +165,8 @@ impl<'a> RunMatcher<'a> {
         }
         Err(with_help(
             format!(
-                "{}: is a replicate of the sweep itself, with its robots and its seed, {}, so it says \
-                 nothing of reality",
+                "{}: is a replicate of the sweep itself, with its robots and its seed, {}, so it is no \
+                 evidence about reality",
                 path.display(),
                 record.seed
             ),
@@ -206,7 +206,7 @@ fn single_value(diagram: &PhaseDiagram, axis: Axis) -> anyhow::Result<f64> {
     Err(with_help(
         format!(
             "the sweep varies {axis} ({}), which is a property of the robots and not a setting: \
-             no bag says which of these values its robots have, so none belongs to one cell",
+             no bag records which of these values its robots have, so none belongs to one cell",
             values.join(", ")
         ),
         format!("compare with a sweep that gives {axis} one value, under `fixed`"),

@@ -18,7 +18,7 @@ use rsrs_view::trajectory::TrajectoryPicture;
 
 use super::folder::{Folder, PROFILE};
 use super::trial::{self, Laboratory, Name, Trial};
-use super::{CONFIRM, Explored, Found, Options};
+use super::{CONFIRM, Explored, FoundController, Options};
 use crate::files::write_file;
 use crate::wording::percent;
 
@@ -103,9 +103,9 @@ fn confirm(
     Ok(Confirmed { trial, share, shown })
 }
 
-fn describe(trial: &Trial, share: Share, sweep: PathBuf) -> Found {
+fn describe(trial: &Trial, share: Share, sweep: PathBuf) -> FoundController {
     let interval = share.interval();
-    Found {
+    FoundController {
         name: trial.name.key().to_owned(),
         words: trial.niche.in_words(),
         niche: trial.niche,
@@ -123,7 +123,7 @@ fn describe(trial: &Trial, share: Share, sweep: PathBuf) -> Found {
 fn sweep_text(
     laboratory: &Laboratory,
     trial: &Trial,
-    found: &Found,
+    found: &FoundController,
     options: &Options,
 ) -> anyhow::Result<String> {
     let (axes, mut values) = axes(laboratory, trial.controller);
@@ -147,7 +147,7 @@ fn sweep_text(
         adaptive: None,
     };
     let yaml = serde_saphyr::to_string(&sweep).context("the sweep as YAML")?;
-    let Found { words, share, n_replicates, .. } = found;
+    let FoundController { words, share, n_replicates, .. } = found;
     Ok(format!(
         "# Around a controller that was found by `rsrs explore`: {words}, in {} of {n_replicates} runs.\n\
          {yaml}",
@@ -188,7 +188,7 @@ fn axes(laboratory: &Laboratory, controller: ControllerParameters) -> (Axes, Vec
 /// What is shown: controllers, what fresh runs of them show, and one of these runs each.
 struct Gallery<'a> {
     trials: &'a [Trial],
-    found: &'a [Found],
+    found: &'a [FoundController],
     runs: &'a [Trajectory],
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rsrs_core::robot::controller::Command;
 
-use super::{Explored, Found};
+use super::{Explored, FoundController};
 use crate::wording::percent;
 
 impl fmt::Display for Explored {
@@ -32,8 +32,8 @@ impl fmt::Display for Explored {
 }
 
 /// `milling: 98 % of 200 runs (95 to 99 %); circling, within reach of each other`.
-fn line(found: &Found) -> String {
-    let Found { name, words, share, share_low, share_high, n_replicates, .. } = found;
+fn line(found: &FoundController) -> String {
+    let FoundController { name, words, share, share_low, share_high, n_replicates, .. } = found;
     format!(
         "{}: {} of {n_replicates} fresh runs (95 % interval {} to {}); {words}",
         name.replace('_', " "),
@@ -43,7 +43,7 @@ fn line(found: &Found) -> String {
     )
 }
 
-fn commands(found: &Found) -> [String; 2] {
+fn commands(found: &FoundController) -> [String; 2] {
     let [detected, undetected] = found.controller.commands();
     let command = |Command { speed_m_s, turn_rate_rad_s }| {
         format!("{speed_m_s} m/s, {turn_rate_rad_s} rad/s")
@@ -55,7 +55,7 @@ fn commands(found: &Found) -> [String; 2] {
 }
 
 /// Below a picture.
-pub fn caption(found: &Found, folder: &Path) -> Vec<String> {
+pub fn caption(found: &FoundController, folder: &Path) -> Vec<String> {
     let sweep = folder.join(&found.sweep);
     let mut lines = vec![line(found)];
     lines.extend(commands(found));

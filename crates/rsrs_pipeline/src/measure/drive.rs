@@ -33,14 +33,14 @@ pub trait TrialOperator {
     fn operator(&self) -> &dyn Operator;
 
     /// Has all stand where a trial needs it.
-    fn ready<'a>(&'a self, robot: &'a str, trial: &'a Trial) -> Answer<'a, Ready>;
+    fn ready<'a>(&'a self, robot: &'a str, trial: &'a Trial) -> OperatorFuture<'a, Ready>;
 
     /// Measures what the robot did in a trial without poses.
-    fn measure<'a>(&'a self, plan: &'a Plan) -> Answer<'a, Motion>;
+    fn measure<'a>(&'a self, plan: &'a Plan) -> OperatorFuture<'a, Motion>;
 }
 
 /// An operator's answer; an error if there is none.
-pub type Answer<'a, T> = Pin<Box<dyn Future<Output = anyhow::Result<T>> + 'a>>;
+pub type OperatorFuture<'a, T> = Pin<Box<dyn Future<Output = anyhow::Result<T>> + 'a>>;
 
 /// What an operator wants before a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -31,7 +31,7 @@ const LINGER: Duration = Duration::from_millis(500);
 
 /// How to publish a bag.
 #[derive(Clone, Copy, Debug)]
-pub struct Pace {
+pub struct PublishOptions {
     /// How many times faster than recorded; positive.
     pub rate: f64,
     /// Whether to start again at the end.
@@ -68,7 +68,7 @@ pub struct Published {
 pub async fn publish(
     bag: &Bag,
     selection: &Selection,
-    pace: &Pace,
+    options: &PublishOptions,
     network: &SessionOptions,
     operator: &dyn Operator,
 ) -> anyhow::Result<Published> {
@@ -85,7 +85,7 @@ pub async fn publish(
     let played = match without_living(&session, selection, operator).await {
         Ok(allowed) => {
             let stop = operator.stop_requested();
-            play(&session, stop, bag, &allowed, pace).await.map(|played| (played, allowed))
+            play(&session, stop, bag, &allowed, options).await.map(|played| (played, allowed))
         }
         Err(error) => Err(error),
     };
@@ -184,7 +184,7 @@ async fn play(
     stop: impl Future<Output = String>,
     bag: &Bag,
     allowed: &Allowed,
-    pace: &Pace,
+    options: &PublishOptions,
 ) -> anyhow::Result<Played> {
     let mut publishers = BTreeMap::new();
     for topic in &allowed.topics {
@@ -202,7 +202,7 @@ async fn play(
     let mut player = Player {
         publishers,
         clock,
-        rate: pace.rate,
+        rate: options.rate,
         anchor: None,
         n_messages: 0,
         late: Duration::ZERO,
@@ -211,7 +211,7 @@ async fn play(
     let ended = tokio::select! {
         _reason = stop => Ok(()),
         ended = session.ended() => Err(ended.into()),
-        ended = async { player.whole(bag, pace).await?; player.settle().await } => ended,
+        ended = async { player.whole(bag, options).await?; player.settle().await } => ended,
     };
     ended?;
     Ok(Played { n_messages: player.n_messages, took: began.elapsed(), late: player.late })
@@ -230,14 +230,14 @@ struct Player<'a> {
 }
 
 impl Player<'_> {
-    async fn whole(&mut self, bag: &Bag, pace: &Pace) -> anyhow::Result<()> {
-        tokio::time::sleep(Duration::from_secs_f64(pace.delay_s)).await;
-        let from_ns = bag.info().start_ns.unwrap_or(0).saturating_add(nanoseconds(pace.start_s));
+    async fn whole(&mut self, bag: &Bag, options: &PublishOptions) -> anyhow::Result<()> {
+        tokio::time::sleep(Duration::from_secs_f64(options.delay_s)).await;
+        let from_ns = bag.info().start_ns.unwrap_or(0).saturating_add(nanoseconds(options.start_s));
         loop {
             self.anchor = None;
             let n_before = self.n_messages;
             self.once(bag, from_ns).await?;
-            if !pace.is_loop || self.n_messages == n_before {
+            if !options.is_loop || self.n_messages == n_before {
                 return Ok(());
             }
         }

@@ -32,20 +32,21 @@ const MOST_TRIED: u64 = 10;
 pub fn facts(of: &Reported) -> anyhow::Result<Vec<CellFacts>> {
     let cells = of.result.source.cells("sweep.yaml")?;
     let n_robots = cells.iter().map(|(_, conditions)| conditions.robots).max().unwrap_or(1);
-    let pace = Pace::within(BUDGET_BYTES / cells.len() as f64, n_robots);
-    let facts =
-        |(index, (_, conditions)): (usize, &(_, Conditions))| facts_of(of, index, conditions, pace);
+    let sampling = ReplaySampling::within(BUDGET_BYTES / cells.len() as f64, n_robots);
+    let facts = |(index, (_, conditions)): (usize, &(_, Conditions))| {
+        facts_of(of, index, conditions, sampling)
+    };
     cells.iter().enumerate().map(facts).collect()
 }
 
 /// How much of a run is shown, and how often its poses are kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Pace {
+struct ReplaySampling {
     frame_s: f64,
     shown_s: f64,
 }
 
-impl Pace {
+impl ReplaySampling {
     /// What fits into a number of bytes: rather fewer poses than a shorter replay.
     ///
     /// # Returns
@@ -63,7 +64,7 @@ fn facts_of(
     of: &Reported,
     index: usize,
     conditions: &Conditions,
-    pace: Option<Pace>,
+    sampling: Option<ReplaySampling>,
 ) -> anyhow::Result<CellFacts> {
     let result = of.result;
     let entry = &result.diagram.cells[index];
@@ -83,10 +84,10 @@ fn facts_of(
         replay: None,
         caption: "The sweep has too many cells for a replay of each.".to_owned(),
     };
-    if let Some(pace) = pace {
+    if let Some(sampling) = sampling {
         let typical = Typical::of(of, entry, conditions)?;
-        facts.caption = typical.in_words(of, entry, pace);
-        facts.replay = Some(typical.replay(conditions, pace));
+        facts.caption = typical.in_words(of, entry, sampling);
+        facts.replay = Some(typical.replay(conditions, sampling));
     }
     Ok(facts)
 }
@@ -134,7 +135,7 @@ impl Typical {
         Ok(Self { replicate, phase, trajectory })
     }
 
-    fn in_words(&self, of: &Reported, entry: &DiagramCell, pace: Pace) -> String {
+    fn in_words(&self, of: &Reported, entry: &DiagramCell, sampling: ReplaySampling) -> String {
         let Self { replicate, phase, .. } = self;
         let which = match entry.counts.majority() {
             Some(most) if most == *phase => "the first one that ended as most did",
@@ -144,22 +145,22 @@ impl Typical {
             "Replicate {replicate} of seed {}, {which}: {phase}. The last {:.0} s, again and again; a \
              robot's sensor lights up while it detects another one.",
             of.result.source.sweep.seed,
-            pace.shown_s.min(self.trajectory.duration_s())
+            sampling.shown_s.min(self.trajectory.duration_s())
         )
     }
 
-    fn replay(&self, conditions: &Conditions, pace: Pace) -> Replay {
+    fn replay(&self, conditions: &Conditions, sampling: ReplaySampling) -> Replay {
         let Self { phase, trajectory, .. } = self;
         let period_s = trajectory.period_s;
         let n_samples = trajectory.n_samples();
-        let first_shown = n_samples.saturating_sub(samples_in(pace.shown_s, period_s));
+        let first_shown = n_samples.saturating_sub(samples_in(sampling.shown_s, period_s));
         let first_judged = n_samples.saturating_sub(samples_in(WINDOW_S, period_s));
         Replay::of(&Shown {
             trajectory,
             conditions,
             robots: (1..=trajectory.n_robots).map(|robot| format!("robot_{robot}")).collect(),
             samples: first_shown..n_samples,
-            every: samples_at_least(pace.frame_s, period_s),
+            every: samples_at_least(sampling.frame_s, period_s),
             ring: ring_of(*phase, trajectory, first_judged),
             lost: Vec::new(),
         })
@@ -172,13 +173,13 @@ mod tests {
 
     #[test]
     fn fewer_poses_come_before_a_shorter_replay_and_nothing_last() {
-        let pace = |n_cells: f64| Pace::within(BUDGET_BYTES / n_cells, 9);
+        let sampling = |n_cells: f64| ReplaySampling::within(BUDGET_BYTES / n_cells, 9);
 
-        assert_eq!(pace(10.0), Some(Pace { frame_s: 0.4, shown_s: WINDOW_S }));
-        let coarse = pace(70.0).unwrap();
+        assert_eq!(sampling(10.0), Some(ReplaySampling { frame_s: 0.4, shown_s: WINDOW_S }));
+        let coarse = sampling(70.0).unwrap();
         assert!(coarse.frame_s > 0.55 && (coarse.shown_s - WINDOW_S).abs() < 1e-9, "{coarse:?}");
-        let short = pace(200.0).unwrap();
+        let short = sampling(200.0).unwrap();
         assert!(short.frame_s > 1.0 && short.shown_s < 40.0, "{short:?}");
-        assert_eq!(pace(5000.0), None);
+        assert_eq!(sampling(5000.0), None);
     }
 }

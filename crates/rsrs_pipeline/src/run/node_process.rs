@@ -8,7 +8,7 @@ use anyhow::Context;
 use tokio::process::Child;
 
 /// How long a node may take to end after it was asked to.
-const PATIENCE: Duration = Duration::from_secs(5);
+const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// A running node.
 ///
@@ -101,7 +101,7 @@ impl NodeProcess {
     /// If the process can neither be asked nor killed.
     pub async fn stop(mut self) -> anyhow::Result<()> {
         self.ask_to_end()?;
-        if tokio::time::timeout(PATIENCE, self.child.wait()).await.is_err() {
+        if tokio::time::timeout(TIMEOUT, self.child.wait()).await.is_err() {
             self.child.kill().await.context("killing a node that does not end")?;
         }
         Ok(())

@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_missing_is_said_by_topic() {
+    fn what_is_missing_is_reported_by_topic() {
         let gaps = [
             Gap { topic: "/robot_1/odom".to_owned(), n_missing: 1, n_overflowed: 0 },
             Gap { topic: "/camera".to_owned(), n_missing: 2_000, n_overflowed: 7 },

@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_are_told_between_minus_and_plus_a_half_turn() {
+    fn angles_are_given_between_minus_and_plus_a_half_turn() {
         use std::f64::consts::PI;
 
         for (angle_rad, expected_rad) in

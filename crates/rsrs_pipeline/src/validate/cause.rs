@@ -7,7 +7,7 @@ use rsrs_core::robot::profile::{RobotProfile, TurnGain};
 use rsrs_core::statistics::variance::Estimate;
 use rsrs_core::trials::fit::{YawLag, yaw_lag};
 use rsrs_core::trials::trial::DrivenTrial;
-use rsrs_sim::reach::validate;
+use rsrs_sim::reachable_set::validate;
 
 use super::Case;
 use super::file::Turning;

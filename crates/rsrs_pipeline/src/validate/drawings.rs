@@ -6,11 +6,11 @@ use anyhow::Context;
 use rsrs_core::robot::capability::border_m;
 use rsrs_core::trials::trial::DrivenTrial;
 use rsrs_core::trials::validation::Tube;
-use rsrs_view::reach::{self, Place, ReachPicture};
+use rsrs_view::reachable_set::{self, ReachPicture, TubeMembership};
 use rsrs_view::sensor::{self, SensorPicture};
 
 use super::Case;
-use super::file::Answer;
+use super::file::ValidationReport;
 use super::text::commands;
 use crate::files::write_file;
 use crate::picture::PNG_WIDTH_PX;
@@ -21,7 +21,7 @@ use crate::picture::PNG_WIDTH_PX;
 /// # Errors
 ///
 /// If the folder cannot be made or written.
-pub fn write(folder: &Path, case: &Case, answer: &Answer) -> anyhow::Result<()> {
+pub fn write(folder: &Path, case: &Case, answer: &ValidationReport) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     for (index, tube) in answer.validation.tubes.iter().enumerate() {
         let trials = &answer.validation.trials;
@@ -52,15 +52,27 @@ pub fn write(folder: &Path, case: &Case, answer: &Answer) -> anyhow::Result<()> 
     Ok(())
 }
 
-fn tube_svg(case: &Case, answer: &Answer, index: usize, tube: &Tube) -> anyhow::Result<String> {
+fn tube_svg(
+    case: &Case,
+    answer: &ValidationReport,
+    index: usize,
+    tube: &Tube,
+) -> anyhow::Result<String> {
     let places = case.trials.iter().zip(&answer.validation.trials);
-    let trials: Vec<(&DrivenTrial, Place)> = places
+    let trials: Vec<(&DrivenTrial, TubeMembership)> = places
         .filter(|(_, place)| place.tube == index)
         .map(|(trial, place)| {
-            (trial, if place.exits.is_empty() { Place::Inside } else { Place::Outside })
+            (
+                trial,
+                if place.exits.is_empty() {
+                    TubeMembership::Inside
+                } else {
+                    TubeMembership::Outside
+                },
+            )
         })
         .collect();
-    Ok(reach::svg(&ReachPicture {
+    Ok(reachable_set::svg(&ReachPicture {
         tube,
         trials: &trials,
         title: format!("Simulated reach of {} and real trials", case.source.profile.name),

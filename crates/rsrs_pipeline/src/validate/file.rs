@@ -36,7 +36,7 @@ pub struct Judged {
 
 /// The answer.
 #[derive(Clone, Debug, Serialize)]
-pub struct Answer {
+pub struct ValidationReport {
     /// Which simulated robot was judged.
     #[serde(flatten)]
     pub judged: Judged,
@@ -112,7 +112,7 @@ impl Judged {
     }
 }
 
-impl Answer {
+impl ValidationReport {
     /// Writes the answer into a folder.
     ///
     /// # Errors

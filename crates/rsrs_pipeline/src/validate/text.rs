@@ -7,16 +7,16 @@ use rsrs_core::statistics::interval::Interval;
 use rsrs_core::statistics::variance::Estimate;
 use rsrs_core::trials::validation::{Exit, LEVEL, TrialPlace, Validation};
 
-use super::file::{Answer, Turning};
+use super::file::{Turning, ValidationReport};
 use crate::wording::columns;
 
-impl fmt::Display for Answer {
+impl fmt::Display for ValidationReport {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(&text(self))
     }
 }
 
-fn text(answer: &Answer) -> String {
+fn text(answer: &ValidationReport) -> String {
     let validation = &answer.validation;
     let mut blocks = vec![headline(validation), robots(validation)];
     let (constant, changing): (Vec<usize>, Vec<usize>) =
@@ -154,7 +154,7 @@ fn side(amount: f64, positive: &str, negative: &str) -> String {
 }
 
 /// What would contain the trials.
-fn remedy(answer: &Answer) -> String {
+fn remedy(answer: &ValidationReport) -> String {
     if let Some(turning) = &answer.turning {
         return turned(turning);
     }
@@ -213,7 +213,7 @@ fn changed(from: &HarsherFactors, to: &HarsherFactors) -> String {
     texts.join(", ")
 }
 
-fn capabilities(answer: &Answer) -> String {
+fn capabilities(answer: &ValidationReport) -> String {
     if answer.capability_violations.is_empty() {
         return "capabilities: the simulated robot is nowhere better than the measured one"
             .to_owned();
@@ -223,7 +223,7 @@ fn capabilities(answer: &Answer) -> String {
     format!("capabilities in which the simulated robot is better:\n{}", lines.join("\n"))
 }
 
-fn sensor(answer: &Answer) -> String {
+fn sensor(answer: &ValidationReport) -> String {
     match &answer.sensor_violations {
         None => "sensor: not checked; give `--detection`".to_owned(),
         Some(violations) if violations.is_empty() => {

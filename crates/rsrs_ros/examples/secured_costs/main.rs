@@ -32,7 +32,7 @@ const QOS: Qos = Qos::reliable(1000);
 const RATE_HZ: u64 = 1000;
 /// Round trips are measured one after the other, so far apart.
 const PAUSE: Duration = Duration::from_millis(5);
-const PATIENCE: Duration = Duration::from_secs(20);
+const TIMEOUT: Duration = Duration::from_secs(20);
 /// Hundredths of a second are the kernel's unit of processor time.
 const TICKS_PER_S: f64 = 100.0;
 
@@ -147,7 +147,7 @@ async fn measure(keystore: Option<&Path>, duration: Duration) -> anyhow::Result<
     let child = Command::new(std::env::current_exe()?).arg("answer").arg(text).spawn()?;
     let process = Answering(child);
     while !is_answered(&publisher, &mut answers, 0, PAUSE).await? {
-        anyhow::ensure!(start.elapsed() < PATIENCE, "no answer in {PATIENCE:?}");
+        anyhow::ensure!(start.elapsed() < TIMEOUT, "no answer in {TIMEOUT:?}");
     }
     let first = start.elapsed();
     while answers.try_recv().is_ok() {}
@@ -157,8 +157,8 @@ async fn measure(keystore: Option<&Path>, duration: Duration) -> anyhow::Result<
     while start.elapsed() < duration {
         let (sent, number) = (Instant::now(), round_trips.len() as u64 + 1);
         anyhow::ensure!(
-            is_answered(&publisher, &mut answers, number, PATIENCE).await?,
-            "no answer in {PATIENCE:?}"
+            is_answered(&publisher, &mut answers, number, TIMEOUT).await?,
+            "no answer in {TIMEOUT:?}"
         );
         round_trips.push(sent.elapsed());
         tokio::time::sleep(PAUSE).await;
@@ -191,7 +191,7 @@ async fn is_answered(
     publisher: &RawPublisher,
     answers: &mut UnboundedReceiver<Vec<u8>>,
     number: u64,
-    patience: Duration,
+    timeout: Duration,
 ) -> anyhow::Result<bool> {
     let message = message(number);
     publisher.publish(&message).await?;
@@ -202,7 +202,7 @@ async fn is_answered(
             }
         }
     };
-    Ok(tokio::time::timeout(patience, answer).await.is_ok())
+    Ok(tokio::time::timeout(timeout, answer).await.is_ok())
 }
 
 fn message(number: u64) -> Vec<u8> {

@@ -20,14 +20,14 @@ use crate::session::{Bytes, NodeHandle, POLL, Session, SessionError, lock};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClientOptions {
     /// How long to wait for a node to appear and answer, all tries together.
-    pub patience: Duration,
+    pub timeout: Duration,
     /// How to ask; `None` to go by the vendor of the node's DDS.
     pub mapping: Option<Mapping>,
 }
 
 impl Default for ClientOptions {
     fn default() -> Self {
-        Self { patience: Duration::from_secs(5), mapping: None }
+        Self { timeout: Duration::from_secs(5), mapping: None }
     }
 }
 
@@ -62,7 +62,7 @@ pub enum ParameterClientError {
     },
     /// The answer is not one.
     #[error("answer of node `{node}`")]
-    Answer {
+    Reply {
         /// Full name of the node.
         node: String,
         /// What is wrong with it.
@@ -215,7 +215,7 @@ impl<'a> ParameterClient<'a> {
         request: &Q,
     ) -> Result<R, ParameterClientError> {
         let start = Instant::now();
-        let deadline = start + self.options.patience;
+        let deadline = start + self.options.timeout;
         let no_answer = |tries| ParameterClientError::NoAnswer {
             node: node.to_owned(),
             waited_s: start.elapsed().as_secs_f64(),
@@ -237,7 +237,7 @@ impl<'a> ParameterClient<'a> {
             match answer.await {
                 Ok(Ok(Bytes(body))) => {
                     return cdr::decode_body(&body, ByteOrder::Little).map_err(|source| {
-                        ParameterClientError::Answer { node: node.to_owned(), source }
+                        ParameterClientError::Reply { node: node.to_owned(), source }
                     });
                 }
                 Ok(Err(error)) => return Err(SessionError::endpoint(node, &error).into()),

@@ -9,7 +9,7 @@ use rsrs_msgs::rcl_interfaces::{Parameter, ParameterEvent};
 use rsrs_msgs::topics;
 use tokio::sync::mpsc;
 
-use super::service::{Answer, Request, Service, answer};
+use super::service::{Reply, Request, Service, answer};
 use super::store::{Arming, Refusal, Setter, Store};
 use super::value::{Descriptor, ParameterValue};
 use crate::services::raw;
@@ -195,7 +195,7 @@ impl State {
     fn answer(&mut self, node: &str, request: Request) -> Vec<u8> {
         let Self { stores, validator, .. } = self;
         let store = stores.get_mut(node).expect("each service was started for one of the stores");
-        let Answer { body, changes } = answer(request, store, &mut |c| validator(node, c));
+        let Reply { body, changes } = answer(request, store, &mut |c| validator(node, c));
         self.publish_changes(node, changes);
         body
     }

@@ -80,7 +80,7 @@ impl Request {
 
 /// An answer, and what it changed.
 #[derive(Debug, PartialEq)]
-pub(super) struct Answer {
+pub(super) struct Reply {
     pub(super) body: Vec<u8>,
     pub(super) changes: Vec<(String, ParameterValue)>,
 }
@@ -89,7 +89,7 @@ pub(super) struct Answer {
 pub(super) type Validate<'a> = dyn FnMut(&[(String, ParameterValue)]) -> Result<(), String> + 'a;
 
 /// Does what a request asks for.
-pub(super) fn answer(request: Request, store: &mut Store, validate: &mut Validate<'_>) -> Answer {
+pub(super) fn answer(request: Request, store: &mut Store, validate: &mut Validate<'_>) -> Reply {
     let mut changes = Vec::new();
     let body = match request {
         Request::Get(request) => {
@@ -128,7 +128,7 @@ pub(super) fn answer(request: Request, store: &mut Store, validate: &mut Validat
             cdr::encode_body(&wire::DescribeParametersResponse { descriptors })
         }
     };
-    Answer { body, changes }
+    Reply { body, changes }
 }
 
 /// Sets all of these or none; returns what was set.

@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_honoured_is_said() {
+    fn what_is_not_honoured_is_reported() {
         let variables = [
             ("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"),
             ("ROS_STATIC_PEERS", "10.0.0.1"),

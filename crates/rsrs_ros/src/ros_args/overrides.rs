@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_of_another_shape_says_where_it_differs() {
+    fn a_file_of_another_shape_is_refused_with_where_it_differs() {
         let shape = |text| file(text).unwrap_err().to_string();
 
         assert!(

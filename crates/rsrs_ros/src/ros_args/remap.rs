@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rule_without_an_assignment_says_what_it_should_look_like() {
+    fn a_rule_without_an_assignment_is_refused_with_an_example() {
         let error = Remaps::default().take("cmd_vel=base").unwrap_err();
 
         assert_eq!(error.to_string(), "`cmd_vel=base` after -r, expected [NODE:]FROM:=TO");

@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_is_not_permissive_unless_a_person_wants_it() {
+    fn a_robot_is_not_permissive_unless_a_person_asks_for_it() {
         let request = read(&[ENABLED, KEYSTORE], None).unwrap().unwrap();
         let robots = robots();
         let checked =

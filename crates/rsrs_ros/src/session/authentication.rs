@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whom_nobody_got_to_know_in_time_ends_and_names_them() {
+    fn who_authenticates_nobody_in_time_ends_and_names_them() {
         let (mut handshakes, start) = (Handshakes::default(), Instant::now());
         handshakes.begin([1; 12], start);
         // Announced again, as every few seconds.
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn strangers_do_not_end_whom_somebody_knows() {
+    fn strangers_do_not_end_who_has_authenticated_a_peer() {
         let (mut handshakes, start) = (Handshakes::default(), Instant::now());
         handshakes.begin([1; 12], start);
         handshakes.begin([2; 12], start);

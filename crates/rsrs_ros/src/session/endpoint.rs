@@ -168,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_of_topics_are_told_from_those_of_services() {
+    fn names_of_topics_are_distinguished_from_those_of_services() {
         assert_eq!(ros_topic("rt/robot_3/detection"), Some("/robot_3/detection"));
         assert_eq!(ros_topic("rq/robot_3/controller/get_parametersRequest"), None);
         assert_eq!(ros_topic("rtfm"), None);

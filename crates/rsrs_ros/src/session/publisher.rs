@@ -11,7 +11,7 @@ use super::local::LocalPublisher;
 
 /// How long a publisher waits for a reliable subscriber that acknowledges nothing. A healthy one
 /// acknowledges within milliseconds.
-pub(super) const PATIENCE: Duration = Duration::from_secs(5);
+pub(super) const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Sends messages of one type on one topic.
 pub struct Publisher<M: RosMessage>(Arc<TypedWriter<M>>);
@@ -46,8 +46,8 @@ impl<M: RosMessage> Publisher<M> {
     pub async fn publish(&self, message: M) -> Result<(), PublishError> {
         let TypedWriter { topic, writer, local } = &*self.0;
         let copy = local.as_ref().map(|local| (local, cdr::encode(&message)));
-        let sent = tokio::time::timeout(PATIENCE, writer.async_publish(message)).await;
-        within_patience(topic, sent)?;
+        let sent = tokio::time::timeout(TIMEOUT, writer.async_publish(message)).await;
+        within_timeout(topic, sent)?;
         if let Some((local, bytes)) = copy {
             local.deliver(|| bytes);
         }
@@ -56,7 +56,7 @@ impl<M: RosMessage> Publisher<M> {
 }
 
 /// Names the topic in an error, and takes a timeout for a full window.
-pub(super) fn within_patience<T, D>(
+pub(super) fn within_timeout<T, D>(
     topic: &str,
     sent: Result<Result<T, WriteError<D>>, tokio::time::error::Elapsed>,
 ) -> Result<(), PublishError> {
@@ -64,7 +64,7 @@ pub(super) fn within_patience<T, D>(
     match sent {
         Ok(Ok(_)) => Ok(()),
         Ok(Err(WriteError::WouldBlock { .. })) | Err(_) => {
-            Err(PublishError::Full { topic: topic(), waited_s: PATIENCE.as_secs_f64() })
+            Err(PublishError::Full { topic: topic(), waited_s: TIMEOUT.as_secs_f64() })
         }
         Ok(Err(error)) => {
             Err(PublishError::Middleware { topic: topic(), reason: error.to_string() })

@@ -14,7 +14,7 @@ use rsrs_msgs::topics::{Durability, Qos, Reliability};
 use rustdds::{DomainParticipant, Subscriber};
 use tokio::sync::oneshot;
 
-use super::pace::Pace;
+use super::endpoint_creation::EndpointCreation;
 use super::raw::{self, DdsNames, RawReader};
 use super::subscription::{Failure, ReceivedRaw};
 use super::{lock, qos};
@@ -29,7 +29,7 @@ type Writers = Arc<Mutex<BTreeSet<[u8; 16]>>>;
 pub(super) struct ReaderMaker {
     pub(super) participant: DomainParticipant,
     pub(super) subscriber: Subscriber,
-    pub(super) pace: Arc<Pace>,
+    pub(super) endpoint_creation: Arc<EndpointCreation>,
 }
 
 /// All reliable subscriptions of a session.
@@ -120,9 +120,10 @@ impl Watched {
             durability: Durability::Volatile,
             depth: self.depth,
         };
-        let ReaderMaker { participant, subscriber, pace } = maker;
+        let ReaderMaker { participant, subscriber, endpoint_creation } = maker;
         let policies = qos::policies(quality);
-        let made = pace.make(1, || raw::reader(participant, subscriber, &self.names, &policies));
+        let made = endpoint_creation
+            .make(1, || raw::reader(participant, subscriber, &self.names, &policies));
         match made {
             Ok(reader) => {
                 log::info!("{} is published best effort, and is subscribed so too", self.names);

@@ -18,7 +18,7 @@ use rustdds::{
 
 use super::endpoint::dds_type;
 use super::local::{LocalDelivery, LocalPublisher};
-use super::publisher::{PATIENCE, within_patience};
+use super::publisher::{TIMEOUT, within_timeout};
 use super::subscription::{Failure, Received, ReceivedRaw};
 use super::wire::Wire;
 use super::{PublishError, SessionError, graph, ros_name};
@@ -283,7 +283,7 @@ impl RawPublisher {
                 .await
                 .map_err(ros2_client::ros2::WriteError::from)
         };
-        within_patience(&self.0.topic, tokio::time::timeout(PATIENCE, sending).await)?;
+        within_timeout(&self.0.topic, tokio::time::timeout(TIMEOUT, sending).await)?;
         if let Some(local) = &self.0.local {
             local.deliver(|| message.to_vec());
         }
@@ -301,7 +301,7 @@ impl RawPublisher {
             let waited = self.0.writer.async_wait_for_acknowledgments().await;
             waited.map_err(ros2_client::ros2::WriteError::from)
         };
-        within_patience(&self.0.topic, tokio::time::timeout(PATIENCE, waiting).await)
+        within_timeout(&self.0.topic, tokio::time::timeout(TIMEOUT, waiting).await)
     }
 }
 

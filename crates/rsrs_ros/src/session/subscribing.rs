@@ -83,7 +83,7 @@ impl Session {
         let names = raw::DdsNames::of_topic(topic, type_name)?;
         let policies = qos::policies(qos);
         let reader = self
-            .pace
+            .endpoint_creation
             .make(1, || raw::reader(&self.participant, &self.subscriber, &names, &policies))?;
         let samples = raw::stream(reader);
         if qos.reliability == Reliability::BestEffort {
@@ -104,7 +104,7 @@ impl Session {
         let (names, policies) = (raw::DdsNames::of_topic(topic, type_name)?, qos::policies(qos));
         local.subscribe(names.topic(), |hub| {
             let make = || raw::reader(&self.participant, &self.subscriber, &names, &policies);
-            let samples = raw::stream(self.pace.make(1, make)?);
+            let samples = raw::stream(self.endpoint_creation.make(1, make)?);
             let deliver = move |sample| hub.deliver(&sample);
             self.tasks.deliver(topic, samples, deliver).until_close();
             Ok(())
@@ -123,7 +123,7 @@ impl Session {
             let maker = ReaderMaker {
                 participant: self.participant.clone(),
                 subscriber: self.subscriber.clone(),
-                pace: Arc::clone(&self.pace),
+                endpoint_creation: Arc::clone(&self.endpoint_creation),
             };
             let watching = watch.run(maker);
             self.tasks.run(watching).until_close();

@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use crate::peer::{Maker, Peer};
 use crate::sampler::sample;
-use rsrs_testing::network::{PATIENCE, session};
+use rsrs_testing::network::{TIMEOUT, session};
 
 /// Made-up messages for each topic: sequences of several lengths, strings that disturb alignment.
 const N_SAMPLES: u64 = 4;
@@ -157,7 +157,7 @@ async fn echo<M: RosMessage>(
             }
         }
     };
-    let sent = tokio::time::timeout(PATIENCE, send).await;
+    let sent = tokio::time::timeout(TIMEOUT, send).await;
 
     let n_come = wanted.intersection(&come.lock().expect("nobody panics with it")).count();
     assert!(sent.is_ok(), "{}: {n_come} of {N_SAMPLES} messages came back", plan.name);

@@ -18,25 +18,25 @@ use peer::Maker;
 use rsrs_testing::network::in_own_network;
 
 #[test]
-fn cyclone_dds_receives_and_says_every_topic_of_ours() {
+fn cyclone_dds_receives_and_publishes_every_topic_of_ours() {
     let python = Maker::Cyclone.python();
-    in_own_network("cyclone_dds_receives_and_says_every_topic_of_ours", async || {
+    in_own_network("cyclone_dds_receives_and_publishes_every_topic_of_ours", async || {
         echo::every_topic_both_ways(Maker::Cyclone, &python).await;
     });
 }
 
 #[test]
-fn rclpy_of_jazzy_receives_and_says_every_topic_of_ours() {
+fn rclpy_of_jazzy_receives_and_publishes_every_topic_of_ours() {
     let python = Maker::Jazzy.python();
-    in_own_network("rclpy_of_jazzy_receives_and_says_every_topic_of_ours", async || {
+    in_own_network("rclpy_of_jazzy_receives_and_publishes_every_topic_of_ours", async || {
         echo::every_topic_both_ways(Maker::Jazzy, &python).await;
     });
 }
 
 #[test]
-fn rclpy_of_kilted_receives_and_says_every_topic_of_ours() {
+fn rclpy_of_kilted_receives_and_publishes_every_topic_of_ours() {
     let python = Maker::Kilted.python();
-    in_own_network("rclpy_of_kilted_receives_and_says_every_topic_of_ours", async || {
+    in_own_network("rclpy_of_kilted_receives_and_publishes_every_topic_of_ours", async || {
         echo::every_topic_both_ways(Maker::Kilted, &python).await;
     });
 }

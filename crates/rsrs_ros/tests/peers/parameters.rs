@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use crate::controllers::controller;
 use crate::peer::Peer;
-use rsrs_testing::network::{PATIENCE, session};
+use rsrs_testing::network::{TIMEOUT, session};
 
 /// Nodes of one participant.
 const NODES: [&str; 3] = ["/robot_1/controller", "/robot_2/controller", "/robot_3/controller"];
@@ -84,7 +84,7 @@ pub async fn we_use_cyclones(python: &Path) {
     let lab = session();
     let node = lab.node("/", "runner").expect("the name is allowed");
     let client =
-        ParameterClient::new(&lab, &node, ClientOptions { patience: PATIENCE, mapping: None });
+        ParameterClient::new(&lab, &node, ClientOptions { timeout: TIMEOUT, mapping: None });
     let mut foreign = Peer::start(python, "cyclone_node.py");
     foreign.tell(&json!({ "schemas": schemas() }));
     let gain = |value| [("gain".to_owned(), ParameterValue::Double(value))];

@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use tempfile::TempDir;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
-use rsrs_testing::network::PATIENCE;
+use rsrs_testing::network::TIMEOUT;
 use rsrs_testing::python::python_with;
 
 /// Lets Cyclone DDS use the only interface of a network of its own, which it would avoid.
@@ -104,7 +104,7 @@ impl Peer {
     ///
     /// If it ends before, with what it wrote to standard error; or if it says nothing for long.
     pub async fn says<T: DeserializeOwned>(&mut self) -> T {
-        let line = tokio::time::timeout(2 * PATIENCE, self.says.recv()).await;
+        let line = tokio::time::timeout(2 * TIMEOUT, self.says.recv()).await;
         let Some(line) = line.expect("the script says something in time") else {
             let mut errors = String::new();
             let stderr = self.process.stderr.as_mut().expect("it was asked for");

@@ -11,7 +11,7 @@ use rsrs_ros::session::Session;
 use serde_json::{Value, json};
 
 use crate::controllers::controller;
-use rsrs_testing::network::{PATIENCE, eventually, session};
+use rsrs_testing::network::{TIMEOUT, eventually, session};
 
 /// The client's node.
 const VISITOR: &str = "/visitor";
@@ -37,7 +37,7 @@ async fn run_client(python: &Path, robots: &Session) -> Value {
     let mut client = tokio::process::Command::new(python);
     client.arg("-B").arg(script).env("ROS_DOMAIN_ID", "42").env("ROS_LOG_DIR", logs.path());
     client.kill_on_drop(true);
-    let options = ClientOptions { patience: PATIENCE, mapping: None };
+    let options = ClientOptions { timeout: TIMEOUT, mapping: None };
     let visitor = ParameterClient::new(robots, &node, options);
     let gain = [("gain".to_owned(), ParameterValue::Double(2.5))];
 
@@ -49,7 +49,7 @@ async fn run_client(python: &Path, robots: &Session) -> Value {
         outcome
     };
     let both = futures::future::join(client.output(), set_gain);
-    let mut both = std::pin::pin!(tokio::time::timeout(4 * PATIENCE, both));
+    let mut both = std::pin::pin!(tokio::time::timeout(4 * TIMEOUT, both));
     let (output, gain_is_set) = loop {
         third.publish(Bool { data: true }).await.expect("a healthy network");
         visitor_is_seen |= robots.node_names().contains(&VISITOR.to_owned());

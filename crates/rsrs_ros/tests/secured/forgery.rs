@@ -7,7 +7,7 @@ use std::time::Duration;
 use rsrs_msgs::topics;
 use rsrs_ros::interfaces::LOOPBACK;
 use rsrs_ros::session::{ReceivedRaw, Session};
-use rsrs_testing::network::{PATIENCE, eventually};
+use rsrs_testing::network::{TIMEOUT, eventually};
 
 use crate::lab::DOMAIN;
 
@@ -31,7 +31,7 @@ pub async fn is_obeyed(runner: Session, robot: Session) -> bool {
     let subscription = robot
         .subscribe_raw(topic.name, topic.type_name, topic.qos, deliver)
         .expect("a healthy network");
-    robot.wait_for_writers(topic.name, 1, PATIENCE).await.expect("a healthy network");
+    robot.wait_for_writers(topic.name, 1, TIMEOUT).await.expect("a healthy network");
     let mut writer = None;
     while writer.is_none() {
         publisher

@@ -104,13 +104,13 @@ impl<S: Simd> LaneRules<S> {
 #[derive(Clone, Copy)]
 pub struct NominalStep<S: Simd> {
     detection: LaneKey<S::U>,
-    detected: Answer<S::F>,
-    undetected: Answer<S::F>,
+    detected: PeriodMotion<S::F>,
+    undetected: PeriodMotion<S::F>,
 }
 
 /// What a command comes to in one period.
 #[derive(Clone, Copy)]
-struct Answer<F> {
+struct PeriodMotion<F> {
     travel_m: F,
     /// Cosine and sine of the turn.
     turned: (F, F),
@@ -156,7 +156,7 @@ impl<S: Simd> NominalStep<S> {
                 turn::turn(rate_rad_s * rules.period_s)
             };
             let travel_m = |lane| speed_m_s * traits(lane).speed_gain * rules.period_s;
-            Answer {
+            PeriodMotion {
                 travel_m: simd.singles(travel_m),
                 turned: (simd.singles(|lane| turned(lane).0), simd.singles(|lane| turned(lane).1)),
             }

@@ -8,8 +8,8 @@
 use rsrs_core::judge::number::{Mask, Number};
 
 use crate::contact::Contact;
+use crate::field_of_view::{ConeView, PolygonView};
 use crate::vector::simd::Simd;
-use crate::view::{ConeView, PolygonView};
 
 /// Place and heading of one robot in every world.
 #[derive(Clone, Copy)]
@@ -135,7 +135,7 @@ impl<F: Copy> LaneContact<F> {
 }
 
 /// What robots found out about each other so far in a step, a mask for each robot.
-pub struct Found<'a, M> {
+pub struct SensedNeighbours<'a, M> {
     /// Who sees another.
     pub seen: &'a mut [M],
     /// Who has another in front of it.
@@ -162,7 +162,7 @@ pub fn sense<S: Simd, V: LaneView<S>, const SOME: usize>(
     contact: LaneContact<S::F>,
     first: usize,
     bodies: &[Body<S::F>],
-    found: &mut Found<'_, S::M>,
+    found: &mut SensedNeighbours<'_, S::M>,
 ) -> [S::M; SOME] {
     let (us, others) = bodies[first..].split_at(SOME);
     let (ours, theirs) = found.seen[first..].split_at_mut(SOME);

@@ -5,12 +5,14 @@ use rsrs_core::judge::number::{Mask, Number};
 
 use super::advance::{Drift, LaneRules, NoisyTraits, NominalStep};
 use super::rows::{RowStep, Rows};
-use super::sense::{Body, Cone, Found, LaneContact, LaneView, Polygon, Side, sense, sides};
+use super::sense::{
+    Body, Cone, LaneContact, LaneView, Polygon, SensedNeighbours, Side, sense, sides,
+};
 use crate::draw::RunKey;
+use crate::field_of_view::FieldOfView;
 use crate::placement::{self, PlacementError};
 use crate::robots::{Robots, WorldParameters};
 use crate::vector::simd::{Simd, Work};
-use crate::view::View;
 use crate::world;
 
 /// Replicates of one cell, a lane each. Spare lanes repeat the last replicate.
@@ -192,7 +194,7 @@ impl<S: Simd> Swarms<S> {
             behind,
             ..
         } = self;
-        let mut found = Found {
+        let mut found = SensedNeighbours {
             seen: &mut seen[..n_robots],
             ahead: &mut ahead[..n_robots],
             behind: &mut behind[..n_robots],
@@ -232,11 +234,11 @@ impl<S: Simd> Swarms<S> {
 }
 
 impl<S: Simd> ViewInLanes<S> {
-    fn new(simd: S, view: &View) -> Self {
+    fn new(simd: S, view: &FieldOfView) -> Self {
         match view {
-            View::Cone(cone) => Self::Cone(Cone::new(simd, *cone)),
-            View::PolygonCentre(polygon) => Self::PolygonCentre(sides(simd, polygon)),
-            View::PolygonBody(polygon) => Self::PolygonBody(sides(simd, polygon)),
+            FieldOfView::Cone(cone) => Self::Cone(Cone::new(simd, *cone)),
+            FieldOfView::PolygonCentre(polygon) => Self::PolygonCentre(sides(simd, polygon)),
+            FieldOfView::PolygonBody(polygon) => Self::PolygonBody(sides(simd, polygon)),
         }
     }
 }

@@ -40,7 +40,7 @@ pub enum BlockError<E> {
 
 /// How the work ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
+pub enum Completion {
     /// Every block was finished and kept.
     Finished,
     /// It was called off; the blocks that were finished are kept.
@@ -74,7 +74,7 @@ pub fn run_blocks<E: Send>(
     blocks: impl Iterator<Item = (u64, Block)> + Send,
     watch: Watch<'_>,
     keep: KeepBlock<'_, E>,
-) -> Result<Ending, BlockError<E>> {
+) -> Result<Completion, BlockError<E>> {
     let batch = Batch::new();
     let at_once = |conditions| batch.at_once(conditions, work.duration_s) as u64;
     let worker_pool = WorkerPool {
@@ -97,8 +97,8 @@ pub fn run_blocks<E: Send>(
     let failure = worker_pool.failure.into_inner().expect("no thread panics while holding it");
     match failure {
         Some((_, error)) => Err(error),
-        None if worker_pool.is_called_off.into_inner() => Ok(Ending::CalledOff),
-        None => Ok(Ending::Finished),
+        None if worker_pool.is_called_off.into_inner() => Ok(Completion::CalledOff),
+        None => Ok(Completion::Finished),
     }
 }
 

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use proptest::prelude::*;
 use rsrs_core::conditions::{Conditions, Placement};
 use rsrs_sim::sweep::{
-    Block, BlockError, Ending, MOST_ROWS, Piece, Progress, ReplicateOutcome, Runs, SweepError,
+    Block, BlockError, Completion, MOST_ROWS, Piece, Progress, ReplicateOutcome, Runs, SweepError,
     Watch, Work, blocks, check, run_blocks,
 };
 
@@ -112,7 +112,7 @@ fn what_is_called_off_has_kept_whole_blocks() {
 
     let ending = run_blocks(work(&cells, 1), blocks.into_iter(), watch, &keep);
 
-    assert_eq!(ending, Ok(Ending::CalledOff));
+    assert_eq!(ending, Ok(Completion::CalledOff));
     assert_eq!(n_kept.into_inner().expect("no panic"), 1);
 }
 

@@ -28,7 +28,7 @@ fn the_number_of_threads_does_not_matter() {
 }
 
 #[test]
-fn a_sweep_says_of_every_replicate_what_the_judge_says_of_its_run() {
+fn a_sweep_gives_every_replicate_the_label_of_its_run() {
     let cells = cells();
     let swept = quietly(&cells, Runs { n_threads: 2, ..RUNS });
 
@@ -70,7 +70,7 @@ fn a_confirmation_runs_on_fresh_seeds() {
 }
 
 #[test]
-fn progress_is_told_for_every_replicate() {
+fn progress_is_reported_for_every_replicate() {
     let reported: Mutex<Vec<Progress>> = Mutex::default();
     let progress = |progress| reported.lock().expect("no panic").push(progress);
     let watch = Watch { progress: &progress, cancel: &AtomicBool::new(false) };

@@ -227,7 +227,7 @@ fn a_command_that_is_not_finite_is_a_mistake() {
 
 proptest::proptest! {
     #[test]
-    fn no_robot_goes_further_in_a_step_than_it_was_told(
+    fn no_robot_goes_further_in_a_step_than_commanded(
         speed_m_s in 0.0..1.0,
         turn_rate_rad_s in 0.0..20.0,
         replicate in 0_u64..1000,

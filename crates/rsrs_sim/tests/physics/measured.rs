@@ -126,7 +126,7 @@ fn gains_of_arcs_and_the_lag_of_the_turning_rate_are_fitted_with_intervals_that_
 }
 
 #[test]
-fn robots_without_a_lag_are_not_said_to_have_one() {
+fn robots_without_a_lag_are_not_reported_to_have_one() {
     let profile = robot(0.0);
     let mut certain = 0;
     for seed in 0..N_POPULATIONS {

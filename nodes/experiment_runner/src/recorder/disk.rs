@@ -18,7 +18,7 @@ use super::RecorderError;
 use crate::recorded_topics::RecordedTopic;
 
 /// How long a recorder that is dropped without being closed waits for the messages before it.
-const PATIENCE: Duration = Duration::from_secs(10);
+const TIMEOUT: Duration = Duration::from_secs(10);
 const LOOK: Duration = Duration::from_millis(10);
 
 /// Room of the queue.
@@ -164,7 +164,7 @@ impl Drop for Disk {
     fn drop(&mut self) {
         self.jobs = None;
         let start = Instant::now();
-        while !self.is_closing && !self.thread.is_finished() && start.elapsed() < PATIENCE {
+        while !self.is_closing && !self.thread.is_finished() && start.elapsed() < TIMEOUT {
             std::thread::sleep(LOOK);
         }
     }

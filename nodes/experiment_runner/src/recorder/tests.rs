@@ -8,7 +8,7 @@ use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
-use rsrs_testing::network::{PATIENCE, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, in_own_network, session};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use tokio::time::MissedTickBehavior;
 
@@ -41,7 +41,7 @@ fn recorder_before(
     let folder = folder.to_owned();
     let open = move || Ok(BagWriter::create(&folder, BagOptions::default())?);
     let disk = Disk::start(open, before, report, room).expect("there are threads");
-    (Recorder::around(disk, Pace::Wall, recorded_topics), written)
+    (Recorder::around(disk, BagClock::Wall, recorded_topics), written)
 }
 
 fn recorder(
@@ -69,7 +69,7 @@ fn summary(written: &mut UnboundedReceiver<Written>) -> BagSummary {
 }
 
 #[test]
-fn samples_that_never_came_are_counted_by_topic_and_told_in_the_bag() {
+fn samples_that_never_came_are_counted_by_topic_in_the_bag() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
     let recorded_topics =
@@ -214,8 +214,8 @@ fn a_hundred_robots_with_three_topics_at_20_hz_are_recorded_without_loss() {
             publishers.push((publisher, message));
         }
         for recorded_topic in &recorded_topics {
-            robots.wait_for_readers(&recorded_topic.name, 1, PATIENCE).await.unwrap();
-            listener.wait_for_writers(&recorded_topic.name, 1, PATIENCE).await.unwrap();
+            robots.wait_for_readers(&recorded_topic.name, 1, TIMEOUT).await.unwrap();
+            listener.wait_for_writers(&recorded_topic.name, 1, TIMEOUT).await.unwrap();
         }
         let folder = tempfile::tempdir().unwrap();
         let (mut recorder, mut written) = recorder(&folder.path().join("run"), &recorded_topics);
@@ -232,7 +232,7 @@ fn a_hundred_robots_with_three_topics_at_20_hz_are_recorded_without_loss() {
         };
         let record = async {
             for n_recorded in 0..recorded_topics.len() * N_STEPS {
-                let sample = tokio::time::timeout(PATIENCE, samples.recv()).await;
+                let sample = tokio::time::timeout(TIMEOUT, samples.recv()).await;
                 let Ok(Some(sample)) = sample else { panic!("only {n_recorded} samples came") };
                 let index = sample.topic_index;
                 recorder.take(index, &recorded_topics[index], &sample.received).unwrap();

@@ -16,7 +16,7 @@ use rsrs_ros::session::{NodeHandle, Publisher, Received, Session, Subscription};
 use crate::ROBOT;
 
 /// How long to wait for robot and controller.
-const PATIENCE: Duration = Duration::from_secs(30);
+const TIMEOUT: Duration = Duration::from_secs(30);
 /// Interval of the sensor's readings; each is another than the one before.
 const READING: Duration = Duration::from_millis(47);
 /// Interval of leases.
@@ -105,15 +105,15 @@ impl Base {
         let readings = topics::HARDWARE_RANGE.for_robot(ROBOT);
         let range = session.publish_on(&node, &readings, Qos::reliable(10))?;
         let lease = session.publish_on(&node, topics::LEASE.name, topics::LEASE.qos)?;
-        session.wait_for_readers(&readings, 1, PATIENCE).await?;
+        session.wait_for_readers(&readings, 1, TIMEOUT).await?;
         let commands = topics::CMD_VEL.for_robot(ROBOT);
-        session.wait_for_writers(&commands, 1, PATIENCE).await?;
+        session.wait_for_writers(&commands, 1, TIMEOUT).await?;
         Ok(Self { witness, node, lease, range, _subscriptions: subscriptions })
     }
 
     /// Sets the controller to turn so slowly that the ramp holds nothing back.
     pub async fn set_controller(&self, session: &Session) -> anyhow::Result<()> {
-        let options = ClientOptions { patience: PATIENCE, mapping: None };
+        let options = ClientOptions { timeout: TIMEOUT, mapping: None };
         let client = ParameterClient::new(session, &self.node, options);
         let values = [("speed", 0.01), ("turn_rate", 0.02)]
             .map(|(name, value)| (name.to_owned(), ParameterValue::Double(value)));
@@ -124,8 +124,8 @@ impl Base {
         lock(&self.witness).controller_digest = 0;
         let start = Instant::now();
         while lock(&self.witness).controller_digest == 0 {
-            if start.elapsed() > PATIENCE {
-                bail!("the controller says nothing for {PATIENCE:?}");
+            if start.elapsed() > TIMEOUT {
+                bail!("the controller says nothing for {TIMEOUT:?}");
             }
             tokio::time::sleep(BEAT).await;
         }
@@ -151,7 +151,7 @@ impl Base {
                     self.range.publish(Range { range, max_range: 2.0, ..Range::default() }).await?;
                 }
             }
-            if moved.is_none() && start.elapsed() > PATIENCE {
+            if moved.is_none() && start.elapsed() > TIMEOUT {
                 bail!("the robot does not move, it says {:?}", lock(&self.witness).status);
             }
         }

@@ -10,7 +10,7 @@ use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{Publisher, SessionError};
 use rsrs_ros::wire;
 
-use super::Place;
+use super::DriverContext;
 
 /// A command that a subscriber does not take within this time is late.
 const LATE: Duration = Duration::from_millis(100);
@@ -25,14 +25,14 @@ pub enum CmdVelPublisher {
 
 impl CmdVelPublisher {
     /// Publishes with stamps.
-    pub fn stamped(place: Place<'_>) -> Result<Self, SessionError> {
+    pub fn stamped(place: DriverContext<'_>) -> Result<Self, SessionError> {
         let topic = topics::HARDWARE_CMD_VEL;
         let name = topic.for_robot(place.robot);
         place.session.publish_on(place.node, &name, topic.qos).map(Self::Stamped)
     }
 
     /// Publishes without stamps.
-    pub fn unstamped(place: Place<'_>) -> Result<Self, SessionError> {
+    pub fn unstamped(place: DriverContext<'_>) -> Result<Self, SessionError> {
         let topic = topics::HARDWARE_CMD_VEL_UNSTAMPED;
         let name = topic.for_robot(place.robot);
         place.session.publish_on(place.node, &name, topic.qos).map(Self::Unstamped)

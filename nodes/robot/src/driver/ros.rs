@@ -14,7 +14,7 @@ use rsrs_ros::session::Subscription;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use super::cmd_vel_publisher::CmdVelPublisher;
-use super::{Driver, Place, Report, Sensed, next_of};
+use super::{Driver, DriverContext, Report, Sensed, next_of};
 use crate::declared::{choice, double, text};
 
 /// Parameter: type of the sensor's messages.
@@ -63,7 +63,7 @@ impl Driver for RosDriver {
         ]
     }
 
-    fn open(place: Place<'_>) -> Result<Self> {
+    fn open(place: DriverContext<'_>) -> Result<Self> {
         let value = |name| text(place.server, place.node.full_name(), name);
         let cmd_vel_publisher = match value(CMD_VEL_TYPE).as_str() {
             "twist" => CmdVelPublisher::unstamped(place)?,
@@ -111,7 +111,7 @@ fn full_name(robot: &str, given: &str, usual: &topics::Topic) -> String {
 }
 
 fn follow_range(
-    place: Place<'_>,
+    place: DriverContext<'_>,
     given: &str,
     to_node: UnboundedSender<Report>,
 ) -> Result<(String, Subscription)> {
@@ -125,7 +125,7 @@ fn follow_range(
 }
 
 fn follow_scan(
-    place: Place<'_>,
+    place: DriverContext<'_>,
     given: &str,
     to_node: UnboundedSender<Report>,
 ) -> Result<(String, Subscription)> {

@@ -14,7 +14,7 @@ use anyhow::{Context, bail};
 use rsrs_core::robot::controller::Command;
 use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterValue};
 
-use super::{Driver, Place, Report};
+use super::{Driver, DriverContext, Report};
 use crate::declared::{integer, text};
 use link::{Counts, Link};
 use port::Port;
@@ -57,7 +57,7 @@ impl Driver for SerialDriver {
         ]
     }
 
-    fn open(place: Place<'_>) -> anyhow::Result<Self> {
+    fn open(place: DriverContext<'_>) -> anyhow::Result<Self> {
         let node = place.node.full_name();
         let baud = integer(place.server, node, BAUD);
         let baud = u32::try_from(baud).context("the range of the parameter is within 32 bits")?;

@@ -11,7 +11,7 @@ use rsrs_ros::session::Subscription;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::cmd_vel_publisher::CmdVelPublisher;
-use super::{Driver, Place, Report, Sensed, next_of};
+use super::{Driver, DriverContext, Report, Sensed, next_of};
 
 /// The driver.
 pub struct VirtualDriver {
@@ -25,7 +25,7 @@ impl Driver for VirtualDriver {
         Vec::new()
     }
 
-    fn open(place: Place<'_>) -> Result<Self> {
+    fn open(place: DriverContext<'_>) -> Result<Self> {
         let (to_node, reports) = unbounded_channel();
         // A simulator that does not run is a sensor that is silent, which the node notices.
         drop(to_node.send(Report::Up));

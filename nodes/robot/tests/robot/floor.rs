@@ -13,7 +13,7 @@ use rsrs_ros::clock::wall_time;
 use rsrs_ros::session::{NodeHandle, Publisher, Session, Subscription};
 use tokio::task::JoinHandle;
 
-use rsrs_testing::network::PATIENCE;
+use rsrs_testing::network::TIMEOUT;
 
 /// The robot of all tests.
 pub const ROBOT: &str = "robot_1";
@@ -121,7 +121,7 @@ impl Runner {
         let start = Instant::now();
         while !is_so(&self.printed().status) {
             let received = self.printed().status.clone();
-            assert!(start.elapsed() < PATIENCE, "the robot is not {what}, it says {received:?}");
+            assert!(start.elapsed() < TIMEOUT, "the robot is not {what}, it says {received:?}");
             tokio::time::sleep(Duration::from_millis(20)).await;
         }
     }

@@ -8,7 +8,7 @@ use tokio::sync::mpsc::unbounded_channel;
 
 use super::floor::{DIGEST, Node, Runner};
 use super::micro::{Micro, Socket};
-use rsrs_testing::network::{PATIENCE, eventually, in_own_network, session};
+use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 
 const NODE: &str = "/robot_1/robot";
 
@@ -26,7 +26,7 @@ fn parameters_are_set_together_within_their_ranges_and_not_during_a_run() {
         let node = Node::start(&["--driver", "serial", "--port", &port, "--without-controller"]);
         let session = session();
         let visitor = session.node("/", "visitor").expect("the name is allowed");
-        let options = ClientOptions { patience: PATIENCE, mapping: None };
+        let options = ClientOptions { timeout: TIMEOUT, mapping: None };
         let client = ParameterClient::new(&session, &visitor, options);
         let runner = Runner::start(&session, &visitor);
 

@@ -233,8 +233,8 @@ fn an_unplugged_robot_stays_out_of_its_run_and_joins_the_next() {
 }
 
 #[test]
-fn a_terminated_node_stops_the_wheels_first_and_says_so() {
-    in_own_network("safety::a_terminated_node_stops_the_wheels_first_and_says_so", async || {
+fn a_terminated_node_stops_the_wheels_first_and_reports_it() {
+    in_own_network("safety::a_terminated_node_stops_the_wheels_first_and_reports_it", async || {
         let mut scene = Scene::commanded(&[]).await;
 
         scene.node.signal(libc::SIGTERM);

@@ -9,7 +9,7 @@ use rsrs_robot_node::driver::serial::SerialDriver;
 use rsrs_robot_node::driver::{Driver, Report, Sensed};
 
 const BEAT: Duration = Duration::from_millis(50);
-const PATIENCE: Duration = Duration::from_secs(20);
+const TIMEOUT: Duration = Duration::from_secs(20);
 const FORWARD: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: -0.75 };
 
 /// A driver with somebody who tells it the same command again and again, as the node does.
@@ -37,7 +37,7 @@ impl Drive {
         let start = Instant::now();
         let mut beat = tokio::time::interval(BEAT);
         while !is_done(self) {
-            assert!(start.elapsed() < PATIENCE, "it never came true that {what}: {:?}", self.downs);
+            assert!(start.elapsed() < TIMEOUT, "it never came true that {what}: {:?}", self.downs);
             tokio::select! {
                 report = self.driver.report() => match report {
                     Report::Up => self.is_up = true,
@@ -80,7 +80,7 @@ fn given(micro: &Micro) -> BTreeSet<(i32, i32)> {
 }
 
 #[test]
-fn wheels_do_what_they_are_told_and_stop_when_nobody_tells_them() {
+fn wheels_follow_commands_and_stop_when_none_comes() {
     run(async {
         let socket = Socket::new();
         let micro = Micro::plug_in(&socket.path());
@@ -102,7 +102,7 @@ fn wheels_do_what_they_are_told_and_stop_when_nobody_tells_them() {
 }
 
 #[test]
-fn what_the_sensor_says_is_reported() {
+fn what_the_sensor_measures_is_reported() {
     run(async {
         let socket = Socket::new();
         let micro = Micro::plug_in(&socket.path());
@@ -143,7 +143,7 @@ fn noise_and_half_lines_neither_stop_the_robot_nor_move_it_otherwise() {
 }
 
 #[test]
-fn silence_a_restart_and_a_fault_are_told_and_healed() {
+fn silence_a_restart_and_a_fault_are_reported_and_recovered_from() {
     run(async {
         let socket = Socket::new();
         let micro = Micro::plug_in(&socket.path());

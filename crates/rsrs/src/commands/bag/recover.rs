@@ -118,10 +118,10 @@ fn lost(recovered: &Recovered) -> String {
         (true, 0) => "no message; see below for what else".to_owned(),
         (true, n) => format!("exactly {}", counted(n, "message")),
         (false, 0) => {
-            "what stood in the places below; the bag does not tell how many messages".to_owned()
+            "what stood in the places below; how many messages is not recorded".to_owned()
         }
         (false, n) => {
-            format!("at least {}; the bag does not tell how many more", counted(n, "message"))
+            format!("at least {}; how many more is not recorded", counted(n, "message"))
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::pin::Pin;
 
-use rsrs_pipeline::campaign::{Answer, Placer};
+use rsrs_pipeline::campaign::{OperatorDecision, Placer};
 use tokio::sync::mpsc::UnboundedReceiver;
 
 use crate::experiment_bar::TerminalOperator;
@@ -24,11 +24,11 @@ pub enum Prompt {
 }
 
 /// What a line means; `None` for what means nothing, so that a slip starts no robot.
-fn answer(line: &str) -> Option<Answer> {
+fn answer(line: &str) -> Option<OperatorDecision> {
     match line.trim() {
-        "" => Some(Answer::Start),
-        "s" => Some(Answer::Skip),
-        "q" => Some(Answer::Quit),
+        "" => Some(OperatorDecision::Start),
+        "s" => Some(OperatorDecision::Skip),
+        "q" => Some(OperatorDecision::Quit),
         _ => None,
     }
 }
@@ -41,10 +41,10 @@ impl Prompt {
         keyboard::listen().map_or(Self::Gone, Self::Person)
     }
 
-    async fn ask_person(&mut self) -> Answer {
+    async fn ask_person(&mut self) -> OperatorDecision {
         let lines = match self {
-            Self::Silent | Self::Program(_) => return Answer::Start,
-            Self::Gone => return Answer::Quit,
+            Self::Silent | Self::Program(_) => return OperatorDecision::Start,
+            Self::Gone => return OperatorDecision::Quit,
             Self::Person(lines) => lines,
         };
         // What was typed before it was asked is no answer.
@@ -53,11 +53,11 @@ impl Prompt {
             print_note(KEYS);
             let line = tokio::select! {
                 line = lines.recv() => line,
-                _ = asked_to_stop() => return Answer::Quit,
+                _ = asked_to_stop() => return OperatorDecision::Quit,
             };
             let Some(line) = line else {
                 *self = Self::Gone;
-                return Answer::Quit;
+                return OperatorDecision::Quit;
             };
             if let Some(answer) = answer(&line) {
                 return answer;
@@ -72,12 +72,12 @@ impl Placer for Prompt {
         &'a mut self,
         text: &'a str,
         wanted: &'a WantedPlacement,
-    ) -> Pin<Box<dyn Future<Output = anyhow::Result<Answer>> + 'a>> {
+    ) -> Pin<Box<dyn Future<Output = anyhow::Result<OperatorDecision>> + 'a>> {
         print_note(text);
         Box::pin(async move {
             if let Self::Program(program) = self {
                 place_command::place(program, wanted, &TerminalOperator).await?;
-                return Ok(Answer::Start);
+                return Ok(OperatorDecision::Start);
             }
             Ok(self.ask_person().await)
         })
@@ -92,8 +92,8 @@ mod tests {
     fn only_an_empty_line_starts_robots() {
         let answers = ["", " ", "s", "q", "x", "start", "sq"].map(answer);
 
-        let start = Some(Answer::Start);
-        let (skip, quit) = (Some(Answer::Skip), Some(Answer::Quit));
+        let start = Some(OperatorDecision::Start);
+        let (skip, quit) = (Some(OperatorDecision::Skip), Some(OperatorDecision::Quit));
         assert_eq!(answers, [start, start, skip, quit, None, None, None]);
     }
 }

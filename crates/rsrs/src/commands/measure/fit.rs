@@ -85,7 +85,7 @@ pub struct Arguments {
 
 /// The output for programs: the report, and behind it all that it was made of.
 #[derive(Serialize)]
-struct Told<'a> {
+struct FitOutput<'a> {
     #[serde(flatten)]
     fitted: &'a Fit,
     details: &'a Details,
@@ -116,7 +116,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         let factor = "with the default factors of a sweep";
         write!(words, "\n\nwarning: {factor}, {lost}").expect("a string takes any text");
     }
-    let given = Told { fitted: &fitted, details: &fitted.details, lost_capabilities: &lost };
+    let given = FitOutput { fitted: &fitted, details: &fitted.details, lost_capabilities: &lost };
     report(arguments.format, &given, &words)?;
     Ok(Outcome::Done)
 }

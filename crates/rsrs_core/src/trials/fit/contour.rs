@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::polygon::area_m2;
-use super::sensor_node::{SensorNode, place_m};
+use super::sensor_point::{SensorPoint, place_m};
 
 /// The share of detections that the paper's blue polygon stands for.
 ///
@@ -66,7 +66,7 @@ struct Reach {
 /// # Returns
 ///
 /// `None` if no place is reliable, or if reliable places span no area.
-pub fn contour(nodes: &[SensorNode], contact_m: f64) -> Option<Contour> {
+pub fn contour(nodes: &[SensorPoint], contact_m: f64) -> Option<Contour> {
     let rays = rays(nodes);
     let reaches: Vec<Option<Reach>> =
         rays.iter().map(|ray| reach(&ray.places, contact_m)).collect();
@@ -109,12 +109,12 @@ pub fn contour(nodes: &[SensorNode], contact_m: f64) -> Option<Contour> {
     })
 }
 
-fn rays(nodes: &[SensorNode]) -> Vec<Ray> {
-    let mut rays: BTreeMap<i64, Vec<SensorNode>> = BTreeMap::new();
+fn rays(nodes: &[SensorPoint]) -> Vec<Ray> {
+    let mut rays: BTreeMap<i64, Vec<SensorPoint>> = BTreeMap::new();
     for node in nodes {
         rays.entry((node.bearing_rad * 1e6).round() as i64).or_default().push(*node);
     }
-    let ray = |mut nodes: Vec<SensorNode>| {
+    let ray = |mut nodes: Vec<SensorPoint>| {
         nodes.sort_by(|left, right| left.distance_m.total_cmp(&right.distance_m));
         let places = (0..nodes.len()).map(|node| (nodes[node].distance_m, share(&nodes, node)));
         Ray { bearing_rad: nodes[0].bearing_rad, places: places.collect() }
@@ -124,10 +124,10 @@ fn rays(nodes: &[SensorNode]) -> Vec<Ray> {
 
 /// The share of detections at a place of a ray. A place between two reliable ones whose share is
 /// below [`RELIABLE`], but not surely, is as reliable as it must be.
-fn share(nodes: &[SensorNode], node: usize) -> f64 {
+fn share(nodes: &[SensorPoint], node: usize) -> f64 {
     let rate = nodes[node].rate;
     let is_reliable =
-        |other: Option<&SensorNode>| other.is_some_and(|other| other.rate.value >= RELIABLE);
+        |other: Option<&SensorPoint>| other.is_some_and(|other| other.rate.value >= RELIABLE);
     let before = node.checked_sub(1).and_then(|before| nodes.get(before));
     let is_chance =
         is_reliable(before) && is_reliable(nodes.get(node + 1)) && rate.high >= RELIABLE;

@@ -3,7 +3,7 @@
 use super::contour::contour;
 use super::inscribed::inscribed;
 use super::polygon::contains;
-use super::sensor_node::{Rate, SensorNode};
+use super::sensor_point::{Rate, SensorPoint};
 
 /// Parts into which the readings of each place are dealt.
 const N_PARTS: usize = 5;
@@ -44,12 +44,12 @@ pub(super) struct HeldOut {
 ///
 /// M. Stone, "Cross-validatory choice and assessment of statistical predictions", Journal of the Royal
 /// Statistical Society B 36, 1974.
-pub(super) fn held_out(nodes: &[SensorNode], contact_m: f64) -> Option<HeldOut> {
+pub(super) fn held_out(nodes: &[SensorPoint], contact_m: f64) -> Option<HeldOut> {
     let dealt: Vec<[Count; N_PARTS]> =
         (0..).zip(nodes).map(|(place, node)| deal(node.rate, &mut Shuffle(place))).collect();
     let mut is_inside = vec![[false; N_PARTS]; nodes.len()];
     for part in 0..N_PARTS {
-        let others: Vec<SensorNode> = nodes
+        let others: Vec<SensorPoint> = nodes
             .iter()
             .zip(&dealt)
             .filter_map(|(node, parts)| without(node, parts[part]))
@@ -80,10 +80,10 @@ struct Count {
 }
 
 /// A place without some of its readings; `None` if none are left.
-fn without(node: &SensorNode, part: Count) -> Option<SensorNode> {
+fn without(node: &SensorPoint, part: Count) -> Option<SensorPoint> {
     let samples = node.rate.samples - part.samples;
     let rate = (samples > 0).then(|| Rate::new(node.rate.detections - part.detections, samples))?;
-    Some(SensorNode { rate, ..*node })
+    Some(SensorPoint { rate, ..*node })
 }
 
 /// Deals the readings of a place, in an order that is independent of their values.

@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn what_trials_cannot_tell_apart_has_no_spreads() {
+    fn what_trials_cannot_distinguish_has_no_spreads() {
         assert_eq!(one_command(&[&[0.9, 0.92]]), None);
         assert_eq!(one_command(&[&[0.9], &[0.92], &[0.95]]), None);
         assert_eq!(one_command(&[&[0.9, 0.9], &[0.95, 0.95]]), None);

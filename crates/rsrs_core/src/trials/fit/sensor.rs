@@ -9,7 +9,7 @@ use super::contour::{BearingReach, RELIABLE, contour};
 use super::held_out::{HeldOut, held_out};
 use super::inscribed::inscribed;
 use super::polygon::contains;
-use super::sensor_node::{Rate, SensorNode};
+use super::sensor_point::{Rate, SensorPoint};
 use crate::statistics::beta;
 use crate::trials::trial::{DetectionTrial, Neighbour, Trials};
 
@@ -17,7 +17,7 @@ use crate::trials::trial::{DetectionTrial, Neighbour, Trials};
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SensorMap {
     /// Places that were tried, by bearing and then by distance.
-    pub nodes: Vec<SensorNode>,
+    pub nodes: Vec<SensorPoint>,
     /// Where a neighbour's centre is detected at least 80 % of the time: a simple polygon,
     /// counterclockwise, in the robot's frame, in metres.
     pub contour_m: Vec<[f64; 2]>,
@@ -79,12 +79,12 @@ pub fn sensor_map(trials: &Trials<DetectionTrial>, radius_m: f64) -> Result<Sens
     })
 }
 
-fn counts(node: &SensorNode) -> (u64, u64) {
+fn counts(node: &SensorPoint) -> (u64, u64) {
     (node.rate.detections, node.rate.samples)
 }
 
 /// Pools readings at the same place.
-fn nodes(trials: &Trials<DetectionTrial>) -> Vec<SensorNode> {
+fn nodes(trials: &Trials<DetectionTrial>) -> Vec<SensorPoint> {
     let mut places: BTreeMap<(i64, i64), (Neighbour, u64, u64)> = BTreeMap::new();
     for trial in &trials.rows {
         let Some(neighbour) = trial.neighbour else { continue };
@@ -96,7 +96,7 @@ fn nodes(trials: &Trials<DetectionTrial>) -> Vec<SensorNode> {
         entry.1 += trial.detections;
         entry.2 += trial.samples;
     }
-    let node = |(neighbour, detections, samples): (Neighbour, u64, u64)| SensorNode {
+    let node = |(neighbour, detections, samples): (Neighbour, u64, u64)| SensorPoint {
         distance_m: neighbour.distance_m,
         bearing_rad: neighbour.bearing_rad,
         rate: Rate::new(detections, samples),

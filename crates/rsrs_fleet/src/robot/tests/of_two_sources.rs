@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn a_source_that_says_false_all_the_time_undoes_no_stop_of_another() {
+fn a_source_that_publishes_false_all_the_time_undoes_no_stop_of_another() {
     let mut robot = moving();
     let stop = Source([2; 16]);
     robot.on_event(released(), ms(0));
@@ -72,7 +72,7 @@ fn an_epoch_that_no_runner_made_binds_nobody() {
 }
 
 #[test]
-fn a_robot_in_fault_says_that_the_e_stop_holds_it_too() {
+fn a_robot_in_fault_reports_that_the_e_stop_holds_it_too() {
     let mut robot = moving();
     robot.on_event(Event::Fault("wheel".to_owned()), ms(10));
 
@@ -83,7 +83,7 @@ fn a_robot_in_fault_says_that_the_e_stop_holds_it_too() {
 }
 
 #[test]
-fn a_robot_without_a_world_says_so_from_the_beginning() {
+fn a_robot_without_a_world_reports_it_from_the_beginning() {
     let mut robot = robot().of_a_new_process();
 
     robot.on_event(Event::WithoutWorld(true), ms(0));

@@ -5,7 +5,7 @@ use super::*;
 /// A run of robots whose detections are watched.
 fn sampled(robot_lost: RobotLost) -> Bench {
     Bench::with(|options| {
-        options.pace = Pace::RealTime { duration: Duration::from_secs(8) };
+        options.length = RunLength::RealTime { duration: Duration::from_secs(8) };
         options.robot_lost = robot_lost;
         options.samples = [SampleKind::Detection].into();
     })

@@ -18,7 +18,7 @@ fn publisher(guid: u8, node: Option<&str>) -> Endpoint {
 /// A running run, and what is seen next.
 fn outcome_after(publishers: &[Endpoint]) -> Outcome {
     let mut bench = Bench::with(|options| {
-        options.pace = Pace::RealTime { duration: Duration::from_secs(4) };
+        options.length = RunLength::RealTime { duration: Duration::from_secs(4) };
         options.expected.steering = [HARDWARE.to_owned()].into();
         options.expected.topics = vec![ExpectedTopic {
             name: TOPIC.to_owned(),
@@ -55,7 +55,7 @@ fn a_second_publisher_behind_the_gate_ends_the_run_too() {
 }
 
 #[test]
-fn who_does_not_say_its_name_ends_it_too() {
+fn a_publisher_without_a_name_ends_it_too() {
     let Outcome::Aborted { reason } = outcome_after(&[publisher(2, None)]) else { panic!() };
 
     assert!(reason.ends_with("of a node that does not say its name"), "{reason}");

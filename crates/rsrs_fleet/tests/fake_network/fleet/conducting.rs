@@ -6,7 +6,7 @@ use rsrs_core::robot::controller::Reaction;
 use rsrs_fleet::controller::Settings;
 use rsrs_fleet::message::{LeaseState, RobotState, Status};
 use rsrs_fleet::preflight::{Expected, Graph};
-use rsrs_fleet::runner::{Action, Event, Pace, Runner, RunnerOptions, Target};
+use rsrs_fleet::runner::{Action, Event, RunLength, Runner, RunnerOptions, Target};
 
 use super::simulating::{PLACED, STEPS};
 use super::{Fleet, N_RUNNERS, WANTED, name, run_id, stamp};
@@ -53,10 +53,10 @@ impl RunnerHost {
 impl Fleet {
     pub(super) fn start_runner(&mut self, runner: usize) {
         let run_ms = self.scenario.run_ms;
-        let pace = match self.scenario.body {
-            Body::Lockstep => Pace::Lockstep { steps: STEPS },
+        let length = match self.scenario.body {
+            Body::Lockstep => RunLength::Lockstep { steps: STEPS },
             Body::Real | Body::Simulated => {
-                Pace::RealTime { duration: std::time::Duration::from_millis(run_ms) }
+                RunLength::RealTime { duration: std::time::Duration::from_millis(run_ms) }
             }
         };
         let options = RunnerOptions {
@@ -70,7 +70,7 @@ impl Fleet {
             controller: WANTED,
             reaction: Reaction::ToDetections,
             simulator_digest: PLACED,
-            pace,
+            length,
             robot_lost: self.scenario.robot_lost,
             countdown: std::time::Duration::from_millis(self.scenario.countdown_ms),
             start: None,

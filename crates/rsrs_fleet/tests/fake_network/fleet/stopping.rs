@@ -1,6 +1,6 @@
 //! The stopper of the fleet, on the network with all other nodes.
 
-use rsrs_fleet::stopper::{self, Answer, Ending, StopCommand};
+use rsrs_fleet::stopper::{self, RobotAcknowledgement, StopCommand, StopOutcome};
 
 use super::{Fleet, name};
 use crate::network::{Message, Node};
@@ -8,9 +8,9 @@ use crate::network::{Message, Node};
 /// What came of a stop or release.
 #[derive(Debug)]
 pub struct Stop {
-    pub ending: Ending,
+    pub ending: StopOutcome,
     pub took_ms: u64,
-    pub answers: Vec<Answer>,
+    pub answers: Vec<RobotAcknowledgement>,
 }
 
 impl Fleet {

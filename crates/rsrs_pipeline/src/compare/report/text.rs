@@ -90,7 +90,7 @@ impl Report {
                 experiment.information_bits,
                 runs_that_decide(experiment)
             ),
-            NextStep::Nothing => "no further run in a swept cell would tell more".to_owned(),
+            NextStep::Nothing => "no further run in a swept cell would add information".to_owned(),
         }
     }
 

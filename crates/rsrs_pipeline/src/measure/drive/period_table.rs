@@ -22,7 +22,7 @@ impl PeriodTable {
     ///
     /// If it cannot be read, has another header, or another process fills it in.
     pub fn open(path: &Path) -> anyhow::Result<Self> {
-        let lock = TableLock::take(path, table_file::PATIENCE)?;
+        let lock = TableLock::take(path, table_file::TIMEOUT)?;
         let lines: Vec<String> = read_text(path)?.lines().map(str::to_owned).collect();
         let found = lines.first().map_or("", String::as_str);
         if found != PERIOD_HEADER {

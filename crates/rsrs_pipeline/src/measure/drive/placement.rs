@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn a_person_is_told_where_the_neighbour_stands() {
+    fn the_instruction_names_where_the_neighbour_stands() {
         for (trial, expected) in [
             (stand(0.3, 0.2), "0.300 m from a, 0.200 rad (11.5°) to the left, centre to centre"),
             (stand(0.3, -0.2), "0.300 m from a, 0.200 rad (11.5°) to the right, centre to centre"),

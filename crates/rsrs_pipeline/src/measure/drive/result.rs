@@ -240,7 +240,7 @@ impl TrialResult {
     pub fn pause(&self) -> Option<String> {
         let paused_s = self.paused_s?;
         Some(format!(
-            "commands paused for {paused_s:.3} s, so the trial says nothing of a gain; its row is \
+            "commands paused for {paused_s:.3} s, so the trial does not measure a gain; its row is \
              marked, and `rsrs measure fit` leaves it out"
         ))
     }

@@ -11,7 +11,7 @@ use crate::error::with_help;
 use crate::files::lock_file::try_lock;
 
 /// How long a row waits for another process that adds one, which takes milliseconds.
-pub const PATIENCE: Duration = Duration::from_secs(10);
+pub const TIMEOUT: Duration = Duration::from_secs(10);
 
 /// The right to write a table; no other process has it meanwhile.
 #[derive(Debug)]
@@ -27,12 +27,12 @@ impl TableLock {
     ///
     /// # Arguments
     ///
-    /// * `patience` — how long to wait for another process.
+    /// * `timeout` — how long to wait for another process.
     ///
     /// # Errors
     ///
     /// If another process has it all the while, or its folder is not writable.
-    pub fn take(table: &Path, patience: Duration) -> anyhow::Result<Self> {
+    pub fn take(table: &Path, timeout: Duration) -> anyhow::Result<Self> {
         let lock = beside(table, "lock");
         let start = Instant::now();
         loop {
@@ -41,7 +41,7 @@ impl TableLock {
             if let Some(file) = locked {
                 return Ok(Self { table: table.to_owned(), lock, _file: file });
             }
-            if start.elapsed() >= patience {
+            if start.elapsed() >= timeout {
                 return Err(with_help(
                     format!("another process is filling in {}", table.display()),
                     "wait until it ends, or give another table",

@@ -103,7 +103,7 @@ impl TrialTable {
     pub fn open(path: &Path) -> anyhow::Result<Self> {
         // Without a table there is nothing to lock.
         read_text(path)?;
-        let lock = TableLock::take(path, table_file::PATIENCE)?;
+        let lock = TableLock::take(path, table_file::TIMEOUT)?;
         let text = read_text(path)?;
         Self::of_text(path, &text, lock)
     }
@@ -114,7 +114,7 @@ impl TrialTable {
     ///
     /// If it cannot be read, is of another kind, or another process fills it in.
     pub fn open_for(path: &Path, kind: Kind) -> anyhow::Result<Self> {
-        let lock = TableLock::take(path, table_file::PATIENCE)?;
+        let lock = TableLock::take(path, table_file::TIMEOUT)?;
         if !path.exists() {
             let lines = vec![kind.header().to_owned()];
             return Ok(Self { path: path.to_owned(), kind, lines, lock });
@@ -399,7 +399,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_that_say_nothing_clear_are_refused_with_their_line() {
+    fn ambiguous_rows_are_refused_with_their_line() {
         for (kind, row, expected) in [
             (Kind::Detection, "a,0.3,70,", "detection.csv:2: the row has 4 fields, expected 5"),
             (Kind::Detection, "a,near,0,70,", "csv:2: distance_m is `near`, expected a number"),

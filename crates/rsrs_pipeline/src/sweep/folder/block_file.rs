@@ -13,7 +13,7 @@ const MAGIC: &[u8; 8] = b"rsrsblk3";
 
 /// Which sweep a block belongs to, and which of its blocks it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct BlockId {
     /// Digest of the sweep.
     pub sweep: u64,
     /// Number of the block, from 0.
@@ -21,7 +21,7 @@ pub struct Place {
 }
 
 /// The bytes of a block's file.
-pub fn encode(place: Place, block: &Block, outcomes: &[ReplicateOutcome]) -> Vec<u8> {
+pub fn encode(place: BlockId, block: &Block, outcomes: &[ReplicateOutcome]) -> Vec<u8> {
     let mut bytes = header(place, block);
     for outcome in outcomes {
         encode_row(outcome, &mut bytes);
@@ -32,7 +32,7 @@ pub fn encode(place: Place, block: &Block, outcomes: &[ReplicateOutcome]) -> Vec
 }
 
 /// The replicates of a block's file; `None` if it is not exactly this block's, and whole.
-pub fn decode(place: Place, block: &Block, bytes: &[u8]) -> Option<Vec<ReplicateOutcome>> {
+pub fn decode(place: BlockId, block: &Block, bytes: &[u8]) -> Option<Vec<ReplicateOutcome>> {
     let (content, found) = bytes.split_last_chunk::<8>().map(|(content, end)| (content, *end))?;
     let rows = content.strip_prefix(header(place, block).as_slice())?;
     let n_rows = usize::try_from(block.n_rows()).ok()?;
@@ -43,7 +43,7 @@ pub fn decode(place: Place, block: &Block, bytes: &[u8]) -> Option<Vec<Replicate
     rows.map(|((cell, replicate), bytes)| decode_row(cell, replicate, bytes)).collect()
 }
 
-fn header(place: Place, block: &Block) -> Vec<u8> {
+fn header(place: BlockId, block: &Block) -> Vec<u8> {
     let pieces = block
         .pieces
         .iter()
@@ -130,7 +130,7 @@ mod tests {
 
     use super::*;
 
-    const PLACE: Place = Place { sweep: 1, number: 2 };
+    const PLACE: BlockId = BlockId { sweep: 1, number: 2 };
 
     fn block() -> Block {
         let piece = |cell, replicates| Piece { cell, replicates };
@@ -187,8 +187,8 @@ mod tests {
         let mut shifted = block();
         shifted.pieces[0].replicates = 6..8;
 
-        assert_eq!(decode(Place { sweep: 2, ..PLACE }, &block(), &bytes), None);
-        assert_eq!(decode(Place { number: 3, ..PLACE }, &block(), &bytes), None);
+        assert_eq!(decode(BlockId { sweep: 2, ..PLACE }, &block(), &bytes), None);
+        assert_eq!(decode(BlockId { number: 3, ..PLACE }, &block(), &bytes), None);
         assert_eq!(decode(PLACE, &shifted, &bytes), None);
     }
 }

@@ -16,7 +16,7 @@ use anyhow::Context;
 use rsrs_core::digest::Digest;
 use rsrs_sim::sweep::{Block, ReplicateOutcome};
 
-use super::block_file::{Place, decode, encode};
+use super::block_file::{BlockId, decode, encode};
 use super::difference::first_difference;
 use super::{CELLS, SWEEP, cells, draw, read_source};
 use crate::error::with_help;
@@ -181,9 +181,9 @@ fn refuse_another_program(
 }
 
 impl Unfinished {
-    fn place(&self, number: u64) -> (Place, PathBuf) {
+    fn place(&self, number: u64) -> (BlockId, PathBuf) {
         let name = format!("block_{number:06}");
-        (Place { sweep: self.sweep, number }, self.folder.join(UNFINISHED).join(name))
+        (BlockId { sweep: self.sweep, number }, self.folder.join(UNFINISHED).join(name))
     }
 
     /// Whether there is a file for a block.

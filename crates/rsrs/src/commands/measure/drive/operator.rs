@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn the_time_of_a_turn_is_the_commanded_one_if_nobody_says_otherwise() {
+    fn the_time_of_a_turn_is_the_commanded_one_if_nobody_states_otherwise() {
         let turn = ControllerParameters::mirrored(0.0, 0.5);
 
         let motion = printed(turn, "6.1\n\n").0.unwrap();
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trial_begins_when_somebody_says_so() {
+    fn a_trial_begins_when_the_operator_confirms() {
         let answered = |lines: &str| {
             let mut interview = Interview { input: lines.as_bytes(), output: Vec::new() };
             (interview.ready("put it there"), String::from_utf8(interview.output).unwrap())
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_input_is_said() {
+    fn a_closed_input_is_reported() {
         let error = printed(STRAIGHT, "").0.unwrap_err().to_string();
 
         assert!(error.contains("standard input ended before the answer to `distance"), "{error}");

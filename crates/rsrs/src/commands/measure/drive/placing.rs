@@ -11,7 +11,7 @@ use crate::experiment_bar::TerminalOperator;
 use rsrs_pipeline::files::read_text;
 use rsrs_pipeline::measure::drive::placement::{wanted, words};
 use rsrs_pipeline::measure::drive::result::Motion;
-use rsrs_pipeline::measure::drive::{Answer, Ready, TrialOperator};
+use rsrs_pipeline::measure::drive::{OperatorFuture, Ready, TrialOperator};
 use rsrs_pipeline::run::operator::Operator;
 use rsrs_pipeline::run::place_command;
 
@@ -58,7 +58,7 @@ impl TrialOperator for Placing {
         &TerminalOperator
     }
 
-    fn ready<'a>(&'a self, robot: &'a str, trial: &'a Trial) -> Answer<'a, Ready> {
+    fn ready<'a>(&'a self, robot: &'a str, trial: &'a Trial) -> OperatorFuture<'a, Ready> {
         Box::pin(async move {
             match (self, trial) {
                 (Self::Simulator, _)
@@ -73,7 +73,7 @@ impl TrialOperator for Placing {
         })
     }
 
-    fn measure<'a>(&'a self, plan: &'a Plan) -> Answer<'a, Motion> {
+    fn measure<'a>(&'a self, plan: &'a Plan) -> OperatorFuture<'a, Motion> {
         Box::pin(operator::ask(plan))
     }
 }

@@ -96,7 +96,7 @@ fn arcs(details: &Details) -> String {
         }
     }];
     lines.extend(details.yaw_lag.map(|lag| {
-        let none = if lag.is_certain() { "" } else { ": none that can be told from none" };
+        let none = if lag.is_certain() { "" } else { ": not distinguishable from none" };
         format!(
             "lag of the turning rate: {:.4} s ({}), {} trajectories{none}",
             lag.lag_s.value,

@@ -24,7 +24,7 @@ fn greeted() -> Link {
 }
 
 #[test]
-fn no_command_is_sent_before_the_microcontroller_has_said_who_it_is() {
+fn no_command_is_sent_before_the_microcontroller_has_identified_itself() {
     let mut link = Link::new(7, ms(0));
 
     assert_eq!(link.drive(FORWARD, ms(0)), None);
@@ -95,7 +95,7 @@ fn a_microcontroller_that_talks_but_does_not_listen_is_noticed() {
 }
 
 #[test]
-fn wheels_that_are_told_something_else_are_noticed() {
+fn wheels_that_report_another_command_are_noticed() {
     let mut link = greeted();
     link.drive(FORWARD, ms(0)).unwrap();
     assert_eq!(receive(&mut link, "S,40,1,150,750,R,-,-,-", 10), Ok(vec![]));

@@ -21,7 +21,7 @@ const QUEUE_IS_FULL: &str = "sending on a full channel";
 /// After so long the queue has had room for something.
 const ROOM: Duration = Duration::from_millis(20);
 /// How long to wait for room.
-const PATIENCE: Duration = Duration::from_secs(20);
+const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// Two threads that make endpoints at once can wait for each other for ever in a secured session: the
 /// middleware locks participant and security plugins in both orders.
@@ -29,11 +29,11 @@ static CREATION: Mutex<()> = Mutex::new(());
 
 /// Counts new endpoints.
 #[derive(Debug, Default)]
-pub(super) struct Pace {
+pub(super) struct EndpointCreation {
     n_endpoints: AtomicUsize,
 }
 
-impl Pace {
+impl EndpointCreation {
     /// Makes new endpoints, one caller at a time, and again while the middleware has no room for them.
     /// Blocks meanwhile, and for a few milliseconds now and then.
     pub(super) fn make<T>(
@@ -67,7 +67,7 @@ fn persist<T>(mut make: impl FnMut() -> Result<T, SessionError>) -> Result<T, Se
     loop {
         match make() {
             Err(SessionError::Endpoint { reason, .. })
-                if reason.contains(QUEUE_IS_FULL) && start.elapsed() < PATIENCE =>
+                if reason.contains(QUEUE_IS_FULL) && start.elapsed() < TIMEOUT =>
             {
                 std::thread::sleep(ROOM);
             }
@@ -92,12 +92,12 @@ mod tests {
 
     #[test]
     fn no_two_threads_make_endpoints_at_once() {
-        let (pace, n_making) = (Pace::default(), AtomicUsize::new(0));
+        let (endpoint_creation, n_making) = (EndpointCreation::default(), AtomicUsize::new(0));
 
         std::thread::scope(|scope| {
             for _ in 0..4 {
                 scope.spawn(|| {
-                    let made = pace.make(1, || {
+                    let made = endpoint_creation.make(1, || {
                         let others = n_making.fetch_add(1, Ordering::SeqCst);
                         std::thread::sleep(Duration::from_millis(5));
                         n_making.fetch_sub(1, Ordering::SeqCst);

@@ -6,7 +6,7 @@ use crate::statistics::interval::Interval;
 
 /// How often a sensor detected a neighbour at one place.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct SensorNode {
+pub struct SensorPoint {
     /// Distance of the centres, in metres.
     pub distance_m: f64,
     /// Bearing of the neighbour's centre, in radians; left is positive.
@@ -50,7 +50,7 @@ impl Rate {
     }
 }
 
-impl SensorNode {
+impl SensorPoint {
     /// The neighbour's place in the robot's frame, in metres.
     pub fn place_m(&self) -> [f64; 2] {
         place_m(self.distance_m, self.bearing_rad)

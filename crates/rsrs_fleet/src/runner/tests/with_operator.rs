@@ -7,7 +7,7 @@ use crate::placement::{StartArea, WantedStart};
 
 fn floor() -> Bench {
     Bench::with(|options| {
-        options.pace = Pace::RealTime { duration: Duration::from_secs(4) };
+        options.length = RunLength::RealTime { duration: Duration::from_secs(4) };
         options.expected.simulator = false;
         options.countdown = Duration::from_secs(3);
         options.start =
@@ -92,7 +92,7 @@ fn a_robot_that_falls_silent_just_before_the_start_ends_the_run_as_soon_as_any_o
 }
 
 #[test]
-fn a_robot_that_has_received_the_e_stop_tells_the_runner_of_it() {
+fn a_robot_that_has_received_the_e_stop_reports_it_to_the_runner() {
     for robot_lost in [RobotLost::Abort, RobotLost::Note] {
         let mut bench = Bench::real_time(robot_lost);
         bench.run();
@@ -113,7 +113,7 @@ fn pose(robot: &str, frame: &str, x_m: f64) -> Event {
 }
 
 #[test]
-fn poses_that_come_seldom_are_waited_for_and_their_rate_is_said() {
+fn poses_that_come_seldom_are_waited_for_and_their_rate_is_reported() {
     let mut bench = floor();
 
     for beat in 0..40 {
@@ -134,7 +134,7 @@ fn poses_that_come_seldom_are_waited_for_and_their_rate_is_said() {
 }
 
 #[test]
-fn the_operator_is_told_where_the_robots_stand() {
+fn the_operator_is_shown_where_the_robots_stand() {
     for (events, expected) in [
         (vec![], "start poses not checked: no pose was received"),
         (vec![pose("robot_1", "map", 0.5)], "robot_2: no pose received"),
@@ -183,7 +183,7 @@ fn an_error_in_the_diagnostics_keeps_a_run_from_starting_until_it_is_gone() {
 }
 
 #[test]
-fn an_error_in_the_diagnostics_during_a_run_is_told_once() {
+fn an_error_in_the_diagnostics_during_a_run_is_reported_once() {
     let mut bench = floor();
     bench.run_from_the_countdown();
 

@@ -5,7 +5,7 @@ use rsrs_core::robot::profile::Sees;
 
 /// The sensing region in single precision, ready for the pair loop.
 #[derive(Clone, Debug, PartialEq)]
-pub enum View {
+pub enum FieldOfView {
     /// A cone, widened by the body if bodies are seen.
     Cone(ConeView),
     /// A convex polygon that must contain the neighbour's centre.
@@ -49,7 +49,7 @@ pub(crate) struct Extent {
 /// A polygon with a corner sharper than this is not given an extent: rounding moves its tip.
 const SHARPEST_SINE: f64 = 1e-2;
 
-impl View {
+impl FieldOfView {
     /// How far the view reaches; `None` if there is no useful bound.
     pub(crate) fn extent(&self) -> Option<Extent> {
         match self {
@@ -161,12 +161,14 @@ mod tests {
         SimulatedRobot { region, sees, ..flockbot_conditions().robot }
     }
 
-    fn sees(view: &View, forward_m: f32, lateral_m: f32) -> bool {
+    fn sees(view: &FieldOfView, forward_m: f32, lateral_m: f32) -> bool {
         let d2_m2 = forward_m * forward_m + lateral_m * lateral_m;
         match view {
-            View::Cone(cone) => cone.sees(forward_m, lateral_m, d2_m2),
-            View::PolygonCentre(polygon) => polygon.contains(forward_m, lateral_m),
-            View::PolygonBody(polygon) => forward_m > 0.0 && polygon.contains(forward_m, lateral_m),
+            FieldOfView::Cone(cone) => cone.sees(forward_m, lateral_m, d2_m2),
+            FieldOfView::PolygonCentre(polygon) => polygon.contains(forward_m, lateral_m),
+            FieldOfView::PolygonBody(polygon) => {
+                forward_m > 0.0 && polygon.contains(forward_m, lateral_m)
+            }
         }
     }
 
@@ -174,7 +176,7 @@ mod tests {
 
     #[test]
     fn a_cone_sees_a_centre_within_its_edges_and_range() {
-        let view = View::new(&robot(CONE, Sees::Centre));
+        let view = FieldOfView::new(&robot(CONE, Sees::Centre));
 
         assert!(sees(&view, 0.74, 0.0) && !sees(&view, 0.76, 0.0));
         assert!(sees(&view, 0.5, 0.101) && !sees(&view, 0.5, 0.102));
@@ -184,7 +186,7 @@ mod tests {
 
     #[test]
     fn a_cone_sees_a_body_that_touches_it() {
-        let view = View::new(&robot(CONE, Sees::Body));
+        let view = FieldOfView::new(&robot(CONE, Sees::Body));
 
         // The edge at 0.5 m: 0.5 tan 0.2 + 0.075 / cos 0.2 = 0.1779 m.
         assert!(sees(&view, 0.5, 0.177) && !sees(&view, 0.5, 0.179));
@@ -195,9 +197,11 @@ mod tests {
     #[test]
     fn a_polygon_sees_what_is_inside_it() {
         let corners_m = vec![[0.1, -0.1], [0.6, -0.2], [0.6, 0.2], [0.1, 0.1]];
-        let centre =
-            View::new(&robot(Region::Polygon { corners_m: corners_m.clone() }, Sees::Centre));
-        let body = View::new(&robot(Region::Polygon { corners_m }, Sees::Body));
+        let centre = FieldOfView::new(&robot(
+            Region::Polygon { corners_m: corners_m.clone() },
+            Sees::Centre,
+        ));
+        let body = FieldOfView::new(&robot(Region::Polygon { corners_m }, Sees::Body));
 
         assert!(sees(&centre, 0.3, 0.0) && !sees(&centre, 0.61, 0.0) && !sees(&centre, 0.09, 0.0));
         assert!(sees(&body, 0.67, 0.0) && !sees(&body, 0.68, 0.0));
@@ -207,9 +211,11 @@ mod tests {
     #[test]
     fn a_polygon_around_the_robot_sees_bodies_in_front_only() {
         let corners_m = vec![[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
-        let centre =
-            View::new(&robot(Region::Polygon { corners_m: corners_m.clone() }, Sees::Centre));
-        let body = View::new(&robot(Region::Polygon { corners_m }, Sees::Body));
+        let centre = FieldOfView::new(&robot(
+            Region::Polygon { corners_m: corners_m.clone() },
+            Sees::Centre,
+        ));
+        let body = FieldOfView::new(&robot(Region::Polygon { corners_m }, Sees::Body));
 
         assert!(sees(&centre, -0.3, 0.0));
         assert!(!sees(&body, -0.3, 0.0));

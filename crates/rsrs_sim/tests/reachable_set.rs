@@ -9,7 +9,7 @@ use rsrs_core::robot::unicycle::{ActuationGain, Pose, step};
 use rsrs_core::trials::trial::{DrivenSample, DrivenTrial};
 use rsrs_core::trials::validation::Validation;
 use rsrs_sim::draw::Seed;
-use rsrs_sim::reach::{ReachError, ReachOptions, smallest_factors, validate};
+use rsrs_sim::reachable_set::{ReachError, ReachOptions, smallest_factors, validate};
 use rsrs_sim::world::World;
 
 const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");

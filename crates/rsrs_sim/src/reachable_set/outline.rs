@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn corners_that_face_each_other_are_joined_as_the_middle_says() {
+    fn corners_that_face_each_other_are_joined_by_the_sign_of_the_middle() {
         // Two regions that nearly touch at the origin, in the middle of a cell.
         let quadrants = |[x, y]: Point| x * y > 1e-3 && x.abs() < 0.9 && y.abs() < 0.9;
         let apart = outline(grid(7), quadrants);

@@ -9,7 +9,7 @@ use rsrs_pipeline::label::Labeller;
 
 /// Which runs are held against a sweep.
 #[derive(Clone, clap::Args)]
-pub struct LabelledBags {
+pub struct BagArguments {
     /// Bags of runs: rosbag2 folders or single .mcap files.
     #[arg(long, required = true, num_args = 1.., value_name = "BAG")]
     pub bags: Vec<PathBuf>,
@@ -32,9 +32,9 @@ pub struct LabelledBags {
     pub margin: f64,
 }
 
-impl From<LabelledBags> for compare::Options {
-    fn from(arguments: LabelledBags) -> Self {
-        let LabelledBags { bags, labels, with_lost_robots, margin } = arguments;
+impl From<BagArguments> for compare::Options {
+    fn from(arguments: BagArguments) -> Self {
+        let BagArguments { bags, labels, with_lost_robots, margin } = arguments;
         Self { bags, labels, with_lost_robots, margin }
     }
 }

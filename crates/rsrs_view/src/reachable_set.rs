@@ -26,7 +26,7 @@ pub struct ReachPicture<'a> {
     /// The simulated reach.
     pub tube: &'a Tube,
     /// Real trajectories under its commands, and whether each left it.
-    pub trials: &'a [(&'a DrivenTrial, Place)],
+    pub trials: &'a [(&'a DrivenTrial, TubeMembership)],
     /// The title; any text.
     pub title: String,
     /// Under the title; any text.
@@ -35,7 +35,7 @@ pub struct ReachPicture<'a> {
 
 /// Whether a trajectory stayed in the tube.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum TubeMembership {
     /// It was inside at every horizon.
     Inside,
     /// It was outside at some horizon.
@@ -70,7 +70,7 @@ pub fn svg(picture: &ReachPicture) -> Result<String, ReachPictureError> {
     let room_px = PAGE_PX - 2.0 * MARGIN_PX;
     let (texts, header_px) =
         header(&picture.title, std::slice::from_ref(&picture.subtitle), MARGIN_PX, room_px);
-    let paths: Vec<(Vec<[f64; 2]>, Place)> =
+    let paths: Vec<(Vec<[f64; 2]>, TubeMembership)> =
         picture.trials.iter().map(|(trial, place)| (places_m(trial), *place)).collect();
     let [x, y] = bounds(picture.tube, &paths);
     let chart = Chart::to_scale(
@@ -118,7 +118,7 @@ fn places_m(trial: &DrivenTrial) -> Vec<[f64; 2]> {
 }
 
 /// Everything that is drawn, the start included, with a margin; at least a quarter as high as wide.
-fn bounds(tube: &Tube, paths: &[(Vec<[f64; 2]>, Place)]) -> [[f64; 2]; 2] {
+fn bounds(tube: &Tube, paths: &[(Vec<[f64; 2]>, TubeMembership)]) -> [[f64; 2]; 2] {
     let corners = tube.horizons.iter().flat_map(|horizon| horizon.region.loops_m.iter().flatten());
     let points: Vec<[f64; 2]> = corners
         .copied()
@@ -160,13 +160,13 @@ fn region(chart: &Chart, horizon: &Horizon) -> Element {
         .child(Element::new("title").text(&tooltip))
 }
 
-fn path(chart: &Chart, places_m: &[[f64; 2]], place: Place) -> Element {
+fn path(chart: &Chart, places_m: &[[f64; 2]], place: TubeMembership) -> Element {
     let points: Vec<track::Point> =
         places_m.iter().map(|[x, y]| (chart.x_px(*x), chart.y_px(*y))).collect();
     Element::new("path")
         .with("d", &track::path(&track::simplified(&points, 0.2)))
         .with("fill", "none")
-        .with("stroke", if place == Place::Inside { INSIDE } else { OUTSIDE })
+        .with("stroke", if place == TubeMembership::Inside { INSIDE } else { OUTSIDE })
         .at("stroke-width", 1.4)
 }
 
@@ -187,7 +187,8 @@ fn last_time(chart: &Chart, tube: &Tube) -> Option<Element> {
 }
 
 fn entries(picture: &ReachPicture) -> Vec<(Element, String)> {
-    let n_outside = picture.trials.iter().filter(|(_, place)| *place == Place::Outside).count();
+    let n_outside =
+        picture.trials.iter().filter(|(_, place)| *place == TubeMembership::Outside).count();
     let n_inside = picture.trials.len() - n_outside;
     let last = &picture.tube.horizons[picture.tube.horizons.len() - 1];
     let area = format!(
