@@ -6,8 +6,10 @@
 //! nothing any more; then its process must end by itself, as its service expects, which the test
 //! plays.
 //!
-//! `RSRS_CUTS_S` sets how long the cable is out, in seconds: `20,75,200`. With the feature `security` the
-//! same is done to a secured fleet.
+//! A robot whose interface was down goes on, and one that has another address must end by itself.
+//!
+//! `RSRS_CUTS` sets what is done, and for how many seconds: `cable:20,cable:200,interface:20,address:20`.
+//! With the feature `security` the same is done to a secured fleet.
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
@@ -16,14 +18,16 @@ use std::time::{Duration, Instant};
 
 use crate::fleet::{ROBOTS, experiment, signal, track};
 use crate::micro::{Micro, Socket};
-use crate::processes::{Process, rsrs};
+use crate::processes::{Process, join_alone, rsrs};
 use rsrs_ros::confine;
 use rsrs_ros::security::Enclave;
 use rsrs_ros::session::{Session, SessionOptions};
 use rsrs_testing::network::{TIMEOUT, in_own_network};
 
-/// One cut that is longer than the leases of DDS (50 s), and one that is shorter.
-const CUTS_S: &str = "75,20";
+/// A cut that is longer than the leases of DDS (50 s), one that is shorter, and another address.
+const CUTS: &str = "cable:75,cable:20,address:5";
+/// How long participants of DDS remember each other.
+const LEASE: Duration = Duration::from_secs(50);
 /// Where all but the robot are.
 const BASE: Ipv4Addr = Ipv4Addr::new(10, 77, 0, 1);
 /// The lease of a run, and what a busy machine adds.
@@ -50,10 +54,38 @@ fn make_base() {
     ip("link set base up");
 }
 
+/// How the robot's computer is cut off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Cut {
+    /// The cable is pulled behind the first switch: its own interface stays as it was.
+    Cable,
+    /// Its interface is down.
+    Interface,
+    /// Its interface has no address, and then another one.
+    Address,
+}
+
+/// What is done, and for how long.
+fn cuts() -> Vec<(Cut, Duration)> {
+    let text = std::env::var("RSRS_CUTS").unwrap_or_else(|_| CUTS.to_owned());
+    let cut = |text: &str| {
+        let (cut, seconds) = text.split_once(':').expect("a kind, a colon and seconds");
+        let cut = match cut {
+            "cable" => Cut::Cable,
+            "interface" => Cut::Interface,
+            "address" => Cut::Address,
+            _ => panic!("`{cut}` is none of cable, interface, address"),
+        };
+        (cut, Duration::from_secs(seconds.parse().expect("whole seconds")))
+    };
+    text.split(',').map(cut).collect()
+}
+
 /// The robot's computer: its node in a network of its own, at the end of a cable.
 struct Computer {
     node: Process,
     cable: String,
+    address: String,
 }
 
 impl Computer {
@@ -66,7 +98,13 @@ impl Computer {
         // It starts when its network has a cable, of which a line on its input informs it.
         let mut waiting = Command::new("sh");
         waiting.args(["-c", "read _; exec \"$@\"", "sh"]).arg(node.get_program());
-        waiting.args(node.get_args()).env("ROS_DOMAIN_ID", "42");
+        waiting.args(node.get_args());
+        for (variable, value) in node.get_envs() {
+            match value {
+                Some(value) => waiting.env(variable, value),
+                None => waiting.env_remove(variable),
+            };
+        }
         waiting.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
         let mut node = Process(
             confine::start_in_own_network(&mut waiting).spawn().expect("namespaces are allowed"),
@@ -74,24 +112,38 @@ impl Computer {
         let (pid, cable) = (node.0.id(), format!("cable{n}"));
         ip(&format!("link add {cable} type veth peer name eth0 netns {pid}"));
         ip(&format!("link set {cable} master base up"));
-        for inside in [&format!("address add {address}/24 dev eth0"), "link set eth0 up"] {
-            let status = Command::new("nsenter")
-                .args(["--target", &pid.to_string(), "--net", "ip"])
-                .args(inside.split(' '))
-                .status();
-            assert!(status.expect("`nsenter` is installed").success(), "ip {inside}");
+        let input = node.0.stdin.take();
+        let computer = Self { node, cable, address };
+        computer.ip(&format!("address add {}/24 dev eth0", computer.address));
+        computer.ip("link set eth0 up");
+        join_alone();
+        drop(input);
+        computer
+    }
+
+    /// Runs `ip` in the network of the robot's computer.
+    fn ip(&self, arguments: &str) {
+        let status = Command::new("nsenter")
+            .args(["--target", &self.node.0.id().to_string(), "--net", "ip"])
+            .args(arguments.split(' '))
+            .status();
+        assert!(status.expect("`nsenter` is installed").success(), "ip {arguments}");
+    }
+
+    fn cut_off(&self, cut: Cut) {
+        match cut {
+            Cut::Cable => ip(&format!("link set {} nomaster", self.cable)),
+            Cut::Interface => self.ip("link set eth0 down"),
+            Cut::Address => self.ip(&format!("address del {}/24 dev eth0", self.address)),
         }
-        drop(node.0.stdin.take());
-        Self { node, cable }
     }
 
-    /// Pulls the cable; nobody's interface goes down.
-    fn pull(&self) {
-        ip(&format!("link set {} nomaster", self.cable));
-    }
-
-    fn plug(&self) {
-        ip(&format!("link set {} master base", self.cable));
+    fn connect(&self, cut: Cut) {
+        match cut {
+            Cut::Cable => ip(&format!("link set {} master base", self.cable)),
+            Cut::Interface => self.ip("link set eth0 up"),
+            Cut::Address => self.ip(&format!("address add {}0/24 dev eth0", self.address)),
+        }
     }
 }
 
@@ -100,6 +152,7 @@ fn node(kind: &str, robots: &[&str]) -> Process {
     let mut command = rsrs();
     command.args(["node", kind, "--interface", &BASE.to_string(), "--robots", &robots.join(",")]);
     command.stdout(Stdio::null()).stderr(Stdio::null());
+    join_alone();
     Process(command.spawn().expect("the program was built for this test"))
 }
 
@@ -160,25 +213,31 @@ impl Floor {
         panic!("{STARTS} runs in a row ended before the robot moved:\n{endings}");
     }
 
-    /// Pulls the cable of the driving robot, and puts it back after a while.
-    fn cut(&mut self, n: usize, cut: Duration) {
+    /// Cuts off the computer of the driving robot, and connects it again after a while.
+    fn cut(&mut self, n: usize, (cut, duration): (Cut, Duration)) {
         let mut computer = Computer::start(n, &self.socket);
         let mut run = self.start_driving();
 
-        let pulled = Instant::now();
-        computer.pull();
+        let begun = Instant::now();
+        computer.cut_off(cut);
         std::thread::sleep(STANDS_WITHIN);
         assert_eq!(self.micro.wheels(), (0, 0), "the wheels stand within the lease");
         let (status, errors) = run.wait(TIMEOUT);
         assert!(!status.success(), "a run without a robot was completed\n{errors}");
-        std::thread::sleep(cut.saturating_sub(pulled.elapsed()));
+        std::thread::sleep(duration.saturating_sub(begun.elapsed()));
         assert!(computer.node.0.try_wait().expect("it is our child").is_none(), "nobody is back");
-        computer.plug();
+        computer.connect(cut);
 
-        if cut > Duration::from_secs(50) {
+        let ends_with = match cut {
+            Cut::Address => Some("receives at the old address only"),
+            Cut::Cable | Cut::Interface if duration <= LEASE => None,
+            // A secured participant whose interface was down notices it by itself.
+            Cut::Cable | Cut::Interface => Some("longer than"),
+        };
+        if let Some(reason) = ends_with {
             let (status, errors) = computer.node.wait(ANNOUNCED_WITHIN);
             assert_eq!(status.code(), Some(1), "{errors}");
-            assert!(errors.contains("were out of reach for longer than their leases"), "{errors}");
+            assert!(errors.contains(reason) && !errors.contains("leave_multicast"), "{errors}");
             assert_eq!(self.micro.wheels(), (0, 0), "the wheels stand");
             computer = Computer::start(n + 1, &self.socket);
         }
@@ -217,10 +276,8 @@ async fn cut_again_and_again(enclave: Option<Enclave>) {
     let session = Session::open(&options).expect("the bridge is there");
     let cutting = tokio::task::spawn_blocking(|| {
         let mut floor = Floor::new();
-        let cuts_s = std::env::var("RSRS_CUTS_S");
-        for (n, cut_s) in cuts_s.as_deref().unwrap_or(CUTS_S).split(',').enumerate() {
-            let cut_s = cut_s.parse().expect("seconds, with commas between them");
-            floor.cut(2 * n, Duration::from_secs(cut_s));
+        for (n, cut) in cuts().into_iter().enumerate() {
+            floor.cut(2 * n, cut);
         }
     });
     tokio::select! {

@@ -93,8 +93,38 @@ pub fn init(level: Level, developer_filter: Option<&str>) {
         builder.parse_filters(filter);
     }
     builder.target(env_logger::Target::Stderr).format_timestamp(None);
+    let logger = Filtered(builder.build());
+    let level = logger.0.filter();
     // It fails only if there is a logger already.
-    builder.try_init().ok();
+    if log::set_boxed_logger(Box::new(logger)).is_ok() {
+        log::set_max_level(level);
+    }
+}
+
+/// Leaves out one text of the middleware that has no module of its own.
+struct Filtered(env_logger::Logger);
+
+impl log::Log for Filtered {
+    fn enabled(&self, metadata: &log::Metadata<'_>) -> bool {
+        self.0.enabled(metadata)
+    }
+
+    fn log(&self, record: &log::Record<'_>) {
+        if !is_farewell(record) {
+            self.0.log(record);
+        }
+    }
+
+    fn flush(&self) {
+        self.0.flush();
+    }
+}
+
+/// A listener that is closed leaves its multicast group by the interface of the default route, which
+/// fails where it had joined by another one. The kernel takes it out of the group anyway.
+fn is_farewell(record: &log::Record<'_>) -> bool {
+    record.target() == "rustdds::network::udp_listener"
+        && record.args().to_string().starts_with("leave_multicast_group")
 }
 
 #[cfg(test)]

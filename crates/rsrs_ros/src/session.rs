@@ -9,6 +9,7 @@
 //! names of nodes from our own reader of `ros_discovery_info`.
 
 mod absence;
+mod addresses;
 mod authentication;
 mod close;
 mod endpoint;
@@ -40,7 +41,8 @@ use rsrs_msgs::topics::Qos;
 
 use crate::ros_args::RosArgs;
 
-pub use absence::OutOfReach;
+pub use absence::{OutOfReach, OwnLeaseExpired};
+pub use addresses::AddressChanged;
 pub use authentication::NotAuthenticated;
 pub(crate) use close::is_stuck;
 pub use endpoint::{Endpoint, EndpointKind};
@@ -56,6 +58,7 @@ pub use threads::MiddlewareEnded;
 pub(crate) use wire::Bytes;
 
 use absence::Absences;
+use addresses::Addresses;
 use endpoint::Index;
 use endpoint_creation::EndpointCreation;
 use graph::Graph;
@@ -85,6 +88,7 @@ pub struct Session {
     tasks: Tasks,
     threads: Threads,
     absences: Absences,
+    addresses: Addresses,
     graph: Arc<Graph>,
     follows_graph: Once,
     watch: Arc<Watch>,
@@ -128,6 +132,7 @@ impl Session {
             subscriber,
             context,
             absences,
+            addresses: Addresses::of(&options.interfaces),
             nodes: Mutex::default(),
             tasks: Tasks::on(runtime),
             threads,
@@ -309,6 +314,16 @@ impl Session {
             tokio::time::sleep(LOOK).await;
             if let Some(ended) = self.threads.have_ended() {
                 return ended.into();
+            }
+            if let Some(changed) = self.addresses.change() {
+                return changed.into();
+            }
+            // While the interface is down, a program that starts anew finds no network.
+            if self.local.is_some()
+                && self.absences.has_lost_itself()
+                && self.addresses.are_present()
+            {
+                return OwnLeaseExpired.into();
             }
             if let Some(ended) = self.absences.update() {
                 return ended;

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use rustdds::{
     DomainParticipant, DomainParticipantStatusEvent, DomainParticipantStatusListener, LostReason,
-    StatusEvented,
+    RTPSEntity, StatusEvented,
 };
 
 use super::authentication::{self, Handshake, Handshakes};
@@ -35,15 +35,36 @@ pub struct OutOfReach {
     pub known: usize,
 }
 
-/// Receives who joins, leaves and is lost, and who got to know this participant.
+/// This participant received nothing of its own for longer than its lease, and dropped itself.
+///
+/// Each participant discovers itself, too. With its interface down for that long it drops its own keys in a
+/// secured session, and then nobody can authenticate with it any more. A plain session goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the network interface was down for longer than the leases of DDS, after which a secured \
+     participant does not join again: start this program again"
+)]
+pub struct OwnLeaseExpired;
+
+/// Receives who joins, leaves and is lost, and who has authenticated this participant.
 pub(super) struct Absences {
     listener: DomainParticipantStatusListener,
+    own: Prefix,
     record: Mutex<(Record, Handshakes)>,
 }
 
 impl Absences {
     pub(super) fn of(participant: &DomainParticipant) -> Self {
-        Self { listener: participant.status_listener(), record: Mutex::default() }
+        Self {
+            listener: participant.status_listener(),
+            own: prefix(participant.guid().to_bytes()),
+            record: Mutex::default(),
+        }
+    }
+
+    /// Whether this participant has dropped itself.
+    pub(super) fn has_lost_itself(&self) -> bool {
+        lock(&self.record).0.has_lost_itself
     }
 
     /// Takes in what has happened since the last call.
@@ -63,12 +84,19 @@ impl Absences {
             }
             match event {
                 DomainParticipantStatusEvent::ParticipantDiscovered { dpd } => {
-                    record.discover(prefix(dpd.guid.to_bytes()), now);
+                    let id = prefix(dpd.guid.to_bytes());
+                    if id != self.own {
+                        record.discover(id, now);
+                    }
                 }
                 DomainParticipantStatusEvent::ParticipantLost { id, reason } => {
                     let id = id.as_ref().try_into().expect("a prefix has 12 bytes");
                     handshakes.forget(&id);
-                    record.lose(id, &reason);
+                    if id == self.own {
+                        record.has_lost_itself = true;
+                    } else {
+                        record.lose(id, &reason);
+                    }
                 }
                 _ => {}
             }
@@ -87,6 +115,8 @@ struct Record {
     lost: BTreeSet<Prefix>,
     /// Lost before, and when they were discovered again.
     returned: BTreeMap<Prefix, Instant>,
+    /// This participant itself was lost.
+    has_lost_itself: bool,
 }
 
 impl Record {

@@ -1,6 +1,8 @@
 //! What can go wrong in a session.
 
-use super::{EndpointKind, MiddlewareEnded, NotAuthenticated, OutOfReach};
+use super::{
+    AddressChanged, EndpointKind, MiddlewareEnded, NotAuthenticated, OutOfReach, OwnLeaseExpired,
+};
 
 /// Why there is no session, node or endpoint.
 #[derive(Debug, thiserror::Error)]
@@ -120,6 +122,12 @@ pub enum SessionEnded {
     /// The others were out of reach for too long.
     #[error(transparent)]
     OutOfReach(#[from] OutOfReach),
+    /// The interface of a secured participant was down for too long.
+    #[error(transparent)]
+    OwnLeaseExpired(#[from] OwnLeaseExpired),
+    /// This participant's interface has another address.
+    #[error(transparent)]
+    AddressChanged(#[from] AddressChanged),
     /// The others of a secured network do not know who this is.
     #[error(transparent)]
     NotAuthenticated(#[from] NotAuthenticated),
