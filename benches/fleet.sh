@@ -19,7 +19,7 @@ trap 'rm -rf "$folder"' EXIT
 
 # What a program printed, under the line that runs it.
 tell() {
-    echo '```'
+    echo '```text'
     echo "$1"
     echo '```'
     echo

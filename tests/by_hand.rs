@@ -9,23 +9,37 @@ use rsrs_fleet::record::{ENDING, Ending};
 use rsrs_msgs::cdr;
 use rsrs_msgs::nav_msgs::Odometry;
 
+use crate::command::repository;
 use crate::fleet::{ROBOTS, experiment, node};
+use crate::pages::{IN_RCLPY, WITHOUT_FLOOR, WITHOUT_ROBOTS, script_of};
 use crate::processes::{Process, is_starved, rsrs};
 use rsrs_testing::network::{TIMEOUT, in_own_network};
 
-const PAGE: &str = include_str!("../docs/fleet_without_robots.md");
-const PAGES_OF_RCLPY: [&str; 2] =
-    [include_str!("../docs/your_robots_in_rclpy.md"), include_str!("../docs/measure_them.md")];
-/// How much the page measures, and how much of that is enough to see whether it works.
-const PLAN_OF_THE_PAGE: &str = "--distances 5 --bearings 3 --rate-precision 0.15";
-const SHORTER_PLAN: &str = "--distances 4 --bearings 2 --rate-precision 0.25";
+/// How much a page measures, and how much of that is enough to see whether it works.
+const SHORTER_PLAN: [(&str, &str); 1] = [(
+    "--distances 5 --bearings 3 --rate-precision 0.15",
+    "--distances 4 --bearings 2 --rate-precision 0.25",
+)];
+/// The same of pages that simulate.
+const SHORTER_RUNS: [(&str, &str); 5] = [
+    ("rsrs dry-run\n", "rsrs dry-run --experiments 2\n"),
+    ("-o run.gif\n", "-o run.gif --speed 100 --width 240\n"),
+    ("-o results/gallery\n", "-o results/gallery --controllers 100 --replicates 4\n"),
+    ("--behaviour milling --forward\n", "--behaviour milling --forward --controllers 200\n"),
+    ("seeds: [2, 3]", "seeds: [2]"),
+];
 const RCLPY_FLEET: &str = include_str!("../docs/examples/rclpy_fleet.py");
-const PROFILE: &str = include_str!("../launch_configs/profiles/flockbot.yaml");
 
-/// What the page tells its reader to type, in its order.
-fn commands_of(page: &str) -> String {
-    let blocks = page.split("```sh\n").skip(1);
-    blocks.map(|block| block.split("```").next().expect("a block ends")).collect()
+/// What pages have their reader type, with less to wait for where no long tests are asked for.
+fn shortened(pages: &[&str], shorter: &[(&str, &str)]) -> String {
+    let mut script = script_of(pages);
+    if std::env::var_os("RSRS_LONG_TESTS").is_none() {
+        for (from, to) in shorter {
+            assert_eq!(script.matches(from).count(), 1, "{pages:?} have `{from}`");
+            script = script.replace(from, to);
+        }
+    }
+    script
 }
 
 /// Types it, in a folder that has what is shipped.
@@ -34,7 +48,7 @@ fn commands_of(page: &str) -> String {
 ///
 /// * `more` — folders in which the shell looks for programs besides ours.
 fn typed(script: &str, folder: &Path, (more, patience_s): (&[&Path], u32)) -> Output {
-    let ends = "trap 'kill $(jobs -p); wait' EXIT\n";
+    let ends = "trap 'kill $(jobs -p) 2>/dev/null || true; wait' EXIT\n";
     let program = Path::new(env!("CARGO_BIN_EXE_rsrs")).parent().expect("it is in a folder");
     let path = std::env::var("PATH").expect("every shell has one");
     Command::new("timeout")
@@ -96,9 +110,7 @@ fn strayed_m(bag: &Bag, robot: &str) -> f64 {
 #[test]
 fn the_page_of_a_fleet_without_robots_works_to_the_letter() {
     in_own_network("by_hand::the_page_of_a_fleet_without_robots_works_to_the_letter", async || {
-        let files = [("flockbot.yaml", PROFILE)];
-
-        let (folder, output) = typed_in_time(&commands_of(PAGE), &files, (&[], 300));
+        let (folder, output) = typed_in_time(&script_of(&WITHOUT_FLOOR), &[], (&[], 300));
 
         let text = String::from_utf8_lossy(&output.stdout);
         let errors = String::from_utf8_lossy(&output.stderr);
@@ -159,12 +171,7 @@ fn the_pages_of_robots_in_rclpy_work_to_the_letter() {
     let python = crate::interop_robot::python();
     in_own_network("by_hand::the_pages_of_robots_in_rclpy_work_to_the_letter", async || {
         let files = [("rclpy_fleet.py", RCLPY_FLEET)];
-        let mut script: String = PAGES_OF_RCLPY.map(commands_of).concat();
-        if std::env::var_os("RSRS_LONG_TESTS").is_none() {
-            let [plan, shorter] = [PLAN_OF_THE_PAGE, SHORTER_PLAN];
-            assert!(script.contains(plan), "the page has another plan");
-            script = script.replace(plan, shorter);
-        }
+        let script = shortened(&IN_RCLPY, &SHORTER_PLAN);
         let programs = python.parent().expect("it is in a folder");
 
         let (folder, output) = typed_in_time(&script, &files, (&[programs], 1500));
@@ -178,6 +185,38 @@ fn the_pages_of_robots_in_rclpy_work_to_the_letter() {
         let bag = Bag::open(&folder.path().join("bag")).expect("the run was recorded");
         for robot in ROBOTS.iter().take(3) {
             assert!(strayed_m(&bag, robot) > 0.1, "{robot} did not move");
+        }
+    });
+}
+
+#[test]
+fn the_pages_without_robots_work_to_the_letter() {
+    in_own_network("by_hand::the_pages_without_robots_work_to_the_letter", async || {
+        let configs = repository().join("launch_configs").canonicalize().expect("it is there");
+        // The README is read in a clone; the pages after it need nothing but the program.
+        let link = format!("ln -s '{}' launch_configs\n", configs.display());
+        let script = link + &shortened(&WITHOUT_ROBOTS, &SHORTER_RUNS);
+
+        let (folder, output) = typed_in_time(&script, &[], (&[], 1500));
+
+        let text = String::from_utf8_lossy(&output.stdout);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{}\n{text}\n{errors}", output.status);
+        for file in [
+            "results/dry-run/diagram.png",
+            "run.png",
+            "run.gif",
+            "mine/report.html",
+            "wall.png",
+            "results/gallery/gallery.html",
+            "results/campaign/001_milling/manifest.json",
+            "both.svg",
+            "column.pdf",
+            "report.html",
+            "sweep.schema.json",
+            "mill/metadata.yaml",
+        ] {
+            assert!(folder.path().join(file).is_file(), "{file}\n{text}\n{errors}");
         }
     });
 }

@@ -4,6 +4,7 @@ mod addressing;
 mod answering;
 mod bags_cli;
 mod behaviours;
+mod book;
 mod by_hand;
 mod campaign;
 mod cells;
@@ -30,7 +31,9 @@ mod measure;
 #[expect(dead_code, reason = "microcontrollers that misbehave are tested beside their driver")]
 mod micro;
 mod mixed;
+mod notebook;
 mod out_of_reach;
+mod pages;
 mod pipeline;
 mod placing;
 mod processes;

@@ -1,7 +1,7 @@
 """Robots in plain rclpy, with wheels and sensors that are only calculated: put yours in their place.
 
     mkfifo placements
-    python rclpy_fleet.py robot_1 robot_2 robot_3 <> placements
+    python3 rclpy_fleet.py robot_1 robot_2 robot_3 <> placements
 
 Nothing of rsrs runs on them. Each publishes `detection` once in a period and its pose on `odom`, and
 obeys `cmd_vel`; its wheels stop by themselves when commands stay away. A line of JSON on standard

@@ -73,7 +73,7 @@ fn main() -> ExitCode {
     let result = match &arguments.command {
         Command::DryRun(arguments) => commands::dry_run::run(arguments),
         Command::Init(arguments) => commands::init::run(arguments),
-        Command::Schema(arguments) => commands::schema::run(arguments),
+        Command::Schema(arguments) => commands::schema::run::<Arguments>(arguments),
         Command::Measure(arguments) => commands::measure::run(arguments),
         Command::Validate(arguments) => commands::validate::run(arguments),
         Command::Sweep(arguments) => commands::sweep::run(arguments),

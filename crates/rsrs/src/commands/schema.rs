@@ -1,12 +1,15 @@
-//! `rsrs schema`: every key of every file.
+//! `rsrs schema`: every key of every file, and every command.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Command, CommandFactory};
 use rsrs_pipeline::schema::{FileKind, reference};
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 
 /// Print what may stand in a file: as JSON Schema for editors, or as a reference for people.
+///
+/// With `--commands` it is what may be typed.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -17,11 +20,14 @@ An editor with YAML's language server takes the schema from the first line of a 
   # yaml-language-server: $schema=sweep.schema.json")]
 pub struct Arguments {
     /// Kind of file.
-    #[arg(required_unless_present = "reference", value_parser = kinds())]
+    #[arg(required_unless_present_any = ["reference", "commands"], value_parser = kinds())]
     kind: Option<FileKind>,
     /// All kinds of files and all axes, as Markdown.
     #[arg(long, conflicts_with = "kind")]
     reference: bool,
+    /// The help of every command, as Markdown.
+    #[arg(long, conflicts_with_all = ["kind", "reference"])]
+    commands: bool,
 }
 
 fn kinds() -> impl TypedValueParser<Value = FileKind> {
@@ -34,10 +40,39 @@ fn kinds() -> impl TypedValueParser<Value = FileKind> {
 /// # Errors
 ///
 /// If the schema cannot be written as JSON.
-pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+pub fn run<C: CommandFactory>(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match arguments.kind {
         Some(kind) => report(Format::Json, &kind.schema(), "")?,
-        None => report(Format::Text, &(), reference().trim_end())?,
+        None if arguments.commands => report(Format::Text, &(), &page_of_commands(C::command()))?,
+        None => report(Format::Text, &(), &reference())?,
     }
     Ok(Outcome::Done)
+}
+
+/// Columns of the help on the page, whatever terminal there is.
+const WIDTH: usize = 100;
+
+/// The help of a command and of all below it, as on a terminal.
+fn page_of_commands(command: Command) -> String {
+    let mut command = command.term_width(WIDTH);
+    command.build();
+    let mut page = "# Commands\n\n\
+        This page is what `rsrs schema --commands` prints: the help of every command, as with `--help`.\n"
+        .to_owned();
+    let mut waiting = vec![(command.get_name().to_owned(), &mut command)];
+    while let Some((name, command)) = waiting.pop() {
+        page += &format!("\n## {name}\n\n```text\n{}\n```\n", help_of(command));
+        let below = command.get_subcommands_mut().filter(|below| below.get_name() != "help");
+        let mut below: Vec<_> =
+            below.map(|below| (format!("{name} {}", below.get_name()), below)).collect();
+        below.reverse();
+        waiting.append(&mut below);
+    }
+    page
+}
+
+fn help_of(command: &mut Command) -> String {
+    let help = command.render_long_help().to_string();
+    let lines: Vec<&str> = help.lines().map(str::trim_end).collect();
+    lines.join("\n").trim().to_owned()
 }
