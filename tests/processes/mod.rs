@@ -118,6 +118,7 @@ pub fn is_starved(printed: &str) -> bool {
         "too slow for real time",
         "was not acknowledged for",
         "of the poses",
+        "no valid reading of the sensor for more than",
     ]
     .iter()
     .any(|sign| printed.contains(sign))
