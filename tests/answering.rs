@@ -176,7 +176,7 @@ fn runs_are_planned_where_they_are_asked_for() {
     assert_eq!(code(&one), 0, "{}{}", stdout(&one), stderr(&one));
     let cell: Cell = cell.parse().expect("a cell");
     assert!(stdout(&one).contains(&format!("  {cell}  ")), "{}", stdout(&one));
-    assert!(stdout(&one).contains("decide `B_r ≥ B_s − 0.1`"), "{}", stdout(&one));
+    assert!(stdout(&one).contains("(`B_r ≥ B_s − 0.1`)"), "{}", stdout(&one));
     assert_eq!(code(&twice), 1);
     assert!(stderr(&twice).contains("is named twice"), "{}", stderr(&twice));
     assert_eq!(code(&elsewhere), 1, "{}", stdout(&elsewhere));

@@ -104,7 +104,8 @@ fn one_mill_is_undecided_with_how_many_more_would_decide() {
       chance of so few if both mill equally often: 1.000 (exact if the number of runs was fixed before; for information)
     run by run: 1 ended as most simulated runs did, 0 closer to stable milling, 0 further from it
     verdict: undecided (the runs do not say yet; 29 further real runs would support the claim if every one of them mills)
-    next: `rsrs run EXPERIMENT --from SWEEP --cell speed_m_s=0.15,turn_rate_rad_s=0.75`, where one run is most informative (0.088 bit); 45 further real runs there decide with a probability of 0.80
+    next: rsrs run EXPERIMENT.yaml --from out --cell speed_m_s=0.15,turn_rate_rad_s=0.75
+      there one run is most informative (0.088 bit); 45 further real runs there decide with a probability of 0.80
     ");
 }
 
@@ -264,8 +265,8 @@ fn a_void_run_is_listed_and_not_counted() {
         "claim: real robots mill at least as often as simulated ones\n\
          not counted: carried (void: robot_3 was carried off)\n\
          verdict: undecided (no run counts)\n\
-         next: `rsrs run EXPERIMENT --from SWEEP --cell speed_m_s=0.15,turn_rate_rad_s=0.75`, where one \
-         run is most informative (0.104 bit)"
+         next: rsrs run EXPERIMENT.yaml --from out --cell speed_m_s=0.15,turn_rate_rad_s=0.75\n\
+         \x20 there one run is most informative (0.104 bit)"
     );
     // Sixteen simulated runs leave more open than any number of real ones can close.
     assert!(

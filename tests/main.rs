@@ -53,6 +53,7 @@ mod stopping;
 mod swept_cells;
 mod terminal;
 mod tidy;
+mod words;
 mod work;
 mod worlds;
 mod written_files;

@@ -1,7 +1,7 @@
 //! A terminal, at whose other end a test types.
 
 use std::fs::File;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::process::Stdio;
 
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -34,5 +34,18 @@ impl Terminal {
     /// Types a line.
     pub fn type_line(&mut self, line: &str) {
         writeln!(self.keyboard, "{line}").expect("somebody reads it");
+    }
+}
+
+impl Terminal {
+    /// Everything that programs have printed on it, once all of them have ended.
+    pub fn printed(mut self) -> String {
+        let mut printed = Vec::new();
+        let mut part = [0; 4096];
+        // Linux ends it by an error, once nobody holds the other end.
+        while let Ok(n @ 1..) = self.keyboard.read(&mut part) {
+            printed.extend_from_slice(&part[..n]);
+        }
+        String::from_utf8(printed).expect("words are UTF-8")
     }
 }

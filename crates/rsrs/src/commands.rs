@@ -30,12 +30,15 @@ pub mod sweep;
 pub mod validate;
 
 use std::io::{ErrorKind, Write};
+use std::path::Path;
 
 use anyhow::Context;
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use rsrs_core::judge::behaviour::Behaviour;
 use serde::Serialize;
+
+use crate::words::Words;
 
 /// What moves the robots.
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -76,20 +79,37 @@ fn behaviours() -> impl TypedValueParser<Value = Behaviour> {
 /// # Errors
 ///
 /// As [`print_text`].
-pub fn report(format: Format, value: &impl Serialize, text: &str) -> anyhow::Result<()> {
+pub fn report(
+    format: Format,
+    value: &impl Serialize,
+    words: impl Into<Words>,
+) -> anyhow::Result<()> {
     match format {
-        Format::Text => print_text(text.trim_end()),
+        Format::Text => print_text(&words.into().painted()),
         Format::Json => print_text(&serde_json::to_string_pretty(value).context("result as JSON")?),
     }
 }
 
-/// Prints a line, or some, to standard output. Whoever closes the pipe has read enough.
+/// Prints which file was written, for people.
+///
+/// # Errors
+///
+/// As [`print_text`].
+pub fn report_written(format: Format, path: &Path) -> anyhow::Result<()> {
+    match format {
+        Format::Text => print_text(&format!("wrote {}", path.display())),
+        Format::Json => Ok(()),
+    }
+}
+
+/// Prints a line, or some, to standard output; colours only where a terminal shows them, or
+/// `--color` asks for them. Whoever closes the pipe has read enough.
 ///
 /// # Errors
 ///
 /// If standard output cannot be written, as to a disk that is full.
 pub fn print_text(text: &str) -> anyhow::Result<()> {
-    match writeln!(std::io::stdout(), "{text}") {
+    match writeln!(anstream::stdout(), "{text}") {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         written => written.context("writing to standard output"),
     }

@@ -1,21 +1,27 @@
 //! Progress of an experiment on standard error.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::pin::Pin;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rsrs_experiment_runner::Progress;
 use rsrs_pipeline::run::operator::{Operator, Verbosity};
 
 use crate::interrupt::asked_to_stop;
 use crate::notes::print_note;
+use crate::output::{Detail, detail};
+use crate::pace::Pace;
+use crate::progress::{Shown, shown};
 
 /// What is being prepared, and then a bar that counts steps, or seconds in real time.
 struct ExperimentBar {
     bar: ProgressBar,
     counts: Cell<bool>,
     verbosity: Verbosity,
+    shown: Shown,
+    /// When lines are printed instead; `None` before the first step.
+    pace: RefCell<Option<Pace>>,
 }
 
 /// The person at the terminal, as operator of runs.
@@ -27,7 +33,8 @@ impl Operator for TerminalOperator {
     }
 
     fn watch_run(&self, name: &str, verbosity: Verbosity) -> Box<dyn FnMut(Progress) + '_> {
-        let bar = ExperimentBar::new(name, verbosity);
+        let verbosity = if detail() == Detail::Steps { Verbosity::Verbose } else { verbosity };
+        let bar = ExperimentBar::new(name, verbosity, shown());
         Box::new(move |progress| bar.show(&progress))
     }
 
@@ -38,13 +45,17 @@ impl Operator for TerminalOperator {
 
 impl ExperimentBar {
     /// Shows the name of the experiment.
-    fn new(name: &str, verbosity: Verbosity) -> Self {
-        let bar = ProgressBar::new_spinner();
+    fn new(name: &str, verbosity: Verbosity, shown: Shown) -> Self {
+        let target = match shown {
+            Shown::Bar => ProgressDrawTarget::stderr(),
+            Shown::Lines | Shown::Nothing => ProgressDrawTarget::hidden(),
+        };
+        let bar = ProgressBar::with_draw_target(None, target);
         bar.set_style(style("{msg}: {prefix}"));
         bar.set_message(name.to_owned());
         bar.set_prefix("looking for the robots");
         bar.enable_steady_tick(Duration::from_millis(100));
-        Self { bar, counts: Cell::new(false), verbosity }
+        Self { bar, counts: Cell::new(false), verbosity, shown, pace: RefCell::new(None) }
     }
 
     /// Shows how far the experiment has come.
@@ -70,7 +81,19 @@ impl ExperimentBar {
                     self.bar.set_prefix("running");
                 }
                 self.bar.set_position(*done);
+                if self.shown == Shown::Lines {
+                    self.print_line(*done as f64 / (*of).max(1) as f64);
+                }
             }
+        }
+    }
+
+    fn print_line(&self, share: f64) {
+        let now = Instant::now();
+        let mut pace = self.pace.borrow_mut();
+        let pace = pace.get_or_insert_with(|| Pace::begin(now, share));
+        if let Some(line) = pace.line(now, share) {
+            print_note(format!("{}: {line}", self.bar.message()));
         }
     }
 }
@@ -91,7 +114,7 @@ mod tests {
 
     #[test]
     fn beside_robots_the_bar_shows_what_they_do_now() {
-        let bar = ExperimentBar::new("milling", Verbosity::Verbose);
+        let bar = ExperimentBar::new("milling", Verbosity::Verbose, Shown::Nothing);
         let say = |text: &str| bar.show(&Progress::Note(text.to_owned()));
         let mut prefixes = vec![bar.bar.prefix()];
 

@@ -1,9 +1,9 @@
 //! How a command ends: its exit code, and what a person reads when it fails.
 
-use std::io::Write;
-
 use rsrs_core::statistics::comparison::Verdict;
 use rsrs_pipeline::error::{help_of, texts};
+
+use crate::notes::print_always;
 
 /// How a command that did not fail ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,6 +29,5 @@ pub fn print_error(error: &anyhow::Error) {
     if let Some(help) = help_of(error) {
         text.extend(["help: ", &help, "\n"]);
     }
-    // Without standard error there is no way to report it.
-    drop(std::io::stderr().write_all(text.as_bytes()));
+    print_always(text);
 }

@@ -27,7 +27,7 @@ pub fn chosen_network(
     let (mut ros, _) = RosArgs::parse(&[], &environment)?;
     let network = ros.network(interface, &environment, member).map_err(helped)?;
     for note in &ros.notes {
-        print_note(&note.to_string());
+        print_note(note.to_string());
     }
     Ok(network)
 }

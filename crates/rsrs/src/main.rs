@@ -8,20 +8,27 @@ mod fleet_network;
 mod interrupt;
 mod keyboard;
 mod notes;
+mod output;
+mod pace;
 mod progress;
 mod starter_files;
 mod sweep_report;
+mod verdicts;
+mod words;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
 use crate::failure::Outcome;
+use crate::output::Output;
 
 /// From paper to floor: simulate a robot swarm worse than it is, and find where it mills.
 #[derive(Parser)]
 #[command(version, max_term_width = 100, help_expected = true, after_help = EXAMPLES)]
 struct Arguments {
+    #[command(flatten)]
+    output: Output,
     #[command(subcommand)]
     command: Command,
 }
@@ -70,6 +77,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
+    arguments.output.apply();
     let result = match &arguments.command {
         Command::DryRun(arguments) => commands::dry_run::run(arguments),
         Command::Init(arguments) => commands::init::run(arguments),

@@ -2,8 +2,18 @@
 
 use std::io::Write;
 
-/// Prints a note on standard error.
-pub fn print_note(note: &str) {
+use crate::output::{Detail, detail};
+use crate::words::Words;
+
+/// Prints a note on standard error; a quiet program leaves it out.
+pub fn print_note(note: impl Into<Words>) {
+    if detail() > Detail::Needed {
+        print_always(note);
+    }
+}
+
+/// Prints on standard error what a person must not miss: a warning, a question, an error.
+pub fn print_always(words: impl Into<Words>) {
     // Without standard error there is no way to report it.
-    drop(writeln!(std::io::stderr(), "{note}"));
+    drop(writeln!(anstream::stderr(), "{}", words.into().painted()));
 }

@@ -1,62 +1,126 @@
-//! Progress on standard error: a bar for people, nothing for pipes.
+//! Progress on standard error: a bar on a terminal, elsewhere a line now and then.
 
+use std::io::IsTerminal;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Once, OnceLock};
-use std::time::Duration;
+use std::sync::{Mutex, Once, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use rsrs_pipeline::execution::{Execution, Observer, RunCounter, n_threads};
+use rsrs_pipeline::wording::count;
 use rsrs_sim::sweep::Progress;
 
 use crate::interrupt;
+use crate::notes::print_note;
+use crate::output::{Detail, detail};
+use crate::pace::Pace;
 
-/// A bar that counts replicates, with their rate and the time left.
-struct ReplicateBar {
+/// How progress is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shown {
+    /// As a bar that is drawn again and again.
+    Bar,
+    /// As a line now and then: no terminal is there, or other lines come between.
+    Lines,
+    /// Not at all.
+    Nothing,
+}
+
+/// How this process shows progress.
+pub fn shown() -> Shown {
+    match detail() {
+        Detail::Needed => Shown::Nothing,
+        Detail::Notes if std::io::stderr().is_terminal() => Shown::Bar,
+        Detail::Notes | Detail::Steps => Shown::Lines,
+    }
+}
+
+/// What counts how much of something is done.
+pub struct Counter {
     bar: ProgressBar,
     /// There is nothing to show before it is known how much there is to do.
-    shown: Once,
+    revealed: Once,
+    /// What is counted: `runs`, `frames`.
+    what: &'static str,
+    doing: Mutex<String>,
+    /// Where lines are printed, when; `None` before the first look.
+    pace: Mutex<Option<Pace>>,
 }
 
 fn write_rate(state: &ProgressState, writer: &mut dyn std::fmt::Write) {
     write!(writer, "{:.0}", state.per_sec()).expect("a string takes any text");
 }
 
-impl ReplicateBar {
-    /// A bar with what is being done in front.
-    fn new(doing: &str) -> Self {
+impl Counter {
+    /// Begins to count.
+    ///
+    /// # Arguments
+    ///
+    /// * `doing` — what is being done, in front.
+    /// * `what` — what is counted, in the plural.
+    pub fn new(doing: &str, what: &'static str) -> Self {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
-        let style = "{msg} {bar:30} {human_pos}/{human_len} runs  {rate} a second  {eta} left";
-        let style = ProgressStyle::with_template(style).expect("the template is well-formed");
+        let style = format!(
+            "{{msg}} {{bar:30}} {{human_pos}}/{{human_len}} {what}  {{rate}} a second  {{eta}} left"
+        );
+        let style = ProgressStyle::with_template(&style).expect("the template is well-formed");
         bar.set_style(style.with_key("rate", write_rate));
         bar.set_message(doing.to_owned());
-        Self { bar, shown: Once::new() }
+        let doing = Mutex::new(doing.to_owned());
+        Self { bar, revealed: Once::new(), what, doing, pace: Mutex::new(None) }
+    }
+
+    /// Shows how far the work has come.
+    pub fn show(&self, Progress { done, total }: Progress) {
+        match shown() {
+            Shown::Nothing => {}
+            Shown::Bar => {
+                self.bar.set_length(total as u64);
+                self.reveal();
+                self.bar.set_position(done as u64);
+            }
+            Shown::Lines => self.print_line(done as u64, total as u64),
+        }
     }
 
     fn reveal(&self) {
-        self.shown.call_once(|| {
+        self.revealed.call_once(|| {
             self.bar.set_draw_target(ProgressDrawTarget::stderr());
             self.bar.enable_steady_tick(Duration::from_millis(100));
         });
     }
+
+    fn print_line(&self, done: u64, total: u64) {
+        let share = done as f64 / total.max(1) as f64;
+        let now = Instant::now();
+        let mut pace = self.pace.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(line) = pace.get_or_insert_with(|| Pace::begin(now, share)).line(now, share)
+        else {
+            return;
+        };
+        let doing = self.doing.lock().unwrap_or_else(PoisonError::into_inner);
+        print_note(format!("{doing}: {} of {} {}, {line}", count(done), count(total), self.what));
+    }
 }
 
-impl RunCounter for ReplicateBar {
+impl RunCounter for Counter {
     fn begin(&self, doing: &str, start: Progress) {
+        doing.clone_into(&mut self.doing.lock().unwrap_or_else(PoisonError::into_inner));
         self.bar.set_message(doing.to_owned());
-        self.bar.set_length(start.total as u64);
         self.bar.set_position(start.done as u64);
         self.bar.reset_eta();
-        self.reveal();
+        if let Some(pace) = &mut *self.pace.lock().unwrap_or_else(PoisonError::into_inner) {
+            pace.go_on(Instant::now(), start.done as f64 / start.total.max(1) as f64);
+        }
+        Self::show(self, start);
     }
 
     fn show(&self, progress: Progress) {
-        self.bar.set_length(progress.total as u64);
-        self.reveal();
-        self.bar.set_position(progress.done as u64);
+        Self::show(self, progress);
     }
 }
 
-impl Drop for ReplicateBar {
+impl Drop for Counter {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }
@@ -68,8 +132,8 @@ struct Terminal {
 }
 
 impl Observer for Terminal {
-    fn count_runs(&self, doing: &str) -> Box<dyn RunCounter + '_> {
-        Box::new(ReplicateBar::new(doing))
+    fn count(&self, doing: &str, what: &'static str) -> Box<dyn RunCounter + '_> {
+        Box::new(Counter::new(doing, what))
     }
 
     fn cancel(&self) -> &AtomicBool {
@@ -77,7 +141,7 @@ impl Observer for Terminal {
     }
 }
 
-/// Simulations under a progress bar, which Ctrl-C calls off from now on.
+/// Simulations whose progress is shown, and which Ctrl-C calls off from now on.
 ///
 /// This starts a thread: a process moves into another network before it.
 ///
@@ -93,11 +157,4 @@ pub fn execution(threads: Option<usize>) -> anyhow::Result<Execution<'static>> {
     let cancel = interrupt::listen()?;
     let observer = TERMINAL.get_or_init(|| Terminal { cancel });
     Ok(Execution { n_threads: threads.unwrap_or_else(n_threads), observer })
-}
-
-/// A bar that counts frames of a film.
-pub fn frames_bar() -> ProgressBar {
-    let style = "{bar:30} {human_pos}/{human_len} frames  {eta} left";
-    let style = ProgressStyle::with_template(style).expect("the template is well-formed");
-    ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()).with_style(style)
 }

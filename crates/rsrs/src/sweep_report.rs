@@ -12,6 +12,7 @@ use rsrs_pipeline::sweep::ablation::Ablation;
 use rsrs_pipeline::sweep::knowledge;
 use rsrs_pipeline::sweep::result::SweepResult;
 use rsrs_pipeline::sweep::settling::Unsettled;
+use rsrs_pipeline::wording::shell::quoted;
 
 /// A finished sweep.
 #[derive(Clone, Debug, Serialize)]
@@ -84,11 +85,16 @@ impl fmt::Display for SweepReport {
             )?,
         }
         let folder = self.folder.display();
+        let next = format!(
+            "rsrs choose {} -o {}",
+            quoted(&self.folder),
+            quoted(self.folder.join("choice.json"))
+        );
         let factors = self.factors.as_ref().map(|factors| format!("{}\n", factors.in_words()));
         write!(
             out,
             ": {}\n{folder}/diagram.svg\n{folder}/cells.csv\n{folder}/replicates.parquet\n\
-             {}next: rsrs choose {folder} -o {folder}/choice.json",
+             {}next: {next}",
             in_words(&self.phases),
             factors.unwrap_or_default()
         )

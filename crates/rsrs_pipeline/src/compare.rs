@@ -13,7 +13,7 @@ use rsrs_core::statistics::next_experiment::next_step;
 use rsrs_fleet::record::EndingKind;
 
 pub(crate) use crate::compare::prediction::{Prediction, choose_again};
-use crate::compare::report::{Report, Runs, Simulated};
+use crate::compare::report::{AtHand, Report, Runs, Simulated};
 use crate::compare::run_matching::{Admitted, LABEL, admit, refuse};
 use crate::label::{LabelOptions, Labelled, Labeller, label_bag, label_by};
 use crate::sweep::folder;
@@ -78,6 +78,7 @@ pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Report> {
     let counted =
         counted.into_iter().zip(labelled).map(|(run, label)| (cell(run.cell), run, label));
     let runs = Runs { counted: counted.collect(), others };
+    let next = (next, AtHand::of(folder));
     let mut report = Report::new(&comparison, &cells, &simulated, runs, next);
     report.labels = options.labels.to_string();
     report.notes.extend(prediction.note());

@@ -52,7 +52,10 @@ impl JudgedRun {
             phase: Some(phase),
             lost,
             title: title(&self.labelled.bag),
-            subtitle: format!("{n_robots} robots, {duration_s:.0} s; {phase}"),
+            subtitle: format!(
+                "{n_robots} robots, {duration_s:.0} s; {}",
+                self.labelled.phase_in_words()
+            ),
         }
     }
 
@@ -169,7 +172,7 @@ pub fn film(
     let film = Film {
         trajectory: &run.recorded.trajectory,
         radius_m: run.radius_m(),
-        title: format!("{}: {}", title(bag), run.labelled.phase),
+        title: format!("{}: {}", title(bag), run.labelled.phase_in_words()),
         speed: options.speed,
         frames_per_s: options.frames_per_s,
         tail_s: TAIL_S,

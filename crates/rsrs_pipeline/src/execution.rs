@@ -9,14 +9,19 @@ use crate::error::with_help;
 
 /// Shows how far work has come, and may call it off.
 pub trait Observer: Sync {
-    /// Begins to count simulated runs; the counter lives as long as the work.
-    fn count_runs(&self, doing: &str) -> Box<dyn RunCounter + '_>;
+    /// Begins to count; the counter lives as long as the work.
+    ///
+    /// # Arguments
+    ///
+    /// * `doing` — what is being done: `sweeping`.
+    /// * `what` — what is counted: `runs`.
+    fn count(&self, doing: &str, what: &'static str) -> Box<dyn RunCounter + '_>;
 
     /// Becomes true when work is to end early; nothing half-written is left then.
     fn cancel(&self) -> &AtomicBool;
 }
 
-/// Counts simulated runs.
+/// Counts simulated runs, or what else takes long.
 pub trait RunCounter: Sync {
     /// Shows how much was done before, and how much there is in all; what was done before does not
     /// count towards the rate.
@@ -31,7 +36,7 @@ pub trait RunCounter: Sync {
 pub struct Unobserved;
 
 impl Observer for Unobserved {
-    fn count_runs(&self, _doing: &str) -> Box<dyn RunCounter + '_> {
+    fn count(&self, _doing: &str, _what: &'static str) -> Box<dyn RunCounter + '_> {
         Box::new(*self)
     }
 
@@ -74,7 +79,7 @@ impl Execution<'_> {
         doing: &str,
         work: impl FnOnce(Watch<'_>) -> Result<Swept, E>,
     ) -> anyhow::Result<Swept> {
-        let counter = self.observer.count_runs(doing);
+        let counter = self.observer.count(doing, "runs");
         let cancel = self.observer.cancel();
         let swept = work(Watch { progress: &|progress| counter.show(progress), cancel })?;
         if swept.is_cancelled {

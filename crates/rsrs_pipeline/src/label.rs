@@ -20,7 +20,7 @@ use rsrs_core::judge::reason::{Decisive, Departure, Left, Reason};
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord, LostRobot};
 use rsrs_msgs::topics::{self, Topic};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use self::human_labels::{HumanLabel, JUDGE};
 use crate::error::{helped, with_help};
@@ -108,6 +108,31 @@ pub struct Labelled {
     pub controller_only: Vec<String>,
 }
 
+/// What stands behind a phase that is near another one, everywhere.
+pub const LOOK_AGAIN: &str = "not settled: look again";
+
+/// What the label of a bag, as it is written, has on whether it is near another one.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+pub struct Settledness {
+    /// Not there in a person's label.
+    is_settled: Option<bool>,
+}
+
+impl Settledness {
+    /// Whether a person should look at the run.
+    pub fn is_borderline(self) -> bool {
+        self.is_settled == Some(false)
+    }
+}
+
+/// A phase in words, with a warning where it is near another one.
+pub fn marked(phase: Phase, settledness: Settledness) -> String {
+    if settledness.is_borderline() {
+        return format!("{phase} ({LOOK_AGAIN})");
+    }
+    phase.to_string()
+}
+
 /// How much there is of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RunPart {
@@ -125,8 +150,7 @@ impl Labelled {
 
     /// The phase in words, with a warning where it is near another one.
     pub fn phase_in_words(&self) -> String {
-        let warning = if self.is_borderline() { " (not settled: look again)" } else { "" };
-        format!("{}{warning}", self.phase)
+        marked(self.phase, Settledness { is_settled: Some(!self.is_borderline()) })
     }
 
     /// Which rows of a trajectory are those of robots that did not take part to the end.

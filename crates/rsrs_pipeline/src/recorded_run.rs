@@ -12,7 +12,7 @@ use rsrs_msgs::std_msgs::Text;
 use rsrs_msgs::topics::{self, Topic};
 
 use crate::error::{helped, with_help};
-use crate::wording::{count, counted};
+use crate::wording::{count, counted, size};
 
 /// Recorders hand over what they have every second; a file that did not grow for this long is not
 /// recorded any more.
@@ -42,7 +42,11 @@ pub fn open(path: &Path) -> anyhow::Result<Bag> {
 ///
 /// If it cannot be read or is no bag; the error names it.
 pub fn open_damaged(path: &Path) -> anyhow::Result<Bag> {
-    Bag::open(path).map_err(helped)
+    let bag = Bag::open(path).map_err(helped)?;
+    let info = bag.info();
+    let n_messages = counted(info.n_messages, "message");
+    log::info!("opened {}: {n_messages}, {}", path.display(), size(info.n_bytes));
+    Ok(bag)
 }
 
 /// The record of the run: `None` in a bag that no runner of ours has made.

@@ -76,10 +76,11 @@ impl Reported<'_> {
     fn summary(&self) -> Vec<String> {
         let comparison = self.comparison;
         let mill = comparison.behaviour().verb().plain;
+        let next = comparison.next_in_words().join(": ");
         let mut sentences = vec![
             format!("Claim: real robots {mill} at least as often as simulated ones."),
             format!("{}.", upper(&comparison.reason_in_words())),
-            format!("Next: {}.", comparison.next_in_words()),
+            format!("Next: {next}."),
         ];
         sentences.extend(comparison.notes.iter().map(|note| format!("Note: {note}.")));
         sentences

@@ -110,7 +110,7 @@ pub fn sweep_shard(
     let mut counts = vec![PhaseCounts::default(); plan.conditions.len()];
     let sweeping = Sweeping { plan: &plan, site: &site, folder, shard: Some(shard), execution };
     let round = plan.first_round();
-    match sweeping.work_on(&round, 0, &mut counts, &*execution.observer.count_runs("sweeping")) {
+    match sweeping.work_on(&round, 0, &mut counts, &*execution.observer.count("sweeping", "runs")) {
         Ok(()) => Ok(Some(counts.iter().map(PhaseCounts::total).sum())),
         Err(failure) => Err(plan.give_up(name, site, failure)),
     }
@@ -259,7 +259,7 @@ impl Sweeping<'_> {
 
     /// Goes through the rounds: a single one, unless the sweep is adaptive.
     fn rounds(&self, schedule: Option<&Schedule>) -> Result<Swept, Failure> {
-        let counter = self.execution.observer.count_runs("sweeping");
+        let counter = self.execution.observer.count("sweeping", "runs");
         let mut swept = Swept {
             counts: vec![PhaseCounts::default(); self.plan.conditions.len()],
             rounds: Vec::new(),

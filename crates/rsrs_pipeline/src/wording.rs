@@ -1,6 +1,7 @@
 //! Counts, sizes and times as people read them.
 
 pub mod quantity;
+pub mod shell;
 
 use std::path::PathBuf;
 

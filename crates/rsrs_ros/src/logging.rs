@@ -1,5 +1,6 @@
 //! What a node logs to standard error.
 
+use std::io::Write as _;
 use std::str::FromStr;
 
 use log::LevelFilter;
@@ -84,6 +85,21 @@ const MIDDLEWARE: [(&str, LevelFilter); 11] = [
 /// * `level` — for our own crates.
 /// * `developer_filter` — contents of `RUST_LOG`, if set.
 pub fn init(level: Level, developer_filter: Option<&str>) {
+    install(builder(level, developer_filter));
+}
+
+/// As [`init`], for a person who wants to read every step of a command: what is done stands there
+/// without where it is logged, and anything worse has its severity in front.
+pub fn init_steps(developer_filter: Option<&str>) {
+    let mut builder = builder(Level::Info, developer_filter);
+    builder.format(|out, record| match record.level() {
+        log::Level::Info => writeln!(out, "{}", record.args()),
+        level => writeln!(out, "{}: {}", level.as_str().to_lowercase(), record.args()),
+    });
+    install(builder);
+}
+
+fn builder(level: Level, developer_filter: Option<&str>) -> env_logger::Builder {
     let mut builder = env_logger::Builder::new();
     builder.filter_level(level.as_log().to_level_filter());
     for (module, filter) in MIDDLEWARE {
@@ -93,6 +109,10 @@ pub fn init(level: Level, developer_filter: Option<&str>) {
         builder.parse_filters(filter);
     }
     builder.target(env_logger::Target::Stderr).format_timestamp(None);
+    builder
+}
+
+fn install(mut builder: env_logger::Builder) {
     let logger = Filtered(builder.build());
     let level = logger.0.filter();
     // It fails only if there is a logger already.

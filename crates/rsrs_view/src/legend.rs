@@ -7,7 +7,7 @@ use crate::boundary::{dashes, tag};
 use crate::overlay::{ChosenShape, double_stroke, ring};
 use crate::palette::{INK, LEAST_SHARE, NOT_SWEPT, QUIET_INK, shade};
 use crate::svg::{Element, line_of_text, rectangle};
-use crate::symbol::{MARK_PX, mark};
+use crate::symbol::{Filling, MARK_PX, mark};
 use crate::text::{Weight, width_px, wrap};
 
 /// Width of the legend where there is room, in pixels.
@@ -33,8 +33,8 @@ pub struct Contents {
     pub chosen: Option<(Vec<String>, Option<ChosenShape>)>,
     /// Labels of the boundaries.
     pub boundaries: Vec<(String, Visibility)>,
-    /// Real runs per phase, without the phases that did not occur.
-    pub experiments: Vec<(Phase, u64)>,
+    /// Real runs per phase, settled or not, without those that did not occur.
+    pub experiments: Vec<(Phase, Filling, u64)>,
     /// Real runs that the picture does not show.
     pub n_experiments_elsewhere: u64,
     /// Whether some cells have no result.
@@ -218,9 +218,14 @@ impl Legend {
 
     fn experiments(&mut self, contents: &Contents) {
         self.heading("Experiments");
-        for (phase, n) in &contents.experiments {
-            let key = mark(*phase, (self.left_px + KEY_PX - 20.0, self.y_px + 9.5), MARK_PX);
-            self.row(Some(key), &format!("{phase}: {n}"));
+        for (phase, filling, n) in &contents.experiments {
+            let at_px = (self.left_px + KEY_PX - 20.0, self.y_px + 9.5);
+            let key = mark(*phase, *filling, (at_px, MARK_PX));
+            let warning = match filling {
+                Filling::Full => "",
+                Filling::Hollow => ", not settled: look again",
+            };
+            self.row(Some(key), &format!("{phase}: {n}{warning}"));
         }
         if contents.n_experiments_elsewhere > 0 {
             let text = format!("{} not shown", contents.n_experiments_elsewhere);

@@ -7,7 +7,7 @@ use crate::overlay::{grid_cell, position_px};
 use crate::palette::INK;
 use crate::plot::Plot;
 use crate::svg::{Element, line_of_text};
-use crate::symbol::{MARK_PX, mark};
+use crate::symbol::{Filling, MARK_PX, mark};
 use crate::text::{Weight, width_px};
 use crate::track::Point;
 
@@ -15,17 +15,37 @@ const COUNT_PX: f64 = 10.0;
 /// Sizes that symbols may have where each run has its own, in pixels, the best first.
 const SIZES_PX: [f64; 5] = [MARK_PX, 4.6, 3.8, 3.2, 2.7];
 
-/// How often real runs at one cell ended in one phase.
+/// How often real runs at one cell ended in one phase, surely or not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExperimentMark {
     /// Where they ran; swept or not.
     pub cell: Cell,
     /// What the judge said.
     pub phase: Phase,
+    /// Whether that is settled; else the label is near another one, and somebody should look again.
+    pub is_settled: bool,
     /// Number of runs.
     pub n: u64,
     /// Their names, as many as there are runs; empty if they have none. Any texts.
     pub names: Vec<String>,
+}
+
+impl ExperimentMark {
+    /// The symbol of its runs, of which it has one.
+    pub(crate) fn symbol(&self, at_px: Point, radius_px: f64) -> Element {
+        mark(self.phase, self.filling(), (at_px, radius_px))
+    }
+
+    /// How its symbol is filled.
+    pub(crate) fn filling(&self) -> Filling {
+        if self.is_settled { Filling::Full } else { Filling::Hollow }
+    }
+
+    /// The phase in words, with a warning where it is near another one.
+    pub(crate) fn label(&self) -> String {
+        let warning = if self.is_settled { "" } else { " (not settled: look again)" };
+        format!("{}{warning}", self.phase)
+    }
 }
 
 /// Draws the real runs of every cell: each with its name if all have one and there is room, else those
@@ -64,8 +84,8 @@ fn one_by_one(plot: &Plot, place: Point, runs: &[&ExperimentMark]) -> Option<Vec
     }
     let (column, row) = grid_cell(plot, &runs.first()?.cell)?;
     let (_, _, width_px, height_px) = plot.cell_px(column, row);
-    let named: Vec<(Phase, &String)> =
-        runs.iter().flat_map(|run| run.names.iter().map(|name| (run.phase, name))).collect();
+    let named: Vec<(&ExperimentMark, &String)> =
+        runs.iter().flat_map(|run| run.names.iter().map(|name| (*run, name))).collect();
     let (radius_px, n_columns) = SIZES_PX.into_iter().find_map(|radius_px| {
         let fitting = |room_px: f64| {
             (1..=named.len())
@@ -78,13 +98,13 @@ fn one_by_one(plot: &Plot, place: Point, runs: &[&ExperimentMark]) -> Option<Vec
     let n_rows = named.len().div_ceil(n_columns);
     let n_columns = named.len().div_ceil(n_rows);
     let pitch_px = pitch_px(radius_px);
-    let symbol = |(index, (phase, name)): (usize, &(Phase, &String))| {
+    let symbol = |(index, (run, name)): (usize, &(&ExperimentMark, &String))| {
         let row = index / n_columns;
         let n_in_row = (named.len() - row * n_columns).min(n_columns);
         let middle = |n: usize| (n as f64 - 1.0) / 2.0;
         let x_px = place.0 + pitch_px * ((index % n_columns) as f64 - middle(n_in_row));
         let y_px = place.1 + pitch_px * (row as f64 - middle(n_rows));
-        mark(*phase, (x_px, y_px), radius_px).child(title(&format!("{name}: {phase}")))
+        run.symbol((x_px, y_px), radius_px).child(title(&format!("{name}: {}", run.label())))
     };
     Some(named.iter().enumerate().map(symbol).collect())
 }
@@ -125,7 +145,7 @@ fn stacked(plot: &Plot, place: Point, runs: &[&ExperimentMark]) -> Option<Vec<El
 /// A symbol with the names of its runs.
 fn named(run: &ExperimentMark, at_px: Point, radius_px: f64) -> Element {
     let names = (!run.names.is_empty()).then(|| title(&run.names.join(", ")));
-    mark(run.phase, at_px, radius_px).children(names)
+    run.symbol(at_px, radius_px).children(names)
 }
 
 fn count(run: &ExperimentMark) -> String {

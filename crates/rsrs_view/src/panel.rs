@@ -11,6 +11,7 @@ use crate::overlay::{self, ChosenShape};
 use crate::palette::INK;
 use crate::plot::{self, Plot, quantity};
 use crate::svg::{Element, line_of_text};
+use crate::symbol::Filling;
 
 /// Height of the letters above a panel, in pixels.
 pub const HEADING_PX: f64 = 12.5;
@@ -128,13 +129,18 @@ pub fn contents(picture: &DiagramPicture, plots: &[Plot], drawings: &[Drawing]) 
     let is_shown = |run: &&marks::ExperimentMark| {
         plots.iter().any(|plot| overlay::position_px(plot, &run.cell).is_some())
     };
-    let n_shown = |phase: Phase| -> u64 {
-        let runs = picture.experiments.iter().filter(|run| run.phase == phase);
+    let n_shown = |phase: Phase, filling: Filling| -> u64 {
+        let is_its = |run: &&marks::ExperimentMark| run.phase == phase && run.filling() == filling;
+        let runs = picture.experiments.iter().filter(is_its);
         runs.filter(is_shown).map(|run| run.n).sum()
     };
     let n_all: u64 = picture.experiments.iter().map(|run| run.n).sum();
-    let experiments = Phase::ALL.map(|phase| (phase, n_shown(phase)));
-    let n_experiments_elsewhere = n_all - experiments.iter().map(|(_, n)| n).sum::<u64>();
+    let kinds = Phase::ALL.map(|phase| [Filling::Full, Filling::Hollow].map(|it| (phase, it)));
+    let experiments: Vec<(Phase, Filling, u64)> = (kinds.into_iter().flatten())
+        .map(|(phase, filling)| (phase, filling, n_shown(phase, filling)))
+        .filter(|(_, _, n)| *n > 0)
+        .collect();
+    let n_experiments_elsewhere = n_all - experiments.iter().map(|(_, _, n)| n).sum::<u64>();
     let numbers = plots.iter().filter_map(Plot::number_px);
     let behaviour = picture.panels.first().map(|panel| panel.diagram.behaviour());
     Contents {
@@ -142,7 +148,7 @@ pub fn contents(picture: &DiagramPicture, plots: &[Plot], drawings: &[Drawing]) 
         number_px: numbers.reduce(f64::max).filter(|_| picture.numbers == Numbers::Shown),
         chosen,
         boundaries: labels(picture).into_iter().map(in_legend).collect(),
-        experiments: experiments.into_iter().filter(|(_, n)| *n > 0).collect(),
+        experiments,
         n_experiments_elsewhere,
         has_holes: plots.iter().any(|plot| plot.slice.has_holes()),
     }

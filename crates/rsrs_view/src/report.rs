@@ -18,7 +18,7 @@ use crate::page::{Table, details, document, table};
 use crate::palette::hue;
 use crate::replay::Replay;
 use crate::svg::Element;
-use crate::symbol::{MARK_PX, mark};
+use crate::symbol::{Filling, MARK_PX, mark};
 
 const SCRIPT: &str = include_str!("../assets/report.js");
 
@@ -223,7 +223,7 @@ fn symbols() -> Markup {
         Element::new("symbol")
             .with("id", &format!("symbol-{}", phase.key()))
             .with("viewBox", "-9 -9 18 18")
-            .child(mark(phase, (0.0, 0.0), MARK_PX))
+            .child(mark(phase, Filling::Full, ((0.0, 0.0), MARK_PX)))
     };
     let all = Element::new("svg").with("hidden", "").children(Phase::ALL.map(one));
     PreEscaped(all.to_string())

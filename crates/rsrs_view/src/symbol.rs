@@ -8,14 +8,26 @@ use crate::svg::{Element, number};
 /// Radius of a real run's symbol where there is room, in pixels.
 pub const MARK_PX: f64 = 5.5;
 
+/// How a symbol is filled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filling {
+    /// Of a run whose label is settled.
+    Full,
+    /// White in its middle, of one whose label is near another one.
+    Hollow,
+}
+
 /// The mark of a real run: the phase's symbol in its hue, with a white rim.
 ///
 /// # Arguments
 ///
-/// * `(x_px, y_px)` — its centre, in pixels.
-/// * `radius_px` — about half its width, in pixels.
-pub fn mark(phase: Phase, (x_px, y_px): (f64, f64), radius_px: f64) -> Element {
-    let path = path(phase, (x_px, y_px), radius_px);
+/// * `(at_px, radius_px)` — its centre, and about half its width, in pixels.
+pub fn mark(phase: Phase, filling: Filling, (at_px, radius_px): ((f64, f64), f64)) -> Element {
+    let hollow = (filling == Filling::Hollow).then(|| {
+        let inner = path(phase, at_px, 0.55 * radius_px);
+        Element::new("path").with("d", &inner).with("fill", "#ffffff")
+    });
+    let path = path(phase, at_px, radius_px);
     let thin = (radius_px / MARK_PX).min(1.0);
     let outline = |stroke: &str, width_px: f64| {
         Element::new("path")
@@ -25,7 +37,8 @@ pub fn mark(phase: Phase, (x_px, y_px): (f64, f64), radius_px: f64) -> Element {
             .at("stroke-width", thin * width_px)
             .with("stroke-linejoin", "round")
     };
-    Element::new("g").fixed().child(outline("#ffffff", 4.0)).child(outline(INK, 1.3))
+    let whole = Element::new("g").fixed().child(outline("#ffffff", 4.0)).child(outline(INK, 1.3));
+    whole.children(hollow)
 }
 
 /// Circle, diamond, square, triangle, cross: in the order of a behaviour's phases.

@@ -100,8 +100,13 @@ fn n_pixels_of(pixmap: &Pixmap, colour: [u8; 3]) -> usize {
 fn a_full_picture_shows_all_there_is() {
     let diagram = default_diagram();
     let chosen = cell("speed_m_s=0.15,turn_rate_rad_s=0.75");
-    let experiment =
-        |at: &str, phase, n| ExperimentMark { cell: cell(at), phase, n, names: Vec::new() };
+    let experiment = |at: &str, phase, n| ExperimentMark {
+        cell: cell(at),
+        phase,
+        is_settled: true,
+        n,
+        names: Vec::new(),
+    };
     let line = |label: &str, slope: f64| Boundary {
         label: label.to_owned(),
         points: vec![(0.0, 0.0), (0.4, 0.4 * slope)],
@@ -307,12 +312,34 @@ fn axes_that_were_not_swept_are_refused_with_what_to_type() {
 }
 
 #[test]
+fn runs_that_are_not_settled_are_hollow_and_counted_by_themselves() {
+    let diagram = default_diagram();
+    let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+    let runs = |is_settled, names: Vec<String>| ExperimentMark {
+        cell: cell("speed_m_s=0.15,turn_rate_rad_s=0.75"),
+        phase: Phase::StableMilling,
+        is_settled,
+        n: names.len() as u64,
+        names,
+    };
+    let experiments = [runs(true, names(&["run_1", "run_2"])), runs(false, names(&["run_3"]))];
+
+    let (svg, _) =
+        draw("unsettled", &DiagramPicture { experiments: &experiments, ..plain(&diagram) });
+
+    assert!(svg.contains("<title>run_2: stable milling</title>"));
+    assert!(svg.contains("<title>run_3: stable milling (not settled: look again)</title>"));
+    assert!(svg.contains(">stable milling: 2</text>"));
+    assert!(svg.contains(">stable milling: 1, not settled:"), "in the legend");
+}
+
+#[test]
 fn runs_with_names_each_have_a_mark_of_their_own_while_there_is_room() {
     let diagram = default_diagram();
     let runs = |n: u64| {
         let names = (1..=n).map(|run| format!("run_{run}")).collect();
         let at = cell("speed_m_s=0.15,turn_rate_rad_s=0.75");
-        [ExperimentMark { cell: at, phase: Phase::StableMilling, n, names }]
+        [ExperimentMark { cell: at, phase: Phase::StableMilling, is_settled: true, n, names }]
     };
     let drawn = |n: u64| {
         let experiments = runs(n);

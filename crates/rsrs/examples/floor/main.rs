@@ -67,6 +67,8 @@ struct Experiment {
     cell: Cell,
     /// The judge's label of its bag.
     phase: Phase,
+    /// Whether that is settled.
+    is_settled: bool,
     /// How simulated runs of its cell ended.
     simulated: PhaseCounts,
     /// How repetitions of it ended, on the same floor with other seeds.
@@ -86,8 +88,10 @@ fn main() -> anyhow::Result<()> {
             let cell = Cell::new([(Axis::Speed, speed_m_s), (Axis::TurnRate, rate_rad_s)])?;
             let bag = folder.join(format!("experiment_{number}"));
             record(&bag, measured, &conditions, number)?;
+            let labelled = label_bag(&bag, LabelOptions::default())?;
             Ok(Experiment {
-                phase: label_bag(&bag, LabelOptions::default())?.phase,
+                phase: labelled.phase,
+                is_settled: !labelled.is_borderline(),
                 simulated: plane.diagram.cells[plane.diagram.locate(&cell)?].counts,
                 repeated: repeat(&conditions)?,
                 cell,
@@ -289,6 +293,7 @@ fn draw(
     let mark = |it: &Experiment| ExperimentMark {
         cell: it.cell.clone(),
         phase: it.phase,
+        is_settled: it.is_settled,
         n: 1,
         names: Vec::new(),
     };

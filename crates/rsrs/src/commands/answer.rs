@@ -6,9 +6,10 @@ use rsrs_core::diagram::choice::VIABLE_B_S_LOW;
 use rsrs_pipeline::answer::{CONFIRM, Options, REPLICATES, answer};
 use rsrs_pipeline::picture::{PictureFile, of_answers};
 
-use crate::commands::{Format, report};
+use crate::commands::{Format, report, report_written};
 use crate::failure::Outcome;
 use crate::progress::execution;
+use crate::words::{Tone, Words};
 
 /// Answer the paper's five questions on a robot: how many, how fast, how sharply turning, how good the
 /// sensors, how alike.
@@ -69,9 +70,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         execution: execution(arguments.threads)?,
     };
     let answers = answer(&arguments.profile, options)?;
-    report(arguments.format, &answers, &answers.to_string())?;
+    let verdict = if answers.viable { "they mill" } else { "they do not mill" };
+    let words = Words::new(&answers).tone(Tone::good_if(answers.viable), verdict);
+    report(arguments.format, &answers, words)?;
     if let Some(picture) = picture {
         picture.write(&of_answers(&answers)?)?;
+        report_written(arguments.format, picture.path())?;
     }
     Ok(if answers.viable { Outcome::Done } else { Outcome::NegativeAnswer })
 }

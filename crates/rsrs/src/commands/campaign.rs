@@ -5,7 +5,7 @@ mod prompt;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
-use rsrs_fleet::record;
+use rsrs_fleet::record::{self, EndingKind};
 use rsrs_ros::logging::{self, Level};
 use rsrs_ros::security::Member;
 
@@ -14,11 +14,14 @@ use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use crate::notes::print_note;
+use crate::words::{Tone, Words};
 use prompt::Prompt;
 use rsrs_pipeline::campaign::{Campaign, CampaignFolder, Conductor, RunTarget, Summary};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::execution::runtime;
+use rsrs_pipeline::label::LOOK_AGAIN;
 use rsrs_pipeline::run::own_network::OwnNetwork;
+use rsrs_pipeline::wording::shell::quoted;
 
 /// Run many experiments one after the other, and go on where it was interrupted.
 ///
@@ -100,8 +103,21 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return Err(interrupted(&error, arguments));
     }
     let summary = Summary::of(&folder, &items, &command(arguments))?;
-    report(arguments.format, &summary, &summary.to_string())?;
+    report(arguments.format, &summary, words(&summary))?;
     Ok(if summary.is_whole() { Outcome::Done } else { Outcome::NegativeAnswer })
+}
+
+/// The table, in which endings that do not count and labels to look at again catch the eye.
+fn words(summary: &Summary) -> Words {
+    summary.endings().fold(Words::new(summary), |words, ended| {
+        let tone = match EndingKind::from_key(ended.ending) {
+            Some(EndingKind::Completed) => Tone::Good,
+            Some(_) => Tone::Bad,
+            None => Tone::Unclear,
+        };
+        let words = words.past(format!("\n{}", ended.experiment)).tone(tone, ended.ending);
+        if ended.is_borderline { words.tone(Tone::Unclear, LOOK_AGAIN) } else { words }
+    })
 }
 
 fn floor(arguments: &Arguments) -> anyhow::Result<RunTarget> {
@@ -125,7 +141,7 @@ fn floor(arguments: &Arguments) -> anyhow::Result<RunTarget> {
 
 /// The command that goes on.
 fn command(arguments: &Arguments) -> String {
-    let path = |path: &Path| path.display().to_string();
+    let path = |path: &Path| quoted(path);
     let mut words = vec!["rsrs campaign".to_owned(), path(&arguments.campaign)];
     words.extend(["-o".to_owned(), path(&arguments.output)]);
     if arguments.backend == Backend::Fleet {
@@ -136,7 +152,7 @@ fn command(arguments: &Arguments) -> String {
         words.push("--yes".to_owned());
     }
     if let Some(program) = &arguments.place_command {
-        words.push(format!("--place-command '{}'", program.replace('\'', "'\\''")));
+        words.push(format!("--place-command {}", quoted(program)));
     }
     words.join(" ")
 }

@@ -7,14 +7,16 @@ use rsrs_core::diagram::choice::{Choice, OneRobotLess, VIABLE_B_S_LOW};
 use rsrs_core::judge::behaviour::Verb;
 use serde::Serialize;
 
-use crate::commands::{Format, report};
+use crate::commands::{Format, print_text, report, report_written};
 use crate::failure::Outcome;
 use crate::progress::execution;
+use crate::words::{Tone, Words};
 use rsrs_pipeline::choose::{CONFIRM, Chosen, Options, as_measured, choose, write};
 use rsrs_pipeline::sweep::ablation::{Ablation, REPLICATES, ablate};
 use rsrs_pipeline::sweep::folder;
 use rsrs_pipeline::sweep::settling;
 use rsrs_pipeline::wording::counted;
+use rsrs_pipeline::wording::shell::{experiment_beside, quoted};
 
 /// Choose the milling cell that may drift furthest, and confirm it on fresh seeds.
 ///
@@ -74,18 +76,21 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             if let Some(path) = &arguments.output {
                 write(path, &choice)?;
             }
-            report_with_factors(arguments, &choice, &choice.cell, &text(&choice))?;
+            let words = Words::from(text(&choice, arguments.viable)).tone(Tone::Good, VIABLE);
+            report_with_factors(arguments, &choice, &choice.cell, words)?;
+            report_next(arguments)?;
             Ok(Outcome::Done)
         }
         Chosen::NoViableCell(none) => {
             let smaller = none.smaller_placement.map(|smaller| format!("\n{}", smaller.text()));
-            let why = format!(
-                "\nwhat would have to be changed: rsrs diagnose {}",
-                arguments.folder.display()
-            );
             let smaller = smaller.unwrap_or_default();
-            let printed = format!("no viable cell: {}{smaller}{why}", none.reason);
-            report_with_factors(arguments, &none, none.best_cell(), &printed)?;
+            let printed = format!("{NO_VIABLE_CELL}: {}{smaller}", none.reason);
+            let words = Words::from(printed).tone(Tone::Bad, NO_VIABLE_CELL);
+            report_with_factors(arguments, &none, none.best_cell(), words)?;
+            if arguments.format == Format::Text {
+                let next = format!("next: rsrs diagnose {}", quoted(&arguments.folder));
+                print_text(&Words::from(next + "   # what would have to be changed").painted())?;
+            }
             Ok(Outcome::NegativeAnswer)
         }
     }
@@ -104,28 +109,64 @@ fn report_with_factors<T: Serialize>(
     arguments: &Arguments,
     answer: &T,
     cell: &Cell,
-    printed: &str,
+    words: Words,
 ) -> anyhow::Result<()> {
     let result = folder::read(&arguments.folder)?;
     let replicates = REPLICATES.min(arguments.confirm);
     let factors = ablate(&result.source, cell, replicates, execution(arguments.threads)?)?;
-    let in_words = factors.as_ref().map(|factors| format!("\n{}", factors.in_words()));
-    let printed = printed.to_owned() + &in_words.unwrap_or_default();
-    report(arguments.format, &WithFactors { answer, factors }, &printed)
+    let words = match &factors {
+        Some(factors) => words.below(factors.in_words()),
+        None => words,
+    };
+    report(arguments.format, &WithFactors { answer, factors }, words)
 }
 
-fn text(choice: &Choice) -> String {
+/// Where the choice was written, and what follows from it.
+fn report_next(arguments: &Arguments) -> anyhow::Result<()> {
+    if arguments.format == Format::Json {
+        return Ok(());
+    }
+    let folder = quoted(&arguments.folder);
+    let Some(path) = &arguments.output else {
+        let kept = quoted(arguments.folder.join("choice.json"));
+        let next =
+            format!("next: rsrs choose {folder} -o {kept}   # keeps it, for run and diagram");
+        return print_text(&Words::from(next).painted());
+    };
+    report_written(Format::Text, path)?;
+    let experiment = experiment_beside(&arguments.folder);
+    let next = format!(
+        "next: rsrs plan-experiments {folder}\nthen: rsrs run {experiment} --from {folder}"
+    );
+    print_text(&Words::from(next).painted())
+}
+
+/// What a chosen cell is called, and how a person reads it.
+const VIABLE: &str = "viable";
+const NO_VIABLE_CELL: &str = "no viable cell";
+
+fn text(choice: &Choice, viable: f64) -> String {
     let margins: Vec<String> = choice
         .margin
         .iter()
         .map(|(axis, margin)| {
+            if margin.low == 0.0 && margin.high == 0.0 {
+                return format!(
+                    "  {axis} may not drift: the next values that were swept are not viable"
+                );
+            }
             format!("  {axis} may drift by -{} to +{} {}", margin.low, margin.high, axis.unit())
         })
         .collect();
     let mut lines = vec![
-        choice.cell.to_string(),
         format!(
-            "  {} in {:.1} % of {} fresh runs (95 % interval {:.1} to {:.1} %)",
+            "{VIABLE}: {} (surely {:.0} % of its runs or more {}, made worse and as measured)",
+            choice.cell,
+            100.0 * viable,
+            choice.behaviour().verb().plain
+        ),
+        format!(
+            "  made worse, it {} in {:.1} % of {} fresh runs (95 % interval {:.1} to {:.1} %)",
             choice.behaviour().verb().does,
             100.0 * choice.b_s,
             choice.n_replicates,
@@ -170,7 +211,8 @@ fn one_robot_less(less: OneRobotLess, verb: Verb) -> String {
 fn by_circliness(choice: &Choice) -> Option<String> {
     let [lower, stable, higher] = choice.by_circliness.as_slice() else { return None };
     Some(format!(
-        "  stable is a circliness of {} or more; from {} on it would be {:.1} %, from {} on {:.1} %",
+        "  a mill is stable from a circliness of {} on (0: a filled disc, 1: a thin ring); from {} on it \
+         would be {:.1} %, from {} on {:.1} %",
         stable.stable_circliness,
         lower.stable_circliness,
         100.0 * lower.b_s,

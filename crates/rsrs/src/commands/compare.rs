@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::bag_arguments::BagArguments;
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
+use crate::verdicts;
 use rsrs_pipeline::compare::compare;
 
 /// Hold recorded runs against the sweep that predicts them: do robots mill as often as simulated?
@@ -22,7 +23,7 @@ use rsrs_pipeline::compare::compare;
 /// 0.05, whatever number of runs one looked at before: add runs and compare again as you like. Else it
 /// is `undecided`. Exit code 3 means that it is violated.
 ///
-/// The last line is what to do next: the experiment that is most informative, or, where real robots
+/// The last lines are what to do next: the experiment that is most informative, or, where real robots
 /// mill less often, back to measuring them.
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -47,6 +48,6 @@ pub struct Arguments {
 /// As [`compare`].
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let result = compare(&arguments.folder, &arguments.runs.clone().into())?;
-    report(arguments.format, &result, &result.to_string())?;
+    report(arguments.format, &result, verdicts::comparison(&result))?;
     Ok(result.verdict.into())
 }

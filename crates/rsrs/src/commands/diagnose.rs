@@ -9,6 +9,7 @@ use rsrs_pipeline::diagnose::{CONFIRM, Options, diagnose};
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::progress::execution;
+use crate::words::{Tone, Words};
 
 /// Find out why robots do not mill, and what would have to be changed about them.
 ///
@@ -75,6 +76,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         execution: execution(arguments.threads)?,
     };
     let diagnosis = diagnose(&arguments.profile, options)?;
-    report(arguments.format, &diagnosis, &diagnosis.to_string())?;
+    let verdict =
+        if diagnosis.viable { "mill; nothing is wrong" } else { "do not mill often enough" };
+    let words = Words::new(&diagnosis).tone(Tone::good_if(diagnosis.viable), verdict);
+    report(arguments.format, &diagnosis, words)?;
     Ok(if diagnosis.viable { Outcome::Done } else { Outcome::NegativeAnswer })
 }

@@ -11,6 +11,7 @@ use rsrs_core::statistics::interval_kind::IntervalKind;
 use rsrs_view::diagram::{ExperimentMark, Numbers};
 use rsrs_view::page::{Page, Table};
 
+use crate::commands::{Format, report_written};
 use crate::failure::Outcome;
 use rsrs_pipeline::compare;
 use rsrs_pipeline::error::with_help;
@@ -138,6 +139,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     } else {
         write_file(&arguments.output, page(&result, arguments.world, &svg)?.as_bytes())?;
     }
+    report_written(Format::Text, &arguments.output)?;
     Ok(Outcome::Done)
 }
 

@@ -6,6 +6,7 @@ use rsrs_pipeline::draw::svg;
 use rsrs_pipeline::label::{CutRun, LabelOptions};
 use rsrs_pipeline::picture::PictureFile;
 
+use crate::commands::{Format, report_written};
 use crate::failure::Outcome;
 
 /// Draw a recorded run: from above, and its order parameters over time.
@@ -38,5 +39,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let picture = PictureFile::new(&arguments.output)?;
     let cut = if arguments.part { CutRun::Judged } else { CutRun::Refused };
     picture.write(&svg(&arguments.bag, LabelOptions { cut, ..LabelOptions::default() })?)?;
+    report_written(Format::Text, &arguments.output)?;
     Ok(Outcome::Done)
 }

@@ -18,6 +18,8 @@ use crate::notes::print_note;
 use crate::progress::execution;
 use crate::starter_files::StarterFiles;
 use crate::sweep_report::in_words;
+use crate::verdicts;
+use crate::words::Words;
 use rsrs_pipeline::choose::{self, Chosen};
 use rsrs_pipeline::compare;
 use rsrs_pipeline::compare::report::Report as Comparison;
@@ -33,6 +35,7 @@ use rsrs_pipeline::sweep::result::SweepResult;
 use rsrs_pipeline::sweep::settling;
 use rsrs_pipeline::sweep::source::ResolvedSweep;
 use rsrs_pipeline::sweep::sweep_into;
+use rsrs_pipeline::wording::shell::quoted;
 
 /// Go through the whole loop on this machine: no robots, no LAN.
 ///
@@ -130,14 +133,14 @@ impl DryRun<'_> {
         let launch_configs = self.folder.join("launch_configs");
         let files = StarterFiles::write(&launch_configs)?;
         let source = ResolvedSweep::read(&files.sweep)?;
-        self.print(&measured_and_harsher(&source)?)?;
+        self.print(measured_and_harsher(&source)?)?;
 
         let sweep = self.folder.join("sweep");
         let name = files.sweep.display().to_string();
         let result = sweep_into(&sweep, &name, source, execution(None)?)?;
-        self.print(&swept(&result))?;
+        self.print(swept(&result))?;
         let choice = choose_cell(&sweep)?;
-        self.print(&chosen(&choice))?;
+        self.print(chosen(&choice))?;
 
         let experiments = self.run_experiments(&files, &sweep, &choice)?;
         let counted = experiments.iter().filter(|run| run.ending == EndingKind::Completed.key());
@@ -148,22 +151,24 @@ impl DryRun<'_> {
             with_lost_robots: false,
             margin: MARGIN,
         };
-        let comparison = compare::compare(&sweep, &runs)?;
-        self.print(&format!("\n{comparison}"))?;
+        let mut comparison = compare::compare(&sweep, &runs)?;
+        comparison.at_hand.experiment = quoted(&files.experiment);
+        self.print("")?;
+        self.print(verdicts::comparison(&comparison))?;
         let json = serde_json::to_string_pretty(&comparison).context("the comparison as JSON")?;
         write_file(&self.folder.join("comparison.json"), format!("{json}\n").as_bytes())?;
 
         let diagram = self.draw(&result, &choice, &comparison)?;
-        self.print(&self.files(&runs.bags))?;
+        self.print(self.files(&runs.bags))?;
         let folder = self.folder.clone();
         Ok(Summary { folder, launch_configs, sweep, diagram, choice, experiments, comparison })
     }
 
     /// Says in text how far it is; JSON comes whole at the end.
-    fn print(&self, text: &str) -> anyhow::Result<()> {
+    fn print(&self, words: impl Into<Words>) -> anyhow::Result<()> {
         match self.arguments.format {
             Format::Json => Ok(()),
-            Format::Text => commands::print_text(text),
+            Format::Text => commands::print_text(&words.into().painted()),
         }
     }
 
@@ -212,7 +217,7 @@ impl DryRun<'_> {
             let summary = on_simulated_fleet(plan, &self.network, fleet, &TerminalOperator).await?;
             if summary.ending == EndingKind::Void.key() && n_void < MOST_VOID {
                 n_void += 1;
-                self.print(&format!(
+                self.print(format!(
                     "experiment {number} {of}: seed {}: void, and does not count: {}",
                     plan.record.seed, summary.reason
                 ))?;
@@ -226,14 +231,16 @@ impl DryRun<'_> {
                 ));
             }
             let bag = summary.bag.as_deref().context("a completed experiment has a bag")?;
-            let phase = label_bag(bag, LabelOptions::default())?.phase;
+            let labelled = label_bag(bag, LabelOptions::default())?;
+            let phase = labelled.phase;
             let pace = summary
                 .real_time_factor
                 .map_or_else(String::new, |factor| format!(", {factor:.0} times real time"));
-            self.print(&format!(
-                "experiment {number} {of}: seed {}, {} s over DDS{pace}, {} messages recorded: {phase}",
+            let run = format!(
+                "experiment {number} {of}: seed {}, {} s over DDS{pace}, {} messages recorded: ",
                 plan.record.seed, summary.duration_s, summary.n_messages
-            ))?;
+            );
+            self.print(verdicts::phase(&labelled, run))?;
             summaries.push(summary);
             real.n += 1;
             real.hits += u64::from(phase == phase.behaviour().wanted());

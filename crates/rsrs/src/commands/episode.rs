@@ -45,6 +45,6 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let Arguments { folder, cell, replicate, output, .. } = arguments;
     let episode = replay(folder, cell, *replicate, output, execution(None)?)?;
-    report(arguments.format, &episode, &episode.to_string())?;
+    report(arguments.format, &episode, episode.to_string())?;
     Ok(Outcome::Done)
 }

@@ -5,10 +5,12 @@ use std::sync::atomic::Ordering;
 
 use rsrs_pipeline::draw::{FilmOptions, film};
 use rsrs_pipeline::files::write_file;
+use rsrs_sim::sweep::Progress;
 
+use crate::commands::{Format, report_written};
 use crate::failure::Outcome;
 use crate::interrupt;
-use crate::progress::frames_bar;
+use crate::progress::Counter;
 
 /// Film a recorded run: robots from above with the ways that they came, as an animated GIF or PNG.
 ///
@@ -49,13 +51,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         width_px: arguments.width,
     };
     let cancel = interrupt::listen()?;
-    let bar = frames_bar();
-    let bytes = film(&arguments.bag, &arguments.output, options, &|done, total| {
-        bar.set_length(total as u64);
-        bar.set_position(done as u64);
+    let counter = Counter::new("filming", "frames");
+    let filmed = film(&arguments.bag, &arguments.output, options, &|done, total| {
+        counter.show(Progress { done, total });
         !cancel.load(Ordering::Relaxed)
-    })?;
-    bar.finish_and_clear();
+    });
+    drop(counter);
+    let bytes = filmed?;
     write_file(&arguments.output, &bytes)?;
+    report_written(Format::Text, &arguments.output)?;
     Ok(Outcome::Done)
 }

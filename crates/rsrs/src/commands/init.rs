@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::init::{Robots, init};
+use rsrs_pipeline::wording::shell::quoted;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
@@ -64,11 +65,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         given(arguments)?
     };
     let begun = init(&arguments.folder, &robots)?;
-    let folder = begun.folder.display();
     let text = format!(
-        "{folder}: {}\nnext: cd {folder} && rsrs sweep sweep.yaml -o results\nthen: rsrs choose results -o \
-         results/choice.json && rsrs run experiment.yaml -o run_1",
-        begun.files.join(", ")
+        "{}: {}\nnext: cd {} && rsrs sweep sweep.yaml -o results\nthen: rsrs choose results -o \
+         results/choice.json && rsrs run experiment.yaml --from results -o run_1",
+        begun.folder.display(),
+        begun.files.join(", "),
+        quoted(&begun.folder)
     );
     report(arguments.format, &begun, &text)?;
     Ok(Outcome::Done)

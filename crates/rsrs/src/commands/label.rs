@@ -11,6 +11,9 @@ use rsrs_core::judge::trajectory::Bodies;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
+use crate::notes::print_note;
+use crate::verdicts;
+use crate::words::Words;
 use rsrs_pipeline::compare::run_matching::{LABEL, refuse};
 use rsrs_pipeline::label::agreement::agreement;
 use rsrs_pipeline::label::human_labels::{self, HumanLabel};
@@ -122,7 +125,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if arguments.agreement {
         return {
             let result = agreement(&arguments.bags, options)?;
-            report(arguments.format, &result, &result.to_string())?;
+            report(arguments.format, &result, result.to_string())?;
             Ok(Outcome::Done)
         };
     }
@@ -135,8 +138,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         }
     }
     if !labelled.is_empty() {
-        let lines: Vec<String> = labelled.iter().map(ToString::to_string).collect();
-        report(arguments.format, &labelled, &lines.join("\n"))?;
+        report(arguments.format, &labelled, words(&labelled))?;
+        if arguments.format == Format::Text {
+            print_note(format!("note: {ORDER_PARAMETERS}"));
+        }
     }
     match <[anyhow::Error; 1]>::try_from(refusals) {
         // One bag alone has its whole story.
@@ -144,6 +149,18 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Ok(refusals) => refuse(LABEL, &refusals, arguments.bags.len()).map(|()| Outcome::Done),
         Err(refusals) => refuse(LABEL, &refusals, arguments.bags.len()).map(|()| Outcome::Done),
     }
+}
+
+/// What the numbers behind a label mean.
+const ORDER_PARAMETERS: &str = "\
+rotation is 1 where all circle one way; orbit, their way around the centre over the way commanded;
+  circliness, 1 for a thin ring and 0 for a filled disc, of the most that the control period allows;
+  blocked, the share of time held up by others; lost, the share of robots without a neighbour in reach";
+
+/// All labels, one below the other.
+fn words(labelled: &[Labelled]) -> Words {
+    let labels = labelled.iter().map(verdicts::label);
+    labels.reduce(Words::below).unwrap_or_default()
 }
 
 /// Adds a person's label to every bag; to none if one of them is no bag or its labels do not read.
@@ -168,7 +185,7 @@ fn add(arguments: &Arguments, label: &HumanLabel) -> anyhow::Result<Outcome> {
         ));
         labelled.push(Labelled::by_hand(bag, label, labels));
     }
-    report(arguments.format, &labelled, &lines.join("\n"))?;
+    report(arguments.format, &labelled, lines.join("\n"))?;
     Ok(Outcome::Done)
 }
 

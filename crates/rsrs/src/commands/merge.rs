@@ -41,6 +41,6 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let result = merge(&arguments.shards, &arguments.output, execution(arguments.threads)?)?;
     let summary = SweepReport::of(&arguments.output, &result);
-    report(arguments.format, &summary, &summary.to_string())?;
+    report(arguments.format, &summary, summary.to_string())?;
     Ok(Outcome::Done)
 }

@@ -8,7 +8,7 @@ use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_fleet::record::Backend;
 use rsrs_view::placement::PlacementPicture;
 
-use crate::commands::{Format, report};
+use crate::commands::{Format, report, report_written};
 use crate::failure::Outcome;
 use rsrs_pipeline::picture::PictureFile;
 use rsrs_pipeline::run::start_poses::{StartPose, StartPoses};
@@ -66,7 +66,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(picture) = picture {
         draw(picture, &arguments.experiment, &poses)?;
     }
-    report(arguments.format, &poses, &poses.to_string())?;
+    report(arguments.format, &poses, poses.to_string())?;
+    if let Some(picture) = picture {
+        report_written(arguments.format, picture.path())?;
+    }
     Ok(Outcome::Done)
 }
 

@@ -5,11 +5,13 @@ use std::path::PathBuf;
 use rsrs_core::diagram::axis::Cell;
 use rsrs_core::statistics::comparison::MARGIN;
 use rsrs_pipeline::plan_experiments::{Options, REPLICATES, WANTED, plan_experiments};
+use rsrs_pipeline::wording::shell::{experiment_beside, quoted};
 
 use crate::bag_arguments::margin;
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::progress::execution;
+use crate::words::{Tone, Words};
 
 /// Plan real runs: how many decide whether robots mill as often as simulated.
 ///
@@ -65,6 +67,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         execution: execution(arguments.threads)?,
     };
     let planned = plan_experiments(&arguments.folder, &options)?;
-    report(arguments.format, &planned, &planned.to_string())?;
+    let words = Words::new(&planned);
+    let words = match planned.runs {
+        Some(_) => words,
+        None => words.tone(Tone::Bad, "not even"),
+    };
+    let folder = &arguments.folder;
+    let next = format!("next: rsrs run {} --from {}", experiment_beside(folder), quoted(folder));
+    report(arguments.format, &planned, words.below(next))?;
     Ok(if planned.runs.is_some() { Outcome::Done } else { Outcome::NegativeAnswer })
 }

@@ -10,11 +10,13 @@ use crate::commands::{Format, report};
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
+use crate::words::{Tone, Words};
 use rsrs_pipeline::execution::runtime;
 use rsrs_pipeline::recorded_run;
 use rsrs_pipeline::replay::{
     PublishOptions, publish, replay_into_controller, replay_into_judge, select,
 };
+use rsrs_pipeline::wording::count;
 
 /// Publish a bag on the network, or feed it to the controller or the judge.
 ///
@@ -106,7 +108,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         let mirrored = |(speed, turn_rate)| ControllerParameters::mirrored(speed, turn_rate);
         let parameters = set.map(mirrored);
         let replay = replay_into_controller(&bag, parameters)?;
-        report(arguments.format, &replay, &replay.to_string())?;
+        let different = format!("{} different", count(replay.n_different));
+        let words = Words::new(&replay).tone(Tone::good_if(replay.is_same()), different);
+        report(arguments.format, &replay, words)?;
         return Ok(if replay.is_same() { Outcome::Done } else { Outcome::NegativeAnswer });
     }
     logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
@@ -120,7 +124,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     };
     let published =
         runtime()?.block_on(publish(&bag, &selection, &options, &network, &TerminalOperator))?;
-    report(arguments.format, &published, &published.to_string())?;
+    report(arguments.format, &published, published.to_string())?;
     Ok(Outcome::Done)
 }
 
@@ -129,7 +133,9 @@ fn judge(arguments: &Arguments) -> anyhow::Result<Outcome> {
         anyhow::bail!("`--speed` and `--turn-rate` are for `--into controller`");
     }
     let replay = replay_into_judge(&arguments.bag, arguments.recorded.as_deref())?;
-    report(arguments.format, &replay, &replay.to_string())?;
+    let verdict = if replay.is_same { "the same label" } else { "another label" };
+    let words = Words::new(&replay).tone(Tone::good_if(replay.is_same), verdict);
+    report(arguments.format, &replay, words)?;
     Ok(if replay.is_same { Outcome::Done } else { Outcome::NegativeAnswer })
 }
 

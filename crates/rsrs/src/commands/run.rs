@@ -15,13 +15,15 @@ use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use crate::interrupt::asked_to_stop;
-use crate::notes::print_note;
+use crate::notes::{print_always, print_note};
+use crate::words::{Tone, Words};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::execution::runtime;
 use rsrs_pipeline::run::own_network::OwnNetwork;
 use rsrs_pipeline::run::recording_gaps;
 use rsrs_pipeline::run::simulated_fleet::SimulatedFleet;
 use rsrs_pipeline::run::{RunSummary, on_simulated_fleet, watched};
+use rsrs_pipeline::wording::shell::quoted;
 
 /// Run one experiment over ROS 2, and record it.
 ///
@@ -130,10 +132,9 @@ async fn on_fleet(plan: &Plan, network: &SessionOptions) -> anyhow::Result<RunSu
 
 fn finish(format: Format, summary: &RunSummary) -> anyhow::Result<Outcome> {
     if !summary.not_standing.is_empty() {
-        print_note(&format!(
-            "not confirmed to stand, go and look: {}",
-            summary.not_standing.join(", ")
-        ));
+        let what = "not confirmed to stand, go and look";
+        let robots = summary.not_standing.join(", ");
+        print_always(Words::from(format!("{what}: {robots}")).tone(Tone::Bad, what));
     }
     let is_void = summary.ending == EndingKind::Void.key();
     if summary.ending != EndingKind::Completed.key() && !is_void {
@@ -149,7 +150,9 @@ fn finish(format: Format, summary: &RunSummary) -> anyhow::Result<Outcome> {
             with_help(message, help.join("\n"))
         });
     }
-    report(format, summary, &text(summary))?;
+    let words = Words::from(text(summary));
+    let words = if is_void { words.tone(Tone::Bad, summary.ending) } else { words };
+    report(format, summary, words)?;
     // What a best-effort topic loses on its way is listed, and was to be expected.
     let has_overflowed = summary.gaps.iter().any(|gap| gap.n_overflowed > 0);
     let whole = !is_void && summary.n_lost == 0 && !has_overflowed;
@@ -171,6 +174,6 @@ fn text(summary: &RunSummary) -> String {
         lines.push(format!("{} messages were lost on the way to the bag", summary.n_lost));
     }
     lines.extend(recording_gaps::lines(&summary.gaps));
-    lines.push(format!("next: rsrs label {bag}"));
+    lines.extend(summary.bag.as_ref().map(|bag| format!("next: rsrs label {}", quoted(bag))));
     lines.join("\n")
 }

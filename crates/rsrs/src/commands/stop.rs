@@ -14,7 +14,8 @@ use serde::Serialize;
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
-use crate::notes::print_note;
+use crate::notes::print_always;
+use crate::words::{Tone, Words};
 use rsrs_pipeline::error::helped;
 use rsrs_pipeline::execution::runtime;
 use rsrs_pipeline::files::read_text;
@@ -97,7 +98,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let word = if arguments.release { StopCommand::Release } else { StopCommand::Engage };
     let given = runtime()?.block_on(command_all(word, &robots, &network, interrupted()))?;
     let summary = summary(word, &given);
-    report(arguments.format, &summary, &text(word, &summary))?;
+    report(arguments.format, &summary, words(word, &summary))?;
     print_ending(word, &given);
     Ok(match given.ending {
         StopOutcome::Acknowledged => Outcome::Done,
@@ -161,6 +162,21 @@ fn row(answer: &RobotAcknowledgement) -> RobotRow {
 }
 
 /// A table of the robots; those that have not acknowledged catch the eye.
+fn words(word: StopCommand, summary: &StopSummary) -> Words {
+    let words = Words::from(text(word, summary));
+    if summary.robots.is_empty() {
+        return words.tone(Tone::Bad, "no robot found");
+    }
+    summary.robots.iter().fold(words, |words, row| {
+        let words = words.past(format!("\n{}", row.robot));
+        words.tone(Tone::good_if(row.acknowledged), answer(row))
+    })
+}
+
+fn answer(row: &RobotRow) -> &'static str {
+    if row.acknowledged { "yes" } else { "NO" }
+}
+
 fn text(word: StopCommand, summary: &StopSummary) -> String {
     if summary.robots.is_empty() {
         return "no robot found".to_owned();
@@ -173,7 +189,7 @@ fn text(word: StopCommand, summary: &StopSummary) -> String {
     };
     let mut lines = vec![format!("{:width$}  {head:8}  {:>6}  reports", "robot", "after")];
     for row in &summary.robots {
-        let answer = if row.acknowledged { "yes" } else { "NO" };
+        let answer = answer(row);
         let after = row.after_s.map_or_else(|| "-".to_owned(), |after_s| format!("{after_s:.2} s"));
         let reports = match (row.state.as_deref(), row.stop_reason.as_deref()) {
             (Some(state), Some("") | None) => state.to_owned(),
@@ -196,7 +212,7 @@ fn print_ending(word: StopCommand, report: &StopReport) {
         .map(|answer| answer.robot.as_str())
         .collect();
     let (n_robots, took_s) = (report.answers.len(), report.took_s);
-    print_note(&match (report.ending, word) {
+    print_always(match (report.ending, word) {
         (StopOutcome::Acknowledged, StopCommand::Engage) => {
             format!("{} locked; `rsrs stop --release` lets the next run start", all_of(n_robots))
         }

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::commands::{Format, print_text, report};
 use crate::failure::Outcome;
-use crate::notes::print_note;
+use crate::notes::print_always;
 use crate::progress::execution;
 use crate::sweep_report::SweepReport;
 use rsrs_pipeline::execution::Execution;
@@ -102,12 +102,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let result = sweep_into(folder, &name, source, execution)?;
     let (n_edge, unsettled) = settling::at_edge(&result, execution)?;
     if let Some(warning) = settling::warning(folder, n_edge, &unsettled) {
-        print_note(&format!("warning: {warning}"));
+        print_always(format!("warning: {warning}"));
     }
     let mut summary = SweepReport::of(folder, &result);
     summary.unsettled_edge = unsettled;
     summary.factors = of_barren_sweep(&result, execution)?;
-    report(arguments.format, &summary, &summary.to_string())?;
+    report(arguments.format, &summary, summary.to_string())?;
     Ok(Outcome::Done)
 }
 
@@ -130,7 +130,7 @@ fn warn_of_lost_capabilities(source: &ResolvedSweep) {
     // Factors that are refused are an error of the sweep, with their place in the file.
     let simulated = source.sweep.factors(measured).apply(measured);
     for lost in simulated.iter().flat_map(|simulated| lost_capabilities(measured, simulated)) {
-        print_note(&format!("warning: {lost}"));
+        print_always(format!("warning: {lost}"));
     }
 }
 

@@ -11,6 +11,7 @@ use super::folder::{BAG, CampaignFolder, counts};
 use super::manifest::Manifest;
 use crate::error::with_help;
 use crate::files::write_file;
+use crate::label::{Settledness, marked};
 use crate::run::operator::Operator;
 use crate::run::own_network::OwnNetwork;
 use crate::run::place_command::{PlacedRobot, WantedPlacement};
@@ -141,8 +142,8 @@ impl<'a, P: Placer> Conductor<'a, P> {
     async fn one(&mut self, item: &Item) -> anyhow::Result<Next> {
         let name = &item.experiment.folder;
         if let Some(manifest) = self.folder.adopt(item)? {
-            self.operator
-                .note(&format!("{name}: its bag was complete already{}", outcome(&manifest)));
+            let outcome = outcome(&manifest, self.folder.settledness(item)?);
+            self.operator.note(&format!("{name}: its bag was complete already{outcome}"));
             return Ok(Next::GoOn);
         }
         if let Some(aside) = self.folder.keep_aside(item)? {
@@ -226,7 +227,8 @@ impl<'a, P: Placer> Conductor<'a, P> {
         let lost = summary.lost_robots.clone();
         let ending = Ending { kind, reason: summary.reason.clone(), lost };
         let manifest = self.folder.finish(item, plan.record, &ending, Some(summary.n_lost))?;
-        self.operator.note(&format!("{name}: {}{}", manifest.ending, outcome(&manifest)));
+        let outcome = outcome(&manifest, self.folder.settledness(item)?);
+        self.operator.note(&format!("{name}: {}{outcome}", manifest.ending));
         for lost in &summary.lost_robots {
             self.operator.note(&format!("  {lost}"));
         }
@@ -242,9 +244,9 @@ impl<'a, P: Placer> Conductor<'a, P> {
 }
 
 /// What came of an experiment, behind its name.
-fn outcome(manifest: &Manifest) -> String {
+fn outcome(manifest: &Manifest, settledness: Settledness) -> String {
     match manifest.phase {
-        Some(phase) => format!(", {phase}"),
+        Some(phase) => format!(", {}", marked(phase, settledness)),
         None => format!(", not judged: {}", manifest.not_judged),
     }
 }

@@ -15,7 +15,7 @@ use super::manifest::{self, MANIFEST, Manifest, write_whole};
 use super::{Item, identity};
 use crate::error::{in_one_line, with_help};
 use crate::files::{read_text, write_file};
-use crate::label::{LabelOptions, label_bag};
+use crate::label::{LabelOptions, Settledness, label_bag};
 use crate::recorded_run;
 use crate::run::recording_gaps;
 
@@ -227,6 +227,20 @@ impl CampaignFolder {
         };
         manifest.write(&folder)?;
         Ok(manifest)
+    }
+
+    /// Whether the label of a finished experiment is near another one.
+    ///
+    /// # Errors
+    ///
+    /// If there is a label that cannot be read.
+    pub fn settledness(&self, item: &Item) -> anyhow::Result<Settledness> {
+        let path = self.of(item).join(LABEL);
+        if !path.exists() {
+            return Ok(Settledness::default());
+        }
+        serde_json::from_str(&read_text(&path)?)
+            .with_context(|| format!("{} is no label", path.display()))
     }
 
     /// Keeps a recording that broke off beside, under a name that cannot be taken for the bag.

@@ -9,9 +9,14 @@ use serde::Serialize;
 
 use super::Item;
 use super::folder::{BAG, CampaignFolder};
+use crate::label::{Settledness, marked};
 use crate::run::recording_gaps::{self, Gap};
 use crate::wording::columns;
+use crate::wording::shell::quoted;
 use crate::wording::{count, counted};
+
+/// What stands in the place of an ending.
+const NOT_RUN: &str = "not run";
 
 /// What a campaign has come to.
 #[derive(Debug, Serialize)]
@@ -36,6 +41,9 @@ struct Row {
     /// Why, if it is void.
     reason: String,
     phase: Option<Phase>,
+    /// Whether that phase is near another one; in `label.json` beside the bag.
+    #[serde(skip)]
+    settledness: Settledness,
     /// Why the judge could not label it.
     not_judged: String,
     n_messages: u64,
@@ -45,7 +53,27 @@ struct Row {
     bag: Option<PathBuf>,
 }
 
+/// How one experiment ended, for those who show it.
+#[derive(Clone, Copy, Debug)]
+pub struct Ended<'a> {
+    /// The experiment.
+    pub experiment: &'a str,
+    /// How, in a word; `not run` for one that was not run yet.
+    pub ending: &'a str,
+    /// Whether its label is near another one.
+    pub is_borderline: bool,
+}
+
 impl Summary {
+    /// How the experiments ended, in the order of the table.
+    pub fn endings(&self) -> impl Iterator<Item = Ended<'_>> {
+        self.experiments.iter().map(|row| Ended {
+            experiment: &row.experiment,
+            ending: row.ending.as_deref().unwrap_or(NOT_RUN),
+            is_borderline: row.settledness.is_borderline(),
+        })
+    }
+
     /// Whether every experiment was run and completed, and lost nothing on its way to the bag.
     pub fn is_whole(&self) -> bool {
         let completed = EndingKind::Completed.key();
@@ -84,6 +112,7 @@ impl Summary {
                     ending: manifest.as_ref().map(|it| it.ending.clone()),
                     reason: manifest.as_ref().map_or_else(String::new, |it| it.reason.clone()),
                     phase: manifest.as_ref().and_then(|it| it.phase),
+                    settledness: folder.settledness(item)?,
                     not_judged: manifest
                         .as_ref()
                         .map_or_else(String::new, |it| it.not_judged.clone()),
@@ -100,9 +129,8 @@ impl Summary {
             command.to_owned()
         } else {
             let sweep = items.iter().find_map(|item| item.experiment.from.clone());
-            let sweep =
-                sweep.map_or_else(|| "SWEEP".to_owned(), |sweep| sweep.display().to_string());
-            format!("rsrs compare {sweep} --bags {}/*/{BAG}", folder.path().display())
+            let sweep = sweep.map_or_else(|| "SWEEP".to_owned(), quoted);
+            format!("rsrs compare {sweep} --bags {}/*/{BAG}", quoted(folder.path()))
         };
         Ok(Self { folder: folder.path().to_owned(), n_finished, experiments, next })
     }
@@ -145,14 +173,14 @@ fn text(summary: &Summary) -> String {
 }
 
 fn cells(row: &Row) -> [String; 8] {
-    let phase = row.phase.map_or_else(|| "-".to_owned(), |phase| phase.to_string());
+    let phase = row.phase.map_or_else(|| "-".to_owned(), |phase| marked(phase, row.settledness));
     let seed = match row.replicate {
         0 => row.seed.to_string(),
         replicate => format!("{} #{replicate}", row.seed),
     };
     let (ending, n_messages) = match &row.ending {
         Some(ending) => (ending.clone(), count(row.n_messages)),
-        None => ("not run".to_owned(), "-".to_owned()),
+        None => (NOT_RUN.to_owned(), "-".to_owned()),
     };
     [
         row.experiment.clone(),
@@ -164,4 +192,50 @@ fn cells(row: &Row) -> [String; 8] {
         phase,
         n_messages,
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(experiment: &str, label: &str) -> Row {
+        Row {
+            experiment: experiment.to_owned(),
+            speed_m_s: 0.15,
+            turn_rate_rad_s: 0.75,
+            n_robots: 9,
+            seed: 1,
+            replicate: 0,
+            ending: Some("completed".to_owned()),
+            reason: String::new(),
+            phase: Some(Phase::StableMilling),
+            settledness: serde_json::from_str(label).expect("it is a label"),
+            not_judged: String::new(),
+            n_messages: 1234,
+            n_lost: Some(0),
+            gaps: Vec::new(),
+            bag: None,
+        }
+    }
+
+    #[test]
+    fn a_label_near_another_one_is_marked_in_the_table() {
+        let summary = Summary {
+            folder: PathBuf::from("results"),
+            n_finished: 3,
+            experiments: vec![
+                row("001_sure", r#"{"phase": "stable_milling", "is_settled": true}"#),
+                row("002_near", r#"{"phase": "stable_milling", "is_settled": false}"#),
+                row("003_by_ana", r#"{"phase": "stable_milling"}"#),
+            ],
+            next: "rsrs compare sweep --bags results/*/bag".to_owned(),
+        };
+
+        let table = summary.to_string();
+        let rows: Vec<&str> = table.lines().skip(1).take(3).collect();
+        assert!(rows[1].contains(" stable milling (not settled: look again)  1,234"), "{table}");
+        assert!(!rows[0].contains("look again") && !rows[2].contains("look again"), "{table}");
+        let borderline: Vec<bool> = summary.endings().map(|ended| ended.is_borderline).collect();
+        assert_eq!(borderline, [false, true, false]);
+    }
 }

@@ -103,7 +103,7 @@ fn least(
             duration_s: source.sweep.duration_s,
             n_threads: options.execution.n_threads,
         };
-        let fresh = options.execution.simulate("from a smaller disc", |watch| {
+        let fresh = options.execution.simulate("starting in a smaller disc", |watch| {
             rsrs_sim::sweep::confirm(conditions, runs, watch)
         });
         let fresh = match fresh {

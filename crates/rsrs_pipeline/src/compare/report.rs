@@ -2,7 +2,7 @@
 
 mod text;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::diagram::axis::Cell;
@@ -18,6 +18,7 @@ use serde::Serialize;
 use crate::compare::run_matching::Admitted;
 use crate::label::Labelled;
 use crate::label::human_labels::JUDGE;
+use crate::wording::shell::{experiment_beside, quoted};
 
 /// Recorded runs, held against a sweep.
 #[derive(Clone, Debug, Serialize)]
@@ -45,6 +46,25 @@ pub struct Report {
     pub notes: Vec<String>,
     /// The experiment that is most informative, or back to the robots.
     pub next: NextStep,
+    /// The files by which it is run; the reader knows them.
+    #[serde(skip)]
+    pub at_hand: AtHand,
+}
+
+/// The files that the next experiment takes.
+#[derive(Clone, Debug)]
+pub struct AtHand {
+    /// The experiment file, as a word of a command.
+    pub experiment: String,
+    /// The folder of the sweep, likewise.
+    pub sweep: String,
+}
+
+impl AtHand {
+    /// Those of a sweep, with the experiment file that lies beside it, if one does.
+    pub fn of(sweep: &Path) -> Self {
+        Self { experiment: experiment_beside(sweep), sweep: quoted(sweep) }
+    }
 }
 
 /// One cell, compared.
@@ -168,13 +188,13 @@ impl Report {
     /// * `comparison` — the statistics.
     /// * `cells` — what they rest on, cell by cell; shape `[n_cells]` each.
     /// * `runs` — the runs behind it.
-    /// * `next` — what to do next.
+    /// * `next` — what to do next, and the files that it takes.
     pub fn new(
         comparison: &Comparison,
         cells: &[CellRuns],
         simulated: &[Simulated],
         runs: Runs,
-        next: NextStep,
+        (next, at_hand): (NextStep, AtHand),
     ) -> Self {
         let compared = comparison.cells.iter().zip(cells.iter().zip(simulated));
         let notes = notes(&runs);
@@ -200,6 +220,7 @@ impl Report {
             not_counted: not_counted.collect(),
             notes,
             next,
+            at_hand,
         }
     }
 
@@ -214,14 +235,20 @@ impl Report {
 
     /// The real runs as marks on a phase diagram.
     pub fn marks(&self) -> Vec<ExperimentMark> {
-        let of_phase = |cell: &ComparedCell, phase: Phase| {
-            let is_here = |run: &&ComparedBag| run.cell == cell.cell && run.labelled.phase == phase;
+        let of_phase = |cell: &ComparedCell, (phase, is_settled): (Phase, bool)| {
+            let is_here = |run: &&ComparedBag| {
+                let ComparedBag { cell: ran_at, labelled, .. } = run;
+                let is_its_phase = labelled.phase == phase;
+                *ran_at == cell.cell && is_its_phase && labelled.is_borderline() != is_settled
+            };
             let names: Vec<String> =
                 self.bags.iter().filter(is_here).map(ComparedBag::name).collect();
             let n = names.len() as u64;
-            (n > 0).then(|| ExperimentMark { cell: cell.cell.clone(), phase, n, names })
+            (n > 0).then(|| ExperimentMark { cell: cell.cell.clone(), phase, is_settled, n, names })
         };
-        let of_cell = |cell| Phase::ALL.into_iter().filter_map(move |phase| of_phase(cell, phase));
+        let kinds = Phase::ALL.map(|phase| [true, false].map(|is_settled| (phase, is_settled)));
+        let kinds = kinds.as_flattened();
+        let of_cell = |cell| kinds.iter().filter_map(move |kind| of_phase(cell, *kind));
         self.cells.iter().flat_map(of_cell).collect()
     }
 }

@@ -21,6 +21,7 @@ use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
 use crate::sweep::settling;
 use crate::wording::counted;
+use crate::wording::shell::quoted;
 
 /// One replicate of a sweep, run again into a bag.
 #[derive(Clone, Debug, Serialize)]
@@ -107,7 +108,7 @@ impl fmt::Display for Episode {
         if let Some(settling) = &self.settling {
             write!(out, "\n  {}", settling::text(settling))?;
         }
-        write!(out, "\nnext: rsrs label {bag}")
+        write!(out, "\nnext: rsrs label {}", quoted(&self.bag))
     }
 }
 

@@ -39,9 +39,9 @@ pub fn search(
     journal: &mut Journal,
     options: &Options,
 ) -> anyhow::Result<Vec<Trial>> {
-    let counter = options.execution.observer.count_runs("controllers");
+    let counter = options.execution.observer.count("searching", "controllers");
     let total = options.controllers;
-    counter.begin("controllers", Progress { done: journal.len().min(total), total });
+    counter.begin("searching", Progress { done: journal.len().min(total), total });
     let mut tried = Tried { laboratory, journal, options, counter: &*counter, trials: Vec::new() };
     let archive = match options.wanted {
         None => illuminate(&mut tried)?,

@@ -7,6 +7,7 @@ use rsrs_core::robot::controller::Command;
 
 use super::{Explored, FoundController};
 use crate::wording::percent;
+use crate::wording::shell::quoted;
 
 impl fmt::Display for Explored {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -25,7 +26,7 @@ impl fmt::Display for Explored {
         write!(formatter, "\npictures: {}", folder.join("gallery.html").display())?;
         if let Some(first) = found.first() {
             let sweep = folder.join(&first.sweep);
-            write!(formatter, "\nnext: rsrs sweep {} -o results/found", sweep.display())?;
+            write!(formatter, "\nnext: rsrs sweep {} -o results/found", quoted(sweep))?;
         }
         Ok(())
     }
@@ -59,6 +60,6 @@ pub fn caption(found: &FoundController, folder: &Path) -> Vec<String> {
     let sweep = folder.join(&found.sweep);
     let mut lines = vec![line(found)];
     lines.extend(commands(found));
-    lines.push(format!("rsrs sweep {} -o results/found", sweep.display()));
+    lines.push(format!("rsrs sweep {} -o results/found", quoted(sweep)));
     lines
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::rule::Parameter;
 
-use super::{Labelled, RunPart};
+use super::{LOOK_AGAIN, Labelled, RunPart};
 
 /// The label, and below it what else is to be known of it.
 impl fmt::Display for Labelled {
@@ -69,7 +69,7 @@ impl fmt::Display for Labelled {
 
 /// How sure a verdict is.
 fn sure(certainty: &Certainty) -> String {
-    let settled = if certainty.is_settled { "settled" } else { "not settled: look again" };
+    let settled = if certainty.is_settled { "settled" } else { LOOK_AGAIN };
     let nearest = certainty.nearest.as_ref().map_or_else(String::new, |nearest| {
         let parameters: Vec<&str> =
             nearest.parameters.iter().map(|parameter| parameter.key()).collect();

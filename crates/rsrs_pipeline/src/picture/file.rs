@@ -50,6 +50,11 @@ impl<'a> PictureFile<'a> {
         Self { png_width_px: width.dots(), ..self }
     }
 
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.path
+    }
+
     /// Writes a picture.
     ///
     /// # Arguments
@@ -60,10 +65,18 @@ impl<'a> PictureFile<'a> {
     ///
     /// If the file cannot be written.
     pub fn write(self, svg: &str) -> anyhow::Result<()> {
-        match self.format {
-            Format::Svg => write_file(self.path, svg.as_bytes()),
-            Format::Png => write_file(self.path, &rsrs_view::raster::png(svg, self.png_width_px)?),
-            Format::Pdf => write_file(self.path, &rsrs_view::pdf::pdf(svg)?),
-        }
+        let drawn;
+        let bytes = match self.format {
+            Format::Svg => svg.as_bytes(),
+            Format::Png => {
+                drawn = rsrs_view::raster::png(svg, self.png_width_px)?;
+                &drawn
+            }
+            Format::Pdf => {
+                drawn = rsrs_view::pdf::pdf(svg)?;
+                &drawn
+            }
+        };
+        write_file(self.path, bytes)
     }
 }

@@ -16,17 +16,16 @@ impl fmt::Display for PlannedExperiments {
         match self.runs {
             Some(runs) => writeln!(
                 formatter,
-                "{} decide `B_r ≥ B_s − {}` with a probability of {}, if the robots are as measured",
+                "{} decide {} with a probability of {}, if the robots are as measured",
                 counted(runs, "run"),
-                self.margin,
+                self.claim(),
                 percent(last.decided)
             )?,
             None => writeln!(
                 formatter,
-                "not even {} decide `B_r ≥ B_s − {}` with a probability of {}, if the robots are as \
-                 measured: it is {}",
+                "not even {} decide {} with a probability of {}, if the robots are as measured: it is {}",
                 counted(last.runs, "run"),
-                self.margin,
+                self.claim(),
                 percent(self.wanted),
                 percent(last.decided)
             )?,
@@ -49,6 +48,16 @@ impl fmt::Display for PlannedExperiments {
 }
 
 impl PlannedExperiments {
+    /// What the runs decide.
+    fn claim(&self) -> String {
+        format!(
+            "whether real robots do it as often as simulated ones, or at most {:.0} percentage points less \
+             often (`B_r ≥ B_s − {}`),",
+            100.0 * self.margin,
+            self.margin
+        )
+    }
+
     /// Some of the numbers of runs, evenly spaced, the last one among them.
     fn shown(&self) -> Vec<Decided> {
         let step = self.by_runs.len().div_ceil(LINES);

@@ -13,6 +13,7 @@ use serde::Serialize;
 use crate::execution::Execution;
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
+use crate::wording::columns;
 
 /// Most runs of each variant.
 pub const REPLICATES: u64 = 200;
@@ -78,7 +79,7 @@ pub fn ablate(
         duration_s: source.sweep.duration_s,
         n_threads: execution.n_threads,
     };
-    let swept = execution.simulate("factors", |watch| sweep(&conditions, runs, watch))?;
+    let swept = execution.simulate("comparing factors", |watch| sweep(&conditions, runs, watch))?;
     let counts = swept.counts(conditions.len());
     let shares: Vec<f64> = counts.iter().map(|counts| Share::milling(counts).value()).collect();
     let (of_all, of_each) = shares.split_at(2);
@@ -125,7 +126,8 @@ pub fn best_as_measured(
         duration_s,
         n_threads: execution.n_threads,
     };
-    let swept = execution.simulate("as measured", |watch| sweep(&conditions, runs, watch))?;
+    let swept =
+        execution.simulate("robots as measured", |watch| sweep(&conditions, runs, watch))?;
     let counts = swept.counts(cells.len());
     let shares = counts.iter().map(|counts| Share::milling(counts).hits).rev();
     let best = cells.into_iter().rev().zip(shares).max_by_key(|(_, hits)| *hits);
@@ -169,6 +171,21 @@ fn conditions(
     Ok(found.with_context(|| format!("the sweep has no cell {cell}"))?.1)
 }
 
+/// What a factor makes worse.
+fn noun(factor: &str) -> &'static str {
+    match factor {
+        "gain_sd_factor" => "robots differ more",
+        "miss_factor" => "more neighbours are missed",
+        "false_positive_factor" => "more is detected that is not there",
+        "polygon_scale" => "a smaller sensing region",
+        "latency_extra_steps" => "later detections",
+        "gust_factor" => "stronger gusts",
+        "drift_factor" => "more drift in heading",
+        "yaw_lag_factor" => "turns that follow later",
+        _ => "another factor",
+    }
+}
+
 impl Ablation {
     /// The factor without which most is won, if that is more than chance.
     fn worst(&self) -> Option<&FactorEffect> {
@@ -185,21 +202,23 @@ impl Ablation {
     pub fn in_words(&self) -> String {
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         let mut lines = vec![format!(
-            "which factor makes it worse at {} ({} runs each): as measured B_s is {}, with all \
-             factors {}",
+            "which factor makes it worse at {} ({} runs each):\n  B_s, the share of runs that end as wanted, \
+             is {} with robots as measured, and {} with all factors of `harsher`",
             self.cell,
             self.n_replicates,
             percent(self.b_s_as_measured),
             percent(self.b_s_with_all)
         )];
-        lines.extend(self.factors.iter().map(|effect| {
-            format!(
-                "  {}: alone {}, all but this one {}",
-                effect.factor,
-                percent(effect.b_s_alone),
-                percent(effect.b_s_without)
-            )
-        }));
+        let row = |effect: &FactorEffect| {
+            [
+                format!("  {}", effect.factor),
+                format!("({})", noun(effect.factor)),
+                format!("alone {}", percent(effect.b_s_alone)),
+                format!("all but this one {}", percent(effect.b_s_without)),
+            ]
+        };
+        let rows: Vec<[String; 4]> = self.factors.iter().map(row).collect();
+        lines.push(columns(&rows));
         lines.push(match self.worst() {
             Some(worst) => format!("  {} does most of it", worst.factor),
             None => "  no single factor does much of it".to_owned(),

@@ -17,11 +17,12 @@ use rsrs_core::diagram::choice::Choice;
 use rsrs_core::document;
 
 use crate::error::with_help;
-use crate::files::{read_text, write_file};
+use crate::files::{read_text, write_draft};
 use crate::picture;
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
 use crate::validate::file;
+use crate::wording::shell::quoted;
 
 const SWEEP: &str = "sweep.yaml";
 const CELLS: &str = "cells.csv";
@@ -36,8 +37,8 @@ pub fn draw(folder: &Path, result: &SweepResult) -> anyhow::Result<()> {
     let validation = file::note(folder, &result.source)?;
     let options = picture::DiagramOptions { validation, ..picture::DiagramOptions::default() };
     let svg = picture::of_sweep(result, &options)?;
-    write_file(&folder.join("diagram.svg"), svg.as_bytes())?;
-    write_file(&folder.join("diagram.png"), &rsrs_view::raster::png(&svg, picture::PNG_WIDTH_PX)?)
+    write_draft(&folder.join("diagram.svg"), svg.as_bytes())?;
+    write_draft(&folder.join("diagram.png"), &rsrs_view::raster::png(&svg, picture::PNG_WIDTH_PX)?)
 }
 
 /// Reads the folder of a sweep back.
@@ -101,6 +102,16 @@ pub fn read_source(folder: &Path) -> anyhow::Result<ResolvedSweep> {
         return Err(with_help(
             format!("{} is not the folder of a sweep: it has no {SWEEP}", folder.display()),
             "make one with `rsrs sweep SWEEP.yaml -o DIR`",
+        ));
+    }
+    if !folder.join(CELLS).exists() && !unfinished::is_unfinished(folder) {
+        return Err(with_help(
+            format!("{} is not the folder of a sweep: it has no {CELLS}", folder.display()),
+            format!(
+                "sweep it first: `rsrs sweep {} -o {}`",
+                quoted(&path),
+                quoted(folder.join("results"))
+            ),
         ));
     }
     let text = read_text(&path)?;

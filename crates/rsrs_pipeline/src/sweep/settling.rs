@@ -82,7 +82,7 @@ fn of_conditions(
             n_threads: execution.n_threads,
         };
         let Swept { outcomes, .. } = execution
-            .simulate("looking whether phases still change", |watch| {
+            .simulate("checking whether phases still change", |watch| {
                 sweep(conditions, runs, watch)
             })?;
         Ok(outcomes.into_iter().map(|outcome| outcome.phase).collect())

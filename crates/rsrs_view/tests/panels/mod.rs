@@ -115,9 +115,15 @@ fn several_panels_share_a_legend_and_fit_any_page() {
     let chosen = cell("robots=9,speed_m_s=0.15,turn_rate_rad_s=0.75");
     let at = cell("robots=6,speed_m_s=0.15,turn_rate_rad_s=0.75");
     let names = vec!["monday".to_owned(), "tuesday".to_owned()];
-    let nine = |phase, n| ExperimentMark { cell: chosen.clone(), phase, n, names: Vec::new() };
+    let nine = |phase, n| ExperimentMark {
+        cell: chosen.clone(),
+        phase,
+        is_settled: true,
+        n,
+        names: Vec::new(),
+    };
     let experiments = [
-        ExperimentMark { cell: at, phase: Phase::Unformed, n: 2, names },
+        ExperimentMark { cell: at, phase: Phase::Unformed, is_settled: false, n: 2, names },
         nine(Phase::StableMilling, 12),
         nine(Phase::Unformed, 1),
     ];

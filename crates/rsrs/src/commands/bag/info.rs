@@ -12,6 +12,7 @@ use crate::failure::Outcome;
 use rsrs_pipeline::label::human_labels::{self, HumanLabel};
 use rsrs_pipeline::recorded_run;
 use rsrs_pipeline::wording::columns;
+use rsrs_pipeline::wording::shell::quoted;
 use rsrs_pipeline::wording::{count, counted, moment, size};
 
 /// Say what is in a bag: topics, times, the experiment, labels, and where it breaks off.
@@ -68,7 +69,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         reason: ending.map(|ending| ending.reason).filter(|reason| !reason.is_empty()),
         labels: human_labels::read(&arguments.bag)?,
     };
-    report(arguments.format, &result, &text(&result, record.as_ref(), &bag))?;
+    report(arguments.format, &result, text(&result, record.as_ref(), &bag))?;
     let lacks = result.info.recovery.as_ref().is_some_and(|recovery| !recovery.is_complete);
     let is_whole = result.info.damage.is_empty() && !lacks;
     Ok(if is_whole { Outcome::Done } else { Outcome::NegativeAnswer })
@@ -110,7 +111,7 @@ fn text(result: &Report, record: Option<&ExperimentRecord>, bag: &Bag) -> String
     }
     if let Some(broken) = recorded_run::break_in(bag) {
         line(format!("damage: {broken}"));
-        line(format!("next: rsrs bag recover {}", info.path.display()));
+        line(format!("next: rsrs bag recover {}", quoted(&info.path)));
     } else if info.n_messages == 0 {
         line("damage: none, but nothing was recorded".to_owned());
     }

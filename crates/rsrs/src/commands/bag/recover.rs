@@ -68,7 +68,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         n_labels,
         recovered: &recovered,
     };
-    report(arguments.format, &result, &text(&recovered, n_labels))?;
+    report(arguments.format, &result, text(&recovered, n_labels))?;
     Ok(if recovered.is_complete() { Outcome::Done } else { Outcome::NegativeAnswer })
 }
 

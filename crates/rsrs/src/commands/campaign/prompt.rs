@@ -8,7 +8,7 @@ use tokio::sync::mpsc::UnboundedReceiver;
 use crate::experiment_bar::TerminalOperator;
 use crate::interrupt::asked_to_stop;
 use crate::keyboard;
-use crate::notes::print_note;
+use crate::notes::print_always;
 use rsrs_pipeline::run::place_command::{self, WantedPlacement};
 
 /// Who is asked before a run starts.
@@ -50,7 +50,7 @@ impl Prompt {
         // What was typed before it was asked is no answer.
         while lines.try_recv().is_ok() {}
         loop {
-            print_note(KEYS);
+            print_always(KEYS);
             let line = tokio::select! {
                 line = lines.recv() => line,
                 _ = asked_to_stop() => return OperatorDecision::Quit,
@@ -73,7 +73,7 @@ impl Placer for Prompt {
         text: &'a str,
         wanted: &'a WantedPlacement,
     ) -> Pin<Box<dyn Future<Output = anyhow::Result<OperatorDecision>> + 'a>> {
-        print_note(text);
+        print_always(text);
         Box::pin(async move {
             if let Self::Program(program) = self {
                 place_command::place(program, wanted, &TerminalOperator).await?;

@@ -69,8 +69,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         validity: DAY * arguments.valid_days,
     })
     .map_err(helped)?;
-    report(arguments.format, &made, &text(&made))?;
-    print_note(&format!(
+    report(arguments.format, &made, text(&made))?;
+    print_note(format!(
         "domain {domain_id}; copy to each robot its own enclave, with what its links lead to:\n  \
          rsync -RL {}/./enclaves/ROBOT ROBOT:/etc/rsrs/keystore/\nand keep {} where it is",
         arguments.keystore.display(),

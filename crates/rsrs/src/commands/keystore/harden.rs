@@ -7,7 +7,7 @@ use rsrs_pipeline::error::helped;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use crate::notes::print_note;
+use crate::notes::print_always;
 
 /// Make a keystore such that this program can use it and nobody can forge anything.
 ///
@@ -35,9 +35,11 @@ pub struct Arguments {
 /// If the folder is no keystore, or cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let hardened = harden(&arguments.keystore).map_err(helped)?;
-    report(arguments.format, &hardened, &text(&hardened))?;
+    report(arguments.format, &hardened, text(&hardened))?;
     if !hardened.cured.is_empty() {
-        print_note("copy `governance.p7s` into every enclave that was copied, and start all anew");
+        print_always(
+            "copy `governance.p7s` into every enclave that was copied, and start all anew",
+        );
     }
     Ok(Outcome::Done)
 }

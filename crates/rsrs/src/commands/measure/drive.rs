@@ -171,7 +171,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         (None, Some(table)) => Some(fill_table(&options, table, enter, &placing)?),
         (None, None) => None,
     } {
-        report(arguments.format, &filled, &filled.to_string())?;
+        report(arguments.format, &filled, filled.to_string())?;
         return Ok(if filled.is_whole() { Outcome::Done } else { Outcome::NegativeAnswer });
     }
     let trial = asked(arguments);
@@ -183,7 +183,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let Some((found, summary)) = made else {
         return Ok(Outcome::Done);
     };
-    report(arguments.format, &found, &found.text())?;
+    report(arguments.format, &found, found.text())?;
     let is_whole = summary.n_lost == 0 && found.paused_s.is_none();
     Ok(if is_whole { Outcome::Done } else { Outcome::NegativeAnswer })
 }

@@ -7,6 +7,7 @@ use rsrs_core::trials::plan::{Plan, PlanRequest};
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
 use rsrs_pipeline::measure::plan_folder::{enabled_robots, write};
+use rsrs_pipeline::wording::shell::quoted;
 
 /// List the trials that are worth running, and make the tables to fill in.
 ///
@@ -113,10 +114,11 @@ fn request(arguments: &Arguments) -> anyhow::Result<PlanRequest> {
 }
 
 fn next(fleet: Option<&Path>, folder: &Path) -> String {
-    let fleet = fleet.map_or_else(|| "FLEET".to_owned(), |fleet| fleet.display().to_string());
-    let folder = folder.display();
+    let fleet = fleet.map_or_else(|| "FLEET".to_owned(), quoted);
+    let shown = folder.display();
+    let folder = quoted(folder);
     format!(
-        "\nThe sheet and the tables to fill in are in {folder}.\n\
+        "\nThe sheet and the tables to fill in are in {shown}.\n\
          Robots on ROS fill them in: rsrs measure drive {fleet} --plan {folder} --backend fleet \
          --interface NAME\n\
          next: rsrs measure fit --plan {folder} --name NAME -o PROFILE.yaml\n"

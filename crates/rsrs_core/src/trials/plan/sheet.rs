@@ -16,13 +16,12 @@ pub const DETECTION_HEADER: &str = "robot,distance_m,bearing_rad,samples,detecti
 /// Header of the table of control periods.
 pub const PERIOD_HEADER: &str = "robot,period_s";
 
+/// Time that placing robots by hand and writing down a result take for one trial, in seconds.
+const BY_HAND_S: f64 = 60.0;
+
 impl Plan {
     /// The sheet to print.
     pub fn text(&self) -> String {
-        let list = |numbers: &[f64], unit: &str| {
-            let numbers: Vec<String> = numbers.iter().map(ToString::to_string).collect();
-            format!("{} {unit}", numbers.join(", "))
-        };
         let n_robots = self.robots.len();
         let n_straight = n_robots * self.speeds_m_s.len() * self.repetitions;
         let n_turns = n_robots * self.turn_rates_rad_s.len() * self.repetitions;
@@ -35,37 +34,55 @@ impl Plan {
         line(format!("Trials of {n_robots} robots: {}", self.robots.join(", ")));
         line(String::new());
         line(format!("1  Straight runs: {n_straight}, over a track of {} m", request.track_m));
-        line(format!("   speeds: {}", list(&self.speeds_m_s, "m/s")));
+        line(format!("   speeds: {}", listed(&self.speeds_m_s, ("m/s", 100.0, " cm/s"))));
         line(format!(
             "   {} times each; write down the time, and where the robot ended:",
             self.repetitions
         ));
         line("   lateral_m beside the line (left is positive), heading_change_rad (left is positive)".to_owned());
-        line(format!("2  Turns in place: {n_turns}, a full circle (6.2832 rad) each"));
-        line(format!("   rates: {}", list(&self.turn_rates_rad_s, "rad/s")));
+        line(format!("2  Turns in place: {n_turns}, a full circle (6.2832 rad, 360°) each"));
+        line(format!("   rates: {}", listed(&self.turn_rates_rad_s, ("rad/s", DEGREES, "°/s"))));
         line(format!("   {} times each; write down the time", self.repetitions));
         line(format!(
-            "3  Arcs: {n_turns}, the same turns while driving at {} m/s; write down the time",
-            self.arc_speed_m_s
+            "3  Arcs: {n_turns}, the same turns while driving at {} m/s ({} cm/s); write down the time",
+            self.arc_speed_m_s,
+            tenths(100.0 * self.arc_speed_m_s)
         ));
         line(format!(
             "4  Detections: one robot, another at {n_places} places, {} readings each",
             self.samples
         ));
-        line(format!("   distances, centre to centre: {}", list(&self.distances_m, "m")));
-        line(format!("   bearings, left is positive: {}", list(&self.bearings_rad, "rad")));
+        let distances = listed(&self.distances_m, ("m", 100.0, " cm"));
+        line(format!("   distances, centre to centre: {distances}"));
+        let bearings = listed(&self.bearings_rad, ("rad", DEGREES, "°"));
+        line(format!("   bearings, left is positive: {bearings}"));
         line(format!(
             "5  False positives: {} readings of each robot alone, {:.0} s in all",
             self.samples_alone, self.false_positive_s
         ));
         line("6  Period: 20 control periods of each robot, from its log or a bag".to_owned());
         line(String::new());
-        line(format!("About {:.1} h of driving and reading.", self.duration_s / 3600.0));
+        line(self.time_in_words(n_straight + 2 * n_turns + n_places + n_robots));
         line(format!(
-            "Expected precision: each gain to ±{} (if trials of a robot differ by {}), each rate to ±{}, at 95 %.",
+            "Expected precision: each gain (measured over commanded) to ±{} (if trials of a robot differ by \
+             {}), each rate of detections to ±{}, at 95 %.",
             request.gain_precision, request.trial_sd, request.rate_precision
         ));
         text
+    }
+
+    /// What all of it takes: most of it is not driving.
+    fn time_in_words(&self, n_trials: usize) -> String {
+        let hours = |time_s: f64| format!("{:.1} h", time_s / 3600.0);
+        let by_hand_s = n_trials as f64 * BY_HAND_S;
+        format!(
+            "About {} in all: {} of driving and reading, and {} by hand, if placing and writing down take \
+             {:.0} min for each of the {n_trials} trials.",
+            hours(self.duration_s + by_hand_s),
+            hours(self.duration_s),
+            hours(by_hand_s),
+            BY_HAND_S / 60.0
+        )
     }
 
     /// The table of straight runs, to fill in.
@@ -118,4 +135,24 @@ impl Plan {
                 .flat_map(move |_| commands.iter().map(move |command| (robot.as_str(), *command)))
         })
     }
+}
+
+/// Degrees in a radian.
+const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+
+/// Numbers in the unit of the tables and in that of a tape or protractor: `0.15, 0.3 m (15, 30 cm)`.
+///
+/// # Arguments
+///
+/// * `(unit, factor, other)` — the unit of the tables, and how many of the other one it has.
+fn listed(numbers: &[f64], (unit, factor, other): (&str, f64, &str)) -> String {
+    let list = |texts: Vec<String>| texts.join(", ");
+    let usual = list(numbers.iter().map(ToString::to_string).collect());
+    let others = list(numbers.iter().map(|number| tenths(number * factor)).collect());
+    format!("{usual} {unit} ({others}{other})")
+}
+
+/// A number to one decimal, without a zero there.
+fn tenths(number: f64) -> String {
+    ((number * 10.0).round() / 10.0).to_string()
 }

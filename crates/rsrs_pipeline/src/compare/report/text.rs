@@ -42,7 +42,8 @@ impl Display for Report {
             writeln!(formatter, "note: {note}")?;
         }
         writeln!(formatter, "{}", self.verdict_in_words())?;
-        write!(formatter, "next: {}", self.next_in_words())
+        let [what, why] = self.next_in_words();
+        write!(formatter, "next: {what}\n  {why}")
     }
 }
 
@@ -75,22 +76,33 @@ impl Report {
         format!("{}{error}", self.summary)
     }
 
-    /// What to do next.
-    pub fn next_in_words(&self) -> String {
+    /// What to do next, and why.
+    pub fn next_in_words(&self) -> [String; 2] {
         match &self.next {
-            NextStep::ReturnToStep1 { cell, b_r, b_s, .. } => format!(
-                "return to step 1 (`rsrs measure plan`): at {cell} {:.1} % of real and {:.1} % of simulated \
-                 runs mill, so the simulated robots are not worse than the real ones",
-                100.0 * b_r,
-                100.0 * b_s
-            ),
-            NextStep::Run(experiment) => format!(
-                "`rsrs run EXPERIMENT --from SWEEP --cell {}`, where one run is most informative ({:.3} bit); {}",
-                experiment.cell,
-                experiment.information_bits,
-                runs_that_decide(experiment)
-            ),
-            NextStep::Nothing => "no further run in a swept cell would add information".to_owned(),
+            NextStep::ReturnToStep1 { cell, b_r, b_s, .. } => [
+                "rsrs measure plan".to_owned(),
+                format!(
+                    "back to step 1: at {cell} {:.1} % of real and {:.1} % of simulated runs mill, so the \
+                     simulated robots are not worse than the real ones",
+                    100.0 * b_r,
+                    100.0 * b_s
+                ),
+            ],
+            NextStep::Run(experiment) => [
+                format!(
+                    "rsrs run {} --from {} --cell {}",
+                    self.at_hand.experiment, self.at_hand.sweep, experiment.cell
+                ),
+                format!(
+                    "there one run is most informative ({:.3} bit); {}",
+                    experiment.information_bits,
+                    runs_that_decide(experiment)
+                ),
+            ],
+            NextStep::Nothing => [
+                "nothing".to_owned(),
+                "no further run in a swept cell would add information".to_owned(),
+            ],
         }
     }
 

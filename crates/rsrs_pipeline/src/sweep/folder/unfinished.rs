@@ -21,10 +21,11 @@ use super::difference::first_difference;
 use super::{CELLS, SWEEP, cells, draw, read_source};
 use crate::error::with_help;
 use crate::files::lock_file::try_lock;
-use crate::files::write_file;
+use crate::files::{write_draft, wrote};
 use crate::sweep::replicate_table::ReplicateTable;
 use crate::sweep::result::SweepResult;
 use crate::sweep::source::ResolvedSweep;
+use crate::wording::shell::quoted;
 
 /// The folder of finished blocks.
 const UNFINISHED: &str = "unfinished";
@@ -44,8 +45,7 @@ pub fn is_unfinished(folder: &Path) -> bool {
 
 /// The command that finishes the sweep of a folder.
 pub fn command(folder: &Path) -> String {
-    let folder = folder.display();
-    format!("rsrs sweep {folder}/{SWEEP} -o {folder}")
+    format!("rsrs sweep {} -o {}", quoted(folder.join(SWEEP)), quoted(folder))
 }
 
 /// What there is to do in an output folder.
@@ -115,7 +115,7 @@ fn make(folder: &Path, sweep: &str) -> anyhow::Result<Option<File>> {
             // Another process has made the folder, and this draft is one too many.
             Ok(Some(_lock)) if folder.exists() => remove_folder(&draft)?,
             Ok(Some(lock)) => {
-                let made = write_file(&draft.join(SWEEP), sweep.as_bytes())
+                let made = write_draft(&draft.join(SWEEP), sweep.as_bytes())
                     .and_then(|()| move_to(&draft, folder));
                 if made.is_err() {
                     // The first error is the one to report; a draft that cannot be removed is named
@@ -241,7 +241,7 @@ impl Unfinished {
     ) -> anyhow::Result<()> {
         let (place, path) = self.place(number);
         let draft = path.with_extension("new");
-        let kept = write_file(&draft, &encode(place, block, outcomes))
+        let kept = write_draft(&draft, &encode(place, block, outcomes))
             .and_then(|()| move_to(&draft, &path));
         if kept.is_err() {
             // It may be what fills the disk. The first error is the one to report.
@@ -271,7 +271,7 @@ impl Unfinished {
         let tabulate = || {
             self.write_replicates(&site.join(REPLICATES), result, blocks)?;
             let csv = cells::to_csv(result);
-            write_file(&site.join(CELLS), csv.as_bytes())?;
+            write_draft(&site.join(CELLS), csv.as_bytes())?;
             // The disk takes its time too, while the picture is being drawn.
             [REPLICATES, CELLS].iter().try_for_each(|name| save(&site.join(name)))
         };
@@ -289,7 +289,9 @@ impl Unfinished {
             save(&site.join(name))?;
         }
         for name in RESULTS {
-            move_to(&site.join(name), &self.folder.join(name))?;
+            let path = self.folder.join(name);
+            move_to(&site.join(name), &path)?;
+            wrote(&path);
         }
         let discarded = self.folder.join(DISCARDED);
         move_to(&site, &discarded)?;

@@ -1,0 +1,50 @@
+//! Answers of which several commands print the same, with their tones.
+
+use rsrs_core::statistics::comparison::Verdict;
+use rsrs_pipeline::compare::report::Report as Comparison;
+use rsrs_pipeline::label::{LOOK_AGAIN, Labelled};
+
+use crate::words::{Tone, Words};
+
+/// A comparison: the verdict of every cell, runs to look at again, and the verdict of all.
+pub fn comparison(report: &Comparison) -> Words {
+    let mut words = Words::new(report);
+    for cell in &report.cells {
+        for bag in report.bags.iter().filter(|bag| bag.cell == cell.cell) {
+            if bag.labelled.is_borderline() {
+                words = words.tone(Tone::Unclear, LOOK_AGAIN);
+            }
+        }
+        let verdict = cell.verdict_in_a_word();
+        words = words.past("by itself  ").tone(tone_of(cell.verdict), verdict);
+    }
+    words.past("verdict: ").tone(tone_of(report.verdict), report.verdict_in_a_word())
+}
+
+fn tone_of(verdict: Verdict) -> Tone {
+    match verdict {
+        Verdict::Supported => Tone::Good,
+        Verdict::Undecided => Tone::Unclear,
+        Verdict::Violated => Tone::Bad,
+    }
+}
+
+/// A label with what it rests on.
+pub fn label(labelled: &Labelled) -> Words {
+    toned(labelled, Words::new(labelled).past(format!("{}: ", labelled.bag.display())))
+}
+
+/// The phase of a label behind some other words.
+pub fn phase(labelled: &Labelled, before: String) -> Words {
+    toned(labelled, Words::from(format!("{before}{}", labelled.phase_in_words())).past(before))
+}
+
+/// Gives the next phase its tone.
+fn toned(labelled: &Labelled, words: Words) -> Words {
+    let phase = labelled.phase;
+    let is_wanted = phase == phase.behaviour().wanted();
+    if labelled.is_borderline() {
+        return words.tone(Tone::Unclear, phase.to_string()).tone(Tone::Unclear, LOOK_AGAIN);
+    }
+    words.tone(Tone::good_if(is_wanted), phase.to_string())
+}

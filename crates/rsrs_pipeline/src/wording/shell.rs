@@ -1,0 +1,64 @@
+//! Commands that can be pasted into a shell as they are.
+
+use std::path::{Path, PathBuf};
+
+/// Characters that no shell takes for anything else.
+const PLAIN: &str = "/._-+=,:@%";
+
+/// A word of a command, in quotes where a shell would take it for something else.
+///
+/// # Example
+///
+/// ```
+/// use rsrs_pipeline::wording::shell::quoted;
+///
+/// assert_eq!(quoted("runs/monday_1"), "runs/monday_1");
+/// assert_eq!(quoted("runs/first try"), "'runs/first try'");
+/// ```
+pub fn quoted(word: impl AsRef<Path>) -> String {
+    let word = word.as_ref().display().to_string();
+    let is_plain = |it: char| it.is_alphanumeric() || PLAIN.contains(it);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return word;
+    }
+    format!("'{}'", word.replace('\'', r"'\''"))
+}
+
+/// The experiment file that lies where a sweep is, as `rsrs init` leaves it; else a name to replace.
+///
+/// # Arguments
+///
+/// * `sweep` — folder of the sweep.
+pub fn experiment_beside(sweep: &Path) -> String {
+    let name = "experiment.yaml";
+    let parent = sweep.parent().map(|parent| parent.join(name));
+    let there = [Some(PathBuf::from(name)), parent].into_iter().flatten().find(|it| it.is_file());
+    there.map_or_else(|| "EXPERIMENT.yaml".to_owned(), quoted)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shell_takes_a_quoted_word_for_one() {
+        for word in ["results/flockbot", "first try", "Ana's run", "a$b", "x;y", "*", ""] {
+            let echoed = std::process::Command::new("sh")
+                .args(["-c", &format!("printf %s {}", quoted(word))])
+                .output()
+                .expect("there is a shell");
+
+            assert_eq!(String::from_utf8(echoed.stdout).unwrap(), word);
+        }
+    }
+
+    #[test]
+    fn an_experiment_that_lies_beside_a_sweep_is_named() {
+        let place = tempfile::tempdir().unwrap();
+        let sweep = place.path().join("results");
+
+        assert_eq!(experiment_beside(&sweep), "EXPERIMENT.yaml");
+        std::fs::write(place.path().join("experiment.yaml"), "").unwrap();
+        assert_eq!(experiment_beside(&sweep), quoted(place.path().join("experiment.yaml")));
+    }
+}
