@@ -68,6 +68,19 @@ pub fn film(
     }
 }
 
+/// One frame of a film, as SVG.
+///
+/// # Arguments
+///
+/// * `frame` — its number, from 0; one beyond the end shows the end.
+///
+/// # Errors
+///
+/// As [`film`].
+pub fn frame_svg(film: &Film, frame: usize) -> Result<String, FilmError> {
+    Ok(Frames::new(film)?.svg(frame))
+}
+
 impl Film<'_> {
     /// How many frames there are.
     #[expect(

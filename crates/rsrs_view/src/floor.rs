@@ -37,19 +37,16 @@ impl Field {
     ///
     /// # Arguments
     ///
+    /// * `places_m` — centres of robots and what else is drawn, in metres; at least one.
     /// * `radius_m` — of a body, in metres.
-    pub fn around(poses: &[Pose], radius_m: f64, top_px: f64) -> Self {
-        let range = |number: fn(&Pose) -> f64| {
-            let (low, high) = poses
-                .iter()
-                .map(number)
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), number| {
-                    (low.min(number), high.max(number))
-                });
-            (low - 1.5 * radius_m, high + 1.5 * radius_m)
-        };
-        let (left_m, right_m) = range(|pose| pose.x_m);
-        let (lower_m, upper_m) = range(|pose| pose.y_m);
+    pub fn around(places_m: impl Iterator<Item = Point>, radius_m: f64, top_px: f64) -> Self {
+        let nothing = (f64::INFINITY, f64::NEG_INFINITY);
+        let wider = |(low, high): Point, number: f64| (low.min(number), high.max(number));
+        let (x_m, y_m) = places_m.fold((nothing, nothing), |(x_m, y_m), place_m| {
+            (wider(x_m, place_m.0), wider(y_m, place_m.1))
+        });
+        let [(left_m, right_m), (lower_m, upper_m)] =
+            [x_m, y_m].map(|(low, high)| (low - 1.5 * radius_m, high + 1.5 * radius_m));
         let px_per_m = FIELD_PX / (right_m - left_m).max(upper_m - lower_m);
         let spare_m = FIELD_PX / px_per_m - (right_m - left_m);
         let height_px = px_per_m * (upper_m - lower_m);
@@ -63,6 +60,11 @@ impl Field {
             self.top_px + (self.upper_m - y_m) * self.px_per_m,
         )
     }
+}
+
+/// Where robots are, in metres.
+pub fn places(poses: &[Pose]) -> impl Iterator<Item = Point> {
+    poses.iter().map(|pose| (pose.x_m, pose.y_m))
 }
 
 /// The first pose that is nowhere: its sample, its robot, and the pose.

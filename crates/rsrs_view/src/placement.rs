@@ -105,8 +105,8 @@ pub fn svg(picture: &PlacementPicture) -> String {
     let room_px = PAGE_PX - 2.0 * MARGIN_PX;
     let (header, header_px) =
         header(&picture.title, std::slice::from_ref(&picture.subtitle), MARGIN_PX, room_px);
-    let corner = |sign: f64| Pose { x_m: sign * half_x_m, y_m: sign * half_y_m, heading_rad: 0.0 };
-    let field = Field::around(&[corner(-1.0), corner(1.0)], picture.radius_m, header_px + 10.0);
+    let corners_m = [-1.0, 1.0].map(|sign| (sign * half_x_m, sign * half_y_m));
+    let field = Field::around(corners_m.into_iter(), picture.radius_m, header_px + 10.0);
     let bodies = picture.robots.iter().map(|(_, pose)| robot(&field, *pose, picture.radius_m, INK));
     let names = picture.robots.iter().map(|(name, pose)| name_of(&field, name, *pose));
     let bottom_px = field.top_px + field.height_px + 28.0;

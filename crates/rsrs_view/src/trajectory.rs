@@ -5,7 +5,7 @@ use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::unicycle::Pose;
 
 use crate::floor::{
-    CAPTION_PX, Field, LOST, MARGIN_PX, PAGE_PX, TAIL, not_finite, robot, scale_bar,
+    CAPTION_PX, Field, LOST, MARGIN_PX, PAGE_PX, TAIL, not_finite, places, robot, scale_bar,
 };
 use crate::header::header;
 use crate::palette::{INK, QUIET_INK, hue};
@@ -100,9 +100,10 @@ pub(crate) fn elements(
         MARGIN_PX,
         PAGE_PX - 2.0 * MARGIN_PX,
     );
-    let field = Field::around(&trajectory.poses, picture.radius_m, header_px + 10.0);
     let first_of_tail = first_of_tail(picture);
     let ring = picture.phase.and_then(|phase| ring_of(phase, trajectory, first_of_tail));
+    let drawn_m = places(&trajectory.poses).chain(ring.into_iter().flat_map(Ring::corners_m));
+    let field = Field::around(drawn_m, picture.radius_m, header_px + 10.0);
 
     let last = trajectory.poses_at(trajectory.n_samples() - 1);
     let robots = last.iter().enumerate().map(|(index, pose)| {
@@ -192,6 +193,14 @@ pub struct Ring {
     pub centre_m: (f64, f64),
     /// Its radius, in metres.
     pub radius_m: f64,
+}
+
+impl Ring {
+    /// Two corners of the square around it, in metres.
+    fn corners_m(self) -> [Point; 2] {
+        let Self { centre_m: (x_m, y_m), radius_m } = self;
+        [(x_m - radius_m, y_m - radius_m), (x_m + radius_m, y_m + radius_m)]
+    }
 }
 
 /// Centroid and mean radius of a run from a sample on, if its phase has a ring.

@@ -218,3 +218,54 @@ fn a_tube_without_horizons_is_refused() {
     assert!(matches!(lost, ReachPictureError::NotFinite { .. }));
     assert_eq!(reachable_set::svg(&tube_picture(&tube, &[])), Err(ReachPictureError::Empty));
 }
+
+#[test]
+fn pictures_of_trials_have_the_same_bytes_again() {
+    let fit = fitted(kind!("flockbot"), 0.075);
+    let trials = curves();
+    let found = validated(&trials);
+    let places: Vec<(&DrivenTrial, TubeMembership)> =
+        trials.iter().map(|trial| (trial, TubeMembership::Inside)).collect();
+    let sensor = SensorPicture {
+        map: &fit.details.sensor,
+        simulated_m: &fit.sensor.polygon_m,
+        radius_m: 0.075,
+        title: "What the sensor detects".to_owned(),
+        subtitle: String::new(),
+    };
+    let bytes = || {
+        let speeds = distribution::svg(&distributions(&fit)).expect("it can be drawn");
+        let sensor = sensor::svg(&sensor).expect("it can be drawn");
+        let reach =
+            reachable_set::svg(&tube_picture(&found.tubes[0], &places)).expect("it can be drawn");
+        [speeds, sensor, reach].map(|svg| png(&svg, 500).expect("it is drawn"))
+    };
+
+    assert_eq!(bytes(), bytes());
+}
+
+#[test]
+fn many_robots_with_long_names_can_be_read() {
+    let mut fit = fitted(kind!("flockbot"), 0.075);
+    let one = fit.speed[0].clone();
+    fit.speed = (1..=12)
+        .flat_map(|robot| {
+            let of = |commanded_m_s: f64, mean_m_s: f64| {
+                let robot = format!("turtlebot_of_the_laboratory_{robot}");
+                rsrs_core::trials::fit::SpeedFit { robot, commanded_m_s, mean_m_s, ..one.clone() }
+            };
+            let slower = 1.0 - 0.01 * f64::from(robot);
+            [0.025, 0.1, 0.2, 0.3].map(|speed| of(speed, speed * slower))
+        })
+        .collect();
+    let picture = DistributionPicture {
+        title: "Measured speeds of twelve robots, of which each has a long name of its own, and a \
+                long title"
+            .to_owned(),
+        ..distributions(&fit)
+    };
+
+    let svg = distribution::svg(&picture).expect("it can be drawn");
+
+    keep("speed_distribution_of_many", &svg);
+}

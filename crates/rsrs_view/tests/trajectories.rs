@@ -13,7 +13,8 @@ use rsrs_core::judge::phase::{BLOCK_S, Phase, samples_in};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
-use rsrs_view::film::{Film, Kind, film};
+use rsrs_view::film::{Film, Kind, film, frame_svg};
+use rsrs_view::gallery;
 use rsrs_view::order_over_time::{self, OrderPicture, RunPicture, order_svg};
 use rsrs_view::raster::png;
 use rsrs_view::trajectory::{TrajectoryPicture, TrajectoryPictureError, svg};
@@ -58,14 +59,20 @@ fn picture(trajectory: &Trajectory, phase: Option<Phase>) -> TrajectoryPicture<'
     }
 }
 
-fn draw(name: &str, picture: &TrajectoryPicture) -> String {
-    let svg = svg(picture).expect("the run can be drawn");
+/// Leaves a picture to be looked at.
+fn keep(name: &str, svg: &str) -> Vec<u8> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pictures");
     std::fs::create_dir_all(&folder).expect("the target directory can be written");
-    std::fs::write(folder.join(name).with_extension("svg"), &svg).expect("as above");
-    readable::assert_readable(name, &svg);
-    let png = png(&svg, 960).expect("the SVG can be rasterised");
+    std::fs::write(folder.join(name).with_extension("svg"), svg).expect("as above");
+    let png = png(svg, 960).expect("the SVG can be rasterised");
     std::fs::write(folder.join(name).with_extension("png"), &png).expect("as above");
+    png
+}
+
+fn draw(name: &str, picture: &TrajectoryPicture) -> String {
+    let svg = svg(picture).expect("the run can be drawn");
+    let png = keep(name, &svg);
+    readable::assert_readable(name, &svg);
     let pixmap = Pixmap::decode_png(&png).expect("the PNG can be read");
     let n_dark = pixmap.pixels().iter().filter(|pixel| pixel.red() < 100).count();
     assert!(n_dark > 2000, "{n_dark}");
@@ -156,6 +163,102 @@ fn order_parameters_are_drawn_beside_the_run_with_their_bounds() {
     let right_px = alone.corner_px.0 + alone.curves_px.0;
     assert!(right_px < alone.size_px.0 && right_px > 0.9 * alone.size_px.0, "{right_px}");
     readable::assert_readable("order parameters", &alone.svg);
+}
+
+/// A mill that one robot leaves, straight away from it.
+fn torn(duration_s: f64) -> Trajectory {
+    let mut torn = mill(duration_s);
+    for (sample, pose) in torn.poses.iter_mut().step_by(9).enumerate() {
+        let away_m = 0.15 * 0.13 * sample as f64;
+        *pose = Pose { x_m: 1.2 + away_m, y_m: -0.2, heading_rad: 0.0 };
+    }
+    torn
+}
+
+const LONG_TITLE: &str = "run_2026-11-23T08-41-00Z_nine_flockbots_on_the_large_floor_with_lids: semi-stable \
+                          milling (not settled: look again)";
+
+#[test]
+fn a_ring_that_is_torn_stays_off_the_words() {
+    let torn = torn(120.0);
+    let picture = TrajectoryPicture {
+        lost: &[0],
+        title: LONG_TITLE.to_owned(),
+        ..picture(&torn, Some(Phase::SemiStableMilling))
+    };
+
+    draw("torn", &picture);
+}
+
+#[test]
+fn a_gallery_can_be_read_and_has_the_same_text_again() {
+    let (mill, torn) = (mill(60.0), torn(60.0));
+    let runs = [&mill, &torn, &mill, &torn, &mill];
+    let named = ["milling", "partly spread out", "wall following", "other", "other"];
+    let words = "partly circling, farther than twice the reach from their centre, half of them in one \
+                 cluster, blocking each other";
+    let pictures: Vec<TrajectoryPicture> = runs
+        .iter()
+        .zip(named)
+        .zip(1..)
+        .map(|((trajectory, name), number)| TrajectoryPicture {
+            title: format!("{number}: {name}"),
+            subtitle: format!("98.5 % of runs; {words}"),
+            ..picture(trajectory, (number == 1).then_some(Phase::StableMilling))
+        })
+        .collect();
+    let drawn = || gallery::svg("What 9 robots can do", &pictures, 3).expect("it can be drawn");
+
+    let svg = drawn();
+
+    keep("gallery", &svg);
+    readable::assert_readable("gallery", &svg);
+    assert_eq!(svg, drawn());
+    assert_eq!(svg.matches(": other</text>").count(), 2);
+}
+
+#[test]
+fn every_frame_of_a_film_can_be_read_and_has_the_same_text_again() {
+    for (name, trajectory) in [("film_of_a_mill", mill(60.0)), ("film_of_a_torn_mill", torn(60.0))]
+    {
+        let film = Film { title: LONG_TITLE.to_owned(), width_px: 480, ..film_of(&trajectory) };
+        assert!(film.n_frames() > 25, "{}", film.n_frames());
+
+        for frame in 0..film.n_frames() {
+            let svg = frame_svg(&film, frame).expect("it can be drawn");
+
+            readable::assert_readable(&format!("{name}, frame {frame}"), &svg);
+            assert_eq!(svg, frame_svg(&film, frame).expect("as before"), "frame {frame}");
+        }
+        keep(name, &frame_svg(&film, film.n_frames() / 2).expect("as before"));
+    }
+}
+
+#[test]
+fn pictures_of_a_run_have_the_same_bytes_again() {
+    let torn = torn(60.0);
+    let picture = picture(&torn, Some(Phase::SemiStableMilling));
+    let bodies = Bodies { radius_m: Some(0.075), reach_m: Some(0.9) };
+    let blocks = [(0.0, OrderParameters::of(&torn, 0..torn.n_samples(), &bodies))];
+    let rules = Behaviour::Milling.rules();
+    let notes = ["robot_1 left the ring at 1 s".to_owned()];
+    let order = OrderPicture {
+        blocks: &blocks,
+        block_s: 60.0,
+        duration_s: 60.0,
+        window_start_s: 0.0,
+        rules: &rules,
+        notes: &notes,
+    };
+    let run = RunPicture { run: picture.clone(), order: order.clone() };
+    let bytes = || {
+        let above = svg(&picture).expect("it can be drawn");
+        let run = order_over_time::svg(&run).expect("it can be drawn");
+        let alone = order_svg(&order, "order parameters").svg;
+        [png(&above, 480), png(&run, 480), png(&alone, 480)].map(|png| png.expect("it is drawn"))
+    };
+
+    assert_eq!(bytes(), bytes());
 }
 
 /// A short and small film.

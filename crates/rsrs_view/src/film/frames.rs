@@ -5,7 +5,7 @@ use rsrs_core::robot::unicycle::Pose;
 
 use super::Film;
 use crate::floor::{
-    CAPTION_PX, Field, LOST, MARGIN_PX, PAGE_PX, TAIL, not_finite, robot, scale_bar,
+    CAPTION_PX, Field, LOST, MARGIN_PX, PAGE_PX, TAIL, not_finite, places, robot, scale_bar,
 };
 use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
@@ -75,7 +75,7 @@ impl<'a> Frames<'a> {
         check(film)?;
         let room_px = PAGE_PX - 2.0 * MARGIN_PX;
         let (header, header_px) = header(&film.title, &[], MARGIN_PX, room_px);
-        let field = Field::around(&film.trajectory.poses, film.radius_m, header_px + 6.0);
+        let field = Field::around(places(&film.trajectory.poses), film.radius_m, header_px + 6.0);
         let height_px = field.top_px + field.height_px + 3.0 * CAPTION_PX + 10.0;
         let scale = f64::from(film.width_px) / PAGE_PX;
         let size_px = (film.width_px, whole_px(scale * height_px));
@@ -88,7 +88,8 @@ impl<'a> Frames<'a> {
         Ok(pixmap(&tree, self.size_px)?.take())
     }
 
-    fn svg(&self, frame: usize) -> String {
+    /// A frame as SVG.
+    pub fn svg(&self, frame: usize) -> String {
         let Film { trajectory, radius_m, speed, frames_per_s, tail_s, lost, .. } = *self.film;
         let time_s = frame as f64 * speed / f64::from(frames_per_s);
         let sample = sample_at(trajectory, time_s);
