@@ -41,6 +41,43 @@ fn browse(report: &Path) -> String {
     must_run(Command::new(python).arg(script).arg(chromium()).arg(report).arg(screenshots))
 }
 
+/// The number behind some words in a line of output.
+fn number_after(found: &str, words: &str) -> f64 {
+    let (_, rest) = found.split_once(words).unwrap_or_else(|| panic!("no “{words}”: {found}"));
+    let number = rest.split_whitespace().next().unwrap_or_default();
+    number.parse().unwrap_or_else(|error| panic!("{error}: {found}"))
+}
+
+#[test]
+fn a_report_of_a_hundred_robots_opens_at_once_and_draws_its_frames_in_time() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let here = place.path();
+    let profile = repository().join("launch_configs/profiles/flockbot.yaml");
+    std::fs::copy(profile, here.join("flockbot.yaml")).expect("the profile is there");
+    let sweep = "profile: flockbot.yaml\n\
+                 axes:\n  speed_m_s: [0.15]\n  turn_rate_rad_s: [0.75]\n\
+                 fixed: {robots: 100, placement_radius_m: 2.0, arena_m: 15}\n\
+                 replicates: 2\nduration_s: 64\nseed: 7\n";
+    std::fs::write(here.join("sweep.yaml"), sweep).expect("the folder is writable");
+    let swept = rsrs(here, &["sweep", "sweep.yaml", "-o", "out"]);
+    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    let run = Run { duration_s: 64.0, recorded_s: 64.0, ..Run::new(1) };
+    Run { robots: 100, placement_radius_m: 2.0, ..run }.record(here, "run");
+    let report = rsrs(here, &["report", "out", "-o", "report.html", "--bags", "run"]);
+    assert!([0, 3].contains(&code(&report)), "{}", stderr(&report));
+
+    let python = python_with("browser", &PACKAGES, &[]);
+    let script = repository().join("tests/report/frames.py");
+    let found =
+        must_run(Command::new(python).arg(script).arg(chromium()).arg(here.join("report.html")));
+
+    let opened_ms = number_after(&found, "opened in ");
+    let script_ms = number_after(&found, "script per frame: median ");
+    assert!(opened_ms < 1000.0, "{found}");
+    // Of 60 frames in a second each has 16.7 ms, for the script and for what the browser draws.
+    assert!(script_ms < 16.0, "{found}");
+}
+
 #[test]
 fn a_report_of_nine_runs_is_small_responds_moves_and_prints_in_a_browser() {
     let place = workplace("speed_m_s: {from: 0.05, to: 0.30, steps: 11}", "true_positive: 0.8");
