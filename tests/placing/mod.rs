@@ -2,6 +2,8 @@
 
 use std::process::Command;
 
+use rsrs_testing::network::in_own_network;
+
 use crate::command::{code, repository, rsrs, stderr, stdout};
 
 const EXPERIMENT: &str = "launch_configs/experiments/flockbot_milling.yaml";
@@ -48,6 +50,48 @@ fn robots_that_do_not_fit_are_refused_with_what_to_do() {
     assert_eq!(code(&output), 1);
     assert!(stderr(&output).contains("9 robots do not fit into a disc of radius 0.200 m"));
     assert!(stderr(&output).contains("help: widen `placement_radius_m`"));
+}
+
+#[test]
+fn a_program_that_does_not_place_the_robots_of_a_run_keeps_it_from_starting() {
+    let name = "placing::a_program_that_does_not_place_the_robots_of_a_run_keeps_it_from_starting";
+    in_own_network(name, async || {
+        let folder = tempfile::tempdir().unwrap();
+        let fleet = repository().join("launch_configs/fleets/nine_flockbots.yaml");
+        let text = std::fs::read_to_string(repository().join(EXPERIMENT)).unwrap();
+        let text = text.replace("../fleets/nine_virtual.yaml", &fleet.display().to_string());
+        std::fs::write(folder.path().join("milling.yaml"), text).unwrap();
+        let run = |more: &[&str]| {
+            let program = ["--place-command", "cat > wanted.json; echo stuck; exit 7"];
+            let common = ["run", "milling.yaml", "--seed", "7", "-o", "run_7"];
+            rsrs(folder.path(), &[&common[..], &program, more].concat())
+        };
+
+        let in_simulator = run(&[]);
+        let on_fleet = run(&["--backend", "fleet", "--interface", "127.0.0.1"]);
+
+        assert_eq!(code(&in_simulator), 1);
+        assert!(stderr(&in_simulator).contains("help: for the fleet: `--backend fleet"));
+        assert_eq!(code(&on_fleet), 1);
+        let printed = stderr(&on_fleet);
+        assert!(printed.contains("did not place the robots (exit status: 7)"), "{printed}");
+        assert!(printed.contains("stuck"), "{printed}");
+        assert!(!folder.path().join("run_7").exists(), "nothing was run");
+        let wanted = std::fs::read_to_string(folder.path().join("wanted.json")).unwrap();
+        let wanted: serde_json::Value = serde_json::from_str(&wanted).unwrap();
+        let arguments = ["place", "milling.yaml", "--seed", "7", "--format", "json"];
+        let shown = stdout(&rsrs(folder.path(), &arguments));
+        let shown: serde_json::Value = serde_json::from_str(&shown).unwrap();
+        assert_eq!(wanted["purpose"], "run_7");
+        let robots = |given: &serde_json::Value| given["robots"].as_array().unwrap().clone();
+        assert_eq!((robots(&wanted).len(), robots(&shown).len()), (9, 9));
+        for (wanted, shown) in robots(&wanted).iter().zip(robots(&shown)) {
+            assert_eq!(wanted["name"], shown["robot"]);
+            for key in ["x_m", "y_m", "heading_rad"] {
+                assert_eq!(wanted[key], shown[key], "{key}");
+            }
+        }
+    });
 }
 
 #[test]

@@ -20,8 +20,10 @@ use crate::words::{Tone, Words};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::execution::runtime;
 use rsrs_pipeline::run::own_network::OwnNetwork;
+use rsrs_pipeline::run::place_command;
 use rsrs_pipeline::run::recording_gaps;
 use rsrs_pipeline::run::simulated_fleet::SimulatedFleet;
+use rsrs_pipeline::run::start_poses::StartPoses;
 use rsrs_pipeline::run::{RunSummary, on_simulated_fleet, watched};
 use rsrs_pipeline::wording::shell::quoted;
 
@@ -37,7 +39,8 @@ use rsrs_pipeline::wording::shell::quoted;
 Examples:
   rsrs run launch_configs/experiments/flockbot_milling.yaml -o milling
   rsrs run launch_configs/experiments/flockbot_milling.yaml --from results/flockbot
-  rsrs run milling.yaml --backend fleet --interface wlan0")]
+  rsrs run milling.yaml --backend fleet --interface wlan0
+  rsrs run milling.yaml --backend fleet --interface wlan0 --place-command './drive_to_places.py'")]
 pub struct Arguments {
     /// Experiment file (YAML).
     experiment: PathBuf,
@@ -56,6 +59,10 @@ pub struct Arguments {
     /// Seed of the simulated world (default: the experiment file's).
     #[arg(long, value_name = "SEED", value_parser = clap::value_parser!(u64).range(..rsrs_core::diagram::sweep_file::SEED_LIMIT))]
     seed: Option<u64>,
+    /// Program that places the robots of a fleet before the run: it gets one line of JSON on its
+    /// standard input; another exit code than 0 stops the run (docs/campaigns.md).
+    #[arg(long, value_name = "PROGRAM")]
+    place_command: Option<String>,
     /// Whether to report, before a fleet moves, robots that do not stand where they should
     /// (default: on).
     #[arg(long, value_enum, default_value = "on", hide_default_value = true)]
@@ -97,7 +104,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             PlaceCheck::Off => plan::PlaceCheck::Off,
         },
     })?;
+    let place_command = arguments.place_command.as_deref();
     let summary = match arguments.backend {
+        Backend::Sim if place_command.is_some() => {
+            return Err(with_help(
+                "`--place-command` places the robots of a fleet, and this run is one in the simulator, \
+                 which places its own",
+                "for the fleet: `--backend fleet --interface NAME`; else leave it out",
+            ));
+        }
         Backend::Sim => {
             // Before the first thread is started.
             let network = OwnNetwork::enter()?;
@@ -108,7 +123,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Backend::Fleet => {
             logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
             let network = chosen_network(arguments.interface.as_deref(), Member::Runner)?;
-            runtime()?.block_on(on_fleet(&plan, &network))?
+            runtime()?.block_on(on_fleet(&plan, &network, place_command))?
         }
     };
     finish(arguments.format, &summary)
@@ -126,7 +141,20 @@ async fn simulated(plan: &Plan, network: &OwnNetwork) -> anyhow::Result<RunSumma
     summary
 }
 
-async fn on_fleet(plan: &Plan, network: &SessionOptions) -> anyhow::Result<RunSummary> {
+/// Runs a plan on the fleet, whose robots a program places if there is one.
+///
+/// # Errors
+///
+/// If the program does not place them, or the network cannot be used.
+async fn on_fleet(
+    plan: &Plan,
+    network: &SessionOptions,
+    place_command: Option<&str>,
+) -> anyhow::Result<RunSummary> {
+    if let Some(program) = place_command {
+        let wanted = StartPoses::of(plan)?.wanted(plan.bag.display().to_string());
+        place_command::place(program, &wanted, &TerminalOperator).await?;
+    }
     watched(plan, network, asked_to_stop(), &TerminalOperator).await
 }
 

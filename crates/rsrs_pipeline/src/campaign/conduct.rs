@@ -14,7 +14,7 @@ use crate::files::write_file;
 use crate::label::{Settledness, marked};
 use crate::run::operator::Operator;
 use crate::run::own_network::OwnNetwork;
-use crate::run::place_command::{PlacedRobot, WantedPlacement};
+use crate::run::place_command::WantedPlacement;
 use crate::run::recording_gaps;
 use crate::run::simulated_fleet::SimulatedFleet;
 use crate::run::start_poses::StartPoses;
@@ -181,14 +181,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
             plan.record.duration_s,
             starts
         );
-        let placed = starts.robots.iter().map(|start| PlacedRobot {
-            name: start.robot.clone(),
-            x_m: start.x_m,
-            y_m: start.y_m,
-            heading_rad: start.heading_rad,
-        });
-        let purpose = item.experiment.folder.clone();
-        let wanted = WantedPlacement { purpose, robots: placed.collect() };
+        let wanted = starts.wanted(item.experiment.folder.clone());
         self.placer.place(&what, &wanted).await
     }
 

@@ -12,7 +12,8 @@ use crate::error::with_help;
 /// Where robots are to stand, as the program gets it on its standard input: one line of JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WantedPlacement {
-    /// What they are placed for: an experiment of a campaign, or a trial.
+    /// What they are placed for: a run, by the folder of its bag, an experiment of a campaign, or a
+    /// trial.
     pub purpose: String,
     /// Robots that take part; all others are to be out of their way and out of their sight.
     pub robots: Vec<PlacedRobot>,

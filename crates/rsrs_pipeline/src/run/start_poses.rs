@@ -12,6 +12,7 @@ use rsrs_view::placement::Area;
 use serde::Serialize;
 
 use crate::error::helped;
+use crate::run::place_command::{PlacedRobot, WantedPlacement};
 
 /// Start poses.
 #[derive(Debug, Serialize)]
@@ -94,6 +95,21 @@ impl StartPoses {
             body_radius_m: record.conditions.robot.radius_m,
             robots: robots.collect(),
         })
+    }
+
+    /// The same for a program that places the robots.
+    ///
+    /// # Arguments
+    ///
+    /// * `purpose` — what they are placed for.
+    pub fn wanted(&self, purpose: String) -> WantedPlacement {
+        let robots = self.robots.iter().map(|start| PlacedRobot {
+            name: start.robot.clone(),
+            x_m: start.x_m,
+            y_m: start.y_m,
+            heading_rad: start.heading_rad,
+        });
+        WantedPlacement { purpose, robots: robots.collect() }
     }
 }
 
