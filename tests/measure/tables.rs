@@ -65,6 +65,21 @@ fn a_fitted_profile_can_be_swept() {
 }
 
 #[test]
+fn a_radius_that_was_given_is_not_said_to_be_assumed() {
+    let place = trials();
+
+    let [given, assumed] =
+        [&["--radius", "0.08", "-o", "p.yaml"][..], &["-o", "p.yaml"]].map(|more| {
+            assert_eq!(code(&fit(place.path(), more)), 0);
+            read(place.path(), "p.yaml")
+        });
+
+    assert!(given.contains("radius_m: 0.08"), "{given}");
+    assert!(given.contains("body.radius_m: given to rsrs measure fit"), "{given}");
+    assert!(assumed.contains("body.radius_m: \"assumed: as the Flockbot"), "{assumed}");
+}
+
+#[test]
 fn the_pictures_show_speeds_and_sensor() {
     let place = trials();
 

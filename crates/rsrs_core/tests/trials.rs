@@ -142,7 +142,7 @@ fn driven() -> Vec<DrivenTrial> {
                 DrivenSample { time_s: 7.0 + f64::from(sample) * 0.1, pose: now, command }
             });
             let samples = samples.collect();
-            DrivenTrial { robot: "a".to_owned(), trial: trial.to_string(), samples }
+            DrivenTrial { robot: "a".to_owned(), trial: trial.to_string(), going_s: 0.0, samples }
         })
         .collect()
 }
@@ -192,7 +192,7 @@ fn noise_of_the_robot_is_distinguished_from_noise_of_the_tracker() {
                 DrivenSample { time_s: f64::from(sample) * period_s, pose: seen, command }
             });
             let samples = samples.collect();
-            DrivenTrial { robot: "a".to_owned(), trial: trial.to_string(), samples }
+            DrivenTrial { robot: "a".to_owned(), trial: trial.to_string(), going_s: 0.0, samples }
         })
         .collect();
 

@@ -242,6 +242,8 @@ fn signature(trial: &DrivenTrial) -> Vec<u64> {
     let bits = |command: Command| [command.speed_m_s, command.turn_rate_rad_s].map(f64::to_bits);
     let mut signature = bits(trial.samples[0].command).to_vec();
     signature.push(libm::log2(trial.duration_s()).floor().to_bits());
+    // Those from a standstill are others than those that were going.
+    signature.push(u64::from(trial.going_s > 0.0));
     if trial.constant_command().is_none() {
         for sample in &trial.samples[..trial.samples.len() - 1] {
             signature.push((sample.time_s - trial.samples[0].time_s).to_bits());

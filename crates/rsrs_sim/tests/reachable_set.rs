@@ -55,6 +55,7 @@ fn drawn(profile: &RobotProfile, n_robots: u64, seed: u64) -> Vec<DrivenTrial> {
             trials.push(DrivenTrial {
                 robot: format!("robot_{replicate}"),
                 trial: trial.to_string(),
+                going_s: 0.0,
                 samples: driven(command, conditions.period_s, |pose: &mut Pose| {
                     let now = world.poses().next().expect("one robot");
                     let turns = (now.heading_rad - pose.heading_rad) / std::f64::consts::TAU;
@@ -67,6 +68,60 @@ fn drawn(profile: &RobotProfile, n_robots: u64, seed: u64) -> Vec<DrivenTrial> {
         }
     }
     trials
+}
+
+/// Robots whose turning rate lags, on a curve, seen from some steps after they began on; one trial each.
+fn going(profile: &RobotProfile, n_steps_before: u32, n_robots: u64) -> Vec<DrivenTrial> {
+    let command = Command { speed_m_s: 0.05, turn_rate_rad_s: 0.75 };
+    let values = vec![
+        (Axis::Speed, command.speed_m_s),
+        (Axis::TurnRate, command.turn_rate_rad_s),
+        (Axis::Robots, 1.0),
+    ];
+    let settings = Settings { values, walls: Walls::None, ..Settings::default() };
+    let conditions = Conditions::resolve(profile, &settings).expect("it can be simulated");
+    let advance = |world: &mut World| {
+        world.sense();
+        world.advance(&[command]);
+    };
+    let trial = |replicate| {
+        let seed = Seed { seed: 1_000_000, replicate };
+        let mut world = World::new(&conditions, seed).expect("one robot has room");
+        (0..n_steps_before).for_each(|_| advance(&mut world));
+        let mut samples = driven(command, conditions.period_s, |pose: &mut Pose| {
+            let now = world.poses().next().expect("one robot");
+            let turns = (now.heading_rad - pose.heading_rad) / std::f64::consts::TAU;
+            *pose = now;
+            pose.heading_rad -= turns.round() * std::f64::consts::TAU;
+            advance(&mut world);
+        });
+        samples.truncate(41);
+        DrivenTrial {
+            robot: format!("robot_{replicate}"),
+            trial: "1".to_owned(),
+            going_s: f64::from(n_steps_before) * conditions.period_s,
+            samples,
+        }
+    };
+    (0..n_robots).map(trial).collect()
+}
+
+#[test]
+fn robots_that_lag_and_were_going_already_are_not_held_against_robots_from_a_standstill() {
+    let mut profile = measured();
+    profile.actuation.yaw_lag_s = 0.5;
+    let simulated = HarsherFactors::default().apply(&profile).expect("it is harsher");
+    let seen_late = going(&profile, 12, 4);
+    let as_if_from_rest: Vec<DrivenTrial> =
+        seen_late.iter().map(|trial| DrivenTrial { going_s: 0.0, ..trial.clone() }).collect();
+
+    let from_rest = held_against(&simulated, &going(&profile, 0, 4));
+    let late = held_against(&simulated, &seen_late);
+    let mistaken = held_against(&simulated, &as_if_from_rest);
+
+    assert!(from_rest.is_contained, "{}", from_rest.p_value);
+    assert!(late.is_contained, "{}", late.p_value);
+    assert!(!mistaken.is_contained, "the lag is not seen at all");
 }
 
 /// 154 control periods: 20 seconds, a metre.
@@ -89,6 +144,7 @@ fn exact(n_robots: usize, gain: ActuationGain, bias_rad_s: f64) -> Vec<DrivenTri
         DrivenTrial {
             robot: format!("robot_{robot}"),
             trial: trial.to_string(),
+            going_s: 0.0,
             samples: driven(command, 0.13, |pose| {
                 *pose = next_pose;
                 next_pose = step(next_pose, with_bias, gain, 0.13);

@@ -154,7 +154,12 @@ fn curves() -> Vec<DrivenTrial> {
             DrivenSample { time_s: f64::from(sample) * 0.13, pose: now, command }
         });
         let samples = samples.collect();
-        DrivenTrial { robot: format!("robot_{robot}"), trial: "1".to_owned(), samples }
+        DrivenTrial {
+            robot: format!("robot_{robot}"),
+            trial: "1".to_owned(),
+            going_s: 0.0,
+            samples,
+        }
     };
     [0.93, 0.97, 1.0, 1.25].into_iter().enumerate().map(drive).collect()
 }

@@ -194,7 +194,7 @@ impl Runner {
             self.start(now, actions);
             return;
         }
-        let left_s = left.as_millis().div_ceil(1000).try_into().unwrap_or(u64::MAX);
+        let left_s = left.as_nanos().div_ceil(1_000_000_000).try_into().unwrap_or(u64::MAX);
         if left_s < self.told_s {
             self.told_s = left_s;
             actions.push(Action::Note(format!("the robots move in {left_s} s")));

@@ -166,12 +166,13 @@ fn drives(
     let name = |drive: usize| if drive == 0 { bag.to_owned() } else { format!("{bag}:{drive}") };
     samples
         .split(|sample| sample.command == Command::STOP)
-        .map(part)
-        .filter(|drive| drive.len() >= 2)
+        .map(|whole| (whole, part(whole)))
+        .filter(|(_, samples)| samples.len() >= 2)
         .enumerate()
-        .map(|(drive, samples)| DrivenTrial {
+        .map(|(drive, (whole, samples))| DrivenTrial {
             robot: recorded.robots[robot].clone(),
             trial: name(drive),
+            going_s: samples[0].time_s - whole[0].time_s,
             samples: continuous(samples),
         })
         .collect()

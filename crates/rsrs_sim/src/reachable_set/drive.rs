@@ -59,6 +59,10 @@ impl<'a> Driver<'a> {
     }
 
     fn once(&self, world: &mut World, trial: &DrivenTrial, horizons_s: &[f64]) -> Path {
+        // What was going when it was seen first had come up to its turning rate.
+        for _ in 0..libm::round(trial.going_s / self.period_s) as usize {
+            step(world, self.as_at_reference(trial.command_at(0.0)));
+        }
         let start = pose(world);
         let (mut before, mut now) = (start, start);
         let mut path = Vec::with_capacity(horizons_s.len());

@@ -57,6 +57,7 @@ fn population(profile: &RobotProfile, command: Command, seed: u64) -> Vec<Driven
             trials.push(DrivenTrial {
                 robot: format!("robot_{robot}"),
                 trial: trial.to_string(),
+                going_s: 0.0,
                 samples: driven(&mut world, command, conditions.period_s),
             });
         }

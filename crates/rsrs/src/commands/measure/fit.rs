@@ -145,6 +145,7 @@ fn unmeasured(arguments: &Arguments) -> anyhow::Result<Unmeasured> {
             bail!("the radius is {radius_m} m, expected a length above 0 m");
         }
         unmeasured.radius_m = radius_m;
+        unmeasured.radius_source = Some("given to rsrs measure fit".to_owned());
     }
     Ok(unmeasured)
 }

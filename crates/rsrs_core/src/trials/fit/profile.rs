@@ -17,6 +17,8 @@ use crate::statistics::variance::Estimate;
 pub struct Unmeasured {
     /// Radius of the body, in metres.
     pub radius_m: f64,
+    /// Where the radius is from, if somebody gave it; goes into the profile's provenance.
+    pub radius_source: Option<String>,
     /// Front sector of contact, in radians.
     pub front_half_angle_rad: f64,
     /// Whether a blocked robot still turns.
@@ -37,6 +39,7 @@ impl Default for Unmeasured {
     fn default() -> Self {
         Self {
             radius_m: 0.075,
+            radius_source: None,
             front_half_angle_rad: 1.2217,
             rotates_while_blocked: true,
             yaw_lag_s: 0.0,
@@ -90,9 +93,11 @@ impl Fit {
     /// A profile that passes its own check, with a polygon and `sees: centre`.
     pub fn profile(&self, name: &str, unmeasured: &Unmeasured) -> RobotProfile {
         let mut sources = Sources { numbers: BTreeMap::new(), reason: &unmeasured.reason };
-        for key in ["body.radius_m", "body.front_half_angle_rad"] {
-            sources.assumed(key);
+        match &unmeasured.radius_source {
+            Some(source) => sources.measured("body.radius_m", source.clone()),
+            None => sources.assumed("body.radius_m"),
         }
+        sources.assumed("body.front_half_angle_rad");
         RobotProfile {
             name: name.to_owned(),
             body: Body {

@@ -25,6 +25,9 @@ pub struct DrivenTrial {
     pub robot: String,
     /// The trial's name, unique for the robot.
     pub trial: String,
+    /// For how long it had been driven with its first command before the first sample, in seconds; 0
+    /// from a standstill.
+    pub going_s: f64,
     /// Samples, ascending in time; 2 or more.
     pub samples: Vec<DrivenSample>,
 }
@@ -149,5 +152,5 @@ fn in_order(
         // The nearest heading that looks the same.
         *heading -= ((*heading - before) / std::f64::consts::TAU).round() * std::f64::consts::TAU;
     }
-    Ok(DrivenTrial { robot, trial, samples })
+    Ok(DrivenTrial { robot, trial, going_s: 0.0, samples })
 }

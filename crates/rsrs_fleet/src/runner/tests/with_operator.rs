@@ -45,6 +45,21 @@ fn the_robots_move_when_the_countdown_is_over_and_not_before() {
 }
 
 #[test]
+fn robots_that_are_about_to_move_do_not_move_in_0_s() {
+    let mut bench = Bench::with(|options| {
+        options.countdown = Duration::from_micros(1_000_500);
+    });
+    armed(&mut bench);
+
+    while bench.state() == Some(LeaseState::Armed) {
+        bench.beat();
+    }
+
+    let counted: Vec<_> = bench.notes.iter().filter(|text| text.contains("move in")).collect();
+    assert_eq!(counted, ["the robots move in 2 s", "the robots move in 1 s"]);
+}
+
+#[test]
 fn an_interrupted_countdown_moves_no_robot() {
     let mut bench = floor();
     armed(&mut bench);

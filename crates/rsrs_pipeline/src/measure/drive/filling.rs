@@ -9,6 +9,7 @@ use serde::Serialize;
 use tokio::runtime::Runtime;
 
 use super::period_table::PeriodTable;
+use super::placement;
 use super::result::TrialResult;
 use super::trial_nodes::{RunTarget, TrialNodes};
 use super::trial_table::{Kind, Todo, TrialTable};
@@ -239,6 +240,10 @@ impl Shift<'_> {
         filled: &mut Filled,
     ) -> anyhow::Result<bool> {
         let Job { table, todo } = job;
+        let (n_left, n_rows) = (filled.n_left, filled.n_filled + filled.n_left);
+        let row = self.work.bag_name(job);
+        let what = placement::description(&todo.robot, &todo.trial);
+        self.operator.operator().note(&format!("{row}, {n_left} of {n_rows} rows left: {what}"));
         for attempt in 1..=ATTEMPTS {
             match runtime.block_on(self.operator.ready(&todo.robot, &todo.trial))? {
                 Ready::Go => {}

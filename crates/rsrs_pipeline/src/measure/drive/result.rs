@@ -10,6 +10,7 @@ use rsrs_fleet::experiment::Time;
 use serde::Serialize;
 
 use super::trial_table::{Kind, TrialTable};
+use crate::error::{in_one_line, with_help};
 use crate::measure::bag_trials;
 use crate::measure::command_rhythm;
 use crate::measure::sensor_readings::Readings;
@@ -124,7 +125,7 @@ impl TrialResult {
         if is_unseen(&recorded) {
             return Ok(None);
         }
-        let driven = bag_trials::read(bag)?.driven;
+        let driven = bag_trials::read(bag).map_err(|error| unmeasured(&error))?.driven;
         let longest =
             driven.iter().max_by(|left, right| left.duration_s().total_cmp(&right.duration_s()));
         let Some(trial) = longest else {
@@ -246,6 +247,16 @@ impl TrialResult {
     }
 }
 
+/// A trial that was driven and not seen well enough; what can be done about the bag of an experiment
+/// does not help.
+fn unmeasured(error: &anyhow::Error) -> anyhow::Error {
+    with_help(
+        in_one_line(error),
+        "the trial was driven, and nothing was filled in: the same command makes it again; find out \
+         why poses stayed away, a busy computer or a tracker that lost the robot",
+    )
+}
+
 /// Whether there are no poses of the robot, so that only the operator can report what it did.
 fn is_unseen(recorded: &Result<RecordedTrajectory, TrajectoryError>) -> bool {
     use TrajectoryError::{NoPoses, SilentPoses};
@@ -274,4 +285,22 @@ fn motion(trial: &DrivenTrial) -> Option<Motion> {
         duration_s: arc.turn.duration_s,
     });
     straight.or(turn).or(arc)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::help_of;
+
+    #[test]
+    fn a_trial_that_was_not_seen_is_to_be_made_again() {
+        let unread = with_help("bag: 26 % of the poses are missing", "judge the run by eye");
+
+        let error = unmeasured(&unread);
+
+        assert_eq!(error.to_string(), "bag: 26 % of the poses are missing");
+        let help = help_of(&error).unwrap();
+        assert!(help.contains("the same command makes it again"), "{help}");
+        assert!(!help.contains("judge"), "{help}");
+    }
 }
