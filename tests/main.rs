@@ -31,6 +31,7 @@ mod measure;
 #[expect(dead_code, reason = "microcontrollers that misbehave are tested beside their driver")]
 mod micro;
 mod mixed;
+mod mujoco;
 mod notebook;
 mod out_of_reach;
 mod pages;

@@ -30,7 +30,7 @@ pub const REASONS: [(&str, &[&str]); 6] = [
     ("as-root", &["systemctl ", "useradd ", "ip link "]),
     ("installs", &["cargo install ", "pip install ", "rustup target "]),
     ("on-a-cluster", &["SBATCH", "rsrs merge "]),
-    ("takes-long", &["cargo run ", "cargo test ", "reproduce.py"]),
+    ("takes-long", &["cargo run ", "cargo test ", "reproduce.py", "mujoco/run.sh"]),
 ];
 
 /// Marks a block whose last command answers with a no.
