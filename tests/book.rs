@@ -22,10 +22,11 @@ const NO_CHAPTERS: [&str; 2] = ["docs/SUMMARY.md", "docs/REPRODUCTION.template.m
 fn every_page_is_a_chapter_once() {
     let listed = chapters();
     let folder = fs::read_dir(repository().join("docs")).expect("it is there");
-    let names = folder.map(|entry| entry.expect("readable").file_name());
-    let pages: BTreeSet<String> = names
-        .map(|name| format!("docs/{}", name.to_str().expect("names are text")))
-        .filter(|path| path.ends_with(".md") && !NO_CHAPTERS.contains(&path.as_str()))
+    let files = folder.map(|entry| PathBuf::from(entry.expect("readable").file_name()));
+    let pages: BTreeSet<String> = files
+        .filter(|file| file.extension().is_some_and(|end| end == "md"))
+        .map(|file| format!("docs/{}", file.display()))
+        .filter(|path| !NO_CHAPTERS.contains(&path.as_str()))
         .collect();
 
     let unique: BTreeSet<String> = listed.iter().cloned().collect();

@@ -93,7 +93,7 @@ pub fn blocks_of(page: &str) -> Vec<Block> {
                 blocks.push(Block { place, language, marks, text });
             }
         } else if is_open {
-            blocks.last_mut().expect("one is open").text += &format!("{line}\n");
+            blocks.last_mut().expect("one is open").text.extend([line, "\n"]);
         }
     }
     assert!(!is_open, "a block of {page} does not end");

@@ -61,7 +61,7 @@ fn page_of_commands(command: Command) -> String {
         .to_owned();
     let mut waiting = vec![(command.get_name().to_owned(), &mut command)];
     while let Some((name, command)) = waiting.pop() {
-        page += &format!("\n## {name}\n\n```text\n{}\n```\n", help_of(command));
+        page.extend(["\n## ", &name, "\n\n```text\n", &help_of(command), "\n```\n"]);
         let below = command.get_subcommands_mut().filter(|below| below.get_name() != "help");
         let mut below: Vec<_> =
             below.map(|below| (format!("{name} {}", below.get_name()), below)).collect();
