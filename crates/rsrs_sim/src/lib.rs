@@ -4,7 +4,7 @@
 //! go in, and what the swarm did comes out, with the same bits on every machine and for any number
 //! of threads.
 //!
-//! Reading order: the world ([`world`]) and its parts, what a robot sees ([`view`]), what stops it
+//! Reading order: the world ([`world`]) and its parts, what a robot sees ([`field_of_view`]), what stops it
 //! ([`contact`]), what disturbs it ([`disturbance`]) and where it starts ([`placement`]); its
 //! arithmetic ([`turn`], [`draw`]); one run ([`episode`]), some at once ([`batch`]), and many
 //! ([`sweep`]); and which controllers to run at all ([`exploration`]).

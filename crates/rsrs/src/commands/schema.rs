@@ -43,8 +43,8 @@ fn kinds() -> impl TypedValueParser<Value = FileKind> {
 pub fn run<C: CommandFactory>(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match arguments.kind {
         Some(kind) => report(Format::Json, &kind.schema(), "")?,
-        None if arguments.commands => report(Format::Text, &(), &page_of_commands(C::command()))?,
-        None => report(Format::Text, &(), &reference())?,
+        None if arguments.commands => report(Format::Text, &(), page_of_commands(C::command()))?,
+        None => report(Format::Text, &(), reference())?,
     }
     Ok(Outcome::Done)
 }
