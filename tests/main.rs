@@ -54,6 +54,7 @@ mod stopping;
 mod swept_cells;
 mod terminal;
 mod tidy;
+mod watching;
 mod words;
 mod work;
 mod worlds;

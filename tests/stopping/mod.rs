@@ -25,17 +25,17 @@ use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 const STANDS_WITHIN: Duration = Duration::from_secs(1);
 
 /// A floor of nine robots with their controllers, and somebody who watches them.
-struct Floor {
+pub struct Floor {
     folder: tempfile::TempDir,
     experiment: PathBuf,
     simulator: Process,
     controllers: Process,
     session: Session,
-    watch: Watch,
+    pub watch: Watch,
 }
 
 /// What was received from the robots.
-struct Watch {
+pub struct Watch {
     _subscriptions: Vec<Subscription>,
     received: UnboundedReceiver<Input>,
     robots: [RobotStatus; ROBOTS.len()],
@@ -51,7 +51,7 @@ enum Input {
 }
 
 impl Floor {
-    async fn new(robots: &[&str]) -> Self {
+    pub async fn new(robots: &[&str]) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let experiment = experiment(folder.path(), 1_000, &[("time: lockstep", "time: real_time")]);
         let (simulator, controllers) = (node("sim", robots), node("controller", robots));
@@ -92,18 +92,18 @@ impl Floor {
         client.set_atomically("/simulator", &values).await.expect("the simulator takes it");
     }
 
-    fn bag(&self, name: &str) -> PathBuf {
+    pub fn bag(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
     /// Runs the experiment on these robots as if they were real.
-    fn start_run(&self, bag: &str) -> Process {
+    pub fn start_run(&self, bag: &str) -> Process {
         let mut command = rsrs();
         command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
         Process::start(command.arg(&self.experiment).arg("-o").arg(self.bag(bag)))
     }
 
-    async fn wait_until_all_move(&mut self) {
+    pub async fn wait_until_all_move(&mut self) {
         let watch = &mut self.watch;
         eventually("all robots move", || {
             watch.update();
@@ -112,7 +112,7 @@ impl Floor {
         .await;
     }
 
-    async fn close(self) {
+    pub async fn close(self) {
         let Self { session, watch, simulator, controllers, .. } = self;
         drop((watch, simulator, controllers));
         session.close().await;
@@ -152,7 +152,7 @@ impl Watch {
         }
     }
 
-    fn update(&mut self) {
+    pub fn update(&mut self) {
         while let Ok(received) = self.received.try_recv() {
             match received {
                 Input::EStop(engaged, at) => {
@@ -172,7 +172,7 @@ impl Watch {
     }
 
     /// Whether every robot stands because of the e-stop.
-    fn all_hold(&self) -> bool {
+    pub fn all_hold(&self) -> bool {
         self.robots
             .iter()
             .all(|status| status.state == RobotStatus::STOPPED && status.stop_reason == "e-stop")

@@ -28,6 +28,7 @@ pub mod schema;
 pub mod stop;
 pub mod sweep;
 pub mod validate;
+pub mod watch;
 
 use std::io::{ErrorKind, Write};
 use std::path::Path;

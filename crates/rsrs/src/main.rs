@@ -14,6 +14,7 @@ mod progress;
 mod starter_files;
 mod sweep_report;
 mod verdicts;
+mod watch;
 mod words;
 
 use std::process::ExitCode;
@@ -62,6 +63,7 @@ enum Command {
     Run(commands::run::Arguments),
     Campaign(commands::campaign::Arguments),
     Place(commands::place::Arguments),
+    Watch(commands::watch::Arguments),
     Stop(commands::stop::Arguments),
     Keystore(commands::keystore::Arguments),
     Label(commands::label::Arguments),
@@ -96,6 +98,7 @@ fn main() -> ExitCode {
         Command::Run(arguments) => commands::run::run(arguments),
         Command::Campaign(arguments) => commands::campaign::run(arguments),
         Command::Place(arguments) => commands::place::run(arguments),
+        Command::Watch(arguments) => commands::watch::run(arguments),
         Command::Stop(arguments) => commands::stop::run(arguments),
         Command::Keystore(arguments) => commands::keystore::run(arguments),
         Command::Label(arguments) => commands::label::run(arguments),

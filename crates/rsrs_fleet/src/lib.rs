@@ -11,7 +11,8 @@
 //! ([`e_stop`]); of which run they are ([`epoch`]); who may move ([`robot`], the final gate); who decides
 //! ([`controller`]); the world's pace ([`simulator`]); who conducts ([`preflight`], [`placement`],
 //! [`runner`], [`rates`]); who stops everything ([`stopper`]); which robots there are
-//! ([`fleet_file`]), what is run with them ([`experiment`]) and what was run ([`record`]).
+//! ([`fleet_file`]), what is run with them ([`experiment`]), what was run ([`record`]) and what people see
+//! of it ([`observation`]).
 
 pub mod e_stop;
 pub mod epoch;
@@ -28,6 +29,8 @@ pub mod preflight;
 pub mod rates;
 pub mod runner;
 pub mod stopper;
+
+pub mod observation;
 
 pub mod experiment;
 pub mod fleet_file;

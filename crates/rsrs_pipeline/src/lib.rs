@@ -67,4 +67,5 @@ pub mod schema;
 mod swarm;
 pub mod sweep;
 pub mod validate;
+pub mod watch;
 pub mod wording;

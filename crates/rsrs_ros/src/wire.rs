@@ -6,14 +6,15 @@
 pub mod e_stop;
 
 use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::message::{Echo, Lease, LeaseState, RobotState, Status, StopCause};
 use rsrs_msgs::builtin_interfaces::Time;
-use rsrs_msgs::geometry_msgs::{Twist, TwistStamped, Vector3};
+use rsrs_msgs::geometry_msgs::{self, Quaternion, Twist, TwistStamped, Vector3};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Header;
 
 /// Why a message does not mean anything in the protocol.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidMessage {
     /// A state that the protocol does not have.
     #[error("{kind} with state {found}, expected 0 to {most}")]
@@ -36,6 +37,12 @@ pub enum InvalidMessage {
     /// A velocity that is not a number.
     #[error("velocity command that is not finite")]
     NotFinite,
+    /// A pose that is not a number.
+    #[error("pose that is not finite: {pose:?}")]
+    Nowhere {
+        /// The pose found.
+        pose: Pose,
+    },
 }
 
 /// Where a node that starts now begins to count its statuses: above all that it counted before it
@@ -188,6 +195,22 @@ pub fn command(twist: &Twist) -> Result<Command, InvalidMessage> {
     }
 }
 
+/// Understands a pose on the floor: its heading is the turn around the vertical axis (REP 103).
+///
+/// # Errors
+///
+/// [`InvalidMessage::Nowhere`].
+pub fn pose(message: &geometry_msgs::Pose) -> Result<Pose, InvalidMessage> {
+    let Quaternion { x, y, z, w } = message.orientation;
+    let heading_rad = libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z));
+    let pose = Pose { x_m: message.position.x, y_m: message.position.y, heading_rad };
+    if [pose.x_m, pose.y_m, pose.heading_rad].iter().all(|number| number.is_finite()) {
+        Ok(pose)
+    } else {
+        Err(InvalidMessage::Nowhere { pose })
+    }
+}
+
 /// Puts a velocity command into a message.
 pub fn twist(command: Command) -> Twist {
     Twist {
@@ -262,5 +285,20 @@ mod tests {
         message.angular.z = f64::NAN;
 
         assert_eq!(command(&message), Err(InvalidMessage::NotFinite));
+    }
+
+    #[test]
+    fn a_heading_is_the_turn_around_the_vertical_axis_and_poses_are_numbers() {
+        let half_rad = 0.5 * 2.5;
+        let mut message = geometry_msgs::Pose::default();
+        message.position.x = 1.0;
+        message.orientation =
+            Quaternion { x: 0.0, y: 0.0, z: libm::sin(half_rad), w: libm::cos(half_rad) };
+
+        let found = pose(&message).unwrap();
+        message.position.y = f64::NAN;
+
+        assert!((found.heading_rad - 2.5).abs() < 1e-12 && (found.x_m - 1.0).abs() < 1e-12);
+        assert!(matches!(pose(&message), Err(InvalidMessage::Nowhere { .. })));
     }
 }

@@ -1,6 +1,5 @@
 //! What the samples of a run mean to its machine.
 
-use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::e_stop::{Locks, NoLocks, Source};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::PoseSource;
@@ -9,7 +8,7 @@ use rsrs_fleet::record::Backend;
 use rsrs_fleet::runner::{Event, SampleKind};
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
-use rsrs_msgs::geometry_msgs::{self, PoseStamped, Quaternion, TransformStamped};
+use rsrs_msgs::geometry_msgs::{self, PoseStamped, TransformStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::{Bool, Header, Text};
@@ -175,11 +174,6 @@ fn pose_events(
 }
 
 fn pose_event(robot: String, header: Header, pose: &geometry_msgs::Pose) -> Result<Event, String> {
-    let Quaternion { x, y, z, w } = pose.orientation;
-    let heading_rad = libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z));
-    let pose = Pose { x_m: pose.position.x, y_m: pose.position.y, heading_rad };
-    if ![pose.x_m, pose.y_m, pose.heading_rad].iter().all(|number| number.is_finite()) {
-        return Err(format!("pose that is not finite: {pose:?}"));
-    }
+    let pose = wire::pose(pose).map_err(|error| error.to_string())?;
     Ok(Event::Pose { robot, frame: header.frame_id, pose })
 }

@@ -39,6 +39,8 @@ pub enum Member<'a> {
     Runner,
     /// Who stops all robots.
     Stop,
+    /// Who watches.
+    Viewer,
 }
 
 impl Member<'_> {
@@ -50,6 +52,7 @@ impl Member<'_> {
             Self::Simulator => "/simulator".to_owned(),
             Self::Runner => "/runner".to_owned(),
             Self::Stop => "/stop".to_owned(),
+            Self::Viewer => "/viewer".to_owned(),
         }
     }
 }

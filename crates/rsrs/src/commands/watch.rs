@@ -1,0 +1,165 @@
+//! `rsrs watch`: a fleet that runs, or a recorded one, in the terminal.
+
+use std::io::IsTerminal;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+use rsrs_fleet::fleet_file::FleetFile;
+use rsrs_ros::logging::{self, Level};
+use rsrs_ros::ros_args::Environment;
+use rsrs_ros::security::Member;
+
+use crate::failure::Outcome;
+use crate::fleet_network::chosen_network;
+use crate::interrupt::{self, asked_to_stop};
+use crate::notes::print_note;
+use crate::watch::{Fleet, Look, check, play, view};
+use rsrs_pipeline::error::{helped, in_one_line, with_help};
+use rsrs_pipeline::execution::runtime;
+use rsrs_pipeline::files::read_text;
+use rsrs_pipeline::watch::foxglove::{DEFAULT_ADDRESS, Listener, serve_bag, serve_fleet};
+use rsrs_pipeline::watch::recording;
+
+/// Watch a fleet that runs, or a recorded run, in the terminal.
+///
+/// Shows every robot with its state and why it stands, what it sees, how often its detections,
+/// commands and poses come, its last command and its lease; all robots from above; and the order
+/// parameters of the last minute with the phase in words. `s` stops all robots, at once and without a
+/// question, as `rsrs stop` does; `?` lists the other keys, `q` quits and leaves robots as they are.
+/// Without a fleet file robots are found by what they publish. Colours obey `NO_COLOR`.
+///
+/// A run that has a network of its own is watched from inside, with the command that it prints:
+/// `nsenter … env ROS_DOMAIN_ID=0 rsrs watch --interface lo`. A secured fleet is watched with the
+/// enclave `/viewer`, and stopped with `/stop`: docs/security.md.
+///
+/// With `--foxglove` it draws nothing: it serves all topics to Foxglove and Lichtblick, which connect to
+/// `ws://127.0.0.1:8765` as to a "Foxglove WebSocket", until Ctrl-C. A bag is played once, from when
+/// its first topic is wanted.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  rsrs watch --interface wlan0
+  rsrs watch launch_configs/fleets/nine_virtual.yaml --interface wlan0
+  rsrs watch milling
+  rsrs watch --interface wlan0 --foxglove")]
+pub struct Arguments {
+    /// Fleet file (YAML), whose enabled robots are shown, seen or not; or a bag, which is played.
+    #[arg(value_name = "FLEET|BAG")]
+    what: Option<PathBuf>,
+    /// Network interface of the fleet, by name or address (or `RSRS_INTERFACE`).
+    #[arg(long, value_name = "NAME|IP")]
+    interface: Option<String>,
+    /// Serve all topics to Foxglove and Lichtblick instead, at this address (default:
+    /// 127.0.0.1:8765, which no other machine reaches).
+    #[arg(long, value_name = "ADDR:PORT", num_args = 0..=1, default_missing_value = DEFAULT_ADDRESS, value_parser = address)]
+    foxglove: Option<SocketAddr>,
+}
+
+fn address(text: &str) -> Result<SocketAddr, String> {
+    text.parse().map_err(|_invalid| {
+        format!(
+            "expected an address and a port, as {DEFAULT_ADDRESS}; a bag or fleet file goes before \
+             `--foxglove`"
+        )
+    })
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// If standard output is no terminal, a file is wrong, no interface is chosen, or the network cannot
+/// be used.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    if let (Some(bag), Some(_)) = (arguments.bag(), &arguments.interface) {
+        return Err(with_help(
+            format!("{}: a bag is on no interface", bag.display()),
+            "leave `--interface` out, or name a fleet file",
+        ));
+    }
+    if let Some(address) = arguments.foxglove {
+        return serve(arguments, address);
+    }
+    let environment = Environment::of_this_process();
+    check(&environment)?;
+    // What is logged to the terminal would lie over the picture.
+    if !std::io::stderr().is_terminal() {
+        logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+    }
+    let look = Look::of(&environment);
+    match arguments.bag() {
+        Some(bag) => play_bag(bag, look),
+        None => view_fleet(arguments.what.as_deref(), arguments.interface.as_deref(), look),
+    }
+}
+
+impl Arguments {
+    /// What is named, if it is a bag.
+    fn bag(&self) -> Option<&Path> {
+        self.what.as_deref().filter(|path| is_bag(path))
+    }
+}
+
+/// Serves topics until Ctrl-C, or until a bag is over.
+fn serve(arguments: &Arguments, address: SocketAddr) -> anyhow::Result<Outcome> {
+    logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+    let network = match arguments.bag() {
+        Some(_) => None,
+        None => Some(chosen_network(arguments.interface.as_deref(), Member::Viewer)?),
+    };
+    let listener = Listener::bind(address)?;
+    let address = listener.address()?;
+    print_note(&format!("ws://{address}: open it in Foxglove or Lichtblick; Ctrl-C ends"));
+    if !address.ip().is_loopback() {
+        print_note("whoever reaches this address receives every topic");
+    }
+    let stop = async { drop(asked_to_stop().await) };
+    runtime()?.block_on(async {
+        match (arguments.bag(), &network) {
+            (Some(bag), _) => serve_bag(bag, listener, stop).await,
+            (None, Some(network)) => serve_fleet(network, listener, stop).await,
+            (None, None) => unreachable!("what is no bag has a network"),
+        }
+    })?;
+    Ok(Outcome::Done)
+}
+
+/// Bags are folders, or files whose names say so.
+fn is_bag(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.is_dir() || name.ends_with(".mcap") || name.ends_with(".mcap.zstd")
+}
+
+fn play_bag(bag: &Path, look: Look) -> anyhow::Result<Outcome> {
+    let recorded = recording::read(bag)?;
+    let interrupted = interrupt::listen()?;
+    let name = bag.display().to_string();
+    let note = (!recorded.notes.is_empty()).then(|| recorded.notes.join("; "));
+    play(recorded.playback, (&name, note), look, interrupted)?;
+    Ok(Outcome::Done)
+}
+
+fn view_fleet(file: Option<&Path>, interface: Option<&str>, look: Look) -> anyhow::Result<Outcome> {
+    let robots = file.map_or_else(|| Ok(Vec::new()), enabled)?;
+    let network = chosen_network(interface, Member::Viewer)?;
+    let stop = match &network.enclave {
+        None => Ok(network.clone()),
+        Some(_) => chosen_network(interface, Member::Stop).map_err(|error| in_one_line(&error)),
+    };
+    let addresses = network.interfaces.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let interface = interface.map_or_else(|| addresses.join(", "), str::to_owned);
+    let domain = format!("{interface}, domain {}", network.domain_id);
+    let place = file.map_or(domain.clone(), |file| format!("{} on {domain}", file.display()));
+    let interrupted = interrupt::listen()?;
+    let outcome = view(&Fleet { network, stop, robots, place }, look, interrupted)?;
+    let Some(stop) = outcome else { return Ok(Outcome::Done) };
+    print_note(&stop.text);
+    Ok(if stop.is_acknowledged { Outcome::Done } else { Outcome::NegativeAnswer })
+}
+
+/// Names of the robots that should be there.
+fn enabled(path: &Path) -> anyhow::Result<Vec<String>> {
+    let name = path.display().to_string();
+    let fleet = FleetFile::parse(&name, &read_text(path)?).map_err(helped)?;
+    Ok(fleet.enabled().into_iter().map(str::to_owned).collect())
+}

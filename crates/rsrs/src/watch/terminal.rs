@@ -1,0 +1,99 @@
+//! The terminal itself: taken over for a while, and given back as it was.
+
+use std::io::IsTerminal;
+use std::time::Duration;
+
+use anyhow::Context;
+use ratatui::DefaultTerminal;
+use ratatui::crossterm::event::{self, Event};
+use rsrs_pipeline::error::with_help;
+use rsrs_ros::ros_args::Environment;
+
+use super::keys::{Request, request};
+use super::screen::{View, draw};
+
+/// Makes sure that there is something to draw on.
+///
+/// # Errors
+///
+/// If standard output is no terminal, or one that cannot place letters.
+pub fn check(environment: &Environment) -> anyhow::Result<()> {
+    let elsewhere = "for programs there are `ros2 topic echo /robot_1/status` and `rsrs bag info`";
+    if !std::io::stdout().is_terminal() {
+        return Err(with_help(
+            "standard output is not a terminal, and there is nothing else to draw on",
+            format!("run it in a terminal, over ssh with `ssh -t`; {elsewhere}"),
+        ));
+    }
+    if environment.variable("TERM") == Some("dumb") {
+        return Err(with_help(
+            "TERM is `dumb`, expected a terminal on which letters can be placed",
+            format!("run it in a terminal of its own; {elsewhere}"),
+        ));
+    }
+    Ok(())
+}
+
+/// A terminal that shows a [`View`]. When it is dropped, or the program panics, it is as it was.
+pub struct Screen {
+    terminal: DefaultTerminal,
+}
+
+impl Screen {
+    /// Takes the terminal over.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be set up.
+    pub fn open() -> anyhow::Result<Self> {
+        let terminal = ratatui::try_init().context("setting up the terminal")?;
+        Ok(Self { terminal })
+    }
+
+    /// Shows what there is to see.
+    ///
+    /// # Returns
+    ///
+    /// For how many robots there is room.
+    ///
+    /// # Errors
+    ///
+    /// If the terminal is gone.
+    pub fn show(&mut self, view: &View<'_>) -> anyhow::Result<usize> {
+        let mut n_rows = 0;
+        let shown = self.terminal.draw(|frame| {
+            n_rows = draw(view, frame.area(), frame.buffer_mut());
+        });
+        shown.context("writing to the terminal")?;
+        Ok(n_rows)
+    }
+
+    /// Waits for a key or another size, for so long at most.
+    ///
+    /// # Errors
+    ///
+    /// If the terminal is gone.
+    pub fn wait(&mut self, patience: Duration) -> anyhow::Result<Option<Request>> {
+        let reading = || "reading from the terminal";
+        if !event::poll(patience).with_context(reading)? {
+            return Ok(None);
+        }
+        match event::read().with_context(reading)? {
+            Event::Key(key) => {
+                let request = request(key);
+                if request == Some(Request::Redraw) {
+                    self.terminal.clear().with_context(reading)?;
+                }
+                Ok(request)
+            }
+            Event::Resize(..) => Ok(Some(Request::Redraw)),
+            _ => Ok(None),
+        }
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        ratatui::restore();
+    }
+}

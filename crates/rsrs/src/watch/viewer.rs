@@ -1,0 +1,213 @@
+//! A fleet that runs, on the screen.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use rsrs_experiment_runner::stop::StopReport;
+use rsrs_fleet::observation::SwarmOrder;
+use rsrs_fleet::stopper::StopOutcome;
+use rsrs_pipeline::error::in_one_line;
+use rsrs_pipeline::watch::live::LiveFleet;
+use rsrs_pipeline::watch::stop::StopUnderWay;
+use rsrs_ros::session::SessionOptions;
+
+use super::keys::{Request, scrolled};
+use super::look::{BannerKind, Look};
+use super::screen::{Banner, Overlay, View};
+use super::terminal::Screen;
+
+/// How often the screen is drawn.
+pub(super) const FRAME: Duration = Duration::from_millis(100);
+/// How often order parameters are computed: those of a minute and a hundred robots take a while.
+const ORDER_PERIOD: Duration = Duration::from_millis(500);
+
+/// Which fleet is watched.
+pub struct Fleet {
+    /// Where it is.
+    pub network: SessionOptions,
+    /// The same as who may stop it, or why nobody may from here.
+    pub stop: Result<SessionOptions, String>,
+    /// Robots that should be there; none, if all that publish are shown.
+    pub robots: Vec<String>,
+    /// Where it is, in words.
+    pub place: String,
+}
+
+/// Shows a fleet until a person has seen enough.
+///
+/// # Arguments
+///
+/// * `interrupted` — becomes true when this program is to end.
+///
+/// # Returns
+///
+/// What came of the last stop, in words; `None` if there was none.
+///
+/// # Errors
+///
+/// If the network or the terminal cannot be used any more. A stop that is under way is waited for.
+pub fn view(
+    fleet: &Fleet,
+    look: Look,
+    interrupted: &AtomicBool,
+) -> anyhow::Result<Option<StopResult>> {
+    let mut viewer = Viewer {
+        live: LiveFleet::join(fleet.network.clone(), fleet.robots.clone())?,
+        fleet,
+        look,
+        stop: None,
+        outcome: None,
+        order: None,
+        first_row: 0,
+        overlay: Overlay::None,
+    };
+    let shown = Screen::open().and_then(|mut screen| viewer.run(&mut screen, interrupted));
+    // Whoever has asked for a stop gets it, whatever became of the screen.
+    if let Some(stop) = viewer.stop.take() {
+        viewer.outcome = Some(StopResult::of(stop.wait()));
+    }
+    let outcome = viewer.outcome;
+    let left = viewer.live.leave();
+    shown.and(left).map(|()| outcome)
+}
+
+/// What came of a stop.
+#[derive(Clone, Debug)]
+pub struct StopResult {
+    /// In words.
+    pub text: String,
+    /// Whether every robot has acknowledged.
+    pub is_acknowledged: bool,
+}
+
+impl StopResult {
+    fn of(report: anyhow::Result<StopReport>) -> Self {
+        match report {
+            Ok(report) => Self {
+                is_acknowledged: report.ending == StopOutcome::Acknowledged,
+                text: in_words(&report),
+            },
+            Err(error) => Self {
+                is_acknowledged: false,
+                text: format!("the stop was NOT published: {}", in_one_line(&error)),
+            },
+        }
+    }
+}
+
+fn in_words(report: &StopReport) -> String {
+    let silent: Vec<&str> = report
+        .answers
+        .iter()
+        .filter(|answer| answer.acknowledged_after.is_none())
+        .map(|answer| answer.robot.as_str())
+        .collect();
+    let longest = report.answers.iter().filter_map(|answer| answer.acknowledged_after).max();
+    let longest_s = longest.map_or(0.0, |after| after.as_secs_f64());
+    match (report.answers.len(), &silent[..]) {
+        (0, _) => "NO robot was found to stop: is this their interface and domain?".to_owned(),
+        (n, []) => {
+            format!("{n} of {n} robots stand ({longest_s:.2} s); next: rsrs stop --release")
+        }
+        (n, silent) => format!(
+            "NOT acknowledged by {} of {n}, go and look: {}",
+            silent.len(),
+            silent.join(", ")
+        ),
+    }
+}
+
+struct Viewer<'a> {
+    live: LiveFleet,
+    fleet: &'a Fleet,
+    look: Look,
+    stop: Option<StopUnderWay>,
+    outcome: Option<StopResult>,
+    /// Order parameters, and when they were computed.
+    order: Option<(Instant, Option<SwarmOrder>)>,
+    first_row: usize,
+    overlay: Overlay,
+}
+
+impl Viewer<'_> {
+    fn run(&mut self, screen: &mut Screen, interrupted: &AtomicBool) -> anyhow::Result<()> {
+        let mut shown = Instant::now();
+        let mut n_rows = self.show(screen)?;
+        while !interrupted.load(Ordering::Relaxed) {
+            match screen.wait(FRAME.saturating_sub(shown.elapsed()))? {
+                Some(Request::Quit) if self.overlay == Overlay::None => return Ok(()),
+                Some(request) => self.take(request, n_rows)?,
+                None => {}
+            }
+            self.live.update()?;
+            if self.stop.as_ref().is_some_and(StopUnderWay::is_over) {
+                let stop = self.stop.take();
+                self.outcome = stop.map(|stop| StopResult::of(stop.wait()));
+            }
+            n_rows = self.show(screen)?;
+            shown = Instant::now();
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, request: Request, n_rows: usize) -> anyhow::Result<()> {
+        // A stop is never kept from anybody by what lies over the screen.
+        if request == Request::Stop {
+            return self.stop_all();
+        }
+        if std::mem::replace(&mut self.overlay, Overlay::None) == Overlay::None
+            && request == Request::Help
+        {
+            self.overlay = Overlay::Help;
+        }
+        let n_robots = self.live.observation().n_robots();
+        self.first_row = scrolled(self.first_row, request, (n_rows, n_robots));
+        Ok(())
+    }
+
+    fn stop_all(&mut self) -> anyhow::Result<()> {
+        if self.stop.is_some() {
+            return Ok(());
+        }
+        match &self.fleet.stop {
+            Ok(network) => {
+                let robots = self.live.observation().robots();
+                let robots = robots.map(|(name, _)| name.to_owned()).collect();
+                self.stop = Some(StopUnderWay::start(network.clone(), robots)?);
+            }
+            Err(reason) => {
+                let text = format!("NOT stopped: {reason}");
+                self.outcome = Some(StopResult { text, is_acknowledged: false });
+            }
+        }
+        Ok(())
+    }
+
+    fn show(&mut self, screen: &mut Screen) -> anyhow::Result<usize> {
+        let is_old = |at: &Instant| at.elapsed() >= ORDER_PERIOD;
+        if self.order.as_ref().is_none_or(|(at, _)| is_old(at)) {
+            self.order = Some((Instant::now(), self.live.observation().order()));
+        }
+        let banner = if self.stop.is_some() {
+            let text = "STOPPING all robots: waiting for their acknowledgements".to_owned();
+            Some(Banner { text, kind: BannerKind::Alarm })
+        } else {
+            let outcome = self.outcome.as_ref();
+            outcome.map(|outcome| Banner {
+                text: outcome.text.clone(),
+                kind: if outcome.is_acknowledged { BannerKind::Done } else { BannerKind::Alarm },
+            })
+        };
+        screen.show(&View {
+            observation: self.live.observation(),
+            now: self.live.now(),
+            order: self.order.and_then(|(_, order)| order),
+            place: &self.fleet.place,
+            timeline: None,
+            banner,
+            first_row: self.first_row,
+            overlay: self.overlay,
+            look: self.look,
+        })
+    }
+}

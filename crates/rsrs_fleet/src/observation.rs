@@ -1,0 +1,318 @@
+//! What is received of a fleet, for people who watch it: live or out of a bag.
+//!
+//! An [`Observation`] takes what was decoded, each with the time at which it came, and answers with
+//! what a person wants on one screen: the newest of everything, how old it is, how often it comes,
+//! and which phase the swarm is in. It publishes nothing and decides nothing.
+
+mod name;
+mod playback;
+mod robot;
+mod swarm;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+
+use rsrs_core::conditions::Conditions;
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::unicycle::Pose;
+
+use crate::e_stop::{Locks, Source};
+use crate::fleet_file::PoseSource;
+use crate::message::{Lease, LeaseState, Status};
+use crate::record::{Ending, ExperimentRecord};
+use crate::stopper::MOST_ROBOTS;
+use crate::timing::NODE_TIMEOUT;
+
+use name::Name;
+pub use playback::{Playback, RecordedSwarm};
+pub use robot::{Condition, LeaseView, ObservedRobot, Rate, Seen};
+use swarm::Swarm;
+pub use swarm::{SwarmOrder, order_of};
+
+/// Something that was received.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// There is a robot of this name, or there should be.
+    Found {
+        /// The robot.
+        robot: String,
+    },
+    /// A reading of a robot's sensor.
+    Detection {
+        /// The robot.
+        robot: String,
+        /// Whether it sees another one.
+        detected: bool,
+    },
+    /// A robot's velocity command.
+    Command {
+        /// The robot.
+        robot: String,
+        /// The command.
+        command: Command,
+    },
+    /// Where a robot is.
+    Pose {
+        /// The robot.
+        robot: String,
+        /// By whom.
+        source: PoseSource,
+        /// There.
+        pose: Pose,
+    },
+    /// The status of a robot.
+    Status {
+        /// The robot.
+        robot: String,
+        /// Its status.
+        status: Status,
+    },
+    /// The runner's permission to move.
+    Lease(Lease),
+    /// A source published on the e-stop topic that it is engaged, or that it is not.
+    EStop {
+        /// Who.
+        source: Source,
+        /// The value published.
+        engaged: bool,
+    },
+    /// The robots of a process reported what the e-stop has locked on them.
+    Locks {
+        /// Who reports: the GUID of its publisher.
+        reporter: Source,
+        /// The locks.
+        locks: Locks,
+    },
+    /// Simulated time.
+    Clock(Duration),
+    /// The record of a run.
+    Experiment(Box<ExperimentRecord>),
+    /// How a run ended.
+    Ending {
+        /// The run.
+        run_id: String,
+        /// Its ending.
+        ending: Ending,
+    },
+}
+
+impl Event {
+    /// Whether it matters however long ago it came: until something else is received, or because a
+    /// run began with it.
+    pub fn is_lasting(&self) -> bool {
+        match self {
+            Self::Found { .. }
+            | Self::Lease(_)
+            | Self::EStop { .. }
+            | Self::Locks { .. }
+            | Self::Experiment(_)
+            | Self::Ending { .. } => true,
+            Self::Detection { .. }
+            | Self::Command { .. }
+            | Self::Pose { .. }
+            | Self::Status { .. }
+            | Self::Clock(_) => false,
+        }
+    }
+}
+
+/// What is known of a fleet.
+#[derive(Clone, Debug, Default)]
+pub struct Observation {
+    robots: BTreeMap<Name, ObservedRobot>,
+    lease: Option<Seen<Lease>>,
+    /// When the run of the lease was seen to run first.
+    running_since: Option<Seen<String>>,
+    /// By source: what it published last.
+    engaged: BTreeMap<Source, Seen<bool>>,
+    /// By who reports them.
+    locks: BTreeMap<Source, Locks>,
+    experiment: Option<Box<ExperimentRecord>>,
+    ending: Option<(String, Ending)>,
+    swarm: Swarm,
+}
+
+/// Where a run is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunView<'a> {
+    /// Its name.
+    pub run_id: &'a str,
+    /// What its newest lease lets robots do.
+    pub state: LeaseState,
+    /// Whether leases still come.
+    pub is_fresh: bool,
+    /// How long robots have been permitted to move; `None` before.
+    pub running_for: Option<Duration>,
+    /// How it ended, if that was published.
+    pub ending: Option<&'a Ending>,
+}
+
+impl Observation {
+    /// Takes what was received.
+    ///
+    /// # Arguments
+    ///
+    /// * `now` — never before that of an earlier event.
+    pub fn on_event(&mut self, event: Event, now: Duration) {
+        match event {
+            Event::Found { robot } => {
+                self.robot_mut(robot);
+            }
+            Event::Detection { robot, detected } => {
+                if let Some(robot) = self.robot_mut(robot) {
+                    robot.detection = Some(Seen { value: detected, at: now });
+                    robot.detection_rate.received(now);
+                }
+            }
+            Event::Command { robot, command } => {
+                if let Some(robot) = self.robot_mut(robot) {
+                    robot.command = Some(Seen { value: command, at: now });
+                    robot.command_rate.received(now);
+                }
+            }
+            Event::Pose { robot, source, pose } => {
+                if let Some(robot) = self.robot_mut(robot) {
+                    robot.take_pose(source, pose, now);
+                }
+            }
+            Event::Status { robot, status } => {
+                if let Some(robot) = self.robot_mut(robot) {
+                    robot.take_status(status, now);
+                }
+            }
+            Event::Lease(lease) => self.take_lease(lease, now),
+            Event::EStop { source, engaged } => {
+                if self.engaged.contains_key(&source) || self.engaged.len() < MOST_ROBOTS {
+                    self.engaged.insert(source, Seen { value: engaged, at: now });
+                }
+            }
+            Event::Locks { reporter, locks } => {
+                if self.locks.contains_key(&reporter) || self.locks.len() < MOST_ROBOTS {
+                    self.locks.insert(reporter, locks);
+                }
+            }
+            Event::Clock(time) => self.swarm.take_clock(time, now),
+            Event::Experiment(record) => {
+                self.swarm.set_conditions(&record.conditions);
+                self.experiment = Some(record);
+            }
+            Event::Ending { run_id, ending } => self.ending = Some((run_id, ending)),
+        }
+        if self.is_running(now) {
+            self.swarm.sample(&self.robots, now);
+        }
+    }
+
+    /// All robots, `robot_2` before `robot_10`.
+    pub fn robots(&self) -> impl ExactSizeIterator<Item = (&str, &ObservedRobot)> {
+        self.robots.iter().map(|(name, robot)| (name.as_str(), robot))
+    }
+
+    /// How many robots there are.
+    pub fn n_robots(&self) -> usize {
+        self.robots.len()
+    }
+
+    /// Where the newest run is; `None` before any lease.
+    pub fn run(&self, now: Duration) -> Option<RunView<'_>> {
+        let lease = self.lease.as_ref()?;
+        let run_id = lease.value.run_id.as_str();
+        let since = self.running_since.as_ref().filter(|since| since.value == run_id);
+        let ended = self.ending.as_ref().filter(|(of, _)| of == run_id);
+        // The clock of a run stops with its last lease that let robots move.
+        let until = if self.is_running(now) { now } else { lease.at };
+        Some(RunView {
+            run_id,
+            state: lease.value.state,
+            is_fresh: lease.age(now) <= NODE_TIMEOUT,
+            running_for: since.map(|since| until.saturating_sub(since.at)),
+            ending: ended.map(|(_, ending)| ending),
+        })
+    }
+
+    /// The lease from a robot's point of view.
+    pub fn lease_of(&self, name: &str, robot: &ObservedRobot, now: Duration) -> LeaseView {
+        let fresh = self.lease.as_ref().filter(|lease| lease.age(now) <= NODE_TIMEOUT);
+        let Some(Seen { value: lease, .. }) = fresh else { return LeaseView::None };
+        if lease.echo(name).is_none() {
+            return LeaseView::NotNamed;
+        }
+        match &robot.status {
+            Some(status) if status.value.epoch == lease.epoch => LeaseView::Holds(lease.state),
+            _ => LeaseView::OtherEpoch,
+        }
+    }
+
+    /// How long the run is set to last; `None` without its record.
+    pub fn duration_s(&self) -> Option<f64> {
+        let run_id = &self.lease.as_ref()?.value.run_id;
+        let record = self.experiment.as_ref().filter(|record| record.run_id == *run_id)?;
+        Some(record.duration_s)
+    }
+
+    /// Under which conditions the newest run is; `None` without its record.
+    pub fn conditions(&self) -> Option<&Conditions> {
+        self.experiment.as_ref().map(|record| &record.conditions)
+    }
+
+    /// Sources that hold the e-stop now, as far as robots or they themselves report it.
+    pub fn e_stop(&self) -> BTreeSet<Source> {
+        let locked = self.locks.values().flat_map(|locks| locks.0.keys().copied());
+        let engaged = self.engaged.iter().filter(|(_, seen)| seen.value);
+        locked.chain(engaged.map(|(source, _)| *source)).collect()
+    }
+
+    /// Robots that the e-stop holds.
+    pub fn n_held_by_e_stop(&self) -> usize {
+        let holds = |robot: &&ObservedRobot| {
+            robot.status.as_ref().is_some_and(|status| status.value.holds_e_stop())
+        };
+        self.robots.values().filter(holds).count()
+    }
+
+    /// Order parameters of what the swarm did while it was last permitted to move; `None` before.
+    pub fn order(&self) -> Option<SwarmOrder> {
+        self.swarm.order()
+    }
+
+    /// Where robots were in the last seconds of their movement, in any order.
+    pub fn trail(&self, over_s: f64) -> &[Pose] {
+        self.swarm.trail(over_s)
+    }
+
+    /// Whether robots may move now.
+    fn is_running(&self, now: Duration) -> bool {
+        if let Some(lease) = &self.lease {
+            return lease.age(now) <= NODE_TIMEOUT && lease.value.state == LeaseState::Running;
+        }
+        // Where nobody holds leases, who is commanded to move does; robots with a gate stand.
+        let mut robots = self.robots.values();
+        robots.clone().all(|robot| robot.status.is_none())
+            && robots.any(|robot| robot.is_commanded_to_move(now))
+    }
+
+    fn take_lease(&mut self, lease: Lease, now: Duration) {
+        for echo in &lease.robots {
+            self.robot_mut(echo.robot.clone());
+        }
+        let is_known = |since: &Seen<String>| since.value == lease.run_id;
+        if lease.state == LeaseState::Running && !self.running_since.as_ref().is_some_and(is_known)
+        {
+            self.running_since = Some(Seen { value: lease.run_id.clone(), at: now });
+            self.swarm.clear();
+        }
+        self.lease = Some(Seen { value: lease, at: now });
+    }
+
+    /// A robot, new or known; names come from the network, and a sender may send any number.
+    fn robot_mut(&mut self, name: String) -> Option<&mut ObservedRobot> {
+        let name = Name::new(name);
+        if !self.robots.contains_key(&name) && self.robots.len() >= MOST_ROBOTS {
+            return None;
+        }
+        Some(self.robots.entry(name).or_default())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,183 @@
+//! What the swarm does as a whole: its last minute, and the order parameters of it.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use rsrs_core::conditions::Conditions;
+use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::order::OrderParameters;
+use rsrs_core::judge::phase::{LastWindow, Phase, WINDOW_S, samples_in};
+use rsrs_core::judge::trajectory::{Bodies, Trajectory};
+use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::unicycle::Pose;
+
+use super::name::Name;
+use super::robot::{ObservedRobot, Seen};
+use crate::timing::Transport;
+use crate::timing::{NODE_TIMEOUT, POSE_TIMEOUT, command_timeout};
+
+/// How often robots are looked at where their control period is unknown, in seconds.
+const SOME_PERIOD_S: f64 = 0.1;
+/// What is kept beyond the judge's window before it is given up at once, in seconds.
+const SPARE_S: f64 = 10.0;
+/// A longer time without samples begins a new trajectory; a viewer on a busy machine misses some.
+const LONGEST_GAP: Duration = Duration::from_secs(3);
+
+/// Order parameters, and the phase that they are those of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SwarmOrder {
+    /// The order parameters.
+    pub evidence: OrderParameters,
+    /// The phase by the judge's rules; over less than its window, the phase so far.
+    pub phase: Phase,
+    /// How much was looked at, in seconds: at most the judge's window.
+    pub over_s: f64,
+    /// What the swarm is judged for.
+    pub behaviour: Behaviour,
+}
+
+impl SwarmOrder {
+    /// Whether the judge would look at as much.
+    pub fn is_whole(&self) -> bool {
+        self.over_s + 1e-9 >= WINDOW_S
+    }
+}
+
+/// The order parameters of the last minute of a trajectory, or of what there is.
+///
+/// # Arguments
+///
+/// * `n_samples` — where to stop looking: the first samples of the trajectory.
+///
+/// # Returns
+///
+/// `None` for less than two samples of a robot.
+pub fn order_of(
+    trajectory: &Trajectory,
+    n_samples: usize,
+    bodies: &Bodies,
+    behaviour: Behaviour,
+) -> Option<SwarmOrder> {
+    if trajectory.n_robots == 0 || n_samples < 2 {
+        return None;
+    }
+    let rules = behaviour.rules();
+    let n_window = samples_in(WINDOW_S, trajectory.period_s);
+    if n_samples < n_window {
+        let evidence = OrderParameters::of(trajectory, 0..n_samples, bodies);
+        let over_s = n_samples as f64 * trajectory.period_s;
+        return Some(SwarmOrder { evidence, phase: rules.phase(&evidence), over_s, behaviour });
+    }
+    let window = LastWindow::of(trajectory, n_samples, bodies).remove(0);
+    Some(SwarmOrder {
+        evidence: window.whole,
+        phase: window.phase(&rules),
+        over_s: WINDOW_S,
+        behaviour,
+    })
+}
+
+/// The last minute of a swarm that moves, sampled as its poses come.
+#[derive(Clone, Debug)]
+pub(super) struct Swarm {
+    trajectory: Trajectory,
+    bodies: Bodies,
+    behaviour: Behaviour,
+    /// Simulated time, which passes faster or slower than that on the wall.
+    clock: Option<Seen<Duration>>,
+    /// The time of the last sample: simulated where there is such a time.
+    last: Option<Duration>,
+}
+
+impl Default for Swarm {
+    fn default() -> Self {
+        Self {
+            trajectory: Trajectory::new(SOME_PERIOD_S, 0),
+            bodies: Bodies { radius_m: None, reach_m: None },
+            behaviour: Behaviour::default(),
+            clock: None,
+            last: None,
+        }
+    }
+}
+
+impl Swarm {
+    pub(super) fn take_clock(&mut self, time: Duration, now: Duration) {
+        self.clock = Some(Seen { value: time, at: now });
+    }
+
+    pub(super) fn set_conditions(&mut self, conditions: &Conditions) {
+        self.bodies = conditions.bodies();
+        self.behaviour = conditions.behaviour;
+        if self.trajectory.period_s.to_bits() != conditions.period_s.to_bits() {
+            self.trajectory.period_s = conditions.period_s;
+            self.clear();
+        }
+    }
+
+    /// Forgets what it has seen.
+    pub(super) fn clear(&mut self) {
+        self.trajectory = Trajectory::new(self.trajectory.period_s, 0);
+        self.last = None;
+    }
+
+    /// Takes a sample if one is due; only while robots may move.
+    pub(super) fn sample(&mut self, robots: &BTreeMap<Name, ObservedRobot>, now: Duration) {
+        let clock = self.clock.filter(|clock| clock.age(now) <= NODE_TIMEOUT);
+        let time = clock.map_or(now, |clock| clock.value);
+        let period = Duration::from_secs_f64(self.trajectory.period_s);
+        let n_due = match self.last {
+            None => 1,
+            Some(last) if time < last || time.saturating_sub(last) > LONGEST_GAP => {
+                self.clear();
+                1
+            }
+            Some(last) => time.saturating_sub(last).as_nanos() / period.as_nanos().max(1),
+        };
+        if n_due == 0 {
+            return;
+        }
+        let timeout = command_timeout(self.trajectory.period_s, Transport::Secured);
+        let seen: Vec<_> = robots
+            .values()
+            .filter_map(|robot| {
+                let pose = robot.pose(now).filter(|pose| pose.age(now) <= POSE_TIMEOUT)?.value;
+                let fresh = robot.command.filter(|command| command.age(now) <= timeout);
+                Some((pose, fresh.map_or(Command::STOP, |command| command.value)))
+            })
+            .collect();
+        if seen.len() != self.trajectory.n_robots {
+            self.clear();
+            self.trajectory.n_robots = seen.len();
+        }
+        // What was missed is held, so that time does not shrink.
+        for _ in 0..n_due {
+            self.trajectory.poses.extend(seen.iter().map(|(pose, _)| *pose));
+            self.trajectory.commands.extend(seen.iter().map(|(_, command)| *command));
+        }
+        let last = self.last.map_or(time, |last| last + period * u32::try_from(n_due).unwrap_or(1));
+        self.last = Some(last);
+        self.forget();
+    }
+
+    /// Gives up what is older than the judge looks back.
+    fn forget(&mut self) {
+        let Trajectory { period_s, n_robots, poses, commands } = &mut self.trajectory;
+        let most = samples_in(WINDOW_S + SPARE_S, *period_s) * *n_robots;
+        if poses.len() > most {
+            let n_old = samples_in(SPARE_S, *period_s) * *n_robots;
+            poses.drain(..n_old);
+            commands.drain(..n_old);
+        }
+    }
+
+    pub(super) fn trail(&self, over_s: f64) -> &[Pose] {
+        let Trajectory { period_s, n_robots, poses, .. } = &self.trajectory;
+        let n_poses = samples_in(over_s, *period_s) * n_robots;
+        &poses[poses.len().saturating_sub(n_poses)..]
+    }
+
+    pub(super) fn order(&self) -> Option<SwarmOrder> {
+        order_of(&self.trajectory, self.trajectory.n_samples(), &self.bodies, self.behaviour)
+    }
+}

@@ -1,0 +1,294 @@
+use std::collections::BTreeMap;
+
+use rsrs_core::judge::phase::Phase;
+
+use super::*;
+use crate::e_stop::Cause;
+use crate::message::{Echo, RobotState, StopCause};
+
+const RUN: &str = "run_1";
+
+fn at(seconds: f64) -> Duration {
+    Duration::from_secs_f64(seconds)
+}
+
+fn status(counter: u64, state: RobotState, stop_cause: StopCause) -> Status {
+    Status {
+        counter,
+        epoch: 7,
+        run_id: RUN.to_owned(),
+        parameter_digest: 1,
+        state,
+        stop_cause,
+        stop_reason: String::new(),
+        battery_v: f32::NAN,
+    }
+}
+
+fn lease(state: LeaseState, robots: &[&str]) -> Event {
+    let echoes = robots.iter().map(|robot| Echo { robot: (*robot).to_owned(), counter: 1 });
+    Event::Lease(Lease {
+        run_id: RUN.to_owned(),
+        epoch: 7,
+        state,
+        parameter_digest: 1,
+        robots: echoes.collect(),
+    })
+}
+
+fn of_robot_1(observation: &Observation) -> &ObservedRobot {
+    observation.robots().find(|(name, _)| *name == "robot_1").expect("it was received").1
+}
+
+fn detection() -> Event {
+    Event::Detection { robot: "robot_1".to_owned(), detected: true }
+}
+
+fn robot_status(status: Status) -> Event {
+    Event::Status { robot: "robot_1".to_owned(), status }
+}
+
+/// Robots on a circle around the origin, which drive along it.
+fn mill(n_robots: usize, time_s: f64) -> Vec<Event> {
+    let (radius_m, turn_rate_rad_s) = (0.5, 0.3);
+    (0..n_robots)
+        .flat_map(|index| {
+            let angle_rad =
+                std::f64::consts::TAU * index as f64 / n_robots as f64 + turn_rate_rad_s * time_s;
+            let (sine, cosine) = libm::sincos(angle_rad);
+            let pose = Pose {
+                x_m: radius_m * cosine,
+                y_m: radius_m * sine,
+                heading_rad: angle_rad + std::f64::consts::FRAC_PI_2,
+            };
+            let command = Command { speed_m_s: radius_m * turn_rate_rad_s, turn_rate_rad_s };
+            let robot = format!("robot_{}", index + 1);
+            [
+                Event::Pose { robot: robot.clone(), source: PoseSource::Odom, pose },
+                Event::Command { robot, command },
+            ]
+        })
+        .collect()
+}
+
+/// Nine robots that mill under a lease.
+fn milling(duration_s: f64) -> Vec<(Duration, Event)> {
+    let n_steps = (duration_s * 10.0) as u32;
+    (0..n_steps)
+        .flat_map(|step| {
+            let time_s = f64::from(step) * 0.1;
+            let events = mill(9, time_s).into_iter().chain([lease(LeaseState::Running, &[])]);
+            events.map(move |event| (at(time_s), event)).collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+#[test]
+fn a_rate_is_that_of_the_samples_and_falls_when_they_stay_away() {
+    let mut observation = Observation::default();
+    for sample in 0..50 {
+        observation.on_event(detection(), at(0.13 * f64::from(sample)));
+    }
+
+    let last_s = 0.13 * 49.0;
+    let hz =
+        |after_s: f64| of_robot_1(&observation).detection_rate.hz(at(last_s + after_s)).unwrap();
+
+    assert!((hz(0.1) - 1.0 / 0.13).abs() < 0.01, "{}", hz(0.1));
+    assert!(hz(1.5) < 0.7 / 0.13, "{}", hz(1.5));
+    assert!(hz(3.1).abs() < 1e-9, "{}", hz(3.1));
+}
+
+#[test]
+fn a_robot_whose_statuses_stay_away_is_silent() {
+    let mut observation = Observation::default();
+    observation.on_event(robot_status(status(1, RobotState::Moving, StopCause::None)), at(1.0));
+
+    let condition = |after_s| of_robot_1(&observation).condition(at(1.0 + after_s));
+
+    assert_eq!(condition(0.9), Condition::Moving);
+    assert_eq!(condition(1.1), Condition::Silent);
+}
+
+#[test]
+fn a_status_that_comes_late_changes_nothing() {
+    let mut observation = Observation::default();
+    observation.on_event(robot_status(status(5, RobotState::Stopped, StopCause::EStop)), at(1.0));
+    observation.on_event(robot_status(status(4, RobotState::Moving, StopCause::None)), at(1.1));
+
+    assert_eq!(of_robot_1(&observation).condition(at(1.2)), Condition::EStop);
+    assert_eq!(observation.n_held_by_e_stop(), 1);
+}
+
+#[test]
+fn a_tracker_goes_before_the_robots_own_estimate_for_as_long_as_it_sees_it() {
+    let pose = |x_m, source| Event::Pose {
+        robot: "robot_1".to_owned(),
+        source,
+        pose: Pose { x_m, y_m: 0.0, heading_rad: 0.0 },
+    };
+    let mut observation = Observation::default();
+    observation.on_event(pose(1.0, PoseSource::Pose), at(0.0));
+    observation.on_event(pose(2.0, PoseSource::Odom), at(0.1));
+
+    let x_m = |now_s| of_robot_1(&observation).pose(at(now_s)).unwrap().value.x_m;
+
+    assert!((x_m(0.2) - 1.0).abs() < 1e-12);
+    assert!((x_m(6.0) - 2.0).abs() < 1e-12);
+}
+
+#[test]
+fn the_lease_is_that_of_the_robots_epoch() {
+    let mut observation = Observation::default();
+    observation.on_event(lease(LeaseState::Armed, &["robot_1", "robot_2"]), at(1.0));
+    observation.on_event(robot_status(status(1, RobotState::Armed, StopCause::Waiting)), at(1.0));
+
+    let views = |now_s| -> Vec<LeaseView> {
+        let robots = observation.robots();
+        robots.map(|(name, robot)| observation.lease_of(name, robot, at(now_s))).collect()
+    };
+
+    assert_eq!(views(1.5), [LeaseView::Holds(LeaseState::Armed), LeaseView::OtherEpoch]);
+    assert_eq!(views(2.5), [LeaseView::None, LeaseView::None]);
+}
+
+#[test]
+fn the_clock_of_a_run_starts_with_its_movement_and_stops_with_it() {
+    let mut observation = Observation::default();
+    observation.on_event(lease(LeaseState::Armed, &[]), at(1.0));
+    let before = observation.run(at(1.5)).unwrap().running_for;
+    observation.on_event(lease(LeaseState::Running, &[]), at(2.0));
+    let during = observation.run(at(2.5)).unwrap().running_for;
+    observation.on_event(lease(LeaseState::Stopped, &[]), at(4.0));
+    let after = observation.run(at(9.0)).unwrap();
+
+    assert_eq!((before, during), (None, Some(at(0.5))));
+    assert_eq!((after.running_for, after.is_fresh), (Some(at(2.0)), false));
+}
+
+#[test]
+fn who_holds_the_e_stop_is_known_from_itself_and_from_the_robots() {
+    let (button, gone) = (Source([1; 16]), Source([2; 16]));
+    let mut observation = Observation::default();
+    observation.on_event(Event::EStop { source: button, engaged: true }, at(0.0));
+    let locks = Locks(BTreeMap::from([(gone, Cause::Silent)]));
+    observation.on_event(Event::Locks { reporter: Source([3; 16]), locks }, at(0.1));
+
+    assert_eq!(observation.e_stop(), BTreeSet::from([button, gone]));
+
+    observation.on_event(Event::EStop { source: button, engaged: false }, at(1.0));
+    let none = Event::Locks { reporter: Source([3; 16]), locks: Locks::default() };
+    observation.on_event(none, at(1.1));
+
+    assert_eq!(observation.e_stop(), BTreeSet::new());
+}
+
+#[test]
+fn a_mill_is_one_from_the_beginning_and_for_good_after_a_minute() {
+    let mut observation = Observation::default();
+    let mut orders = Vec::new();
+    for (time, event) in milling(75.0) {
+        observation.on_event(event, time);
+        if time == at(20.0) || time == at(74.0) {
+            orders.push(observation.order().expect("it moves"));
+        }
+    }
+
+    let [early, .., late] = orders[..] else { panic!("both times are there") };
+    assert!(!early.is_whole() && late.is_whole(), "{} s, {} s", early.over_s, late.over_s);
+    for order in [early, late] {
+        assert_eq!(order.phase, Phase::StableMilling, "{order:?}");
+        assert!(order.evidence.circliness > 0.95, "{order:?}");
+    }
+}
+
+#[test]
+fn what_a_lockstep_run_does_is_measured_by_its_own_clock() {
+    let mut slow = Observation::default();
+    for (time, event) in milling(70.0) {
+        slow.on_event(event, time);
+    }
+    let mut fast = Observation::default();
+    for (time, event) in milling(70.0) {
+        let wall = time / 50;
+        fast.on_event(Event::Clock(time), wall);
+        fast.on_event(event, wall);
+    }
+
+    let (slow, fast) = (slow.order().unwrap(), fast.order().unwrap());
+
+    assert!((slow.evidence.orbit - fast.evidence.orbit).abs() < 0.02, "{slow:?}\n{fast:?}");
+    assert!((slow.evidence.circliness - fast.evidence.circliness).abs() < 0.02);
+}
+
+#[test]
+fn a_new_run_is_judged_from_its_own_beginning() {
+    let mut observation = Observation::default();
+    for (time, event) in milling(30.0) {
+        observation.on_event(event, time);
+    }
+    let Event::Lease(mut of_next) = lease(LeaseState::Running, &[]) else { unreachable!() };
+    of_next.run_id = "run_2".to_owned();
+
+    observation.on_event(Event::Lease(of_next), at(30.0));
+    for event in mill(9, 30.1) {
+        observation.on_event(event, at(30.1));
+    }
+
+    assert!(observation.order().is_none_or(|order| order.over_s < 1.0));
+}
+
+#[test]
+fn a_sender_of_any_number_of_names_fills_no_memory() {
+    let mut observation = Observation::default();
+    for number in 0..2 * MOST_ROBOTS {
+        observation.on_event(Event::Found { robot: format!("robot_{number}") }, at(0.0));
+    }
+
+    assert_eq!(observation.n_robots(), MOST_ROBOTS);
+}
+
+#[test]
+fn a_recording_plays_at_its_pace_pauses_and_ends() {
+    let mut playback = Playback::new(milling(20.0), None, at(20.0));
+
+    playback.advance(at(3.0));
+    assert_eq!(playback.at(), at(3.0));
+    playback.toggle_pause();
+    playback.advance(at(3.0));
+    assert_eq!(playback.at(), at(3.0));
+    playback.toggle_pause();
+    playback.play_faster();
+    playback.advance(at(3.0));
+    assert_eq!(playback.at(), at(9.0));
+    playback.advance(at(60.0));
+
+    assert!(playback.is_over() && playback.at() == at(20.0));
+    playback.toggle_pause();
+    assert_eq!(playback.at(), Duration::ZERO);
+}
+
+#[test]
+fn whoever_goes_back_sees_what_was_seen_there() {
+    let mut events = milling(100.0);
+    events.push((at(0.5), Event::EStop { source: Source([1; 16]), engaged: true }));
+    let mut straight = Playback::new(events.clone(), None, at(100.0));
+    straight.seek(at(80.0));
+    let mut back = Playback::new(events, None, at(100.0));
+    back.seek(at(100.0));
+    back.skip(-20.0);
+
+    let seen = |playback: &Playback| {
+        let now = playback.at();
+        let robots = playback.observation().robots();
+        let robots: Vec<_> = robots
+            .map(|(name, robot)| (name.to_owned(), robot.pose(now), robot.pose_hz(now)))
+            .collect();
+        let running_for = playback.observation().run(now).and_then(|run| run.running_for);
+        let phase = playback.order().map(|order| order.phase);
+        (robots, playback.observation().e_stop(), running_for, phase)
+    };
+
+    assert_eq!(seen(&back), seen(&straight));
+    assert_eq!(back.observation().e_stop().len(), 1);
+}

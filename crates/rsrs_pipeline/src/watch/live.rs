@@ -1,0 +1,215 @@
+//! A fleet that runs now: its messages are received on a thread of their own, so that a terminal
+//! that is slow holds up nothing but itself.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use rsrs_fleet::e_stop::Source;
+use rsrs_fleet::observation::{Event, Observation};
+use rsrs_fleet::stopper::MOST_ROBOTS;
+use rsrs_msgs::topics::{Durability, Qos, Topic};
+use rsrs_ros::session::{EndpointKind, Session, SessionOptions, Subscription};
+use tokio::sync::oneshot;
+
+use super::meaning::{OF_SWARM, WatchedTopic};
+use crate::execution::runtime;
+
+/// Name of the node.
+const NODE: &str = "rsrs_watch";
+/// How often the discovery database is looked at.
+const LOOK: Duration = Duration::from_millis(250);
+/// Messages that wait for who looks; more are let go.
+const QUEUE: usize = 100_000;
+/// Samples that are kept for a subscription that is not looked at for a moment.
+const DEPTH: u32 = 100;
+
+/// What was received, and when since the beginning.
+type Timed = (Duration, Event);
+
+/// A fleet that is watched.
+pub struct LiveFleet {
+    received: Receiver<Timed>,
+    /// Ends the thread when it is dropped.
+    leave: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<anyhow::Result<()>>>,
+    start: Instant,
+    observation: Observation,
+}
+
+impl LiveFleet {
+    /// Starts to receive.
+    ///
+    /// # Arguments
+    ///
+    /// * `robots` — those that should be there; where there are none, robots are found by the topics
+    ///   that they publish.
+    ///
+    /// # Errors
+    ///
+    /// If the thread cannot be started. A network that cannot be used shows with [`Self::update`].
+    pub fn join(network: SessionOptions, robots: Vec<String>) -> anyhow::Result<Self> {
+        let (to_us, received) = sync_channel(QUEUE);
+        let (leave, left) = oneshot::channel();
+        let start = Instant::now();
+        let mut observation = Observation::default();
+        for robot in &robots {
+            observation.on_event(Event::Found { robot: robot.clone() }, Duration::ZERO);
+        }
+        let thread = std::thread::Builder::new().name("watch".to_owned());
+        let thread = thread.spawn(move || {
+            let watcher = Watcher { robots, received: to_us, start };
+            runtime()?.block_on(watcher.watch(&network, left))
+        });
+        let thread = Some(thread.context("starting to receive")?);
+        Ok(Self { received, leave: Some(leave), thread, start, observation })
+    }
+
+    /// Takes what was received since the last call.
+    ///
+    /// # Errors
+    ///
+    /// If the network cannot be used, or nothing is received any more.
+    pub fn update(&mut self) -> anyhow::Result<()> {
+        loop {
+            match self.received.try_recv() {
+                Ok((at, event)) => self.observation.on_event(event, at),
+                Err(TryRecvError::Empty) => return Ok(()),
+                Err(TryRecvError::Disconnected) => return self.ended(),
+            }
+        }
+    }
+
+    /// What is seen.
+    pub fn observation(&self) -> &Observation {
+        &self.observation
+    }
+
+    /// Since the beginning.
+    pub fn now(&self) -> Duration {
+        self.start.elapsed()
+    }
+
+    /// Leaves the network.
+    ///
+    /// # Errors
+    ///
+    /// If it could not be used.
+    pub fn leave(mut self) -> anyhow::Result<()> {
+        drop(self.leave.take());
+        self.ended()
+    }
+
+    /// How the thread has ended.
+    fn ended(&mut self) -> anyhow::Result<()> {
+        match self.thread.take().map(JoinHandle::join) {
+            Some(Ok(ended)) => ended,
+            Some(Err(panic)) => std::panic::resume_unwind(panic),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Receives.
+struct Watcher {
+    /// Robots that should be there; none, if any counts.
+    robots: Vec<String>,
+    received: SyncSender<Timed>,
+    start: Instant,
+}
+
+impl Watcher {
+    async fn watch(
+        self,
+        network: &SessionOptions,
+        left: oneshot::Receiver<()>,
+    ) -> anyhow::Result<()> {
+        let session = Session::open(network)?;
+        let watched = tokio::select! {
+            // Whoever drops the other end has left, too.
+            _ = left => Ok(()),
+            watched = self.look_around(&session) => watched,
+            ended = session.ended() => Err(ended.into()),
+        };
+        session.close().await;
+        watched
+    }
+
+    /// Subscribes topics as they appear; never ends but by an error.
+    async fn look_around(&self, session: &Session) -> anyhow::Result<()> {
+        // So that other programs see who subscribes.
+        session.node("/", NODE)?;
+        let mut subscriptions = BTreeMap::new();
+        for topic in OF_SWARM {
+            let watched = WatchedTopic { topic, robot: String::new() };
+            subscriptions.insert(key(topic.name, &topic), self.subscribe(session, watched)?);
+        }
+        let mut look = tokio::time::interval(LOOK);
+        look.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+        loop {
+            look.tick().await;
+            for watched in self.new_topics(session, &subscriptions) {
+                let name = watched.topic.for_robot(&watched.robot);
+                let subscription = self.subscribe(session, watched.clone())?;
+                subscriptions.insert(key(&name, &watched.topic), subscription);
+            }
+        }
+    }
+
+    /// Topics of robots that have a publisher and are not subscribed yet.
+    fn new_topics(
+        &self,
+        session: &Session,
+        subscriptions: &BTreeMap<(String, &'static str), Subscription>,
+    ) -> Vec<WatchedTopic> {
+        let writers = session.endpoints().into_iter();
+        let published: Vec<WatchedTopic> = writers
+            .filter(|end| end.kind == EndpointKind::Writer)
+            .filter_map(|end| WatchedTopic::of(&end.topic, &end.type_name))
+            .filter(|watched| !watched.robot.is_empty())
+            .collect();
+        let shown = published.iter().filter(|watched| watched.shows_a_robot());
+        let shown: BTreeSet<&str> = shown.map(|watched| watched.robot.as_str()).collect();
+        let is_robot = |robot: &String| {
+            if self.robots.is_empty() {
+                shown.contains(robot.as_str())
+            } else {
+                self.robots.contains(robot)
+            }
+        };
+        let mut new = published.clone();
+        new.retain(|watched| {
+            let name = watched.topic.for_robot(&watched.robot);
+            is_robot(&watched.robot) && !subscriptions.contains_key(&key(&name, &watched.topic))
+        });
+        new.dedup();
+        new.truncate(MOST_ROBOTS);
+        new
+    }
+
+    /// Subscribes as who only looks: best effort, so that a viewer which stands still holds up no
+    /// publisher, but for what is latched.
+    fn subscribe(&self, session: &Session, watched: WatchedTopic) -> anyhow::Result<Subscription> {
+        let Topic { type_name, qos, .. } = watched.topic;
+        let name = watched.topic.for_robot(&watched.robot);
+        let qos = match qos.durability {
+            Durability::Volatile => Qos::best_effort(DEPTH),
+            Durability::TransientLocal => qos,
+        };
+        let (received, start, of) = (self.received.clone(), self.start, name.clone());
+        Ok(session.subscribe_raw(&name, type_name, qos, move |sample| {
+            match watched.understand(Source(sample.writer), &sample.message) {
+                // A queue that is full, or at whose end nobody is, takes no more.
+                Ok(event) => drop(received.try_send((start.elapsed(), event))),
+                Err(reason) => log::warn!("refused a message on {of}: {reason}"),
+            }
+        })?)
+    }
+}
+
+/// Names of topics, with their types: commands come in two.
+fn key(name: &str, topic: &Topic) -> (String, &'static str) {
+    (name.to_owned(), topic.type_name)
+}

@@ -1,0 +1,170 @@
+//! What messages mean to an observation, whether they are received or recorded.
+
+use std::time::Duration;
+
+use rsrs_fleet::e_stop::{Locks, NoLocks, Source};
+use rsrs_fleet::fleet_file::PoseSource;
+use rsrs_fleet::observation::Event;
+use rsrs_fleet::record::{Ending, ExperimentRecord};
+use rsrs_msgs::geometry_msgs::{PoseStamped, Twist, TwistStamped};
+use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::rosgraph_msgs::Clock;
+use rsrs_msgs::rsrs::{RobotStatus, RunLease};
+use rsrs_msgs::std_msgs::{Bool, Text};
+use rsrs_msgs::topics::{self, Topic};
+use rsrs_msgs::{RosMessage, cdr};
+use rsrs_ros::wire;
+
+/// Topics of each robot that are watched.
+const OF_ROBOTS: [Topic; 6] = [
+    topics::DETECTION,
+    topics::CMD_VEL,
+    topics::CMD_VEL_UNSTAMPED,
+    topics::ODOM,
+    topics::POSE,
+    topics::STATUS,
+];
+/// Topics of the swarm that are watched.
+pub(super) const OF_SWARM: [Topic; 6] = [
+    topics::LEASE,
+    topics::E_STOP,
+    topics::E_STOP_LOCKS,
+    topics::EXPERIMENT,
+    topics::ENDING,
+    topics::CLOCK,
+];
+
+/// A topic that is watched.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct WatchedTopic {
+    /// Its place in the table of topics.
+    pub topic: Topic,
+    /// Whose it is; empty for one of the swarm.
+    pub robot: String,
+}
+
+impl WatchedTopic {
+    /// The topic of this name and type, if it is watched.
+    pub fn of(name: &str, type_name: &str) -> Option<Self> {
+        let is_it = |topic: &&Topic| topic.name == name && topic.type_name == type_name;
+        if let Some(topic) = OF_SWARM.iter().find(is_it) {
+            return Some(Self { topic: *topic, robot: String::new() });
+        }
+        // The simulator has a status and is no robot.
+        if name == topics::SIMULATOR_STATUS.name {
+            return None;
+        }
+        let (robot, relative) = name.strip_prefix('/')?.split_once('/')?;
+        let is_it = |topic: &&Topic| topic.name == relative && topic.type_name == type_name;
+        let topic = OF_ROBOTS.iter().find(is_it)?;
+        Some(Self { topic: *topic, robot: robot.to_owned() })
+    }
+
+    /// Whether only robots of this protocol, or such as take part in it, have this topic.
+    pub fn shows_a_robot(&self) -> bool {
+        self.topic == topics::STATUS || self.topic == topics::DETECTION
+    }
+
+    /// Understands a message on it.
+    ///
+    /// # Arguments
+    ///
+    /// * `writer` — who published it.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with the message.
+    pub fn understand(&self, writer: Source, bytes: &[u8]) -> Result<Event, String> {
+        let robot = || self.robot.clone();
+        let topic = self.topic;
+        Ok(if topic == topics::DETECTION {
+            Event::Detection { robot: robot(), detected: decode::<Bool>(bytes)?.data }
+        } else if topic == topics::CMD_VEL {
+            let command = wire::command(&decode::<TwistStamped>(bytes)?.twist).map_err(text)?;
+            Event::Command { robot: robot(), command }
+        } else if topic == topics::CMD_VEL_UNSTAMPED {
+            let command = wire::command(&decode::<Twist>(bytes)?).map_err(text)?;
+            Event::Command { robot: robot(), command }
+        } else if topic == topics::ODOM {
+            let pose = wire::pose(&decode::<Odometry>(bytes)?.pose.pose).map_err(text)?;
+            Event::Pose { robot: robot(), source: PoseSource::Odom, pose }
+        } else if topic == topics::POSE {
+            let pose = wire::pose(&decode::<PoseStamped>(bytes)?.pose).map_err(text)?;
+            Event::Pose { robot: robot(), source: PoseSource::Pose, pose }
+        } else if topic == topics::STATUS {
+            let status = wire::status(decode::<RobotStatus>(bytes)?).map_err(text)?;
+            Event::Status { robot: robot(), status }
+        } else {
+            self.understand_of_swarm(writer, bytes)?
+        })
+    }
+
+    fn understand_of_swarm(&self, writer: Source, bytes: &[u8]) -> Result<Event, String> {
+        let topic = self.topic;
+        Ok(if topic == topics::LEASE {
+            Event::Lease(wire::lease(decode::<RunLease>(bytes)?).map_err(text)?)
+        } else if topic == topics::E_STOP {
+            Event::EStop { source: writer, engaged: decode::<Bool>(bytes)?.data }
+        } else if topic == topics::E_STOP_LOCKS {
+            let locks: Locks =
+                decode::<Text>(bytes)?.data.parse().map_err(|error: NoLocks| text(error))?;
+            Event::Locks { reporter: writer, locks }
+        } else if topic == topics::EXPERIMENT {
+            let record = ExperimentRecord::from_json(&decode::<Text>(bytes)?.data).map_err(text)?;
+            Event::Experiment(Box::new(record))
+        } else if topic == topics::ENDING {
+            let (ending, run_id) = Ending::from_json(&decode::<Text>(bytes)?.data).map_err(text)?;
+            Event::Ending { run_id, ending }
+        } else {
+            let nanos = decode::<Clock>(bytes)?.clock.to_nanos();
+            Event::Clock(Duration::from_nanos(nanos.ok_or("time before 1970")?))
+        })
+    }
+}
+
+fn decode<M: RosMessage>(bytes: &[u8]) -> Result<M, String> {
+    cdr::decode(bytes).map_err(text)
+}
+
+fn text(error: impl std::fmt::Display) -> String {
+    error.to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn topics_are_watched_by_name_and_type() {
+        let robot_of = |name, type_name| WatchedTopic::of(name, type_name).map(|it| it.robot);
+        let stamped = topics::CMD_VEL.type_name;
+
+        assert_eq!(robot_of("/robot_3/cmd_vel", stamped).as_deref(), Some("robot_3"));
+        assert_eq!(robot_of("/swarm/lease", topics::LEASE.type_name).as_deref(), Some(""));
+        for (name, type_name) in [
+            ("/robot_3/cmd_vel", "std_msgs/msg/Bool"),
+            ("/robot_3/controller/status", topics::STATUS.type_name),
+            ("/simulator/status", topics::STATUS.type_name),
+            ("/a/b/cmd_vel", stamped),
+            ("/cmd_vel", stamped),
+        ] {
+            assert_eq!(robot_of(name, type_name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn every_watched_topic_understands_its_own_messages_and_refuses_no_bytes() {
+        let robots = OF_ROBOTS.iter().map(|topic| (*topic, "robot_1"));
+        for (topic, robot) in robots.chain(OF_SWARM.iter().map(|topic| (*topic, ""))) {
+            let watched = WatchedTopic { topic, robot: robot.to_owned() };
+
+            let nothing = watched.understand(Source([1; 16]), &[]);
+
+            assert!(nothing.is_err(), "{}", topic.name);
+        }
+        let watched = WatchedTopic { topic: topics::DETECTION, robot: "robot_1".to_owned() };
+        let event = watched.understand(Source([1; 16]), &cdr::encode(&Bool { data: true }));
+        let expected = Event::Detection { robot: "robot_1".to_owned(), detected: true };
+        assert_eq!(event, Ok(expected));
+    }
+}

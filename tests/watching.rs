@@ -1,0 +1,217 @@
+//! `rsrs watch` in a window: over a fleet of the simulator's, and over bags.
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::Command;
+
+use rsrs_bags::Bag;
+use rsrs_fleet::record::{ENDING, Ending, EndingKind};
+use rsrs_testing::network::{TIMEOUT, eventually, in_own_network};
+use rsrs_testing::python;
+use serde_json::Value;
+
+use crate::command;
+use crate::fleet::{ROBOTS, signal};
+use crate::floor::Run;
+use crate::processes::{Process, rsrs};
+use crate::stopping::Floor;
+use crate::terminal::Window;
+
+fn watch(arguments: &[&str]) -> Command {
+    let mut command = rsrs();
+    command.arg("watch").args(arguments);
+    command
+}
+
+#[test]
+fn a_fleet_that_runs_is_watched_and_stopped_with_a_key() {
+    let name = "watching::a_fleet_that_runs_is_watched_and_stopped_with_a_key";
+    in_own_network(name, watched_and_stopped);
+}
+
+async fn watched_and_stopped() {
+    let mut floor = Floor::new(&ROBOTS).await;
+    let mut window = Window::open(&watch(&["--interface", "127.0.0.1"]), (100, 30));
+    window.wait_until("nine robots without a run", |text| text.matches(" idle ").count() == 9);
+    assert!(window.text().contains("no run: no lease is received"), "{}", window.text());
+
+    let mut run = floor.start_run("bag");
+    floor.wait_until_all_move().await;
+    window.wait_until("nine robots that move", |text| text.matches(" moving ").count() == 9);
+    window.wait_for("RUNNING ");
+    window.wait_for("circliness");
+    for row in window.text().lines().filter(|row| row.starts_with("robot_")) {
+        let rates = row.split_whitespace().skip(3).take(3);
+        let is_rate = |rate: &str| rate.parse::<f64>().is_ok_and(|hz| hz > 1.0);
+        assert!(rates.clone().all(is_rate), "{row}\n{}", window.text());
+    }
+    window.resize((60, 20));
+    window.wait_until("a narrow screen", |text| {
+        text.lines().all(|row| row.chars().count() <= 60) && text.contains(" moving ")
+    });
+
+    window.press("s");
+    window.wait_for("9 of 9 robots stand");
+    window.wait_for("E-STOP holds 9 of 9");
+    // Which the test receives as well.
+    eventually("every robot stands", || {
+        floor.watch.update();
+        floor.watch.all_hold()
+    })
+    .await;
+
+    window.press("q");
+    assert_eq!(window.ended().code(), Some(0), "{}", window.text());
+    assert!(window.is_as_before());
+    assert!(window.text().contains("9 of 9 robots stand"), "{}", window.text());
+    run.wait(TIMEOUT);
+    let bag = Bag::open(&floor.bag("bag")).expect("the bag is whole");
+    let ending = Ending::from_pairs(bag.metadata(ENDING).expect("it was closed"));
+    assert_eq!(ending.expect("it is an ending").kind, EndingKind::Aborted);
+    floor.close().await;
+}
+
+#[test]
+fn the_window_is_as_before_however_watching_ends() {
+    let name = "watching::the_window_is_as_before_however_watching_ends";
+    in_own_network(name, async || {
+        let opened = || {
+            let mut window = Window::open(&watch(&["--interface", "127.0.0.1"]), (80, 24));
+            window.wait_for("looking for robots");
+            window
+        };
+        for keys in ["q", "\u{1b}", "\u{3}"] {
+            let mut window = opened();
+            assert!(!window.is_as_before());
+
+            window.press(keys);
+
+            assert_eq!(window.ended().code(), Some(0), "{keys:?}: {}", window.text());
+            assert!(window.is_as_before(), "{keys:?}: {}", window.text());
+        }
+        let mut window = opened();
+
+        signal(window.process(), "TERM");
+
+        assert_eq!(window.ended().code(), Some(0), "{}", window.text());
+        assert!(window.is_as_before(), "{}", window.text());
+    });
+}
+
+#[test]
+fn a_bag_is_watched_to_its_end_where_it_has_the_phase_of_its_label() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let bag = Run::new(1).record(folder.path(), "run");
+    let bag = bag.to_str().expect("its path is text");
+    let label = command::json(&command::rsrs(folder.path(), &["label", bag, "--format", "json"]));
+    let mut window = Window::open(&watch(&[bag]), (80, 24));
+
+    window.wait_for("x1");
+    window.press(" ");
+    window.wait_for("paused");
+    window.press("\u{1b}[C");
+    window.wait_for(" of 60 s");
+    window.press(" ++++++");
+    window.wait_for(" end");
+
+    let circliness = label[0]["evidence"]["circliness"].as_f64().expect("it was judged");
+    let phase = label[0]["phase"].as_str().expect("it was judged").replace('_', " ");
+    let text = window.text();
+    assert!(text.contains(&phase) || text.contains(&phase.replace("semi ", "semi-")), "{text}");
+    assert!(text.contains(&format!("circliness {circliness:.2}")), "{text}");
+    assert!(text.contains("last 60 s"), "{text}");
+    window.press("q");
+    assert_eq!(window.ended().code(), Some(0), "{}", window.text());
+    assert!(window.is_as_before());
+}
+
+#[test]
+fn without_a_terminal_it_says_what_to_do() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = command::rsrs(folder.path(), &["watch", "some_bag"]);
+
+    assert_eq!(command::code(&output), 1);
+    let errors = command::stderr(&output);
+    assert!(errors.contains("standard output is not a terminal"), "{errors}");
+    assert!(errors.contains("ssh -t"), "{errors}");
+}
+
+/// What a client of other people's receives: the first message of each topic.
+fn received_by_a_client(url: &str, protocol: &str, topics: &[&str]) -> Value {
+    let packages = ["rosbags==0.11.9", "websockets==17.4"];
+    let python = python::python_with("foxglove", &packages, &[]);
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/watching/client.py");
+    let printed =
+        python::must_run(Command::new(python).arg(script).args([url, protocol]).args(topics));
+    serde_json::from_str(&printed).expect("the client prints JSON")
+}
+
+/// A server, and where it is.
+fn serving(mut command: Command) -> (Process, String) {
+    // Any port that is free.
+    let mut server = Process::start(command.args(["--foxglove", "127.0.0.1:0"]));
+    let errors = BufReader::new(server.0.stderr.take().expect("it is a pipe"));
+    let is_address = |line: &String| line.starts_with("ws://127.0.0.1:");
+    let line = errors.lines().map_while(Result::ok).find(is_address).expect("it serves");
+    let url = line.split(": ").next().expect("the address comes first").to_owned();
+    (server, url)
+}
+
+#[test]
+fn a_client_of_the_foxglove_protocol_decodes_a_bag() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let bag = Run::new(1).record(folder.path(), "run");
+    for protocol in ["foxglove.websocket.v1", "foxglove.sdk.v1"] {
+        let (_server, url) = serving(watch(&[bag.to_str().expect("its path is text")]));
+
+        let seen = received_by_a_client(&url, protocol, &["/robot_1/cmd_vel", "/robot_2/odom"]);
+
+        let command = &seen["/robot_1/cmd_vel"]["message"]["twist"];
+        assert!(command["linear"]["x"].as_f64().is_some_and(|speed| speed > 0.1), "{seen}");
+        let place = &seen["/robot_2/odom"]["message"]["pose"]["pose"]["position"];
+        assert!(place["x"].as_f64().is_some_and(f64::is_finite), "{seen}");
+    }
+}
+
+#[test]
+fn a_client_of_the_foxglove_protocol_decodes_a_fleet_that_runs() {
+    let name = "watching::a_client_of_the_foxglove_protocol_decodes_a_fleet_that_runs";
+    // Installed outside of the network without a package index.
+    python::python_with("foxglove", &["rosbags==0.11.9", "websockets==17.4"], &[]);
+    in_own_network(name, async || {
+        let floor = Floor::new(&ROBOTS).await;
+        let (server, url) = serving(watch(&["--interface", "127.0.0.1"]));
+
+        let topics = ["/robot_1/status", "/robot_9/odom", "/robot_3/controller/status"];
+        let seen = received_by_a_client(&url, "foxglove.websocket.v1", &topics);
+
+        let status = &seen["/robot_1/status"]["message"];
+        // No run has begun.
+        assert!(status["stop_reason"].as_str().is_some_and(|reason| !reason.is_empty()), "{seen}");
+        assert_eq!(status["epoch"], 0, "{seen}");
+        signal(&server, "INT");
+        let mut server = server;
+        assert_eq!(server.wait(TIMEOUT).0.code(), Some(0));
+        floor.close().await;
+    });
+}
+
+#[test]
+fn nobody_is_served_who_asks_for_another_protocol() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let bag = Run::new(1).record(folder.path(), "run");
+    let (_server, url) = serving(watch(&[bag.to_str().expect("its path is text")]));
+    let address = url.trim_start_matches("ws://");
+
+    let mut stream = std::net::TcpStream::connect(address).expect("it listens");
+    let request = format!(
+        "GET / HTTP/1.1\r\nHost: {address}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
+         Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\
+         Sec-WebSocket-Protocol: mqtt\r\n\r\n"
+    );
+    stream.write_all(request.as_bytes()).expect("it reads");
+    let mut answer = String::new();
+    BufReader::new(stream).read_line(&mut answer).expect("it answers");
+
+    assert!(answer.starts_with("HTTP/1.1 400 "), "{answer}");
+}
