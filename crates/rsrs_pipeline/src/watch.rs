@@ -1,7 +1,8 @@
 //! A fleet that is watched while it runs, or out of a bag.
 //!
 //! What is seen is a [`rsrs_fleet::observation::Observation`]; here messages become its events.
-//! [`live`] receives them, [`recording`] reads them, and [`meaning`] is the same for both.
+//! [`live`] receives them and [`recording`] reads them; what they mean is the same for both. [`foxglove`]
+//! hands all of them on to viewers, and [`stop`] stops the robots.
 
 pub mod foxglove;
 pub mod live;
