@@ -109,7 +109,7 @@ fn serve(arguments: &Arguments, address: SocketAddr) -> anyhow::Result<Outcome> 
     };
     let listener = Listener::bind(address)?;
     let address = listener.address()?;
-    print_note(&format!("ws://{address}: open it in Foxglove or Lichtblick; Ctrl-C ends"));
+    print_note(format!("ws://{address}: open it in Foxglove or Lichtblick; Ctrl-C ends"));
     if !address.ip().is_loopback() {
         print_note("whoever reaches this address receives every topic");
     }

@@ -109,7 +109,7 @@ fn drawn(view: &View<'_>, (width, height): (u16, u16)) -> Buffer {
 fn rows(buffer: &Buffer) -> Vec<String> {
     let width = usize::from(buffer.area.width);
     let signs: Vec<&str> = buffer.content.iter().map(ratatui::buffer::Cell::symbol).collect();
-    signs.chunks(width).map(|row| row.concat()).collect()
+    signs.chunks(width).map(<[&str]>::concat).collect()
 }
 
 /// The part of the screen beside the table.
@@ -263,7 +263,7 @@ fn with_plain_signs_there_are_no_others() {
     let observation = mill(30);
     let look = Look { colours: Colours::On, signs: Signs::Ascii };
     for overlay in [Overlay::None, Overlay::Help] {
-        let view = View { look, overlay, ..view(&observation) };
+        let view = View { overlay, look, ..view(&observation) };
 
         let page = rows(&drawn(&view, (80, 24))).join("\n");
 
