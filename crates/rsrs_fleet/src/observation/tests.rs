@@ -72,9 +72,8 @@ fn mill(n_robots: usize, time_s: f64) -> Vec<Event> {
 }
 
 /// Nine robots that mill under a lease.
-fn milling(duration_s: f64) -> Vec<(Duration, Event)> {
-    let n_steps = (duration_s * 10.0) as u32;
-    (0..n_steps)
+fn milling(duration_s: u32) -> Vec<(Duration, Event)> {
+    (0..duration_s * 10)
         .flat_map(|step| {
             let time_s = f64::from(step) * 0.1;
             let events = mill(9, time_s).into_iter().chain([lease(LeaseState::Running, &[])]);
@@ -187,7 +186,7 @@ fn who_holds_the_e_stop_is_known_from_itself_and_from_the_robots() {
 fn a_mill_is_one_from_the_beginning_and_for_good_after_a_minute() {
     let mut observation = Observation::default();
     let mut orders = Vec::new();
-    for (time, event) in milling(75.0) {
+    for (time, event) in milling(75) {
         observation.on_event(event, time);
         if time == at(20.0) || time == at(74.0) {
             orders.push(observation.order().expect("it moves"));
@@ -205,11 +204,11 @@ fn a_mill_is_one_from_the_beginning_and_for_good_after_a_minute() {
 #[test]
 fn what_a_lockstep_run_does_is_measured_by_its_own_clock() {
     let mut slow = Observation::default();
-    for (time, event) in milling(70.0) {
+    for (time, event) in milling(70) {
         slow.on_event(event, time);
     }
     let mut fast = Observation::default();
-    for (time, event) in milling(70.0) {
+    for (time, event) in milling(70) {
         let wall = time / 50;
         fast.on_event(Event::Clock(time), wall);
         fast.on_event(event, wall);
@@ -224,7 +223,7 @@ fn what_a_lockstep_run_does_is_measured_by_its_own_clock() {
 #[test]
 fn a_new_run_is_judged_from_its_own_beginning() {
     let mut observation = Observation::default();
-    for (time, event) in milling(30.0) {
+    for (time, event) in milling(30) {
         observation.on_event(event, time);
     }
     let Event::Lease(mut of_next) = lease(LeaseState::Running, &[]) else { unreachable!() };
@@ -250,7 +249,7 @@ fn a_sender_of_any_number_of_names_fills_no_memory() {
 
 #[test]
 fn a_recording_plays_at_its_pace_pauses_and_ends() {
-    let mut playback = Playback::new(milling(20.0), None, at(20.0));
+    let mut playback = Playback::new(milling(20), None, at(20.0));
 
     playback.advance(at(3.0));
     assert_eq!(playback.at(), at(3.0));
@@ -270,7 +269,7 @@ fn a_recording_plays_at_its_pace_pauses_and_ends() {
 
 #[test]
 fn whoever_goes_back_sees_what_was_seen_there() {
-    let mut events = milling(100.0);
+    let mut events = milling(100);
     events.push((at(0.5), Event::EStop { source: Source([1; 16]), engaged: true }));
     let mut straight = Playback::new(events.clone(), None, at(100.0));
     straight.seek(at(80.0));
