@@ -119,6 +119,7 @@ impl Event {
 /// What is known of a fleet.
 #[derive(Clone, Debug, Default)]
 pub struct Observation {
+    freshness: Freshness,
     robots: BTreeMap<Name, ObservedRobot>,
     lease: Option<Seen<Lease>>,
     /// When the run of the lease was seen to run first.
@@ -130,6 +131,25 @@ pub struct Observation {
     experiment: Option<Box<ExperimentRecord>>,
     ending: Option<(String, Ending)>,
     swarm: Swarm,
+}
+
+/// How long a status or a lease counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Freshness {
+    /// As long as nodes of the protocol wait for the next one.
+    #[default]
+    ForNodeTimeout,
+    /// Until the next one.
+    UntilTheNext,
+}
+
+impl Freshness {
+    fn lasts(self, age: Duration) -> bool {
+        match self {
+            Self::ForNodeTimeout => age <= NODE_TIMEOUT,
+            Self::UntilTheNext => true,
+        }
+    }
 }
 
 /// Where a run is.
@@ -148,6 +168,12 @@ pub struct RunView<'a> {
 }
 
 impl Observation {
+    /// Of a recorded run in lockstep. Its times are simulated and its nodes published their statuses
+    /// on the wall's clock, some simulated seconds apart, so that silence cannot be seen.
+    fn of_lockstep() -> Self {
+        Self { freshness: Freshness::UntilTheNext, ..Self::default() }
+    }
+
     /// Takes what was received.
     ///
     /// # Arguments
@@ -224,7 +250,7 @@ impl Observation {
         Some(RunView {
             run_id,
             state: lease.value.state,
-            is_fresh: lease.age(now) <= NODE_TIMEOUT,
+            is_fresh: self.freshness.lasts(lease.age(now)),
             running_for: since.map(|since| until.saturating_sub(since.at)),
             ending: ended.map(|(_, ending)| ending),
         })
@@ -232,7 +258,7 @@ impl Observation {
 
     /// The lease from a robot's point of view.
     pub fn lease_of(&self, name: &str, robot: &ObservedRobot, now: Duration) -> LeaseView {
-        let fresh = self.lease.as_ref().filter(|lease| lease.age(now) <= NODE_TIMEOUT);
+        let fresh = self.lease.as_ref().filter(|lease| self.freshness.lasts(lease.age(now)));
         let Some(Seen { value: lease, .. }) = fresh else { return LeaseView::None };
         if lease.echo(name).is_none() {
             return LeaseView::NotNamed;
@@ -283,7 +309,8 @@ impl Observation {
     /// Whether robots may move now.
     fn is_running(&self, now: Duration) -> bool {
         if let Some(lease) = &self.lease {
-            return lease.age(now) <= NODE_TIMEOUT && lease.value.state == LeaseState::Running;
+            return self.freshness.lasts(lease.age(now))
+                && lease.value.state == LeaseState::Running;
         }
         // Where nobody holds leases, who is commanded to move does; robots with a gate stand.
         let mut robots = self.robots.values();
@@ -310,7 +337,9 @@ impl Observation {
         if !self.robots.contains_key(&name) && self.robots.len() >= MOST_ROBOTS {
             return None;
         }
-        Some(self.robots.entry(name).or_default())
+        let freshness = self.freshness;
+        let robot = move || ObservedRobot::watched(freshness);
+        Some(self.robots.entry(name).or_insert_with(robot))
     }
 }
 

@@ -275,7 +275,7 @@ impl Ending {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use rsrs_core::conditions::Placement;
     use rsrs_core::robot::profile::RobotProfile;
 
@@ -285,7 +285,8 @@ mod tests {
     const SHIPPED: &str = include_str!("../../../launch_configs/experiments/flockbot_milling.yaml");
     const FLOCKBOT: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
 
-    fn record() -> ExperimentRecord {
+    /// Of the shipped experiment, in lockstep.
+    pub(crate) fn record() -> ExperimentRecord {
         let profile = RobotProfile::parse("flockbot.yaml", FLOCKBOT).unwrap();
         let experiment = ExperimentFile::parse("experiment.yaml", SHIPPED).unwrap();
         let settings = experiment.settings(experiment.cell.as_ref().unwrap()).unwrap();

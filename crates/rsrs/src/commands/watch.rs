@@ -26,7 +26,7 @@ use rsrs_pipeline::watch::recording;
 /// commands and poses come, its last command and its lease; all robots from above; and the order
 /// parameters of the last minute with the phase in words. `s` stops all robots, at once and without a
 /// question, as `rsrs stop` does; `?` lists the other keys, `q` quits and leaves robots as they are.
-/// Without a fleet file robots are found by what they publish. Colours obey `NO_COLOR`.
+/// Without a fleet file robots are found by what they publish. Colours obey `--color` and `NO_COLOR`.
 ///
 /// A run that has a network of its own is watched from inside, with the command that it prints:
 /// `nsenter … env ROS_DOMAIN_ID=0 rsrs watch --interface lo`. A secured fleet is watched with the
@@ -86,7 +86,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if !std::io::stderr().is_terminal() {
         logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
     }
-    let look = Look::of(&environment);
+    let look = Look::of(anstream::ColorChoice::global(), &environment);
     match arguments.bag() {
         Some(bag) => play_bag(bag, look),
         None => view_fleet(arguments.what.as_deref(), arguments.interface.as_deref(), look),

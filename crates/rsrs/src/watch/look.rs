@@ -1,5 +1,6 @@
 //! Colours and signs, as far as the terminal has them.
 
+use anstream::ColorChoice;
 use ratatui::style::{Color, Modifier, Style};
 use rsrs_ros::ros_args::Environment;
 
@@ -40,19 +41,21 @@ pub struct Look {
 }
 
 impl Look {
-    /// By `NO_COLOR` (<https://no-color.org>) and the character set of `LC_ALL`, `LC_CTYPE` or
+    /// By `--color`, `NO_COLOR` (<https://no-color.org>) and the character set of `LC_ALL`, `LC_CTYPE` or
     /// `LANG`, the first that is set.
-    pub fn of(environment: &Environment) -> Self {
+    pub fn of(choice: ColorChoice, environment: &Environment) -> Self {
         let variable = |name| environment.variable(name).filter(|value| !value.is_empty());
         let locale = ["LC_ALL", "LC_CTYPE", "LANG"].into_iter().find_map(variable);
         let is_utf_8 = locale.is_some_and(|locale| {
             let locale = locale.to_ascii_lowercase();
             locale.contains("utf-8") || locale.contains("utf8")
         });
-        Self {
-            colours: if variable("NO_COLOR").is_some() { Colours::Off } else { Colours::On },
-            signs: if is_utf_8 { Signs::Unicode } else { Signs::Ascii },
-        }
+        let colours = match choice {
+            ColorChoice::Never => Colours::Off,
+            ColorChoice::Auto if variable("NO_COLOR").is_some() => Colours::Off,
+            ColorChoice::Auto | ColorChoice::Always | ColorChoice::AlwaysAnsi => Colours::On,
+        };
+        Self { colours, signs: if is_utf_8 { Signs::Unicode } else { Signs::Ascii } }
     }
 
     /// One sign or the other.

@@ -6,6 +6,8 @@ use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::{WINDOW_S, samples_in};
 use rsrs_core::judge::trajectory::{Bodies, Trajectory};
 
+use crate::experiment::Time;
+
 use super::{Event, Observation, SwarmOrder, order_of};
 
 /// Paces, as seconds of the recording in one second.
@@ -49,6 +51,8 @@ pub struct Playback {
     /// The first event that was not taken yet.
     next: usize,
     observation: Observation,
+    /// Whether times are simulated.
+    is_lockstep: bool,
     pace: usize,
     is_paused: bool,
 }
@@ -67,6 +71,8 @@ impl Playback {
         duration: Duration,
     ) -> Self {
         events.sort_by_key(|(at, _)| *at);
+        let is_lockstep = |(_, event): &(Duration, Event)| matches!(event, Event::Experiment(record) if record.time == Time::Lockstep);
+        let is_lockstep = events.iter().any(is_lockstep);
         let last = events.last().map_or(Duration::ZERO, |(at, _)| *at);
         let mut playback = Self {
             events,
@@ -75,11 +81,18 @@ impl Playback {
             at: Duration::ZERO,
             next: 0,
             observation: Observation::default(),
+            is_lockstep,
             pace: RECORDED,
             is_paused: false,
         };
+        playback.forget();
         playback.take_until_now();
         playback
+    }
+
+    fn forget(&mut self) {
+        self.observation =
+            if self.is_lockstep { Observation::of_lockstep() } else { Observation::default() };
     }
 
     /// Plays on for so long on the wall, unless it is paused.
@@ -95,7 +108,7 @@ impl Playback {
     pub fn seek(&mut self, to: Duration) {
         let to = to.min(self.duration);
         if to < self.at {
-            self.observation = Observation::default();
+            self.forget();
             // What lasts is taken from the beginning on, all else as far as it is remembered.
             let from = to.saturating_sub(MEMORY);
             self.next = self.events.partition_point(|(at, _)| *at < from);

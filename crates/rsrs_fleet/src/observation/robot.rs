@@ -6,6 +6,7 @@ use std::time::Duration;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 
+use super::Freshness;
 use crate::fleet_file::PoseSource;
 use crate::message::{LeaseState, RobotState, Status, StopCause};
 use crate::timing::{NODE_TIMEOUT, POSE_TIMEOUT, SENSOR_TIMEOUT};
@@ -145,6 +146,7 @@ impl LeaseView {
 /// One robot.
 #[derive(Clone, Debug, Default)]
 pub struct ObservedRobot {
+    freshness: Freshness,
     /// Its newest detection.
     pub detection: Option<Seen<bool>>,
     /// How often detections come.
@@ -162,6 +164,11 @@ pub struct ObservedRobot {
 }
 
 impl ObservedRobot {
+    /// One of which nothing was received yet.
+    pub(super) fn watched(freshness: Freshness) -> Self {
+        Self { freshness, ..Self::default() }
+    }
+
     pub(super) fn take_pose(&mut self, source: PoseSource, pose: Pose, now: Duration) {
         let (slot, rate) = match source {
             PoseSource::Odom => (&mut self.odometry, &mut self.odometry_rate),
@@ -203,7 +210,7 @@ impl ObservedRobot {
     /// What it does.
     pub fn condition(&self, now: Duration) -> Condition {
         let Some(Seen { value: status, .. }) = &self.status else { return Condition::Unseen };
-        if self.status.as_ref().is_some_and(|seen| seen.age(now) > NODE_TIMEOUT) {
+        if self.status.as_ref().is_some_and(|seen| !self.freshness.lasts(seen.age(now))) {
             return Condition::Silent;
         }
         match status.state {

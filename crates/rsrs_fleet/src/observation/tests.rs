@@ -4,7 +4,9 @@ use rsrs_core::judge::phase::Phase;
 
 use super::*;
 use crate::e_stop::Cause;
+use crate::experiment::Time;
 use crate::message::{Echo, RobotState, StopCause};
+use crate::record::tests::record;
 
 const RUN: &str = "run_1";
 
@@ -290,4 +292,26 @@ fn whoever_goes_back_sees_what_was_seen_there() {
 
     assert_eq!(seen(&back), seen(&straight));
     assert_eq!(back.observation().e_stop().len(), 1);
+}
+
+#[test]
+fn a_recorded_run_in_lockstep_has_no_silent_robots_and_one_in_real_time_has() {
+    // Statuses come on the clock on the wall, some simulated seconds apart.
+    let played = |time: Time| {
+        let record = ExperimentRecord { time, ..record() };
+        let events = [
+            Event::Experiment(Box::new(record)),
+            lease(LeaseState::Running, &["robot_1"]),
+            robot_status(status(1, RobotState::Moving, StopCause::None)),
+        ];
+        let mut playback = Playback::new(events.map(|it| (at(1.0), it)).into(), None, at(20.0));
+        playback.seek(at(15.0));
+        playback.skip(-5.0);
+        let observation = playback.observation();
+        let is_fresh = observation.run(playback.at()).map(|run| run.is_fresh);
+        (of_robot_1(observation).condition(playback.at()), is_fresh)
+    };
+
+    assert_eq!(played(Time::Lockstep), (Condition::Moving, Some(true)));
+    assert_eq!(played(Time::RealTime), (Condition::Silent, Some(false)));
 }
