@@ -144,9 +144,9 @@ fn robots_that_do_not_mill_where_simulated_ones_do_violate_the_claim() {
         stdout(&text).ends_with(
             "verdict: violated (real robots mill less often than simulated ones; said wrongly with a probability of \
              at most 0.05, however often one looks)\n\
-             next: return to step 1 (`rsrs measure plan`): at speed_m_s=0.15,turn_rate_rad_s=0.75 0.0 % of \
-             real and 98.5 % of simulated runs mill, so the simulated robots are not worse than the real \
-             ones\n"
+             next: rsrs measure plan\n  \
+             back to step 1: at speed_m_s=0.15,turn_rate_rad_s=0.75 0.0 % of real and 98.5 % of simulated \
+             runs mill, so the simulated robots are not worse than the real ones\n"
         ),
         "{}",
         stdout(&text)
