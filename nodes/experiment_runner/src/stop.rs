@@ -41,6 +41,14 @@ pub struct StopReport {
     pub took_s: f64,
 }
 
+impl StopReport {
+    /// Names of the robots that have not acknowledged.
+    pub fn unacknowledged(&self) -> Vec<&str> {
+        let silent = self.answers.iter().filter(|answer| answer.acknowledged_after.is_none());
+        silent.map(|answer| answer.robot.as_str()).collect()
+    }
+}
+
 /// A lock of the e-stop that a release leaves alone.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Holding {

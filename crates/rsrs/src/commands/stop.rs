@@ -205,12 +205,7 @@ fn text(word: StopCommand, summary: &StopSummary) -> String {
 
 /// Says on standard error what follows.
 fn print_ending(word: StopCommand, report: &StopReport) {
-    let silent: Vec<&str> = report
-        .answers
-        .iter()
-        .filter(|answer| answer.acknowledged_after.is_none())
-        .map(|answer| answer.robot.as_str())
-        .collect();
+    let silent = report.unacknowledged();
     let (n_robots, took_s) = (report.answers.len(), report.took_s);
     print_always(match (report.ending, word) {
         (StopOutcome::Acknowledged, StopCommand::Engage) => {

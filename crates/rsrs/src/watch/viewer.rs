@@ -96,12 +96,7 @@ impl StopResult {
 }
 
 fn in_words(report: &StopReport) -> String {
-    let silent: Vec<&str> = report
-        .answers
-        .iter()
-        .filter(|answer| answer.acknowledged_after.is_none())
-        .map(|answer| answer.robot.as_str())
-        .collect();
+    let silent = report.unacknowledged();
     let longest = report.answers.iter().filter_map(|answer| answer.acknowledged_after).max();
     let longest_s = longest.map_or(0.0, |after| after.as_secs_f64());
     match (report.answers.len(), &silent[..]) {
