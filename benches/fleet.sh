@@ -3,7 +3,7 @@
 #
 #     benches/fleet.sh [MEGABYTES]
 #
-# MEGABYTES is the size of the bags (1000 if it is not said). Everything that speaks DDS does so in a
+# MEGABYTES is the size of the bags (1000 if it is not given). Everything that speaks DDS does so in a
 # network of its own; the robots stop when a machine that is busy with something else starves them.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -18,7 +18,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
 # What a program printed, under the line that runs it.
-tell() {
+quote() {
     echo '```text'
     echo "$1"
     echo '```'
@@ -30,13 +30,13 @@ echo "$(nproc) cores of $model, $(rustc --version | cut -d' ' -f1-2)"
 echo
 echo 'From a detection to the wheels, on one host:'
 echo
-tell "$("$target/release/examples/latency" 30)"
+quote "$("$target/release/examples/latency" 30)"
 
 echo 'One simulator with many robots, everybody else in another process:'
 echo
 for scale in '100 real_time 30' '300 lockstep 30'; do
     # shellcheck disable=SC2086 # three arguments
-    tell "$("$target/release/examples/scale" $scale 2>/dev/null)"
+    quote "$("$target/release/examples/scale" $scale 2>/dev/null)"
 done
 
 # An experiment with a hundred simulated robots.
@@ -51,9 +51,9 @@ sed -i -e 's/robots: 9}/robots: 100}/' -e 's/radius_m: .*}/radius_m: 2.8}/' \
 
 echo '`rsrs run` with a hundred simulated robots, recorded with all their topics:'
 echo
-tell "$("$target/release/rsrs" run "$experiment" -o "$folder/run" --format json 2>/dev/null |
+quote "$("$target/release/rsrs" run "$experiment" -o "$folder/run" --format json 2>/dev/null |
     grep -E '"(ending|n_messages|n_lost|preflight_s|parameters_s|real_time_factor)"')"
 
 echo "Bags of $megabytes MB:"
 echo
-tell "$("$target/release/examples/bag_throughput" "$folder/bags" "$megabytes")"
+quote "$("$target/release/examples/bag_throughput" "$folder/bags" "$megabytes")"

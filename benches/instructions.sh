@@ -3,7 +3,7 @@
 #
 #     benches/instructions.sh
 #
-# Needs valgrind, which knows no AVX-512. Counts are differences between two runs of different
+# Needs valgrind, which does not support AVX-512. Counts are differences between two runs of different
 # length, so what a program does once is not in them; they do not depend on the load.
 set -euo pipefail
 cd "$(dirname "$0")/.."

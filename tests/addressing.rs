@@ -1,4 +1,4 @@
-//! Where programs speak and under which names, as the environment and `--ros-args` say it.
+//! Where programs speak and under which names, as the environment and `--ros-args` set it.
 
 use std::process::Output;
 

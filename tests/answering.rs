@@ -64,7 +64,7 @@ fn robots_that_do_not_mill_are_sent_to_their_diagnosis() {
     assert_eq!(code(&output), 3, "{}{}", stdout(&output), stderr(&output));
     let text = stdout(&output);
     assert!(text.starts_with("lta: they do not mill; "), "{text}");
-    assert!(text.contains("`rsrs diagnose` says what to change"), "{text}");
+    assert!(text.contains("`rsrs diagnose` names what to change"), "{text}");
 }
 
 #[test]
@@ -144,7 +144,7 @@ fn so_many_campaigns_are_decided_as_was_planned() {
     let watch = Watch { progress: &|_| (), cancel: &AtomicBool::new(false) };
     let swept = sweep(&[conditions], fresh, watch).expect("it can be simulated");
 
-    let simulated = Share::milling(&choice.phases.expect("it says how its fresh runs ended"));
+    let simulated = Share::milling(&choice.phases.expect("it states how its fresh runs ended"));
     let test = PooledTest::new(&[(Share::default(), simulated)], MARGIN);
     let phases: Vec<Phase> = swept.outcomes.iter().map(|outcome| outcome.phase).collect();
     let n_runs = usize::try_from(runs).expect("few");

@@ -77,7 +77,7 @@ fn joined(page: &str, link: &str) -> String {
 }
 
 #[test]
-fn every_block_is_typed_by_a_test_or_says_why_not() {
+fn every_block_is_typed_by_a_test_or_states_why_not() {
     let stories = [&WITHOUT_ROBOTS[..], &IN_RCLPY, &WITHOUT_FLOOR].concat();
     let book = chapters();
     let mut wrong = Vec::new();

@@ -188,7 +188,7 @@ fn what_is_finished_is_verified(place: &Path) {
         all
     };
     assert!(without(&contents(&out)) == without(&before), "the closed bag was run again");
-    // Nobody knows any more what the middleware had lost.
+    // What the middleware had lost is unknown now.
     assert_eq!(manifest(&out.join("002_three"))["n_lost"], Value::Null);
     check_manifest(&out.join("002_three"));
 

@@ -100,10 +100,10 @@ fn one_mill_is_undecided_with_how_many_more_would_decide() {
     all runs: 1 of 1 run milled, 1.0 expected if real robots mill as often as simulated ones
       evidence that they mill less often: 0.74 (from 20 on the claim is violated)
       evidence that they mill as often, or at most 10 percentage points less often: 1.09 (from 20 on the claim is supported)
-      as far as these runs say, they mill less often by at most 97 percentage points
+      as far as these runs show, they mill less often by at most 97 percentage points
       chance of so few if both mill equally often: 1.000 (exact if the number of runs was fixed before; for information)
     run by run: 1 ended as most simulated runs did, 0 closer to stable milling, 0 further from it
-    verdict: undecided (the runs do not say yet; 29 further real runs would support the claim if every one of them mills)
+    verdict: undecided (the runs do not decide yet; 29 further real runs would support the claim if every one of them mills)
     next: rsrs run EXPERIMENT.yaml --from out --cell speed_m_s=0.15,turn_rate_rad_s=0.75
       there one run is most informative (0.088 bit); 45 further real runs there decide with a probability of 0.80
     ");
@@ -142,7 +142,7 @@ fn robots_that_do_not_mill_where_simulated_ones_do_violate_the_claim() {
     assert_eq!((code(&text), code(&output)), (3, 3), "{}", stderr(&output));
     assert!(
         stdout(&text).ends_with(
-            "verdict: violated (real robots mill less often than simulated ones; said wrongly with a probability of \
+            "verdict: violated (real robots mill less often than simulated ones; reached wrongly with a probability of \
              at most 0.05, however often one looks)\n\
              next: rsrs measure plan\n  \
              back to step 1: at speed_m_s=0.15,turn_rate_rad_s=0.75 0.0 % of real and 98.5 % of simulated \
@@ -218,7 +218,7 @@ fn bags_of_other_experiments_are_refused_all_at_once() {
       between: cell speed_m_s=0.15,turn_rate_rad_s=0.7 is not on the swept grid; the nearest swept cell is speed_m_s=0.15,turn_rate_rad_s=0.75
       short: the duration is 90 s, expected 120 s as simulated
       foreign: holds no record of its experiment, so what was run is unknown
-      endless: does not say how its run ended
+      endless: does not state how its run ended
       cannot open nowhere: No such file or directory (os error 2)
     help: leave such bags out, or compare them with the sweep that simulates their experiment
     ");
@@ -259,7 +259,7 @@ fn a_void_run_is_listed_and_not_counted() {
     assert_eq!((&not_counted["bag"], &not_counted["ending"]), (&"carried".into(), &"void".into()));
     assert_eq!((code(&both), code(&alone)), (0, 0));
     let printed = stdout(&alone);
-    let (printed, advice) = printed.rsplit_once("; ").expect("it says how many runs decide");
+    let (printed, advice) = printed.rsplit_once("; ").expect("it states how many runs decide");
     assert_eq!(
         printed,
         "claim: real robots mill at least as often as simulated ones\n\
@@ -345,6 +345,6 @@ fn a_choice_of_another_sweep_or_without_its_phases_is_refused() {
 
     assert_eq!((code(&other), code(&bare)), (1, 1));
     assert!(stderr(&other).contains("is of another sweep"), "{}", stderr(&other));
-    assert!(stderr(&bare).contains("does not say how its fresh runs ended"), "{}", stderr(&bare));
+    assert!(stderr(&bare).contains("does not state how its fresh runs ended"), "{}", stderr(&bare));
     assert!(stderr(&bare).contains("rsrs choose out -o out/choice.json"), "{}", stderr(&bare));
 }

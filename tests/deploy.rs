@@ -265,7 +265,7 @@ impl Laboratory {
     ///
     /// # Returns
     ///
-    /// Whether it succeeded, and what it said.
+    /// Whether it succeeded, and what it printed.
     fn play(&self, tags: &str, offset_s: &str) -> (bool, String) {
         let tools = house().join("tests/deploy");
         let path = std::env::var("PATH").expect("there is a PATH");

@@ -1,8 +1,8 @@
 //! A robot of another maker, without a gate of ours in front of its wheels, beside one of ours: its
 //! controller holds the lease, and sends zero when it ends.
 //!
-//! The test plays both bases. That of the foreign robot turns its wheels as it was told last, for as
-//! long as nobody tells it otherwise.
+//! The test plays both bases. That of the foreign robot turns its wheels as it was commanded last,
+//! until it is commanded otherwise.
 
 use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
@@ -33,7 +33,7 @@ const PERIOD: Duration = Duration::from_millis(130);
 /// So long that no run of a test comes to its end.
 const ENDLESS_S: u64 = 1_000;
 
-/// What the wheels of a robot are told.
+/// What the wheels of a robot are commanded.
 #[derive(Clone, Copy, Default)]
 struct ReceivedCommands {
     n_commands: u64,
@@ -173,16 +173,16 @@ impl Story<'_> {
 
     async fn until_both_move(&self) {
         *lock(&self.wheels) = <[ReceivedCommands; 2]>::default();
-        eventually("both robots are told to move", || {
+        eventually("both robots are commanded to move", || {
             lock(&self.wheels).iter().all(|given| given.is_moving)
         })
         .await;
     }
 
-    /// Both have been told to stand within a bound.
+    /// Both have been commanded to stand within a bound.
     fn judge(&self, since: Instant, bound: Duration, what: &str) {
         for (given, robot) in lock(&self.wheels).iter().zip([OURS, FOREIGN]) {
-            assert!(!given.is_moving, "{what}: {robot} is told to move");
+            assert!(!given.is_moving, "{what}: {robot} is commanded to move");
             let took = given.moved.map(|moved| moved.saturating_duration_since(since));
             assert!(took.is_some_and(|took| took <= bound), "{what}: {robot} after {took:?}");
         }
@@ -215,7 +215,7 @@ fn the_controller_of_a_robot_without_a_gate_holds_its_lease() {
             let story = Story { folder: folder.path(), wheels, is_dead, n_runs: 0 };
             tokio::select! {
                 () = bases.live() => {}
-                () = tell(story) => {}
+                () = play(story) => {}
             }
             drop(bases);
             session.close().await;
@@ -264,7 +264,7 @@ async fn paused(folder: &Path, wheels: &Wheels, is_dead: &AtomicBool) {
     command.current_dir(folder).args(["measure", "drive", "fleet.yaml", "--plan", "trials"]);
     command.args(["--backend", "fleet", "--interface", "127.0.0.1", "--place-command", "true"]);
     let drive = Process::start(command.stdin(Stdio::null()));
-    eventually("the robot is told to move", || lock(wheels)[1].is_moving).await;
+    eventually("the robot is commanded to move", || lock(wheels)[1].is_moving).await;
     tokio::time::sleep(Duration::from_secs(1)).await;
     is_dead.store(true, Ordering::Relaxed);
     tokio::time::sleep(Duration::from_millis(600)).await;
@@ -290,9 +290,9 @@ async fn paused(folder: &Path, wheels: &Wheels, is_dead: &AtomicBool) {
     }
 }
 
-async fn tell(mut story: Story<'_>) {
+async fn play(mut story: Story<'_>) {
     let _ours = our_robot();
-    // Whoever forgets it is told what to type.
+    // Whoever forgets it is shown what to type.
     let careless = controller(&[]);
     let (run, _) = story.start_run(ENDLESS_S);
     let (code, printed) = ended(run).await;
@@ -323,7 +323,7 @@ async fn tell(mut story: Story<'_>) {
     assert!(printed.contains("e-stop"), "{printed}");
     assert!(stop(&["--release"]).await.status.success());
 
-    // A robot that dies under its controller's eyes is lost, and its bag says when.
+    // A robot that dies under its controller's eyes is lost, and its bag states when.
     let (run, bag) = story.start_run(ENDLESS_S);
     story.until_both_move().await;
     story.is_dead.store(true, Ordering::Relaxed);
@@ -335,12 +335,12 @@ async fn tell(mut story: Story<'_>) {
         "{printed}"
     );
     let bag = Bag::open(&bag).expect("the run was recorded");
-    let ending = bag.metadata(ENDING).expect("it says how it ended");
+    let ending = bag.metadata(ENDING).expect("it states how it ended");
     let ending = Ending::from_pairs(ending).expect("it reads");
     assert_eq!(ending.kind, EndingKind::Aborted, "{ending:?}");
     assert!(ending.lost.len() == 1 && ending.lost[0].robot == FOREIGN, "{ending:?}");
 
-    // A run to its end says who held which lease, and so does its bag.
+    // A run to its end states who held which lease, and so does its bag.
     let (run, bag) = story.start_run(4);
     story.until_both_move().await;
     let (code, printed) = ended(run).await;

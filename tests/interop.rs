@@ -1,4 +1,4 @@
-//! Programs that know nothing of ours read our bags, and use our robots' parameters and topics.
+//! Programs that share nothing with ours read our bags, and use our robots' parameters and topics.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
@@ -26,7 +26,7 @@ const N_STEPS: u64 = RUN_S * 1_000_000_000 / PERIOD_NS;
 /// What the readers of others find in a bag.
 #[derive(Deserialize)]
 struct Report {
-    /// By `rosbags`, with the types that it knows.
+    /// By `rosbags`, with the types that it contains.
     rosbags: BTreeMap<String, Topic>,
     /// By `rosbags`, with no types but those that the bag describes.
     schemas_alone: BTreeMap<String, Topic>,
@@ -58,7 +58,7 @@ impl Topic {
 ///
 /// # Returns
 ///
-/// What our program says of the run, and what the others find.
+/// What our program reports of the run, and what the others find.
 fn recorded_and_read() -> (Value, Report) {
     let python = python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
     let folder = tempfile::tempdir().expect("there is room for a temporary folder");
@@ -110,7 +110,7 @@ fn rosbags_and_mcap_decode_every_message_of_a_run_at_its_simulated_time() {
         for topic in ["detection", "cmd_vel", "odom"] {
             assert!(of_robot(topic).log_times_ns == times, "{robot}: {topic}");
         }
-        // A command says which detection it answers.
+        // A command names which detection it answers.
         assert!(of_robot("cmd_vel").stamps_ns == stamps, "{robot}: stamps of commands");
         assert!(of_robot("odom").stamps_ns == stamps, "{robot}: stamps of poses");
         for topic in ["status", "controller/status"] {
@@ -152,12 +152,12 @@ impl Visitor {
         Self { process, lines: BufReader::new(lines) }
     }
 
-    /// What it saw since it last said something. The script waits for nothing for ever.
+    /// What it saw since it last printed something. The script waits for nothing for ever.
     ///
     /// # Errors
     ///
     /// What it wrote to standard error, if it failed.
-    fn says(&mut self) -> Result<Value, String> {
+    fn seen(&mut self) -> Result<Value, String> {
         let mut line = String::new();
         self.lines.read_line(&mut line).expect("it prints text");
         if line.is_empty() {
@@ -178,16 +178,16 @@ fn what_a_visitor_sees(python: &Path) -> [Value; 3] {
     let _controllers = node("controller", &ROBOTS);
     let mut visitor = Visitor::start(python, folder.path());
 
-    let before = visitor.says().unwrap_or_else(|error| panic!("rclpy: {error}"));
+    let before = visitor.seen().unwrap_or_else(|error| panic!("rclpy: {error}"));
     let mut command = rsrs();
     command.args(["node", "runner", "--interface", "127.0.0.1", "--backend", "sim"]);
     command.arg("--experiment").arg(experiment).arg("--output").arg(folder.path().join("bag"));
     let mut runner = Process::start(&mut command);
-    let during = visitor.says();
+    let during = visitor.seen();
     signal(&runner, "INT");
     let (_, printed) = runner.wait(TIMEOUT);
     let during = during.unwrap_or_else(|error| panic!("rclpy: {error}\nthe runner: {printed}"));
-    let after = visitor.says().unwrap_or_else(|error| panic!("rclpy: {error}"));
+    let after = visitor.seen().unwrap_or_else(|error| panic!("rclpy: {error}"));
     [before, during, after]
 }
 

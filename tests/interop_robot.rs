@@ -97,7 +97,7 @@ pub fn python() -> PathBuf {
 ///
 /// # Returns
 ///
-/// How the run ended, what it said, and its bag.
+/// How the run ended, what it printed, and its bag.
 fn run_beside(
     python: &Path,
     folder: &Path,
@@ -188,7 +188,7 @@ fn takes_part(python: &Path, how: (&[(&str, &str)], &str)) {
     }
 }
 
-/// It sensed, was commanded as it sensed, and went where it was told.
+/// It sensed, was commanded as it sensed, and went where it was commanded.
 fn check_robot(bag: &Bag, robot: &str) {
     let detections = messages::<Bool>(bag, robot, "detection");
     let commands = messages::<TwistStamped>(bag, robot, "cmd_vel");
@@ -232,7 +232,7 @@ const KINDS: [(&str, &str, &str); 8] = [
 ///
 /// # Returns
 ///
-/// How the run ended, what it said, and its bag.
+/// How the run ended, what it printed, and its bag.
 fn run_of_bases(
     python: &Path,
     folder: &Path,

@@ -2,8 +2,8 @@
 //! own, one with somebody's base driver and one with a microcontroller on a serial line, and three of
 //! the simulator's, in one world.
 //!
-//! The test plays the hardware: wheels that turn as they are told, sensors that see the other real
-//! robot, and a tracker on the ceiling, which sees nobody else.
+//! The test plays the hardware: wheels that turn as they are commanded, sensors that see the
+//! other real robot, and a tracker on the ceiling, which sees nobody else.
 
 use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
@@ -114,7 +114,7 @@ impl Hardware {
         }
     }
 
-    /// What the wheels are told now: forward speed and turning rate.
+    /// What the wheels are commanded now: forward speed and turning rate.
     fn wheels(&self) -> [(f64, f64); N_REAL] {
         let (twist, at) = *self.commanded.lock().unwrap_or_else(PoisonError::into_inner);
         let is_fresh = at.elapsed() < WHEELS_TIMEOUT;
@@ -257,7 +257,7 @@ fn check_bag(bag: &Path) {
     for robot in &ROBOTS[..N_REAL] {
         let given = messages::<Bool>(&bag, robot, "virtual_detection");
         let n_seen = given.iter().filter(|seen| seen.data).count();
-        assert!(n_seen > 0, "{robot} was told {} times that it sees nobody", given.len());
+        assert!(n_seen > 0, "{robot}: none of {} virtual detections is true", given.len());
     }
     let gated = messages::<Twist>(&bag, ROBOTS[0], "hardware/cmd_vel");
     assert!(gated.iter().any(|twist| twist.linear.x > 0.0), "gated commands were asked for");
@@ -287,7 +287,7 @@ fn check_label(bag: &Path) {
     assert!(labels[0]["phase"].is_string(), "{text}");
 }
 
-/// However well it milled, it says nothing of reality.
+/// However well it milled, it is no evidence of reality.
 fn check_comparison(folder: &Path, bag: &Path) {
     let sweep = "profile: profiles/flockbot.yaml\n\
          axes: {speed_m_s: [0.15], turn_rate_rad_s: [0.75]}\n\

@@ -144,7 +144,7 @@ async fn lockstep_run() {
     session.close().await;
 }
 
-/// Hears every robot's statuses, once every end of the lockstep has found its other end.
+/// Receives every robot's statuses, once every end of the lockstep has found its other end.
 async fn receive_robots(
     session: &Session,
     node: &NodeHandle,

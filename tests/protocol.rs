@@ -40,7 +40,7 @@ fn wait_until_it_runs(folder: &Path, process: &mut Process) {
 fn ending_of(bag: &Path) -> Ending {
     let bag = Bag::open(bag).expect("the bag is whole");
     assert_eq!(bag.damage().len(), 0);
-    let pairs = bag.metadata(ENDING).expect("a bag that was closed says how it ended");
+    let pairs = bag.metadata(ENDING).expect("a bag that was closed states how it ended");
     Ending::from_pairs(pairs).expect("it is an ending")
 }
 
@@ -216,7 +216,7 @@ async fn killed_runner() {
 
 type Statuses = (usize, RobotStatus);
 
-/// Hears every robot's status and what the recorder has taken.
+/// Receives every robot's status and what the recorder has taken.
 fn witness(
     session: &Session,
     node: &NodeHandle,

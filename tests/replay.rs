@@ -327,17 +327,17 @@ async fn beside_a_live_robot() {
         assert_eq!(code(output), 0, "{errors}");
         serde_json::from_slice(&output.stdout).expect("the summary is JSON")
     };
-    let (all_said, all) = (String::from_utf8_lossy(&all.stderr).into_owned(), summary(&all));
+    let (all_printed, all) = (String::from_utf8_lossy(&all.stderr).into_owned(), summary(&all));
     let left_out = all["left_out"].as_array().expect("a list");
     for topic in ["/robot_1/odom", "/robot_1/detection", "/clock"] {
         assert!(left_out.contains(&topic.into()), "{all}");
     }
     assert!(!left_out.contains(&"/robot_2/odom".into()), "{all}");
     assert!(
-        all_said.contains("left out /robot_1/odom: /robot_1/robot publishes it now"),
-        "{all_said}"
+        all_printed.contains("left out /robot_1/odom: /robot_1/robot publishes it now"),
+        "{all_printed}"
     );
-    assert!(all_said.contains("the time is not published"), "{all_said}");
+    assert!(all_printed.contains("the time is not published"), "{all_printed}");
     assert_eq!(summary(&named)["n_topics"], 2);
     drop((robot, odom, status));
     session.close().await;

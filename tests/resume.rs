@@ -306,7 +306,7 @@ fn a_full_disk_loses_nothing() {
         \"$0\" sweep sweep.yaml -o disk/out --threads 1 2> out/full && exit 9
         ls disk/out/unfinished | grep -c '^block_' > out/blocks
         mount -o remount,size=100m disk
-        \"$0\" sweep sweep.yaml -o disk/out > out/said
+        \"$0\" sweep sweep.yaml -o disk/out > out/printed
         cp -r disk/out out/result";
     let output = Command::new("unshare")
         .args(["--map-root-user", "--mount", "--", "sh", "-c", script, RSRS])

@@ -1,7 +1,7 @@
 //! Many robots: separate processes on one machine that start, match and run an experiment, and a
 //! hundred simulated ones that are found, set and driven.
 //!
-//! How long it takes is not asserted; `rsrs run --format json` says it (`preflight_s`,
+//! How long it takes is not asserted; `rsrs run --format json` reports it (`preflight_s`,
 //! `parameters_s`).
 //! `RSRS_ROBOT_PROCESSES` sets how many robots have their own process and participant, with their
 //! own controller in it, as on a floor. One base for all of them moves nobody: how robots sense and
@@ -98,7 +98,7 @@ impl Base {
         }
     }
 
-    /// Says again and again that nobody sees anything and that nobody has moved.
+    /// Publishes again and again that nobody sees anything and that nobody has moved.
     async fn speak(&self) {
         let mut readings = tokio::time::interval(READING);
         loop {
@@ -170,7 +170,7 @@ fn many_robot_processes_on_one_machine_start_match_and_run_an_experiment() {
     });
 }
 
-/// Waits until every robot's process and the base know each other.
+/// Waits until every robot's process and the base have discovered each other.
 async fn all_are_there(session: &Session, names: &[String]) {
     for name in names {
         let (status, range) =

@@ -221,19 +221,19 @@ fn a_choice_of_another_sweep_over_the_same_cells_is_refused() {
         assert!(printed.contains("was chosen from another sweep: sweep_digest is "), "{printed}");
         assert!(printed.contains("`rsrs choose other -o other/choice.json`"), "{printed}");
     }
-    // One that does not say whose it is could be anyone's.
+    // One that does not state whose it is could be anyone's.
     let mut anonymous: serde_json::Value =
         serde_json::from_slice(&std::fs::read(&choice).expect("it is there")).expect("it is JSON");
     anonymous
         .as_object_mut()
         .expect("an object")
         .remove("sweep_digest")
-        .expect("it says whose it is");
+        .expect("it states whose it is");
     std::fs::write(&choice, anonymous.to_string()).expect("the folder is writable");
     let compared = rsrs(place.path(), &["compare", "out", "--bags", "monday"]);
     assert_eq!(code(&compared), 1);
     let printed = stderr(&compared);
-    assert!(printed.contains("does not say from which sweep it was chosen"), "{printed}");
+    assert!(printed.contains("does not state from which sweep it was chosen"), "{printed}");
 }
 
 /// One replicate of a sweep as a bag.

@@ -46,7 +46,7 @@ fn verdicts_are_coloured_on_a_terminal_unless_somebody_does_not_want_it() {
     let on_a_terminal = |environment, options| on_a_terminal(place.path(), environment, options);
 
     assert!(on_a_terminal(&[], &[]).contains(green));
-    assert!(on_a_terminal(&[("NO_COLOR", "")], &[]).contains(green), "an empty one says nothing");
+    assert!(on_a_terminal(&[("NO_COLOR", "")], &[]).contains(green), "an empty one is ignored");
     for (environment, options) in [
         (&[("NO_COLOR", "1")][..], &[][..]),
         (&[("TERM", "dumb")], &[]),
@@ -165,7 +165,7 @@ fn the_next_experiment_names_the_files_that_are_there() {
 }
 
 #[test]
-fn pictures_say_where_they_are() {
+fn pictures_state_where_they_are() {
     let place = swept(SPEEDS, "true_positive: 0.8");
     let here = place.path();
     Run { duration_s: 64.0, recorded_s: 64.0, ..Run::new(1) }.record(here, "monday");

@@ -1,4 +1,4 @@
-//! Files that people write, as they are told what is wrong with them.
+//! Files that people write, and the messages about what is wrong with them.
 
 use crate::command::{code, rsrs, stderr};
 

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! It writes small messages as fast as one thread can, then a bag of MEGABYTES (1000 if it is not
-//! said) for each way of packing, and saves each as a damaged one and reads the trajectory in it.
+//! given) for each way of packing, and saves each as a damaged one and reads the trajectory in it.
 //! Each step runs in a process of its own, so that its memory is its own; the bags are in FOLDER
 //! only meanwhile. "Disk" is bytes of the bag, "content" those of the messages in it. Rates are per
 //! second of processor time, all threads together, so that other programs on the machine do not
@@ -42,7 +42,7 @@ const N_ROBOTS: usize = 9;
 /// Bytes of one picture; what makes bags of a gigabyte is cameras.
 const PICTURE_BYTES: usize = 200_000;
 
-/// In which the system tells what was computed: the same on every Linux that there is.
+/// The unit in which the system reports processor time: the same on every Linux that there is.
 const TICKS_PER_S: f64 = 100.0;
 
 /// Messages for the write path alone.
@@ -65,7 +65,7 @@ enum Content {
 
 fn main() -> Outcome {
     let mut arguments = env::args().skip(1);
-    let folder = arguments.next().ok_or("say in which folder there is room")?;
+    let folder = arguments.next().ok_or("name a folder in which there is room")?;
     let folder = PathBuf::from(folder);
     let asked = arguments.next();
     if let Some(step) = asked.as_deref().and_then(Step::named) {
@@ -183,9 +183,10 @@ fn one_kind(folder: &Path, content: Content, compression: Compression, n_bytes: 
     let disk_bytes = fs::metadata(path.join("run_0.mcap"))?.len();
     for step in Step::ALL {
         let child = Command::new(env::current_exe()?).arg(folder).arg(step.name()).output()?;
-        let told = String::from_utf8_lossy(&child.stdout).into_owned();
-        let told: Vec<f64> = told.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
-        let [wall_s, seconds, peak_mib] = told[..] else {
+        let text = String::from_utf8_lossy(&child.stdout).into_owned();
+        let printed: Vec<f64> =
+            text.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
+        let [wall_s, seconds, peak_mib] = printed[..] else {
             return Err(String::from_utf8_lossy(&child.stderr).into());
         };
         let (disk_mb, content_mb) = (disk_bytes as f64 / 1e6, content_bytes as f64 / 1e6);
@@ -340,11 +341,11 @@ impl Noise {
 }
 
 /// What all threads of this program have computed for so far, in seconds; NaN where the system does
-/// not say.
+/// not report it.
 fn processor_s() -> f64 {
-    let told = fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let stat = fs::read_to_string("/proc/self/stat").unwrap_or_default();
     // Behind the name, which may have spaces in it, these are the twelfth and the thirteenth.
-    let behind_name = told.rsplit_once(')').map_or("", |(_, rest)| rest);
+    let behind_name = stat.rsplit_once(')').map_or("", |(_, rest)| rest);
     let ticks: Vec<f64> = behind_name
         .split_whitespace()
         .skip(11)
@@ -362,7 +363,7 @@ fn fresh(path: &Path) -> std::io::Result<PathBuf> {
     Ok(path.to_owned())
 }
 
-/// The most memory of this program so far, in MiB; NaN where the system does not say.
+/// The most memory of this program so far, in MiB; NaN where the system does not report it.
 fn peak_mib() -> f64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

@@ -107,7 +107,7 @@ impl Help for BagError {
     }
 }
 
-/// Says up to when, in seconds of log time.
+/// Up to when, in seconds of log time.
 fn last_time(last_log_time_ns: Option<u64>) -> String {
     match last_log_time_ns {
         Some(time_ns) => format!(", at {:.3} s", time_ns as f64 / 1e9),

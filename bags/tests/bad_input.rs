@@ -75,10 +75,10 @@ fn a_clock_that_was_set_back_in_the_middle_is_refused() {
     recording.lease(0, RunLease::RUNNING);
     for step in 0..40 {
         // The clock of all computers is set back by 15 steps.
-        let told = if step < 20 { step } else { step - 15 };
+        let stamped = if step < 20 { step } else { step - 15 };
         for robot in 0..2 {
-            recording.odom(robot, told, &odometry(robot, told));
-            recording.cmd_vel(robot, told, SPEED_M_S);
+            recording.odom(robot, stamped, &odometry(robot, stamped));
+            recording.cmd_vel(robot, stamped, SPEED_M_S);
         }
     }
     recording.writer.finish().unwrap();

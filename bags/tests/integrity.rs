@@ -1,4 +1,4 @@
-//! Bags with other bytes than were written are told from whole ones, whoever wrote them.
+//! Bags with other bytes than were written are distinguished from whole ones, whoever wrote them.
 
 mod recording;
 
@@ -12,7 +12,7 @@ use mcap::records::MessageHeader;
 use recording::damage::{bag_of, file_of, messages, records, temporary};
 use rsrs_bags::{Bag, BagMessage, Compression, recover_into};
 
-/// What a bag with these bytes gives: `None` if it says that it is damaged, or no bag.
+/// What a bag with these bytes gives: `None` if it is reported as damaged, or as no bag.
 fn read(folder: &Path, bytes: &[u8]) -> Option<Vec<BagMessage>> {
     let path = folder.join("changed.mcap");
     fs::write(&path, bytes).expect("room");
@@ -20,7 +20,7 @@ fn read(folder: &Path, bytes: &[u8]) -> Option<Vec<BagMessage>> {
     if !bag.damage().is_empty() {
         return None;
     }
-    Some(bag.messages().collect::<Result<_, _>>().expect("it says that it is whole"))
+    Some(bag.messages().collect::<Result<_, _>>().expect("it was reported as whole"))
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn a_message_that_is_no_message_any_more_is_missed_without_any_checksum() {
     let mut bytes = foreign(options.calculate_summary_section_crc(false));
     let head = [&[5][..], &27_u64.to_le_bytes()].concat();
     let at = bytes.windows(head.len()).position(|bytes| bytes == head).expect("it has messages");
-    // A kind of record that nobody knows is passed over.
+    // An unknown kind of record is passed over.
     bytes[at] = 0x85;
 
     assert_eq!(read(folder.path(), &bytes), None);

@@ -80,7 +80,7 @@ fn a_bag_is_split_by_time_as_rosbag2_splits_it() {
     let counted = counted_by_rosbags(&path);
     assert_eq!(counted["/robot_2/odom"], 50);
     assert_eq!(counted.values().sum::<u64>(), 300);
-    // One part alone says what it belongs to, and has all topics.
+    // One part alone states what it belongs to, and has all topics.
     let part = Bag::open(&path.join("run_1.mcap")).unwrap();
     assert_eq!(part.custom_data()["run_id"], "7");
     assert_eq!(part.topics().len(), 7);
@@ -137,9 +137,9 @@ fn a_bag_that_is_full_refuses_messages_by_name_and_counts_them() {
     assert!(summary.files.len() > 1, "{:?}", summary.files);
     let bag = Bag::open(&path).unwrap();
     assert_eq!(bag.n_messages(), summary.n_messages);
-    let told = bag.metadata("rsrs.limit").unwrap();
+    let limit = bag.metadata("rsrs.limit").unwrap();
     assert_eq!(
-        (told["max_bag_bytes"].as_str(), told["n_refused"].parse()),
+        (limit["max_bag_bytes"].as_str(), limit["n_refused"].parse()),
         ("30000", Ok(n_refused))
     );
     let n_bytes: u64 = summary.files.iter().map(|file| file.metadata().unwrap().len()).sum();

@@ -1,4 +1,4 @@
-//! What can be saved of bags in every state of disrepair, and that it is told what was lost.
+//! What can be saved of bags in every state of disrepair, and that what was lost is reported.
 
 mod recording;
 
@@ -248,7 +248,7 @@ fn a_file_that_is_missing_or_spoilt_does_not_take_the_others_with_it() {
     let kinds: Vec<LossKind> = recovered.losses.iter().map(|loss| loss.kind).collect();
     assert_eq!(kinds, [LossKind::File, LossKind::File]);
     assert!(recovered.n_messages > 0);
-    // The table of contents says how many there were.
+    // The summary section states how many there were.
     assert!(recovered.lost.is_exact);
     assert_eq!(recovered.lost.total() + recovered.n_messages, whole.len() as u64);
 }

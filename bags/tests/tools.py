@@ -1,4 +1,4 @@
-"""Says what `rosbags` and `mcap-ros2-support` find in a bag; see tools.rs."""
+"""Prints what `rosbags` and `mcap-ros2-support` find in a bag; see tools.rs."""
 
 import json
 import sys

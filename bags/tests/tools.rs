@@ -40,7 +40,7 @@ struct Seen {
     types: BTreeMap<String, String>,
 }
 
-/// What both tools, and the table of contents, say.
+/// What both tools, and the summary section, contain.
 #[derive(Debug, Deserialize)]
 struct Report {
     rosbags_folder: Seen,
@@ -184,7 +184,7 @@ fn other_tools_read_a_run_and_count_what_we_count() {
     assert_eq!(report.message_count, 1_800);
 }
 
-/// Topics on which nothing was said are in the bag, and nothing of them is decoded.
+/// Topics on which nothing was published are in the bag, and nothing of them is decoded.
 fn without_empty(counts: &BTreeMap<String, u64>) -> BTreeMap<String, u64> {
     counts.iter().filter(|(_, count)| **count > 0).map(|(topic, n)| (topic.clone(), *n)).collect()
 }

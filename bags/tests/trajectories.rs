@@ -154,7 +154,7 @@ fn chains_of_transforms_are_followed_up_to_the_map_that_all_robots_share() {
         foreign.command("r1", step * PERIOD_NS, 0.1);
         foreign.command("r2", step * PERIOD_NS, 0.1);
     }
-    // Heard last, and true from the beginning.
+    // Received last, and true from the beginning.
     let transforms = vec![quarter_turn("r1/odom", "map", 0), mount];
     foreign.put("/tf_static", 20 * PERIOD_NS, &TFMessage { transforms });
 

@@ -117,7 +117,7 @@ impl File {
         [vec![opcode], u64s(&[body.len() as u64]), body].concat()
     }
 
-    /// Writes a record, and says where it starts and how long it is.
+    /// Writes a record, and returns where it starts and how long it is.
     fn put(&mut self, opcode: u8, fields: &[Vec<u8>]) -> (u64, u64) {
         let record = self.record(opcode, fields);
         let start = self.bytes.len() as u64;

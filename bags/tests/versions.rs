@@ -25,7 +25,7 @@ const STEP_NS: u64 = 100_000_000;
 /// When the first message came, in nanoseconds.
 const START_NS: u64 = 1_700_000_000_000_000_000;
 
-/// What a recorder was told to do.
+/// What a recorder was set to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
     None,

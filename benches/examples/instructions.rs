@@ -4,7 +4,7 @@
 //! valgrind --tool=callgrind target/release/examples/instructions avx2 judge 8 300
 //! ```
 //! Run it for two durations: the difference of the counts over the difference of the agent-steps is
-//! exact and free of start-up. Valgrind knows no AVX-512.
+//! exact and free of start-up. Valgrind does not support AVX-512.
 
 #![expect(clippy::print_stdout, reason = "a program")]
 

@@ -51,7 +51,7 @@ while [ "$round" -lt "$rounds" ]; do
     "$target/release/examples/throughput"
     "$target/peers/release/krabmaga_mill" 9
     run_python "$here/numpy_batch.py" 9
-    # swarmsim says what it thinks of, too.
+    # swarmsim prints other lines, too.
     run_python "$here/swarmsim_mill.py" 9 | grep '^swarmsim .*,'
     round=$((round + 1))
 done >"$target/peers/rates.csv"

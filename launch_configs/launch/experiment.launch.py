@@ -46,8 +46,8 @@ def nodes(context):
 
     experiment = Path(value("experiment")).absolute()
     output = ["--output", value("output")] if value("output") else []
-    told = ["--experiment", str(experiment), "--backend", value("backend"), *output]
-    runner = node("experiment_runner", *told, on_exit=finish)
+    options = ["--experiment", str(experiment), "--backend", value("backend"), *output]
+    runner = node("experiment_runner", *options, on_exit=finish)
     if not is_simulated:
         return [runner]
     robots = ["--robots", ",".join(enabled_robots(experiment))]
@@ -71,7 +71,7 @@ def generate_launch_description():
         DeclareLaunchArgument(
             "interface", default_value="",
             description="The network interface, by name or IP address, to speak on; for a "
-            "simulated fleet loopback if empty, for a real one what RSRS_INTERFACE says.",
+            "simulated fleet loopback if empty, for a real one what RSRS_INTERFACE names.",
         ),
         DeclareLaunchArgument(
             "output", default_value="", description="The bag to record; named by date if empty."

@@ -1,4 +1,4 @@
-"""Says what `rosbags` makes of the values, names and texts in a JSON file; see oracle.rs."""
+"""Prints what `rosbags` makes of the values, names and texts in a JSON file; see oracle.rs."""
 
 import json
 import sys
@@ -21,13 +21,13 @@ def register_services(store):
     for file in sorted(folder.glob("*Parameter*.srv")):
         for part, text in zip(("Request", "Response"), file.read_text().split("\n---\n")):
             name = f"{file.stem}_{part}"
-            # The parser knows only names with msg in the middle.
+            # The parser accepts only names with msg in the middle.
             parsed = get_types_from_msg(text, f"rcl_interfaces/msg/{name}")
             store.register({f"rcl_interfaces/srv/{name}": parsed[f"rcl_interfaces/msg/{name}"]})
 
 
 def register_package(store, folder):
-    """Adds the messages and services of a package that `rosbags` does not know."""
+    """Adds the messages and services of a package that `rosbags` does not have."""
     files = sorted(Path(folder).glob("msg/*.msg"))
     for file in files:
         store.register(get_types_from_msg(file.read_text(), f"{Path(folder).name}/msg/{file.stem}"))

@@ -45,7 +45,7 @@ struct Case {
     cdr_hex: String,
 }
 
-/// What Rust knows.
+/// What the script receives from Rust.
 #[derive(Serialize)]
 struct Question {
     /// Definitions of our own types, by name.

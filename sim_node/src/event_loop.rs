@@ -142,7 +142,7 @@ fn step_response(left: u64, asked: u64) -> StepSimulationResponse {
 
 fn e_stop_event(message: EStopMessage) -> robot::Event {
     match message {
-        EStopMessage::Said { source, engaged } => robot::Event::EStop { source, engaged },
+        EStopMessage::State { source, engaged } => robot::Event::EStop { source, engaged },
         EStopMessage::Release(sources) => robot::Event::Release(sources),
         EStopMessage::Locks { locks, .. } => robot::Event::LocksOfOthers(locks),
     }

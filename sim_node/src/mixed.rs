@@ -177,7 +177,7 @@ impl RealRobots {
         Ok(all)
     }
 
-    /// Tells the controllers of the real robots what they would see.
+    /// Publishes to the controllers of the real robots what they would see.
     ///
     /// # Errors
     ///

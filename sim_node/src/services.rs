@@ -102,7 +102,7 @@ pub fn done() -> Outcome {
     outcome(Outcome::OK, "")
 }
 
-/// Says how a call went.
+/// How a call went, as it is answered.
 pub fn outcome(result: u8, error_message: &str) -> Outcome {
     Outcome { result, error_message: error_message.to_owned() }
 }

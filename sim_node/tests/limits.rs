@@ -58,7 +58,7 @@ fn set(document: &mut Value, path: &str, value: f64) {
     *document.pointer_mut(path).expect("it is a key") = value;
 }
 
-/// Runs a world with the greatest commands, and tells whether its robots are still somewhere;
+/// Runs a world with the greatest commands, and returns whether its robots are still somewhere;
 /// `None` if they do not fit where they are to start.
 fn stays_finite(document: &Value) -> Option<bool> {
     let conditions: Conditions =

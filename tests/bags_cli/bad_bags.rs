@@ -1,4 +1,4 @@
-//! What a person is told of bags that are not what they should be, by every command that takes bags.
+//! What is reported of bags that are not what they should be, by every command that takes bags.
 
 use std::fs;
 use std::path::Path;
@@ -43,7 +43,7 @@ pub fn copied(
             writer.write(*channel, sample).expect("the disk has room");
         }
     }
-    let ending = original.metadata(ENDING).expect("it was said").clone();
+    let ending = original.metadata(ENDING).expect("it was recorded").clone();
     writer.metadata(ENDING, ending).expect("the disk has room");
     writer
 }
@@ -117,12 +117,12 @@ fn write(folder: &Path, name: &str, text: &str) {
     fs::write(path, text).expect("it is writable");
 }
 
-/// A bag with what is said of it.
+/// A bag with what is reported of it.
 struct Case {
     bag: &'static str,
     /// Why it is no bag at all, for every command.
     unreadable: Option<&'static str>,
-    /// Why the judge says nothing of it.
+    /// Why the judge has no verdict on it.
     unjudged: Option<&'static str>,
     /// Why it is not held against the sweep.
     not_compared: Option<&'static str>,
@@ -213,7 +213,7 @@ fn assert_refuses(here: &Path, arguments: &[&str], reason: &str, help: &str) {
     assert_eq!(stdout(&output), "", "{what}");
     assert!(printed.starts_with("error: "), "{what}: {printed}");
     assert!(printed.contains(reason), "{what}: {printed}");
-    assert_eq!(printed.matches(reason).count(), 1, "{what} says it once: {printed}");
+    assert_eq!(printed.matches(reason).count(), 1, "{what} reports it once: {printed}");
     let last = printed.lines().last().unwrap_or_default();
     assert!(last.starts_with(&format!("help: {help}")), "{what}: {printed}");
 }

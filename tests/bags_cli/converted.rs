@@ -117,7 +117,7 @@ fn a_bag_without_record_and_messages_of_it_is_labelled_by_the_profile_and_by_no_
         assert!(printed.contains("`--reach M`"), "{printed}");
         assert_eq!(phase(&by_profile), phase(&original), "{name}");
         assert_eq!(phase(&by_reach), phase(&original), "{name}");
-        // It holds for each reach what is said of it.
+        // It holds for each reach what is reported of it.
         let (least_m, then) = last_step(&printed);
         let title = |reach_m: f64| {
             label(here, &bare, &["--reach", &reach_m.to_string()])["phase"]
@@ -132,7 +132,7 @@ fn a_bag_without_record_and_messages_of_it_is_labelled_by_the_profile_and_by_no_
 
 /// The last reach that an error names, in metres, and the phase from there on.
 fn last_step(printed: &str) -> (f64, String) {
-    let line = printed.lines().next().expect("it says something");
+    let line = printed.lines().next().expect("it prints something");
     let step = line.rsplit(", ").next().expect("there is a last part");
     let (phase, reach) = step.split_once(" from ").expect("another phase from some reach on");
     let reach = reach.strip_suffix(" m on").expect("in metres");

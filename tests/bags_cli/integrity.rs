@@ -1,5 +1,5 @@
 //! Bags that are not the whole of what was recorded, runs that lost robots, and bags whose clocks and
-//! frames are not one: each is said or refused, wherever a bag is read.
+//! frames are not one: each is reported or refused, wherever a bag is read.
 
 use std::fs;
 use std::path::Path;
@@ -94,7 +94,7 @@ fn a_recovered_bag_states_what_it_lacks_and_is_not_compared() {
     let compared = rsrs(here, &["compare", "out", "--bags", "worn_recovered", "cut_recovered"]);
 
     let lacks = "recovered from a damaged bag: ";
-    // A chunk is a second, and nobody knows what robots did in it.
+    // A chunk is a second, and what robots did in it is unknown.
     assert_eq!((code(&worn), code(&cut), code(&part)), (1, 1, 0), "{}", stderr(&part));
     assert!(
         stderr(&worn).starts_with("error: worn_recovered: robot robot_1 "),

@@ -18,7 +18,7 @@ use crate::cells::flockbot;
 use crate::command::{code, json, rsrs, stderr};
 
 const PERIOD_NS: u64 = 130_000_000;
-/// While a sensor settles, it says what is not to be counted.
+/// While a sensor settles, it reports what is not to be counted.
 const N_SETTLING: u64 = 4;
 
 /// What a trial of `rsrs measure drive` records of itself.
@@ -45,7 +45,7 @@ fn record(neighbour: Option<(f64, f64)>) -> ExperimentRecord {
     }
 }
 
-/// The bag of a trial without a tracker: the lease, and what the sensor said.
+/// The bag of a trial without a tracker: the lease, and what the sensor reported.
 fn stood(path: &Path, neighbour: Option<(f64, f64)>, (samples, detections): (u64, u64)) {
     let mut writer = BagWriter::create(path, BagOptions::default()).expect("it is new");
     let record = record(neighbour).to_json();

@@ -1,4 +1,4 @@
-//! The command line, run to its end, and what it said.
+//! The command line, run to its end, and what it printed.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -18,7 +18,7 @@ pub fn code(output: &Output) -> i32 {
     output.status.code().expect("the program ended by itself")
 }
 
-/// What the program said.
+/// What the program printed on standard error.
 pub fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).expect("messages are UTF-8")
 }

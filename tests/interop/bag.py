@@ -1,4 +1,4 @@
-"""Says what `rosbags` and `mcap-ros2-support` read in the bag of a run; see interop.rs."""
+"""Prints what `rosbags` and `mcap-ros2-support` read in the bag of a run; see interop.rs."""
 
 import hashlib
 import json
@@ -63,7 +63,7 @@ def with_rosbags(folder):
 
 
 def with_schemas_alone(folder):
-    """Every message, by a reader that knows no type but those whose text is in the bag."""
+    """Every message, by a reader that has no type but those whose text is in the bag."""
     types = get_typestore(Stores.EMPTY)
     with Reader(folder) as reader:
         for connection in reader.connections:

@@ -15,7 +15,7 @@ fn drive(folder: &Path, robot: &str, rest: &[&str]) -> Output {
     rsrs(folder, &[&["measure", "drive", &fleet, "--robot", robot], rest].concat())
 }
 
-/// What `rsrs measure plan` says of trials with one speed and one turning rate.
+/// What `rsrs measure plan` prints of trials with one speed and one turning rate.
 struct Planned {
     robots: Vec<String>,
     repetitions: usize,
@@ -26,10 +26,10 @@ struct Planned {
 fn planned(folder: &Path) -> Planned {
     let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");
     let fleet = fleet.to_str().expect("the path is UTF-8").to_owned();
-    let wish =
+    let options =
         ["--robots", "3", "--commands", "1", "--speed", "0.05,0.15", "--turn-rate", "0.5,1.0"];
     let rest = ["--precision", "0.032", "--format", "json"];
-    let output = rsrs(folder, &[&["measure", "plan", &fleet], &wish[..], &rest].concat());
+    let output = rsrs(folder, &[&["measure", "plan", &fleet], &options[..], &rest].concat());
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let plan = json(&output);
     let robots = plan["robots"].as_array().expect("robots").iter();
@@ -177,7 +177,7 @@ fn a_virtual_fleet_gives_back_the_profile_that_it_was_simulated_with() {
             .filter(|(x_m, _)| *x_m > 0.0)
             .map(|(x_m, y_m)| {
                 let bearing_rad = libm::atan2(y_m, x_m);
-                // The edge is known to the distance of two places.
+                // The edge is determined to the distance of two places.
                 let off_m = libm::hypot(x_m, y_m) - reach_m(bearing_rad);
                 assert!(off_m.abs() < 0.197, "{off_m} m at {bearing_rad} rad: {sensor}");
                 bearing_rad
@@ -325,7 +325,7 @@ fn a_full_disk_loses_no_row_of_a_table() {
         cp before.csv disk/speed.csv; dd if=/dev/zero of=disk/filler bs=1k 2> /dev/null || true
         code=0
         \"$0\" measure drive \"$1\" --robot robot_1 --speed 0.1 --duration 3 -o bag \\
-            --table disk/speed.csv 2> said || code=$?
+            --table disk/speed.csv 2> printed || code=$?
         cp disk/speed.csv after.csv; ls -A disk > left; exit $code";
     let header = "robot,commanded_m_s,distance_m,duration_s,lateral_m,heading_change_rad";
     write(
@@ -344,7 +344,7 @@ fn a_full_disk_loses_no_row_of_a_table() {
     assert_eq!(code(&output), 1, "{}", stderr(&output));
     assert_eq!(read(place.path(), "after.csv"), read(place.path(), "before.csv"));
     assert_eq!(read(place.path(), "left"), "filler\nspeed.csv\n");
-    let printed = read(place.path(), "said");
+    let printed = read(place.path(), "printed");
     assert!(
         printed.contains("the row of this trial is not in the table: `robot_1,0.1,"),
         "{printed}"

@@ -1,4 +1,4 @@
-//! Tables of trials: what they say, and what is wrong with them.
+//! Tables of trials: what they contain, and what is wrong with them.
 
 use std::path::Path;
 use std::process::Output;
@@ -65,7 +65,7 @@ fn a_fitted_profile_can_be_swept() {
 }
 
 #[test]
-fn a_radius_that_was_given_is_not_said_to_be_assumed() {
+fn a_radius_that_was_given_is_not_reported_as_assumed() {
     let place = trials();
 
     let [given, assumed] =

@@ -164,7 +164,7 @@ fn switching(share: f64, turn_gain: f64) -> String {
 
 #[test]
 fn robots_that_turn_otherwise_are_distinguished_from_robots_that_vary() {
-    for (share, turn_gain, printed, unsaid) in [
+    for (share, turn_gain, printed, missing) in [
         (0.13 / 0.65, 0.97, "their turning rate lags: `yaw_lag_s` is 0.65", "by a gain of"),
         (1.0, 0.72, "turn otherwise while they drive: by a gain of 0.720", "rate lags"),
     ] {
@@ -175,7 +175,7 @@ fn robots_that_turn_otherwise_are_distinguished_from_robots_that_vary() {
 
         assert_eq!(code(&output), 3, "{}{}", stdout(&output), stderr(&output));
         let text = stdout(&output);
-        assert!(text.contains(printed) && !text.contains(unsaid), "{text}");
+        assert!(text.contains(printed) && !text.contains(missing), "{text}");
         assert!(!text.contains("gain_sd_factor"), "{text}");
         let lines = text.lines().filter(|line| line.starts_with("changing commands"));
         assert_eq!(lines.count(), 1, "{text}");
@@ -279,7 +279,7 @@ fn a_sweep_of_robots_must_name_which_one_is_judged() {
 
     assert_eq!(code(&open), 1);
     assert!(
-        stderr(&open).contains("help: say which one to judge: `--at gust_m_s=…`"),
+        stderr(&open).contains("help: name the one to judge: `--at gust_m_s=…`"),
         "{}",
         stderr(&open)
     );

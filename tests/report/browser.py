@@ -17,17 +17,17 @@ WIDTHS = {400: 800, 1280: 900, 3840: 2160}
 
 
 def opened(browser, width, theme):
-    """The report on a screen, and what its console said."""
+    """The report on a screen, and what its console printed."""
     page = browser.new_page(
         viewport={"width": width, "height": WIDTHS[width]}, color_scheme=theme
     )
-    said, asked = [], []
-    page.on("console", lambda message: said.append(message.text))
-    page.on("pageerror", lambda error: said.append(str(error)))
+    printed, asked = [], []
+    page.on("console", lambda message: printed.append(message.text))
+    page.on("pageerror", lambda error: printed.append(str(error)))
     page.on("request", lambda request: asked.append(request.url))
     page.goto(REPORT.as_uri())
     page.wait_for_selector("#cell-player canvas")
-    return page, said, asked
+    return page, printed, asked
 
 
 def pixels(page, selector):
@@ -168,7 +168,7 @@ def main():
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         for width in WIDTHS:
             for theme in ["light", "dark"]:
-                page, said, asked = opened(browser, width, theme)
+                page, printed, asked = opened(browser, width, theme)
                 check_looks(page, width, theme)
                 page.screenshot(path=SCREENSHOTS / f"{width}_{theme}.png", full_page=width != 3840)
                 if (width, theme) != (1280, "light"):
@@ -181,7 +181,7 @@ def main():
                     times_ms = sorted(frame_times_ms(page))
                     print("median frame: %.0f ms" % times_ms[len(times_ms) // 2])
                     print("pages:", check_print(page))
-                assert said == [], said
+                assert printed == [], printed
                 assert asked == [REPORT.as_uri()], asked
                 page.close()
         without = browser.new_context(java_script_enabled=False).new_page()

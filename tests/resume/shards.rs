@@ -13,7 +13,7 @@ fn shared() -> SweepFolder {
     place
 }
 
-/// What the program says when it refuses.
+/// What the program prints when it refuses.
 fn refusal(place: &SweepFolder, arguments: &[&str]) -> String {
     let output = place.rsrs(arguments);
     assert_eq!(code(&output), 1);

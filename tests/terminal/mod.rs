@@ -83,7 +83,7 @@ impl Window {
         let terminal = Terminal::open();
         let file = terminal.file();
         let screen = Arc::new(Mutex::new(parser(size)));
-        // A terminal that controls its program tells it of other sizes.
+        // A terminal that controls its program reports other sizes to it.
         let mut command = Command::new("setsid");
         command.args(["--ctty", "--wait"]).arg(program.get_program()).args(program.get_args());
         for (name, value) in program.get_envs() {

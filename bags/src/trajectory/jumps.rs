@@ -29,7 +29,7 @@ struct Reach {
 impl Reach {
     fn of(robot: &RecordedRobot) -> Self {
         let speeds = robot.commands.iter().map(|command| command.command.speed_m_s.abs());
-        let told_m_s = speeds.fold(0.0, f64::max);
+        let commanded_m_s = speeds.fold(0.0, f64::max);
         let mut steps_m_s: Vec<f64> = robot
             .poses
             .windows(2)
@@ -37,7 +37,7 @@ impl Reach {
             .collect();
         steps_m_s.sort_unstable_by(f64::total_cmp);
         let usual_m_s = steps_m_s.get(steps_m_s.len() / 2).copied().unwrap_or(0.0);
-        let speed_m_s = (SPEED_FACTOR * told_m_s).max(STEP_FACTOR * usual_m_s);
+        let speed_m_s = (SPEED_FACTOR * commanded_m_s).max(STEP_FACTOR * usual_m_s);
         Self { speed_m_s, noise_m: MIN_JUMP_M }
     }
 

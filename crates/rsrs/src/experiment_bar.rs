@@ -115,16 +115,16 @@ mod tests {
     #[test]
     fn beside_robots_the_bar_shows_what_they_do_now() {
         let bar = ExperimentBar::new("milling", Verbosity::Verbose, Shown::Nothing);
-        let say = |text: &str| bar.show(&Progress::Note(text.to_owned()));
+        let note = |text: &str| bar.show(&Progress::Note(text.to_owned()));
         let mut prefixes = vec![bar.bar.prefix()];
 
-        say("all 9 robots are armed");
+        note("all 9 robots are armed");
         prefixes.push(bar.bar.prefix());
         bar.show(&Progress::Done { done: 0, of: 60 });
-        say("robot_3: detections come too rarely");
+        note("robot_3: detections come too rarely");
         bar.show(&Progress::Done { done: 1, of: 60 });
         prefixes.push(bar.bar.prefix());
-        say("stopping every robot");
+        note("stopping every robot");
         prefixes.push(bar.bar.prefix());
 
         let expected =

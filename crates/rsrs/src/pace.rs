@@ -31,8 +31,8 @@ impl Pace {
         self.last.1 = share;
     }
 
-    /// How far the work has come, if it is time to say so: after 30 s, and then with each tenth that is
-    /// done, at most every 30 s and at least every 5 min.
+    /// How far the work has come, if it is time to report it: after 30 s, and then with each
+    /// tenth that is done, at most every 30 s and at least every 5 min.
     ///
     /// # Arguments
     ///
@@ -56,7 +56,7 @@ impl Pace {
     }
 }
 
-/// A duration as a person says it: `40 s`, `12 min`, `3.5 h`.
+/// A duration as a person writes it: `40 s`, `12 min`, `3.5 h`.
 pub fn duration(time_s: f64) -> String {
     match time_s {
         ..90.0 => format!("{time_s:.0} s"),

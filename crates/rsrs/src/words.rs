@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use anstyle::{AnsiColor, Style};
 
-/// How something is. The words say it, too: a colour is beside them and never instead of them.
+/// How something is. The words state it, too: a colour is beside them and never instead of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
     /// As it should be: green.

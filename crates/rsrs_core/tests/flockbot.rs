@@ -38,8 +38,8 @@ fn assert_explained(profile: &RobotProfile) {
     assert!(found.len() > 20, "{found:?}");
     assert_eq!(found, explained);
     for (key, source) in &profile.provenance.numbers {
-        let is_said = source.contains("assumed") || source.contains(':') || source == "tab:speed1";
-        assert!(is_said, "{key}: {source}");
+        let is_given = source.contains("assumed") || source.contains(':') || source == "tab:speed1";
+        assert!(is_given, "{key}: {source}");
     }
 }
 

@@ -357,14 +357,14 @@ mod tests {
 
         let mut in_real_time = controller(Stamp::Wall).of_a_new_process();
         in_real_time.on_event(Event::Tick, Duration::ZERO);
-        let unsaid = in_real_time.on_event(Event::Detection(true), early);
-        let printed = in_real_time.on_event(Event::Detection(false), DEAD_PROCESS_TIMEOUT);
+        let silent = in_real_time.on_event(Event::Detection(true), early);
+        let published = in_real_time.on_event(Event::Detection(false), DEAD_PROCESS_TIMEOUT);
         let mut in_lockstep = controller(Stamp::Clock).of_a_new_process();
         in_lockstep.on_event(Event::Detection(true), Duration::ZERO);
         let waiting = in_lockstep.on_event(Event::Clock(130), early);
         let answered = in_lockstep.on_event(Event::Tick, DEAD_PROCESS_TIMEOUT);
 
-        assert_eq!((commands(&unsaid), commands(&printed)), (vec![], vec![(-0.75, None)]));
+        assert_eq!((commands(&silent), commands(&published)), (vec![], vec![(-0.75, None)]));
         assert_eq!((commands(&waiting), commands(&answered)), (vec![], vec![(0.75, Some(130))]));
     }
 
@@ -380,9 +380,9 @@ mod tests {
         };
 
         controller.on_event(Event::Lease(lease), Duration::ZERO);
-        let printed = controller.on_event(Event::Detection(true), Duration::ZERO);
+        let published = controller.on_event(Event::Detection(true), Duration::ZERO);
 
-        assert_eq!(commands(&printed), [(0.75, None)]);
+        assert_eq!(commands(&published), [(0.75, None)]);
     }
 
     #[test]

@@ -272,16 +272,16 @@ impl Written {
                 })?
             }
         };
-        let printed = "missing keys are refused before robots are resolved";
+        let checked = "missing keys are refused before robots are resolved";
         let all = &self.all;
-        let driver = first_of([&robot.driver, &of_type.driver, &all.driver]).expect(printed);
+        let driver = first_of([&robot.driver, &of_type.driver, &all.driver]).expect(checked);
         let lease = first_of([&robot.lease, &of_type.lease, &all.lease]).unwrap_or_default();
         if lease == LeaseHolder::Controller && driver != Driver::Ros {
             return Err(FleetFileError::HasGate { file: file.to_owned(), robot: name.to_owned() });
         }
         Ok(FleetRobot {
             name: name.to_owned(),
-            enabled: robot.enabled.expect(printed),
+            enabled: robot.enabled.expect(checked),
             profile: first_of([&robot.profile, &of_type.profile, &all.profile]),
             driver,
             lease,

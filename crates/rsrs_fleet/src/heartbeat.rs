@@ -35,8 +35,8 @@ impl<S: PartialEq> Heartbeat<S> {
     ///
     /// * `state` — what others must receive at once when it changes.
     pub fn due(&mut self, state: S, now: Duration) -> Option<u64> {
-        let is_due = self.last.as_ref().is_none_or(|(printed, at)| {
-            *printed != state || now.saturating_sub(*at) >= HEARTBEAT_PERIOD
+        let is_due = self.last.as_ref().is_none_or(|(published, at)| {
+            *published != state || now.saturating_sub(*at) >= HEARTBEAT_PERIOD
         });
         if !is_due {
             return None;
@@ -59,13 +59,13 @@ mod tests {
     #[test]
     fn changes_are_published_at_once_and_all_else_ten_times_a_second() {
         let mut beat = Heartbeat::from(7);
-        let mut printed = |state, at_ms| beat.due(state, Duration::from_millis(at_ms));
+        let mut due = |state, at_ms| beat.due(state, Duration::from_millis(at_ms));
 
-        assert_eq!(printed('a', 0), Some(8));
-        assert_eq!(printed('a', 99), None);
-        assert_eq!(printed('b', 99), Some(9));
-        assert_eq!(printed('b', 198), None);
-        assert_eq!(printed('b', 199), Some(10));
+        assert_eq!(due('a', 0), Some(8));
+        assert_eq!(due('a', 99), None);
+        assert_eq!(due('b', 99), Some(9));
+        assert_eq!(due('b', 198), None);
+        assert_eq!(due('b', 199), Some(10));
     }
 
     #[test]

@@ -62,7 +62,7 @@ pub struct Runner {
     roster: Roster,
     start_check: StartCheck,
     /// Whole seconds of the countdown that were left when it was reported last.
-    told_s: u64,
+    reported_s: u64,
     requests: Requests,
     /// Other runs by id: their epoch, and when they were received last.
     others: BTreeMap<String, (u64, Duration)>,
@@ -95,7 +95,7 @@ impl Runner {
             search: Search::default(),
             roster: Roster::new(&options.expected.robots),
             start_check: StartCheck::default(),
-            told_s: 0,
+            reported_s: 0,
             requests: Requests::default(),
             others: BTreeMap::new(),
             highest_epoch: 0,

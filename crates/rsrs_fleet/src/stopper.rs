@@ -112,7 +112,7 @@ pub struct Stopper {
     present: BTreeSet<Source>,
     started: Option<Duration>,
     /// When the command was published first, and last.
-    printed: Option<(Duration, Duration)>,
+    published: Option<(Duration, Duration)>,
     is_interrupted: bool,
     is_over: bool,
     transport: Transport,
@@ -135,7 +135,7 @@ impl Stopper {
             engaged_at: BTreeMap::new(),
             present: BTreeSet::new(),
             started: None,
-            printed: None,
+            published: None,
             is_interrupted: false,
             is_over: false,
             transport: Transport::Plain,
@@ -171,7 +171,7 @@ impl Stopper {
 
     /// What came of it for each robot so far, by name.
     pub fn answers(&self) -> Vec<RobotAcknowledgement> {
-        let first = self.printed.map_or(Duration::ZERO, |(first, _)| first);
+        let first = self.published.map_or(Duration::ZERO, |(first, _)| first);
         let answers = self.robots.iter().map(|(robot, received)| RobotAcknowledgement {
             robot: robot.clone(),
             acknowledged_after: received.acknowledged.map(|at| at.saturating_sub(first)),
@@ -189,7 +189,7 @@ impl Stopper {
             }
             Event::Status { robot, .. } if !self.follows(&robot) => {}
             Event::Status { robot, status } => {
-                let (word, has_said) = (self.word, self.printed.is_some());
+                let (word, is_published) = (self.word, self.published.is_some());
                 let received = self.robots.entry(robot).or_default();
                 let last = received.last.as_ref().map(|(status, at)| (status.counter, *at));
                 if !status.is_news(last, now) {
@@ -197,7 +197,7 @@ impl Stopper {
                 }
                 // A status that contradicts an earlier one counts: another word may have come after
                 // ours.
-                received.acknowledged = (has_said && acknowledges(word, &status))
+                received.acknowledged = (is_published && acknowledges(word, &status))
                     .then(|| received.acknowledged.unwrap_or(now));
                 received.last = Some((status, now));
             }
@@ -230,17 +230,17 @@ impl Stopper {
 
     /// Publishes the command ten times a second; a release only after a look at what it would do.
     fn due_messages(&mut self, elapsed: Duration, now: Duration) -> Vec<Action> {
-        if self.printed.is_none()
+        if self.published.is_none()
             && self.word == StopCommand::Release
             && (elapsed < self.transport.robot_search_duration() || self.is_in_run())
         {
             return Vec::new();
         }
-        if self.printed.is_some_and(|(_, last)| now.saturating_sub(last) < HEARTBEAT_PERIOD) {
+        if self.published.is_some_and(|(_, last)| now.saturating_sub(last) < HEARTBEAT_PERIOD) {
             return Vec::new();
         }
-        let first = self.printed.map_or(now, |(first, _)| first);
-        self.printed = Some((first, now));
+        let first = self.published.map_or(now, |(first, _)| first);
+        self.published = Some((first, now));
         if self.word == StopCommand::Engage {
             return vec![Action::Publish(true)];
         }
@@ -255,11 +255,11 @@ impl Stopper {
     /// Locks that no release ends: their sources are there to do it, or still publish `true`.
     pub fn holding(&self, now: Duration) -> Locks {
         let mut locks = self.all_locks();
-        let says_so = |source: &Source| {
+        let is_repeated = |source: &Source| {
             self.engaged_at.get(source).is_some_and(|at| now.saturating_sub(*at) <= NODE_TIMEOUT)
         };
         locks.0.retain(|source, cause| {
-            says_so(source) || (*cause == Cause::Engaged && self.present.contains(source))
+            is_repeated(source) || (*cause == Cause::Engaged && self.present.contains(source))
         });
         locks
     }
@@ -279,7 +279,7 @@ impl Stopper {
             && self.robots.values().all(|received| received.acknowledged.is_some());
         if self.word == StopCommand::Release
             && elapsed >= self.transport.robot_search_duration()
-            && self.printed.is_none()
+            && self.published.is_none()
         {
             return Some(StopOutcome::InRun);
         }

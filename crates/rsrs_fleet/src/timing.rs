@@ -40,7 +40,7 @@ pub enum Transport {
     #[default]
     Plain,
     /// Signed and encrypted. Whenever somebody joins, its handshakes hold everything up, by up to
-    /// 0.4 s where ten programs share a machine; and it takes seconds until all know each other.
+    /// 0.4 s where ten programs share a machine; and it takes seconds until all are authenticated.
     Secured,
 }
 

@@ -48,7 +48,7 @@ pub enum KeystoreError {
         /// What is wrong with it.
         reason: String,
     },
-    /// A key that is none. What is wrong with it is not said, for that might be a part of it.
+    /// A key that is none. What is wrong with it is not printed, for that might be a part of it.
     #[error("{} is no key that this program signs with", path.display())]
     Key {
         /// The file.

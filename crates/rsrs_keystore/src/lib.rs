@@ -1,13 +1,15 @@
 //! Keystores of secured fleets: made, hardened, and looked at before a program starts.
 //!
 //! A keystore is a folder as SROS2 lays it out. An enclave in it is the folder of one member of the
-//! fleet: a certificate with its key, the certificates of the authorities, and two signed documents. The
-//! governance says what is protected, and the permissions what this member may publish and receive.
+//! fleet: a certificate with its key, the certificates of the authorities, and two signed documents.
+//! The governance states what is protected, and the permissions what this member may publish and
+//! receive.
 //!
 //! * [`create`] makes the keystore of a fleet: what each member may publish follows from the table of
 //!   topics, by [`roles`].
 //! * [`harden`] makes a keystore of SROS2 such that our middleware carries what it demands.
-//! * [`check`] says what is wrong with an enclave; a program that is to be secured asks before it starts.
+//! * [`check`] reports what is wrong with an enclave; a program that is to be secured asks
+//!   before it starts.
 //!
 //! Signatures and keys are those of the `RustCrypto` crates, so nothing here needs OpenSSL.
 //!

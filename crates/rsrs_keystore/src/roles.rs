@@ -141,8 +141,8 @@ impl Role {
 
     /// What it may do in a fleet of these robots.
     ///
-    /// Everybody receives all topics: what a member says is no secret from the others, and who does
-    /// not belong to the fleet receives nothing.
+    /// Everybody receives all topics: what a member publishes is no secret from the others, and who
+    /// does not belong to the fleet receives nothing.
     pub fn rights(&self, robots: &[String]) -> Rights {
         let own: Vec<&str> = match self {
             Self::Robot(name) => vec![name],

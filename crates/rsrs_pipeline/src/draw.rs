@@ -15,7 +15,7 @@ use rsrs_view::trajectory::TrajectoryPicture;
 use crate::error::with_help;
 use crate::label::{LabelOptions, Labelled, judge};
 
-/// Radius of robots that a bag tells nothing of, in metres.
+/// Radius of robots whose radius is not in the bag, in metres.
 const SOME_RADIUS_M: f64 = 0.05;
 /// For how long the way that a robot came is shown in a film, in seconds.
 const TAIL_S: f64 = 20.0;

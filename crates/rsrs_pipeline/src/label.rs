@@ -294,8 +294,8 @@ fn refused(path: &Path, error: TrajectoryError, ending: Option<&Ending>) -> anyh
 fn not_judged(path: &Path, error: JudgeError) -> anyhow::Error {
     let name = path.display();
     let help = format!(
-        "say what the robots are: `rsrs label {name} --profile PROFILE`, or how far one senses the \
-         centre of another, in metres: `--reach M`"
+        "state what the robots are: `rsrs label {name} --profile PROFILE`, or how far one senses \
+         the centre of another, in metres: `--reach M`"
     );
     match error {
         JudgeError::UnknownReach { .. } => {
@@ -350,7 +350,7 @@ pub fn label_by(path: &Path, who: &str) -> anyhow::Result<Labelled> {
         Some(label) => Ok(Labelled::by_hand(path, label, labels.clone())),
         None => Err(with_help(
             format!("{name}: has no label by {who}"),
-            format!("watch it and say what it shows: `rsrs label {name} --as PHASE --by {who}`"),
+            format!("watch it and record what it shows: `rsrs label {name} --as PHASE --by {who}`"),
         )),
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! [`measure`] makes trials and fits a profile to them, [`validate`] asks whether real robots stay in
 //! the simulated reach, [`sweep`] simulates a phase diagram, [`choose`] confirms its most robust cell,
-//! [`diagnose`] says what to change where there is none,
+//! [`diagnose`] names what to change where there is none,
 //! [`run`] and [`campaign`] carry out experiments over ROS 2, [`label`] names the phase of a bag, [`draw`] shows it,
 //! [`compare`] tests `B_r(E) ≥ B_s(E)`, [`report`] shows all of it on one page; [`episode`] and
 //! [`replay`] go back to single runs.

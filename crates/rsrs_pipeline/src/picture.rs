@@ -257,21 +257,22 @@ fn slices_beyond(
 ///
 /// # Returns
 ///
-/// What was wished, and for every other axis with several values a value too.
+/// What was requested, and for every other axis with several values a value too.
 fn slice(
     diagram: &PhaseDiagram,
     x: Axis,
     y: Option<Axis>,
     options: &DiagramOptions,
 ) -> Vec<(Axis, f64)> {
-    let is_wished = |axis: Axis| options.at.iter().any(|(at, _)| *at == axis);
-    let is_free = |axis: &Axis| *axis != x && Some(*axis) != y && !is_wished(*axis);
+    let is_requested = |axis: Axis| options.at.iter().any(|(at, _)| *at == axis);
+    let is_free = |axis: &Axis| *axis != x && Some(*axis) != y && !is_requested(*axis);
     let free: Vec<Axis> = diagram.axes.iter().copied().filter(is_free).collect();
     let values =
         |cell: &Cell| -> Option<Vec<f64>> { free.iter().map(|axis| cell.get(*axis)).collect() };
-    let has_wished = |cell: &Cell| options.at.iter().all(|(axis, at)| cell.get(*axis) == Some(*at));
+    let has_requested =
+        |cell: &Cell| options.at.iter().all(|(axis, at)| cell.get(*axis) == Some(*at));
     let mut slices: Vec<(Vec<f64>, usize)> = Vec::new();
-    for cell in diagram.cells.iter().map(|entry| &entry.cell).filter(|cell| has_wished(cell)) {
+    for cell in diagram.cells.iter().map(|entry| &entry.cell).filter(|cell| has_requested(cell)) {
         let Some(values) = values(cell) else { continue };
         match slices.iter_mut().find(|(slice, _)| *slice == values) {
             Some((_, n_cells)) => *n_cells += 1,
@@ -321,7 +322,7 @@ fn robots(result: &SweepResult, world: World) -> &'static str {
     }
 }
 
-/// What fresh runs said of the chosen cell.
+/// What fresh runs showed of the chosen cell.
 fn confirmed(choice: &Choice) -> String {
     format!(
         "confirmed: {} of {} fresh runs {} ({} to {})",
@@ -333,10 +334,10 @@ fn confirmed(choice: &Choice) -> String {
     )
 }
 
-/// What else one must know to repeat the sweep: what was fixed, how robots were made worse, the seed.
+/// What else it takes to repeat the sweep: what was fixed, how robots were made worse, the seed.
 fn how(result: &SweepResult, worlds: Worlds) -> anyhow::Result<String> {
     let sweep = &result.source.sweep;
-    // The number of robots is said before.
+    // The number of robots is stated before.
     let fixed = sweep.fixed.values.iter().filter(|(axis, _)| *axis != Axis::Robots);
     let mut parts: Vec<String> = fixed.map(|(axis, value)| format!("{axis}={value}")).collect();
     if worlds.first() == World::Harsher {

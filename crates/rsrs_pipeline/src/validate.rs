@@ -126,7 +126,7 @@ fn judged_conditions(
         let example: Vec<String> = open.iter().map(|axis| format!("{}=…", axis.key())).collect();
         return Err(with_help(
             format!("{file} sweeps {}, so it has several simulated robots", keys(&open)),
-            format!("say which one to judge: `--at {}`", example.join(",")),
+            format!("name the one to judge: `--at {}`", example.join(",")),
         ));
     }
     let is_at = |cell: &Cell| at.iter().all(|(axis, value)| cell.get(axis) == Some(value));

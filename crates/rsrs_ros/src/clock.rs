@@ -13,7 +13,7 @@ use crate::session::{
 
 pub use crate::wall_time::wall_time;
 
-/// Tells the network what time it is.
+/// Publishes the time to the network.
 pub struct ClockPublisher {
     publisher: Publisher<Clock>,
 }

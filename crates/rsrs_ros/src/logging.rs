@@ -63,7 +63,7 @@ const MIDDLEWARE: [(&str, LevelFilter); 11] = [
     // A receive buffer that the kernel keeps small loses samples, and the text names the remedy.
     ("rustdds::network::udp_listener", LevelFilter::Warn),
     // Whatever is refused in a secured network is logged for each datagram: those of strangers, who
-    // could fill the disk, and those of members until they know each other.
+    // could fill the disk, and those of members until they have authenticated each other.
     ("rustdds::discovery::secure_discovery", LevelFilter::Off),
     ("rustdds::rtps::message_receiver", LevelFilter::Off),
     ("rustdds::rtps::reader", LevelFilter::Off),

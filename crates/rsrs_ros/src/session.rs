@@ -150,7 +150,7 @@ impl Session {
     }
 
     /// Joins a network, with other names for topics of nodes, and without `/rosout`, where that was
-    /// said to ROS 2. Raw topics belong to no node and keep their names.
+    /// requested of ROS 2. Raw topics belong to no node and keep their names.
     ///
     /// # Errors
     ///

@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn a_lease_comes_back_as_it_went() {
-        let printed = Lease {
+        let sent = Lease {
             run_id: "run 7".to_owned(),
             epoch: 7,
             state: LeaseState::Running,
@@ -241,12 +241,12 @@ mod tests {
             robots: vec![Echo { robot: "robot_1".to_owned(), counter: 3 }],
         };
 
-        assert_eq!(lease(lease_message(&printed, Time::default())), Ok(printed));
+        assert_eq!(lease(lease_message(&sent, Time::default())), Ok(sent));
     }
 
     #[test]
     fn a_status_comes_back_as_it_went() {
-        let printed = Status {
+        let sent = Status {
             counter: 3,
             epoch: 7,
             run_id: "run 7".to_owned(),
@@ -257,7 +257,7 @@ mod tests {
             battery_v: 7.4,
         };
 
-        assert_eq!(status(status_message(&printed, Time::default())), Ok(printed));
+        assert_eq!(status(status_message(&sent, Time::default())), Ok(sent));
     }
 
     #[test]

@@ -200,7 +200,7 @@ fn every_change_is_published_on_parameter_events() {
             let events = events.lock().unwrap();
             events.iter().find(|event| !event.changed_parameters.is_empty()).cloned()
         };
-        eventually("the change is told", || change().is_some()).await;
+        eventually("the change is published", || change().is_some()).await;
         let event = change().unwrap();
         assert_eq!(event.node, "/robot_2/controller");
         assert_eq!(event.changed_parameters[0].name, "speed");

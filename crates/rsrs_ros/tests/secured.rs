@@ -106,7 +106,7 @@ fn plain_programs_and_members_of_another_keystore_are_not_obeyed_and_receive_not
 
         let is_own = obeyed.lock().unwrap().iter().all(|bytes| bytes[4] == 1);
         assert!(is_own, "a stranger was obeyed");
-        // The strangers hear themselves and each other's kind at most, never the member.
+        // The strangers receive themselves and each other's kind at most, never the member.
         for overheard in &overheard {
             let is_strange = overheard.lock().unwrap().iter().all(|bytes| bytes[4] == 66);
             assert!(is_strange, "a stranger received a member");
@@ -234,13 +234,13 @@ fn a_member_that_is_killed_and_started_again_is_received_within_5_s() {
             let received = subscribe(&viewer, lab::DETECTIONS, Bool::TYPE_NAME, Qos::reliable(100));
             let n_received = || received.lock().unwrap().len();
             let mut first = lab.start_publisher();
-            eventually("the first process is heard", || n_received() > 0).await;
+            eventually("the first process is received", || n_received() > 0).await;
 
             first.kill().unwrap();
             first.wait().unwrap();
             let (start, before) = (Instant::now(), n_received());
             let mut second = lab.start_publisher();
-            eventually("the second process is heard", || n_received() > before).await;
+            eventually("the second process is received", || n_received() > before).await;
             let took = start.elapsed();
 
             second.kill().unwrap();

@@ -82,7 +82,7 @@ fn best_effort_and_reliable_publishers_are_both_received_each_sample_once() {
         sensor.wait_for_readers("/robot_1/detection", 4, TIMEOUT).await.unwrap();
         other.wait_for_readers("/robot_1/detection", 4, TIMEOUT).await.unwrap();
 
-        // What is sent before the other side knows of a publisher is lost if it is best effort.
+        // What is sent before discovery of a publisher is lost if it is best effort.
         let mut of_sensor: Option<[u8; 16]> = None;
         while of_sensor.is_none() {
             from_sensor.publish(Bool { data: false }).await.unwrap();

@@ -30,7 +30,7 @@ const VERMILION: &str = "#d55e00";
 /// A curve of at most so many values shows each as a dot.
 const MOST_DOTS: usize = 40;
 
-/// Curves, and what to say about them.
+/// Curves, and the text about them.
 #[derive(Clone, Debug)]
 pub struct CurvesPicture {
     /// The title; any text.
@@ -109,7 +109,7 @@ pub enum CurvesPictureError {
 ///
 /// # Errors
 ///
-/// [`CurvesPictureError`], each variant where its name says.
+/// [`CurvesPictureError`], each variant as its name states.
 pub fn svg(picture: &CurvesPicture) -> Result<String, CurvesPictureError> {
     Ok(drawn(picture)?.svg)
 }

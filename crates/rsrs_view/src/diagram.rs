@@ -145,7 +145,7 @@ impl Help for PictureError {
 ///
 /// [`PictureError::Slice`] if a diagram is empty, an axis or value was not swept, or a further
 /// axis is left open; [`PictureError::BoundaryNotFinite`] if a boundary has such a point;
-/// [`PictureError::Curve`] if the only axis has no cell; the others where their names say.
+/// [`PictureError::Curve`] if the only axis has no cell; the others as their names state.
 ///
 /// # Example
 ///

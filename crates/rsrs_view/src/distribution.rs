@@ -15,7 +15,7 @@ const NAME_PX: f64 = 11.5;
 const BLUE: &str = "#0072b2";
 const VERMILION: &str = "#d55e00";
 
-/// Speeds of robots and what to say about them.
+/// Speeds of robots and the text about them.
 #[derive(Clone, Debug)]
 pub struct DistributionPicture<'a> {
     /// Every robot at every command, as a fit has them.
@@ -51,7 +51,7 @@ pub enum DistributionPictureError {
 ///
 /// # Errors
 ///
-/// [`DistributionPictureError`], each variant where its name says.
+/// [`DistributionPictureError`], each variant as its name states.
 ///
 /// # Source
 ///

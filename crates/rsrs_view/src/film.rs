@@ -55,7 +55,7 @@ pub enum Kind {
 ///
 /// # Errors
 ///
-/// [`FilmError`], each variant where its name says.
+/// [`FilmError`], each variant as its name states.
 pub fn film(
     film: &Film,
     kind: Kind,

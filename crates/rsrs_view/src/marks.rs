@@ -20,7 +20,7 @@ const SIZES_PX: [f64; 5] = [MARK_PX, 4.6, 3.8, 3.2, 2.7];
 pub struct ExperimentMark {
     /// Where they ran; swept or not.
     pub cell: Cell,
-    /// What the judge said.
+    /// What the judge found.
     pub phase: Phase,
     /// Whether that is settled; else the label is near another one, and somebody should look again.
     pub is_settled: bool,

@@ -111,7 +111,7 @@ fn labels(picture: &DiagramPicture) -> Vec<String> {
     labels
 }
 
-/// What the legend has to say about all panels.
+/// What the legend has to contain about all panels.
 pub fn contents(picture: &DiagramPicture, plots: &[Plot], drawings: &[Drawing]) -> Contents {
     let boundaries = || picture.panels.iter().flat_map(|panel| &panel.boundaries);
     let in_legend = |label: String| {

@@ -16,14 +16,14 @@ pub enum PdfError {
     /// The text is no SVG.
     #[error("not a drawable svg")]
     Svg {
-        /// What the parser says.
+        /// What the parser reports.
         #[source]
         source: Box<svg2pdf::usvg::Error>,
     },
     /// The writer failed.
     #[error("pdf writer: {reason}")]
     Write {
-        /// What the writer says.
+        /// What the writer reports.
         reason: String,
     },
 }

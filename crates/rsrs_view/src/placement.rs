@@ -7,7 +7,7 @@ use crate::header::header;
 use crate::palette::{INK, QUIET_INK};
 use crate::svg::{Element, line_of_text, number};
 
-/// Start poses and what to say about them.
+/// Start poses and the text about them.
 #[derive(Clone, Debug)]
 pub struct PlacementPicture<'a> {
     /// Names and poses; the centre of the disc is the origin.

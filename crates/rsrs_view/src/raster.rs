@@ -6,7 +6,7 @@ use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{ImageHrefResolver, Options, Tree, fontdb};
 use rsrs_core::help::Help;
 
-/// Subsets of `DejaVu Sans`; `fonts/README.md` says how they were made.
+/// Subsets of `DejaVu Sans`; `fonts/README.md` states how they were made.
 pub(crate) const FONTS: [&[u8]; 2] = [
     include_bytes!("../fonts/DejaVuSans-subset.ttf"),
     include_bytes!("../fonts/DejaVuSans-Bold-subset.ttf"),
@@ -21,7 +21,7 @@ pub enum RasterError {
     /// The text is no SVG.
     #[error("not a drawable svg")]
     Svg {
-        /// What the parser says.
+        /// What the parser reports.
         #[source]
         source: Box<resvg::usvg::Error>,
     },
@@ -36,7 +36,7 @@ pub enum RasterError {
     /// The encoder failed.
     #[error("png encoder: {reason}")]
     Encode {
-        /// What the encoder says.
+        /// What the encoder reports.
         reason: String,
     },
 }

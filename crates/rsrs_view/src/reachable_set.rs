@@ -20,7 +20,7 @@ const OUTSIDE: &str = "#c1121f";
 /// Samples along a real trajectory: more would not be seen.
 const SAMPLES: u32 = 200;
 
-/// A tube, real trajectories, and what to say about them.
+/// A tube, real trajectories, and the text about them.
 #[derive(Clone, Debug)]
 pub struct ReachPicture<'a> {
     /// The simulated reach.
@@ -60,7 +60,7 @@ pub enum ReachPictureError {
 ///
 /// # Errors
 ///
-/// [`ReachPictureError`], each variant where its name says.
+/// [`ReachPictureError`], each variant as its name states.
 ///
 /// # Source
 ///
@@ -170,7 +170,7 @@ fn path(chart: &Chart, places_m: &[[f64; 2]], place: TubeMembership) -> Element 
         .at("stroke-width", 1.4)
 }
 
-/// Says beside the last region when it is.
+/// Writes beside the last region when it is.
 fn last_time(chart: &Chart, tube: &Tube) -> Option<Element> {
     let last = tube.horizons.last()?;
     let [ahead_m, left_m] = last.mean_m;

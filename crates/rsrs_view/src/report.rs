@@ -101,7 +101,7 @@ pub struct RunFacts {
     pub phase: Phase,
     /// Its label with a warning, and whose it is.
     pub label: String,
-    /// What moved the robots, what the label rests on, and what else there is to say.
+    /// What moved the robots, what the label rests on, and what else there is to note.
     pub notes: Vec<String>,
     /// The run; `None` where it has no poses.
     pub recorded: Option<RecordedRun>,

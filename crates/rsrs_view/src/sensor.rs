@@ -13,7 +13,7 @@ const HIGHEST_PX: f64 = 420.0;
 const MEASURED: &str = "#0072b2";
 const SIMULATED: &str = "#c1121f";
 
-/// A measured sensor, the simulated one, and what to say about them.
+/// A measured sensor, the simulated one, and the text about them.
 #[derive(Clone, Debug)]
 pub struct SensorPicture<'a> {
     /// The sensor as it was measured.
@@ -55,7 +55,7 @@ pub enum SensorPictureError {
 ///
 /// # Errors
 ///
-/// [`SensorPictureError`], each variant where its name says.
+/// [`SensorPictureError`], each variant as its name states.
 ///
 /// # Source
 ///

@@ -120,7 +120,7 @@ impl Slice {
     ///
     /// # Errors
     ///
-    /// Each variant of [`SliceError`] where its name says.
+    /// Each variant of [`SliceError`] as its name states.
     pub fn new(
         diagram: &PhaseDiagram,
         x: Axis,

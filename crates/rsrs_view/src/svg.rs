@@ -113,7 +113,7 @@ impl fmt::Display for Element {
     }
 }
 
-/// A document of this crate as it stands within HTML, which knows SVG without a namespace.
+/// A document of this crate as it stands within HTML, which accepts SVG without a namespace.
 pub fn inline(svg: &str) -> String {
     svg.replacen(&format!(" xmlns=\"{NAMESPACE}\""), "", 1)
 }

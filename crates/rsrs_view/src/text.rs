@@ -33,7 +33,7 @@ const BOLD: [u16; 95] = [
 
 /// Width of a line of text, in pixels.
 ///
-/// Characters outside ASCII count as wide ones, so that a text is never wider than this says by
+/// Characters outside ASCII count as wide ones, so that a text is never wider than this returns by
 /// much; the middle dot that separates facts is counted exactly.
 pub fn width_px(text: &str, size_px: f64, weight: Weight) -> f64 {
     let table = match weight {

@@ -13,7 +13,7 @@ use crate::scale::label;
 use crate::svg::{Element, line_of_text};
 use crate::track::{self, Point};
 
-/// One run and what to say about it.
+/// One run and the text about it.
 #[derive(Clone, Debug)]
 pub struct TrajectoryPicture<'a> {
     /// What every robot did.
@@ -22,7 +22,7 @@ pub struct TrajectoryPicture<'a> {
     pub radius_m: f64,
     /// How much of the end is drawn strongly, and what a ring is fitted to, in seconds; positive.
     pub tail_s: f64,
-    /// What the judge said; milling phases get a ring.
+    /// What the judge found; milling phases get a ring.
     pub phase: Option<Phase>,
     /// Robots that did not take part to the end, by their index, to be drawn in red.
     pub lost: &'a [usize],
@@ -77,7 +77,7 @@ pub enum TrajectoryPictureError {
 ///
 /// # Errors
 ///
-/// [`TrajectoryPictureError`], each variant where its name says.
+/// [`TrajectoryPictureError`], each variant as its name states.
 pub fn svg(picture: &TrajectoryPicture) -> Result<String, TrajectoryPictureError> {
     let (elements, height_px) = elements(picture)?;
     let page = Element::picture(PAGE_PX, height_px, &picture.title).children(elements);

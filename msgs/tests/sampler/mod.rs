@@ -73,9 +73,9 @@ impl<'de> SeqAccess<'de> for Elements<'_> {
 
 /// Answers a request for a number with some bits of a draw.
 macro_rules! numbers {
-    ($($ask:ident => $tell:ident as $number:ty,)+) => {
+    ($($ask:ident => $visit:ident as $number:ty,)+) => {
         $(fn $ask<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Impossible> {
-            visitor.$tell(self.draw() as $number)
+            visitor.$visit(self.draw() as $number)
         })+
     };
 }

@@ -230,7 +230,7 @@ impl EStop {
         })
     }
 
-    /// Says what is locked on any of the robots.
+    /// Publishes what is locked on any of the robots.
     async fn publish(&mut self, hosted: &[Hosted]) -> anyhow::Result<()> {
         let gates = hosted.iter().filter_map(|controller| controller.machine.gate());
         let locks = gates.flat_map(|gate| gate.locks().0).collect();
@@ -286,7 +286,7 @@ fn for_whom(received: Input, hosted: &[Hosted], server: &ParameterServer) -> Vec
         Input::Of(index, event) => vec![(index, event)],
         Input::Virtual(..) => Vec::new(),
         Input::Clock(stamp_ns) => all(Event::Clock(stamp_ns)),
-        Input::EStop(EStopMessage::Said { source, engaged }) => {
+        Input::EStop(EStopMessage::State { source, engaged }) => {
             all(Event::EStop { source, engaged })
         }
         Input::EStop(EStopMessage::Release(sources)) => all(Event::Release(sources)),

@@ -46,6 +46,6 @@ mod tests {
         assert!(!sight.with(NOT_SEEN, start + FORGOTTEN_AFTER), "it has gone");
         sight.receive(NOT_SEEN, start);
         assert!(!sight.with(NOT_SEEN, start));
-        assert!(sight.with(SEEN, start), "the robot's own sensor counts whatever it says");
+        assert!(sight.with(SEEN, start), "the robot's own sensor counts whatever it reports");
     }
 }

@@ -151,7 +151,7 @@ async fn body() {
     assert_eq!(command_for(SEEN, &detections, &mut commands).await, (0.15, 0.75));
     assert_eq!(command_for(NOT_SEEN, &detections, &mut commands).await, (0.15, -0.75));
 
-    // What the simulator says in a mixed fleet counts as well, until it falls silent.
+    // What the simulator publishes in a mixed fleet counts as well, until it falls silent.
     let topic = topics::VIRTUAL_DETECTION;
     let name = topic.for_robot("robot_2");
     let simulator = session.publish_on::<Bool>(&visitor, &name, topic.qos).expect("allowed");
@@ -189,7 +189,7 @@ async fn body() {
     session.close().await;
 }
 
-/// Publishes an armed lease ten times a second, until the controller says that it is armed.
+/// Publishes an armed lease ten times a second, until the controller reports that it is armed.
 async fn hold_lease(
     session: &Session,
     visitor: &NodeHandle,

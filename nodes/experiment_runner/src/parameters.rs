@@ -40,7 +40,7 @@ pub async fn configure(
 /// # Errors
 ///
 /// What is wrong with the answer, that there is none, or that the robot's lease is held otherwise
-/// than the fleet file says.
+/// than the fleet file states.
 pub async fn read_back(
     client: &ParameterClient<'_>,
     plan: &Plan,

@@ -356,7 +356,7 @@ fn refuse_unstamped(robots: &[FleetRobot]) -> anyhow::Result<()> {
     match robots.iter().find(|robot| robot.cmd_vel == CmdVel::Twist) {
         None => Ok(()),
         Some(robot) => Err(anyhow!(
-            "{} takes `cmd_vel: twist`, lockstep needs `twist_stamped`; or say `time: real_time` in \
+            "{} takes `cmd_vel: twist`, lockstep needs `twist_stamped`; or set `time: real_time` in \
              the experiment",
             robot.name
         )),

@@ -60,7 +60,7 @@ pub struct Holding {
     pub cause: Cause,
 }
 
-/// Says the word until every known robot has acknowledged it, or the time is up.
+/// Publishes the command until every known robot has acknowledged it, or the time is up.
 ///
 /// # Arguments
 ///
@@ -279,7 +279,7 @@ impl<'a> StopNode<'a> {
         let received = received.clone();
         EStopSubscriptions::new(self.session, &self.node, move |message| {
             let event = match message {
-                EStopMessage::Said { source, engaged } => Event::EStop { source, engaged },
+                EStopMessage::State { source, engaged } => Event::EStop { source, engaged },
                 EStopMessage::Locks { reporter, locks } => Event::Locks { reporter, locks },
                 // Another release is no business of ours.
                 EStopMessage::Release(_) => return,

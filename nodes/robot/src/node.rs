@@ -242,7 +242,7 @@ impl<D: Driver> RobotNode<D> {
                     Ok(())
                 }
             },
-            Input::EStop(EStopMessage::Said { source, engaged }) => {
+            Input::EStop(EStopMessage::State { source, engaged }) => {
                 self.step_gate(Event::EStop { source, engaged }).await
             }
             Input::EStop(EStopMessage::Release(sources)) => {
@@ -307,7 +307,7 @@ impl<D: Driver> RobotNode<D> {
         Ok(())
     }
 
-    /// Tells the gate when sensor or wheels fail, and when they work again.
+    /// Reports to the gate when sensor or wheels fail, and when they work again.
     async fn look_for_faults(&mut self) -> anyhow::Result<()> {
         let of_sensor = self.detector.detected(&self.settings.detector, self.now()).err();
         let found = self
@@ -335,10 +335,10 @@ impl<D: Driver> RobotNode<D> {
     async fn turn_wheels(&mut self) {
         let now = self.now();
         let command = self.ramp.toward(self.gate.drive(now), &self.settings.limits, now);
-        let is_told = self
+        let is_sent = self
             .sent
             .is_some_and(|(sent, at)| sent == command && now.saturating_sub(at) < WHEEL_BEAT);
-        if is_told || self.driver_fault.is_some() {
+        if is_sent || self.driver_fault.is_some() {
             return;
         }
         // A driver that did not take a command gets the next one soon, and has to take that one.

@@ -36,7 +36,7 @@ pub struct Report {
     pub detections: u64,
     /// Poses that were received.
     pub poses: u64,
-    /// Robots that said last that they obey their controllers.
+    /// Robots that reported last that they obey their controllers.
     pub moving: usize,
     /// Samples that the middleware lost of detections, poses and digests.
     pub lost: u64,
@@ -250,7 +250,7 @@ impl<'a> Conductor<'a> {
             let status = status.clone();
             controller.publish(status).await.expect("a healthy network");
         }
-        // Only who is armed may be told to move.
+        // Only who is armed may be started.
         let is_armed =
             |status: &RobotStatus| status.epoch == EPOCH && status.state == RobotStatus::ARMED;
         if self.of_statuses(is_armed).iter().all(|is_armed| *is_armed) {

@@ -120,7 +120,7 @@ async fn steering() {
     let _simulator = start();
     for mapping in [Mapping::Enhanced, Mapping::Cyclone] {
         // The middleware hands what one reader has received to the next one of the same participant,
-        // and what is said in one mapping means nothing in the other.
+        // and what is sent in one mapping means nothing in the other.
         let session = session();
         let node = session.node("/", "tool").expect("the name is allowed");
         steer(&Hand { session: &session, node: &node, mapping }).await;
@@ -138,7 +138,7 @@ async fn steer(hand: &Hand<'_>) {
     let expected = episode_digests(&world.conditions, SEED, duration_s).expect("the robots fit");
 
     crate::fleet::set(session, node, "", 0, "lockstep").await.expect("it is a choice");
-    knows_what_it_can_do(hand).await;
+    lists_what_it_can_do(hand).await;
     assert_eq!(hand.state().await, SimulationState::NO_WORLD);
     assert_eq!(hand.step(1).await.result, Outcome::INCORRECT_STATE);
 
@@ -168,7 +168,7 @@ async fn steer(hand: &Hand<'_>) {
     assert_eq!(again.result, SetSimulationStateResponse::ALREADY_IN_TARGET_STATE);
 }
 
-async fn knows_what_it_can_do(hand: &Hand<'_>) {
+async fn lists_what_it_can_do(hand: &Hand<'_>) {
     let request = GetSimulatorFeaturesRequest::default();
     let answer: GetSimulatorFeaturesResponse = hand.call("get_simulator_features", request).await;
     assert!(answer.features.features.contains(&SimulatorFeatures::STEP_SIMULATION_MULTIPLE));
@@ -196,7 +196,7 @@ async fn moves_a_robot(hand: &Hand<'_>) {
 
     assert_eq!(answer.result.result, Outcome::OK, "{}", answer.result.error_message);
     let is_there = || odom.place(ROBOTS[1]).is_some_and(|place| (place[0] - 2.0).abs() < 1e-6);
-    eventually("the robot is said to be there", is_there).await;
+    eventually("the robot is reported to be there", is_there).await;
     // As tools of Jazzy ask, whose requests have no flags at their end.
     let mut request = SetEntityStateRequest1 {
         entity: ROBOTS[0].to_owned(),
@@ -207,7 +207,7 @@ async fn moves_a_robot(hand: &Hand<'_>) {
     let answer: SetEntityStateResponse = hand.call("set_entity_state", request).await;
     assert_eq!(answer.result.result, Outcome::OK, "{}", answer.result.error_message);
     let is_there = || odom.place(ROBOTS[0]).is_some_and(|place| (place[0] + 2.0).abs() < 1e-6);
-    eventually("the other robot is said to be there", is_there).await;
+    eventually("the other robot is reported to be there", is_there).await;
     // A request that is of no version is answered, too, as its vendor calls services.
     if hand.mapping == Mapping::Enhanced {
         let answer: SetEntityStateResponse =

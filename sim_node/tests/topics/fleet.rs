@@ -156,10 +156,10 @@ impl<M: RosMessage + Clone + Send + 'static> Latest<M> {
 }
 
 impl Latest<RobotStatus> {
-    /// Waits until the simulator says that it is in a state, and returns what it says.
+    /// Waits until the simulator reports that it is in a state, and returns that status.
     pub async fn in_state(&self, state: u8) -> RobotStatus {
-        let says_so = || self.only().is_some_and(|status| status.state == state);
-        eventually(&format!("the simulator is in state {state}"), says_so).await;
+        let is_reported = || self.only().is_some_and(|status| status.state == state);
+        eventually(&format!("the simulator is in state {state}"), is_reported).await;
         self.only().expect("it has just been there")
     }
 
@@ -191,7 +191,7 @@ pub fn publisher<M: RosMessage>(
     session.publish_on(node, &topic.for_robot(robot), topic.qos).expect("the topic is allowed")
 }
 
-/// What a controller with these parameters says now that it is armed by [`armed_lease`].
+/// What a controller with these parameters reports now that it is armed by [`armed_lease`].
 pub fn controller_status(parameter_digest: u64) -> RobotStatus {
     let counter = rsrs_ros::wire::first_counter(wall_time());
     RobotStatus { counter, epoch: 1, parameter_digest, ..RobotStatus::default() }
@@ -210,7 +210,7 @@ pub fn armed_lease() -> RunLease {
     }
 }
 
-/// Waits until the simulator listens to all that a conductor says.
+/// Waits until the simulator receives all that a conductor publishes.
 pub async fn until_it_listens(session: &Session) {
     for topic in [topics::LEASE, topics::RECORDED] {
         session.wait_for_readers(topic.name, 1, TIMEOUT).await.expect("the simulator listens");

@@ -85,7 +85,7 @@ async fn place(session: &Session, node: &NodeHandle) {
     assert!(refusal.contains("expected `real_time` for a world with real robots"), "{refusal}");
 }
 
-/// Says where the real robot is until a condition holds.
+/// Publishes where the real robot is until a condition holds.
 async fn until(base: &Publisher<Odometry>, pose: Pose, what: &str, condition: impl Fn() -> bool) {
     let (sine, cosine) = libm::sincos(pose.heading_rad / 2.0);
     let mut odometry = Odometry::default();
@@ -93,14 +93,14 @@ async fn until(base: &Publisher<Odometry>, pose: Pose, what: &str, condition: im
         position: Point { x: pose.x_m, y: pose.y_m, z: 0.0 },
         orientation: Quaternion { x: 0.0, y: 0.0, z: sine, w: cosine },
     };
-    let saying = async {
+    let publishing = async {
         loop {
             base.publish(odometry.clone()).await.expect("a healthy network");
             tokio::time::sleep(Duration::from_millis(50)).await;
         }
     };
     tokio::select! {
-        () = saying => {}
+        () = publishing => {}
         () = eventually(what, &condition) => {}
     }
 }

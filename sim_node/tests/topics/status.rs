@@ -1,4 +1,4 @@
-//! What the simulator says of itself, and what it refuses.
+//! What the simulator reports of itself, and what it refuses.
 
 use rsrs_core::conditions::Placement;
 use rsrs_msgs::rsrs::RobotStatus;

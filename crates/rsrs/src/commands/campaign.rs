@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if asks && !std::io::stdin().is_terminal() {
         return Err(with_help(
             "stdin is not a terminal, in which somebody would confirm that the robots are placed",
-            "run it in a terminal, name a program that places them with `--place-command`, or say \
+            "run it in a terminal, name a program that places them with `--place-command`, or use \
              `--yes` where nobody has to place them",
         ));
     }

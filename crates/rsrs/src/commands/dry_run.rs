@@ -164,7 +164,7 @@ impl DryRun<'_> {
         Ok(Summary { folder, launch_configs, sweep, diagram, choice, experiments, comparison })
     }
 
-    /// Says in text how far it is; JSON comes whole at the end.
+    /// Prints in text how far it is; JSON comes whole at the end.
     fn print(&self, words: impl Into<Words>) -> anyhow::Result<()> {
         match self.arguments.format {
             Format::Json => Ok(()),

@@ -56,7 +56,7 @@ pub struct Arguments {
     /// A note on your own label.
     #[arg(long, value_name = "TEXT", requires = "phase")]
     note: Option<String>,
-    /// Say how far the judge and people agree, instead of labelling.
+    /// Report how far the judge and people agree, instead of labelling.
     #[arg(long)]
     agreement: bool,
     /// The robots' profile, for the radius of their body and their sensing range (default: what

@@ -77,7 +77,7 @@ pub struct Arguments {
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum PlaceCheck {
-    /// Say so.
+    /// Report them.
     On,
     /// Do not look, as where there are no poses.
     Off,

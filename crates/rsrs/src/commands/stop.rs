@@ -203,7 +203,7 @@ fn text(word: StopCommand, summary: &StopSummary) -> String {
     lines.join("\n")
 }
 
-/// Says on standard error what follows.
+/// Prints on standard error what follows.
 fn print_ending(word: StopCommand, report: &StopReport) {
     let silent = report.unacknowledged();
     let (n_robots, took_s) = (report.answers.len(), report.took_s);

@@ -124,7 +124,7 @@ fn axes() -> String {
     columns(&Axis::ALL.map(row))
 }
 
-/// Says which capabilities the factors take away, before anything is simulated.
+/// Warns of the capabilities that the factors take away, before anything is simulated.
 fn warn_of_lost_capabilities(source: &ResolvedSweep) {
     let measured = &source.profile;
     // Factors that are refused are an error of the sweep, with their place in the file.

@@ -124,7 +124,7 @@ fn serve(arguments: &Arguments, address: SocketAddr) -> anyhow::Result<Outcome> 
     Ok(Outcome::Done)
 }
 
-/// Bags are folders, or files whose names say so.
+/// Bags are folders, or files with the extension of one.
 fn is_bag(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.is_dir() || name.ends_with(".mcap") || name.ends_with(".mcap.zstd")

@@ -66,7 +66,7 @@ pub enum PlayState {
 /// A line that nobody should overlook.
 #[derive(Clone, Debug)]
 pub struct Banner {
-    /// What it says.
+    /// The text of the line.
     pub text: String,
     /// What it is about.
     pub kind: BannerKind,
@@ -158,7 +158,7 @@ pub fn titled(look: Look, title: &str, area: Rect, buffer: &mut Buffer) -> Rect 
     Rect { y: area.y + 1, height: area.height - 1, ..area }
 }
 
-/// A text in so many letters at most; where it does not fit it ends in a sign that says so.
+/// A text in so many letters at most; where it does not fit it ends in a sign of that.
 pub fn clipped(text: &str, width: usize, look: Look) -> String {
     if text.chars().count() <= width {
         return text.to_owned();

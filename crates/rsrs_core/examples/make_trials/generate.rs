@@ -189,7 +189,7 @@ fn readme(kind: &Kind) -> String {
     format!(
         "# Trials of `{}`, made up\n\nNo robot drove these trials: they are drawn by \
          `cargo run -p rsrs_core --example make_trials`, which rewrites this folder.\nThe robots' \
-         names say so in every row.\n\n{}\n",
+         names state this in every row.\n\n{}\n",
         kind.name, kind.about
     )
 }

@@ -97,7 +97,7 @@ pub enum StartFileError {
     },
     /// Both give headings.
     #[error(
-        "{file}: the column `heading_rad` and `headings: facing_out` both say where robots head"
+        "{file}: the column `heading_rad` and `headings: facing_out` both state where robots head"
     )]
     HeadingsTwice {
         /// The table.
@@ -336,7 +336,7 @@ mod tests {
         let out = Some(Headings::FacingOut);
         for (text, headings, expected) in [
             ("x_m,y_m\n1,2\n", None, "starts.csv: no column `heading_rad`"),
-            ("x_m,y_m,heading_rad\n1,2,3\n", out, "both say where robots head"),
+            ("x_m,y_m,heading_rad\n1,2,3\n", out, "both state where robots head"),
             ("x_m,y_m\n", out, "starts.csv:1: the table has a header and no rows"),
             ("x_m,y_m\n500,20\n", out, "starts.csv:2: x_m is 500: this looks like millimetres"),
             ("x_m,y_m,heading_rad\n1,2,90\n", None, "heading_rad is 90: this looks like degrees"),

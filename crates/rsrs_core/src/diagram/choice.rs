@@ -63,8 +63,8 @@ pub struct Choice {
     /// file that does not contain it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub converged_s: Option<f64>,
-    /// The cell with one robot less, if that is not viable; else, and in a file that does not say,
-    /// `None`.
+    /// The cell with one robot less, if that is not viable; else, and in a file that does not
+    /// contain it, `None`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub one_robot_less: Option<OneRobotLess>,
     /// `b_s` for other circliness at which semi-stable mills end and stable ones begin; empty in a
@@ -194,7 +194,8 @@ impl Choice {
         }
     }
 
-    /// The behaviour that the cell was chosen for; milling in a file that does not say how runs ended.
+    /// The behaviour that the cell was chosen for; milling in a file that does not state how runs
+    /// ended.
     pub fn behaviour(&self) -> Behaviour {
         self.phases.map_or(Behaviour::default(), |phases| phases.behaviour())
     }

@@ -1,6 +1,6 @@
 //! The behaviours that swarms are judged for: a name, phases, and the rules between them.
 //!
-//! A behaviour is what its table says, and nothing else depends on which one it is: a sweep file
+//! A behaviour is what its table states, and nothing else depends on which one it is: a sweep file
 //! names it, the judge applies its rules, shares are those of its wanted phase.
 
 use std::fmt;

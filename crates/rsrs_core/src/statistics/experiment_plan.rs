@@ -1,7 +1,7 @@
 //! How many real runs decide a comparison, asked before the first of them.
 //!
 //! Real robots are taken to mill as often as simulated ones that are as measured, as far as their runs
-//! tell: the chance of the next run is that of the posterior after those and all before it in its cell
+//! show: the chance of the next run is that of the posterior after those and all before it in its cell
 //! (Pólya's urn), with a uniform prior. Campaigns are drawn, each with a comparison after every run that
 //! stops it as soon as it decides, as [`crate::statistics::comparison`] allows.
 

@@ -139,8 +139,8 @@ impl LeaseGate {
     fn zero_due(&mut self, now: Duration) -> Option<Action> {
         let is_due = match (self.sent, self.stands) {
             (None, _) => true,
-            (Some(_), Some((since, printed))) => {
-                now.saturating_sub(printed) >= HEARTBEAT_PERIOD
+            (Some(_), Some((since, published))) => {
+                now.saturating_sub(published) >= HEARTBEAT_PERIOD
                     && now.saturating_sub(since) <= NODE_TIMEOUT
             }
             (Some(_), None) => self.gate.drive(now) == Command::STOP,
@@ -241,9 +241,9 @@ mod tests {
 
         let mut zeros = Vec::new();
         for beat in 0..30 {
-            let printed = robot.after(100, Event::Detection(true));
-            zeros.extend(printed.iter().filter(|printed| **printed == ZERO).map(|_| beat));
-            assert!(printed != [LEFT] || beat < 5, "{beat}");
+            let published = robot.after(100, Event::Detection(true));
+            zeros.extend(published.iter().filter(|published| **published == ZERO).map(|_| beat));
+            assert!(published != [LEFT] || beat < 5, "{beat}");
         }
 
         let within = usize::try_from(LEASE_DURATION.as_millis() / 100).unwrap();
@@ -257,16 +257,17 @@ mod tests {
         let mut robot = Robot1::new();
         robot.drive();
 
-        let mut printed = Vec::new();
+        let mut published = Vec::new();
         for _ in 0..150 {
             let running = robot.lease(LeaseState::Running);
-            printed.extend(robot.after(10, running));
-            printed.extend(robot.after(10, Event::Tick));
+            published.extend(robot.after(10, running));
+            published.extend(robot.after(10, Event::Tick));
         }
 
         assert!(
-            printed.iter().all(|printed| *printed == ZERO) && (9..=12).contains(&printed.len()),
-            "{printed:?}"
+            published.iter().all(|published| *published == ZERO)
+                && (9..=12).contains(&published.len()),
+            "{published:?}"
         );
     }
 

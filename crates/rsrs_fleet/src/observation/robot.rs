@@ -58,7 +58,7 @@ impl Rate {
         let n_intervals = (times.len() - 1) as f64;
         let span_s = last.saturating_sub(first).as_secs_f64();
         let silence_s = now.saturating_sub(last).as_secs_f64();
-        // A sample that is not due yet says nothing.
+        // A sample that is not due yet is evidence of nothing.
         let overdue_s = (silence_s - 2.0 * span_s / n_intervals).max(0.0);
         let all_s = span_s + overdue_s;
         (all_s > 0.0).then(|| n_intervals / all_s)

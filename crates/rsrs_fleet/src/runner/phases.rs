@@ -169,7 +169,7 @@ impl Runner {
             let alone = "no e-stop publisher is received; `rsrs stop` or Ctrl-C stops the robots";
             actions.push(Action::Note(alone.to_owned()));
         }
-        self.told_s = u64::MAX;
+        self.reported_s = u64::MAX;
         self.enter(Phase::CountDown, now);
         self.count_down(now, actions);
     }
@@ -195,8 +195,8 @@ impl Runner {
             return;
         }
         let left_s = left.as_nanos().div_ceil(1_000_000_000).try_into().unwrap_or(u64::MAX);
-        if left_s < self.told_s {
-            self.told_s = left_s;
+        if left_s < self.reported_s {
+            self.reported_s = left_s;
             actions.push(Action::Note(format!("the robots move in {left_s} s")));
         }
     }

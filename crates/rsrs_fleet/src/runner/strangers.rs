@@ -12,7 +12,7 @@ pub(super) struct UnexpectedPublishers {
     known: BTreeSet<[u8; 16]>,
     /// Topics, and the nodes that published them: one of these that starts again is no stranger.
     nodes: BTreeSet<(String, String)>,
-    /// By publisher: since when it is known to be none of these.
+    /// By publisher: since when it is found to be none of these.
     since: BTreeMap<[u8; 16], Duration>,
 }
 
@@ -52,7 +52,7 @@ impl UnexpectedPublishers {
                     }
                     None if now.saturating_sub(since) >= NODE_TIMEOUT => {
                         return Some(format!(
-                            "a second publisher of {name}, of a node that does not say its name"
+                            "a second publisher of {name}, of a node that does not state its name"
                         ));
                     }
                     None => {}

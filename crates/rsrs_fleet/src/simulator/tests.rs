@@ -58,7 +58,7 @@ fn status(simulator: &mut Simulator, event: Event, now: Duration) -> Option<Stat
     })
 }
 
-fn printed(status: Option<Status>) -> (RobotState, u64, String) {
+fn reported(status: Option<Status>) -> (RobotState, u64, String) {
     let status = status.expect("a change is published at once");
     (status.state, status.parameter_digest, status.stop_reason)
 }
@@ -173,7 +173,7 @@ fn a_freeze_that_lasts_voids_the_run() {
     let reason = "frozen for 5 s at step 1 of 100".to_owned();
     assert_eq!(end[0], Action::Void { reason: reason.clone() });
     let [_, Action::Status(status)] = &end[..] else { panic!("{end:?}") };
-    assert_eq!(printed(Some(status.clone())), (RobotState::Fault, DIGEST, reason));
+    assert_eq!(reported(Some(status.clone())), (RobotState::Fault, DIGEST, reason));
 }
 
 #[test]
@@ -190,7 +190,7 @@ fn the_last_step_completes_the_run() {
     );
     let [_, _, Action::Status(status)] = &end[..] else { panic!("{end:?}") };
     let word = (RobotState::Stopped, DIGEST, reason.to_owned());
-    assert_eq!(printed(Some(status.clone())), word);
+    assert_eq!(reported(Some(status.clone())), word);
 }
 
 #[test]
@@ -212,10 +212,10 @@ fn the_status_distinguishes_an_empty_simulator_from_a_placed_a_moving_and_a_fail
     let again = status(&mut simulator, Event::Gates(vec![ARMED]), Duration::ZERO);
     let moving = status(&mut simulator, Event::Gates(vec![MOVING]), Duration::ZERO);
 
-    assert_eq!(printed(empty), (RobotState::Idle, 0, "no world is placed".to_owned()));
-    assert_eq!(printed(refused), (RobotState::Fault, 0, reason));
+    assert_eq!(reported(empty), (RobotState::Idle, 0, "no world is placed".to_owned()));
+    assert_eq!(reported(refused), (RobotState::Fault, 0, reason));
     assert_eq!(again, None, "it was published when the world was placed");
-    assert_eq!(printed(moving), (RobotState::Moving, DIGEST, String::new()));
+    assert_eq!(reported(moving), (RobotState::Moving, DIGEST, String::new()));
 }
 
 #[test]
@@ -236,8 +236,8 @@ fn a_world_that_is_placed_is_published_at_once_and_another_one_too() {
     let second = status(&mut simulator, other, Duration::ZERO);
 
     let waiting = "placed, waiting for the start".to_owned();
-    assert_eq!(printed(first), (RobotState::Armed, DIGEST, waiting.clone()));
-    assert_eq!(printed(second), (RobotState::Armed, DIGEST + 1, waiting));
+    assert_eq!(reported(first), (RobotState::Armed, DIGEST, waiting.clone()));
+    assert_eq!(reported(second), (RobotState::Armed, DIGEST + 1, waiting));
 }
 
 #[test]
@@ -320,9 +320,9 @@ fn in_real_time_the_run_is_over_when_no_robot_can_move_any_more() {
     let one = status(&mut simulator, Event::Gates(vec![STOPPED, MOVING]), ms(2));
     let all = status(&mut simulator, Event::Gates(vec![STOPPED; 2]), ms(3));
 
-    assert_eq!(printed(moving), (RobotState::Moving, DIGEST, String::new()));
+    assert_eq!(reported(moving), (RobotState::Moving, DIGEST, String::new()));
     assert_eq!(one, None);
-    assert_eq!(printed(all), (RobotState::Stopped, DIGEST, "every robot has stopped".to_owned()));
+    assert_eq!(reported(all), (RobotState::Stopped, DIGEST, "every robot has stopped".to_owned()));
     // Sensors work on, but the world stands until it is placed again.
     let look = [Action::Sense { step: 1, stamp_ns: None }];
     assert_eq!(pace(&mut simulator, Event::Gates(vec![MOVING; 2]), PERIOD), look);

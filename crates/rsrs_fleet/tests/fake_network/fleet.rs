@@ -289,15 +289,15 @@ impl Fleet {
         match node {
             Node::Robot(robot) => self.robot_ticks(robot),
             Node::Controller(robot) => {
-                self.tell_controller(robot, rsrs_fleet::controller::Event::Tick)
+                self.deliver_to_controller(robot, rsrs_fleet::controller::Event::Tick)
             }
             Node::Runner(runner) => self.runner_ticks(runner),
             Node::Simulator => self.simulator_ticks(),
             Node::Stopper => {
                 let present = (0..N_BUTTONS).filter(|button| self.buttons[*button].is_some());
                 let present = present.map(|button| self.source(Node::Button(button))).collect();
-                self.tell_stopper(stopper::Event::Publishers(present));
-                self.tell_stopper(stopper::Event::Tick);
+                self.deliver_to_stopper(stopper::Event::Publishers(present));
+                self.deliver_to_stopper(stopper::Event::Tick);
                 self.judge_stop()
             }
             Node::Button(button) => {
@@ -380,10 +380,10 @@ impl Fleet {
         for robot in 0..N_ROBOTS {
             let Some(command_sent) = self.turning(robot) else { continue };
             let is_awake = self.is_awake(self.gatekeeper(robot));
-            let last_told_ms = if is_awake { GLANCE_MS } else { WHEELS_MS };
+            let last_ms = if is_awake { GLANCE_MS } else { WHEELS_MS };
             let witness = &self.witnesses[robot];
             witness
-                .wheels(command_sent, last_told_ms, self.now_ms)
+                .wheels(command_sent, last_ms, self.now_ms)
                 .map_err(|violation| format!("{}: {violation}", name(robot)))?;
             epochs.push(witness.moved().0);
             // Wheels turn on for a moment after their gate was armed by another run.

@@ -157,7 +157,7 @@ fn of_two_runners_that_start_at_once_none_moves_a_robot() {
 
 #[test]
 fn runners_that_cannot_receive_each_other_receive_from_the_robots_whose_they_are() {
-    let mut n_told = 0;
+    let mut n_met = 0;
     for after_ms in 1..60 {
         let apart = Scenario { are_runners_apart: true, ..Scenario::calm(after_ms) };
 
@@ -166,9 +166,9 @@ fn runners_that_cannot_receive_each_other_receive_from_the_robots_whose_they_are
         // Each ends; that robots never move for both at once is judged all the time.
         assert_eq!(story.outcomes.len(), 2);
         let ends = format!("{:?}", story.outcomes);
-        n_told += u64::from(ends.contains("armed for run run "));
+        n_met += u64::from(ends.contains("armed for run run "));
     }
-    assert!(n_told > 0, "no two of these runs met");
+    assert!(n_met > 0, "no two of these runs met");
 }
 
 #[test]

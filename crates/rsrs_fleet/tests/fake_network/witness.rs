@@ -51,7 +51,7 @@ pub struct Witness {
     /// When each source last spoke on the e-stop topic.
     word_ms: BTreeMap<Source, u64>,
     /// When it received, first, that it has to stand in the epoch that it obeys, and why.
-    told_to_stand: Option<(u64, &'static str)>,
+    must_stand_since: Option<(u64, &'static str)>,
     /// It must not move in this epoch any more, nor in an older one, for this reason.
     barred: Option<(u64, &'static str)>,
     /// Whether the e-stop ever locked it, by word or by silence, in whichever life.
@@ -164,7 +164,7 @@ impl Witness {
     }
 
     fn must_stand(&mut self, now_ms: u64, why: &'static str) {
-        self.told_to_stand.get_or_insert((now_ms, why));
+        self.must_stand_since.get_or_insert((now_ms, why));
         if self.bound.0 > 0 {
             self.barred = Some((self.bound.0, why));
         }
@@ -177,7 +177,7 @@ impl Witness {
         }
         if epoch > self.bound.0 {
             self.bound = (epoch, now_ms);
-            self.told_to_stand = None;
+            self.must_stand_since = None;
         }
         Ok(())
     }
@@ -279,10 +279,10 @@ impl Witness {
         if now_ms > until_ms {
             return Err(format!("wheels turn at {now_ms} ms, allowed until {until_ms} ms"));
         }
-        if let Some((told_ms, why)) = self.told_to_stand
-            && now_ms > told_ms + STOPPED_WITHIN_MS
+        if let Some((since_ms, why)) = self.must_stand_since
+            && now_ms > since_ms + STOPPED_WITHIN_MS
         {
-            return Err(format!("wheels turn at {now_ms} ms, {why} at {told_ms} ms"));
+            return Err(format!("wheels turn at {now_ms} ms, {why} at {since_ms} ms"));
         }
         Ok(())
     }

@@ -21,7 +21,7 @@ impl fmt::Display for Answers {
             self.duration_s,
             percent(self.b_s_low),
             percent(self.wanted),
-            if self.viable { "" } else { "; `rsrs diagnose` says what to change" }
+            if self.viable { "" } else { "; `rsrs diagnose` names what to change" }
         )?;
         for (number, answer) in (1..).zip(&self.questions) {
             writeln!(formatter, "\n{number}. {}", answer.question)?;

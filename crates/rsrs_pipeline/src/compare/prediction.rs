@@ -44,7 +44,7 @@ impl<'a> Prediction<'a> {
         Ok(Self { folder, result, chosen })
     }
 
-    /// What is to be said about the chosen cell, if anything.
+    /// What is to be noted about the chosen cell, if anything.
     pub fn note(&self) -> Option<String> {
         let folder = self.folder.display();
         let Some((_, choice)) = &self.chosen else {
@@ -68,14 +68,14 @@ impl<'a> Prediction<'a> {
     ///
     /// # Errors
     ///
-    /// If the choice does not say how its fresh runs ended.
+    /// If the choice does not state how its fresh runs ended.
     pub fn of_cell(&self, index: usize) -> anyhow::Result<Simulated> {
         match &self.chosen {
             Some((chosen, choice)) if *chosen == index => match choice.phases {
                 Some(phases) => Ok(Simulated { phases, is_confirmed: true }),
                 None => Err(with_help(
                     format!(
-                        "choice.json in {} does not say how its fresh runs ended",
+                        "choice.json in {} does not state how its fresh runs ended",
                         self.folder.display()
                     ),
                     choose_again(self.folder),

@@ -46,7 +46,7 @@ pub struct Report {
     pub notes: Vec<String>,
     /// The experiment that is most informative, or back to the robots.
     pub next: NextStep,
-    /// The files by which it is run; the reader knows them.
+    /// The files by which it is run; the reader has them.
     #[serde(skip)]
     pub at_hand: AtHand,
 }
@@ -304,11 +304,11 @@ fn summary(comparison: &Comparison, verb: Verb) -> String {
         Verdict::Undecided if n_cells == 0 => "no run counts".to_owned(),
         Verdict::Undecided => match comparison.further_runs {
             Some(n) => format!(
-                "the runs do not say yet; {} would support the claim if every one of them {}",
+                "the runs do not decide yet; {} would support the claim if every one of them {}",
                 counted(n, "further real run"),
                 verb.does
             ),
-            None => "the runs do not say yet".to_owned(),
+            None => "the runs do not decide yet".to_owned(),
         },
     }
 }

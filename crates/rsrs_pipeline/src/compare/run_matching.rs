@@ -142,7 +142,7 @@ impl<'a> RunMatcher<'a> {
             bail!("{name}: some of its robots were simulated, so it is no evidence of reality");
         }
         let ending = recorded_run::ending_in(&bag)?
-            .with_context(|| format!("{name}: does not say how its run ended"))?;
+            .with_context(|| format!("{name}: does not state how its run ended"))?;
         let run = record.operator_conditions();
         let cell = self.diagram.locate(&self.cell(&run)).with_context(|| name.to_string())?;
         self.operator_conditions[cell].admit(&run).with_context(|| name.to_string())?;

@@ -11,7 +11,7 @@ use super::{Cause, Hopeless};
 
 /// What was found.
 pub struct Repairs {
-    /// Changes that suffice, the most telling first.
+    /// Changes that suffice, the most relevant first.
     pub causes: Vec<Cause>,
     /// What is of no help by itself.
     pub hopeless: Vec<Hopeless>,

@@ -57,9 +57,9 @@ pub fn count(bag: &Path, robot: &str, most: Option<u64>) -> anyhow::Result<Readi
         if from_ns.is_none_or(|from_ns| message.log_time_ns < from_ns) {
             continue;
         }
-        let printed: Bool = cdr::decode(&message.bytes).with_context(what)?;
+        let sample: Bool = cdr::decode(&message.bytes).with_context(what)?;
         found.samples += 1;
-        found.detections += u64::from(printed.data);
+        found.detections += u64::from(sample.data);
         if Some(found.samples) == most {
             break;
         }

@@ -6,7 +6,7 @@ use super::{Length, PNG_WIDTH_PX};
 use crate::error::with_help;
 use crate::files::write_file;
 
-/// A file whose extension says how a picture is written into it.
+/// A file whose extension decides how a picture is written into it.
 #[derive(Clone, Copy, Debug)]
 pub struct PictureFile<'a> {
     path: &'a Path,

@@ -123,8 +123,8 @@ fn recorded_parameters(bag: &Bag, name: &str) -> anyhow::Result<ControllerParame
     let record = recorded_run::record_in(bag)?;
     record.map(|record| record.conditions.controller).ok_or_else(|| {
         with_help(
-            format!("{name}: does not say what the controller was set to"),
-            "say it with `--speed M_PER_S --turn-rate RAD_PER_S`",
+            format!("{name}: does not state what the controller was set to"),
+            "state it with `--speed M_PER_S --turn-rate RAD_PER_S`",
         )
     })
 }

@@ -43,8 +43,8 @@ const GUARDED: [&str; 5] = [
 ];
 
 /// Whether robots are steered by a topic: a controller answers every detection with a command, a base
-/// driver every command, and the simulator of a mixed fleet follows poses. What a runner says of its
-/// run is taken for that of a run that goes on.
+/// driver every command, and the simulator of a mixed fleet follows poses. What a runner publishes
+/// about its run is taken for that of a run that goes on.
 fn steers(name: &str, type_name: &str) -> bool {
     let names = [topics::DETECTION, topics::VIRTUAL_DETECTION, topics::POSE];
     GUARDED.contains(&type_name)

@@ -51,7 +51,7 @@ fn rows_of_all(comparison: &Comparison) -> Vec<[String; 2]> {
         ),
         ("margin".to_owned(), format!("{:.0} percentage points", 100.0 * pooled.margin)),
         ("evidence that decides".to_owned(), format!("{}", 1.0 / SIGNIFICANCE)),
-        ("less often, as far as these runs say, by".to_owned(), short),
+        ("less often, as far as these runs show, by".to_owned(), short),
         (
             "p, exact if the number of runs was fixed before".to_owned(),
             format!("{:.3}", pooled.p_value),
@@ -131,7 +131,7 @@ fn flatten(path: &str, value: &Value, rows: &mut Vec<(String, String)>) {
     }
 }
 
-/// Where a number comes from: what is said of it, or of what it is a part of.
+/// Where a number comes from: what is stated of it, or of what it is a part of.
 fn source_of(profile: &RobotProfile, key: &str) -> String {
     let numbers = &profile.provenance.numbers;
     let is_of = |(path, _): &(&String, &String)| {

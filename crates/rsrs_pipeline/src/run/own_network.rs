@@ -67,7 +67,7 @@ impl OwnNetwork {
         })
     }
 
-    /// Tells a node where it is.
+    /// Gives a node the address of this network.
     pub fn configure<'a>(&self, node: &'a mut Command) -> &'a mut Command {
         for variable in NOT_IN_HERE {
             node.env_remove(variable);

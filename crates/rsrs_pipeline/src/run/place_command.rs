@@ -76,7 +76,7 @@ fn refused(program: &str, wanted: &WantedPlacement, output: &Output) -> anyhow::
             wanted.purpose, output.status
         ),
         "it gets one line of JSON on its standard input, and is to end with exit code 0 when all \
-         robots stand where that says; docs/campaigns.md has the keys",
+         robots stand where that places them; docs/campaigns.md has the keys",
     )
 }
 
@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn a_program_gets_the_placement_as_one_line_of_json() {
         let folder = tempfile::tempdir().unwrap();
-        let given = folder.path().join("told");
+        let given = folder.path().join("received");
 
         run(&format!("cat > {}", given.display())).unwrap();
 

@@ -17,7 +17,7 @@ use super::file::Turning;
 /// # Returns
 ///
 /// The least that contains them: a lag, another gain while driving, or both; `None` if they turn as the
-/// profile says, or leave for another reason.
+/// profile states, or leave for another reason.
 ///
 /// # Errors
 ///

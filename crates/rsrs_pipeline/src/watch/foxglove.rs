@@ -58,7 +58,7 @@ impl Listener {
     ///
     /// # Errors
     ///
-    /// If the system does not say.
+    /// If the system does not report it.
     pub fn address(&self) -> anyhow::Result<SocketAddr> {
         self.0.local_addr().context("listening")
     }

@@ -125,7 +125,7 @@ mod tests {
         let network = args.network(None, &environment, Member::Runner);
 
         if crate::security::IS_BUILT_IN {
-            // Permissive, as ROS 2 is where no strategy is set; and said.
+            // Permissive, as ROS 2 is where no strategy is set; and it is noted.
             assert_eq!(network.unwrap().enclave, None);
             assert!(args.notes[0].to_string().contains("NOT secured"), "{:?}", args.notes);
         } else {

@@ -98,7 +98,7 @@ pub(crate) async fn answer_all<Q, A>(
                 };
                 let answer = Bytes(reply(mapping, &bytes, &body));
                 // The identity of the request goes along in both mappings, so that clients of the
-                // other one, who receive the response too, can tell that it is not theirs.
+                // other one, who receive the response too, can see that it is not theirs.
                 if let Err(error) = server.async_send_response(id, answer).await {
                     log::warn!("`{service}`: no answer: {error}");
                 }

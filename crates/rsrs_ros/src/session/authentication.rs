@@ -1,10 +1,10 @@
-//! Whether the others of a secured network know who this participant is.
+//! Whether the others of a secured network have authenticated this participant.
 //!
 //! When many participants come at once, messages of their handshakes are lost and not sent again: two
 //! of them never receive anything of each other, and no call fails. A participant that joins anew
-//! begins new handshakes. A runner does so with each run; a robot that nobody at all has got to know in
-//! time ends, so that its service starts it again. Who got to know some stays, because strangers
-//! could otherwise send it round and round: their handshakes never end.
+//! begins new handshakes. A runner does so with each run; a robot that nobody at all has
+//! authenticated in time ends, so that its service starts it again. One that some have authenticated
+//! stays, because strangers could otherwise send it round and round: their handshakes never end.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
@@ -16,7 +16,7 @@ use super::prefix::Prefix;
 /// How long a handshake may take: ten that start together take 6 to 10 s.
 const TIMEOUT: Duration = Duration::from_secs(20);
 
-/// Nobody got to know this participant in time.
+/// Nobody authenticated this participant in time.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "no handshake with any of {n_others} other participants was completed within {} s ({ids}): start \
@@ -39,13 +39,13 @@ pub struct NotAuthenticated {
 pub(super) enum Handshake {
     /// Messages go to and fro.
     Begun,
-    /// Each knows who the other is.
+    /// Each has authenticated the other.
     Completed,
     /// The other one does not belong here.
     Refused,
 }
 
-/// What an event of the middleware says of a handshake.
+/// What an event of the middleware reports of a handshake.
 #[cfg(feature = "security")]
 pub(super) fn of_event(event: &DomainParticipantStatusEvent) -> Option<(Prefix, Handshake)> {
     let DomainParticipantStatusEvent::Authentication { participant, status } = event else {
@@ -61,7 +61,7 @@ pub(super) fn of_event(event: &DomainParticipantStatusEvent) -> Option<(Prefix, 
     Some((id, handshake))
 }
 
-/// What an event of the middleware says of a handshake: nothing, without security.
+/// What an event of the middleware reports of a handshake: nothing, without security.
 #[cfg(not(feature = "security"))]
 pub(super) fn of_event(_event: &DomainParticipantStatusEvent) -> Option<(Prefix, Handshake)> {
     None
@@ -94,7 +94,7 @@ impl Handshakes {
         self.completed.remove(id);
     }
 
-    /// Whether nobody got to know this participant in time.
+    /// Whether nobody authenticated this participant in time.
     pub(super) fn timed_out(&self, now: Instant) -> Option<NotAuthenticated> {
         let late = |begun: &&Instant| now.saturating_duration_since(**begun) >= TIMEOUT;
         if !self.completed.is_empty() || !self.begun.values().any(|begun| late(&begun)) {

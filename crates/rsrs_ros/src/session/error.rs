@@ -128,7 +128,7 @@ pub enum SessionEnded {
     /// This participant's interface has another address.
     #[error(transparent)]
     AddressChanged(#[from] AddressChanged),
-    /// The others of a secured network do not know who this is.
+    /// The others of a secured network have not authenticated this participant.
     #[error(transparent)]
     NotAuthenticated(#[from] NotAuthenticated),
 }

@@ -34,7 +34,7 @@ impl NodeHandle {
         &self.full_name
     }
 
-    /// Says something on stderr and on `/rosout`.
+    /// Logs a text on stderr and on `/rosout`.
     pub fn log(&self, level: Level, text: &str) {
         // The name of a logger in ROS 2: `robot_3.controller`.
         let logger = self.full_name.trim_start_matches('/').replace('/', ".");

@@ -13,7 +13,7 @@ use rsrs_msgs::topics;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum EStopMessage {
     /// A source reports that it is engaged, or that it is not.
-    Said {
+    State {
         /// Who.
         source: Source,
         /// What.
@@ -51,13 +51,13 @@ impl EStopSubscriptions {
         node: &NodeHandle,
         deliver: impl Fn(EStopMessage) + Clone + Send + 'static,
     ) -> Result<Self, SessionError> {
-        let (printed, release, locks) =
+        let (state, release, locks) =
             (topics::E_STOP, topics::E_STOP_RELEASE, topics::E_STOP_LOCKS);
-        let (to_said, to_release, to_locks) = (deliver.clone(), deliver.clone(), deliver);
+        let (to_state, to_release, to_locks) = (deliver.clone(), deliver.clone(), deliver);
         let all = [
-            session.subscribe(node, printed.name, printed.qos, move |sample: Received<Bool>| {
+            session.subscribe(node, state.name, state.qos, move |sample: Received<Bool>| {
                 let source = Source(sample.writer);
-                to_said(EStopMessage::Said { source, engaged: sample.message.data });
+                to_state(EStopMessage::State { source, engaged: sample.message.data });
             })?,
             session.subscribe(node, release.name, release.qos, move |sample: Received<Text>| {
                 if let Some(locks) = understood(release.name, &sample.message) {
@@ -86,7 +86,7 @@ pub fn release_message(sources: &BTreeSet<Source>) -> Text {
     Text { data: Locks(locks.collect()).to_string() }
 }
 
-/// Says what is locked on the robots of this process, whenever that changes.
+/// Publishes what is locked on the robots of this process, whenever that changes.
 pub struct LocksPublisher {
     publisher: Publisher<Text>,
     given: Locks,
@@ -104,7 +104,7 @@ impl LocksPublisher {
         Ok(Self { publisher, given: Locks::default() })
     }
 
-    /// Says what is locked now, if it is something else than before.
+    /// Publishes what is locked now, if it is something else than before.
     ///
     /// # Errors
     ///

@@ -66,5 +66,5 @@ def struct(name, members):
 
 
 def messages(reader):
-    """What has come; a publisher that leaves says so in a sample without a message."""
+    """What has come; a publisher that leaves announces it in a sample without a message."""
     return [sample for sample in reader.take(N=100) if sample.sample_info.valid_data]

@@ -24,7 +24,7 @@ const N_SAMPLES: u64 = 4;
 /// Pause between two samples of a topic; slower than what a depth of one still keeps.
 const PAUSE: Duration = Duration::from_millis(60);
 
-/// A topic as it is told to the script.
+/// A topic as it is sent to the script.
 #[derive(Serialize)]
 struct Plan {
     name: String,
@@ -70,12 +70,12 @@ pub async fn every_topic_both_ways(maker: Maker, python: &Path) {
 
     let echoes: Vec<Task> =
         chosen.iter().map(|(plan, topic)| echo_of_topic(&ours, &node, plan, *topic)).collect();
-    peer.tell(&plans);
-    let ready: String = peer.says().await;
+    peer.send(&plans);
+    let ready: String = peer.receive().await;
     assert_eq!(ready, "ready");
     let publishers = tokio::select! {
         publishers = futures::future::join_all(echoes) => publishers,
-        word = peer.says::<String>() => panic!("the script has no more to say, but said {word}"),
+        line = peer.receive::<String>() => panic!("nothing more was expected, received {line}"),
     };
 
     let seen: BTreeMap<String, BTreeSet<(String, bool, bool)>> = peer.end().await;

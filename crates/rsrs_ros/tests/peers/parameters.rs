@@ -35,7 +35,7 @@ fn controllers(session: &Session) -> ParameterServer {
     ParameterServer::start(session, nodes.collect(), |_, _| Ok(())).expect("the services start")
 }
 
-/// What a dump must say.
+/// What a dump must contain.
 fn dump(speed: f64, turn_rate: f64) -> Value {
     json!({
         "speed": [3, speed, "Forward speed, in m/s.", [[0.0, 0.3]]],
@@ -49,9 +49,9 @@ pub async fn cyclone_uses_ours(python: &Path) {
     let server = controllers(&robots);
     let mut visitor = Peer::start(python, "cyclone_visitor.py");
 
-    visitor.tell(&json!({ "schemas": schemas(), "nodes": NODES }));
-    let headed: BTreeMap<String, Value> = visitor.says().await;
-    let plain: BTreeMap<String, Value> = visitor.says().await;
+    visitor.send(&json!({ "schemas": schemas(), "nodes": NODES }));
+    let headed: BTreeMap<String, Value> = visitor.receive().await;
+    let plain: BTreeMap<String, Value> = visitor.receive().await;
 
     for (node, number) in NODES.iter().zip([1.0, 2.0, 3.0]) {
         let with_header = ((number + 8.0) / 64.0, number / 8.0);
@@ -86,7 +86,7 @@ pub async fn we_use_cyclones(python: &Path) {
     let client =
         ParameterClient::new(&lab, &node, ClientOptions { timeout: TIMEOUT, mapping: None });
     let mut foreign = Peer::start(python, "cyclone_node.py");
-    foreign.tell(&json!({ "schemas": schemas() }));
+    foreign.send(&json!({ "schemas": schemas() }));
     let gain = |value| [("gain".to_owned(), ParameterValue::Double(value))];
 
     client.set_atomically("/foreign", &gain(2.5)).await.expect("the node answers");

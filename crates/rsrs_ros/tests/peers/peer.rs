@@ -55,11 +55,11 @@ fn rclpy(distribution: &str, version: &str, of_messages: &str) -> PathBuf {
     python_with(&format!("rclpy-{distribution}"), &packages, &[])
 }
 
-/// A running script, which is told things in lines and answers in lines of JSON.
+/// A running script, which is sent lines and answers in lines of JSON.
 pub struct Peer {
     process: Child,
-    tell: ChildStdin,
-    says: UnboundedReceiver<String>,
+    input: ChildStdin,
+    output: UnboundedReceiver<String>,
     _logs: TempDir,
 }
 
@@ -87,25 +87,25 @@ impl Peer {
         command.env("CYCLONEDDS_URI", LOOPBACK_ONLY);
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut process = command.spawn().expect("python starts");
-        let tell = process.stdin.take().expect("it was asked for");
-        let says = lines_of(process.stdout.take().expect("it was asked for"));
-        Self { process, tell, says, _logs: logs }
+        let input = process.stdin.take().expect("it was asked for");
+        let output = lines_of(process.stdout.take().expect("it was asked for"));
+        Self { process, input, output, _logs: logs }
     }
 
-    /// Tells it something.
-    pub fn tell(&mut self, something: &impl serde::Serialize) {
+    /// Sends it a line.
+    pub fn send(&mut self, something: &impl serde::Serialize) {
         let line = serde_json::to_string(something).expect("it is plain data") + "\n";
-        self.tell.write_all(line.as_bytes()).expect("the script reads its input");
+        self.input.write_all(line.as_bytes()).expect("the script reads its input");
     }
 
-    /// What it says next.
+    /// What it prints next.
     ///
     /// # Panics
     ///
-    /// If it ends before, with what it wrote to standard error; or if it says nothing for long.
-    pub async fn says<T: DeserializeOwned>(&mut self) -> T {
-        let line = tokio::time::timeout(2 * TIMEOUT, self.says.recv()).await;
-        let Some(line) = line.expect("the script says something in time") else {
+    /// If it ends before, with what it wrote to standard error; or if it prints nothing for long.
+    pub async fn receive<T: DeserializeOwned>(&mut self) -> T {
+        let line = tokio::time::timeout(2 * TIMEOUT, self.output.recv()).await;
+        let Some(line) = line.expect("the script prints something in time") else {
             let mut errors = String::new();
             let stderr = self.process.stderr.as_mut().expect("it was asked for");
             stderr.read_to_string(&mut errors).expect("errors are text");
@@ -114,10 +114,10 @@ impl Peer {
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("not JSON: {error}: {line}"))
     }
 
-    /// Tells it to end, and receives its last words.
+    /// Requests that it ends, and receives its last words.
     pub async fn end<T: DeserializeOwned>(mut self) -> T {
-        self.tell(&"end");
-        let last = self.says().await;
+        self.send(&"end");
+        let last = self.receive().await;
         let status = self.process.wait().expect("it is our child");
         assert!(status.success(), "{status}");
         last

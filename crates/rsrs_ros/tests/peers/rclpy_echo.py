@@ -1,4 +1,4 @@
-"""Sends back every sample over rclpy, and says as what it sees our publishers; see main.rs.
+"""Sends back every sample over rclpy, and reports how it sees our publishers; see main.rs.
 
 The first line of the input is the list of topics; the end of the input is the end.
 """

@@ -1,4 +1,4 @@
-"""Whether the test that started this script has no more to say."""
+"""Whether the test that started this script has requested its end."""
 
 import select
 import sys

@@ -17,7 +17,7 @@ use tempfile::TempDir;
 pub const DOMAIN: u16 = 42;
 /// What the process publishes that is killed.
 pub const DETECTIONS: &str = "/robot_1/detection";
-/// Tells that process where its keystore is.
+/// The variable that names the keystore to that process.
 const KEYSTORE: &str = "RSRS_TEST_KEYSTORE";
 
 pub struct Lab {

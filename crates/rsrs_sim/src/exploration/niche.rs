@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// # Source
 ///
 /// Scatter, radial variance and group rotation are the descriptors of D. S. Brown et al., DARS 2018;
-/// here in the bins that a person would tell apart.
+/// here in the bins that a person would distinguish.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Niche {

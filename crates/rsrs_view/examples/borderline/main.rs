@@ -1,5 +1,5 @@
-//! Contact sheets of the episodes that are hardest to tell stable milling from anything else, for
-//! people to label by eye, without the judge's answer.
+//! Contact sheets of the episodes in which stable milling is hardest to distinguish from anything
+//! else, for people to label by eye, without the judge's answer.
 //!
 //! `cargo run -p rsrs_view --example borderline -- DIR` simulates the default plane in both worlds,
 //! picks 100 episodes around the line between stable milling and the rest, and writes into `DIR`:
@@ -8,7 +8,7 @@
 //! halves, thirds and sixths). A row of a sheet is one episode: its last 60 s in six pictures of
 //! 10 s each, robots where they end, and all at one scale.
 //!
-//! Labels go into a table beside `docs/judge_by_eye.csv`; `-- agree DIR LABELS.csv` then says how
+//! Labels go into a table beside `docs/judge_by_eye.csv`; `-- agree DIR LABELS.csv` then prints how
 //! many of them each rule meets.
 
 #![expect(clippy::print_stdout, reason = "counts for people")]

@@ -47,7 +47,7 @@ pub enum FilmError {
     /// The frames cannot be put into one file.
     #[error("the encoder of the film: {reason}")]
     Encode {
-        /// What the encoder says.
+        /// What the encoder reports.
         reason: String,
     },
 }

@@ -41,7 +41,7 @@ bool greeted = false;                    // An H has come since power-up.
 bool commanded = false;                  // A V has come since the last H.
 bool timed_out = true;
 uint16_t number = 0;                     // Of the last command.
-long speed_mm_s = 0, turn_mrad_s = 0;    // What the wheels are told now.
+long speed_mm_s = 0, turn_mrad_s = 0;    // What the wheels are set to now.
 unsigned long command_ms = 0, state_ms = 0;
 
 // CRC-16/CCITT-FALSE.
@@ -111,7 +111,7 @@ void on_body(char *body) {
         !take(&rest, ',', -30000, 30000, &speed) || !take(&rest, 0, -30000, 30000, &turn)) return;
     // A command that waited somewhere is too old, whoever kept it waiting.
     if ((uint32_t)(millis() - sent_ms) > TIMEOUT_MS) return;
-    // The same line heard twice does not extend the time.
+    // The same line received twice does not extend the time.
     if (commanded && (uint16_t)new_number == number) return;
     number = (uint16_t)new_number;
     commanded = true;

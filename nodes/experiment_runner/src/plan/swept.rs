@@ -121,13 +121,13 @@ impl SweptCell {
         let robots = (Axis::Robots, conditions.robots as f64);
         let cell = Cell::new(controller_values(conditions.controller).into_iter().chain([robots]))?;
         let operator_conditions = OperatorConditions::of(conditions, sweep.duration_s);
-        let printed = sweep.fixed.values.iter().copied().chain(swept.iter());
+        let values = sweep.fixed.values.iter().copied().chain(swept.iter());
         let mut axes = diagram.axes.iter().copied();
         Ok(Self {
             cell,
             operator_conditions,
             factors: sweep.factors(&profile),
-            capabilities: printed.filter(|(axis, _)| axis.is_capability()).collect(),
+            capabilities: values.filter(|(axis, _)| axis.is_capability()).collect(),
             folder: folder.to_owned(),
             swept: swept.clone(),
             varied: axes.find(|axis| axis.is_capability() && diagram.values(*axis).len() > 1),

@@ -34,7 +34,8 @@ pub struct Followed {
     pub base_ns: u64,
 }
 
-/// Something that was received: when it was sent, when it was in hand, and which way it says to turn.
+/// Something that was received: when it was sent, when it was in hand, and which way it commands to
+/// turn.
 #[derive(Clone, Copy, Debug)]
 struct LastCommand {
     sent_ns: u64,
@@ -125,7 +126,7 @@ impl Base {
         let start = Instant::now();
         while lock(&self.witness).controller_digest == 0 {
             if start.elapsed() > TIMEOUT {
-                bail!("the controller says nothing for {TIMEOUT:?}");
+                bail!("the controller publishes nothing for {TIMEOUT:?}");
             }
             tokio::time::sleep(BEAT).await;
         }
@@ -152,7 +153,7 @@ impl Base {
                 }
             }
             if moved.is_none() && start.elapsed() > TIMEOUT {
-                bail!("the robot does not move, it says {:?}", lock(&self.witness).status);
+                bail!("the robot does not move, it reports {:?}", lock(&self.witness).status);
             }
         }
         // The last ones are still on their way.
@@ -160,7 +161,7 @@ impl Base {
         Ok(lock(&self.witness).followed())
     }
 
-    /// Sends a lease, and says what the robot does.
+    /// Sends a lease, and returns what the robot does.
     async fn beat(&self) -> anyhow::Result<u8> {
         let (status, parameter_digest) = {
             let witness = lock(&self.witness);
@@ -209,7 +210,7 @@ fn answer(received: &[LastCommand], to: LastCommand) -> Option<LastCommand> {
 fn received<M>(sample: &Received<M>, left: impl Fn(&M) -> bool) -> LastCommand {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let in_hand_ns = u64::try_from(since_1970.as_nanos()).expect("64 bits last until 2554");
-    let sent_ns = sample.source_time_ns.expect("our nodes say when they send");
+    let sent_ns = sample.source_time_ns.expect("our nodes stamp what they send");
     LastCommand { sent_ns, in_hand_ns, is_left: left(&sample.message) }
 }
 

@@ -107,7 +107,7 @@ fn report(what: &str, followed: &[Followed]) -> anyhow::Result<()> {
     writeln!(out, "{what}: {} changes of the detection", followed.len())?;
     let all = |of: fn(&Followed) -> u64| followed.iter().map(of).collect();
     line(&mut out, "command sent", all(|change| change.command_ns))?;
-    line(&mut out, "wheels told", all(|change| change.wheels_ns))?;
+    line(&mut out, "wheels set", all(|change| change.wheels_ns))?;
     line(&mut out, "base driver has it", all(|change| change.base_ns))
 }
 

@@ -1,7 +1,7 @@
 //! A microcontroller on a serial line, as on the Flockbots; see `docs/serial_protocol.md`.
 //!
 //! Opens the port, greets, drives, and begins anew whenever something is wrong: what
-//! [`link`] says, or a port that is unplugged.
+//! [`link`] reports, or a port that is unplugged.
 
 pub mod line;
 pub mod link;

@@ -2,10 +2,10 @@
 //!
 //! A link talks with a microcontroller over a line that flips, cuts, inserts, repeats and replays
 //! what it carries; most of what arrives is nearly right, because it is made from what was sent.
-//! Nobody panics; the wheels are told only what was commanded at most 250 ms before, they stand
+//! Nobody panics; the wheels are set only to what was commanded at most 250 ms before, they stand
 //! 250 ms after the last command that was taken, and they stand as soon as a new conversation
 //! begins. Damaged lines that have the right checksum by chance are counted and left out: sixteen
-//! bits cannot tell them from others.
+//! bits cannot distinguish them from others.
 //!
 //! `RSRS_FUZZ_EXECUTIONS` sets how many deliveries are made, and `RSRS_SEED` plays one conversation.
 
@@ -28,7 +28,7 @@ const STEP_MS: u64 = 10;
 const TIMEOUT_MS: u64 = 250;
 const BEAT_MS: u64 = 50;
 /// What damage likes to look like.
-const TELLING: &[u8] = b"$*,\n\r-0123456789HVISRTNFix\0\xff";
+const SPECIAL: &[u8] = b"$*,\n\r-0123456789HVISRTNFix\0\xff";
 
 /// How a conversation went.
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,7 +48,7 @@ struct Micro {
     is_greeted: bool,
     command: Option<(u16, u64)>,
     wheels: i64,
-    said_ms: u64,
+    reported_ms: u64,
     /// Its clock starts again early in the conversation.
     clock_ahead: u32,
 }
@@ -69,7 +69,7 @@ impl Micro {
         None
     }
 
-    /// Does what a line says, and answers; `true` if the wheels took a new command.
+    /// Does what a line requests, and answers; `true` if the wheels took a new command.
     fn obey(&mut self, body: &str, now_ms: u64) -> (Option<String>, bool) {
         let fields: Vec<_> = body.split(',').collect();
         match fields[..] {
@@ -94,16 +94,16 @@ impl Micro {
         (None, false)
     }
 
-    /// Lets its own timeout stop the wheels, and says how it is when that is due.
+    /// Lets its own timeout stop the wheels, and reports its state when that is due.
     fn look(&mut self, now_ms: u64) -> Option<String> {
         let is_fresh = self.command.is_some_and(|(_, at_ms)| now_ms < at_ms + TIMEOUT_MS);
         if !is_fresh {
             self.wheels = 0;
         }
-        if now_ms < self.said_ms + BEAT_MS {
+        if now_ms < self.reported_ms + BEAT_MS {
             return None;
         }
-        self.said_ms = now_ms;
+        self.reported_ms = now_ms;
         let mode = match (self.is_greeted, is_fresh) {
             (false, _) => "N",
             (true, true) => "R",
@@ -147,7 +147,7 @@ impl Wire {
 
     fn damage(&self, bytes: &mut Vec<u8>, generator: &mut ChaCha8Rng) {
         let place = generator.random_range(0..=bytes.len());
-        let some = |generator: &mut ChaCha8Rng| TELLING[generator.random_range(0..TELLING.len())];
+        let some = |generator: &mut ChaCha8Rng| SPECIAL[generator.random_range(0..SPECIAL.len())];
         match generator.random_range(0..8) {
             0 | 1 if place < bytes.len() => bytes[place] ^= 1 << generator.random_range(0..8),
             2 if place < bytes.len() => bytes[place] = some(generator),
@@ -223,7 +223,7 @@ impl Conversation {
         }
         if self.generator.random::<f64>() < 0.001 {
             let clock_ahead = self.generator.random();
-            self.micro = Micro { clock_ahead, said_ms: self.now_ms, ..Micro::default() };
+            self.micro = Micro { clock_ahead, reported_ms: self.now_ms, ..Micro::default() };
         }
         if self.reopen_ms.is_none() {
             match self.link.on_tick(self.now()) {
@@ -241,7 +241,7 @@ impl Conversation {
         self.judge();
     }
 
-    /// The speed tells when it was commanded.
+    /// The speed encodes when it was commanded.
     fn command(&mut self) {
         self.n_commands += 1;
         let speed_mm_s = 1 + self.n_commands % 200;

@@ -1,4 +1,4 @@
-//! A simulated microcontroller on a pseudo-terminal, that misbehaves when it is told to.
+//! A simulated microcontroller on a pseudo-terminal, that misbehaves on request.
 //!
 //! It is written from `docs/serial_protocol.md` and shares no code with the driver.
 
@@ -20,9 +20,9 @@ const LOOK: Duration = Duration::from_millis(2);
 /// How the microcontroller behaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mood {
-    /// As the protocol says.
+    /// As the protocol states.
     Well,
-    /// It says nothing.
+    /// It sends nothing.
     Silent,
     /// It does not read its line.
     Deaf,
@@ -36,7 +36,7 @@ pub enum Mood {
     Broken,
 }
 
-/// What the wheels were told, in mm/s and mrad/s.
+/// What the wheels were set to, in mm/s and mrad/s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wheels {
     pub at: Instant,
@@ -47,10 +47,10 @@ pub struct Wheels {
 #[derive(Debug)]
 pub struct Inside {
     pub mood: Mood,
-    /// What its sensor says, as the protocol writes it: `1`, `0` or `-`.
+    /// What its sensor reports, as the protocol writes it: `1`, `0` or `-`.
     pub seen: &'static str,
     pub range: &'static str,
-    /// Every change of what the wheels are told.
+    /// Every change of what the wheels are set to.
     pub wheels: Vec<Wheels>,
     /// When the last valid command came.
     pub commanded: Option<Instant>,
@@ -103,7 +103,7 @@ impl Micro {
         self.inside().is_to_restart = true;
     }
 
-    /// What the wheels are told now, in mm/s and mrad/s.
+    /// What the wheels are set to now, in mm/s and mrad/s.
     pub fn wheels(&self) -> (i32, i32) {
         self.inside().wheels.last().map_or((0, 0), |last| (last.speed_mm_s, last.turn_rate_mrad_s))
     }
@@ -140,15 +140,15 @@ struct Program {
     is_greeted: bool,
     command: Option<(u16, Instant)>,
     wheels: (i32, i32),
-    printed: Instant,
-    n_said: u64,
+    sent: Instant,
+    n_states: u64,
     n_bytes_received: u64,
     born: Instant,
 }
 
 impl Program {
     fn new(line: File, inside: Arc<Mutex<Inside>>) -> Self {
-        let printed = Instant::now();
+        let sent = Instant::now();
         Self {
             line,
             inside,
@@ -156,10 +156,10 @@ impl Program {
             is_greeted: false,
             command: None,
             wheels: (0, 0),
-            printed,
-            n_said: 0,
+            sent,
+            n_states: 0,
             n_bytes_received: 0,
-            born: printed,
+            born: sent,
         }
     }
 
@@ -186,9 +186,9 @@ impl Program {
             if self.command.is_some_and(|(_, at)| at.elapsed() >= TIMEOUT) {
                 self.turn_wheels((0, 0));
             }
-            if self.printed.elapsed() >= STATE_EVERY {
-                self.printed = Instant::now();
-                self.say_state(mood);
+            if self.sent.elapsed() >= STATE_EVERY {
+                self.sent = Instant::now();
+                self.send_state(mood);
             }
             std::thread::sleep(LOOK);
         }
@@ -259,7 +259,7 @@ impl Program {
         }
     }
 
-    fn say_state(&mut self, mood: Mood) {
+    fn send_state(&mut self, mood: Mood) {
         if mood == Mood::Silent {
             return;
         }
@@ -280,10 +280,10 @@ impl Program {
         let (time, (speed, turn)) = (self.time_ms(), self.wheels);
         let mut line =
             sealed(&format!("S,{time},{number},{speed},{turn},{mode},{seen},{range},7400"));
-        self.n_said += 1;
+        self.n_states += 1;
         match mood {
             Mood::Garbling => line.insert_str(0, "\u{7f}$S,1,2*\0\u{1}V,9,900,900\n$*"),
-            Mood::Halving if self.n_said.is_multiple_of(2) => line.truncate(line.len() / 2),
+            Mood::Halving if self.n_states.is_multiple_of(2) => line.truncate(line.len() / 2),
             _ => {}
         }
         self.send(&line);

@@ -12,7 +12,7 @@ const BEAT: Duration = Duration::from_millis(50);
 const TIMEOUT: Duration = Duration::from_secs(20);
 const FORWARD: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: -0.75 };
 
-/// A driver with somebody who tells it the same command again and again, as the node does.
+/// A driver that is given the same command again and again, as by the node.
 struct Drive {
     driver: SerialDriver,
     is_up: bool,
@@ -74,7 +74,7 @@ fn run(body: impl Future<Output = ()>) {
         .block_on(body);
 }
 
-/// Every pair that the wheels were told, in mm/s and mrad/s.
+/// Every pair that the wheels were set to, in mm/s and mrad/s.
 fn given(micro: &Micro) -> BTreeSet<(i32, i32)> {
     micro.inside().wheels.iter().map(|given| (given.speed_mm_s, given.turn_rate_mrad_s)).collect()
 }
@@ -210,22 +210,22 @@ fn a_microcontroller_that_was_deaf_obeys_no_old_command() {
         let mut drive = Drive::new(&socket);
         drive.up().await;
         let start = Instant::now();
-        // The speed tells the age of its command, in units of 10 ms.
-        let telling = || Command {
+        // The speed encodes the age of its command, in units of 10 ms.
+        let encoding = || Command {
             speed_m_s: (start.elapsed().as_secs_f64() * 100.0).floor() / 1000.0,
             turn_rate_rad_s: 0.0,
         };
-        drive.until("wheels turn", telling, |_| micro.wheels().0 > 0).await;
+        drive.until("wheels turn", encoding, |_| micro.wheels().0 > 0).await;
 
         for _ in 0..3 {
             micro.set_mood(Mood::Deaf);
             let deaf = Instant::now();
             let is_late = |_: &Drive| deaf.elapsed() > Duration::from_secs(2);
-            drive.until("it was deaf for long", telling, is_late).await;
+            drive.until("it was deaf for long", encoding, is_late).await;
             micro.set_mood(Mood::Well);
             let before = micro.inside().wheels.len();
             drive
-                .until("it obeys again", telling, |drive| {
+                .until("it obeys again", encoding, |drive| {
                     drive.is_up && micro.inside().wheels.len() > before + 3
                 })
                 .await;

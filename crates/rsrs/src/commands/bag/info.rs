@@ -15,7 +15,7 @@ use rsrs_pipeline::wording::columns;
 use rsrs_pipeline::wording::shell::quoted;
 use rsrs_pipeline::wording::{count, counted, moment, size};
 
-/// Say what is in a bag: topics, times, the experiment, labels, and where it breaks off.
+/// Print what is in a bag: topics, times, the experiment, labels, and where it breaks off.
 ///
 /// Every file is read through, against the checksums in it. Exit code 3 means that the recording breaks
 /// off or is damaged, or was recovered from one that was, so that data are lost.

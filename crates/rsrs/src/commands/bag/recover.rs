@@ -39,7 +39,7 @@ struct Report<'a> {
     recovered: &'a Recovered,
     /// Whether everything that was recorded is in the new bag.
     is_complete: bool,
-    /// Messages that are known to be lost.
+    /// Messages that are certainly lost.
     n_messages_lost: u64,
     /// Bytes of the old bag of which nothing was saved.
     n_bytes_lost: u64,

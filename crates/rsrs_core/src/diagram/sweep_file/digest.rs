@@ -8,7 +8,7 @@ use crate::robot::profile::RobotProfile;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OtherSweep {
     /// It was made by a version that did not write it down.
-    #[error("does not say from which sweep it was chosen, expected `sweep_digest: {expected}`")]
+    #[error("does not state from which sweep it was chosen, expected `sweep_digest: {expected}`")]
     Unnamed {
         /// Digest of the sweep.
         expected: String,

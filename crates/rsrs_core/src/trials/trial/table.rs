@@ -3,7 +3,7 @@
 use super::error::{TrialError, TrialProblem, unit_of};
 use crate::document::nearest;
 
-/// A table whose header is known to be right.
+/// A table whose header was found to be right.
 pub struct Table<'a> {
     file: &'a str,
     lines: Lines<'a>,

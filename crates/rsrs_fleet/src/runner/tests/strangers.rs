@@ -58,7 +58,7 @@ fn a_second_publisher_behind_the_gate_ends_the_run_too() {
 fn a_publisher_without_a_name_ends_it_too() {
     let Outcome::Aborted { reason } = outcome_after(&[publisher(2, None)]) else { panic!() };
 
-    assert!(reason.ends_with("of a node that does not say its name"), "{reason}");
+    assert!(reason.ends_with("of a node that does not state its name"), "{reason}");
 }
 
 #[test]

@@ -55,8 +55,8 @@ fn a_world_that_a_hand_has_moved_is_no_runs_until_it_is_placed_anew() {
         let actions = simulator.by_hand(hand, ms(0)).unwrap();
 
         let is_nameless = |action: &Action| {
-            matches!(action, Action::Status(printed)
-                if printed.parameter_digest == 0 && printed.state == RobotState::Idle)
+            matches!(action, Action::Status(status)
+                if status.parameter_digest == 0 && status.state == RobotState::Idle)
         };
         assert!(actions.iter().any(is_nameless), "{hand:?}: {actions:?}");
         // Even if a runner arms and starts it.

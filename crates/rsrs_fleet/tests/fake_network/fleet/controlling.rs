@@ -22,23 +22,25 @@ impl Fleet {
                 if self.scenario.controller_only[robot] {
                     self.witness_lease(robot, echoes[robot], &lease);
                 }
-                self.tell_controller(robot, Event::Lease((*lease).clone()))
+                self.deliver_to_controller(robot, Event::Lease((*lease).clone()))
             }
             Message::EStop(source, engaged) => {
                 self.witness_e_stop(robot, (source, engaged));
-                self.tell_controller(robot, Event::EStop { source, engaged })
+                self.deliver_to_controller(robot, Event::EStop { source, engaged })
             }
             Message::Release(sources) => {
                 self.witnesses[robot].e_stop_is_released(&sources);
-                self.tell_controller(robot, Event::Release((*sources).clone()))
+                self.deliver_to_controller(robot, Event::Release((*sources).clone()))
             }
             Message::Locks(locks) => {
-                self.tell_controller(robot, Event::LocksOfOthers((*locks).clone()))?;
+                self.deliver_to_controller(robot, Event::LocksOfOthers((*locks).clone()))?;
                 self.witness_adoption(robot);
                 Ok(())
             }
-            Message::Detection(detected) => self.tell_controller(robot, Event::Detection(detected)),
-            Message::Clock(stamp_ns) => self.tell_controller(robot, Event::Clock(stamp_ns)),
+            Message::Detection(detected) => {
+                self.deliver_to_controller(robot, Event::Detection(detected))
+            }
+            Message::Clock(stamp_ns) => self.deliver_to_controller(robot, Event::Clock(stamp_ns)),
             Message::Set(settings) => {
                 let result = self.set(robot, settings)?;
                 self.send(Node::Controller(robot), from, Message::SetAnswer(target, result));
@@ -62,10 +64,14 @@ impl Fleet {
         if self.controllers[robot].is_armed(self.local(Node::Controller(robot))) {
             return Ok(Err("read-only while armed".to_owned()));
         }
-        self.tell_controller(robot, Event::Parameters(settings)).map(Ok)
+        self.deliver_to_controller(robot, Event::Parameters(settings)).map(Ok)
     }
 
-    pub(super) fn tell_controller(&mut self, robot: usize, event: Event) -> Result<(), String> {
+    pub(super) fn deliver_to_controller(
+        &mut self,
+        robot: usize,
+        event: Event,
+    ) -> Result<(), String> {
         let node = Node::Controller(robot);
         let now = self.local(node);
         let decides = matches!(event, Event::Detection(_));
@@ -97,7 +103,7 @@ impl Fleet {
             }
         }
         if holds_lease {
-            self.tell_locks(robot);
+            self.publish_locks(robot);
         }
         self.judge_mouth(robot)
     }

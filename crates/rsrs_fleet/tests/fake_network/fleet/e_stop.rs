@@ -37,7 +37,7 @@ impl Fleet {
     }
 
     /// A gate publishes what the e-stop has locked on it, when that changes.
-    pub(super) fn tell_locks(&mut self, robot: usize) {
+    pub(super) fn publish_locks(&mut self, robot: usize) {
         let locks = self.gate(robot).locks();
         if locks == self.locks[robot] {
             return;
@@ -76,6 +76,6 @@ impl Fleet {
             }
             (other, from) => panic!("a stopper receives {other:?} from {from:?}"),
         };
-        self.tell_stopper(event);
+        self.deliver_to_stopper(event);
     }
 }

@@ -119,7 +119,7 @@ impl Fleet {
         self.ask_for_locks(Node::Stopper);
         // As from a fleet file: a robot that is out of reach should be named.
         for robot in 0..N_ROBOTS {
-            self.tell_stopper(stopper::Event::Discovered { robot: name(robot) });
+            self.deliver_to_stopper(stopper::Event::Discovered { robot: name(robot) });
         }
     }
 

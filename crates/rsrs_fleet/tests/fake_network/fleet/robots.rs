@@ -76,7 +76,7 @@ impl Fleet {
         if self.scenario.controller_only[robot] {
             return Ok(());
         }
-        self.tell_robot(robot, Event::Tick)
+        self.deliver_to_robot(robot, Event::Tick)
     }
 
     pub(super) fn robot_receives(&mut self, robot: usize, message: Message) -> Result<(), String> {
@@ -88,22 +88,22 @@ impl Fleet {
         match message {
             Message::Lease(lease, echoes) => {
                 self.witness_lease(robot, echoes[robot], &lease);
-                self.tell_robot(robot, Event::Lease((*lease).clone()))
+                self.deliver_to_robot(robot, Event::Lease((*lease).clone()))
             }
             Message::ControllerStatus(status, sent) => {
                 witness.controller(status.parameter_digest, sent.at_ms, now_ms);
-                self.tell_robot(robot, Event::Controller((*status).clone()))
+                self.deliver_to_robot(robot, Event::Controller((*status).clone()))
             }
             Message::EStop(source, engaged) => {
                 self.witness_e_stop(robot, (source, engaged));
-                self.tell_robot(robot, Event::EStop { source, engaged })
+                self.deliver_to_robot(robot, Event::EStop { source, engaged })
             }
             Message::Release(sources) => {
                 self.witnesses[robot].e_stop_is_released(&sources);
-                self.tell_robot(robot, Event::Release((*sources).clone()))
+                self.deliver_to_robot(robot, Event::Release((*sources).clone()))
             }
             Message::Locks(locks) => {
-                self.tell_robot(robot, Event::LocksOfOthers((*locks).clone()))?;
+                self.deliver_to_robot(robot, Event::LocksOfOthers((*locks).clone()))?;
                 self.witness_adoption(robot);
                 Ok(())
             }
@@ -113,18 +113,18 @@ impl Fleet {
             Message::Command(command, _) => match LIMITS.check(command) {
                 Ok(()) => {
                     witness.command(now_ms);
-                    self.tell_robot(robot, Event::Command(command))
+                    self.deliver_to_robot(robot, Event::Command(command))
                 }
                 Err(_beyond) => {
                     witness.refused();
-                    self.tell_robot(robot, Event::CommandRefused)
+                    self.deliver_to_robot(robot, Event::CommandRefused)
                 }
             },
             other => panic!("a robot receives {other:?}"),
         }
     }
 
-    pub(super) fn tell_robot(&mut self, robot: usize, event: Event) -> Result<(), String> {
+    pub(super) fn deliver_to_robot(&mut self, robot: usize, event: Event) -> Result<(), String> {
         self.step_gate(robot, event)?;
         if self.scenario.body == Body::Real {
             self.turn_wheels(robot)
@@ -149,7 +149,7 @@ impl Fleet {
         if let Some(status) = status {
             self.publish_status(robot, status);
         }
-        self.tell_locks(robot);
+        self.publish_locks(robot);
         Ok(())
     }
 
@@ -203,10 +203,10 @@ impl Fleet {
         let now_ms = self.now_ms;
         let host = &mut self.robots[robot];
         let command = host.ramp.toward(let_through, &LIMITS, now);
-        let is_told = host.wheels.is_some_and(|(command_sent, at_ms)| {
+        let is_sent = host.wheels.is_some_and(|(command_sent, at_ms)| {
             command_sent == command && now_ms < at_ms + WHEEL_BEAT_MS
         });
-        if !is_told {
+        if !is_sent {
             host.wheels = Some((command, now_ms));
         }
         Ok(())

@@ -58,7 +58,7 @@ impl Fleet {
         let gate =
             |host: &RobotHost| Gate { state: host.gate.state(now), drive: host.gate.drive(now) };
         let gates = robots.iter().map(gate).collect();
-        self.tell_simulator(Event::Gates(gates))
+        self.deliver_to_simulator(Event::Gates(gates))
     }
 
     pub(super) fn simulator_receives(
@@ -67,7 +67,7 @@ impl Fleet {
         message: Message,
     ) -> Result<(), String> {
         match message {
-            Message::Recorded(step) => self.tell_simulator(Event::Recorded { step })?,
+            Message::Recorded(step) => self.deliver_to_simulator(Event::Recorded { step })?,
             Message::Set(_) => {
                 let result = self.place()?;
                 self.send(Node::Simulator, from, Message::SetAnswer(Target::Simulator, result));
@@ -83,7 +83,7 @@ impl Fleet {
         command: Command,
         stamp_ns: Option<u64>,
     ) -> Result<(), String> {
-        self.tell_simulator(Event::Command { robot, stamp_ns, command })?;
+        self.deliver_to_simulator(Event::Command { robot, stamp_ns, command })?;
         self.look_at_gates()
     }
 
@@ -115,7 +115,7 @@ impl Fleet {
         }
         let host = self.simulator.as_mut().expect("only a simulator receives this");
         (host.placed, host.step, host.moved) = (PLACED, 0, 0);
-        self.tell_simulator(Event::Placed(Placed {
+        self.deliver_to_simulator(Event::Placed(Placed {
             digest: PLACED,
             robots: (1..=N_ROBOTS).map(|number| format!("robot_{number}")).collect(),
             steps: STEPS,
@@ -126,7 +126,7 @@ impl Fleet {
         Ok(Ok(()))
     }
 
-    fn tell_simulator(&mut self, event: Event) -> Result<(), String> {
+    fn deliver_to_simulator(&mut self, event: Event) -> Result<(), String> {
         let now = self.local(Node::Simulator);
         let Some(host) = &mut self.simulator else { return Ok(()) };
         for action in host.machine.on_event(event, now) {

@@ -14,7 +14,7 @@ pub struct Stop {
 }
 
 impl Fleet {
-    pub(super) fn tell_stopper(&mut self, event: stopper::Event) {
+    pub(super) fn deliver_to_stopper(&mut self, event: stopper::Event) {
         let now = self.local(Node::Stopper);
         let Some((machine, _, since_ms)) = &mut self.stopper else { return };
         let (actions, took_ms) = (machine.on_event(event, now), self.now_ms - *since_ms);

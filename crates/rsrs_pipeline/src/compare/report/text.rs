@@ -70,7 +70,8 @@ impl Report {
         let error = match self.verdict {
             Verdict::Undecided => String::new(),
             Verdict::Violated | Verdict::Supported => format!(
-                "; said wrongly with a probability of at most {SIGNIFICANCE}, however often one looks"
+                "; reached wrongly with a probability of at most {SIGNIFICANCE}, however often one \
+                 looks"
             ),
         };
         format!("{}{error}", self.summary)
@@ -146,7 +147,7 @@ impl Report {
         match pooled.shortfall_at_most {
             Some(short) => writeln!(
                 formatter,
-                "  as far as these runs say, they {mill} less often by at most {:.0} percentage points",
+                "  as far as these runs show, they {mill} less often by at most {:.0} percentage points",
                 100.0 * short
             )?,
             None => {
@@ -192,8 +193,9 @@ fn runs_that_decide(experiment: &Experiment) -> String {
             experiment.chance
         ),
         None => format!(
-            "even {MOST_RUNS} there decide with a probability of {:.2} only: real robots may mill less \
-             often by about as much as the margin, or too few simulated runs say how often theirs do",
+            "even {MOST_RUNS} there decide with a probability of {:.2} only: real robots may mill \
+             less often by about as much as the margin, or too few simulated runs show how often \
+             theirs do",
             experiment.chance
         ),
     }

@@ -316,8 +316,8 @@ impl fmt::Display for Filled {
             writeln!(
                 out,
                 "in {n_paused} of those left commands paused in {ATTEMPTS} trials one after the \
-                 other: `paused_s` says for how long; give this machine less to do, or the robots a \
-                 better network"
+                 other: `paused_s` states for how long; give this machine less to do, or the robots \
+                 a better network"
             )?;
         }
         if *n_lost > 0 {

@@ -40,7 +40,7 @@ impl Channel {
     }
 }
 
-/// What a server says in text.
+/// What a server sends as text.
 #[derive(Serialize)]
 #[serde(tag = "op", rename_all = "camelCase")]
 pub enum FromServer<'a> {
@@ -66,7 +66,7 @@ impl FromServer<'_> {
     }
 }
 
-/// What a client asks for; what it does not know of is left alone.
+/// What a client asks for; what is not listed here is left alone.
 #[derive(Debug, PartialEq, Eq, Deserialize)]
 #[serde(tag = "op", rename_all = "camelCase")]
 pub enum FromClient {

@@ -62,7 +62,7 @@ async fn asked<T: Send + 'static>(
     }
 }
 
-/// Says on standard error what to do, and waits until it is done; a signal ends it.
+/// Prints on standard error what to do, and waits until it is done; a signal ends it.
 ///
 /// # Errors
 ///
