@@ -13,8 +13,8 @@ use std::sync::Mutex;
 
 use crate::cells::{CELLS, conditions, flockbot};
 use crate::command::{code, json, rsrs, stderr, stdout};
-use crate::floor::{Run, cut_in_half};
 use crate::laboratory::{SPEEDS, swept};
+use crate::simulated_bags::{Run, cut_in_half};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use rsrs_bags::Bag;

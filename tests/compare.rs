@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use crate::command::{code, json, rsrs, stderr, stdout};
-use crate::floor::{Part, Run, cut_in_half, ended};
 use crate::laboratory::{chosen, swept};
+use crate::simulated_bags::{Part, Run, cut_in_half, ended};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::record::EndingKind;
 use serde_json::Value;

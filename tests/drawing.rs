@@ -1,8 +1,8 @@
 //! Recorded runs as pictures and films, and why they have their label.
 
 use crate::command::{code, json, rsrs, stderr, stdout};
-use crate::floor::{Part, Run};
 use crate::laboratory::{SPEEDS, swept};
+use crate::simulated_bags::{Part, Run};
 
 #[test]
 fn a_recorded_run_is_drawn_and_filmed() {

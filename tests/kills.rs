@@ -79,7 +79,7 @@ impl Victim {
             Self::Controllers => 325,
             // The wheels' own timeout.
             Self::Robot(dead) if dead == robot => 250,
-            // The runner notices a silence of 1 s, and says so with its next lease.
+            // The runner notices a silence of 1 s, and reports it with its next lease.
             Self::Robot(_) | Self::Simulator => 1_000 + 100 + 200,
         };
         Duration::from_millis(milliseconds) + SLACK
@@ -103,7 +103,7 @@ impl Moment {
     }
 }
 
-struct Floor {
+struct FleetUnderTest {
     folder: tempfile::TempDir,
     experiment: PathBuf,
     sockets: [Socket; N_REAL],
@@ -130,7 +130,7 @@ fn start_simulator() -> Process {
     node("sim", &ROBOTS[N_REAL..=N_REAL])
 }
 
-impl Floor {
+impl FleetUnderTest {
     fn new() -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let changes = [
@@ -240,7 +240,7 @@ impl Floor {
         process.wait(TIMEOUT)
     }
 
-    /// Kills, and says when it was done.
+    /// Kills, and returns when it was done.
     fn kill(&mut self, victim: Victim, run: &mut Process) -> Instant {
         let process = self.process(victim, run);
         process.0.kill().expect("it is our child");
@@ -343,19 +343,19 @@ fn number(name: &str, default: u64) -> u64 {
 
 fn kill_again_and_again() {
     let mut generator = ChaCha8Rng::seed_from_u64(number("RSRS_SEED", 1));
-    let mut floor = Floor::new();
+    let mut fleet = FleetUnderTest::new();
 
     for round in 0..number("RSRS_NODE_KILLS", KILLS) {
         let (victim, moment) = (Victim::draw(&mut generator), Moment::draw(&mut generator));
         let what = format!("round {round}, {victim:?}, {moment:?}");
         let ((mut run, bag), after) = match moment {
-            Moment::Starting(after) => (floor.start_run(), after),
-            Moment::Driving(after) => (floor.start_driving(), after),
+            Moment::Starting(after) => (fleet.start_run(), after),
+            Moment::Driving(after) => (fleet.start_driving(), after),
         };
         std::thread::sleep(after);
 
-        let killed = floor.kill(victim, &mut run);
-        floor.judge(victim, killed, &what);
+        let killed = fleet.kill(victim, &mut run);
+        fleet.judge(victim, killed, &what);
 
         if victim != Victim::Runner && run.0.try_wait().expect("it is our child").is_none() {
             signal(&run, "INT");
@@ -363,26 +363,26 @@ fn kill_again_and_again() {
         let (status, errors) = run.wait(TIMEOUT);
         assert!(!status.success(), "{what}: a run without {victim:?} was completed\n{errors}");
         judge_bag(&bag, victim, &what);
-        floor.restart(victim);
+        fleet.restart(victim);
     }
 
-    floor.start_driving();
+    fleet.start_driving();
 }
 
 fn freeze_again_and_again() {
-    let mut floor = Floor::new();
+    let mut fleet = FleetUnderTest::new();
 
     for round in 0..number("RSRS_NODE_FREEZES", FREEZES) {
         let victim = Victim::in_turn(round);
         let what = format!("round {round}, {victim:?}");
-        let (mut run, bag) = floor.start_driving();
+        let (mut run, bag) = fleet.start_driving();
 
-        signal(floor.process(victim, &mut run), "STOP");
-        floor.judge(victim, Instant::now(), &what);
-        let (status, errors) = floor.thaw(victim, &mut run);
+        signal(fleet.process(victim, &mut run), "STOP");
+        fleet.judge(victim, Instant::now(), &what);
+        let (status, errors) = fleet.thaw(victim, &mut run);
 
         assert_eq!(status.code(), Some(1), "{what}: {errors}");
-        for (micro, robot) in floor.micros.iter().zip(ROBOTS) {
+        for (micro, robot) in fleet.micros.iter().zip(ROBOTS) {
             assert_eq!(micro.wheels(), (0, 0), "{what}: wheels of {robot} turn again");
         }
         if victim == Victim::Runner {
@@ -395,8 +395,8 @@ fn freeze_again_and_again() {
             assert!(!status.success(), "{what}: the run was completed\n{errors}");
             judge_bag(&bag, victim, &what);
         }
-        floor.restart(victim);
+        fleet.restart(victim);
     }
 
-    floor.start_driving();
+    fleet.start_driving();
 }

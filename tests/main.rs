@@ -20,7 +20,6 @@ mod exploring;
 mod factors;
 mod fleet;
 mod fleet_foreign;
-mod floor;
 mod interop;
 mod interop_robot;
 mod judge;
@@ -48,6 +47,7 @@ mod scale;
 mod schemas;
 #[cfg(feature = "security")]
 mod secured_fleet;
+mod simulated_bags;
 mod starting_files;
 mod starts;
 mod stopping;

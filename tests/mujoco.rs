@@ -13,29 +13,29 @@ const REQUIREMENTS: &str = include_str!("../docs/examples/mujoco/requirements.tx
 const SCRIPT: &str = "\
 import json, math, sys
 sys.path.insert(0, sys.argv[1])
-from floor import Floor
-floor = Floor(['robot_1', 'robot_2'], seed=1)
+from physics import Physics
+physics = Physics(['robot_1', 'robot_2'], seed=1)
 
 def driven(speed_m_s, rate_rad_s, others={}):
-    floor.place({'robot_1': (0.0, 0.0, 0.0), **others})
+    physics.place({'robot_1': (0.0, 0.0, 0.0), **others})
     for _ in range(20):
-        floor.obey('robot_1', speed_m_s, rate_rad_s)
-        floor.advance(floor.time_s + 0.1)
-    return floor.pose('robot_1')
+        physics.obey('robot_1', speed_m_s, rate_rad_s)
+        physics.advance(physics.time_s + 0.1)
+    return physics.pose('robot_1')
 
 def share(others):
-    floor.place({'robot_1': (0.0, 0.0, 0.0), **others})
-    return sum(floor.detects('robot_1') for _ in range(400)) / 400
+    physics.place({'robot_1': (0.0, 0.0, 0.0), **others})
+    return sum(physics.detects('robot_1') for _ in range(400)) / 400
 
 straight, turn, arc = driven(0.2, 0.0), driven(0.0, 1.0), driven(0.2, 1.0)
-floor.advance(floor.time_s + 2.0)
-stopped = floor.pose('robot_1')
-floor.advance(floor.time_s + 1.0)
+physics.advance(physics.time_s + 2.0)
+stopped = physics.pose('robot_1')
+physics.advance(physics.time_s + 1.0)
 json.dump({
     'straight': straight, 'turn': turn, 'arc': arc,
-    'crept_m': math.dist(stopped[:2], floor.pose('robot_1')[:2]),
+    'crept_m': math.dist(stopped[:2], physics.pose('robot_1')[:2]),
     'blocked': driven(0.2, 0.0, {'robot_2': (0.2, 0.0, math.pi / 2)}),
-    'pushed': floor.pose('robot_2'),
+    'pushed': physics.pose('robot_2'),
     'ahead': share({'robot_2': (0.5, 0.0, 0.0)}), 'beside': share({'robot_2': (0.0, 0.5, 0.0)}),
     'far': share({'robot_2': (1.3, 0.0, 0.0)}), 'alone': share({}),
 }, sys.stdout)";

@@ -7,8 +7,8 @@ use std::process::Command;
 use rsrs_testing::python::{must_run, python_with};
 
 use crate::command::{code, json, repository, rsrs, stderr};
-use crate::floor::Run;
 use crate::laboratory::{SPEEDS, swept};
+use crate::simulated_bags::Run;
 
 const PACKAGES: [&str; 8] = [
     "ipykernel==7.*",

@@ -156,7 +156,7 @@ fn node(kind: &str, robots: &[&str]) -> Process {
     Process(command.spawn().expect("the program was built for this test"))
 }
 
-struct Floor {
+struct FleetUnderTest {
     folder: tempfile::TempDir,
     experiment: PathBuf,
     socket: Socket,
@@ -165,7 +165,7 @@ struct Floor {
     n_runs: usize,
 }
 
-impl Floor {
+impl FleetUnderTest {
     fn new() -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let changes = [
@@ -275,9 +275,9 @@ async fn cut_again_and_again(enclave: Option<Enclave>) {
     let options = SessionOptions { domain_id: 42, interfaces: vec![IpAddr::V4(BASE)], enclave };
     let session = Session::open(&options).expect("the bridge is there");
     let cutting = tokio::task::spawn_blocking(|| {
-        let mut floor = Floor::new();
+        let mut fleet = FleetUnderTest::new();
         for (n, cut) in cuts().into_iter().enumerate() {
-            floor.cut(2 * n, cut);
+            fleet.cut(2 * n, cut);
         }
     });
     tokio::select! {

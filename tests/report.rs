@@ -3,7 +3,7 @@
 mod browser;
 
 use crate::command::{code, rsrs, stderr};
-use crate::floor::{Part, Run, ended};
+use crate::simulated_bags::{Part, Run, ended};
 use rsrs_fleet::record::EndingKind;
 
 /// A folder with a small sweep, its chosen cell, and four bags.

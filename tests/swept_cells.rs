@@ -6,9 +6,9 @@ use std::process::Output;
 use std::time::Duration;
 
 use crate::command::{code, repository, rsrs, stderr, stdout};
-use crate::floor::Run;
 use crate::laboratory::{self, SPEEDS, chosen, swept, write_sweep};
 use crate::processes::{Process, confined_rsrs};
+use crate::simulated_bags::Run;
 use rsrs_bags::Bag;
 use rsrs_core::conditions::Region;
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};

@@ -12,9 +12,9 @@ use serde_json::Value;
 
 use crate::command;
 use crate::fleet::{ROBOTS, signal};
-use crate::floor::Run;
 use crate::processes::{Process, rsrs};
-use crate::stopping::Floor;
+use crate::simulated_bags::Run;
+use crate::stopping::FleetUnderTest;
 use crate::terminal::Window;
 
 fn watch(arguments: &[&str]) -> Command {
@@ -30,13 +30,13 @@ fn a_fleet_that_runs_is_watched_and_stopped_with_a_key() {
 }
 
 async fn watched_and_stopped() {
-    let mut floor = Floor::new(&ROBOTS).await;
+    let mut fleet = FleetUnderTest::new(&ROBOTS).await;
     let mut window = Window::open(&watch(&["--interface", "127.0.0.1"]), (100, 30));
     window.wait_until("nine robots without a run", |text| text.matches(" idle ").count() == 9);
     assert!(window.text().contains("no run: no lease is received"), "{}", window.text());
 
-    let mut run = floor.start_run("bag");
-    floor.wait_until_all_move().await;
+    let mut run = fleet.start_run("bag");
+    fleet.wait_until_all_move().await;
     window.wait_until("nine robots that move", |text| text.matches(" moving ").count() == 9);
     window.wait_for("RUNNING ");
     window.wait_for("circliness");
@@ -55,8 +55,8 @@ async fn watched_and_stopped() {
     window.wait_for("E-STOP holds 9 of 9");
     // Which the test receives as well.
     eventually("every robot stands", || {
-        floor.watch.update();
-        floor.watch.all_hold()
+        fleet.watch.update();
+        fleet.watch.all_hold()
     })
     .await;
 
@@ -65,10 +65,10 @@ async fn watched_and_stopped() {
     assert!(window.is_as_before());
     assert!(window.text().contains("9 of 9 robots stand"), "{}", window.text());
     run.wait(TIMEOUT);
-    let bag = Bag::open(&floor.bag("bag")).expect("the bag is whole");
+    let bag = Bag::open(&fleet.bag("bag")).expect("the bag is whole");
     let ending = Ending::from_pairs(bag.metadata(ENDING).expect("it was closed"));
     assert_eq!(ending.expect("it is an ending").kind, EndingKind::Aborted);
-    floor.close().await;
+    fleet.close().await;
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn a_bag_is_watched_to_its_end_where_it_has_the_phase_of_its_label() {
 }
 
 #[test]
-fn without_a_terminal_it_says_what_to_do() {
+fn without_a_terminal_it_prints_what_to_do() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let output = command::rsrs(folder.path(), &["watch", "some_bag"]);
 
@@ -179,7 +179,7 @@ fn a_client_of_the_foxglove_protocol_decodes_a_fleet_that_runs() {
     // Installed outside of the network without a package index.
     python::python_with("foxglove", &["rosbags==0.11.9", "websockets==17.4"], &[]);
     in_own_network(name, async || {
-        let floor = Floor::new(&ROBOTS).await;
+        let fleet = FleetUnderTest::new(&ROBOTS).await;
         let (server, url) = serving(watch(&["--interface", "127.0.0.1"]));
 
         let topics = ["/robot_1/status", "/robot_9/odom", "/robot_3/controller/status"];
@@ -192,7 +192,7 @@ fn a_client_of_the_foxglove_protocol_decodes_a_fleet_that_runs() {
         signal(&server, "INT");
         let mut server = server;
         assert_eq!(server.wait(TIMEOUT).0.code(), Some(0));
-        floor.close().await;
+        fleet.close().await;
     });
 }
 

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use crate::command::{code, json, rsrs, stderr, stdout};
-use crate::floor::Run;
 use crate::laboratory::{SPEEDS, chosen, swept, workplace};
+use crate::simulated_bags::Run;
 use crate::terminal::Terminal;
 
 const ESCAPE: char = '\u{1b}';

@@ -12,8 +12,8 @@ use rsrs_msgs::{cdr, topics};
 
 use super::place;
 use crate::command::{code, json, rsrs, stderr, stdout};
-use crate::floor::Run;
 use crate::laboratory::{SPEEDS, swept};
+use crate::simulated_bags::Run;
 
 const ODOM: &str = "/robot_1/odom";
 

@@ -2,8 +2,8 @@
 
 use super::{place, read};
 use crate::command::{code, json, rsrs, stderr, stdout};
-use crate::floor::{Part, Run};
 use crate::laboratory::{SPEEDS, swept};
+use crate::simulated_bags::{Part, Run};
 
 #[test]
 fn a_label_by_hand_is_added_and_never_changes_what_is_there() {

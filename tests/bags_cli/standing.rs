@@ -120,7 +120,8 @@ fn bags_of_robots_that_stood_fit_the_sensor_that_their_table_fits() {
 fn bags_in_which_nobody_stands_are_no_trials_of_a_sensor() {
     let place = place();
     let here = place.path();
-    crate::floor::Run { robots: 1, ..crate::floor::Run::new(1) }.record(here, "run");
+    crate::simulated_bags::Run { robots: 1, ..crate::simulated_bags::Run::new(1) }
+        .record(here, "run");
 
     let output = rsrs(here, &["measure", "fit", "--bags", "run", "--name", "x"]);
 

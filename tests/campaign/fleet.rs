@@ -1,5 +1,5 @@
 //! A campaign of a fleet to its end: robots in processes of their own, placed by somebody who reads
-//! what the command says, interrupted in the middle and gone on with.
+//! what the command prints, interrupted in the middle and gone on with.
 
 use std::fmt::Write as _;
 use std::io::Read;
@@ -32,7 +32,7 @@ const READING: Duration = Duration::from_millis(100);
 /// How far a robot sees, in metres, and to which side, as a cosine.
 const SIGHT: (f64, f64) = (0.75, 0.98);
 
-/// Where a robot is, and what it was told last.
+/// Where a robot is, and what it was commanded last.
 #[derive(Clone, Copy, Default)]
 struct Body {
     x_m: f64,
@@ -59,19 +59,19 @@ impl Body {
     }
 }
 
-/// The floor, which everybody sees as it is.
+/// The bodies of all robots, which hardware and tracker share.
 #[derive(Clone, Default)]
-struct Floor(Arc<Mutex<[Body; ROBOTS.len()]>>);
+struct Bodies(Arc<Mutex<[Body; ROBOTS.len()]>>);
 
-impl Floor {
-    fn bodies(&self) -> MutexGuard<'_, [Body; ROBOTS.len()]> {
+impl Bodies {
+    fn lock(&self) -> MutexGuard<'_, [Body; ROBOTS.len()]> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Puts the robots where the last table says, as a person would who reads it.
+    /// Puts the robots where the last table states, as a person would who reads it.
     fn place(&self, printed: &str) {
-        let table = printed.rsplit("place the robots:").next().expect("it was said");
-        let mut bodies = self.bodies();
+        let table = printed.rsplit("place the robots:").next().expect("it was printed");
+        let mut bodies = self.lock();
         for (robot, body) in ROBOTS.iter().zip(bodies.iter_mut()) {
             let row = table.lines().find(|line| line.starts_with(robot)).expect("it is listed");
             let numbers: Vec<f64> = row
@@ -85,17 +85,17 @@ impl Floor {
     }
 
     fn is_driving(&self) -> bool {
-        self.bodies().iter().all(|body| body.given.linear.x > 0.0)
+        self.lock().iter().all(|body| body.given.linear.x > 0.0)
     }
 
     fn stands(&self) -> bool {
-        self.bodies().iter().all(|body| body.given == Twist::default())
+        self.lock().iter().all(|body| body.given == Twist::default())
     }
 }
 
-/// What the robots' hardware and the tracker above them say and receive.
+/// What the robots' hardware and the tracker above them publish and receive.
 struct Hardware {
-    floor: Floor,
+    bodies: Bodies,
     ranges: Vec<Publisher<Range>>,
     tracker: Vec<Publisher<PoseStamped>>,
     _commands: Vec<Subscription>,
@@ -104,12 +104,12 @@ struct Hardware {
 impl Hardware {
     fn new(session: &Session) -> Self {
         let node = session.node("/", "hardware").expect("the name is allowed");
-        let floor = Floor::default();
+        let bodies = Bodies::default();
         let commands = ROBOTS.iter().enumerate().map(|(robot, name)| {
-            let (topic, floor) = (topics::HARDWARE_CMD_VEL_UNSTAMPED, floor.clone());
+            let (topic, bodies) = (topics::HARDWARE_CMD_VEL_UNSTAMPED, bodies.clone());
             let given =
                 session.subscribe(&node, &topic.for_robot(name), topic.qos, move |sample| {
-                    floor.bodies()[robot].given = sample.message;
+                    bodies.lock()[robot].given = sample.message;
                 });
             given.expect("the topic is allowed")
         });
@@ -122,10 +122,10 @@ impl Hardware {
             let topic = topics::POSE;
             session.publish_on(&node, &topic.for_robot(name), topic.qos).expect("it is allowed")
         });
-        Self { floor, ranges: ranges.collect(), tracker: tracker.collect(), _commands: commands }
+        Self { bodies, ranges: ranges.collect(), tracker: tracker.collect(), _commands: commands }
     }
 
-    /// Moves the robots as they are told, and says what is seen of them.
+    /// Moves the robots as they are commanded, and publishes what is seen of them.
     async fn live(&self) {
         let mut readings = tokio::time::interval(READING);
         let mut before = Instant::now();
@@ -133,7 +133,7 @@ impl Hardware {
             readings.tick().await;
             let now = Instant::now();
             let bodies = {
-                let mut bodies = self.floor.bodies();
+                let mut bodies = self.bodies.lock();
                 for body in bodies.iter_mut() {
                     body.drive((now - before).as_secs_f64());
                 }
@@ -199,7 +199,7 @@ fn robot(name: &str) -> Process {
     Process(command.spawn().expect("the program was built for this test"))
 }
 
-/// The command in a terminal, and what it has said so far.
+/// The command in a terminal, and what it has printed so far.
 struct Console {
     process: Process,
     terminal: Terminal,
@@ -230,23 +230,23 @@ impl Console {
         self.printed.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Waits until it says something.
+    /// Waits until it prints something.
     fn until(&mut self, what: &str) {
         let start = Instant::now();
         while !self.printed().contains(what) {
             let has_ended = self.process.0.try_wait().expect("it is our child").is_some();
             let is_late = has_ended || start.elapsed() > TIMEOUT;
-            assert!(!is_late, "it never said {what:?}: {}", self.printed());
+            assert!(!is_late, "it never printed {what:?}: {}", self.printed());
             thread::sleep(Duration::from_millis(10));
         }
     }
 
     /// Waits until it asks for an experiment, places the robots, and starts it.
-    fn start(&mut self, experiment: &str, floor: &Floor) {
+    fn start(&mut self, experiment: &str, bodies: &Bodies) {
         self.until(&format!("\n{experiment}: "));
         let asked = || self.printed().rsplit("place the robots:").next().map(str::to_owned);
         wait_for("the keys", || asked().is_some_and(|asked| asked.contains("Enter starts")));
-        floor.place(&self.printed());
+        bodies.place(&self.printed());
         // The tracker must have seen where they stand.
         thread::sleep(5 * READING);
         self.terminal.type_line("");
@@ -267,11 +267,11 @@ impl Console {
 fn a_campaign_of_a_fleet_is_placed_interrupted_and_gone_on_with_to_its_end() {
     let name =
         "campaign::fleet::a_campaign_of_a_fleet_is_placed_interrupted_and_gone_on_with_to_its_end";
-    in_own_network(name, async || on_the_floor(conduct).await);
+    in_own_network(name, async || with_live_robots(conduct).await);
 }
 
-/// Has robots live on a floor while something is done with them.
-async fn on_the_floor(done: fn(&Floor)) {
+/// Runs the nodes of robots and their hardware while something is done with them.
+async fn with_live_robots(done: fn(&Bodies)) {
     let session = session();
     let hardware = Hardware::new(&session);
     let _robots = ROBOTS.map(robot);
@@ -282,8 +282,8 @@ async fn on_the_floor(done: fn(&Floor)) {
             let range = topics::HARDWARE_RANGE.for_robot(name);
             session.wait_for_readers(&range, 1, TIMEOUT).await.expect("the robot starts");
         }
-        let floor = hardware.floor.clone();
-        tokio::task::spawn_blocking(move || done(&floor)).await
+        let bodies = hardware.bodies.clone();
+        tokio::task::spawn_blocking(move || done(&bodies)).await
     };
     tokio::select! {
         () = hardware.live() => {}
@@ -293,17 +293,17 @@ async fn on_the_floor(done: fn(&Floor)) {
     session.close().await;
 }
 
-fn conduct(floor: &Floor) {
+fn conduct(bodies: &Bodies) {
     let place = laboratory();
     let out = place.path().join("out");
     let [first, second, third] = EXPERIMENTS;
 
     // Through the first, and interrupted in the second.
     let mut console = Console::open(place.path());
-    console.start(first, floor);
+    console.start(first, bodies);
     console.until(&format!("{first}: completed, not judged: "));
-    console.start(second, floor);
-    wait_for("the robots that drive", || floor.is_driving());
+    console.start(second, bodies);
+    wait_for("the robots that drive", || bodies.is_driving());
     let pid = console.process.0.id().to_string();
     let status = std::process::Command::new("kill").args(["-s", "INT", &pid]).status();
     assert!(status.expect("every system has `kill`").success());
@@ -313,7 +313,7 @@ fn conduct(floor: &Floor) {
     let help = "help: what was recorded is in out/002_short/bag.unfinished_1; `rsrs campaign \
                 campaign.yaml -o out --backend fleet --interface 127.0.0.1` goes on where it was\n";
     assert!(printed.ends_with(help), "{printed}");
-    wait_for("the robots that stand", || floor.stands());
+    wait_for("the robots that stand", || bodies.stands());
     assert!(out.join(first).join("manifest.json").exists());
     assert!(!out.join(second).join("manifest.json").exists());
     let kept = std::fs::read(out.join(first).join("bag/bag_0.mcap")).expect("it is finished");
@@ -321,9 +321,9 @@ fn conduct(floor: &Floor) {
     // The rest of it.
     let mut console = Console::open(place.path());
     console.until("1 of 3 are finished");
-    console.start(second, floor);
+    console.start(second, bodies);
     console.until(&format!("{second}: completed"));
-    console.start(third, floor);
+    console.start(third, bodies);
     let (ended, summary, printed) = console.end();
 
     let summary: Value =
@@ -344,7 +344,7 @@ fn conduct(floor: &Floor) {
 }
 
 /// Goes through a campaign of one run whose robots a program places.
-fn conduct_placed(floor: &Floor) {
+fn conduct_placed(bodies: &Bodies) {
     let place = laboratory();
     let one = "experiments:\n- {experiment: short.yaml, seeds: [5]}\n";
     write(place.path(), "campaign.yaml", one);
@@ -379,7 +379,7 @@ fn conduct_placed(floor: &Floor) {
         let number = |key: &str| robot[key].as_f64().expect("a number");
         assert_eq!(robot["name"], ROBOTS[body]);
         let (x_m, y_m, heading_rad) = (number("x_m"), number("y_m"), number("heading_rad"));
-        floor.bodies()[body] = Body { x_m, y_m, heading_rad, given: Twist::default() };
+        bodies.lock()[body] = Body { x_m, y_m, heading_rad, given: Twist::default() };
     }
     write(place.path(), "placed", "");
     let (status, printed) = run.wait(TIMEOUT);
@@ -393,7 +393,7 @@ fn conduct_placed(floor: &Floor) {
 fn a_program_places_the_robots_of_a_campaign_and_stops_it_when_it_cannot() {
     let name = "campaign::fleet::\
         a_program_places_the_robots_of_a_campaign_and_stops_it_when_it_cannot";
-    in_own_network(name, async || on_the_floor(conduct_placed).await);
+    in_own_network(name, async || with_live_robots(conduct_placed).await);
 }
 
 /// The bag of a run of the fleet, in which every robot began where it was to begin, and drove.

@@ -6,8 +6,8 @@ use std::process::Command;
 use rsrs_testing::python::{must_run, python_with};
 
 use crate::command::{code, repository, rsrs, stderr};
-use crate::floor::Run;
 use crate::laboratory::workplace;
+use crate::simulated_bags::Run;
 
 const PACKAGES: [&str; 2] = ["playwright==1.65.2", "axe-playwright-python==0.1.8"];
 

@@ -1,4 +1,4 @@
-//! `rsrs stop` over DDS, against the simulator's robots, as on a laboratory's floor.
+//! `rsrs stop` over DDS, against the simulator's robots, as on a real fleet.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -24,8 +24,8 @@ use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 /// machine.
 const STANDS_WITHIN: Duration = Duration::from_secs(1);
 
-/// A floor of nine robots with their controllers, and somebody who watches them.
-pub struct Floor {
+/// Nine simulated robots with their controllers, and a node that receives what they publish.
+pub struct FleetUnderTest {
     folder: tempfile::TempDir,
     experiment: PathBuf,
     simulator: Process,
@@ -50,7 +50,7 @@ enum Input {
     EStop(bool, Instant),
 }
 
-impl Floor {
+impl FleetUnderTest {
     pub async fn new(robots: &[&str]) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let experiment = experiment(folder.path(), 1_000, &[("time: lockstep", "time: real_time")]);
@@ -58,11 +58,11 @@ impl Floor {
         let session = session();
         let node = session.node("/", "witness").expect("the name is allowed");
         let watch = Watch::new(&session, &node);
-        let floor = Self { folder, experiment, simulator, controllers, session, watch };
+        let fleet = Self { folder, experiment, simulator, controllers, session, watch };
         if robots.len() == ROBOTS.len() {
-            floor.place(&node).await;
+            fleet.place(&node).await;
         }
-        floor
+        fleet
     }
 
     /// Puts the simulator's robots where the experiment wants them.
@@ -209,7 +209,7 @@ fn fleet_file(experiment: &Path) -> String {
 
 fn ending_of(bag: &Path) -> Ending {
     let bag = Bag::open(bag).expect("the bag is whole");
-    let pairs = bag.metadata(ENDING).expect("a bag that was closed says how it ended");
+    let pairs = bag.metadata(ENDING).expect("a bag that was closed states how it ended");
     Ending::from_pairs(pairs).expect("it is an ending")
 }
 
@@ -222,17 +222,17 @@ fn a_stop_in_the_middle_of_a_run_stops_the_fleet_until_it_is_released() {
 }
 
 async fn stop_and_release() {
-    let mut floor = Floor::new(&ROBOTS).await;
-    let run = floor.start_run("bag");
-    floor.wait_until_all_move().await;
+    let mut fleet = FleetUnderTest::new(&ROBOTS).await;
+    let run = fleet.start_run("bag");
+    fleet.wait_until_all_move().await;
 
-    let (code, table, errors) = stop(&["--fleet", &fleet_file(&floor.experiment)]).await;
-    floor.watch.update();
+    let (code, table, errors) = stop(&["--fleet", &fleet_file(&fleet.experiment)]).await;
+    fleet.watch.update();
 
     assert_eq!(code, Some(0), "{table}\n{errors}");
     let rows: Vec<_> = table.lines().filter(|line| line.contains("stopped: e-stop")).collect();
     assert_eq!(rows.len(), 9, "{table}");
-    let (engaged, stood) = (floor.watch.engaged, floor.watch.stood);
+    let (engaged, stood) = (fleet.watch.engaged, fleet.watch.stood);
     let engaged = engaged.expect("`rsrs stop` engages the e-stop");
     let stood = stood.expect("every robot has acknowledged");
     let stood_after = stood.saturating_duration_since(engaged);
@@ -250,16 +250,16 @@ async fn stop_and_release() {
     }
     let expected =
         Ending { kind: EndingKind::Aborted, reason: "e-stop".to_owned(), lost: Vec::new() };
-    assert_eq!(ending_of(&floor.bag("bag")), expected);
+    assert_eq!(ending_of(&fleet.bag("bag")), expected);
     // Whoever engaged it has left long ago, and still they stand.
     tokio::time::sleep(Duration::from_secs(1)).await;
-    floor.watch.update();
-    assert!(floor.watch.all_hold(), "{:?}", floor.watch.robots);
+    fleet.watch.update();
+    assert!(fleet.watch.all_hold(), "{:?}", fleet.watch.robots);
 
     let (code, table, errors) = stop(&["--release"]).await;
     assert_eq!(code, Some(0), "{table}\n{errors}");
-    let run = floor.start_run("next_bag");
-    floor.wait_until_all_move().await;
+    let run = fleet.start_run("next_bag");
+    fleet.wait_until_all_move().await;
 
     let (code, _, errors) = stop(&["--release"]).await;
     assert_eq!(
@@ -267,7 +267,7 @@ async fn stop_and_release() {
         (Some(3), "robots are in a run: nothing was published to them")
     );
     signal(&run, "INT");
-    floor.close().await;
+    fleet.close().await;
 }
 
 #[test]
@@ -276,25 +276,25 @@ fn a_stop_works_when_everything_else_is_killed() {
 }
 
 async fn stop_alone() {
-    let mut floor = Floor::new(&ROBOTS).await;
-    let run = floor.start_run("bag");
-    floor.wait_until_all_move().await;
+    let mut fleet = FleetUnderTest::new(&ROBOTS).await;
+    let run = fleet.start_run("bag");
+    fleet.wait_until_all_move().await;
 
     signal(&run, "KILL");
-    signal(&floor.controllers, "KILL");
+    signal(&fleet.controllers, "KILL");
     let (code, table, errors) = stop(&["--format", "json"]).await;
 
     assert_eq!(code, Some(0), "{table}\n{errors}");
     let report: serde_json::Value = serde_json::from_str(&table).expect("it is JSON");
     assert_eq!(report["acknowledged"], true);
     assert_eq!(report["robots"].as_array().map(Vec::len), Some(9));
-    let watch = &mut floor.watch;
+    let watch = &mut fleet.watch;
     eventually("what the stop received is received here, too", || {
         watch.update();
         watch.all_hold()
     })
     .await;
-    floor.close().await;
+    fleet.close().await;
 }
 
 #[test]
@@ -303,15 +303,15 @@ fn a_robot_that_does_not_acknowledge_is_named() {
 }
 
 async fn stop_without_one() {
-    let floor = Floor::new(&ROBOTS[..8]).await;
+    let fleet = FleetUnderTest::new(&ROBOTS[..8]).await;
 
-    let (code, table, errors) = stop(&["--fleet", &fleet_file(&floor.experiment)]).await;
+    let (code, table, errors) = stop(&["--fleet", &fleet_file(&fleet.experiment)]).await;
 
     assert_eq!(code, Some(3), "{table}\n{errors}");
     assert!(table.contains("robot_9  NO             -  no status received"), "{table}");
     assert!(errors.contains("by 1 of 9 robots, go and look: robot_9"), "{errors}");
     assert_eq!(table.matches("stopped: e-stop").count(), 8, "{table}");
-    floor.close().await;
+    fleet.close().await;
 }
 
 #[test]
@@ -320,9 +320,9 @@ fn an_interrupted_countdown_moves_no_robot() {
 }
 
 async fn interrupted_countdown() {
-    let mut floor = Floor::new(&ROBOTS).await;
-    let run = floor.start_run("bag");
-    let watch = &mut floor.watch;
+    let mut fleet = FleetUnderTest::new(&ROBOTS).await;
+    let run = fleet.start_run("bag");
+    let watch = &mut fleet.watch;
     eventually("all robots are armed", || {
         watch.update();
         watch.robots.iter().all(|status| status.state == RobotStatus::ARMED)
@@ -331,13 +331,13 @@ async fn interrupted_countdown() {
 
     signal(&run, "INT");
     let (code, _, errors) = ended(run).await;
-    floor.watch.update();
+    fleet.watch.update();
 
     assert_eq!(code, Some(1), "{errors}");
     assert!(errors.contains("run aborted: interrupted"), "{errors}");
-    assert!(!floor.watch.has_moved);
-    assert!(floor.watch.robots.iter().all(|status| status.state == RobotStatus::STOPPED));
-    floor.close().await;
+    assert!(!fleet.watch.has_moved);
+    assert!(fleet.watch.robots.iter().all(|status| status.state == RobotStatus::STOPPED));
+    fleet.close().await;
 }
 
 #[test]
@@ -350,8 +350,8 @@ fn a_stop_with_nobody_there_reports_it() {
     });
 }
 
-/// Says on the e-stop topic, ten times a second, whether it is engaged.
-async fn say_all_the_time(publisher: &Publisher<Bool>, engaged: &AtomicBool) {
+/// Publishes on the e-stop topic, ten times a second, whether it is engaged.
+async fn publish_all_the_time(publisher: &Publisher<Bool>, engaged: &AtomicBool) {
     let mut beat = tokio::time::interval(Duration::from_millis(100));
     loop {
         beat.tick().await;
@@ -361,7 +361,7 @@ async fn say_all_the_time(publisher: &Publisher<Bool>, engaged: &AtomicBool) {
 }
 
 /// Names robots that no network has, and more than anybody follows.
-async fn say_nonsense(publisher: &Publisher<RunLease>) {
+async fn publish_nonsense(publisher: &Publisher<RunLease>) {
     let mut beat = tokio::time::interval(Duration::from_millis(100));
     let names = ["", "no robot", "a/b", "x__y"].map(str::to_owned);
     loop {
@@ -380,7 +380,7 @@ fn nobody_undoes_the_stop_of_another_and_a_release_names_who_still_holds() {
 }
 
 async fn two_sources() {
-    let mut floor = Floor::new(&ROBOTS).await;
+    let mut fleet = FleetUnderTest::new(&ROBOTS).await;
     let session = session();
     let node = session.node("/panel", "button").expect("the name is allowed");
     let topic = topics::E_STOP;
@@ -389,32 +389,32 @@ async fn two_sources() {
     let nonsense = session.publish_on(&node, topic.name, topic.qos).expect("it is allowed");
     let engaged = AtomicBool::new(false);
     let others = async {
-        tokio::join!(say_all_the_time(&button, &engaged), say_nonsense(&nonsense));
+        tokio::join!(publish_all_the_time(&button, &engaged), publish_nonsense(&nonsense));
     };
     tokio::select! {
         () = others => {}
-        () = stop_among_others(&mut floor, &engaged) => {}
+        () = stop_among_others(&mut fleet, &engaged) => {}
     }
     drop((button, nonsense));
     session.close().await;
-    floor.close().await;
+    fleet.close().await;
 }
 
-async fn stop_among_others(floor: &mut Floor, engaged: &AtomicBool) {
+async fn stop_among_others(fleet: &mut FleetUnderTest, engaged: &AtomicBool) {
     let (code, table, errors) = stop(&[]).await;
     assert_eq!(code, Some(0), "{table}\n{errors}");
     assert_eq!(table.matches("stopped: e-stop").count(), 9, "{table}");
-    // The button goes on saying `false`.
+    // The button goes on publishing `false`.
     tokio::time::sleep(Duration::from_secs(1)).await;
-    floor.watch.update();
-    assert!(floor.watch.all_hold(), "{:?}", floor.watch.robots);
+    fleet.watch.update();
+    assert!(fleet.watch.all_hold(), "{:?}", fleet.watch.robots);
 
     engaged.store(true, Ordering::Relaxed);
     let (code, table, errors) = stop(&["--release"]).await;
     assert_eq!(code, Some(3), "{table}\n{errors}");
     assert!(errors.contains("still held by /panel/button"), "{errors}");
-    floor.watch.update();
-    assert!(floor.watch.all_hold(), "{:?}", floor.watch.robots);
+    fleet.watch.update();
+    assert!(fleet.watch.all_hold(), "{:?}", fleet.watch.robots);
 
     engaged.store(false, Ordering::Relaxed);
     let (code, table, errors) = stop(&["--release"]).await;
@@ -427,9 +427,9 @@ fn a_stranger_who_steers_a_robot_ends_the_run_and_is_named() {
 }
 
 async fn stranger() {
-    let mut floor = Floor::new(&ROBOTS).await;
-    let run = floor.start_run("bag");
-    floor.wait_until_all_move().await;
+    let mut fleet = FleetUnderTest::new(&ROBOTS).await;
+    let run = fleet.start_run("bag");
+    fleet.wait_until_all_move().await;
 
     let session = session();
     let node = session.node("/", "teleop").expect("the name is allowed");
@@ -443,6 +443,6 @@ async fn stranger() {
     assert_eq!(code, Some(1), "{errors}");
     let expected = "run aborted: a second publisher of /robot_3/cmd_vel: node /teleop";
     assert!(errors.contains(expected), "{errors}");
-    assert_eq!(ending_of(&floor.bag("bag")).kind, EndingKind::Aborted);
-    floor.close().await;
+    assert_eq!(ending_of(&fleet.bag("bag")).kind, EndingKind::Aborted);
+    fleet.close().await;
 }

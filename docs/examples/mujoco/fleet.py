@@ -1,10 +1,10 @@
-"""The robots of `floor.py` on ROS 2, as nine robots and a tracker of a laboratory would be.
+"""The robots of `physics.py` on ROS 2, as nine robots and a tracker of a laboratory would be.
 
     python fleet.py FLEET.yaml SOCKET --seed 1
 
 Nothing of rsrs runs here. Each robot publishes `detection` and obeys `cmd_vel`, the tracker publishes
 their `pose`s. `place.py` puts robots elsewhere, through SOCKET, as a person would. Time passes as on
-the wall; SIGTERM ends it, with a line that says whether the machine kept up.
+the wall; SIGTERM ends it, with a line that states whether the machine kept up.
 """
 
 import argparse
@@ -28,30 +28,30 @@ from rclpy.qos import qos_profile_sensor_data
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool
 
-from floor import Floor
+from physics import Physics
 
 DETECTION_S, TRACKER_S = 0.1, 0.04
 MOST_BEHIND_S = 2.0  # What a machine cannot catch up with is left out, and counted.
 
 
 class Clock:
-    """Lets the floor's time pass as the wall's does."""
+    """Lets simulated time pass as wall time does."""
 
-    def __init__(self, floor):
-        self.floor = floor
-        self.started_s = time.monotonic() - floor.time_s
+    def __init__(self, physics):
+        self.physics = physics
+        self.started_s = time.monotonic() - physics.time_s
         self.began_s, self.began_cpu_s = time.monotonic(), time.process_time()
         self.most_behind_s = self.left_out_s = 0.0
 
     def advance(self):
         now_s = time.monotonic() - self.started_s
-        behind_s = now_s - self.floor.time_s
+        behind_s = now_s - self.physics.time_s
         self.most_behind_s = max(self.most_behind_s, behind_s)
         if behind_s > MOST_BEHIND_S:
             self.started_s += behind_s
             self.left_out_s += behind_s
             return
-        self.floor.advance(now_s)
+        self.physics.advance(now_s)
 
     def summary(self):
         passed_s, busy_s = time.monotonic() - self.began_s, time.process_time() - self.began_cpu_s
@@ -73,11 +73,11 @@ class Robot(Node):
 
     def obey(self, twist):
         self.clock.advance()
-        self.clock.floor.obey(self.name, twist.linear.x, twist.angular.z)
+        self.clock.physics.obey(self.name, twist.linear.x, twist.angular.z)
 
     def sense(self):
         self.clock.advance()
-        self.detection.publish(Bool(data=self.clock.floor.detects(self.name)))
+        self.detection.publish(Bool(data=self.clock.physics.detects(self.name)))
 
 
 class Tracker(Node):
@@ -94,10 +94,10 @@ class Tracker(Node):
         self.clock.advance()
         placed = self.wanted.get() if not self.wanted.empty() else None
         if placed:
-            self.clock.floor.place(placed.poses)
+            self.clock.physics.place(placed.poses)
         stamp = self.get_clock().now().to_msg()
         for name, publisher in self.poses.items():
-            x, y, heading = self.clock.floor.tracked(name)
+            x, y, heading = self.clock.physics.tracked(name)
             seen = PoseStamped()
             seen.header.stamp, seen.header.frame_id = stamp, "map"
             seen.pose.position.x, seen.pose.position.y = x, y
@@ -143,7 +143,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
     names = list(yaml.safe_load(arguments.fleet.read_text())["robots"])
-    clock, wanted = Clock(Floor(names, arguments.seed)), queue.SimpleQueue()
+    clock, wanted = Clock(Physics(names, arguments.seed)), queue.SimpleQueue()
 
     # A Ctrl-C in the terminal is for the programs that command robots, and not for robots.
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)

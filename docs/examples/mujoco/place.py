@@ -6,10 +6,10 @@
 import socket
 import sys
 
-with socket.socket(socket.AF_UNIX) as floor:
-    floor.connect(sys.argv[1])
-    floor.sendall(sys.stdin.read().encode())
-    floor.shutdown(socket.SHUT_WR)
-    answer = floor.makefile().read().strip()
+with socket.socket(socket.AF_UNIX) as fleet:
+    fleet.connect(sys.argv[1])
+    fleet.sendall(sys.stdin.read().encode())
+    fleet.shutdown(socket.SHUT_WR)
+    answer = fleet.makefile().read().strip()
 if answer != "placed":
     sys.exit(answer)

@@ -11,7 +11,7 @@ set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 folder=${1:?"usage: run.sh FOLDER [SEED]"}
 seed=${2:-1}
-# Within these the robots are safe, as whoever has built them says.
+# Within these the robots are safe, as whoever has built them states.
 speed=0.1,0.3
 turn_rate=0.4,2.0
 radius=0.07
@@ -69,10 +69,10 @@ end_children() {
 }
 
 start_robots() {
-    python fleet.py fleet.yaml floor.sock --seed "$seed" >robots.log 2>&1 &
+    python fleet.py fleet.yaml fleet.sock --seed "$seed" >robots.log 2>&1 &
     robots=$!
     children+=("$robots")
-    until [[ -S floor.sock ]]; do
+    until [[ -S fleet.sock ]]; do
         kill -0 "$robots" 2>/dev/null || { cat robots.log >&2; exit 1; }
         sleep 0.1
     done
@@ -86,7 +86,7 @@ measure() {
     # On a busy machine a trial may break off; the same command goes on with the rows that are left.
     for attempt in 1 2 3; do
         does rsrs measure drive fleet.yaml --plan trials --backend fleet \
-            --place-command "python place.py floor.sock" && break
+            --place-command "python place.py fleet.sock" && break
         [[ "$attempt" != 3 ]] || exit 1
     done
     does rsrs measure fit --plan trials --name mujoco --radius "$radius" -o mujoco.yaml --pictures pictures
@@ -103,7 +103,7 @@ predict() {
 
 # Step 4: three runs of the chosen cell, each from other starts.
 run_experiments() {
-    # Their controllers keep to the fastest commands that were tried, as the profile says.
+    # Their controllers keep to the fastest commands that were tried, as the profile states.
     local limits
     limits=($(python -c 'import yaml; it = yaml.safe_load(open("mujoco.yaml"))["actuation"]
 print(it["speed"]["limits_m_s"][1], it["turn"]["limits_rad_s"][1])'))
@@ -115,7 +115,7 @@ print(it["speed"]["limits_m_s"][1], it["turn"]["limits_rad_s"][1])'))
     for run in 1 2 3; do
         does rsrs place experiment.yaml --seed "$run" -o "start_$run.png"
         does rsrs run experiment.yaml --seed "$run" --backend fleet \
-            --place-command "python place.py floor.sock" -o "run_$run"
+            --place-command "python place.py fleet.sock" -o "run_$run"
         does rsrs label "run_$run"
     done
 }

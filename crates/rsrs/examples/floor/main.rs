@@ -1,4 +1,4 @@
-//! The experiments of `docs/reproduce.py` on a stand-in for the laboratory's floor ([`floor`]).
+//! The experiments of `docs/reproduce.py` on a stand-in for the laboratory's floor ([`faulty_fleet`]).
 //!
 //! ```text
 //! cargo run --release --example floor FOLDER
@@ -7,7 +7,7 @@
 //! `FOLDER` holds the sweep `plane`. Written beside it are drives of single robots (`alone.csv`), nine
 //! experiments as bags, two pictures, and what was counted (`floor.json`).
 
-mod floor;
+mod faulty_fleet;
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -40,7 +40,7 @@ use rsrs_view::raster::png;
 use rsrs_view::trajectory::TrajectoryPicture;
 use serde_json::{Value, json};
 
-use floor::{FAULTS, Floor};
+use faulty_fleet::{FAULTS, FaultyFleet};
 
 /// How long every experiment lasts, in seconds; that of the sweep.
 const DURATION_S: f64 = 300.0;
@@ -201,30 +201,30 @@ fn record(
         provenance: Provenance::new(version, "reproduce", &measured.digest(), conditions),
     };
     let (mut recorder, []) = Recorder::open(bag, &record, [])?;
-    let mut floor = Floor::new(conditions, Seed { seed, replicate: 0 })?;
+    let mut fleet = FaultyFleet::new(conditions, Seed { seed, replicate: 0 })?;
     recorder.lease(0, RunLease::RUNNING)?;
-    while floor.time_s() < DURATION_S {
-        for step in floor.advance() {
+    while fleet.time_s() < DURATION_S {
+        for step in fleet.advance() {
             recorder.detection(&step)?;
             recorder.odometry(&step)?;
             recorder.command(&step)?;
         }
     }
-    recorder.lease(floor.time_ns(), RunLease::STOPPED)?;
+    recorder.lease(fleet.time_ns(), RunLease::STOPPED)?;
     recorder.close()?;
     Ok(())
 }
 
 /// Runs one experiment without a bag, sampled once per control period.
 fn watch(conditions: &Conditions, seed: Seed) -> anyhow::Result<Trajectory> {
-    let mut floor = Floor::new(conditions, seed)?;
+    let mut fleet = FaultyFleet::new(conditions, seed)?;
     let mut trajectory = Trajectory::new(conditions.period_s, conditions.robots);
     for sample in 1..=conditions.steps(DURATION_S) {
-        while floor.time_s() < sample as f64 * conditions.period_s {
-            floor.advance();
+        while fleet.time_s() < sample as f64 * conditions.period_s {
+            fleet.advance();
         }
-        trajectory.poses.extend(floor.poses());
-        trajectory.commands.extend(floor.commands());
+        trajectory.poses.extend(fleet.poses());
+        trajectory.commands.extend(fleet.commands());
     }
     Ok(trajectory)
 }
@@ -249,9 +249,10 @@ fn drive_alone(measured: &RobotProfile) -> anyhow::Result<String> {
     let conditions = conditions(measured, 1, 0.15, 0.75)?;
     for (robot, trial) in (1..=5).flat_map(|robot| (1..=4).map(move |trial| (robot, trial))) {
         // The world of a robot is drawn with its number, so every trial has its own.
-        let mut floor = Floor::new(&conditions, Seed { seed: 100 * robot + trial, replicate: 0 })?;
-        while floor.time_s() < 10.0 {
-            for step in floor.advance() {
+        let mut fleet =
+            FaultyFleet::new(&conditions, Seed { seed: 100 * robot + trial, replicate: 0 })?;
+        while fleet.time_s() < 10.0 {
+            for step in fleet.advance() {
                 let (time_s, Pose { x_m, y_m, heading_rad }) =
                     (step.time_ns as f64 / 1e9, step.pose);
                 let Command { speed_m_s, turn_rate_rad_s } = step.command;

@@ -12,7 +12,7 @@ use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::session::{NodeHandle, Session, Subscription};
 use tokio::task::JoinHandle;
 
-use super::floor::{DIGEST, Node, ROBOT, Runner};
+use super::rest_of_fleet::{DIGEST, Node, ROBOT, Runner};
 use rsrs_testing::network::{eventually, in_own_network, session};
 
 /// The last message of a topic.
@@ -38,7 +38,7 @@ impl<M: RosMessage> Last<M> {
     }
 }
 
-/// Somebody who says the same again and again, until it is changed.
+/// A publisher that repeats a message until it is changed.
 struct Repeated<M> {
     message: Arc<Mutex<M>>,
     task: JoinHandle<()>,
@@ -49,10 +49,10 @@ impl<M: RosMessage> Repeated<M> {
         let publisher =
             session.publish_on::<M>(node, name, topic.qos).expect("the topic is allowed");
         let message = Arc::new(Mutex::new(first));
-        let printed = Arc::clone(&message);
+        let repeated = Arc::clone(&message);
         let task = tokio::spawn(async move {
             loop {
-                let message = printed.lock().unwrap_or_else(PoisonError::into_inner).clone();
+                let message = repeated.lock().unwrap_or_else(PoisonError::into_inner).clone();
                 publisher.publish(message).await.expect("a healthy network");
                 tokio::time::sleep(Duration::from_millis(40)).await;
             }
@@ -94,9 +94,9 @@ fn a_base_of_somebody_else_is_driven_by_its_range_sensor() {
         let far = Range { min_range: 0.02, max_range: 2.0, range: 1.5, ..Range::default() };
         let topic = topics::HARDWARE_RANGE;
         let sensor = Repeated::on(&session, &base, (&topic.for_robot(ROBOT), topic), far);
-        eventually("the controller is received", || runner.printed().controller_digest != 0).await;
-        let digest = runner.printed().controller_digest;
-        runner.printed().digest = digest;
+        eventually("the controller is received", || runner.messages().controller_digest != 0).await;
+        let digest = runner.messages().controller_digest;
+        runner.messages().digest = digest;
         runner.run_epoch(1).await;
 
         eventually("it turns right", || {
@@ -113,7 +113,7 @@ fn a_base_of_somebody_else_is_driven_by_its_range_sensor() {
 
         drop(sensor);
         eventually("the wheels stand", || wheels.is(|twist| *twist == Twist::default())).await;
-        let reason = runner.printed().status.stop_reason.clone();
+        let reason = runner.messages().status.stop_reason.clone();
         assert!(reason.contains("no valid reading of the sensor for more than 500 ms"), "{reason}");
         drop((node, runner));
         session.close().await;
@@ -166,8 +166,8 @@ fn a_robot_of_the_simulator_is_gated_as_a_real_one() {
         let topic = topics::VIRTUAL_DETECTION;
         let name = topic.for_robot(ROBOT);
         let _eyes = Repeated::on(&session, &world, (&name, topic), Bool { data: true });
-        runner.printed().foreign_controller = Some(DIGEST);
-        runner.printed().command = Some((0.1, 0.5));
+        runner.messages().foreign_controller = Some(DIGEST);
+        runner.messages().command = Some((0.1, 0.5));
 
         eventually("it sees", || detection.is(|detection| detection.data)).await;
         eventually("it stands without a lease", || {
@@ -179,7 +179,7 @@ fn a_robot_of_the_simulator_is_gated_as_a_real_one() {
             wheels.is(|wheels| (wheels.twist.linear.x, wheels.twist.angular.z) == (0.1, 0.5))
         })
         .await;
-        runner.printed().e_stop = Some(true);
+        runner.messages().e_stop = Some(true);
         eventually("it stands", || wheels.is(|wheels| wheels.twist == Twist::default())).await;
 
         drop((node, runner));

@@ -6,8 +6,8 @@ use rsrs_msgs::topics;
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterValue};
 use tokio::sync::mpsc::unbounded_channel;
 
-use super::floor::{DIGEST, Node, Runner};
 use super::micro::{Micro, Socket};
+use super::rest_of_fleet::{DIGEST, Node, Runner};
 use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 
 const NODE: &str = "/robot_1/robot";
@@ -47,10 +47,10 @@ fn parameters_are_set_together_within_their_ranges_and_not_during_a_run() {
         let expected = [2.0, 0.4, 0.3].map(ParameterValue::Double);
         assert_eq!(values, expected);
 
-        runner.printed().foreign_controller = Some(DIGEST);
+        runner.messages().foreign_controller = Some(DIGEST);
         runner.run_epoch(1).await;
         client.set_atomically(NODE, &good).await.expect_err("a run holds the parameters");
-        runner.printed().lease = None;
+        runner.messages().lease = None;
         eventually("the lease runs out", || runner.state() == RobotStatus::STOPPED).await;
         client.set_atomically(NODE, &good).await.expect("the run is over");
 
@@ -74,7 +74,7 @@ fn diagnostics_name_the_part_that_fails() {
                 drop(to_test.send(sample.message));
             })
             .expect("the topic is allowed");
-        let mut hardware_says = |level: u8, text: &str| {
+        let mut hardware_reports = |level: u8, text: &str| {
             std::iter::from_fn(|| received.try_recv().ok()).any(|array| {
                 let hardware = &array.status[0];
                 assert_eq!(hardware.name, "robot_1: serial driver");
@@ -83,11 +83,11 @@ fn diagnostics_name_the_part_that_fails() {
         };
 
         eventually("the missing port is named", || {
-            hardware_says(DiagnosticStatus::ERROR, "cannot be opened")
+            hardware_reports(DiagnosticStatus::ERROR, "cannot be opened")
         })
         .await;
         let _micro = Micro::plug_in(&socket.path());
-        eventually("all is well", || hardware_says(DiagnosticStatus::OK, "work")).await;
+        eventually("all is well", || hardware_reports(DiagnosticStatus::OK, "work")).await;
 
         drop(node);
         session.close().await;

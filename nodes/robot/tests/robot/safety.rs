@@ -3,8 +3,8 @@
 
 use std::time::{Duration, Instant};
 
-use super::floor::{DIGEST, Node, Runner};
 use super::micro::{self, Micro, Socket};
+use super::rest_of_fleet::{DIGEST, Node, Runner};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_ros::session::{NodeHandle, Session};
 use rsrs_testing::network::{eventually, in_own_network, session};
@@ -39,8 +39,8 @@ impl Scene {
     /// One that somebody else commands, and that obeys.
     pub async fn commanded(arguments: &[&str]) -> Self {
         let scene = Self::start(&[&["--without-controller"], arguments].concat());
-        scene.runner.printed().foreign_controller = Some(DIGEST);
-        scene.runner.printed().command = Some((0.1, 0.5));
+        scene.runner.messages().foreign_controller = Some(DIGEST);
+        scene.runner.messages().command = Some((0.1, 0.5));
         scene.runner.run_epoch(1).await;
         scene.wheels_turn().await;
         scene
@@ -50,7 +50,7 @@ impl Scene {
         eventually("the wheels do what was commanded", || self.micro.wheels() == (100, 500)).await;
     }
 
-    /// Waits until the wheels stand, and says when they did.
+    /// Waits until the wheels stand, and returns when they did.
     async fn wheels_stand(&self) -> Instant {
         eventually("the wheels stand", || self.micro.wheels() == (0, 0)).await;
         self.micro.inside().wheels.last().expect("they moved before").at
@@ -83,18 +83,18 @@ fn a_robot_mills_by_its_own_controller_and_a_killed_node_stops_the_wheels() {
         async || {
             let start_values = ["--ros-args", "-p", "speed:=0.15", "-p", "turn_rate:=0.75"];
             let mut scene = Scene::start(&start_values);
-            eventually("the controller says what it drives with", || {
-                scene.runner.printed().controller_digest != 0
+            eventually("the controller reports what it drives with", || {
+                scene.runner.messages().controller_digest != 0
             })
             .await;
-            let digest = scene.runner.printed().controller_digest;
-            scene.runner.printed().digest = digest;
+            let digest = scene.runner.messages().controller_digest;
+            scene.runner.messages().digest = digest;
             scene.runner.run_epoch(1).await;
 
             eventually("it turns right", || scene.micro.wheels() == (150, -750)).await;
             scene.micro.inside().seen = "1";
             eventually("it turns left", || scene.micro.wheels() == (150, 750)).await;
-            assert!((scene.runner.printed().status.battery_v - 7.4).abs() < 1e-3);
+            assert!((scene.runner.messages().status.battery_v - 7.4).abs() < 1e-3);
 
             scene.node.signal(libc::SIGKILL);
             scene.node.0.wait().expect("the node is our child");
@@ -113,14 +113,14 @@ fn a_command_beyond_the_limits_stops_the_wheels_at_once() {
         let scene = Scene::commanded(&["--ros-args", "-p", "period:=1.0"]).await;
 
         for command in [(f64::NAN, 0.5), (0.1, f64::INFINITY), (1e9, 0.0), (0.31, 0.0)] {
-            scene.runner.printed().command = Some(command);
+            scene.runner.messages().command = Some(command);
             let refused = Instant::now();
             let stood = scene.wheels_stand().await;
-            // It is said with the next beat.
+            // It is published with the next beat.
             assert_within(refused, stood, 100);
             scene.still().await;
             assert_eq!(scene.runner.state(), RobotStatus::MOVING);
-            scene.runner.printed().command = Some((0.1, 0.5));
+            scene.runner.messages().command = Some((0.1, 0.5));
             scene.wheels_turn().await;
         }
 
@@ -139,7 +139,7 @@ fn a_stale_command_stops_the_wheels_until_a_fresh_one_comes() {
         async || {
             let scene = Scene::commanded(&[]).await;
 
-            scene.runner.printed().command = None;
+            scene.runner.messages().command = None;
             let silent = Instant::now();
             let stood = scene.wheels_stand().await;
             // 2.5 periods of 130 ms.
@@ -147,7 +147,7 @@ fn a_stale_command_stops_the_wheels_until_a_fresh_one_comes() {
             scene.still().await;
             assert_eq!(scene.runner.state(), RobotStatus::MOVING, "a stale command is no latch");
 
-            scene.runner.printed().command = Some((0.1, 0.5));
+            scene.runner.messages().command = Some((0.1, 0.5));
             scene.wheels_turn().await;
             scene.end().await;
         },
@@ -159,20 +159,20 @@ fn an_e_stop_latches_until_a_newer_epoch_arms() {
     in_own_network("safety::an_e_stop_latches_until_a_newer_epoch_arms", async || {
         let scene = Scene::commanded(&[]).await;
 
-        scene.runner.printed().e_stop = Some(true);
+        scene.runner.messages().e_stop = Some(true);
         let engaged = Instant::now();
         let stood = scene.wheels_stand().await;
-        // It is said with the next beat.
+        // It is published with the next beat.
         assert_within(engaged, stood, 100 + 200);
-        scene.runner.printed().e_stop = Some(false);
+        scene.runner.messages().e_stop = Some(false);
         scene.still().await;
-        assert!(scene.runner.printed().status.stop_reason.contains("e-stop"));
+        assert!(scene.runner.messages().status.stop_reason.contains("e-stop"));
 
         scene.runner.run_epoch(2).await;
         scene.wheels_turn().await;
 
         // Whoever was received once and falls silent locks as well.
-        scene.runner.printed().e_stop = None;
+        scene.runner.messages().e_stop = None;
         scene.wheels_stand().await;
         scene.end().await;
     });
@@ -185,19 +185,19 @@ fn a_silent_runner_and_another_digest_stop_the_wheels_for_good() {
         async || {
             let scene = Scene::commanded(&[]).await;
 
-            scene.runner.printed().lease = None;
+            scene.runner.messages().lease = None;
             let silent = Instant::now();
             let stood = scene.wheels_stand().await;
             assert_within(silent, stood, 500);
-            scene.runner.printed().lease = Some((1, RunLease::RUNNING));
+            scene.runner.messages().lease = Some((1, RunLease::RUNNING));
             scene.still().await;
-            assert_eq!(scene.runner.printed().status.stop_reason, "lease ran out");
+            assert_eq!(scene.runner.messages().status.stop_reason, "lease ran out");
 
             scene.runner.run_epoch(2).await;
             scene.wheels_turn().await;
-            scene.runner.printed().foreign_controller = Some(DIGEST + 1);
+            scene.runner.messages().foreign_controller = Some(DIGEST + 1);
             scene.wheels_stand().await;
-            scene.runner.printed().foreign_controller = Some(DIGEST);
+            scene.runner.messages().foreign_controller = Some(DIGEST);
             scene.still().await;
             scene.end().await;
         },
@@ -213,7 +213,7 @@ fn an_unplugged_robot_stays_out_of_its_run_and_joins_the_next() {
 
             let path = scene.socket.path();
             drop(std::mem::replace(&mut scene.micro, Micro::plug_in(&path)));
-            eventually("the robot says that its hardware failed", || {
+            eventually("the robot reports that its hardware failed", || {
                 scene.runner.state() == RobotStatus::FAULT
             })
             .await;
@@ -222,7 +222,7 @@ fn an_unplugged_robot_stays_out_of_its_run_and_joins_the_next() {
             })
             .await;
             scene.still().await;
-            let reason = scene.runner.printed().status.stop_reason.clone();
+            let reason = scene.runner.messages().status.stop_reason.clone();
             assert!(reason.contains("hardware fault: the other end has gone"), "{reason}");
 
             scene.runner.run_epoch(2).await;
@@ -244,8 +244,8 @@ fn a_terminated_node_stops_the_wheels_first_and_reports_it() {
         let commanded = scene.micro.inside().commanded.expect("commands came");
         let since_command = stood.saturating_duration_since(commanded);
         assert!(since_command < Duration::from_millis(100), "it was the timeout that stopped them");
-        eventually("the robot says that it has ended", || {
-            scene.runner.printed().status.stop_reason.contains("the robot's node has ended")
+        eventually("the robot reports that it has ended", || {
+            scene.runner.messages().status.stop_reason.contains("the robot's node has ended")
         })
         .await;
         let status = scene.node.0.wait().expect("the node is our child");

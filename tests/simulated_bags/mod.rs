@@ -1,4 +1,4 @@
-//! A laboratory's floor for tests: bags of runs that never were, made from simulated episodes.
+//! Bags of runs for tests, made from simulated episodes in the place of real robots.
 
 use std::path::{Path, PathBuf};
 
@@ -39,9 +39,9 @@ pub struct Run {
     pub duration_s: f64,
     /// How long it was recorded, in seconds.
     pub recorded_s: f64,
-    /// Seed of the world that stands in for the floor.
+    /// Seed of the simulated world in the place of real robots.
     pub seed: u64,
-    /// The pace that the record tells of.
+    /// The pace that the record states.
     pub time: Time,
     /// Probability that a robot sees what is there; real ones are as measured, blind ones have 0.
     pub sight: f64,
@@ -97,20 +97,20 @@ impl Run {
     fn write(&self, folder: &Path, name: &str, record: Option<&str>) -> PathBuf {
         let conditions = self.conditions();
         let bag = folder.join(name);
-        let mut floor = Floor::new(&bag, &conditions, self.lacks);
+        let mut recording = Recording::new(&bag, &conditions, self.lacks);
         if let Some(record) = record {
-            floor.attach(record);
+            recording.attach(record);
         }
-        floor.run(self, &conditions);
+        recording.run(self, &conditions);
         if self.lacks != Some(Part::Ending) {
             let pairs = self.ending.to_pairs();
-            floor.writer.metadata(ENDING, pairs).expect("the disk has room");
+            recording.writer.metadata(ENDING, pairs).expect("the disk has room");
         }
-        floor.writer.finish().expect("the disk has room");
+        recording.writer.finish().expect("the disk has room");
         bag
     }
 
-    /// The world that stands in for the floor.
+    /// The simulated world in the place of real robots.
     fn conditions(&self) -> Conditions {
         let values = vec![
             (Axis::Speed, self.speed_m_s),
@@ -134,7 +134,7 @@ impl Run {
             seed: self.seed,
             replicate: 0,
             robot_lost: RobotLost::Abort,
-            // The floor runs in real time.
+            // A fleet runs in real time.
             backend: match self.time {
                 Time::Lockstep => Backend::Simulator,
                 Time::RealTime => Backend::Fleet,
@@ -171,13 +171,13 @@ struct Robot {
 }
 
 /// A bag that is being recorded.
-struct Floor {
+struct Recording {
     writer: BagWriter,
     lease: ChannelId,
     robots: Vec<Robot>,
 }
 
-impl Floor {
+impl Recording {
     fn new(bag: &Path, conditions: &Conditions, lacks: Option<Part>) -> Self {
         let mut writer = BagWriter::create(bag, BagOptions::default()).expect("the bag is new");
         let mut add = |topic: Topic, robot: &str| {
@@ -205,7 +205,7 @@ impl Floor {
     fn run(&mut self, run: &Run, conditions: &Conditions) {
         let seed = Seed { seed: run.seed, replicate: 0 };
         let episode =
-            run_episode(conditions, seed, run.recorded_s).expect("the robots fit on the floor");
+            run_episode(conditions, seed, run.recorded_s).expect("the robots fit into their disc");
         self.lease(0, RunLease::RUNNING);
         for sample in 0..episode.n_samples() {
             let time_ns = sample as u64 * PERIOD_NS;

@@ -51,35 +51,36 @@ impl Drop for Node {
     }
 }
 
-/// What the runner says, and what it received.
+/// What the runner publishes, and what it received.
 #[derive(Debug, Default)]
-pub struct Said {
+pub struct RunnerMessages {
     /// `None` is silence.
     pub lease: Option<(u64, u8)>,
     /// The digest of the lease.
     pub digest: u64,
     /// Digest of a controller outside the robot's process; `None` if there is none.
     pub foreign_controller: Option<u64>,
-    /// What is said on the e-stop topic; `None` is silence.
+    /// What is published on the e-stop topic; `None` is silence.
     pub e_stop: Option<bool>,
-    /// What is said on `cmd_vel` with every beat; `None` is silence.
+    /// What is published on `cmd_vel` with every beat; `None` is silence.
     pub command: Option<(f64, f64)>,
     pub status: RobotStatus,
     /// Digest of the controller in the robot's process.
     pub controller_digest: u64,
 }
 
-/// A runner, and a controller if it is told to play one.
+/// A runner, and a controller if it is to play one.
 pub struct Runner {
-    printed: Arc<Mutex<Said>>,
+    messages: Arc<Mutex<RunnerMessages>>,
     task: JoinHandle<()>,
     _subscriptions: [Subscription; 2],
 }
 
 impl Runner {
     pub fn start(session: &Session, node: &NodeHandle) -> Self {
-        let printed = Arc::new(Mutex::new(Said { digest: DIGEST, ..Said::default() }));
-        let (to_status, to_controller) = (Arc::clone(&printed), Arc::clone(&printed));
+        let messages =
+            Arc::new(Mutex::new(RunnerMessages { digest: DIGEST, ..RunnerMessages::default() }));
+        let (to_status, to_controller) = (Arc::clone(&messages), Arc::clone(&messages));
         let (status, controller) = (topics::STATUS, topics::CONTROLLER_STATUS);
         let subscriptions = [
             session
@@ -95,33 +96,35 @@ impl Runner {
                 .expect("the topic is allowed"),
         ];
         let publishers = Publishers::new(session, node);
-        let task = tokio::spawn(speak(publishers, Arc::clone(&printed)));
-        Self { printed, task, _subscriptions: subscriptions }
+        let task = tokio::spawn(speak(publishers, Arc::clone(&messages)));
+        Self { messages, task, _subscriptions: subscriptions }
     }
 
-    pub fn printed(&self) -> MutexGuard<'_, Said> {
-        lock(&self.printed)
+    pub fn messages(&self) -> MutexGuard<'_, RunnerMessages> {
+        lock(&self.messages)
     }
 
     pub fn state(&self) -> u8 {
-        self.printed().status.state
+        self.messages().status.state
     }
 
     /// Arms an epoch, waits for the robot to arm, and runs.
     pub async fn run_epoch(&self, epoch: u64) {
-        self.printed().lease = Some((epoch, RunLease::ARMED));
-        self.says("armed", |status| (status.state, status.epoch) == (RobotStatus::ARMED, epoch))
-            .await;
-        self.printed().lease = Some((epoch, RunLease::RUNNING));
-        self.says("moving", |status| status.state == RobotStatus::MOVING).await;
+        self.messages().lease = Some((epoch, RunLease::ARMED));
+        self.until_it_is("armed", |status| {
+            (status.state, status.epoch) == (RobotStatus::ARMED, epoch)
+        })
+        .await;
+        self.messages().lease = Some((epoch, RunLease::RUNNING));
+        self.until_it_is("moving", |status| status.state == RobotStatus::MOVING).await;
     }
 
     /// Waits for a status.
-    pub async fn says(&self, what: &str, is_so: impl Fn(&RobotStatus) -> bool) {
+    pub async fn until_it_is(&self, what: &str, is_so: impl Fn(&RobotStatus) -> bool) {
         let start = Instant::now();
-        while !is_so(&self.printed().status) {
-            let received = self.printed().status.clone();
-            assert!(start.elapsed() < TIMEOUT, "the robot is not {what}, it says {received:?}");
+        while !is_so(&self.messages().status) {
+            let received = self.messages().status.clone();
+            assert!(start.elapsed() < TIMEOUT, "the robot is not {what}, it reports {received:?}");
             tokio::time::sleep(Duration::from_millis(20)).await;
         }
     }
@@ -133,8 +136,8 @@ impl Drop for Runner {
     }
 }
 
-fn lock(printed: &Mutex<Said>) -> MutexGuard<'_, Said> {
-    printed.lock().unwrap_or_else(PoisonError::into_inner)
+fn lock(messages: &Mutex<RunnerMessages>) -> MutexGuard<'_, RunnerMessages> {
+    messages.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 struct Publishers {
@@ -158,24 +161,24 @@ impl Publishers {
     }
 }
 
-async fn speak(publishers: Publishers, printed: Arc<Mutex<Said>>) {
+async fn speak(publishers: Publishers, messages: Arc<Mutex<RunnerMessages>>) {
     let why = "a healthy network";
     let mut beat = tokio::time::interval(BEAT);
     let mut epoch = 0;
     loop {
         beat.tick().await;
         let (lease, foreign, e_stop, command) = {
-            let printed = lock(&printed);
-            let lease = printed.lease.map(|(epoch, state)| RunLease {
+            let messages = lock(&messages);
+            let lease = messages.lease.map(|(epoch, state)| RunLease {
                 run_id: format!("run {epoch}"),
                 epoch,
                 state,
-                parameter_digest: printed.digest,
+                parameter_digest: messages.digest,
                 robots: vec![ROBOT.to_owned()],
-                echoed_counter: vec![printed.status.counter],
+                echoed_counter: vec![messages.status.counter],
                 ..RunLease::default()
             });
-            (lease, printed.foreign_controller, printed.e_stop, printed.command)
+            (lease, messages.foreign_controller, messages.e_stop, messages.command)
         };
         if let Some(parameter_digest) = foreign {
             let counter = rsrs_ros::wire::first_counter(wall_time());

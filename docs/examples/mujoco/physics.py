@@ -64,7 +64,7 @@ MOTOR = """
 
 
 class Robot:
-    """One robot: its wheels as they were made, and what it was told last."""
+    """One robot: its wheels as they were made, and what it was commanded last."""
 
     def __init__(self, name, draws):
         size = WHEEL_RADIUS_M * draws.gauss(1.0, WHEEL_SIZE_SD)
@@ -103,8 +103,8 @@ class Robot:
         return left * scale, right * scale
 
 
-class Floor:
-    """The floor with its robots, which `advance` moves on to a time."""
+class Physics:
+    """The simulated robots, which `advance` moves on to a time."""
 
     def __init__(self, names, seed):
         self.draws = random.Random(seed)

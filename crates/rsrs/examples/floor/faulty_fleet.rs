@@ -57,15 +57,15 @@ struct Robot {
     command: Command,
 }
 
-/// A floor with robots on it.
-pub struct Floor {
+/// Robots with the faults of [`FAULTS`].
+pub struct FaultyFleet {
     conditions: Conditions,
     time_step: u64,
     robots: Vec<Robot>,
     random: ChaCha8Rng,
 }
 
-impl Floor {
+impl FaultyFleet {
     /// Places robots as measured, with a cone for a sensor, and draws their gains.
     pub fn new(conditions: &Conditions, seed: Seed) -> Result<Self, PlacementError> {
         let poses = placement::place(conditions, RunKey::new(seed, conditions.digest()))?;
