@@ -18,6 +18,7 @@ use serde_json::Value;
 use crate::fleet::{ROBOTS, experiment, track};
 use crate::micro::{Micro, Socket};
 use crate::processes::{Process, rsrs, secure};
+use crate::terminal::Window;
 
 /// The domain of all processes of these tests.
 const DOMAIN: u16 = 42;
@@ -158,6 +159,34 @@ fn a_secured_fleet_is_stopped_with_the_key_and_does_not_see_who_has_none() {
         assert_eq!((code_without, &without["robots"]), (Some(3), &Value::Array(vec![])));
         assert_eq!((code_with, &with["acknowledged"]), (Some(0), &true.into()), "{with}");
         assert_eq!(with["robots"].as_array().map(Vec::len), Some(2), "{with}");
+    });
+}
+
+#[test]
+fn a_secured_fleet_is_watched_with_a_key_and_stopped_with_another() {
+    let name = "secured_fleet::a_secured_fleet_is_watched_with_a_key_and_stopped_with_another";
+    in_own_network(name, async || {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        keystore(folder.path());
+        let sockets = [Socket::new(), Socket::new()];
+        let micros = sockets.each_ref().map(|socket| Micro::plug_in(&socket.path()));
+        let mut robots = Vec::new();
+        for (name, socket) in ROBOTS.iter().zip(&sockets) {
+            robots.push(start_robot(folder.path(), name, socket));
+            tokio::time::sleep(APART).await;
+        }
+        let mut watch = secured(folder.path());
+        watch.args(["watch", "--interface", "127.0.0.1"]);
+        let mut window = Window::open(&watch, (100, 30));
+
+        window.wait_until("both robots", |text| text.matches(" idle ").count() == 2);
+        window.press("s");
+        window.wait_for("2 of 2 robots stand");
+        window.wait_for("E-STOP holds 2 of 2");
+        window.press("q");
+
+        assert_eq!(window.ended().code(), Some(0), "{}", window.text());
+        drop((robots, micros));
     });
 }
 

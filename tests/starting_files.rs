@@ -36,7 +36,10 @@ fn a_new_folder_is_swept_and_run_as_it_is() {
     let mine = place.path().join("mine");
     // Fewer runs than a person would make.
     let sweep = std::fs::read_to_string(mine.join("sweep.yaml")).expect("it was written");
-    let small = sweep.replace("replicates: 100", "replicates: 8").replace("steps: 8", "steps: 3");
+    let small = sweep
+        .replace("replicates: 100", "replicates: 8")
+        .replace("steps: 9", "steps: 3")
+        .replace("steps: 10", "steps: 3");
     std::fs::write(mine.join("sweep.yaml"), small.replace("duration_s: 300", "duration_s: 120"))
         .expect("it is writable");
     let experiment = std::fs::read_to_string(mine.join("experiment.yaml")).expect("it is there");

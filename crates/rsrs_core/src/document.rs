@@ -1,10 +1,13 @@
 //! YAML documents: parsed strictly, refused with file, line, column and the nearest valid key.
 
+pub mod kind;
+
 use std::collections::BTreeSet;
 use std::fmt;
 
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, IgnoredAny, MapAccess, Visitor};
 
+use self::kind::Kind;
 use crate::help::Help;
 
 /// Why a document was refused, and where.
@@ -31,6 +34,14 @@ pub enum Problem {
         key: String,
         /// The valid key that is closest in spelling, if any is close.
         nearest: Option<String>,
+        /// All valid keys at this place.
+        expected: Vec<String>,
+    },
+    /// A document of another kind.
+    #[error("this is {}; the keys here are: {}", kind.name, expected.join(", "))]
+    OtherKind {
+        /// What it is.
+        kind: Kind,
         /// All valid keys at this place.
         expected: Vec<String>,
     },
@@ -64,6 +75,7 @@ impl Help for DocumentError {
             Problem::UnknownKey { expected, .. } => {
                 Some(format!("the keys here are: {}", expected.join(", ")))
             }
+            Problem::OtherKind { kind, .. } => Some(kind.used_by.to_owned()),
             Problem::Missing { keys } => {
                 let lines: Vec<String> = keys.iter().map(|key| format!("`{key}:`")).collect();
                 Some(format!("give {}", lines.join(", ")))
@@ -86,7 +98,10 @@ impl Help for DocumentError {
 /// configuration of ours does.
 pub fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, DocumentError> {
     let options = serde_saphyr::options! { with_snippet: false };
-    serde_saphyr::from_str_with_options(text, options).map_err(|error| refuse(file, &error))
+    serde_saphyr::from_str_with_options(text, options).map_err(|error| {
+        let refused = refuse(file, &error);
+        DocumentError { problem: kind::of_another(refused.problem, text), ..refused }
+    })
 }
 
 /// As [`parse`]; where keys are missing, all of them are named and not only the first.
@@ -113,7 +128,7 @@ pub fn parse_with<T: DeserializeOwned>(
         required.iter().filter(|key| !found.contains(**key)).map(|key| (*key).to_owned()).collect();
     let is_first_missing = |key: &String| match &refused.problem {
         Problem::Invalid(problem) => problem.contains(&format!("missing field `{key}`")),
-        Problem::UnknownKey { .. } | Problem::Missing { .. } => false,
+        Problem::UnknownKey { .. } | Problem::OtherKind { .. } | Problem::Missing { .. } => false,
     };
     if keys.iter().any(is_first_missing) {
         return Err(DocumentError { problem: Problem::Missing { keys }, ..refused });
