@@ -309,14 +309,9 @@ fn whoever_is_stopped_in_a_secured_fleet_ends_by_itself_and_started_again_takes_
     let test =
         "kills::whoever_is_stopped_in_a_secured_fleet_ends_by_itself_and_started_again_takes_part";
     in_own_network(test, async || {
-        let keys = tempfile::tempdir().expect("a temporary folder");
-        crate::secured_fleet::keystore(keys.path());
-        crate::processes::secure_all(keys.path());
-        let tracker = SessionOptions {
-            domain_id: 42,
-            interfaces: vec![rsrs_ros::interfaces::LOOPBACK],
-            enclave: crate::secured_fleet::enclave(keys.path(), "/tracker"),
-        };
+        let (_keys, enclave) = crate::secured_fleet::secure_this_test();
+        let interfaces = vec![rsrs_ros::interfaces::LOOPBACK];
+        let tracker = SessionOptions { domain_id: 42, interfaces, enclave };
         let session = Session::open(&tracker).expect("the enclave is well");
         tracking(session, freeze_again_and_again).await;
     });

@@ -260,10 +260,8 @@ fn a_secured_robot_that_was_out_of_reach_stands_and_drives_in_the_next_run() {
     let test =
         "out_of_reach::a_secured_robot_that_was_out_of_reach_stands_and_drives_in_the_next_run";
     in_own_network(test, async || {
-        let keys = tempfile::tempdir().expect("a temporary folder");
-        crate::secured_fleet::keystore(keys.path());
-        crate::processes::secure_all(keys.path());
-        cut_again_and_again(crate::secured_fleet::enclave(keys.path(), "/tracker")).await;
+        let (_keys, tracker) = crate::secured_fleet::secure_this_test();
+        cut_again_and_again(tracker).await;
     });
 }
 

@@ -14,10 +14,11 @@ use rsrs_ros::security::{Enclave, Member, SecurityRequest, Strategy};
 use rsrs_ros::session::{Session, SessionOptions};
 use rsrs_testing::network::in_own_network;
 use serde_json::Value;
+use tempfile::TempDir;
 
 use crate::fleet::{ROBOTS, experiment, track};
 use crate::micro::{Micro, Socket};
-use crate::processes::{Process, rsrs, secure};
+use crate::processes::{Process, rsrs, secure, secure_all};
 use crate::terminal::Window;
 
 /// The domain of all processes of these tests.
@@ -33,7 +34,7 @@ fn number(variable: &str, default: u64) -> u64 {
 }
 
 /// A keystore of the shipped fleet.
-pub fn keystore(folder: &Path) {
+fn keystore(folder: &Path) {
     let made = create(&KeystoreRequest {
         folder,
         robots: &ROBOTS.map(str::to_owned),
@@ -45,7 +46,7 @@ pub fn keystore(folder: &Path) {
 }
 
 /// The enclave of a member of the fleet.
-pub fn enclave(keystore: &Path, name: &str) -> Option<Enclave> {
+fn enclave(keystore: &Path, name: &str) -> Option<Enclave> {
     let request = SecurityRequest {
         keystore: keystore.to_owned(),
         strategy: Strategy::Enforce,
@@ -53,6 +54,19 @@ pub fn enclave(keystore: &Path, name: &str) -> Option<Enclave> {
     };
     let now = SystemTime::now().duration_since(UNIX_EPOCH).expect("it is after 1970");
     request.enclave(Member::Runner, DOMAIN, now).expect("the enclave is well")
+}
+
+/// Secures every program that this test starts from now on.
+///
+/// # Returns
+///
+/// Their keystore, and the enclave of a tracker in it.
+pub fn secure_this_test() -> (TempDir, Option<Enclave>) {
+    let keys = tempfile::tempdir().expect("a temporary folder");
+    keystore(keys.path());
+    secure_all(keys.path());
+    let tracker = enclave(keys.path(), "/tracker");
+    (keys, tracker)
 }
 
 /// The program in a secured fleet.
