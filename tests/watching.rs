@@ -3,6 +3,7 @@
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::Command;
+use std::time::Duration;
 
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
@@ -96,6 +97,27 @@ fn the_window_is_as_before_however_watching_ends() {
         assert_eq!(window.ended().code(), Some(0), "{}", window.text());
         assert!(window.is_as_before(), "{}", window.text());
     });
+}
+
+#[test]
+fn a_key_that_is_pressed_while_the_size_changes_is_not_lost() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let bag = Run::new(1).record(folder.path(), "run");
+    let mut window = Window::open(&watch(&[bag.to_str().expect("its path is text")]), (80, 24));
+    window.wait_for("x1");
+
+    for change in 0..40_u16 {
+        // The second change and the key come while the screen is drawn because of the first one.
+        window.resize((81, 24));
+        std::thread::sleep(Duration::from_millis(u64::from(change % 5)));
+        window.resize((80, 24));
+        window.press(" ");
+        let is_paused = change % 2 == 0;
+        window.wait_until("every key", |text| text.contains("paused") == is_paused);
+    }
+
+    window.press("q");
+    assert_eq!(window.ended().code(), Some(0), "{}", window.text());
 }
 
 #[test]

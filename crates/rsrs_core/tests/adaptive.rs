@@ -38,7 +38,7 @@ fn ever_missed(
 #[test]
 fn a_confidence_sequence_misses_the_truth_in_less_than_5_percent_at_any_time() {
     for truth in [0.02, 0.3, 0.5, 0.86] {
-        let missed = ever_missed(truth, 2000, 400, |hits, n| interval(hits, n, ERROR));
+        let missed = ever_missed(truth, 1000, 400, |hits, n| interval(hits, n, ERROR));
 
         // It would be 5 % if the sequences were continued for ever and no evidence were overshot.
         assert!(missed <= ERROR, "{truth}: {missed}");

@@ -168,20 +168,18 @@ impl Role {
                 may_publish.push("rq/*Request".to_owned());
                 may_receive.push("rr/*Reply".to_owned());
             }
-            // Programs with nodes of any name, which answer for none of ours.
-            Self::Viewer => {
-                let ours = Self::all_of(robots);
-                let services = ours.iter().filter(|role| **role != Self::Viewer);
-                may_not_publish = services
-                    .flat_map(|role| role.services(robots))
-                    .map(|name| format!("rr{name}/*"))
-                    .collect();
-                may_not_publish.dedup();
-                may_publish.extend(["rr/*Reply".to_owned()]);
-                may_publish.extend(CLICKS.map(str::to_owned));
+            // Programs of other people with nodes of any name, which answer for none of ours.
+            Self::Tracker | Self::Viewer => {
+                let services =
+                    Self::all_of(robots).into_iter().flat_map(|role| role.services(robots));
+                may_not_publish = services.map(|name| format!("rr{name}/*")).collect();
+                may_publish.push("rr/*Reply".to_owned());
                 may_receive.push("rq/*Request".to_owned());
             }
             _ => {}
+        }
+        if *self == Self::Viewer {
+            may_publish.extend(CLICKS.map(str::to_owned));
         }
         for names in [&mut may_publish, &mut may_not_publish] {
             names.sort();
@@ -203,8 +201,7 @@ impl Role {
             }
             Self::Runner => vec!["/experiment_runner".to_owned()],
             Self::Stop => vec!["/rsrs_stop".to_owned()],
-            Self::Tracker => vec!["/tracker".to_owned()],
-            Self::Viewer => Vec::new(),
+            Self::Tracker | Self::Viewer => Vec::new(),
         }
     }
 }
@@ -260,12 +257,19 @@ mod tests {
     }
 
     #[test]
-    fn a_viewer_answers_for_no_node_of_ours() {
-        let rights = Role::Viewer.rights(&robots());
+    fn trackers_and_viewers_may_have_any_name_and_answer_for_no_node_of_ours() {
+        for role in [Role::Tracker, Role::Viewer] {
+            let rights = role.rights(&robots());
 
-        for node in ["rr/robot_1/*", "rr/simulator/*", "rr/experiment_runner/*"] {
-            assert!(rights.may_not_publish.iter().any(|name| name == node), "{rights:?}");
+            for node in ["rr/robot_1/*", "rr/simulator/*", "rr/experiment_runner/*"] {
+                assert!(rights.may_not_publish.iter().any(|name| name == node), "{rights:?}");
+            }
+            assert!(rights.may_publish.contains(&"rr/*Reply".to_owned()), "{rights:?}");
+            assert!(!rights.may_publish.iter().any(|name| name.starts_with("rr/robot")));
         }
-        assert!(!rights.may_publish.iter().any(|name| name.starts_with("rt/robot")));
+        let of_robots = |name: &String| name.starts_with("rt/robot");
+        assert!(!Role::Viewer.rights(&robots()).may_publish.iter().any(of_robots));
+        let poses: Vec<_> = may_publish(&Role::Tracker).into_iter().filter(of_robots).collect();
+        assert_eq!(poses, ["rt/robot_1/pose", "rt/robot_2/pose"]);
     }
 }

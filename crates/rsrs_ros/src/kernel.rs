@@ -194,6 +194,16 @@ pub(crate) fn threads_named(start: &str) -> io::Result<BTreeSet<u32>> {
     Ok(found)
 }
 
+/// Whether a thread of this process waits for something.
+pub(crate) fn is_asleep(thread: u32) -> bool {
+    let stat = std::fs::read_to_string(format!("/proc/self/task/{thread}/stat"));
+    stat.is_ok_and(|stat| {
+        // The name before it may contain anything.
+        let behind_name = stat.rsplit_once(')').map_or("", |(_, rest)| rest);
+        behind_name.trim_start().starts_with('S')
+    })
+}
+
 /// Sends this process `SIGTERM` when the thread that started it ends.
 pub(crate) fn terminate_with_parent() -> io::Result<()> {
     let signal = c_ulong::try_from(libc::SIGTERM).expect("signals are positive");

@@ -32,7 +32,7 @@ mod wire;
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ros2_client::{Context, NodeName, NodeOptions};
 use rsrs_fleet::timing::Transport;
@@ -75,6 +75,8 @@ pub(crate) const POLL: Duration = Duration::from_millis(20);
 
 /// How often to look whether the session can still send and receive.
 const LOOK: Duration = Duration::from_millis(250);
+/// A thread whose wait was interrupted has run within so long, unless the machine is overloaded.
+const INTERRUPTED: Duration = Duration::from_millis(500);
 
 /// A participant in a ROS 2 network.
 ///
@@ -334,9 +336,16 @@ impl Session {
     /// Whether the middleware has ended, for a program that has itself stood still for a while: a
     /// process that was stopped should not take the silence of others for their fault.
     pub async fn has_ended_meanwhile(&self) -> Option<MiddlewareEnded> {
-        // A thread whose wait was interrupted takes a moment to end.
-        tokio::time::sleep(POLL).await;
-        self.threads.have_ended()
+        // A thread whose wait was interrupted ends when it runs next, which a busy machine delays; one
+        // that is asleep waits again.
+        let deadline = Instant::now() + INTERRUPTED;
+        loop {
+            tokio::time::sleep(POLL).await;
+            let ended = self.threads.have_ended();
+            if ended.is_some() || self.threads.are_asleep() || Instant::now() >= deadline {
+                return ended;
+            }
+        }
     }
 
     /// Leaves the network, so that the others see it at once and nothing is left running. What the

@@ -27,7 +27,7 @@ pub enum Request {
     Faster,
     /// To play slower.
     Slower,
-    /// To see everything anew, as after the size has changed.
+    /// To see everything anew, where another program has written over it.
     Redraw,
 }
 

@@ -47,7 +47,9 @@ impl Screen {
     /// If it cannot be set up.
     pub fn open() -> anyhow::Result<Self> {
         let terminal = ratatui::try_init().context("setting up the terminal")?;
-        Ok(Self { terminal })
+        let screen = Self { terminal };
+        ignore_other_sizes()?;
+        Ok(screen)
     }
 
     /// Shows what there is to see.
@@ -68,7 +70,7 @@ impl Screen {
         Ok(n_rows)
     }
 
-    /// Waits for a key or another size, for so long at most.
+    /// Waits for a key, for so long at most.
     ///
     /// # Errors
     ///
@@ -86,10 +88,23 @@ impl Screen {
                 }
                 Ok(request)
             }
-            Event::Resize(..) => Ok(Some(Request::Redraw)),
             _ => Ok(None),
         }
     }
+}
+
+/// Makes the library for keys receive no `SIGWINCH`: of a key that is pressed together with a change of
+/// size it reads the size alone, and the key only with the next one. That key may be the one for stop.
+/// What is drawn has the size that the terminal has then, so nobody misses the signal.
+fn ignore_other_sizes() -> anyhow::Result<()> {
+    // It takes the signal with the first key that it waits for.
+    event::poll(Duration::ZERO).context("reading from the terminal")?;
+    // SAFETY: takes numbers; what the signal does by default is nothing.
+    let previous = unsafe { libc::signal(libc::SIGWINCH, libc::SIG_DFL) };
+    if previous == libc::SIG_ERR {
+        return Err(std::io::Error::last_os_error()).context("setting up the terminal");
+    }
+    Ok(())
 }
 
 impl Drop for Screen {

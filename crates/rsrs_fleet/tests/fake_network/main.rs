@@ -40,7 +40,7 @@ use rsrs_fleet::runner::Outcome;
 use rsrs_fleet::stopper::StopOutcome;
 use scenario::{Body, Happening, Scenario};
 
-const SEEDS: u64 = 10_000;
+const SEEDS: u64 = 5_000;
 
 /// How many seeds to play: as many as usual, or as the environment asks for.
 fn number_of_seeds(usual: u64) -> u64 {

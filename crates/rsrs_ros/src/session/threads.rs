@@ -59,6 +59,11 @@ impl Threads {
         let found = running().map_or(expected, |now| self.ids.intersection(&now).count());
         (found < expected).then_some(MiddlewareEnded { found, expected })
     }
+
+    /// Whether all of them wait, and so none is about to end.
+    pub(super) fn are_asleep(&self) -> bool {
+        self.ids.iter().all(|id| kernel::is_asleep(*id))
+    }
 }
 
 /// Threads of the middleware in this process.
@@ -103,6 +108,24 @@ mod tests {
                 assert!(blocked >> (signal - 1) & 1 == 1, "{signal} is not blocked: {blocked:x}");
             }
         }
+        end.send(()).unwrap();
+        thread.join().unwrap();
+    }
+
+    #[test]
+    fn a_thread_that_waits_is_asleep_and_one_that_works_is_not() {
+        let (end, thread, threads) = waiting_thread();
+        let here = std::fs::read_link("/proc/thread-self").unwrap();
+        let here = here.file_name().unwrap().to_str().unwrap().parse().unwrap();
+
+        let waits = (0..100).any(|_| {
+            std::thread::sleep(Duration::from_millis(20));
+            threads.are_asleep()
+        });
+        let works = Threads { ids: BTreeSet::from([here]) };
+
+        assert!(waits);
+        assert!(!works.are_asleep());
         end.send(()).unwrap();
         thread.join().unwrap();
     }

@@ -21,7 +21,7 @@ use rsrs_robot_node::driver::serial::line::{crc, encode};
 use rsrs_robot_node::driver::serial::link::Link;
 
 /// Deliveries in a run of all tests: about a minute.
-const EXECUTIONS: u64 = 2_000_000;
+const EXECUTIONS: u64 = 1_000_000;
 /// Length of one conversation, in steps of 10 ms.
 const STEPS: u64 = 400;
 const STEP_MS: u64 = 10;

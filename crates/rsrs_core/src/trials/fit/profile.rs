@@ -327,7 +327,10 @@ fn yaw_lag_s(sources: &mut Sources, found: Option<YawLag>, assumed_s: f64) -> f6
         sources.measured(key, format!("{turns}: {found}"));
         return number(lag.lag_s.value);
     }
-    let none = format!("{turns} show none: {found}, and one control period is at once");
+    let none = format!(
+        "{turns} show none that is certainly more than the control period, {} s: {found}",
+        number(lag.period_s)
+    );
     sources.measured(key, none);
     0.0
 }

@@ -96,7 +96,14 @@ fn arcs(details: &Details) -> String {
         }
     }];
     lines.extend(details.yaw_lag.map(|lag| {
-        let none = if lag.is_certain() { "" } else { ": not distinguishable from none" };
+        let none = if lag.is_certain() {
+            String::new()
+        } else {
+            format!(
+                ": taken for none, as it is not certainly more than the control period, {:.4} s",
+                lag.period_s
+            )
+        };
         format!(
             "lag of the turning rate: {:.4} s ({}), {} trajectories{none}",
             lag.lag_s.value,
