@@ -124,13 +124,26 @@ struct Launched {
     executable: String,
     namespace: Option<String>,
     arguments: Vec<String>,
+    /// How long after the launch it is started, in seconds.
+    delay_s: f64,
 }
 
 fn launched(file: &str, given: &[String]) -> Vec<Launched> {
+    launched_where(file, given, "false")
+}
+
+/// As [`launched`], with `ROS_SECURITY_ENABLE`.
+fn launched_where(file: &str, given: &[String], is_secured: &str) -> Vec<Launched> {
     let python = python_with("ansible", &ANSIBLE, &[]);
     let script = house().join("tests/deploy/launch.py");
     let path = house().join("launch_configs/launch").join(file);
-    let text = must_run(Command::new(python).arg(script).arg(path).args(given));
+    let text = must_run(
+        Command::new(python)
+            .arg(script)
+            .arg(path)
+            .args(given)
+            .env("ROS_SECURITY_ENABLE", is_secured),
+    );
     serde_json::from_str(&text).expect("the script writes JSON")
 }
 
@@ -179,7 +192,13 @@ fn launch_files_start_nodes_that_are_there() {
     assert_eq!(names, ["sim_node", "controller_node", "experiment_runner"]);
     let robots = "robot_1,robot_2,robot_3,robot_4,robot_5,robot_6,robot_7,robot_8,robot_9";
     assert!(simulated[0].arguments.iter().any(|argument| argument == robots));
+    assert!(simulated.iter().all(|node| node.delay_s == 0.0));
     start_all(root.path(), &simulated[..2]);
+
+    let given = [experiment.clone(), "backend:=sim".into()];
+    let secured = launched_where("experiment.launch.py", &given, "true");
+    let apart: Vec<_> = secured.iter().map(|node| (&*node.executable, node.delay_s)).collect();
+    assert_eq!(apart, [("sim_node", 0.0), ("controller_node", 2.0), ("experiment_runner", 4.0)]);
 
     let real = launched("experiment.launch.py", &[experiment, "interface:=wlan0".into()]);
     assert_eq!(real.len(), 1);

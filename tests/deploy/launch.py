@@ -1,4 +1,4 @@
-"""What a launch file would start, as JSON: executable, namespace and arguments of each node.
+"""What a launch file would start, as JSON: executable, namespace, arguments and delay of each node.
 
 Stands in for the few parts of `launch` and `launch_ros` that our launch files use, for those are
 not on PyPI. Usage: launch.py FILE NAME:=VALUE...
@@ -32,9 +32,9 @@ def module(name, **members):
 
 def started_by_python(path, given):
     declared, node = type("Declared", (Record,), {}), type("Node", (Record,), {})
-    later = type("Later", (Record,), {})
+    later, timer = type("Later", (Record,), {}), type("Timer", (Record,), {})
     module("launch", LaunchDescription=list)
-    module("launch.actions", DeclareLaunchArgument=declared, OpaqueFunction=later, Shutdown=Record, TimerAction=Record)
+    module("launch.actions", DeclareLaunchArgument=declared, OpaqueFunction=later, Shutdown=Record, TimerAction=timer)
     module("launch.substitutions", LaunchConfiguration=LaunchConfiguration)
     module("launch_ros")
     module("launch_ros.actions", Node=node)
@@ -49,11 +49,15 @@ def started_by_python(path, given):
     for action in actions:
         if isinstance(action, later):
             for started in action.options["function"](context):
-                options = started.options
-                assert options["package"] == "rsrs", options
-                if "on_exit" in options:
-                    check_exits(options["on_exit"])
-                yield options["executable"], options.get("namespace"), options["arguments"]
+                delay_s, nodes = 0.0, [started]
+                if isinstance(started, timer):
+                    delay_s, nodes = started.options["period"], started.options["actions"]
+                for options in (node.options for node in nodes):
+                    assert options["package"] == "rsrs", options
+                    if "on_exit" in options:
+                        check_exits(options["on_exit"])
+                    namespace = options.get("namespace")
+                    yield options["executable"], namespace, options["arguments"], delay_s
 
 
 def check_exits(on_exit):
@@ -83,14 +87,14 @@ def started_by_xml(path, given):
     for node in root.iter("node"):
         assert node.get("pkg") == "rsrs", node.attrib
         arguments = resolved(node.get("args")).split()
-        yield node.get("exec"), resolved(node.get("namespace")), arguments
+        yield node.get("exec"), resolved(node.get("namespace")), arguments, 0.0
 
 
 def main():
     path, *pairs = sys.argv[1:]
     given = dict(pair.split(":=", 1) for pair in pairs)
     started = started_by_xml if path.endswith(".xml") else started_by_python
-    names = ("executable", "namespace", "arguments")
+    names = ("executable", "namespace", "arguments", "delay_s")
     json.dump([dict(zip(names, node)) for node in started(path, given)], sys.stdout)
 
 

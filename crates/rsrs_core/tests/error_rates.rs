@@ -16,10 +16,7 @@ use rsrs_core::statistics::interval::Interval;
 use rsrs_core::statistics::next_experiment::{NextStep, next_step};
 use rsrs_core::statistics::pooled::LogEvidence;
 
-/// Campaigns of each truth; 1,000 if `RSRS_LONG_TESTS` is set.
-fn n_campaigns() -> u64 {
-    if std::env::var_os("RSRS_LONG_TESTS").is_some() { 1000 } else { 400 }
-}
+const N_CAMPAIGNS: u64 = 1000;
 
 fn cell(speed_m_s: f64) -> Cell {
     format!("speed_m_s={speed_m_s},turn_rate_rad_s=0.75").parse().expect("a cell")
@@ -47,7 +44,7 @@ struct Looks<'a> {
     margin: f64,
 }
 
-/// How many of [`n_campaigns`] ever ended with each verdict, and how many were undecided to the end.
+/// How many of [`N_CAMPAIGNS`] ever ended with each verdict, and how many were undecided to the end.
 #[derive(Debug, Default)]
 struct Ever {
     violated: u64,
@@ -64,7 +61,7 @@ impl Looks<'_> {
         let mut ever = Ever::default();
         for _ in 0..N_SWEEPS {
             let mut swept = self.sweep(&mut random);
-            for _ in 0..n_campaigns() / N_SWEEPS {
+            for _ in 0..N_CAMPAIGNS / N_SWEEPS {
                 let verdicts = self.campaign(&mut swept, &mut random);
                 ever.violated += u64::from(verdicts.contains(&Verdict::Violated));
                 ever.supported += u64::from(verdicts.contains(&Verdict::Supported));
@@ -117,9 +114,8 @@ impl SweptCell {
 
 /// Whether so many errors agree with at most 5 %, as far as this many campaigns can show.
 fn assert_rare(n_false: u64, what: &str) {
-    let n_campaigns = n_campaigns();
-    let possible = Interval::clopper_pearson(n_false, n_campaigns);
-    assert!(possible.low <= SIGNIFICANCE, "{n_false} of {n_campaigns} {what}, {possible:?}");
+    let possible = Interval::clopper_pearson(n_false, N_CAMPAIGNS);
+    assert!(possible.low <= SIGNIFICANCE, "{n_false} of {N_CAMPAIGNS} {what}, {possible:?}");
 }
 
 #[test]
@@ -172,7 +168,7 @@ fn robots_that_mill_half_as_often_are_found_out_in_nine_of_ten_campaigns() {
 
         let ever = looks.ever(seed);
 
-        assert!(ever.violated >= n_campaigns() * 9 / 10, "{ever:?}");
+        assert!(ever.violated >= N_CAMPAIGNS * 9 / 10, "{ever:?}");
     }
 }
 
@@ -184,7 +180,7 @@ fn robots_that_mill_more_often_support_the_claim_in_most_campaigns() {
 
         let ever = looks.ever(seed);
 
-        assert!(ever.supported * 20 >= n_campaigns() * 17, "{b_r}: {ever:?}");
+        assert!(ever.supported * 20 >= N_CAMPAIGNS * 17, "{b_r}: {ever:?}");
     }
 }
 
@@ -207,9 +203,9 @@ fn the_interval_of_kappa_covers_the_truth_in_95_of_100_campaigns() {
         interval.low <= truth && truth <= interval.high
     };
 
-    let n_covered = (0..n_campaigns()).filter(covers).count() as u64;
+    let n_covered = (0..N_CAMPAIGNS).filter(covers).count() as u64;
 
-    let coverage = Interval::clopper_pearson(n_covered, n_campaigns());
+    let coverage = Interval::clopper_pearson(n_covered, N_CAMPAIGNS);
     assert!(coverage.low <= 0.95 && 0.95 <= coverage.high, "{n_covered} covered, {coverage:?}");
 }
 
