@@ -79,7 +79,8 @@ fn an_adaptive_sweep_that_is_killed_at_any_moment_ends_in_the_same_bytes() {
 
 #[test]
 fn after_ctrl_c_the_command_that_goes_on_is_printed() {
-    let place = SweepFolder::with_sweep(6000);
+    // Which takes so long that it cannot be over before the signal comes.
+    let place = SweepFolder::with_sweep(12_000);
     place.sweep_into("whole");
 
     let mut child = place.spawn(&["sweep", "sweep.yaml", "-o", "out"]);
@@ -97,7 +98,7 @@ fn after_ctrl_c_the_command_that_goes_on_is_printed() {
 
     assert_eq!(output.0, Some(1), "{}", output.1);
     assert!(output.1.contains("error: called off; "), "{}", output.1);
-    assert!(output.1.contains(" of 48000 runs are kept in out"), "{}", output.1);
+    assert!(output.1.contains(" of 96000 runs are kept in out"), "{}", output.1);
     let command = "go on with `rsrs sweep out/sweep.yaml -o out`";
     assert!(output.1.contains(command), "{}", output.1);
     let resumed = place.rsrs(&["sweep", "out/sweep.yaml", "-o", "out"]);

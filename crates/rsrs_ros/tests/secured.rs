@@ -278,10 +278,11 @@ fn nodes_of_one_member_receive_each_other_and_each_receives_what_others_publish(
         let start = Instant::now();
         loop {
             leases.publish(&[0, 1, 0, 0, 1]).await.unwrap();
+            // One after the other: the last one replaces those before it that nobody has taken yet.
             for (number, publisher) in (1..).zip(&publishers) {
                 publisher.publish(&[0, 1, 0, 0, number]).await.unwrap();
+                tokio::time::sleep(Duration::from_millis(50)).await;
             }
-            tokio::time::sleep(Duration::from_millis(50)).await;
             let n = [&both[0], &both[1], &own].map(|inbox| inbox.lock().unwrap().len());
             let of_each = [1, 2].map(|number| {
                 of_runner.lock().unwrap().iter().filter(|bytes| bytes[4] == number).count()
