@@ -38,7 +38,7 @@ pub enum Problem {
         expected: Vec<String>,
     },
     /// A document of another kind.
-    #[error("this is {}; the keys here are: {}", kind.name, expected.join(", "))]
+    #[error("this is {}, expected a file with the keys {}", kind.name, expected.join(", "))]
     OtherKind {
         /// What it is.
         kind: Kind,

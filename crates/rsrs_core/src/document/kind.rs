@@ -90,7 +90,7 @@ mod tests {
 
         assert_eq!(
             error.to_string(),
-            "floor.yaml:1:1: this is an experiment file; the keys here are: profile, replicates"
+            "floor.yaml:1:1: this is an experiment file, expected a file with the keys profile, replicates"
         );
         assert_eq!(error.help().unwrap(), "`rsrs run` takes it");
     }
