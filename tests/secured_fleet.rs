@@ -145,6 +145,18 @@ async fn record_an_experiment() {
     assert!(output.status.success(), "{printed}\n{errors}");
 }
 
+/// Two robots that have joined, each with its microcontroller; they end when they are dropped.
+async fn two_robots(keystore: &Path) -> Vec<(Process, Micro, Socket)> {
+    let mut robots = Vec::new();
+    for name in &ROBOTS[..2] {
+        let socket = Socket::new();
+        let micro = Micro::plug_in(&socket.path());
+        robots.push((start_robot(keystore, name, &socket), micro, socket));
+        tokio::time::sleep(APART).await;
+    }
+    robots
+}
+
 #[test]
 fn a_secured_fleet_is_stopped_with_the_key_and_does_not_see_who_has_none() {
     let name =
@@ -152,13 +164,7 @@ fn a_secured_fleet_is_stopped_with_the_key_and_does_not_see_who_has_none() {
     in_own_network(name, async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         keystore(folder.path());
-        let sockets = [Socket::new(), Socket::new()];
-        let micros = sockets.each_ref().map(|socket| Micro::plug_in(&socket.path()));
-        let mut robots = Vec::new();
-        for (name, socket) in ROBOTS.iter().zip(&sockets) {
-            robots.push(start_robot(folder.path(), name, socket));
-            tokio::time::sleep(APART).await;
-        }
+        let robots = two_robots(folder.path()).await;
         let stop = |mut command: Command| {
             command.args(["stop", "--interface", "127.0.0.1", "--format", "json"]);
             let output = command.output().expect("the program was built for this test");
@@ -169,7 +175,7 @@ fn a_secured_fleet_is_stopped_with_the_key_and_does_not_see_who_has_none() {
         let (code_without, without) = stop(rsrs());
         let (code_with, with) = stop(secured(folder.path()));
 
-        drop((robots, micros));
+        drop(robots);
         assert_eq!((code_without, &without["robots"]), (Some(3), &Value::Array(vec![])));
         assert_eq!((code_with, &with["acknowledged"]), (Some(0), &true.into()), "{with}");
         assert_eq!(with["robots"].as_array().map(Vec::len), Some(2), "{with}");
@@ -182,13 +188,7 @@ fn a_secured_fleet_is_watched_with_a_key_and_stopped_with_another() {
     in_own_network(name, async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
         keystore(folder.path());
-        let sockets = [Socket::new(), Socket::new()];
-        let micros = sockets.each_ref().map(|socket| Micro::plug_in(&socket.path()));
-        let mut robots = Vec::new();
-        for (name, socket) in ROBOTS.iter().zip(&sockets) {
-            robots.push(start_robot(folder.path(), name, socket));
-            tokio::time::sleep(APART).await;
-        }
+        let robots = two_robots(folder.path()).await;
         let mut watch = secured(folder.path());
         watch.args(["watch", "--interface", "127.0.0.1"]);
         let mut window = Window::open(&watch, (100, 30));
@@ -200,7 +200,7 @@ fn a_secured_fleet_is_watched_with_a_key_and_stopped_with_another() {
         window.press("q");
 
         assert_eq!(window.ended().code(), Some(0), "{}", window.text());
-        drop((robots, micros));
+        drop(robots);
     });
 }
 
