@@ -229,41 +229,24 @@ impl Runner {
         if self.is_taken_away(now, actions) {
             return;
         }
-        // In lockstep a lapse freezes the world and harms nothing; the simulator's word on it comes
-        // first. In real time a robot needs a moment to receive that it may move; one that is silent
-        // may have been so since before the start, while the others move.
-        let lapse = LOCKSTEP_GRACE + NODE_TIMEOUT;
-        let timeouts = match self.options.length {
-            RunLength::Lockstep { .. } => LossTimeouts { standing: lapse, silent: lapse },
-            RunLength::RealTime { .. } if self.elapsed(now) < NODE_TIMEOUT => {
-                LossTimeouts { standing: NODE_TIMEOUT, silent: Duration::ZERO }
-            }
-            RunLength::RealTime { .. } => {
-                LossTimeouts { standing: Duration::ZERO, silent: Duration::ZERO }
-            }
-        };
-        let lost = self.roster.newly_lost(self.epoch, timeouts, now);
-        if !lost.is_empty() {
-            let ours = preflight::too_slow(self.start_check.behind_s());
-            actions.extend(ours.map(|problem| Action::Note(problem.to_string())));
-        }
-        let after_s = self.elapsed(now).as_secs_f64();
-        let lost = lost.into_iter();
-        let lost: Vec<_> =
-            lost.map(|(robot, reason)| LostRobot { robot, after_s, reason }).collect();
-        self.lost.extend(lost.iter().cloned());
-        let mut notes: Vec<String> = lost
-            .into_iter()
-            .map(|LostRobot { robot, reason, .. }| format!("lost {robot}: {reason}"))
-            .collect();
-        actions.extend(notes.iter().cloned().map(Action::Note));
+        let lost = self.newly_lost(now, actions);
         let back = self.roster.newly_back(now).into_iter();
         actions.extend(back.map(|robot| {
             Action::Note(format!("{robot} is received again, and stands until the next run"))
         }));
-        if self.options.robot_lost == RobotLost::Abort && !notes.is_empty() {
-            self.abort(notes.swap_remove(0), now, actions);
-            return;
+        if let Some(robot) = lost.first() {
+            let reason = format!("lost {}: {}", robot.robot, robot.reason);
+            match (self.options.length, self.options.robot_lost) {
+                // The world stands still without it, and it is chance whether the simulator or the
+                // runner finds that first.
+                (RunLength::Lockstep { .. }, _) => {
+                    return self.end(Outcome::Void { reason }, now, actions);
+                }
+                (RunLength::RealTime { .. }, RobotLost::Abort) => {
+                    return self.abort(reason, now, actions);
+                }
+                (RunLength::RealTime { .. }, RobotLost::Note) => {}
+            }
         }
         if self.roster.all_lost() {
             self.abort("lost every robot".to_owned(), now, actions);
@@ -281,6 +264,36 @@ impl Runner {
             }
             RunLength::Lockstep { steps } => self.await_recorded(steps, now, actions),
         }
+    }
+
+    /// Robots that were lost just now, which are noted.
+    fn newly_lost(&mut self, now: Duration, actions: &mut Vec<Action>) -> Vec<LostRobot> {
+        // In lockstep a lapse freezes the world and harms nothing; what the simulator reports on it
+        // comes first. In real time a robot needs a moment to receive that it may move; one that is
+        // silent may have been so since before the start, while the others move.
+        let lapse = LOCKSTEP_GRACE + NODE_TIMEOUT;
+        let timeouts = match self.options.length {
+            RunLength::Lockstep { .. } => LossTimeouts { standing: lapse, silent: lapse },
+            RunLength::RealTime { .. } if self.elapsed(now) < NODE_TIMEOUT => {
+                LossTimeouts { standing: NODE_TIMEOUT, silent: Duration::ZERO }
+            }
+            RunLength::RealTime { .. } => {
+                LossTimeouts { standing: Duration::ZERO, silent: Duration::ZERO }
+            }
+        };
+        let lost = self.roster.newly_lost(self.epoch, timeouts, now);
+        if !lost.is_empty() {
+            let ours = preflight::too_slow(self.start_check.behind_s());
+            actions.extend(ours.map(|problem| Action::Note(problem.to_string())));
+        }
+        let notes = lost.iter().map(|(robot, reason)| format!("lost {robot}: {reason}"));
+        actions.extend(notes.map(Action::Note));
+        let after_s = self.elapsed(now).as_secs_f64();
+        let lost = lost.into_iter();
+        let lost: Vec<_> =
+            lost.map(|(robot, reason)| LostRobot { robot, after_s, reason }).collect();
+        self.lost.extend(lost.iter().cloned());
+        lost
     }
 
     /// A robot without detections has not moved by them, and one without poses cannot be judged: a

@@ -7,6 +7,7 @@ use crate::e_stop::Source;
 use crate::message::{RobotState, Status, StopCause};
 use crate::preflight::Expected;
 
+mod lockstep;
 mod samples;
 mod strangers;
 mod with_operator;
@@ -188,23 +189,6 @@ impl Bench {
             other => panic!("{other:?}"),
         }
     }
-}
-
-#[test]
-fn a_lockstep_run_is_complete_when_the_recorder_has_taken_the_last_step() {
-    let mut bench = Bench::lockstep();
-    bench.run();
-
-    bench.give(Event::SimulatorComplete);
-    bench.give(Event::Recorded { step: 9 });
-    bench.beat();
-    assert_eq!(bench.state(), Some(LeaseState::Running));
-    bench.give(Event::Recorded { step: 10 });
-
-    assert_eq!(bench.end(), (Outcome::Completed, Vec::new()));
-    assert!(bench.closed);
-    let simulator_and_robots = bench.configured.iter().collect::<BTreeSet<_>>().len();
-    assert_eq!(simulator_and_robots, 3);
 }
 
 #[test]
@@ -406,44 +390,4 @@ fn robots_that_are_lost_because_this_machine_is_too_slow_are_reported_so() {
     let notes = bench.notes.iter().position(|notes| notes.starts_with("this machine is too slow"));
     let lost = bench.notes.iter().position(|notes| notes.starts_with("lost robot_2"));
     assert!(notes.is_some_and(|notes| lost == Some(notes + 1)), "{:?}", bench.notes);
-}
-
-#[test]
-fn in_lockstep_a_lapse_within_the_grace_is_waited_for() {
-    let mut bench = Bench::lockstep();
-    bench.run();
-
-    bench.stopped.insert("robot_1");
-    for _ in 0..50 {
-        bench.beat();
-    }
-    bench.stopped.clear();
-    for _ in 0..50 {
-        bench.beat();
-    }
-    assert_eq!(bench.state(), Some(LeaseState::Running));
-    bench.stopped.insert("robot_1");
-
-    assert!(matches!(bench.end().0, Outcome::Aborted { .. }));
-}
-
-#[test]
-fn a_void_run_is_closed_with_its_reason() {
-    let mut bench = Bench::lockstep();
-    bench.run();
-
-    bench.give(Event::SimulatorVoid { reason: "frozen".to_owned() });
-
-    assert_eq!(bench.end().0, Outcome::Void { reason: "frozen".to_owned() });
-    assert!(bench.closed);
-}
-
-#[test]
-fn a_recorder_that_does_not_take_the_last_step_fails_the_run() {
-    let mut bench = Bench::lockstep();
-    bench.run();
-
-    bench.give(Event::SimulatorComplete);
-
-    assert_eq!(bench.problems(), ["recorder: took step 0, expected 10"]);
 }

@@ -1,0 +1,76 @@
+//! Runs in which the world waits for every robot.
+
+use super::*;
+
+#[test]
+fn a_lockstep_run_is_complete_when_the_recorder_has_taken_the_last_step() {
+    let mut bench = Bench::lockstep();
+    bench.run();
+
+    bench.give(Event::SimulatorComplete);
+    bench.give(Event::Recorded { step: 9 });
+    bench.beat();
+    assert_eq!(bench.state(), Some(LeaseState::Running));
+    bench.give(Event::Recorded { step: 10 });
+
+    assert_eq!(bench.end(), (Outcome::Completed, Vec::new()));
+    assert!(bench.closed);
+    let simulator_and_robots = bench.configured.iter().collect::<BTreeSet<_>>().len();
+    assert_eq!(simulator_and_robots, 3);
+}
+
+#[test]
+fn in_lockstep_a_lapse_within_the_grace_is_waited_for() {
+    let mut bench = Bench::lockstep();
+    bench.run();
+
+    bench.stopped.insert("robot_1");
+    for _ in 0..50 {
+        bench.beat();
+    }
+    bench.stopped.clear();
+    for _ in 0..50 {
+        bench.beat();
+    }
+    assert_eq!(bench.state(), Some(LeaseState::Running));
+    bench.stopped.insert("robot_1");
+
+    assert!(matches!(bench.end().0, Outcome::Void { .. }));
+}
+
+#[test]
+fn in_lockstep_a_lapse_that_lasts_makes_the_run_void_whoever_finds_it_first() {
+    for robot_lost in [RobotLost::Abort, RobotLost::Note] {
+        let mut bench = Bench::new(RunLength::Lockstep { steps: 10 }, robot_lost);
+        bench.run();
+
+        bench.silent.extend(NAMES);
+        let (outcome, not_standing) = bench.end();
+        bench.give(Event::SimulatorVoid { reason: "frozen".to_owned() });
+
+        let reason = "lost robot_1: silent for more than 1 s".to_owned();
+        assert_eq!(outcome, Outcome::Void { reason });
+        assert_eq!(not_standing, NAMES);
+    }
+}
+
+#[test]
+fn a_void_run_is_closed_with_its_reason() {
+    let mut bench = Bench::lockstep();
+    bench.run();
+
+    bench.give(Event::SimulatorVoid { reason: "frozen".to_owned() });
+
+    assert_eq!(bench.end().0, Outcome::Void { reason: "frozen".to_owned() });
+    assert!(bench.closed);
+}
+
+#[test]
+fn a_recorder_that_does_not_take_the_last_step_fails_the_run() {
+    let mut bench = Bench::lockstep();
+    bench.run();
+
+    bench.give(Event::SimulatorComplete);
+
+    assert_eq!(bench.problems(), ["recorder: took step 0, expected 10"]);
+}
