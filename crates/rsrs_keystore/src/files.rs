@@ -1,8 +1,8 @@
 //! Files of a keystore: keys that only their owner reads, and links that stay valid in a copy.
 
-use std::fs::{self, OpenOptions, Permissions};
+use std::fs::{self, File, Permissions};
 use std::io::Write;
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt, symlink};
+use std::os::unix::fs::{DirBuilderExt, PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 
 use crate::KeystoreError;
@@ -22,16 +22,18 @@ pub(crate) fn make_private_folder(folder: &Path) -> Result<(), KeystoreError> {
     made.map_err(KeystoreError::file("make", folder))
 }
 
-/// Writes a private key; one that is there stays.
+/// Writes a private key, whole or not at all; one that is there stays.
 pub(crate) fn write_key(path: &Path, pem: &str) -> Result<(), KeystoreError> {
-    let mut file = OpenOptions::new()
-        .write(true)
-        .create_new(true)
-        .mode(PRIVATE_MODE)
-        .open(path)
-        .map_err(KeystoreError::file("write", path))?;
-    let written = file.write_all(pem.as_bytes()).and_then(|()| file.sync_all());
-    written.map_err(KeystoreError::file("write", path))
+    let written = || {
+        let folder = path.parent().unwrap_or(Path::new("."));
+        let private = Permissions::from_mode(PRIVATE_MODE);
+        let mut file = tempfile::Builder::new().permissions(private).tempfile_in(folder)?;
+        file.write_all(pem.as_bytes())?;
+        file.as_file().sync_all()?;
+        file.persist_noclobber(path)?;
+        File::open(folder)?.sync_all()
+    };
+    written().map_err(KeystoreError::file("write", path))
 }
 
 /// Writes what everybody may read: the old file or the new one, whole.
@@ -88,4 +90,23 @@ pub(crate) fn make_private(key: &Path) -> Result<bool, KeystoreError> {
     }
     fs::set_permissions(key, Permissions::from_mode(PRIVATE_MODE)).map_err(cannot)?;
     Ok(true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_is_private_stays_and_leaves_nothing_beside_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let key = folder.path().join("key.pem");
+
+        write_key(&key, "first").unwrap();
+        let second = write_key(&key, "second");
+
+        assert!(second.is_err());
+        assert_eq!(fs::read_to_string(&key).unwrap(), "first");
+        assert_eq!(fs::metadata(&key).unwrap().permissions().mode() & 0o777, PRIVATE_MODE);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
 }
