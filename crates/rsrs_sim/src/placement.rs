@@ -12,8 +12,9 @@ use crate::draw::{Purpose, RunKey};
 /// Robots that do not find room where they are to start.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "{robots} robots do not fit into {area}, {spacing_m:.3} m apart and \
-     within the walls: {placed} found a place, and no more than {at_most} ever do"
+    "{robots} robots do not fit into {area}, {spacing_m:.3} m apart and within the walls: {}at most \
+     {at_most} ever fit",
+    placed.map_or_else(String::new, |placed| format!("{placed} were placed at random, and "))
 )]
 pub struct PlacementError {
     /// Robots asked for.
@@ -22,8 +23,8 @@ pub struct PlacementError {
     pub area: Area,
     /// Least distance between two centres, in metres.
     pub spacing_m: f64,
-    /// Robots that found a place before the tries ran out.
-    pub placed: usize,
+    /// Robots that were placed before the tries ran out; `None` if more were asked for than ever fit.
+    pub placed: Option<usize>,
     /// An upper bound on how many fit, by the density of the closest packing.
     pub at_most: usize,
 }
@@ -68,7 +69,12 @@ impl Area {
     /// A pose in it that faces away from the origin; uniform for uniform numbers.
     fn facing_out(self, first: f64, second: f64) -> Pose {
         match self {
-            Self::Disc { radius_m } => facing_out(radius_m, first, second),
+            Self::Disc { radius_m } => {
+                let distance_m = radius_m * first.sqrt();
+                let bearing_rad = std::f64::consts::TAU * second;
+                let (sine, cosine) = libm::sincos(bearing_rad);
+                Pose { x_m: distance_m * cosine, y_m: distance_m * sine, heading_rad: bearing_rad }
+            }
             Self::Box { width_m, height_m } => {
                 let (x_m, y_m) = (width_m * (first - 0.5), height_m * (second - 0.5));
                 Pose { x_m, y_m, heading_rad: libm::atan2(y_m, x_m) }
@@ -80,7 +86,11 @@ impl Area {
     /// it; no packing is denser than the hexagonal one.
     fn most_that_fit(self, spacing_m: f64) -> usize {
         match self {
-            Self::Disc { radius_m } => most_that_fit(radius_m, spacing_m),
+            Self::Disc { radius_m } => {
+                let hexagonal = std::f64::consts::PI / 12_f64.sqrt();
+                let ratio = (radius_m + spacing_m / 2.0) / (spacing_m / 2.0);
+                (hexagonal * ratio * ratio).floor().max(1.0) as usize
+            }
             Self::Box { width_m, height_m } => {
                 let area_m2 = (width_m + spacing_m) * (height_m + spacing_m);
                 let each_m2 = spacing_m * spacing_m * 12_f64.sqrt() / 4.0;
@@ -136,7 +146,7 @@ pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, Placemen
     let refuse =
         |placed| PlacementError { robots: conditions.robots, area, spacing_m, placed, at_most };
     if conditions.robots > at_most {
-        return Err(refuse(0));
+        return Err(refuse(None));
     }
     let border = Border::new(&conditions.arena, conditions.robot.radius_m);
     let mut poses: Vec<Pose> = Vec::with_capacity(conditions.robots);
@@ -152,15 +162,15 @@ pub fn place(conditions: &Conditions, run: RunKey) -> Result<Vec<Pose>, Placemen
                         libm::hypot(pose.x_m - other.x_m, pose.y_m - other.y_m) >= spacing_m
                     })
             });
-        let pose = place.ok_or_else(|| refuse(poses.len()))?;
+        let pose = place.ok_or_else(|| refuse(Some(poses.len())))?;
         taken.add(&pose);
         poses.push(pose);
     }
     Ok(poses)
 }
 
-/// Which places are taken, by cells at least as wide as the spacing: so that a robot is held
-/// against those around it only.
+/// Which places are taken: a uniform grid over the area, so that a candidate is compared only with
+/// the robots in adjacent cells.
 struct Taken {
     corner_m: f64,
     cell_m: f64,
@@ -213,22 +223,6 @@ fn pair(distance_m: f64, bearing_rad: f64) -> [Pose; 2] {
     let (sine, cosine) = libm::sincos(bearing_rad);
     let first = Pose { x_m: 0.0, y_m: 0.0, heading_rad: 0.0 };
     [first, Pose { x_m: distance_m * cosine, y_m: distance_m * sine, heading_rad: bearing_rad }]
-}
-
-/// A pose in a disc, facing away from its centre; uniform in the disc for uniform numbers.
-fn facing_out(radius_m: f64, first: f64, second: f64) -> Pose {
-    let distance_m = radius_m * first.sqrt();
-    let bearing_rad = std::f64::consts::TAU * second;
-    let (sine, cosine) = libm::sincos(bearing_rad);
-    Pose { x_m: distance_m * cosine, y_m: distance_m * sine, heading_rad: bearing_rad }
-}
-
-/// Centres at least `spacing_m` apart in a disc are discs of half that radius in a disc that is
-/// wider by it; no packing is denser than the hexagonal one.
-fn most_that_fit(radius_m: f64, spacing_m: f64) -> usize {
-    let hexagonal = std::f64::consts::PI / 12_f64.sqrt();
-    let ratio = (radius_m + spacing_m / 2.0) / (spacing_m / 2.0);
-    (hexagonal * ratio * ratio).floor().max(1.0) as usize
 }
 
 #[cfg(test)]
@@ -318,7 +312,7 @@ mod tests {
         assert_eq!(
             error.to_string(),
             "200 robots do not fit into a disc of radius 0.825 m, 0.165 m apart and within the \
-             walls: 0 found a place, and no more than 109 ever do"
+             walls: at most 109 ever fit"
         );
     }
 
@@ -328,7 +322,7 @@ mod tests {
 
         let error = place(&conditions, run(0)).unwrap_err();
 
-        assert!((40..90).contains(&error.placed), "{error}");
+        assert!(error.placed.is_some_and(|placed| (40..90).contains(&placed)), "{error}");
     }
 
     #[test]
@@ -358,14 +352,15 @@ mod tests {
     }
 
     #[test]
-    fn the_cells_change_no_place() {
+    fn the_grid_changes_no_place() {
         let conditions = Conditions { robots: 60, ..flockbot_conditions() };
+        let area = Area::Disc { radius_m: 0.825 };
         let poses = place(&conditions, run(0)).unwrap();
 
         for (robot, pose) in poses.iter().enumerate() {
             let mut stream = run(0).stream(robot, Purpose::Placement);
             let first_free = (0..MAX_TRIES)
-                .map(|_| facing_out(0.825, stream.uniform(), stream.uniform()))
+                .map(|_| area.facing_out(stream.uniform(), stream.uniform()))
                 .find(|place| {
                     poses[..robot].iter().all(|other| {
                         libm::hypot(place.x_m - other.x_m, place.y_m - other.y_m) >= 0.165
