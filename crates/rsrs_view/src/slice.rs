@@ -4,8 +4,6 @@ use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::{PhaseCounts, PhaseDiagram};
 use rsrs_core::help::Help;
 
-use crate::scale::label;
-
 /// The cells of a picture: the diagram where all other axes are fixed.
 #[derive(Clone, Debug)]
 pub struct Slice {
@@ -38,6 +36,14 @@ pub enum SliceError {
         /// The axes there are.
         swept: Vec<Axis>,
     },
+    /// A value was asked for on an axis that was not swept.
+    #[error("axis {axis} was not swept; swept: {}", keys(swept))]
+    FixedAxisNotSwept {
+        /// The axis asked for.
+        axis: Axis,
+        /// The axes there are.
+        swept: Vec<Axis>,
+    },
     /// An axis has two places in the picture.
     #[error("axis {axis} is given twice")]
     AxisTwice {
@@ -57,11 +63,7 @@ pub enum SliceError {
         values: Vec<f64>,
     },
     /// A further axis never has the value asked for.
-    #[error(
-        "{axis}={} was not swept; nearest swept value: {axis}={}",
-        label(*found),
-        label(*nearest)
-    )]
+    #[error("{axis}={found} was not swept; nearest swept value: {axis}={nearest}")]
     ValueNotSwept {
         /// The axis.
         axis: Axis,
@@ -71,7 +73,7 @@ pub enum SliceError {
         nearest: f64,
     },
     /// Each value was swept, but never all of them together.
-    #[error("no cell was swept at {}", at.iter().map(|(axis, value)| format!("{axis}={}", label(*value))).collect::<Vec<_>>().join(","))]
+    #[error("no cell was swept at {}", at.iter().map(|(axis, value)| format!("{axis}={value}")).collect::<Vec<_>>().join(","))]
     NothingThere {
         /// The values asked for.
         at: Vec<(Axis, f64)>,
@@ -87,6 +89,7 @@ impl Help for SliceError {
                 [x] => Some(format!("draw `--x {x}`")),
                 [] => None,
             },
+            Self::FixedAxisNotSwept { axis, .. } => Some(format!("leave {axis} out of `--at`")),
             Self::ValueMissing { axis, values } => values
                 .first()
                 .map(|value| format!("choose one, for instance `--at {axis}={value}`")),
@@ -103,7 +106,7 @@ fn keys(axes: &[Axis]) -> String {
 }
 
 fn list(values: &[f64]) -> String {
-    values.iter().map(|value| label(*value)).collect::<Vec<_>>().join(", ")
+    values.iter().map(f64::to_string).collect::<Vec<_>>().join(", ")
 }
 
 /// Whether two values name the same cell: equal up to the rounding of a printed number.
@@ -192,10 +195,17 @@ fn check_axes(
         return Err(SliceError::Empty);
     }
     let mut places: Vec<Axis> = Vec::new();
-    for axis in [Some(x), y].into_iter().flatten().chain(at.iter().map(|(axis, _)| *axis)) {
-        if !diagram.axes.contains(&axis) {
-            return Err(SliceError::AxisNotSwept { axis, swept: diagram.axes.clone() });
-        }
+    let is_swept = |axis: &Axis| diagram.axes.contains(axis);
+    let drawn = || [Some(x), y].into_iter().flatten();
+    let fixed = || at.iter().map(|(axis, _)| *axis);
+    let swept = || diagram.axes.clone();
+    if let Some(axis) = drawn().find(|axis| !is_swept(axis)) {
+        return Err(SliceError::AxisNotSwept { axis, swept: swept() });
+    }
+    if let Some(axis) = fixed().find(|axis| !is_swept(axis)) {
+        return Err(SliceError::FixedAxisNotSwept { axis, swept: swept() });
+    }
+    for axis in drawn().chain(fixed()) {
         if places.contains(&axis) {
             return Err(SliceError::AxisTwice { axis });
         }
@@ -323,11 +333,29 @@ mod tests {
             error(Axis::Range, turn_rate, &[]).to_string(),
             "axis range_m was not swept; swept: speed_m_s, turn_rate_rad_s, robots"
         );
+        let fixed = error(speed, turn_rate, &[(Axis::Range, 0.75)]);
+        assert_eq!(fixed.help().unwrap(), "leave range_m out of `--at`");
         assert_eq!(error(speed, Some(speed), &[]).to_string(), "axis speed_m_s is given twice");
         assert_eq!(
             Slice::new(&diagram(&[]), speed, turn_rate, &[]).unwrap_err(),
             SliceError::Empty
         );
+    }
+
+    #[test]
+    fn a_value_in_an_error_is_one_that_can_be_asked_for() {
+        let diagram = diagram(&[
+            "speed_m_s=0.1,undetected_speed_m_s=-0.0777777777777",
+            "speed_m_s=0.1,undetected_speed_m_s=0.1",
+        ]);
+        let missing = Slice::new(&diagram, Axis::Speed, None, &[]).unwrap_err().to_string();
+
+        let (_, values) = missing.rsplit_once(": ").unwrap();
+
+        for value in values.split(", ") {
+            let at = [(diagram.axes[1], value.parse().unwrap())];
+            assert!(Slice::new(&diagram, Axis::Speed, None, &at).is_ok(), "{value}");
+        }
     }
 
     #[test]
