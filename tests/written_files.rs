@@ -11,6 +11,6 @@ fn an_experiment_that_lacks_several_keys_is_refused_with_all_of_them_at_once() {
 
     assert_eq!(code(&output), 1);
     let printed = stderr(&output);
-    assert!(printed.contains("missing fields `fleet`, `placement`, `duration_s`"), "{printed}");
+    assert!(printed.contains("missing keys `fleet`, `placement`, `duration_s`"), "{printed}");
     assert!(printed.contains("help: give `fleet:`, `placement:`, `duration_s:`"), "{printed}");
 }

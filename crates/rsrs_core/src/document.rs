@@ -28,7 +28,7 @@ pub struct DocumentError {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
     /// A key that the document's kind does not have.
-    #[error("unknown key `{key}`{}", suggestion(nearest.as_deref(), expected))]
+    #[error("unknown key `{key}`{}", suggestion(nearest.as_deref()))]
     UnknownKey {
         /// The key found.
         key: String,
@@ -45,7 +45,7 @@ pub enum Problem {
         /// All valid keys at this place.
         expected: Vec<String>,
     },
-    /// All required keys.
+    /// Required keys that are not there.
     #[error("{}", missing(keys))]
     Missing {
         /// The keys, in the order in which the document's kind has them.
@@ -58,14 +58,14 @@ pub enum Problem {
 
 fn missing(keys: &[String]) -> String {
     let named: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
-    let fields = if keys.len() == 1 { "field" } else { "fields" };
-    format!("missing {fields} {}", named.join(", "))
+    let word = if keys.len() == 1 { "key" } else { "keys" };
+    format!("missing {word} {}", named.join(", "))
 }
 
-fn suggestion(nearest: Option<&str>, expected: &[String]) -> String {
+fn suggestion(nearest: Option<&str>) -> String {
     match nearest {
         Some(key) => format!("; did you mean `{key}`?"),
-        None => format!("; expected one of: {}", expected.join(", ")),
+        None => String::new(),
     }
 }
 
@@ -126,11 +126,11 @@ pub fn parse_with<T: DeserializeOwned>(
     let Ok(Keys(found)) = parse(file, text) else { return Err(refused) };
     let keys: Vec<String> =
         required.iter().filter(|key| !found.contains(**key)).map(|key| (*key).to_owned()).collect();
-    let is_first_missing = |key: &String| match &refused.problem {
-        Problem::Invalid(problem) => problem.contains(&format!("missing field `{key}`")),
-        Problem::UnknownKey { .. } | Problem::OtherKind { .. } | Problem::Missing { .. } => false,
+    let is_one_of_them = match &refused.problem {
+        Problem::Missing { keys: first } => first.iter().all(|key| keys.contains(key)),
+        Problem::UnknownKey { .. } | Problem::OtherKind { .. } | Problem::Invalid(_) => false,
     };
-    if keys.iter().any(is_first_missing) {
+    if is_one_of_them {
         return Err(DocumentError { problem: Problem::Missing { keys }, ..refused });
     }
     Err(refused)
@@ -172,6 +172,9 @@ fn refuse(file: &str, error: &serde_saphyr::Error) -> DocumentError {
             nearest: nearest(field, expected.iter().copied()).map(str::to_owned),
             expected: expected.iter().map(|key| (*key).to_owned()).collect(),
         },
+        serde_saphyr::Error::SerdeMissingField { field, .. } => {
+            Problem::Missing { keys: vec![(*field).to_owned()] }
+        }
         other => Problem::Invalid(without_location(&other.to_string())),
     };
     DocumentError { file: file.to_owned(), line, column, problem }
@@ -195,8 +198,8 @@ fn without_location(message: &str) -> String {
 ///
 /// # Returns
 ///
-/// The first candidate with the least edit distance, if that is at most a third of the word's
-/// length, but at least 2 edits are always allowed.
+/// The first candidate with the least edit distance, if that is at most a third of the word's length
+/// (2 edits are always allowed), or if one of the two words begins with the other.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let allowed = (word.chars().count() / 3).max(2);
     candidates
@@ -263,7 +266,7 @@ mod tests {
     fn a_missing_key_is_named() {
         let error = parse::<Sweep>("sweep.yaml", "duration_s: 300\n").unwrap_err();
 
-        assert!(error.to_string().contains("missing field `replicates`"), "{error}");
+        assert!(error.to_string().contains("missing key `replicates`"), "{error}");
     }
 
     #[test]
@@ -273,11 +276,11 @@ mod tests {
 
         let nothing = refused("{}");
         assert!(
-            nothing.to_string().ends_with("missing fields `duration_s`, `replicates`"),
+            nothing.to_string().ends_with("missing keys `duration_s`, `replicates`"),
             "{nothing}"
         );
         assert_eq!(nothing.help().unwrap(), "give `duration_s:`, `replicates:`");
-        assert!(refused("duration_s: 3").to_string().ends_with("missing field `replicates`"));
+        assert!(refused("duration_s: 3").to_string().ends_with("missing key `replicates`"));
         assert!(refused("duration: 3").to_string().contains("did you mean `duration_s`?"));
         assert!(refused("duration_s: much").to_string().contains("invalid"));
     }
