@@ -8,3 +8,4 @@ pub mod plan_folder;
 pub mod sensor_readings;
 pub mod sources;
 pub mod trial_files;
+pub mod trial_window;

@@ -16,6 +16,7 @@ use rsrs_msgs::topics;
 
 use crate::error::helped;
 use crate::measure::sensor_readings::{self, Readings};
+use crate::measure::trial_window::intervals_s;
 use crate::recorded_run;
 use crate::wording::names;
 
@@ -209,7 +210,5 @@ fn periods(bag: &Bag, recorded: &RecordedTrajectory, robot: &str) -> anyhow::Res
             stamps_ns.push(message.publish_time_ns);
         }
     }
-    stamps_ns.sort_unstable();
-    let periods = stamps_ns.windows(2).map(|pair| (pair[1] - pair[0]) as f64 / 1e9);
-    Ok(periods.filter(|period_s| *period_s > 0.0).collect())
+    Ok(intervals_s(&mut stamps_ns))
 }

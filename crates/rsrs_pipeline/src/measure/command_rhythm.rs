@@ -1,15 +1,11 @@
 //! How evenly commands came in a trial, and detections: a robot that gets none for a while stops.
 
 use std::path::Path;
-use std::time::Duration;
 
-use anyhow::Context;
-use rsrs_experiment_runner::plan::GETTING_GOING_S;
 use rsrs_fleet::timing::{Transport, command_timeout};
-use rsrs_msgs::rsrs::RunLease;
-use rsrs_msgs::{cdr, topics};
+use rsrs_msgs::topics;
 
-use crate::recorded_run;
+use super::trial_window::{self, TrialWindow, intervals_s};
 
 /// The rhythm of a trial.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,41 +31,29 @@ struct Times {
 ///
 /// If the bag cannot be read.
 pub fn read(bag: &Path, robot: &str) -> anyhow::Result<CommandRhythm> {
-    let what = || bag.display().to_string();
-    let opened = recorded_run::open(bag)?;
     let command = topics::CMD_VEL.for_robot(robot);
     let detection = topics::DETECTION.for_robot(robot);
-    let (mut commands, mut detections) = (Times::default(), Times::default());
-    let (mut run_id, mut window_ns) = (None, None);
-    let going = Duration::from_secs_f64(GETTING_GOING_S).as_nanos();
-    let going_ns = u64::try_from(going).unwrap_or(u64::MAX);
-    let names = [topics::LEASE.name.to_owned(), command.clone(), detection];
-    for message in opened.messages_on(names) {
-        let message = message.with_context(what)?;
-        if *message.topic == *topics::LEASE.name {
-            let lease: RunLease = cdr::decode(&message.bytes).with_context(what)?;
-            let is_running = lease.state == RunLease::RUNNING;
-            if run_id.is_none() && is_running {
-                window_ns = Some(message.log_time_ns + going_ns);
-                run_id = Some(lease.run_id);
-            } else if run_id.as_ref() == Some(&lease.run_id) && !is_running {
-                commands.received_ns.push(message.log_time_ns);
-                break;
-            }
-            continue;
+    let window = trial_window::read(bag, [command.clone(), detection])?;
+    Ok(CommandRhythm::of(&window, &command))
+}
+
+impl CommandRhythm {
+    fn of(window: &TrialWindow, command: &str) -> Self {
+        let (mut commands, mut detections) = (Times::default(), Times::default());
+        for message in &window.messages {
+            let times = if *message.topic == *command { &mut commands } else { &mut detections };
+            times.sent_ns.push(message.publish_time_ns);
+            times.received_ns.push(message.log_time_ns);
         }
-        if window_ns.is_none_or(|from_ns| message.log_time_ns < from_ns) {
-            continue;
-        }
-        let times = if *message.topic == *command { &mut commands } else { &mut detections };
-        times.sent_ns.push(message.publish_time_ns);
-        times.received_ns.push(message.log_time_ns);
+        // Without detections a controller publishes zero, again and again: both have to come from
+        // the beginning to the end.
+        let pauses_s = [&mut commands, &mut detections].map(|times| {
+            times.received_ns.extend(window.bounds_ns());
+            pause_s(times)
+        });
+        let paused_s = pauses_s.into_iter().flatten().reduce(f64::max);
+        Self { paused_s, periods_s: intervals_s(&mut detections.sent_ns) }
     }
-    commands.received_ns.extend(window_ns);
-    // Without detections a controller publishes zero, again and again.
-    let pauses_s = [pause_s(&mut commands), pause_s(&mut detections)];
-    let paused_s = pauses_s.into_iter().flatten().reduce(f64::max);
-    Ok(CommandRhythm { paused_s, periods_s: intervals_s(&mut detections.sent_ns) })
 }
 
 /// The longest interval, if it is one in which a robot stops: its gate does, and so do most bases.
@@ -83,15 +67,10 @@ fn pause_s(commands: &mut Times) -> Option<f64> {
     (longest_s >= command_timeout(usual_s, Transport::Plain).as_secs_f64()).then_some(longest_s)
 }
 
-/// Times from one moment to the next, in seconds.
-fn intervals_s(moments_ns: &mut [u64]) -> Vec<f64> {
-    moments_ns.sort_unstable();
-    let intervals_s = moments_ns.windows(2).map(|pair| (pair[1] - pair[0]) as f64 / 1e9);
-    intervals_s.filter(|interval_s| *interval_s > 0.0).collect()
-}
-
 #[cfg(test)]
 mod tests {
+    use rsrs_bags::BagMessage;
+
     use super::*;
 
     fn paused_s(sent_ms: &[u64], late_ms: &[u64]) -> Option<f64> {
@@ -110,5 +89,30 @@ mod tests {
         assert_eq!(paused_s(&[0, 130, 260, 705, 835], &[]), Some(0.445));
         assert_eq!(paused_s(&[0, 130, 260, 390, 520], &[0, 0, 315, 185, 55]), Some(0.445));
         assert_eq!(paused_s(&[0, 500, 1000, 1500, 2000], &[]), None, "slow robots do not pause");
+    }
+
+    #[test]
+    fn detections_that_begin_late_or_end_early_are_a_pause() {
+        let ms = |ms: u64| ms * 1_000_000;
+        let rhythm = |detections_ms: std::ops::Range<u64>| {
+            let on = |topic: &str, at_ms: u64| BagMessage {
+                topic: topic.into(),
+                type_name: "".into(),
+                log_time_ns: ms(at_ms),
+                publish_time_ns: ms(at_ms),
+                sequence: 0,
+                bytes: Vec::new(),
+            };
+            let commands = (0..30).map(|number| on("cmd_vel", 100 * number));
+            let detections = detections_ms.step_by(100).map(|at_ms| on("detection", at_ms));
+            let messages = commands.chain(detections).collect();
+            let window = TrialWindow { from_ns: Some(0), until_ns: Some(ms(3_000)), messages };
+            CommandRhythm::of(&window, "cmd_vel").paused_s
+        };
+
+        assert_eq!(rhythm(0..3_000), None);
+        assert_eq!(rhythm(0..2_500), Some(0.6), "zeros were commanded at the end");
+        assert_eq!(rhythm(500..3_000), Some(0.5), "and here at the beginning");
+        assert_eq!(rhythm(0..0), Some(3.0), "and here all the time");
     }
 }

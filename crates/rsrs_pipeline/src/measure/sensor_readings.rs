@@ -1,15 +1,12 @@
 //! How often a robot's sensor detected while it stood, out of the bag of the trial.
 
 use std::path::Path;
-use std::time::Duration;
 
 use anyhow::{Context, bail};
-use rsrs_experiment_runner::plan::GETTING_GOING_S;
-use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::{cdr, topics};
 
-use crate::recorded_run;
+use super::trial_window;
 
 /// Readings of one sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,41 +28,19 @@ pub struct Readings {
 ///
 /// If the bag cannot be read, or has none.
 pub fn count(bag: &Path, robot: &str, most: Option<u64>) -> anyhow::Result<Readings> {
-    let what = || bag.display().to_string();
-    let opened = recorded_run::open(bag)?;
     let detection = topics::DETECTION.for_robot(robot);
-    let (mut found, mut from_ns) = (Readings::default(), None);
-    // Anybody in the same network may give leases of another run.
-    let mut run_id = None;
-    let settling = Duration::from_secs_f64(GETTING_GOING_S);
-    let settling_ns = u64::try_from(settling.as_nanos()).unwrap_or(u64::MAX);
-    for message in opened.messages_on([topics::LEASE.name.to_owned(), detection.clone()]) {
-        let message = message.with_context(what)?;
-        if *message.topic != *detection {
-            let lease: RunLease = cdr::decode(&message.bytes).with_context(what)?;
-            let is_running = lease.state == RunLease::RUNNING;
-            match from_ns {
-                None if is_running => {
-                    from_ns = Some(message.log_time_ns + settling_ns);
-                    run_id = Some(lease.run_id);
-                }
-                Some(_) if !is_running && run_id == Some(lease.run_id) => break,
-                _ => {}
-            }
-            continue;
-        }
-        if from_ns.is_none_or(|from_ns| message.log_time_ns < from_ns) {
-            continue;
-        }
-        let sample: Bool = cdr::decode(&message.bytes).with_context(what)?;
+    let window = trial_window::read(bag, [detection.clone()])?;
+    let most = most.map_or(usize::MAX, |most| usize::try_from(most).unwrap_or(usize::MAX));
+    let mut found = Readings::default();
+    for message in window.messages.iter().take(most) {
+        let sample: Bool =
+            cdr::decode(&message.bytes).with_context(|| bag.display().to_string())?;
         found.samples += 1;
         found.detections += u64::from(sample.data);
-        if Some(found.samples) == most {
-            break;
-        }
     }
     if found.samples == 0 {
-        bail!("{}: nothing on {detection} while the trial ran, expected readings", what());
+        let bag = bag.display();
+        bail!("{bag}: nothing on {detection} while the trial ran, expected readings");
     }
     Ok(found)
 }
