@@ -142,6 +142,7 @@ impl Watcher {
         // So that other programs see who subscribes.
         session.node("/", NODE)?;
         let mut subscriptions = BTreeMap::new();
+        let mut robots = BTreeSet::new();
         for topic in OF_SWARM {
             let watched = WatchedTopic { topic, robot: String::new() };
             subscriptions.insert(key(topic.name, &topic), self.subscribe(session, watched)?);
@@ -151,6 +152,11 @@ impl Watcher {
         loop {
             look.tick().await;
             for watched in self.new_topics(session, &subscriptions) {
+                // Any node in the network may publish under any name.
+                if robots.len() == MOST_ROBOTS && !robots.contains(&watched.robot) {
+                    continue;
+                }
+                robots.insert(watched.robot.clone());
                 let name = watched.topic.for_robot(&watched.robot);
                 let subscription = self.subscribe(session, watched.clone())?;
                 subscriptions.insert(key(&name, &watched.topic), subscription);
@@ -185,12 +191,11 @@ impl Watcher {
             is_robot(&watched.robot) && !subscriptions.contains_key(&key(&name, &watched.topic))
         });
         new.dedup();
-        new.truncate(MOST_ROBOTS);
         new
     }
 
-    /// Subscribes as who only looks: best effort, so that a viewer which stands still holds up no
-    /// publisher, but for what is latched.
+    /// Subscribes best effort, so that a viewer which does not keep up delays no publisher; latched
+    /// topics keep their quality of service.
     fn subscribe(&self, session: &Session, watched: WatchedTopic) -> anyhow::Result<Subscription> {
         let Topic { type_name, qos, .. } = watched.topic;
         let name = watched.topic.for_robot(&watched.robot);
