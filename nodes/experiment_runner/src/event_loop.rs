@@ -311,6 +311,11 @@ impl<'a> Run<'a> {
                 self.bag = Some(summary);
                 Event::RecorderClosed
             }
+            Written::NotClosed(error) => {
+                let reason = error.in_full();
+                self.advance(Event::RecorderFailed { reason }, requests).await?;
+                Event::RecorderClosed
+            }
         };
         self.advance(event, requests).await
     }

@@ -44,6 +44,8 @@ pub enum Written {
     Failed(RecorderError),
     /// The bag is closed.
     Closed(BagSummary),
+    /// The bag cannot be closed; what was written so far can be recovered.
+    NotClosed(RecorderError),
 }
 
 /// What the thread is to do.
@@ -113,9 +115,7 @@ impl Disk {
                 Ok(writer) => {
                     report_written(Written::Opened);
                     let writing = Writing::new(writer, &report_written);
-                    if let Err(error) = writing.run(&mut before, &Queue { queue, behind }) {
-                        report_written(Written::Failed(error));
-                    }
+                    writing.run(&mut before, &Queue { queue, behind });
                 }
                 Err(error) => report_written(Written::NotOpened(error)),
             }
@@ -191,7 +191,7 @@ impl<'a, Report: Fn(Written)> Writing<'a, Report> {
     }
 
     /// Does all jobs, until one closes the bag or there is no sender.
-    fn run(mut self, before: &mut impl FnMut(&Job), jobs: &Queue) -> Result<(), RecorderError> {
+    fn run(mut self, before: &mut impl FnMut(&Job), jobs: &Queue) {
         for job in &jobs.queue {
             before(&job);
             match job {
@@ -207,16 +207,22 @@ impl<'a, Report: Fn(Written)> Writing<'a, Report> {
                     jobs.behind.messages.fetch_sub(1, Ordering::Relaxed);
                     jobs.behind.bytes.fetch_sub(n_bytes, Ordering::Relaxed);
                 }
-                Job::Close(records) => {
-                    for (name, pairs) in records {
-                        self.writer.metadata(name, pairs)?;
-                    }
-                    (self.report)(Written::Closed(self.writer.finish()?));
-                    return Ok(());
-                }
+                Job::Close(records) => return self.close(records),
             }
         }
-        Ok(())
+    }
+
+    /// Closes the bag, also if not all records could be written.
+    fn close(mut self, records: Vec<(&'static str, BTreeMap<String, String>)>) {
+        let mut records = records.into_iter();
+        if let Err(error) = records.try_for_each(|(name, pairs)| self.writer.metadata(name, pairs))
+        {
+            self.fail(error.into());
+        }
+        (self.report)(match self.writer.finish() {
+            Ok(summary) => Written::Closed(summary),
+            Err(error) => Written::NotClosed(error.into()),
+        });
     }
 
     fn write(&mut self, message: Message) {

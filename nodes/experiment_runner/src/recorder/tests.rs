@@ -63,7 +63,7 @@ fn summary(written: &mut UnboundedReceiver<Written>) -> BagSummary {
         match written.blocking_recv().expect("the thread reports how it ends") {
             Written::Closed(summary) => return summary,
             Written::Opened | Written::Step(_) => {}
-            failed @ (Written::NotOpened(_) | Written::Failed(_)) => panic!("{failed:?}"),
+            failed => panic!("{failed:?}"),
         }
     }
 }
@@ -163,6 +163,21 @@ fn a_full_queue_is_reported_once_and_what_it_drops_is_counted_in_the_bag() {
     let given = bag.metadata(RECORDING).unwrap();
     assert_eq!(given["n_overflowed"], "5");
     assert_eq!(given["n_overflowed /robot_1/detection"], "5");
+}
+
+#[test]
+fn a_bag_that_cannot_be_closed_is_reported_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run");
+    let (recorder, mut written) = recorder(&path, &[]);
+    assert!(matches!(written.blocking_recv(), Some(Written::Opened)));
+    // Its metadata has no folder to lie in.
+    std::fs::remove_dir_all(&path).unwrap();
+
+    recorder.close(&Ending::completed());
+
+    let last = std::iter::from_fn(|| written.blocking_recv()).last();
+    assert!(matches!(last, Some(Written::NotClosed(_))), "{last:?}");
 }
 
 #[test]
