@@ -76,6 +76,36 @@ impl Default for Quaternion {
     }
 }
 
+/// How far the length of a quaternion may be from 1: one that is further off was never set, or is not
+/// a rotation.
+const LENGTH_TOLERANCE: f64 = 0.01;
+
+/// A quaternion that is not a rotation, such as the zeros of a tracker that gives positions only.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("no orientation: a quaternion of length {length:.3}, expected 1")]
+pub struct NoOrientation {
+    /// The length found.
+    pub length: f64,
+}
+
+impl Quaternion {
+    /// The heading of a robot on the ground: the turn around the vertical axis, counterclockwise from x,
+    /// in radians (REP 103).
+    ///
+    /// # Errors
+    ///
+    /// [`NoOrientation`] if its length is not 1, within 0.01.
+    pub fn heading_rad(self) -> Result<f64, NoOrientation> {
+        let Self { x, y, z, w } = self;
+        let length = (x * x + y * y + z * z + w * w).sqrt();
+        if (length - 1.0).abs() <= LENGTH_TOLERANCE {
+            Ok(libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+        } else {
+            Err(NoOrientation { length })
+        }
+    }
+}
+
 /// A position with an orientation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pose {

@@ -190,17 +190,13 @@ impl RealRobots {
     }
 }
 
-/// A pose on the floor; `None` if it is not finite, or so far away that it is none.
+/// A pose on the floor; `None` if it is not finite, has no orientation, or is so far away that it is
+/// none.
 pub fn on_the_floor(pose: &geometry_msgs::Pose) -> Option<Pose> {
-    let (position, turn) = (pose.position, pose.orientation);
-    let heading_rad = libm::atan2(
-        2.0 * (turn.w * turn.z + turn.x * turn.y),
-        1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z),
-    );
-    let squares = turn.x * turn.x + turn.y * turn.y + turn.z * turn.z + turn.w * turn.w;
+    let position = pose.position;
+    let heading_rad = pose.orientation.heading_rad().ok()?;
     let is_near = position.x.abs() < NOWHERE_M && position.y.abs() < NOWHERE_M;
-    let is_turn = (squares - 1.0).abs() < 0.1 && heading_rad.is_finite();
-    (is_near && is_turn).then_some(Pose { x_m: position.x, y_m: position.y, heading_rad })
+    is_near.then_some(Pose { x_m: position.x, y_m: position.y, heading_rad })
 }
 
 #[cfg(test)]

@@ -2,7 +2,9 @@
 
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::builtin_interfaces::Time;
-use rsrs_msgs::geometry_msgs::{Point, Pose as Pose3, PoseStamped, Quaternion, Vector3};
+use rsrs_msgs::geometry_msgs::{
+    NoOrientation, Point, Pose as Pose3, PoseStamped, Quaternion, Vector3,
+};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::std_msgs::Header;
 use rsrs_msgs::tf2_msgs::TFMessage;
@@ -13,9 +15,6 @@ use crate::TopicInfo;
 
 /// Frames that stand for the robot's body, by REP 105.
 const BODY_FRAMES: [&str; 2] = ["/base_link", "/base_footprint"];
-
-/// A quaternion whose length is further from 1 was never set, or is not one.
-const LENGTH_TOLERANCE: f64 = 0.01;
 
 /// One robot's pose at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,11 +100,9 @@ impl RawPose {
         if ![x_m, y_m, x, y, z, w].iter().all(|number| number.is_finite()) {
             return Err(TrajectoryError::NotFinite { what: "pose", robot: self.robot, time_s });
         }
-        let length = (x * x + y * y + z * z + w * w).sqrt();
-        if (length - 1.0).abs() > LENGTH_TOLERANCE {
-            return Err(TrajectoryError::NoOrientation { robot: self.robot, time_s, length });
-        }
-        let heading_rad = libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z));
+        let heading_rad = self.orientation.heading_rad().map_err(|NoOrientation { length }| {
+            TrajectoryError::NoOrientation { robot: self.robot, time_s, length }
+        })?;
         Ok(PoseSample { stamp_ns, log_ns, pose: Pose { x_m, y_m, heading_rad } })
     }
 }

@@ -39,6 +39,9 @@ pub struct FleetRobot {
     pub lease: LeaseHolder,
     /// Battery voltage below which it starts no run, in volts; `None` if any will do.
     pub battery_min_v: Option<f64>,
+    /// Distance up to which what its range sensor measures is a detection, in metres; `None` if its
+    /// profile has it, or another node decides.
+    pub detection_threshold_m: Option<f64>,
 }
 
 /// What moves a robot.
@@ -211,6 +214,9 @@ struct Layer {
     lease: Option<LeaseHolder>,
     /// Battery voltage below which it starts no run, in volts.
     battery_min_v: Option<f64>,
+    /// What its range sensor measures up to this distance is a detection, in metres; without it the
+    /// range of its profile's cone.
+    detection_threshold_m: Option<f64>,
 }
 
 #[derive(serde::Deserialize, schemars::JsonSchema)]
@@ -233,6 +239,9 @@ struct WrittenRobot {
     lease: Option<LeaseHolder>,
     /// Battery voltage below which it starts no run, in volts.
     battery_min_v: Option<f64>,
+    /// What its range sensor measures up to this distance is a detection, in metres; without it the
+    /// range of its profile's cone.
+    detection_threshold_m: Option<f64>,
 }
 
 impl Written {
@@ -292,6 +301,11 @@ impl Written {
                 &of_type.battery_min_v,
                 &all.battery_min_v,
             ]),
+            detection_threshold_m: first_of([
+                &robot.detection_threshold_m,
+                &of_type.detection_threshold_m,
+                &all.detection_threshold_m,
+            ]),
         })
     }
 }
@@ -314,9 +328,10 @@ mod tests {
 
     const LAYERED: &str = "\
 fileversion: 1
-all: {profile: p.yaml, driver: {kind: ros}, cmd_vel: twist, pose: pose, battery_min_v: 6.6}
+all: {profile: p.yaml, driver: {kind: ros}, cmd_vel: twist, pose: pose, battery_min_v: 6.6, detection_threshold_m: 0.5}
 robot_types:
-  flockbot: {driver: {kind: serial, port: /dev/ttyACM0, baud: 115200}, cmd_vel: twist_stamped}
+  flockbot: {driver: {kind: serial, port: /dev/ttyACM0, baud: 115200}, cmd_vel: twist_stamped,
+    detection_threshold_m: 0.3}
 robots:
   zebra: {enabled: true, type: flockbot, driver: {kind: virtual}}
   ant: {enabled: false, battery_min_v: 7.0}
@@ -333,6 +348,7 @@ robots:
         assert!(matches!(bee.driver, Driver::Serial { baud: 115_200, .. }));
         assert_eq!(bee.pose, PoseSource::Pose);
         assert_eq!((ant.battery_min_v, bee.battery_min_v), (Some(7.0), Some(6.6)));
+        assert_eq!((ant.detection_threshold_m, bee.detection_threshold_m), (Some(0.5), Some(0.3)));
     }
 
     #[test]
@@ -365,7 +381,7 @@ robots:
             ("enabled: false", "enable: false", "did you mean `enabled`?"),
             ("type: flockbot}", "type: flocbot}", "type `flocbot`, expected one of: flockbot"),
             ("fileversion: 1", "fileversion: 2", "fileversion is 2, expected 1"),
-            ("fileversion: 1\n", "", "missing field `fileversion`"),
+            ("fileversion: 1\n", "", "missing key `fileversion`"),
             ("1\nall: {", "1\nall: {lease: controller, ", "zebra has a gate"),
         ] {
             let error = FleetFile::parse("fleet.yaml", &LAYERED.replace(from, to)).unwrap_err();
@@ -390,7 +406,7 @@ robots:
              each robot"
         );
         let nothing = FleetFile::parse("fleet.yaml", "{}").unwrap_err().to_string();
-        assert!(nothing.ends_with("missing fields `fileversion`, `robots`"), "{nothing}");
+        assert!(nothing.ends_with("missing keys `fileversion`, `robots`"), "{nothing}");
     }
 
     #[test]

@@ -171,6 +171,8 @@ pub struct Seen {
     pub pose_ahead_s: BTreeMap<String, f64>,
     /// Frame and last pose of each robot whose pose was received.
     pub poses: BTreeMap<String, (String, Pose)>,
+    /// By robot: why its last pose cannot be used.
+    pub unusable_poses: BTreeMap<String, String>,
     /// By frame: the frame that it is in, by transforms.
     pub parents: BTreeMap<String, String>,
     /// How long messages wait on this machine until they are looked at, in seconds; `None` if that

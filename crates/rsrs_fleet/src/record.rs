@@ -96,6 +96,34 @@ impl Provenance {
     }
 }
 
+/// Why a record does not read.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// It is of another version of its shape.
+    #[error(
+        "a record of version {found}, expected {RECORD_SCHEMA_VERSION}: read it with the version of \
+         rsrs that recorded it"
+    )]
+    Version {
+        /// Its version.
+        found: u32,
+    },
+    /// It is damaged, or no record.
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+}
+
+/// What a record has in every version.
+#[derive(Deserialize)]
+struct Versioned {
+    provenance: VersionedProvenance,
+}
+
+#[derive(Deserialize)]
+struct VersionedProvenance {
+    schema_version: u32,
+}
+
 impl ExperimentRecord {
     /// The record as JSON, on one line.
     ///
@@ -110,9 +138,15 @@ impl ExperimentRecord {
     ///
     /// # Errors
     ///
-    /// The parser's, with line and column.
-    pub fn from_json(text: &str) -> Result<Self, serde_json::Error> {
-        serde_json::from_str(text)
+    /// [`RecordError`].
+    pub fn from_json(text: &str) -> Result<Self, RecordError> {
+        // A newer shape may have any keys.
+        let versioned: Option<Versioned> = serde_json::from_str(text).ok();
+        let found = versioned.map(|record| record.provenance.schema_version);
+        match found.filter(|found| *found != RECORD_SCHEMA_VERSION) {
+            Some(found) => Err(RecordError::Version { found }),
+            None => Ok(serde_json::from_str(text)?),
+        }
     }
 
     /// What must be the same for the run to be compared with a simulated cell.

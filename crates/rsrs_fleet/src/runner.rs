@@ -206,6 +206,9 @@ impl Runner {
             Event::Pose { robot, frame, pose } => {
                 self.start_check.receive_pose(robot, frame, pose, now);
             }
+            Event::PoseUnusable { robot, reason } => {
+                self.start_check.receive_unusable_pose(robot, reason);
+            }
             Event::Sampled { robot, kind } => self.roster.receive_sample(&robot, kind, now),
             Event::ParametersSet { target, result } if self.phase == Phase::Configure => {
                 self.requests.answer(&target, result);

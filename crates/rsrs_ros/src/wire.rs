@@ -9,7 +9,7 @@ use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::message::{Echo, Lease, LeaseState, RobotState, Status, StopCause};
 use rsrs_msgs::builtin_interfaces::Time;
-use rsrs_msgs::geometry_msgs::{self, Quaternion, Twist, TwistStamped, Vector3};
+use rsrs_msgs::geometry_msgs::{self, NoOrientation, Twist, TwistStamped, Vector3};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Header;
 
@@ -17,9 +17,9 @@ use rsrs_msgs::std_msgs::Header;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidMessage {
     /// A state that the protocol does not have.
-    #[error("{kind} with state {found}, expected 0 to {most}")]
+    #[error("{kind} {found}, expected 0 to {most}")]
     State {
-        /// Which message.
+        /// Of what.
         kind: &'static str,
         /// The state found.
         found: u8,
@@ -37,12 +37,17 @@ pub enum InvalidMessage {
     /// A velocity that is not a number.
     #[error("velocity command that is not finite")]
     NotFinite,
-    /// A pose that is not a number.
-    #[error("pose that is not finite: {pose:?}")]
-    Nowhere {
-        /// The pose found.
-        pose: Pose,
+    /// A position that is not a number.
+    #[error("position that is not finite: ({x_m}, {y_m}) m")]
+    Position {
+        /// To the front, as found.
+        x_m: f64,
+        /// To the left, as found.
+        y_m: f64,
     },
+    /// A pose without an orientation.
+    #[error(transparent)]
+    Orientation(#[from] NoOrientation),
 }
 
 /// Where a node that starts now begins to count its statuses: above all that it counted before it
@@ -67,7 +72,11 @@ pub fn lease(message: RunLease) -> Result<Lease, InvalidMessage> {
         RunLease::RUNNING => LeaseState::Running,
         RunLease::STOPPED => LeaseState::Stopped,
         found => {
-            return Err(InvalidMessage::State { kind: "lease", found, most: RunLease::STOPPED });
+            return Err(InvalidMessage::State {
+                kind: "lease state",
+                found,
+                most: RunLease::STOPPED,
+            });
         }
     };
     let (robots, counters) = (message.robots.len(), message.echoed_counter.len());
@@ -115,7 +124,11 @@ pub fn status(message: RobotStatus) -> Result<Status, InvalidMessage> {
         RobotStatus::STOPPED => RobotState::Stopped,
         RobotStatus::FAULT => RobotState::Fault,
         found => {
-            return Err(InvalidMessage::State { kind: "status", found, most: RobotStatus::FAULT });
+            return Err(InvalidMessage::State {
+                kind: "robot state",
+                found,
+                most: RobotStatus::FAULT,
+            });
         }
     };
     let stop_cause = cause_of(message.stop_cause)?;
@@ -134,7 +147,7 @@ pub fn status(message: RobotStatus) -> Result<Status, InvalidMessage> {
 fn cause_of(number: u8) -> Result<StopCause, InvalidMessage> {
     let mut causes = CAUSES.iter();
     causes.find(|(_, of)| *of == number).map(|(cause, _)| *cause).ok_or(InvalidMessage::State {
-        kind: "cause of standing",
+        kind: "stop cause",
         found: number,
         most: RobotStatus::CAUSE_HARDWARE,
     })
@@ -199,16 +212,13 @@ pub fn command(twist: &Twist) -> Result<Command, InvalidMessage> {
 ///
 /// # Errors
 ///
-/// [`InvalidMessage::Nowhere`].
+/// [`InvalidMessage::Position`] and [`InvalidMessage::Orientation`].
 pub fn pose(message: &geometry_msgs::Pose) -> Result<Pose, InvalidMessage> {
-    let Quaternion { x, y, z, w } = message.orientation;
-    let heading_rad = libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z));
-    let pose = Pose { x_m: message.position.x, y_m: message.position.y, heading_rad };
-    if [pose.x_m, pose.y_m, pose.heading_rad].iter().all(|number| number.is_finite()) {
-        Ok(pose)
-    } else {
-        Err(InvalidMessage::Nowhere { pose })
+    let (x_m, y_m) = (message.position.x, message.position.y);
+    if !(x_m.is_finite() && y_m.is_finite()) {
+        return Err(InvalidMessage::Position { x_m, y_m });
     }
+    Ok(Pose { x_m, y_m, heading_rad: message.orientation.heading_rad()? })
 }
 
 /// Puts a velocity command into a message.
@@ -229,6 +239,8 @@ pub fn twist_stamped(command: Command, stamp: Time) -> TwistStamped {
 
 #[cfg(test)]
 mod tests {
+    use rsrs_msgs::geometry_msgs::Quaternion;
+
     use super::*;
 
     #[test]
@@ -266,7 +278,7 @@ mod tests {
 
         assert_eq!(
             lease(message),
-            Err(InvalidMessage::State { kind: "lease", found: 9, most: RunLease::STOPPED })
+            Err(InvalidMessage::State { kind: "lease state", found: 9, most: RunLease::STOPPED })
         );
     }
 
@@ -288,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn a_heading_is_the_turn_around_the_vertical_axis_and_poses_are_numbers() {
+    fn a_pose_has_a_heading_around_the_vertical_axis_and_a_place() {
         let half_rad = 0.5 * 2.5;
         let mut message = geometry_msgs::Pose::default();
         message.position.x = 1.0;
@@ -296,9 +308,13 @@ mod tests {
             Quaternion { x: 0.0, y: 0.0, z: libm::sin(half_rad), w: libm::cos(half_rad) };
 
         let found = pose(&message).unwrap();
+        let positions_only = Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 0.0 };
+        let without = geometry_msgs::Pose { orientation: positions_only, ..message };
         message.position.y = f64::NAN;
 
         assert!((found.heading_rad - 2.5).abs() < 1e-12 && (found.x_m - 1.0).abs() < 1e-12);
-        assert!(matches!(pose(&message), Err(InvalidMessage::Nowhere { .. })));
+        assert!(matches!(pose(&message), Err(InvalidMessage::Position { .. })));
+        let reason = pose(&without).unwrap_err().to_string();
+        assert_eq!(reason, "no orientation: a quaternion of length 0.000, expected 1");
     }
 }

@@ -65,11 +65,11 @@ pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Eve
         Role::Diagnostics => diagnoses(plan, decode(data)?),
         Role::Odometry(index) if is_wanted(plan, index, PoseSource::Odom) => {
             let Odometry { header, pose, .. } = decode(data)?;
-            pose_events(robot(index), (header, received.received_time_ns), &pose.pose)?
+            pose_events(robot(index), (header, received.received_time_ns), &pose.pose)
         }
         Role::Pose(index) if is_wanted(plan, index, PoseSource::Pose) => {
             let PoseStamped { header, pose } = decode(data)?;
-            pose_events(robot(index), (header, received.received_time_ns), &pose)?
+            pose_events(robot(index), (header, received.received_time_ns), &pose)
         }
         Role::Detection(_) => sampled(plan, role).into_iter().collect(),
         Role::Odometry(_)
@@ -166,14 +166,12 @@ fn pose_events(
     robot: String,
     (header, received_ns): (Header, u64),
     pose: &geometry_msgs::Pose,
-) -> Result<Vec<Event>, String> {
+) -> Vec<Event> {
     let ahead = seconds_ahead(header.stamp, received_ns);
     let clock = ahead.map(|seconds| Event::PoseAhead { robot: robot.clone(), seconds });
-    let pose = pose_event(robot, header, pose)?;
-    Ok(clock.into_iter().chain([pose]).collect())
-}
-
-fn pose_event(robot: String, header: Header, pose: &geometry_msgs::Pose) -> Result<Event, String> {
-    let pose = wire::pose(pose).map_err(|error| error.to_string())?;
-    Ok(Event::Pose { robot, frame: header.frame_id, pose })
+    let pose = match wire::pose(pose) {
+        Ok(pose) => Event::Pose { robot, frame: header.frame_id, pose },
+        Err(error) => Event::PoseUnusable { robot, reason: error.to_string() },
+    };
+    clock.into_iter().chain([pose]).collect()
 }

@@ -383,6 +383,7 @@ mod tests {
             pose,
             lease: LeaseHolder::Gate,
             battery_min_v: None,
+            detection_threshold_m: None,
         };
         poses.into_iter().enumerate().map(robot).collect()
     }

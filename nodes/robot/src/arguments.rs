@@ -62,6 +62,16 @@ pub enum ArgumentsError {
     /// The profile is none.
     #[error(transparent)]
     Profile(#[from] ProfileError),
+    /// A profile from which the threshold of a range sensor does not follow.
+    #[error(
+        "`{}` has a polygon and no cone: set `detection_threshold_m` in the fleet file, or \
+         `-p {}:=…`, to the distance in metres with which the robot was measured, {} unless it was set",
+        path.display(), parameters::DETECTION_THRESHOLD, parameters::DEFAULT_THRESHOLD_M
+    )]
+    NoDetectionThreshold {
+        /// The profile.
+        path: PathBuf,
+    },
     /// The fleet file has no such robot.
     #[error("`{}` has no robot `{robot}`, expected one of: {}", path.display(), expected.join(", "))]
     NoSuchRobot {
@@ -137,11 +147,11 @@ impl RobotArguments {
         let robot = robot.clone();
 
         let mut values = BTreeMap::new();
-        let mut driver = None;
+        let mut described = None;
         if let Some(path) = &flags.config {
-            let described = robot_of(path, &robot)?;
-            driver = Some(take_robot(&described, path, &mut values)?);
+            described = Some(take_robot(&robot_of(path, &robot)?, path, &mut values)?);
         }
+        let driver = described.as_ref().map(|described| described.driver);
         let driver = flags.driver.or(driver).ok_or(ArgumentsError::NoDriver)?;
         values.extend(flags.port.map(|port| (PORT.to_owned(), ParameterValue::String(port))));
         values.extend(flags.baud.map(|baud| (BAUD.to_owned(), ParameterValue::Integer(baud))));
@@ -158,6 +168,12 @@ impl RobotArguments {
             return Err(ArgumentsError::UnknownParameter { robot, name: name.clone() });
         }
         given.retain(|name, _| is_known(name));
+        let without_threshold = described.and_then(|described| described.without_threshold);
+        let reads_range = driver != DriverKind::Virtual;
+        let has_threshold = given.contains_key(parameters::DETECTION_THRESHOLD);
+        if let Some(path) = without_threshold.filter(|_| reads_range && !has_threshold) {
+            return Err(ArgumentsError::NoDetectionThreshold { path });
+        }
         let mut controller = values;
         controller.retain(|name, _| of_controller(name));
         let node_of_controller = format!("/{robot}/{}", rsrs_controller_node::NODE);
@@ -187,32 +203,44 @@ fn robot_of(path: &Path, robot: &str) -> Result<FleetRobot, ArgumentsError> {
     })
 }
 
+/// What a fleet file has of a robot beside start values.
+struct Described {
+    driver: DriverKind,
+    /// A profile from which the threshold of the sensor does not follow, where the fleet file does not
+    /// have it either.
+    without_threshold: Option<PathBuf>,
+}
+
 /// Takes start values from a robot's place in the fleet file, and from the profile named there.
 fn take_robot(
     described: &FleetRobot,
     fleet_file: &Path,
     values: &mut BTreeMap<String, ParameterValue>,
-) -> Result<DriverKind, ArgumentsError> {
+) -> Result<Described, ArgumentsError> {
+    let mut double = |name: &str, value| {
+        values.insert(name.to_owned(), ParameterValue::Double(value));
+    };
+    let mut threshold_m = described.detection_threshold_m;
+    let mut without_threshold = None;
     // A robot that was not measured yet takes its limits from the command line, or the usual ones.
     if let Some(profile) = &described.profile {
         let path = fleet_file.parent().unwrap_or(Path::new("")).join(profile);
         let profile = RobotProfile::parse(&path.display().to_string(), &read(&path)?)?;
-        let mut double = |name: &str, value| {
-            values.insert(name.to_owned(), ParameterValue::Double(value));
-        };
         double(parameters::SPEED_MAX, profile.actuation.speed.limits_m_s[1]);
         double(parameters::TURN_RATE_MAX, profile.actuation.turn.limits_rad_s[1]);
         double(parameters::PERIOD, profile.computation.period_s);
-        if let Some(cone) = profile.sensing.cone {
-            double(parameters::DETECTION_THRESHOLD, cone.range_m);
-        }
+        threshold_m = threshold_m.or(profile.sensing.cone.map(|cone| cone.range_m));
+        without_threshold = threshold_m.is_none().then_some(path);
+    }
+    if let Some(threshold_m) = threshold_m {
+        double(parameters::DETECTION_THRESHOLD, threshold_m);
     }
     let cmd_vel = match described.cmd_vel {
         CmdVel::TwistStamped => "twist_stamped",
         CmdVel::Twist => "twist",
     };
     values.insert(parameters::CMD_VEL_TYPE.to_owned(), ParameterValue::String(cmd_vel.to_owned()));
-    Ok(match &described.driver {
+    let driver = match &described.driver {
         fleet_file::Driver::Serial { port, baud } => {
             values.insert(PORT.to_owned(), ParameterValue::String(port.clone()));
             values.insert(BAUD.to_owned(), ParameterValue::Integer(i64::from(*baud)));
@@ -220,7 +248,8 @@ fn take_robot(
         }
         fleet_file::Driver::Ros => DriverKind::Ros,
         fleet_file::Driver::Virtual => DriverKind::Virtual,
-    })
+    };
+    Ok(Described { driver, without_threshold })
 }
 
 #[cfg(test)]
@@ -270,6 +299,33 @@ mod tests {
 
         let error = parse(&["--robots", "robot_9", "--config", &path]).unwrap_err();
         assert!(error.to_string().contains("no robot `robot_9`, expected one of: robot_1"));
+    }
+
+    #[test]
+    fn the_threshold_of_a_range_sensor_is_given_where_the_profile_has_no_cone() {
+        let folder = tempfile::tempdir().unwrap();
+        let profile = include_str!("../../../launch_configs/profiles/lta.yaml");
+        fs::write(folder.path().join("p.yaml"), profile).unwrap();
+        let path = folder.path().join("fleet.yaml");
+        let parse_with = |of_all: &str, arguments: &[&str]| {
+            let fleet = format!(
+                "fileversion: 1\nall: {{profile: p.yaml, driver: {{kind: ros}}{of_all}}}\nrobots:\n  \
+                 robot_1: {{enabled: true}}\n"
+            );
+            fs::write(&path, fleet).unwrap();
+            let path = path.display().to_string();
+            parse(&[&["--robots", "robot_1", "--config", &path], arguments].concat())
+        };
+        let parameter = ["--ros-args", "-p", "detection_threshold:=1.2"];
+
+        let refused = parse_with("", &[]).unwrap_err().to_string();
+        let by_fleet = parse_with(", detection_threshold_m: 1.1", &[]).unwrap();
+        let by_parameter = parse_with(", detection_threshold_m: 1.1", &parameter).unwrap();
+
+        assert!(refused.contains("has a polygon and no cone: set `detection_threshold_m`"));
+        assert_eq!(by_fleet.given["detection_threshold"], ParameterValue::Double(1.1));
+        assert_eq!(by_parameter.given["detection_threshold"], ParameterValue::Double(1.2));
+        assert!(parse_with("", &["--driver", "virtual"]).is_ok());
     }
 
     #[test]

@@ -25,6 +25,8 @@ pub const CMD_VEL_TYPE: &str = "cmd_vel_type";
 pub const PERIOD: &str = "period";
 /// What is at most so far away is seen.
 pub const DETECTION_THRESHOLD: &str = "detection_threshold";
+/// Where neither the fleet file, nor a profile, nor a parameter has it, in metres.
+pub const DEFAULT_THRESHOLD_M: f64 = 0.75;
 const ACCELERATION_MAX: &str = "acceleration_max";
 const TURN_ACCELERATION_MAX: &str = "turn_acceleration_max";
 const DEBOUNCE: &str = "debounce";
@@ -82,7 +84,7 @@ const NUMBERS: [Number; 7] = [
         name: DETECTION_THRESHOLD,
         description: "What the range sensor measures at most so far away is seen, in m.",
         range: (0.0, 100.0),
-        value: 0.75,
+        value: DEFAULT_THRESHOLD_M,
         read_only: false,
     },
     Number {

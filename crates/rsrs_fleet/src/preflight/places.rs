@@ -12,13 +12,20 @@ const MAX_LENGTH: usize = 32;
 /// Frame and pose by robot.
 type Poses<'a> = BTreeMap<&'a String, &'a (String, Pose)>;
 
-/// Two robots on one spot, and frames that nothing ties together: both are what odometry looks like
-/// that starts at 0, 0 on each robot.
+/// Poses that cannot be used, two robots on one spot, and frames that nothing ties together: the last
+/// two are what odometry looks like that starts at 0, 0 on each robot.
 pub(super) fn problems(apart: &Apart, seen: &Seen) -> Vec<Problem> {
     let poses: Poses<'_> =
         seen.poses.iter().filter(|(robot, _)| apart.robots.contains(*robot)).collect();
     let radius_m = apart.radius_m;
-    let mut problems: Vec<_> = different_frames(&poses, seen).into_iter().collect();
+    let unusable =
+        seen.unusable_poses.iter().filter(|(robot, _)| apart.robots.contains(*robot)).map(
+            |(robot, reason)| Problem::PoseUnusable {
+                robot: robot.clone(),
+                reason: reason.clone(),
+            },
+        );
+    let mut problems: Vec<_> = unusable.chain(different_frames(&poses, seen)).collect();
     let mut on_one_spot = BTreeSet::new();
     for (robot, (frame, pose)) in &poses {
         for (other, (other_frame, place)) in poses.range::<&String, _>(*robot..).skip(1) {

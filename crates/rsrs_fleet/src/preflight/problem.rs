@@ -199,6 +199,14 @@ pub enum Problem {
         /// How far the stamps are ahead, in seconds.
         ahead_s: f64,
     },
+    /// The last pose of a robot cannot be used.
+    #[error("{robot}: its pose cannot be used: {reason}")]
+    PoseUnusable {
+        /// The robot.
+        robot: String,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// Robots that cannot all be at their poses.
     #[error(
         "{} are on one spot: centres less than {radius_m:.3} m apart, which is their radius (odometry \

@@ -285,6 +285,19 @@ fn frames_that_no_transform_ties_together_are_refused() {
 }
 
 #[test]
+fn poses_that_cannot_be_used_are_refused_where_poses_are_needed() {
+    let (expected, mut seen) = at([("odom", 0.0), ("odom", 1.0)]);
+    let reason = "no orientation: a quaternion of length 0.000, expected 1";
+    seen.unusable_poses.insert("robot_2".to_owned(), reason.to_owned());
+
+    assert_eq!(
+        sentences(&expected, &seen),
+        [format!("robot_2: its pose cannot be used: {reason}")]
+    );
+    assert_eq!(sentences(&Expected { apart: None, ..expected }, &seen), [""; 0]);
+}
+
+#[test]
 fn poses_of_another_clock_are_refused() {
     let mut seen = complete();
     seen.pose_ahead_s.insert("robot_1".to_owned(), -60.0);

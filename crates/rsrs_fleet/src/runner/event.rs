@@ -120,6 +120,13 @@ pub enum Event {
         /// Where it stands.
         pose: Pose,
     },
+    /// A robot's pose was received that cannot be used.
+    PoseUnusable {
+        /// The robot.
+        robot: String,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// A sample that must keep coming was received.
     Sampled {
         /// The robot that it is of.
@@ -199,6 +206,7 @@ impl Event {
             | Self::Behind { .. }
             | Self::Diagnosed { .. }
             | Self::Pose { .. }
+            | Self::PoseUnusable { .. }
             | Self::PoseAhead { .. }
             | Self::Transform { .. }
             | Self::Sampled { .. } => true,

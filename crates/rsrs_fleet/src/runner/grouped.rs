@@ -75,6 +75,7 @@ impl Problem {
             | Self::WithoutWorld { robot }
             | Self::Epoch { robot, .. }
             | Self::PoseClock { robot, .. }
+            | Self::PoseUnusable { robot, .. }
             | Self::Clock { robot, .. } => Some(robot),
             Self::Diagnostic(diagnostic_error) => Some(&diagnostic_error.robot),
             Self::Unfit(UnfitTopic { topic, .. })

@@ -46,6 +46,7 @@ impl Runner {
             clock_ahead_s: self.start_check.clock_ahead_s(),
             pose_ahead_s: self.start_check.pose_ahead_s(),
             poses: self.start_check.poses(),
+            unusable_poses: self.start_check.unusable_poses(),
             parents: self.start_check.parents(),
             behind_s: self.start_check.behind_s(),
             diagnostic_errors: self.start_check.diagnostic_errors(),

@@ -17,6 +17,8 @@ pub(super) struct StartCheck {
     diagnostic_errors: BTreeMap<(String, String), String>,
     /// By robot: the frame and the last pose in it.
     poses: BTreeMap<String, (String, Pose)>,
+    /// By robot: why its last pose cannot be used.
+    unusable_poses: BTreeMap<String, String>,
     /// By robot: how many poses came, since when, and when the last one did.
     pose_times: BTreeMap<String, PoseTimes>,
     /// How far the stamps of each robot's poses are ahead of our clock, in seconds.
@@ -85,7 +87,13 @@ impl StartCheck {
         let first = PoseTimes { n_poses: 0, first: now, last: now };
         let times = self.pose_times.entry(robot.clone()).or_insert(first);
         *times = PoseTimes { n_poses: times.n_poses + 1, last: now, ..*times };
+        self.unusable_poses.remove(&robot);
         self.poses.insert(robot, (frame, pose));
+    }
+
+    pub(super) fn receive_unusable_pose(&mut self, robot: String, reason: String) {
+        self.poses.remove(&robot);
+        self.unusable_poses.insert(robot, reason);
     }
 
     /// Whether the pose of every robot is known, and how often it comes.
@@ -125,6 +133,10 @@ impl StartCheck {
 
     pub(super) fn poses(&self) -> BTreeMap<String, (String, Pose)> {
         self.poses.clone()
+    }
+
+    pub(super) fn unusable_poses(&self) -> BTreeMap<String, String> {
+        self.unusable_poses.clone()
     }
 
     pub(super) fn parents(&self) -> BTreeMap<String, String> {

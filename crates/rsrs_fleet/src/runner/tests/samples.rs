@@ -1,5 +1,7 @@
 //! Detections that never come, or come no more.
 
+use rsrs_core::robot::unicycle::Pose;
+
 use super::*;
 
 /// A run of robots whose detections are watched.
@@ -13,6 +15,28 @@ fn sampled(robot_lost: RobotLost) -> Bench {
 
 fn detection(robot: &str) -> Event {
     Event::Sampled { robot: robot.to_owned(), kind: SampleKind::Detection }
+}
+
+#[test]
+fn a_run_begins_when_the_pose_of_every_robot_can_be_used() {
+    let pose = Pose { x_m: 1.0, y_m: 0.0, heading_rad: 0.0 };
+    let (robot, frame) = ("robot_1".to_owned(), "map".to_owned());
+    for is_corrected in [false, true] {
+        let mut bench = Bench::with(|options| {
+            let robots = NAMES.map(str::to_owned).into();
+            options.expected.apart = Some(preflight::Apart { robots, radius_m: 0.1 });
+        });
+        let reason = "no orientation".to_owned();
+        bench.give(Event::PoseUnusable { robot: robot.clone(), reason });
+        bench.beat();
+
+        if is_corrected {
+            bench.give(Event::Pose { robot: robot.clone(), frame: frame.clone(), pose });
+            bench.run();
+        } else {
+            assert_eq!(bench.problems(), ["robot_1: its pose cannot be used: no orientation"]);
+        }
+    }
 }
 
 #[test]
