@@ -172,13 +172,13 @@ impl<'a> Simulation<'a> {
         let (digest, status) = (topics::WORLD_DIGEST, topics::SIMULATOR_STATUS);
         // The receiver is gone only while the node shuts down.
         let to_me = received.clone();
-        let by_hand = move |call| drop(to_me.send(Input::Call(call)));
+        let manual_call = move |call| drop(to_me.send(Input::Call(call)));
         Ok(Self {
             session,
             hosted: options.robots.clone(),
             profile,
             display: Display::new(session, &node)?,
-            _services: services::offer(session, &node, by_hand)?,
+            _services: services::offer(session, &node, manual_call)?,
             subscriptions: Subscriptions::new(session, &node, &robots, received.clone())?,
             to_me: received,
             real: RealRobots::default(),
