@@ -51,7 +51,7 @@ pub struct Simulation<'a> {
     subscriptions: Subscriptions,
     to_me: UnboundedSender<Input>,
     real: RealRobots,
-    /// Publishes the poses of virtual robots in the tracker's stead, if one follows real robots.
+    /// Publishes the poses of virtual robots together with the tracker's, if one follows real robots.
     virtual_pose_publisher: Option<VirtualPosePublisher>,
     display: Display,
     _services: Vec<Service>,

@@ -67,9 +67,13 @@ impl Simulation<'_> {
             let by = parameters::tracked_by(&self.server)?;
             self.real = RealRobots::follow(self.session, &self.node, &names, by, &self.to_me)?;
             if by == TrackedBy::Pose {
-                let ours = &self.hosted[..rows.ours.len()];
-                self.virtual_pose_publisher =
-                    Some(VirtualPosePublisher::new(self.session, &self.node, ours, period)?);
+                let virtual_robots = &self.hosted[..rows.ours.len()];
+                self.virtual_pose_publisher = Some(VirtualPosePublisher::new(
+                    self.session,
+                    &self.node,
+                    virtual_robots,
+                    period,
+                )?);
             }
             let text = format!("mixed fleet: {} are real and followed", names.join(", "));
             self.node.log(Level::Info, &text);
