@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context;
-use rsrs_experiment_runner::plan::GETTING_GOING_S;
+use rsrs_experiment_runner::plan::SETTLING_TIME_S;
 use rsrs_fleet::timing::{Transport, command_timeout};
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::{cdr, topics};
@@ -41,7 +41,7 @@ pub fn read(bag: &Path, robot: &str) -> anyhow::Result<CommandRhythm> {
     let detection = topics::DETECTION.for_robot(robot);
     let (mut commands, mut detections) = (Times::default(), Times::default());
     let (mut run_id, mut window_ns) = (None, None);
-    let going = Duration::from_secs_f64(GETTING_GOING_S).as_nanos();
+    let going = Duration::from_secs_f64(SETTLING_TIME_S).as_nanos();
     let going_ns = u64::try_from(going).unwrap_or(u64::MAX);
     let names = [topics::LEASE.name.to_owned(), command.clone(), detection];
     for message in opened.messages_on(names) {

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
-use rsrs_experiment_runner::plan::GETTING_GOING_S;
+use rsrs_experiment_runner::plan::SETTLING_TIME_S;
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::{cdr, topics};
@@ -37,7 +37,7 @@ pub fn count(bag: &Path, robot: &str, most: Option<u64>) -> anyhow::Result<Readi
     let (mut found, mut from_ns) = (Readings::default(), None);
     // Anybody in the same network may give leases of another run.
     let mut run_id = None;
-    let settling = Duration::from_secs_f64(GETTING_GOING_S);
+    let settling = Duration::from_secs_f64(SETTLING_TIME_S);
     let settling_ns = u64::try_from(settling.as_nanos()).unwrap_or(u64::MAX);
     for message in opened.messages_on([topics::LEASE.name.to_owned(), detection.clone()]) {
         let message = message.with_context(what)?;
