@@ -22,7 +22,7 @@ use rsrs_ros::clock::{ClockPublisher, wall_time};
 use rsrs_ros::logging::Level;
 use rsrs_ros::node_arguments::NodeArguments;
 use rsrs_ros::parameters::{Arming, ParameterServer};
-use rsrs_ros::services::{Reply, Service};
+use rsrs_ros::services::{Responder, Service};
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
 use rsrs_ros::shutdown;
 use rsrs_ros::wire;
@@ -81,7 +81,7 @@ pub struct Step {
     /// How many.
     pub asked: u64,
     /// The client.
-    pub reply: Reply<StepSimulationResponse>,
+    pub responder: Responder<StepSimulationResponse>,
 }
 
 /// Runs the simulator until SIGINT or SIGTERM.
@@ -393,8 +393,8 @@ impl<'a> Simulation<'a> {
 
     /// Answers the clients that requested steps.
     fn stepped(&mut self, left: u64) {
-        let Some(Step { asked, reply }) = self.steps.take() else { return };
-        reply.send(step_response(left, asked));
+        let Some(Step { asked, responder }) = self.steps.take() else { return };
+        responder.send(step_response(left, asked));
     }
 
     /// Publishes one step: the clock first, then detections, then poses, then the digest.

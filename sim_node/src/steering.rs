@@ -38,27 +38,27 @@ impl Simulation<'_> {
     /// If a reliable subscriber stops acknowledging.
     pub async fn answer(&mut self, call: Call) -> anyhow::Result<()> {
         match call {
-            Call::Features(reply) => reply.send(features()),
-            Call::State(reply) => {
+            Call::Features(responder) => responder.send(features()),
+            Call::State(responder) => {
                 let state = SimulationState { state: self.state() };
-                reply.send(wire::GetSimulationStateResponse { state, result: done() });
+                responder.send(wire::GetSimulationStateResponse { state, result: done() });
             }
-            Call::SetState(request, reply) => {
+            Call::SetState(request, responder) => {
                 let result = self.set_state(request.state.state).await?;
-                reply.send(wire::SetSimulationStateResponse { result });
+                responder.send(wire::SetSimulationStateResponse { result });
             }
-            Call::Reset(request, reply) => {
+            Call::Reset(request, responder) => {
                 let result = self.reset(request.scope).await?;
-                reply.send(wire::ResetSimulationResponse { result });
+                responder.send(wire::ResetSimulationResponse { result });
             }
-            Call::Step(request, reply) => match self.step(request.steps).await? {
-                Some(result) => reply.send(wire::StepSimulationResponse { result }),
+            Call::Step(request, responder) => match self.step(request.steps).await? {
+                Some(result) => responder.send(wire::StepSimulationResponse { result }),
                 // The answer is given when the steps are made.
-                None => self.steps = Some(Step { asked: request.steps, reply }),
+                None => self.steps = Some(Step { asked: request.steps, responder }),
             },
-            Call::SetEntityState(request, reply) => {
+            Call::SetEntityState(request, responder) => {
                 let result = self.move_entity(&request).await?;
-                reply.send(wire::SetEntityStateResponse { result });
+                responder.send(wire::SetEntityStateResponse { result });
             }
             Call::Entities(..) | Call::EntitiesStates(..) | Call::EntityState(..) => {
                 self.send(call);
@@ -72,20 +72,20 @@ impl Simulation<'_> {
         let stamp = self.stamp();
         let placed_world = self.placed_world.as_ref().ok_or(ManualControlRefused::NoWorld);
         match call {
-            Call::Entities(request, reply) => {
+            Call::Entities(request, responder) => {
                 let (result, rows) = picked(placed_world, &request.filters);
                 let entities = names(self.placed_world.as_ref(), &rows);
-                reply.send(wire::GetEntitiesResponse { result, entities });
+                responder.send(wire::GetEntitiesResponse { result, entities });
             }
-            Call::EntitiesStates(request, reply) => {
+            Call::EntitiesStates(request, responder) => {
                 let (result, rows) = picked(placed_world, &request.filters);
                 let placed_world = self.placed_world.as_ref();
                 let states =
                     placed_world.map(|placed_world| entities::states(placed_world, &rows, stamp));
                 let (entities, states) = (names(placed_world, &rows), states.unwrap_or_default());
-                reply.send(wire::GetEntitiesStatesResponse { result, entities, states });
+                responder.send(wire::GetEntitiesStatesResponse { result, entities, states });
             }
-            Call::EntityState(request, reply) => {
+            Call::EntityState(request, responder) => {
                 let found = placed_world.map_err(held).and_then(|placed_world| {
                     let row =
                         entities::row(placed_world, &request.entity).map_err(|e| refused(&e))?;
@@ -95,7 +95,7 @@ impl Simulation<'_> {
                     Ok(state) => (done(), state),
                     Err(result) => (result, wire::EntityState::default()),
                 };
-                reply.send(wire::GetEntityStateResponse { result, state });
+                responder.send(wire::GetEntityStateResponse { result, state });
             }
             _ => unreachable!("all other calls change something, and are answered by `answer`"),
         }

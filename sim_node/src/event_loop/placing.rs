@@ -19,8 +19,8 @@ impl Simulation<'_> {
     /// Places the world that the parameters ask for; a run that is under way ends with it.
     pub(crate) async fn place(&mut self) -> anyhow::Result<()> {
         self.placed_world = None;
-        if let Some(Step { asked, reply }) = self.steps.take() {
-            reply.send(step_response(asked, asked));
+        if let Some(Step { asked, responder }) = self.steps.take() {
+            responder.send(step_response(asked, asked));
         }
         self.stamp_ns = None;
         (self.real, self.virtual_pose_publisher) = (RealRobots::default(), None);
