@@ -191,7 +191,7 @@ impl Simulation<'_> {
         }
     }
 
-    /// The time of the last step in lockstep, that of the wall in real time.
+    /// The time of the last step in lockstep, wall-clock time in real time.
     fn stamp(&self) -> Time {
         self.stamp_ns.map_or_else(wall_time, Time::from_nanos)
     }

@@ -121,7 +121,7 @@ pub enum Action {
     Sense {
         /// The step, from 1. In real time it repeats while the world stands.
         step: u64,
-        /// Its simulated time, in nanoseconds; `None` in real time, where stamps are the wall's.
+        /// Its simulated time, in nanoseconds; `None` in real time, where stamps are wall-clock time.
         stamp_ns: Option<u64>,
     },
     /// Move all robots by one step.
