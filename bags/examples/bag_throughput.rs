@@ -9,7 +9,7 @@
 //! Each step runs in a process of its own, so that its memory is its own; the bags are in FOLDER
 //! only meanwhile. "Disk" is bytes of the bag, "content" those of the messages in it. Rates are per
 //! second of processor time, all threads together, so that other programs on the machine do not
-//! count, nor do waits for the disk; the wall's seconds stand beside them.
+//! count, nor do waits for the disk; wall-clock seconds stand beside them.
 
 #![expect(clippy::print_stdout, reason = "its output is a table")]
 
@@ -115,7 +115,7 @@ impl Step {
         Self::ALL.into_iter().find(|step| step.name() == name)
     }
 
-    /// Does it and prints the seconds on the wall, those of processors, and the most memory in MiB.
+    /// Does it and prints wall-clock seconds, those of processors, and the most memory in MiB.
     fn measure(self, path: &Path) -> Outcome {
         let start = Instant::now();
         match self {

@@ -11,7 +11,7 @@ mod recovery;
 mod scan;
 mod search;
 mod sink;
-mod sound;
+mod validity;
 
 use std::collections::BTreeMap;
 use std::error::Error;

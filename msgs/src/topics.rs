@@ -87,8 +87,9 @@ const fn topic<M: RosMessage>(name: &'static str, qos: Qos) -> Topic {
     Topic { name, type_name: M::TYPE_NAME, qos }
 }
 
-/// Deeper than the most samples that lockstep leaves unread: W + K, with W = 20 steps between
-/// simulator and recorder.
+/// Deeper than the most samples of a topic that lockstep leaves unread: the simulator is at most
+/// `rsrs_fleet::simulator::RECORDER_WINDOW` steps ahead of the last one that the recorder has confirmed,
+/// and the recorder confirms each. A test of `rsrs_sim_node` compares the two.
 const LOCKSTEP_DEPTH: u32 = 200;
 
 /// The last sample is kept for those who come later.

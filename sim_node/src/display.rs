@@ -1,7 +1,7 @@
 //! What viewers are shown of the world: the transform tree and the markers.
 //!
 //! Viewers are guests. Nothing is made for them while none is there, they get ten frames of each
-//! second, by the world's clock or by that on the wall, whichever goes faster, and the world never
+//! second, by the world's clock or by the wall clock, whichever goes faster, and the world never
 //! waits for them: a task of its own publishes the newest picture, and forgets those that it had no
 //! time for. In lockstep, where a second of the world takes milliseconds, markers come twice in each
 //! of its seconds, because they are large.
@@ -32,7 +32,7 @@ const SHOWN_EVERY: Duration = Duration::from_millis(100);
 /// little less, because a period may end just before it is over.
 const SHOWN_EVERY_NS: u64 = 99_000_000;
 
-/// Least time of the world between two pictures with markers, where it is faster than the wall's.
+/// Least time of the world between two pictures with markers, where it is faster than the wall clock's.
 const MARKED_EVERY_NS: u64 = 500_000_000;
 
 /// How often the display looks for viewers.

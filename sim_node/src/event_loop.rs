@@ -22,7 +22,7 @@ use rsrs_ros::clock::{ClockPublisher, wall_time};
 use rsrs_ros::logging::Level;
 use rsrs_ros::node_arguments::NodeArguments;
 use rsrs_ros::parameters::{Arming, ParameterServer};
-use rsrs_ros::services::{Reply, Service};
+use rsrs_ros::services::{Responder, Service};
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
 use rsrs_ros::shutdown;
 use rsrs_ros::wire;
@@ -51,7 +51,7 @@ pub struct Simulation<'a> {
     subscriptions: Subscriptions,
     to_me: UnboundedSender<Input>,
     real: RealRobots,
-    /// Publishes the poses of virtual robots in the tracker's stead, if one follows real robots.
+    /// Publishes the poses of virtual robots together with the tracker's, if one follows real robots.
     virtual_pose_publisher: Option<VirtualPosePublisher>,
     display: Display,
     _services: Vec<Service>,
@@ -81,7 +81,7 @@ pub struct Step {
     /// How many.
     pub asked: u64,
     /// The client.
-    pub reply: Reply<StepSimulationResponse>,
+    pub responder: Responder<StepSimulationResponse>,
 }
 
 /// Runs the simulator until SIGINT or SIGTERM.
@@ -172,13 +172,13 @@ impl<'a> Simulation<'a> {
         let (digest, status) = (topics::WORLD_DIGEST, topics::SIMULATOR_STATUS);
         // The receiver is gone only while the node shuts down.
         let to_me = received.clone();
-        let by_hand = move |call| drop(to_me.send(Input::Call(call)));
+        let manual_call = move |call| drop(to_me.send(Input::Call(call)));
         Ok(Self {
             session,
             hosted: options.robots.clone(),
             profile,
             display: Display::new(session, &node)?,
-            _services: services::offer(session, &node, by_hand)?,
+            _services: services::offer(session, &node, manual_call)?,
             subscriptions: Subscriptions::new(session, &node, &robots, received.clone())?,
             to_me: received,
             real: RealRobots::default(),
@@ -393,8 +393,8 @@ impl<'a> Simulation<'a> {
 
     /// Answers the clients that requested steps.
     fn stepped(&mut self, left: u64) {
-        let Some(Step { asked, reply }) = self.steps.take() else { return };
-        reply.send(step_response(left, asked));
+        let Some(Step { asked, responder }) = self.steps.take() else { return };
+        responder.send(step_response(left, asked));
     }
 
     /// Publishes one step: the clock first, then detections, then poses, then the digest.

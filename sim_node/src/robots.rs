@@ -197,7 +197,7 @@ pub fn pose_message(pose: Pose) -> geometry_msgs::Pose {
     }
 }
 
-/// In lockstep a lapse freezes the world's time; on the wall's time it is a stop, as on a floor.
+/// In lockstep a lapse freezes the world's time; in wall-clock time it is a stop, as on a floor.
 fn options(name: &str, pace: TimeMode, period: Duration, transport: Transport) -> RobotOptions {
     let (command_timeout, lapse_grace) = match pace {
         TimeMode::Lockstep => (transport.least_command_timeout(), LOCKSTEP_GRACE),

@@ -2,29 +2,29 @@
 
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::simulation_interfaces::{self as wire, Result as Outcome};
-use rsrs_ros::services::{self, Reply, Service};
+use rsrs_ros::services::{self, Responder, Service};
 use rsrs_ros::session::{NodeHandle, Session};
 
 /// A request, and the client that waits for its response.
 pub enum Call {
     /// What the simulator can do.
-    Features(Reply<wire::GetSimulatorFeaturesResponse>),
+    Features(Responder<wire::GetSimulatorFeaturesResponse>),
     /// What it does.
-    State(Reply<wire::GetSimulationStateResponse>),
+    State(Responder<wire::GetSimulationStateResponse>),
     /// What it shall do.
-    SetState(wire::SetSimulationStateRequest, Reply<wire::SetSimulationStateResponse>),
+    SetState(wire::SetSimulationStateRequest, Responder<wire::SetSimulationStateResponse>),
     /// To start over.
-    Reset(wire::ResetSimulationRequest, Reply<wire::ResetSimulationResponse>),
+    Reset(wire::ResetSimulationRequest, Responder<wire::ResetSimulationResponse>),
     /// To make steps.
-    Step(wire::StepSimulationRequest, Reply<wire::StepSimulationResponse>),
+    Step(wire::StepSimulationRequest, Responder<wire::StepSimulationResponse>),
     /// Which robots there are.
-    Entities(wire::GetEntitiesRequest, Reply<wire::GetEntitiesResponse>),
+    Entities(wire::GetEntitiesRequest, Responder<wire::GetEntitiesResponse>),
     /// Where they are.
-    EntitiesStates(wire::GetEntitiesStatesRequest, Reply<wire::GetEntitiesStatesResponse>),
+    EntitiesStates(wire::GetEntitiesStatesRequest, Responder<wire::GetEntitiesStatesResponse>),
     /// Where one is.
-    EntityState(wire::GetEntityStateRequest, Reply<wire::GetEntityStateResponse>),
+    EntityState(wire::GetEntityStateRequest, Responder<wire::GetEntityStateResponse>),
     /// To put one somewhere.
-    SetEntityState(wire::SetEntityStateRequest, Reply<wire::SetEntityStateResponse>),
+    SetEntityState(wire::SetEntityStateRequest, Responder<wire::SetEntityStateResponse>),
 }
 
 /// Offers all of them, below the simulator's name.
@@ -45,18 +45,19 @@ pub fn offer(
     Ok(vec![
         ends.offer::<wire::GetSimulatorFeaturesRequest, _>(
             "get_simulator_features",
-            |_, reply| Call::Features(reply),
+            |_, responder| Call::Features(responder),
         )?,
-        ends.offer::<wire::GetSimulationStateRequest, _>("get_simulation_state", |_, reply| {
-            Call::State(reply)
-        })?,
+        ends.offer::<wire::GetSimulationStateRequest, _>(
+            "get_simulation_state",
+            |_, responder| Call::State(responder),
+        )?,
         ends.offer("set_simulation_state", Call::SetState)?,
         ends.offer("reset_simulation", Call::Reset)?,
         ends.offer("step_simulation", Call::Step)?,
         ends.offer("get_entities", Call::Entities)?,
         ends.offer("get_entities_states", Call::EntitiesStates)?,
         ends.offer("get_entity_state", Call::EntityState)?,
-        ends.offer_to_both::<wire::SetEntityStateRequest1, _, _>(
+        ends.offer_with_older_request::<wire::SetEntityStateRequest1, _, _>(
             "set_entity_state",
             Call::SetEntityState,
         )?,
@@ -73,18 +74,18 @@ impl<H: Fn(Call) + Clone + Send + 'static> Ends<'_, H> {
     fn offer<Q: RosMessage, R: RosMessage + Default>(
         &self,
         name: &str,
-        call: impl Fn(Q, Reply<R>) -> Call + Send + 'static,
+        call: impl Fn(Q, Responder<R>) -> Call + Send + 'static,
     ) -> anyhow::Result<Service> {
         let received = self.received.clone();
-        Ok(services::offer(self.session, self.node, name, move |request, reply| {
-            received(call(request, reply));
+        Ok(services::offer(self.session, self.node, name, move |request, responder| {
+            received(call(request, responder));
         })?)
     }
 
-    fn offer_to_both<Older, Q, R>(
+    fn offer_with_older_request<Older, Q, R>(
         &self,
         name: &str,
-        call: impl Fn(Q, Reply<R>) -> Call + Send + 'static,
+        call: impl Fn(Q, Responder<R>) -> Call + Send + 'static,
     ) -> anyhow::Result<Service>
     where
         Older: RosMessage,
@@ -92,8 +93,13 @@ impl<H: Fn(Call) + Clone + Send + 'static> Ends<'_, H> {
         R: RosMessage + Default,
     {
         let received = self.received.clone();
-        let deliver = move |request, reply| received(call(request, reply));
-        Ok(services::offer_to_both::<Older, Q, R>(self.session, self.node, name, deliver)?)
+        let deliver = move |request, responder| received(call(request, responder));
+        Ok(services::offer_with_older_request::<Older, Q, R>(
+            self.session,
+            self.node,
+            name,
+            deliver,
+        )?)
     }
 }
 

@@ -1,6 +1,6 @@
-//! Answers to those who steer the simulator by hand, through `simulation_interfaces`.
+//! Manual control of the simulator through `simulation_interfaces`.
 
-use rsrs_fleet::simulator::{Doing, Hand, HandRefusal};
+use rsrs_fleet::simulator::{ManualCommand, ManualControlRefused, PlaybackState};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::simulation_interfaces::{
     self as wire, Result as Outcome, SimulationState, SimulatorFeatures,
@@ -38,27 +38,27 @@ impl Simulation<'_> {
     /// If a reliable subscriber stops acknowledging.
     pub async fn answer(&mut self, call: Call) -> anyhow::Result<()> {
         match call {
-            Call::Features(reply) => reply.send(features()),
-            Call::State(reply) => {
+            Call::Features(responder) => responder.send(features()),
+            Call::State(responder) => {
                 let state = SimulationState { state: self.state() };
-                reply.send(wire::GetSimulationStateResponse { state, result: done() });
+                responder.send(wire::GetSimulationStateResponse { state, result: done() });
             }
-            Call::SetState(request, reply) => {
+            Call::SetState(request, responder) => {
                 let result = self.set_state(request.state.state).await?;
-                reply.send(wire::SetSimulationStateResponse { result });
+                responder.send(wire::SetSimulationStateResponse { result });
             }
-            Call::Reset(request, reply) => {
+            Call::Reset(request, responder) => {
                 let result = self.reset(request.scope).await?;
-                reply.send(wire::ResetSimulationResponse { result });
+                responder.send(wire::ResetSimulationResponse { result });
             }
-            Call::Step(request, reply) => match self.step(request.steps).await? {
-                Some(result) => reply.send(wire::StepSimulationResponse { result }),
+            Call::Step(request, responder) => match self.step(request.steps).await? {
+                Some(result) => responder.send(wire::StepSimulationResponse { result }),
                 // The answer is given when the steps are made.
-                None => self.steps = Some(Step { asked: request.steps, reply }),
+                None => self.steps = Some(Step { asked: request.steps, responder }),
             },
-            Call::SetEntityState(request, reply) => {
+            Call::SetEntityState(request, responder) => {
                 let result = self.move_entity(&request).await?;
-                reply.send(wire::SetEntityStateResponse { result });
+                responder.send(wire::SetEntityStateResponse { result });
             }
             Call::Entities(..) | Call::EntitiesStates(..) | Call::EntityState(..) => {
                 self.send(call);
@@ -70,22 +70,22 @@ impl Simulation<'_> {
     /// Answers what only asks for robots.
     fn send(&self, call: Call) {
         let stamp = self.stamp();
-        let placed_world = self.placed_world.as_ref().ok_or(HandRefusal::NoWorld);
+        let placed_world = self.placed_world.as_ref().ok_or(ManualControlRefused::NoWorld);
         match call {
-            Call::Entities(request, reply) => {
+            Call::Entities(request, responder) => {
                 let (result, rows) = picked(placed_world, &request.filters);
                 let entities = names(self.placed_world.as_ref(), &rows);
-                reply.send(wire::GetEntitiesResponse { result, entities });
+                responder.send(wire::GetEntitiesResponse { result, entities });
             }
-            Call::EntitiesStates(request, reply) => {
+            Call::EntitiesStates(request, responder) => {
                 let (result, rows) = picked(placed_world, &request.filters);
                 let placed_world = self.placed_world.as_ref();
                 let states =
                     placed_world.map(|placed_world| entities::states(placed_world, &rows, stamp));
                 let (entities, states) = (names(placed_world, &rows), states.unwrap_or_default());
-                reply.send(wire::GetEntitiesStatesResponse { result, entities, states });
+                responder.send(wire::GetEntitiesStatesResponse { result, entities, states });
             }
-            Call::EntityState(request, reply) => {
+            Call::EntityState(request, responder) => {
                 let found = placed_world.map_err(held).and_then(|placed_world| {
                     let row =
                         entities::row(placed_world, &request.entity).map_err(|e| refused(&e))?;
@@ -95,26 +95,26 @@ impl Simulation<'_> {
                     Ok(state) => (done(), state),
                     Err(result) => (result, wire::EntityState::default()),
                 };
-                reply.send(wire::GetEntityStateResponse { result, state });
+                responder.send(wire::GetEntityStateResponse { result, state });
             }
             _ => unreachable!("all other calls change something, and are answered by `answer`"),
         }
     }
 
     fn state(&self) -> u8 {
-        match self.machine.doing() {
-            Doing::Nothing => SimulationState::NO_WORLD,
-            Doing::AtTheStart => SimulationState::STOPPED,
-            Doing::Playing => SimulationState::PLAYING,
-            Doing::Standing => SimulationState::PAUSED,
+        match self.machine.playback_state() {
+            PlaybackState::NoWorld => SimulationState::NO_WORLD,
+            PlaybackState::Stopped => SimulationState::STOPPED,
+            PlaybackState::Playing => SimulationState::PLAYING,
+            PlaybackState::Paused => SimulationState::PAUSED,
         }
     }
 
     async fn set_state(&mut self, wanted: u8) -> anyhow::Result<Outcome> {
         use wire::SetSimulationStateResponse as Response;
         let now = self.state();
-        if let Err(refusal) = self.machine.check_hand()
-            && !(refusal == HandRefusal::NoWorld && wanted == SimulationState::QUITTING)
+        if let Err(refusal) = self.machine.check_manual_control()
+            && !(refusal == ManualControlRefused::NoWorld && wanted == SimulationState::QUITTING)
         {
             return Ok(held(refusal));
         }
@@ -126,8 +126,8 @@ impl Simulation<'_> {
                 self.place().await?;
                 Ok(done())
             }
-            SimulationState::PLAYING => self.by_hand(Hand::Play).await,
-            SimulationState::PAUSED => self.by_hand(Hand::Pause).await,
+            SimulationState::PLAYING => self.apply_manual(ManualCommand::Play).await,
+            SimulationState::PAUSED => self.apply_manual(ManualCommand::Pause).await,
             SimulationState::QUITTING => {
                 self.is_quitting = true;
                 Ok(done())
@@ -146,7 +146,7 @@ impl Simulation<'_> {
             let text = "the time and where robots are start over together or not at all";
             return Ok(outcome(Outcome::FEATURE_UNSUPPORTED, text));
         }
-        if let Err(refusal) = self.machine.check_hand() {
+        if let Err(refusal) = self.machine.check_manual_control() {
             return Ok(held(refusal));
         }
         self.place().await?;
@@ -158,7 +158,7 @@ impl Simulation<'_> {
         if steps == 0 {
             return Ok(Some(outcome(Outcome::OPERATION_FAILED, "expected at least 1 step")));
         }
-        let result = self.by_hand(Hand::Step { steps }).await?;
+        let result = self.apply_manual(ManualCommand::Step { steps }).await?;
         Ok((result.result != Outcome::OK).then_some(result))
     }
 
@@ -166,23 +166,23 @@ impl Simulation<'_> {
         &mut self,
         request: &wire::SetEntityStateRequest,
     ) -> anyhow::Result<Outcome> {
-        if let Err(refusal) = self.machine.check_hand() {
+        if let Err(refusal) = self.machine.check_manual_control() {
             return Ok(held(refusal));
         }
         let placed_world =
-            self.placed_world.as_mut().expect("a world that a hand may move is there");
+            self.placed_world.as_mut().expect("a world under manual control is there");
         match entities::wanted(placed_world, request) {
             Ok(None) => Ok(done()),
             Ok(Some((row, pose))) => {
                 placed_world.world.displace(row, pose);
-                self.by_hand(Hand::Touch).await
+                self.apply_manual(ManualCommand::EntityMoved).await
             }
             Err(error) => Ok(refused(&error)),
         }
     }
 
-    async fn by_hand(&mut self, hand: Hand) -> anyhow::Result<Outcome> {
-        match self.machine.by_hand(hand, self.start.elapsed()) {
+    async fn apply_manual(&mut self, command: ManualCommand) -> anyhow::Result<Outcome> {
+        match self.machine.apply_manual(command, self.start.elapsed()) {
             Ok(actions) => {
                 self.act(actions).await?;
                 Ok(done())
@@ -191,7 +191,7 @@ impl Simulation<'_> {
         }
     }
 
-    /// The time of the last step in lockstep, that of the wall in real time.
+    /// The time of the last step in lockstep, wall-clock time in real time.
     fn stamp(&self) -> Time {
         self.stamp_ns.map_or_else(wall_time, Time::from_nanos)
     }
@@ -207,7 +207,7 @@ fn features() -> wire::GetSimulatorFeaturesResponse {
 }
 
 fn picked(
-    placed_world: Result<&PlacedWorld, HandRefusal>,
+    placed_world: Result<&PlacedWorld, ManualControlRefused>,
     filters: &wire::EntityFilters,
 ) -> (Outcome, Vec<usize>) {
     // Without a world there are no robots.
@@ -227,10 +227,10 @@ fn refused(error: &EntityError) -> Outcome {
     outcome(error.code(), &error.to_string())
 }
 
-fn held(refusal: HandRefusal) -> Outcome {
+fn held(refusal: ManualControlRefused) -> Outcome {
     let code = match refusal {
-        HandRefusal::NoWorld | HandRefusal::Held => Outcome::INCORRECT_STATE,
-        HandRefusal::NotPaused => Outcome::OPERATION_FAILED,
+        ManualControlRefused::NoWorld | ManualControlRefused::Held => Outcome::INCORRECT_STATE,
+        ManualControlRefused::NotPaused => Outcome::OPERATION_FAILED,
     };
     outcome(code, &refusal.to_string())
 }

@@ -43,7 +43,7 @@ pub enum Input {
         /// Its pose in the frame of the world.
         pose: Pose,
     },
-    /// Somebody steers the simulator by hand.
+    /// A request of manual control.
     Call(Call),
 }
 

@@ -1,5 +1,4 @@
-//! Poses of virtual robots in the stead of a tracker, which sees none of them: published with each
-//! of its messages.
+//! Poses of virtual robots, which no tracker sees: published together with the tracker's.
 //!
 //! So the poses of a mixed fleet have one source, one frame, one clock and one rate, as a judge of
 //! the whole swarm needs them.
@@ -17,16 +16,16 @@ use rsrs_ros::session::{NodeHandle, Publisher, Session};
 
 use crate::robots::pose_message;
 
-/// Publishes the poses of virtual robots in a tracker's stead.
+/// Publishes the poses of virtual robots together with the tracker's.
 pub struct VirtualPosePublisher {
     publishers: Vec<Publisher<PoseStamped>>,
-    track: Track,
-    /// Real robots that the tracker has spoken of since we last did.
-    spoken_of: BTreeSet<usize>,
+    interpolator: PoseInterpolator,
+    /// Real robots whose pose the tracker has published since ours were.
+    updated_this_round: BTreeSet<usize>,
 }
 
 impl VirtualPosePublisher {
-    /// Speaks of robots of a world with this period.
+    /// Publishes for the virtual robots of a world with this control period.
     ///
     /// # Errors
     ///
@@ -34,23 +33,25 @@ impl VirtualPosePublisher {
     pub fn new(
         session: &Session,
         node: &NodeHandle,
-        ours: &[String],
+        virtual_robots: &[String],
         period: Duration,
     ) -> anyhow::Result<Self> {
         let topic = topics::POSE;
-        let publishers = ours
+        let publishers = virtual_robots
             .iter()
             .map(|name| session.publish_on(node, &topic.for_robot(name), topic.qos))
             .collect::<Result<_, _>>()?;
-        Ok(Self { publishers, track: Track::new(period), spoken_of: BTreeSet::new() })
+        let interpolator = PoseInterpolator::new(period);
+        Ok(Self { publishers, interpolator, updated_this_round: BTreeSet::new() })
     }
 
-    /// The world has made a step, and so our robots stand there.
+    /// Takes the poses of the virtual robots after a step of their world.
     pub fn step(&mut self, poses: impl Iterator<Item = Pose>) {
-        self.track.step(poses.collect(), Instant::now());
+        self.interpolator.step(poses.collect(), Instant::now());
     }
 
-    /// The tracker has spoken of a real robot: it is our turn whenever it begins anew.
+    /// Publishes the virtual robots' poses when a round of the tracker begins: with its first message,
+    /// and with each message on a robot that it has already published since ours were.
     ///
     /// # Arguments
     ///
@@ -61,12 +62,12 @@ impl VirtualPosePublisher {
     ///
     /// If a pose cannot be published.
     pub async fn follow(&mut self, robot: usize, header: &Header) -> anyhow::Result<()> {
-        if !self.spoken_of.is_empty() && self.spoken_of.insert(robot) {
+        if !self.updated_this_round.is_empty() && self.updated_this_round.insert(robot) {
             return Ok(());
         }
-        self.spoken_of = BTreeSet::from([robot]);
+        self.updated_this_round = BTreeSet::from([robot]);
         let stamp = if header.stamp == Time::default() { wall_time() } else { header.stamp };
-        for (publisher, pose) in self.publishers.iter().zip(self.track.at(Instant::now())) {
+        for (publisher, pose) in self.publishers.iter().zip(self.interpolator.at(Instant::now())) {
             let header = Header { stamp, frame_id: header.frame_id.clone() };
             publisher.publish(PoseStamped { header, pose: pose_message(pose) }).await?;
         }
@@ -74,15 +75,15 @@ impl VirtualPosePublisher {
     }
 }
 
-/// The way of robots between the last two steps of their world, one period behind it.
-struct Track {
+/// Interpolates poses between the last two steps of a world, one period behind it.
+struct PoseInterpolator {
     period: Duration,
     before: Vec<Pose>,
     now: Vec<Pose>,
     since: Option<Instant>,
 }
 
-impl Track {
+impl PoseInterpolator {
     fn new(period: Duration) -> Self {
         Self { period, before: Vec::new(), now: Vec::new(), since: None }
     }
@@ -127,17 +128,17 @@ mod tests {
     fn robots_go_evenly_from_step_to_step_and_turn_the_short_way() {
         let period = Duration::from_millis(100);
         let start = Instant::now();
-        let mut track = Track::new(period);
-        assert_eq!(track.at(start), []);
+        let mut interpolator = PoseInterpolator::new(period);
+        assert_eq!(interpolator.at(start), []);
 
-        track.step(at(0.0, 3.1), start);
-        assert_eq!(track.at(start + period / 2), at(0.0, 3.1));
-        track.step(at(0.2, -3.1), start + period);
+        interpolator.step(at(0.0, 3.1), start);
+        assert_eq!(interpolator.at(start + period / 2), at(0.0, 3.1));
+        interpolator.step(at(0.2, -3.1), start + period);
 
-        let half = track.at(start + period + period / 2);
+        let half = interpolator.at(start + period + period / 2);
         assert!((half[0].x_m - 0.1).abs() < 1e-9, "{half:?}");
         assert!((half[0].heading_rad - std::f64::consts::PI).abs() < 1e-9, "{half:?}");
-        let late = track.at(start + 9 * period);
+        let late = interpolator.at(start + 9 * period);
         assert!((late[0].x_m - 0.2).abs() < 1e-9, "a world that has stopped stands: {late:?}");
     }
 }

@@ -3,7 +3,7 @@
 use mcap::records::ChunkHeader;
 use mcap::{McapError, McapResult};
 
-use super::sound::ChunkHead;
+use super::validity::ChunkHead;
 use crate::records::{self, HEAD_BYTES, Unpacker};
 
 /// A chunk of this size is believed, and a larger one only if the file has an amount of bytes for

@@ -12,7 +12,7 @@ use super::chunk::{self, Room};
 use super::loss::{Loss, LossKind};
 use super::search::{self, Layout};
 use super::sink::Sink;
-use super::sound::{self, ChunkHead};
+use super::validity::{self, ChunkHead};
 use crate::records::{self, HEAD_BYTES, Unpacker, parse, reason};
 use crate::{BagError, Compression};
 
@@ -131,17 +131,18 @@ impl Scan<'_> {
     /// record before it has led here, and MCAP allows bytes behind the fields of a record.
     fn is_record(&self, opcode: u8, body: &[u8]) -> bool {
         let is_before_damage = self.found.losses.is_empty();
-        sound::is_sound(opcode, body) || (is_before_damage && sound::is_readable(opcode, body))
+        validity::is_sound(opcode, body)
+            || (is_before_damage && validity::is_readable(opcode, body))
     }
 
     /// The same for a chunk.
     fn is_chunk(&self, head: &ChunkHead, length: u64) -> bool {
-        head.fits(length) || (self.found.losses.is_empty() && head.is_within(length))
+        head.fills_record(length) || (self.found.losses.is_empty() && head.fits_in_record(length))
     }
 
     /// Looks at what starts here, and reads it.
     fn frame(&mut self) -> io::Result<Frame> {
-        let start = self.bytes.read(self.at, HEAD_BYTES + sound::MAX_CHUNK_HEAD_BYTES)?;
+        let start = self.bytes.read(self.at, HEAD_BYTES + validity::MAX_CHUNK_HEAD_BYTES)?;
         if start.starts_with(mcap::MAGIC) {
             return Ok(Frame::Magic);
         }
@@ -158,7 +159,7 @@ impl Scan<'_> {
                     let body = self.bytes.read(body_at, to_usize(length))?;
                     Ok(Frame::Record { opcode, body })
                 }
-                Some(head) if head.fits(length) || head.is_open(length) => {
+                Some(head) if head.fills_record(length) || head.is_placeholder(length) => {
                     Ok(Frame::CutChunk(self.bytes.read(body_at, to_usize(available))?))
                 }
                 _ => Ok(Frame::Broken),
@@ -166,7 +167,7 @@ impl Scan<'_> {
         }
         let is_stray =
             opcode == op::MESSAGE && self.hasher.is_none() && self.layout == Layout::Chunks;
-        if !sound::is_known(opcode) || length > available || (is_stray && self.in_data) {
+        if !validity::is_known(opcode) || length > available || (is_stray && self.in_data) {
             return Ok(Frame::Broken);
         }
         let is_short = opcode != op::MESSAGE && length <= MAX_LONE_RECORD;

@@ -6,7 +6,7 @@ use mcap::records::{Record, op};
 
 use super::bytes::Bytes;
 use super::sink::Sink;
-use super::sound::{self, ChunkHead};
+use super::validity::{self, ChunkHead};
 use crate::records::{self, HEAD_BYTES};
 
 /// What is searched at a time.
@@ -65,7 +65,7 @@ pub fn is_plausible(bytes: &mut Bytes, at: u64) -> io::Result<bool> {
     let available = bytes.len() - at;
     let is_head = records::head(&start).is_some_and(|(opcode, length)| {
         let fits = length.checked_add(HEAD_BYTES as u64).is_some_and(|all| all <= available);
-        sound::is_known(opcode) && fits
+        validity::is_known(opcode) && fits
     });
     Ok(is_head || start.starts_with(mcap::MAGIC))
 }
@@ -91,20 +91,20 @@ fn is_candidate(opcode: u8, length: u64, available: u64) -> bool {
 fn is_record(bytes: &mut Bytes, at: u64, opcode: u8, length: u64, sink: &Sink) -> io::Result<bool> {
     let body_at = at + HEAD_BYTES as u64;
     if opcode == op::CHUNK {
-        let start = bytes.read(body_at, sound::MAX_CHUNK_HEAD_BYTES)?;
+        let start = bytes.read(body_at, validity::MAX_CHUNK_HEAD_BYTES)?;
         let head = ChunkHead::parse(&start);
         return Ok(head.is_some_and(|head| {
             let in_order = head.header.message_start_time <= head.header.message_end_time;
-            head.fits(length) && in_order
+            head.fills_record(length) && in_order
         }));
     }
     let body = bytes.read(body_at, usize::try_from(length).unwrap_or(usize::MAX))?;
-    if !sound::is_sound(opcode, &body) || !is_plausible(bytes, body_at + length)? {
+    if !validity::is_sound(opcode, &body) || !is_plausible(bytes, body_at + length)? {
         return Ok(false);
     }
     Ok(match records::parse(opcode, &body) {
         Ok(Record::Message { header, data }) => {
-            sink.has_channel(header.channel_id) && sound::is_like_cdr(&data)
+            sink.has_channel(header.channel_id) && validity::is_like_cdr(&data)
         }
         _ => true,
     })

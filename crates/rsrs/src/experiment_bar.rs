@@ -11,8 +11,8 @@ use rsrs_pipeline::run::operator::{Operator, Verbosity};
 use crate::interrupt::asked_to_stop;
 use crate::notes::print_note;
 use crate::output::{Detail, detail};
-use crate::pace::Pace;
 use crate::progress::{Shown, shown};
+use crate::progress_log::ProgressLog;
 
 /// What is being prepared, and then a bar that counts steps, or seconds in real time.
 struct ExperimentBar {
@@ -21,7 +21,7 @@ struct ExperimentBar {
     verbosity: Verbosity,
     shown: Shown,
     /// When lines are printed instead; `None` before the first step.
-    pace: RefCell<Option<Pace>>,
+    log: RefCell<Option<ProgressLog>>,
 }
 
 /// The person at the terminal, as operator of runs.
@@ -55,7 +55,7 @@ impl ExperimentBar {
         bar.set_message(name.to_owned());
         bar.set_prefix("looking for the robots");
         bar.enable_steady_tick(Duration::from_millis(100));
-        Self { bar, counts: Cell::new(false), verbosity, shown, pace: RefCell::new(None) }
+        Self { bar, counts: Cell::new(false), verbosity, shown, log: RefCell::new(None) }
     }
 
     /// Shows how far the experiment has come.
@@ -90,9 +90,9 @@ impl ExperimentBar {
 
     fn print_line(&self, share: f64) {
         let now = Instant::now();
-        let mut pace = self.pace.borrow_mut();
-        let pace = pace.get_or_insert_with(|| Pace::begin(now, share));
-        if let Some(line) = pace.line(now, share) {
+        let mut log = self.log.borrow_mut();
+        let log = log.get_or_insert_with(|| ProgressLog::begin(now, share));
+        if let Some(line) = log.line_if_due(now, share) {
             print_note(format!("{}: {line}", self.bar.message()));
         }
     }

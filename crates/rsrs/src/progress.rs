@@ -13,7 +13,7 @@ use rsrs_sim::sweep::Progress;
 use crate::interrupt;
 use crate::notes::print_note;
 use crate::output::{Detail, detail};
-use crate::pace::Pace;
+use crate::progress_log::ProgressLog;
 
 /// How progress is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,8 +43,8 @@ pub struct Counter {
     /// What is counted: `runs`, `frames`.
     what: &'static str,
     doing: Mutex<String>,
-    /// Where lines are printed, when; `None` before the first look.
-    pace: Mutex<Option<Pace>>,
+    /// When lines are printed, if not a bar; `None` before the first call.
+    log: Mutex<Option<ProgressLog>>,
 }
 
 fn write_rate(state: &ProgressState, writer: &mut dyn std::fmt::Write) {
@@ -67,7 +67,7 @@ impl Counter {
         bar.set_style(style.with_key("rate", write_rate));
         bar.set_message(doing.to_owned());
         let doing = Mutex::new(doing.to_owned());
-        Self { bar, revealed: Once::new(), what, doing, pace: Mutex::new(None) }
+        Self { bar, revealed: Once::new(), what, doing, log: Mutex::new(None) }
     }
 
     /// Shows how far the work has come.
@@ -93,8 +93,9 @@ impl Counter {
     fn print_line(&self, done: u64, total: u64) {
         let share = done as f64 / total.max(1) as f64;
         let now = Instant::now();
-        let mut pace = self.pace.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(line) = pace.get_or_insert_with(|| Pace::begin(now, share)).line(now, share)
+        let mut log = self.log.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(line) =
+            log.get_or_insert_with(|| ProgressLog::begin(now, share)).line_if_due(now, share)
         else {
             return;
         };
@@ -109,8 +110,8 @@ impl RunCounter for Counter {
         self.bar.set_message(doing.to_owned());
         self.bar.set_position(start.done as u64);
         self.bar.reset_eta();
-        if let Some(pace) = &mut *self.pace.lock().unwrap_or_else(PoisonError::into_inner) {
-            pace.go_on(Instant::now(), start.done as f64 / start.total.max(1) as f64);
+        if let Some(log) = &mut *self.log.lock().unwrap_or_else(PoisonError::into_inner) {
+            log.restart_estimate(Instant::now(), start.done as f64 / start.total.max(1) as f64);
         }
         Self::show(self, start);
     }

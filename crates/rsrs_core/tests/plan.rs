@@ -83,7 +83,7 @@ fn the_repetitions_give_the_precision_that_was_asked_for() {
         });
         let mean = widths.sum::<f64>() / 2000.0;
 
-        // One repetition less would be too few by about half of a repetition's gain.
+        // No waste either: twice as many repetitions would give less than 0.7 of the half-width.
         assert!(mean <= half_width && mean > 0.7 * half_width, "{sd} {half_width}: {mean}");
     }
 }

@@ -1,6 +1,6 @@
 //! The controller node: one command for each detection.
 //!
-//! Where the robot has no gate of ours, the controller holds the lease: see `holder`.
+//! Where the robot has no gate of ours, the controller holds the lease: see `lease_gate`.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
@@ -50,7 +50,7 @@ pub enum Event {
 pub struct Settings {
     /// `v` and `ω`.
     pub parameters: ControllerParameters,
-    /// Whether commands carry the stamp of the simulator's clock (lockstep) or of the wall.
+    /// Whether commands carry the stamp of the simulator's clock (lockstep) or wall-clock time.
     pub stamp: Stamp,
     /// Whether it decides, or is being measured; in the digest of its parameters.
     pub reaction: Reaction,

@@ -4,7 +4,7 @@
 //! a socket, reads a clock or sleeps. A driver of a few lines turns samples and timers into events.
 //! The tests drive the machines of a whole fleet under a seeded fake network.
 //!
-//! Times are [`std::time::Duration`]s on the wall-monotonic clock of the machine's own host, from
+//! Times are [`std::time::Duration`]s on the monotonic clock of the machine's own host, from
 //! any origin; no two hosts' times are ever compared.
 //!
 //! Reading order: the messages ([`message`]); who has locked all robots

@@ -169,7 +169,7 @@ pub struct RunView<'a> {
 
 impl Observation {
     /// Of a recorded run in lockstep. Its times are simulated and its nodes published their statuses
-    /// on the wall's clock, some simulated seconds apart, so that silence cannot be seen.
+    /// by the wall clock, some simulated seconds apart, so that silence cannot be seen.
     fn of_lockstep() -> Self {
         Self { freshness: Freshness::UntilTheNext, ..Self::default() }
     }

@@ -15,13 +15,13 @@ use crate::experiment::Time;
 use crate::heartbeat::Heartbeat;
 use crate::message::{RobotState, Status, StopCause};
 
-mod hand;
 mod lockstep;
+mod manual;
 mod real_time;
 
-use hand::ByHand;
-pub use hand::{Doing, Hand, HandRefusal};
 use lockstep::Lockstep;
+use manual::ManualControl;
+pub use manual::{ManualCommand, ManualControlRefused, PlaybackState};
 use real_time::RealTime;
 
 /// Steps that the simulator may be ahead of the recorder.
@@ -121,7 +121,7 @@ pub enum Action {
     Sense {
         /// The step, from 1. In real time it repeats while the world stands.
         step: u64,
-        /// Its simulated time, in nanoseconds; `None` in real time, where stamps are the wall's.
+        /// Its simulated time, in nanoseconds; `None` in real time, where stamps are wall-clock time.
         stamp_ns: Option<u64>,
     },
     /// Move all robots by one step.
@@ -238,7 +238,7 @@ struct Run {
     pace: TimeMode,
     /// Whether a run holds one of the robots.
     is_held: bool,
-    hand: Option<ByHand>,
+    manual: Option<ManualControl>,
 }
 
 /// How far a run has come.
@@ -265,7 +265,7 @@ impl Simulator {
     /// The step that has been sensed last; 0 before the first.
     pub fn step(&self) -> u64 {
         match &self.world {
-            WorldState::Placed(Run { hand: Some(hand), .. }) => hand.step(),
+            WorldState::Placed(Run { manual: Some(manual), .. }) => manual.step(),
             WorldState::Placed(Run { pace: TimeMode::Lockstep(pace), .. }) => pace.step(),
             WorldState::Placed(Run { pace: TimeMode::RealTime(pace), .. }) => pace.step(),
             WorldState::Empty | WorldState::Refused(_) => 0,
@@ -275,7 +275,7 @@ impl Simulator {
     /// When the gates must be looked at even if nothing happens: the next period in real time.
     pub fn due(&self) -> Option<Duration> {
         match &self.world {
-            WorldState::Placed(Run { hand: Some(hand), .. }) => hand.due(),
+            WorldState::Placed(Run { manual: Some(manual), .. }) => manual.due(),
             WorldState::Placed(Run { pace: TimeMode::RealTime(pace), .. }) => Some(pace.due()),
             _ => None,
         }
@@ -323,7 +323,7 @@ impl WorldState {
         let (state, digest, reason) = match self {
             Self::Empty => (RobotState::Idle, 0, "no world is placed".into()),
             Self::Refused(reason) => (RobotState::Fault, 0, reason.clone().into()),
-            Self::Placed(Run { hand: Some(_), .. }) => {
+            Self::Placed(Run { manual: Some(_), .. }) => {
                 let reason = "moved by hand: a run needs a world that is placed anew";
                 (RobotState::Idle, 0, reason.into())
             }
@@ -350,20 +350,20 @@ impl Run {
             Time::Lockstep => TimeMode::Lockstep(Lockstep::default()),
             Time::RealTime => TimeMode::RealTime(RealTime::new(now)),
         };
-        Self { placed, progress: Progress::Waiting, pace, is_held: false, hand: None }
+        Self { placed, progress: Progress::Waiting, pace, is_held: false, manual: None }
     }
 
     fn on_event(&mut self, event: &Event, now: Duration, actions: &mut Vec<Action>) {
-        let Self { placed, progress, pace, is_held, hand } = self;
+        let Self { placed, progress, pace, is_held, manual } = self;
         if let Event::Gates(gates) = event {
             let holds = |gate: &Gate| matches!(gate.state, RobotState::Armed | RobotState::Moving);
             *is_held = gates.iter().any(holds);
         }
-        if let Some(hand) = hand {
+        if let Some(manual) = manual {
             if *is_held {
-                hand.stand(actions);
+                manual.pause(actions);
             }
-            hand.on_event(placed, event, now, actions);
+            manual.on_event(placed, event, now, actions);
             return;
         }
         match pace {

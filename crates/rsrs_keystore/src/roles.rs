@@ -4,9 +4,18 @@ use rsrs_msgs::topics::{self, Topic};
 
 /// A member of a fleet: one enclave.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Role {
-    /// What runs on a robot: gate, controller, and drivers of other packages.
-    Robot(String),
+pub struct Role {
+    kind: Kind,
+    /// Its robot, of [`Kind::Robot`] alone.
+    robot: Option<String>,
+}
+
+/// A kind of member, as it stands in the table of publishers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// What runs on a robot, with its own topics alone: gate, controller, and drivers of other
+    /// packages.
+    Robot,
     /// Controllers that are not on their robots: of a simulated fleet, or of trials.
     Controllers,
     /// The simulator.
@@ -18,25 +27,6 @@ pub enum Role {
     /// Who publishes poses.
     Tracker,
     /// Who looks: `RViz`, Foxglove, `ros2 topic echo`.
-    Viewer,
-}
-
-/// A kind of member, as it stands in the table of publishers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// [`Role::Robot`], for its own topics alone.
-    Robot,
-    /// [`Role::Controllers`].
-    Controllers,
-    /// [`Role::Simulator`].
-    Simulator,
-    /// [`Role::Runner`].
-    Runner,
-    /// [`Role::Stop`].
-    Stop,
-    /// [`Role::Tracker`].
-    Tracker,
-    /// [`Role::Viewer`].
     Viewer,
 }
 
@@ -102,41 +92,32 @@ const CLICKS: [&str; 3] = ["rt/clicked_point", "rt/goal_pose", "rt/initialpose"]
 impl Role {
     /// All members of a fleet.
     pub fn all_of(robots: &[String]) -> Vec<Self> {
-        let others = [
-            Self::Controllers,
-            Self::Simulator,
-            Self::Runner,
-            Self::Stop,
-            Self::Tracker,
-            Self::Viewer,
-        ];
-        robots.iter().cloned().map(Self::Robot).chain(others).collect()
+        let others = EVERYBODY.iter().filter(|kind| **kind != Kind::Robot);
+        let of_robots = robots.iter().map(|name| Self::of_robot(name));
+        of_robots.chain(others.map(|kind| Self { kind: *kind, robot: None })).collect()
+    }
+
+    /// The member on this robot.
+    pub fn of_robot(name: &str) -> Self {
+        Self { kind: Kind::Robot, robot: Some(name.to_owned()) }
     }
 
     /// The name of its enclave, such as `/robot_3`.
     pub fn enclave(&self) -> String {
-        let name = match self {
-            Self::Robot(name) => name,
-            Self::Controllers => "controllers",
-            Self::Simulator => "simulator",
-            Self::Runner => "runner",
-            Self::Stop => "stop",
-            Self::Tracker => "tracker",
-            Self::Viewer => "viewer",
+        let name = match self.kind {
+            Kind::Robot => self.robot_name(),
+            Kind::Controllers => "controllers",
+            Kind::Simulator => "simulator",
+            Kind::Runner => "runner",
+            Kind::Stop => "stop",
+            Kind::Tracker => "tracker",
+            Kind::Viewer => "viewer",
         };
         format!("/{name}")
     }
 
-    fn kind(&self) -> Kind {
-        match self {
-            Self::Robot(_) => Kind::Robot,
-            Self::Controllers => Kind::Controllers,
-            Self::Simulator => Kind::Simulator,
-            Self::Runner => Kind::Runner,
-            Self::Stop => Kind::Stop,
-            Self::Tracker => Kind::Tracker,
-            Self::Viewer => Kind::Viewer,
-        }
+    fn robot_name(&self) -> &str {
+        self.robot.as_deref().expect("a member on a robot is made with its name")
     }
 
     /// What it may do in a fleet of these robots.
@@ -144,11 +125,11 @@ impl Role {
     /// Everybody receives all topics: what a member publishes is no secret from the others, and who
     /// does not belong to the fleet receives nothing.
     pub fn rights(&self, robots: &[String]) -> Rights {
-        let own: Vec<&str> = match self {
-            Self::Robot(name) => vec![name],
+        let own: Vec<&str> = match self.kind {
+            Kind::Robot => vec![self.robot_name()],
             _ => robots.iter().map(String::as_str).collect(),
         };
-        let is_own = |(_, kinds): &&(Topic, &[Kind])| kinds.contains(&self.kind());
+        let is_own = |(_, kinds): &&(Topic, &[Kind])| kinds.contains(&self.kind);
         let published = PUBLISHERS.iter().filter(is_own).flat_map(|(topic, _)| {
             let absolute = topic.is_absolute().then(|| topic.name.to_owned());
             let relative = own.iter().filter(|_| !topic.is_absolute());
@@ -162,14 +143,14 @@ impl Role {
             may_receive.push(format!("rq{service}/*Request"));
         }
         let mut may_not_publish = Vec::new();
-        match self {
+        match self.kind {
             // Sets parameters, and moves the simulated world.
-            Self::Runner => {
+            Kind::Runner => {
                 may_publish.push("rq/*Request".to_owned());
                 may_receive.push("rr/*Reply".to_owned());
             }
             // Programs of other people with nodes of any name, which answer for none of ours.
-            Self::Tracker | Self::Viewer => {
+            Kind::Tracker | Kind::Viewer => {
                 let services =
                     Self::all_of(robots).into_iter().flat_map(|role| role.services(robots));
                 may_not_publish = services.map(|name| format!("rr{name}/*")).collect();
@@ -178,7 +159,7 @@ impl Role {
             }
             _ => {}
         }
-        if *self == Self::Viewer {
+        if self.kind == Kind::Viewer {
             may_publish.extend(CLICKS.map(str::to_owned));
         }
         for names in [&mut may_publish, &mut may_not_publish] {
@@ -191,17 +172,17 @@ impl Role {
     /// What the services of its nodes begin with.
     fn services(&self, robots: &[String]) -> Vec<String> {
         let of_robots = |node: &str| robots.iter().map(|name| format!("/{name}{node}")).collect();
-        match self {
-            Self::Robot(name) => vec![format!("/{name}")],
-            Self::Controllers => of_robots("/controller"),
-            Self::Simulator => {
+        match self.kind {
+            Kind::Robot => vec![format!("/{}", self.robot_name())],
+            Kind::Controllers => of_robots("/controller"),
+            Kind::Simulator => {
                 let mut all: Vec<String> = of_robots("");
                 all.push("/simulator".to_owned());
                 all
             }
-            Self::Runner => vec!["/experiment_runner".to_owned()],
-            Self::Stop => vec!["/rsrs_stop".to_owned()],
-            Self::Tracker | Self::Viewer => Vec::new(),
+            Kind::Runner => vec!["/experiment_runner".to_owned()],
+            Kind::Stop => vec!["/rsrs_stop".to_owned()],
+            Kind::Tracker | Kind::Viewer => Vec::new(),
         }
     }
 }
@@ -214,6 +195,10 @@ mod tests {
 
     fn robots() -> Vec<String> {
         ["robot_1", "robot_2"].map(str::to_owned).to_vec()
+    }
+
+    fn role(kind: Kind) -> Role {
+        Role { kind, robot: None }
     }
 
     fn may_publish(role: &Role) -> BTreeSet<String> {
@@ -230,7 +215,7 @@ mod tests {
 
     #[test]
     fn a_robot_publishes_its_own_topics_and_no_lease_stop_or_clock() {
-        let own = may_publish(&Role::Robot("robot_1".to_owned()));
+        let own = may_publish(&Role::of_robot("robot_1"));
 
         assert!(own.contains("rt/robot_1/detection") && own.contains("rt/robot_1/cmd_vel"));
         assert!(own.contains("rr/robot_1/*Reply"));
@@ -248,18 +233,18 @@ mod tests {
             all.filter(|role| may_publish(role).contains(topic)).collect()
         };
 
-        assert_eq!(publishers("rt/swarm/lease"), [Role::Runner]);
-        assert_eq!(publishers("rq/*Request"), [Role::Runner]);
-        assert_eq!(publishers("rt/swarm/e_stop"), [Role::Stop]);
-        let robot = Role::Robot("robot_1".to_owned());
-        assert_eq!(publishers("rt/robot_1/cmd_vel"), [robot.clone(), Role::Controllers]);
+        assert_eq!(publishers("rt/swarm/lease"), [role(Kind::Runner)]);
+        assert_eq!(publishers("rq/*Request"), [role(Kind::Runner)]);
+        assert_eq!(publishers("rt/swarm/e_stop"), [role(Kind::Stop)]);
+        let robot = Role::of_robot("robot_1");
+        assert_eq!(publishers("rt/robot_1/cmd_vel"), [robot.clone(), role(Kind::Controllers)]);
         assert_eq!(publishers("rt/robot_1/hardware/cmd_vel"), [robot]);
     }
 
     #[test]
     fn trackers_and_viewers_may_have_any_name_and_answer_for_no_node_of_ours() {
-        for role in [Role::Tracker, Role::Viewer] {
-            let rights = role.rights(&robots());
+        for kind in [Kind::Tracker, Kind::Viewer] {
+            let rights = role(kind).rights(&robots());
 
             for node in ["rr/robot_1/*", "rr/simulator/*", "rr/experiment_runner/*"] {
                 assert!(rights.may_not_publish.iter().any(|name| name == node), "{rights:?}");
@@ -268,8 +253,9 @@ mod tests {
             assert!(!rights.may_publish.iter().any(|name| name.starts_with("rr/robot")));
         }
         let of_robots = |name: &String| name.starts_with("rt/robot");
-        assert!(!Role::Viewer.rights(&robots()).may_publish.iter().any(of_robots));
-        let poses: Vec<_> = may_publish(&Role::Tracker).into_iter().filter(of_robots).collect();
+        assert!(!role(Kind::Viewer).rights(&robots()).may_publish.iter().any(of_robots));
+        let poses: Vec<_> =
+            may_publish(&role(Kind::Tracker)).into_iter().filter(of_robots).collect();
         assert_eq!(poses, ["rt/robot_1/pose", "rt/robot_2/pose"]);
     }
 }

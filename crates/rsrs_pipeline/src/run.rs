@@ -46,12 +46,12 @@ pub struct RunSummary {
     pub not_standing: Vec<String>,
     /// How long the robots were to move, in seconds.
     pub duration_s: f64,
-    /// Time on the wall until all that the run needs was found, in seconds; with the simulator, which
+    /// Wall-clock time until all that the run needs was found, in seconds; with the simulator, which
     /// is started for the run, its start is part of it.
     pub preflight_s: Option<f64>,
-    /// Time on the wall in which all parameters were set and read back, in seconds.
+    /// Wall-clock time in which all parameters were set and read back, in seconds.
     pub parameters_s: Option<f64>,
-    /// Simulated seconds for each second on the wall; `None` in real time.
+    /// Simulated seconds for each wall-clock second; `None` in real time.
     pub real_time_factor: Option<f64>,
 }
 

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use jiff::Timestamp;
 
-/// Log times from here on are of the wall's clock, earlier ones of a simulation: none simulates
+/// Log times from here on are of the wall clock, earlier ones of a simulation: none simulates
 /// 30 years.
 const FIRST_WALL_NS: u64 = 1_000_000_000_000_000_000;
 
@@ -54,7 +54,7 @@ pub fn names(paths: &[&PathBuf]) -> String {
     }
 }
 
-/// A moment of a recording: a date where the wall's clock was recorded, seconds where a simulation's
+/// A moment of a recording: a date where the wall clock was recorded, seconds where a simulation's
 /// was.
 pub fn moment(time_ns: u64) -> String {
     if time_ns >= FIRST_WALL_NS

@@ -1,4 +1,4 @@
-//! Time: simulated, on `/clock`, and that of the wall.
+//! Time: simulated, on `/clock`, and wall-clock time.
 //!
 //! ros2-client follows `/clock` with a type that no ROS 2 program publishes, so this is our own.
 

@@ -20,11 +20,11 @@ pub struct Service {
     _task: Task,
 }
 
-/// The response that a client waits for.
+/// Answers one request, whose client waits.
 #[derive(Debug)]
-pub struct Reply<R>(oneshot::Sender<R>);
+pub struct Responder<R>(oneshot::Sender<R>);
 
-impl<R> Reply<R> {
+impl<R> Responder<R> {
     /// Answers. Who asks next waits until this is done.
     pub fn send(self, answer: R) {
         if self.0.send(answer).is_err() {
@@ -35,13 +35,14 @@ impl<R> Reply<R> {
 
 /// Offers a service of a node.
 ///
-/// Every request is answered: one that cannot be understood, as of another version of the service, with
-/// the default of the response, which by its type means that it was refused.
+/// Every request is answered unless `deliver` drops its responder. One that cannot be understood, as of
+/// another version of the service, is answered with the default of the response, which by its type means
+/// that it was refused.
 ///
 /// # Arguments
 ///
 /// * `name` — below the node's, such as `step_simulation`.
-/// * `deliver` — gets each request; must not block. A reply that it drops is never given.
+/// * `deliver` — gets each request; must not block. If it drops the responder, the client waits in vain.
 ///
 /// # Errors
 ///
@@ -54,7 +55,7 @@ pub fn offer<Q: RosMessage, R: RosMessage + Default>(
     session: &Session,
     node: &NodeHandle,
     name: &str,
-    deliver: impl FnMut(Q, Reply<R>) + Send + 'static,
+    deliver: impl FnMut(Q, Responder<R>) + Send + 'static,
 ) -> Result<Service, SessionError> {
     let decode = |body: &[u8]| cdr::decode_body::<Q>(body, ByteOrder::Little).ok();
     offer_decoded(session, node, name, decode, deliver)
@@ -69,11 +70,11 @@ pub fn offer<Q: RosMessage, R: RosMessage + Default>(
 /// # Panics
 ///
 /// As [`offer`].
-pub fn offer_to_both<Older, Q, R>(
+pub fn offer_with_older_request<Older, Q, R>(
     session: &Session,
     node: &NodeHandle,
     name: &str,
-    deliver: impl FnMut(Q, Reply<R>) + Send + 'static,
+    deliver: impl FnMut(Q, Responder<R>) + Send + 'static,
 ) -> Result<Service, SessionError>
 where
     Older: RosMessage,
@@ -92,14 +93,14 @@ fn offer_decoded<Q: RosMessage, R: RosMessage + Default>(
     node: &NodeHandle,
     name: &str,
     decode: impl Fn(&[u8]) -> Option<Q> + Send + 'static,
-    mut deliver: impl FnMut(Q, Reply<R>) + Send + 'static,
+    mut deliver: impl FnMut(Q, Responder<R>) + Send + 'static,
 ) -> Result<Service, SessionError> {
     let service = format!("{}/{name}", node.full_name());
     let server = raw::server(session, node, &service, &type_name::<Q>())?;
     let refusal = || Some(cdr::encode_body(&R::default()));
     let answer = move |request| {
         let (sender, answer) = oneshot::channel();
-        deliver(request, Reply(sender));
+        deliver(request, Responder(sender));
         async move { answer.await.ok().map(|answer: R| cdr::encode_body(&answer)) }
     };
     Ok(Service { _task: session.run(raw::answer_all(service, server, decode, refusal, answer)) })

@@ -1,10 +1,10 @@
-//! The time of the wall.
+//! Wall-clock time.
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use rsrs_msgs::builtin_interfaces::Time;
 
-/// The time of the wall, for stamps that people read; nothing is decided by it.
+/// Wall-clock time, for stamps that people read; nothing is decided by it.
 pub fn wall_time() -> Time {
     Time::from_nanos(u64::try_from(since_1970().as_nanos()).unwrap_or(u64::MAX))
 }

@@ -38,6 +38,8 @@ pub enum PdfError {
 ///
 /// [`PdfError::Svg`] if the text is no SVG, [`PdfError::Write`] if it cannot be written.
 pub fn pdf(svg: &str) -> Result<Vec<u8>, PdfError> {
+    // The same fonts and options as those of `raster::parse`, of other types: svg2pdf has an older usvg
+    // than resvg, and no version of it has the newer one.
     static LOADED: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
         let mut fonts = fontdb::Database::new();
         for font in FONTS {

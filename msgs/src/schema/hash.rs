@@ -47,11 +47,16 @@ const BOUNDED_STRING: u16 = 4;
 ///
 /// # Arguments
 ///
+/// * `root` — the type; one of those in `texts`.
 /// * `texts` — the definitions of the type and of all types in it, at whatever depth.
 ///
 /// # Returns
 ///
 /// `RIHS01_` and 64 hexadecimal digits; `None` if a field is of a type that ROS 2 does not have.
+///
+/// # Panics
+///
+/// If `texts` has no definition of `root`.
 pub fn rihs01(root: &TypeName, texts: &BTreeMap<TypeName, String>) -> Option<String> {
     let mut json = format!("{{\"type_description\": {}", description(root, &texts[root])?);
     json.push_str(", \"referenced_type_descriptions\": [");

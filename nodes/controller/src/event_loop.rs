@@ -114,21 +114,25 @@ pub async fn serve(session: &Session, robots: Vec<Hosting>, notes: &[Note]) -> a
         hosted.push(host(session, &server, robot)?);
         let node = &hosted[index].node;
         let reaction = parameters::reaction(&server, node.full_name());
-        subscriptions.push(listen(session, node, index, robot, reaction, &received)?);
-        subscriptions.push(listen_to_simulator(session, node, index, robot, &received)?);
+        subscriptions.push(subscribe_detection(session, node, index, robot, reaction, &received)?);
+        subscriptions.push(subscribe_virtual_detection(session, node, index, robot, &received)?);
     }
     if let Some(first) = hosted.first() {
-        subscriptions.extend(listen_to_all(session, &first.node, &received)?);
+        subscriptions.extend(subscribe_lease_and_clock(session, &first.node, &received)?);
         if hosted.iter().any(|controller| controller.machine.gate().is_some()) {
             e_stop = Some(EStop::new(session, &first.node, &received)?);
         }
         for note in notes {
             first.node.log(note.level(), &note.to_string());
         }
-        first.node.log(Level::Info, &format!("{} controllers ready", hosted.len()));
+        let ready = match &*names {
+            [robot] => format!("controller of {robot} ready"),
+            _ => format!("{} controllers ready", names.len()),
+        };
+        first.node.log(Level::Info, &ready);
     }
     tokio::select! {
-        ended = answer(&mut hosted, (&server, e_stop), &mut events) => ended,
+        ended = run_loop(&mut hosted, (&server, e_stop), &mut events) => ended,
         ended = session.ended() => Err(ended.into()),
     }
 }
@@ -158,7 +162,7 @@ fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Res
     Ok(Hosted { machine, node, cmd_vel, status, gate_status, arming, sight })
 }
 
-fn listen(
+fn subscribe_detection(
     session: &Session,
     node: &NodeHandle,
     index: usize,
@@ -177,7 +181,7 @@ fn listen(
 }
 
 /// In a mixed fleet the simulator publishes which real robots see virtual ones.
-fn listen_to_simulator(
+fn subscribe_virtual_detection(
     session: &Session,
     node: &NodeHandle,
     index: usize,
@@ -190,7 +194,7 @@ fn listen_to_simulator(
     })?)
 }
 
-fn listen_to_all(
+fn subscribe_lease_and_clock(
     session: &Session,
     node: &NodeHandle,
     received: &UnboundedSender<Input>,
@@ -210,7 +214,7 @@ fn listen_to_all(
     ])
 }
 
-/// Who holds a lease stops for the e-stop, and answers others who ask for its locks.
+/// The e-stop of controllers that hold leases: it stops them, and publishes their locks for others.
 struct EStop {
     locks: LocksPublisher,
     _subscriptions: EStopSubscriptions,
@@ -238,7 +242,8 @@ impl EStop {
     }
 }
 
-async fn answer(
+/// Takes what is received, and looks at the controllers' clocks, until the process is asked to end.
+async fn run_loop(
     hosted: &mut [Hosted],
     (server, mut e_stop): (&ParameterServer, Option<EStop>),
     events: &mut UnboundedReceiver<Input>,
@@ -259,7 +264,7 @@ async fn answer(
                 if let Input::Virtual(index, detection) = received {
                     hosted[index].sight.receive(detection, Instant::now());
                 }
-                for (index, event) in for_whom(received, hosted, server) {
+                for (index, event) in dispatch(received, hosted, server) {
                     step(&mut hosted[index], server, event, start.elapsed()).await?;
                 }
             }
@@ -275,8 +280,8 @@ async fn answer(
     }
 }
 
-/// Which controllers an event is for.
-fn for_whom(received: Input, hosted: &[Hosted], server: &ParameterServer) -> Vec<(usize, Event)> {
+/// The events that follow from what was received, each with the index of its controller.
+fn dispatch(received: Input, hosted: &[Hosted], server: &ParameterServer) -> Vec<(usize, Event)> {
     let all = |event: Event| (0..hosted.len()).map(|index| (index, event.clone())).collect();
     match received {
         Input::Of(index, Event::Detection(detected)) => {

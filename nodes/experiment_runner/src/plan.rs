@@ -6,6 +6,7 @@ use anyhow::{Context, anyhow, bail};
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::help::Helpful;
+use rsrs_core::robot::controller::Reaction;
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::{ExperimentFile, SimulatedProfile, Time};
@@ -21,7 +22,7 @@ mod trial;
 pub use recording::Recording;
 use run_id::new_run_id;
 pub use swept::{SweptCell, SweptCellError};
-pub use trial::{GETTING_GOING_S, Trial, TrialRequest, Unmeasured};
+pub use trial::{SETTLING_TIME_S, Trial, TrialRequest, Unmeasured};
 
 /// What a person asks for.
 #[derive(Clone, Debug)]
@@ -173,6 +174,15 @@ impl Plan {
     /// Steps of the run.
     pub fn steps(&self) -> u64 {
         self.record.conditions.steps(self.record.duration_s)
+    }
+
+    /// What its controllers must make of their sensors: nothing in a trial, which is the only run that
+    /// needs no poses.
+    pub fn reaction(&self) -> Reaction {
+        match self.poses {
+            Poses::Required => Reaction::ToDetections,
+            Poses::IfThere => Reaction::Constant,
+        }
     }
 
     /// Where the pose of a robot comes from, by its index; the simulator has all of them.

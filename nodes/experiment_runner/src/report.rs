@@ -30,13 +30,13 @@ pub struct RunReport {
     pub bag: Option<BagSummary>,
     /// Messages missing in the bag between two that are in it, on topics that are to lose none.
     pub n_lost: u64,
-    /// Time on the wall from the start of the runner until all that it needs was found, in seconds;
+    /// Wall-clock time from the start of the runner until all that it needs was found, in seconds;
     /// `None` if it never was.
     pub preflight_s: Option<f64>,
-    /// Time on the wall from then until all parameters were set and read back, in seconds; `None` if
+    /// Wall-clock time from then until all parameters were set and read back, in seconds; `None` if
     /// they never were.
     pub parameters_s: Option<f64>,
-    /// Time on the wall from the first recorded step to the last, in seconds; in lockstep alone.
+    /// Wall-clock time from the first recorded step to the last, in seconds; in lockstep alone.
     pub stepping_s: Option<f64>,
 }
 

@@ -40,14 +40,14 @@ pub struct Report {
     pub moving: usize,
     /// Samples that the middleware lost of detections, poses and digests.
     pub lost: u64,
-    /// From the first step that was received to the last, on the wall.
+    /// From the first step that was received to the last, in wall-clock time.
     pub took: Duration,
 }
 
 /// The pace of a world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimeMode {
-    /// By the clock on the wall.
+    /// By the wall clock.
     RealTime,
     /// By the answers.
     Lockstep {

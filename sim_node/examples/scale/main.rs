@@ -4,7 +4,7 @@
 //! cargo run --release -p rsrs_sim_node --example scale -- 100 real_time 20
 //! cargo run --release -p rsrs_sim_node --example scale -- 300 lockstep 60
 //! ```
-//! The last number is seconds: on the wall in real time, simulated in lockstep; a path after it names
+//! The last number is seconds: wall-clock in real time, simulated in lockstep; a path after it names
 //! another `sim_node`, to hold one build against another. Everything happens in a network of its
 //! own, with this process as every controller, the runner and the recorder.
 
@@ -24,7 +24,7 @@ use rsrs_ros::session::{Session, SessionOptions};
 const DOMAIN: u16 = 42;
 /// Clock ticks per second in /proc, on every Linux that is in use.
 const TICKS_PER_S: f64 = 100.0;
-/// Of a lockstep run on the wall; ten times what three hundred robots take for a minute.
+/// Of a lockstep run, in wall-clock time; ten times what three hundred robots take for a minute.
 const LONGEST: Duration = Duration::from_secs(200);
 /// So long nobody looks, until all are armed and move.
 const WARM_UP: Duration = Duration::from_secs(3);

@@ -19,8 +19,8 @@ impl Simulation<'_> {
     /// Places the world that the parameters ask for; a run that is under way ends with it.
     pub(crate) async fn place(&mut self) -> anyhow::Result<()> {
         self.placed_world = None;
-        if let Some(Step { asked, reply }) = self.steps.take() {
-            reply.send(step_response(asked, asked));
+        if let Some(Step { asked, responder }) = self.steps.take() {
+            responder.send(step_response(asked, asked));
         }
         self.stamp_ns = None;
         (self.real, self.virtual_pose_publisher) = (RealRobots::default(), None);
@@ -67,9 +67,13 @@ impl Simulation<'_> {
             let by = parameters::tracked_by(&self.server)?;
             self.real = RealRobots::follow(self.session, &self.node, &names, by, &self.to_me)?;
             if by == TrackedBy::Pose {
-                let ours = &self.hosted[..rows.ours.len()];
-                self.virtual_pose_publisher =
-                    Some(VirtualPosePublisher::new(self.session, &self.node, ours, period)?);
+                let virtual_robots = &self.hosted[..rows.ours.len()];
+                self.virtual_pose_publisher = Some(VirtualPosePublisher::new(
+                    self.session,
+                    &self.node,
+                    virtual_robots,
+                    period,
+                )?);
             }
             let text = format!("mixed fleet: {} are real and followed", names.join(", "));
             self.node.log(Level::Info, &text);

@@ -4,9 +4,9 @@
 #[path = "../../examples/scale/conductor.rs"]
 mod conductor;
 
-mod by_hand;
 mod fleet;
 mod lockstep;
+mod manual_control;
 mod mixed;
 mod real_time;
 mod scale;

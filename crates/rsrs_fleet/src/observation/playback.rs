@@ -95,7 +95,7 @@ impl Playback {
             if self.is_lockstep { Observation::of_lockstep() } else { Observation::default() };
     }
 
-    /// Plays on for so long on the wall, unless it is paused.
+    /// Plays on for so much wall-clock time, unless it is paused.
     pub fn advance(&mut self, elapsed: Duration) {
         if !self.is_paused {
             let by = elapsed.mul_f64(self.pace());

@@ -83,7 +83,7 @@ pub(super) struct Swarm {
     trajectory: Trajectory,
     bodies: Bodies,
     behaviour: Behaviour,
-    /// Simulated time, which passes faster or slower than that on the wall.
+    /// Simulated time, which passes faster or slower than wall-clock time.
     clock: Option<Seen<Duration>>,
     /// The time of the last sample: simulated where there is such a time.
     last: Option<Duration>,

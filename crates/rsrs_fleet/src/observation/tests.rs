@@ -296,7 +296,7 @@ fn whoever_goes_back_sees_what_was_seen_there() {
 
 #[test]
 fn a_recorded_run_in_lockstep_has_no_silent_robots_and_one_in_real_time_has() {
-    // Statuses come on the clock on the wall, some simulated seconds apart.
+    // Statuses come by the wall clock, some simulated seconds apart.
     let played = |time: Time| {
         let record = ExperimentRecord { time, ..record() };
         let events = [

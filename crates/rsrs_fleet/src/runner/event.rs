@@ -56,7 +56,7 @@ pub enum RunLength {
         /// Steps.
         steps: u64,
     },
-    /// When this time has passed on the wall.
+    /// When this much wall-clock time has passed.
     RealTime {
         /// The time.
         duration: Duration,

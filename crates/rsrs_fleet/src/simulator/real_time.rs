@@ -8,7 +8,7 @@ use crate::message::RobotState;
 /// Least time between two warnings that the world does not keep up.
 const WARN_EVERY: Duration = Duration::from_secs(1);
 
-/// The world goes by the clock on the wall.
+/// The world goes by the wall clock.
 ///
 /// Sensors work from the placement on, as a real robot's do; the world's own time starts with the
 /// first robot that may move, so that a run starts from the start poses however long it took to arm.

@@ -1,7 +1,7 @@
 use super::*;
 use crate::timing::HEARTBEAT_PERIOD;
 
-mod hand;
+mod manual;
 
 const FORWARD: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
 const DIGEST: u64 = 42;

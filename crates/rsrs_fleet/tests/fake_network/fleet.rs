@@ -1,4 +1,4 @@
-//! All machines of a fleet in one process, over the fake network, under the eyes of witnesses.
+//! All machines of a fleet in one process, over the fake network, judged by safety oracles.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -10,8 +10,8 @@ use rsrs_fleet::runner::Outcome;
 use rsrs_fleet::stopper::{self, StopCommand, Stopper};
 
 use crate::network::{Delivery, Item, Message, Network, Node};
+use crate::safety_oracle::{FASTEST, GLANCE_MS, SafetyOracle, WHEELS_TIMEOUT_MS};
 use crate::scenario::{Body, N_BUTTONS, N_ROBOTS, Scenario};
-use crate::witness::{FASTEST, GLANCE_MS, WHEELS_MS, Witness};
 
 mod conducting;
 mod controlling;
@@ -70,7 +70,7 @@ pub enum Verbosity {
 #[derive(Clone, Copy, Debug, Default)]
 struct Process {
     is_up: bool,
-    life: u32,
+    incarnation: u32,
     /// Until then it gets no time from its machine.
     stalled_until_ms: u64,
 }
@@ -82,7 +82,7 @@ struct Fleet {
     network: Network,
     processes: [Process; N_NODES],
     robots: Vec<RobotHost>,
-    witnesses: Vec<Witness>,
+    oracles: Vec<SafetyOracle>,
     controllers: Vec<Controller>,
     /// What each controller published on `cmd_vel` last; `None` if its process has not yet.
     mouths: [Option<Command>; N_ROBOTS],
@@ -156,7 +156,7 @@ impl Fleet {
             network: Network::new(scenario.seed, scenario.faults.clone()),
             processes: [Process::default(); N_NODES],
             robots: (0..N_ROBOTS).map(|robot| RobotHost::new(robot, 0)).collect(),
-            witnesses: vec![Witness::new(scenario.body); N_ROBOTS],
+            oracles: vec![SafetyOracle::new(scenario.body); N_ROBOTS],
             controllers: (0..N_ROBOTS).map(|robot| new_controller(robot, &scenario, 0)).collect(),
             mouths: [None; N_ROBOTS],
             held_until_ms: [0; N_ROBOTS],
@@ -227,13 +227,13 @@ impl Fleet {
                 }
                 self.deliver(from, to, message)
             }
-            Item::Tick(node, life) => {
+            Item::Tick(node, incarnation) => {
                 let process = self.processes[self.slot(node)];
-                if !process.is_up || process.life != life {
+                if !process.is_up || process.incarnation != incarnation {
                     return Ok(());
                 }
                 let again_ms = process.stalled_until_ms.max(self.now_ms + Self::beat_ms(node));
-                self.network.plan(again_ms, Item::Tick(node, life));
+                self.network.plan(again_ms, Item::Tick(node, incarnation));
                 if self.now_ms < process.stalled_until_ms { Ok(()) } else { self.tick(node) }
             }
             Item::Answer(runner, event) => self.give_runner(runner, event),
@@ -380,14 +380,14 @@ impl Fleet {
         for robot in 0..N_ROBOTS {
             let Some(command_sent) = self.turning(robot) else { continue };
             let is_awake = self.is_awake(self.gatekeeper(robot));
-            let last_ms = if is_awake { GLANCE_MS } else { WHEELS_MS };
-            let witness = &self.witnesses[robot];
-            witness
+            let last_ms = if is_awake { GLANCE_MS } else { WHEELS_TIMEOUT_MS };
+            let oracle = &self.oracles[robot];
+            oracle
                 .wheels(command_sent, last_ms, self.now_ms)
                 .map_err(|violation| format!("{}: {violation}", name(robot)))?;
-            epochs.push(witness.moved().0);
+            epochs.push(oracle.moved().0);
             // Wheels turn on for a moment after their gate was armed by another run.
-            if self.gate(robot).epoch() == witness.moved().0 {
+            if self.gate(robot).epoch() == oracle.moved().0 {
                 runs.push(self.gate(robot).run_id());
             }
         }
@@ -412,8 +412,8 @@ impl Fleet {
             Some(Outcome::Completed) => {}
             other => return Err(format!("after all was healed, the next run was {other:?}")),
         }
-        for (robot, witness) in self.witnesses.iter().enumerate() {
-            if witness.moved().1.is_none_or(|at_ms| at_ms + 10_000 < self.now_ms) {
+        for (robot, oracle) in self.oracles.iter().enumerate() {
+            if oracle.moved().1.is_none_or(|at_ms| at_ms + 10_000 < self.now_ms) {
                 return Err(format!("after all was healed, {} did not move", name(robot)));
             }
         }

@@ -30,9 +30,9 @@
 
 mod fleet;
 mod network;
+mod safety_oracle;
 mod scenario;
 mod stops;
-mod witness;
 
 use fleet::{LAST_RUNNER, Story, Verbosity};
 use network::Node;

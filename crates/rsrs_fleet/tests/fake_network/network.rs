@@ -27,10 +27,10 @@ pub enum Node {
     Stranger,
 }
 
-/// What only the witnesses read: in which life a robot sent a status, and when.
+/// What only the oracles read: in which incarnation a robot sent a status, and when.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sent {
-    pub life: u32,
+    pub incarnation: u32,
     pub at_ms: u64,
 }
 
@@ -100,7 +100,7 @@ pub enum Item {
         to: Node,
         message: Message,
     },
-    /// A node looks at its clock; the number is that of the node's life.
+    /// A node looks at its clock; the number is that of the node's incarnation.
     Tick(Node, u32),
     /// What the machinery on a runner's own host answers.
     Answer(usize, runner::Event),

@@ -21,7 +21,7 @@ pub const LAST_HAPPENING_MS: u64 = 4_500;
 pub enum Body {
     /// Each has a process and wheels of its own.
     Real,
-    /// The simulator stands in for all of them, at the pace of the wall's clock.
+    /// The simulator stands in for all of them, at the pace of the wall clock.
     Simulated,
     /// The simulator stands in for all of them, in lockstep with controllers and recorder.
     Lockstep,
@@ -77,7 +77,7 @@ pub struct Scenario {
     pub are_runners_apart: bool,
     /// A controller that confirms its parameters and drives with others.
     pub liar: Option<usize>,
-    /// How far each robot's clock on the wall is ahead of the runners', in milliseconds.
+    /// How far each robot's wall clock is ahead of the runners', in milliseconds.
     pub ahead_ms: [i64; N_ROBOTS],
     /// How much too fast each robot's clock goes, in millionths.
     pub too_fast_ppm: [i64; N_ROBOTS],

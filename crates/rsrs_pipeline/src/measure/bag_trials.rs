@@ -11,7 +11,7 @@ use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::trials::trial::{
     DetectionTrial, DrivenSample, DrivenTrial, Neighbour, PeriodTrial, Trials,
 };
-use rsrs_experiment_runner::plan::GETTING_GOING_S;
+use rsrs_experiment_runner::plan::SETTLING_TIME_S;
 use rsrs_msgs::topics;
 
 use crate::error::helped;
@@ -181,7 +181,7 @@ fn drives(
 
 /// A drive without the time in which the robot got going.
 fn going(drive: &[DrivenSample]) -> &[DrivenSample] {
-    let is_early = |sample: &DrivenSample| sample.time_s < drive[0].time_s + GETTING_GOING_S;
+    let is_early = |sample: &DrivenSample| sample.time_s < drive[0].time_s + SETTLING_TIME_S;
     &drive[drive.partition_point(is_early)..]
 }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use rsrs_bags::BagMessage;
-use rsrs_experiment_runner::plan::GETTING_GOING_S;
+use rsrs_experiment_runner::plan::SETTLING_TIME_S;
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::{cdr, topics};
 
@@ -42,7 +42,7 @@ impl TrialWindow {
 pub fn read(bag: &Path, topics: impl IntoIterator<Item = String>) -> anyhow::Result<TrialWindow> {
     let what = || bag.display().to_string();
     let opened = recorded_run::open(bag)?;
-    let settling = Duration::from_secs_f64(GETTING_GOING_S);
+    let settling = Duration::from_secs_f64(SETTLING_TIME_S);
     let settling_ns = u64::try_from(settling.as_nanos()).unwrap_or(u64::MAX);
     let mut window = TrialWindow::default();
     // Anybody in the same network may give leases of another run.

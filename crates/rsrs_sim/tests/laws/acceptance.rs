@@ -1,5 +1,6 @@
-//! The world against an independent implementation: milling fractions of a double-precision
-//! program with another generator, platform trigonometry and a judge of its own.
+//! The world against an independent implementation: milling fractions of its prototype, written
+//! before it and in other code, in double precision, with another generator, platform trigonometry
+//! and a judge of its own. It is not kept in the repository, so its fractions stand here as numbers.
 //!
 //! Each fraction was found with thousands of runs and is rounded to 0.01. Ours has 3,000 runs, whose
 //! standard error is at most 0.009: 0.03 is more than three of them, so that a test of six cells

@@ -1,7 +1,9 @@
-//! Milling fractions over one capability at a time, against an independent implementation: a program
-//! in double precision with another generator, platform trigonometry and a judge of its own. Its
-//! judge asks for stable milling over the whole window and not whether it lasts, so ours is asked
-//! the same here; `neutral.rs` holds the whole judge against another one.
+//! Milling fractions over one capability at a time, against an independent implementation: the
+//! prototype of this world, written before it and in other code, in double precision, with another
+//! generator, platform trigonometry and a judge of its own. It is not kept in the repository, so its
+//! percentages stand here as numbers. Its judge asks for stable milling over the whole window and not
+//! whether it lasts, so ours is asked the same here; `neutral.rs` holds the whole judge against another
+//! one, which is kept.
 //!
 //! Its fractions come from 200 runs each, ours from 1,000. Both are counts, so a row agrees if the
 //! exact intervals of both overlap; at a tail of 0.001 on each side, a row whose fractions are equal
@@ -52,7 +54,8 @@ fn disagreements(rows: &[Row], duration_s: f64) -> Vec<String> {
         let their_hits = (row.milling_percent / 100.0 * THEIR_RUNS as f64).round() as u64;
         let theirs = Interval::with_tails(their_hits, THEIR_RUNS, TAIL);
         let found = Interval::with_tails(*hits, REPLICATES, TAIL);
-        let text = format!("{}: {} % expected, {hits} of 1000", row.name, row.milling_percent);
+        let text =
+            format!("{}: {} % expected, {hits} of {REPLICATES}", row.name, row.milling_percent);
         (found.low > theirs.high || found.high < theirs.low).then_some(text)
     };
     rows.iter().zip(&ours).filter_map(disagrees).collect()

@@ -6,7 +6,7 @@ use anyhow::{Context, anyhow, bail};
 use rsrs_core::conditions::{Conditions, Placement, Settings, Walls};
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::help::Helpful;
-use rsrs_core::robot::controller::{ControllerParameters, Reaction};
+use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::trials::trial::Neighbour;
 use rsrs_fleet::experiment::{RobotLost, Time};
@@ -64,11 +64,11 @@ pub enum Trial {
     },
 }
 
-/// Time in which a robot gets going, or its sensor settles, and nothing is measured, in seconds.
+/// Time in which a robot's motion or its sensor settles, and nothing is measured, in seconds.
 ///
 /// A command is on its way for about a control period, and the robot's own watchdog and wheels take
 /// another; what a tape measures begins behind that.
-pub const GETTING_GOING_S: f64 = 0.5;
+pub const SETTLING_TIME_S: f64 = 0.5;
 
 /// More readings are waited for than are taken by this share: a robot may be slower than its profile.
 const SPARE: f64 = 0.1;
@@ -86,7 +86,7 @@ impl Trial {
         match self {
             Self::Drive { duration_s, .. } => *duration_s,
             Self::Stand { samples, .. } => {
-                GETTING_GOING_S + ((*samples as f64 * (1.0 + SPARE)).ceil() + 1.0) * period_s
+                SETTLING_TIME_S + ((*samples as f64 * (1.0 + SPARE)).ceil() + 1.0) * period_s
             }
         }
     }
@@ -116,7 +116,7 @@ impl Plan {
         let fleet = FleetFile::parse(&name, &text).map_err(Helpful::from)?;
         let mut robots = vec![robot(&fleet, &name, &request.robot)?.clone()];
         if request.backend == Backend::Simulator && request.trial.neighbour().is_some() {
-            robots.push(beside(&fleet, &name, &robots[0])?.clone());
+            robots.push(neighbour_of(&fleet, &name, &robots[0])?.clone());
         }
         let stand_in = unmeasured(request, &robots[0]).with_context(|| name.clone())?;
         let is_measured = stand_in.is_none();
@@ -152,17 +152,6 @@ impl Plan {
     }
 }
 
-impl Plan {
-    /// What its controllers must make of their sensors: nothing in a trial, which is the only run that
-    /// needs no poses.
-    pub fn reaction(&self) -> Reaction {
-        match self.poses {
-            Poses::Required => Reaction::ToDetections,
-            Poses::IfThere => Reaction::Constant,
-        }
-    }
-}
-
 /// What stands in for the profile of a robot of the floor if its fleet file names none, or one that is
 /// not there yet; the simulator moves measured robots only.
 ///
@@ -172,9 +161,9 @@ fn unmeasured(
     request: &TrialRequest,
     robot: &FleetRobot,
 ) -> anyhow::Result<Option<(String, RobotProfile)>> {
-    let beside = request.fleet.parent().unwrap_or(Path::new(""));
+    let folder = request.fleet.parent().unwrap_or(Path::new(""));
     let missing = match &robot.profile {
-        Some(profile) if beside.join(profile).exists() => return Ok(None),
+        Some(profile) if folder.join(profile).exists() => return Ok(None),
         Some(profile) => format!("the profile `{profile}` of {} is not there", robot.name),
         None => format!("{} has no `profile`", robot.name),
     };
@@ -206,7 +195,7 @@ fn robot<'a>(fleet: &'a FleetFile, file: &str, name: &str) -> anyhow::Result<&'a
 }
 
 /// The first other robot of the same kind.
-fn beside<'a>(
+fn neighbour_of<'a>(
     fleet: &'a FleetFile,
     file: &str,
     robot: &FleetRobot,

@@ -10,7 +10,7 @@ use rsrs_testing::network::in_own_network;
 
 /// The most that a robot's computer has to spare, in KiB.
 const MOST_KIB: u64 = 25 * 1024;
-/// What the allocator may add while it finds its size, in KiB.
+/// What the allocator may add until its size settles, in KiB.
 const GROWTH_KIB: u64 = 512;
 /// A node that has driven for so long has met all that it ever meets.
 const WARM: Duration = Duration::from_secs(5);

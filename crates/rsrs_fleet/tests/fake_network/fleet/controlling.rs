@@ -18,23 +18,23 @@ impl Fleet {
         let is_liar = self.scenario.liar == Some(robot);
         match message {
             Message::Lease(lease, echoes) => {
-                self.witness_hold(robot, &lease);
+                self.observe_hold(robot, &lease);
                 if self.scenario.controller_only[robot] {
-                    self.witness_lease(robot, echoes[robot], &lease);
+                    self.observe_lease(robot, echoes[robot], &lease);
                 }
                 self.deliver_to_controller(robot, Event::Lease((*lease).clone()))
             }
             Message::EStop(source, engaged) => {
-                self.witness_e_stop(robot, (source, engaged));
+                self.observe_e_stop(robot, (source, engaged));
                 self.deliver_to_controller(robot, Event::EStop { source, engaged })
             }
             Message::Release(sources) => {
-                self.witnesses[robot].e_stop_is_released(&sources);
+                self.oracles[robot].e_stop_is_released(&sources);
                 self.deliver_to_controller(robot, Event::Release((*sources).clone()))
             }
             Message::Locks(locks) => {
                 self.deliver_to_controller(robot, Event::LocksOfOthers((*locks).clone()))?;
-                self.witness_adoption(robot);
+                self.observe_adoption(robot);
                 Ok(())
             }
             Message::Detection(detected) => {
@@ -78,10 +78,10 @@ impl Fleet {
         let actions = self.controllers[robot].on_event(event, now);
         let holds_lease = self.scenario.controller_only[robot];
         if holds_lease {
-            self.witness_thought(robot)?;
+            self.check_controller(robot)?;
         }
         if holds_lease && decides {
-            self.witnesses[robot].command(self.now_ms);
+            self.oracles[robot].command(self.now_ms);
         }
         for action in actions {
             match action {
@@ -92,8 +92,10 @@ impl Fleet {
                 }
                 Action::GateStatus(status) => self.publish_status(robot, status),
                 Action::Status(status) => {
-                    let sent =
-                        Sent { life: self.processes[self.slot(node)].life, at_ms: self.now_ms };
+                    let sent = Sent {
+                        incarnation: self.processes[self.slot(node)].incarnation,
+                        at_ms: self.now_ms,
+                    };
                     let message = Message::ControllerStatus(status.into(), sent);
                     self.send(node, Node::Robot(robot), message.clone());
                     for runner in 0..N_RUNNERS {
@@ -109,13 +111,13 @@ impl Fleet {
     }
 
     /// A controller that holds the lease has thought.
-    fn witness_thought(&mut self, robot: usize) -> Result<(), String> {
+    fn check_controller(&mut self, robot: usize) -> Result<(), String> {
         let settings = self.controllers[robot].settings();
         let digest = settings.parameters.digest_with(settings.reaction);
         let epoch = self.gate(robot).epoch();
-        let (witness, now_ms) = (&mut self.witnesses[robot], self.now_ms);
-        witness.controller(digest, now_ms, now_ms);
-        witness.obeys(epoch, now_ms).map_err(|violation| format!("{}: {violation}", name(robot)))
+        let (oracle, now_ms) = (&mut self.oracles[robot], self.now_ms);
+        oracle.controller(digest, now_ms, now_ms);
+        oracle.obeys(epoch, now_ms).map_err(|violation| format!("{}: {violation}", name(robot)))
     }
 
     /// May a controller that holds the lease publish what it does, and nothing else?
@@ -124,8 +126,8 @@ impl Fleet {
         if stands || !self.scenario.controller_only[robot] {
             return Ok(());
         }
-        self.witness_movement(robot)?;
-        self.witnesses[robot]
+        self.check_movement(robot)?;
+        self.oracles[robot]
             .obeys_command(self.now_ms)
             .map_err(|violation| format!("{}: {violation}", name(robot)))
     }

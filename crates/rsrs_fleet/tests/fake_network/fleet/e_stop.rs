@@ -27,12 +27,12 @@ impl Fleet {
         }
     }
 
-    /// Names the publisher of a node in this life.
+    /// Names the publisher of a node in this incarnation.
     pub(super) fn source(&self, node: Node) -> Source {
         let slot = self.slot(node);
         let mut guid = [0; 16];
         guid[0] = u8::try_from(slot).expect("there are few nodes");
-        guid[4..8].copy_from_slice(&self.processes[slot].life.to_be_bytes());
+        guid[4..8].copy_from_slice(&self.processes[slot].incarnation.to_be_bytes());
         Source(guid)
     }
 

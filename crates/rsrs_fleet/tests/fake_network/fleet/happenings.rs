@@ -55,18 +55,18 @@ impl Fleet {
         let slot = self.slot(node);
         let process = &mut self.processes[slot];
         (process.is_up, process.stalled_until_ms) = (true, 0);
-        process.life += 1;
-        let life = process.life;
+        process.incarnation += 1;
+        let incarnation = process.incarnation;
         let phase_ms = 1 + slot as u64 % Self::beat_ms(node);
-        self.network.plan(self.now_ms + phase_ms, Item::Tick(node, life));
+        self.network.plan(self.now_ms + phase_ms, Item::Tick(node, incarnation));
     }
 
     /// A process dies; wheels run on for as long as their own timeout, a bag stays as it is.
     fn crash(&mut self, node: Node) {
         let slot = self.slot(node);
         self.processes[slot].is_up = false;
-        for witness in &mut self.witnesses {
-            witness.sees_a_death(self.now_ms);
+        for oracle in &mut self.oracles {
+            oracle.process_died(self.now_ms);
         }
         match node {
             Node::Runner(runner) => {
@@ -89,7 +89,7 @@ impl Fleet {
             Node::Controller(robot) => {
                 self.controllers[robot] = new_controller(robot, &self.scenario, self.now_ms);
                 if self.scenario.controller_only[robot] {
-                    self.witnesses[robot].starts();
+                    self.oracles[robot].starts();
                 }
                 self.held_until_ms[robot] = 0;
                 self.held_by[robot] = (0, String::new());
@@ -174,8 +174,8 @@ impl Fleet {
             && self.quiet_ms.is_some_and(|since_ms| self.now_ms > since_ms + AFTERMATH_MS)
     }
 
-    /// Keeps the books on what a controller receives of its run.
-    pub(super) fn witness_hold(&mut self, robot: usize, lease: &Lease) {
+    /// Keeps what a controller receives of its run.
+    pub(super) fn observe_hold(&mut self, robot: usize, lease: &Lease) {
         let holds = matches!(lease.state, LeaseState::Armed | LeaseState::Running);
         let (epoch, run_id) = &mut self.held_by[robot];
         if lease.epoch > *epoch && lease.state == LeaseState::Armed {

@@ -20,7 +20,7 @@ const LIMITS: Limits = Limits {
     turn_acceleration_rad_s2: 10.0,
 };
 const PERIOD_MS: u64 = 130;
-const WHEELS_MS: u64 = 250;
+const WHEELS_TIMEOUT_MS: u64 = 250;
 const WHEEL_BEAT_MS: u64 = 50;
 
 /// A robot, or its place in the simulator.
@@ -58,7 +58,7 @@ impl RobotHost {
     pub fn turning(&self, now_ms: u64) -> Option<Command> {
         self.wheels
             .filter(|(command_sent, at_ms)| {
-                *command_sent != Command::STOP && now_ms <= at_ms + WHEELS_MS
+                *command_sent != Command::STOP && now_ms <= at_ms + WHEELS_TIMEOUT_MS
             })
             .map(|(command_sent, _)| command_sent)
     }
@@ -84,27 +84,27 @@ impl Fleet {
             return Ok(());
         }
         let now_ms = self.now_ms;
-        let witness = &mut self.witnesses[robot];
+        let oracle = &mut self.oracles[robot];
         match message {
             Message::Lease(lease, echoes) => {
-                self.witness_lease(robot, echoes[robot], &lease);
+                self.observe_lease(robot, echoes[robot], &lease);
                 self.deliver_to_robot(robot, Event::Lease((*lease).clone()))
             }
             Message::ControllerStatus(status, sent) => {
-                witness.controller(status.parameter_digest, sent.at_ms, now_ms);
+                oracle.controller(status.parameter_digest, sent.at_ms, now_ms);
                 self.deliver_to_robot(robot, Event::Controller((*status).clone()))
             }
             Message::EStop(source, engaged) => {
-                self.witness_e_stop(robot, (source, engaged));
+                self.observe_e_stop(robot, (source, engaged));
                 self.deliver_to_robot(robot, Event::EStop { source, engaged })
             }
             Message::Release(sources) => {
-                self.witnesses[robot].e_stop_is_released(&sources);
+                self.oracles[robot].e_stop_is_released(&sources);
                 self.deliver_to_robot(robot, Event::Release((*sources).clone()))
             }
             Message::Locks(locks) => {
                 self.deliver_to_robot(robot, Event::LocksOfOthers((*locks).clone()))?;
-                self.witness_adoption(robot);
+                self.observe_adoption(robot);
                 Ok(())
             }
             Message::Command(command, stamp_ns) if self.simulator.is_some() => {
@@ -112,11 +112,11 @@ impl Fleet {
             }
             Message::Command(command, _) => match LIMITS.check(command) {
                 Ok(()) => {
-                    witness.command(now_ms);
+                    oracle.command(now_ms);
                     self.deliver_to_robot(robot, Event::Command(command))
                 }
                 Err(_beyond) => {
-                    witness.refused();
+                    oracle.refused();
                     self.deliver_to_robot(robot, Event::CommandRefused)
                 }
             },
@@ -143,7 +143,7 @@ impl Fleet {
         if epoch != was {
             self.note(|| format!("{} binds to epoch {epoch}", name(robot)));
         }
-        self.witnesses[robot]
+        self.oracles[robot]
             .obeys(epoch, self.now_ms)
             .map_err(|violation| format!("{}: {violation}", name(robot)))?;
         if let Some(status) = status {
@@ -162,7 +162,7 @@ impl Fleet {
             StopCause::Waiting => "armed for run run 9, waiting for the start".to_owned(),
             _ => format!("e-stop; {}", status.stop_reason),
         };
-        let sent = Sent { life: self.witnesses[robot].life(), at_ms: self.now_ms };
+        let sent = Sent { incarnation: self.oracles[robot].incarnation(), at_ms: self.now_ms };
         let message = Message::RobotStatus(status.into(), sent);
         for runner in 0..N_RUNNERS {
             self.send(node, Node::Runner(runner), message.clone());
@@ -171,23 +171,23 @@ impl Fleet {
     }
 
     /// A lease arrives, with what its runner has received from the robot last.
-    pub(super) fn witness_lease(&mut self, robot: usize, echo: Option<Sent>, lease: &Lease) {
+    pub(super) fn observe_lease(&mut self, robot: usize, echo: Option<Sent>, lease: &Lease) {
         let gate = self.gate(robot);
         // Of two runs of one epoch, the robot belongs to one.
         if gate.epoch() != lease.epoch || gate.run_id() == Some(&lease.run_id) {
-            self.witnesses[robot].lease(lease, echo, self.now_ms);
+            self.oracles[robot].lease(lease, echo, self.now_ms);
         }
     }
 
-    pub(super) fn witness_e_stop(&mut self, robot: usize, (source, engaged): (Source, bool)) {
-        self.witnesses[robot].e_stop((source, engaged), self.now_ms);
+    pub(super) fn observe_e_stop(&mut self, robot: usize, (source, engaged): (Source, bool)) {
+        self.oracles[robot].e_stop((source, engaged), self.now_ms);
         self.note(|| format!("{} receives the e-stop: {source} {engaged}", name(robot)));
     }
 
     /// What a gate takes over from others has locked it, as if it had received it itself.
-    pub(super) fn witness_adoption(&mut self, robot: usize) {
+    pub(super) fn observe_adoption(&mut self, robot: usize) {
         let locks = self.gate(robot).locks();
-        self.witnesses[robot].adopts(&locks);
+        self.oracles[robot].adopts(&locks);
     }
 
     /// Makes the wheels do what the gate lets through.
@@ -195,8 +195,8 @@ impl Fleet {
         let now = self.local(Node::Robot(robot));
         let let_through = self.robots[robot].gate.drive(now);
         if let_through != Command::STOP {
-            self.witness_movement(robot)?;
-            self.witnesses[robot]
+            self.check_movement(robot)?;
+            self.oracles[robot]
                 .obeys_command(self.now_ms)
                 .map_err(|violation| format!("{}: {violation}", name(robot)))?;
         }
@@ -213,10 +213,10 @@ impl Fleet {
     }
 
     /// A gate lets something through: is that right?
-    pub(super) fn witness_movement(&mut self, robot: usize) -> Result<(), String> {
+    pub(super) fn check_movement(&mut self, robot: usize) -> Result<(), String> {
         self.story.movements += 1;
         let violation = |violation| format!("{}: {violation}", name(robot));
-        self.witnesses[robot].moves(self.now_ms).map_err(violation)?;
+        self.oracles[robot].moves(self.now_ms).map_err(violation)?;
         if self.scenario.liar == Some(robot) {
             return Err(format!("{} moves with unconfirmed parameters", name(robot)));
         }
@@ -235,7 +235,7 @@ impl Fleet {
         for robot in robots {
             self.robots[robot] = RobotHost::new(robot, self.now_ms);
             if !self.scenario.controller_only[robot] {
-                self.witnesses[robot].starts();
+                self.oracles[robot].starts();
             }
         }
     }

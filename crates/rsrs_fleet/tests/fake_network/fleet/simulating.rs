@@ -106,9 +106,9 @@ impl Fleet {
                 // A robot that has to change is switched off and on again, and keeps the e-stop: its
                 // locks, and whose silence would lock.
                 let before = self.robots[robot].gate.clone();
-                let witness = self.witnesses[robot].clone();
+                let oracle = self.oracles[robot].clone();
                 self.robots_start([robot]);
-                self.witnesses[robot].keeps_e_stop_of(&witness);
+                self.oracles[robot].keeps_e_stop_of(&oracle);
                 self.robots[robot].gate = before.anew(options.clone()).counting_from(self.now_ms);
                 self.robots[robot].options = options;
             }
@@ -134,7 +134,7 @@ impl Fleet {
                 Action::Sense { step, stamp_ns } => self.sense(step, stamp_ns),
                 Action::Advance { commands } => self.advance(&commands)?,
                 Action::Obey { robot, command } => {
-                    self.witnesses[robot].command(self.now_ms);
+                    self.oracles[robot].command(self.now_ms);
                     self.step_gate(robot, robot::Event::Command(command))?;
                 }
                 Action::Refuse { robot, reason } => {
@@ -184,7 +184,7 @@ impl Fleet {
             if *command == Command::STOP {
                 continue;
             }
-            self.witness_movement(robot)?;
+            self.check_movement(robot)?;
             if is_lockstep {
                 let expected = decide(detected(robot, step), WANTED);
                 if *command != expected {
@@ -194,7 +194,7 @@ impl Fleet {
                     ));
                 }
             } else {
-                self.witnesses[robot]
+                self.oracles[robot]
                     .obeys_command(self.now_ms)
                     .map_err(|violation| format!("{}: {violation}", name(robot)))?;
             }

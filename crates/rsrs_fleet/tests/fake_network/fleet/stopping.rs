@@ -42,12 +42,12 @@ impl Fleet {
     pub(super) fn judge_stop(&self) -> Result<(), String> {
         let Some((stopper, StopCommand::Engage, _)) = &self.stopper else { return Ok(()) };
         // It may have received statuses of some robots only.
-        for (robot, witness) in self.witnesses.iter().enumerate() {
+        for (robot, oracle) in self.oracles.iter().enumerate() {
             let Some(answer) = stopper.answers().into_iter().find(|it| it.robot == name(robot))
             else {
                 continue;
             };
-            if answer.acknowledged_after.is_some() && !witness.was_locked(self.now_ms) {
+            if answer.acknowledged_after.is_some() && !oracle.was_locked(self.now_ms) {
                 return Err(format!("{answer:?}, and has not received the e-stop"));
             }
         }

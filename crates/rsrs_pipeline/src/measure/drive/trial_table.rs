@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::trials::plan::{ARC_HEADER, DETECTION_HEADER, SPEED_HEADER, TURN_HEADER};
 use rsrs_core::trials::trial::Neighbour;
-use rsrs_experiment_runner::plan::{GETTING_GOING_S, Trial};
+use rsrs_experiment_runner::plan::{SETTLING_TIME_S, Trial};
 
 use super::table_file::{self, TableLock};
 use crate::error::with_help;
@@ -218,7 +218,7 @@ impl TrialTable {
                 } else {
                     fields.number(duration)?
                 };
-                let duration_s = (lasts_s + GETTING_GOING_S).max(SHORTEST_S);
+                let duration_s = (lasts_s + SETTLING_TIME_S).max(SHORTEST_S);
                 // To a hundredth: the record of the run is read by people.
                 let duration_s = (duration_s * 100.0).ceil() / 100.0;
                 (Trial::Drive { command, duration_s }, is_done)

@@ -1,4 +1,5 @@
-//! Tools that steer the simulator through `simulation_interfaces`, in both ways of calling services.
+//! Manual control of the simulator by tools, through `simulation_interfaces`, in both ways of calling
+//! services.
 
 use std::time::Duration;
 
@@ -30,12 +31,15 @@ use rsrs_testing::network::{TIMEOUT, eventually, in_own_network, session};
 
 #[test]
 fn tools_step_pause_reset_and_move_a_world_that_no_run_holds() {
-    in_own_network("by_hand::tools_step_pause_reset_and_move_a_world_that_no_run_holds", steering);
+    in_own_network(
+        "manual_control::tools_step_pause_reset_and_move_a_world_that_no_run_holds",
+        steering,
+    );
 }
 
 #[test]
 fn a_cell_that_is_typed_places_its_world() {
-    in_own_network("by_hand::a_cell_that_is_typed_places_its_world", typing);
+    in_own_network("manual_control::a_cell_that_is_typed_places_its_world", typing);
 }
 
 /// What `ros2 param set /simulator cell ...` does.
@@ -62,7 +66,7 @@ async fn typing() {
 
 #[test]
 fn no_tool_moves_a_world_that_a_run_holds() {
-    in_own_network("by_hand::no_tool_moves_a_world_that_a_run_holds", held);
+    in_own_network("manual_control::no_tool_moves_a_world_that_a_run_holds", held);
 }
 
 /// A request to set a state that no version of the package has.
@@ -75,14 +79,14 @@ impl RosMessage for OtherVersion {
     const TYPE_NAME: &'static str = "simulation_interfaces/srv/SetEntityState_Request";
 }
 
-/// Somebody with a tool.
-struct Hand<'a> {
+/// A tool that a person uses.
+struct Tool<'a> {
     session: &'a Session,
     node: &'a NodeHandle,
     mapping: Mapping,
 }
 
-impl Hand<'_> {
+impl Tool<'_> {
     async fn call<Q: RosMessage, R: RosMessage>(&self, service: &str, request: Q) -> R {
         let service = format!("/simulator/{service}");
         let client = ServiceClient::new(self.session, self.node, &service, self.mapping);
@@ -123,13 +127,13 @@ async fn steering() {
         // and what is sent in one mapping means nothing in the other.
         let session = session();
         let node = session.node("/", "tool").expect("the name is allowed");
-        steer(&Hand { session: &session, node: &node, mapping }).await;
+        steer(&Tool { session: &session, node: &node, mapping }).await;
         session.close().await;
     }
 }
 
-async fn steer(hand: &Hand<'_>) {
-    let Hand { session, node, .. } = hand;
+async fn steer(tool: &Tool<'_>) {
+    let Tool { session, node, .. } = tool;
     let digests = Latest::<WorldDigest>::of(session, node, topics::WORLD_DIGEST);
     let statuses = Latest::<RobotStatus>::of(session, node, topics::SIMULATOR_STATUS);
     let world = World { conditions: conditions(), steps: 10, time: "lockstep" };
@@ -138,48 +142,48 @@ async fn steer(hand: &Hand<'_>) {
     let expected = episode_digests(&world.conditions, SEED, duration_s).expect("the robots fit");
 
     crate::fleet::set(session, node, "", 0, "lockstep").await.expect("it is a choice");
-    lists_what_it_can_do(hand).await;
-    assert_eq!(hand.state().await, SimulationState::NO_WORLD);
-    assert_eq!(hand.step(1).await.result, Outcome::INCORRECT_STATE);
+    lists_what_it_can_do(tool).await;
+    assert_eq!(tool.state().await, SimulationState::NO_WORLD);
+    assert_eq!(tool.step(1).await.result, Outcome::INCORRECT_STATE);
 
     world.place(session, node).await.expect("the world can be placed");
-    assert_eq!(hand.state().await, SimulationState::STOPPED);
-    assert_eq!(hand.step(1).await.result, Outcome::OPERATION_FAILED, "it is not paused");
-    assert_eq!(hand.set_state(SimulationState::PAUSED).await.result, Outcome::OK);
-    assert_eq!(hand.step(5).await.result, Outcome::OK);
+    assert_eq!(tool.state().await, SimulationState::STOPPED);
+    assert_eq!(tool.step(1).await.result, Outcome::OPERATION_FAILED, "it is not paused");
+    assert_eq!(tool.set_state(SimulationState::PAUSED).await.result, Outcome::OK);
+    assert_eq!(tool.step(5).await.result, Outcome::OK);
     let stepped = || digests.only().is_some_and(|digest| digest.step == 6);
     eventually("five steps are made", stepped).await;
     let digest = digests.only().expect("it has come").digest;
-    assert_eq!(digest, expected[5], "a step by hand is a step of the replicate");
+    assert_eq!(digest, expected[5], "a manual step is a step of the replicate");
     assert_eq!(statuses.in_state(RobotStatus::IDLE).await.parameter_digest, 0);
 
-    moves_a_robot(hand).await;
-    assert_eq!(hand.set_state(SimulationState::PLAYING).await.result, Outcome::OK);
-    assert_eq!(hand.state().await, SimulationState::PLAYING);
+    moves_a_robot(tool).await;
+    assert_eq!(tool.set_state(SimulationState::PLAYING).await.result, Outcome::OK);
+    assert_eq!(tool.state().await, SimulationState::PLAYING);
     eventually("it plays", || digests.only().is_some_and(|digest| digest.step > 8)).await;
-    assert_eq!(hand.step(1).await.result, Outcome::OPERATION_FAILED, "it is not paused");
+    assert_eq!(tool.step(1).await.result, Outcome::OPERATION_FAILED, "it is not paused");
 
-    assert_eq!(hand.reset(ResetSimulationRequest::TIME).await.result, 0);
-    assert_eq!(hand.reset(0).await.result, Outcome::OK);
-    assert_eq!(hand.state().await, SimulationState::STOPPED);
+    assert_eq!(tool.reset(ResetSimulationRequest::TIME).await.result, 0);
+    assert_eq!(tool.reset(0).await.result, Outcome::OK);
+    assert_eq!(tool.state().await, SimulationState::STOPPED);
     let armed = statuses.in_state(RobotStatus::ARMED).await;
     assert_eq!(armed.parameter_digest, world.digest(), "it is a run's world again");
-    let again = hand.set_state(SimulationState::STOPPED).await;
+    let again = tool.set_state(SimulationState::STOPPED).await;
     assert_eq!(again.result, SetSimulationStateResponse::ALREADY_IN_TARGET_STATE);
 }
 
-async fn lists_what_it_can_do(hand: &Hand<'_>) {
+async fn lists_what_it_can_do(tool: &Tool<'_>) {
     let request = GetSimulatorFeaturesRequest::default();
-    let answer: GetSimulatorFeaturesResponse = hand.call("get_simulator_features", request).await;
+    let answer: GetSimulatorFeaturesResponse = tool.call("get_simulator_features", request).await;
     assert!(answer.features.features.contains(&SimulatorFeatures::STEP_SIMULATION_MULTIPLE));
     let request = GetEntitiesRequest::default();
-    let answer: GetEntitiesResponse = hand.call("get_entities", request).await;
+    let answer: GetEntitiesResponse = tool.call("get_entities", request).await;
     assert_eq!((answer.result.result, answer.entities.len()), (Outcome::OK, 0));
 }
 
-async fn moves_a_robot(hand: &Hand<'_>) {
-    let odom = Latest::<Odometry>::of(hand.session, hand.node, topics::ODOM);
-    hand.session
+async fn moves_a_robot(tool: &Tool<'_>) {
+    let odom = Latest::<Odometry>::of(tool.session, tool.node, topics::ODOM);
+    tool.session
         .wait_for_readers(&topics::ODOM.for_robot(ROBOTS[1]), 1, TIMEOUT)
         .await
         .expect("it was just made");
@@ -192,7 +196,7 @@ async fn moves_a_robot(hand: &Hand<'_>) {
     request.state.pose.position = Point { x: 2.0, y: -1.5, z: 0.0 };
     request.state.pose.orientation = Quaternion { x: 0.0, y: 0.0, z: 0.6, w: 0.8 };
 
-    let answer: SetEntityStateResponse = hand.call("set_entity_state", request).await;
+    let answer: SetEntityStateResponse = tool.call("set_entity_state", request).await;
 
     assert_eq!(answer.result.result, Outcome::OK, "{}", answer.result.error_message);
     let is_there = || odom.place(ROBOTS[1]).is_some_and(|place| (place[0] - 2.0).abs() < 1e-6);
@@ -204,26 +208,26 @@ async fn moves_a_robot(hand: &Hand<'_>) {
     };
     request.state.pose.position = Point { x: -2.0, y: 1.0, z: 0.0 };
     request.state.pose.orientation.w = 1.0;
-    let answer: SetEntityStateResponse = hand.call("set_entity_state", request).await;
+    let answer: SetEntityStateResponse = tool.call("set_entity_state", request).await;
     assert_eq!(answer.result.result, Outcome::OK, "{}", answer.result.error_message);
     let is_there = || odom.place(ROBOTS[0]).is_some_and(|place| (place[0] + 2.0).abs() < 1e-6);
     eventually("the other robot is reported to be there", is_there).await;
     // A request that is of no version is answered, too, as its vendor calls services.
-    if hand.mapping == Mapping::Enhanced {
+    if tool.mapping == Mapping::Enhanced {
         let answer: SetEntityStateResponse =
-            hand.call("set_entity_state", OtherVersion::default()).await;
+            tool.call("set_entity_state", OtherVersion::default()).await;
         assert_eq!(answer.result.result, Outcome::FEATURE_UNSUPPORTED);
     }
 
     let request = GetEntityStateRequest { entity: ROBOTS[1].to_owned() };
-    let answer: GetEntityStateResponse = hand.call("get_entity_state", request).await;
+    let answer: GetEntityStateResponse = tool.call("get_entity_state", request).await;
     assert!((answer.state.pose.position.y + 1.5).abs() < 1e-6, "{:?}", answer.state);
     let answer: GetEntitiesStatesResponse =
-        hand.call("get_entities_states", GetEntitiesStatesRequest::default()).await;
+        tool.call("get_entities_states", GetEntitiesStatesRequest::default()).await;
     assert_eq!(answer.entities, ROBOTS);
     assert_eq!(answer.states.len(), ROBOTS.len());
     let request = GetEntityStateRequest { entity: "robot_9".to_owned() };
-    let answer: GetEntityStateResponse = hand.call("get_entity_state", request).await;
+    let answer: GetEntityStateResponse = tool.call("get_entity_state", request).await;
     assert_eq!(answer.result.result, Outcome::NOT_FOUND);
 }
 
@@ -255,14 +259,14 @@ async fn held() {
     };
     let trying = async {
         eventually("the robots are armed", || robots.all_in_state(RobotStatus::ARMED)).await;
-        let hand = Hand { session: &session, node: &node, mapping: Mapping::Enhanced };
-        assert_eq!(hand.state().await, SimulationState::STOPPED);
+        let tool = Tool { session: &session, node: &node, mapping: Mapping::Enhanced };
+        assert_eq!(tool.state().await, SimulationState::STOPPED);
         for result in [
-            hand.set_state(SimulationState::PLAYING).await,
-            hand.set_state(SimulationState::PAUSED).await,
-            hand.set_state(SimulationState::QUITTING).await,
-            hand.step(1).await,
-            hand.reset(ResetSimulationRequest::ALL).await,
+            tool.set_state(SimulationState::PLAYING).await,
+            tool.set_state(SimulationState::PAUSED).await,
+            tool.set_state(SimulationState::QUITTING).await,
+            tool.step(1).await,
+            tool.reset(ResetSimulationRequest::ALL).await,
         ] {
             assert_eq!(result.result, Outcome::INCORRECT_STATE, "{}", result.error_message);
             assert!(result.error_message.contains("an experiment holds the robots"));
@@ -272,7 +276,7 @@ async fn held() {
             set_pose: true,
             ..SetEntityStateRequest::default()
         };
-        let answer: SetEntityStateResponse = hand.call("set_entity_state", request).await;
+        let answer: SetEntityStateResponse = tool.call("set_entity_state", request).await;
         assert_eq!(answer.result.result, Outcome::INCORRECT_STATE);
         assert!(robots.all_in_state(RobotStatus::ARMED));
     };

@@ -1,33 +1,33 @@
-//! How far long work has come, in a line now and then, where there is no terminal for a bar.
+//! Progress as lines, where there is no terminal for a bar: when there is one, and what it contains.
 
 use std::time::{Duration, Instant};
 
 /// The least time between two lines, and before the first.
-const LEAST: Duration = Duration::from_secs(30);
+const MIN_INTERVAL: Duration = Duration::from_secs(30);
 /// The most time between two lines, however slowly the work goes on.
-const MOST: Duration = Duration::from_secs(300);
+const MAX_INTERVAL: Duration = Duration::from_secs(300);
 /// The share of the work after which there is a line, if it is not too early for one.
 const SHARE: f64 = 0.1;
 
-/// When there is a line.
+/// Lines on the progress of long work, rate-limited, with an estimate of the time left.
 #[derive(Clone, Copy, Debug)]
-pub struct Pace {
-    /// When the work began, and how much was done before.
-    begun: (Instant, f64),
+pub struct ProgressLog {
+    /// When this stage of the work began, and how much was done before.
+    stage_start: (Instant, f64),
     /// When the last line was printed, and how much was done; before the first, as above.
     last: (Instant, f64),
     has_line: bool,
 }
 
-impl Pace {
+impl ProgressLog {
     /// Work that begins, of which a share was done before.
     pub fn begin(now: Instant, share: f64) -> Self {
-        Self { begun: (now, share), last: (now, share), has_line: false }
+        Self { stage_start: (now, share), last: (now, share), has_line: false }
     }
 
-    /// Other work follows at once.
-    pub fn go_on(&mut self, now: Instant, share: f64) {
-        self.begun = (now, share);
+    /// Restarts the time estimate for the next stage; the rate limit stays.
+    pub fn restart_estimate(&mut self, now: Instant, share: f64) {
+        self.stage_start = (now, share);
         self.last.1 = share;
     }
 
@@ -37,15 +37,15 @@ impl Pace {
     /// # Arguments
     ///
     /// * `share` — of the work that is done, from 0 to 1.
-    pub fn line(&mut self, now: Instant, share: f64) -> Option<String> {
+    pub fn line_if_due(&mut self, now: Instant, share: f64) -> Option<String> {
         let (before, share_before) = self.last;
         let waited = now.duration_since(before);
-        let is_due = waited >= MOST || share - share_before >= SHARE || !self.has_line;
-        if waited < LEAST || !is_due {
+        let is_due = waited >= MAX_INTERVAL || share - share_before >= SHARE || !self.has_line;
+        if waited < MIN_INTERVAL || !is_due {
             return None;
         }
         (self.last, self.has_line) = ((now, share), true);
-        let (start, share_at_start) = self.begun;
+        let (start, share_at_start) = self.stage_start;
         let done = share - share_at_start;
         let percent = 100.0 * share;
         if done <= 0.0 {
@@ -72,11 +72,11 @@ mod tests {
     /// The lines of work that is looked at at these times, with so much done.
     fn lines(looks: &[(u64, f64)]) -> Vec<String> {
         let start = Instant::now();
-        let mut pace = Pace::begin(start, looks[0].1);
+        let mut log = ProgressLog::begin(start, looks[0].1);
         looks
             .iter()
             .filter_map(|(time_s, share)| {
-                let line = pace.line(start + Duration::from_secs(*time_s), *share)?;
+                let line = log.line_if_due(start + Duration::from_secs(*time_s), *share)?;
                 Some(format!("{time_s} s: {line}"))
             })
             .collect()
@@ -111,12 +111,14 @@ mod tests {
     #[test]
     fn work_in_many_short_rounds_has_lines_too() {
         let start = Instant::now();
-        let mut pace = Pace::begin(start, 0.0);
+        let mut log = ProgressLog::begin(start, 0.0);
         let mut lines = Vec::new();
         for round in 0..8_u64 {
             let at = |time_s: u64| start + Duration::from_secs(10 * round + time_s);
-            pace.go_on(at(0), 0.0);
-            lines.extend(pace.line(at(5), 0.5).map(|line| format!("{}: {line}", 10 * round + 5)));
+            log.restart_estimate(at(0), 0.0);
+            lines.extend(
+                log.line_if_due(at(5), 0.5).map(|line| format!("{}: {line}", 10 * round + 5)),
+            );
         }
 
         assert_eq!(lines, ["35: 50 %, about 5 s left", "65: 50 %, about 5 s left"]);

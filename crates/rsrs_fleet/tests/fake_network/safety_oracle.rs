@@ -1,6 +1,6 @@
-//! What an all-knowing witness sees of one robot, and which movements it calls a violation.
+//! The oracle of these tests: which movements of one robot violate its safety.
 //!
-//! It keeps its own books on the true clock, by what was delivered and to whom, and asks the
+//! It keeps its own state on the true clock, by what was delivered and to whom, and asks the
 //! machines only which epoch they obey and whether they let anything through.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,31 +15,30 @@ use crate::scenario::Body;
 /// What the wheels may be commanded at most: the command of the runs.
 pub const FASTEST: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
 
-const LEASE_MS: u64 = 500;
-const CONTROLLER_MS: u64 = 500;
-const E_STOP_SILENCE_MS: u64 = 500;
-const COMMAND_MS: u64 = 325;
+const LEASE_TIMEOUT_MS: u64 = 500;
+const CONTROLLER_TIMEOUT_MS: u64 = 500;
+const E_STOP_SILENCE_TIMEOUT_MS: u64 = 500;
+const COMMAND_TIMEOUT_MS: u64 = 325;
 const STOPPED_WITHIN_MS: u64 = 200;
 /// The timeout of the microcontroller that turns the wheels.
-pub const WHEELS_MS: u64 = 250;
+pub const WHEELS_TIMEOUT_MS: u64 = 250;
 /// A process looks at its gate at least so often, in milliseconds, while its machine lets it.
 pub const GLANCE_MS: u64 = 20;
 /// What clocks that go wrong by 2,000 ppm make of a second, in milliseconds.
 const DRIFT_MS: u64 = 2;
 
-/// Books on one robot.
+/// What decides whether one robot may move.
 #[derive(Clone, Debug, Default)]
-pub struct Witness {
-    /// Which life it is in.
-    life: u32,
-    /// Whether a lapse may heal, as in lockstep, where it freezes the world meanwhile.
-    forgives: bool,
+pub struct SafetyOracle {
+    /// How often its process was started again.
+    incarnation: u32,
+    /// Whether a lapsed lease may recover, as in lockstep, where it freezes the world meanwhile.
+    lapse_recovers: bool,
     /// By epoch: the latest time up to which the runner's having received it allows movement.
     fresh_until_ms: BTreeMap<u64, u64>,
-    /// By epoch: the digest that leases named, and whether one was `Running`.
-    leases: BTreeMap<u64, (u64, bool)>,
-    /// The epoch that it obeys, and since when.
-    bound: (u64, u64),
+    /// By epoch.
+    leases: BTreeMap<u64, LeaseSeen>,
+    binding: Binding,
     /// The digest that its controller named last, and when.
     controller: Option<(u64, u64)>,
     /// When the newest status of its controller was published.
@@ -48,13 +47,13 @@ pub struct Witness {
     commanded_ms: Option<u64>,
     /// Who has engaged the e-stop, and when it received that first.
     engaged_ms: BTreeMap<Source, u64>,
-    /// When each source last spoke on the e-stop topic.
-    word_ms: BTreeMap<Source, u64>,
+    /// When each source last published on the e-stop topic.
+    last_e_stop_ms: BTreeMap<Source, u64>,
     /// When it received, first, that it has to stand in the epoch that it obeys, and why.
     must_stand_since: Option<(u64, &'static str)>,
     /// It must not move in this epoch any more, nor in an older one, for this reason.
     barred: Option<(u64, &'static str)>,
-    /// Whether the e-stop ever locked it, by word or by silence, in whichever life.
+    /// Whether the e-stop ever locked it, by message or by silence, in any incarnation.
     was_locked: bool,
     /// The highest epoch it ever moved in.
     moved_in: u64,
@@ -62,20 +61,35 @@ pub struct Witness {
     allowed_ms: Option<u64>,
 }
 
-impl Witness {
+/// What the leases of one epoch contained.
+#[derive(Clone, Copy, Debug)]
+struct LeaseSeen {
+    parameter_digest: u64,
+    /// Whether one was `Running`.
+    has_run: bool,
+}
+
+/// The epoch that a robot obeys, and since when.
+#[derive(Clone, Copy, Debug, Default)]
+struct Binding {
+    epoch: u64,
+    since_ms: u64,
+}
+
+impl SafetyOracle {
     pub fn new(body: Body) -> Self {
-        Self { forgives: body == Body::Lockstep, ..Self::default() }
+        Self { lapse_recovers: body == Body::Lockstep, ..Self::default() }
     }
 
-    pub fn life(&self) -> u32 {
-        self.life
+    pub fn incarnation(&self) -> u32 {
+        self.incarnation
     }
 
     /// The process of its gate starts: what was before counts no more, but for what it obeyed.
     pub fn starts(&mut self) {
         *self = Self {
-            life: self.life + 1,
-            forgives: self.forgives,
+            incarnation: self.incarnation + 1,
+            lapse_recovers: self.lapse_recovers,
             was_locked: self.was_locked,
             moved_in: self.moved_in,
             ..Self::default()
@@ -84,29 +98,30 @@ impl Witness {
 
     /// It was started with what its gate of before had received of the e-stop.
     pub fn keeps_e_stop_of(&mut self, before: &Self) {
-        self.word_ms = before.word_ms.clone();
+        self.last_e_stop_ms = before.last_e_stop_ms.clone();
         self.engaged_ms = before.engaged_ms.clone();
     }
 
     /// A process of any kind dies: what has locked by silence until then is not forgotten.
-    pub fn sees_a_death(&mut self, now_ms: u64) {
+    pub fn process_died(&mut self, now_ms: u64) {
         self.was_locked = self.was_locked(now_ms);
     }
 
     /// A lease arrives; `echo` is what its runner had received from this robot last.
     pub fn lease(&mut self, lease: &Lease, echo: Option<Sent>, now_ms: u64) {
-        let entry = self.leases.entry(lease.epoch).or_insert((lease.parameter_digest, false));
-        entry.1 |= lease.state == LeaseState::Running;
-        if lease.state == LeaseState::Stopped && lease.epoch == self.bound.0 {
+        let first = LeaseSeen { parameter_digest: lease.parameter_digest, has_run: false };
+        let seen = self.leases.entry(lease.epoch).or_insert(first);
+        seen.has_run |= lease.state == LeaseState::Running;
+        if lease.state == LeaseState::Stopped && lease.epoch == self.binding.epoch {
             self.must_stand(now_ms, "its runner stopped it");
         }
-        if let Some(sent) = echo.filter(|sent| sent.life == self.life) {
+        if let Some(sent) = echo.filter(|sent| sent.incarnation == self.incarnation) {
             let until_ms = self.fresh_until_ms.entry(lease.epoch).or_default();
             let has_lapsed = now_ms > *until_ms + GLANCE_MS + DRIFT_MS;
-            if has_lapsed && !self.forgives && self.moved_in == lease.epoch && *until_ms > 0 {
+            if has_lapsed && !self.lapse_recovers && self.moved_in == lease.epoch && *until_ms > 0 {
                 self.barred = Some((lease.epoch, "its lease ran out"));
             }
-            *until_ms = (*until_ms).max(sent.at_ms + LEASE_MS + DRIFT_MS);
+            *until_ms = (*until_ms).max(sent.at_ms + LEASE_TIMEOUT_MS + DRIFT_MS);
         }
     }
 
@@ -117,9 +132,10 @@ impl Witness {
         }
         self.controller_sent_ms = sent_ms;
         self.controller = Some((digest, now_ms));
-        let (epoch, _) = self.bound;
-        let is_final = !self.forgives && self.moved_in == epoch;
-        if is_final && self.leases.get(&epoch).is_some_and(|(due, _)| *due != digest) {
+        let epoch = self.binding.epoch;
+        let is_final = !self.lapse_recovers && self.moved_in == epoch;
+        if is_final && self.leases.get(&epoch).is_some_and(|lease| lease.parameter_digest != digest)
+        {
             self.must_stand(now_ms, "its parameters are not the confirmed ones");
         }
     }
@@ -135,7 +151,7 @@ impl Witness {
     /// A source publishes on the e-stop topic.
     pub fn e_stop(&mut self, (source, engaged): (Source, bool), now_ms: u64) {
         self.was_locked |= self.is_any_silent(now_ms + 2 * DRIFT_MS);
-        self.word_ms.insert(source, now_ms);
+        self.last_e_stop_ms.insert(source, now_ms);
         if engaged {
             self.was_locked = true;
             self.engaged_ms.entry(source).or_insert(now_ms);
@@ -149,7 +165,7 @@ impl Witness {
     pub fn e_stop_is_released(&mut self, sources: &BTreeSet<Source>) {
         for source in sources {
             self.engaged_ms.remove(source);
-            self.word_ms.remove(source);
+            self.last_e_stop_ms.remove(source);
         }
     }
 
@@ -165,18 +181,18 @@ impl Witness {
 
     fn must_stand(&mut self, now_ms: u64, why: &'static str) {
         self.must_stand_since.get_or_insert((now_ms, why));
-        if self.bound.0 > 0 {
-            self.barred = Some((self.bound.0, why));
+        if self.binding.epoch > 0 {
+            self.barred = Some((self.binding.epoch, why));
         }
     }
 
     /// Which epoch it obeys now.
     pub fn obeys(&mut self, epoch: u64, now_ms: u64) -> Result<(), String> {
-        if epoch < self.bound.0 {
-            return Err(format!("obeys epoch {epoch} after epoch {}", self.bound.0));
+        if epoch < self.binding.epoch {
+            return Err(format!("obeys epoch {epoch} after epoch {}", self.binding.epoch));
         }
-        if epoch > self.bound.0 {
-            self.bound = (epoch, now_ms);
+        if epoch > self.binding.epoch {
+            self.binding = Binding { epoch, since_ms: now_ms };
             self.must_stand_since = None;
         }
         Ok(())
@@ -188,7 +204,7 @@ impl Witness {
     }
 
     fn is_any_silent(&self, now_ms: u64) -> bool {
-        self.word_ms.values().any(|at_ms| is_silent(*at_ms, now_ms))
+        self.last_e_stop_ms.values().any(|at_ms| is_silent(*at_ms, now_ms))
     }
 
     /// The epoch in which it moved last, and when it was last allowed to.
@@ -202,18 +218,19 @@ impl Witness {
     ///
     /// Why it must not.
     pub fn moves(&mut self, now_ms: u64) -> Result<(), String> {
-        let (epoch, since_ms) = self.bound;
+        let Binding { epoch, since_ms } = self.binding;
         // A simulator in lockstep goes by the gates as it saw them last.
-        let since_look_ms = if self.forgives { GLANCE_MS } else { 0 };
+        let since_look_ms = if self.lapse_recovers { GLANCE_MS } else { 0 };
         let until_ms = self.fresh_until_ms.get(&epoch).copied().unwrap_or(0) + since_look_ms;
         if now_ms > until_ms {
             return Err(format!("moves at {now_ms} ms, its lease ran out at {until_ms} ms"));
         }
         let lease = self.leases.get(&epoch);
-        let is_confirmed = |(digest, running): &(u64, bool)| {
-            let last_ms = CONTROLLER_MS + DRIFT_MS + since_look_ms;
+        let is_confirmed = |lease: &LeaseSeen| {
+            let last_ms = CONTROLLER_TIMEOUT_MS + DRIFT_MS + since_look_ms;
             let recently = |at_ms: u64| now_ms <= at_ms + last_ms;
-            *running && self.controller.is_some_and(|(its, at)| its == *digest && recently(at))
+            let matches = |its: u64| its == lease.parameter_digest;
+            lease.has_run && self.controller.is_some_and(|(its, at)| matches(its) && recently(at))
         };
         if !lease.is_some_and(is_confirmed) {
             return Err(format!(
@@ -227,11 +244,11 @@ impl Witness {
             ));
         }
         let looked_ms = now_ms.saturating_sub(since_look_ms);
-        let gone = |(_, word_ms): &(&Source, &u64)| {
-            **word_ms >= since_ms && is_silent(**word_ms, looked_ms)
+        let gone = |(_, last_ms): &(&Source, &u64)| {
+            **last_ms >= since_ms && is_silent(**last_ms, looked_ms)
         };
-        if let Some((source, word_ms)) = self.word_ms.iter().find(gone) {
-            return Err(format!("moves at {now_ms} ms, e-stop {source} silent since {word_ms} ms"));
+        if let Some((source, last_ms)) = self.last_e_stop_ms.iter().find(gone) {
+            return Err(format!("moves at {now_ms} ms, e-stop {source} silent since {last_ms} ms"));
         }
         if let Some((barred, why)) = self.barred
             && epoch <= barred
@@ -252,7 +269,7 @@ impl Witness {
     /// If the command is too old.
     pub fn obeys_command(&self, now_ms: u64) -> Result<(), String> {
         match self.commanded_ms {
-            Some(at_ms) if now_ms <= at_ms + COMMAND_MS + DRIFT_MS => Ok(()),
+            Some(at_ms) if now_ms <= at_ms + COMMAND_TIMEOUT_MS + DRIFT_MS => Ok(()),
             last => Err(format!("moves at {now_ms} ms by the command that came at {last:?} ms")),
         }
     }
@@ -262,7 +279,7 @@ impl Witness {
     /// # Arguments
     ///
     /// * `last_ms` — how long after its gate let a command through they may, in milliseconds:
-    ///   [`GLANCE_MS`] while its process lives and has time, else [`WHEELS_MS`].
+    ///   [`GLANCE_MS`] while its process lives and has time, else [`WHEELS_TIMEOUT_MS`].
     ///
     /// # Errors
     ///
@@ -288,6 +305,6 @@ impl Witness {
     }
 }
 
-fn is_silent(word_ms: u64, now_ms: u64) -> bool {
-    now_ms > word_ms + E_STOP_SILENCE_MS + DRIFT_MS
+fn is_silent(last_ms: u64, now_ms: u64) -> bool {
+    now_ms > last_ms + E_STOP_SILENCE_TIMEOUT_MS + DRIFT_MS
 }

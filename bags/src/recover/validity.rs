@@ -48,13 +48,13 @@ impl ChunkHead {
         is_possible.then_some(Self { header, n_bytes })
     }
 
-    /// Whether the record's length and the chunk's own agree.
-    pub fn fits(&self, length: u64) -> bool {
+    /// Whether the chunk fills the record: their two lengths agree.
+    pub fn fills_record(&self, length: u64) -> bool {
         self.header.compressed_size.checked_add(self.n_bytes as u64) == Some(length)
     }
 
     /// Whether the record holds the chunk; MCAP allows more bytes behind it.
-    pub fn is_within(&self, length: u64) -> bool {
+    pub fn fits_in_record(&self, length: u64) -> bool {
         let end = self.header.compressed_size.checked_add(self.n_bytes as u64);
         end.is_some_and(|end| end <= length)
     }
@@ -65,12 +65,15 @@ impl ChunkHead {
     }
 
     /// Whether it was never filled in: some recorders write heads last.
-    pub fn is_open(&self, length: u64) -> bool {
+    pub fn is_placeholder(&self, length: u64) -> bool {
         length == u64::MAX && self.header.compressed_size == u64::MAX
     }
 }
 
 /// Whether a record other than a chunk has all of its fields; MCAP allows more bytes behind them.
+///
+/// An attachment that fails its checksum has them, too: what follows it can be read, and the scan
+/// reports it as a lost record.
 pub fn is_readable(opcode: u8, body: &[u8]) -> bool {
     matches!(parse(opcode, body), Ok(_) | Err(McapError::BadAttachmentCrc { .. }))
 }
@@ -80,8 +83,8 @@ pub fn is_sound(opcode: u8, body: &[u8]) -> bool {
     parse(opcode, body).is_ok_and(|record| length(&record).is_none_or(|n| n == body.len()))
 }
 
-/// What the fields of a record take, in bytes; `None` for those with no end of their own, and those
-/// behind the data, where nothing is to be saved.
+/// What the fields of a record take, in bytes; `None` for messages, chunks and the summary's records.
+/// The data of messages and chunks have no end of their own, and nothing of the summary is saved.
 fn length(record: &Record) -> Option<usize> {
     let text = |text: &String| 4 + text.len();
     let pairs = |pairs: &BTreeMap<String, String>| {
@@ -134,8 +137,8 @@ mod tests {
 
         assert_eq!((head.header.message_start_time, head.header.message_end_time), (5, 9));
         assert_eq!((head.header.uncompressed_crc, head.n_bytes), (77, 44));
-        assert!(head.fits(74));
-        assert!(!head.fits(75));
+        assert!(head.fills_record(74));
+        assert!(!head.fills_record(75));
         assert_eq!(ChunkHead::parse(&chunk("gzip", 30)), None);
         assert_eq!(ChunkHead::parse(&chunk("zstd", 30)[..40]), None);
     }

@@ -13,78 +13,86 @@ fn sense(step: u64) -> Action {
 #[test]
 fn a_paused_world_makes_as_many_steps_as_are_asked_for() {
     let mut simulator = lockstep(1, 9);
-    assert_eq!(simulator.doing(), Doing::AtTheStart);
-    let step = Hand::Step { steps: 2 };
-    assert_eq!(simulator.by_hand(step, ms(0)), Err(HandRefusal::NotPaused));
-    simulator.by_hand(Hand::Pause, ms(0)).unwrap();
+    assert_eq!(simulator.playback_state(), PlaybackState::Stopped);
+    let step = ManualCommand::Step { steps: 2 };
+    assert_eq!(simulator.apply_manual(step, ms(0)), Err(ManualControlRefused::NotPaused));
+    simulator.apply_manual(ManualCommand::Pause, ms(0)).unwrap();
     assert_eq!(gates(&mut simulator, ms(1)), []);
 
-    simulator.by_hand(step, ms(1)).unwrap();
+    simulator.apply_manual(step, ms(1)).unwrap();
 
     assert_eq!(simulator.due(), Some(Duration::ZERO));
     assert_eq!(gates(&mut simulator, ms(1)), [Action::AdvanceFreely, sense(2)]);
-    assert_eq!(simulator.by_hand(step, ms(1)), Err(HandRefusal::NotPaused));
+    assert_eq!(simulator.apply_manual(step, ms(1)), Err(ManualControlRefused::NotPaused));
     let last = [Action::AdvanceFreely, sense(3), Action::Stepped { left: 0 }];
     assert_eq!(gates(&mut simulator, ms(1)), last);
     assert_eq!(gates(&mut simulator, ms(1)), []);
-    assert_eq!((simulator.doing(), simulator.due()), (Doing::Standing, None));
+    assert_eq!((simulator.playback_state(), simulator.due()), (PlaybackState::Paused, None));
 }
 
 #[test]
 fn a_world_that_plays_makes_a_step_each_period_and_none_while_it_is_paused() {
     let mut simulator = real_time(1);
-    simulator.by_hand(Hand::Play, ms(0)).unwrap();
+    simulator.apply_manual(ManualCommand::Play, ms(0)).unwrap();
 
     let steps = |simulator: &mut Simulator, now| {
         gates(simulator, now).iter().filter(|action| **action == Action::AdvanceFreely).count()
     };
 
-    assert_eq!(simulator.doing(), Doing::Playing);
+    assert_eq!(simulator.playback_state(), PlaybackState::Playing);
     assert_eq!(steps(&mut simulator, ms(0)), 1);
     assert_eq!(steps(&mut simulator, ms(100)), 0);
     assert_eq!(steps(&mut simulator, ms(130)), 1);
-    simulator.by_hand(Hand::Pause, ms(140)).unwrap();
+    simulator.apply_manual(ManualCommand::Pause, ms(140)).unwrap();
     assert_eq!(steps(&mut simulator, ms(500)), 0);
 }
 
 #[test]
-fn a_world_that_a_hand_has_moved_is_no_runs_until_it_is_placed_anew() {
-    for hand in [Hand::Play, Hand::Pause, Hand::Touch] {
+fn a_manually_moved_world_is_not_used_by_a_run_until_it_is_placed_again() {
+    for command in [ManualCommand::Play, ManualCommand::Pause, ManualCommand::EntityMoved] {
         let mut simulator = lockstep(1, 9);
 
-        let actions = simulator.by_hand(hand, ms(0)).unwrap();
+        let actions = simulator.apply_manual(command, ms(0)).unwrap();
 
         let is_nameless = |action: &Action| {
             matches!(action, Action::Status(status)
                 if status.parameter_digest == 0 && status.state == RobotState::Idle)
         };
-        assert!(actions.iter().any(is_nameless), "{hand:?}: {actions:?}");
+        assert!(actions.iter().any(is_nameless), "{command:?}: {actions:?}");
         // Even if a runner arms and starts it.
         assert_eq!(pace(&mut simulator, Event::Gates(vec![MOVING]), ms(1)), []);
-        assert_eq!(simulator.doing(), Doing::Standing);
-        assert_eq!(simulator.by_hand(hand, ms(1)), Err(HandRefusal::Held));
+        assert_eq!(simulator.playback_state(), PlaybackState::Paused);
+        assert_eq!(simulator.apply_manual(command, ms(1)), Err(ManualControlRefused::Held));
     }
 }
 
 #[test]
-fn no_hand_moves_a_world_that_a_run_holds() {
+fn manual_control_is_refused_while_a_run_holds_the_world() {
     for gate in [ARMED, MOVING] {
         for mut simulator in [lockstep(1, 9), real_time(1)] {
             simulator.on_event(Event::Gates(vec![gate]), ms(0));
 
-            for hand in [Hand::Play, Hand::Pause, Hand::Touch, Hand::Step { steps: 1 }] {
-                assert_eq!(simulator.by_hand(hand, ms(0)), Err(HandRefusal::Held));
+            for command in [
+                ManualCommand::Play,
+                ManualCommand::Pause,
+                ManualCommand::EntityMoved,
+                ManualCommand::Step { steps: 1 },
+            ] {
+                assert_eq!(simulator.apply_manual(command, ms(0)), Err(ManualControlRefused::Held));
             }
         }
     }
-    assert_eq!(Simulator::new().by_hand(Hand::Play, ms(0)), Err(HandRefusal::NoWorld));
+    assert_eq!(
+        Simulator::new().apply_manual(ManualCommand::Play, ms(0)),
+        Err(ManualControlRefused::NoWorld)
+    );
 }
 
 #[test]
-fn a_run_that_takes_the_robots_ends_the_steps_of_a_hand() {
+fn a_run_that_takes_the_robots_ends_manual_steps() {
     let mut simulator = lockstep(1, 9);
-    simulator.by_hand(Hand::Pause, ms(0)).unwrap();
-    simulator.by_hand(Hand::Step { steps: 5 }, ms(0)).unwrap();
+    simulator.apply_manual(ManualCommand::Pause, ms(0)).unwrap();
+    simulator.apply_manual(ManualCommand::Step { steps: 5 }, ms(0)).unwrap();
     gates(&mut simulator, ms(0));
 
     let actions = pace(&mut simulator, Event::Gates(vec![ARMED]), ms(1));

@@ -1,4 +1,4 @@
-//! Poses that are missing, jump, or come at other times: what is mended, and what is refused.
+//! Poses that are missing, jump, or come at other times: what is repaired, and what is refused.
 
 mod recording;
 
