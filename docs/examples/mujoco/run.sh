@@ -92,7 +92,8 @@ measure() {
     does rsrs measure fit --plan trials --name mujoco --radius "$radius" -o mujoco.yaml --pictures pictures
 }
 
-# Steps 2 and 3: whether the simulated robots are worse, and where they mill.
+# Steps 2 and 3: whether the trials lie within reach of the simulated robots, and where these mill. The
+# profile was fitted to the same trials: an in-sample check, which shows no more than that nothing is amiss.
 predict() {
     does rsrs sweep sweep.yaml -o results
     does rsrs validate results --trajectories trials/bags/{speed,turn,arcs}_* --detection trials/detection.csv ||
