@@ -47,7 +47,7 @@ pub enum Input {
     Call(Call),
 }
 
-/// Everything that the simulator listens to, until it is dropped.
+/// Everything that the simulator subscribes to, until it is dropped.
 pub struct Subscriptions {
     received: UnboundedSender<Input>,
     commands: Vec<Commands>,
@@ -56,14 +56,14 @@ pub struct Subscriptions {
 }
 
 /// The velocity commands of one robot. They have one of two types, and the middleware matches
-/// topics by name alone, so only one of them is listened to at a time.
+/// topics by name alone, so only one of them is subscribed to at a time.
 struct Commands {
     topic: Topic,
     _subscription: Subscription,
 }
 
 impl Subscriptions {
-    /// Listens for the swarm and for each robot, whose commands are stamped until
+    /// Subscribes for the swarm and for each robot, whose commands are stamped until
     /// [`Subscriptions::follow_types`] selects others.
     ///
     /// # Errors
@@ -88,7 +88,7 @@ impl Subscriptions {
         Ok(Self { received, commands, _others: others, _e_stop: e_stop })
     }
 
-    /// Listens to commands of the type that each robot's controller publishes: in real time, with
+    /// Subscribes to commands of the type that each robot's controller publishes: in real time, with
     /// or without a stamp; in lockstep, with one.
     ///
     /// # Errors

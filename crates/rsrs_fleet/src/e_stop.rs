@@ -5,7 +5,7 @@
 //! release that names it: `rsrs stop --release`. Who takes a lock may leave; the lock stays.
 //!
 //! A robot whose node was started again has forgotten its locks. It asks the other robots, which keep
-//! theirs on a transient-local topic, and takes part in no run until it has listened for a while; see
+//! theirs on a transient-local topic, and takes part in no run until it has received for a while; see
 //! [`robot`](crate::robot).
 
 use std::collections::{BTreeMap, BTreeSet};

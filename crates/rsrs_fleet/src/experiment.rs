@@ -75,7 +75,7 @@ pub enum Time {
     /// The world steps when every controller has answered; nothing sleeps.
     #[default]
     Lockstep,
-    /// The world, or reality, goes by the clock on the wall.
+    /// The world, or reality, goes by the wall clock.
     RealTime,
 }
 

@@ -52,7 +52,7 @@ pub enum Driver {
     Serial {
         /// Path of the device.
         port: String,
-        /// Symbols per second.
+        /// Baud rate.
         baud: u32,
     },
     /// Another node, which takes velocity commands.
@@ -204,15 +204,15 @@ struct Written {
 struct Layer {
     /// Path of its measured profile, relative to the fleet file; without one it can be measured only.
     profile: Option<String>,
-    /// What moves it.
+    /// What moves it; a robot, its type or `all` has to have it.
     driver: Option<Driver>,
-    /// The type of its velocity commands.
+    /// The type of its velocity commands (default: `twist_stamped`).
     cmd_vel: Option<CmdVel>,
-    /// Where its pose comes from.
+    /// Where its pose comes from (default: `odom`).
     pose: Option<PoseSource>,
-    /// Who holds its lease.
+    /// Who holds its lease (default: `gate`).
     lease: Option<LeaseHolder>,
-    /// Battery voltage below which it starts no run, in volts.
+    /// Battery voltage below which it starts no run, in volts (default: any will do).
     battery_min_v: Option<f64>,
     /// What its range sensor measures up to this distance is a detection, in metres; without it the
     /// range of its profile's cone.
@@ -223,21 +223,22 @@ struct Layer {
 #[serde(deny_unknown_fields)]
 struct WrittenRobot {
     /// Whether experiments may use it.
+    #[schemars(required)]
     enabled: Option<bool>,
     /// Name of its type among `robot_types`.
     #[serde(rename = "type")]
     robot_type: Option<String>,
     /// Path of its measured profile, relative to the fleet file; without one it can be measured only.
     profile: Option<String>,
-    /// What moves it.
+    /// What moves it; a robot, its type or `all` has to have it.
     driver: Option<Driver>,
-    /// The type of its velocity commands.
+    /// The type of its velocity commands (default: `twist_stamped`).
     cmd_vel: Option<CmdVel>,
-    /// Where its pose comes from.
+    /// Where its pose comes from (default: `odom`).
     pose: Option<PoseSource>,
-    /// Who holds its lease.
+    /// Who holds its lease (default: `gate`).
     lease: Option<LeaseHolder>,
-    /// Battery voltage below which it starts no run, in volts.
+    /// Battery voltage below which it starts no run, in volts (default: any will do).
     battery_min_v: Option<f64>,
     /// What its range sensor measures up to this distance is a detection, in metres; without it the
     /// range of its profile's cone.

@@ -150,7 +150,7 @@ pub enum Action {
         /// Why.
         reason: Refusal,
     },
-    /// Log that the world does not keep up with the wall.
+    /// Log that the world does not keep up with the wall clock.
     Overrun {
         /// Periods that were left out since the run started.
         missed: u64,
@@ -206,7 +206,7 @@ pub enum Refusal {
     },
 }
 
-/// The pace of a simulated fleet, and its word.
+/// The pace of a simulated fleet, and its key in files.
 #[derive(Clone, Debug, Default)]
 pub struct Simulator {
     world: WorldState,

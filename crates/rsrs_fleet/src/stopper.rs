@@ -36,7 +36,7 @@ pub enum Event {
     Status {
         /// The robot.
         robot: String,
-        /// Its word.
+        /// Its status.
         status: Status,
     },
     /// A source published on the e-stop topic that it is engaged, or that it is not.

@@ -24,7 +24,7 @@ pub const RUNNER_GONE_TIMEOUT: Duration = Duration::from_secs(5);
 /// How long an e-stop publisher may be silent before the lock engages by itself.
 pub const E_STOP_TIMEOUT: Duration = Duration::from_millis(500);
 
-/// How long a robot whose node has just started listens to what the e-stop has locked on the others.
+/// How long a robot whose node has just started receives what the e-stop has locked on the others.
 pub const LOCK_QUERY_DURATION: Duration = Duration::from_secs(2);
 
 /// How long a world in lockstep waits for what it needs for a step before its run is void.

@@ -292,7 +292,7 @@ impl Session {
 
     /// Every publisher and subscriber that is known here: those of others, and our own.
     ///
-    /// With the first question it begins to listen to the names of nodes, which come a moment later.
+    /// With the first question it subscribes to the names of nodes, which come a moment later.
     /// Robots do not ask: each word of each of them would go to each other.
     pub fn endpoints(&self) -> Vec<Endpoint> {
         self.follow_names();
@@ -301,7 +301,7 @@ impl Session {
 
     /// Full names of all nodes in the network, our own and others', sorted.
     ///
-    /// With the first question it begins to listen to the names, which come a moment later.
+    /// With the first question it subscribes to the names, which come a moment later.
     pub fn node_names(&self) -> Vec<String> {
         self.follow_names();
         let mut names = self.graph.node_names(&endpoint::participants(&self.participant));

@@ -55,7 +55,7 @@ pub enum InvalidMessage {
 ///
 /// # Arguments
 ///
-/// * `now` — the clock on the wall.
+/// * `now` — the wall clock.
 pub fn first_counter(now: Time) -> u64 {
     now.to_nanos().unwrap_or(0) / 1_000_000
 }

@@ -21,7 +21,7 @@ where
 {
     let (sender, receiver) = mpsc::unbounded_channel();
     let deliver = move |item| {
-        // The test has seen enough and does not listen any more.
+        // The test has seen enough and has dropped its receiver.
         sender.send(item).ok();
     };
     (deliver, receiver)

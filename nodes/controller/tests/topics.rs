@@ -95,7 +95,7 @@ async fn publisher(session: &Session, node: &NodeHandle) -> Publisher<Bool> {
     let publisher = session
         .publish_on::<Bool>(node, &topic, topics::DETECTION.qos)
         .expect("the topic is allowed");
-    session.wait_for_readers(&topic, 1, TIMEOUT).await.expect("the controller listens");
+    session.wait_for_readers(&topic, 1, TIMEOUT).await.expect("the controller subscribes");
     publisher
 }
 
@@ -155,7 +155,7 @@ async fn body() {
     let topic = topics::VIRTUAL_DETECTION;
     let name = topic.for_robot("robot_2");
     let simulator = session.publish_on::<Bool>(&visitor, &name, topic.qos).expect("allowed");
-    session.wait_for_readers(&name, 1, TIMEOUT).await.expect("the controller listens");
+    session.wait_for_readers(&name, 1, TIMEOUT).await.expect("the controller subscribes");
     let sees_virtual_robot = async {
         while command_for(NOT_SEEN, &detections, &mut commands).await != (0.15, 0.75) {
             simulator.publish(SEEN).await.expect("a healthy network");

@@ -93,7 +93,7 @@ fn expected(plan: &Plan, recorded_topics: &[RecordedTopic]) -> Expected {
     }
 }
 
-/// What steers a robot behind its gate, or in the stead of its sensor.
+/// What steers a robot behind its gate, or in place of its sensor.
 fn steering(plan: &Plan) -> BTreeSet<String> {
     let topics = [topics::HARDWARE_CMD_VEL, topics::VIRTUAL_DETECTION];
     let robots = plan.record.robots.iter();

@@ -1,7 +1,7 @@
 //! The experiment runner: one run from preflight to the closed bag.
 //!
 //! What it decides is [`rsrs_fleet::runner`]; here samples, answers and timers become its events.
-//! The recorder listens on the same subscriptions, so that a run whose data would be lost does not
+//! The recorder uses the same subscriptions, so that a run whose data would be lost does not
 //! start, and in lockstep the simulator does not step ahead of the bag.
 
 mod arguments;

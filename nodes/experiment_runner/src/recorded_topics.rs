@@ -1,4 +1,4 @@
-//! Everything that a run listens to, each topic once, as the bytes that the bag keeps.
+//! Everything that a run subscribes to, each topic once, as the bytes that the bag keeps.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -51,7 +51,7 @@ pub enum Role {
     Other,
 }
 
-/// One topic that is listened to.
+/// One topic that is subscribed to.
 #[derive(Clone, Debug)]
 pub struct RecordedTopic {
     /// Its full name.
@@ -238,7 +238,7 @@ impl Queue {
                     overflow.fetch_add(1, Ordering::Relaxed);
                     return;
                 };
-                // Nobody listens any more once the run is over.
+                // There is no receiver once the run is over.
                 drop(samples.send(Sample { topic_index: index, received, _place: place }));
             },
         )

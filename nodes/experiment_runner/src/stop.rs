@@ -221,7 +221,7 @@ impl<'a> StopNode<'a> {
         self.advance(Event::Publishers(present)).await;
     }
 
-    /// Listens to a robot, once; a name that no robot can have is left out.
+    /// Subscribes to a robot, once; a name that no robot can have is left out.
     async fn find(&mut self, robot: &str, received: &UnboundedSender<Event>) {
         let is_new =
             !self.status_subscriptions.contains_key(robot) && !self.refused.contains(robot);
@@ -259,7 +259,7 @@ impl<'a> StopNode<'a> {
             topic.qos,
             move |sample: rsrs_ros::session::Received<RobotStatus>| {
                 match wire::status(sample.message) {
-                    // Nobody listens any more once it is over.
+                    // There is no receiver once it is over.
                     Ok(status) => {
                         drop(received.send(Event::Status { robot: name.clone(), status }));
                     }
@@ -284,7 +284,7 @@ impl<'a> StopNode<'a> {
                 // Another release is no business of ours.
                 EStopMessage::Release(_) => return,
             };
-            // Nobody listens any more once it is over.
+            // There is no receiver once it is over.
             drop(received.send(event));
         })
     }
@@ -299,7 +299,7 @@ impl<'a> StopNode<'a> {
             topic.qos,
             move |sample: rsrs_ros::session::Received<RunLease>| {
                 for robot in sample.message.robots.into_iter().take(MOST_ROBOTS) {
-                    // Nobody listens any more once it is over.
+                    // There is no receiver once it is over.
                     drop(received.send(Event::Discovered { robot }));
                 }
             },

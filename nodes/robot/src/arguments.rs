@@ -119,7 +119,7 @@ pub struct Flags {
     /// The microcontroller's serial line, such as /dev/ttyACM0.
     #[arg(long, value_name = "PATH")]
     port: Option<String>,
-    /// Its speed, in symbols per second.
+    /// Its baud rate.
     #[arg(long, value_name = "N")]
     baud: Option<i64>,
     /// The controller is a process of its own.

@@ -106,7 +106,7 @@ pub fn conditions(n_robots: usize) -> Conditions {
 }
 
 impl<'a> Conductor<'a> {
-    /// Connects to a simulator, and waits until it listens.
+    /// Connects to a simulator, and waits until it subscribes.
     pub async fn new(session: &'a Session, n_robots: usize, pace: TimeMode) -> Self {
         let node = session.node("/", "conductor").expect("the name is allowed");
         let robots = names(n_robots);
@@ -141,10 +141,10 @@ impl<'a> Conductor<'a> {
         for robot in &conductor.robots {
             for topic in [topics::CMD_VEL, topics::CONTROLLER_STATUS] {
                 let name = topic.for_robot(robot);
-                session.wait_for_readers(&name, 1, TIMEOUT).await.expect("it listens");
+                session.wait_for_readers(&name, 1, TIMEOUT).await.expect("it subscribes");
             }
             let name = topics::ODOM.for_robot(robot);
-            session.wait_for_writers(&name, 1, TIMEOUT).await.expect("it speaks");
+            session.wait_for_writers(&name, 1, TIMEOUT).await.expect("it publishes");
         }
         conductor
     }
@@ -271,7 +271,7 @@ fn listen(
     let mut made = Vec::new();
     for (index, robot) in robots.iter().enumerate() {
         let (to_received, topic) = (received.clone(), topics::DETECTION);
-        // The conductor has ended when nobody listens.
+        // The conductor has ended when there is no receiver.
         let deliver = move |sample: Received<Bool>| {
             drop(to_received.send(Input::Detection(index, sample.message.data)));
         };

@@ -116,20 +116,20 @@ pub async fn set_all(
     client.set_atomically("/simulator", values).await.map_err(|error| format!("{error:?}"))
 }
 
-/// The newest message of every topic that a test listens to.
+/// The newest message of every topic that a test subscribes to.
 pub struct Latest<M> {
     messages: Arc<Mutex<BTreeMap<String, M>>>,
     _subscriptions: Vec<Subscription>,
 }
 
 impl<M: RosMessage + Clone + Send + 'static> Latest<M> {
-    /// Listens to a topic of every robot, or to the one of the swarm.
+    /// Subscribes to a topic of every robot, or to the one of the swarm.
     pub fn of(session: &Session, node: &NodeHandle, topic: Topic) -> Self {
         let robots = if topic.is_absolute() { &ROBOTS[..1] } else { &ROBOTS[..] };
         Self::at(session, node, topic, robots)
     }
 
-    /// Listens to a topic of these robots.
+    /// Subscribes to a topic of these robots.
     pub fn at(session: &Session, node: &NodeHandle, topic: Topic, robots: &[&str]) -> Self {
         let messages = Arc::new(Mutex::new(BTreeMap::new()));
         let subscribe = |robot: &&str| {
@@ -213,12 +213,12 @@ pub fn armed_lease() -> RunLease {
 /// Waits until the simulator receives all that a conductor publishes.
 pub async fn until_it_listens(session: &Session) {
     for topic in [topics::LEASE, topics::RECORDED] {
-        session.wait_for_readers(topic.name, 1, TIMEOUT).await.expect("the simulator listens");
+        session.wait_for_readers(topic.name, 1, TIMEOUT).await.expect("the simulator subscribes");
     }
     for robot in ROBOTS {
         for topic in [topics::CMD_VEL, topics::CONTROLLER_STATUS] {
             let name = topic.for_robot(robot);
-            session.wait_for_readers(&name, 1, TIMEOUT).await.expect("the simulator listens");
+            session.wait_for_readers(&name, 1, TIMEOUT).await.expect("the simulator subscribes");
         }
     }
 }

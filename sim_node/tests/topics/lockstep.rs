@@ -47,7 +47,7 @@ fn listen(
     let mut subscriptions = Vec::new();
     for (index, robot) in ROBOTS.iter().enumerate() {
         let (to_received, topic) = (received.clone(), topics::DETECTION);
-        // The test has ended when nobody listens.
+        // The test has ended when there is no receiver.
         let deliver = move |sample: Received<Bool>| {
             drop(to_received.send(Input::Detection(index, sample.message.data)));
         };
@@ -80,7 +80,7 @@ async fn run() {
     until_it_listens(&session).await;
     for topic in [topics::DETECTION, topics::ODOM] {
         let name = topic.for_robot(ROBOTS[0]);
-        session.wait_for_writers(&name, 1, TIMEOUT).await.expect("the simulator speaks");
+        session.wait_for_writers(&name, 1, TIMEOUT).await.expect("the simulator publishes");
     }
     world.place(&session, &node).await.expect("the world can be placed");
     let armed = simulator.in_state(RobotStatus::ARMED).await;

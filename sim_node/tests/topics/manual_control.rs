@@ -137,7 +137,7 @@ async fn steer(tool: &Tool<'_>) {
     let digests = Latest::<WorldDigest>::of(session, node, topics::WORLD_DIGEST);
     let statuses = Latest::<RobotStatus>::of(session, node, topics::SIMULATOR_STATUS);
     let world = World { conditions: conditions(), steps: 10, time: "lockstep" };
-    session.wait_for_writers(topics::WORLD_DIGEST.name, 1, TIMEOUT).await.expect("it speaks");
+    session.wait_for_writers(topics::WORLD_DIGEST.name, 1, TIMEOUT).await.expect("it publishes");
     let duration_s = 10.0 * world.conditions.period_s;
     let expected = episode_digests(&world.conditions, SEED, duration_s).expect("the robots fit");
 

@@ -102,7 +102,7 @@ impl Seen {
         // The third robot's commands carry no stamp.
         conductor.until(|| (0..ROBOTS.len()).all(has_moved)).await;
 
-        assert_eq!(self.simulator.only().expect("it speaks").state, RobotStatus::MOVING);
+        assert_eq!(self.simulator.only().expect("it publishes").state, RobotStatus::MOVING);
         let odometry = self.odom.get(ROBOTS[2]).expect("it has moved");
         assert_eq!(wire::command(&odometry.twist.twist), Ok(FORWARD));
         assert_eq!(odometry.child_frame_id, "robot_3/base_link");

@@ -79,7 +79,7 @@ pub struct Arguments {
 enum PlaceCheck {
     /// Report them.
     On,
-    /// Do not look, as where there are no poses.
+    /// Do not compare them with the poses that robots should start from.
     Off,
 }
 

@@ -72,14 +72,14 @@ pub enum Event {
     RobotStatus {
         /// The robot.
         robot: String,
-        /// Its word.
+        /// The status.
         status: Status,
     },
     /// The status of a controller.
     ControllerStatus {
         /// Its robot.
         robot: String,
-        /// Its word.
+        /// The status.
         status: Status,
     },
     /// A robot's status was stamped with this much more than our wall clock when it came.
@@ -95,7 +95,7 @@ pub enum Event {
         /// The wait, in seconds.
         seconds: f64,
     },
-    /// A robot's diagnostics spoke of a part.
+    /// A robot's diagnostics reported on a part.
     Diagnosed {
         /// The robot.
         robot: String,

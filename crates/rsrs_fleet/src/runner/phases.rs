@@ -55,7 +55,7 @@ impl Runner {
         self.graph = seen.graph;
         let onlookers: Vec<Action> =
             self.graph.onlookers.iter().map(|it| Action::Note(format!("note: {it}"))).collect();
-        // Another runner beats ten times a second: who has listened for less has not listened.
+        // Another runner publishes ten leases a second: a shorter look would miss them.
         if problems.is_empty() && self.elapsed(now) >= NODE_TIMEOUT {
             self.strangers = UnexpectedPublishers::none_of(&self.graph);
             let robots = self.options.expected.robots.len();

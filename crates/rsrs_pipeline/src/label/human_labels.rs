@@ -52,7 +52,10 @@ impl HumanLabel {
         let label = Self {
             phase,
             by: by.trim().to_owned(),
-            time: Timestamp::now().round(Unit::Second).context("the time of the wall")?.to_string(),
+            time: Timestamp::now()
+                .round(Unit::Second)
+                .context("reading the wall clock")?
+                .to_string(),
             note: note.map(str::to_owned),
         };
         label.check()?;

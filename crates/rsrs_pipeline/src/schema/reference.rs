@@ -51,7 +51,9 @@ fn axes(page: &mut String) {
     page.push_str(
         "\n## Axes\n\nThe keys of `axes`, `fixed` and `cell`, also on the command line \
          (`--cell speed_m_s=0.15,turn_rate_rad_s=0.75`); settings can be set on a real fleet, \
-         capabilities are what robots are.\n\n| key | meaning | |\n|---|---|---|\n",
+         capabilities are what robots are.\n\
+         In `fixed` and `cell` an axis has one number, in `axes` a list (`[0.1, 0.2]`) or values at \
+         equal distances, both ends included (`{from: 0.05, to: 0.3, steps: 6}`).\n\n| key | meaning | |\n|---|---|---|\n",
     );
     for axis in Axis::ALL {
         let kind = if axis.is_capability() { "capability" } else { "setting" };
@@ -81,13 +83,12 @@ fn given<'a>(schema: &'a Value, root: &'a Value) -> &'a Value {
 /// Adds the keys of an object, and those below them.
 fn collect(schema: &Value, root: &Value, prefix: &str, rows: &mut Vec<Row>) {
     let Some(properties) = schema["properties"].as_object() else { return };
-    // Files that name axes have a table of their own.
-    if properties.contains_key(Axis::Speed.key()) {
-        return;
-    }
+    // Axes have a table of their own.
+    let has_axes = properties.contains_key(Axis::Speed.key());
+    let is_axis = |key: &str| has_axes && Axis::ALL.iter().any(|axis| axis.key() == key);
     let required = schema["required"].as_array();
     let is_required = |key: &str| required.is_some_and(|keys| keys.iter().any(|it| it == key));
-    for (key, property) in properties {
+    for (key, property) in properties.iter().filter(|(key, _)| !is_axis(key)) {
         let path = format!("{prefix}{key}");
         let below = given(property, root);
         rows.push(Row {
@@ -134,12 +135,6 @@ fn kind(schema: &Value, root: &Value) -> String {
         return words(choices.iter());
     }
     if let Some(choices) = schema["oneOf"].as_array() {
-        let constant = |choice: &'_ Value| {
-            let own = &choice["const"];
-            let tag = choice["properties"].as_object().into_iter().flat_map(Map::values);
-            let tagged = tag.map(|property| &property["const"]).find(|word| word.is_string());
-            if own.is_string() { own.clone() } else { tagged.cloned().unwrap_or(Value::Null) }
-        };
         let constants: Vec<Value> = choices.iter().map(constant).collect();
         return words(constants.iter().filter(|word| word.is_string()));
     }
@@ -162,6 +157,17 @@ fn kind(schema: &Value, root: &Value) -> String {
         Some("string") => "text".to_owned(),
         Some(other) => other.to_owned(),
         None => "any".to_owned(),
+    }
+}
+
+/// The word that stands for a choice, or the key and the word by which a map is recognised.
+fn constant(choice: &Value) -> Value {
+    let tags = choice["properties"].as_object().into_iter().flatten();
+    let tagged = tags.filter_map(|(key, property)| Some((key, property["const"].as_str()?)));
+    let mut tagged = tagged.map(|(key, word)| Value::from(format!("{key}: {word}")));
+    match &choice["const"] {
+        own @ Value::String(_) => own.clone(),
+        _ => tagged.next().unwrap_or(Value::Null),
     }
 }
 

@@ -17,7 +17,7 @@ use super::{
 };
 
 impl Session {
-    /// Starts to listen; every sample is handed to `deliver` in a task of its own. Where `qos` is
+    /// Subscribes; every sample is handed to `deliver` in a task of its own. Where `qos` is
     /// reliable, samples of best-effort publishers are delivered as well.
     ///
     /// Samples that do not decode are counted and logged, because another program sent them.
@@ -59,7 +59,7 @@ impl Session {
         Ok(self.tasks.deliver(topic, futures::stream::select(samples, best_effort), deliver))
     }
 
-    /// Starts to listen to bytes of any type; they keep their 4 bytes of encapsulation, as in a bag.
+    /// Subscribes to bytes of any type; they keep their 4 bytes of encapsulation, as in a bag.
     ///
     /// # Arguments
     ///

@@ -52,7 +52,7 @@ struct Counters {
     lost: AtomicU64,
 }
 
-/// Listens until it is dropped or the session is closed.
+/// Receives until it is dropped or the session is closed.
 #[derive(Debug)]
 pub struct Subscription {
     counters: Arc<Counters>,

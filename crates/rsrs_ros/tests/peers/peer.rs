@@ -129,7 +129,7 @@ fn lines_of(output: ChildStdout) -> UnboundedReceiver<String> {
     let (to_reader, lines) = unbounded_channel();
     std::thread::spawn(move || {
         for line in BufReader::new(output).lines().map_while(Result::ok) {
-            // The test has seen enough and does not listen any more.
+            // The test has seen enough and has dropped its receiver.
             to_reader.send(line).unwrap_or_default();
         }
     });

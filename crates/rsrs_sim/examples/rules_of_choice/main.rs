@@ -3,7 +3,7 @@
 //! `cargo run --release -p rsrs_sim --example rules_of_choice` runs every cell of the default plane
 //! 1,000 times in both worlds, robots made worse and as measured. That is taken for the truth. Then
 //! it draws 300 sweeps from it for each number of replicates, and lets every rule choose from each of
-//! them; a confirmation is drawn from the truth, too. The table goes to `docs/rules_of_choice.md`.
+//! them; a confirmation is drawn from the truth, too. Some of its rows are in `docs/rules_of_choice.md`.
 //!
 //! With `-- seeds`, it sweeps with seeds 1 to 10 in place of drawing, and confirms on fresh seeds, as
 //! the program does: the rule of `rsrs choose` alone, one line for each sweep.

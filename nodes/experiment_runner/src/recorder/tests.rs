@@ -217,7 +217,7 @@ fn a_hundred_robots_with_three_topics_at_20_hz_are_recorded_without_loss() {
         .unwrap();
         let mut publishers = Vec::new();
         for recorded_topic in &recorded_topics {
-            // As deep as the recorder listens, because this machine may be busy with other tests.
+            // As deep as the recorder's subscriptions, because this machine may be busy with other tests.
             let qos = Qos::reliable(100);
             let publisher =
                 robots.publish_raw(&recorded_topic.name, &recorded_topic.type_name, qos).unwrap();

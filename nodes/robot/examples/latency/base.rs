@@ -64,7 +64,7 @@ pub struct Base {
 }
 
 impl Base {
-    /// Connects to a robot, and waits until it listens.
+    /// Connects to a robot, and waits until it subscribes.
     pub async fn new(session: &Session) -> anyhow::Result<Self> {
         let node = session.node("/", "base")?;
         let witness = Shared::default();

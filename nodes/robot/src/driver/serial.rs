@@ -21,7 +21,7 @@ use port::Port;
 
 /// Parameter: path of the device.
 pub const PORT: &str = "serial.port";
-/// Parameter: symbols per second.
+/// Parameter: the baud rate.
 pub const BAUD: &str = "serial.baud";
 
 /// A port that is unplugged is noticed at its next use.
@@ -46,7 +46,7 @@ pub struct SerialDriver {
 impl Driver for SerialDriver {
     fn parameters() -> Vec<(Descriptor, ParameterValue)> {
         let mut port = Descriptor::new(PORT, ParameterKind::String, "Path of the serial device.");
-        let mut baud = Descriptor::new(BAUD, ParameterKind::Integer, "Symbols per second.");
+        let mut baud = Descriptor::new(BAUD, ParameterKind::Integer, "Baud rate.");
         baud.range = Some((1200.0, 4_000_000.0));
         for descriptor in [&mut port, &mut baud] {
             descriptor.read_only = true;
@@ -115,7 +115,7 @@ impl SerialDriver {
     /// # Arguments
     ///
     /// * `path` — of the device; it need not be there yet.
-    /// * `baud` — symbols per second.
+    /// * `baud` — the baud rate.
     pub fn at(path: &str, baud: u32) -> Self {
         Self {
             path: path.to_owned(),

@@ -96,7 +96,7 @@ impl Runner {
                 .expect("the topic is allowed"),
         ];
         let publishers = Publishers::new(session, node);
-        let task = tokio::spawn(speak(publishers, Arc::clone(&messages)));
+        let task = tokio::spawn(publish(publishers, Arc::clone(&messages)));
         Self { messages, task, _subscriptions: subscriptions }
     }
 
@@ -161,7 +161,7 @@ impl Publishers {
     }
 }
 
-async fn speak(publishers: Publishers, messages: Arc<Mutex<RunnerMessages>>) {
+async fn publish(publishers: Publishers, messages: Arc<Mutex<RunnerMessages>>) {
     let why = "a healthy network";
     let mut beat = tokio::time::interval(BEAT);
     let mut epoch = 0;

@@ -13,7 +13,7 @@ use super::{Fleet, N_RUNNERS, WANTED, name, run_id, stamp};
 use crate::network::{Item, Message, Node, Sent};
 use crate::scenario::{Body, N_ROBOTS};
 
-/// How long a runner listens for others before it goes on, less what clocks may be wrong.
+/// How long a runner looks for others before it goes on, less what clocks may be wrong.
 const LISTENS_MS: u64 = 998;
 /// A disk needs so long to open or close a bag.
 const DISK_MS: u64 = 15;

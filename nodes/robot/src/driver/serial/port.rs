@@ -26,7 +26,7 @@ pub enum PortError {
         path: String,
     },
     /// It is no terminal, or has no such speed.
-    #[error("`{path}` cannot be set to {baud} symbols per second: {source}")]
+    #[error("`{path}` cannot be set to {baud} baud: {source}")]
     Setting {
         /// Path of the device.
         path: String,
