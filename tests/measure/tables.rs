@@ -196,6 +196,24 @@ fn missing_tables_are_bad_arguments() {
 }
 
 #[test]
+fn the_detection_grid_is_that_of_the_robots_that_are_measured() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let robot = ["--range", "1.0", "--radius", "0.1", "--half-angle", "0.8", "--period", "0.1"];
+    let arguments = [&["measure", "plan", "--format", "json"][..], &robot].concat();
+
+    let planned = rsrs(place.path(), &arguments);
+
+    assert_eq!(code(&planned), 0, "{}", stderr(&planned));
+    let plan: serde_json::Value = serde_json::from_str(&stdout(&planned)).expect("it is JSON");
+    let ends = |key: &str| {
+        let values = plan[key].as_array().expect("a list");
+        [&values[0], &values[values.len() - 1]].map(ToString::to_string)
+    };
+    assert_eq!(ends("distances_m"), ["0.2", "1.25"], "from contact to beyond the range");
+    assert_eq!(ends("bearings_rad"), ["-1.2", "1.2"], "beyond both edges of the sensor");
+}
+
+#[test]
 fn a_plan_is_a_sheet_and_tables_that_are_not_overwritten() {
     let place = tempfile::tempdir().expect("a temporary folder");
     let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");

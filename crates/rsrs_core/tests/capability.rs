@@ -104,6 +104,7 @@ fn map(hits: u64, alarms: u64) -> SensorMap {
         false_positive: Rate::new(alarms, 1000),
         reach: Vec::new(),
         left_out_rad: Vec::new(),
+        outermost_rad: Vec::new(),
     }
 }
 

@@ -244,6 +244,33 @@ fn an_outlier_is_named_and_still_counts() {
 }
 
 #[test]
+fn a_sensor_that_may_see_beyond_what_was_tried_is_named() {
+    let place = |distance_m: f64, bearing_rad: f64, detections: u64| {
+        format!("a,{distance_m},{bearing_rad},100,{detections}\n")
+    };
+    let grid = |detections: [[u64; 3]; 3]| {
+        let rows = [0.2, 0.5, 0.8].into_iter().zip(detections).flat_map(|(distance_m, row)| {
+            let row = [-0.4, 0.0, 0.4].into_iter().zip(row);
+            row.map(move |(bearing_rad, detections)| place(distance_m, bearing_rad, detections))
+        });
+        let rows: String = rows.collect();
+        format!("robot,distance_m,bearing_rad,samples,detections\n{rows}a,,,100,5\n")
+    };
+    let cautions = |detections| {
+        let report = fit_texts([SPEED, TURN, &grid(detections), PERIOD]).unwrap();
+        let texts = report.details.cautions.iter().map(ToString::to_string);
+        texts.filter(|text| text.contains("tried")).collect::<Vec<_>>()
+    };
+
+    assert_eq!(cautions([[2, 98, 3], [1, 97, 2], [3, 4, 2]]), [""; 0]);
+    let [right, far] = &cautions([[99, 98, 3], [95, 97, 2], [3, 96, 2]])[..] else {
+        panic!("the right and the far end are open")
+    };
+    assert!(right.contains("the outermost bearing tried, -0.40 rad"), "{right}");
+    assert!(far.contains("the farthest distance tried, 0.800 m"), "{far}");
+}
+
+#[test]
 fn a_sensor_that_is_nowhere_reliable_is_refused() {
     let without =
         DETECTION.lines().filter(|row| !row.contains(",,")).collect::<Vec<_>>().join("\n");

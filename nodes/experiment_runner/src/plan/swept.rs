@@ -100,7 +100,11 @@ impl SweptCell {
     pub fn find(folder: &Path, asked: Option<&Cell>) -> anyhow::Result<Self> {
         let path = folder.join("sweep.yaml");
         if !path.exists() {
-            bail!("{} is not the folder of a sweep: it has no sweep.yaml", folder.display());
+            let folder = folder.display();
+            bail!(
+                "{folder} is not the folder of a sweep: it has no sweep.yaml; make it with `rsrs sweep \
+                 SWEEP.yaml -o {folder}`"
+            );
         }
         let (name, text) = read(&path)?;
         let Swept { sweep, profile } = document::parse(&name, &text)?;

@@ -46,6 +46,15 @@ pub struct Arguments {
     /// How far the sensor is expected to reach, centre to centre, in m (default: 0.75).
     #[arg(long, value_name = "M")]
     range: Option<f64>,
+    /// How far to each side the sensor is expected to see, in rad (default: 0.35).
+    #[arg(long, value_name = "RAD")]
+    half_angle: Option<f64>,
+    /// Interval of its readings, in s: the control period (default: 0.13).
+    #[arg(long, value_name = "S")]
+    period: Option<f64>,
+    /// Radius of a robot's body, in m; no two centres come nearer than twice that (default: 0.075).
+    #[arg(long, value_name = "M")]
+    radius: Option<f64>,
     /// Distances of the detection grid (default: about one in each body, 5 to 15).
     #[arg(long, value_name = "N")]
     distances: Option<usize>,
@@ -83,7 +92,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut text = plan.text();
     if let Some(folder) = &arguments.output {
         write(folder, &plan)?;
-        text.push_str(&next(arguments.fleet.as_deref(), folder));
+        text.push_str(&next(arguments, folder));
     }
     report(arguments.format, &plan, &text)?;
     Ok(Outcome::Done)
@@ -107,20 +116,23 @@ fn request(arguments: &Arguments) -> anyhow::Result<PlanRequest> {
         trial_sd: arguments.trial_sd.unwrap_or(usual.trial_sd),
         rate_precision: arguments.rate_precision.unwrap_or(usual.rate_precision),
         range_m: arguments.range.unwrap_or(usual.range_m),
+        half_angle_rad: arguments.half_angle.unwrap_or(usual.half_angle_rad),
+        radius_m: arguments.radius.unwrap_or(usual.radius_m),
+        period_s: arguments.period.unwrap_or(usual.period_s),
         n_distances: arguments.distances,
         n_bearings: arguments.bearings.unwrap_or(usual.n_bearings),
-        ..usual
     })
 }
 
-fn next(fleet: Option<&Path>, folder: &Path) -> String {
-    let fleet = fleet.map_or_else(|| "FLEET".to_owned(), quoted);
+fn next(arguments: &Arguments, folder: &Path) -> String {
+    let fleet = arguments.fleet.as_deref().map_or_else(|| "FLEET".to_owned(), quoted);
+    let radius = arguments.radius.map_or_else(String::new, |radius| format!(" --radius {radius}"));
     let shown = folder.display();
     let folder = quoted(folder);
     format!(
         "\nThe sheet and the tables to fill in are in {shown}.\n\
          Robots on ROS fill them in: rsrs measure drive {fleet} --plan {folder} --backend fleet \
          --interface NAME\n\
-         next: rsrs measure fit --plan {folder} --name NAME -o PROFILE.yaml\n"
+         next: rsrs measure fit --plan {folder} --name NAME{radius} -o PROFILE.yaml\n"
     )
 }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::motion::{Population, RobotGain};
+use super::sensor::SensorMap;
 use super::{Details, Tables};
 
 /// What makes a number less sure than it looks.
@@ -77,6 +78,28 @@ pub enum Caution {
         /// The bearing, in radians, two decimals.
         bearing_rad: String,
     },
+    /// A sensor that may work beyond the bearings that were tried.
+    #[error(
+        "{file}: detections are reliable at the outermost bearing tried, {bearing_rad} rad, where the \
+         polygon ends; the sensor may see beyond it: try wider bearings"
+    )]
+    Outermost {
+        /// The table.
+        file: String,
+        /// The bearing, in radians, two decimals.
+        bearing_rad: String,
+    },
+    /// A sensor that may work beyond the distances that were tried.
+    #[error(
+        "{file}: detections are reliable at the farthest distance tried, {distance_m} m, where the \
+         polygon ends; the sensor may reach beyond it: try longer distances"
+    )]
+    Farthest {
+        /// The table.
+        file: String,
+        /// The distance, in metres, three decimals.
+        distance_m: String,
+    },
 }
 
 /// One kind of command, for its cautions.
@@ -86,6 +109,22 @@ struct Kind<'a> {
     unit: &'static str,
     population: &'a Population,
     gains: &'a [RobotGain],
+}
+
+/// Where the polygon ends because nothing was tried beyond.
+fn beyond(file: &str, sensor: &SensorMap) -> Vec<Caution> {
+    let file = || file.to_owned();
+    let outermost = sensor.outermost_rad.iter().map(|bearing_rad| Caution::Outermost {
+        file: file(),
+        bearing_rad: format!("{bearing_rad:.2}"),
+    });
+    let open = sensor.reach.iter().filter(|reach| reach.high_m.is_none());
+    let farthest = open.map(|reach| reach.low_m).reduce(f64::max);
+    let farthest = farthest.map(|distance_m| Caution::Farthest {
+        file: file(),
+        distance_m: format!("{distance_m:.3}"),
+    });
+    outermost.chain(farthest).collect()
 }
 
 /// All cautions, speeds first.
@@ -115,6 +154,7 @@ pub(super) fn cautions(
         file: tables.detection.file.clone(),
         bearing_rad: format!("{bearing_rad:.2}"),
     }));
+    cautions.extend(beyond(&tables.detection.file, &details.sensor));
     cautions
 }
 

@@ -22,6 +22,9 @@ pub struct Contour {
     pub reach: Vec<BearingReach>,
     /// Bearings with reliable places that are apart from the polygon.
     pub left_out_rad: Vec<f64>,
+    /// Outermost bearings that were tried and are reliable, farther than robots that nearly touch;
+    /// nothing was tried beyond.
+    pub outermost_rad: Vec<f64>,
 }
 
 /// How far a sensor reaches at one bearing.
@@ -88,7 +91,15 @@ pub fn contour(nodes: &[SensorPoint], contact_m: f64) -> Option<Contour> {
     let reach = inside.iter().map(found).collect();
     let mut corners_m: Vec<[f64; 2]> =
         inside.iter().map(|(ray, reach)| place_m(reach.far_m, ray.bearing_rad)).collect();
+    let mut outermost_rad = Vec::new();
     if !is_all_around(&rays, block.len()) {
+        // A neighbour that nearly touches fills a wide angle, whatever the sensor's is.
+        let is_open = |(number, (_, reach)): &(usize, &(&Ray, Reach))| {
+            [0, rays.len() - 1].contains(&(block.start + number)) && reach.far_m > 2.0 * contact_m
+        };
+        let ends = [0, inside.len() - 1].map(|number| (number, &inside[number]));
+        outermost_rad.extend(ends.into_iter().filter(is_open).map(|(_, (ray, _))| ray.bearing_rad));
+        outermost_rad.dedup();
         let ((right, right_reach), (left, left_reach)) = (inside[0], inside[inside.len() - 1]);
         let beyond_left = rays.get(block.end);
         let beyond_right = block.start.checked_sub(1).map(|before| &rays[before]);
@@ -106,6 +117,7 @@ pub fn contour(nodes: &[SensorPoint], contact_m: f64) -> Option<Contour> {
         corners_m,
         reach,
         left_out_rad,
+        outermost_rad,
     })
 }
 

@@ -32,6 +32,8 @@ pub struct SensorMap {
     pub false_positive: Rate,
     /// Bearings at which detections are reliable, but apart from the contour, which leaves them out.
     pub left_out_rad: Vec<f64>,
+    /// Outermost bearings that were tried and are reliable: the sensor may see beyond them.
+    pub outermost_rad: Vec<f64>,
 }
 
 /// Maps a sensor.
@@ -76,6 +78,7 @@ pub fn sensor_map(trials: &Trials<DetectionTrial>, radius_m: f64) -> Result<Sens
         true_positive,
         false_positive,
         left_out_rad: contour.left_out_rad,
+        outermost_rad: contour.outermost_rad,
     })
 }
 
