@@ -7,7 +7,7 @@ use crate::e_stop::EStop;
 use crate::epoch::{self, ImplausibleEpoch};
 use crate::experiment::RobotLost;
 use crate::message::{E_STOP_REASON, Lease, LeaseState};
-use crate::preflight::{self, Graph, Seen};
+use crate::preflight::{self, Graph, Problem, Seen};
 use crate::record::LostRobot;
 use crate::timing::{
     ARM_TIMEOUT, CONFIGURE_TIMEOUT, FIRST_SAMPLE_TIMEOUT, GRAPH_PERIOD, HEARTBEAT_PERIOD,
@@ -207,7 +207,10 @@ impl Runner {
                 self.start_check.receive_pose(robot, frame, pose, now);
             }
             Event::PoseUnusable { robot, reason } => {
-                self.start_check.receive_unusable_pose(robot, reason);
+                let news = self.start_check.receive_unusable_pose(robot, reason);
+                if self.phase == Phase::Run {
+                    actions.extend(news.map(Action::Note));
+                }
             }
             Event::Sampled { robot, kind } => self.roster.receive_sample(&robot, kind, now),
             Event::ParametersSet { target, result } if self.phase == Phase::Configure => {

@@ -330,7 +330,7 @@ impl<'a> Run<'a> {
             }
             // Where robots are is asked for before they move; then, whether their poses still come.
             Role::Odometry(_) | Role::Pose(_) if self.rates.is_some() => {
-                Ok(meaning::sampled(self.plan, role).into_iter().collect())
+                Ok(meaning::sampled(self.plan, role, &received.message)?.into_iter().collect())
             }
             Role::Transforms if self.rates.is_some() => Ok(Vec::new()),
             _ => meaning::events(self.plan, role, received),

@@ -71,7 +71,7 @@ pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Eve
             let PoseStamped { header, pose } = decode(data)?;
             pose_events(robot(index), (header, received.received_time_ns), &pose)
         }
-        Role::Detection(_) => sampled(plan, role).into_iter().collect(),
+        Role::Detection(_) => sampled(plan, role, data)?.into_iter().collect(),
         Role::Odometry(_)
         | Role::Pose(_)
         | Role::Simulator
@@ -86,19 +86,34 @@ pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Eve
     })
 }
 
-/// That a sample has come which must keep coming.
-pub fn sampled(plan: &Plan, role: Role) -> Option<Event> {
+/// That a sample has come which must keep coming, or a pose that cannot be used and counts as none.
+///
+/// # Errors
+///
+/// If it is not of its topic's type.
+pub fn sampled(plan: &Plan, role: Role, data: &[u8]) -> Result<Option<Event>, String> {
     let (index, kind) = match role {
         Role::Detection(index) => (index, SampleKind::Detection),
         Role::Odometry(index) if is_wanted(plan, index, PoseSource::Odom) => {
             (index, SampleKind::Pose)
         }
         Role::Pose(index) if is_wanted(plan, index, PoseSource::Pose) => (index, SampleKind::Pose),
-        _ => return None,
+        _ => return Ok(None),
     };
     // In lockstep the simulator waits for all of them.
-    let is_watched = plan.record.time == Time::RealTime;
-    is_watched.then(|| Event::Sampled { robot: plan.record.robots[index].clone(), kind })
+    if plan.record.time == Time::Lockstep {
+        return Ok(None);
+    }
+    let robot = plan.record.robots[index].clone();
+    let pose = match role {
+        Role::Odometry(_) => Some(decode::<Odometry>(data)?.pose.pose),
+        Role::Pose(_) => Some(decode::<PoseStamped>(data)?.pose),
+        _ => None,
+    };
+    Ok(Some(match pose.map(|pose| wire::pose(&pose)).transpose() {
+        Ok(_) => Event::Sampled { robot, kind },
+        Err(error) => Event::PoseUnusable { robot, reason: error.to_string() },
+    }))
 }
 
 /// Understands a status.

@@ -5,8 +5,8 @@ use crate::message::E_STOP_REASON;
 use super::{
     ARM_TIMEOUT, Action, CONFIGURE_TIMEOUT, Duration, FIRST_SAMPLE_TIMEOUT, Failure,
     LOCKSTEP_GRACE, LossTimeouts, LostRobot, NODE_TIMEOUT, Outcome, POSE_SEARCH_DURATION, Phase,
-    RECORDER_TIMEOUT, Requests, RobotLost, RunBinding, RunLength, Runner, STAND_TIMEOUT, Seen,
-    Target, UnexpectedPublishers, preflight,
+    Problem, RECORDER_TIMEOUT, Requests, RobotLost, RunBinding, RunLength, Runner, STAND_TIMEOUT,
+    Seen, Target, UnexpectedPublishers, preflight,
 };
 
 impl Runner {
@@ -144,10 +144,26 @@ impl Runner {
                 let notes = self.start_check.standing_places(start, robots);
                 actions.extend(notes.into_iter().map(Action::Note));
             }
-            self.begin(now, actions);
+            let unusable = self.unusable_poses();
+            if unusable.is_empty() {
+                self.begin(now, actions);
+            } else {
+                self.fail(unusable, now, actions);
+            }
         } else if self.elapsed(now) >= ARM_TIMEOUT {
             self.fail_to_arm(waiting, now, actions);
         }
+    }
+
+    /// Poses that came after the robots were found may be the first.
+    fn unusable_poses(&self) -> Vec<Failure> {
+        let needed = self.options.expected.apart.iter().flat_map(|apart| &apart.robots);
+        let unusable = self.start_check.unusable_poses();
+        let unusable = needed.filter_map(|robot| {
+            let (robot, reason) = unusable.get_key_value(robot)?;
+            Some(Problem::PoseUnusable { robot: robot.clone(), reason: reason.clone() })
+        });
+        unusable.map(Failure::from).collect()
     }
 
     fn fail_to_arm(

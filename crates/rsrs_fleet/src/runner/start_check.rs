@@ -91,9 +91,15 @@ impl StartCheck {
         self.poses.insert(robot, (frame, pose));
     }
 
-    pub(super) fn receive_unusable_pose(&mut self, robot: String, reason: String) {
+    /// Returns a note for the operator, if it is the first of the robot.
+    pub(super) fn receive_unusable_pose(
+        &mut self,
+        robot: String,
+        reason: String,
+    ) -> Option<String> {
         self.poses.remove(&robot);
-        self.unusable_poses.insert(robot, reason);
+        let text = format!("a pose of {robot} cannot be used: {reason}");
+        self.unusable_poses.insert(robot, reason).is_none().then_some(text)
     }
 
     /// Whether the pose of every robot is known, and how often it comes.

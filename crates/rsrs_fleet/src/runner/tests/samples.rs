@@ -40,6 +40,26 @@ fn a_run_begins_when_the_pose_of_every_robot_can_be_used() {
 }
 
 #[test]
+fn no_robot_moves_where_the_first_pose_comes_late_and_cannot_be_used() {
+    let mut bench = Bench::with(|options| {
+        let robots = NAMES.map(str::to_owned).into();
+        options.expected.apart = Some(preflight::Apart { robots, radius_m: 0.1 });
+    });
+    for _ in 0..40 {
+        if bench.opened {
+            break;
+        }
+        bench.beat();
+    }
+
+    let reason = "no orientation".to_owned();
+    bench.give(Event::PoseUnusable { robot: "robot_2".to_owned(), reason });
+
+    assert_eq!(bench.problems(), ["robot_2: its pose cannot be used: no orientation"]);
+    assert!(!bench.notes.iter().any(|note| note == "running"), "{:?}", bench.notes);
+}
+
+#[test]
 fn a_run_without_a_detection_since_its_start_has_failed() {
     let mut bench = sampled(RobotLost::Note);
     // What was detected before the start moved no robot.
