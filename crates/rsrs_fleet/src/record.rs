@@ -397,4 +397,16 @@ pub(crate) mod tests {
         ]);
         assert_eq!(Ending::from_pairs(&unreadable), None, "it is not taken for a whole run");
     }
+
+    #[test]
+    fn a_record_of_another_version_is_refused_by_its_version() {
+        let newer = record()
+            .to_json()
+            .replace("\"schema_version\":1", "\"schema_version\":2")
+            .replacen('{', "{\"key_of_that_version\":true,", 1);
+
+        let error = ExperimentRecord::from_json(&newer).unwrap_err();
+
+        assert!(matches!(error, RecordError::Version { found: 2 }), "{error}");
+    }
 }
