@@ -13,6 +13,7 @@ use crate::timing::{LEASE_DURATION, MAX_CLOCK_SKEW};
 mod places;
 mod problem;
 
+pub(crate) use places::unusable_poses;
 pub use problem::Problem;
 
 /// What an experiment needs.

@@ -7,7 +7,7 @@ use crate::e_stop::EStop;
 use crate::epoch::{self, ImplausibleEpoch};
 use crate::experiment::RobotLost;
 use crate::message::{E_STOP_REASON, Lease, LeaseState};
-use crate::preflight::{self, Graph, Problem, Seen};
+use crate::preflight::{self, Graph, Seen};
 use crate::record::LostRobot;
 use crate::timing::{
     ARM_TIMEOUT, CONFIGURE_TIMEOUT, FIRST_SAMPLE_TIMEOUT, GRAPH_PERIOD, HEARTBEAT_PERIOD,

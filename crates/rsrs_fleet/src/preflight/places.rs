@@ -18,14 +18,8 @@ pub(super) fn problems(apart: &Apart, seen: &Seen) -> Vec<Problem> {
     let poses: Poses<'_> =
         seen.poses.iter().filter(|(robot, _)| apart.robots.contains(*robot)).collect();
     let radius_m = apart.radius_m;
-    let unusable =
-        seen.unusable_poses.iter().filter(|(robot, _)| apart.robots.contains(*robot)).map(
-            |(robot, reason)| Problem::PoseUnusable {
-                robot: robot.clone(),
-                reason: reason.clone(),
-            },
-        );
-    let mut problems: Vec<_> = unusable.chain(different_frames(&poses, seen)).collect();
+    let mut problems = unusable_poses(apart, &seen.unusable_poses);
+    problems.extend(different_frames(&poses, seen));
     let mut on_one_spot = BTreeSet::new();
     for (robot, (frame, pose)) in &poses {
         for (other, (other_frame, place)) in poses.range::<&String, _>(*robot..).skip(1) {
@@ -40,6 +34,20 @@ pub(super) fn problems(apart: &Apart, seen: &Seen) -> Vec<Problem> {
         problems.push(Problem::OneSpot { robots: on_one_spot.into_iter().collect(), radius_m });
     }
     problems
+}
+
+/// Robots whose last pose cannot be used.
+///
+/// # Arguments
+///
+/// * `reasons` — why not, by robot; others than those of `apart` need no poses.
+pub(crate) fn unusable_poses(apart: &Apart, reasons: &BTreeMap<String, String>) -> Vec<Problem> {
+    let needed = reasons.iter().filter(|(robot, _)| apart.robots.contains(*robot));
+    let problem = |(robot, reason): (&String, &String)| Problem::PoseUnusable {
+        robot: robot.clone(),
+        reason: reason.clone(),
+    };
+    needed.map(problem).collect()
 }
 
 /// Frames that do not lead up to one.

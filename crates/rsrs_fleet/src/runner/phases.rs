@@ -5,8 +5,8 @@ use crate::message::E_STOP_REASON;
 use super::{
     ARM_TIMEOUT, Action, CONFIGURE_TIMEOUT, Duration, FIRST_SAMPLE_TIMEOUT, Failure,
     LOCKSTEP_GRACE, LossTimeouts, LostRobot, NODE_TIMEOUT, Outcome, POSE_SEARCH_DURATION, Phase,
-    Problem, RECORDER_TIMEOUT, Requests, RobotLost, RunBinding, RunLength, Runner, STAND_TIMEOUT,
-    Seen, Target, UnexpectedPublishers, preflight,
+    RECORDER_TIMEOUT, Requests, RobotLost, RunBinding, RunLength, Runner, STAND_TIMEOUT, Seen,
+    Target, UnexpectedPublishers, preflight,
 };
 
 impl Runner {
@@ -46,7 +46,7 @@ impl Runner {
             clock_ahead_s: self.start_check.clock_ahead_s(),
             pose_ahead_s: self.start_check.pose_ahead_s(),
             poses: self.start_check.poses(),
-            unusable_poses: self.start_check.unusable_poses(),
+            unusable_poses: self.start_check.unusable_poses().clone(),
             parents: self.start_check.parents(),
             behind_s: self.start_check.behind_s(),
             diagnostic_errors: self.start_check.diagnostic_errors(),
@@ -157,13 +157,10 @@ impl Runner {
 
     /// Poses that came after the robots were found may be the first.
     fn unusable_poses(&self) -> Vec<Failure> {
-        let needed = self.options.expected.apart.iter().flat_map(|apart| &apart.robots);
-        let unusable = self.start_check.unusable_poses();
-        let unusable = needed.filter_map(|robot| {
-            let (robot, reason) = unusable.get_key_value(robot)?;
-            Some(Problem::PoseUnusable { robot: robot.clone(), reason: reason.clone() })
-        });
-        unusable.map(Failure::from).collect()
+        let reasons = self.start_check.unusable_poses();
+        let apart = self.options.expected.apart.iter();
+        let problems = apart.flat_map(|apart| preflight::unusable_poses(apart, reasons));
+        problems.map(Failure::from).collect()
     }
 
     fn fail_to_arm(

@@ -141,8 +141,8 @@ impl StartCheck {
         self.poses.clone()
     }
 
-    pub(super) fn unusable_poses(&self) -> BTreeMap<String, String> {
-        self.unusable_poses.clone()
+    pub(super) fn unusable_poses(&self) -> &BTreeMap<String, String> {
+        &self.unusable_poses
     }
 
     pub(super) fn parents(&self) -> BTreeMap<String, String> {

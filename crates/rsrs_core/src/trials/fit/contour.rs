@@ -93,16 +93,16 @@ pub fn contour(nodes: &[SensorPoint], contact_m: f64) -> Option<Contour> {
         inside.iter().map(|(ray, reach)| place_m(reach.far_m, ray.bearing_rad)).collect();
     let mut outermost_rad = Vec::new();
     if !is_all_around(&rays, block.len()) {
-        // A neighbour that nearly touches fills a wide angle, whatever the sensor's is.
-        let is_open = |(number, (_, reach)): &(usize, &(&Ray, Reach))| {
-            [0, rays.len() - 1].contains(&(block.start + number)) && reach.far_m > 2.0 * contact_m
-        };
-        let ends = [0, inside.len() - 1].map(|number| (number, &inside[number]));
-        outermost_rad.extend(ends.into_iter().filter(is_open).map(|(_, (ray, _))| ray.bearing_rad));
-        outermost_rad.dedup();
         let ((right, right_reach), (left, left_reach)) = (inside[0], inside[inside.len() - 1]);
         let beyond_left = rays.get(block.end);
         let beyond_right = block.start.checked_sub(1).map(|before| &rays[before]);
+        // A neighbour that nearly touches fills a wide angle, whatever the sensor's is.
+        let is_open = |(_, reach, beyond): &(&Ray, Reach, Option<&Ray>)| {
+            beyond.is_none() && reach.far_m > 2.0 * contact_m
+        };
+        let ends = [(right, right_reach, beyond_right), (left, left_reach, beyond_left)];
+        outermost_rad.extend(ends.into_iter().filter(is_open).map(|(ray, ..)| ray.bearing_rad));
+        outermost_rad.dedup();
         corners_m.extend(side(left, left_reach, beyond_left).into_iter().rev());
         for (ray, reach) in inside.iter().rev() {
             corners_m.push(place_m(reach.near_m, ray.bearing_rad));
