@@ -317,7 +317,7 @@ fn pyarrow_reads_a_row_for_each_replicate() {
     let place = workplace();
     let sweep = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
     assert_eq!(code(&sweep), 0, "{}", stderr(&sweep));
-    let python = rsrs_testing::python::python_with("parquet", &["pyarrow==26.0.1"], &[]);
+    let python = rsrs_testing::python::python_with(&rsrs_testing::python::SCIENCE);
     let script = "import sys, pyarrow.parquet, pyarrow.compute as compute\n\
                   table = pyarrow.parquet.read_table(sys.argv[1])\n\
                   table.validate(full=True)\n\

@@ -11,7 +11,7 @@ use crate::processes::{Process, rsrs};
 use rsrs_keystore::check::problems_of;
 use rsrs_keystore::create::{KeystoreRequest, create};
 use rsrs_ros::confine;
-use rsrs_testing::python::{must_run, python_with};
+use rsrs_testing::python::{DEPLOYMENT, must_run, python_with};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -85,7 +85,7 @@ fn the_package_is_a_prefix_in_which_ros_finds_the_nodes() {
     let path = must_run(shell.arg(script).arg(&setup));
     assert_eq!(path, format!("{}:/opt/ros/jazzy", prefix.display()));
 
-    let python = python_with("ament", &["ros-jazzy-ament-index-python==1.8.1"], &[]);
+    let python = python_with(&DEPLOYMENT);
     let ask = "from ament_index_python.packages import *\n\
                print(get_package_prefix('rsrs'), get_package_share_directory('rsrs'))";
     let found = must_run(Command::new(python).env("AMENT_PREFIX_PATH", &path).args(["-c", ask]));
@@ -134,7 +134,7 @@ fn launched(file: &str, given: &[String]) -> Vec<Launched> {
 
 /// As [`launched`], with `ROS_SECURITY_ENABLE`.
 fn launched_where(file: &str, given: &[String], is_secured: &str) -> Vec<Launched> {
-    let python = python_with("ansible", &ANSIBLE, &[]);
+    let python = python_with(&DEPLOYMENT);
     let script = house().join("tests/deploy/launch.py");
     let path = house().join("launch_configs/launch").join(file);
     let text = must_run(
@@ -146,9 +146,6 @@ fn launched_where(file: &str, given: &[String], is_secured: &str) -> Vec<Launche
     );
     serde_json::from_str(&text).expect("the script writes JSON")
 }
-
-/// Its Python has the YAML that `launch` has, too.
-const ANSIBLE: [&str; 1] = ["ansible-core>=2.15,<2.20"];
 
 /// Starts what a launch file starts, as `launch_ros` does, and waits until each node is ready.
 fn start_all(root: &Path, nodes: &[Launched]) {
@@ -239,7 +236,7 @@ struct Laboratory {
 impl Laboratory {
     fn new() -> Self {
         let folder = folder();
-        let python = python_with("ansible", &ANSIBLE, &[]);
+        let python = python_with(&DEPLOYMENT);
         let path = |name: &str| folder.path().join(name);
         install(&path("package"));
         fs::create_dir(path("package/DEBIAN")).expect("writable");

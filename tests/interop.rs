@@ -10,7 +10,7 @@ use crate::fleet::{ROBOTS, experiment, node, signal};
 use crate::processes::{Process, confined_rsrs, rsrs};
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
 use rsrs_testing::network::in_own_network;
-use rsrs_testing::python::{must_run, python_with};
+use rsrs_testing::python::{BAGS, JAZZY, must_run, python_with};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -60,7 +60,7 @@ impl Topic {
 ///
 /// What our program reports of the run, and what the others find.
 fn recorded_and_read() -> (Value, Report) {
-    let python = python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let python = python_with(&BAGS);
     let folder = tempfile::tempdir().expect("there is room for a temporary folder");
     let bag = folder.path().join("bag");
     let mut run = confined_rsrs();
@@ -196,12 +196,7 @@ fn rclpy_uses_a_robots_parameters_and_sees_its_commands_follow_its_detections() 
     let name =
         "interop::rclpy_uses_a_robots_parameters_and_sees_its_commands_follow_its_detections";
     // Outside the network namespace, where the package index can be reached.
-    let packages = [
-        "ros-jazzy-rclpy[fastrtps]==7.1.6",
-        "ros-jazzy-std-msgs==5.3.6",
-        "ros-jazzy-geometry-msgs==5.3.6",
-    ];
-    let python = python_with("rclpy", &packages, &[]);
+    let python = python_with(&JAZZY);
 
     in_own_network(name, async || {
         let [before, during, after] = what_a_visitor_sees(&python);

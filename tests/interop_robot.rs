@@ -13,7 +13,7 @@ use rsrs_msgs::geometry_msgs::{Point, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_testing::network::in_own_network;
-use rsrs_testing::python::python_with;
+use rsrs_testing::python::{JAZZY, python_with};
 
 /// Far longer than anything here takes on a busy machine.
 const TIMEOUT: Duration = Duration::from_secs(90);
@@ -78,14 +78,7 @@ fn distance_m(from: &Point, to: &Point) -> f64 {
 
 /// The interpreter with what the example needs.
 pub fn python() -> PathBuf {
-    let packages = [
-        "ros-jazzy-rclpy[fastrtps]==7.1.6",
-        "ros-jazzy-std-msgs==5.3.6",
-        "ros-jazzy-geometry-msgs==5.3.6",
-        "ros-jazzy-nav-msgs==5.3.6",
-        "ros-jazzy-sensor-msgs==5.3.6",
-    ];
-    python_with("rclpy-robot", &packages, &[])
+    python_with(&JAZZY)
 }
 
 /// Runs two of our robots beside one in rclpy.

@@ -3,7 +3,7 @@
 
 use std::process::Command;
 
-use rsrs_testing::python::{must_run, python_with};
+use rsrs_testing::python::{Environment, must_run, python_with};
 use serde_json::Value;
 
 use crate::command::repository;
@@ -44,7 +44,7 @@ json.dump({
 fn robots_in_mujoco_drive_about_as_commanded_block_and_see_each_other() {
     let needed: Vec<&str> =
         REQUIREMENTS.lines().filter(|line| !line.starts_with("ros-") && !line.is_empty()).collect();
-    let python = python_with("mujoco", &needed, &[]);
+    let python = python_with(&Environment { name: "mujoco", packages: &needed, files_only: &[] });
     let folder = repository().join("docs/examples/mujoco");
 
     let printed = must_run(Command::new(python).args(["-c", SCRIPT]).arg(folder));

@@ -4,22 +4,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
-use rsrs_testing::python::{must_run, python_with};
+use rsrs_testing::python::{SCIENCE, must_run, python_with};
 
 use crate::command::{code, json, repository, rsrs, stderr};
 use crate::laboratory::{SPEEDS, swept};
 use crate::simulated_bags::Run;
 
-const PACKAGES: [&str; 8] = [
-    "ipykernel==7.*",
-    "matplotlib==3.*",
-    "mcap==1.*",
-    "mcap-ros2-support==0.6.0",
-    "nbclient==0.10.*",
-    "numpy==2.*",
-    "polars==1.*",
-    "scipy==1.*",
-];
 /// Executes a notebook; what goes wrong in a cell is printed.
 const EXECUTE: &str = "\
 import sys, nbformat
@@ -60,7 +50,7 @@ fn the_notebook_makes_its_figures_and_agrees_with_the_program() {
     });
     let figures = place.path().join("figures");
 
-    let python = python_with("notebook", &PACKAGES, &[]);
+    let python = python_with(&SCIENCE);
     let mut notebook = Command::new(python);
     notebook.args(["-c", EXECUTE]).arg(repository().join("docs/notebooks/figures.ipynb"));
     // A kernel writes its files there, and where matplotlib keeps its fonts.

@@ -40,8 +40,7 @@ fn every_shipped_file_meets_its_schema_and_a_wrong_key_does_not() {
         assert_eq!(code(&printed), 0, "{}", stderr(&printed));
         std::fs::write(place.path().join(kind), printed.stdout).expect("the folder is writable");
     }
-    let packages = ["jsonschema==4.*", "pyyaml==6.*"];
-    let python = python::python_with("jsonschema", &packages, &[]);
+    let python = python::python_with(&python::DEPLOYMENT);
     let script = "import json, pathlib, sys, jsonschema, yaml\n\
         place, shipped, n = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), 0\n\
         for pair in sys.argv[3:]:\n\

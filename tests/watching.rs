@@ -160,8 +160,7 @@ fn without_a_terminal_it_prints_what_to_do() {
 
 /// What a client of other people's receives: the first message of each topic.
 fn received_by_a_client(url: &str, protocol: &str, topics: &[&str]) -> Value {
-    let packages = ["rosbags==0.11.9", "websockets==17.4"];
-    let python = python::python_with("foxglove", &packages, &[]);
+    let python = python::python_with(&python::BAGS);
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/watching/client.py");
     let printed =
         python::must_run(Command::new(python).arg(script).args([url, protocol]).args(topics));
@@ -199,7 +198,7 @@ fn a_client_of_the_foxglove_protocol_decodes_a_bag() {
 fn a_client_of_the_foxglove_protocol_decodes_a_fleet_that_runs() {
     let name = "watching::a_client_of_the_foxglove_protocol_decodes_a_fleet_that_runs";
     // Installed outside of the network without a package index.
-    python::python_with("foxglove", &["rosbags==0.11.9", "websockets==17.4"], &[]);
+    python::python_with(&python::BAGS);
     in_own_network(name, async || {
         let fleet = FleetUnderTest::new(&ROBOTS).await;
         let (server, url) = serving(watch(&["--interface", "127.0.0.1"]));

@@ -18,7 +18,7 @@ fn messages(bag: &Bag) -> Vec<BagMessage> {
 /// The bags of `foreign.py`, in a folder of this test's own.
 fn foreign_bags() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("there is room for a temporary folder");
-    let python = python::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let python = python::python_with(&python::BAGS);
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign.py");
     python::must_run(Command::new(python).arg(script).arg(folder.path()));
     folder
@@ -131,7 +131,7 @@ fn bags_in_sqlite_are_refused_with_the_line_that_converts_them() {
 
 /// What `rosbags` and `mcap` count in a bag, checksums and table of contents compared on the way.
 fn counted_by_others(folder: &Path) -> Vec<u64> {
-    let python = python::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let python = python::python_with(&python::BAGS);
     let script = "
 import json, sys
 from pathlib import Path

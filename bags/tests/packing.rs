@@ -28,7 +28,7 @@ fn recorded(path: &Path, packing: Packing, n_steps: u64) -> Vec<String> {
 
 /// What `rosbags` counts in a bag, by topic.
 fn counted_by_rosbags(path: &Path) -> BTreeMap<String, u64> {
-    let python = python::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let python = python::python_with(&python::BAGS);
     let script = "
 import json, sys
 from collections import Counter
@@ -47,7 +47,7 @@ print(json.dumps(counts))
 
 /// The hash that `rosbags` gives a type by its definition in a bag.
 fn hash_by_rosbags(path: &Path, type_name: &str) -> String {
-    let python = python::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let python = python::python_with(&python::BAGS);
     let script = "
 import sys
 from pathlib import Path

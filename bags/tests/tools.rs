@@ -58,7 +58,7 @@ struct Report {
 }
 
 fn inspect(bag: &Path) -> Report {
-    let python = python::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let python = python::python_with(&python::BAGS);
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tools.py");
     let printed = python::must_run(Command::new(python).arg(script).arg(bag));
     serde_json::from_str(&printed).expect("the script answers in JSON")

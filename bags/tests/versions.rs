@@ -305,7 +305,7 @@ fn bags_of_every_version_are_those_that_another_reader_reads() {
     for kind in Kind::all() {
         kind.record(folder.path());
     }
-    let python = python::python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let python = python::python_with(&python::BAGS);
     let script = "
 import json, sys
 from pathlib import Path

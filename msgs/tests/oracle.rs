@@ -201,8 +201,7 @@ fn simulation_cases() -> Vec<Case> {
 }
 
 fn ask(question: &Question) -> RosbagsReport {
-    let python =
-        python::python_with("messages", &["rosbags==0.11.9"], &["ros-rcl-interfaces==2.0.3"]);
+    let python = python::python_with(&python::BAGS);
     let folder = tempfile::tempdir().expect("there is room for a temporary folder");
     let file = folder.path().join("question.json");
     std::fs::write(&file, serde_json::to_string(question).expect("a question is plain data"))

@@ -11,7 +11,7 @@ use serde_json::Value;
 use super::{episode, place};
 use crate::cells::CELLS;
 use crate::command::{code, json, rsrs, stderr};
-use rsrs_testing::python::{must_run, python_with};
+use rsrs_testing::python::{BAGS, must_run, python_with};
 
 const FLOCKBOT: &str = include_str!("../../launch_configs/profiles/flockbot.yaml");
 
@@ -61,7 +61,7 @@ fn label(here: &Path, bag: &str, more: &[&str]) -> Value {
 
 #[test]
 fn a_bag_that_was_converted_has_the_label_of_the_original() {
-    let python = python_with("bags", &["rosbags==0.11.9", "mcap-ros2-support==0.6.0"], &[]);
+    let python = python_with(&BAGS);
     let convert = python.with_file_name("rosbags-convert");
     let place = place();
     let here = place.path();

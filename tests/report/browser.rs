@@ -3,13 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use rsrs_testing::python::{must_run, python_with};
+use rsrs_testing::python::{Environment, must_run, python_with};
 
 use crate::command::{code, repository, rsrs, stderr};
 use crate::laboratory::workplace;
 use crate::simulated_bags::Run;
 
-const PACKAGES: [&str; 2] = ["playwright==1.65.2", "axe-playwright-python==0.1.8"];
+const BROWSER: Environment = Environment {
+    name: "browser",
+    packages: &["playwright==1.65.2", "axe-playwright-python==0.1.8"],
+    files_only: &[],
+};
 
 /// The system's Chromium, installed if this machine lacks it and may.
 fn chromium() -> PathBuf {
@@ -35,7 +39,7 @@ fn chromium() -> PathBuf {
 
 /// Lets a browser use a report, and gives what it found.
 fn browse(report: &Path) -> String {
-    let python = python_with("browser", &PACKAGES, &[]);
+    let python = python_with(&BROWSER);
     let screenshots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report");
     let script = repository().join("tests/report/browser.py");
     must_run(Command::new(python).arg(script).arg(chromium()).arg(report).arg(screenshots))
@@ -66,7 +70,7 @@ fn a_report_of_a_hundred_robots_opens_at_once_and_draws_its_frames_in_time() {
     let report = rsrs(here, &["report", "out", "-o", "report.html", "--bags", "run"]);
     assert!([0, 3].contains(&code(&report)), "{}", stderr(&report));
 
-    let python = python_with("browser", &PACKAGES, &[]);
+    let python = python_with(&BROWSER);
     let script = repository().join("tests/report/frames.py");
     let found =
         must_run(Command::new(python).arg(script).arg(chromium()).arg(here.join("report.html")));

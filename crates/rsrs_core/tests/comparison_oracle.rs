@@ -40,7 +40,7 @@ fn pooled_evidence_and_the_exact_test_agree_with_scipy() {
     std::fs::write(&file, text).expect("the target directory can be written");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/comparison_oracle.py");
 
-    let python = python::python_with("scipy", &["scipy==1.17.*", "statsmodels==0.14.*"], &[]);
+    let python = python::python_with(&python::SCIENCE);
     let printed = python::must_run(Command::new(python).arg(script).arg(&file));
 
     assert_eq!(printed.trim(), "9 cases agree");

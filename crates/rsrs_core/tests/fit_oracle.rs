@@ -119,7 +119,7 @@ fn intervals_variance_components_and_outliers_agree_with_scipy_and_statsmodels()
     std::fs::write(&file, text).expect("the target directory can be written");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fit_oracle.py");
 
-    let python = python::python_with("scipy", &["scipy==1.17.*", "statsmodels==0.14.*"], &[]);
+    let python = python::python_with(&python::SCIENCE);
     let printed = python::must_run(Command::new(python).arg(script).arg(&file));
 
     assert_eq!(printed.trim(), "6 cases agree");

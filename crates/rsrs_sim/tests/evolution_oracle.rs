@@ -68,7 +68,7 @@ fn standard_functions_take_as_many_samples_as_with_the_package_cma() {
         "population": EvolutionStrategy::new(&[START; N], STEP, 1).population(),
     });
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/evolution_oracle.py");
-    let python = python::python_with("cma", &["cma==4.*", "numpy<3"], &[]);
+    let python = python::python_with(&python::SCIENCE);
     let printed = python::must_run(Command::new(python).arg(script).arg(question.to_string()));
     let theirs: Value = serde_json::from_str(&printed).expect("it prints JSON");
 

@@ -1,45 +1,130 @@
-//! A cached Python environment with a few packages, for tests that use other implementations.
+//! Cached Python environments, for tests that use other implementations.
 
 use std::fs::{self, File};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Makes sure that an environment with these packages is there, and gives its interpreter.
+/// What a Python environment holds. Few hold much: each is hundreds of megabytes of what the others
+/// have, too.
+pub struct Environment<'a> {
+    /// The name of its folder.
+    pub name: &'a str,
+    /// Exact requirements, installed with what they depend on.
+    pub packages: &'a [&'a str],
+    /// Exact requirements of packages whose files alone matter.
+    pub files_only: &'a [&'a str],
+}
+
+/// Other people's readers of bags, messages and protocols.
+pub const BAGS: Environment = Environment {
+    name: "bags",
+    packages: &["mcap-ros2-support==0.6.0", "rosbags==0.11.9", "websockets==17.4"],
+    files_only: &["ros-rcl-interfaces==2.0.3"],
+};
+
+/// Statistics, optimisation, tables and notebooks.
+pub const SCIENCE: Environment = Environment {
+    name: "science",
+    packages: &[
+        "cma==4.*",
+        "ipykernel==7.*",
+        "matplotlib==3.*",
+        "mcap-ros2-support==0.6.0",
+        "mcap==1.*",
+        "nbclient==0.10.*",
+        "numpy==2.*",
+        "polars==1.*",
+        "pyarrow==26.0.1",
+        "scipy==1.17.*",
+        "statsmodels==0.14.*",
+    ],
+    files_only: &[],
+};
+
+/// What installs robots, finds packages and checks files.
+pub const DEPLOYMENT: Environment = Environment {
+    name: "deployment",
+    packages: &[
+        "ansible-core>=2.15,<2.20",
+        "jsonschema==4.*",
+        "pyyaml==6.*",
+        "ros-jazzy-ament-index-python==1.8.1",
+    ],
+    files_only: &[],
+};
+
+/// rclpy of ROS 2 Jazzy over Fast DDS, with common messages.
+pub const JAZZY: Environment = Environment {
+    name: "jazzy",
+    packages: &[
+        "ros-jazzy-diagnostic-msgs==5.3.6",
+        "ros-jazzy-geometry-msgs==5.3.6",
+        "ros-jazzy-nav-msgs==5.3.6",
+        "ros-jazzy-rclpy[fastrtps]==7.1.6",
+        "ros-jazzy-sensor-msgs==5.3.6",
+        "ros-jazzy-std-msgs==5.3.6",
+        "ros-jazzy-visualization-msgs==5.3.6",
+    ],
+    files_only: &[],
+};
+
+/// The same of ROS 2 Kilted.
+pub const KILTED: Environment = Environment {
+    name: "kilted",
+    packages: &[
+        "ros-kilted-diagnostic-msgs==5.5.1",
+        "ros-kilted-geometry-msgs==5.5.1",
+        "ros-kilted-nav-msgs==5.5.1",
+        "ros-kilted-rclpy[fastrtps]==9.1.2",
+        "ros-kilted-sensor-msgs==5.5.1",
+        "ros-kilted-std-msgs==5.5.1",
+        "ros-kilted-visualization-msgs==5.5.1",
+    ],
+    files_only: &[],
+};
+
+/// Makes sure that an environment is there, and gives its interpreter.
 ///
 /// It is kept under Cargo's target directory and made once; other test processes wait for it.
-///
-/// # Arguments
-///
-/// * `purpose` — names the environment.
-/// * `packages` — exact requirements, installed with what they depend on.
-/// * `files_only` — exact requirements of packages whose files alone matter.
 ///
 /// # Panics
 ///
 /// If this machine has no `python3` with `venv`, or reaches no package index.
-pub fn python_with(purpose: &str, packages: &[&str], files_only: &[&str]) -> PathBuf {
+pub fn python_with(environment: &Environment) -> PathBuf {
+    python_from(Path::new("python3"), environment)
+}
+
+/// [`python_with`], of another interpreter than the machine's `python3`.
+///
+/// # Panics
+///
+/// If the interpreter has no `venv`, or the machine reaches no package index.
+pub fn python_from(base: &Path, environment: &Environment) -> PathBuf {
+    let Environment { name, packages, files_only } = environment;
     // Tests lie in `target/PROFILE/deps`.
     let test = std::env::current_exe().expect("a running test has an executable");
     let target = test.ancestors().nth(3).expect("the folder of a test lies in the target folder");
-    let folder = target.join("tmp").join(format!(".venv-{purpose}"));
+    let folder = target.join("tmp").join(format!(".venv-{name}"));
     fs::create_dir_all(target.join("tmp")).expect("the target folder is writable");
     let lock = File::create(folder.with_extension("lock")).expect("the target folder is writable");
     lock.lock().expect("the file system of the target folder has locks");
 
     let python = folder.join("bin/python");
     let ready = folder.join("ready");
-    let wanted = [packages, files_only].concat().join("\n");
+    let wanted = [*packages, *files_only].concat().join("\n");
     if fs::read_to_string(&ready).is_ok_and(|installed| installed == wanted) {
         return python;
     }
     if folder.exists() {
         fs::remove_dir_all(&folder).expect("a half-made environment can be removed");
     }
-    must_run(Command::new("python3").args(["-m", "venv"]).arg(&folder));
-    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
-    must_run(Command::new(&python).args(install).args(packages));
+    must_run(Command::new(base).args(["-m", "venv"]).arg(&folder));
+    // Most of what is installed is never imported, so nothing is compiled until it is.
+    let install =
+        ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-compile"];
+    must_run(Command::new(&python).args(install).args(*packages));
     if !files_only.is_empty() {
-        must_run(Command::new(&python).args(install).arg("--no-deps").args(files_only));
+        must_run(Command::new(&python).args(install).arg("--no-deps").args(*files_only));
     }
     fs::write(&ready, wanted).expect("the new environment is writable");
     python

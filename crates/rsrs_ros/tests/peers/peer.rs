@@ -9,7 +9,7 @@ use tempfile::TempDir;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use rsrs_testing::network::TIMEOUT;
-use rsrs_testing::python::python_with;
+use rsrs_testing::python::{Environment, JAZZY, KILTED, python_with};
 
 /// Lets Cyclone DDS use the only interface of a network of its own, which it would avoid.
 const LOOPBACK_ONLY: &str = "<CycloneDDS><Domain><General><Interfaces>\
@@ -31,11 +31,11 @@ impl Maker {
     /// Its interpreter; to be asked for outside the network namespace, where the package index can
     /// be reached.
     pub fn python(self) -> PathBuf {
-        match self {
-            Self::Cyclone => python_with("cyclone", &["cyclonedds==11.0.1"], &[]),
-            Self::Jazzy => rclpy("jazzy", "7.1.6", "5.3.6"),
-            Self::Kilted => rclpy("kilted", "9.1.2", "5.5.1"),
-        }
+        python_with(match self {
+            Self::Cyclone => &CYCLONE,
+            Self::Jazzy => &JAZZY,
+            Self::Kilted => &KILTED,
+        })
     }
 
     /// Whether it has the messages of a package. The package index has neither of these two for
@@ -45,15 +45,8 @@ impl Maker {
     }
 }
 
-/// An interpreter with rclpy over Fast DDS and the common messages of a distribution.
-fn rclpy(distribution: &str, version: &str, of_messages: &str) -> PathBuf {
-    let package = |name: &str| format!("ros-{distribution}-{name}-msgs=={of_messages}");
-    let mut packages = vec![format!("ros-{distribution}-rclpy[fastrtps]=={version}")];
-    packages
-        .extend(["std", "geometry", "nav", "sensor", "diagnostic", "visualization"].map(package));
-    let packages: Vec<&str> = packages.iter().map(String::as_str).collect();
-    python_with(&format!("rclpy-{distribution}"), &packages, &[])
-}
+const CYCLONE: Environment =
+    Environment { name: "cyclone", packages: &["cyclonedds==11.0.1"], files_only: &[] };
 
 /// A running script, which is sent lines and answers in lines of JSON.
 pub struct Peer {

@@ -60,7 +60,7 @@ fn another_world_and_another_judge_find_the_same_phases() {
     std::fs::write(&file, text).expect("the target directory can be written");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/physics/neutral.py");
 
-    let python = python::python_with("scipy", &["scipy==1.17.*", "statsmodels==0.14.*"], &[]);
+    let python = python::python_with(&python::SCIENCE);
     let printed = python::must_run(Command::new(python).arg(script).arg(&file));
 
     assert_eq!(printed.trim(), "60 shares agree");

@@ -4,7 +4,7 @@
 //! swarmsim senses robot by robot within a step, acts on what was sensed a step before, drives along
 //! arcs and pushes bodies apart, so its states are others. The mill without noise is the same.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -15,6 +15,7 @@ use rsrs_core::judge::phase::{self, Phase};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_sim::draw::Seed;
 use rsrs_sim::episode::run_episode;
+use rsrs_testing::python::{self, Environment};
 use serde_json::{Value, json};
 
 use crate::support::perfect_flockbots;
@@ -22,7 +23,8 @@ use crate::support::perfect_flockbots;
 const SEED: Seed = Seed { seed: 1, replicate: 0 };
 const STEPS: usize = 1500;
 const WINDOW: usize = 450;
-const SWARMSIM: &str = "swarmsim==1.2.5";
+const SWARMSIM: Environment =
+    Environment { name: "swarmsim", packages: &["swarmsim==1.2.5"], files_only: &[] };
 
 /// The paper's cell with the sensor that swarmsim's own configuration of a Flockbot has.
 fn conditions() -> Conditions {
@@ -107,22 +109,7 @@ pub fn python_with_swarmsim() -> PathBuf {
          the path, among those of pyenv and those of uv: \
          `python3 -m pip install uv && uv python install 3.12` installs one",
     );
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(".venv-swarmsim");
-    let lock = File::create(folder.with_extension("lock")).expect("the target folder is writable");
-    lock.lock().expect("the file system of the target folder has locks");
-    let python = folder.join("bin/python");
-    let ready = folder.join("ready");
-    if fs::read_to_string(&ready).is_ok_and(|installed| installed == SWARMSIM) {
-        return python;
-    }
-    if folder.exists() {
-        fs::remove_dir_all(&folder).expect("a half-made environment can be removed");
-    }
-    must_run(Command::new(base).args(["-m", "venv"]).arg(&folder));
-    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", SWARMSIM];
-    must_run(Command::new(&python).args(install));
-    fs::write(&ready, SWARMSIM).expect("the new environment is writable");
-    python
+    python::python_from(&base, &SWARMSIM)
 }
 
 /// Where a Python may be: on the path, among those of pyenv, whose names on the path only work for
@@ -154,13 +141,4 @@ fn is_new_enough(python: &Path) -> bool {
         .stderr(Stdio::null())
         .status()
         .is_ok_and(|status| status.success())
-}
-
-fn must_run(command: &mut Command) {
-    let output = command.output().expect("the interpreter was found before");
-    assert!(
-        output.status.success(),
-        "{command:?} failed; this test needs pip and a package index:\n{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
 }
