@@ -1,13 +1,12 @@
 //! Bags that are in order and still not what was asked for.
 
-mod recording;
-
-use recording::damage::{messages, temporary};
-use recording::outcome::read;
-use recording::{Recording, SPEED_M_S, odometry};
 use rsrs_bags::trajectory::TrajectoryError;
 use rsrs_bags::{Bag, BagOptions, BagWriter, recover};
 use rsrs_msgs::rsrs::RunLease;
+
+use crate::recording::damage::{messages, temporary};
+use crate::recording::outcome::read;
+use crate::recording::{Recording, SPEED_M_S, odometry};
 
 #[test]
 fn an_empty_bag_is_whole_gives_no_trajectory_and_is_saved_empty() {

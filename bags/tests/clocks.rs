@@ -1,12 +1,11 @@
 //! Poses and commands that were stamped by several clocks.
 
-mod recording;
-
-use recording::PERIOD_NS;
-use recording::outcome::Foreign;
 use rsrs_bags::trajectory::{Finding, RecordedTrajectory};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{PoseStamped, TwistStamped};
+
+use crate::recording::PERIOD_NS;
+use crate::recording::outcome::Foreign;
 
 /// A bag of a robot with a stamped pose and a stamped command in each step, given its number and the
 /// time that its recorder's clock shows.

@@ -2,19 +2,20 @@
 //!
 //! `RSRS_LONG_TESTS=1` damages ten thousand copies of each kind of bag.
 
-mod recording;
-
 use std::env;
 use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
 
 use proptest::prelude::*;
-use recording::damage::{bag_of, file_of, messages, n_flushed, records, recover_bytes, temporary};
 use rsrs_bags::{BagMessage, BagOptions, BagWriter, Compression, Packing, Sample};
 use rsrs_msgs::cdr;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::Qos;
+
+use crate::recording::damage::{
+    bag_of, file_of, messages, n_flushed, records, recover_bytes, temporary,
+};
 
 const ALL: [Compression; 3] = [Compression::None, Compression::Zstd, Compression::Lz4];
 

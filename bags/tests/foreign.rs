@@ -1,15 +1,14 @@
 //! Bags that another writer made, with all the options there are.
 
-mod recording;
-
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use recording::damage::{bag_of, chunks, file_of};
 use rsrs_bags::{Bag, BagError, BagMessage, Compression, OfferedQos, recover_into};
 use rsrs_core::help::Help;
 use rsrs_testing::python;
+
+use crate::recording::damage::{bag_of, chunks, file_of};
 
 fn messages(bag: &Bag) -> Vec<BagMessage> {
     bag.messages().collect::<Result<_, _>>().expect("the bag is whole")

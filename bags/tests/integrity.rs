@@ -1,7 +1,5 @@
 //! Bags with other bytes than were written are distinguished from whole ones, whoever wrote them.
 
-mod recording;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Cursor;
@@ -9,8 +7,9 @@ use std::path::Path;
 
 use mcap::WriteOptions;
 use mcap::records::MessageHeader;
-use recording::damage::{bag_of, file_of, messages, records, temporary};
 use rsrs_bags::{Bag, BagMessage, Compression, recover_into};
+
+use crate::recording::damage::{bag_of, file_of, messages, records, temporary};
 
 /// What a bag with these bytes gives: `None` if it is reported as damaged, or as no bag.
 fn read(folder: &Path, bytes: &[u8]) -> Option<Vec<BagMessage>> {

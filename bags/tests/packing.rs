@@ -1,18 +1,17 @@
 //! Bags that are split or compressed in other ways, and topics of types that are not ours.
 
-mod recording;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use recording::damage::{messages, temporary};
-use recording::{PERIOD_NS, Recording};
 use rsrs_bags::definitions::{Definition, Definitions};
 use rsrs_bags::{Bag, BagError, BagOptions, BagWriter, Compression, Packing, Sample};
 use rsrs_msgs::topics::Qos;
 use rsrs_testing::python;
+
+use crate::recording::damage::{messages, temporary};
+use crate::recording::{PERIOD_NS, Recording};
 
 fn recorded(path: &Path, packing: Packing, n_steps: u64) -> Vec<String> {
     let custom_data = BTreeMap::from([("run_id".to_owned(), "7".to_owned())]);

@@ -1,12 +1,8 @@
 //! What can be saved of bags in every state of disrepair, and that what was lost is reported.
 
-mod recording;
-
 use std::collections::BTreeMap;
 use std::fs;
 
-use recording::damage::{bag_of, chunks, file_of, messages, records, recover_bytes, temporary};
-use recording::{PERIOD_NS, Recording};
 use rsrs_bags::{
     Bag, BagError, BagOptions, BagWriter, Compression, LossKind, Packing, Sample, recover,
     recover_into,
@@ -14,6 +10,12 @@ use rsrs_bags::{
 use rsrs_msgs::cdr;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::Qos;
+
+use crate::recording;
+use crate::recording::damage::{
+    bag_of, chunks, file_of, messages, records, recover_bytes, temporary,
+};
+use crate::recording::{PERIOD_NS, Recording};
 
 #[test]
 fn a_whole_bag_is_copied_and_nothing_is_lost() {

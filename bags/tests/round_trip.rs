@@ -1,7 +1,5 @@
 //! What is written is read back, from whole bags and from broken ones.
 
-mod recording;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::BufWriter;
@@ -11,12 +9,13 @@ use std::sync::LazyLock;
 use mcap::WriteOptions;
 use mcap::records::MessageHeader;
 use proptest::prelude::*;
-use recording::damage::{messages, temporary};
-use recording::{PERIOD_NS, Recording};
 use rsrs_bags::{Bag, BagError, BagMessage, BagOptions, BagWriter, Sample};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos};
 use rsrs_msgs::{cdr, schema};
+
+use crate::recording::damage::{messages, temporary};
+use crate::recording::{PERIOD_NS, Recording};
 
 /// A bag of two robots and so many steps.
 fn small_bag(folder: &Path, n_steps: u64) -> PathBuf {

@@ -1,13 +1,10 @@
 //! Holds our bags against two independent readers of ROS 2 bags, `rosbags` and
 //! `mcap-ros2-support`.
 
-mod recording;
-
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
-use recording::Recording;
 use rsrs_bags::{BagOptions, BagWriter, Sample};
 use rsrs_msgs::builtin_interfaces::{Duration, Time};
 use rsrs_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
@@ -30,6 +27,8 @@ use rsrs_msgs::visualization_msgs::{Marker, MarkerArray, MeshFile, UVCoordinate}
 use rsrs_msgs::{RosMessage, cdr, schema};
 use rsrs_testing::python;
 use serde::Deserialize;
+
+use crate::recording::Recording;
 
 /// What a tool found in a bag.
 #[derive(Debug, Deserialize, PartialEq)]

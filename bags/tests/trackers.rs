@@ -1,12 +1,7 @@
 //! Poses of all robots in one message.
 
-mod recording;
-
 use std::fs;
 
-use recording::PERIOD_NS;
-use recording::damage::temporary;
-use recording::outcome::Foreign;
 use rsrs_bags::definitions::{Definition, Definitions};
 use rsrs_bags::trajectory::{Finding, PoseSource};
 use rsrs_msgs::RosMessage;
@@ -14,6 +9,10 @@ use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::Pose;
 use rsrs_msgs::std_msgs::Header;
 use serde::{Deserialize, Serialize};
+
+use crate::recording::PERIOD_NS;
+use crate::recording::damage::temporary;
+use crate::recording::outcome::Foreign;
 
 /// As `motion_capture_tracking_interfaces` has it.
 #[derive(Clone, Serialize, Deserialize)]

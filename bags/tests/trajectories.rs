@@ -1,10 +1,5 @@
 //! Trajectories out of bags: good ones, and the reasons why others give none.
 
-mod recording;
-
-use recording::damage::temporary;
-use recording::outcome::{Foreign, read, recorded};
-use recording::{PERIOD_NS, Recording, SPEED_M_S, odometry};
 use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{
     PoseSource, TrajectoryError, TrajectoryOptions, WindowSource, read_trajectory,
@@ -14,6 +9,10 @@ use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{PoseStamped, TransformStamped};
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::tf2_msgs::TFMessage;
+
+use crate::recording::damage::temporary;
+use crate::recording::outcome::{Foreign, read, recorded};
+use crate::recording::{PERIOD_NS, Recording, SPEED_M_S, odometry};
 
 fn body(robot: &str, parent: &str, step: u64) -> TransformStamped {
     let mut transform = TransformStamped::default();

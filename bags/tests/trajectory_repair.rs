@@ -1,12 +1,11 @@
 //! Poses that are missing, jump, or come at other times: what is repaired, and what is refused.
 
-mod recording;
-
-use recording::outcome::{Foreign, Outcome, recorded};
-use recording::{PERIOD_NS, SPEED_M_S, odometry};
 use rsrs_bags::trajectory::{Finding, TrajectoryError};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::PoseStamped;
+
+use crate::recording::outcome::{Foreign, Outcome, recorded};
+use crate::recording::{PERIOD_NS, SPEED_M_S, odometry};
 
 #[test]
 fn two_publishers_on_one_topic_are_found_out() {

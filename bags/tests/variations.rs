@@ -4,13 +4,12 @@
 //! The combinations are those of the conformance suite of foxglove/mcap (chunks or none; index, summary
 //! and repeated records each there or not; more bytes behind the fields of records), generated here.
 
-mod recording;
-
 use std::fs;
 use std::path::Path;
 
-use recording::damage::temporary;
 use rsrs_bags::{Bag, BagMessage, recover_into};
+
+use crate::recording::damage::temporary;
 
 const SCHEMA: u8 = 0x03;
 const CHANNEL: u8 = 0x04;

@@ -1,7 +1,5 @@
 //! Small bags of a swarm that drives straight, for tests to write and to spoil.
 
-#![allow(dead_code, reason = "each test file uses some of it")]
-
 pub mod damage;
 pub mod outcome;
 

@@ -1,14 +1,13 @@
 //! The files that ship with the project: the measured Flockbot and its sweep.
 
-mod numbers;
-
 use std::collections::BTreeSet;
 
-use numbers::numbers;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::diagram::sweep_file::SweepFile;
 use rsrs_core::robot::profile::RobotProfile;
+
+use crate::numbers::numbers;
 
 const PROFILE: &str = include_str!("../../../launch_configs/profiles/flockbot.yaml");
 const GROUP_SENSOR: &str =

@@ -1,18 +1,16 @@
 //! Step 1 as a user meets it: tables in, a profile out, and what is refused.
 
-#[path = "../examples/make_trials/generate.rs"]
-mod generate;
-mod numbers;
-
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use numbers::numbers;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::trials::fit::{Fit, FitError, Tables, Unmeasured, fit, sensor_map};
 use rsrs_core::trials::trial::{detection_trials, period_trials, speed_trials, turn_trials};
 use serde_json::Value;
+
+use crate::generate;
+use crate::numbers::numbers;
 
 const SPEED: &str = include_str!("../../../launch_configs/profiles/flockbot_trials/speed.csv");
 const TURN: &str = include_str!("../../../launch_configs/profiles/flockbot_trials/turn.csv");

@@ -1,0 +1,21 @@
+//! The method, on simulated trials, the measured Flockbots, and against other implementations.
+
+mod adaptive;
+mod agreement_oracle;
+mod capability;
+mod certainty;
+mod choice;
+mod comparison;
+mod comparison_oracle;
+mod error_rates;
+mod fit_oracle;
+mod flockbot;
+#[path = "../examples/make_trials/generate.rs"]
+mod generate;
+mod impossible;
+mod judge;
+mod measure;
+mod numbers;
+mod plan;
+mod recovery;
+mod trials;
