@@ -222,6 +222,8 @@ fn bags_of_other_experiments_are_refused_all_at_once() {
       cannot open nowhere: No such file or directory (os error 2)
     help: leave such bags out, or compare them with the sweep that simulates their experiment
     ");
+    let missing = stderr(&compare(here, &[], &["nowhere", "neither_here"]));
+    assert!(missing.contains("help: give the folder that holds metadata.yaml"), "{missing}");
 }
 
 #[test]

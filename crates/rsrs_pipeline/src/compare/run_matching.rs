@@ -81,18 +81,17 @@ pub const LABEL: Refusal = Refusal { what: "labelled", help: "leave such bags ou
 /// If there is a reason.
 pub fn refuse(refusal: Refusal, reasons: &[anyhow::Error], n_bags: usize) -> anyhow::Result<()> {
     let Refusal { what, help } = refusal;
+    let Some((first, others)) = reasons.split_first() else { return Ok(()) };
+    // What mends one of them mends the others only if it is the same.
+    let own_help = help_of(first)
+        .filter(|own| others.iter().all(|other| help_of(other).as_ref() == Some(own)));
     let lines: Vec<String> = reasons.iter().map(in_one_line).collect();
-    match reasons {
-        [] => Ok(()),
-        [only] => Err(with_help(
-            format!("a bag cannot be {what}\n  {}", lines.join("")),
-            help_of(only).unwrap_or_else(|| help.to_owned()),
-        )),
-        _ => Err(with_help(
-            format!("{} of {n_bags} bags cannot be {what}\n  {}", lines.len(), lines.join("\n  ")),
-            help,
-        )),
-    }
+    let which = match others {
+        [] => "a bag".to_owned(),
+        _ => format!("{} of {n_bags} bags", lines.len()),
+    };
+    let message = format!("{which} cannot be {what}\n  {}", lines.join("\n  "));
+    Err(with_help(message, own_help.unwrap_or_else(|| help.to_owned())))
 }
 
 /// What a sweep asks of a bag.
