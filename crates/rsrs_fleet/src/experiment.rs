@@ -9,6 +9,7 @@ use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::document::{self, DocumentError};
 use rsrs_core::help::Help;
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_core::judge::phase::WINDOW_S;
 use serde::{Deserialize, Serialize};
 
 pub use recording::{BagCompression, RecordOptions, RecordRefused, bytes};
@@ -29,7 +30,8 @@ pub struct ExperimentFile {
     pub duration_s: f64,
     /// Seed of the simulated world, below 2^63.
     pub seed: u64,
-    /// What to do when a robot is lost during the run.
+    /// What to do when a robot is lost during the run: end it, go on without it, or end it only before
+    /// the time that is judged has begun.
     #[serde(default)]
     pub robot_lost: RobotLost,
     /// What is recorded besides the topics of every run.
@@ -52,8 +54,33 @@ pub enum RobotLost {
     /// Stop all robots and end the run.
     #[default]
     Abort,
-    /// Report it and go on with the others.
+    /// Report it and go on with the others; what the others do is compared only where that is asked
+    /// for.
     Note,
+    /// End the run if the time that is judged, its last minute, has not begun; then report it, go on
+    /// with the others, and the run counts.
+    AbortUntilJudged,
+}
+
+impl RobotLost {
+    /// Whether a run ends when a robot is lost.
+    ///
+    /// # Arguments
+    ///
+    /// * `after_s` — how long the robots have been allowed to move then.
+    /// * `duration_s` — how long they are to move.
+    pub fn ends_run(self, after_s: f64, duration_s: f64) -> bool {
+        match self {
+            Self::Abort => true,
+            Self::Note => false,
+            Self::AbortUntilJudged => after_s < judged_from_s(duration_s),
+        }
+    }
+}
+
+/// When the time of a run begins that is judged, in seconds from the start of the movement.
+pub fn judged_from_s(duration_s: f64) -> f64 {
+    (duration_s - WINDOW_S).max(0.0)
 }
 
 /// How the simulated backend runs an experiment.

@@ -8,11 +8,14 @@ use rsrs_core::robot::unicycle::Pose;
 use crate::e_stop::{Locks, Source};
 use crate::epoch;
 use crate::message::{RobotState, Status};
-use crate::timing::{LEASE_DURATION, MAX_CLOCK_SKEW};
+use crate::timing::LEASE_DURATION;
 
+mod clocks;
 mod places;
 mod problem;
 
+pub use clocks::ClockLead;
+pub(crate) use clocks::notes as clock_notes;
 pub(crate) use places::unusable_poses;
 pub use problem::Problem;
 
@@ -165,11 +168,11 @@ pub struct Seen {
     pub e_stop: Locks,
     /// The highest epoch that was received.
     pub highest_epoch: u64,
-    /// How far each robot's wall clock is ahead of ours, in seconds, by the stamps of its statuses;
+    /// How far each robot's wall clock is ahead of ours, by the stamps of its statuses;
     /// robots that do not stamp are left out.
-    pub clock_ahead_s: BTreeMap<String, f64>,
-    /// How far the clock by which each robot's poses are stamped is ahead of ours, in seconds.
-    pub pose_ahead_s: BTreeMap<String, f64>,
+    pub clocks: BTreeMap<String, ClockLead>,
+    /// How far the clock by which each robot's poses are stamped is ahead of ours.
+    pub pose_clocks: BTreeMap<String, ClockLead>,
     /// Frame and last pose of each robot whose pose was received.
     pub poses: BTreeMap<String, (String, Pose)>,
     /// By robot: why its last pose cannot be used.
@@ -289,17 +292,12 @@ fn of_robot(robot: &str, expected: &Expected, seen: &Seen, reception: Reception)
     if in_time && !seen.controllers.contains(robot) {
         problems.push(Problem::ControllerMissing { robot: named() });
     }
-    match seen.clock_ahead_s.get(robot) {
-        Some(ahead_s) if in_time && ahead_s.abs() > MAX_CLOCK_SKEW.as_secs_f64() => {
-            problems.push(Problem::Clock { robot: named(), ahead_s: *ahead_s });
-        }
-        _ => {}
-    }
-    match seen.pose_ahead_s.get(robot) {
-        Some(ahead_s) if in_time && ahead_s.abs() > MAX_CLOCK_SKEW.as_secs_f64() => {
-            problems.push(Problem::PoseClock { robot: named(), ahead_s: *ahead_s });
-        }
-        _ => {}
+    if in_time {
+        let unusable = |lead: &&ClockLead| lead.is_apart() && !lead.is_steady();
+        let clock = seen.clocks.get(robot).filter(unusable);
+        problems.extend(clock.map(|lead| Problem::Clock { robot: named(), lead: *lead }));
+        let clock = seen.pose_clocks.get(robot).filter(unusable);
+        problems.extend(clock.map(|lead| Problem::PoseClock { robot: named(), lead: *lead }));
     }
     let diagnostic_errors =
         seen.diagnostic_errors.iter().filter(|diagnostic_error| diagnostic_error.robot == robot);

@@ -149,6 +149,16 @@ impl ExperimentRecord {
         }
     }
 
+    /// Whether a completed run counts although these robots were lost on the way: only where the
+    /// experiment had fixed that beforehand, and none was lost before the time that is judged.
+    pub fn counts_without(&self, lost: &[LostRobot]) -> bool {
+        let is_late = |lost: &LostRobot| !self.robot_lost.ends_run(lost.after_s, self.duration_s);
+        match self.robot_lost {
+            RobotLost::Abort | RobotLost::Note => lost.is_empty(),
+            RobotLost::AbortUntilJudged => lost.iter().all(is_late),
+        }
+    }
+
     /// What must be the same for the run to be compared with a simulated cell.
     pub fn operator_conditions(&self) -> OperatorConditions {
         OperatorConditions::of(&self.conditions, self.duration_s)
@@ -360,6 +370,26 @@ pub(crate) mod tests {
             let best = rsrs_core::robot::controller::ControllerParameters::mirrored(0.15, 0.75);
             best.digest()
         });
+    }
+
+    #[test]
+    fn a_run_that_lost_a_robot_counts_only_by_a_rule_that_was_fixed_beforehand() {
+        let lost = |after_s: f64| {
+            let (robot, reason) = ("robot_3".to_owned(), "silent".to_owned());
+            vec![LostRobot { robot, after_s, reason }]
+        };
+        let record = |robot_lost| ExperimentRecord { robot_lost, ..record() };
+
+        // It lasts 300 s, of which the last 60 are judged.
+        let until_judged = record(RobotLost::AbortUntilJudged);
+        assert!(until_judged.counts_without(&[]));
+        assert!(until_judged.counts_without(&lost(240.0)));
+        assert!(!until_judged.counts_without(&lost(239.9)));
+        assert!(!until_judged.counts_without(&[lost(250.0), lost(20.0)].concat()));
+        for robot_lost in [RobotLost::Abort, RobotLost::Note] {
+            assert!(record(robot_lost).counts_without(&[]));
+            assert!(!record(robot_lost).counts_without(&lost(299.0)));
+        }
     }
 
     #[test]

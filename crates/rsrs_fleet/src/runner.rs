@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use crate::e_stop::EStop;
 use crate::epoch::{self, ImplausibleEpoch};
-use crate::experiment::RobotLost;
 use crate::message::{E_STOP_REASON, Lease, LeaseState};
 use crate::preflight::{self, Graph, Seen};
 use crate::record::LostRobot;
 use crate::timing::{
-    ARM_TIMEOUT, CONFIGURE_TIMEOUT, FIRST_SAMPLE_TIMEOUT, GRAPH_PERIOD, HEARTBEAT_PERIOD,
-    LOCKSTEP_GRACE, NODE_TIMEOUT, POSE_SEARCH_DURATION, RECORDER_TIMEOUT, STAND_TIMEOUT, Transport,
+    ARM_TIMEOUT, CATCH_UP_TIMEOUT, CONFIGURE_TIMEOUT, FIRST_SAMPLE_TIMEOUT, GRAPH_PERIOD,
+    HEARTBEAT_PERIOD, LEASE_DURATION, LOCKSTEP_GRACE, NODE_TIMEOUT, POSE_SEARCH_DURATION,
+    RECORDER_TIMEOUT, STAND_TIMEOUT, Transport,
 };
 
 mod event;
@@ -54,6 +54,10 @@ pub struct Runner {
     phase: Phase,
     /// Since when it is in its phase; `None` before the first event.
     since: Option<Duration>,
+    /// When it was given the time last.
+    woken: Duration,
+    /// Time before the start in which this machine did not keep up, and which counted for no timeout.
+    forgiven: Duration,
     graph: Graph,
     /// When it received last what the discovery database holds.
     looked: Duration,
@@ -78,6 +82,7 @@ pub struct Runner {
     simulated_at: Option<Duration>,
     last_lease: Option<(LeaseState, Duration)>,
     outcome: Option<Outcome>,
+    has_started: bool,
     lost: Vec<LostRobot>,
     not_standing: Vec<String>,
 }
@@ -89,6 +94,8 @@ impl Runner {
             transport: Transport::Plain,
             phase: Phase::Discover,
             since: None,
+            woken: Duration::ZERO,
+            forgiven: Duration::ZERO,
             graph: Graph::default(),
             looked: Duration::ZERO,
             strangers: UnexpectedPublishers::default(),
@@ -108,6 +115,7 @@ impl Runner {
             simulated_at: None,
             last_lease: None,
             outcome: None,
+            has_started: false,
             lost: Vec::new(),
             not_standing: Vec::new(),
             options,
@@ -128,6 +136,11 @@ impl Runner {
     /// How the run ended; `None` while it goes on. It is set before the bag is closed.
     pub fn outcome(&self) -> Option<&Outcome> {
         self.outcome.as_ref()
+    }
+
+    /// Whether the robots have been allowed to move, and so whether there was anything to see.
+    pub fn has_started(&self) -> bool {
+        self.has_started
     }
 
     /// Robots that were lost while they should have moved, in that order.
@@ -171,6 +184,7 @@ impl Runner {
             return actions;
         }
         self.since.get_or_insert(now);
+        self.forgive(now);
         // Words of hundreds of robots are judged together when time passes: each for itself would
         // cost the square of their number.
         let is_a_word = event.is_a_word();
@@ -195,7 +209,9 @@ impl Runner {
                 self.raise_epoch(status.epoch, &robot, actions);
                 self.roster.receive_controller(&robot, status, now);
             }
-            Event::ClockAhead { robot, seconds } => self.start_check.receive_clock(robot, seconds),
+            Event::ClockAhead { robot, seconds } => {
+                self.start_check.receive_clock(robot, seconds, now);
+            }
             Event::Behind { seconds } => self.start_check.receive_delay(seconds),
             Event::Diagnosed { robot, part, error } => {
                 let news = self.start_check.receive_diagnosis(robot, part, error);
@@ -242,7 +258,7 @@ impl Runner {
             }
             Event::Release(sources) => self.e_stop.release(&sources),
             Event::PoseAhead { robot, seconds } => {
-                self.start_check.receive_pose_clock(robot, seconds);
+                self.start_check.receive_pose_clock(robot, seconds, now);
             }
             Event::Transform { child, parent } => {
                 self.start_check.receive_transform(&child, parent);
@@ -327,6 +343,21 @@ impl Runner {
     fn enter(&mut self, phase: Phase, now: Duration) {
         self.phase = phase;
         self.since = Some(now);
+    }
+
+    /// Lets time in which this machine did not keep up count for no timeout, as long as no robot has
+    /// moved: what did not come meanwhile may only not have been looked at.
+    fn forgive(&mut self, now: Duration) {
+        let passed = now.saturating_sub(std::mem::replace(&mut self.woken, now));
+        let is_preparing =
+            matches!(self.phase, Phase::Configure | Phase::ReadBack | Phase::Record | Phase::Arm);
+        let is_behind =
+            passed > LEASE_DURATION || preflight::too_slow(self.start_check.behind_s()).is_some();
+        let forgiven = self.forgiven + passed;
+        if is_preparing && is_behind && forgiven <= CATCH_UP_TIMEOUT {
+            self.forgiven = forgiven;
+            self.since = self.since.map(|since| since + passed);
+        }
     }
 
     /// How long the runner is in its phase.

@@ -126,5 +126,12 @@ pub const ACKNOWLEDGE_TIMEOUT: Duration = Duration::from_secs(5);
 /// From the moment when all robots of a fleet are armed until they move.
 pub const COUNTDOWN: Duration = Duration::from_secs(3);
 
-/// How far a robot's wall clock may be from the runner's.
+/// How far a robot's wall clock may be from the runner's before it is noted that its stamps are aligned
+/// by when they are received.
 pub const MAX_CLOCK_SKEW: Duration = Duration::from_secs(1);
+
+/// For how long such a clock is looked at, as one that is just being set can be aligned by nothing ...
+pub const CLOCK_LOOK: Duration = Duration::from_secs(2);
+
+/// ... and by how much it may change meanwhile: whoever reads the bag allows as much.
+pub const MAX_CLOCK_CHANGE: Duration = Duration::from_millis(250);

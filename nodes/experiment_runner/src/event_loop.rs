@@ -426,6 +426,7 @@ impl<'a> Run<'a> {
             ending: Ending::of(&outcome, self.machine.lost()),
             not_standing,
             bag: self.bag.take(),
+            has_started: self.machine.has_started(),
             n_lost: self.n_lost,
             preflight_s: self.times.preflight_s(),
             parameters_s: self.times.parameters_s(),

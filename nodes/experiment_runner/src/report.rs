@@ -28,6 +28,8 @@ pub struct RunReport {
     pub not_standing: Vec<String>,
     /// The bag; `None` if none was opened.
     pub bag: Option<BagSummary>,
+    /// Whether the robots were allowed to move.
+    pub has_started: bool,
     /// Messages missing in the bag between two that are in it, on topics that are to lose none.
     pub n_lost: u64,
     /// Wall-clock time from the start of the runner until all that it needs was found, in seconds;

@@ -1,8 +1,8 @@
 //! The reasons not to start a run, in words.
 
-use super::{DiagnosticError, UnfitTopic, commands_as};
+use super::{ClockLead, DiagnosticError, UnfitTopic, commands_as};
 use crate::epoch::ImplausibleEpoch;
-use crate::timing::{LEASE_DURATION, MAX_CLOCK_SKEW};
+use crate::timing::LEASE_DURATION;
 
 fn by(nodes: &[String]) -> String {
     if nodes.is_empty() { String::new() } else { format!(" by {}", nodes.join(", ")) }
@@ -129,18 +129,13 @@ pub enum Problem {
         /// The limit in the fleet file, in volts.
         expected_v: f64,
     },
-    /// Its wall clock is not ours; recorded times would not fit together.
-    #[error(
-        "{robot}: clock {:.1} s {} ours, expected within {} s",
-        ahead_s.abs(),
-        if *ahead_s > 0.0 { "ahead of" } else { "behind" },
-        MAX_CLOCK_SKEW.as_secs()
-    )]
+    /// Its wall clock is not ours and does not go as ours does; recorded times could not be aligned.
+    #[error("{robot}: clock {lead} ours, and {} (let chrony set it)", lead.unsteady())]
     Clock {
         /// The robot.
         robot: String,
-        /// How far its clock is ahead, in seconds.
-        ahead_s: f64,
+        /// How far its clock is ahead.
+        lead: ClockLead,
     },
     /// The runner's machine does not keep up with the messages; that it receives no robot in time
     /// is not the robots' fault.
@@ -185,19 +180,18 @@ pub enum Problem {
         /// The epoch.
         refused: ImplausibleEpoch,
     },
-    /// The publisher of its poses has another clock; commands and poses would not fit together.
+    /// The publisher of its poses has another clock, which does not go as ours does; commands and poses
+    /// could not be aligned.
     #[error(
-        "{robot}: its poses are stamped {:.1} s {} our clock, expected within {} s (set the clock of \
-         whoever publishes them, or stamp with it)",
-        ahead_s.abs(),
-        if *ahead_s > 0.0 { "ahead of" } else { "behind" },
-        MAX_CLOCK_SKEW.as_secs()
+        "{robot}: its poses are stamped {lead} our clock, and {} (set the clock of whoever publishes \
+         them, or stamp with it)",
+        lead.unsteady()
     )]
     PoseClock {
         /// The robot.
         robot: String,
-        /// How far the stamps are ahead, in seconds.
-        ahead_s: f64,
+        /// How far the stamps are ahead.
+        lead: ClockLead,
     },
     /// The last pose of a robot cannot be used.
     #[error("{robot}: its pose cannot be used: {reason}")]

@@ -123,8 +123,8 @@ fn clocks_batteries_and_diagnostics_are_looked_at() {
         [("robot_1".to_owned(), 6.6), ("robot_2".to_owned(), 6.6)].into_iter().collect();
     let mut seen = complete();
     seen.robots.get_mut("robot_1").expect("it is there").battery_v = 6.25;
-    seen.clock_ahead_s.insert("robot_1".to_owned(), -61.5);
-    seen.clock_ahead_s.insert("robot_2".to_owned(), 0.9);
+    seen.clocks.insert("robot_1".to_owned(), clock(-61.5, Some(0.26)));
+    seen.clocks.insert("robot_2".to_owned(), clock(0.9, Some(0.26)));
     seen.diagnostic_errors.insert(DiagnosticError {
         robot: "robot_2".to_owned(),
         part: "robot_2: link".to_owned(),
@@ -135,7 +135,8 @@ fn clocks_batteries_and_diagnostics_are_looked_at() {
         sentences(&expected, &seen),
         [
             "robot_1: battery at 6.25 V, expected at least 6.60 V",
-            "robot_1: clock 61.5 s behind ours, expected within 1 s",
+            "robot_1: clock 61.5 s behind ours, and it has changed by 0.3 s since it was received \
+             first, so its stamps cannot be aligned (let chrony set it)",
             "robot_2: battery unknown, expected at least 6.60 V",
             "robot_2: diagnostics: robot_2: link: no answer",
         ]
@@ -148,7 +149,7 @@ fn a_machine_that_is_too_slow_is_reported_and_no_robot_blamed() {
     seen.graph.simulator = false;
     seen.robots.remove("robot_1");
     seen.controllers.clear();
-    seen.clock_ahead_s.insert("robot_2".to_owned(), -4.6);
+    seen.clocks.insert("robot_2".to_owned(), clock(-4.6, None));
     seen.behind_s = Some(4.7);
 
     let slow = sentences(&expected(), &seen);
@@ -297,16 +298,38 @@ fn poses_that_cannot_be_used_are_refused_where_poses_are_needed() {
     assert_eq!(sentences(&Expected { apart: None, ..expected }, &seen), [""; 0]);
 }
 
+fn clock(ahead_s: f64, change_s: Option<f64>) -> ClockLead {
+    ClockLead { ahead_s, change_s }
+}
+
 #[test]
-fn poses_of_another_clock_are_refused() {
+fn poses_of_another_clock_are_noted_if_it_is_steady_and_else_refused() {
     let mut seen = complete();
-    seen.pose_ahead_s.insert("robot_1".to_owned(), -60.0);
-    seen.pose_ahead_s.insert("robot_2".to_owned(), -0.4);
+    let tracker = clock(-1_763_969_600.0, Some(0.02));
+    seen.pose_clocks.insert("robot_1".to_owned(), tracker);
+    seen.pose_clocks
+        .insert("robot_2".to_owned(), ClockLead { ahead_s: -1_763_969_600.1, ..tracker });
 
-    let printed = sentences(&expected(), &seen);
+    assert_eq!(sentences(&expected(), &seen), [""; 0]);
+    assert_eq!(
+        clock_notes(&expected(), &seen),
+        [
+            "note: robot_1, robot_2: poses are stamped 1763969600.0 s behind our clock; they are aligned \
+          by when they are received"
+        ]
+    );
 
-    assert_eq!(printed.len(), 1, "{printed:?}");
-    assert!(printed[0].starts_with("robot_1: its poses are stamped 60.0 s behind our clock"));
+    for (change_s, expected_text) in
+        [(Some(-3.0), "changed by 3.0 s"), (None, "its stamps have not come for 2 s yet")]
+    {
+        seen.pose_clocks.insert("robot_1".to_owned(), ClockLead { change_s, ..tracker });
+
+        let printed = sentences(&expected(), &seen);
+
+        assert_eq!(printed.len(), 1, "{printed:?}");
+        assert!(printed[0].starts_with("robot_1: its poses are stamped 1763969600.0 s behind our"));
+        assert!(printed[0].contains(expected_text), "{printed:?}");
+    }
 }
 
 #[test]

@@ -5,8 +5,8 @@ use crate::message::E_STOP_REASON;
 use super::{
     ARM_TIMEOUT, Action, CONFIGURE_TIMEOUT, Duration, FIRST_SAMPLE_TIMEOUT, Failure,
     LOCKSTEP_GRACE, LossTimeouts, LostRobot, NODE_TIMEOUT, Outcome, POSE_SEARCH_DURATION, Phase,
-    RECORDER_TIMEOUT, Requests, RobotLost, RunBinding, RunLength, Runner, STAND_TIMEOUT, Seen,
-    Target, UnexpectedPublishers, preflight,
+    RECORDER_TIMEOUT, Requests, RunBinding, RunLength, Runner, STAND_TIMEOUT, Seen, Target,
+    UnexpectedPublishers, preflight,
 };
 
 impl Runner {
@@ -43,8 +43,8 @@ impl Runner {
                 .collect(),
             e_stop: self.e_stop.locks(),
             highest_epoch: self.highest_epoch,
-            clock_ahead_s: self.start_check.clock_ahead_s(),
-            pose_ahead_s: self.start_check.pose_ahead_s(),
+            clocks: self.start_check.clocks(),
+            pose_clocks: self.start_check.pose_clocks(),
             poses: self.start_check.poses(),
             unusable_poses: self.start_check.unusable_poses().clone(),
             parents: self.start_check.parents(),
@@ -52,6 +52,7 @@ impl Runner {
             diagnostic_errors: self.start_check.diagnostic_errors(),
         };
         let problems = preflight::problems(&self.options.expected, &seen);
+        let clocks = preflight::clock_notes(&self.options.expected, &seen);
         self.graph = seen.graph;
         let onlookers: Vec<Action> =
             self.graph.onlookers.iter().map(|it| Action::Note(format!("note: {it}"))).collect();
@@ -60,6 +61,7 @@ impl Runner {
             self.strangers = UnexpectedPublishers::none_of(&self.graph);
             let robots = self.options.expected.robots.len();
             actions.extend(onlookers);
+            actions.extend(clocks.into_iter().map(Action::Note));
             actions.extend(self.options.expected.leases().into_iter().map(Action::Note));
             actions.push(Action::Note(format!("found all {robots} robots; setting parameters")));
             self.requests = Requests::new(self.targets());
@@ -191,6 +193,7 @@ impl Runner {
     fn start(&mut self, now: Duration, actions: &mut Vec<Action>) {
         actions.push(Action::Note("running".to_owned()));
         self.roster.forget_samples();
+        self.has_started = true;
         self.enter(Phase::Run, now);
     }
 
@@ -256,10 +259,12 @@ impl Runner {
                 (RunLength::Lockstep { .. }, _) => {
                     return self.end(Outcome::Void { reason }, now, actions);
                 }
-                (RunLength::RealTime { .. }, RobotLost::Abort) => {
+                (RunLength::RealTime { duration }, rule)
+                    if rule.ends_run(robot.after_s, duration.as_secs_f64()) =>
+                {
                     return self.abort(reason, now, actions);
                 }
-                (RunLength::RealTime { .. }, RobotLost::Note) => {}
+                (RunLength::RealTime { .. }, _) => {}
             }
         }
         if self.roster.all_lost() {

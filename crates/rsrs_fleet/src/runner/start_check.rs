@@ -6,12 +6,13 @@ use std::time::Duration;
 use rsrs_core::robot::unicycle::Pose;
 
 use crate::placement::{self, WantedStart};
-use crate::preflight::DiagnosticError;
+use crate::preflight::{ClockLead, DiagnosticError};
+use crate::timing::CLOCK_LOOK;
 
 /// What was received of robots before and during a run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct StartCheck {
-    clock_ahead_s: BTreeMap<String, Recent>,
+    clocks: BTreeMap<String, Clock>,
     behind_s: Recent,
     /// By robot and part: the diagnosis.
     diagnostic_errors: BTreeMap<(String, String), String>,
@@ -21,8 +22,8 @@ pub(super) struct StartCheck {
     unusable_poses: BTreeMap<String, String>,
     /// By robot: how many poses came, since when, and when the last one did.
     pose_times: BTreeMap<String, PoseTimes>,
-    /// How far the stamps of each robot's poses are ahead of our clock, in seconds.
-    pose_ahead_s: BTreeMap<String, Recent>,
+    /// By which each robot's poses are stamped.
+    pose_clocks: BTreeMap<String, Clock>,
     /// By frame: the frame that it is in.
     parents: BTreeMap<String, String>,
 }
@@ -59,9 +60,47 @@ impl Recent {
     }
 }
 
+/// A clock as its stamps show it.
+///
+/// The way of a message makes it old and never young: the largest of several leads is nearest to the
+/// clock's.
+#[derive(Clone, Debug)]
+struct Clock {
+    /// Its lead in the first moments, in seconds.
+    early_s: f64,
+    recent: Recent,
+    first: Duration,
+    last: Duration,
+}
+
+/// How long the first moments of a clock are.
+const EARLY: Duration = Duration::from_millis(500);
+
+impl Clock {
+    fn receive(clocks: &mut BTreeMap<String, Self>, robot: String, ahead_s: f64, now: Duration) {
+        let new = || Self { early_s: ahead_s, recent: Recent::default(), first: now, last: now };
+        let clock = clocks.entry(robot).or_insert_with(new);
+        if now.saturating_sub(clock.first) <= EARLY {
+            clock.early_s = clock.early_s.max(ahead_s);
+        }
+        clock.recent.push(ahead_s);
+        clock.last = now;
+    }
+
+    fn leads(clocks: &BTreeMap<String, Self>) -> BTreeMap<String, ClockLead> {
+        let lead = |(robot, clock): (&String, &Self)| {
+            let ahead_s = clock.recent.largest()?;
+            let is_known = clock.last.saturating_sub(clock.first) >= CLOCK_LOOK;
+            let change_s = is_known.then_some(ahead_s - clock.early_s);
+            Some((robot.clone(), ClockLead { ahead_s, change_s }))
+        };
+        clocks.iter().filter_map(lead).collect()
+    }
+}
+
 impl StartCheck {
-    pub(super) fn receive_clock(&mut self, robot: String, ahead_s: f64) {
-        self.clock_ahead_s.entry(robot).or_default().push(ahead_s);
+    pub(super) fn receive_clock(&mut self, robot: String, ahead_s: f64, now: Duration) {
+        Clock::receive(&mut self.clocks, robot, ahead_s, now);
     }
 
     pub(super) fn receive_delay(&mut self, behind_s: f64) {
@@ -122,8 +161,8 @@ impl StartCheck {
         few.collect()
     }
 
-    pub(super) fn receive_pose_clock(&mut self, robot: String, ahead_s: f64) {
-        self.pose_ahead_s.entry(robot).or_default().push(ahead_s);
+    pub(super) fn receive_pose_clock(&mut self, robot: String, ahead_s: f64, now: Duration) {
+        Clock::receive(&mut self.pose_clocks, robot, ahead_s, now);
     }
 
     pub(super) fn receive_transform(&mut self, child: &str, parent: String) {
@@ -133,8 +172,8 @@ impl StartCheck {
         }
     }
 
-    pub(super) fn pose_ahead_s(&self) -> BTreeMap<String, f64> {
-        largest_of_each(&self.pose_ahead_s)
+    pub(super) fn pose_clocks(&self) -> BTreeMap<String, ClockLead> {
+        Clock::leads(&self.pose_clocks)
     }
 
     pub(super) fn poses(&self) -> BTreeMap<String, (String, Pose)> {
@@ -149,10 +188,8 @@ impl StartCheck {
         self.parents.clone()
     }
 
-    /// The way of a message makes it old and never young: the largest of a second's leads is
-    /// nearest to the clock's.
-    pub(super) fn clock_ahead_s(&self) -> BTreeMap<String, f64> {
-        largest_of_each(&self.clock_ahead_s)
+    pub(super) fn clocks(&self) -> BTreeMap<String, ClockLead> {
+        Clock::leads(&self.clocks)
     }
 
     /// The longest wait of the last second on this machine.
@@ -195,8 +232,4 @@ impl StartCheck {
         notes.extend(self.few_poses(robots));
         notes
     }
-}
-
-fn largest_of_each(leads: &BTreeMap<String, Recent>) -> BTreeMap<String, f64> {
-    leads.iter().filter_map(|(robot, lead)| Some((robot.clone(), lead.largest()?))).collect()
 }

@@ -4,6 +4,7 @@ use rsrs_core::robot::controller::{ControllerParameters, Reaction};
 
 use super::*;
 use crate::e_stop::Source;
+use crate::experiment::RobotLost;
 use crate::message::{RobotState, Status, StopCause};
 use crate::preflight::Expected;
 
@@ -245,21 +246,83 @@ fn while_ever_more_of_the_fleet_is_found_it_is_waited_for() {
     bench.run();
 }
 
-#[test]
-fn delay_makes_no_clock_wrong_and_a_wrong_clock_shows() {
-    let mut bench = Bench::lockstep();
-    bench.simulated = false;
-    for behind_ms in [4_600, 30, 2_500] {
-        for (robot, clock_s) in [("robot_1", 0.0), ("robot_2", -3.0)] {
-            let seconds = clock_s - f64::from(behind_ms) / 1000.0;
+/// Lets both robots' clocks be received in every beat, with delays.
+fn with_clocks(bench: &mut Bench, n_beats: u32, second_s: impl Fn(f64) -> f64) {
+    for beat in 0..n_beats {
+        let delay_s = [0.4, 0.03, 0.2][beat as usize % 3];
+        for (robot, clock_s) in [("robot_1", 0.0), ("robot_2", second_s(f64::from(beat) / 10.0))] {
+            let seconds = clock_s - delay_s;
             bench.give(Event::ClockAhead { robot: robot.to_owned(), seconds });
         }
+        bench.beat();
     }
+}
+
+#[test]
+fn a_clock_that_counts_from_its_start_is_noted_and_delay_makes_none_wrong() {
+    let mut bench = Bench::lockstep();
+
+    with_clocks(&mut bench, 19, |_| -1_763_969_600.0);
+    assert_eq!(bench.configured, [], "it is looked at for longer than it takes to find the robots");
+    with_clocks(&mut bench, 10, |_| -1_763_969_600.0);
+
+    bench.run();
+    let clocks: Vec<&String> = bench.notes.iter().filter(|note| note.contains("clock")).collect();
+    let expected = "note: robot_2: clock 1763969600.0 s behind ours; stamps are aligned by when they \
+                    are received";
+    assert_eq!(clocks, [expected]);
+}
+
+#[test]
+fn a_clock_that_is_being_set_keeps_a_run_from_starting() {
+    // It stands.
+    let mut bench = Bench::lockstep();
+
+    with_clocks(&mut bench, 150, |now_s| -3.0 - now_s);
 
     let problems = bench.problems();
+    let [clock] = &problems[..] else { panic!("{problems:?}") };
+    assert!(clock.starts_with("robot_2: clock 1"), "{clock}");
+    assert!(
+        clock.contains("since it was received first, so its stamps cannot be aligned"),
+        "{clock}"
+    );
+}
 
-    let clock = "robot_2: clock 3.0 s behind ours, expected within 1 s";
-    assert_eq!(problems, ["no simulator discovered", clock]);
+#[test]
+fn a_machine_that_stood_still_or_is_behind_fails_no_run_that_has_not_begun() {
+    let preparing = || {
+        let mut bench = Bench::lockstep();
+        bench.stopped.insert("robot_1");
+        while !bench.opened {
+            bench.beat();
+        }
+        bench
+    };
+
+    let mut stood_still = preparing();
+    stood_still.now_ms += 8_000;
+    stood_still.give(Event::Tick);
+    stood_still.stopped.clear();
+    stood_still.run();
+
+    let mut behind = preparing();
+    for _ in 0..80 {
+        behind.give(Event::Behind { seconds: 0.9 });
+        behind.beat();
+    }
+    behind.stopped.clear();
+    behind.run();
+
+    // Not for ever.
+    let mut behind = preparing();
+    let start_ms = behind.now_ms;
+    while behind.finish.is_none() {
+        behind.give(Event::Behind { seconds: 0.9 });
+        behind.beat();
+    }
+    assert!((64_000..67_000).contains(&(behind.now_ms - start_ms)), "{}", behind.now_ms);
+    assert!(behind.problems()[0].starts_with("robot_1: did not arm"));
 }
 
 #[test]
@@ -283,6 +346,7 @@ fn a_robot_with_other_parameters_is_never_started() {
 
     assert!(problems[0].starts_with("robot_1: did not arm: parameter digest"), "{problems:?}");
     assert!(bench.closed);
+    assert!(!bench.runner.has_started());
 }
 
 #[test]
@@ -359,6 +423,31 @@ fn a_lost_robot_may_be_noted_and_the_run_go_on() {
         ("robot_2", "silent for more than 1 s")
     );
     assert!((1.0..1.5).contains(&lost.after_s), "{}", lost.after_s);
+}
+
+#[test]
+fn until_the_judged_time_begins_a_lost_robot_ends_the_run_and_then_it_is_noted() {
+    // 64 s, of which the last 60 are judged.
+    let length = RunLength::RealTime { duration: Duration::from_secs(64) };
+    for (lost_ms, expected) in [(1_000, "aborted"), (6_000, "completed")] {
+        let mut bench = Bench::new(length, RobotLost::AbortUntilJudged);
+        bench.run();
+        assert!(bench.runner.has_started());
+        let start_ms = bench.now_ms;
+        while bench.now_ms - start_ms < lost_ms {
+            bench.beat();
+        }
+
+        bench.silent.insert("robot_2");
+        while bench.finish.is_none() {
+            bench.beat();
+        }
+
+        let (outcome, _) = bench.end();
+        let ending = crate::record::Ending::of(&outcome, bench.runner.lost());
+        assert_eq!(ending.kind.key(), expected, "{outcome:?}");
+        assert_eq!(bench.runner.lost().len(), 1);
+    }
 }
 
 #[test]
