@@ -1,10 +1,14 @@
 //! Robots that a program places before they are used.
 
 use std::io::Write as _;
-use std::process::{Output, Stdio};
+use std::process::{ExitStatus, Stdio};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use anyhow::Context;
 use serde::Serialize;
+use tokio::io::{AsyncRead, AsyncReadExt as _};
+use tokio::task::JoinHandle;
 
 use super::operator::Operator;
 use crate::error::with_help;
@@ -32,7 +36,15 @@ pub struct PlacedRobot {
     pub heading_rad: f64,
 }
 
-/// Has a program place robots, and waits until it has done so.
+/// How long the rest of what a program printed is waited for when it has ended: its children may keep
+/// what it printed to open for ever.
+const REST: Duration = Duration::from_millis(200);
+
+/// What is kept of what a program prints, in bytes.
+const MOST_KEPT: usize = 64 * 1024;
+
+/// Has a program place robots, and waits until it has ended; what it has started and left running is
+/// not waited for.
 ///
 /// # Arguments
 ///
@@ -50,7 +62,7 @@ pub async fn place(
     let mut line = serde_json::to_string(wanted).context("the placement as JSON")?;
     line.push('\n');
     let (input, mut given) = std::io::pipe().context("making a pipe")?;
-    let child = {
+    let mut child = {
         let mut command = tokio::process::Command::new("sh");
         command.args(["-c", program]).kill_on_drop(true);
         command.stdin(input).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -58,22 +70,65 @@ pub async fn place(
     };
     // A program that does not read blocks nothing, and one that closes its input may do so.
     std::thread::spawn(move || drop(given.write_all(line.as_bytes())));
-    let talk = child.wait_with_output();
-    let output = tokio::select! {
-        output = talk => output.with_context(|| format!("waiting for `{program}`"))?,
+    let printed = [
+        Printed::read(child.stdout.take().context("its output is a pipe")?),
+        Printed::read(child.stderr.take().context("its errors are a pipe")?),
+    ];
+    let status = tokio::select! {
+        status = child.wait() => status.with_context(|| format!("waiting for `{program}`"))?,
         reason = operator.stop_requested() => anyhow::bail!("{reason} while `{program}` placed robots"),
     };
-    if output.status.success() { Ok(()) } else { Err(refused(program, wanted, &output)) }
+    if status.success() {
+        return Ok(());
+    }
+    let [output, errors] = printed;
+    let printed = [output.by_now().await, errors.by_now().await];
+    Err(refused(program, wanted, status, &printed))
 }
 
-fn refused(program: &str, wanted: &WantedPlacement, output: &Output) -> anyhow::Error {
-    let printed = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+/// What a program prints, read for as long as anybody may write to it: who writes to a pipe that nobody
+/// reads is ended.
+struct Printed {
+    text: Arc<Mutex<Vec<u8>>>,
+    reading: JoinHandle<()>,
+}
+
+impl Printed {
+    fn read(mut pipe: impl AsyncRead + Unpin + Send + 'static) -> Self {
+        let text = Arc::new(Mutex::new(Vec::new()));
+        let kept = text.clone();
+        let reading = tokio::spawn(async move {
+            let mut piece = [0; 4096];
+            while let Ok(n_bytes @ 1..) = pipe.read(&mut piece).await {
+                let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+                let n_left = MOST_KEPT.saturating_sub(kept.len());
+                kept.extend_from_slice(&piece[..n_bytes.min(n_left)]);
+            }
+        });
+        Self { text, reading }
+    }
+
+    /// What it has printed when it has ended.
+    async fn by_now(self) -> String {
+        // Whether all has come or something still holds it open, this is what there is.
+        drop(tokio::time::timeout(REST, self.reading).await);
+        let text = self.text.lock().unwrap_or_else(PoisonError::into_inner);
+        String::from_utf8_lossy(&text).into_owned()
+    }
+}
+
+fn refused(
+    program: &str,
+    wanted: &WantedPlacement,
+    status: ExitStatus,
+    printed: &[String],
+) -> anyhow::Error {
     let printed: Vec<&str> = printed.iter().flat_map(|text| text.lines()).collect();
     let printed = if printed.is_empty() { "nothing".to_owned() } else { printed.join("\n  ") };
     with_help(
         format!(
-            "{}: `{program}` did not place the robots ({}); it printed:\n  {printed}",
-            wanted.purpose, output.status
+            "{}: `{program}` did not place the robots ({status}); it printed:\n  {printed}",
+            wanted.purpose
         ),
         "it gets one line of JSON on its standard input, and is to end with exit code 0 when all \
          robots stand where that places them; docs/campaigns.md has the keys",
@@ -118,5 +173,16 @@ mod tests {
         assert!(error.contains("did not place the robots (exit status: 4)"), "{error}");
         assert!(error.contains("where is robot_7\n  lost"), "{error}");
         assert!(run("true").is_ok(), "it need not read");
+    }
+
+    #[test]
+    fn what_a_program_leaves_running_is_not_waited_for() {
+        let begun = std::time::Instant::now();
+        // Both keep its output open.
+        run("sleep 100 & echo done").unwrap();
+        let error = run("sleep 100 & echo where is robot_7; exit 4").unwrap_err().to_string();
+
+        assert!(begun.elapsed() < Duration::from_secs(50), "{:?}", begun.elapsed());
+        assert!(error.contains("it printed:\n  where is robot_7"), "{error}");
     }
 }
