@@ -1,7 +1,7 @@
 //! Bags on the command line: what is in them, what can be saved, simulated runs as bags, and labels by
 //! people.
 
-mod bad_bags;
+pub mod bad_bags;
 mod converted;
 mod integrity;
 mod labels;

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
+use crate::bags_cli::bad_bags::copied;
 use crate::processes::{Process, confined_rsrs, nodes_of};
 use crate::terminal::Terminal;
 use rsrs_bags::Bag;
@@ -98,7 +99,8 @@ fn check_manifest(folder: &Path) {
     let manifest = manifest(folder);
     let listed = manifest["files"].as_array().expect("a list");
     let names: Vec<&str> = listed.iter().filter_map(|file| file["path"].as_str()).collect();
-    let expected = [
+    let attempts = folder.join("attempts.json").exists().then_some("attempts.json");
+    let others = [
         "bag/bag_0.mcap",
         "bag/metadata.yaml",
         "experiment.yaml",
@@ -106,7 +108,7 @@ fn check_manifest(folder: &Path) {
         "label.json",
         "profile.yaml",
     ];
-    assert_eq!(names, expected);
+    assert_eq!(names, attempts.into_iter().chain(others).collect::<Vec<_>>());
     for file in listed {
         let bytes = std::fs::read(folder.join(file["path"].as_str().expect("text")));
         let bytes = bytes.expect("it is there");
@@ -156,6 +158,13 @@ fn a_campaign_that_is_killed_goes_on_where_it_was_and_runs_nothing_twice() {
     let aside = out.join("002_three/bag.unfinished_1/bag_0.mcap");
     assert!(std::fs::read(aside).expect("it is kept") == broken);
     assert_eq!(manifest(&out.join("002_three"))["kept_aside"][0], "bag.unfinished_1");
+    let attempt = &manifest(&out.join("002_three"))["attempts"][0];
+    assert_eq!(
+        (&attempt["ending"], &attempt["bag"], &attempt["has_started"]),
+        (&Value::from("broken_off"), &Value::from("bag.unfinished_1"), &Value::from(true)),
+        "{attempt}"
+    );
+    assert_eq!(&summary["experiments"][1]["attempts"][0], attempt);
     for (folder, replicate) in [("001_three", 0), ("002_three", 1)] {
         check_manifest(&out.join(folder));
         let bag = Bag::open(&out.join(folder).join("bag")).expect("it is a bag");
@@ -265,6 +274,168 @@ fn a_campaign_that_is_killed_at_any_moment_loses_nothing_that_was_finished() {
     for name in ["001_three", "002_three"] {
         check_manifest(&out.join(name));
     }
+}
+
+/// Makes the campaign of a place one of a single run.
+fn of_one_run(place: &Path) {
+    write(place, "campaign.yaml", "experiments:\n- {experiment: three.yaml, seeds: [1]}\n");
+}
+
+#[test]
+fn a_run_that_fails_before_its_robots_move_is_tried_again_and_every_attempt_is_listed() {
+    let place = place();
+    of_one_run(place.path());
+    let file = place.path().join("three.yaml");
+    let whole = std::fs::read_to_string(&file).expect("it is there");
+    write(place.path(), "three.yaml", &format!("{whole}record: {{topics: [/nobodys]}}\n"));
+
+    let mut process = Process::start(&mut campaign(place.path()));
+    // The first run is planned by then.
+    wait_for("the first run", || place.path().join("out/001_three/experiment.yaml").exists());
+    write(place.path(), "three.yaml", &whole);
+    let stdout = process.0.stdout.take().expect("it is piped");
+    let reading = std::thread::spawn(move || std::io::read_to_string(stdout).expect("it is text"));
+    let (status, errors) = process.wait(TIMEOUT);
+
+    assert_eq!(status.code(), Some(0), "{errors}");
+    assert!(errors.contains("; tried again, 2 of 3"), "{errors}");
+    let summary: Value = serde_json::from_str(&reading.join().expect("no panic")).expect("JSON");
+    let row = &summary["experiments"][0];
+    assert_eq!((&row["ending"], &row["is_finished"]), (&"completed".into(), &true.into()));
+    let [attempt] = &row["attempts"].as_array().expect("a list")[..] else { panic!("{row}") };
+    assert_eq!((&attempt["ending"], &attempt["has_started"]), (&"failed".into(), &false.into()));
+    assert!(attempt["reason"].as_str().is_some_and(|reason| reason.contains("/nobodys")));
+    assert_eq!(attempt.get("bag"), None, "nothing was recorded");
+    let folder = place.path().join("out/001_three");
+    check_manifest(&folder);
+    assert_eq!(&manifest(&folder)["attempts"][0], attempt);
+    assert_eq!(manifest(&folder)["record"]["seed"], 1);
+
+    what_an_earlier_version_took_for_finished(place.path());
+}
+
+/// Makes the manifest of a version that took runs without a result for finished.
+fn without_result(folder: &Path, changes: &[(&str, Value)]) {
+    let mut manifest = manifest(folder);
+    for (key, value) in changes {
+        manifest[key] = value.clone();
+    }
+    for key in ["attempts", "lost_robots"] {
+        manifest.as_object_mut().expect("it is one").remove(key);
+    }
+    drop(std::fs::remove_file(folder.join("attempts.json")));
+    drop(std::fs::remove_file(folder.join("label.json")));
+    let files = manifest["files"].as_array_mut().expect("a list");
+    files.retain_mut(|file| {
+        let Ok(bytes) = std::fs::read(folder.join(file["path"].as_str().expect("text"))) else {
+            return false;
+        };
+        file["size_bytes"] = bytes.len().into();
+        file["sha256"] = format!("{:x}", Sha256::digest(&bytes)).into();
+        true
+    });
+    write(folder, "manifest.json", &manifest.to_string());
+}
+
+/// The rest of the story of one campaign, whose run need not be made again for it.
+fn what_an_earlier_version_took_for_finished(place: &Path) {
+    let folder = place.join("out/001_three");
+    let bag = || std::fs::read(folder.join("bag/bag_0.mcap")).expect("it is there");
+    let whole = bag();
+
+    // Judged by now: nothing is run.
+    let unjudged = [("phase", Value::Null), ("not_judged", Value::from("a gap of 1.1 s"))];
+    without_result(&folder, &unjudged);
+    let judged = to_the_end(place);
+    assert_eq!(code(&judged), 0, "{}", stderr(&judged));
+    assert!(bag() == whole, "the same bag, judged again");
+    assert!(manifest(&folder)["phase"].is_string());
+
+    // Still not judged: kept, listed, and run again.
+    let lacking = copied(&folder.join("bag"), "lacking", |message| {
+        let is_late =
+            message.topic.starts_with("/robot_2/odom") && message.log_time_ns > 9_000_000_000;
+        if is_late { Vec::new() } else { vec![message] }
+    });
+    lacking.finish().expect("the disk has room");
+    std::fs::remove_dir_all(folder.join("bag")).expect("it is ours");
+    std::fs::rename(folder.join("lacking"), folder.join("bag")).expect("it is ours");
+    let mcap = folder.join("bag/lacking_0.mcap");
+    let recorded = std::fs::read(&mcap).expect("it was copied");
+    without_result(&folder, &unjudged);
+    let mut old = manifest(&folder);
+    let files = old["files"].as_array_mut().expect("a list");
+    files.push(serde_json::json!({
+        "path": "bag/lacking_0.mcap",
+        "size_bytes": recorded.len(),
+        "sha256": format!("{:x}", Sha256::digest(&recorded)),
+    }));
+    write(&folder, "manifest.json", &old.to_string());
+
+    let again = to_the_end(place);
+
+    assert_eq!(code(&again), 0, "{}", stderr(&again));
+    let kept = folder.join("bag.unfinished_1/lacking_0.mcap");
+    assert!(std::fs::read(kept).expect("it is kept") == recorded);
+    let manifest = manifest(&folder);
+    assert!(manifest["phase"].is_string(), "{manifest}");
+    let attempt = &manifest["attempts"][0];
+    assert_eq!(attempt["reason"], "not judged: a gap of 1.1 s");
+    assert_eq!((&attempt["ending"], &attempt["has_started"]), (&"completed".into(), &true.into()));
+    check_manifest(&folder);
+}
+
+/// Copies a folder with all that is in it.
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).expect("it is writable");
+    for entry in from.read_dir().expect("the folder is there") {
+        let path = entry.expect("it can be listed").path();
+        let target = to.join(path.file_name().expect("it has a name"));
+        if path.is_dir() {
+            copy(&path, &target);
+        } else {
+            std::fs::copy(&path, &target).expect("it is writable");
+        }
+    }
+}
+
+#[test]
+fn a_campaign_of_an_earlier_version_is_gone_on_with_after_a_robot_was_replaced() {
+    // One run was finished, too short for a label, and the program was killed in the next one.
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let stored = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/campaign/half_finished");
+    copy(&stored, place.path());
+    let out = place.path().join("out");
+    let finished = contents(&out.join("001_short"));
+    let fleet =
+        std::fs::read_to_string(place.path().join("fleets/fleet.yaml")).expect("it is there");
+    let of_spare = fleet.replace("robot_2: {enabled: true", "robot_2: {enabled: false");
+    assert_ne!(of_spare, fleet);
+    write(&place.path().join("fleets"), "fleet.yaml", &of_spare);
+
+    let resumed = to_the_end(place.path());
+
+    let errors = stderr(&resumed);
+    assert_eq!(code(&resumed), 3, "the first has no label: {errors}");
+    assert!(contents(&out.join("001_short")) == finished, "it is finished");
+    let summary = summary(&resumed);
+    assert_eq!(summary["n_finished"], 2, "{summary}");
+    let robots = |index: usize| summary["experiments"][index]["robots"].clone();
+    assert_eq!(robots(0), serde_json::json!(["robot_1", "robot_2"]));
+    assert_eq!(robots(1), serde_json::json!(["robot_1", "robot_3"]));
+    assert_eq!(manifest(&out.join("002_long"))["record"]["robots"], robots(1));
+    let attempt = &manifest(&out.join("002_long"))["attempts"][0];
+    assert_eq!(attempt["ending"], "broken_off");
+    assert_eq!(attempt["robots"], robots(0));
+    check_manifest(&out.join("002_long"));
+
+    // Another change is one of the experiment.
+    let long = std::fs::read_to_string(place.path().join("two.yaml")).expect("it is there");
+    write(place.path(), "two.yaml", &long.replace("radius_m: 0.6", "radius_m: 0.7"));
+    let other = to_the_end(place.path());
+    assert_eq!(code(&other), 1);
+    let printed = stderr(&other);
+    assert!(printed.contains("out holds another campaign: 002_long is not the same"), "{printed}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The whole loop, as a newcomer runs it.
 
 use std::f64::consts::TAU;
+use std::io::BufRead;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -74,6 +75,40 @@ fn dry_runs_one_after_the_other_all_end_in_a_verdict() {
         assert_eq!(comparison["bags"].as_array().unwrap().len(), 3, "run {run}");
         std::fs::remove_dir_all(folder.path().join(&name)).unwrap();
     }
+}
+
+#[test]
+fn an_experiment_of_a_dry_run_that_fails_before_the_first_step_is_tried_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = confined_rsrs();
+    command.current_dir(&folder).args(["dry-run", "--experiments", "1", "-o", "loop"]);
+    let mut process = Process::start(&mut command);
+    let mut stdout = std::io::BufReader::new(process.0.stdout.take().unwrap());
+    let mut printed = String::new();
+    let mut until = |what: &str| {
+        while !printed.contains(what) {
+            let n_bytes = stdout.read_line(&mut printed).unwrap();
+            assert!(n_bytes > 0, "it never printed {what:?}: {printed}");
+        }
+    };
+
+    // The sweep goes on meanwhile, and nobody publishes such a topic.
+    until("profile: ");
+    let file = folder.path().join("loop/launch_configs/experiments/flockbot_milling.yaml");
+    let whole = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, format!("{whole}\nrecord: {{topics: [/nobodys]}}\n")).unwrap();
+    until("experiment 1 of 1: seed 1: failed: /nobodys");
+    // The program may read it at any moment.
+    let beside = file.with_extension("whole");
+    std::fs::write(&beside, whole).unwrap();
+    std::fs::rename(&beside, &file).unwrap();
+    until("comparison.json");
+    let (status, errors) = process.wait(TIMEOUT);
+
+    assert!(status.success(), "{errors}");
+    assert!(printed.contains("it does not count, and is tried again"), "{printed}");
+    let record = check_bag(&folder.path().join("loop/bags/experiment_1"));
+    assert_eq!(record.seed, 1, "the same world");
 }
 
 /// What `dry-run` does unless it is asked for a number of experiments.

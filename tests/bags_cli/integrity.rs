@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::Path;
 
+use rsrs_fleet::experiment::RobotLost;
 use rsrs_fleet::record::{Ending, LostRobot};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::nav_msgs::Odometry;
@@ -157,6 +158,37 @@ fn a_lost_robot_is_named_wherever_its_run_is_and_counts_only_on_request() {
     assert!(code(&report) == 0, "{}", stderr(&report));
     let html = fs::read_to_string(here.join("report.html")).expect("it was written");
     assert!(html.contains(printed), "the report names the robot");
+}
+
+#[test]
+fn a_robot_lost_in_the_judged_time_is_no_reason_to_leave_a_run_out_if_that_was_fixed_beforehand() {
+    let place = chosen();
+    let here = place.path();
+    let lost = |after_s: f64| {
+        let mut ending = without("robot_2");
+        ending.lost[0].after_s = after_s;
+        ending
+    };
+    // They last 120 s, of which the last 60 are judged.
+    let run = |seed, after_s| Run {
+        robot_lost: RobotLost::AbortUntilJudged,
+        ending: lost(after_s),
+        ..Run::new(seed)
+    };
+    run(1, 60.0).record(here, "late");
+    run(2, 59.9).record(here, "early");
+
+    let label = stdout(&rsrs(here, &["label", "late"]));
+    let labels = json(&rsrs(here, &["label", "late", "early", "--format", "json"]));
+    let compared = rsrs(here, &["compare", "out", "--bags", "late", "early", "--format", "json"]);
+
+    assert!(label.contains("`robot_lost: abort_until_judged` of its experiment the run counts"));
+    assert_eq!(labels[0]["counts_without_lost"], true);
+    assert_eq!(labels[1]["counts_without_lost"], false);
+    let compared = json(&compared);
+    assert_eq!(compared["cells"][0]["n_real"], 1, "{compared}");
+    let left_out = compared["not_counted"][0]["bag"].as_str();
+    assert_eq!(left_out, Some("early"), "{compared}");
 }
 
 #[test]

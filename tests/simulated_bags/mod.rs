@@ -47,6 +47,8 @@ pub struct Run {
     pub sight: f64,
     /// The robots whose lease only their controllers hold.
     pub controller_only: Vec<String>,
+    /// What was to be done about a lost robot.
+    pub robot_lost: RobotLost,
     /// How the run ended.
     pub ending: Ending,
     /// What the bag lacks.
@@ -78,6 +80,7 @@ impl Run {
             time: Time::RealTime,
             sight: 0.98,
             controller_only: Vec::new(),
+            robot_lost: RobotLost::Abort,
             ending: ended(EndingKind::Completed, ""),
             lacks: None,
         }
@@ -133,7 +136,7 @@ impl Run {
             duration_s: self.duration_s,
             seed: self.seed,
             replicate: 0,
-            robot_lost: RobotLost::Abort,
+            robot_lost: self.robot_lost,
             // A fleet runs in real time.
             backend: match self.time {
                 Time::Lockstep => Backend::Simulator,

@@ -1,5 +1,6 @@
 //! Many experiments, one after the other, each in a folder that contains all of it.
 
+mod attempts;
 mod conduct;
 pub(crate) mod file;
 mod folder;
@@ -13,6 +14,7 @@ use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_fleet::record::{self, ExperimentRecord};
 
 use crate::error::with_help;
+pub use attempts::attempts_in;
 pub use conduct::{Conductor, OperatorDecision, Placer, RunTarget};
 pub use file::Experiment;
 pub use folder::CampaignFolder;
@@ -46,8 +48,8 @@ impl Campaign {
 pub struct Item {
     /// As the campaign file has it.
     pub experiment: Experiment,
-    /// All that it takes to repeat it, without what differs from run to run and program to program.
-    pub identity: ExperimentRecord,
+    /// All that it takes to run it, with the robots that the fleet file has now.
+    pub record: ExperimentRecord,
 }
 
 impl Item {
@@ -59,7 +61,9 @@ impl Item {
     fn read(experiment: Experiment, backend: record::Backend) -> anyhow::Result<Self> {
         let plan = plan(&experiment, backend)
             .with_context(|| format!("experiment {} cannot be run", experiment.folder))?;
-        Ok(Self { experiment, identity: identity(&plan.record) })
+        // It is no run yet.
+        let record = ExperimentRecord { run_id: String::new(), ..plan.record };
+        Ok(Self { experiment, record })
     }
 
     /// The plan of a run that starts now.
@@ -68,8 +72,8 @@ impl Item {
     ///
     /// If a file is wrong, or has been changed since the campaign was started.
     pub fn plan(&self, bag: PathBuf) -> anyhow::Result<Plan> {
-        let mut plan = plan(&self.experiment, self.identity.backend)?;
-        if identity(&plan.record) != self.identity {
+        let mut plan = plan(&self.experiment, self.record.backend)?;
+        if !is_same(&plan.record, &self.record) {
             return Err(with_help(
                 format!("{}: its files were changed meanwhile", self.experiment.folder),
                 "change them back, or start another campaign",
@@ -80,15 +84,20 @@ impl Item {
     }
 }
 
-/// A record without what differs between two runs of the same experiment.
-pub fn identity(record: &ExperimentRecord) -> ExperimentRecord {
-    let mut identity = record.clone();
-    for differs in
-        [&mut identity.run_id, &mut identity.provenance.version, &mut identity.provenance.commit]
-    {
-        differs.clear();
-    }
-    identity
+/// Whether two records are of the same experiment.
+///
+/// The names of robots are no part of it: one that breaks is replaced by another of the same profile. Nor
+/// is the program, or what a later version of it records besides.
+pub fn is_same(one: &ExperimentRecord, other: &ExperimentRecord) -> bool {
+    let setup = |record: &ExperimentRecord| {
+        let ExperimentRecord { seed, replicate, robot_lost, backend, time, .. } = record;
+        (*seed, *replicate, *robot_lost, *backend, *time)
+    };
+    setup(one) == setup(other)
+        && one.robots.len() == other.robots.len()
+        && one.conditions == other.conditions
+        && one.duration_s.to_bits() == other.duration_s.to_bits()
+        && one.provenance.profile_digest == other.provenance.profile_digest
 }
 
 fn plan(experiment: &Experiment, backend: record::Backend) -> anyhow::Result<Plan> {

@@ -50,8 +50,8 @@ pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Report> {
     let prediction = Prediction::of(folder, &result)?;
     let (counted, others): (Vec<Admitted>, Vec<Admitted>) =
         admit(&result, &options.bags)?.into_iter().partition(|run| {
-            let is_whole = run.ending.lost.is_empty() || options.with_lost_robots;
-            run.ending.kind == EndingKind::Completed && is_whole
+            let counts = run.record.counts_without(&run.ending.lost) || options.with_lost_robots;
+            run.ending.kind == EndingKind::Completed && counts
         });
     let labelled = label_all(&counted, &options.labels)?;
 

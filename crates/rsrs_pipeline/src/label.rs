@@ -103,6 +103,10 @@ pub struct Labelled {
     /// Robots that did not take part to the end, by the bag.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lost_robots: Vec<LostRobot>,
+    /// Whether the run counts in a comparison without those, by the rule of its experiment; not there
+    /// where none was lost.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub counts_without_lost: Option<bool>,
     /// Robots that had no gate of ours in front of their wheels, by the bag's record.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub controller_only: Vec<String>,
@@ -184,6 +188,7 @@ impl Labelled {
             ending: None,
             reason: None,
             lost_robots: Vec::new(),
+            counts_without_lost: None,
             controller_only: Vec::new(),
         }
     }
@@ -230,6 +235,10 @@ pub fn judge(
         label_with(trajectory, &bodies, &rules).map_err(|error| not_judged(path, error))?;
     let certainty = Certainty::of(trajectory, &bodies, &verdict, &rules);
     let reason = Reason::of(trajectory, &bodies, &verdict, &rules);
+    let counts_without_lost = record.as_ref().zip(ending.as_ref()).and_then(|(record, ending)| {
+        let is_asked = ending.kind == EndingKind::Completed && !ending.lost.is_empty();
+        is_asked.then(|| record.counts_without(&ending.lost))
+    });
     let stopped = ending.as_ref().filter(|ending| ending.kind != EndingKind::Completed);
     let labelled = Labelled {
         bag: path.to_path_buf(),
@@ -249,6 +258,7 @@ pub fn judge(
         ending: stopped.map(|ending| ending.kind.key()),
         reason: stopped.map(|ending| ending.reason.clone()),
         lost_robots: ending.map(|ending| ending.lost).unwrap_or_default(),
+        counts_without_lost,
         controller_only: record.map(|record| record.controller_only).unwrap_or_default(),
     };
     Ok((labelled, recorded, bodies))

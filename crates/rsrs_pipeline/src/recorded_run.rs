@@ -8,6 +8,7 @@ use rsrs_bags::trajectory::{PoseSource, TrajectoryOptions};
 use rsrs_bags::{Bag, BagError, Damage, TopicInfo};
 use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
 use rsrs_msgs::cdr;
+use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::std_msgs::Text;
 use rsrs_msgs::topics::{self, Topic};
 
@@ -115,6 +116,13 @@ pub fn ending_in(bag: &Bag) -> anyhow::Result<Option<Ending>> {
         format!("{}: its metadata {ENDING} has {pairs:?}, which is no ending", bag.path().display())
     })?;
     Ok(Some(ending))
+}
+
+/// Whether the robots were allowed to move, as far as it was recorded.
+pub fn has_started(bag: &Bag) -> bool {
+    let leases = bag.messages_on([topics::LEASE.name]).map_while(Result::ok);
+    let mut leases = leases.filter_map(|message| cdr::decode::<RunLease>(&message.bytes).ok());
+    leases.any(|lease| lease.state == RunLease::RUNNING)
 }
 
 /// Where the recording breaks off or is damaged, in words; `None` for a whole bag.

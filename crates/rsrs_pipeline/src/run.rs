@@ -1,5 +1,6 @@
 //! Step 4: one experiment over ROS 2, with an operator who watches.
 
+pub mod attempt;
 pub mod node_process;
 pub mod operator;
 pub mod own_network;
@@ -34,6 +35,8 @@ pub struct RunSummary {
     pub ending: &'static str,
     /// Why, if it was not completed.
     pub reason: String,
+    /// Whether the robots were allowed to move.
+    pub has_started: bool,
     /// Robots that were lost on the way, and when.
     pub lost_robots: Vec<LostRobot>,
     /// Messages in the bag.
@@ -107,6 +110,7 @@ fn summary(plan: &Plan, report: RunReport, gaps: Vec<Gap>) -> RunSummary {
         run_id: record.run_id.clone(),
         ending: report.ending.kind.key(),
         reason: report.ending.reason,
+        has_started: report.has_started,
         lost_robots: report.ending.lost,
         n_messages: report.bag.as_ref().map_or(0, |bag| bag.n_messages),
         bag: report.bag.map(|bag| bag.folder),

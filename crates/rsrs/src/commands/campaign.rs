@@ -28,12 +28,13 @@ use rsrs_pipeline::wording::shell::quoted;
 /// The campaign file names experiment files, cells, seeds and repetitions. Each experiment gets a
 /// folder with its bag, the files behind it, the judge's label, and a manifest with a checksum of
 /// every file. The same command goes on with a campaign that was interrupted or killed: finished
-/// experiments are verified and never run again, and recordings that broke off are kept beside as
-/// `bag.unfinished_1` and do not count.
+/// experiments are verified and never run again. Runs that were void, aborted or could not be judged
+/// are run again; their recordings are kept beside as `bag.unfinished_1`, and each stays in
+/// `attempts.json` with its cause.
 ///
 /// With the simulator, the world is placed anew before each run. With the fleet, you are asked to
 /// place the robots before each run, or a program does it (`--place-command`). Exit code 3 means
-/// that experiments are missing, void, or lost data.
+/// that experiments are missing, void, not judged, without a robot that was lost, or lost data.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -62,6 +63,11 @@ pub struct Arguments {
     /// (docs/campaigns.md).
     #[arg(long, value_name = "PROGRAM", conflicts_with = "yes")]
     place_command: Option<String>,
+    /// How often an experiment is tried again at once whose run gave no result for a cause that was
+    /// known before it: void, failed before the robots moved, not judged, or a robot lost before the
+    /// judged last minute; never for its result (default: 2 in the simulator, 0 with a fleet).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100))]
+    retry: Option<u32>,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -97,7 +103,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             None if asks => Prompt::at_keyboard(),
             None => Prompt::Silent,
         };
-        Conductor::new(&folder, floor, prompt, &TerminalOperator).conduct(&items).await
+        let conductor = Conductor::new(&folder, floor, prompt, &TerminalOperator);
+        conductor.with_tries(arguments.retry.map(|retry| retry + 1)).conduct(&items).await
     });
     if let Err(error) = ended {
         return Err(interrupted(&error, arguments));
@@ -154,6 +161,7 @@ fn command(arguments: &Arguments) -> String {
     if let Some(program) = &arguments.place_command {
         words.push(format!("--place-command {}", quoted(program)));
     }
+    words.extend(arguments.retry.map(|retry| format!("--retry {retry}")));
     words.join(" ")
 }
 

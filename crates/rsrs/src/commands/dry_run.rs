@@ -28,6 +28,7 @@ use rsrs_pipeline::execution::runtime;
 use rsrs_pipeline::files::write_file;
 use rsrs_pipeline::label::{LabelOptions, Labeller, label_bag};
 use rsrs_pipeline::picture::{self, DiagramOptions};
+use rsrs_pipeline::run::attempt::{Attempt, SIMULATED_TRIES, keep_aside};
 use rsrs_pipeline::run::own_network::OwnNetwork;
 use rsrs_pipeline::run::simulated_fleet::SimulatedFleet;
 use rsrs_pipeline::run::{RunSummary, on_simulated_fleet};
@@ -65,9 +66,6 @@ pub struct Arguments {
 /// Experiments after which a dry run ends undecided. In fewer than one of twenty it comes to that:
 /// `the_default_dry_run_ends_with_a_verdict` in `tests/dry_run.rs`.
 const MOST_EXPERIMENTS: u64 = 60;
-
-/// Experiments that may be void, such as on a machine that is too busy, before a dry run gives up.
-const MOST_VOID: u64 = 3;
 
 /// By how much the stand-ins may mill less often: with it about 20 experiments decide, in a minute or two.
 /// A tenth, the usual margin, would take some hundred where both mill equally often.
@@ -178,23 +176,22 @@ impl DryRun<'_> {
         sweep: &Path,
         choice: &Choice,
     ) -> anyhow::Result<Vec<RunSummary>> {
-        let plans = (1..=self.arguments.experiments.unwrap_or(MOST_EXPERIMENTS))
-            .map(|number| {
-                Plan::read(&Request {
-                    experiment: files.experiment.clone(),
-                    cell: None,
-                    from: Some(sweep.to_path_buf()),
-                    backend: Backend::Simulator,
-                    bag: Some(self.folder.join(format!("bags/experiment_{number}"))),
-                    seed: Some(self.arguments.seed + number - 1),
-                    place_check: PlaceCheck::Off,
-                })
+        let requests = (1..=self.arguments.experiments.unwrap_or(MOST_EXPERIMENTS))
+            .map(|number| Request {
+                experiment: files.experiment.clone(),
+                cell: None,
+                from: Some(sweep.to_path_buf()),
+                backend: Backend::Simulator,
+                bag: Some(self.folder.join(format!("bags/experiment_{number}"))),
+                seed: Some(self.arguments.seed + number - 1),
+                place_check: PlaceCheck::Off,
             })
-            .collect::<anyhow::Result<Vec<Plan>>>()?;
+            .collect::<Vec<Request>>();
         print_note(&self.network.note);
+        let robots = Plan::read(&requests[0])?.record.robots;
         runtime()?.block_on(async {
-            let mut fleet = SimulatedFleet::start(&self.network, &plans[0].record.robots)?;
-            let summaries = self.run_all(&plans, choice, &mut fleet).await;
+            let mut fleet = SimulatedFleet::start(&self.network, &robots)?;
+            let summaries = self.run_all(&requests, choice, &mut fleet).await;
             fleet.stop().await?;
             summaries
         })
@@ -202,34 +199,19 @@ impl DryRun<'_> {
 
     async fn run_all(
         &self,
-        plans: &[Plan],
+        requests: &[Request],
         choice: &Choice,
         fleet: &mut SimulatedFleet,
     ) -> anyhow::Result<Vec<RunSummary>> {
         let of = match self.arguments.experiments {
             Some(n) => format!("of {n}"),
-            None => format!("of at most {}", plans.len()),
+            None => format!("of at most {}", requests.len()),
         };
         let mut summaries = Vec::new();
         let mut real = Share::default();
-        let mut n_void = 0;
-        for (plan, number) in plans.iter().zip(1..) {
-            let summary = on_simulated_fleet(plan, &self.network, fleet, &TerminalOperator).await?;
-            if summary.ending == EndingKind::Void.key() && n_void < MOST_VOID {
-                n_void += 1;
-                self.print(format!(
-                    "experiment {number} {of}: seed {}: void, and does not count: {}",
-                    plan.record.seed, summary.reason
-                ))?;
-                summaries.push(summary);
-                continue;
-            }
-            if summary.ending != EndingKind::Completed.key() {
-                return Err(with_help(
-                    format!("experiment {number} {}: {}", summary.ending, summary.reason),
-                    format!("what there is so far is in {}", self.folder.display()),
-                ));
-            }
+        for (request, number) in requests.iter().zip(1..) {
+            let experiment = format!("experiment {number} {of}");
+            let summary = self.until_completed(request, &experiment, fleet, &mut summaries).await?;
             let bag = summary.bag.as_deref().context("a completed experiment has a bag")?;
             let labelled = label_bag(bag, LabelOptions::default())?;
             let phase = labelled.phase;
@@ -237,8 +219,10 @@ impl DryRun<'_> {
                 .real_time_factor
                 .map_or_else(String::new, |factor| format!(", {factor:.0} times real time"));
             let run = format!(
-                "experiment {number} {of}: seed {}, {} s over DDS{pace}, {} messages recorded: ",
-                plan.record.seed, summary.duration_s, summary.n_messages
+                "{experiment}: seed {}, {} s over DDS{pace}, {} messages recorded: ",
+                request.seed.unwrap_or_default(),
+                summary.duration_s,
+                summary.n_messages
             );
             self.print(verdicts::phase(&labelled, run))?;
             summaries.push(summary);
@@ -249,6 +233,43 @@ impl DryRun<'_> {
             }
         }
         Ok(summaries)
+    }
+
+    /// Runs an experiment, again where it gave no result for a cause that was known before.
+    ///
+    /// # Errors
+    ///
+    /// If it may not be tried again, or has been often enough.
+    async fn until_completed(
+        &self,
+        request: &Request,
+        experiment: &str,
+        fleet: &mut SimulatedFleet,
+        summaries: &mut Vec<RunSummary>,
+    ) -> anyhow::Result<RunSummary> {
+        let mut n_tries = 0;
+        loop {
+            n_tries += 1;
+            let plan = Plan::read(request)?;
+            let mut summary =
+                on_simulated_fleet(&plan, &self.network, fleet, &TerminalOperator).await?;
+            if summary.ending == EndingKind::Completed.key() {
+                return Ok(summary);
+            }
+            let attempt = Attempt::of_run(&plan.record, &summary);
+            if !attempt.is_made_again(&plan.record, n_tries, SIMULATED_TRIES) {
+                return Err(with_help(
+                    format!("{experiment} {}: {}", summary.ending, summary.reason),
+                    format!("what there is so far is in {}", self.folder.display()),
+                ));
+            }
+            self.print(format!(
+                "{experiment}: seed {}: {attempt}; it does not count, and is tried again",
+                plan.record.seed
+            ))?;
+            summary.bag = keep_aside(&plan.bag)?;
+            summaries.push(summary);
+        }
     }
 
     /// The diagram with the chosen cell and the experiments on it.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use rsrs_core::diagram::axis::Cell;
 use rsrs_experiment_runner::plan::{self, Plan, Request};
 use rsrs_fleet::message::E_STOP_REASON;
-use rsrs_fleet::record::{self, EndingKind};
+use rsrs_fleet::record::{self, EndingKind, ExperimentRecord};
 use rsrs_ros::logging::{self, Level};
 use rsrs_ros::security::Member;
 use rsrs_ros::session::SessionOptions;
@@ -32,8 +32,8 @@ use rsrs_pipeline::wording::shell::quoted;
 /// With the simulator, everything that the run needs is started and ended with it, in a network of
 /// its own. With the fleet, the robots' nodes must be running, and `--interface` names their
 /// network; a countdown of 3 s comes before the robots move, and Ctrl-C stops them at any time.
-/// Exit code 3 means that the run ended but does not count, or that data was lost: on a topic that
-/// is to lose none, or because the recorder did not keep up.
+/// Exit code 3 means that the run ended but does not count, that a robot is not confirmed to stand,
+/// or that data was lost: on a topic that is to lose none, or because the recorder did not keep up.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -126,7 +126,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             runtime()?.block_on(on_fleet(&plan, &network, place_command))?
         }
     };
-    finish(arguments.format, &summary)
+    finish(arguments.format, &plan.record, &summary)
 }
 
 /// Runs a plan against a simulator that is started for it.
@@ -158,7 +158,11 @@ async fn on_fleet(
     watched(plan, network, asked_to_stop(), &TerminalOperator).await
 }
 
-fn finish(format: Format, summary: &RunSummary) -> anyhow::Result<Outcome> {
+fn finish(
+    format: Format,
+    record: &ExperimentRecord,
+    summary: &RunSummary,
+) -> anyhow::Result<Outcome> {
     if !summary.not_standing.is_empty() {
         let what = "not confirmed to stand, go and look";
         let robots = summary.not_standing.join(", ");
@@ -181,10 +185,19 @@ fn finish(format: Format, summary: &RunSummary) -> anyhow::Result<Outcome> {
     let words = Words::from(text(summary));
     let words = if is_void { words.tone(Tone::Bad, summary.ending) } else { words };
     report(format, summary, words)?;
+    Ok(outcome(record, summary))
+}
+
+/// What the exit code states of a run that was completed or is void.
+fn outcome(record: &ExperimentRecord, summary: &RunSummary) -> Outcome {
+    let is_completed = summary.ending == EndingKind::Completed.key();
+    let counts = is_completed && record.counts_without(&summary.lost_robots);
     // What a best-effort topic loses on its way is listed, and was to be expected.
     let has_overflowed = summary.gaps.iter().any(|gap| gap.n_overflowed > 0);
-    let whole = !is_void && summary.n_lost == 0 && !has_overflowed;
-    Ok(if whole { Outcome::Done } else { Outcome::NegativeAnswer })
+    let has_lost = summary.n_lost > 0 || has_overflowed;
+    // Whatever comes next, such as a program that places the robots, would be among moving ones.
+    let stands = summary.not_standing.is_empty();
+    if counts && !has_lost && stands { Outcome::Done } else { Outcome::NegativeAnswer }
 }
 
 fn text(summary: &RunSummary) -> String {
@@ -204,4 +217,70 @@ fn text(summary: &RunSummary) -> String {
     lines.extend(recording_gaps::lines(&summary.gaps));
     lines.extend(summary.bag.as_ref().map(|bag| format!("next: rsrs label {}", quoted(bag))));
     lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rsrs_fleet::experiment::{RobotLost, Time};
+    use rsrs_fleet::record::{Backend, LostRobot, Provenance};
+    use rsrs_testing::conditions::flockbot_conditions;
+
+    fn record(robot_lost: RobotLost) -> ExperimentRecord {
+        let conditions = flockbot_conditions();
+        ExperimentRecord {
+            run_id: "run".to_owned(),
+            robots: vec!["robot_1".to_owned()],
+            provenance: Provenance::new("0", "0", "0", &conditions),
+            conditions,
+            duration_s: 300.0,
+            seed: 1,
+            replicate: 0,
+            robot_lost,
+            backend: Backend::Fleet,
+            controller_only: Vec::new(),
+            time: Time::RealTime,
+        }
+    }
+
+    fn completed() -> RunSummary {
+        RunSummary {
+            run_id: "run".to_owned(),
+            bag: None,
+            ending: EndingKind::Completed.key(),
+            reason: String::new(),
+            has_started: true,
+            lost_robots: Vec::new(),
+            n_messages: 1,
+            n_lost: 0,
+            gaps: Vec::new(),
+            not_standing: Vec::new(),
+            duration_s: 300.0,
+            preflight_s: None,
+            parameters_s: None,
+            real_time_factor: None,
+        }
+    }
+
+    #[test]
+    fn a_robot_that_is_not_confirmed_to_stand_or_a_run_that_does_not_count_is_no_success() {
+        let lost = |after_s: f64| {
+            let (robot, reason) = ("robot_1".to_owned(), "silent".to_owned());
+            vec![LostRobot { robot, after_s, reason }]
+        };
+        let moving = RunSummary { not_standing: vec!["robot_1".to_owned()], ..completed() };
+        let void = RunSummary { ending: EndingKind::Void.key(), ..completed() };
+        let without = |after_s| RunSummary { lost_robots: lost(after_s), ..completed() };
+        for (summary, rule, is_done) in [
+            (completed(), RobotLost::Abort, true),
+            (moving, RobotLost::Abort, false),
+            (void, RobotLost::Abort, false),
+            (without(250.0), RobotLost::Note, false),
+            (without(250.0), RobotLost::AbortUntilJudged, true),
+        ] {
+            let outcome = outcome(&record(rule), &summary);
+
+            assert_eq!(matches!(outcome, Outcome::Done), is_done, "{summary:?}");
+        }
+    }
 }

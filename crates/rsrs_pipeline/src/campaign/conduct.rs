@@ -7,11 +7,12 @@ use rsrs_fleet::record::{Ending, EndingKind};
 use rsrs_ros::session::SessionOptions;
 
 use super::Item;
-use super::folder::{BAG, CampaignFolder, counts};
+use super::folder::{BAG, CampaignFolder, Finished};
 use super::manifest::Manifest;
 use crate::error::with_help;
 use crate::files::write_file;
 use crate::label::{Settledness, marked};
+use crate::run::attempt::{Attempt, NOT_JUDGED, SIMULATED_TRIES};
 use crate::run::operator::Operator;
 use crate::run::own_network::OwnNetwork;
 use crate::run::place_command::WantedPlacement;
@@ -66,6 +67,18 @@ pub enum OperatorDecision {
     Quit,
 }
 
+/// What came of trying an experiment once.
+enum Tried {
+    /// It has its result.
+    Finished,
+    /// It was run, and has none.
+    Without(Attempt),
+    /// Whoever places the robots passes it over.
+    NotNow,
+    /// Whoever places the robots wants no more.
+    Quit,
+}
+
 /// What comes after an experiment.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Next {
@@ -79,6 +92,8 @@ pub struct Conductor<'a, P> {
     target: RunTarget,
     placer: P,
     operator: &'a dyn Operator,
+    /// How often each experiment is tried at most, until it has a result.
+    tries: u32,
 }
 
 impl<'a, P: Placer> Conductor<'a, P> {
@@ -94,7 +109,17 @@ impl<'a, P: Placer> Conductor<'a, P> {
         placer: P,
         operator: &'a dyn Operator,
     ) -> Self {
-        Self { folder, target, placer, operator }
+        let tries = match target {
+            RunTarget::Simulator { .. } => SIMULATED_TRIES,
+            RunTarget::Fleet { .. } => 1,
+        };
+        Self { folder, target, placer, operator, tries }
+    }
+
+    /// The same, with so many tries of each experiment, the first included.
+    #[must_use]
+    pub fn with_tries(self, tries: Option<u32>) -> Self {
+        Self { tries: tries.unwrap_or(self.tries), ..self }
     }
 
     /// Verifies what is finished, and runs what is not.
@@ -106,7 +131,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
     pub async fn conduct(mut self, items: &[Item]) -> anyhow::Result<()> {
         let mut open = Vec::new();
         for item in items {
-            if self.folder.finished(item)?.is_none() {
+            if !self.folder.is_finished(item)? {
                 open.push(item);
             }
         }
@@ -146,26 +171,71 @@ impl<'a, P: Placer> Conductor<'a, P> {
             self.operator.note(&format!("{name}: its bag was complete already{outcome}"));
             return Ok(Next::GoOn);
         }
-        if let Some(aside) = self.folder.keep_aside(item)? {
-            self.operator.note(&format!(
-                "{name}: a recording that broke off is kept as {} and does not count",
-                aside.display()
-            ));
+        if let Some(kept) = self.folder.keep(item, None)? {
+            self.operator.note(&format!("{name}: run again; before, {}", in_words(&kept)));
         }
+        let mut n_tries = 0;
+        loop {
+            n_tries += 1;
+            let again = match self.once(item).await? {
+                Tried::Finished | Tried::NotNow => return Ok(Next::GoOn),
+                Tried::Quit => return Ok(Next::Quit),
+                Tried::Without(attempt) => attempt,
+            };
+            let record = &item.record;
+            if again.is_made_again(record, n_tries, self.tries) {
+                let (next, of) = (n_tries + 1, self.tries);
+                let words = in_words(&again);
+                self.operator.note(&format!("{name}: {words}; tried again, {next} of {of}"));
+                continue;
+            }
+            return self.give_up(name, &again);
+        }
+    }
+
+    /// What comes after an experiment that gave no result and is not tried again now.
+    fn give_up(&self, name: &str, last: &Attempt) -> anyhow::Result<Next> {
+        // The next one may do better.
+        if let Some(EndingKind::Completed | EndingKind::Void) = EndingKind::from_key(&last.ending) {
+            self.operator.note(&format!("{name}: {}", in_words(last)));
+            return Ok(Next::GoOn);
+        }
+        let message = format!("{name} {}: {}", last.ending, last.reason);
+        let bag = last.bag.as_ref().map(|bag| self.folder.path().join(name).join(bag));
+        Err(match bag {
+            Some(bag) => with_help(message, format!("what was recorded is in {}", bag.display())),
+            None => anyhow::anyhow!(message),
+        })
+    }
+
+    /// Runs an experiment once, if whoever places the robots agrees.
+    async fn once(&mut self, item: &Item) -> anyhow::Result<Tried> {
         let folder = self.folder.of(item);
         let plan = item.plan(folder.join(BAG))?;
         match self.ask(&plan, item).await? {
             OperatorDecision::Start => {}
-            OperatorDecision::Skip => return Ok(Next::GoOn),
-            OperatorDecision::Quit => return Ok(Next::Quit),
+            OperatorDecision::Skip => return Ok(Tried::NotNow),
+            OperatorDecision::Quit => return Ok(Tried::Quit),
         }
         std::fs::create_dir_all(&folder)?;
         for (file, text) in &plan.files {
             write_file(&folder.join(file), text.as_bytes())?;
         }
         let summary = self.run(&plan).await?;
-        self.settle(item, plan, &summary)?;
-        Ok(Next::GoOn)
+        let tried = self.settle(item, plan, &summary)?;
+        // The simulator stands still by itself; nobody can go and look there.
+        let is_fleet = matches!(self.target, RunTarget::Fleet { .. });
+        if is_fleet && !summary.not_standing.is_empty() {
+            let (name, robots) = (&item.experiment.folder, summary.not_standing.join(", "));
+            let stands = format!("not confirmed to stand, go and look: {robots}");
+            return Err(match &tried {
+                Tried::Without(attempt) => {
+                    anyhow::anyhow!("{name}: {}\n  {stands}", in_words(attempt))
+                }
+                _ => anyhow::anyhow!("{name}: {stands}"),
+            });
+        }
+        Ok(tried)
     }
 
     /// Has the robots placed; in the simulator they place themselves.
@@ -204,36 +274,41 @@ impl<'a, P: Placer> Conductor<'a, P> {
     }
 
     /// Makes an experiment of a run that has ended, or keeps what there is of it aside.
-    fn settle(&self, item: &Item, plan: Plan, summary: &RunSummary) -> anyhow::Result<()> {
+    fn settle(&self, item: &Item, plan: Plan, summary: &RunSummary) -> anyhow::Result<Tried> {
         let name = &item.experiment.folder;
         let kind = EndingKind::from_key(summary.ending).expect("a run has an ending");
-        if !counts(kind) {
-            let aside = self.folder.keep_aside(item)?;
-            let message = format!("{name} {}: {}", summary.ending, summary.reason);
-            return Err(match aside {
-                Some(aside) => {
-                    with_help(message, format!("what was recorded is in {}", aside.display()))
+        let mut attempt = Attempt::of_run(&plan.record, summary);
+        if kind == EndingKind::Completed {
+            let lost = summary.lost_robots.clone();
+            let ending = Ending { kind, reason: summary.reason.clone(), lost };
+            match self.folder.finish(item, plan.record, &ending, Some(summary.n_lost))? {
+                Finished::Result(manifest) => {
+                    self.note_result(name, &manifest, self.folder.settledness(item)?);
+                    return Ok(Tried::Finished);
                 }
-                None => anyhow::anyhow!(message),
-            });
+                Finished::NotJudged(reason) => attempt.reason = format!("{NOT_JUDGED}{reason}"),
+            }
         }
-        let lost = summary.lost_robots.clone();
-        let ending = Ending { kind, reason: summary.reason.clone(), lost };
-        let manifest = self.folder.finish(item, plan.record, &ending, Some(summary.n_lost))?;
-        let outcome = outcome(&manifest, self.folder.settledness(item)?);
+        let kept = self.folder.keep(item, Some(attempt))?;
+        Ok(Tried::Without(kept.expect("it was given")))
+    }
+
+    fn note_result(&self, name: &str, manifest: &Manifest, settledness: Settledness) {
+        let outcome = outcome(manifest, settledness);
         self.operator.note(&format!("{name}: {}{outcome}", manifest.ending));
-        for lost in &summary.lost_robots {
+        for lost in &manifest.lost_robots {
             self.operator.note(&format!("  {lost}"));
         }
         for line in recording_gaps::lines(&manifest.gaps) {
             self.operator.note(&format!("  {line}"));
         }
-        if summary.not_standing.is_empty() {
-            return Ok(());
-        }
-        let robots = summary.not_standing.join(", ");
-        Err(anyhow::anyhow!("{name}: not confirmed to stand, go and look: {robots}"))
     }
+}
+
+/// A run that gave no result in words, with where its recording is.
+fn in_words(attempt: &Attempt) -> String {
+    let kept = attempt.bag.as_ref().map(|bag| format!(" (kept as {bag})"));
+    format!("{attempt}{}", kept.unwrap_or_default())
 }
 
 /// What came of an experiment, behind its name.

@@ -8,15 +8,18 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use rsrs_bags::Bag;
+use rsrs_core::judge::phase::WINDOW_S;
 use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord};
 use serde::{Deserialize, Serialize};
 
+use super::attempts::{ATTEMPTS, attempts_in, keep};
 use super::manifest::{self, MANIFEST, Manifest, write_whole};
-use super::{Item, identity};
+use super::{Item, is_same};
 use crate::error::{in_one_line, with_help};
 use crate::files::{read_text, write_file};
 use crate::label::{LabelOptions, Settledness, label_bag};
 use crate::recorded_run;
+use crate::run::attempt::Attempt;
 use crate::run::recording_gaps;
 
 const LOCK: &str = "campaign.lock";
@@ -35,11 +38,25 @@ struct State {
 }
 
 /// One experiment that was asked for.
-#[derive(Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Asked {
     folder: String,
     record: ExperimentRecord,
+}
+
+impl Asked {
+    fn is_same(&self, other: &Self) -> bool {
+        self.folder == other.folder && is_same(&self.record, &other.record)
+    }
+}
+
+/// What has become of a run that was completed.
+pub enum Finished {
+    /// It is the experiment's result.
+    Result(Box<Manifest>),
+    /// The judge cannot judge it, for this reason, and might judge another one.
+    NotJudged(String),
 }
 
 /// The folder of a campaign, locked for this process.
@@ -74,7 +91,7 @@ impl CampaignFolder {
         let folder = Self { path: path.to_owned(), _lock: lock };
         let asked = |item: &Item| Asked {
             folder: item.experiment.folder.clone(),
-            record: item.identity.clone(),
+            record: item.record.clone(),
         };
         let asked: Vec<Asked> = items.iter().map(asked).collect();
         let before = folder.asked_before()?;
@@ -108,7 +125,7 @@ impl CampaignFolder {
         let differs = before
             .iter()
             .enumerate()
-            .find(|(index, asked)| now.get(*index) != Some(*asked))
+            .find(|(index, asked)| !now.get(*index).is_some_and(|now| asked.is_same(now)))
             .map(|(_, asked)| asked.folder.as_str());
         match differs {
             None => Ok(()),
@@ -128,20 +145,21 @@ impl CampaignFolder {
         self.path.join(&item.experiment.folder)
     }
 
-    /// The manifest of an experiment, if it is finished and all of it is as it was.
+    /// Whether an experiment has its result, and all of it is as it was.
+    ///
+    /// One whose run was void, or could not be judged, and which a version took for finished that did not
+    /// run it again, has none.
     ///
     /// # Errors
     ///
     /// If a file of a finished experiment is gone or changed, by name.
-    pub fn finished(&self, item: &Item) -> anyhow::Result<Option<Manifest>> {
-        let manifest = self.manifest(item)?;
-        if let Some(manifest) = &manifest {
-            manifest.verify(&self.of(item))?;
-        }
-        Ok(manifest)
+    pub fn is_finished(&self, item: &Item) -> anyhow::Result<bool> {
+        let Some(manifest) = self.manifest(item)? else { return Ok(false) };
+        manifest.verify(&self.of(item))?;
+        Ok(manifest.is_result())
     }
 
-    /// The manifest of an experiment, if it is finished, without a look at its files.
+    /// The manifest of an experiment, without a look at its files; `None` if it was never finished.
     ///
     /// # Errors
     ///
@@ -149,7 +167,7 @@ impl CampaignFolder {
     pub fn manifest(&self, item: &Item) -> anyhow::Result<Option<Manifest>> {
         let folder = self.of(item);
         let Some(manifest) = Manifest::read(&folder)? else { return Ok(None) };
-        if identity(&manifest.record) != item.identity {
+        if !is_same(&manifest.record, &item.record) {
             bail!("{} is of another experiment", folder.join(MANIFEST).display());
         }
         Ok(Some(manifest))
@@ -175,14 +193,20 @@ impl CampaignFolder {
         else {
             return Ok(None);
         };
-        let is_same = identity(&record) == item.identity && bag.damage().is_empty();
-        if !is_same || !counts(ending.kind) {
+        let is_same = is_same(&record, &item.record) && bag.damage().is_empty();
+        if !is_same || ending.kind != EndingKind::Completed {
             return Ok(None);
         }
-        self.finish(item, record, &ending, None).map(Some)
+        // One that could not be judged before may be judged now.
+        let n_lost = self.manifest(item)?.and_then(|manifest| manifest.n_lost);
+        match self.finish(item, record, &ending, n_lost)? {
+            Finished::Result(manifest) => Ok(Some(*manifest)),
+            Finished::NotJudged(_) => Ok(None),
+        }
     }
 
-    /// Labels the bag of a run that has ended, and writes the experiment's manifest.
+    /// Labels the bag of a run that was completed, and writes the experiment's manifest if that is its
+    /// result.
     ///
     /// # Errors
     ///
@@ -193,7 +217,7 @@ impl CampaignFolder {
         record: ExperimentRecord,
         ending: &Ending,
         n_lost: Option<u64>,
-    ) -> anyhow::Result<Manifest> {
+    ) -> anyhow::Result<Finished> {
         let folder = self.of(item);
         let path = folder.join(BAG);
         let bag = recorded_run::open(&path)?;
@@ -207,8 +231,16 @@ impl CampaignFolder {
                 parts.push(LABEL);
                 (Some(labelled.phase), String::new())
             }
+            Err(error) if record.duration_s >= WINDOW_S => {
+                return Ok(Finished::NotJudged(in_one_line(&error)));
+            }
+            // Another run would be as short.
             Err(error) => (None, in_one_line(&error)),
         };
+        if folder.join(ATTEMPTS).exists() {
+            parts.push(ATTEMPTS);
+        }
+        let attempts = attempts_in(&folder)?;
         let copies: Vec<String> = item_files(&folder)?;
         parts.extend(copies.iter().map(String::as_str));
         let manifest = Manifest {
@@ -222,11 +254,22 @@ impl CampaignFolder {
             n_messages: bag.info().n_messages,
             n_lost,
             gaps: recording_gaps::in_bag(&bag),
-            kept_aside: self.kept_aside(item)?,
+            lost_robots: ending.lost.clone(),
+            kept_aside: attempts.iter().filter_map(|attempt| attempt.bag.clone()).collect(),
+            attempts,
             files: manifest::entries(&folder, &parts)?,
         };
         manifest.write(&folder)?;
-        Ok(manifest)
+        Ok(Finished::Result(Box::new(manifest)))
+    }
+
+    /// The runs of an experiment that gave no result.
+    ///
+    /// # Errors
+    ///
+    /// If their list cannot be read.
+    pub fn attempts(&self, item: &Item) -> anyhow::Result<Vec<Attempt>> {
+        attempts_in(&self.of(item))
     }
 
     /// Whether the label of a finished experiment is near another one.
@@ -243,43 +286,41 @@ impl CampaignFolder {
             .with_context(|| format!("{} is no label", path.display()))
     }
 
-    /// Keeps a recording that broke off beside, under a name that cannot be taken for the bag.
+    /// Keeps what there is of a run that gave no result, and makes the experiment an open one.
+    ///
+    /// # Arguments
+    ///
+    /// * `attempt` — what it was; `None` where its recording is all that is known of it.
     ///
     /// # Returns
     ///
-    /// Where it is now; `None` if there was none.
+    /// It, if there was anything.
     ///
     /// # Errors
     ///
     /// If the system refuses.
-    pub fn keep_aside(&self, item: &Item) -> anyhow::Result<Option<PathBuf>> {
+    pub fn keep(&self, item: &Item, attempt: Option<Attempt>) -> anyhow::Result<Option<Attempt>> {
         let folder = self.of(item);
-        let bag = folder.join(BAG);
-        if !bag.exists() {
+        if !folder.exists() {
             return Ok(None);
         }
-        let mut number = 1_u64;
-        let mut aside = folder.join(format!("{BAG}.unfinished_1"));
-        while aside.exists() {
-            number += 1;
-            aside = folder.join(format!("{BAG}.unfinished_{number}"));
+        // First: with it the experiment is finished, and its bag has to be there.
+        let mut attempt = attempt;
+        if let Some(manifest) = Manifest::read(&folder)? {
+            attempt = attempt.or_else(|| {
+                let recorded = Attempt::of_recording(&folder.join(BAG));
+                Some(Attempt { reason: manifest.why_no_result(), ..recorded })
+            });
+            std::fs::remove_file(folder.join(MANIFEST))
+                .with_context(|| format!("cannot remove {}", folder.join(MANIFEST).display()))?;
         }
-        std::fs::rename(&bag, &aside)
-            .with_context(|| format!("cannot move {} to {}", bag.display(), aside.display()))?;
-        Ok(Some(aside))
+        let label = folder.join(LABEL);
+        if label.exists() {
+            std::fs::remove_file(&label)
+                .with_context(|| format!("cannot remove {}", label.display()))?;
+        }
+        keep(&folder, attempt)
     }
-
-    fn kept_aside(&self, item: &Item) -> anyhow::Result<Vec<String>> {
-        let prefix = format!("{BAG}.unfinished_");
-        let mut names = names_in(&self.of(item))?;
-        names.retain(|name| name.starts_with(&prefix));
-        Ok(names)
-    }
-}
-
-/// Whether a run that ended so is the experiment's result: an aborted one is run again.
-pub fn counts(kind: EndingKind) -> bool {
-    matches!(kind, EndingKind::Completed | EndingKind::Void)
 }
 
 /// The copies of the files behind an experiment.
@@ -289,7 +330,8 @@ fn item_files(folder: &Path) -> anyhow::Result<Vec<String>> {
     Ok(names)
 }
 
-fn names_in(folder: &Path) -> anyhow::Result<Vec<String>> {
+/// Names of what is in a folder, sorted.
+pub fn names_in(folder: &Path) -> anyhow::Result<Vec<String>> {
     let list = || -> std::io::Result<Vec<String>> {
         let mut names = Vec::new();
         for entry in folder.read_dir()? {

@@ -7,12 +7,13 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
-use rsrs_core::judge::phase::Phase;
-use rsrs_fleet::record::ExperimentRecord;
+use rsrs_core::judge::phase::{Phase, WINDOW_S};
+use rsrs_fleet::record::{EndingKind, ExperimentRecord, LostRobot};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::error::with_help;
+use crate::run::attempt::{Attempt, NOT_JUDGED};
 use crate::run::recording_gaps::Gap;
 
 /// Its name in the folder of an experiment.
@@ -31,7 +32,7 @@ pub struct Manifest {
     pub name: String,
     /// All that it takes to repeat the run: cell, seed, replicate, provenance.
     pub record: ExperimentRecord,
-    /// How the run ended: completed or void.
+    /// How the run ended: completed (or void, where an earlier version has written it).
     pub ending: String,
     /// Why, if it is void; else empty.
     pub reason: String,
@@ -46,8 +47,14 @@ pub struct Manifest {
     pub n_lost: Option<u64>,
     /// What did not get into the bag, by topic.
     pub gaps: Vec<Gap>,
-    /// Recordings of this experiment that broke off and were kept aside; they do not count.
+    /// Robots that were lost on the way, and when.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lost_robots: Vec<LostRobot>,
+    /// Recordings of this experiment that do not count and were kept aside.
     pub kept_aside: Vec<String>,
+    /// Runs of this experiment that gave no result, with the cause of each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub attempts: Vec<Attempt>,
     /// Every file that counts, by its path in this folder.
     pub files: Vec<Entry>,
 }
@@ -68,6 +75,21 @@ impl Manifest {
     /// Version of the shape that is written.
     pub fn schema_version() -> u32 {
         SCHEMA_VERSION
+    }
+
+    /// Whether its run is the experiment's result. One that is void, or could not be judged though it was
+    /// to last long enough, is none, and is run again.
+    pub fn is_result(&self) -> bool {
+        let is_judged = self.phase.is_some() || self.record.duration_s < WINDOW_S;
+        self.ending == EndingKind::Completed.key() && is_judged
+    }
+
+    /// Why its run is no result, if it is none.
+    pub fn why_no_result(&self) -> String {
+        match self.not_judged.as_str() {
+            "" => self.reason.clone(),
+            not_judged => format!("{NOT_JUDGED}{not_judged}"),
+        }
     }
 
     /// Reads the manifest of an experiment; `None` where there is none, because it is not finished.

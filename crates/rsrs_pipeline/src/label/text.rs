@@ -52,6 +52,15 @@ impl fmt::Display for Labelled {
         for lost in &self.lost_robots {
             write!(out, "\n  {lost}")?;
         }
+        match self.counts_without_lost {
+            Some(true) => write!(
+                out,
+                "\n  none was lost before the judged time: by `robot_lost: abort_until_judged` of its \
+                 experiment the run counts"
+            )?,
+            Some(false) => write!(out, "\n  it counts only `--with-lost-robots`")?,
+            None => {}
+        }
         if let Some(ending) = self.ending {
             let reason = self.reason.as_deref().unwrap_or_default();
             write!(out, "\n  the run was not completed: {ending} ({reason})")?;

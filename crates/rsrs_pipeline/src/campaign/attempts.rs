@@ -1,0 +1,82 @@
+//! What stays of the runs of an experiment that gave no result, in its folder.
+
+use std::path::Path;
+
+use anyhow::Context;
+
+use super::folder::{BAG, names_in};
+use super::manifest::write_whole;
+use crate::files::read_text;
+use crate::run::attempt::{Attempt, keep_aside, number_aside};
+
+/// Their list, in the folder of the experiment.
+pub const ATTEMPTS: &str = "attempts.json";
+
+/// The runs of an experiment that gave no result, in the order in which they were made.
+///
+/// A recording that was kept aside before its entry was written, or by a version that wrote none, is
+/// among them.
+///
+/// # Arguments
+///
+/// * `folder` — that of the experiment, in which its bag is.
+///
+/// # Errors
+///
+/// If the list or the folder cannot be read.
+pub fn attempts_in(folder: &Path) -> anyhow::Result<Vec<Attempt>> {
+    let path = folder.join(ATTEMPTS);
+    let mut attempts: Vec<Attempt> = if path.exists() {
+        serde_json::from_str(&read_text(&path)?)
+            .with_context(|| format!("{} is no list of attempts", path.display()))?
+    } else {
+        Vec::new()
+    };
+    if !folder.exists() {
+        return Ok(attempts);
+    }
+    let mut aside: Vec<(u64, String)> = names_in(folder)?
+        .into_iter()
+        .filter_map(|name| Some((number_aside(BAG, &name)?, name)))
+        .filter(|(_, name)| attempts.iter().all(|it| it.bag.as_ref() != Some(name)))
+        .collect();
+    aside.sort();
+    let unlisted = aside.iter().map(|(_, name)| Attempt::of_recording(&folder.join(name)));
+    attempts.extend(unlisted);
+    Ok(attempts)
+}
+
+/// Keeps what there is of a run that gave no result: its recording under another name, and what it was
+/// in the list.
+///
+/// # Arguments
+///
+/// * `attempt` — what it was; `None` where its recording is all that is known of it.
+///
+/// # Returns
+///
+/// It, if there was anything.
+///
+/// # Errors
+///
+/// If the disk is full, or refuses.
+pub fn keep(folder: &Path, attempt: Option<Attempt>) -> anyhow::Result<Option<Attempt>> {
+    let aside = keep_aside(&folder.join(BAG))?;
+    let kept = match (attempt, &aside) {
+        (Some(attempt), _) => {
+            let name = aside.as_ref().and_then(|aside| aside.file_name());
+            Some(Attempt { bag: name.map(|name| name.to_string_lossy().into_owned()), ..attempt })
+        }
+        (None, Some(aside)) => Some(Attempt::of_recording(aside)),
+        (None, None) => None,
+    };
+    let mut attempts = attempts_in(folder)?;
+    if let Some(kept) = &kept {
+        attempts.retain(|it| it.bag.is_none() || it.bag != kept.bag);
+        attempts.push(kept.clone());
+    }
+    if !attempts.is_empty() {
+        write_whole(&folder.join(ATTEMPTS), &attempts)?;
+    }
+    Ok(kept)
+}
