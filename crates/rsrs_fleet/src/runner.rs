@@ -346,18 +346,28 @@ impl Runner {
     }
 
     /// Lets time in which this machine did not keep up count for no timeout, as long as no robot has
-    /// moved: what did not come meanwhile may only not have been looked at.
+    /// moved, or when a world in lockstep waits for its recorder: what did not come meanwhile may only
+    /// not have been looked at.
     fn forgive(&mut self, now: Duration) {
         let passed = now.saturating_sub(std::mem::replace(&mut self.woken, now));
-        let is_preparing =
-            matches!(self.phase, Phase::Configure | Phase::ReadBack | Phase::Record | Phase::Arm);
-        let is_behind =
-            passed > LEASE_DURATION || preflight::too_slow(self.start_check.behind_s()).is_some();
+        let stood_still = passed > LEASE_DURATION;
+        let is_behind = stood_still || preflight::too_slow(self.start_check.behind_s()).is_some();
         let forgiven = self.forgiven + passed;
-        if is_preparing && is_behind && forgiven <= CATCH_UP_TIMEOUT {
-            self.forgiven = forgiven;
-            self.since = self.since.map(|since| since + passed);
+        if !is_behind || forgiven > CATCH_UP_TIMEOUT {
+            return;
         }
+        match self.phase {
+            // While it is behind, the search waits by itself.
+            Phase::Discover if stood_still => self.search.forgive(passed),
+            Phase::Configure | Phase::ReadBack | Phase::Record | Phase::Arm => {
+                self.since = self.since.map(|since| since + passed);
+            }
+            Phase::Run if self.simulated_at.is_some() => {
+                self.simulated_at = self.simulated_at.map(|at| at + passed);
+            }
+            _ => return,
+        }
+        self.forgiven = forgiven;
     }
 
     /// How long the runner is in its phase.

@@ -37,6 +37,11 @@ impl Search {
         None
     }
 
+    /// Lets time in which nobody looked count for nothing.
+    pub(super) fn forgive(&mut self, passed: Duration) {
+        self.since += passed;
+    }
+
     /// Whether nothing new is to be expected.
     ///
     /// # Arguments

@@ -314,6 +314,15 @@ fn a_machine_that_stood_still_or_is_behind_fails_no_run_that_has_not_begun() {
     behind.stopped.clear();
     behind.run();
 
+    // It was looking for the robots.
+    let mut looking = Bench::lockstep();
+    looking.silent.insert("robot_2");
+    (0..50).for_each(|_| looking.beat());
+    looking.now_ms += 12_000;
+    looking.give(Event::Tick);
+    looking.silent.clear();
+    looking.run();
+
     // Not for ever.
     let mut behind = preparing();
     let start_ms = behind.now_ms;
@@ -323,6 +332,19 @@ fn a_machine_that_stood_still_or_is_behind_fails_no_run_that_has_not_begun() {
     }
     assert!((64_000..67_000).contains(&(behind.now_ms - start_ms)), "{}", behind.now_ms);
     assert!(behind.problems()[0].starts_with("robot_1: did not arm"));
+}
+
+#[test]
+fn a_machine_that_stood_still_while_the_last_steps_were_written_fails_no_run_in_lockstep() {
+    let mut bench = Bench::lockstep();
+    bench.run();
+    bench.give(Event::SimulatorComplete);
+
+    bench.now_ms += 12_000;
+    bench.give(Event::Tick);
+    bench.give(Event::Recorded { step: 10 });
+
+    assert_eq!(bench.end().0, Outcome::Completed);
 }
 
 #[test]
