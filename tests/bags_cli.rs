@@ -215,6 +215,7 @@ fn episode(cell: [f64; 4], replicate: u64) -> ExperimentRecord {
         robot_lost: RobotLost::Abort,
         backend: Backend::Simulator,
         controller_only: Vec::new(),
+        gates: BTreeMap::new(),
         time: Time::Lockstep,
     }
 }

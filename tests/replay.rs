@@ -45,6 +45,7 @@ fn bag(folder: &Path, name: &str, duration_s: f64) -> PathBuf {
         robot_lost: RobotLost::Abort,
         backend: Backend::Simulator,
         controller_only: Vec::new(),
+        gates: std::collections::BTreeMap::new(),
         time: Time::Lockstep,
     };
     let path = folder.join(name);

@@ -3,6 +3,7 @@
 mod channel;
 mod packing;
 mod part;
+mod sync;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -78,7 +79,8 @@ pub struct BagWriter {
     paths: Vec<PathBuf>,
     bounds_ns: Option<(u64, u64)>,
     part: Part,
-    next_flush_ns: Option<u64>,
+    /// Log time of the last message before which everything was flushed.
+    flushed_ns: Option<u64>,
     /// Bytes of the files that are closed.
     closed_bytes: u64,
     /// Messages that came after the bag was full.
@@ -134,7 +136,7 @@ impl BagWriter {
             paths: vec![part.path().to_owned()],
             bounds_ns: None,
             part,
-            next_flush_ns: None,
+            flushed_ns: None,
             closed_bytes: 0,
             n_refused: 0,
         };
@@ -247,13 +249,14 @@ impl BagWriter {
 
     fn flush_if_due(&mut self, time_ns: u64) -> Result<(), BagError> {
         let Some(period_ns) = self.packing.flush_period_ns else { return Ok(()) };
-        if self.next_flush_ns.is_some_and(|due_ns| time_ns < due_ns) {
+        // A clock that is set back must not keep anything from the disk until it has caught up.
+        if self.flushed_ns.is_some_and(|flushed_ns| time_ns.abs_diff(flushed_ns) < period_ns) {
             return Ok(());
         }
-        if self.next_flush_ns.is_some() {
+        if self.flushed_ns.is_some() {
             self.flush()?;
         }
-        self.next_flush_ns = Some(time_ns.saturating_add(period_ns));
+        self.flushed_ns = Some(time_ns);
         Ok(())
     }
 
@@ -333,12 +336,26 @@ impl BagWriter {
         self.part.flush()
     }
 
-    /// Closes the bag and writes its table of contents.
+    /// Closes the bag and writes its table of contents; it is on the disk on return.
     ///
     /// # Errors
     ///
     /// [`BagError::Write`] and [`BagError::Io`].
-    pub fn finish(mut self) -> Result<BagSummary, BagError> {
+    pub fn finish(self) -> Result<BagSummary, BagError> {
+        self.finish_watched(|_| true)
+    }
+
+    /// As [`BagWriter::finish`]. A slow disk takes minutes for what the system has kept for it: `goes_on` is
+    /// called now and then with the bytes that may not be on the disk yet. Once it returns `false`, the
+    /// rest is left to the system; the bag is whole, unless the power fails.
+    ///
+    /// # Errors
+    ///
+    /// [`BagError::Write`] and [`BagError::Io`].
+    pub fn finish_watched(
+        mut self,
+        mut goes_on: impl FnMut(u64) -> bool,
+    ) -> Result<BagSummary, BagError> {
         let topics = self.topics_with_counts();
         let n_messages_of_topic = self.n_messages_of_topic();
         if let (Some(max_bytes), 1..) = (self.packing.max_bag_bytes, self.n_refused) {
@@ -348,6 +365,13 @@ impl BagWriter {
         }
         let information = self.describe(topics)?;
         self.part.finish()?;
+        let n_bytes = |path: &PathBuf| fs::metadata(path).map_or(0, |metadata| metadata.len());
+        let mut after: u64 = self.paths.iter().map(n_bytes).sum();
+        for path in &self.paths {
+            after = after.saturating_sub(n_bytes(path));
+            sync::onto_disk(path, |of_file| goes_on(of_file + after))
+                .map_err(|source| BagError::Io { action: "close", path: path.clone(), source })?;
+        }
         information.write_into(&self.folder)?;
         Ok(BagSummary {
             folder: self.folder,

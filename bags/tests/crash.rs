@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use proptest::prelude::*;
-use rsrs_bags::{BagMessage, BagOptions, BagWriter, Compression, Packing, Sample};
+use rsrs_bags::{Bag, BagMessage, BagOptions, BagWriter, Compression, Packing, Sample};
 use rsrs_msgs::cdr;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::Qos;
@@ -58,6 +58,26 @@ fn n_complete(bytes: &[u8], n_bytes: usize) -> usize {
         }
     }
     n_messages
+}
+
+#[test]
+fn a_clock_that_is_set_back_keeps_nothing_from_the_disk_for_long() {
+    let folder = temporary();
+    let path = folder.path().join("run");
+    let mut writer = BagWriter::create(&path, BagOptions::default()).expect("it is new");
+    let topic = writer.add_topic("/a/detection", "std_msgs/msg/Bool", Qos::reliable(1));
+    let topic = topic.expect("new");
+    let data = cdr::encode(&Bool { data: true });
+
+    for step in 0..100_u32 {
+        let hours = if step < 50 { 2 } else { 1 };
+        let log_time_ns = hours * 3_600_000_000_000 + u64::from(step) * 100_000_000;
+        let sample = Sample { log_time_ns, publish_time_ns: 7, sequence: step, data: &data };
+        writer.write(topic, sample).expect("room");
+    }
+    let n_safe = Bag::open(&path).expect("it can be read as far as it is").n_messages();
+
+    assert!(n_safe >= 89, "{n_safe} of 100 would survive");
 }
 
 #[test]

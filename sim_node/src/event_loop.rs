@@ -8,7 +8,8 @@ use anyhow::Context;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::experiment::Time as TimeMode;
-use rsrs_fleet::message::RobotState;
+use rsrs_fleet::message::{Lease, RobotState};
+use rsrs_fleet::parameters::simulator::FULL_NAME;
 use rsrs_fleet::robot;
 use rsrs_fleet::simulator::{Action, Event, Gate, Simulator};
 use rsrs_fleet::timing::TICK;
@@ -19,7 +20,7 @@ use rsrs_msgs::simulation_interfaces::{Result as Outcome, StepSimulationResponse
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::clock::{ClockPublisher, wall_time};
-use rsrs_ros::logging::Level;
+use rsrs_ros::logging::{Complaints, Level};
 use rsrs_ros::node_arguments::NodeArguments;
 use rsrs_ros::parameters::{Arming, ParameterServer};
 use rsrs_ros::services::{Responder, Service};
@@ -72,6 +73,7 @@ pub struct Simulation<'a> {
     locks: LocksPublisher,
     arming: Arming,
     pub(crate) start: Instant,
+    complaints: Complaints,
     looked_around: Instant,
     sensed_nothing: Instant,
 }
@@ -115,7 +117,7 @@ fn serve_parameters(
     received: &UnboundedSender<Input>,
 ) -> anyhow::Result<(ParameterServer, RobotProfile)> {
     let hosted = options.robots.clone();
-    let given = options.ros.parameters(parameters::FULL_NAME);
+    let given = options.ros.parameters(FULL_NAME);
     let starts: Vec<_> = given.clone().into_iter().collect();
     let profile = parameters::profile(&given)?;
     parameters::check(&starts, &hosted, &profile).context("start value of a parameter")?;
@@ -197,6 +199,7 @@ impl<'a> Simulation<'a> {
             arming: Arming::Disarmed,
             start: Instant::now(),
             looked_around: Instant::now(),
+            complaints: Complaints::default(),
             sensed_nothing: Instant::now(),
             node,
         })
@@ -274,9 +277,9 @@ impl<'a> Simulation<'a> {
         let now = self.start.elapsed();
         match received {
             Input::Lease(message) => match wire::lease(message) {
-                Ok(lease) => self.all_robots(&robot::Event::Lease(lease)).await,
+                Ok(lease) => self.lease(&lease, now).await,
                 Err(error) => {
-                    self.node.log(Level::Warn, &format!("refused: {error}"));
+                    self.complaints.warn(&self.node, &format!("refused: {error}"));
                     Ok(())
                 }
             },
@@ -318,6 +321,14 @@ impl<'a> Simulation<'a> {
                 Ok(())
             }
         }
+    }
+
+    async fn lease(&mut self, lease: &Lease, now: Duration) -> anyhow::Result<()> {
+        let of_each = lease.of_each(self.robots.iter().map(|robot| robot.name.as_str()));
+        for (robot, lease) in self.robots.iter_mut().zip(of_each) {
+            robot.on_event(robot::Event::Lease(lease), now).await?;
+        }
+        Ok(())
     }
 
     async fn all_robots(&mut self, event: &robot::Event) -> anyhow::Result<()> {

@@ -8,6 +8,10 @@ use std::time::Duration;
 use rsrs_core::conditions::{Conditions, Impossible};
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::Time;
+use rsrs_fleet::parameters::simulator::{
+    CONDITIONS, FULL_NAME, HARDWARE_ONLY, LOCKSTEP, ODOM, POSE, REAL_TIME, REPLICATE, ROBOTS, SEED,
+    STEPS, TIME, TRACKED_BY,
+};
 use rsrs_fleet::simulator::{Gates, Placed, placement_digest};
 use rsrs_ros::parameters::{
     Descriptor, NodeParameters, ParameterKind, ParameterServer, ParameterValue,
@@ -23,23 +27,12 @@ pub use by_hand::{profile, take_cell};
 
 /// Name of the simulator's node.
 pub const NODE: &str = "simulator";
-/// Its full name: it stands for no robot, so it has no namespace.
-pub const FULL_NAME: &str = "/simulator";
-
-const CONDITIONS: &str = "conditions";
-const SEED: &str = "seed";
-const REPLICATE: &str = "replicate";
-const STEPS: &str = "steps";
-const TIME: &str = "time";
-const ROBOTS: &str = "robots";
-const TRACKED_BY: &str = "tracked_by";
-const HARDWARE_ONLY: &str = "hardware_only";
 
 /// Where poses of real robots come from, as the parameter spells it.
-const TRACKERS: [(&str, TrackedBy); 2] = [("odom", TrackedBy::Odom), ("pose", TrackedBy::Pose)];
+const TRACKERS: [(&str, TrackedBy); 2] = [(ODOM, TrackedBy::Odom), (POSE, TrackedBy::Pose)];
 
 /// The paces, as the parameter spells them.
-const TIMES: [(&str, Time); 2] = [("lockstep", Time::Lockstep), ("real_time", Time::RealTime)];
+const TIMES: [(&str, Time); 2] = [(LOCKSTEP, Time::Lockstep), (REAL_TIME, Time::RealTime)];
 
 /// The end of ROS's time, whose seconds have 32 bits.
 const END: Duration = Duration::from_secs(i32::MAX.unsigned_abs() as u64);

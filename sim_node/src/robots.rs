@@ -17,7 +17,7 @@ use rsrs_msgs::rsrs::RobotStatus;
 use rsrs_msgs::std_msgs::{Bool, Header};
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::clock::wall_time;
-use rsrs_ros::logging::Level;
+use rsrs_ros::logging::Complaints;
 use rsrs_ros::session::{NodeHandle, Publisher, Session};
 use rsrs_ros::wire;
 
@@ -40,6 +40,7 @@ pub struct VirtualRobot {
     odom: Publisher<Odometry>,
     /// The status of the gate, where it is here.
     status: Option<Publisher<RobotStatus>>,
+    complaints: Complaints,
 }
 
 /// Wheels stop by themselves when their robot's node sends nothing for so long.
@@ -85,6 +86,7 @@ impl VirtualRobot {
                 }
                 Gates::Elsewhere => None,
             },
+            complaints: Complaints::default(),
             gates,
             transport: session.transport(),
             let_through: None,
@@ -92,9 +94,9 @@ impl VirtualRobot {
         })
     }
 
-    /// Logs a warning about it.
-    pub fn warn(&self, text: &str) {
-        self.node.log(Level::Warn, &format!("{}: {text}", self.name));
+    /// Logs a warning about it, one a second at most.
+    pub fn warn(&mut self, text: &str) {
+        self.complaints.warn(&self.node, &format!("{}: {text}", self.name));
     }
 
     /// Becomes a robot of a world with this pace and period.

@@ -1,5 +1,7 @@
 //! What the simulator receives, and from which topics.
 
+use std::collections::BTreeSet;
+
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::experiment::Time as TimeMode;
 use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
@@ -104,16 +106,14 @@ impl Subscriptions {
             TimeMode::Lockstep => Vec::new(),
             TimeMode::RealTime => session.endpoints(),
         };
+        let writers = endpoints.iter().filter(|endpoint| endpoint.kind == EndpointKind::Writer);
+        let published: BTreeSet<(&str, &str)> = writers
+            .map(|endpoint| (endpoint.topic.as_str(), endpoint.type_name.as_str()))
+            .collect();
         for (index, robot) in robots.iter().enumerate() {
             let [stamped, unstamped] = robot.command_topics();
             let name = stamped.for_robot(&robot.name);
-            let is_published = |topic: Topic| {
-                endpoints.iter().any(|endpoint| {
-                    endpoint.kind == EndpointKind::Writer
-                        && endpoint.topic == name
-                        && endpoint.type_name == topic.type_name
-                })
-            };
+            let is_published = |topic: Topic| published.contains(&(name.as_str(), topic.type_name));
             let is_unstamped = is_published(unstamped) && !is_published(stamped);
             let wanted = if is_unstamped { unstamped } else { stamped };
             if self.commands[index].topic != wanted {

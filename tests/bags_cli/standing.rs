@@ -41,6 +41,7 @@ fn record(neighbour: Option<(f64, f64)>) -> ExperimentRecord {
         robot_lost: RobotLost::Abort,
         backend: Backend::Fleet,
         controller_only: Vec::new(),
+        gates: std::collections::BTreeMap::new(),
         time: Time::RealTime,
     }
 }

@@ -143,6 +143,7 @@ impl Run {
                 Time::RealTime => Backend::Fleet,
             },
             controller_only: self.controller_only.clone(),
+            gates: std::collections::BTreeMap::new(),
             time: self.time,
         }
     }

@@ -117,13 +117,12 @@ impl Part {
         self.writer.flush().map_err(|source| self.error(source))
     }
 
-    /// Ends the file; it is on the disk on return.
+    /// Ends the file, and hands all of it to the system; it is not on the disk yet.
     pub fn finish(mut self) -> Result<(), BagError> {
         self.writer.finish().map_err(|source| self.error(source))?;
         let Self { path, writer, .. } = self;
-        let written = writer.into_inner().into_inner();
-        let synced = written.map_err(IntoInnerError::into_error).and_then(|file| file.sync_all());
-        synced.map_err(|source| BagError::Io { action: "close", path, source })
+        let written = writer.into_inner().into_inner().map_err(IntoInnerError::into_error);
+        written.map(drop).map_err(|source| BagError::Io { action: "close", path, source })
     }
 
     fn error(&self, source: mcap::McapError) -> BagError {

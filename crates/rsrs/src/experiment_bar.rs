@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rsrs_experiment_runner::Progress;
 use rsrs_pipeline::run::operator::{Operator, Verbosity};
+use rsrs_ros::printing::{Printed, Printer};
 
 use crate::interrupt::asked_to_stop;
 use crate::notes::print_note;
@@ -24,7 +25,8 @@ struct ExperimentBar {
     log: RefCell<Option<ProgressLog>>,
 }
 
-/// The person at the terminal, as operator of runs.
+/// The person at the terminal, as operator of runs, who is shown them by a thread of its own: a terminal
+/// that is stopped (Ctrl-S) must not hold up leases.
 pub struct TerminalOperator;
 
 impl Operator for TerminalOperator {
@@ -34,8 +36,20 @@ impl Operator for TerminalOperator {
 
     fn watch_run(&self, name: &str, verbosity: Verbosity) -> Box<dyn FnMut(Progress) + '_> {
         let verbosity = if detail() == Detail::Steps { Verbosity::Verbose } else { verbosity };
-        let bar = ExperimentBar::new(name, verbosity, shown());
-        Box::new(move |progress| bar.show(&progress))
+        let (name, shown) = (name.to_owned(), shown());
+        let make = move || {
+            let bar = ExperimentBar::new(&name, verbosity, shown);
+            move |progress| bar.print(&progress)
+        };
+        // Without a thread nothing is shown; it is no reason not to run.
+        let printer = Printer::start(ROOM, make).ok();
+        Box::new(move |progress| {
+            let Some(printer) = &printer else { return };
+            match progress {
+                Progress::Note(_) => printer.print(progress),
+                Progress::Done { .. } => printer.print_if_there_is_room(progress),
+            }
+        })
     }
 
     fn stop_requested(&self) -> Pin<Box<dyn Future<Output = String> + '_>> {
@@ -43,7 +57,20 @@ impl Operator for TerminalOperator {
     }
 }
 
+/// Notes that wait for the terminal, at most.
+const ROOM: usize = 1000;
+
 impl ExperimentBar {
+    fn print(&self, printed: &Printed<Progress>) {
+        match printed {
+            Printed::This(progress) => self.show(progress),
+            Printed::LeftOut(n_notes) => self.show(&Progress::Note(format!(
+                "{n_notes} notes are not shown, because nothing read them in time; the bag has them, \
+                 on /rosout"
+            ))),
+        }
+    }
+
     /// Shows the name of the experiment.
     fn new(name: &str, verbosity: Verbosity, shown: Shown) -> Self {
         let target = match shown {

@@ -1,11 +1,16 @@
 //! The network in which robots are.
 
-use rsrs_ros::ros_args::{Environment, RosArgs};
+use rsrs_ros::ros_args::{Environment, OtherMiddleware, RosArgs};
 use rsrs_ros::security::Member;
 use rsrs_ros::session::SessionOptions;
 
 use crate::notes::print_note;
 use rsrs_pipeline::error::helped;
+
+/// Why robots may not be found although they run, where the environment shows it.
+pub fn other_middleware() -> Option<OtherMiddleware> {
+    OtherMiddleware::of(&Environment::of_this_process())
+}
 
 /// The network that a person has chosen, by `--interface` or the environment.
 ///

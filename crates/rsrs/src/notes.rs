@@ -14,6 +14,8 @@ pub fn print_note(note: impl Into<Words>) {
 
 /// Prints on standard error what a person must not miss: a warning, a question, an error.
 pub fn print_always(words: impl Into<Words>) {
+    // What was logged before comes before it.
+    rsrs_ros::logging::flush();
     // Without standard error there is no way to report it.
     drop(writeln!(anstream::stderr(), "{}", words.into().painted()));
 }

@@ -11,7 +11,7 @@
 //! ([`e_stop`]); of which run they are ([`epoch`]); who may move ([`robot`], the final gate); who decides
 //! ([`controller`]); the world's pace ([`simulator`]); who conducts ([`preflight`], [`placement`],
 //! [`runner`], [`rates`]); who stops everything ([`stopper`]); which robots there are
-//! ([`fleet_file`]), what is run with them ([`experiment`]), what was run ([`record`]) and what people see
+//! ([`fleet_file`]) and what their nodes are set to ([`parameters`]), what is run with them ([`experiment`]), what was run ([`record`]) and what people see
 //! of it ([`observation`]).
 
 pub mod e_stop;
@@ -34,4 +34,5 @@ pub mod observation;
 
 pub mod experiment;
 pub mod fleet_file;
+pub mod parameters;
 pub mod record;

@@ -1,5 +1,6 @@
 //! The messages between nodes, free of any wire format.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::time::Duration;
 
@@ -33,6 +34,21 @@ impl Lease {
     /// The echo for one robot, if it is part of the run.
     pub fn echo(&self, robot: &str) -> Option<u64> {
         self.robots.iter().find(|echo| echo.robot == robot).map(|echo| echo.counter)
+    }
+
+    /// The lease of each of these robots, with nothing in it of the others: a program that hosts hundreds
+    /// of them looks each up once, and copies no names of others.
+    pub fn of_each<'a>(&self, robots: impl IntoIterator<Item = &'a str>) -> Vec<Self> {
+        let mut echoes: BTreeMap<&str, &Echo> = BTreeMap::new();
+        for echo in &self.robots {
+            echoes.entry(&echo.robot).or_insert(echo);
+        }
+        let of_one = |robot| Self {
+            run_id: self.run_id.clone(),
+            robots: echoes.get(robot).copied().cloned().into_iter().collect(),
+            ..*self
+        };
+        robots.into_iter().map(of_one).collect()
     }
 }
 
@@ -184,6 +200,26 @@ impl fmt::Display for RobotState {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_lease_of_each_robot_has_its_own_echo_and_no_other() {
+        let echo = |robot: &str, counter| Echo { robot: robot.to_owned(), counter };
+        let lease = Lease {
+            run_id: "run".to_owned(),
+            epoch: 3,
+            state: LeaseState::Running,
+            parameter_digest: 7,
+            robots: vec![echo("a", 1), echo("b", 2), echo("a", 9)],
+        };
+
+        let of_each = lease.of_each(["b", "a", "c"]);
+
+        for (one, robot) in of_each.iter().zip(["b", "a", "c"]) {
+            assert_eq!(one.echo(robot), lease.echo(robot), "{robot}");
+            assert!(one.robots.len() <= 1);
+            assert_eq!(Lease { robots: lease.robots.clone(), ..one.clone() }, lease);
+        }
+    }
 
     /// One that was late has not moved: the start may still be on its way to it.
     #[test]

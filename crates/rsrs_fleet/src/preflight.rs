@@ -8,6 +8,7 @@ use rsrs_core::robot::unicycle::Pose;
 use crate::e_stop::{Locks, Source};
 use crate::epoch;
 use crate::message::{RobotState, Status};
+use crate::parameters::{GateSettings, controller, gate};
 use crate::timing::LEASE_DURATION;
 
 mod clocks;
@@ -36,6 +37,9 @@ pub struct Expected {
     /// Robots that must stand apart before they move; `None` where poses are not published, or the
     /// simulator has placed all of them.
     pub apart: Option<Apart>,
+    /// What the gate of each robot must be set to, as the fleet file and the profile determine it; robots
+    /// whose gates are not read are left out.
+    pub gates: BTreeMap<String, GateSettings>,
     /// Robots without a gate of ours: their controllers hold their leases, and publish in their
     /// stead.
     pub controller_only: BTreeSet<String>,
@@ -232,7 +236,7 @@ pub fn problems(expected: &Expected, seen: &Seen) -> Vec<Problem> {
         let name = topic.name.as_str();
         let [publishers, subscribers] =
             [&publishers, &subscribers].map(|ends| ends.get(name).map_or(&[][..], Vec::as_slice));
-        problems.extend(of_topic(topic, publishers, subscribers));
+        problems.extend(of_topic(topic, publishers, subscribers, &seen.graph));
     }
     problems.extend(seen.graph.unfit.iter().cloned().map(Problem::Unfit));
     let unrecordable = seen.graph.unrecordable.iter();
@@ -332,6 +336,7 @@ fn of_topic(
     topic: &ExpectedTopic,
     publishers: &[&Endpoint],
     subscribers: &[&Endpoint],
+    graph: &Graph,
 ) -> Vec<Problem> {
     let (right, wrong): (Vec<&Endpoint>, Vec<_>) =
         publishers.iter().copied().partition(|end| end.type_name == topic.type_name);
@@ -347,7 +352,10 @@ fn of_topic(
     let explained = right.is_empty() && !wrong.is_empty();
     match (topic.publishers, right.len()) {
         (Publishers::One, 0) if !explained => {
-            problems.push(Problem::NoPublisher { topic: named() });
+            problems.push(match renamed(topic, graph) {
+                Some((node, renamed)) => Problem::Renamed { topic: named(), node, renamed },
+                None => Problem::NoPublisher { topic: named() },
+            });
         }
         (Publishers::One | Publishers::AtMostOne, found @ 2..) => {
             problems.push(Problem::SeveralPublishers { topic: named(), found });
@@ -358,6 +366,27 @@ fn of_topic(
         problems.extend(mismatched_subscribers(topic, subscribers));
     }
     problems
+}
+
+/// The node of the topic's robot that should have it, and has a topic of another name and the same type:
+/// one of `-r`.
+fn renamed(topic: &ExpectedTopic, graph: &Graph) -> Option<(String, String)> {
+    let (namespace, name) = topic.name.rsplit_once('/')?;
+    let own = [gate::NODE, controller::NODE].map(|node| format!("{namespace}/{node}"));
+    let of_own = |end: &&Endpoint| {
+        let is_own = end.node.as_ref().is_some_and(|node| own.contains(node));
+        // Topics of the swarm, and further ones of the robot, have their own names.
+        let is_another =
+            !end.topic.starts_with("/swarm/") && !end.topic.ends_with("/virtual_detection");
+        is_own && is_another && end.type_name == topic.type_name && end.topic != topic.name
+    };
+    let is_of_commands = name == "cmd_vel";
+    let is_named_so = |end: &&Endpoint| !end.topic.ends_with("/hardware/cmd_vel");
+    let published = graph.publishers.iter().filter(of_own).find(is_named_so);
+    // What a controller subscribes in place of detections.
+    let mut subscribed = graph.subscribers.iter().filter(of_own);
+    let found = published.or_else(|| subscribed.find(|_| !is_of_commands))?;
+    Some((found.node.clone()?, found.topic.clone()))
 }
 
 /// Nodes of the topic's robot that wait for another type, and for that alone.

@@ -1,6 +1,6 @@
 //! Whether what must come in every control period does come, for the operator of a run.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 /// Over how long a rate is taken.
@@ -14,13 +14,12 @@ const RECOVERED: f64 = 0.8;
 #[derive(Clone, Debug)]
 pub struct Rates {
     expected_hz: f64,
-    topics: Vec<Watched>,
+    topics: BTreeMap<String, Watched>,
     since: Duration,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Watched {
-    name: String,
     received: VecDeque<Duration>,
     is_slow: bool,
 }
@@ -32,17 +31,16 @@ impl Rates {
     ///
     /// * `period_s` — how often each has a sample, in seconds; above 0.
     pub fn new(topics: impl IntoIterator<Item = String>, period_s: f64, now: Duration) -> Self {
-        let watch = |name| Watched { name, received: VecDeque::new(), is_slow: false };
         Self {
             expected_hz: 1.0 / period_s,
-            topics: topics.into_iter().map(watch).collect(),
+            topics: topics.into_iter().map(|name| (name, Watched::default())).collect(),
             since: now,
         }
     }
 
     /// A sample came; those of other topics do not count.
     pub fn received(&mut self, topic: &str, now: Duration) {
-        for watched in self.topics.iter_mut().filter(|watched| watched.name == topic) {
+        if let Some(watched) = self.topics.get_mut(topic) {
             watched.received.push_back(now);
         }
     }
@@ -50,7 +48,7 @@ impl Rates {
     /// What has changed: one sentence for each topic that has become slow, or has recovered.
     pub fn changes(&mut self, now: Duration) -> Vec<String> {
         let mut changes = Vec::new();
-        for watched in &mut self.topics {
+        for (name, watched) in &mut self.topics {
             while watched.received.front().is_some_and(|at| now.saturating_sub(*at) > WINDOW) {
                 watched.received.pop_front();
             }
@@ -58,7 +56,7 @@ impl Rates {
                 continue;
             }
             let found_hz = watched.received.len() as f64 / WINDOW.as_secs_f64();
-            let (name, expected_hz) = (&watched.name, self.expected_hz);
+            let expected_hz = self.expected_hz;
             if !watched.is_slow && found_hz < SLOW * expected_hz {
                 watched.is_slow = true;
                 changes.push(if watched.received.is_empty() {

@@ -8,6 +8,7 @@ use rsrs_core::conditions::operator::OperatorConditions;
 use serde::{Deserialize, Serialize};
 
 use crate::experiment::{RobotLost, Time};
+use crate::parameters::GateSettings;
 use crate::runner::{Outcome, grouped};
 
 /// Name of the attachment of a bag that holds an [`ExperimentRecord`] as JSON.
@@ -47,6 +48,10 @@ pub struct ExperimentRecord {
     pub time: Time,
     /// Where it comes from.
     pub provenance: Provenance,
+    /// What the gate of each robot was set to when the run began, by robot and parameter; robots whose
+    /// gates are not ours, or were not asked, are left out.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub gates: BTreeMap<String, GateSettings>,
 }
 
 /// What moves the robots of a run.
@@ -347,6 +352,7 @@ pub(crate) mod tests {
             backend: Backend::Simulator,
             controller_only: Vec::new(),
             time: experiment.simulator.time,
+            gates: BTreeMap::new(),
         }
     }
 

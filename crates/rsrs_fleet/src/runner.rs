@@ -6,6 +6,7 @@ use std::time::Duration;
 use crate::e_stop::EStop;
 use crate::epoch::{self, ImplausibleEpoch};
 use crate::message::{E_STOP_REASON, Lease, LeaseState};
+use crate::parameters::GateSettings;
 use crate::preflight::{self, Graph, Seen};
 use crate::record::LostRobot;
 use crate::timing::{
@@ -14,7 +15,9 @@ use crate::timing::{
     RECORDER_TIMEOUT, STAND_TIMEOUT, Transport,
 };
 
+mod closing;
 mod event;
+mod gates;
 mod grouped;
 mod outcome;
 mod requests;
@@ -23,7 +26,9 @@ mod search;
 mod start_check;
 mod strangers;
 
+use closing::Closing;
 pub use event::{Action, Event, RunLength, RunnerOptions};
+use gates::Gates;
 pub use grouped::grouped;
 pub use outcome::{Failure, Outcome, SampleKind, Target};
 use requests::Requests;
@@ -31,6 +36,9 @@ use roster::{LossTimeouts, Roster, RunBinding};
 use search::Search;
 use start_check::StartCheck;
 use strangers::UnexpectedPublishers;
+
+/// Other runs that are kept in mind, at most.
+const MOST_OTHERS: usize = 100;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
@@ -68,6 +76,7 @@ pub struct Runner {
     /// Whole seconds of the countdown that were left when it was reported last.
     reported_s: u64,
     requests: Requests,
+    gates: Gates,
     /// Other runs by id: their epoch, and when they were received last.
     others: BTreeMap<String, (u64, Duration)>,
     highest_epoch: u64,
@@ -78,6 +87,7 @@ pub struct Runner {
     e_stop: EStop,
     recorder_opened: bool,
     recorder_closed: bool,
+    closing: Closing,
     recorded: u64,
     simulated_at: Option<Duration>,
     last_lease: Option<(LeaseState, Duration)>,
@@ -104,6 +114,7 @@ impl Runner {
             start_check: StartCheck::default(),
             reported_s: 0,
             requests: Requests::default(),
+            gates: Gates::default(),
             others: BTreeMap::new(),
             highest_epoch: 0,
             refused_epoch: None,
@@ -111,6 +122,7 @@ impl Runner {
             e_stop: EStop::default(),
             recorder_opened: false,
             recorder_closed: false,
+            closing: Closing::default(),
             recorded: 0,
             simulated_at: None,
             last_lease: None,
@@ -146,6 +158,11 @@ impl Runner {
     /// Robots that were lost while they should have moved, in that order.
     pub fn lost(&self) -> &[LostRobot] {
         &self.lost
+    }
+
+    /// What the gates of its robots are set to, by robot, as far as it was read.
+    pub fn gates(&self) -> &BTreeMap<String, GateSettings> {
+        self.gates.found()
     }
 
     /// Whether it needs what the discovery database holds now: all the time until all is
@@ -236,6 +253,7 @@ impl Runner {
                 let confirmed = result.and_then(|found| self.confirm(&target, found));
                 self.requests.answer(&target, confirmed);
             }
+            Event::GateRead { robot, found } => self.gates.receive(&robot, found),
             Event::RecorderReady if self.phase == Phase::Record => self.arm(now, actions),
             // Answers that come after their phase is over: to repeated requests, or too late.
             Event::ParametersSet { .. }
@@ -244,6 +262,10 @@ impl Runner {
             | Event::Tick => {}
             Event::Recorded { step } => self.recorded = self.recorded.max(step),
             Event::RecorderFailed { reason } => self.fail_recorder(reason, now, actions),
+            Event::RecorderCloses { done, left_bytes } => {
+                let note = self.closing.receive(done, left_bytes, now);
+                actions.extend(note.map(Action::Note));
+            }
             Event::RecorderClosed => self.recorder_closed = true,
             Event::SimulatorComplete => {
                 self.simulated_at.get_or_insert(now);
@@ -263,7 +285,7 @@ impl Runner {
             Event::Transform { child, parent } => {
                 self.start_check.receive_transform(&child, parent);
             }
-            Event::Interrupt { reason } => self.abort(reason, now, actions),
+            Event::Interrupt { reason } => self.interrupt(reason, now, actions),
         }
     }
 
@@ -290,7 +312,11 @@ impl Runner {
         if self.phase != Phase::Discover && lease.epoch >= self.epoch {
             self.abort(format!("another runner is active, run {}", lease.run_id), now, actions);
         }
-        self.others.insert(lease.run_id, (lease.epoch, now));
+        // Ids are anybody's: those that were received lately are few.
+        self.others.retain(|_, (_, at)| now.saturating_sub(*at) <= NODE_TIMEOUT);
+        if self.others.len() < MOST_OTHERS {
+            self.others.insert(lease.run_id, (lease.epoch, now));
+        }
     }
 
     /// Takes note of an epoch; one that no runner made is reported once and otherwise ignored.
@@ -305,6 +331,22 @@ impl Runner {
             }
         }
         true
+    }
+
+    /// Ends the run; while the bag is closed, the second one gives the bag up.
+    fn interrupt(&mut self, reason: String, now: Duration, actions: &mut Vec<Action>) {
+        let is_again = self.closing.interrupt();
+        if self.phase != Phase::Close {
+            return self.abort(reason, now, actions);
+        }
+        let left = self.closing.left();
+        if is_again {
+            self.fail_recorder(format!("given up when asked to, {left} left"), now, actions);
+            self.finish(now, actions);
+        } else {
+            let text = format!("closing the bag, {left} left; once more gives it up");
+            actions.push(Action::Note(text));
+        }
     }
 
     fn abort(&mut self, reason: String, now: Duration, actions: &mut Vec<Action>) {

@@ -224,6 +224,7 @@ struct Standing {
 }
 
 #[derive(Clone, Debug, Default)]
+#[expect(clippy::large_enum_variant, reason = "a simulator has one world")]
 enum WorldState {
     #[default]
     Empty,
@@ -361,7 +362,7 @@ impl Run {
         }
         if let Some(manual) = manual {
             if *is_held {
-                manual.pause(actions);
+                manual.pause(placed, now, actions);
             }
             manual.on_event(placed, event, now, actions);
             return;

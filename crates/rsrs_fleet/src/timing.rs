@@ -108,7 +108,8 @@ pub const CONFIGURE_TIMEOUT: Duration = Duration::from_secs(5);
 /// When an unanswered or refused request for parameters is repeated.
 pub const RETRY_PERIOD: Duration = Duration::from_secs(1);
 
-/// How long the recorder may take to open, to catch up after the last step, and to close.
+/// How long the recorder may take to open, to catch up after the last step, and to write anything at all
+/// while it closes.
 pub const RECORDER_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// How long the robots may take to arm.

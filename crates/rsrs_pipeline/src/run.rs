@@ -29,7 +29,7 @@ use crate::run::simulated_fleet::SimulatedFleet;
 pub struct RunSummary {
     /// Names the run.
     pub run_id: String,
-    /// The bag; `None` if none was opened.
+    /// The bag; `None` if none was opened. One without `metadata.yaml` was not closed.
     pub bag: Option<PathBuf>,
     /// How the run ended: completed, void, aborted or failed.
     pub ending: &'static str,
@@ -113,7 +113,8 @@ fn summary(plan: &Plan, report: RunReport, gaps: Vec<Gap>) -> RunSummary {
         has_started: report.has_started,
         lost_robots: report.ending.lost,
         n_messages: report.bag.as_ref().map_or(0, |bag| bag.n_messages),
-        bag: report.bag.map(|bag| bag.folder),
+        // A bag that could not be closed is there all the same.
+        bag: plan.bag.exists().then(|| plan.bag.clone()),
         n_lost: report.n_lost,
         gaps,
         not_standing: report.not_standing,

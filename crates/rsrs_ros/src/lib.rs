@@ -10,7 +10,7 @@
 //! * [`ros_args`] — `--ros-args`, parameter files, `ROS_DOMAIN_ID` and its kin.
 //! * [`confine`] and [`interfaces`] — where the packets may go.
 //! * [`security`] — which enclave of a keystore a process has.
-//! * [`shutdown`] and [`logging`] — how a node ends and what it logs.
+//! * [`shutdown`], [`logging`] and [`printing`] — how a node ends, what it logs, and who prints it.
 //! * [`wire`] — messages to and from the machines of `rsrs_fleet`.
 //!
 //! What it does not do: lifecycle nodes, actions, discovery servers, static peers.
@@ -22,6 +22,7 @@ mod kernel;
 pub mod logging;
 pub mod node_arguments;
 pub mod parameters;
+pub mod printing;
 pub mod ros_args;
 pub mod security;
 pub mod services;

@@ -1,9 +1,14 @@
 //! What a node logs to standard error.
 
-use std::io::Write as _;
+use std::io::{self, IsTerminal, Write};
 use std::str::FromStr;
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
 use log::LevelFilter;
+
+use crate::printing::{Printed, Printer};
+use crate::session::NodeHandle;
 
 /// Severity from which on a node logs; the names are those of ROS 2.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -108,8 +113,100 @@ fn builder(level: Level, developer_filter: Option<&str>) -> env_logger::Builder 
     if let Some(filter) = developer_filter {
         builder.parse_filters(filter);
     }
-    builder.target(env_logger::Target::Stderr).format_timestamp(None);
+    // A pipe has no colours by itself.
+    let is_plain = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    let is_coloured = io::stderr().is_terminal() && !is_plain;
+    let style =
+        if is_coloured { env_logger::WriteStyle::Always } else { env_logger::WriteStyle::Never };
+    builder.target(env_logger::Target::Pipe(Box::new(Lines))).write_style(style);
+    builder.format_timestamp(None);
     builder
+}
+
+/// Lines that wait to be printed, at most.
+const ROOM: usize = 1000;
+
+/// Prints lines of the log, once a session is open; `None` if there was no thread for it.
+static PRINTER: OnceLock<Option<Printer<Vec<u8>>>> = OnceLock::new();
+
+/// From now on the log is printed by a thread of its own: whoever logs has deadlines.
+///
+/// Before that it is printed at once, because a process with threads cannot move into a network of
+/// its own.
+pub(crate) fn print_beside() {
+    PRINTER.get_or_init(|| Printer::start(ROOM, || print).ok());
+}
+
+fn print(line: Printed<Vec<u8>>) {
+    let mut stderr = io::stderr().lock();
+    // Without standard error there is no way to report it.
+    drop(match line {
+        Printed::This(line) => stderr.write_all(&line),
+        Printed::LeftOut(n_lines) => {
+            writeln!(
+                stderr,
+                "[{n_lines} lines of the log were left out: nothing read them in time]"
+            )
+        }
+    });
+}
+
+/// Waits until everything that was logged so far is printed, but not for a terminal that takes nothing.
+pub fn flush() {
+    if let Some(Some(printer)) = PRINTER.get() {
+        printer.flush();
+    }
+}
+
+/// Where the logger writes, one line at a time.
+struct Lines;
+
+impl Write for Lines {
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        match PRINTER.get() {
+            Some(Some(printer)) => {
+                printer.print(line.to_owned());
+                Ok(line.len())
+            }
+            _ => io::stderr().write(line),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// How often warnings of one kind are logged, at most.
+const COMPLAINT: Duration = Duration::from_secs(1);
+
+/// Warnings of one kind, of which one a second is logged, with the number of those in between: a wrong
+/// program sends thousands of messages, and the log goes to all of `/rosout`.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Complaints {
+    last: Option<Instant>,
+    n_left_out: u64,
+}
+
+impl Complaints {
+    /// Logs a warning, or counts it.
+    pub fn warn(&mut self, node: &NodeHandle, text: &str) {
+        if let Some(text) = self.due(text, Instant::now()) {
+            node.log(Level::Warn, &text);
+        }
+    }
+
+    fn due(&mut self, text: &str, now: Instant) -> Option<String> {
+        if self.last.is_some_and(|last| now.saturating_duration_since(last) < COMPLAINT) {
+            self.n_left_out += 1;
+            return None;
+        }
+        self.last = Some(now);
+        Some(match std::mem::take(&mut self.n_left_out) {
+            0 => text.to_owned(),
+            n_left_out => format!("{text} (and {n_left_out} more since the last of these)"),
+        })
+    }
 }
 
 fn install(mut builder: env_logger::Builder) {
@@ -165,6 +262,19 @@ mod tests {
             error.to_string(),
             "log level `loud`, expected debug, info, warn, error or fatal"
         );
+    }
+
+    #[test]
+    fn of_a_thousand_wrong_messages_a_second_one_is_logged_and_the_others_are_counted() {
+        let mut complaints = Complaints::default();
+        let start = Instant::now();
+
+        let logged: Vec<_> = (0..3000)
+            .filter_map(|at| complaints.due("refused", start + Duration::from_millis(at)))
+            .collect();
+
+        let more = "refused (and 999 more since the last of these)";
+        assert_eq!(logged, ["refused", more, more]);
     }
 
     #[test]

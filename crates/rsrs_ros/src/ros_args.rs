@@ -19,7 +19,7 @@ use std::path::Path;
 use crate::logging::{self, Level};
 use crate::parameters::ParameterValue;
 
-pub use discovery::{DiscoveryRange, Note};
+pub use discovery::{DiscoveryRange, Note, OtherMiddleware};
 pub use error::RosArgsError;
 pub use network::NetworkError;
 use overrides::Overrides;

@@ -115,6 +115,7 @@ impl Session {
         if options.interfaces.is_empty() {
             return Err(SessionError::NoInterface);
         }
+        crate::logging::print_beside();
         let runtime = tokio::runtime::Handle::try_current()
             .map_err(|source| SessionError::NoRuntime { source })?;
         let failed = |reason: String| SessionError::Join { domain_id: options.domain_id, reason };
@@ -410,8 +411,10 @@ impl Session {
         let reader = self
             .endpoint_creation
             .make(1, || raw::reader(&self.participant, &self.subscriber, &names, &policies))?;
-        let graph = Arc::clone(&self.graph);
-        let deliver = move |sample: ReceivedRaw| graph.update(sample.message);
+        let (graph, participant) = (Arc::clone(&self.graph), self.participant.clone());
+        let deliver = move |sample: ReceivedRaw| {
+            graph.update(sample.message, || endpoint::participants(&participant));
+        };
         let subscription = self.tasks.deliver(graph::TOPIC, raw::stream(reader), deliver);
         subscription.until_close();
         Ok(())

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use tokio::signal::unix::{SignalKind, signal};
 
 use crate::kernel;
+use crate::logging;
 use crate::session::is_stuck;
 
 /// Who asked a node to end.
@@ -91,6 +92,7 @@ pub fn die_with_parent(parent: u32) -> Result<(), ParentError> {
 /// Where a session could not be left in time ([`Session::close`](crate::session::Session::close)), the
 /// process ends here and now: what an ordinary end runs could wait for what was left behind.
 pub fn leave(code: u8) -> ExitCode {
+    logging::flush();
     if is_stuck() {
         // Who does not read any more misses nothing.
         drop(io::stdout().flush());

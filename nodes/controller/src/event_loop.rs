@@ -14,7 +14,7 @@ use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
 use rsrs_ros::clock::wall_time;
-use rsrs_ros::logging::Level;
+use rsrs_ros::logging::{Complaints, Level};
 use rsrs_ros::node_arguments::NodeArguments;
 use rsrs_ros::parameters::{Arming, ParameterServer, ParameterValue};
 use rsrs_ros::ros_args::Note;
@@ -24,7 +24,8 @@ use rsrs_ros::wire;
 use rsrs_ros::wire::e_stop::{EStopMessage, EStopSubscriptions, LocksPublisher};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
-use crate::parameters::{self, NODE};
+use crate::NODE;
+use crate::parameters;
 use crate::sight::VirtualSight;
 
 /// What reaches the controllers: of one robot, or of all.
@@ -39,6 +40,7 @@ enum Input {
 
 /// One hosted controller and its ends of the network.
 struct Hosted {
+    robot: String,
     machine: Controller,
     node: NodeHandle,
     cmd_vel: CmdVel,
@@ -159,7 +161,8 @@ fn host(session: &Session, server: &ParameterServer, robot: &str) -> anyhow::Res
         None
     };
     let (arming, sight) = (Arming::Disarmed, VirtualSight::default());
-    Ok(Hosted { machine, node, cmd_vel, status, gate_status, arming, sight })
+    let robot = robot.to_owned();
+    Ok(Hosted { robot, machine, node, cmd_vel, status, gate_status, arming, sight })
 }
 
 fn subscribe_detection(
@@ -253,6 +256,7 @@ async fn run_loop(
     // A lease that has run out is noticed by looking.
     let mut beat = tokio::time::interval(if holds_lease { TICK } else { HEARTBEAT_PERIOD });
     beat.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+    let mut complaints = Complaints::default();
     let mut asked_to_stop = std::pin::pin!(shutdown::requested());
     loop {
         tokio::select! {
@@ -264,7 +268,7 @@ async fn run_loop(
                 if let Input::Virtual(index, detection) = received {
                     hosted[index].sight.receive(detection, Instant::now());
                 }
-                for (index, event) in dispatch(received, hosted, server) {
+                for (index, event) in dispatch(received, hosted, server, &mut complaints) {
                     step(&mut hosted[index], server, event, start.elapsed()).await?;
                 }
             }
@@ -281,7 +285,12 @@ async fn run_loop(
 }
 
 /// The events that follow from what was received, each with the index of its controller.
-fn dispatch(received: Input, hosted: &[Hosted], server: &ParameterServer) -> Vec<(usize, Event)> {
+fn dispatch(
+    received: Input,
+    hosted: &[Hosted],
+    server: &ParameterServer,
+    complaints: &mut Complaints,
+) -> Vec<(usize, Event)> {
     let all = |event: Event| (0..hosted.len()).map(|index| (index, event.clone())).collect();
     match received {
         Input::Of(index, Event::Detection(detected)) => {
@@ -297,10 +306,13 @@ fn dispatch(received: Input, hosted: &[Hosted], server: &ParameterServer) -> Vec
         Input::EStop(EStopMessage::Release(sources)) => all(Event::Release(sources)),
         Input::EStop(EStopMessage::Locks { locks, .. }) => all(Event::LocksOfOthers(locks)),
         Input::Lease(message) => match wire::lease(message) {
-            Ok(lease) => all(Event::Lease(lease)),
+            Ok(lease) => {
+                let robots = hosted.iter().map(|controller| controller.robot.as_str());
+                lease.of_each(robots).into_iter().map(Event::Lease).enumerate().collect()
+            }
             Err(error) => {
                 if let Some(first) = hosted.first() {
-                    first.node.log(Level::Warn, &format!("refused: {error}"));
+                    complaints.warn(&first.node, &format!("refused: {error}"));
                 }
                 Vec::new()
             }

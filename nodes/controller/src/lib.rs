@@ -10,7 +10,8 @@ mod parameters;
 mod sight;
 
 pub use event_loop::{Hosting, serve};
-pub use parameters::{LEASE, LEASE_CONTROLLER, LEASE_GATE, NAMES, NODE};
+pub use parameters::NAMES;
+pub use rsrs_fleet::parameters::controller::NODE;
 
 use anyhow::Context;
 use rsrs_ros::node_arguments::{

@@ -4,38 +4,23 @@ use std::collections::BTreeMap;
 
 use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::controller::{Controller, Settings, Stamp};
+use rsrs_fleet::parameters::controller::{
+    CMD_VEL_TYPE, CONSTANT, LEASE, LEASE_CONTROLLER, LEASE_GATE, MIRRORED, NODE, PERIOD, SPEED,
+    SPEED_MAX, STAMP_FROM_CLOCK, TURN_RATE, TURN_RATE_MAX, UNDETECTED_SPEED, UNDETECTED_TURN_RATE,
+};
 use rsrs_fleet::timing::{Transport, command_timeout};
 use rsrs_ros::parameters::{
     Descriptor, NodeParameters, ParameterKind, ParameterServer, ParameterValue,
 };
 
-/// Name of the node in its robot's namespace.
-pub const NODE: &str = "controller";
-
-const SPEED: &str = "speed";
-const TURN_RATE: &str = "turn_rate";
-const MIRRORED: &str = "mirrored";
-const UNDETECTED_SPEED: &str = "undetected_speed";
-const UNDETECTED_TURN_RATE: &str = "undetected_turn_rate";
-const STAMP_FROM_CLOCK: &str = "stamp_from_clock";
-const CMD_VEL_TYPE: &str = "cmd_vel_type";
-const CONSTANT: &str = "constant";
-const PERIOD: &str = "period";
-/// Name of the parameter for who holds the lease.
-pub const LEASE: &str = "lease";
-/// The robot has a gate of ours in front of its wheels.
-pub const LEASE_GATE: &str = "gate";
-/// It has none: the controller holds the lease.
-pub const LEASE_CONTROLLER: &str = "controller";
-
 /// The names of all parameters of a controller.
 pub const NAMES: [&str; 12] = [
     SPEED,
     UNDETECTED_SPEED,
-    LIMITS[0].0,
+    SPEED_MAX,
     TURN_RATE,
     UNDETECTED_TURN_RATE,
-    LIMITS[1].0,
+    TURN_RATE_MAX,
     MIRRORED,
     STAMP_FROM_CLOCK,
     CMD_VEL_TYPE,
@@ -48,7 +33,7 @@ pub const NAMES: [&str; 12] = [
 const LONGEST_PERIOD_S: f64 = 2.0;
 
 /// Greatest safe values where no start value is given: those of the Flockbot.
-const LIMITS: [(&str, f64); 2] = [("speed_max", 0.30), ("turn_rate_max", 2.5)];
+const LIMITS: [(&str, f64); 2] = [(SPEED_MAX, 0.30), (TURN_RATE_MAX, 2.5)];
 
 /// A start value that does not fit its parameter.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -123,7 +108,8 @@ pub fn declare(
         (
             STAMP_FROM_CLOCK,
             false,
-            "Whether commands carry the simulator's clock (lockstep) or the wall's.",
+            "Whether commands carry the simulator's clock, one message of it for each detection (lockstep), \
+             or the wall's.",
         ),
     ] {
         let value = match given.remove(name) {

@@ -1,8 +1,11 @@
 //! Samples, answers and timers in; leases, requests and a bag out.
 
+mod early;
 mod recording;
 mod watching;
 
+use std::collections::BTreeMap;
+use std::io;
 use std::pin::Pin;
 use std::time::{Duration, Instant};
 
@@ -12,19 +15,19 @@ use futures::stream::FuturesUnordered;
 use rsrs_bags::BagSummary;
 use rsrs_fleet::message::{RobotState, Status};
 use rsrs_fleet::rates::Rates;
-use rsrs_fleet::record::Ending;
+use rsrs_fleet::record::{Ending, ExperimentRecord};
 use rsrs_fleet::runner::{Action, Event, Outcome, Runner, Target};
 use rsrs_fleet::timing::{CONFIGURE_TIMEOUT, NODE_TIMEOUT, TICK};
 use rsrs_msgs::rsrs::{Recorded, RunLease};
 use rsrs_msgs::std_msgs::Text;
 use rsrs_msgs::topics::{self, Topic};
 use rsrs_ros::clock::wall_time;
-use rsrs_ros::logging::Level;
+use rsrs_ros::logging::{Complaints, Level};
 use rsrs_ros::parameters::{ClientOptions, ParameterClient, ParameterServer};
 use rsrs_ros::session::{
     NodeHandle, Publisher, ReceivedRaw, Session, SessionEnded, SessionOptions,
 };
-use rsrs_ros::wire;
+use rsrs_ros::{shutdown, wire};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::expectation::{self, Presence};
@@ -33,8 +36,9 @@ use crate::meaning;
 use crate::parameters;
 use crate::plan::Plan;
 use crate::recorded_topics::{self, Queue, RecordedTopic, Role, Sample};
-use crate::recorder::{Recorder, Written};
+use crate::recorder::{Closing, Recorder, Written};
 use crate::report::{Progress, RunReport, Times};
+use early::Early;
 
 /// Name of the runner's node.
 pub const NODE: &str = "experiment_runner";
@@ -62,10 +66,14 @@ struct Run<'a> {
     /// The record of the run and its ending, for who looks on.
     notes: [Publisher<Text>; 2],
     machine: Runner,
+    /// The plan's, with what was read before the bag was opened.
+    record: ExperimentRecord,
     start: Instant,
     recorder: Option<Recorder>,
     /// What came before the bag was open, and belongs to its beginning.
-    early: Vec<Sample>,
+    early: Early,
+    /// By topic.
+    complaints: BTreeMap<usize, Complaints>,
     /// Where the thread that writes the bag reports.
     to_written: UnboundedSender<Written>,
     /// Whether the middleware has ended: then nothing can be published any more.
@@ -80,6 +88,8 @@ struct Run<'a> {
     /// Questions that are not answered yet. Each is asked again by the client; to ask it twice at a
     /// time would only hold up the answer.
     open: Vec<Action>,
+    /// The bag while it is closed.
+    closing: Option<Closing>,
     bag: Option<BagSummary>,
     n_lost: u64,
     /// What is watched while robots move in real time.
@@ -125,6 +135,7 @@ pub async fn run(
         machine: Runner::new(expectation::runner_options(plan, &recorded_topics))
             .over(network.transport()),
         extras: Extras::new(&plan.recording, &recorded_topics, queue),
+        record: plan.record.clone(),
         plan,
         session: &session,
         client: &client,
@@ -132,7 +143,8 @@ pub async fn run(
         recorded_topics,
         start: Instant::now(),
         recorder: None,
-        early: Vec::new(),
+        early: Early::default(),
+        complaints: BTreeMap::new(),
         to_written,
         is_cut_off: false,
         recorded_step: 0,
@@ -140,6 +152,7 @@ pub async fn run(
         simulator: None,
         asks_simulator: false,
         open: Vec::new(),
+        closing: None,
         bag: None,
         n_lost: 0,
         rates: None,
@@ -158,6 +171,8 @@ pub async fn run(
 enum Woken {
     /// Somebody asks for its end.
     Stop(String),
+    /// Somebody asks while the bag is closed.
+    StopAgain(io::Result<shutdown::Request>),
     /// Nothing is sent or received any more.
     CutOff(SessionEnded),
     /// The bag reports.
@@ -191,12 +206,19 @@ impl<'a> Run<'a> {
         look.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
         let mut stop = std::pin::pin!(stop);
         let mut is_stopped = false;
+        // It installs no handler before it is polled.
+        let mut again = Box::pin(shutdown::requested());
+        let mut has_signals = true;
         let session = self.session;
         let mut cut_off = std::pin::pin!(session.ended());
         let mut looked = Instant::now();
         while self.finished.is_none() {
             let woken = tokio::select! {
-                reason = &mut stop, if !is_stopped => Woken::Stop(reason),
+                reason = &mut stop, if !is_stopped && self.closing.is_none() => Woken::Stop(reason),
+                request = &mut again, if has_signals && self.closing.is_some() => {
+                    again = Box::pin(shutdown::requested());
+                    Woken::StopAgain(request)
+                }
                 ended = &mut cut_off, if !self.is_cut_off => Woken::CutOff(ended),
                 Some(written) = written.recv() => Woken::Written(written),
                 Some(sample) = samples.recv() => Woken::Sample(sample),
@@ -208,6 +230,7 @@ impl<'a> Run<'a> {
             let stood_still = std::mem::replace(&mut looked, Instant::now()).elapsed();
             if stood_still >= STOOD_STILL
                 && !self.is_cut_off
+                && self.closing.is_none()
                 && let Some(ended) = session.has_ended_meanwhile().await
             {
                 self.is_cut_off = true;
@@ -218,6 +241,12 @@ impl<'a> Run<'a> {
                     is_stopped = true;
                     self.advance(Event::Interrupt { reason }, &mut requests).await?;
                 }
+                Woken::StopAgain(request) => {
+                    has_signals = request.is_ok();
+                    let reason = "interrupted".to_owned();
+                    self.advance(Event::Interrupt { reason }, &mut requests).await?;
+                }
+                Woken::CutOff(_) if self.closing.is_some() => self.is_cut_off = true,
                 Woken::CutOff(ended) => {
                     self.is_cut_off = true;
                     self.advance(interrupt(&ended), &mut requests).await?;
@@ -232,11 +261,18 @@ impl<'a> Run<'a> {
                 Woken::Tick => self.advance(Event::Tick, &mut requests).await?,
             }
         }
+        if let Some(closing) = self.closing.take() {
+            closing.end();
+        }
         Ok(())
     }
 
     /// Looks at what there is in the network, and at what is repeated and counted.
     async fn look(&mut self, requests: &mut Requests<'a>) -> anyhow::Result<()> {
+        if let Some(closing) = &self.closing {
+            let (done, left_bytes) = closing.progress();
+            self.advance(Event::RecorderCloses { done, left_bytes }, requests).await?;
+        }
         // It copies thousands of entries, which are seldom needed once all is there.
         if self.machine.looks(self.start.elapsed()) {
             let unrecordable = self.look_for_extras()?;
@@ -264,15 +300,15 @@ impl<'a> Run<'a> {
         let role = self.recorded_topics[sample.topic_index].role;
         let events = self.understand(role, &sample.received).unwrap_or_else(|reason| {
             let topic = &self.recorded_topics[sample.topic_index].name;
-            self.node.log(Level::Warn, &format!("refused a message on {topic}: {reason}"));
+            let complaints = self.complaints.entry(sample.topic_index).or_default();
+            complaints.warn(&self.node, &format!("refused a message on {topic}: {reason}"));
             Vec::new()
         });
         if let Some(rates) = &mut self.rates {
             rates.received(&self.recorded_topics[sample.topic_index].name, self.start.elapsed());
         }
-        let is_early = matches!(role, Role::Preparation | Role::StaticTransforms);
-        if is_early && self.recorder.is_none() {
-            self.early.push(sample);
+        if self.recorder.is_none() {
+            self.early.keep(sample, &self.recorded_topics);
         }
         for event in events {
             self.advance(event, requests).await?;
@@ -396,9 +432,17 @@ impl<'a> Run<'a> {
                     Event::ReadBack { target: Target::Robot(robot), result }
                 }));
             }
+            Action::ReadGate(robot) => {
+                let client = self.client;
+                requests.push(Box::pin(async move {
+                    let found = parameters::read_gate(client, &robot).await;
+                    Event::GateRead { robot, found }
+                }));
+            }
             Action::OpenRecorder => {
                 self.times.confirmed.get_or_insert(self.start.elapsed());
-                self.publish_note(0, self.plan.record.to_json()).await?;
+                self.record.gates = self.machine.gates().clone();
+                self.publish_note(0, self.record.to_json()).await?;
                 return Ok(self.open_recorder());
             }
             Action::CloseRecorder => return self.close_recorder().await,

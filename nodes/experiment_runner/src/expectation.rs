@@ -89,6 +89,7 @@ fn expected(plan: &Plan, recorded_topics: &[RecordedTopic]) -> Expected {
         steering: steering(plan),
         battery_min_v: limits.collect(),
         controller_only: plan.record.controller_only.iter().cloned().collect(),
+        gates: plan.gates.clone(),
         apart: apart(plan),
     }
 }

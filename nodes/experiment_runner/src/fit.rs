@@ -54,9 +54,14 @@ pub fn fit(endpoints: &[Endpoint], robots: &[String]) -> Fit {
                 && end.node.as_deref().is_some_and(|node| is_of(node, robot))
         };
         let is_among = |all: &[Topic]| all.iter().any(|one| one.name == topic.name);
+        let mut programs: BTreeMap<&[u8], Vec<&Endpoint>> = BTreeMap::new();
         for reader in &readers {
+            programs.entry(participant(reader)).or_default().push(reader);
+        }
+        for reader in &readers {
+            let own = &programs[participant(reader)];
             let types = if is_compared(reader) { Types::Compared } else { Types::Open };
-            let Some(reason) = why_silent(reader, &readers, &writers, types) else { continue };
+            let Some(reason) = why_silent(reader, own, &writers, types) else { continue };
             if is_among(&STEERING) || (is_among(&SENSING) && is_ours(reader)) {
                 fit.unfit.insert(unfit(reason));
             } else if !is_ours(reader) && reader.node.is_some() {
@@ -113,6 +118,11 @@ fn not_kept(topic: &Topic, writers: &[&Endpoint]) -> impl Iterator<Item = String
     })
 }
 
+/// What names the program of an end.
+fn participant(end: &Endpoint) -> &[u8] {
+    &end.guid[..PARTICIPANT]
+}
+
 fn is_ours(end: &Endpoint) -> bool {
     end.guid[..2] == OUR_VENDOR
 }
@@ -125,9 +135,14 @@ enum Types {
 }
 
 /// Why a subscriber receives nothing from any publisher; `None` if it does, or if that does not matter.
+///
+/// # Arguments
+///
+/// * `own` — all subscribers of its program: one topic may be subscribed in several ways, of which one
+///   has to match.
 fn why_silent(
     reader: &Endpoint,
-    readers: &[&Endpoint],
+    own: &[&Endpoint],
     writers: &[&Endpoint],
     types: Types,
 ) -> Option<String> {
@@ -137,14 +152,12 @@ fn why_silent(
         return None;
     }
     let writer = *writers.first()?;
-    let participant = |end: &Endpoint| end.guid[..PARTICIPANT].to_owned();
-    // A program may subscribe one topic in several ways, of which one has to match.
-    let own = readers.iter().filter(|other| participant(other) == participant(reader));
     let is_matched = |reader: &Endpoint, writer: &Endpoint| {
         mismatch(asked(reader), writer.qos).is_none()
             && (types == Types::Compared || reader.type_name == writer.type_name)
     };
     if own
+        .iter()
         .flat_map(|own| writers.iter().map(move |writer| (own, writer)))
         .any(|(own, writer)| is_matched(own, writer))
     {

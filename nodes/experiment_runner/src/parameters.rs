@@ -1,22 +1,20 @@
 //! What is set before a run, and what is read back.
 
+use std::time::{Duration, Instant};
+
 use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::fleet_file::{LeaseHolder, PoseSource};
+use rsrs_fleet::parameters::controller::{
+    self, CONSTANT, LEASE, LEASE_CONTROLLER, LEASE_GATE, MIRRORED, SPEED, SPEED_MAX,
+    STAMP_FROM_CLOCK, TURN_RATE, TURN_RATE_MAX, UNDETECTED_SPEED, UNDETECTED_TURN_RATE,
+};
+use rsrs_fleet::parameters::{GateSettings, Value, gate, simulator};
 use rsrs_fleet::runner::Target;
+use rsrs_fleet::timing::NODE_TIMEOUT;
 use rsrs_ros::parameters::{ParameterClient, ParameterValue};
 
 use crate::plan::Plan;
-
-const SPEED: &str = "speed";
-const TURN_RATE: &str = "turn_rate";
-const MIRRORED: &str = "mirrored";
-const UNDETECTED_SPEED: &str = "undetected_speed";
-const UNDETECTED_TURN_RATE: &str = "undetected_turn_rate";
-const CONSTANT: &str = "constant";
-const LEASE: &str = "lease";
-const SPEED_MAX: &str = "speed_max";
-const TURN_RATE_MAX: &str = "turn_rate_max";
 
 /// Sets all parameters of a target at once.
 ///
@@ -30,7 +28,7 @@ pub async fn configure(
 ) -> Result<(), String> {
     let (node, values) = match target {
         Target::Robot(name) => (controller(name), of_controller(plan)),
-        Target::Simulator => ("/simulator".to_owned(), of_simulator(plan)),
+        Target::Simulator => (simulator::FULL_NAME.to_owned(), of_simulator(plan)),
     };
     client.set_atomically(&node, &values).await.map_err(|error| error.to_string())
 }
@@ -93,10 +91,47 @@ pub async fn read_back(
     }
 }
 
+/// Reads what a robot's gate is set to.
+///
+/// # Returns
+///
+/// `None` if its node is not ours: nothing offers it parameters, it does not answer, or it does not
+/// have those of a gate.
+pub async fn read_gate(client: &ParameterClient<'_>, robot: &str) -> Option<GateSettings> {
+    let node = format!("/{robot}/{}", gate::NODE);
+    // A gate that publishes its status was discovered, and its services are discovered with it.
+    let start = Instant::now();
+    while !client.is_offered_by(&node) {
+        if start.elapsed() >= NODE_TIMEOUT {
+            return None;
+        }
+        tokio::time::sleep(LOOK).await;
+    }
+    let values = client.get_known(&node, &gate::ALL).await.ok()?;
+    let known = gate::ALL.iter().zip(values);
+    let settings: GateSettings =
+        known.filter_map(|(name, found)| Some(((*name).to_owned(), value(found?)))).collect();
+    settings.contains_key(gate::DETECTION_THRESHOLD).then_some(settings)
+}
+
+/// How often the services of a gate are looked for.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// A value as records keep it; what a gate of ours has none of, as text.
+fn value(found: ParameterValue) -> Value {
+    match found {
+        ParameterValue::Bool(value) => Value::Bool(value),
+        ParameterValue::Integer(value) => Value::Integer(value),
+        ParameterValue::Double(value) if value.is_finite() => Value::Double(value),
+        ParameterValue::String(value) => Value::Text(value),
+        other => Value::Text(other.to_string()),
+    }
+}
+
 fn check_lease(found: &str, expected: LeaseHolder) -> Result<(), String> {
     let expected = match expected {
-        LeaseHolder::Gate => "gate",
-        LeaseHolder::Controller => "controller",
+        LeaseHolder::Gate => LEASE_GATE,
+        LeaseHolder::Controller => LEASE_CONTROLLER,
     };
     if found == expected {
         return Ok(());
@@ -125,7 +160,7 @@ fn check_limits(found: [f64; 2], limits: [f64; 2]) -> Result<(), String> {
 }
 
 fn controller(robot: &str) -> String {
-    format!("/{robot}/controller")
+    format!("/{robot}/{}", controller::NODE)
 }
 
 fn of_controller(plan: &Plan) -> Vec<(String, ParameterValue)> {
@@ -139,7 +174,7 @@ fn of_controller(plan: &Plan) -> Vec<(String, ParameterValue)> {
         (MIRRORED.to_owned(), ParameterValue::Bool(controller.undetected.is_none())),
         double(UNDETECTED_SPEED, undetected.speed_m_s),
         double(UNDETECTED_TURN_RATE, undetected.turn_rate_rad_s),
-        ("stamp_from_clock".to_owned(), ParameterValue::Bool(lockstep)),
+        (STAMP_FROM_CLOCK.to_owned(), ParameterValue::Bool(lockstep)),
     ]
 }
 
@@ -147,22 +182,22 @@ fn of_simulator(plan: &Plan) -> Vec<(String, ParameterValue)> {
     let record = &plan.record;
     let conditions = serde_json::to_string(&record.conditions).expect("conditions are plain data");
     let time = match record.time {
-        Time::Lockstep => "lockstep",
-        Time::RealTime => "real_time",
+        Time::Lockstep => simulator::LOCKSTEP,
+        Time::RealTime => simulator::REAL_TIME,
     };
     let tracked_by = match plan.tracked_by() {
-        PoseSource::Odom => "odom",
-        PoseSource::Pose => "pose",
+        PoseSource::Odom => simulator::ODOM,
+        PoseSource::Pose => simulator::POSE,
     };
     let integer = |value: u64| ParameterValue::Integer(value.cast_signed());
     vec![
-        ("conditions".to_owned(), ParameterValue::String(conditions)),
-        ("seed".to_owned(), integer(record.seed)),
-        ("replicate".to_owned(), integer(record.replicate)),
-        ("steps".to_owned(), integer(plan.steps())),
-        ("time".to_owned(), ParameterValue::String(time.to_owned())),
-        ("robots".to_owned(), ParameterValue::StringArray(record.robots.clone())),
-        ("tracked_by".to_owned(), ParameterValue::String(tracked_by.to_owned())),
+        (simulator::CONDITIONS.to_owned(), ParameterValue::String(conditions)),
+        (simulator::SEED.to_owned(), integer(record.seed)),
+        (simulator::REPLICATE.to_owned(), integer(record.replicate)),
+        (simulator::STEPS.to_owned(), integer(plan.steps())),
+        (simulator::TIME.to_owned(), ParameterValue::String(time.to_owned())),
+        (simulator::ROBOTS.to_owned(), ParameterValue::StringArray(record.robots.clone())),
+        (simulator::TRACKED_BY.to_owned(), ParameterValue::String(tracked_by.to_owned())),
     ]
 }
 

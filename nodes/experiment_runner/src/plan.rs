@@ -1,5 +1,6 @@
 //! What one run is: an experiment file with everything that it names, resolved.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
@@ -11,6 +12,7 @@ use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::{ExperimentFile, SimulatedProfile, Time};
 use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetFile, FleetRobot, LeaseHolder, PoseSource};
+use rsrs_fleet::parameters::{GateSettings, of_gate};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 
 mod recording;
@@ -72,6 +74,8 @@ pub struct Plan {
     pub recording: Recording,
     /// Greatest commands of the robots, by their profile, in m/s and rad/s.
     pub limits: [f64; 2],
+    /// What the gates of its real robots must be set to, by robot.
+    pub gates: BTreeMap<String, GateSettings>,
     /// Whether its profile is one; a robot that is about to be measured has a stand-in.
     pub is_measured: bool,
 }
@@ -145,6 +149,7 @@ impl Plan {
             backend,
             time,
             run_id: run_id.clone(),
+            gates: BTreeMap::new(),
         };
         swept.iter().try_for_each(|swept| admit(swept, &record, request))?;
         let bag = request.bag.clone().unwrap_or_else(|| PathBuf::from(&run_id));
@@ -160,13 +165,14 @@ impl Plan {
         files.extend(starts.map(|table| ("starts.csv", table.text)));
         Ok(Self {
             record,
-            robots,
             bag,
             files,
             poses: Poses::Required,
             place_check: request.place_check,
             recording,
             limits: limits(&measured),
+            gates: gates(backend, &robots, Some(&measured)),
+            robots,
             is_measured: true,
         })
     }
@@ -243,6 +249,22 @@ fn admit(swept: &SweptCell, record: &ExperimentRecord, request: &Request) -> any
     swept.operator_conditions.admit(&record.operator_conditions()).with_context(|| {
         format!("{} could not be compared with the sweep", request.experiment.display())
     })
+}
+
+/// What the gates of the robots must be set to; the simulator's have no such settings, and a robot whose
+/// lease is its controller's has none of ours.
+fn gates(
+    backend: Backend,
+    robots: &[FleetRobot],
+    profile: Option<&RobotProfile>,
+) -> BTreeMap<String, GateSettings> {
+    let has_gate = |robot: &&FleetRobot| {
+        backend != Backend::Simulator
+            && robot.driver != Driver::Virtual
+            && robot.lease == LeaseHolder::Gate
+    };
+    let of_robot = |robot: &FleetRobot| (robot.name.clone(), of_gate(robot, profile));
+    robots.iter().filter(has_gate).map(of_robot).collect()
 }
 
 /// Greatest commands of a robot, in m/s and rad/s.

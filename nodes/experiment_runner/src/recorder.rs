@@ -7,11 +7,10 @@ mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
-use std::path::Path;
 
 use rsrs_bags::{BagError, BagOptions, BagWriter};
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending};
+use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
 use rsrs_msgs::cdr::{self, CdrError, ENCAPSULATION};
 use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::WorldDigest;
@@ -25,7 +24,7 @@ use crate::plan::Plan;
 use crate::recorded_topics::{RecordedTopic, Role};
 use account::Account;
 pub use account::RECORD as RECORDING;
-pub use disk::Written;
+pub use disk::{Closing, Written};
 use disk::{Disk, Message, ROOM};
 
 /// Why a bag is not what the run was.
@@ -124,6 +123,7 @@ impl Recorder {
     ///
     /// # Arguments
     ///
+    /// * `record` — the plan's, with what was read since.
     /// * `report` — receives [`Written::Opened`], or why the bag cannot be opened, such as a folder
     ///   that exists; later what has been written.
     ///
@@ -131,17 +131,16 @@ impl Recorder {
     ///
     /// [`RecorderError::Thread`].
     pub fn open(
-        folder: &Path,
         plan: &Plan,
+        record: &ExperimentRecord,
         recorded_topics: &[RecordedTopic],
         report: UnboundedSender<Written>,
     ) -> Result<Self, RecorderError> {
-        let record = &plan.record;
         let custom_data = BTreeMap::from([
             ("run_id".to_owned(), record.run_id.clone()),
             ("rsrs_version".to_owned(), record.provenance.version.clone()),
         ]);
-        let (folder, packing) = (folder.to_owned(), plan.recording.packing);
+        let (folder, packing) = (plan.bag.clone(), plan.recording.packing);
         let (record_json, files) = (record.to_json(), plan.files.clone());
         let open = move || {
             let mut writer =
@@ -272,10 +271,10 @@ impl Recorder {
 
     /// Has the bag closed, with how the run ended and what of it is missing.
     /// [`Written::Closed`] reports it.
-    pub fn close(self, ending: &Ending) {
+    pub fn close(self, ending: &Ending) -> Closing {
         self.note(ENDED, topics::ENDING, ending.to_json(&self.run_id));
         let records = vec![(RECORDING, self.account.to_pairs()), (ENDING, ending.to_pairs())];
-        self.disk.close(records);
+        self.disk.close(records)
     }
 }
 

@@ -4,9 +4,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use rsrs_controller_node::{LEASE, LEASE_CONTROLLER};
 use rsrs_core::robot::profile::{ProfileError, RobotProfile};
-use rsrs_fleet::fleet_file::{self, CmdVel, FleetFile, FleetFileError, FleetRobot};
+use rsrs_fleet::fleet_file::{self, FleetFile, FleetFileError, FleetRobot};
+use rsrs_fleet::parameters::controller::{LEASE, LEASE_CONTROLLER};
+use rsrs_fleet::parameters::gate::{
+    DETECTION_THRESHOLD, NODE, SERIAL_BAUD as BAUD, SERIAL_PORT as PORT,
+};
+use rsrs_fleet::parameters::{Value, of_gate};
 use rsrs_ros::node_arguments::{
     AFTER_HELP, NodeArguments, NodeArgumentsError, NodeFlags, Part, Program, split,
 };
@@ -14,8 +18,7 @@ use rsrs_ros::parameters::ParameterValue;
 use rsrs_ros::ros_args::{Environment, TopicRules};
 
 use crate::driver::DriverKind;
-use crate::driver::serial::{BAUD, PORT};
-use crate::parameters::{self, NODE};
+use crate::parameters;
 
 /// Arguments of the robot node.
 #[derive(Clone, Debug)]
@@ -66,7 +69,7 @@ pub enum ArgumentsError {
     #[error(
         "`{}` has a polygon and no cone: set `detection_threshold_m` in the fleet file, or \
          `-p {}:=…`, to the distance in metres with which the robot was measured, {} unless it was set",
-        path.display(), parameters::DETECTION_THRESHOLD, parameters::DEFAULT_THRESHOLD_M
+        path.display(), DETECTION_THRESHOLD, parameters::DEFAULT_THRESHOLD_M
     )]
     NoDetectionThreshold {
         /// The profile.
@@ -170,7 +173,7 @@ impl RobotArguments {
         given.retain(|name, _| is_known(name));
         let without_threshold = described.and_then(|described| described.without_threshold);
         let reads_range = driver != DriverKind::Virtual;
-        let has_threshold = given.contains_key(parameters::DETECTION_THRESHOLD);
+        let has_threshold = given.contains_key(DETECTION_THRESHOLD);
         if let Some(path) = without_threshold.filter(|_| reads_range && !has_threshold) {
             return Err(ArgumentsError::NoDetectionThreshold { path });
         }
@@ -217,29 +220,17 @@ fn take_robot(
     fleet_file: &Path,
     values: &mut BTreeMap<String, ParameterValue>,
 ) -> Result<Described, ArgumentsError> {
-    let mut double = |name: &str, value| {
-        values.insert(name.to_owned(), ParameterValue::Double(value));
-    };
-    let mut threshold_m = described.detection_threshold_m;
-    let mut without_threshold = None;
+    let mut profile = None;
     // A robot that was not measured yet takes its limits from the command line, or the usual ones.
-    if let Some(profile) = &described.profile {
-        let path = fleet_file.parent().unwrap_or(Path::new("")).join(profile);
-        let profile = RobotProfile::parse(&path.display().to_string(), &read(&path)?)?;
-        double(parameters::SPEED_MAX, profile.actuation.speed.limits_m_s[1]);
-        double(parameters::TURN_RATE_MAX, profile.actuation.turn.limits_rad_s[1]);
-        double(parameters::PERIOD, profile.computation.period_s);
-        threshold_m = threshold_m.or(profile.sensing.cone.map(|cone| cone.range_m));
-        without_threshold = threshold_m.is_none().then_some(path);
+    if let Some(name) = &described.profile {
+        let path = fleet_file.parent().unwrap_or(Path::new("")).join(name);
+        let text = read(&path)?;
+        profile = Some((RobotProfile::parse(&path.display().to_string(), &text)?, path));
     }
-    if let Some(threshold_m) = threshold_m {
-        double(parameters::DETECTION_THRESHOLD, threshold_m);
-    }
-    let cmd_vel = match described.cmd_vel {
-        CmdVel::TwistStamped => "twist_stamped",
-        CmdVel::Twist => "twist",
-    };
-    values.insert(parameters::CMD_VEL_TYPE.to_owned(), ParameterValue::String(cmd_vel.to_owned()));
+    let determined = of_gate(described, profile.as_ref().map(|(profile, _)| profile));
+    let has_threshold = determined.contains_key(DETECTION_THRESHOLD);
+    values.extend(determined.into_iter().map(|(name, value)| (name, start_value(value))));
+    let without_threshold = profile.map(|(_, path)| path).filter(|_| !has_threshold);
     let driver = match &described.driver {
         fleet_file::Driver::Serial { port, baud } => {
             values.insert(PORT.to_owned(), ParameterValue::String(port.clone()));
@@ -250,6 +241,15 @@ fn take_robot(
         fleet_file::Driver::Virtual => DriverKind::Virtual,
     };
     Ok(Described { driver, without_threshold })
+}
+
+fn start_value(value: Value) -> ParameterValue {
+    match value {
+        Value::Bool(value) => ParameterValue::Bool(value),
+        Value::Integer(value) => ParameterValue::Integer(value),
+        Value::Double(value) => ParameterValue::Double(value),
+        Value::Text(value) => ParameterValue::String(value),
+    }
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ mod parameters;
 mod publishers;
 
 pub use arguments::{ArgumentsError, RobotArguments};
-pub use parameters::NODE;
+pub use rsrs_fleet::parameters::gate::NODE;
 
 use anyhow::Context;
 use arguments::Flags;

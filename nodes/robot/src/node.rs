@@ -7,6 +7,7 @@ use rsrs_controller_node::Hosting;
 use rsrs_core::robot::controller::Command;
 use rsrs_fleet::epoch::ImplausibleEpoch;
 use rsrs_fleet::message::RobotState;
+use rsrs_fleet::parameters::gate::{CMD_VEL_TYPE, NODE, PERIOD};
 use rsrs_fleet::robot::detector::{Detector, Reading};
 use rsrs_fleet::robot::limits::Ramp;
 use rsrs_fleet::robot::{Event, Robot, RobotOptions};
@@ -14,7 +15,7 @@ use rsrs_fleet::timing::{TICK, command_timeout};
 use rsrs_msgs::geometry_msgs::Twist;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_ros::clock::wall_time;
-use rsrs_ros::logging::Level;
+use rsrs_ros::logging::{Complaints, Level};
 use rsrs_ros::parameters::{Arming, ParameterServer};
 use rsrs_ros::session::{NodeHandle, Session, Subscription};
 use rsrs_ros::shutdown;
@@ -31,15 +32,13 @@ use crate::driver::serial::SerialDriver;
 use crate::driver::virtual_robot::VirtualDriver;
 use crate::driver::{Driver, DriverContext, DriverKind, Report, Sensed};
 use crate::listening::{Commands, Input, listen, listen_to_e_stop};
-use crate::parameters::{self, CMD_VEL_TYPE, NODE, PERIOD, Settings};
+use crate::parameters::{self, Settings};
 use crate::publishers::Publishers;
 
 /// How often the last wheel command is repeated: several times within the wheels' timeout.
 const WHEEL_BEAT: Duration = Duration::from_millis(50);
 /// How often the robot's health is published.
 const HEALTH_BEAT: Duration = Duration::from_secs(1);
-/// How often, at most, a refused command is logged.
-const COMPLAINT: Duration = Duration::from_secs(1);
 /// How many stop commands the wheels get before the node ends.
 const LAST_STOPS: usize = 3;
 
@@ -110,13 +109,21 @@ struct RobotNode<D> {
     /// The last wheel command, and when it was sent.
     sent: Option<(Command, Duration)>,
     refused: u64,
-    complained: Option<Duration>,
+    complaints: OfMessages,
     arming: Arming,
     /// The epoch that the gate refused last, which was logged.
     refused_epoch: Option<ImplausibleEpoch>,
     locks: LocksPublisher,
     _subscriptions: [Subscription; 3],
     _e_stop: EStopSubscriptions,
+}
+
+/// Complaints about what others publish, by what it is.
+#[derive(Default)]
+struct OfMessages {
+    leases: Complaints,
+    statuses: Complaints,
+    commands: Complaints,
 }
 
 /// What the loop woke up for.
@@ -172,7 +179,7 @@ impl<D: Driver> RobotNode<D> {
             has_worked: false,
             sent: None,
             refused: 0,
-            complained: None,
+            complaints: OfMessages::default(),
             arming: Arming::Disarmed,
             refused_epoch: None,
             locks: LocksPublisher::new(session, &node)?,
@@ -238,7 +245,7 @@ impl<D: Driver> RobotNode<D> {
             Input::Lease(message) => match wire::lease(message) {
                 Ok(lease) => self.step_gate(Event::Lease(lease)).await,
                 Err(error) => {
-                    self.node.log(Level::Warn, &format!("refused: {error}"));
+                    self.complaints.leases.warn(&self.node, &format!("refused: {error}"));
                     Ok(())
                 }
             },
@@ -254,7 +261,7 @@ impl<D: Driver> RobotNode<D> {
             Input::Controller(message) => match wire::status(message) {
                 Ok(status) => self.step_gate(Event::Controller(status)).await,
                 Err(error) => {
-                    self.node.log(Level::Warn, &format!("refused: {error}"));
+                    self.complaints.statuses.warn(&self.node, &format!("refused: {error}"));
                     Ok(())
                 }
             },
@@ -275,11 +282,7 @@ impl<D: Driver> RobotNode<D> {
             Ok(command) => self.step_gate(Event::Command(command)).await,
             Err(reason) => {
                 self.refused += 1;
-                let now = self.now();
-                if self.complained.is_none_or(|last| now.saturating_sub(last) >= COMPLAINT) {
-                    self.complained = Some(now);
-                    self.node.log(Level::Warn, &format!("refused: {reason}"));
-                }
+                self.complaints.commands.warn(&self.node, &format!("refused: {reason}"));
                 self.step_gate(Event::CommandRefused).await
             }
         }

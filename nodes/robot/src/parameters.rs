@@ -3,6 +3,10 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use rsrs_fleet::parameters::gate::{
+    ACCELERATION_MAX, CMD_VEL_TYPE, DEBOUNCE, DETECTION_THRESHOLD, DRIVER, NODE, PERIOD,
+    PROFILE_DIGEST, SENSOR_TIMEOUT, SPEED_MAX, TURN_ACCELERATION_MAX, TURN_RATE_MAX,
+};
 use rsrs_fleet::robot::detector::DetectorSettings;
 use rsrs_fleet::robot::limits::Limits;
 use rsrs_ros::parameters::{
@@ -12,26 +16,8 @@ use rsrs_ros::parameters::{
 use crate::declared::{choice, double, integer};
 use crate::driver::DriverKind;
 
-/// Name of the node in its robot's namespace.
-pub const NODE: &str = "robot";
-
-/// Greatest speed; also the controller's.
-pub const SPEED_MAX: &str = "speed_max";
-/// Greatest turning rate; also the controller's.
-pub const TURN_RATE_MAX: &str = "turn_rate_max";
-/// Type of velocity commands; also the controller's.
-pub const CMD_VEL_TYPE: &str = "cmd_vel_type";
-/// Interval of detections.
-pub const PERIOD: &str = "period";
-/// What is at most so far away is seen.
-pub const DETECTION_THRESHOLD: &str = "detection_threshold";
 /// Where neither the fleet file, nor a profile, nor a parameter has it, in metres.
 pub const DEFAULT_THRESHOLD_M: f64 = 0.75;
-const ACCELERATION_MAX: &str = "acceleration_max";
-const TURN_ACCELERATION_MAX: &str = "turn_acceleration_max";
-const DEBOUNCE: &str = "debounce";
-const SENSOR_TIMEOUT: &str = "sensor_timeout";
-const DRIVER: &str = "driver";
 
 /// A parameter that is a number.
 struct Number {
@@ -122,6 +108,12 @@ fn declared(driver: DriverKind) -> Vec<(Descriptor, ParameterValue)> {
         (debounce, ParameterValue::Integer(1)),
         choice(CMD_VEL_TYPE, "Type of cmd_vel.", "twist_stamped or twist", "twist_stamped"),
         choice(DRIVER, "What moves the robot.", "serial, ros or virtual", driver.name()),
+        choice(
+            PROFILE_DIGEST,
+            "Digest of the profile that the fleet file names.",
+            "16 hexadecimal digits; empty without a profile",
+            "",
+        ),
     ]);
     parameters.extend(driver.parameters());
     parameters
@@ -184,6 +176,8 @@ pub fn settings(server: &ParameterServer, node: &str) -> Settings {
 
 #[cfg(test)]
 mod tests {
+    use rsrs_fleet::parameters::gate::ALL;
+
     use super::*;
 
     #[test]
@@ -194,6 +188,15 @@ mod tests {
                 let is_number =
                     matches!(value, ParameterValue::Double(_) | ParameterValue::Integer(_));
                 assert_eq!(descriptor.range.is_some(), is_number, "{}", descriptor.name);
+            }
+        }
+    }
+
+    #[test]
+    fn the_runner_reads_every_parameter_that_a_gate_may_have() {
+        for driver in [DriverKind::Serial, DriverKind::Ros, DriverKind::Virtual] {
+            for (descriptor, _) in declared(driver) {
+                assert!(ALL.contains(&descriptor.name.as_str()), "{}", descriptor.name);
             }
         }
     }

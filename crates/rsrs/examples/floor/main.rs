@@ -197,6 +197,7 @@ fn record(
         robot_lost: RobotLost::Abort,
         backend: Backend::Simulator,
         controller_only: Vec::new(),
+        gates: std::collections::BTreeMap::new(),
         time: Time::RealTime,
         provenance: Provenance::new(version, "reproduce", &measured.digest(), conditions),
     };

@@ -13,7 +13,7 @@ use rsrs_ros::session::SessionOptions;
 use crate::commands::{Backend, Format, report};
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
-use crate::fleet_network::chosen_network;
+use crate::fleet_network::{chosen_network, other_middleware};
 use crate::interrupt::asked_to_stop;
 use crate::notes::{print_always, print_note};
 use crate::words::{Tone, Words};
@@ -171,10 +171,20 @@ fn finish(
     let is_void = summary.ending == EndingKind::Void.key();
     if summary.ending != EndingKind::Completed.key() && !is_void {
         let kept = summary.bag.as_ref();
-        let kept = kept.map(|bag| format!("what was recorded is in {}", bag.display()));
+        let kept = kept.map(|bag| {
+            let recover = if bag.join("metadata.yaml").exists() {
+                String::new()
+            } else {
+                format!(", not closed: `rsrs bag recover {}`", quoted(bag))
+            };
+            format!("what was recorded is in {}{recover}", bag.display())
+        });
         let release = "when the floor is safe, `rsrs stop --release` lets the next run start";
         let release = (summary.reason == E_STOP_REASON).then(|| release.to_owned());
-        let help: Vec<String> = kept.into_iter().chain(release).collect();
+        // Nothing was recorded of a run for which something was not found.
+        let middleware = other_middleware().filter(|_| kept.is_none());
+        let middleware = middleware.map(|other| other.to_string());
+        let help: Vec<String> = kept.into_iter().chain(release).chain(middleware).collect();
         let message = format!("run {}: {}", summary.ending, summary.reason.replace("; ", "\n  "));
         return Err(if help.is_empty() {
             anyhow::anyhow!(message)
@@ -239,6 +249,7 @@ mod tests {
             robot_lost,
             backend: Backend::Fleet,
             controller_only: Vec::new(),
+            gates: std::collections::BTreeMap::new(),
             time: Time::RealTime,
         }
     }

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
-use crate::fleet_network::chosen_network;
+use crate::fleet_network::{chosen_network, other_middleware};
 use crate::notes::print_always;
 use crate::words::{Tone, Words};
 use rsrs_pipeline::error::helped;
@@ -99,7 +99,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let given = runtime()?.block_on(command_all(word, &robots, &network, interrupted()))?;
     let summary = summary(word, &given);
     report(arguments.format, &summary, words(word, &summary))?;
-    print_ending(word, &given);
+    let named = if robots.is_empty() { Named::Nobody } else { Named::ByFleetFile };
+    print_ending(word, named, &given);
     Ok(match given.ending {
         StopOutcome::Acknowledged => Outcome::Done,
         StopOutcome::TimedOut | StopOutcome::Interrupted | StopOutcome::InRun => {
@@ -203,21 +204,32 @@ fn text(word: StopCommand, summary: &StopSummary) -> String {
     lines.join("\n")
 }
 
+/// Who says which robots there are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Named {
+    /// Robots were found; there may be others that were not.
+    Nobody,
+    /// The fleet file.
+    ByFleetFile,
+}
+
 /// Prints on standard error what follows.
-fn print_ending(word: StopCommand, report: &StopReport) {
+fn print_ending(word: StopCommand, named: Named, report: &StopReport) {
     let silent = report.unacknowledged();
     let (n_robots, took_s) = (report.answers.len(), report.took_s);
     print_always(match (report.ending, word) {
         (StopOutcome::Acknowledged, StopCommand::Engage) => {
-            format!("{} locked; `rsrs stop --release` lets the next run start", all_of(n_robots))
+            let all = all_of(n_robots, named);
+            format!("{all} locked; `rsrs stop --release` lets the next run start")
         }
         (StopOutcome::Acknowledged, StopCommand::Release) => {
-            format!("{} released, and stand until a run arms them", all_of(n_robots))
+            format!("{} released, and stand until a run arms them", all_of(n_robots, named))
         }
         (StopOutcome::InRun, _) => "robots are in a run: nothing was published to them".to_owned(),
         (StopOutcome::TimedOut | StopOutcome::Interrupted, _) if n_robots == 0 => format!(
             "no robot found in {took_s:.0} s; is this their interface, and their ROS_DOMAIN_ID? A \
-             secured fleet needs ROS_SECURITY_ENABLE and ROS_SECURITY_KEYSTORE"
+             secured fleet needs ROS_SECURITY_ENABLE and ROS_SECURITY_KEYSTORE{}",
+            other_middleware().map_or_else(String::new, |other| format!("\n{other}"))
         ),
         (StopOutcome::TimedOut | StopOutcome::Interrupted, StopCommand::Release)
             if !report.holding.is_empty() =>
@@ -241,6 +253,27 @@ fn name_of(holding: &Holding) -> String {
     holding.node.clone().unwrap_or_else(|| format!("publisher {}", holding.source))
 }
 
-fn all_of(n_robots: usize) -> String {
-    if n_robots == 1 { "the one robot is".to_owned() } else { format!("all {n_robots} robots are") }
+fn all_of(n_robots: usize, named: Named) -> String {
+    match (n_robots, named) {
+        (1, Named::ByFleetFile) => "the one robot is".to_owned(),
+        (n, Named::ByFleetFile) => format!("all {n} robots are"),
+        (1, Named::Nobody) => {
+            "1 robot was found (`--fleet` names those that should be), and is".to_owned()
+        }
+        (n, Named::Nobody) => {
+            format!("{n} robots were found (`--fleet` names those that should be), and all are")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_a_fleet_file_all_are_those_that_were_found() {
+        assert_eq!(all_of(9, Named::ByFleetFile), "all 9 robots are");
+        let found = "8 robots were found (`--fleet` names those that should be), and all are";
+        assert_eq!(all_of(8, Named::Nobody), found);
+    }
 }

@@ -10,7 +10,7 @@ use rsrs_ros::ros_args::Environment;
 use rsrs_ros::security::Member;
 
 use crate::failure::Outcome;
-use crate::fleet_network::chosen_network;
+use crate::fleet_network::{chosen_network, other_middleware};
 use crate::interrupt::{self, asked_to_stop};
 use crate::notes::print_note;
 use crate::watch::{Fleet, Look, check, play, view};
@@ -151,7 +151,9 @@ fn view_fleet(file: Option<&Path>, interface: Option<&str>, look: Look) -> anyho
     let domain = format!("{interface}, domain {}", network.domain_id);
     let place = file.map_or(domain.clone(), |file| format!("{} on {domain}", file.display()));
     let interrupted = interrupt::listen()?;
-    let outcome = view(&Fleet { network, stop, robots, place }, look, interrupted)?;
+    let other_middleware = other_middleware();
+    let fleet = Fleet { network, stop, robots, place, other_middleware };
+    let outcome = view(&fleet, look, interrupted)?;
     let Some(stop) = outcome else { return Ok(Outcome::Done) };
     print_note(&stop.text);
     Ok(if stop.is_acknowledged { Outcome::Done } else { Outcome::NegativeAnswer })

@@ -4,11 +4,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use rsrs_experiment_runner::stop::StopReport;
-use rsrs_fleet::observation::SwarmOrder;
+use rsrs_fleet::observation::{Condition, SwarmOrder};
 use rsrs_fleet::stopper::StopOutcome;
 use rsrs_pipeline::error::in_one_line;
 use rsrs_pipeline::watch::live::LiveFleet;
 use rsrs_pipeline::watch::stop::StopUnderWay;
+use rsrs_ros::ros_args::OtherMiddleware;
 use rsrs_ros::session::SessionOptions;
 
 use super::keys::{Request, scrolled};
@@ -31,6 +32,8 @@ pub struct Fleet {
     pub robots: Vec<String>,
     /// Where it is, in words.
     pub place: String,
+    /// Why there may be robots that are not found.
+    pub other_middleware: Option<OtherMiddleware>,
 }
 
 /// Shows a fleet until a person has seen enough.
@@ -178,6 +181,17 @@ impl Viewer<'_> {
         Ok(())
     }
 
+    /// What keeps robots from being found, while none is.
+    fn why_nobody(&self) -> Option<Banner> {
+        let is_nobody = self
+            .live
+            .observation()
+            .robots()
+            .all(|(_, robot)| robot.condition(self.live.now()) == Condition::Silent);
+        let other = self.fleet.other_middleware.as_ref().filter(|_| is_nobody)?;
+        Some(Banner { text: other.in_short(), kind: BannerKind::Alarm })
+    }
+
     fn show(&mut self, screen: &mut Screen) -> anyhow::Result<usize> {
         let is_old = |at: &Instant| at.elapsed() >= ORDER_PERIOD;
         if self.order.as_ref().is_none_or(|(at, _)| is_old(at)) {
@@ -188,10 +202,11 @@ impl Viewer<'_> {
             Some(Banner { text, kind: BannerKind::Alarm })
         } else {
             let outcome = self.outcome.as_ref();
-            outcome.map(|outcome| Banner {
+            let outcome = outcome.map(|outcome| Banner {
                 text: outcome.text.clone(),
                 kind: if outcome.is_acknowledged { BannerKind::Done } else { BannerKind::Alarm },
-            })
+            });
+            outcome.or_else(|| self.why_nobody())
         };
         screen.show(&View {
             observation: self.live.observation(),

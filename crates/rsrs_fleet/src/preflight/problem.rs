@@ -2,6 +2,7 @@
 
 use super::{ClockLead, DiagnosticError, UnfitTopic, commands_as};
 use crate::epoch::ImplausibleEpoch;
+use crate::parameters::Deviation;
 use crate::timing::LEASE_DURATION;
 
 fn by(nodes: &[String]) -> String {
@@ -89,6 +90,19 @@ pub enum Problem {
         /// The topic.
         topic: String,
     },
+    /// A topic that must have one publisher has none, and a node of its robot has another one in its place.
+    #[error(
+        "{topic}: no publisher, and {node} has {renamed} in its place (`-r` there: a run needs the names of \
+         the robot's own topics; rename those of the other program)"
+    )]
+    Renamed {
+        /// The topic.
+        topic: String,
+        /// The node.
+        node: String,
+        /// The topic that it has instead.
+        renamed: String,
+    },
     /// A topic of one robot has several publishers.
     #[error("{topic}: {found} publishers, expected 1 (two robots of one name?)")]
     SeveralPublishers {
@@ -147,6 +161,17 @@ pub enum Problem {
     TooSlow {
         /// The longest wait of the last second, in seconds.
         behind_s: f64,
+    },
+    /// Its gate is not set as the fleet file and the profile determine it.
+    #[error(
+        "{robot}: {deviation} by the fleet file and its profile (an old file on the robot, or `-p` there? \
+         start its node with the files of this machine)"
+    )]
+    Setting {
+        /// The robot.
+        robot: String,
+        /// Which parameter, and what it should be.
+        deviation: Deviation,
     },
     /// Its diagnostics report an error.
     #[error("{}: diagnostics: {}: {}", .0.robot, .0.part, .0.message)]

@@ -112,6 +112,50 @@ fn a_topic_that_nobody_publishes_is_a_problem() {
     );
 }
 
+#[test]
+fn a_node_that_has_another_topic_in_its_place_is_named() {
+    let detection = "/robot_1/detection";
+    let mut expected = expected();
+    expected.topics = ["/robot_1/cmd_vel", detection]
+        .map(|name| ExpectedTopic {
+            name: name.to_owned(),
+            type_name: if name == detection {
+                "std_msgs/msg/Bool"
+            } else {
+                "geometry_msgs/msg/Twist"
+            }
+            .to_owned(),
+            publishers: Publishers::One,
+        })
+        .to_vec();
+    let end = |topic: &str, type_name: &str| Endpoint {
+        node: Some("/robot_1/controller".to_owned()),
+        topic: topic.to_owned(),
+        type_name: type_name.to_owned(),
+        guid: [0; 16],
+    };
+    let mut seen = complete();
+    seen.graph.publishers = vec![end("/base/cmd_vel", "geometry_msgs/msg/Twist")];
+    seen.graph.subscribers = vec![
+        end("/swarm/e_stop", "std_msgs/msg/Bool"),
+        end("/robot_1/virtual_detection", "std_msgs/msg/Bool"),
+        end("/camera/seen", "std_msgs/msg/Bool"),
+    ];
+
+    let renamed = |topic: &str, renamed: &str| {
+        let node = "/robot_1/controller".to_owned();
+        Problem::Renamed { topic: topic.to_owned(), node, renamed: renamed.to_owned() }
+    };
+    let both = [renamed("/robot_1/cmd_vel", "/base/cmd_vel"), renamed(detection, "/camera/seen")];
+    assert_eq!(problems(&expected, &seen), both);
+    seen.graph.publishers.clear();
+    seen.graph.subscribers.pop();
+
+    let none = ["/robot_1/cmd_vel", detection];
+    let none = none.map(|topic| Problem::NoPublisher { topic: topic.to_owned() });
+    assert_eq!(problems(&expected, &seen), none, "nothing of it is there");
+}
+
 fn sentences(expected: &Expected, seen: &Seen) -> Vec<String> {
     problems(expected, seen).iter().map(ToString::to_string).collect()
 }

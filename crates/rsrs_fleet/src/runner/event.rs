@@ -10,6 +10,7 @@ use super::{Outcome, SampleKind, Target};
 use crate::e_stop::Source;
 use crate::experiment::RobotLost;
 use crate::message::{Lease, Status};
+use crate::parameters::GateSettings;
 use crate::placement::WantedStart;
 use crate::preflight::{Expected, Graph};
 
@@ -148,6 +149,13 @@ pub enum Event {
         /// Digest of the parameters, or why there is none.
         result: Result<u64, String>,
     },
+    /// The settings of a robot's gate were read.
+    GateRead {
+        /// The robot.
+        robot: String,
+        /// What they are; `None` if no gate of ours answers.
+        found: Option<GateSettings>,
+    },
     /// The recorder receives every topic.
     RecorderReady,
     /// The recorder has taken every topic up to this step.
@@ -159,6 +167,13 @@ pub enum Event {
     RecorderFailed {
         /// Why.
         reason: String,
+    },
+    /// The bag is being closed.
+    RecorderCloses {
+        /// What was done so far, in steps of any size: as long as it grows, something is written.
+        done: u64,
+        /// Bytes that are still to be written.
+        left_bytes: u64,
     },
     /// The bag is closed.
     RecorderClosed,
@@ -213,9 +228,11 @@ impl Event {
             Self::Seen(_)
             | Self::ParametersSet { .. }
             | Self::ReadBack { .. }
+            | Self::GateRead { .. }
             | Self::RecorderReady
             | Self::Recorded { .. }
             | Self::RecorderFailed { .. }
+            | Self::RecorderCloses { .. }
             | Self::RecorderClosed
             | Self::SimulatorComplete
             | Self::SimulatorVoid { .. }
@@ -237,6 +254,8 @@ pub enum Action {
     Configure(Target),
     /// Read the parameters of a target and digest them.
     ReadBack(Target),
+    /// Read what the gate of a robot is set to.
+    ReadGate(String),
     /// Open the bag and subscribe to every topic.
     OpenRecorder,
     /// Drain and close the bag.

@@ -74,6 +74,7 @@ impl Problem {
             | Self::BatteryUnknown { robot, .. }
             | Self::WithoutWorld { robot }
             | Self::Epoch { robot, .. }
+            | Self::Setting { robot, .. }
             | Self::PoseClock { robot, .. }
             | Self::PoseUnusable { robot, .. }
             | Self::Clock { robot, .. } => Some(robot),
@@ -82,6 +83,7 @@ impl Problem {
             | Self::WrongType { topic, .. }
             | Self::WrongSubscriber { topic, .. }
             | Self::NoPublisher { topic }
+            | Self::Renamed { topic, .. }
             | Self::SeveralPublishers { topic, .. } => {
                 topic.strip_prefix('/')?.split_once('/').map(|(robot, _)| robot)
             }

@@ -3,7 +3,7 @@
 use crate::message::E_STOP_REASON;
 
 use super::{
-    ARM_TIMEOUT, Action, CONFIGURE_TIMEOUT, Duration, FIRST_SAMPLE_TIMEOUT, Failure,
+    ARM_TIMEOUT, Action, CONFIGURE_TIMEOUT, Duration, FIRST_SAMPLE_TIMEOUT, Failure, Gates,
     LOCKSTEP_GRACE, LossTimeouts, LostRobot, NODE_TIMEOUT, Outcome, POSE_SEARCH_DURATION, Phase,
     RECORDER_TIMEOUT, Requests, RunBinding, RunLength, Runner, STAND_TIMEOUT, Seen, Target,
     UnexpectedPublishers, preflight,
@@ -65,6 +65,8 @@ impl Runner {
             actions.extend(self.options.expected.leases().into_iter().map(Action::Note));
             actions.push(Action::Note(format!("found all {robots} robots; setting parameters")));
             self.requests = Requests::new(self.targets());
+            self.gates = Gates::new(&self.options.expected.gates);
+            actions.extend(self.gates.robots().cloned().map(Action::ReadGate));
             self.enter(Phase::Configure, now);
             self.configure(now, actions);
             return;
@@ -98,16 +100,25 @@ impl Runner {
     }
 
     fn read_back(&mut self, now: Duration, actions: &mut Vec<Action>) {
-        if self.requests.is_done() {
+        // A gate that does not answer is not ours, or of no help: nothing of it is known.
+        let is_read = self.gates.is_done() || self.elapsed(now) >= CONFIGURE_TIMEOUT;
+        if self.requests.is_done() && is_read {
+            let problems = self.gates.problems();
+            if !problems.is_empty() {
+                self.fail(problems.into_iter().map(Failure::from).collect(), now, actions);
+                return;
+            }
+            actions.extend(self.gates.notes().into_iter().map(Action::Note));
             actions.push(Action::Note("parameters confirmed; opening the recorder".to_owned()));
             actions.push(Action::OpenRecorder);
             self.recorder_opened = true;
             self.enter(Phase::Record, now);
         } else if self.elapsed(now) >= CONFIGURE_TIMEOUT {
             let problems = self.requests.problems().into_iter();
-            let failures =
-                problems.map(|(target, reason)| Failure::NotConfirmed { target, reason }).collect();
-            self.fail(failures, now, actions);
+            let not_confirmed =
+                problems.map(|(target, reason)| Failure::NotConfirmed { target, reason });
+            let of_gates = self.gates.problems().into_iter().map(Failure::from);
+            self.fail(not_confirmed.chain(of_gates).collect(), now, actions);
         } else {
             actions.extend(self.requests.due(now).into_iter().map(Action::ReadBack));
         }
@@ -363,13 +374,13 @@ impl Runner {
     fn await_closed(&mut self, now: Duration, actions: &mut Vec<Action>) {
         if self.recorder_closed {
             self.finish(now, actions);
-        } else if self.elapsed(now) >= RECORDER_TIMEOUT {
-            self.fail_recorder("did not close in time".to_owned(), now, actions);
+        } else if let Some(stuck) = self.closing.is_stuck(self.since.unwrap_or(now), now) {
+            self.fail_recorder(stuck, now, actions);
             self.finish(now, actions);
         }
     }
 
-    fn finish(&mut self, now: Duration, actions: &mut Vec<Action>) {
+    pub(super) fn finish(&mut self, now: Duration, actions: &mut Vec<Action>) {
         self.enter(Phase::Done, now);
         let outcome = self.outcome.clone().expect("only `end` leads to the phases after it");
         actions.push(Action::Finish { outcome, not_standing: self.not_standing.clone() });

@@ -40,6 +40,9 @@ struct PoseTimes {
 /// them.
 const FEW_POSES_HZ: f64 = 5.0;
 
+/// Errors of diagnostics that are kept; names of parts are anybody's.
+const MOST_ERRORS: usize = 1_000;
+
 /// Frames that are kept; trees of transforms are smaller.
 const MOST_FRAMES: usize = 10_000;
 
@@ -118,6 +121,9 @@ impl StartCheck {
             self.diagnostic_errors.remove(&(robot, part));
             return None;
         };
+        if self.diagnostic_errors.len() >= MOST_ERRORS {
+            return None;
+        }
         let text = format!("diagnostics of {robot}: {part}: {message}");
         self.diagnostic_errors.insert((robot, part), message).is_none().then_some(text)
     }

@@ -37,13 +37,19 @@ impl UnexpectedPublishers {
         graph: &Graph,
         now: Duration,
     ) -> Option<String> {
+        // Hundreds of robots have thousands of publishers, and the runner has leases to send.
+        let mut by_topic: BTreeMap<&str, Vec<&Endpoint>> = BTreeMap::new();
+        for end in &graph.publishers {
+            by_topic.entry(&end.topic).or_default().push(end);
+        }
+        let is_here: BTreeSet<_> = graph.publishers.iter().map(|end| end.guid).collect();
+        self.since.retain(|guid, _| is_here.contains(guid));
         let only_one = expected.topics.iter().filter(|topic| topic.publishers != Publishers::Any);
         for name in only_one.map(|topic| &topic.name).chain(&expected.steering) {
-            let here = graph.publishers.iter().filter(|end| end.topic == *name);
-            if here.clone().count() < 2 {
+            let Some(here) = by_topic.get(name.as_str()).filter(|here| here.len() >= 2) else {
                 continue;
-            }
-            for end in here.filter(|end| !self.known.contains(&end.guid)) {
+            };
+            for end in here.iter().filter(|end| !self.known.contains(&end.guid)) {
                 let since = *self.since.entry(end.guid).or_insert(now);
                 match &end.node {
                     Some(node) if self.nodes.contains(&(name.clone(), node.clone())) => {}

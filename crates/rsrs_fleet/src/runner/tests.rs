@@ -8,6 +8,8 @@ use crate::experiment::RobotLost;
 use crate::message::{RobotState, Status, StopCause};
 use crate::preflight::Expected;
 
+mod closing;
+mod gates;
 mod lockstep;
 mod samples;
 mod strangers;
@@ -15,6 +17,15 @@ mod with_operator;
 
 const CONTROLLER: ControllerParameters = ControllerParameters::mirrored(0.15, 0.75);
 const NAMES: [&str; 2] = ["robot_1", "robot_2"];
+
+/// How long a bag takes to close.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Disk {
+    /// No time.
+    Fast,
+    /// As long as the test wants.
+    Slow,
+}
 
 /// A runner among robots that obey, unless a test silences or changes them.
 struct Bench {
@@ -30,9 +41,12 @@ struct Bench {
     publishers: Vec<preflight::Endpoint>,
     opened: bool,
     closed: bool,
+    disk: Disk,
     configured: Vec<Target>,
     finish: Option<(Outcome, Vec<String>)>,
     stop_cause: StopCause,
+    /// What the gates that are ours are set to.
+    gates: BTreeMap<String, GateSettings>,
     /// Notes to the operator.
     notes: Vec<String>,
 }
@@ -77,9 +91,11 @@ impl Bench {
             publishers: Vec::new(),
             opened: false,
             closed: false,
+            disk: Disk::Fast,
             configured: Vec::new(),
             finish: None,
             stop_cause: StopCause::None,
+            gates: BTreeMap::new(),
             notes: Vec::new(),
         }
     }
@@ -104,13 +120,19 @@ impl Bench {
                     let digest = if target == Target::Simulator { 7 } else { self.read_digest };
                     self.give(Event::ReadBack { target, result: Ok(digest) });
                 }
+                Action::ReadGate(robot) => {
+                    let found = self.gates.get(&robot).cloned();
+                    self.give(Event::GateRead { robot, found });
+                }
                 Action::OpenRecorder => {
                     self.opened = true;
                     self.give(Event::RecorderReady);
                 }
                 Action::CloseRecorder => {
                     self.closed = true;
-                    self.give(Event::RecorderClosed);
+                    if self.disk == Disk::Fast {
+                        self.give(Event::RecorderClosed);
+                    }
                 }
                 Action::Note(text) => self.notes.push(text),
                 Action::Finish { outcome, not_standing } => {

@@ -102,7 +102,7 @@ impl Simulator {
             return Err(ManualControlRefused::NoWorld);
         };
         let mut actions = Vec::new();
-        let manual = run.manual.get_or_insert_with(|| ManualControl::at(step));
+        let manual = run.manual.get_or_insert_with(|| ManualControl::at(step, &run.placed, now));
         manual.apply(&run.placed, command, now, &mut actions);
         actions.extend(self.status_due(now).map(Action::Status));
         Ok(actions)
@@ -119,15 +119,38 @@ pub(super) struct ManualControl {
 
 #[derive(Clone, Copy, Debug)]
 enum Mode {
+    /// Time stands, and with it the sensors: in lockstep it is the world's own.
     Paused,
-    Playing { due: Duration },
-    Stepping { left: u64 },
+    /// The world stands and its sensors work on, as in real time before a run.
+    Standing {
+        due: Duration,
+    },
+    Playing {
+        due: Duration,
+    },
+    Stepping {
+        left: u64,
+    },
+}
+
+impl Mode {
+    /// Paused, having sensed just now.
+    fn paused(placed: &Placed, now: Duration) -> Self {
+        match placed.time {
+            Time::Lockstep => Self::Paused,
+            Time::RealTime => Self::Standing { due: now + Duration::from_nanos(placed.period_ns) },
+        }
+    }
+
+    fn is_paused(self) -> bool {
+        matches!(self, Self::Paused | Self::Standing { .. })
+    }
 }
 
 impl ManualControl {
     /// Takes control of a world at this step.
-    pub fn at(step: u64) -> Self {
-        Self { mode: Mode::Paused, step: step.max(1) }
+    pub fn at(step: u64, placed: &Placed, now: Duration) -> Self {
+        Self { mode: Mode::paused(placed, now), step: step.max(1) }
     }
 
     pub fn step(&self) -> u64 {
@@ -137,7 +160,7 @@ impl ManualControl {
     pub fn due(&self) -> Option<Duration> {
         match self.mode {
             Mode::Paused => None,
-            Mode::Playing { due } => Some(due),
+            Mode::Standing { due } | Mode::Playing { due } => Some(due),
             Mode::Stepping { .. } => Some(Duration::ZERO),
         }
     }
@@ -146,7 +169,7 @@ impl ManualControl {
         match self.mode {
             // Until its steps are made, it is not paused.
             Mode::Playing { .. } | Mode::Stepping { .. } => PlaybackState::Playing,
-            Mode::Paused => PlaybackState::Paused,
+            Mode::Paused | Mode::Standing { .. } => PlaybackState::Paused,
         }
     }
 
@@ -160,18 +183,20 @@ impl ManualControl {
     ) {
         match command {
             ManualCommand::Play => self.mode = Mode::Playing { due: now },
-            ManualCommand::Pause => self.pause(actions),
+            ManualCommand::Pause => self.pause(placed, now, actions),
             ManualCommand::Step { steps } => self.mode = Mode::Stepping { left: steps },
             ManualCommand::EntityMoved => actions.push(self.sense(placed)),
         }
     }
 
     /// Pauses; a request for steps is answered: no more are made.
-    pub fn pause(&mut self, actions: &mut Vec<Action>) {
+    pub fn pause(&mut self, placed: &Placed, now: Duration, actions: &mut Vec<Action>) {
         if let Mode::Stepping { left } = self.mode {
             actions.push(Action::Stepped { left });
         }
-        self.mode = Mode::Paused;
+        if !self.mode.is_paused() {
+            self.mode = Mode::paused(placed, now);
+        }
     }
 
     pub fn on_event(
@@ -184,10 +209,15 @@ impl ManualControl {
         if !matches!(event, Event::Gates(_)) || self.due().is_none_or(|due| now < due) {
             return;
         }
+        if self.mode.is_paused() {
+            self.mode = Mode::paused(placed, now);
+            actions.push(self.sense(placed));
+            return;
+        }
         self.step += 1;
         actions.extend([Action::AdvanceFreely, self.sense(placed)]);
         match &mut self.mode {
-            Mode::Paused => {}
+            Mode::Paused | Mode::Standing { .. } => {}
             Mode::Playing { due } => {
                 // What was missed is left out: a burst would be faster than real time.
                 *due = now.max(*due + Duration::from_nanos(placed.period_ns));
@@ -195,7 +225,7 @@ impl ManualControl {
             Mode::Stepping { left } => {
                 *left -= 1;
                 if *left == 0 {
-                    self.pause(actions);
+                    self.pause(placed, now, actions);
                 }
             }
         }

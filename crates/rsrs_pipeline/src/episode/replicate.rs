@@ -149,6 +149,7 @@ fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> Exper
         robot_lost: RobotLost::Abort,
         backend: Backend::Simulator,
         controller_only: Vec::new(),
+        gates: std::collections::BTreeMap::new(),
         time: Time::Lockstep,
         provenance: Provenance::new(version, commit, &profile_digest, &conditions),
         conditions,

@@ -47,8 +47,15 @@ const GUARDED: [&str; 5] = [
 /// about its run is taken for that of a run that goes on.
 fn steers(name: &str, type_name: &str) -> bool {
     let names = [topics::DETECTION, topics::VIRTUAL_DETECTION, topics::POSE];
+    let of_swarm = [
+        topics::E_STOP,
+        topics::E_STOP_RELEASE,
+        topics::E_STOP_LOCKS,
+        topics::EXPERIMENT,
+        topics::ENDING,
+    ];
     GUARDED.contains(&type_name)
-        || [topics::E_STOP, topics::EXPERIMENT, topics::ENDING].iter().any(|it| name == it.name)
+        || of_swarm.iter().any(|topic| name == topic.name)
         || name.contains("/hardware/")
         || names.iter().any(|topic| name.rsplit('/').next() == Some(topic.name))
 }
@@ -137,6 +144,8 @@ mod tests {
             ("/base/velocity", TwistStamped::TYPE_NAME),
             ("/swarm/lease", RunLease::TYPE_NAME),
             ("/swarm/e_stop", bool_type),
+            (topics::E_STOP_RELEASE.name, topics::E_STOP_RELEASE.type_name),
+            (topics::E_STOP_LOCKS.name, topics::E_STOP_LOCKS.type_name),
             (topics::EXPERIMENT.name, topics::EXPERIMENT.type_name),
             (topics::ENDING.name, topics::ENDING.type_name),
         ] {

@@ -190,6 +190,7 @@ mod tests {
             robot_lost,
             backend: Backend::Fleet,
             controller_only: Vec::new(),
+            gates: std::collections::BTreeMap::new(),
             time: Time::RealTime,
         }
     }

@@ -19,6 +19,7 @@ use anyhow::Context;
 use rsrs_bags::{Bag, BagError};
 use rsrs_msgs::schema::schema_text;
 use rsrs_msgs::topics::{Durability, Qos, Reliability};
+use rsrs_ros::parameters::ParameterServer;
 use rsrs_ros::session::{Endpoint, EndpointKind, Session, SessionOptions, Subscription};
 
 use crate::error::with_help;
@@ -107,7 +108,8 @@ pub async fn serve_fleet(
 
 /// Subscribes every topic that appears; never ends but by an error.
 async fn look_around(session: &Session, hub: &Arc<Hub>) -> anyhow::Result<()> {
-    session.node("/", "rsrs_watch")?;
+    let node = session.node("/", "rsrs_watch")?;
+    let _parameters = ParameterServer::without_parameters(session, &node)?;
     let mut seen = BTreeSet::new();
     let mut subscriptions = Vec::new();
     let mut look = tokio::time::interval(LOOK);

@@ -11,6 +11,7 @@ use rsrs_fleet::e_stop::Source;
 use rsrs_fleet::observation::{Event, Observation};
 use rsrs_fleet::stopper::MOST_ROBOTS;
 use rsrs_msgs::topics::{Durability, Qos, Topic};
+use rsrs_ros::parameters::ParameterServer;
 use rsrs_ros::session::{EndpointKind, Session, SessionOptions, Subscription};
 use tokio::sync::oneshot;
 
@@ -139,8 +140,9 @@ impl Watcher {
 
     /// Subscribes topics as they appear; never ends but by an error.
     async fn look_around(&self, session: &Session) -> anyhow::Result<()> {
-        // So that other programs see who subscribes.
-        session.node("/", NODE)?;
+        // So that other programs see who subscribes, and tools of parameters get an answer.
+        let node = session.node("/", NODE)?;
+        let _parameters = ParameterServer::without_parameters(session, &node)?;
         let mut subscriptions = BTreeMap::new();
         let mut robots = BTreeSet::new();
         for topic in OF_SWARM {

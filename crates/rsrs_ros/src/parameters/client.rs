@@ -152,6 +152,29 @@ impl<'a> ParameterClient<'a> {
         values.collect()
     }
 
+    /// The values of those parameters that a node has, in the order of their names; `None` for one that
+    /// it has not.
+    ///
+    /// # Errors
+    ///
+    /// [`ParameterClientError`]; among others [`ParameterClientError::Count`], because some nodes answer
+    /// nothing at all if they lack one of them.
+    pub async fn get_known(
+        &self,
+        node: &str,
+        names: &[&str],
+    ) -> Result<Vec<Option<ParameterValue>>, ParameterClientError> {
+        let request = wire::GetParametersRequest { names: owned(names) };
+        let response: wire::GetParametersResponse = self.call(node, Service::Get, &request).await?;
+        check_count(node, response.values.len(), names.len())?;
+        Ok(response.values.into_iter().map(ParameterValue::from_wire).collect())
+    }
+
+    /// Whether a node that offers its parameters is discovered.
+    pub fn is_offered_by(&self, node: &str) -> bool {
+        self.mapping_of(node, Service::Get).is_some()
+    }
+
     /// Sets all parameters or none.
     ///
     /// If an answer is lost, the request is repeated; setting the same values twice does no harm.
@@ -249,19 +272,23 @@ impl<'a> ParameterClient<'a> {
 
     /// Waits until a node offers a service, and returns how to request it.
     async fn wait_for(&self, node: &str, service: Service, deadline: Instant) -> Option<Mapping> {
-        let name = service.name();
-        let requests = format!("rq{node}/{name}Request");
-        let replies = format!("rr{node}/{name}Reply");
         loop {
-            let vendor = self.session.vendor_of_writer(&replies);
-            if let Some(vendor) = vendor.filter(|_| self.session.has_reader(&requests)) {
-                return Some(self.options.mapping.unwrap_or(Mapping::of_vendor(vendor)));
+            if let Some(mapping) = self.mapping_of(node, service) {
+                return Some(mapping);
             }
             if Instant::now() >= deadline {
                 return None;
             }
             tokio::time::sleep(POLL).await;
         }
+    }
+
+    /// How to request a service of a node; `None` if it is not discovered.
+    fn mapping_of(&self, node: &str, service: Service) -> Option<Mapping> {
+        let name = service.name();
+        let vendor = self.session.vendor_of_writer(&format!("rr{node}/{name}Reply"))?;
+        let is_received = self.session.has_reader(&format!("rq{node}/{name}Request"));
+        is_received.then(|| self.options.mapping.unwrap_or(Mapping::of_vendor(vendor)))
     }
 
     fn endpoint(

@@ -51,6 +51,8 @@ pub enum Note {
     RangeOff,
     /// `ROS_STATIC_PEERS`.
     StaticPeers,
+    /// `RMW_IMPLEMENTATION` is none that programs of ours understand.
+    Middleware(OtherMiddleware),
     /// `ROS_LOCALHOST_ONLY=1`.
     LocalhostOnly,
     /// A domain whose ports the kernel may give to other programs.
@@ -99,6 +101,7 @@ impl fmt::Display for Note {
             Self::StaticPeers => formatter.write_str(
                 "ROS_STATIC_PEERS is not honoured: this middleware has no static peers",
             ),
+            Self::Middleware(other) => other.fmt(formatter),
             Self::LocalhostOnly => formatter.write_str(
                 "ROS_LOCALHOST_ONLY=1 is deprecated in ROS 2 and means \
                  ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST; other programs that use it may not be found",
@@ -109,6 +112,52 @@ impl fmt::Display for Note {
                  those below 102 do not"
             ),
         }
+    }
+}
+
+/// A middleware of ROS 2 that does not speak RTPS, the protocol of DDS, by which programs of ours are found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OtherMiddleware {
+    /// The value of `RMW_IMPLEMENTATION`.
+    pub found: String,
+}
+
+/// What names the middleware of ROS 2.
+const RMW: &str = "RMW_IMPLEMENTATION";
+/// Those that speak RTPS.
+const RTPS: [&str; 6] = [
+    "rmw_fastrtps_cpp",
+    "rmw_fastrtps_dynamic_cpp",
+    "rmw_cyclonedds_cpp",
+    "rmw_connextdds",
+    "rmw_connext_cpp",
+    "rmw_gurumdds_cpp",
+];
+
+impl OtherMiddleware {
+    /// The one that the environment names; `None` if it names none, or one that speaks RTPS.
+    pub fn of(environment: &Environment) -> Option<Self> {
+        let found = environment.variable(RMW)?;
+        let is_other = !found.is_empty() && !RTPS.contains(&found);
+        is_other.then(|| Self { found: found.to_owned() })
+    }
+}
+
+impl OtherMiddleware {
+    /// What it means where no robot is found, on one line.
+    pub fn in_short(&self) -> String {
+        format!("{RMW}={}: robots that are started so are not found", self.found)
+    }
+}
+
+impl fmt::Display for OtherMiddleware {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            formatter,
+            "{RMW}={}: programs of ROS 2 that are started so speak no RTPS, and this program speaks \
+             nothing else, so neither finds the other; start them with {RMW}={} or {}",
+            self.found, RTPS[0], RTPS[2]
+        )
     }
 }
 
@@ -150,6 +199,7 @@ pub(super) fn read(environment: &Environment) -> Result<Discovery, RosArgsError>
     if environment.variable("ROS_STATIC_PEERS").is_some_and(|peers| !peers.is_empty()) {
         notes.push(Note::StaticPeers);
     }
+    notes.extend(OtherMiddleware::of(environment).map(Note::Middleware));
     Ok(Discovery { domain_id, range, localhost, notes })
 }
 
@@ -227,6 +277,20 @@ mod tests {
 
         assert_eq!(notes, [Note::RangeOff, Note::StaticPeers]);
         assert!(notes.iter().all(|note| note.to_string().contains("not honoured")));
+    }
+
+    #[test]
+    fn a_middleware_that_speaks_no_rtps_is_noted_with_what_to_type() {
+        let notes = |value| read_variables(&[(RMW, value)]).unwrap().notes;
+
+        for value in ["", "rmw_fastrtps_cpp", "rmw_cyclonedds_cpp"] {
+            assert_eq!(notes(value), [], "{value}");
+        }
+        let noted = notes("rmw_zenoh_cpp");
+        assert_eq!(noted.len(), 1);
+        let text = noted[0].to_string();
+        assert!(text.starts_with("RMW_IMPLEMENTATION=rmw_zenoh_cpp: programs of ROS 2"), "{text}");
+        assert!(text.ends_with("with RMW_IMPLEMENTATION=rmw_fastrtps_cpp or rmw_cyclonedds_cpp"));
     }
 
     #[test]

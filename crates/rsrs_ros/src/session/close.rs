@@ -5,6 +5,8 @@ use std::time::Duration;
 
 use tokio::sync::oneshot;
 
+use crate::logging;
+
 /// How long the middleware may take to end its threads. They can wait for each other for ever when
 /// many participants come at once; a service that stops a node waits for 5 s.
 const DEADLINE: Duration = Duration::from_secs(4);
@@ -24,6 +26,7 @@ pub(crate) fn is_stuck() -> bool {
 /// If `leave` panics.
 pub(super) async fn within_deadline(leave: impl FnOnce() + Send + 'static) {
     within(DEADLINE, leave).await;
+    logging::flush();
 }
 
 async fn within(deadline: Duration, leave: impl FnOnce() + Send + 'static) {

@@ -44,6 +44,9 @@ impl NodeEntitiesInfo {
     }
 }
 
+/// Participants whose words are kept, at most: each may have as many kilobytes as it likes.
+const MOST_PARTICIPANTS: usize = 2_000;
+
 /// The last word of each participant.
 #[derive(Debug, Default)]
 pub(super) struct Graph {
@@ -83,11 +86,22 @@ impl GraphUpdate {
 
 impl Graph {
     /// Takes the word of a participant, as bytes with encapsulation. It begins with its GID.
-    pub(super) fn update(&self, sample: Vec<u8>) {
+    ///
+    /// # Arguments
+    ///
+    /// * `participants` — those that are there now: when there is no room, others are forgotten.
+    pub(super) fn update(&self, sample: Vec<u8>, participants: impl FnOnce() -> BTreeSet<Prefix>) {
         let gid = sample.get(ENCAPSULATION.len()..).and_then(<[u8]>::first_chunk);
         match gid.copied() {
             Some(gid) => {
-                lock(&self.updates).insert(prefix(gid), GraphUpdate::Received(sample));
+                let mut updates = lock(&self.updates);
+                if updates.len() >= MOST_PARTICIPANTS && !updates.contains_key(&prefix(gid)) {
+                    let participants = participants();
+                    updates.retain(|participant, _| participants.contains(participant));
+                }
+                if updates.len() < MOST_PARTICIPANTS || updates.contains_key(&prefix(gid)) {
+                    updates.insert(prefix(gid), GraphUpdate::Received(sample));
+                }
             }
             None => log::debug!("{} bytes name no participant", sample.len()),
         }
@@ -132,9 +146,9 @@ mod tests {
     fn the_last_word_of_a_participant_counts() {
         let graph = Graph::default();
 
-        graph.update(info(1, &[("/", "a"), ("/robot_1", "b")]));
-        graph.update(info(1, &[("/robot_1", "b")]));
-        graph.update(info(2, &[("/", "c")]));
+        graph.update(info(1, &[("/", "a"), ("/robot_1", "b")]), BTreeSet::new);
+        graph.update(info(1, &[("/robot_1", "b")]), BTreeSet::new);
+        graph.update(info(2, &[("/", "c")]), BTreeSet::new);
 
         let both = BTreeSet::from([[1; 12], [2; 12]]);
         assert_eq!(graph.node_names(&both), BTreeSet::from(["/robot_1/b".into(), "/c".into()]));
@@ -145,17 +159,47 @@ mod tests {
     fn a_participant_that_has_gone_has_no_names() {
         let graph = Graph::default();
 
-        graph.update(info(1, &[("/", "a")]));
+        graph.update(info(1, &[("/", "a")]), BTreeSet::new);
 
         assert_eq!(graph.node_names(&BTreeSet::from([[2; 12]])), BTreeSet::new());
+    }
+
+    #[test]
+    fn whoever_has_gone_makes_room_and_strangers_beyond_it_are_not_kept() {
+        let graph = Graph::default();
+        let word = |number: usize| {
+            let mut gid = [0; 16];
+            gid[..8].copy_from_slice(&number.to_le_bytes());
+            cdr::encode(&ParticipantEntitiesInfo { gid, nodes: Vec::new() })
+        };
+        let is_kept = |number: usize| {
+            let mut prefix = [0; 12];
+            prefix[..8].copy_from_slice(&number.to_le_bytes());
+            lock(&graph.updates).contains_key(&prefix)
+        };
+
+        let all = || {
+            (0..MOST_PARTICIPANTS).map(|number| {
+                let mut prefix = [0; 12];
+                prefix[..8].copy_from_slice(&number.to_le_bytes());
+                prefix
+            })
+        };
+        for number in 0..=MOST_PARTICIPANTS {
+            graph.update(word(number), || all().collect());
+        }
+        assert!(!is_kept(MOST_PARTICIPANTS) && is_kept(0));
+        graph.update(word(MOST_PARTICIPANTS), || all().skip(1).collect());
+
+        assert!(is_kept(MOST_PARTICIPANTS) && !is_kept(0));
     }
 
     #[test]
     fn bytes_that_are_no_graph_change_nothing() {
         let graph = Graph::default();
 
-        graph.update(vec![0, 1, 0, 0, 7]);
-        graph.update([&[0, 1, 0, 0][..], &[7; 17]].concat());
+        graph.update(vec![0, 1, 0, 0, 7], BTreeSet::new);
+        graph.update([&[0, 1, 0, 0][..], &[7; 17]].concat(), BTreeSet::new);
 
         assert!(graph.owners().is_empty());
     }

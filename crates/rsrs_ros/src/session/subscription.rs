@@ -141,6 +141,10 @@ impl Tasks {
     }
 }
 
+/// Publishers of one topic whose counts are kept, at most. Of one that is forgotten the next sample is as
+/// good as its first.
+const MOST_WRITERS: usize = 10_000;
+
 /// Why a sample did not become a message.
 pub(super) enum Failure {
     /// It is not of the topic's type.
@@ -164,6 +168,9 @@ async fn deliver_all<T>(
                 // Two readers of one topic share what came for either of them.
                 if before.is_some_and(|before| received.sequence <= before) {
                     continue;
+                }
+                if before.is_none() && last.len() >= MOST_WRITERS {
+                    last.pop_first();
                 }
                 last.insert(received.writer, received.sequence);
                 let lost = before.map_or(0, |before| received.sequence.saturating_sub(before + 1));

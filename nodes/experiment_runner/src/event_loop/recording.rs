@@ -21,9 +21,9 @@ impl Run<'_> {
 
     pub(super) fn open_recorder(&mut self) -> Option<Event> {
         let to_written = self.to_written.clone();
-        let opened = Recorder::open(&self.plan.bag, self.plan, &self.recorded_topics, to_written);
+        let opened = Recorder::open(self.plan, &self.record, &self.recorded_topics, to_written);
         let begun = opened.and_then(|mut recorder| {
-            for Sample { topic_index, received, .. } in self.early.drain(..) {
+            for (topic_index, received) in self.early.take() {
                 recorder.take(topic_index, &self.recorded_topics[topic_index], &received)?;
             }
             Ok(recorder)
@@ -53,7 +53,7 @@ impl Run<'_> {
             return Ok(Some(Event::RecorderClosed));
         };
         self.n_lost = recorder.n_lost();
-        recorder.close(&ending);
+        self.closing = Some(recorder.close(&ending));
         Ok(None)
     }
 }

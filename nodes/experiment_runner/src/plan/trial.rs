@@ -140,6 +140,7 @@ impl Plan {
             backend: request.backend,
             time,
             run_id: run_id.clone(),
+            gates: std::collections::BTreeMap::new(),
         };
         let bag = request.bag.clone().unwrap_or_else(|| PathBuf::from(&run_id));
         if bag.exists() {
@@ -148,7 +149,19 @@ impl Plan {
         let files = vec![("fleet.yaml", text), ("profile.yaml", profile_text)];
         let (poses, place_check) = (Poses::IfThere, PlaceCheck::Off);
         let (recording, limits) = (Recording::default(), super::limits(&measured));
-        Ok(Self { record, robots, bag, files, poses, place_check, recording, limits, is_measured })
+        let gates = super::gates(request.backend, &robots, is_measured.then_some(&measured));
+        Ok(Self {
+            record,
+            robots,
+            bag,
+            files,
+            poses,
+            place_check,
+            recording,
+            limits,
+            gates,
+            is_measured,
+        })
     }
 }
 

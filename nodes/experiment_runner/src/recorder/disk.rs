@@ -6,19 +6,22 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use rsrs_bags::{BagSummary, BagWriter, ChannelId, Sample};
+use rsrs_fleet::timing::RECORDER_TIMEOUT;
 use tokio::sync::mpsc::UnboundedSender;
 
 use super::RecorderError;
 use crate::recorded_topics::RecordedTopic;
 
-/// How long a recorder that is dropped without being closed waits for the messages before it.
-const TIMEOUT: Duration = Duration::from_secs(10);
+/// How long a recorder that is dropped without being closed waits for a disk on which nothing is written.
+const TIMEOUT: Duration = RECORDER_TIMEOUT;
+/// How long a bag that is given up may take to notice.
+const GIVE_UP: Duration = Duration::from_secs(2);
 const LOOK: Duration = Duration::from_millis(10);
 
 /// Room of the queue.
@@ -73,18 +76,89 @@ pub struct Message {
 
 /// The front end of the thread.
 pub struct Disk {
-    jobs: Option<Sender<Job>>,
-    waiting: Arc<Waiting>,
+    jobs: Sender<Job>,
     room: Room,
-    thread: JoinHandle<()>,
-    is_closing: bool,
+    thread: Writer,
 }
 
-/// What is in the queue.
+/// The thread, and what it still has to do.
+struct Writer {
+    waiting: Arc<Waiting>,
+    /// `None` once it is waited for, or given up.
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What is in the queue, and behind it.
 #[derive(Debug, Default)]
 struct Waiting {
     messages: AtomicUsize,
     bytes: AtomicUsize,
+    /// Bytes that the system has and the disk may not have yet; known while the bag is closed.
+    unsynced: AtomicU64,
+    /// What was done so far, in steps of any size.
+    done: AtomicU64,
+    is_given_up: AtomicBool,
+}
+
+impl Waiting {
+    fn count_step(&self) {
+        self.done.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// A bag that is being closed.
+pub struct Closing(Writer);
+
+impl Closing {
+    /// What was done so far, in steps of any size, and bytes that are still to be written: as long as the
+    /// first grows, something is written.
+    pub fn progress(&self) -> (u64, u64) {
+        let waiting = &self.0.waiting;
+        let queued = waiting.bytes.load(Ordering::Relaxed) as u64;
+        (self.0.done(), queued + waiting.unsynced.load(Ordering::Relaxed))
+    }
+
+    /// Waits for the thread, whose last word has come, or gives the bag up.
+    ///
+    /// # Returns
+    ///
+    /// Whether the thread has ended. One that hangs in a call to the system cannot be ended.
+    pub fn end(mut self) -> bool {
+        self.0.waiting.is_given_up.store(true, Ordering::Relaxed);
+        self.0.wait_for(GIVE_UP)
+    }
+}
+
+impl Writer {
+    fn done(&self) -> u64 {
+        self.waiting.done.load(Ordering::Relaxed)
+    }
+
+    /// Waits until the thread has ended, or has done nothing for so long.
+    fn wait_for(&mut self, timeout: Duration) -> bool {
+        let Some(thread) = self.thread.take() else { return true };
+        let (mut done, mut since) = (self.done(), Instant::now());
+        while !thread.is_finished() {
+            if since.elapsed() >= timeout {
+                return false;
+            }
+            std::thread::sleep(LOOK);
+            let now = self.done();
+            if now != done {
+                (done, since) = (now, Instant::now());
+            }
+        }
+        // If it has panicked, that was reported as what it was.
+        drop(thread.join());
+        true
+    }
+}
+
+impl Drop for Writer {
+    /// What is in the queue still belongs into the bag when a run breaks off.
+    fn drop(&mut self) {
+        self.wait_for(TIMEOUT);
+    }
 }
 
 impl Disk {
@@ -121,7 +195,7 @@ impl Disk {
             }
         });
         let thread = thread.map_err(|source| RecorderError::Thread { source })?;
-        Ok(Self { jobs: Some(jobs), waiting, room, thread, is_closing: false })
+        Ok(Self { jobs, room, thread: Writer { waiting, thread: Some(thread) } })
     }
 
     /// Adds a topic.
@@ -131,42 +205,31 @@ impl Disk {
 
     /// Whether there is room for a message of so many bytes.
     pub fn has_room_for(&self, n_bytes: usize) -> bool {
-        self.waiting.messages.load(Ordering::Relaxed) < self.room.messages
-            && self.waiting.bytes.load(Ordering::Relaxed) + n_bytes <= self.room.bytes
+        self.thread.waiting.messages.load(Ordering::Relaxed) < self.room.messages
+            && self.thread.waiting.bytes.load(Ordering::Relaxed) + n_bytes <= self.room.bytes
     }
 
     /// Messages in the queue.
     pub fn n_waiting(&self) -> usize {
-        self.waiting.messages.load(Ordering::Relaxed)
+        self.thread.waiting.messages.load(Ordering::Relaxed)
     }
 
     /// Queues a message; there must be room for it.
     pub fn write(&self, message: Message) {
-        self.waiting.messages.fetch_add(1, Ordering::Relaxed);
-        self.waiting.bytes.fetch_add(message.data.len(), Ordering::Relaxed);
+        self.thread.waiting.messages.fetch_add(1, Ordering::Relaxed);
+        self.thread.waiting.bytes.fetch_add(message.data.len(), Ordering::Relaxed);
         self.send(Job::Write(message));
     }
 
     /// Has the bag closed after what is in the queue; the thread reports when that is done.
-    pub fn close(mut self, records: Vec<(&'static str, BTreeMap<String, String>)>) {
-        self.is_closing = true;
+    pub fn close(self, records: Vec<(&'static str, BTreeMap<String, String>)>) -> Closing {
         self.send(Job::Close(records));
+        Closing(self.thread)
     }
 
     fn send(&self, job: Job) {
         // A thread that has failed has reported it, and takes nothing more.
-        drop(self.jobs.as_ref().expect("only dropping takes it").send(job));
-    }
-}
-
-impl Drop for Disk {
-    /// What is in the queue still belongs into the bag when a run breaks off.
-    fn drop(&mut self) {
-        self.jobs = None;
-        let start = Instant::now();
-        while !self.is_closing && !self.thread.is_finished() && start.elapsed() < TIMEOUT {
-            std::thread::sleep(LOOK);
-        }
+        drop(self.jobs.send(job));
     }
 }
 
@@ -194,6 +257,9 @@ impl<'a, Report: Fn(Written)> Writing<'a, Report> {
     fn run(mut self, before: &mut impl FnMut(&Job), jobs: &Queue) {
         for job in &jobs.queue {
             before(&job);
+            if jobs.behind.is_given_up.load(Ordering::Relaxed) {
+                return;
+            }
             match job {
                 Job::AddTopic(index, recorded_topic) => {
                     match add_topic(&mut self.writer, &recorded_topic) {
@@ -207,19 +273,25 @@ impl<'a, Report: Fn(Written)> Writing<'a, Report> {
                     jobs.behind.messages.fetch_sub(1, Ordering::Relaxed);
                     jobs.behind.bytes.fetch_sub(n_bytes, Ordering::Relaxed);
                 }
-                Job::Close(records) => return self.close(records),
+                Job::Close(records) => return self.close(records, &jobs.behind),
             }
+            jobs.behind.count_step();
         }
     }
 
     /// Closes the bag, also if not all records could be written.
-    fn close(mut self, records: Vec<(&'static str, BTreeMap<String, String>)>) {
+    fn close(mut self, records: Vec<(&'static str, BTreeMap<String, String>)>, waiting: &Waiting) {
         let mut records = records.into_iter();
         if let Err(error) = records.try_for_each(|(name, pairs)| self.writer.metadata(name, pairs))
         {
             self.fail(error.into());
         }
-        (self.report)(match self.writer.finish() {
+        let goes_on = |n_bytes| {
+            waiting.unsynced.store(n_bytes, Ordering::Relaxed);
+            waiting.count_step();
+            !waiting.is_given_up.load(Ordering::Relaxed)
+        };
+        (self.report)(match self.writer.finish_watched(goes_on) {
             Ok(summary) => Written::Closed(summary),
             Err(error) => Written::NotClosed(error.into()),
         });

@@ -1,5 +1,6 @@
 //! The recorder over real DDS, in a network of its own.
 
+use std::path::Path;
 use std::time::Duration;
 
 use rsrs_bags::{Bag, BagSummary};
@@ -123,13 +124,89 @@ fn a_disk_that_is_slow_to_write_or_to_synchronise_holds_up_nobody_and_loses_noth
         for sequence in 1..=500 {
             recorder.take(0, &recorded_topics[0], &sample(sequence)).unwrap();
         }
-        recorder.close(&Ending::completed());
+        let closing = recorder.close(&Ending::completed());
         let took = start.elapsed();
 
         assert_eq!(summary(&mut written).n_messages, 500 + ENDING_MESSAGE, "{name}");
+        assert!(closing.end(), "{name}: the thread has ended");
         assert!(start.elapsed() >= Duration::from_millis(600), "{name}: the disk was slow");
         assert!(took < Duration::from_millis(500), "{name}: the lease would have lapsed: {took:?}");
         assert_eq!(Bag::open(&path).unwrap().metadata(RECORDING).unwrap()["n_missing"], "0");
+    }
+}
+
+/// Writes a message each time a test sends something.
+fn disk_that_waits() -> (std::sync::mpsc::Sender<()>, impl FnMut(&Job) + Send + 'static) {
+    let (go, gone) = std::sync::mpsc::channel::<()>();
+    let wait = move |job: &Job| {
+        if matches!(job, Job::Write(_)) {
+            gone.recv().unwrap_or_default();
+        }
+    };
+    (go, wait)
+}
+
+#[test]
+fn a_bag_that_is_closed_slowly_shows_what_is_left_and_ends_with_its_thread() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run");
+    let recorded_topics = [recorded_topic(1, topics::DETECTION)];
+    let (go, wait) = disk_that_waits();
+    let (mut recorder, mut written) = recorder_before(&path, &recorded_topics, wait, ROOM);
+    for sequence in 1..=20 {
+        recorder.take(0, &recorded_topics[0], &sample(sequence)).unwrap();
+    }
+
+    let closing = recorder.close(&Ending::completed());
+
+    let n_bytes = sample(0).message.len() as u64;
+    let (mut done, mut left_bytes) = closing.progress();
+    assert!(left_bytes > 20 * n_bytes, "{left_bytes}: the ending comes on top");
+    for _ in 0..20 {
+        go.send(()).unwrap();
+        let start = std::time::Instant::now();
+        while closing.progress().0 == done {
+            assert!(start.elapsed() < TIMEOUT, "nothing is written");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let (now_done, now_left) = closing.progress();
+        assert!(now_done > done && now_left < left_bytes, "{now_left} of {left_bytes} left");
+        (done, left_bytes) = (now_done, now_left);
+    }
+    go.send(()).unwrap();
+    assert_eq!(summary(&mut written).n_messages, 20 + ENDING_MESSAGE);
+    assert_eq!(closing.progress().1, 0);
+    assert!(closing.end(), "the thread has ended");
+}
+
+#[test]
+fn a_bag_that_is_given_up_ends_its_thread_unless_the_disk_hangs() {
+    let folder = tempfile::tempdir().unwrap();
+    let recorded_topics = [recorded_topic(1, topics::DETECTION)];
+    for hangs in [false, true] {
+        let path = folder.path().join(format!("run {hangs}"));
+        let (go, wait) = disk_that_waits();
+        let (mut recorder, _written) = recorder_before(&path, &recorded_topics, wait, ROOM);
+        for sequence in 1..=20 {
+            recorder.take(0, &recorded_topics[0], &sample(sequence)).unwrap();
+        }
+        let closing = recorder.close(&Ending::completed());
+        // The topic is added, and the thread is at the first message.
+        while closing.progress().0 == 0 {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        if hangs {
+            assert!(!closing.end(), "nobody can end it");
+            drop(go);
+        } else {
+            let releasing = std::thread::spawn(move || {
+                std::thread::sleep(Duration::from_millis(100));
+                drop(go);
+            });
+            assert!(closing.end(), "it ends with the message that it is at");
+            assert!(!path.join("metadata.yaml").exists(), "the bag is not closed");
+            releasing.join().expect("it does not panic");
+        }
     }
 }
 

@@ -16,15 +16,10 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use super::cmd_vel_publisher::CmdVelPublisher;
 use super::{Driver, DriverContext, Report, Sensed, next_of};
 use crate::declared::{choice, double, text};
-
-/// Parameter: type of the sensor's messages.
-pub const SENSOR_TYPE: &str = "ros.sensor_type";
-/// Parameter: topic of the sensor; relative to the robot's namespace, or absolute.
-pub const SENSOR_TOPIC: &str = "ros.sensor_topic";
-/// Parameter: half of the sector of a scan that is looked at, about straight ahead.
-pub const SECTOR: &str = "ros.sector_half_angle";
-/// Parameter: type of the gated commands.
-pub const CMD_VEL_TYPE: &str = "ros.cmd_vel_type";
+use rsrs_fleet::parameters::gate::{
+    ROS_CMD_VEL_TYPE as CMD_VEL_TYPE, ROS_SECTOR as SECTOR, ROS_SENSOR_TOPIC as SENSOR_TOPIC,
+    ROS_SENSOR_TYPE as SENSOR_TYPE,
+};
 
 /// The driver.
 pub struct RosDriver {

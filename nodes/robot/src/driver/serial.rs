@@ -12,17 +12,13 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use rsrs_core::robot::controller::Command;
+use rsrs_fleet::parameters::gate::{SERIAL_BAUD as BAUD, SERIAL_PORT as PORT};
 use rsrs_ros::parameters::{Descriptor, ParameterKind, ParameterValue};
 
 use super::{Driver, DriverContext, Report};
 use crate::declared::{integer, text};
 use link::{Counts, Link};
 use port::Port;
-
-/// Parameter: path of the device.
-pub const PORT: &str = "serial.port";
-/// Parameter: the baud rate.
-pub const BAUD: &str = "serial.baud";
 
 /// A port that is unplugged is noticed at its next use.
 const GONE: &str = "the other end has gone";

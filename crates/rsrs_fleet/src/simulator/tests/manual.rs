@@ -48,6 +48,29 @@ fn a_world_that_plays_makes_a_step_each_period_and_none_while_it_is_paused() {
 }
 
 #[test]
+fn sensors_of_a_world_in_real_time_work_on_while_it_is_paused_and_those_of_lockstep_do_not() {
+    for command in [ManualCommand::Pause, ManualCommand::EntityMoved] {
+        let mut simulator = real_time(1);
+        gates(&mut simulator, ms(0));
+        simulator.apply_manual(command, ms(10)).unwrap();
+
+        let at: Vec<u64> = (20..=1000)
+            .step_by(10)
+            .filter(|now| !gates(&mut simulator, ms(*now)).is_empty())
+            .collect();
+
+        // Once in each period of 130 ms.
+        assert_eq!(at, [140, 270, 400, 530, 660, 790, 920], "{command:?}");
+        let again = [Action::Sense { step: 1, stamp_ns: None }];
+        assert_eq!(gates(&mut simulator, ms(1050)), again, "{command:?}");
+        assert_eq!(simulator.playback_state(), PlaybackState::Paused);
+    }
+    let mut simulator = lockstep(1, 9);
+    simulator.apply_manual(ManualCommand::Pause, ms(0)).unwrap();
+    assert_eq!((gates(&mut simulator, ms(1000)), simulator.due()), (Vec::new(), None));
+}
+
+#[test]
 fn a_manually_moved_world_is_not_used_by_a_run_until_it_is_placed_again() {
     for command in [ManualCommand::Play, ManualCommand::Pause, ManualCommand::EntityMoved] {
         let mut simulator = lockstep(1, 9);

@@ -206,6 +206,8 @@ impl Fleet {
             }
             Action::ReadBack(Target::Simulator) => host.asks_simulator = true,
             Action::ReadBack(target) => self.send(node, node_of(&target), Message::Get),
+            // Its robots have no parameters, and are not expected to have any.
+            Action::ReadGate(_) => {}
             Action::OpenRecorder => {
                 host.bag = Bag::Open;
                 self.answer(runner, Event::RecorderReady);
