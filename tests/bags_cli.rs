@@ -216,6 +216,7 @@ fn episode(cell: [f64; 4], replicate: u64) -> ExperimentRecord {
         backend: Backend::Simulator,
         controller_only: Vec::new(),
         gates: BTreeMap::new(),
+        pose_source: None,
         time: Time::Lockstep,
     }
 }

@@ -11,6 +11,7 @@ use crate::processes::{Process, confined_rsrs, nodes_of};
 use rsrs_bags::Bag;
 use rsrs_core::diagram::choice::Choice;
 use rsrs_core::judge::phase::Phase;
+use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::statistics::comparison::{Share, Verdict, decide};
 use rsrs_core::statistics::pooled::PooledTest;
 use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
@@ -139,6 +140,7 @@ fn the_default_dry_run_ends_with_a_verdict() {
         bag: Some(folder.path().join("none")),
         seed: Some(1),
         place_check: PlaceCheck::Off,
+        other_profile: OtherProfile::Refused,
     })
     .expect("it is the experiment of the dry run");
 

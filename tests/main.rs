@@ -38,6 +38,7 @@ mod out_of_reach;
 mod pages;
 mod pipeline;
 mod placing;
+mod pose_sources;
 mod processes;
 mod protocol;
 mod recorded;

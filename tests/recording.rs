@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use crate::processes::{Process, rsrs};
 use rsrs_bags::Bag;
+use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_experiment_runner::{RunReport, run};
 use rsrs_fleet::record::{Backend, EndingKind};
@@ -69,6 +70,7 @@ async fn conduct(place: &Path) -> (RunReport, PathBuf) {
         bag: Some(bag.clone()),
         seed: None,
         place_check: PlaceCheck::Off,
+        other_profile: OtherProfile::Refused,
     })
     .expect("the experiment is one");
     let network = SessionOptions { domain_id: 42, interfaces: vec![LOOPBACK], enclave: None };

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::command::{code, json, rsrs, stderr};
+use crate::command::{code, json, rsrs, stderr, stdout};
 use crate::processes::{Process, confined_rsrs};
 
 /// Far longer than it takes on a busy machine.
@@ -57,6 +57,28 @@ fn a_new_folder_is_swept_and_run_as_it_is() {
 
     assert_eq!(code(&swept), 0, "{}", stderr(&swept));
     assert!(status.success(), "{errors}");
+
+    // The robots get a better sensor after the sweep.
+    let profile = std::fs::read_to_string(mine.join("profile.yaml")).expect("it is there");
+    let better = profile.replace("range_m: 0.9", "range_m: 1.1");
+    assert_ne!(better, profile);
+    std::fs::write(mine.join("profile.yaml"), better).expect("it is writable");
+    let again = ["run", "experiment.yaml", "--from", "results", "-o", "run_2", "--cell", &cell];
+    let run = rsrs(&mine, &again);
+    let swept = rsrs(&mine, &["sweep", "sweep.yaml", "-o", "of_better"]);
+    let compare = ["compare", "of_better", "--bags", "run_1"];
+    let compared = rsrs(&mine, &compare);
+    let insisted = rsrs(&mine, &[&compare[..], &["--other-profile"]].concat());
+
+    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    for refused in [&run, &compared] {
+        let text = stderr(refused);
+        assert_eq!(code(refused), 1, "{text}");
+        assert!(text.contains("the sweep is of robots with profile"), "{text}");
+        assert!(text.contains("sweep these robots") && text.contains("--other-profile"), "{text}");
+    }
+    assert_ne!(code(&insisted), 1, "{}", stderr(&insisted));
+    assert!(stdout(&insisted).contains("with profile"), "{}", stdout(&insisted));
 }
 
 #[test]

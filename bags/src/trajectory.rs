@@ -12,72 +12,39 @@ mod collect;
 mod command;
 mod error;
 mod finding;
+mod frames;
 mod jumps;
+mod needed;
 mod pose;
 mod resample;
 mod rows;
+mod sources;
 mod spots;
 mod tidy;
 mod transforms;
 mod window;
 
-use std::fmt;
-
 use rsrs_core::judge::trajectory::Trajectory;
+use rsrs_core::robot::pose_source::PoseSource;
 
 use crate::Bag;
 use resample::Times;
 
 pub use error::TrajectoryError;
 pub use finding::Finding;
+pub use needed::Needed;
 pub use window::{RunningWindow, WindowSource};
-
-/// Where poses come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum PoseSource {
-    /// `nav_msgs/Odometry` on `/<robot>/odom`: ground truth from a simulator, the robot's own
-    /// estimate elsewhere.
-    Odom,
-    /// `geometry_msgs/PoseStamped` on `/<robot>/pose`: a tracker.
-    Pose,
-    /// `motion_capture_tracking_interfaces/msg/NamedPoseArray`, on `/poses` if there are several: a
-    /// tracker of all robots.
-    NamedPoses,
-    /// `geometry_msgs/PoseArray`, on `/poses` if there are several: a tracker that identifies robots by
-    /// number; they are those of the lease, or else those that were commanded, in their order.
-    PoseArray,
-    /// `tf2_msgs/TFMessage` on `/tf` and `/tf_static`: chains of transforms, such as `map` →
-    /// `<robot>/odom` → `<robot>/base_link` (or `base_footprint`), from one frame that all robots
-    /// share.
-    Tf,
-}
-
-impl PoseSource {
-    /// All of them, the first choice first.
-    pub const ALL: [Self; 5] =
-        [Self::Odom, Self::Pose, Self::NamedPoses, Self::PoseArray, Self::Tf];
-}
-
-impl fmt::Display for PoseSource {
-    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::Odom => "odom",
-            Self::Pose => "pose",
-            Self::NamedPoses => "named-poses",
-            Self::PoseArray => "pose-array",
-            Self::Tf => "tf",
-        })
-    }
-}
 
 /// What to take from a bag.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TrajectoryOptions {
-    /// Where poses come from; `None` takes the first of [`PoseSource::ALL`] that is there.
+    /// Where poses come from; `None` takes the first of [`PoseSource::ALL`] that has all robots.
     pub poses: Option<PoseSource>,
     /// Whose leases define when the swarm was running; without any of this run, those of the first one
     /// that was RUNNING.
     pub run_id: Option<String>,
+    /// What of the run must be known well.
+    pub needed: Needed,
 }
 
 /// A trajectory with findings about the bag.
@@ -104,15 +71,16 @@ pub struct RecordedTrajectory {
 /// 2.5 periods (and 300 ms) has run out on the robot, which stands still then. The period is the
 /// median distance of commands if they come regularly, else that of pose stamps.
 ///
-/// Robots that are not in step, of which poses are missing or which came a little late are
-/// interpolated at every period, over gaps of at most 1 s and at most 20 % of a robot's poses. Single
+/// Robots that are not in step, of which poses are missing or which came late are interpolated at every
+/// period. Within the time that is judged ([`rsrs_core::judge::phase::WINDOW_S`]) that goes over gaps of at most [`rsrs_core::judge::phase::MAX_GAP_S`]
+/// and at most 20 % of a robot's poses; before it gaps are named. Single
 /// poses out of all reach are left out, and robots that a tracker took for one another are set
 /// right. Stamps of several clocks are put on one, by the log times beside them.
 ///
 /// # Errors
 ///
 /// [`TrajectoryError`]: a bag that is damaged, no poses or none of some robot, no commands, no running
-/// time, poses that are not numbers, too many missing, clocks that go back, jumps that nothing
+/// time, poses in several frames or that are not numbers, too many missing, clocks that go back, jumps that nothing
 /// explains, robots that came or left in the middle, robots that start on one spot.
 ///
 /// # Source
@@ -130,7 +98,8 @@ pub fn read_trajectory(
     let recorded_ns = align::median_period_ns(&collected.robots)?;
     let period_ns = align::period_ns(&collected.robots, recorded_ns);
     let window = window::running_window(&collected, period_ns)?;
-    window::cut(&mut collected, &window, recorded_ns)?;
+    frames::check(&collected.robots, &window)?;
+    window::cut(&mut collected, &window, (recorded_ns, options.needed))?;
     let mut findings = std::mem::take(&mut collected.findings);
     findings.extend(clocks);
     findings.extend(jumps::mend(&mut collected.robots, recorded_ns)?);
@@ -140,7 +109,7 @@ pub fn read_trajectory(
     let rows = if let Some(common) = common {
         align::align(&mut collected.robots, &common, period_ns)
     } else {
-        let times = Times { recorded_ns, period_ns };
+        let times = Times { recorded_ns, period_ns, needed: options.needed };
         resample::resample(&collected.robots, times, &mut findings)?
     };
     let robots: Vec<String> = collected.robots.into_iter().map(|robot| robot.name).collect();

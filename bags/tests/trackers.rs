@@ -3,7 +3,8 @@
 use std::fs;
 
 use rsrs_bags::definitions::{Definition, Definitions};
-use rsrs_bags::trajectory::{Finding, PoseSource};
+use rsrs_bags::trajectory::Finding;
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::Pose;

@@ -2,9 +2,10 @@
 
 use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{
-    PoseSource, TrajectoryError, TrajectoryOptions, WindowSource, read_trajectory,
+    Finding, TrajectoryError, TrajectoryOptions, WindowSource, read_trajectory,
 };
 use rsrs_core::help::Help;
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{PoseStamped, TransformStamped};
 use rsrs_msgs::rsrs::RunLease;
@@ -124,7 +125,7 @@ fn transforms_from_each_robots_own_frame_are_refused() {
 
     let error = foreign.read().unwrap_err();
 
-    let text = "the pose of robot r2 is in frame \"r2/odom\", those before it in \"r1/odom\"";
+    let text = "poses of robot r2 are in frame \"r2/odom\", others in \"r1/odom\"";
     assert_eq!(error.to_string(), text);
 }
 
@@ -333,12 +334,12 @@ fn leases_of_other_runs_neither_begin_nor_end_a_run() {
 }
 
 #[test]
-fn robots_with_odometry_in_frames_of_their_own_are_refused() {
+fn robots_whose_odometry_begins_at_zero_are_refused() {
     let mut foreign = Foreign::new();
     for step in 0..40 {
         for robot in ["r1", "r2", "r3"] {
             let mut odometry = odometry(0, step);
-            odometry.header.frame_id = format!("{robot}/odom");
+            odometry.header.frame_id = "odom".into();
             foreign.put(&format!("/{robot}/odom"), step * PERIOD_NS, &odometry);
             foreign.command(robot, step * PERIOD_NS, SPEED_M_S);
         }
@@ -351,4 +352,67 @@ fn robots_with_odometry_in_frames_of_their_own_are_refused() {
         "robots r1, r2, r3 start on one spot, (0.00 m, 0.00 m): each has poses in a frame of its own?"
     );
     assert!(error.help().is_some_and(|help| help.contains("poses must be in one frame")));
+}
+
+/// Two robots side by side, each with poses in the frame that it had then.
+fn in_frames(topic: &str, frame_of: impl Fn(&str, u64) -> String) -> Foreign {
+    let mut foreign = Foreign::new();
+    for step in 0..40 {
+        for (number, robot) in ["r1", "r2"].into_iter().enumerate() {
+            let mut odometry = odometry(number, step);
+            odometry.header.frame_id = frame_of(robot, step);
+            let (name, time_ns) = (format!("/{robot}/{topic}"), step * PERIOD_NS);
+            if topic == "odom" {
+                foreign.put(&name, time_ns, &odometry);
+            } else {
+                let pose = PoseStamped { header: odometry.header, pose: odometry.pose.pose };
+                foreign.put(&name, time_ns, &pose);
+            }
+            // It stands, then it runs.
+            foreign.command(robot, time_ns, if step < 10 { 0.0 } else { SPEED_M_S });
+        }
+    }
+    foreign
+}
+
+#[test]
+fn odometry_and_poses_in_different_frames_are_refused_as_transforms_are() {
+    for topic in ["odom", "pose"] {
+        let error = in_frames(topic, |robot, _| format!("{robot}/odom")).read().unwrap_err();
+
+        let text = "poses of robot r2 are in frame \"r2/odom\", others in \"r1/odom\"";
+        assert_eq!(error.to_string(), text);
+        assert!(error.help().is_some_and(|help| help.contains("`--poses tf`")));
+    }
+    // As tf2 compares them, and as long as the swarm was running.
+    let moves_on = |robot: &str, step| if step < 5 { robot.to_owned() } else { "/map".to_owned() };
+    assert!(in_frames("odom", moves_on).read().is_ok());
+    let is_set = |_: &str, step| if step < 20 { "/map".to_owned() } else { "map".to_owned() };
+    assert!(in_frames("pose", is_set).read().is_ok());
+    let leaves = |_: &str, step| if step < 20 { "map".to_owned() } else { "other".to_owned() };
+    let error = in_frames("odom", leaves).read().unwrap_err();
+    assert!(matches!(error, TrajectoryError::Frames { .. }), "{error}");
+}
+
+#[test]
+fn a_tracker_goes_before_odometry_unless_it_sees_too_few_and_what_was_passed_over_is_named() {
+    let with_tracker_of = |robots: &[&str]| {
+        let mut foreign = in_frames("odom", |_, _| "odom".to_owned());
+        for step in 0..40 {
+            for (number, robot) in robots.iter().enumerate() {
+                let odometry = odometry(number, step);
+                let pose = PoseStamped { header: odometry.header, pose: odometry.pose.pose };
+                foreign.put(&format!("/{robot}/pose"), step * PERIOD_NS, &pose);
+            }
+        }
+        foreign.read().unwrap()
+    };
+
+    let of_both = with_tracker_of(&["r1", "r2"]);
+    let of_one = with_tracker_of(&["r1"]);
+
+    assert_eq!(of_both.poses, PoseSource::Pose);
+    let unstated = Finding::Unstated { taken: PoseSource::Pose, others: vec![PoseSource::Odom] };
+    assert_eq!(of_both.findings, [unstated]);
+    assert_eq!((of_one.poses, &of_one.findings[..]), (PoseSource::Odom, &[][..]));
 }

@@ -1,6 +1,6 @@
 //! Poses that are missing, jump, or come at other times: what is repaired, and what is refused.
 
-use rsrs_bags::trajectory::{Finding, TrajectoryError};
+use rsrs_bags::trajectory::{Finding, RecordedTrajectory, TrajectoryError};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::PoseStamped;
 
@@ -35,14 +35,75 @@ fn with_poses_of_robot_2(n_steps: u64, has_pose: impl Fn(u64) -> bool) -> Outcom
     })
 }
 
+/// The gaps of robot 2 that were bridged.
+fn gaps(read: &RecordedTrajectory) -> Vec<(f64, f64, bool)> {
+    let gap = |finding: &Finding| match finding {
+        Finding::Gap { robot, from_s, to_s, is_judged } if robot == "robot_2" => {
+            Some((*from_s, *to_s, *is_judged))
+        }
+        _ => None,
+    };
+    read.findings.iter().filter_map(gap).collect()
+}
+
 #[test]
-fn a_long_gap_is_named_with_robot_time_and_length() {
-    let error = with_poses_of_robot_2(40, |step| !(8..16).contains(&step)).unwrap_err();
+fn a_gap_that_is_too_long_to_be_bridged_is_named_with_robot_and_time() {
+    let error = with_poses_of_robot_2(200, |step| !(8..24).contains(&step)).unwrap_err();
 
     assert_eq!(
         error.to_string(),
-        "robot robot_2 has no pose for 1.170 s before 2.080 s, expected one every 0.1300 s"
+        "robot robot_2 has no pose from 0.91 s to 3.12 s within the last 60 s, which are judged, \
+         expected gaps of at most 2 s there"
     );
+}
+
+#[test]
+fn a_gap_of_up_to_two_seconds_in_the_judged_time_is_bridged_and_named() {
+    let read = with_poses_of_robot_2(200, |step| !(100..114).contains(&step)).unwrap();
+
+    let from_s = 99.0 * 0.13;
+    let [(found_s, to_s, true)] = gaps(&read)[..] else { panic!("{:?}", read.findings) };
+    assert!((found_s - from_s).abs() < 1e-9 && (to_s - from_s - 1.95).abs() < 1e-9);
+    assert_eq!(read.trajectory.n_samples(), 200);
+    let named = read.findings.iter().map(ToString::to_string).find(|text| text.contains("no pose"));
+    assert_eq!(
+        named.as_deref(),
+        Some(
+            "robot_2: no pose from 12.87 s to 14.82 s, in the last 60 s, which are judged: interpolated \
+             on a straight line"
+        )
+    );
+}
+
+#[test]
+fn gaps_of_any_length_before_the_judged_time_are_named_and_no_reason_to_refuse() {
+    // 130 s, of which the last 60 s are judged: 40 s without a pose, and 3 s.
+    let is_gone = |step: u64| (100..408).contains(&step) || (450..473).contains(&step);
+    let read = with_poses_of_robot_2(1000, |step| !is_gone(step)).unwrap();
+
+    let [(first_s, back_s, false), (_, last_s, false)] = gaps(&read)[..] else {
+        panic!("{:?}", read.findings)
+    };
+    assert!((first_s - 99.0 * 0.13).abs() < 1e-9 && (back_s - 408.0 * 0.13).abs() < 1e-9);
+    assert!(last_s < 70.0);
+    assert_eq!(read.trajectory.n_samples(), 1000);
+    // One that ends within it is too long for it.
+    let error = with_poses_of_robot_2(1000, |step| !(530..550).contains(&step)).unwrap_err();
+    assert!(matches!(error, TrajectoryError::Gap { .. }), "{error}");
+    // Nor are many missing poses before it.
+    let read = with_poses_of_robot_2(1000, |step| step > 500 || step % 3 != 1).unwrap();
+    assert!(matches!(&read.findings[..1], [Finding::Missing { share, .. }] if *share > 0.1));
+}
+
+#[test]
+fn a_robot_that_is_seen_late_but_for_all_that_is_judged_shortens_the_run() {
+    let read = with_poses_of_robot_2(700, |step| step >= 200).unwrap();
+    assert_eq!(read.trajectory.n_samples(), 500);
+    let late = Finding::LateStart { robot: "robot_2".into(), by_s: 26.0 };
+    assert!(read.findings.contains(&late), "{:?}", read.findings);
+
+    let error = with_poses_of_robot_2(700, |step| step >= 300).unwrap_err();
+    assert!(matches!(error, TrajectoryError::Span { .. }), "{error}");
 }
 
 #[test]

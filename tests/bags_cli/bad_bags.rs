@@ -218,6 +218,18 @@ fn assert_refuses(here: &Path, arguments: &[&str], reason: &str, help: &str) {
     assert!(last.starts_with(&format!("help: {help}")), "{what}: {printed}");
 }
 
+/// `compare` lists a run that it cannot judge, with the reason and what to do, and says so by its exit
+/// code: one bag of many must not keep the others from being compared.
+fn assert_lists(here: &Path, bag: &str, reason: &str, help: &str) {
+    let output = rsrs(here, &["compare", "out", "--bags", bag]);
+    let (printed, reason) = (stdout(&output), reason.trim_start_matches(&format!("{bag}: ")));
+    assert_eq!(code(&output), 3, "{bag}: {}", stderr(&output));
+    let line = printed.lines().find(|line| line.starts_with(&format!("not counted: {bag} (")));
+    let line = line.unwrap_or_else(|| panic!("{bag} is not listed: {printed}"));
+    assert!(line.contains(reason) && line.contains(help), "{line}");
+    assert!(printed.contains("(no run counts)"), "{printed}");
+}
+
 #[test]
 fn every_command_reports_what_is_wrong_with_a_bag_and_what_to_do_about_it() {
     let (place, _writing) = laboratory(swept(SPEEDS, "true_positive: 0.8"));
@@ -244,9 +256,10 @@ fn every_command_reports_what_is_wrong_with_a_bag_and_what_to_do_about_it() {
             assert_eq!(code(&rsrs(here, arguments)), 0, "{arguments:?}");
         }
         if let Some(reason) = unjudged {
-            for arguments in [judged[0], judged[1], &compare] {
+            for arguments in judged {
                 assert_refuses(here, arguments, reason, help);
             }
+            assert_lists(here, bag, reason, help);
         }
         if let Some(reason) = not_compared {
             assert_refuses(here, &compare, reason, help);
@@ -302,11 +315,11 @@ fn labels_that_were_spoilt_by_hand_stop_every_command_before_it_writes() {
         &["label", "edited", "--agreement"],
         &["bag", "info", "edited"],
         &["bag", "recover", "edited"],
-        &["compare", "out", "--bags", "edited"],
     ] {
         let reason = "edited/labels.yaml:1:10: unknown variant `milling`";
         assert_refuses(here, arguments, reason, "the phases are: stable_milling, ");
     }
+    assert_lists(here, "edited", "labels.yaml:1:10: unknown variant `milling`", "the phases are: ");
 
     assert!(!here.join("edited_recovered").exists());
     assert_eq!(fs::read(here.join("edited/labels.yaml")).expect("it is there"), spoilt);
@@ -322,12 +335,7 @@ fn a_bag_that_is_still_written_is_not_taken_for_a_whole_one() {
     let label = rsrs(here, &["label", "writing"]);
     let info = rsrs(here, &["bag", "info", "writing"]);
     let recover = rsrs(here, &["bag", "recover", "writing"]);
-    assert_refuses(
-        here,
-        &["compare", "out", "--bags", "writing"],
-        so_far,
-        "wait until it is recorded; if nobody records it any more, save what can be saved",
-    );
+    assert_lists(here, "writing", so_far, "saves what can be saved");
     writing.finish().expect("the disk has room");
     let whole = rsrs(here, &["label", "writing", "--format", "json"]);
 

@@ -148,7 +148,10 @@ fn a_comparison_can_take_the_labels_of_a_person() {
     assert_eq!(by_ana["bags"][0]["phase"], "dispersion");
     assert_eq!(by_ana["cells"][0]["real"]["dispersion"], 1);
     assert_eq!(by_judge["cells"][0]["real"]["stable_milling"], 1);
-    assert_eq!((code(&unlabelled), code(&nobody)), (1, 2));
-    let printed = stderr(&unlabelled);
-    assert!(printed.contains("two: has no label by Ana Lima"), "{printed}");
+    assert_eq!((code(&unlabelled), code(&nobody)), (3, 2));
+    let unlabelled = json(&unlabelled);
+    let not_counted = &unlabelled["not_counted"][0];
+    assert_eq!(not_counted["cause"], "not_labelled");
+    let reason = not_counted["reason"].as_str().unwrap_or_default();
+    assert!(reason.contains("has no label by Ana Lima"), "{reason}");
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use rsrs_bags::{BagOptions, BagWriter, ChannelId, Sample};
+use rsrs_core::judge::phase::{MAX_GAP_S, WINDOW_S};
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
@@ -26,9 +27,11 @@ pub enum Tracker {
     At30Hertz,
     /// It looks 7.7 times a second, but not when the robots do.
     At7Hertz,
-    /// All of it, 30 times a second.
+    /// Each robot is hidden from it once in the time that is judged, for nearly as long as is bridged.
+    IsOccluded,
+    /// All of the faults above but for the last one, 30 times a second.
     All30,
-    /// All of it, 7.7 times a second.
+    /// The same, 7.7 times a second.
     All7,
 }
 
@@ -36,21 +39,24 @@ const POSITION_SD_M: f64 = 0.01;
 const HEADING_SD_RAD: f64 = 0.1;
 const JITTER_S: f64 = 0.02;
 const MISSED: f64 = 0.05;
+/// How long a robot is hidden, in seconds.
+const OCCLUSION_S: f64 = MAX_GAP_S - 0.2;
 
 impl Tracker {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Misses,
         Self::Jitters,
         Self::IsNoisy,
         Self::At30Hertz,
         Self::At7Hertz,
+        Self::IsOccluded,
         Self::All30,
         Self::All7,
     ];
 
     fn has(self, fault: Self) -> bool {
-        self == fault || matches!(self, Self::All30 | Self::All7)
+        self == fault || (fault != Self::IsOccluded && matches!(self, Self::All30 | Self::All7))
     }
 
     /// Time between two looks, in seconds.
@@ -58,7 +64,7 @@ impl Tracker {
         match self {
             Self::At30Hertz | Self::All30 => 1.0 / 30.0,
             Self::At7Hertz | Self::All7 => 1.0 / 7.7,
-            Self::Misses | Self::Jitters | Self::IsNoisy => episode.period_s,
+            Self::Misses | Self::Jitters | Self::IsNoisy | Self::IsOccluded => episode.period_s,
         }
     }
 
@@ -84,10 +90,20 @@ impl Tracker {
         let end_s = (episode.n_samples() - 1) as f64 * episode.period_s;
         let phase_s = if self == Self::At7Hertz { 0.05 } else { 0.0 };
         let n_looks = whole((end_s - phase_s) / self.period_s(episode));
+        let last_s = end_s - OCCLUSION_S - 1.0;
+        let mut hidden = |_| last_s - (WINDOW_S - OCCLUSION_S - 2.0) * random.random::<f64>();
+        let hidden_from_s: Vec<f64> = if self.has(Self::IsOccluded) {
+            (0..episode.n_robots).map(&mut hidden).collect()
+        } else {
+            vec![f64::INFINITY; episode.n_robots]
+        };
         let mut messages = Vec::new();
         for look in 0..=n_looks {
             let time_s = phase_s + look as f64 * self.period_s(episode);
-            for robot in 0..episode.n_robots {
+            for (robot, from_s) in hidden_from_s.iter().enumerate() {
+                if (*from_s..from_s + OCCLUSION_S).contains(&time_s) {
+                    continue;
+                }
                 if self.has(Self::Misses) && random.random::<f64>() < MISSED {
                     continue;
                 }

@@ -6,6 +6,7 @@ use rsrs_bags::{BagOptions, BagWriter, ChannelId, Sample};
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::experiment::{RobotLost, Time};
@@ -13,9 +14,10 @@ use rsrs_fleet::record::{
     ATTACHMENT, Backend, ENDING, Ending, EndingKind, ExperimentRecord, Provenance,
 };
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
-use rsrs_msgs::geometry_msgs::{Quaternion, TwistStamped};
+use rsrs_msgs::geometry_msgs::{Pose as Pose3, PoseStamped, Quaternion, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::RunLease;
+use rsrs_msgs::std_msgs::Text;
 use rsrs_msgs::topics::Topic;
 use rsrs_msgs::{RosMessage, cdr, topics};
 use rsrs_sim::draw::Seed;
@@ -41,10 +43,18 @@ pub struct Run {
     pub recorded_s: f64,
     /// Seed of the simulated world in the place of real robots.
     pub seed: u64,
+    /// Whether its robots were ever allowed to move.
+    pub starts: bool,
     /// The pace that the record states.
     pub time: Time,
     /// Probability that a robot sees what is there; real ones are as measured, blind ones have 0.
     pub sight: f64,
+    /// Who knows where the robots are.
+    pub seen_by: SeenBy,
+    /// Where poses come from, as the record states it.
+    pub pose_source: Option<PoseSource>,
+    /// The fleet file in the bag.
+    pub fleet: Option<String>,
     /// The robots whose lease only their controllers hold.
     pub controller_only: Vec<String>,
     /// What was to be done about a lost robot.
@@ -53,6 +63,15 @@ pub struct Run {
     pub ending: Ending,
     /// What the bag lacks.
     pub lacks: Option<Part>,
+}
+
+/// Who knows where robots are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SeenBy {
+    /// They themselves: their odometry is in the frame of the world.
+    Themselves,
+    /// A tracker; the odometry of each robot began at another place, before the run.
+    ATracker,
 }
 
 /// A part of a bag.
@@ -77,8 +96,12 @@ impl Run {
             duration_s: 120.0,
             recorded_s: 120.0,
             seed,
+            starts: true,
             time: Time::RealTime,
             sight: 0.98,
+            seen_by: SeenBy::Themselves,
+            pose_source: None,
+            fleet: None,
             controller_only: Vec::new(),
             robot_lost: RobotLost::Abort,
             ending: ended(EndingKind::Completed, ""),
@@ -100,9 +123,15 @@ impl Run {
     fn write(&self, folder: &Path, name: &str, record: Option<&str>) -> PathBuf {
         let conditions = self.conditions();
         let bag = folder.join(name);
-        let mut recording = Recording::new(&bag, &conditions, self.lacks);
+        let mut recording = Recording::new(&bag, self);
         if let Some(record) = record {
-            recording.attach(record);
+            recording.attach(ATTACHMENT, record);
+        }
+        if let (Some(record), SeenBy::ATracker) = (record, self.seen_by) {
+            recording.publish(record);
+        }
+        if let Some(fleet) = &self.fleet {
+            recording.attach("fleet.yaml", fleet);
         }
         recording.run(self, &conditions);
         if self.lacks != Some(Part::Ending) {
@@ -144,6 +173,7 @@ impl Run {
             },
             controller_only: self.controller_only.clone(),
             gates: std::collections::BTreeMap::new(),
+            pose_source: self.pose_source,
             time: self.time,
         }
     }
@@ -171,6 +201,7 @@ fn flockbot() -> RobotProfile {
 /// The topics of one robot.
 struct Robot {
     odom: Option<ChannelId>,
+    tracked: Option<ChannelId>,
     cmd_vel: ChannelId,
 }
 
@@ -182,7 +213,7 @@ struct Recording {
 }
 
 impl Recording {
-    fn new(bag: &Path, conditions: &Conditions, lacks: Option<Part>) -> Self {
+    fn new(bag: &Path, run: &Run) -> Self {
         let mut writer = BagWriter::create(bag, BagOptions::default()).expect("the bag is new");
         let mut add = |topic: Topic, robot: &str| {
             writer
@@ -190,10 +221,13 @@ impl Recording {
                 .expect("the topic is new")
         };
         let lease = add(topics::LEASE, "");
-        let robots = (1..=conditions.robots).map(|robot| {
+        let has_poses = run.lacks != Some(Part::Poses);
+        let is_tracked = run.seen_by == SeenBy::ATracker;
+        let robots = (1..=run.robots).map(|robot| {
             let name = format!("robot_{robot}");
             Robot {
-                odom: (lacks != Some(Part::Poses)).then(|| add(topics::ODOM, &name)),
+                odom: has_poses.then(|| add(topics::ODOM, &name)),
+                tracked: (has_poses && is_tracked).then(|| add(topics::POSE, &name)),
                 cmd_vel: add(topics::CMD_VEL, &name),
             }
         });
@@ -201,25 +235,37 @@ impl Recording {
         Self { writer, lease, robots }
     }
 
-    fn attach(&mut self, record: &str) {
-        let attached = self.writer.attach(ATTACHMENT, "application/json", record.as_bytes());
+    fn attach(&mut self, name: &str, text: &str) {
+        let attached = self.writer.attach(name, "text/plain", text.as_bytes());
         attached.expect("the disk has room");
+    }
+
+    /// The record as a message, which no converter of bags drops.
+    fn publish(&mut self, record: &str) {
+        let topic = topics::EXPERIMENT;
+        let channel = self.writer.add_topic(topic.name, topic.type_name, topic.qos);
+        self.put(channel.expect("the topic is new"), 0, &Text { data: record.to_owned() });
     }
 
     fn run(&mut self, run: &Run, conditions: &Conditions) {
         let seed = Seed { seed: run.seed, replicate: 0 };
         let episode =
             run_episode(conditions, seed, run.recorded_s).expect("the robots fit into their disc");
-        self.lease(0, RunLease::RUNNING);
+        self.lease(0, if run.starts { RunLease::RUNNING } else { RunLease::ARMED });
         for sample in 0..episode.n_samples() {
             let time_ns = sample as u64 * PERIOD_NS;
             let commands = episode.commands_at(sample);
             for (robot, (pose, command)) in
                 episode.poses_at(sample).iter().zip(commands).enumerate()
             {
-                let Robot { odom, cmd_vel } = self.robots[robot];
+                let Robot { odom, tracked, cmd_vel } = self.robots[robot];
+                let mut own = *pose;
+                if let Some(tracked) = tracked {
+                    self.put(tracked, time_ns, &seen(*pose, time_ns));
+                    own = dead_reckoning(robot, (episode.poses_at(0)[robot], *pose));
+                }
                 if let Some(odom) = odom {
-                    self.put(odom, time_ns, &odometry(*pose, time_ns));
+                    self.put(odom, time_ns, &odometry(own, time_ns));
                 }
                 self.put(cmd_vel, time_ns, &twist(*command, time_ns));
             }
@@ -243,11 +289,36 @@ fn odometry(pose: Pose, time_ns: u64) -> Odometry {
     let mut message = Odometry::default();
     message.header.stamp = Stamp::from_nanos(time_ns);
     "map".clone_into(&mut message.header.frame_id);
-    message.pose.pose.position.x = pose.x_m;
-    message.pose.pose.position.y = pose.y_m;
-    let (z, w) = libm::sincos(pose.heading_rad / 2.0);
-    message.pose.pose.orientation = Quaternion { x: 0.0, y: 0.0, z, w };
+    message.pose.pose = in_space(pose);
     message
+}
+
+fn seen(pose: Pose, time_ns: u64) -> PoseStamped {
+    let mut message = PoseStamped::default();
+    message.header.stamp = Stamp::from_nanos(time_ns);
+    "map".clone_into(&mut message.header.frame_id);
+    message.pose = in_space(pose);
+    message
+}
+
+fn in_space(pose: Pose) -> Pose3 {
+    let mut message = Pose3::default();
+    message.position.x = pose.x_m;
+    message.position.y = pose.y_m;
+    let (z, w) = libm::sincos(pose.heading_rad / 2.0);
+    message.orientation = Quaternion { x: 0.0, y: 0.0, z, w };
+    message
+}
+
+/// Where a robot believes to be that began to count its turns of wheels elsewhere.
+fn dead_reckoning(robot: usize, (start, pose): (Pose, Pose)) -> Pose {
+    let (sine, cosine) = libm::sincos(-start.heading_rad);
+    let (x_m, y_m) = (pose.x_m - start.x_m, pose.y_m - start.y_m);
+    Pose {
+        x_m: 1.5 * robot as f64 + cosine * x_m - sine * y_m,
+        y_m: sine * x_m + cosine * y_m,
+        heading_rad: pose.heading_rad - start.heading_rad,
+    }
 }
 
 fn twist(command: Command, time_ns: u64) -> TwistStamped {

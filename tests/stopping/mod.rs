@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use rsrs_bags::Bag;
+use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_fleet::record::{Backend, ENDING, Ending, EndingKind};
 use rsrs_msgs::geometry_msgs::TwistStamped;
@@ -75,6 +76,7 @@ impl FleetUnderTest {
             bag: Some(self.folder.path().join("none")),
             seed: None,
             place_check: PlaceCheck::Off,
+            other_profile: OtherProfile::Refused,
         })
         .expect("the shipped experiment is good");
         let conditions =

@@ -1,12 +1,13 @@
 //! Poses of all robots in one message, as trackers send them.
 
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_msgs::RosMessage;
 use rsrs_msgs::geometry_msgs::Pose;
 use rsrs_msgs::std_msgs::Header;
 use serde::{Deserialize, Serialize};
 
+use super::TrajectoryError;
 use super::pose::{self, RawPose};
-use super::{PoseSource, TrajectoryError};
 use crate::{Bag, TopicInfo};
 
 /// The last part of the name that trackers give to such a topic.

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_msgs::geometry_msgs::{PoseStamped, Twist, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::RunLease;
@@ -11,9 +12,11 @@ use rsrs_msgs::{RosMessage, cdr, topics};
 use super::arrays::{self, NamedPoseArray, PoseArray};
 use super::command::CommandSample;
 use super::finding::Finding;
+use super::frames::FrameChanges;
 use super::pose::{self, PoseSample, RawPose};
+use super::sources::{self, Chosen, described, has_poses, is_same, robot_commanded_by};
 use super::transforms::Tree;
-use super::{PoseSource, TrajectoryError, TrajectoryOptions};
+use super::{TrajectoryError, TrajectoryOptions};
 use crate::{Bag, BagMessage, TopicInfo};
 
 /// Transforms that never change; received once, and true from the beginning.
@@ -25,6 +28,8 @@ pub struct RecordedRobot {
     pub name: String,
     pub poses: Vec<PoseSample>,
     pub commands: Vec<CommandSample>,
+    /// The frames of its poses, where they are of this robot alone.
+    pub frames: FrameChanges,
 }
 
 /// A change of the run lease.
@@ -67,6 +72,8 @@ struct RecordedSamples {
     tree: Tree,
     /// The frame at the upper end of each robot's transforms.
     frames: BTreeMap<String, String>,
+    /// The frames of what each robot publishes by itself, or a tracker in its name.
+    own_frames: BTreeMap<String, FrameChanges>,
 }
 
 /// Reads the bag once.
@@ -78,7 +85,7 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
     if bag.n_messages() == 0 {
         return Err(TrajectoryError::NoMessages { n_topics: topics.len() });
     }
-    let source = choose(&topics, options.poses)?;
+    let Chosen { source, others } = sources::choose(&topics, options.poses)?;
     if let Some(topic) = arrays::topic(&topics, source) {
         arrays::check_layout(bag, topic)?;
     }
@@ -105,7 +112,10 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
     found.check_frames()?;
     found.check_members()?;
     let has_lease = topics.iter().any(|topic| topic.name == topics::LEASE.name);
-    let (robots, findings) = found.robots(source, &topics)?;
+    let (robots, mut findings) = found.robots(source, &topics)?;
+    if !others.is_empty() {
+        findings.push(Finding::Unstated { taken: source, others });
+    }
     Ok(Collected {
         robots,
         lease: has_lease.then_some(found.lease),
@@ -113,37 +123,6 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
         end_ns: bag.files().iter().filter_map(|file| Some(file.bounds_ns?.1)).max().unwrap_or(0),
         findings,
     })
-}
-
-/// The source that was asked for, or the first that is there.
-fn choose(topics: &[TopicInfo], asked: Option<PoseSource>) -> Result<PoseSource, TrajectoryError> {
-    let is_there =
-        |source: &PoseSource| topics.iter().any(|topic| has_poses(topics, topic, *source));
-    let candidates = asked.map_or(PoseSource::ALL.to_vec(), |source| vec![source]);
-    candidates
-        .into_iter()
-        .find(is_there)
-        .ok_or_else(|| TrajectoryError::NoPoses { asked, topics: described(topics) })
-}
-
-fn has_poses(topics: &[TopicInfo], topic: &TopicInfo, source: PoseSource) -> bool {
-    match source {
-        PoseSource::NamedPoses | PoseSource::PoseArray => {
-            arrays::topic(topics, source).is_some_and(|chosen| chosen.name == topic.name)
-        }
-        PoseSource::Odom | PoseSource::Pose => pose::robot_of_topic(topic, source).is_some(),
-        PoseSource::Tf => is_same(topic, topics::TF),
-    }
-}
-
-fn is_same(topic: &TopicInfo, known: topics::Topic) -> bool {
-    topic.name == known.name && topic.type_name == known.type_name
-}
-
-fn has_commands(topic: &TopicInfo) -> bool {
-    let command_types = [TwistStamped::TYPE_NAME, Twist::TYPE_NAME];
-    command_types.contains(&topic.type_name.as_str())
-        && pose::robot_before(&topic.name, topics::CMD_VEL.name).is_some()
 }
 
 /// The topics with poses, commands and the lease; each must have one type.
@@ -154,7 +133,9 @@ fn wanted_topics(
     let wanted: Vec<&TopicInfo> = topics
         .iter()
         .filter(|topic| {
-            has_poses(topics, topic, source) || has_commands(topic) || is_same(topic, topics::LEASE)
+            has_poses(topics, topic, source)
+                || robot_commanded_by(topic).is_some()
+                || is_same(topic, topics::LEASE)
         })
         .collect();
     for topic in &wanted {
@@ -217,7 +198,6 @@ impl RecordedSamples {
         raw: RawPose,
         log_ns: u64,
     ) -> Result<(), TrajectoryError> {
-        // Topics of one robot each are taken as they are; transforms name what they refer to.
         if source == PoseSource::Tf {
             let before = self.frames.insert(raw.robot.clone(), raw.frame.clone());
             if let Some(expected) = before.filter(|before| *before != raw.frame) {
@@ -229,6 +209,9 @@ impl RecordedSamples {
                 // where the robot was.
                 self.poses.remove(&raw.robot);
             }
+        }
+        if source.is_of_each_robot() {
+            self.own_frames.entry(raw.robot.clone()).or_default().take(log_ns, &raw.frame);
         }
         self.poses.entry(raw.robot.clone()).or_default().push(raw.sample(log_ns)?);
         Ok(())
@@ -322,7 +305,7 @@ impl RecordedSamples {
         topics: &[TopicInfo],
     ) -> Result<(Vec<RecordedRobot>, Vec<Finding>), TrajectoryError> {
         // A tracker sees more than robots; a topic in a robot's name is a robot's.
-        let may_be_others = !matches!(source, PoseSource::Odom | PoseSource::Pose);
+        let may_be_others = !source.is_of_each_robot();
         let has_robots = self.poses.keys().any(|name| self.commands.contains_key(name));
         let mut robots = Vec::new();
         let mut findings = Vec::new();
@@ -339,7 +322,8 @@ impl RecordedSamples {
                 return Err(TrajectoryError::NoCommands { robot: name, expected, topics });
             };
             pose::fill_missing_stamps(&mut poses);
-            robots.push(RecordedRobot { name, poses, commands });
+            let frames = self.own_frames.remove(&name).unwrap_or_default();
+            robots.push(RecordedRobot { name, poses, commands, frames });
         }
         robots.sort_by_cached_key(|robot: &RecordedRobot| natural_key(&robot.name));
         Ok((robots, findings))
@@ -368,11 +352,6 @@ fn decode<M: RosMessage>(message: &BagMessage) -> Result<M, TrajectoryError> {
         time_s: message.log_time_ns as f64 / 1e9,
         source,
     })
-}
-
-/// Topics as a person would look for them.
-fn described(topics: &[TopicInfo]) -> Vec<String> {
-    topics.iter().map(|topic| format!("{} ({})", topic.name, topic.type_name)).collect()
 }
 
 /// Orders names by the number at their end, where there is one.

@@ -1,10 +1,10 @@
 //! Why a bag gives no trajectory.
 
 use rsrs_core::help::Help;
+use rsrs_core::robot::pose_source::PoseSource;
 
+use super::Needed;
 use crate::{BagError, Damage};
-
-use super::PoseSource;
 
 /// Why a bag gives no trajectory. Times are in seconds, on the clock of the pose stamps.
 #[expect(missing_docs, reason = "fields are what the message names")]
@@ -41,8 +41,8 @@ pub enum TrajectoryError {
     /// An orientation that is no rotation.
     #[error("orientation of robot {robot} at {time_s:.3} s has length {length:.3}, expected 1")]
     NoOrientation { robot: String, time_s: f64, length: f64 },
-    /// The transforms of two robots start at different frames.
-    #[error("the pose of robot {robot} is in frame {found:?}, those before it in {expected:?}")]
+    /// The poses of two robots are in different frames, or those of one at different times.
+    #[error("poses of robot {robot} are in frame {found:?}, others in {expected:?}")]
     Frames { robot: String, found: String, expected: String },
     /// Robots of the run have no poses.
     #[error("robots of the run without poses: {}", list(.robots))]
@@ -63,10 +63,10 @@ pub enum TrajectoryError {
     Jump { robot: String, time_s: f64, distance_m: f64, limit_m: f64 },
     /// Too many poses of a robot are missing.
     #[error(
-        "{:.0} % of the poses of robot {robot} are missing, up to {longest_s:.2} s at a time, expected at most {:.0} %",
+        "{:.0} % of the poses of robot {robot} are missing{needed}, up to {longest_s:.2} s at a time, expected at most {:.0} %",
         .share * 100.0, .limit * 100.0
     )]
-    TooManyMissing { robot: String, share: f64, limit: f64, longest_s: f64 },
+    TooManyMissing { robot: String, share: f64, limit: f64, longest_s: f64, needed: Needed },
     /// The lease was recorded and was never RUNNING.
     #[error("the run lease in the bag is never RUNNING")]
     NeverRunning,
@@ -81,11 +81,12 @@ pub enum TrajectoryError {
         "robot {robot} has poses {distance_s:.4} s apart at {time_s:.3} s, expected about {period_s:.4} s: two publishers on one topic?"
     )]
     TooClose { robot: String, time_s: f64, distance_s: f64, period_s: f64 },
-    /// Poses are missing.
+    /// Poses of a robot are missing for too long where it is judged; times since the start of the
+    /// trajectory.
     #[error(
-        "robot {robot} has no pose for {distance_s:.3} s before {time_s:.3} s, expected one every {period_s:.4} s"
+        "robot {robot} has no pose from {from_s:.2} s to {to_s:.2} s{needed}, expected gaps of at most {limit_s} s there"
     )]
-    Gap { robot: String, time_s: f64, distance_s: f64, period_s: f64 },
+    Gap { robot: String, from_s: f64, to_s: f64, limit_s: f64, needed: Needed },
     /// A robot came late or left early.
     #[error(
         "robot {robot} has poses from {first_s:.3} s to {last_s:.3} s, the others from {expected_first_s:.3} s to {expected_last_s:.3} s"
@@ -121,7 +122,10 @@ impl Help for TrajectoryError {
                  /<robot>/pose, and /<robot>/cmd_vel; or judge the run by eye: `rsrs label BAG --as \
                  PHASE --by WHO`"
             }
-            Self::Frames { .. } => "take another source with `--poses odom` or `--poses pose`",
+            Self::Frames { .. } => {
+                "poses must be in one frame: take those of a tracker with `--poses pose`, or, if frames \
+                 are tied together on /tf and /tf_static, the transforms with `--poses tf`"
+            }
             Self::MissingRobots { .. } => {
                 "record the poses of every robot, or take another source with `--poses`"
             }

@@ -1,10 +1,12 @@
-//! What was mended on the way from a bag to a trajectory.
+//! What was mended on the way from a bag to a trajectory, and what else is to be known of it.
 
 use std::fmt;
 
+use rsrs_core::judge::phase::WINDOW_S;
+use rsrs_core::robot::pose_source::PoseSource;
 use serde::Serialize;
 
-/// Something in a bag that the trajectory does not show any more. Times are in seconds, on the
+/// Something in a bag that the trajectory does not show. Times are in seconds, on the
 /// clock of the pose stamps.
 #[expect(missing_docs, reason = "fields are what the message names")]
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -14,6 +16,9 @@ pub enum Finding {
     Resampled { recorded_s: f64, period_s: f64 },
     /// Poses of a robot were missing here and there, and were interpolated.
     Missing { robot: String, share: f64, longest_s: f64 },
+    /// There was no pose of a robot for so long, counted from the start of the trajectory; it is
+    /// interpolated on a straight line.
+    Gap { robot: String, from_s: f64, to_s: f64, is_judged: bool },
     /// Single poses far away from those before and behind were left out.
     Outliers { robot: String, n_poses: usize },
     /// The tracker took robots for one another; their poses were exchanged back.
@@ -26,6 +31,15 @@ pub enum Finding {
     Clocks { least_s: f64, most_s: f64 },
     /// Something has poses and is no robot of this run.
     Ignored { name: String },
+    /// Several sources have poses of all robots, and nothing in the bag states which one counts.
+    Unstated { taken: PoseSource, others: Vec<PoseSource> },
+}
+
+impl Finding {
+    /// Whether something was mended, so that the trajectory does not show it any more.
+    pub fn is_mended(&self) -> bool {
+        !matches!(self, Self::Unstated { .. })
+    }
 }
 
 impl fmt::Display for Finding {
@@ -39,6 +53,14 @@ impl fmt::Display for Finding {
                 "{robot}: {:.1} % of poses missing, at most {longest_s:.2} s at a time, interpolated",
                 share * 100.0
             ),
+            Self::Gap { robot, from_s, to_s, is_judged } => {
+                let when = if *is_judged { "in" } else { "before" };
+                write!(
+                    formatter,
+                    "{robot}: no pose from {from_s:.2} s to {to_s:.2} s, {when} the last {WINDOW_S} s, \
+                     which are judged: interpolated on a straight line"
+                )
+            }
             Self::Outliers { robot, n_poses } => {
                 write!(formatter, "{robot}: {n_poses} poses far from all others, left out")
             }
@@ -57,6 +79,15 @@ impl fmt::Display for Finding {
                  aligned by log time"
             ),
             Self::Ignored { name } => write!(formatter, "{name}: no robot of this run, ignored"),
+            Self::Unstated { taken, others } => {
+                let others: Vec<String> = others.iter().map(ToString::to_string).collect();
+                write!(
+                    formatter,
+                    "poses of {taken} are taken, and nothing states which ones count: there are those \
+                     of {}, too (`--poses`)",
+                    others.join(", ")
+                )
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Poses on the floor out of the messages that carry them.
 
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{
@@ -10,7 +11,7 @@ use rsrs_msgs::std_msgs::Header;
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::{RosMessage, topics};
 
-use super::{PoseSource, TrajectoryError};
+use super::TrajectoryError;
 use crate::TopicInfo;
 
 /// Frames that stand for the robot's body, by REP 105.

@@ -6,18 +6,20 @@ use rsrs_core::robot::unicycle::Pose;
 
 use super::collect::RecordedRobot;
 use super::finding::Finding;
+use super::needed::Needed;
 use super::pose::PoseSample;
 use super::rows::Rows;
 use super::{TrajectoryError, command};
 
-/// Between poses further apart than this, in nanoseconds, the motion of a robot is unknown: a circle
-/// of 0.75 rad/s at 0.15 m/s departs from its chord by 1.4 cm in this time.
-const MAX_GAP_NS: u64 = 1_000_000_000;
+/// A gap of more than this is named, in nanoseconds.
+const NAMED_GAP_NS: u64 = 1_000_000_000;
 
-/// A robot of which more poses are missing than this share is not known well enough.
+/// A robot of which more poses are missing than this share, where it must be known, is not known well
+/// enough.
 const MAX_MISSING: f64 = 0.2;
 
-/// Start and end of the run are left out up to one in so many parts of it ...
+/// Start and end of the run are left out up to one in so many parts of it ... (the start as far as the
+/// time that is judged)
 const MAX_TRIMMED: u64 = 10;
 
 /// ... and up to this, in nanoseconds.
@@ -30,18 +32,30 @@ pub struct Times {
     pub recorded_ns: u64,
     /// The period of the trajectory, in nanoseconds.
     pub period_ns: u64,
+    /// What of the run must be known.
+    pub needed: Needed,
 }
 
 /// How completely a robot was seen, in nanoseconds.
-#[derive(Clone, Copy)]
 struct Seen<'a> {
     robot: &'a str,
     /// Its first and its last pose.
     span_ns: (u64, u64),
     /// The longest time without a pose.
     longest_ns: u64,
-    /// The time that lacks poses.
-    missing_ns: u64,
+    /// The times between two poses between which some are missing.
+    lacks_ns: Vec<(u64, u64)>,
+}
+
+impl Seen<'_> {
+    /// The time that lacks poses within a span, in nanoseconds.
+    fn missing_ns(&self, (start_ns, end_ns): (u64, u64), recorded_ns: u64) -> u64 {
+        let within = |(from_ns, to_ns): &(u64, u64)| {
+            let within_ns = (*to_ns).min(end_ns).saturating_sub((*from_ns).max(start_ns));
+            within_ns.saturating_sub(recorded_ns)
+        };
+        self.lacks_ns.iter().map(within).sum()
+    }
 }
 
 /// Interpolates the robots' poses to one grid of times.
@@ -54,9 +68,8 @@ pub fn resample(
     times: Times,
     findings: &mut Vec<Finding>,
 ) -> Result<Rows, TrajectoryError> {
-    let Times { recorded_ns, period_ns } = times;
-    let see = |robot| see(robot, recorded_ns);
-    let seen = robots.iter().map(see).collect::<Result<Vec<_>, _>>()?;
+    let Times { recorded_ns, period_ns, .. } = times;
+    let seen: Vec<Seen> = robots.iter().map(|robot| see(robot, recorded_ns)).collect();
     let (start_ns, end_ns) = check(&seen, times, findings)?;
     let times_ns = (start_ns..=end_ns).step_by(to_usize(period_ns));
     let n_samples = to_usize((end_ns - start_ns) / period_ns + 1);
@@ -74,40 +87,25 @@ fn to_usize(number: u64) -> usize {
     usize::try_from(number).expect("a process has addresses of 64 bits")
 }
 
-/// The longest time between two poses of a robot that may be interpolated, in nanoseconds.
-pub fn most_gap_ns(recorded_ns: u64) -> u64 {
-    MAX_GAP_NS.max(recorded_ns * 3 / 2)
-}
-
 /// The longest time between two poses of a robot of which none is missing between them, in
 /// nanoseconds.
 pub fn most_step_ns(recorded_ns: u64) -> u64 {
     recorded_ns + recorded_ns / 2
 }
 
-/// Looks how completely a robot was seen, and refuses one that was not seen for too long.
-fn see(robot: &RecordedRobot, recorded_ns: u64) -> Result<Seen<'_>, TrajectoryError> {
-    let steps = || robot.poses.windows(2).map(|pair| pair[1].stamp_ns - pair[0].stamp_ns);
-    let is_gap =
-        |pair: &&[PoseSample]| pair[1].stamp_ns - pair[0].stamp_ns > most_gap_ns(recorded_ns);
-    if let Some(pair) = robot.poses.windows(2).find(is_gap) {
-        return Err(TrajectoryError::Gap {
-            robot: robot.name.clone(),
-            time_s: seconds(pair[1].stamp_ns),
-            distance_s: seconds(pair[1].stamp_ns - pair[0].stamp_ns),
-            period_s: seconds(recorded_ns),
-        });
-    }
-    let lacks = |step_ns: &u64| *step_ns > most_step_ns(recorded_ns);
-    Ok(Seen {
+/// Looks how completely a robot was seen.
+fn see(robot: &RecordedRobot, recorded_ns: u64) -> Seen<'_> {
+    let steps = || robot.poses.windows(2).map(|pair| (pair[0].stamp_ns, pair[1].stamp_ns));
+    let lacks = |(from_ns, to_ns): &(u64, u64)| to_ns - from_ns > most_step_ns(recorded_ns);
+    Seen {
         robot: &robot.name,
         span_ns: (robot.poses[0].stamp_ns, robot.poses[robot.poses.len() - 1].stamp_ns),
-        longest_ns: steps().max().unwrap_or(0),
-        missing_ns: steps().filter(lacks).map(|step_ns| step_ns - recorded_ns).sum(),
-    })
+        longest_ns: steps().map(|(from_ns, to_ns)| to_ns - from_ns).max().unwrap_or(0),
+        lacks_ns: steps().filter(lacks).collect(),
+    }
 }
 
-/// Whether robots were seen well enough to be interpolated, and the finding about it.
+/// Whether robots were seen well enough to be interpolated, and the findings about it.
 ///
 /// # Returns
 ///
@@ -115,33 +113,74 @@ fn see(robot: &RecordedRobot, recorded_ns: u64) -> Result<Seen<'_>, TrajectoryEr
 ///
 /// # Errors
 ///
-/// [`TrajectoryError::TooManyMissing`] and [`TrajectoryError::Span`].
+/// [`TrajectoryError::Gap`], [`TrajectoryError::TooManyMissing`] and [`TrajectoryError::Span`].
 fn check(
     seen: &[Seen],
     times: Times,
     findings: &mut Vec<Finding>,
 ) -> Result<(u64, u64), TrajectoryError> {
+    let (start_ns, end_ns) = common_span(seen, times, findings)?;
+    let needed_ns = (end_ns.saturating_sub(times.needed.window_ns()).max(start_ns), end_ns);
     for robot in seen {
-        findings.extend(missing(robot)?);
+        findings.extend(gaps(robot, (start_ns, needed_ns), times)?);
+        findings.extend(missing(robot, needed_ns, times)?);
     }
-    let span_ns = common_span(seen, times, findings)?;
     findings.push(Finding::Resampled {
         recorded_s: seconds(times.recorded_ns),
         period_s: seconds(times.period_ns),
     });
-    Ok(span_ns)
+    Ok((start_ns, end_ns))
 }
 
-/// Refuses a robot that was not seen too often.
-fn missing(seen: &Seen) -> Result<Option<Finding>, TrajectoryError> {
-    let whole_ns = seen.span_ns.1 - seen.span_ns.0;
-    let share = seen.missing_ns as f64 / whole_ns.max(1) as f64;
+/// Refuses a robot that was not seen too often where it must be known.
+fn missing(
+    seen: &Seen,
+    needed_ns: (u64, u64),
+    times: Times,
+) -> Result<Option<Finding>, TrajectoryError> {
+    let share_of = |(start_ns, end_ns): (u64, u64)| {
+        let missing_ns = seen.missing_ns((start_ns, end_ns), times.recorded_ns);
+        missing_ns as f64 / (end_ns - start_ns).max(1) as f64
+    };
     let (robot, longest_s) = (seen.robot.to_owned(), seconds(seen.longest_ns));
+    let share = share_of(needed_ns);
     if share > MAX_MISSING {
-        let limit = MAX_MISSING;
-        return Err(TrajectoryError::TooManyMissing { robot, share, limit, longest_s });
+        let (limit, needed) = (MAX_MISSING, times.needed);
+        return Err(TrajectoryError::TooManyMissing { robot, share, limit, longest_s, needed });
     }
-    Ok((seen.missing_ns > 0).then_some(Finding::Missing { robot, share, longest_s }))
+    let share = share_of(seen.span_ns);
+    Ok((share > 0.0).then_some(Finding::Missing { robot, share, longest_s }))
+}
+
+/// Names every long time without a pose of a robot, and refuses one where it must be known.
+///
+/// # Arguments
+///
+/// * `start_ns`, `needed_ns` — when the trajectory starts, and what of it must be known.
+fn gaps(
+    seen: &Seen,
+    (start_ns, needed_ns): (u64, (u64, u64)),
+    times: Times,
+) -> Result<Vec<Finding>, TrajectoryError> {
+    let mut findings = Vec::new();
+    let most_ns = times.needed.most_gap_ns(times.recorded_ns);
+    let least_ns = NAMED_GAP_NS.max(times.recorded_ns * 3 / 2);
+    for (from_ns, to_ns) in &seen.lacks_ns {
+        let is_within = *to_ns > start_ns && *from_ns < needed_ns.1;
+        if !is_within || to_ns - from_ns <= least_ns {
+            continue;
+        }
+        let is_judged = *to_ns > needed_ns.0;
+        let robot = seen.robot.to_owned();
+        let from_s = seconds(from_ns.saturating_sub(start_ns));
+        let to_s = seconds(to_ns - start_ns);
+        if is_judged && to_ns - from_ns > most_ns {
+            let (limit_s, needed) = (seconds(most_ns), times.needed);
+            return Err(TrajectoryError::Gap { robot, from_s, to_s, limit_s, needed });
+        }
+        findings.push(Finding::Gap { robot, from_s, to_s, is_judged });
+    }
+    Ok(findings)
 }
 
 /// The time through which all robots have poses.
@@ -161,7 +200,10 @@ fn common_span(
         let late_ns = first_ns - earliest_ns;
         let early_ns = latest_ns - last_ns;
         let robot = || (*robot).to_owned();
-        if late_ns > most_ns || early_ns > most_ns || start_ns >= end_ns {
+        // Whoever came late was there for all that is judged.
+        let is_late =
+            late_ns > most_ns && end_ns.saturating_sub(start_ns) < times.needed.window_ns();
+        if is_late || early_ns > most_ns || start_ns >= end_ns {
             return Err(TrajectoryError::Span {
                 robot: robot(),
                 first_s: seconds(*first_ns),

@@ -1,8 +1,7 @@
 //! When the swarm was running.
 
-use super::TrajectoryError;
 use super::collect::{Collected, LeaseSample, RecordedRobot};
-use super::resample::most_gap_ns;
+use super::{Needed, TrajectoryError};
 
 /// By what the running time was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,7 +66,7 @@ pub fn running_window(
 ///
 /// # Arguments
 ///
-/// * `recorded_ns` — the median distance of poses, in nanoseconds.
+/// * `recorded_ns`, `needed` — the median distance of poses, in nanoseconds, and what must be known.
 ///
 /// # Errors
 ///
@@ -77,7 +76,7 @@ pub fn running_window(
 pub fn cut(
     collected: &mut Collected,
     window: &RunningWindow,
-    recorded_ns: u64,
+    (recorded_ns, needed): (u64, Needed),
 ) -> Result<(), TrajectoryError> {
     for robot in &mut collected.robots {
         robot.poses.retain(|pose| window.contains(pose.log_ns));
@@ -91,7 +90,7 @@ pub fn cut(
     let first_to_end = collected.robots.iter().min_by_key(|robot| last_ns(robot));
     if let Some(robot) = first_to_end {
         let last_ns = last_ns(robot);
-        if window.end_ns.saturating_sub(last_ns) > most_gap_ns(recorded_ns) {
+        if window.end_ns.saturating_sub(last_ns) > needed.most_gap_ns(recorded_ns) {
             return Err(TrajectoryError::EndsEarly {
                 robot: robot.name.clone(),
                 last_s: since_start_s(last_ns),

@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::statistics::comparison::MARGIN;
 
+use crate::profile_arguments::ProfileArguments;
 use rsrs_pipeline::compare;
 use rsrs_pipeline::label::Labeller;
 
@@ -30,12 +32,18 @@ pub struct BagArguments {
     #[arg(long, value_name = "SHARE", default_value_t = MARGIN, hide_default_value = true,
           value_parser = margin)]
     pub margin: f64,
+    /// Where poses come from in all of these bags (default: what each run went by).
+    #[arg(long, value_parser = crate::pose_arguments::pose_sources())]
+    pub poses: Option<PoseSource>,
+    #[command(flatten)]
+    pub other: ProfileArguments,
 }
 
 impl From<BagArguments> for compare::Options {
     fn from(arguments: BagArguments) -> Self {
-        let BagArguments { bags, labels, with_lost_robots, margin } = arguments;
-        Self { bags, labels, with_lost_robots, margin }
+        let BagArguments { bags, labels, with_lost_robots, margin, poses, other } = arguments;
+        let other_profile = other.profile();
+        Self { bags, labels, with_lost_robots, margin, poses, other_profile }
     }
 }
 

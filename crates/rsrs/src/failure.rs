@@ -1,6 +1,7 @@
 //! How a command ends: its exit code, and what a person reads when it fails.
 
 use rsrs_core::statistics::comparison::Verdict;
+use rsrs_pipeline::compare::report::Report;
 use rsrs_pipeline::error::{help_of, texts};
 
 use crate::notes::print_always;
@@ -10,7 +11,7 @@ use crate::notes::print_always;
 pub enum Outcome {
     /// Done: exit code 0.
     Done,
-    /// Done, and the answer is no: exit code 3.
+    /// Done, and the answer is no, or data is lost: exit code 3.
     NegativeAnswer,
 }
 
@@ -20,6 +21,12 @@ impl From<Verdict> for Outcome {
             Verdict::Violated => Self::NegativeAnswer,
             Verdict::Supported | Verdict::Undecided => Self::Done,
         }
+    }
+}
+
+impl From<&Report> for Outcome {
+    fn from(report: &Report) -> Self {
+        if report.has_lost_evidence() { Self::NegativeAnswer } else { report.verdict.into() }
     }
 }
 

@@ -9,6 +9,8 @@ mod interrupt;
 mod keyboard;
 mod notes;
 mod output;
+mod pose_arguments;
+mod profile_arguments;
 mod progress;
 mod progress_log;
 mod starter_files;

@@ -3,6 +3,8 @@
 pub mod capability;
 pub mod controller;
 pub mod harsher;
+pub mod other_profile;
+pub mod pose_source;
 pub mod profile;
 pub mod shape;
 pub mod unicycle;

@@ -6,6 +6,7 @@ pub mod e_value;
 pub mod experiment_plan;
 pub mod interval;
 pub mod interval_kind;
+pub mod left_out;
 pub mod next_experiment;
 pub mod pooled;
 pub(crate) mod posterior;

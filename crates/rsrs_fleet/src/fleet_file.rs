@@ -5,6 +5,7 @@ mod ordered;
 mod schema;
 
 use rsrs_core::document;
+use rsrs_core::robot::pose_source::PoseSource;
 
 use ordered::Ordered;
 
@@ -72,17 +73,6 @@ pub enum CmdVel {
     Twist,
 }
 
-/// Where a robot's pose comes from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum PoseSource {
-    /// `nav_msgs/Odometry` on `odom`.
-    #[default]
-    Odom,
-    /// A tracker's `geometry_msgs/PoseStamped` on `pose`.
-    Pose,
-}
-
 /// Who holds a robot's lease.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -111,6 +101,9 @@ const PROFILE: &str = "profile";
 
 /// The only version of the format.
 const FILE_VERSION: u32 = 1;
+
+/// The sources of poses that runs can follow while they go on.
+const LIVE_POSES: [PoseSource; 2] = [PoseSource::Odom, PoseSource::Pose];
 
 impl FleetFile {
     /// Reads a fleet file and resolves each robot.
@@ -289,6 +282,11 @@ impl Written {
         if lease == LeaseHolder::Controller && driver != Driver::Ros {
             return Err(FleetFileError::HasGate { file: file.to_owned(), robot: name.to_owned() });
         }
+        let pose = first_of([&robot.pose, &of_type.pose, &all.pose]).unwrap_or_default();
+        if !LIVE_POSES.contains(&pose) {
+            let (file, robot) = (file.to_owned(), name.to_owned());
+            return Err(FleetFileError::NotLive { file, robot, found: pose });
+        }
         Ok(FleetRobot {
             name: name.to_owned(),
             enabled: robot.enabled.expect(checked),
@@ -296,7 +294,7 @@ impl Written {
             driver,
             lease,
             cmd_vel: first_of([&robot.cmd_vel, &of_type.cmd_vel, &all.cmd_vel]).unwrap_or_default(),
-            pose: first_of([&robot.pose, &of_type.pose, &all.pose]).unwrap_or_default(),
+            pose,
             battery_min_v: first_of([
                 &robot.battery_min_v,
                 &of_type.battery_min_v,

@@ -17,11 +17,11 @@ use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 
 use crate::e_stop::{Locks, Source};
-use crate::fleet_file::PoseSource;
 use crate::message::{Lease, LeaseState, Status};
 use crate::record::{Ending, ExperimentRecord};
 use crate::stopper::MOST_ROBOTS;
 use crate::timing::NODE_TIMEOUT;
+use rsrs_core::robot::pose_source::PoseSource;
 
 use name::Name;
 pub use playback::{Playback, RecordedSwarm};
@@ -196,6 +196,9 @@ impl Observation {
                     robot.command_rate.received(now);
                 }
             }
+            Event::Pose { robot, source, .. } if self.is_passed_over(&robot, source, now) => {
+                self.robot_mut(robot);
+            }
             Event::Pose { robot, source, pose } => {
                 if let Some(robot) = self.robot_mut(robot) {
                     robot.take_pose(source, pose, now);
@@ -316,6 +319,15 @@ impl Observation {
         let mut robots = self.robots.values();
         robots.clone().all(|robot| robot.status.is_none())
             && robots.any(|robot| robot.is_commanded_to_move(now))
+    }
+
+    /// Whether the run that goes on takes the poses of a robot from another source.
+    fn is_passed_over(&self, robot: &str, source: PoseSource, now: Duration) -> bool {
+        let run_id = self.lease.as_ref().map(|lease| &lease.value.run_id);
+        let record = self.experiment.as_ref().filter(|record| Some(&record.run_id) == run_id);
+        let of_run = record.filter(|record| record.robots.iter().any(|other| other == robot));
+        let stated = of_run.and_then(|record| record.pose_source);
+        stated.is_some_and(|stated| stated != source) && self.is_running(now)
     }
 
     fn take_lease(&mut self, lease: Lease, now: Duration) {

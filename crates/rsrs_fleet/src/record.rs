@@ -5,9 +5,11 @@ use std::fmt;
 
 use rsrs_core::conditions::Conditions;
 use rsrs_core::conditions::operator::OperatorConditions;
+use rsrs_core::robot::pose_source::PoseSource;
 use serde::{Deserialize, Serialize};
 
 use crate::experiment::{RobotLost, Time};
+use crate::fleet_file::{Driver, FleetRobot};
 use crate::parameters::GateSettings;
 use crate::runner::{Outcome, grouped};
 
@@ -44,6 +46,10 @@ pub struct ExperimentRecord {
     /// only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub controller_only: Vec<String>,
+    /// Where the poses of all its robots come from; `None` in records of programs that did not write
+    /// it down.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pose_source: Option<PoseSource>,
     /// The pace.
     pub time: Time,
     /// Where it comes from.
@@ -65,6 +71,55 @@ pub enum Backend {
     /// Some of the robots, and the simulator in place of the others: it is no evidence about
     /// reality.
     Mixed,
+}
+
+/// Robots of one run whose poses come from different sources, so that nothing ties them together.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the poses of {robot} come from `{source_of_robot}` and those of {other} from \
+     `{source_of_other}`, expected one `pose:` for all robots of a run"
+)]
+pub struct DifferentPoses {
+    /// A robot.
+    pub robot: String,
+    /// Where its poses come from.
+    pub source_of_robot: PoseSource,
+    /// Another one.
+    pub other: String,
+    /// Where those come from.
+    pub source_of_other: PoseSource,
+}
+
+/// Where the poses of all robots of a run come from: a simulator publishes all of its own as odometry,
+/// and follows real robots by what tracks these.
+///
+/// # Arguments
+///
+/// * `robots` — those of the run.
+///
+/// # Errors
+///
+/// [`DifferentPoses`].
+pub fn pose_source(
+    backend: Backend,
+    robots: &[FleetRobot],
+) -> Result<PoseSource, Box<DifferentPoses>> {
+    let is_real = |robot: &&FleetRobot| match backend {
+        Backend::Simulator => false,
+        Backend::Mixed => robot.driver != Driver::Virtual,
+        Backend::Fleet => true,
+    };
+    let mut real = robots.iter().filter(is_real);
+    let Some(first) = real.next() else { return Ok(PoseSource::Odom) };
+    match real.find(|robot| robot.pose != first.pose) {
+        None => Ok(first.pose),
+        Some(other) => Err(Box::new(DifferentPoses {
+            robot: first.name.clone(),
+            source_of_robot: first.pose,
+            other: other.name.clone(),
+            source_of_other: other.pose,
+        })),
+    }
 }
 
 /// Where a record comes from.
@@ -351,6 +406,7 @@ pub(crate) mod tests {
             robot_lost: experiment.robot_lost,
             backend: Backend::Simulator,
             controller_only: Vec::new(),
+            pose_source: Some(PoseSource::Odom),
             time: experiment.simulator.time,
             gates: BTreeMap::new(),
         }
@@ -364,6 +420,16 @@ pub(crate) mod tests {
 
         assert_eq!(read, record);
         assert_eq!(format!("{:016x}", read.conditions.digest()), read.provenance.conditions_digest);
+    }
+
+    #[test]
+    fn a_record_without_the_source_of_poses_reads_and_leaves_it_unknown() {
+        let written = record().to_json().replace("\"pose_source\":\"odom\",", "");
+
+        let read = ExperimentRecord::from_json(&written).unwrap();
+
+        assert_eq!(read, ExperimentRecord { pose_source: None, ..record() });
+        assert_eq!(read.to_json(), written, "and it is written as it was");
     }
 
     #[test]

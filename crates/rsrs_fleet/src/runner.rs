@@ -20,6 +20,7 @@ mod event;
 mod gates;
 mod grouped;
 mod outcome;
+mod pose_gaps;
 mod requests;
 mod roster;
 mod search;
@@ -31,6 +32,7 @@ pub use event::{Action, Event, RunLength, RunnerOptions};
 use gates::Gates;
 pub use grouped::grouped;
 pub use outcome::{Failure, Outcome, SampleKind, Target};
+use pose_gaps::PoseGaps;
 use requests::Requests;
 use roster::{LossTimeouts, Roster, RunBinding};
 use search::Search;
@@ -72,6 +74,7 @@ pub struct Runner {
     strangers: UnexpectedPublishers,
     search: Search,
     roster: Roster,
+    pose_gaps: PoseGaps,
     start_check: StartCheck,
     /// Whole seconds of the countdown that were left when it was reported last.
     reported_s: u64,
@@ -111,6 +114,7 @@ impl Runner {
             strangers: UnexpectedPublishers::default(),
             search: Search::default(),
             roster: Roster::new(&options.expected.robots),
+            pose_gaps: PoseGaps::default(),
             start_check: StartCheck::default(),
             reported_s: 0,
             requests: Requests::default(),

@@ -14,6 +14,7 @@ use std::path::Path;
 
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::Margin;
+use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
 use rsrs_core::statistics::share::Share;
 use serde::Serialize;
 
@@ -27,6 +28,8 @@ use crate::execution::Execution;
 pub struct Options<'a> {
     /// Sweep file, or the folder of a sweep, whose settings are tried; else a built-in grid is.
     pub sweep: Option<&'a Path>,
+    /// What to do if that is of robots with another profile.
+    pub other_profile: OtherProfile,
     /// The share of mills that is wanted, above 0 and below 1.
     pub wanted: f64,
     /// Fresh runs that confirm the recommendation, in each world; at least 1.
@@ -67,6 +70,9 @@ pub struct Answers {
     pub b_s_low: f64,
     /// Fresh runs in each world.
     pub n_replicates: u64,
+    /// That the settings are of a sweep of robots with another profile; not there if they are not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub other_profile: Option<ProfilesDiffer>,
     /// One of each of the five questions, in the paper's order.
     pub questions: Vec<Answer>,
 }
@@ -176,7 +182,7 @@ const QUESTIONS: [(&str, &[Axis]); 5] = [
 ///
 /// If a file is not what it should be, no setting can be simulated, or it is called off.
 pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
-    let subject = Subject::read(path, options.sweep, Grid::even)?;
+    let subject = Subject::read(path, (options.sweep, options.other_profile), Grid::even)?;
     let search = subject.search(options.wanted, options.confirm, options.execution);
     let Subject { profile, grid, .. } = &subject;
     let recommended = recommendation::recommend(&search)?.ok_or_else(|| nowhere(path, &search))?;
@@ -200,6 +206,7 @@ pub fn answer(path: &Path, options: Options<'_>) -> anyhow::Result<Answers> {
         b_s,
         b_s_low,
         n_replicates,
+        other_profile: subject.other_profile.clone(),
         questions,
     })
 }

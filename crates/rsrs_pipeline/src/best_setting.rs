@@ -11,12 +11,14 @@ use anyhow::Context;
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::robot::harsher::Harsher;
+use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
 use rsrs_core::robot::profile::RobotProfile;
 
 use crate::error::with_help;
 use crate::execution::Execution;
 use crate::sweep::folder;
 use crate::sweep::source::{ResolvedSweep, read_profile};
+use crate::wording::shell::quoted;
 use grid::Grid;
 use search::Search;
 
@@ -28,6 +30,8 @@ pub struct Subject {
     pub harsher: Harsher,
     /// The settings.
     pub grid: Grid,
+    /// That these are of a sweep of robots with another profile, on which somebody insists.
+    pub other_profile: Option<ProfilesDiffer>,
 }
 
 impl Subject {
@@ -35,7 +39,8 @@ impl Subject {
     ///
     /// # Arguments
     ///
-    /// * `sweep` — a sweep file or folder whose settings are tried instead.
+    /// * `sweep`, `other_profile` — a sweep file or folder whose settings are tried instead, and what to do
+    ///   if it is of robots with another profile.
     /// * `built_in` — the settings of a robot for which none are given.
     ///
     /// # Errors
@@ -43,7 +48,7 @@ impl Subject {
     /// If a file is not what it should be, or a setting is beyond the robot's limits.
     pub fn read(
         path: &Path,
-        sweep: Option<&Path>,
+        (sweep, other_profile): (Option<&Path>, OtherProfile),
         built_in: fn(&RobotProfile) -> Grid,
     ) -> anyhow::Result<Self> {
         let of_path =
@@ -55,10 +60,20 @@ impl Subject {
             let profile = read_profile(path)?;
             let Some(source) = of_option else {
                 let grid = built_in(&profile);
-                return Ok(Self { profile, harsher: Harsher::default(), grid });
+                return Ok(Self {
+                    profile,
+                    harsher: Harsher::default(),
+                    grid,
+                    other_profile: None,
+                });
             };
             (profile, source)
         };
+        let other_profile =
+            other_profile.admit(&source.profile.digest(), &profile.digest()).map_err(|differ| {
+                let help = ProfilesDiffer::help(&quoted(path));
+                with_help(format!("{}: {differ}", sweep.unwrap_or(path).display()), help)
+            })?;
         let (grid, capabilities) = Grid::of_sweep(&source.sweep);
         let profile = profile.with_capabilities(&capabilities)?;
         for cell in &grid.cells {
@@ -70,7 +85,7 @@ impl Subject {
             let command = ControllerParameters::mirrored(value(Axis::Speed), value(Axis::TurnRate));
             profile.check_limits(command).with_context(|| format!("cell `{cell}`"))?;
         }
-        Ok(Self { profile, harsher: source.sweep.harsher, grid })
+        Ok(Self { profile, harsher: source.sweep.harsher, grid, other_profile })
     }
 
     /// Looks for its best setting.
@@ -79,7 +94,7 @@ impl Subject {
     ///
     /// * `wanted`, `confirm`, `execution` — those of [`Search`].
     pub fn search<'a>(&'a self, wanted: f64, confirm: u64, execution: Execution<'a>) -> Search<'a> {
-        let Self { profile, harsher, grid } = self;
+        let Self { profile, harsher, grid, .. } = self;
         Search { measured: profile, harsher: *harsher, grid, wanted, confirm, execution }
     }
 }

@@ -10,6 +10,7 @@ mod summary;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
 use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_fleet::record::{self, ExperimentRecord};
 
@@ -34,11 +35,15 @@ impl Campaign {
     /// # Errors
     ///
     /// If a file cannot be read or is wrong.
-    pub fn read(path: &Path, backend: record::Backend) -> anyhow::Result<Self> {
+    pub fn read(
+        path: &Path,
+        backend: record::Backend,
+        other_profile: OtherProfile,
+    ) -> anyhow::Result<Self> {
         let (text, experiments) = file::read(path)?;
         let items = experiments
             .into_iter()
-            .map(|experiment| Item::read(experiment, backend))
+            .map(|experiment| Item::read(experiment, backend, other_profile))
             .collect::<anyhow::Result<Vec<Item>>>()?;
         Ok(Self { text, items })
     }
@@ -50,6 +55,8 @@ pub struct Item {
     pub experiment: Experiment,
     /// All that it takes to run it, with the robots that the fleet file has now.
     pub record: ExperimentRecord,
+    /// That the sweep of its cell is of robots with another profile, on which somebody insists.
+    pub other_profile: Option<ProfilesDiffer>,
 }
 
 impl Item {
@@ -58,12 +65,16 @@ impl Item {
     /// # Errors
     ///
     /// If a file is wrong.
-    fn read(experiment: Experiment, backend: record::Backend) -> anyhow::Result<Self> {
-        let plan = plan(&experiment, backend)
+    fn read(
+        experiment: Experiment,
+        backend: record::Backend,
+        other_profile: OtherProfile,
+    ) -> anyhow::Result<Self> {
+        let plan = plan(&experiment, backend, other_profile)
             .with_context(|| format!("experiment {} cannot be run", experiment.folder))?;
         // It is no run yet.
         let record = ExperimentRecord { run_id: String::new(), ..plan.record };
-        Ok(Self { experiment, record })
+        Ok(Self { experiment, record, other_profile: plan.other_profile })
     }
 
     /// The plan of a run that starts now.
@@ -72,7 +83,9 @@ impl Item {
     ///
     /// If a file is wrong, or has been changed since the campaign was started.
     pub fn plan(&self, bag: PathBuf) -> anyhow::Result<Plan> {
-        let mut plan = plan(&self.experiment, self.record.backend)?;
+        let insists = self.other_profile.is_some();
+        let other = if insists { OtherProfile::Insisted } else { OtherProfile::Refused };
+        let mut plan = plan(&self.experiment, self.record.backend, other)?;
         if !is_same(&plan.record, &self.record) {
             return Err(with_help(
                 format!("{}: its files were changed meanwhile", self.experiment.folder),
@@ -100,7 +113,11 @@ pub fn is_same(one: &ExperimentRecord, other: &ExperimentRecord) -> bool {
         && one.provenance.profile_digest == other.provenance.profile_digest
 }
 
-fn plan(experiment: &Experiment, backend: record::Backend) -> anyhow::Result<Plan> {
+fn plan(
+    experiment: &Experiment,
+    backend: record::Backend,
+    other_profile: OtherProfile,
+) -> anyhow::Result<Plan> {
     let mut plan = Plan::read(&Request {
         experiment: experiment.file.clone(),
         cell: experiment.cell.clone(),
@@ -109,6 +126,7 @@ fn plan(experiment: &Experiment, backend: record::Backend) -> anyhow::Result<Pla
         bag: None,
         seed: experiment.seed,
         place_check: PlaceCheck::On,
+        other_profile,
     })?;
     plan.record.replicate = experiment.replicate;
     Ok(plan)

@@ -1,5 +1,6 @@
 //! Holds recorded runs against the sweep that predicts them.
 
+pub mod not_counted;
 mod prediction;
 pub mod report;
 pub mod run_matching;
@@ -8,13 +9,17 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use rsrs_core::diagram::{DiagramCell, PhaseCounts};
-use rsrs_core::statistics::comparison::{CellRuns, Comparison};
+use rsrs_core::robot::other_profile::OtherProfile;
+use rsrs_core::robot::pose_source::PoseSource;
+use rsrs_core::statistics::comparison::CellRuns;
+use rsrs_core::statistics::left_out::{Attempts, CellAttempts};
 use rsrs_core::statistics::next_experiment::next_step;
-use rsrs_fleet::record::EndingKind;
 
+use crate::compare::not_counted::Cause;
 pub(crate) use crate::compare::prediction::{Prediction, choose_again};
-use crate::compare::report::{AtHand, Report, Runs, Simulated};
-use crate::compare::run_matching::{Admitted, LABEL, admit, refuse};
+use crate::compare::report::{AtHand, Report, Runs};
+use crate::compare::run_matching::{Admitted, admit};
+use crate::error::{help_of, in_one_line};
 use crate::label::{LabelOptions, Labelled, Labeller, label_bag, label_by};
 use crate::sweep::folder;
 use crate::sweep::result::SweepResult;
@@ -31,11 +36,18 @@ pub struct Options {
     /// By how much real robots may mill less often than simulated ones and still support the claim, as
     /// a share from 0 to 0.5; to be chosen before the first run.
     pub margin: f64,
+    /// Where poses come from; `None` takes the source by which each run went.
+    pub poses: Option<PoseSource>,
+    /// What to do about runs of robots with another profile than that of the sweep.
+    pub other_profile: OtherProfile,
 }
 
 /// Compares recorded runs with the cells of a sweep that they belong to.
 ///
-/// Whether a run counts is decided by what was recorded of its ending, before any bag is labelled.
+/// Whether a run counts is decided by what was recorded of its ending, before any bag is labelled; one
+/// that cannot be labelled then does not count either. What was left out for a cause after its start
+/// may have ended in any way, and a verdict stands only if it stands whatever that was
+/// ([`rsrs_core::statistics::left_out`]).
 ///
 /// # Arguments
 ///
@@ -43,43 +55,53 @@ pub struct Options {
 ///
 /// # Errors
 ///
-/// If the folder is not a sweep's; if bags are of another experiment, cannot be read, or cannot be
-/// labelled: all of them, each with its reason.
+/// If the folder is not a sweep's; if bags are of another experiment, or cannot be read: all of them,
+/// each with its reason.
 pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Report> {
     let result = folder::read(folder)?;
     let prediction = Prediction::of(folder, &result)?;
-    let (counted, others): (Vec<Admitted>, Vec<Admitted>) =
-        admit(&result, &options.bags)?.into_iter().partition(|run| {
-            let counts = run.record.counts_without(&run.ending.lost) || options.with_lost_robots;
-            run.ending.kind == EndingKind::Completed && counts
-        });
-    let labelled = label_all(&counted, &options.labels)?;
-
-    let mut real: BTreeMap<usize, PhaseCounts> = BTreeMap::new();
-    for (run, labelled) in counted.iter().zip(&labelled) {
-        real.entry(run.cell).or_default().add(labelled.phase);
+    let cell = |index: usize| &result.diagram.cells[index].cell;
+    let mut runs = Runs::default();
+    for run in admit(&result, &options.bags, options.other_profile)? {
+        let of_cell = cell(run.cell);
+        let counts = |cause: &Cause| *cause == Cause::RobotLost && options.with_lost_robots;
+        match run.cause().filter(|(cause, _)| !counts(cause)) {
+            Some(cause) => runs.leave_out(of_cell, run, cause),
+            None => match label(&run, options) {
+                Ok(labelled) => runs.counted.push((of_cell.clone(), run, labelled)),
+                Err(error) => {
+                    let cause = (Cause::NotLabelled, without_bag(&run.bag, &error));
+                    runs.leave_out(of_cell, run, cause);
+                }
+            },
+        }
     }
-    let cell = |index: usize| result.diagram.cells[index].cell.clone();
-    let simulated = real
-        .keys()
-        .map(|index| prediction.of_cell(*index))
-        .collect::<anyhow::Result<Vec<Simulated>>>()?;
-    let cells: Vec<CellRuns> = real
-        .into_iter()
-        .zip(&simulated)
-        .map(|((index, real), simulated)| CellRuns {
-            cell: cell(index),
-            real,
-            simulated: simulated.phases,
-        })
-        .collect();
-    let comparison = Comparison::with_margin(&cells, options.margin);
-    let next = next_step(&comparison, &cells, &not_run(&result, &cells));
-    let counted =
-        counted.into_iter().zip(labelled).map(|(run, label)| (cell(run.cell), run, label));
-    let runs = Runs { counted: counted.collect(), others };
+
+    let mut real: BTreeMap<usize, (PhaseCounts, u64)> = BTreeMap::new();
+    for (_, run, labelled) in &runs.counted {
+        real.entry(run.cell).or_default().0.add(labelled.phase);
+    }
+    for run in runs.left_out.iter().filter(|run| run.not_counted.after_start) {
+        real.entry(run.cell).or_default().1 += 1;
+    }
+    let mut simulated = Vec::new();
+    let mut cells = Vec::new();
+    for (index, (real, n_left_out)) in real {
+        let of_cell = prediction.of_cell(index)?;
+        if real.total() > 0 {
+            simulated.push(of_cell);
+        }
+        let cell = cell(index).clone();
+        cells.push(CellAttempts {
+            runs: CellRuns { cell, real, simulated: of_cell.phases },
+            n_left_out,
+        });
+    }
+    let attempts = Attempts::with_margin(&cells, options.margin);
+    let (comparison, deciding) = attempts.deciding();
+    let next = next_step(comparison, deciding, &not_run(&result, deciding));
     let next = (next, AtHand::of(folder));
-    let mut report = Report::new(&comparison, &cells, &simulated, runs, next);
+    let mut report = Report::new(&attempts, &simulated, runs, next);
     report.labels = options.labels.to_string();
     report.notes.extend(prediction.note());
     Ok(report)
@@ -98,19 +120,24 @@ fn not_run(result: &SweepResult, run: &[CellRuns]) -> Vec<CellRuns> {
     left.collect()
 }
 
-fn label_all(runs: &[Admitted], labeller: &Labeller) -> anyhow::Result<Vec<Labelled>> {
-    let mut labelled = Vec::new();
-    let mut refusals = Vec::new();
-    for run in runs {
-        let label = match labeller {
-            Labeller::Judge => label_bag(&run.bag, LabelOptions::default()),
-            Labeller::Human(who) => label_by(&run.bag, who),
-        };
-        match label {
-            Ok(label) => labelled.push(label),
-            Err(refusal) => refusals.push(refusal),
+fn label(run: &Admitted, options: &Options) -> anyhow::Result<Labelled> {
+    match &options.labels {
+        Labeller::Judge => {
+            label_bag(&run.bag, LabelOptions { poses: options.poses, ..LabelOptions::default() })
         }
+        Labeller::Human(who) => label_by(&run.bag, who),
     }
-    refuse(LABEL, &refusals, runs.len())?;
-    Ok(labelled)
+}
+
+/// An error on one line, without the name of the bag before it, and with what to do.
+fn without_bag(bag: &Path, error: &anyhow::Error) -> String {
+    let text = in_one_line(error);
+    let name = format!("{}: ", bag.display());
+    let text = text.strip_prefix(&name).unwrap_or(&text);
+    // The causes of an error that names the bag begin with it, too.
+    let text = text.replace(&name, "");
+    match help_of(error) {
+        Some(help) => format!("{text}; {help}"),
+        None => text,
+    }
 }

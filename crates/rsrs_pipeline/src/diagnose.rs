@@ -13,6 +13,7 @@ mod text;
 use std::path::Path;
 
 use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::robot::other_profile::OtherProfile;
 use serde::Serialize;
 
 use crate::best_setting::grid::Grid;
@@ -144,7 +145,7 @@ pub struct Spare {
 ///
 /// If a file is not what it should be, no setting can be simulated, or it is called off.
 pub fn diagnose(path: &Path, options: Options<'_>) -> anyhow::Result<Diagnosis> {
-    let subject = Subject::read(path, options.sweep, Grid::of_robot)?;
+    let subject = Subject::read(path, (options.sweep, OtherProfile::Insisted), Grid::of_robot)?;
     for (axis, cost) in options.costs {
         anyhow::ensure!(
             cost.is_finite() && *cost >= 0.0,

@@ -8,6 +8,7 @@ use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{BLOCK_S, WINDOW_S, samples_in};
 use rsrs_core::judge::rule::Rules;
 use rsrs_core::judge::trajectory::Bodies;
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_view::film::{Film, Kind, film as encode};
 use rsrs_view::order_over_time::{OrderPicture, RunPicture, svg as run_svg};
 use rsrs_view::trajectory::TrajectoryPicture;
@@ -143,6 +144,8 @@ pub struct FilmOptions {
     pub frames_per_s: u32,
     /// Width of the film, in pixels.
     pub width_px: u32,
+    /// Where poses come from; `None` takes the source by which the run went.
+    pub poses: Option<PoseSource>,
 }
 
 /// Makes a film of a run.
@@ -168,7 +171,8 @@ pub fn film(
     show: &dyn Fn(usize, usize) -> bool,
 ) -> anyhow::Result<Vec<u8>> {
     let kind = kind(path)?;
-    let run = JudgedRun::read(bag, LabelOptions::default())?;
+    let judged = LabelOptions { poses: options.poses, ..LabelOptions::default() };
+    let run = JudgedRun::read(bag, judged)?;
     let film = Film {
         trajectory: &run.recorded.trajectory,
         radius_m: run.radius_m(),

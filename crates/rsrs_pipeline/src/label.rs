@@ -8,9 +8,7 @@ pub use human_labels::Labeller;
 
 use std::path::{Path, PathBuf};
 
-use rsrs_bags::trajectory::{
-    Finding, PoseSource, RecordedTrajectory, TrajectoryError, read_trajectory,
-};
+use rsrs_bags::trajectory::{Finding, Needed, RecordedTrajectory, TrajectoryError};
 use rsrs_bags::{Bag, Recovery};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::Certainty;
@@ -18,13 +16,13 @@ use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{JudgeError, Phase, label_with};
 use rsrs_core::judge::reason::{Decisive, Departure, Left, Reason};
 use rsrs_core::judge::trajectory::Bodies;
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord, LostRobot};
-use rsrs_msgs::topics::{self, Topic};
 use serde::{Deserialize, Serialize};
 
 use self::human_labels::{HumanLabel, JUDGE};
 use crate::error::{helped, with_help};
-use crate::recorded_run;
+use crate::recorded_run::{self, PosesBy, PosesOfRun};
 
 /// A run is a part of one if it is shorter than it was set to be by more than this share of it ...
 const SHORT_SHARE: f64 = 0.02;
@@ -37,7 +35,7 @@ const SHORT_S: f64 = 2.0;
 pub struct LabelOptions {
     /// Body and reach of the robots; `None` takes that of the bag's own record.
     pub bodies: Option<Bodies>,
-    /// Where poses come from; `None` takes the first source that the bag has of all robots.
+    /// Where poses come from; `None` takes the source by which the run went, as its record states it.
     pub poses: Option<PoseSource>,
     /// What to do about a run whose end was not recorded.
     pub cut: CutRun,
@@ -79,6 +77,9 @@ pub struct Labelled {
     /// Where the poses came from; not there for a person's label.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poses: Option<String>,
+    /// By what that is known; not there for a person's label.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub poses_by: Option<PosesBy>,
     /// What was mended on the way from the bag to the judge.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<Finding>,
@@ -180,6 +181,7 @@ impl Labelled {
             duration_s: None,
             by: label.by.clone(),
             poses: None,
+            poses_by: None,
             findings: Vec::new(),
             labels,
             damage: None,
@@ -221,10 +223,10 @@ pub fn judge(
     let record = recorded_run::record_in(&bag)?;
     let bodies = options.bodies.unwrap_or_else(|| recorded_bodies(record.as_ref()));
     let ending = recorded_run::ending_in(&bag)?;
-    let poses = options.poses.or_else(|| source_of_all(&bag, record.as_ref()?));
-    let read = recorded_run::trajectory_options(record.as_ref(), poses);
-    let recorded =
-        read_trajectory(&bag, &read).map_err(|error| refused(path, error, ending.as_ref()))?;
+    let poses = PosesOfRun::of(&bag, record.as_ref(), options.poses)?;
+    let recorded = poses
+        .read(&bag, record.as_ref(), Needed::JudgedEnd)
+        .map_err(|error| refused(path, error, ending.as_ref()))?;
     let part = part_of_run(&bag, &recorded, record.as_ref(), ending.as_ref());
     if let (Some(part), CutRun::Refused) = (part, options.cut) {
         return Err(only_a_part(path, part));
@@ -250,6 +252,7 @@ pub fn judge(
         duration_s: Some(recorded.trajectory.duration_s()),
         by: JUDGE.to_owned(),
         poses: Some(recorded.poses.to_string()),
+        poses_by: Some(poses.by),
         findings: recorded.findings.clone(),
         labels,
         damage: recorded_run::lack_in(&bag),
@@ -324,7 +327,12 @@ fn part_of_run(
     ending: Option<&Ending>,
 ) -> Option<RunPart> {
     let is_stopped = ending.is_some_and(|ending| ending.kind != EndingKind::Completed);
-    let recorded_s = recorded.trajectory.duration_s();
+    // The robot that was seen last begins the trajectory, not the run.
+    let late_s = recorded.findings.iter().filter_map(|finding| match finding {
+        Finding::LateStart { by_s, .. } => Some(*by_s),
+        _ => None,
+    });
+    let recorded_s = recorded.trajectory.duration_s() + late_s.fold(0.0, f64::max);
     let set_s = record.map(|record| record.duration_s);
     let is_short = set_s.map(|set_s| recorded_s < set_s - (SHORT_SHARE * set_s).max(SHORT_S));
     // Without a record the duration of a run is unknown, but a file that was cut has lost its end.
@@ -363,24 +371,6 @@ pub fn label_by(path: &Path, who: &str) -> anyhow::Result<Labelled> {
             format!("watch it and record what it shows: `rsrs label {name} --as PHASE --by {who}`"),
         )),
     }
-}
-
-/// The first source that has poses of all robots of the record: in a mixed fleet, what the simulator
-/// publishes of its own may come on more topics than what a tracker publishes of the real ones.
-///
-/// # Returns
-///
-/// `None` if there is none such; then it is for the reader of trajectories to choose.
-fn source_of_all(bag: &Bag, record: &ExperimentRecord) -> Option<PoseSource> {
-    let recorded = bag.topics();
-    let has_all = |topic: &Topic| {
-        record.robots.iter().all(|robot| {
-            let name = topic.for_robot(robot);
-            recorded.iter().any(|found| found.name == name && found.n_messages > 0)
-        })
-    };
-    let sources = [(PoseSource::Odom, topics::ODOM), (PoseSource::Pose, topics::POSE)];
-    sources.into_iter().find_map(|(source, topic)| has_all(&topic).then_some(source))
 }
 
 fn recorded_bodies(record: Option<&ExperimentRecord>) -> Bodies {

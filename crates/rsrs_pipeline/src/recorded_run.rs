@@ -1,10 +1,11 @@
 //! The record of a run in its bag: how it was set up, where it breaks off, and how it ended.
 
+mod poses;
+
 use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context;
-use rsrs_bags::trajectory::{PoseSource, TrajectoryOptions};
 use rsrs_bags::{Bag, BagError, Damage, TopicInfo};
 use rsrs_fleet::record::{ATTACHMENT, ENDING, Ending, ExperimentRecord};
 use rsrs_msgs::cdr;
@@ -12,6 +13,7 @@ use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::std_msgs::Text;
 use rsrs_msgs::topics::{self, Topic};
 
+pub use self::poses::{PosesBy, PosesOfRun};
 use crate::error::{helped, with_help};
 use crate::wording::{count, counted, size};
 
@@ -161,12 +163,4 @@ pub fn lack_in(bag: &Bag) -> Option<String> {
         (false, n) => format!("at least {} missing", counted(n, "message")),
     };
     Some(format!("recovered from a damaged bag: {lost}"))
-}
-
-/// How the trajectory of a run is read.
-pub fn trajectory_options(
-    record: Option<&ExperimentRecord>,
-    poses: Option<PoseSource>,
-) -> TrajectoryOptions {
-    TrajectoryOptions { poses, run_id: record.map(|record| record.run_id.clone()) }
 }

@@ -11,6 +11,7 @@ pub mod start_poses;
 
 use std::path::PathBuf;
 
+use rsrs_core::robot::other_profile::ProfilesDiffer;
 use rsrs_experiment_runner::plan::Plan;
 use rsrs_experiment_runner::{RunReport, run};
 use rsrs_fleet::experiment::Time;
@@ -45,6 +46,9 @@ pub struct RunSummary {
     pub n_lost: u64,
     /// What did not get into the bag, by topic.
     pub gaps: Vec<Gap>,
+    /// That the sweep of its cell is of robots with another profile; not there if it is not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub other_profile: Option<ProfilesDiffer>,
     /// Robots that did not report that they stand.
     pub not_standing: Vec<String>,
     /// How long the robots were to move, in seconds.
@@ -117,6 +121,7 @@ fn summary(plan: &Plan, report: RunReport, gaps: Vec<Gap>) -> RunSummary {
         bag: plan.bag.exists().then(|| plan.bag.clone()),
         n_lost: report.n_lost,
         gaps,
+        other_profile: plan.other_profile.clone(),
         not_standing: report.not_standing,
         duration_s: record.duration_s,
         preflight_s: report.preflight_s,

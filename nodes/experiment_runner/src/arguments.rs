@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use rsrs_core::diagram::axis::Cell;
+use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_fleet::record::Backend;
 use rsrs_ros::logging::Level;
 use rsrs_ros::node_arguments::{AFTER_HELP, NodeArgumentsError, split};
@@ -104,6 +105,7 @@ impl RunnerArguments {
                 bag: flags.output,
                 seed: None,
                 place_check: PlaceCheck::On,
+                other_profile: OtherProfile::Refused,
             },
             session: network.map_err(NodeArgumentsError::from)?,
             log_level: ros.log_level(NODE),

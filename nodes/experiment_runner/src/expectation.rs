@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use rsrs_core::robot::controller::Command;
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::fleet_file::PoseSource;
 use rsrs_fleet::placement::WantedStart;
 use rsrs_fleet::preflight::{self, Apart, Expected, ExpectedTopic, Graph, Publishers};
 use rsrs_fleet::record::Backend;

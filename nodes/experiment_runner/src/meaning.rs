@@ -1,8 +1,8 @@
 //! What the samples of a run mean to its machine.
 
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::e_stop::{Locks, NoLocks, Source};
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::fleet_file::PoseSource;
 use rsrs_fleet::message::Status;
 use rsrs_fleet::record::Backend;
 use rsrs_fleet::runner::{Event, SampleKind};

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::fleet_file::{LeaseHolder, PoseSource};
+use rsrs_fleet::fleet_file::LeaseHolder;
 use rsrs_fleet::parameters::controller::{
     self, CONSTANT, LEASE, LEASE_CONTROLLER, LEASE_GATE, MIRRORED, SPEED, SPEED_MAX,
     STAMP_FROM_CLOCK, TURN_RATE, TURN_RATE_MAX, UNDETECTED_SPEED, UNDETECTED_TURN_RATE,
@@ -185,10 +185,6 @@ fn of_simulator(plan: &Plan) -> Vec<(String, ParameterValue)> {
         Time::Lockstep => simulator::LOCKSTEP,
         Time::RealTime => simulator::REAL_TIME,
     };
-    let tracked_by = match plan.tracked_by() {
-        PoseSource::Odom => simulator::ODOM,
-        PoseSource::Pose => simulator::POSE,
-    };
     let integer = |value: u64| ParameterValue::Integer(value.cast_signed());
     vec![
         (simulator::CONDITIONS.to_owned(), ParameterValue::String(conditions)),
@@ -197,7 +193,10 @@ fn of_simulator(plan: &Plan) -> Vec<(String, ParameterValue)> {
         (simulator::STEPS.to_owned(), integer(plan.steps())),
         (simulator::TIME.to_owned(), ParameterValue::String(time.to_owned())),
         (simulator::ROBOTS.to_owned(), ParameterValue::StringArray(record.robots.clone())),
-        (simulator::TRACKED_BY.to_owned(), ParameterValue::String(tracked_by.to_owned())),
+        (
+            simulator::TRACKED_BY.to_owned(),
+            ParameterValue::String(plan.tracked_by().key().to_owned()),
+        ),
     ]
 }
 

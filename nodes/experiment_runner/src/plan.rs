@@ -6,14 +6,16 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow, bail};
 use rsrs_core::conditions::{Conditions, Settings};
 use rsrs_core::diagram::axis::{Axis, Cell};
-use rsrs_core::help::Helpful;
+use rsrs_core::help::{Help, Helpful};
 use rsrs_core::robot::controller::Reaction;
 use rsrs_core::robot::harsher::HarsherFactors;
+use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::{ExperimentFile, SimulatedProfile, Time};
-use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetFile, FleetRobot, LeaseHolder, PoseSource};
+use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetFile, FleetRobot, LeaseHolder};
 use rsrs_fleet::parameters::{GateSettings, of_gate};
-use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
+use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance, pose_source};
 
 mod recording;
 mod run_id;
@@ -43,6 +45,8 @@ pub struct Request {
     pub seed: Option<u64>,
     /// Whether the operator is shown where the robots of a fleet stand before they move.
     pub place_check: PlaceCheck,
+    /// What to do if the sweep of the cell is of robots with another profile.
+    pub other_profile: OtherProfile,
 }
 
 /// Whether start poses are held against the wanted placement.
@@ -78,6 +82,8 @@ pub struct Plan {
     pub gates: BTreeMap<String, GateSettings>,
     /// Whether its profile is one; a robot that is about to be measured has a stand-in.
     pub is_measured: bool,
+    /// The profile of the sweep that the cell is from, where somebody insists on another one.
+    pub other_profile: Option<ProfilesDiffer>,
 }
 
 /// Whether the poses of the robots must be known.
@@ -120,7 +126,7 @@ impl Plan {
             Some(table) => first.with_context(|| table.name.clone())?.robots,
         };
         let robots: Vec<FleetRobot> =
-            fleet.first(n_robots).context(fleet_name)?.into_iter().cloned().collect();
+            fleet.first(n_robots).context(fleet_name.clone())?.into_iter().cloned().collect();
         let (profile_text, measured) = common_profile(&robots, &fleet_path)?;
         starts.iter().try_for_each(|table| table.check(&robots))?;
 
@@ -136,7 +142,7 @@ impl Plan {
             .map_err(Helpful::from)
             .with_context(of_cell)?;
         let run_id = new_run_id(&request.experiment)?;
-        let backend = backend(request.backend, &robots)?;
+        let backend = backend(request.backend, &robots);
         let record = ExperimentRecord {
             robots: robots.iter().map(|robot| robot.name.clone()).collect(),
             provenance: Provenance::new(VERSION, COMMIT, &measured.digest(), &conditions),
@@ -146,27 +152,26 @@ impl Plan {
             replicate: 0,
             robot_lost: experiment.robot_lost,
             controller_only: controller_only(backend, &robots),
+            pose_source: Some(pose_source(backend, &robots).context(fleet_name)?),
             backend,
             time,
             run_id: run_id.clone(),
             gates: BTreeMap::new(),
         };
-        swept.iter().try_for_each(|swept| admit(swept, &record, request))?;
+        let profile_path = beside_fleet(&fleet_path, &robots[0]);
+        let other_profile = admit(swept.as_ref(), &record, (request, profile_path))?;
         let bag = request.bag.clone().unwrap_or_else(|| PathBuf::from(&run_id));
         if bag.exists() {
             bail!("{} exists already; give another folder for the bag", bag.display());
         }
         let recording = Recording::read(&experiment.record, beside, &record.robots)?;
-        let mut files = vec![
-            ("experiment.yaml", text),
-            ("fleet.yaml", fleet_text),
-            ("profile.yaml", profile_text),
-        ];
-        files.extend(starts.map(|table| ("starts.csv", table.text)));
+        let starts = starts.map(|table| ("starts.csv", table.text));
+        let read =
+            [("experiment.yaml", text), ("fleet.yaml", fleet_text), ("profile.yaml", profile_text)];
         Ok(Self {
             record,
             bag,
-            files,
+            files: read.into_iter().chain(starts).collect(),
             poses: Poses::Required,
             place_check: request.place_check,
             recording,
@@ -174,6 +179,7 @@ impl Plan {
             gates: gates(backend, &robots, Some(&measured)),
             robots,
             is_measured: true,
+            other_profile,
         })
     }
 
@@ -193,11 +199,7 @@ impl Plan {
 
     /// Where the pose of a robot comes from, by its index; the simulator has all of them.
     pub fn pose_of(&self, robot: usize) -> PoseSource {
-        match self.record.backend {
-            Backend::Simulator => PoseSource::Odom,
-            Backend::Mixed if self.is_virtual(&self.robots[robot]) => PoseSource::Odom,
-            Backend::Fleet | Backend::Mixed => self.robots[robot].pose,
-        }
+        if self.is_virtual(&self.robots[robot]) { PoseSource::Odom } else { self.tracked_by() }
     }
 
     /// Whether the simulator stands in for a robot of this run.
@@ -218,10 +220,13 @@ impl Plan {
         }
     }
 
-    /// The topic of the real robots' poses, which the simulator follows in a mixed fleet.
+    /// Where the real robots' poses come from, by which the simulator follows them in a mixed fleet.
+    ///
+    /// # Panics
+    ///
+    /// Never: the plan of a run states it.
     pub fn tracked_by(&self) -> PoseSource {
-        let real = self.robots.iter().find(|robot| !self.is_virtual(robot));
-        real.map_or(PoseSource::Odom, |robot| robot.pose)
+        self.record.pose_source.expect("the plan of a run states it")
     }
 }
 
@@ -245,10 +250,42 @@ fn settings(
 }
 
 /// Refuses a run that could not be compared with the sweep that its cell is from.
-fn admit(swept: &SweptCell, record: &ExperimentRecord, request: &Request) -> anyhow::Result<()> {
-    swept.operator_conditions.admit(&record.operator_conditions()).with_context(|| {
-        format!("{} could not be compared with the sweep", request.experiment.display())
-    })
+///
+/// # Returns
+///
+/// Whether it is of robots with another profile, and somebody insists.
+fn admit(
+    swept: Option<&SweptCell>,
+    record: &ExperimentRecord,
+    (request, profile): (&Request, PathBuf),
+) -> anyhow::Result<Option<ProfilesDiffer>> {
+    let Some(swept) = swept else { return Ok(None) };
+    let name = || format!("{} could not be compared with the sweep", request.experiment.display());
+    swept.operator_conditions.admit(&record.operator_conditions()).with_context(name)?;
+    let found = &record.provenance.profile_digest;
+    let admitted = request.other_profile.admit(&swept.profile_digest, found);
+    admitted.map_err(|differ| Helpful::from(OtherRobots { differ, profile })).with_context(name)
+}
+
+/// Robots that the sweep of a cell was not made from.
+#[derive(Debug, thiserror::Error)]
+#[error("{differ}")]
+struct OtherRobots {
+    differ: Box<ProfilesDiffer>,
+    /// Path of their profile.
+    profile: PathBuf,
+}
+
+impl Help for OtherRobots {
+    fn help(&self) -> Option<String> {
+        Some(ProfilesDiffer::help(&self.profile.display().to_string()))
+    }
+}
+
+/// The path of a robot's profile, which is relative to its fleet file.
+fn beside_fleet(fleet: &Path, robot: &FleetRobot) -> PathBuf {
+    let profile = robot.profile.as_deref().unwrap_or_default();
+    fleet.parent().unwrap_or(Path::new("")).join(profile)
 }
 
 /// What the gates of the robots must be set to; the simulator's have no such settings, and a robot whose
@@ -337,26 +374,12 @@ fn controller_only(backend: Backend, robots: &[FleetRobot]) -> Vec<String> {
 }
 
 /// A fleet some of whose robots are virtual and some are not is a mixed one.
-fn backend(asked: Backend, robots: &[FleetRobot]) -> anyhow::Result<Backend> {
-    let mut real = robots.iter().filter(|robot| robot.driver != Driver::Virtual);
-    let Some(first) = real.next() else {
-        // On a fleet's network, but moved by the simulator, which has to be given its conditions.
-        return Ok(if asked == Backend::Fleet { Backend::Mixed } else { asked });
-    };
-    let n_virtual = robots.iter().filter(|robot| robot.driver == Driver::Virtual).count();
-    if asked != Backend::Fleet || n_virtual == 0 {
-        return Ok(asked);
-    }
-    // The simulator follows all of them in one way.
-    match real.find(|robot| robot.pose != first.pose) {
-        None => Ok(Backend::Mixed),
-        Some(other) => Err(anyhow!(
-            "{} and {} publish their poses in different ways, expected one `pose:` for all real \
-             robots of a mixed fleet",
-            first.name,
-            other.name
-        )),
-    }
+///
+/// One without any real robot, too: it is on a fleet's network, but moved by the simulator, which has to
+/// be given its conditions.
+fn backend(asked: Backend, robots: &[FleetRobot]) -> Backend {
+    let has_virtual = robots.iter().any(|robot| robot.driver == Driver::Virtual);
+    if asked == Backend::Fleet && has_virtual { Backend::Mixed } else { asked }
 }
 
 fn profile_of_first(fleet: &FleetFile, path: &Path) -> anyhow::Result<(String, RobotProfile)> {
@@ -424,12 +447,12 @@ mod tests {
     fn a_fleet_with_virtual_robots_among_real_ones_is_mixed() {
         let asked = |n_virtual| backend(Backend::Fleet, &robots([PoseSource::Odom; 3], n_virtual));
 
-        assert_eq!(asked(0).unwrap(), Backend::Fleet);
-        assert_eq!(asked(1).unwrap(), Backend::Mixed);
-        assert_eq!(asked(2).unwrap(), Backend::Mixed);
-        assert_eq!(asked(3).unwrap(), Backend::Mixed, "a simulator moves all of them");
+        assert_eq!(asked(0), Backend::Fleet);
+        assert_eq!(asked(1), Backend::Mixed);
+        assert_eq!(asked(2), Backend::Mixed);
+        assert_eq!(asked(3), Backend::Mixed, "a simulator moves all of them");
         let simulated = backend(Backend::Simulator, &robots([PoseSource::Odom; 3], 1));
-        assert_eq!(simulated.unwrap(), Backend::Simulator, "then the simulator is all of them");
+        assert_eq!(simulated, Backend::Simulator, "then the simulator is all of them");
     }
 
     #[test]
@@ -442,11 +465,20 @@ mod tests {
     }
 
     #[test]
-    fn real_robots_of_a_mixed_fleet_are_followed_in_one_way() {
+    fn all_robots_of_a_run_have_poses_from_one_source() {
         use PoseSource::{Odom, Pose};
 
-        assert!(backend(Backend::Fleet, &robots([Odom, Pose, Pose], 1)).is_ok());
-        let error = backend(Backend::Fleet, &robots([Odom, Odom, Pose], 1)).unwrap_err();
-        assert!(error.to_string().contains("expected one `pose:` for all real robots"), "{error}");
+        let source = |backend, poses, n_virtual| pose_source(backend, &robots(poses, n_virtual));
+
+        assert_eq!(source(Backend::Fleet, [Pose; 3], 0), Ok(Pose));
+        assert_eq!(source(Backend::Mixed, [Odom, Pose, Pose], 1), Ok(Pose), "as the real ones do");
+        assert_eq!(source(Backend::Mixed, [Pose; 3], 3), Ok(Odom), "there are no real ones");
+        assert_eq!(source(Backend::Simulator, [Odom, Pose, Pose], 0), Ok(Odom));
+        for (backend, n_virtual) in [(Backend::Fleet, 0), (Backend::Mixed, 1)] {
+            let error = source(backend, [Odom, Odom, Pose], n_virtual).unwrap_err();
+            let text =
+                "come from `odom` and those of robot_2 from `pose`, expected one `pose:` for all";
+            assert!(error.to_string().contains(text), "{error}");
+        }
     }
 }

@@ -20,6 +20,7 @@ use rsrs_core::judge::phase::{Phase, label};
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::harsher::HarsherFactors;
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::statistics::comparison::{CellRuns, Comparison, Tally};
@@ -198,6 +199,7 @@ fn record(
         backend: Backend::Simulator,
         controller_only: Vec::new(),
         gates: std::collections::BTreeMap::new(),
+        pose_source: Some(PoseSource::Odom),
         time: Time::RealTime,
         provenance: Provenance::new(version, "reproduce", &measured.digest(), conditions),
     };

@@ -8,6 +8,7 @@ use rsrs_pipeline::picture::{PictureFile, of_answers};
 
 use crate::commands::{Format, report, report_written};
 use crate::failure::Outcome;
+use crate::profile_arguments::ProfileArguments;
 use crate::progress::execution;
 use crate::words::{Tone, Words};
 
@@ -32,6 +33,8 @@ pub struct Arguments {
     /// Sweep file or folder of a sweep whose settings are tried (default: a built-in grid).
     #[arg(long, value_name = "SWEEP")]
     sweep: Option<PathBuf>,
+    #[command(flatten)]
+    other: ProfileArguments,
     /// Picture of all curves to write: svg, png or pdf.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -64,6 +67,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let picture = arguments.output.as_deref().map(PictureFile::new).transpose()?;
     let options = Options {
         sweep: arguments.sweep.as_deref(),
+        other_profile: arguments.other.profile(),
         wanted: arguments.b_s,
         confirm: arguments.confirm,
         replicates: arguments.replicates,

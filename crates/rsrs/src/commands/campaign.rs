@@ -5,6 +5,7 @@ mod prompt;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
+use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_fleet::record::{self, EndingKind};
 use rsrs_ros::logging::{self, Level};
 use rsrs_ros::security::Member;
@@ -14,6 +15,7 @@ use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
 use crate::notes::print_note;
+use crate::profile_arguments::ProfileArguments;
 use crate::words::{Tone, Words};
 use prompt::Prompt;
 use rsrs_pipeline::campaign::{Campaign, CampaignFolder, Conductor, RunTarget, Summary};
@@ -68,6 +70,8 @@ pub struct Arguments {
     /// judged last minute; never for its result (default: 2 in the simulator, 0 with a fleet).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100))]
     retry: Option<u32>,
+    #[command(flatten)]
+    other: ProfileArguments,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -84,7 +88,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Backend::Sim => record::Backend::Simulator,
         Backend::Fleet => record::Backend::Fleet,
     };
-    let Campaign { text, items } = Campaign::read(&arguments.campaign, backend)?;
+    let Campaign { text, items } =
+        Campaign::read(&arguments.campaign, backend, arguments.other.profile())?;
+    for differ in items.iter().filter_map(|item| item.other_profile.as_ref()).take(1) {
+        print_note(format!("note: {differ}"));
+    }
     let is_asked = !arguments.yes && arguments.place_command.is_none();
     let asks = arguments.backend == Backend::Fleet && is_asked;
     if asks && !std::io::stdin().is_terminal() {
@@ -155,6 +163,9 @@ fn command(arguments: &Arguments) -> String {
         words.push("--backend fleet".to_owned());
     }
     words.extend(arguments.interface.as_ref().map(|name| format!("--interface {name}")));
+    if arguments.other.profile() == OtherProfile::Insisted {
+        words.push("--other-profile".to_owned());
+    }
     if arguments.yes {
         words.push("--yes".to_owned());
     }

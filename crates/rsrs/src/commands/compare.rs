@@ -13,7 +13,7 @@ use rsrs_pipeline::compare::compare;
 /// Every bag is labelled by the judge, or by the person that `--labels` names, and belongs to the
 /// swept cell whose speed, turning rate and other settings it was run with. A bag of another
 /// experiment is refused: another number of robots, placement, arena, duration, or a cell that was
-/// not swept. A run that did not complete is listed with its cause and does not count.
+/// not swept. A run that did not complete, or cannot be labelled, is listed with its cause and does not count.
 ///
 /// The claim is that real robots mill at least as often as simulated ones, because those are
 /// deliberately worse. The verdict rests on all runs of all cells together. It is `violated` if they
@@ -21,7 +21,9 @@ use rsrs_pipeline::compare::compare;
 /// themselves are named. It is `supported` if they show that real robots, averaged over the runs, mill
 /// as often, or less often by at most the margin. Either verdict is wrong with a probability of at most
 /// 0.05, whatever number of runs one looked at before: add runs and compare again as you like. Else it
-/// is `undecided`. Exit code 3 means that it is violated.
+/// is `undecided`. Runs that were left out for a cause after their start may have ended in any way: a verdict
+/// stands only if it stands whatever they came to. Exit code 3 means that the claim is violated, or that
+/// a run cannot be labelled.
 ///
 /// The last lines are what to do next: the experiment that is most informative, or, where real robots
 /// mill less often, back to measuring them.
@@ -49,5 +51,5 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let result = compare(&arguments.folder, &arguments.runs.clone().into())?;
     report(arguments.format, &result, verdicts::comparison(&result))?;
-    Ok(result.verdict.into())
+    Ok(Outcome::from(&result))
 }

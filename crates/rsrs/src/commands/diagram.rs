@@ -13,6 +13,7 @@ use rsrs_view::page::{Page, Table};
 
 use crate::commands::{Format, report_written};
 use crate::failure::Outcome;
+use crate::profile_arguments::ProfileArguments;
 use rsrs_pipeline::compare;
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::files::write_file;
@@ -59,6 +60,8 @@ pub struct Arguments {
         requires = "bags"
     )]
     labels: Labeller,
+    #[command(flatten)]
+    other: ProfileArguments,
     /// Title (default: one with the name of the robot).
     #[arg(long, value_name = "TEXT")]
     title: Option<String>,
@@ -107,6 +110,8 @@ impl Arguments {
             labels: self.labels.clone(),
             with_lost_robots: false,
             margin: MARGIN,
+            poses: None,
+            other_profile: self.other.profile(),
         };
         Ok(compare::compare(&self.folder, &options)?.marks())
     }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_pipeline::draw::svg;
 use rsrs_pipeline::label::{CutRun, LabelOptions};
 use rsrs_pipeline::picture::PictureFile;
@@ -28,6 +29,9 @@ pub struct Arguments {
     /// Draw what there is of a run whose end was not recorded.
     #[arg(long)]
     part: bool,
+    /// Where poses come from (default: what the run went by).
+    #[arg(long, value_parser = crate::pose_arguments::pose_sources())]
+    poses: Option<PoseSource>,
 }
 
 /// Runs the command.
@@ -38,7 +42,8 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let picture = PictureFile::new(&arguments.output)?;
     let cut = if arguments.part { CutRun::Judged } else { CutRun::Refused };
-    picture.write(&svg(&arguments.bag, LabelOptions { cut, ..LabelOptions::default() })?)?;
+    let options = LabelOptions { cut, poses: arguments.poses, ..LabelOptions::default() };
+    picture.write(&svg(&arguments.bag, options)?)?;
     report_written(Format::Text, &arguments.output)?;
     Ok(Outcome::Done)
 }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rsrs_core::diagram::choice::{Choice, VIABLE_B_S_LOW};
+use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::statistics::comparison::{Share, Verdict, decide};
 use rsrs_core::statistics::pooled::PooledTest;
 use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
@@ -148,6 +149,8 @@ impl DryRun<'_> {
             labels: Labeller::Judge,
             with_lost_robots: false,
             margin: MARGIN,
+            poses: None,
+            other_profile: OtherProfile::Refused,
         };
         let mut comparison = compare::compare(&sweep, &runs)?;
         comparison.at_hand.experiment = quoted(&files.experiment);
@@ -185,6 +188,7 @@ impl DryRun<'_> {
                 bag: Some(self.folder.join(format!("bags/experiment_{number}"))),
                 seed: Some(self.arguments.seed + number - 1),
                 place_check: PlaceCheck::Off,
+                other_profile: OtherProfile::Refused,
             })
             .collect::<Vec<Request>>();
         print_note(&self.network.note);

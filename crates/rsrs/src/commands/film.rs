@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_pipeline::draw::{FilmOptions, film};
 use rsrs_pipeline::files::write_file;
 use rsrs_sim::sweep::Progress;
@@ -37,6 +38,9 @@ pub struct Arguments {
     #[arg(long, value_name = "PX", default_value_t = 480, hide_default_value = true,
           value_parser = clap::value_parser!(u32).range(64..=2048))]
     width: u32,
+    /// Where poses come from (default: what the run went by).
+    #[arg(long, value_parser = crate::pose_arguments::pose_sources())]
+    poses: Option<PoseSource>,
 }
 
 /// Runs the command.
@@ -49,6 +53,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         speed: arguments.speed,
         frames_per_s: arguments.fps,
         width_px: arguments.width,
+        poses: arguments.poses,
     };
     let cancel = interrupt::listen()?;
     let counter = Counter::new("filming", "frames");

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use rsrs_bags::trajectory::PoseSource;
 use rsrs_core::conditions::Region;
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::judge::trajectory::Bodies;
+use rsrs_core::robot::pose_source::PoseSource;
 
 use crate::commands::{Format, report};
 use crate::failure::Outcome;
@@ -70,29 +70,16 @@ pub struct Arguments {
     /// What to judge it for (default: what the bag's record has, else milling).
     #[arg(long, value_parser = super::behaviours())]
     behaviour: Option<Behaviour>,
-    /// Topic that poses come from (default: the first of these that the bag has).
-    #[arg(long, value_enum)]
-    poses: Option<Source>,
+    /// Where poses come from (default: what the run went by; where nothing in the bag states it, the
+    /// first of these that has poses of all robots).
+    #[arg(long, value_parser = crate::pose_arguments::pose_sources())]
+    poses: Option<PoseSource>,
     /// Label what there is of a run whose end was not recorded; such a label counts nowhere.
     #[arg(long)]
     part: bool,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
-}
-
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum Source {
-    /// `/<robot>/odom`.
-    Odom,
-    /// `/<robot>/pose`.
-    Pose,
-    /// A tracker's `NamedPoseArray`, on `/poses` if there are several.
-    NamedPoses,
-    /// A tracker's `PoseArray`, on `/poses` if there are several.
-    PoseArray,
-    /// `/tf`.
-    Tf,
 }
 
 fn reach(text: &str) -> Result<f64, String> {
@@ -198,13 +185,6 @@ fn options(arguments: &Arguments) -> anyhow::Result<LabelOptions> {
             Some(Bodies::seen_by(&region, profile.sensing.sees, profile.body.radius_m))
         }
     };
-    let poses = arguments.poses.map(|poses| match poses {
-        Source::Odom => PoseSource::Odom,
-        Source::Pose => PoseSource::Pose,
-        Source::NamedPoses => PoseSource::NamedPoses,
-        Source::PoseArray => PoseSource::PoseArray,
-        Source::Tf => PoseSource::Tf,
-    });
     let cut = if arguments.part { CutRun::Judged } else { CutRun::Refused };
-    Ok(LabelOptions { bodies, poses, cut, behaviour: arguments.behaviour })
+    Ok(LabelOptions { bodies, poses: arguments.poses, cut, behaviour: arguments.behaviour })
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rsrs_core::diagram::axis::Cell;
+use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_fleet::record::Backend;
@@ -61,6 +62,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         bag: None,
         seed: arguments.seed,
         place_check: PlaceCheck::Off,
+        // Where robots are to stand does not depend on it.
+        other_profile: OtherProfile::Insisted,
     })?;
     let poses = StartPoses::of(&plan)?;
     if let Some(picture) = picture {

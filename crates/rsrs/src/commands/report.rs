@@ -66,5 +66,5 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let text = format!("{}: {runs}, {}", output.display(), size(n_bytes));
     let summary = Summary { report: output.clone(), n_bytes, comparison };
     report(arguments.format, &summary, &text)?;
-    Ok(summary.comparison.verdict.into())
+    Ok(Outcome::from(&summary.comparison))
 }

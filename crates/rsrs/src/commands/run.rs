@@ -16,6 +16,7 @@ use crate::failure::Outcome;
 use crate::fleet_network::{chosen_network, other_middleware};
 use crate::interrupt::asked_to_stop;
 use crate::notes::{print_always, print_note};
+use crate::profile_arguments::ProfileArguments;
 use crate::words::{Tone, Words};
 use rsrs_pipeline::error::with_help;
 use rsrs_pipeline::execution::runtime;
@@ -67,6 +68,8 @@ pub struct Arguments {
     /// (default: on).
     #[arg(long, value_enum, default_value = "on", hide_default_value = true)]
     place_check: PlaceCheck,
+    #[command(flatten)]
+    other: ProfileArguments,
     /// Folder of the bag; it must not exist (default: named after the run, in this folder).
     #[arg(short, long, value_name = "BAG")]
     output: Option<PathBuf>,
@@ -103,6 +106,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             PlaceCheck::On => plan::PlaceCheck::On,
             PlaceCheck::Off => plan::PlaceCheck::Off,
         },
+        other_profile: arguments.other.profile(),
     })?;
     let place_command = arguments.place_command.as_deref();
     let summary = match arguments.backend {
@@ -220,6 +224,7 @@ fn text(summary: &RunSummary) -> String {
     if summary.ending != EndingKind::Completed.key() {
         lines.push(format!("{}: {}", summary.ending, summary.reason));
     }
+    lines.extend(summary.other_profile.iter().map(|differ| format!("note: {differ}")));
     lines.extend(summary.lost_robots.iter().map(ToString::to_string));
     if summary.n_lost > 0 {
         lines.push(format!("{} messages were lost on the way to the bag", summary.n_lost));
@@ -250,6 +255,7 @@ mod tests {
             backend: Backend::Fleet,
             controller_only: Vec::new(),
             gates: std::collections::BTreeMap::new(),
+            pose_source: None,
             time: Time::RealTime,
         }
     }
@@ -265,6 +271,7 @@ mod tests {
             n_messages: 1,
             n_lost: 0,
             gaps: Vec::new(),
+            other_profile: None,
             not_standing: Vec::new(),
             duration_s: 300.0,
             preflight_s: None,

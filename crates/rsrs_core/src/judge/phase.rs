@@ -179,6 +179,11 @@ pub enum JudgeError {
 /// The time at the end of a run that is judged, in seconds.
 pub const WINDOW_S: f64 = 60.0;
 
+/// The longest time without a pose of a robot that is bridged within [`WINDOW_S`], in seconds: a circle
+/// of 0.75 rad/s at 0.15 m/s departs from its chord by 5 cm in this time, less than its robots are wide,
+/// and settled labels stay what they are (`tests/judge.rs`, `IsOccluded`).
+pub const MAX_GAP_S: f64 = 2.0;
+
 /// Length of the blocks in which convergence is looked for, in seconds.
 pub const BLOCK_S: f64 = 10.0;
 

@@ -5,8 +5,9 @@ use std::fmt;
 
 use rsrs_core::document::DocumentError;
 use rsrs_core::help::Help;
+use rsrs_core::robot::pose_source::PoseSource;
 
-use super::{FILE_VERSION, PROFILE};
+use super::{FILE_VERSION, LIVE_POSES, PROFILE};
 
 /// Why a fleet file cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -53,6 +54,19 @@ pub enum FleetFileError {
         file: String,
         /// The robot.
         robot: String,
+    },
+    /// Poses that are read from bags only.
+    #[error(
+        "{file}: {robot} has `pose: {found}`, which is read from bags only, expected {} in a run",
+        LIVE_POSES.map(|source| format!("`{source}`")).join(" or ")
+    )]
+    NotLive {
+        /// The file.
+        file: String,
+        /// The robot.
+        robot: String,
+        /// The source found.
+        found: PoseSource,
     },
     /// Keys that neither the robots, nor their types, nor `all` set; all that is missing in the
     /// file.
@@ -117,7 +131,8 @@ impl Help for FleetFileError {
             Self::Version { .. }
             | Self::Name { .. }
             | Self::UnknownType { .. }
-            | Self::HasGate { .. } => None,
+            | Self::HasGate { .. }
+            | Self::NotLive { .. } => None,
         }
     }
 }

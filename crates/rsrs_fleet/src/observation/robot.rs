@@ -7,9 +7,9 @@ use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 
 use super::Freshness;
-use crate::fleet_file::PoseSource;
 use crate::message::{LeaseState, RobotState, Status, StopCause};
 use crate::timing::{NODE_TIMEOUT, POSE_TIMEOUT, SENSOR_TIMEOUT};
+use rsrs_core::robot::pose_source::PoseSource;
 
 /// Over how long a rate is taken.
 const WINDOW: Duration = Duration::from_secs(3);
@@ -172,7 +172,9 @@ impl ObservedRobot {
     pub(super) fn take_pose(&mut self, source: PoseSource, pose: Pose, now: Duration) {
         let (slot, rate) = match source {
             PoseSource::Odom => (&mut self.odometry, &mut self.odometry_rate),
-            PoseSource::Pose => (&mut self.tracked, &mut self.tracked_rate),
+            PoseSource::Pose | PoseSource::NamedPoses | PoseSource::PoseArray | PoseSource::Tf => {
+                (&mut self.tracked, &mut self.tracked_rate)
+            }
         };
         *slot = Some(Seen { value: pose, at: now });
         rate.received(now);

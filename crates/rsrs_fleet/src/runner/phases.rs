@@ -5,8 +5,8 @@ use crate::message::E_STOP_REASON;
 use super::{
     ARM_TIMEOUT, Action, CONFIGURE_TIMEOUT, Duration, FIRST_SAMPLE_TIMEOUT, Failure, Gates,
     LOCKSTEP_GRACE, LossTimeouts, LostRobot, NODE_TIMEOUT, Outcome, POSE_SEARCH_DURATION, Phase,
-    RECORDER_TIMEOUT, Requests, RunBinding, RunLength, Runner, STAND_TIMEOUT, Seen, Target,
-    UnexpectedPublishers, preflight,
+    RECORDER_TIMEOUT, Requests, RunBinding, RunLength, Runner, STAND_TIMEOUT, SampleKind, Seen,
+    Target, UnexpectedPublishers, preflight,
 };
 
 impl Runner {
@@ -285,6 +285,7 @@ impl Runner {
         match self.options.length {
             RunLength::RealTime { duration } => {
                 let is_over = self.elapsed(now) >= duration;
+                self.note_pose_gaps(duration.saturating_sub(self.elapsed(now)), now, actions);
                 if is_over || self.elapsed(now) >= FIRST_SAMPLE_TIMEOUT {
                     self.need_samples(now, actions);
                 }
@@ -324,6 +325,14 @@ impl Runner {
             lost.map(|(robot, reason)| LostRobot { robot, after_s, reason }).collect();
         self.lost.extend(lost.iter().cloned());
         lost
+    }
+
+    /// Notes at once that a run will not be labelled; one that needs no poses is none.
+    fn note_pose_gaps(&mut self, left: Duration, now: Duration, actions: &mut Vec<Action>) {
+        if self.options.samples.contains(&SampleKind::Pose) {
+            let news = self.pose_gaps.news(self.roster.pose_silences(now), left);
+            actions.extend(news.into_iter().map(Action::Note));
+        }
     }
 
     /// A robot without detections has not moved by them, and one without poses cannot be judged: a

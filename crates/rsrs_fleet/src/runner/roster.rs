@@ -123,6 +123,15 @@ impl Roster {
         missing.collect()
     }
 
+    /// How long no pose has come of each robot that is not lost, and of which one has come since the
+    /// start.
+    pub(super) fn pose_silences(&self, now: Duration) -> impl Iterator<Item = (&str, Duration)> {
+        self.members.iter().filter(|member| !member.lost).filter_map(move |member| {
+            let at = member.samples.get(&SampleKind::Pose)?;
+            Some((member.name.as_str(), now.saturating_sub(*at)))
+        })
+    }
+
     /// The highest epoch that a robot or controller of this run obeys.
     pub(super) fn highest_epoch(&self) -> u64 {
         let sides = self.members.iter().flat_map(|member| [&member.robot, &member.controller]);

@@ -23,6 +23,9 @@ impl fmt::Display for Answers {
             percent(self.wanted),
             if self.viable { "" } else { "; `rsrs diagnose` names what to change" }
         )?;
+        if let Some(differ) = &self.other_profile {
+            writeln!(formatter, "note: the settings are those of another sweep: {differ}")?;
+        }
         for (number, answer) in (1..).zip(&self.questions) {
             writeln!(formatter, "\n{number}. {}", answer.question)?;
             for line in answer.lines() {

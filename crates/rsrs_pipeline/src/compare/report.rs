@@ -4,17 +4,21 @@ mod text;
 
 use std::path::{Path, PathBuf};
 
+use rsrs_bags::trajectory::Finding;
 use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::diagram::axis::Cell;
 use rsrs_core::judge::behaviour::{Behaviour, Verb};
 use rsrs_core::judge::phase::Phase;
-use rsrs_core::statistics::comparison::{CellComparison, CellRuns, Comparison, Tally, Verdict};
+use rsrs_core::robot::other_profile::ProfilesDiffer;
+use rsrs_core::statistics::comparison::{CellComparison, CellRuns, Tally, Verdict};
+use rsrs_core::statistics::left_out::Attempts;
 use rsrs_core::statistics::next_experiment::NextStep;
 use rsrs_core::statistics::pooled::Pooled;
-use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord, LostRobot};
+use rsrs_fleet::record::{Backend, ExperimentRecord};
 use rsrs_view::diagram::ExperimentMark;
 use serde::Serialize;
 
+use crate::compare::not_counted::{Cause, NotCounted};
 use crate::compare::run_matching::Admitted;
 use crate::label::Labelled;
 use crate::label::human_labels::JUDGE;
@@ -23,11 +27,12 @@ use crate::wording::shell::{experiment_beside, quoted};
 /// Recorded runs, held against a sweep.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// What follows from all runs together.
+    /// What follows from all runs together, whatever those that were left out after their start would
+    /// have come to.
     pub verdict: Verdict,
     /// What it means, or rests on, in a few words.
     pub summary: String,
-    /// All runs of all cells together, on which the verdict rests.
+    /// All runs of all cells together that count, on which the verdict rests.
     pub pooled: Pooled,
     /// If undecided: further real runs that would support the claim if all of them mill; `null` also if
     /// no number that a laboratory runs would.
@@ -42,6 +47,9 @@ pub struct Report {
     pub bags: Vec<ComparedBag>,
     /// The runs that do not.
     pub not_counted: Vec<NotCounted>,
+    /// Those among them that were left out for a cause after their start; not there if none was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub left_out: Option<LeftOut>,
     /// Notes for the reader.
     pub notes: Vec<String>,
     /// The experiment that is most informative, or back to the robots.
@@ -124,6 +132,9 @@ pub struct ComparedBag {
     /// Its label.
     #[serde(flatten)]
     pub labelled: Labelled,
+    /// That its robots have another profile than those of the sweep; not there if they do not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub other_profile: Option<ProfilesDiffer>,
     /// How it was set up; in its bag, and not written again.
     #[serde(skip)]
     pub record: ExperimentRecord,
@@ -133,32 +144,6 @@ impl ComparedBag {
     /// Its name: that of its bag.
     pub fn name(&self) -> String {
         self.labelled.bag.file_stem().unwrap_or_default().to_string_lossy().into_owned()
-    }
-}
-
-/// One run that does not count.
-#[derive(Clone, Debug, Serialize)]
-pub struct NotCounted {
-    /// Its bag.
-    pub bag: PathBuf,
-    /// How it ended: `void`, `aborted` or `failed`.
-    pub ending: &'static str,
-    /// The cause that was recorded at its end.
-    pub reason: String,
-    /// Robots that did not take part to the end.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub lost_robots: Vec<LostRobot>,
-}
-
-impl NotCounted {
-    fn of(run: Admitted) -> Self {
-        let Ending { kind, reason, lost } = run.ending;
-        let causes: Vec<String> = (!reason.is_empty())
-            .then_some(reason)
-            .into_iter()
-            .chain(lost.iter().map(ToString::to_string))
-            .collect();
-        Self { bag: run.bag, ending: kind.key(), reason: causes.join("; "), lost_robots: lost }
     }
 }
 
@@ -172,12 +157,50 @@ pub struct Simulated {
 }
 
 /// The runs of a comparison.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Runs {
     /// Those that count, with cell and label.
     pub counted: Vec<(Cell, Admitted, Labelled)>,
     /// Those that do not.
-    pub others: Vec<Admitted>,
+    pub left_out: Vec<LeftOutRun>,
+}
+
+/// A run that does not count, with the index of its cell in the diagram.
+#[derive(Clone, Debug)]
+pub struct LeftOutRun {
+    /// The index.
+    pub cell: usize,
+    /// The run.
+    pub not_counted: NotCounted,
+}
+
+impl Runs {
+    /// Adds a run that does not count.
+    pub fn leave_out(&mut self, cell: &Cell, run: Admitted, (cause, reason): (Cause, String)) {
+        let not_counted = NotCounted {
+            cell: cell.clone(),
+            cause,
+            ending: run.ending.as_ref().map_or("unknown", |ending| ending.kind.key()),
+            reason,
+            lost_robots: run.lost().to_vec(),
+            after_start: run.has_started,
+            bag: run.bag,
+        };
+        self.left_out.push(LeftOutRun { cell: run.cell, not_counted });
+    }
+}
+
+/// Runs that were left out for a cause after their start, and what the verdict would be with them.
+#[derive(Clone, Debug, Serialize)]
+pub struct LeftOut {
+    /// Their bags.
+    pub bags: Vec<PathBuf>,
+    /// The verdict without them.
+    pub verdict_without: Verdict,
+    /// The verdict if each of them is counted as not milling.
+    pub verdict_if_none_milled: Verdict,
+    /// The verdict if each of them is counted as milling.
+    pub verdict_if_all_milled: Verdict,
 }
 
 impl Report {
@@ -185,32 +208,38 @@ impl Report {
     ///
     /// # Arguments
     ///
-    /// * `comparison` — the statistics.
-    /// * `cells` — what they rest on, cell by cell; shape `[n_cells]` each.
+    /// * `attempts` — the statistics, with what they rest on.
+    /// * `simulated` — the simulated runs of each cell that was compared.
     /// * `runs` — the runs behind it.
     /// * `next` — what to do next, and the files that it takes.
     pub fn new(
-        comparison: &Comparison,
-        cells: &[CellRuns],
+        attempts: &Attempts,
         simulated: &[Simulated],
         runs: Runs,
         (next, at_hand): (NextStep, AtHand),
     ) -> Self {
+        let (comparison, cells) = (&attempts.counted, &attempts.cells[0]);
         let compared = comparison.cells.iter().zip(cells.iter().zip(simulated));
+        let of_cell = |cell: &CellComparison, runs: &CellRuns, simulated: Simulated| ComparedCell {
+            verdict: attempts.verdict_of(&cell.cell),
+            ..of_cell(cell, runs, simulated)
+        };
+        let left_out = left_out(attempts, &runs);
         let notes = notes(&runs);
         let simulated_phases = cells.first().map(|runs| runs.simulated.behaviour());
         let behaviour = simulated_phases.unwrap_or_default();
-        let not_counted = runs.others.into_iter().map(NotCounted::of);
+        let not_counted = runs.left_out.into_iter().map(|run| run.not_counted);
         let bags = runs.counted.into_iter().map(|(cell, run, labelled)| ComparedBag {
             cell,
             labelled,
+            other_profile: run.other_profile,
             record: run.record,
         });
         Self {
-            verdict: comparison.verdict,
-            summary: summary(comparison, behaviour.verb()),
+            verdict: attempts.verdict(),
+            summary: summary(attempts, behaviour.verb()),
             pooled: comparison.pooled,
-            further_runs: comparison.further_runs,
+            further_runs: attempts.deciding().0.further_runs,
             labels: JUDGE.to_owned(),
             cells: compared
                 .map(|(cell, (runs, simulated))| of_cell(cell, runs, *simulated))
@@ -218,6 +247,7 @@ impl Report {
             tally: comparison.tally,
             bags: bags.collect(),
             not_counted: not_counted.collect(),
+            left_out,
             notes,
             next,
             at_hand,
@@ -227,6 +257,11 @@ impl Report {
     /// The behaviour that is compared.
     pub fn behaviour(&self) -> Behaviour {
         self.cells.first().map_or(Behaviour::default(), |cell| cell.simulated.behaviour())
+    }
+
+    /// Whether a run that should count cannot be looked at.
+    pub fn has_lost_evidence(&self) -> bool {
+        self.not_counted.iter().any(|run| run.cause.is_lost_evidence())
     }
 
     fn verb(&self) -> Verb {
@@ -279,8 +314,28 @@ fn of_cell(cell: &CellComparison, runs: &CellRuns, simulated: Simulated) -> Comp
     }
 }
 
-fn summary(comparison: &Comparison, verb: Verb) -> String {
+/// The runs that were left out for a cause after their start, with the verdict in each case.
+fn left_out(attempts: &Attempts, runs: &Runs) -> Option<LeftOut> {
+    let after_start = runs.left_out.iter().filter(|run| run.not_counted.after_start);
+    let bags: Vec<PathBuf> = after_start.map(|run| run.not_counted.bag.clone()).collect();
+    (!bags.is_empty()).then_some(LeftOut {
+        bags,
+        verdict_without: attempts.counted.verdict,
+        verdict_if_none_milled: attempts.if_none.verdict,
+        verdict_if_all_milled: attempts.if_all.verdict,
+    })
+}
+
+fn summary(attempts: &Attempts, verb: Verb) -> String {
     let mill = verb.plain;
+    let comparison = &attempts.counted;
+    if attempts.verdict() != comparison.verdict {
+        let word = text::word(comparison.verdict);
+        return format!(
+            "{word} by the runs that count alone, which does not stand whatever those came to that \
+             were left out after their start"
+        );
+    }
     let n_cells = comparison.cells.len();
     match comparison.verdict {
         Verdict::Violated if n_cells > 1 => {
@@ -333,20 +388,37 @@ fn notes(runs: &Runs) -> Vec<String> {
             counted(runs.counted.len() as u64, "run")
         ));
     }
+    let is_guessed = |(_, _, labelled): &&(Cell, Admitted, Labelled)| {
+        labelled.findings.iter().any(|finding| matches!(finding, Finding::Unstated { .. }))
+    };
+    let n_guessed = runs.counted.iter().filter(is_guessed).count();
+    if n_guessed > 0 {
+        notes.push(format!(
+            "in {n_guessed} of {} nothing states which poses count, and there are several: `rsrs label` \
+             names those that were taken, `--poses` takes others",
+            counted(runs.counted.len() as u64, "run")
+        ));
+    }
+    let of_others = runs.counted.iter().filter_map(|(_, run, _)| run.other_profile.as_ref());
+    let of_others: Vec<&ProfilesDiffer> = of_others.collect();
+    if let Some(differ) = of_others.first() {
+        let n_others = of_others.len();
+        notes.push(format!(
+            "in {n_others} of {} the robots are not those that were swept (`--other-profile`): {differ}",
+            counted(runs.counted.len() as u64, "run")
+        ));
+    }
     for (_, run, _) in &runs.counted {
-        let lost: Vec<String> = run.ending.lost.iter().map(ToString::to_string).collect();
+        let lost: Vec<String> = run.lost().iter().map(ToString::to_string).collect();
         if !lost.is_empty() {
             notes.push(format!("{} counts, though {}", run.bag.display(), lost.join("; ")));
         }
     }
-    let is_left_out =
-        |run: &&Admitted| run.ending.kind == EndingKind::Completed && !run.ending.lost.is_empty();
-    let n_left_out = runs.others.iter().filter(is_left_out).count();
-    if n_left_out > 0 {
-        notes.push(format!(
-            "{} went on without a robot that was lost; `--with-lost-robots` counts such runs, too",
-            counted(n_left_out as u64, "run")
-        ));
+    for cause in Cause::ALL {
+        let n = runs.left_out.iter().filter(|run| run.not_counted.cause == cause).count();
+        if let (1.., Some(option)) = (n, cause.option()) {
+            notes.push(format!("{}: {cause}; {option}", counted(n as u64, "run")));
+        }
     }
     notes
 }

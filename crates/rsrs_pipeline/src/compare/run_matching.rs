@@ -1,19 +1,24 @@
 //! Which bags may be held against a sweep: those of the experiment that was simulated, each run
 //! once.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use rsrs_bags::Bag;
 use rsrs_core::conditions::operator::OperatorConditions;
 use rsrs_core::diagram::PhaseDiagram;
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::robot::controller::decide;
+use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord};
+use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord, LostRobot};
 use rsrs_sim::sweep::confirmation_seed;
 
+use crate::compare::not_counted::Cause;
 use crate::error::{help_of, in_one_line, with_help};
 use crate::recorded_run;
+use crate::run::attempt::number_aside;
 use crate::sweep::result::SweepResult;
 
 /// A bag of a run that a swept cell stands for.
@@ -25,18 +30,94 @@ pub struct Admitted {
     pub cell: usize,
     /// How the run was set up.
     pub record: ExperimentRecord,
-    /// How it ended; only a completed run counts.
-    pub ending: Ending,
+    /// How it ended; `None` if that is unknown. Only a completed run counts.
+    pub ending: Option<Ending>,
+    /// Why it is unknown what the whole run was, where it is.
+    pub incomplete: Option<String>,
+    /// Whether its robots were ever allowed to move.
+    pub has_started: bool,
+    /// Where it is kept, if another run was made in its place.
+    pub made_again: Option<String>,
+    /// That its robots have another profile than those of the sweep, where somebody insists.
+    pub other_profile: Option<ProfilesDiffer>,
 }
 
-/// Reads the records of bags, and refuses those that no swept cell stands for.
+impl Admitted {
+    /// Robots that did not take part to the end.
+    pub fn lost(&self) -> &[LostRobot] {
+        self.ending.as_ref().map_or(&[], |ending| &ending.lost)
+    }
+
+    /// Why it does not count, whatever its label, with the cause in full; `None` if it does.
+    pub fn cause(&self) -> Option<(Cause, String)> {
+        if let Some(reason) = &self.incomplete {
+            return Some((Cause::Incomplete, reason.clone()));
+        }
+        let Some(ending) = &self.ending else {
+            return Some((Cause::Incomplete, "does not state how its run ended".to_owned()));
+        };
+        let lost = ending.lost.iter().map(ToString::to_string);
+        let reason = Some(ending.reason.clone()).filter(|reason| !reason.is_empty());
+        let reasons: Vec<String> = reason.into_iter().chain(lost).collect();
+        let counts = self.record.counts_without(&ending.lost);
+        let without_robots = (!counts).then_some(Cause::RobotLost);
+        let made_again = self.made_again.is_some().then_some(Cause::MadeAgain);
+        let cause = Cause::of_ending(ending.kind).or(without_robots).or(made_again)?;
+        let reasons = reasons.into_iter().chain(self.made_again.clone());
+        Some((cause, reasons.collect::<Vec<_>>().join("; ")))
+    }
+}
+
+/// Reads the records of bags, and refuses those that no swept cell stands for. Attempts that a campaign
+/// has made again are kept beside their bags and come along.
 ///
 /// # Errors
 ///
 /// If the sweep varies what is unknown of a real robot; else all bags that are refused, each
 /// with its reason.
-pub fn admit(result: &SweepResult, bags: &[PathBuf]) -> anyhow::Result<Vec<Admitted>> {
-    let matcher = RunMatcher::to(result)?;
+pub fn admit(
+    result: &SweepResult,
+    bags: &[PathBuf],
+    other_profile: OtherProfile,
+) -> anyhow::Result<Vec<Admitted>> {
+    let matcher = RunMatcher::to(result, other_profile)?;
+    let mut admitted = bags_alone(&matcher, bags)?;
+    for bag in kept_beside(bags) {
+        // What does not state its experiment is no attempt at one of the sweep's.
+        match matcher.admit(&bag) {
+            Ok(run) if admitted.iter().all(|other| other.record.run_id != run.record.run_id) => {
+                let kept = "kept beside the run that was made in its place";
+                admitted.push(Admitted { made_again: Some(kept.to_owned()), ..run });
+            }
+            Ok(_) => {}
+            Err(error) => log::warn!("{}", in_one_line(&error)),
+        }
+    }
+    Ok(admitted)
+}
+
+/// The recordings of attempts that were made again, as they are kept beside their bags, without those that
+/// are among the bags.
+fn kept_beside(bags: &[PathBuf]) -> Vec<PathBuf> {
+    let mut kept = BTreeSet::new();
+    for bag in bags {
+        let Some(name) = bag.file_name().map(|name| name.to_string_lossy().into_owned()) else {
+            continue;
+        };
+        let folder = bag.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let entries = folder.unwrap_or(Path::new(".")).read_dir().into_iter().flatten().flatten();
+        let numbered = entries.filter_map(|entry| {
+            let aside = entry.file_name().to_string_lossy().into_owned();
+            number_aside(&name, &aside)
+                .map(|number| (bag.clone(), number, bag.with_file_name(aside)))
+        });
+        kept.extend(numbered);
+    }
+    let paths = kept.into_iter().map(|(_, _, path)| path);
+    paths.filter(|path| !bags.contains(path)).collect()
+}
+
+fn bags_alone(matcher: &RunMatcher, bags: &[PathBuf]) -> anyhow::Result<Vec<Admitted>> {
     let mut admitted: Vec<Admitted> = Vec::new();
     let mut refusals = Vec::new();
     for bag in bags {
@@ -103,12 +184,15 @@ struct RunMatcher<'a> {
     worlds: Vec<u64>,
     /// Seed of the sweep.
     seed: u64,
+    /// Digest of the profile of its robots, and what to do about others.
+    profile_digest: String,
+    other_profile: OtherProfile,
     /// The value of each capability that the sweep has one value of.
     capabilities: Vec<(Axis, f64)>,
 }
 
 impl<'a> RunMatcher<'a> {
-    fn to(result: &'a SweepResult) -> anyhow::Result<Self> {
+    fn to(result: &'a SweepResult, other_profile: OtherProfile) -> anyhow::Result<Self> {
         let diagram = &result.diagram;
         let duration_s = result.source.sweep.duration_s;
         let cells = result.source.cells("sweep.yaml")?;
@@ -124,29 +208,44 @@ impl<'a> RunMatcher<'a> {
             operator_conditions: operator_conditions.collect(),
             worlds: cells.iter().map(|(_, conditions)| conditions.digest()).collect(),
             seed: result.source.sweep.seed,
+            profile_digest: result.source.profile.digest(),
+            other_profile,
             capabilities: capabilities.collect::<anyhow::Result<_>>()?,
         })
     }
 
     fn admit(&self, path: &Path) -> anyhow::Result<Admitted> {
-        let bag = recorded_run::open(path)?;
+        let bag = recorded_run::open_damaged(path)?;
         let name = path.display();
         let record = recorded_run::record_in(&bag)?.with_context(|| {
             format!("{name}: holds no record of its experiment, so what was run is unknown")
         })?;
-        if let Some(lack) = recorded_run::lack_in(&bag) {
-            bail!("{name}: {lack}, so what the whole run was is unknown");
-        }
         if record.backend == Backend::Mixed {
             bail!("{name}: some of its robots were simulated, so it is no evidence of reality");
         }
-        let ending = recorded_run::ending_in(&bag)?
-            .with_context(|| format!("{name}: does not state how its run ended"))?;
         let run = record.operator_conditions();
         let cell = self.diagram.locate(&self.cell(&run)).with_context(|| name.to_string())?;
         self.operator_conditions[cell].admit(&run).with_context(|| name.to_string())?;
         self.refuse_own(path, &record, cell)?;
-        Ok(Admitted { bag: path.to_path_buf(), cell, record, ending })
+        let found = &record.provenance.profile_digest;
+        let other_profile =
+            self.other_profile.admit(&self.profile_digest, found).map_err(|differ| {
+                // Each bag has the profile of its robots.
+                with_help(format!("{name}: {differ}"), ProfilesDiffer::help("PROFILE.yaml"))
+            })?;
+        let ending = recorded_run::ending_in(&bag)?;
+        let incomplete = incomplete(&bag);
+        let has_started = recorded_run::has_started(&bag);
+        Ok(Admitted {
+            bag: path.to_path_buf(),
+            cell,
+            record,
+            ending,
+            incomplete,
+            has_started,
+            made_again: None,
+            other_profile,
+        })
     }
 
     /// Refuses a replicate of the sweep itself: a prediction that is held against itself always holds.
@@ -180,6 +279,13 @@ impl<'a> RunMatcher<'a> {
         Cell::new(settings.chain(self.capabilities.iter().copied()))
             .expect("the axes of a sweep are distinct, and numbers in JSON finite")
     }
+}
+
+/// Why it is unknown what a whole run was; `None` for a bag that is whole.
+fn incomplete(bag: &Bag) -> Option<String> {
+    let recover = || format!("`rsrs bag recover {}` saves what can be saved", bag.path().display());
+    let broken = recorded_run::break_in(bag).map(|broken| format!("{broken}; {}", recover()));
+    broken.or_else(|| recorded_run::lack_in(bag))
 }
 
 /// What the operator of a run has set on an axis; `None` for what a robot is rather than set to.
@@ -222,7 +328,9 @@ fn refuse_repeated(run: &Admitted, others: &[Admitted]) -> anyhow::Result<()> {
     // A run that does not count does not forbid to make up for it.
     let world = |run: &Admitted| {
         let Admitted { record, ending, .. } = run;
-        let counts = ending.kind == EndingKind::Completed && record.time == Time::Lockstep;
+        let is_completed =
+            ending.as_ref().is_some_and(|ending| ending.kind == EndingKind::Completed);
+        let counts = is_completed && record.time == Time::Lockstep;
         let conditions = &record.provenance.conditions_digest;
         counts.then(|| (record.seed, record.replicate, conditions.clone()))
     };

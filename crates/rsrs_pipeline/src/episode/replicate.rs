@@ -9,6 +9,7 @@ use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::settling::Settling;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{Phase, converged_s, label};
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
 use serde::Serialize;
@@ -150,6 +151,7 @@ fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> Exper
         backend: Backend::Simulator,
         controller_only: Vec::new(),
         gates: std::collections::BTreeMap::new(),
+        pose_source: Some(PoseSource::Odom),
         time: Time::Lockstep,
         provenance: Provenance::new(version, commit, &profile_digest, &conditions),
         conditions,

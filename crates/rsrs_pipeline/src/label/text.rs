@@ -40,7 +40,8 @@ impl fmt::Display for Labelled {
             write!(out, "\n  {}", sure(certainty))?;
         }
         for finding in &self.findings {
-            write!(out, "\n  mended: {finding}")?;
+            let what = if finding.is_mended() { "mended" } else { "note" };
+            write!(out, "\n  {what}: {finding}")?;
         }
         for label in &self.labels {
             let differs = if label.phase == self.phase { "" } else { "; differs" };

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use rsrs_bags::Bag;
-use rsrs_bags::trajectory::{RecordedTrajectory, read_trajectory};
+use rsrs_bags::trajectory::{Needed, RecordedTrajectory};
 use rsrs_core::conditions::Placement;
 use rsrs_core::robot::controller::{Command, ControllerParameters};
 use rsrs_core::robot::unicycle::Pose;
@@ -17,7 +17,7 @@ use rsrs_msgs::topics;
 use crate::error::helped;
 use crate::measure::sensor_readings::{self, Readings};
 use crate::measure::trial_window::intervals_s;
-use crate::recorded_run;
+use crate::recorded_run::{self, PosesOfRun};
 use crate::wording::names;
 
 /// The trials of one bag.
@@ -65,8 +65,8 @@ pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
         return Ok(BagTrials { standing: Some(standing), ..BagTrials::default() });
     }
     let record = recorded_run::record_in(&bag)?;
-    let options = recorded_run::trajectory_options(record.as_ref(), None);
-    let recorded = read_trajectory(&bag, &options).map_err(|error| {
+    let poses = PosesOfRun::of(&bag, record.as_ref(), None)?;
+    let recorded = poses.read(&bag, record.as_ref(), Needed::AllOfIt).map_err(|error| {
         let message = format!("{}: {error}", path.display());
         helped(error).context(message)
     })?;

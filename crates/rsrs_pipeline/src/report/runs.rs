@@ -3,6 +3,7 @@
 use anyhow::Context;
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::phase::{WINDOW_S, samples_in};
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::record::Backend;
 use rsrs_view::order_over_time::order_svg;
 use rsrs_view::replay::{BYTES_PER_POSE, Replay, Shown};
@@ -36,19 +37,22 @@ pub fn facts(comparison: &Comparison) -> anyhow::Result<Vec<RunFacts>> {
 fn facts_of(run: &ComparedBag, most_poses: f64) -> anyhow::Result<RunFacts> {
     let labelled = &run.labelled;
     let mut notes = vec![moved_by(run)];
-    let recorded = match JudgedRun::read(&labelled.bag, LabelOptions::default()) {
-        Err(error) => {
-            notes.push(format!("not drawn: {}", in_one_line(&error)));
-            None
-        }
-        Ok(judged) => {
-            notes.extend(evidence(&judged.labelled));
-            Some(
-                recorded(run, &judged, most_poses)
-                    .with_context(|| labelled.bag.display().to_string())?,
-            )
-        }
-    };
+    // As it was judged; of a run that a person labelled, what it went by.
+    let poses = labelled.poses.as_deref().and_then(PoseSource::from_key);
+    let recorded =
+        match JudgedRun::read(&labelled.bag, LabelOptions { poses, ..LabelOptions::default() }) {
+            Err(error) => {
+                notes.push(format!("not drawn: {}", in_one_line(&error)));
+                None
+            }
+            Ok(judged) => {
+                notes.extend(evidence(&judged.labelled));
+                Some(
+                    recorded(run, &judged, most_poses)
+                        .with_context(|| labelled.bag.display().to_string())?,
+                )
+            }
+        };
     notes.push(format!("run {} in {}", run.record.run_id, labelled.bag.display()));
     Ok(RunFacts {
         name: run.name(),

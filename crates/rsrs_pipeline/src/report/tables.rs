@@ -85,10 +85,10 @@ pub fn not_counted(comparison: &Comparison) -> Option<Table> {
     let rows: Vec<[String; 3]> = comparison
         .not_counted
         .iter()
-        .map(|run| [run.bag.display().to_string(), run.ending.to_owned(), run.reason.clone()])
+        .map(|run| [run.bag.display().to_string(), run.cause.to_string(), run.reason.clone()])
         .collect();
     let caption = "Runs that do not count";
-    (!rows.is_empty()).then(|| table(caption, ["bag", "ending", "cause"], rows))
+    (!rows.is_empty()).then(|| table(caption, ["bag", "what", "cause"], rows))
 }
 
 /// Every number of a profile with its source.

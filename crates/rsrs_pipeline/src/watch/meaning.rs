@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::e_stop::{Locks, NoLocks, Source};
-use rsrs_fleet::fleet_file::PoseSource;
 use rsrs_fleet::observation::Event;
 use rsrs_fleet::record::{Ending, ExperimentRecord};
 use rsrs_msgs::geometry_msgs::{PoseStamped, Twist, TwistStamped};

@@ -4,17 +4,17 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
 
-use rsrs_bags::trajectory::{RecordedTrajectory, read_trajectory};
+use rsrs_bags::trajectory::{Needed, RecordedTrajectory};
 use rsrs_bags::{Bag, BagError};
 use rsrs_core::judge::trajectory::Bodies;
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::e_stop::Source;
-use rsrs_fleet::fleet_file::PoseSource;
 use rsrs_fleet::observation::{Event, Playback, RecordedSwarm};
 use rsrs_fleet::record::ExperimentRecord;
 
 use super::meaning::WatchedTopic;
-use crate::error::with_help;
-use crate::recorded_run;
+use crate::error::{in_one_line, with_help};
+use crate::recorded_run::{self, PosesOfRun};
 
 /// No bag holds who published a message.
 const NOBODY: Source = Source([0; 16]);
@@ -39,10 +39,23 @@ pub fn read(path: &Path) -> anyhow::Result<RecordedFleet> {
     let bag = recorded_run::open_damaged(path)?;
     let record = recorded_run::record_in(&bag)?;
     let mut notes: Vec<String> = recorded_run::break_in(&bag).into_iter().collect();
-    let recorded = read_trajectory(&bag, &recorded_run::trajectory_options(record.as_ref(), None));
-    let recorded = recorded.map_err(|error| notes.push(format!("not judged: {error}"))).ok();
+    let poses = PosesOfRun::of(&bag, record.as_ref(), None)
+        .map_err(|error| notes.push(format!("not judged: {}", in_one_line(&error))))
+        .ok();
+    let recorded = poses.and_then(|poses| {
+        let read = poses.read(&bag, record.as_ref(), Needed::JudgedEnd);
+        read.map_err(|error| notes.push(format!("not judged: {error}"))).ok()
+    });
 
     let mut messages = watched_messages(&bag)?;
+    // Robots are shown where they are judged, or else where they would be.
+    let judged = recorded.as_ref().map(|recorded| recorded.poses);
+    if let Some(shown) = judged.or(poses.and_then(|poses| poses.source)) {
+        messages.retain(|(_, event)| match event {
+            Event::Pose { source, .. } => *source == shown,
+            _ => true,
+        });
+    }
     let first_ns = messages.iter().map(|(at_ns, _)| *at_ns).min();
     let Some(first_ns) = first_ns.or(recorded.as_ref().map(|recorded| recorded.window.start_ns))
     else {

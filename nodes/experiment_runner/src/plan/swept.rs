@@ -71,6 +71,8 @@ pub struct SweptCell {
     pub factors: HarsherFactors,
     /// Capabilities of the sweep's robots in this cell, where the sweep fixes or varies them.
     pub capabilities: Vec<(Axis, f64)>,
+    /// Digest of the profile of the measured robots.
+    pub profile_digest: String,
     /// Folder of the sweep.
     folder: PathBuf,
     /// The cell on all axes of the sweep.
@@ -132,6 +134,7 @@ impl SweptCell {
             operator_conditions,
             factors: sweep.factors(&profile),
             capabilities: values.filter(|(axis, _)| axis.is_capability()).collect(),
+            profile_digest: profile.digest(),
             folder: folder.to_owned(),
             swept: swept.clone(),
             varied: axes.find(|axis| axis.is_capability() && diagram.values(*axis).len() > 1),

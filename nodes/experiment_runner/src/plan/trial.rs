@@ -11,7 +11,7 @@ use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::trials::trial::Neighbour;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::fleet_file::{CmdVel, FleetFile, FleetRobot};
-use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance};
+use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance, pose_source};
 
 use super::{
     COMMIT, PlaceCheck, Plan, Poses, Recording, VERSION, common_profile, new_run_id, read,
@@ -137,6 +137,7 @@ impl Plan {
             replicate: 0,
             robot_lost: RobotLost::Abort,
             controller_only: super::controller_only(request.backend, &robots),
+            pose_source: Some(pose_source(request.backend, &robots)?),
             backend: request.backend,
             time,
             run_id: run_id.clone(),
@@ -150,6 +151,7 @@ impl Plan {
         let (poses, place_check) = (Poses::IfThere, PlaceCheck::Off);
         let (recording, limits) = (Recording::default(), super::limits(&measured));
         let gates = super::gates(request.backend, &robots, is_measured.then_some(&measured));
+        let other_profile = None;
         Ok(Self {
             record,
             robots,
@@ -161,6 +163,7 @@ impl Plan {
             limits,
             gates,
             is_measured,
+            other_profile,
         })
     }
 }

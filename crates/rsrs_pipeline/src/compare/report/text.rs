@@ -7,7 +7,7 @@ use rsrs_core::judge::behaviour::Verb;
 use rsrs_core::statistics::comparison::{MOST_RUNS, SIGNIFICANCE, Tally, Verdict};
 use rsrs_core::statistics::next_experiment::{Experiment, NextStep};
 
-use super::{ComparedCell, Report, counted};
+use super::{ComparedCell, LeftOut, Report, counted};
 use crate::label::human_labels::JUDGE;
 
 impl Display for Report {
@@ -36,10 +36,13 @@ impl Display for Report {
         }
         for run in &self.not_counted {
             let bag = run.bag.display();
-            writeln!(formatter, "not counted: {bag} ({}: {})", run.ending, run.reason)?;
+            writeln!(formatter, "not counted: {bag} ({}: {})", run.cause, run.reason)?;
         }
         for note in &self.notes {
             writeln!(formatter, "note: {note}")?;
+        }
+        if let Some(left_out) = &self.left_out {
+            writeln!(formatter, "{}", self.left_out_in_words(left_out))?;
         }
         writeln!(formatter, "{}", self.verdict_in_words())?;
         let [what, why] = self.next_in_words();
@@ -63,6 +66,22 @@ impl Report {
     /// What follows from all runs.
     pub fn verdict_in_words(&self) -> String {
         format!("verdict: {} ({})", word(self.verdict), self.reason_in_words())
+    }
+
+    /// What the verdict would be with the runs that were left out after their start.
+    fn left_out_in_words(&self, left_out: &LeftOut) -> String {
+        let LeftOut { bags, verdict_without, verdict_if_none_milled, verdict_if_all_milled } =
+            left_out;
+        let bags: Vec<String> = bags.iter().map(|bag| bag.display().to_string()).collect();
+        let (count, did) = (counted(bags.len() as u64, "run"), self.verb().did);
+        format!(
+            "left out after their start, and so perhaps for what the swarm did: {count} ({})\n  without \
+             them: {}; if none of them {did}: {}; if every one {did}: {}",
+            bags.join(", "),
+            word(*verdict_without),
+            word(*verdict_if_none_milled),
+            word(*verdict_if_all_milled)
+        )
     }
 
     /// What the verdict means or rests on, and how sure it is.
@@ -236,7 +255,7 @@ fn chance(probability: f64) -> String {
     if probability < 0.001 { "under 0.001".to_owned() } else { format!("{probability:.3}") }
 }
 
-fn word(verdict: Verdict) -> &'static str {
+pub(super) fn word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Violated => "violated",
         Verdict::Supported => "supported",

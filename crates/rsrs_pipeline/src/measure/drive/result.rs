@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use rsrs_bags::trajectory::{RecordedTrajectory, TrajectoryError, read_trajectory};
+use rsrs_bags::trajectory::{Needed, RecordedTrajectory, TrajectoryError};
 use rsrs_core::trials::trial::{DrivenTrial, Neighbour, reduced};
 use rsrs_experiment_runner::plan::{Plan, Trial};
 use rsrs_fleet::experiment::Time;
@@ -14,7 +14,7 @@ use crate::error::{in_one_line, with_help};
 use crate::measure::bag_trials;
 use crate::measure::command_rhythm;
 use crate::measure::sensor_readings::Readings;
-use crate::recorded_run;
+use crate::recorded_run::{self, PosesOfRun};
 
 /// What one trial came to.
 #[derive(Clone, Debug, Serialize)]
@@ -120,8 +120,8 @@ impl TrialResult {
     /// If the bag cannot be read, or its poses are no drive.
     pub fn of_bag(bag: &Path, plan: &Plan) -> anyhow::Result<Option<Self>> {
         let opened = recorded_run::open(bag)?;
-        let options = recorded_run::trajectory_options(Some(&plan.record), None);
-        let recorded = read_trajectory(&opened, &options);
+        let poses = PosesOfRun::of(&opened, Some(&plan.record), None)?;
+        let recorded = poses.read(&opened, Some(&plan.record), Needed::AllOfIt);
         if is_unseen(&recorded) {
             return Ok(None);
         }

@@ -1,0 +1,19 @@
+//! Robots that a sweep was not made from, on the command line.
+
+use rsrs_core::robot::other_profile::OtherProfile;
+
+/// What to do where a sweep meets robots of another profile than its own.
+#[derive(Clone, Copy, clap::Args)]
+pub struct ProfileArguments {
+    /// Go on where the sweep is of robots with another profile, and say so in the result (default: that
+    /// is refused).
+    #[arg(long)]
+    other_profile: bool,
+}
+
+impl ProfileArguments {
+    /// The same in a word.
+    pub fn profile(self) -> OtherProfile {
+        if self.other_profile { OtherProfile::Insisted } else { OtherProfile::Refused }
+    }
+}
