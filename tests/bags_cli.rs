@@ -217,6 +217,7 @@ fn episode(cell: [f64; 4], replicate: u64) -> ExperimentRecord {
         controller_only: Vec::new(),
         gates: BTreeMap::new(),
         pose_source: None,
+        tracker: None,
         time: Time::Lockstep,
     }
 }

@@ -57,6 +57,7 @@ mod stopping;
 mod swept_cells;
 mod terminal;
 mod tidy;
+mod trackers;
 mod watching;
 mod words;
 mod work;

@@ -47,6 +47,7 @@ fn bag(folder: &Path, name: &str, duration_s: f64) -> PathBuf {
         controller_only: Vec::new(),
         gates: std::collections::BTreeMap::new(),
         pose_source: None,
+        tracker: None,
         time: Time::Lockstep,
     };
     let path = folder.join(name);

@@ -21,11 +21,13 @@ mod rows;
 mod sources;
 mod spots;
 mod tidy;
+mod tracked;
 mod transforms;
 mod window;
 
 use rsrs_core::judge::trajectory::Trajectory;
 use rsrs_core::robot::pose_source::PoseSource;
+use rsrs_core::tracker::Tracker;
 
 use crate::Bag;
 use resample::Times;
@@ -33,10 +35,12 @@ use resample::Times;
 pub use error::TrajectoryError;
 pub use finding::Finding;
 pub use needed::Needed;
+pub use pose::RawPose;
+pub use tracked::{PoseReader, TrackedTopic, UnreadablePoses};
 pub use window::{RunningWindow, WindowSource};
 
 /// What to take from a bag.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TrajectoryOptions {
     /// Where poses come from; `None` takes the first of [`PoseSource::ALL`] that has all robots.
     pub poses: Option<PoseSource>,
@@ -45,6 +49,19 @@ pub struct TrajectoryOptions {
     pub run_id: Option<String>,
     /// What of the run must be known well.
     pub needed: Needed,
+    /// The tracker that published them, where the record describes it; used with `poses`.
+    pub tracker: Option<RecordedTracker>,
+}
+
+/// A tracker as the record of a run describes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedTracker {
+    /// How it publishes, and where its frame is on the floor.
+    pub tracker: Tracker,
+    /// The robots of the run.
+    pub robots: Vec<String>,
+    /// Radius of their bodies, in metres: machines that agree about a robot are not that far apart.
+    pub radius_m: f64,
 }
 
 /// A trajectory with findings about the bag.

@@ -124,6 +124,15 @@ pub struct PoseStamped {
     pub pose: Pose,
 }
 
+/// Poses of several bodies, which only their order tells apart.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseArray {
+    /// When and in which frame.
+    pub header: Header,
+    /// The poses, in an order that the publisher keeps.
+    pub poses: Vec<Pose>,
+}
+
 /// A pose with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PoseWithCovariance {
@@ -186,6 +195,7 @@ ros_messages! {
     Quaternion => "geometry_msgs/msg/Quaternion",
     Pose => "geometry_msgs/msg/Pose",
     PoseStamped => "geometry_msgs/msg/PoseStamped",
+    PoseArray => "geometry_msgs/msg/PoseArray",
     PoseWithCovariance => "geometry_msgs/msg/PoseWithCovariance",
     TwistWithCovariance => "geometry_msgs/msg/TwistWithCovariance",
     Transform => "geometry_msgs/msg/Transform",

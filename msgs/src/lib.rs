@@ -18,6 +18,7 @@ mod covariance;
 pub mod diagnostic_msgs;
 pub mod geometry_msgs;
 mod message;
+pub mod motion_capture_tracking_interfaces;
 pub mod nav_msgs;
 pub mod rcl_interfaces;
 pub mod rosgraph_msgs;

@@ -5,8 +5,8 @@
 
 use crate::RosMessage;
 use crate::{
-    diagnostic_msgs, geometry_msgs, nav_msgs, rcl_interfaces, rosgraph_msgs, rsrs, sensor_msgs,
-    std_msgs, tf2_msgs, visualization_msgs,
+    diagnostic_msgs, geometry_msgs, motion_capture_tracking_interfaces, nav_msgs, rcl_interfaces,
+    rosgraph_msgs, rsrs, sensor_msgs, std_msgs, tf2_msgs, visualization_msgs,
 };
 
 /// Whether a lost sample is sent again.
@@ -108,6 +108,11 @@ pub const CMD_VEL_UNSTAMPED: Topic =
 pub const ODOM: Topic = topic::<nav_msgs::Odometry>("odom", Qos::reliable(LOCKSTEP_DEPTH));
 /// Where a tracker sees the robot; best effort also receives trackers that are reliable.
 pub const POSE: Topic = topic::<geometry_msgs::PoseStamped>("pose", Qos::best_effort(10));
+/// Where a tracker sees all bodies, by their names; the usual name, which a fleet file may change.
+pub const NAMED_POSES: Topic =
+    topic::<motion_capture_tracking_interfaces::NamedPoseArray>("/poses", Qos::best_effort(10));
+/// The same of a tracker that tells bodies apart by their order; the same name, and never both.
+pub const POSE_ARRAY: Topic = topic::<geometry_msgs::PoseArray>("/poses", Qos::best_effort(10));
 /// The raw range reading behind a detection, when the driver has it.
 pub const RANGE: Topic = topic::<sensor_msgs::Range>("range", Qos::best_effort(10));
 /// What a tracked real robot would see of virtual ones, from the simulator.
@@ -186,6 +191,8 @@ pub const ALL: &[Topic] = &[
     CMD_VEL_UNSTAMPED,
     ODOM,
     POSE,
+    NAMED_POSES,
+    POSE_ARRAY,
     RANGE,
     VIRTUAL_DETECTION,
     HARDWARE_CMD_VEL,
@@ -219,7 +226,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_the_two_shapes_of_a_command_share_a_name() {
+    fn only_the_two_shapes_of_a_command_and_of_poses_share_a_name() {
         let mut types_of_name: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
         for topic in ALL {
             types_of_name.entry(topic.name).or_default().push(topic.type_name);
@@ -228,8 +235,10 @@ mod tests {
         types_of_name.retain(|_, types| types.len() > 1);
 
         let expected = vec!["geometry_msgs/msg/TwistStamped", "geometry_msgs/msg/Twist"];
-        let of_commands = [("cmd_vel", expected.clone()), ("hardware/cmd_vel", expected)];
-        assert_eq!(types_of_name, BTreeMap::from(of_commands));
+        let of_poses = vec![NAMED_POSES.type_name, POSE_ARRAY.type_name];
+        let expected =
+            [("cmd_vel", expected.clone()), ("hardware/cmd_vel", expected), ("/poses", of_poses)];
+        assert_eq!(types_of_name, BTreeMap::from(expected));
     }
 
     #[test]

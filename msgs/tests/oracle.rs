@@ -26,9 +26,9 @@ use rsrs_msgs::rcl_interfaces::{
 };
 use rsrs_msgs::rsrs::{Recorded, RobotStatus, RunLease, WorldDigest};
 use rsrs_msgs::{
-    RosMessage, builtin_interfaces, cdr, diagnostic_msgs, geometry_msgs, nav_msgs, rosgraph_msgs,
-    schema, sensor_msgs, simulation_interfaces as simulation, std_msgs, tf2_msgs,
-    visualization_msgs,
+    RosMessage, builtin_interfaces, cdr, diagnostic_msgs, geometry_msgs,
+    motion_capture_tracking_interfaces, nav_msgs, rosgraph_msgs, schema, sensor_msgs,
+    simulation_interfaces as simulation, std_msgs, tf2_msgs, visualization_msgs,
 };
 use rsrs_testing::python;
 use serde::{Deserialize, Serialize};
@@ -105,8 +105,8 @@ macro_rules! cases_of {
 fn all_cases() -> Vec<Case> {
     use diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
     use geometry_msgs::{
-        Point, Pose, PoseStamped, PoseWithCovariance, Quaternion, Transform, TransformStamped,
-        Twist, TwistStamped, TwistWithCovariance, Vector3,
+        Point, Pose, PoseArray, PoseStamped, PoseWithCovariance, Quaternion, Transform,
+        TransformStamped, Twist, TwistStamped, TwistWithCovariance, Vector3,
     };
     cases_of![
         builtin_interfaces::Time,
@@ -121,11 +121,14 @@ fn all_cases() -> Vec<Case> {
         Point,
         Quaternion,
         Pose,
+        PoseArray,
         PoseStamped,
         PoseWithCovariance,
         TwistWithCovariance,
         Transform,
         TransformStamped,
+        motion_capture_tracking_interfaces::NamedPose,
+        motion_capture_tracking_interfaces::NamedPoseArray,
         nav_msgs::Odometry,
         rosgraph_msgs::Clock,
         sensor_msgs::CompressedImage,
@@ -211,6 +214,15 @@ fn ask(question: &Question) -> RosbagsReport {
     serde_json::from_str(&printed).expect("the script answers in JSON")
 }
 
+/// Definitions of a package that `rosbags` does not have, as its authors publish them.
+fn trackers_definitions() -> [(&'static str, String); 2] {
+    use motion_capture_tracking_interfaces::{NamedPose, NamedPoseArray};
+    [
+        (NamedPose::TYPE_NAME, "string name\ngeometry_msgs/Pose pose\n".to_owned()),
+        (NamedPoseArray::TYPE_NAME, "std_msgs/Header header\nNamedPose[] poses\n".to_owned()),
+    ]
+}
+
 #[test]
 fn bytes_hashes_and_definitions_are_those_of_an_independent_implementation() {
     let definitions_folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("msg");
@@ -222,6 +234,7 @@ fn bytes_hashes_and_definitions_are_those_of_an_independent_implementation() {
                 let text = std::fs::read_to_string(definitions_folder.join(format!("{stem}.msg")));
                 (type_name, text.expect("our definitions are in msg/"))
             })
+            .chain(trackers_definitions())
             .collect();
     let schemas: BTreeMap<&str, String> = schema::type_names()
         .map(|name| (name, schema::schema_text(name).expect("its name is in the table")))

@@ -43,6 +43,7 @@ fn record(neighbour: Option<(f64, f64)>) -> ExperimentRecord {
         controller_only: Vec::new(),
         gates: std::collections::BTreeMap::new(),
         pose_source: None,
+        tracker: None,
         time: Time::RealTime,
     }
 }

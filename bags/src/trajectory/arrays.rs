@@ -2,9 +2,8 @@
 
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_msgs::RosMessage;
-use rsrs_msgs::geometry_msgs::Pose;
-use rsrs_msgs::std_msgs::Header;
-use serde::{Deserialize, Serialize};
+use rsrs_msgs::geometry_msgs::PoseArray;
+use rsrs_msgs::motion_capture_tracking_interfaces::NamedPoseArray;
 
 use super::TrajectoryError;
 use super::pose::{self, RawPose};
@@ -13,67 +12,23 @@ use crate::{Bag, TopicInfo};
 /// The last part of the name that trackers give to such a topic.
 const USUAL_NAME: &str = "/poses";
 
-/// Poses that their sender identifies by number only.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct PoseArray {
-    pub(super) header: Header,
-    pub(super) poses: Vec<Pose>,
-}
-
-impl RosMessage for PoseArray {
-    const TYPE_NAME: &'static str = "geometry_msgs/msg/PoseArray";
-}
-
-/// Poses with the names of the bodies that have them.
+/// The poses in a message, without those that the tracker lost.
 ///
-/// # Source
+/// # Arguments
 ///
-/// The package `motion_capture_tracking_interfaces`, which Crazyswarm2 uses.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct NamedPoseArray {
-    pub(super) header: Header,
-    pub(super) poses: Vec<NamedPose>,
+/// * `name_of` — what the pose with this number is of.
+pub fn in_order(array: PoseArray, name_of: impl Fn(usize) -> String) -> Vec<RawPose> {
+    let PoseArray { header, poses } = array;
+    let raw = poses.into_iter().enumerate();
+    let raw = raw.map(|(number, pose)| pose::of_message(name_of(number), &header, pose));
+    raw.filter(RawPose::is_seen).collect()
 }
 
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct NamedPose {
-    pub(super) name: String,
-    pub(super) pose: Pose,
-}
-
-impl RosMessage for NamedPoseArray {
-    const TYPE_NAME: &'static str = "motion_capture_tracking_interfaces/msg/NamedPoseArray";
-}
-
-impl NamedPoseArray {
-    /// The poses in it, without those that the tracker lost, which are NaN.
-    pub fn into_raw(self) -> Vec<RawPose> {
-        let Self { header, poses } = self;
-        let raw = poses.into_iter().map(|named| (named.name, named.pose));
-        let seen = raw.filter(is_seen);
-        seen.map(|(name, pose)| pose::of_message(name, &header, pose)).collect()
-    }
-}
-
-impl PoseArray {
-    /// The poses in it, named by their numbers, without those that the tracker lost.
-    pub fn into_raw(self) -> Vec<RawPose> {
-        let Self { header, poses } = self;
-        let raw = poses.into_iter().enumerate().map(|(number, pose)| (number.to_string(), pose));
-        let seen = raw.filter(is_seen);
-        seen.map(|(name, pose)| pose::of_message(name, &header, pose)).collect()
-    }
-
-    /// How many bodies the tracker has.
-    pub fn n_bodies(&self) -> usize {
-        self.poses.len()
-    }
-}
-
-fn is_seen((_, pose): &(String, Pose)) -> bool {
-    let Pose { position, orientation } = pose;
-    let numbers = [position.x, position.y, orientation.z, orientation.w];
-    numbers.iter().all(|number| number.is_finite())
+/// The poses in a message, without those that the tracker lost, which are NaN.
+pub fn named(array: NamedPoseArray) -> Vec<RawPose> {
+    let NamedPoseArray { header, poses } = array;
+    let raw = poses.into_iter().map(|named| pose::of_message(named.name, &header, named.pose));
+    raw.filter(RawPose::is_seen).collect()
 }
 
 /// The type of the message that this source reads, if it is one message for all robots.

@@ -3,20 +3,23 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rsrs_core::robot::pose_source::PoseSource;
-use rsrs_msgs::geometry_msgs::{PoseStamped, Twist, TwistStamped};
+use rsrs_core::tracker::{HandOver, Taken, TrackerFrame};
+use rsrs_msgs::geometry_msgs::{PoseArray, PoseStamped, Twist, TwistStamped};
+use rsrs_msgs::motion_capture_tracking_interfaces::NamedPoseArray;
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::RunLease;
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::{RosMessage, cdr, topics};
 
-use super::arrays::{self, NamedPoseArray, PoseArray};
+use super::arrays;
 use super::command::CommandSample;
 use super::finding::Finding;
 use super::frames::FrameChanges;
 use super::pose::{self, PoseSample, RawPose};
 use super::sources::{self, Chosen, described, has_poses, is_same, robot_commanded_by};
+use super::tracked::{PoseReader, UnreadablePoses};
 use super::transforms::Tree;
-use super::{TrajectoryError, TrajectoryOptions};
+use super::{RecordedTracker, TrajectoryError, TrajectoryOptions};
 use crate::{Bag, BagMessage, TopicInfo};
 
 /// Transforms that never change; received once, and true from the beginning.
@@ -67,13 +70,68 @@ struct RecordedSamples {
     runs: Vec<(String, BTreeSet<String>)>,
     /// The robots that the lease of the run names.
     members: BTreeSet<String>,
-    /// The most poses in one message without names.
-    n_unnamed: usize,
+    /// How many poses a message without names has, which must not change.
+    n_unnamed: Option<usize>,
     tree: Tree,
     /// The frame at the upper end of each robot's transforms.
     frames: BTreeMap<String, String>,
     /// The frames of what each robot publishes by itself, or a tracker in its name.
     own_frames: BTreeMap<String, FrameChanges>,
+    /// What reads the poses of a tracker that is described.
+    described: Option<DescribedTracker>,
+}
+
+/// A tracker that the record of the run describes.
+struct DescribedTracker {
+    reader: PoseReader,
+    frame: TrackerFrame,
+    /// Which of its machines counts for each robot.
+    machines: HandOver<usize>,
+    /// Machines that saw a robot in two places: by robot, the greatest distance, in metres.
+    apart: BTreeMap<String, (f64, [usize; 2])>,
+}
+
+impl DescribedTracker {
+    fn new(source: PoseSource, described: &RecordedTracker) -> Self {
+        let RecordedTracker { tracker, robots, radius_m } = described;
+        Self {
+            reader: PoseReader::new(source, tracker, robots),
+            frame: tracker.frame,
+            machines: HandOver::new(*radius_m),
+            apart: BTreeMap::new(),
+        }
+    }
+
+    /// Whether this pose of a robot counts, now that several machines may see it.
+    fn counts(&mut self, robot: &str, machine: usize, sample: &PoseSample) -> bool {
+        match self.machines.take(robot, machine, sample.log_ns, sample.pose) {
+            Taken::Used => true,
+            Taken::Spare => false,
+            Taken::Apart { by_m, other } => {
+                let known = self.apart.entry(robot.to_owned()).or_insert((by_m, [other, machine]));
+                if by_m > known.0 {
+                    *known = (by_m, [other, machine]);
+                }
+                false
+            }
+        }
+    }
+
+    /// What the machines disagreed about.
+    fn findings(&self) -> Vec<Finding> {
+        let topic_of = |robot: &str, machine: usize| {
+            let of_machine = self.reader.topics().iter().filter(|topic| topic.machine == machine);
+            let mut of_robot = of_machine
+                .filter(|topic| topic.robot.as_deref().is_none_or(|other| other == robot));
+            of_robot.next().map(|topic| topic.name.clone()).unwrap_or_default()
+        };
+        let finding = |(robot, (by_m, machines)): (&String, &(f64, [usize; 2]))| Finding::Apart {
+            robot: robot.clone(),
+            by_m: *by_m,
+            topics: machines.map(|machine| topic_of(robot, machine)),
+        };
+        self.apart.iter().map(finding).collect()
+    }
 }
 
 /// Reads the bag once.
@@ -85,15 +143,29 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
     if bag.n_messages() == 0 {
         return Err(TrajectoryError::NoMessages { n_topics: topics.len() });
     }
-    let Chosen { source, others } = sources::choose(&topics, options.poses)?;
-    if let Some(topic) = arrays::topic(&topics, source) {
+    let mut found = RecordedSamples::default();
+    let Chosen { source, others } = match (options.poses, &options.tracker) {
+        (Some(source), Some(described)) => {
+            found.described = Some(DescribedTracker::new(source, described));
+            Chosen { source, others: Vec::new() }
+        }
+        (asked, _) => sources::choose(&topics, asked)?,
+    };
+    let wanted = {
+        let has_poses = |topic: &TopicInfo| match &found.described {
+            None => has_poses(&topics, topic, source),
+            Some(described) => described.reader.index_of(&topic.name, &topic.type_name).is_some(),
+        };
+        wanted_topics(&topics, &has_poses)?
+    };
+    if let Some(described) = &found.described {
+        described.reader.check(&topics)?;
+    }
+    for topic in &wanted {
         arrays::check_layout(bag, topic)?;
     }
-    let wanted = wanted_topics(&topics, source)?;
-
-    let mut found = RecordedSamples::default();
     if source == PoseSource::Tf {
-        found.tree = fixed(bag, &topics)?;
+        found.take_fixed(bag, &topics)?;
     }
     for message in bag.messages_on(wanted.iter().map(|topic| topic.name.as_str())) {
         found.take(source, &message?)?;
@@ -101,11 +173,13 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
     found.keep_one_run(options.run_id.as_deref());
 
     if found.poses.is_empty() {
-        let silent = topics.iter().filter(|topic| has_poses(&topics, topic, source));
+        let silent = wanted
+            .iter()
+            .filter(|topic| robot_commanded_by(topic).is_none() && !is_same(topic, topics::LEASE));
         let topics = silent.map(|topic| topic.name.clone()).collect();
         return Err(TrajectoryError::SilentPoses { topics });
     }
-    if source == PoseSource::PoseArray {
+    if source == PoseSource::PoseArray && found.described.is_none() {
         let topic = arrays::topic(&topics, source).map(|topic| topic.name.clone());
         found.name_by_number(topic.unwrap_or_default())?;
     }
@@ -113,6 +187,7 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
     found.check_members()?;
     let has_lease = topics.iter().any(|topic| topic.name == topics::LEASE.name);
     let (robots, mut findings) = found.robots(source, &topics)?;
+    findings.extend(found.described.iter().flat_map(DescribedTracker::findings));
     if !others.is_empty() {
         findings.push(Finding::Unstated { taken: source, others });
     }
@@ -126,16 +201,14 @@ pub fn collect(bag: &Bag, options: &TrajectoryOptions) -> Result<Collected, Traj
 }
 
 /// The topics with poses, commands and the lease; each must have one type.
-fn wanted_topics(
-    topics: &[TopicInfo],
-    source: PoseSource,
-) -> Result<Vec<&TopicInfo>, TrajectoryError> {
+fn wanted_topics<'a>(
+    topics: &'a [TopicInfo],
+    has_poses: &dyn Fn(&TopicInfo) -> bool,
+) -> Result<Vec<&'a TopicInfo>, TrajectoryError> {
     let wanted: Vec<&TopicInfo> = topics
         .iter()
         .filter(|topic| {
-            has_poses(topics, topic, source)
-                || robot_commanded_by(topic).is_some()
-                || is_same(topic, topics::LEASE)
+            has_poses(topic) || robot_commanded_by(topic).is_some() || is_same(topic, topics::LEASE)
         })
         .collect();
     for topic in &wanted {
@@ -176,9 +249,26 @@ impl RecordedSamples {
             };
             self.commands.entry(robot).or_default().push(command);
         } else {
-            for raw in self.raw_poses(source, message)? {
-                self.take_pose(source, raw, log_ns)?;
+            let (machine, raw) = self.raw_poses(source, message)?;
+            for raw in raw {
+                self.take_pose((source, machine), raw, log_ns)?;
             }
+        }
+        Ok(())
+    }
+
+    /// Takes the transforms that never change.
+    ///
+    /// # Errors
+    ///
+    /// If the bag cannot be read there, or a message is none.
+    fn take_fixed(&mut self, bag: &Bag, topics: &[TopicInfo]) -> Result<(), TrajectoryError> {
+        let is_fixed =
+            |topic: &&TopicInfo| topic.name == TF_STATIC && topic.type_name == TFMessage::TYPE_NAME;
+        let names = topics.iter().filter(is_fixed).map(|topic| topic.name.as_str());
+        for message in bag.messages_on(names) {
+            let fixed = self.raw_poses(PoseSource::Tf, &message?)?;
+            drop(fixed);
         }
         Ok(())
     }
@@ -194,14 +284,15 @@ impl RecordedSamples {
 
     fn take_pose(
         &mut self,
-        source: PoseSource,
+        (source, machine): (PoseSource, usize),
         raw: RawPose,
         log_ns: u64,
     ) -> Result<(), TrajectoryError> {
         if source == PoseSource::Tf {
             let before = self.frames.insert(raw.robot.clone(), raw.frame.clone());
             if let Some(expected) = before.filter(|before| *before != raw.frame) {
-                if !self.tree.leads(&expected, &raw.frame) {
+                let tree = self.described.as_ref().map_or(&self.tree, |it| it.reader.tree());
+                if !tree.leads(&expected, &raw.frame) {
                     let (robot, found) = (raw.robot, raw.frame);
                     return Err(TrajectoryError::Frames { robot, found, expected });
                 }
@@ -213,7 +304,15 @@ impl RecordedSamples {
         if source.is_of_each_robot() {
             self.own_frames.entry(raw.robot.clone()).or_default().take(log_ns, &raw.frame);
         }
-        self.poses.entry(raw.robot.clone()).or_default().push(raw.sample(log_ns)?);
+        let robot = raw.robot.clone();
+        let mut sample = raw.sample(log_ns)?;
+        if let Some(described) = &mut self.described {
+            sample.pose = described.frame.on_floor(sample.pose);
+            if !described.counts(&robot, machine, &sample) {
+                return Ok(());
+            }
+        }
+        self.poses.entry(robot).or_default().push(sample);
         Ok(())
     }
 
@@ -221,11 +320,22 @@ impl RecordedSamples {
         &mut self,
         source: PoseSource,
         message: &BagMessage,
-    ) -> Result<Vec<RawPose>, TrajectoryError> {
+    ) -> Result<(usize, Vec<RawPose>), TrajectoryError> {
+        if let Some(described) = &mut self.described {
+            let index = described.reader.index_of(&message.topic, &message.type_name);
+            let index = index.expect("only such topics were asked for");
+            let raw = described.reader.take(index, &message.bytes);
+            let raw = raw.map_err(|reason| TrajectoryError::OfTracker {
+                topic: message.topic.to_string(),
+                time_s: message.log_time_ns as f64 / 1e9,
+                reason,
+            })?;
+            return Ok((described.reader.topics()[index].machine, raw));
+        }
         let robot = |relative| {
             pose::robot_before(&message.topic, relative).expect("only such topics were asked for")
         };
-        Ok(match source {
+        let raw = match source {
             PoseSource::Odom => {
                 let Odometry { header, pose, .. } = decode(message)?;
                 vec![pose::of_message(robot(topics::ODOM.name), &header, pose.pose)]
@@ -234,14 +344,23 @@ impl RecordedSamples {
                 let PoseStamped { header, pose } = decode(message)?;
                 vec![pose::of_message(robot(topics::POSE.name), &header, pose)]
             }
-            PoseSource::NamedPoses => decode::<NamedPoseArray>(message)?.into_raw(),
+            PoseSource::NamedPoses => arrays::named(decode::<NamedPoseArray>(message)?),
             PoseSource::PoseArray => {
                 let array = decode::<PoseArray>(message)?;
-                self.n_unnamed = self.n_unnamed.max(array.n_bodies());
-                array.into_raw()
+                let found = array.poses.len();
+                let expected = *self.n_unnamed.get_or_insert(found);
+                if found != expected {
+                    return Err(TrajectoryError::OfTracker {
+                        topic: message.topic.to_string(),
+                        time_s: message.log_time_ns as f64 / 1e9,
+                        reason: UnreadablePoses::Length { found, expected },
+                    });
+                }
+                arrays::in_order(array, |number| number.to_string())
             }
-            PoseSource::Tf => self.tree.take(decode(message)?),
-        })
+            PoseSource::Tf => self.tree.take(decode(message)?, &pose::robot_of_frame, None),
+        };
+        Ok((0, raw))
     }
 
     /// Refuses robots whose transforms start from different frames.
@@ -264,8 +383,9 @@ impl RecordedSamples {
         } else {
             self.members.iter().cloned().collect()
         };
-        if names.len() != self.n_unnamed {
-            let (n_poses, n_robots) = (self.n_unnamed, names.len());
+        let n_poses = self.n_unnamed.unwrap_or(0);
+        if names.len() != n_poses {
+            let n_robots = names.len();
             return Err(TrajectoryError::Unnamed { topic, n_poses, n_robots });
         }
         names.sort_by_cached_key(|name| natural_key(name));
@@ -328,22 +448,6 @@ impl RecordedSamples {
         robots.sort_by_cached_key(|robot: &RecordedRobot| natural_key(&robot.name));
         Ok((robots, findings))
     }
-}
-
-/// The transforms that never change.
-///
-/// # Errors
-///
-/// If the bag cannot be read there, or a message is none.
-fn fixed(bag: &Bag, topics: &[TopicInfo]) -> Result<Tree, TrajectoryError> {
-    let is_fixed =
-        |topic: &&TopicInfo| topic.name == TF_STATIC && topic.type_name == TFMessage::TYPE_NAME;
-    let names = topics.iter().filter(is_fixed).map(|topic| topic.name.as_str());
-    let mut tree = Tree::default();
-    for message in bag.messages_on(names) {
-        drop(tree.take(decode(&message?)?));
-    }
-    Ok(tree)
 }
 
 fn decode<M: RosMessage>(message: &BagMessage) -> Result<M, TrajectoryError> {

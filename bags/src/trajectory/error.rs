@@ -4,6 +4,7 @@ use rsrs_core::help::Help;
 use rsrs_core::robot::pose_source::PoseSource;
 
 use super::Needed;
+use super::tracked::UnreadablePoses;
 use crate::{BagError, Damage};
 
 /// Why a bag gives no trajectory. Times are in seconds, on the clock of the pose stamps.
@@ -50,6 +51,15 @@ pub enum TrajectoryError {
     /// Poses without names, and not as many as robots.
     #[error("{topic} has {n_poses} poses without names for {n_robots} robots")]
     Unnamed { topic: String, n_poses: usize, n_robots: usize },
+    /// A tracker's message that gives no poses.
+    #[error("a message on {topic} at {time_s:.3} s of log time cannot be used: {reason}")]
+    OfTracker { topic: String, time_s: f64, reason: UnreadablePoses },
+    /// The bag has nothing of the tracker that its record describes.
+    #[error(
+        "the bag has no poses of its tracker: expected {}, among its topics: {}",
+        list(.expected), list(.topics)
+    )]
+    NoTracker { expected: Vec<String>, topics: Vec<String> },
     /// A message of a known name with other fields.
     #[error("the poses on {topic} have the fields {}, expected string name, geometry_msgs/Pose pose", list(.found))]
     Layout { topic: String, found: Vec<String> },
@@ -146,10 +156,14 @@ impl Help for TrajectoryError {
                 "a clock was set during the run: keep clocks with chrony, and record the run again; or \
                  judge it by eye: `rsrs label BAG --as PHASE --by WHO`"
             }
-            Self::TwoTypes { .. } | Self::Message { .. } | Self::Layout { .. } => {
+            Self::TwoTypes { .. }
+            | Self::Message { .. }
+            | Self::Layout { .. }
+            | Self::OfTracker { reason: UnreadablePoses::Damaged(_), .. } => {
                 "what was recorded is not of its type: look which program published it"
             }
-            Self::NotFinite { .. }
+            Self::NoTracker { .. }
+            | Self::NotFinite { .. }
             | Self::NoOrientation { .. }
             | Self::Jump { .. }
             | Self::TooManyMissing { .. }
@@ -161,7 +175,7 @@ impl Help for TrajectoryError {
             Self::NeverRunning | Self::NeverCommanded | Self::TooFewPoses { .. } => {
                 "there is no run in this bag to be judged"
             }
-            Self::Unnamed { .. } => {
+            Self::OfTracker { .. } | Self::Unnamed { .. } => {
                 "let the tracker name its robots, or take another source with `--poses`"
             }
         };

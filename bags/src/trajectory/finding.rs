@@ -31,6 +31,8 @@ pub enum Finding {
     Clocks { least_s: f64, most_s: f64 },
     /// Something has poses and is no robot of this run.
     Ignored { name: String },
+    /// Machines of the tracker saw a robot in two places, up to so far apart.
+    Apart { robot: String, by_m: f64, topics: [String; 2] },
     /// Several sources have poses of all robots, and nothing in the bag states which one counts.
     Unstated { taken: PoseSource, others: Vec<PoseSource> },
 }
@@ -79,6 +81,11 @@ impl fmt::Display for Finding {
                  aligned by log time"
             ),
             Self::Ignored { name } => write!(formatter, "{name}: no robot of this run, ignored"),
+            Self::Apart { robot, by_m, topics: [used, other] } => write!(
+                formatter,
+                "{robot}: up to {by_m:.2} m apart by {used}, which counts, and by {other}: calibrate the \
+                 tracker's machines"
+            ),
             Self::Unstated { taken, others } => {
                 let others: Vec<String> = others.iter().map(ToString::to_string).collect();
                 write!(

@@ -2,6 +2,7 @@
 
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::unicycle::Pose;
+use rsrs_core::tracker::TrackerFrame;
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{
     NoOrientation, Point, Pose as Pose3, PoseStamped, Quaternion, Vector3,
@@ -29,12 +30,17 @@ pub struct PoseSample {
 }
 
 /// A pose as it is in a message.
+#[derive(Clone, Debug, PartialEq)]
 pub struct RawPose {
+    /// Whose it is.
     pub robot: String,
+    /// The frame that the message names, or the one at the upper end of the transforms.
     pub frame: String,
-    stamp: Time,
-    /// In that frame, in metres.
+    /// As the message has it.
+    pub stamp: Time,
+    /// In that frame, in the tracker's units.
     pub position: Vector3,
+    /// In that frame.
     pub orientation: Quaternion,
 }
 
@@ -66,16 +72,27 @@ pub fn of_message(robot: String, header: &Header, pose: Pose3) -> RawPose {
     }
 }
 
-/// Whether a frame is a robot's body.
-pub fn is_body(frame: &str) -> bool {
-    BODY_FRAMES.iter().any(|body| frame.ends_with(body))
+/// The robot whose body a frame is.
+pub fn robot_of_frame(frame: &str) -> Option<String> {
+    BODY_FRAMES.iter().find_map(|body| frame.strip_suffix(body)).map(str::to_owned)
+}
+
+/// The frames that are the body of a robot, unless it is known to be another one.
+pub fn frames_of_robot(robot: &str) -> [String; 2] {
+    BODY_FRAMES.map(|body| format!("{robot}{body}"))
 }
 
 /// The poses of robots' bodies among some transforms.
-pub fn of_transforms(message: TFMessage) -> Vec<RawPose> {
+///
+/// # Arguments
+///
+/// * `robot_of` — the robot whose body a frame is.
+pub fn of_transforms(
+    message: TFMessage,
+    robot_of: &dyn Fn(&str) -> Option<String>,
+) -> Vec<RawPose> {
     let bodies = message.transforms.into_iter().filter_map(|transform| {
-        let child = transform.child_frame_id.trim_start_matches('/');
-        let robot = BODY_FRAMES.iter().find_map(|frame| child.strip_suffix(frame))?.to_owned();
+        let robot = robot_of(transform.child_frame_id.trim_start_matches('/'))?;
         Some(RawPose {
             robot,
             frame: transform.header.frame_id,
@@ -88,6 +105,29 @@ pub fn of_transforms(message: TFMessage) -> Vec<RawPose> {
 }
 
 impl RawPose {
+    /// The same with its vectors along the floor's axes.
+    pub(super) fn upright(mut self, frame: &TrackerFrame) -> Self {
+        let Vector3 { x, y, z } = self.position;
+        let [x, y, z] = frame.upright([x, y, z]);
+        self.position = Vector3 { x, y, z };
+        let Quaternion { x, y, z, w } = self.orientation;
+        let [x, y, z] = frame.upright([x, y, z]);
+        self.orientation = Quaternion { x, y, z, w };
+        self
+    }
+
+    /// Whether a tracker sees it: what it lost is NaN.
+    pub(super) fn is_seen(&self) -> bool {
+        let Quaternion { x, y, z, w } = self.orientation;
+        [self.position.x, self.position.y, x, y, z, w].iter().all(|number| number.is_finite())
+    }
+
+    /// The pose alone, as a message has it.
+    pub fn pose(&self) -> Pose3 {
+        let Vector3 { x, y, z } = self.position;
+        Pose3 { position: Point { x, y, z }, orientation: self.orientation }
+    }
+
     /// The pose on the floor.
     ///
     /// # Errors
@@ -174,7 +214,8 @@ mod tests {
         };
         let transforms = ["robot_1/base_link", "/robot_2/base_footprint", "robot_1/camera"];
 
-        let poses = of_transforms(TFMessage { transforms: transforms.map(edge).to_vec() });
+        let message = TFMessage { transforms: transforms.map(edge).to_vec() };
+        let poses = of_transforms(message, &robot_of_frame);
 
         let robots: Vec<&str> = poses.iter().map(|pose| pose.robot.as_str()).collect();
         assert_eq!(robots, ["robot_1", "robot_2"]);

@@ -29,12 +29,23 @@ struct Edge {
 impl Tree {
     /// Takes a message.
     ///
+    /// # Arguments
+    ///
+    /// * `robot_of` — the robot whose body a frame is.
+    /// * `parent` — the frame to which chains are followed; bodies that do not lead there are left out.
+    ///   `None` follows them to their upper end.
+    ///
     /// # Returns
     ///
     /// The poses of the robots' bodies in it, each in the frame at the upper end of its chain, such
     /// as `map` for `map` → `robot_1/odom` → `robot_1/base_link`. A body that is fixed to another
     /// one of the same robot (`base_footprint` → `base_link`) has none of its own.
-    pub fn take(&mut self, message: TFMessage) -> Vec<RawPose> {
+    pub fn take(
+        &mut self,
+        message: TFMessage,
+        robot_of: &dyn Fn(&str) -> Option<String>,
+        parent: Option<&str>,
+    ) -> Vec<RawPose> {
         for transform in &message.transforms {
             let child = plain(&transform.child_frame_id);
             match self.edges.get_mut(child) {
@@ -49,10 +60,10 @@ impl Tree {
                 }
             }
         }
-        let bodies = pose::of_transforms(message).into_iter();
+        let bodies = pose::of_transforms(message, robot_of).into_iter();
         bodies
-            .filter(|body| !pose::is_body(plain(&body.frame)))
-            .map(|body| self.lift(body))
+            .filter(|body| robot_of(plain(&body.frame)).is_none())
+            .filter_map(|body| self.lift(body, parent.map(plain)))
             .collect()
     }
 
@@ -69,9 +80,12 @@ impl Tree {
         false
     }
 
-    /// The same pose in the frame at the upper end of the chain.
-    fn lift(&self, mut body: RawPose) -> RawPose {
+    /// The same pose in the frame at the upper end of the chain, or in the one that it leads to.
+    fn lift(&self, mut body: RawPose, parent: Option<&str>) -> Option<RawPose> {
         for _ in 0..MAX_LENGTH {
+            if parent == Some(plain(&body.frame)) {
+                return Some(body);
+            }
             let Some(edge) = self.edges.get(plain(&body.frame)) else { break };
             let turn = &edge.transform.rotation;
             let turned = rotated(turn, &body.position);
@@ -81,7 +95,7 @@ impl Tree {
             body.orientation = product(turn, &body.orientation);
             body.frame.clone_from(&edge.parent);
         }
-        body
+        parent.is_none().then_some(body)
     }
 }
 

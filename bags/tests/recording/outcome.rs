@@ -76,8 +76,12 @@ impl Foreign {
 
     /// Reads it.
     pub fn read(self) -> Outcome {
+        self.read_with(&TrajectoryOptions::default())
+    }
+
+    /// Reads it in another way.
+    pub fn read_with(self, options: &TrajectoryOptions) -> Outcome {
         self.writer.finish().expect("the disk has room");
-        let bag = Bag::open(&self.folder.path().join("run"))?;
-        read(&bag)
+        read_trajectory(&Bag::open(&self.folder.path().join("run"))?, options)
     }
 }

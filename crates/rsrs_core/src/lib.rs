@@ -13,6 +13,7 @@
 //! - [`judge`]: what a swarm did, which phase that is, how sure that is and which judges agree;
 //! - [`diagram`]: the cells that a sweep file spans, how often each ended in each phase, what geometry
 //!   expects of them, and which of them to run;
+//! - [`tracker`]: how a tracker publishes where robots are, and what that is on the floor;
 //! - [`statistics`]: how sure shares and spreads are, and reality against the simulator.
 
 #![expect(
@@ -34,6 +35,7 @@ pub mod diagram;
 pub mod judge;
 pub mod robot;
 pub mod statistics;
+pub mod tracker;
 pub mod trials;
 
 pub mod digest;

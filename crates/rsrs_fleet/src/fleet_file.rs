@@ -3,11 +3,16 @@
 mod error;
 mod ordered;
 mod schema;
+mod tracker;
+
+use std::collections::BTreeMap;
 
 use rsrs_core::document;
 use rsrs_core::robot::pose_source::PoseSource;
+use rsrs_core::tracker::Tracker;
 
 use ordered::Ordered;
+use tracker::WrittenTracker;
 
 pub use error::{FleetFileError, Lack};
 
@@ -36,6 +41,10 @@ pub struct FleetRobot {
     pub cmd_vel: CmdVel,
     /// Where its pose comes from.
     pub pose: PoseSource,
+    /// How that is published, for all robots alike; names of single robots are in `body`.
+    pub tracker: Tracker,
+    /// What the tracker calls it, where that is not its name.
+    pub body: Option<String>,
     /// Who holds its lease.
     pub lease: LeaseHolder,
     /// Battery voltage below which it starts no run, in volts; `None` if any will do.
@@ -102,9 +111,6 @@ const PROFILE: &str = "profile";
 /// The only version of the format.
 const FILE_VERSION: u32 = 1;
 
-/// The sources of poses that runs can follow while they go on.
-const LIVE_POSES: [PoseSource; 2] = [PoseSource::Odom, PoseSource::Pose];
-
 impl FleetFile {
     /// Reads a fleet file and resolves each robot.
     ///
@@ -136,7 +142,8 @@ impl FleetFile {
             .robots
             .entries()
             .map(|(name, robot)| written.resolve(file, name, robot))
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<Vec<_>, _>>()?;
+        check_bodies(file, &robots)?;
         Ok(Self { robots })
     }
 
@@ -175,6 +182,28 @@ impl FleetFile {
     }
 }
 
+/// Refuses two robots that the tracker calls alike.
+fn check_bodies(file: &str, robots: &[FleetRobot]) -> Result<(), FleetFileError> {
+    let mut robot_of: BTreeMap<&str, &str> = BTreeMap::new();
+    for robot in robots.iter().filter(|robot| robot.enabled) {
+        if let Some(other) = robot_of.insert(robot.body(), &robot.name) {
+            return Err(FleetFileError::OneBody {
+                file: file.to_owned(),
+                robots: [other.to_owned(), robot.name.clone()],
+                body: robot.body().to_owned(),
+            });
+        }
+    }
+    Ok(())
+}
+
+impl FleetRobot {
+    /// What the tracker calls it.
+    pub fn body(&self) -> &str {
+        self.body.as_deref().unwrap_or(&self.name)
+    }
+}
+
 /// The file as a person writes it.
 #[derive(serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -203,6 +232,9 @@ struct Layer {
     cmd_vel: Option<CmdVel>,
     /// Where its pose comes from (default: `odom`).
     pose: Option<PoseSource>,
+    /// How the tracker publishes it, and where the tracker's frame is on the floor; one for all robots
+    /// of a run.
+    tracker: Option<WrittenTracker>,
     /// Who holds its lease (default: `gate`).
     lease: Option<LeaseHolder>,
     /// Battery voltage below which it starts no run, in volts (default: any will do).
@@ -229,6 +261,12 @@ struct WrittenRobot {
     cmd_vel: Option<CmdVel>,
     /// Where its pose comes from (default: `odom`).
     pose: Option<PoseSource>,
+    /// How the tracker publishes it, and where the tracker's frame is on the floor; one for all robots
+    /// of a run.
+    tracker: Option<WrittenTracker>,
+    /// What the tracker calls it, or with `pose: tf` the frame of its body (default: its name, or
+    /// `<robot>/base_link` and `<robot>/base_footprint`).
+    body: Option<String>,
     /// Who holds its lease (default: `gate`).
     lease: Option<LeaseHolder>,
     /// Battery voltage below which it starts no run, in volts (default: any will do).
@@ -283,10 +321,13 @@ impl Written {
             return Err(FleetFileError::HasGate { file: file.to_owned(), robot: name.to_owned() });
         }
         let pose = first_of([&robot.pose, &of_type.pose, &all.pose]).unwrap_or_default();
-        if !LIVE_POSES.contains(&pose) {
+        let tracker = tracker::resolved([&robot.tracker, &of_type.tracker, &all.tracker]);
+        let fits = tracker::check(&tracker, pose)
+            .and_then(|()| tracker.check_body(robot.body.as_deref().unwrap_or(name)));
+        fits.map_err(|reason| {
             let (file, robot) = (file.to_owned(), name.to_owned());
-            return Err(FleetFileError::NotLive { file, robot, found: pose });
-        }
+            FleetFileError::Tracker { file, robot, pose, reason }
+        })?;
         Ok(FleetRobot {
             name: name.to_owned(),
             enabled: robot.enabled.expect(checked),
@@ -295,6 +336,8 @@ impl Written {
             lease,
             cmd_vel: first_of([&robot.cmd_vel, &of_type.cmd_vel, &all.cmd_vel]).unwrap_or_default(),
             pose,
+            tracker,
+            body: robot.body.clone(),
             battery_min_v: first_of([
                 &robot.battery_min_v,
                 &of_type.battery_min_v,
@@ -387,6 +430,62 @@ robots:
 
             assert!(error.to_string().contains(expected), "{error}");
         }
+    }
+
+    #[test]
+    fn the_tracker_of_a_robot_is_put_together_key_by_key() {
+        let text = "\
+fileversion: 1
+all:
+  driver: {kind: ros}
+  pose: named_poses
+  tracker: {topics: [/a/poses, /b/poses], offset_m: [1, -2.5], scale: 0.001, axes: [x, -z, y]}
+robot_types:
+  marked: {tracker: {rotation_rad: 1.5, scale: 0.01}}
+robots:
+  robot_1: {enabled: true, type: marked, body: RigidBody 7}
+  robot_2: {enabled: true}
+";
+
+        let fleet = FleetFile::parse("fleet.yaml", text).unwrap();
+
+        let [first, second] = &fleet.robots[..] else { panic!("two robots") };
+        assert_eq!(first.tracker.topics, ["/a/poses", "/b/poses"]);
+        assert_eq!(first.tracker.frame.offset_m.map(f64::to_bits), [1.0, -2.5].map(f64::to_bits));
+        assert_eq!((first.tracker.frame.scale, second.tracker.frame.scale), (0.01, 0.001));
+        assert_eq!(
+            (first.tracker.frame.rotation_rad, second.tracker.frame.rotation_rad),
+            (1.5, 0.0)
+        );
+        assert_eq!(second.tracker.frame.axes.to_string(), "[x, -z, y]");
+        assert_eq!((first.body(), second.body()), ("RigidBody 7", "robot_2"));
+    }
+
+    #[test]
+    fn trackers_that_cannot_be_are_refused_with_what_to_write() {
+        let fleet = |all: &str, robots: &str| {
+            let text = format!(
+                "fileversion: 1\nall: {{driver: {{kind: ros}}, {all}}}\nrobots: {{{robots}}}\n"
+            );
+            FleetFile::parse("fleet.yaml", &text).map_err(|error| error.text_with_help())
+        };
+        let one = "robot_1: {enabled: true}";
+        for (all, robots, expected) in [
+            ("pose: pose_array", one, "`names` is missing"),
+            ("pose: tf, tracker: {topics: [/tf]}", one, "transforms come on /tf"),
+            ("pose: named_poses, tracker: {names: [robot_1]}", one, "`names` is given"),
+            ("tracker: {axes: [x, z, y]}", one, "left-handed"),
+            ("tracker: {axes: [x, y]}", one, "fleet.yaml:2"),
+            ("tracker: {rotation_rad: 90}", one, "(90° is 1.5708)"),
+            ("tracker: {scale: 0}", one, "(0.001 for millimetres)"),
+            ("tracker: {offset: [0, 0]}", one, "did you mean `offset_m`?"),
+            ("pose: pose", "a: {enabled: true, body: b}, b: {enabled: true}", "both a and b `b`"),
+        ] {
+            let error = fleet(all, robots).unwrap_err();
+
+            assert!(error.contains(expected), "{all}: {error}");
+        }
+        assert!(fleet("pose: pose", "a: {enabled: true, body: b}, b: {enabled: false}").is_ok());
     }
 
     #[test]

@@ -92,6 +92,8 @@ pub struct ExpectedTopic {
 pub enum Publishers {
     /// Exactly one.
     One,
+    /// At least one: each names whose samples it publishes.
+    AtLeastOne,
     /// One at most; whether there is one shows in its samples.
     AtMostOne,
     /// Any number, none included.
@@ -351,7 +353,7 @@ fn of_topic(
         .collect();
     let explained = right.is_empty() && !wrong.is_empty();
     match (topic.publishers, right.len()) {
-        (Publishers::One, 0) if !explained => {
+        (Publishers::One | Publishers::AtLeastOne, 0) if !explained => {
             problems.push(match renamed(topic, graph) {
                 Some((node, renamed)) => Problem::Renamed { topic: named(), node, renamed },
                 None => Problem::NoPublisher { topic: named() },

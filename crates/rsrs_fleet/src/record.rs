@@ -6,6 +6,7 @@ use std::fmt;
 use rsrs_core::conditions::Conditions;
 use rsrs_core::conditions::operator::OperatorConditions;
 use rsrs_core::robot::pose_source::PoseSource;
+use rsrs_core::tracker::Tracker;
 use serde::{Deserialize, Serialize};
 
 use crate::experiment::{RobotLost, Time};
@@ -50,6 +51,11 @@ pub struct ExperimentRecord {
     /// it down.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pose_source: Option<PoseSource>,
+    /// How a tracker published them, and where its frame is on the floor: bags hold poses as they were
+    /// published. `None` where they are on the floor as they come, in the names and on the topics of the
+    /// robots.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tracker: Option<Tracker>,
     /// The pace.
     pub time: Time,
     /// Where it comes from.
@@ -119,6 +125,100 @@ pub fn pose_source(
             other: other.name.clone(),
             source_of_other: other.pose,
         })),
+    }
+}
+
+/// Robots of one run that are tracked in different ways.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum UnsuitableTracker {
+    /// The record has one description of it.
+    #[error(
+        "{robot} and {other} have a `tracker` each, which differ: expected one for all robots of a run"
+    )]
+    Several {
+        /// A robot.
+        robot: String,
+        /// Another one.
+        other: String,
+    },
+    /// An array without names has no such robot.
+    #[error(
+        "{robot} has `pose: pose_array`, and the `names` of its `tracker` have no `{body}`, only {}: \
+         add it where its pose is in a message, or give {robot} a `body:` with the name that is there",
+        names.join(", ")
+    )]
+    NotAmongNames {
+        /// The robot.
+        robot: String,
+        /// What the tracker calls it.
+        body: String,
+        /// All names.
+        names: Vec<String>,
+    },
+    /// The simulator follows real robots by their own topics, as they are.
+    #[error(
+        "{robot} has `pose: {poses}`{}, expected `odom` or `pose` without `tracker` and `body` in a run \
+         with virtual robots: the simulator follows real ones by no others",
+        if *has_keys { " and a `tracker` or `body`" } else { "" }
+    )]
+    Mixed {
+        /// A real robot.
+        robot: String,
+        /// Where its poses come from.
+        poses: PoseSource,
+        /// Whether it has a `tracker` or a `body`.
+        has_keys: bool,
+    },
+}
+
+/// The tracker of a run; `None` where poses are on the floor as they come, on the robots' own topics.
+///
+/// # Arguments
+///
+/// * `robots` — those of the run.
+///
+/// # Errors
+///
+/// [`UnsuitableTracker`].
+pub fn tracker(
+    backend: Backend,
+    robots: &[FleetRobot],
+) -> Result<Option<Tracker>, UnsuitableTracker> {
+    let is_real = |robot: &&FleetRobot| match backend {
+        Backend::Simulator => false,
+        Backend::Mixed => robot.driver != Driver::Virtual,
+        Backend::Fleet => true,
+    };
+    let mut real = robots.iter().filter(is_real);
+    let Some(first) = real.clone().next() else { return Ok(None) };
+    if let Some(other) = real.clone().find(|robot| robot.tracker != first.tracker) {
+        return Err(UnsuitableTracker::Several {
+            robot: first.name.clone(),
+            other: other.name.clone(),
+        });
+    }
+    let is_named = |robot: &FleetRobot| first.tracker.names.iter().any(|it| it == robot.body());
+    if first.pose == PoseSource::PoseArray
+        && let Some(robot) = real.clone().find(|robot| !is_named(robot))
+    {
+        return Err(UnsuitableTracker::NotAmongNames {
+            robot: robot.name.clone(),
+            body: robot.body().to_owned(),
+            names: first.tracker.names.clone(),
+        });
+    }
+    let bodies = real.clone().filter_map(|robot| Some((robot.name.clone(), robot.body.clone()?)));
+    let tracker = Tracker { bodies: bodies.collect(), ..first.tracker.clone() };
+    let has_keys = tracker != Tracker::default();
+    let is_plain = first.pose.is_of_each_robot() && !has_keys;
+    if is_plain {
+        return Ok(None);
+    }
+    match (backend, real.next()) {
+        (Backend::Mixed, Some(robot)) => {
+            Err(UnsuitableTracker::Mixed { robot: robot.name.clone(), poses: robot.pose, has_keys })
+        }
+        _ => Ok(Some(tracker)),
     }
 }
 
@@ -407,6 +507,7 @@ pub(crate) mod tests {
             backend: Backend::Simulator,
             controller_only: Vec::new(),
             pose_source: Some(PoseSource::Odom),
+            tracker: None,
             time: experiment.simulator.time,
             gates: BTreeMap::new(),
         }

@@ -58,6 +58,8 @@ pub const PUBLISHERS: &[(Topic, &[Kind])] = &[
     (topics::CMD_VEL_UNSTAMPED, &[Kind::Robot, Kind::Controllers]),
     (topics::ODOM, &[Kind::Robot, Kind::Simulator]),
     (topics::POSE, &[Kind::Tracker, Kind::Simulator]),
+    (topics::NAMED_POSES, &[Kind::Tracker]),
+    (topics::POSE_ARRAY, &[Kind::Tracker]),
     (topics::RANGE, &[Kind::Robot]),
     (topics::VIRTUAL_DETECTION, &[Kind::Simulator]),
     (topics::HARDWARE_CMD_VEL, &[Kind::Robot]),

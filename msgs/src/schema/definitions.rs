@@ -48,6 +48,11 @@ pub const DEFINITIONS: &[Definition] = &[
         hash: "RIHS01_d501954e9476cea2996984e812054b68026ae0bfae789d9a10b23daf35cc90fa",
     },
     Definition {
+        type_name: "geometry_msgs/msg/PoseArray",
+        text: include_str!("../../definitions/geometry_msgs/msg/PoseArray.msg"),
+        hash: "RIHS01_af0cc36d190e104d546d168d6b39df04fa4b4ccecf59cb4c9ed328d3d5004aa0",
+    },
+    Definition {
         type_name: "geometry_msgs/msg/PoseStamped",
         text: include_str!("../../definitions/geometry_msgs/msg/PoseStamped.msg"),
         hash: "RIHS01_10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8",
@@ -91,6 +96,20 @@ pub const DEFINITIONS: &[Definition] = &[
         type_name: "geometry_msgs/msg/Vector3",
         text: include_str!("../../definitions/geometry_msgs/msg/Vector3.msg"),
         hash: "RIHS01_cc12fe83e4c02719f1ce8070bfd14aecd40f75a96696a67a2a1f37f7dbb0765d",
+    },
+    Definition {
+        type_name: "motion_capture_tracking_interfaces/msg/NamedPose",
+        text: include_str!(
+            "../../definitions/motion_capture_tracking_interfaces/msg/NamedPose.msg"
+        ),
+        hash: "RIHS01_4cf25ae0f0e85da6b57344b4e95ffd3856c24b20655c53b786c6e87a7cb67157",
+    },
+    Definition {
+        type_name: "motion_capture_tracking_interfaces/msg/NamedPoseArray",
+        text: include_str!(
+            "../../definitions/motion_capture_tracking_interfaces/msg/NamedPoseArray.msg"
+        ),
+        hash: "RIHS01_d4c89ff7e0670d5f83b0322513e1c8dc2c3b279a68495daa026c352f0027e5f2",
     },
     Definition {
         type_name: "nav_msgs/msg/Odometry",

@@ -38,6 +38,7 @@ use crate::plan::Plan;
 use crate::recorded_topics::{self, Queue, RecordedTopic, Role, Sample};
 use crate::recorder::{Closing, Recorder, Written};
 use crate::report::{Progress, RunReport, Times};
+use crate::tracked::{Sighting, Tracked};
 use early::Early;
 
 /// Name of the runner's node.
@@ -60,6 +61,9 @@ struct Run<'a> {
     client: &'a ParameterClient<'a>,
     node: NodeHandle,
     recorded_topics: Vec<RecordedTopic>,
+    /// By recorded topic: its place among those with poses.
+    places: Vec<Option<usize>>,
+    tracked: Tracked,
     extras: Extras,
     lease: Publisher<RunLease>,
     recorded: Publisher<Recorded>,
@@ -117,7 +121,10 @@ pub async fn run(
 ) -> anyhow::Result<RunReport> {
     let session = Session::open(network)?;
     let node = session.node("/", NODE)?;
-    let recorded_topics = recorded_topics::recorded_topics(&plan.robots);
+    let tracked = Tracked::of_run(plan);
+    let recorded_topics = recorded_topics::recorded_topics(&plan.robots, tracked.topics());
+    let place = |topic: &RecordedTopic| tracked.index_of(&topic.name, &topic.type_name);
+    let places = recorded_topics.iter().map(place).collect();
     let server = ParameterServer::without_parameters(&session, &node)?;
     let (sender, mut samples) = unbounded_channel();
     let (to_written, mut written) = unbounded_channel();
@@ -141,6 +148,8 @@ pub async fn run(
         client: &client,
         node,
         recorded_topics,
+        places,
+        tracked,
         start: Instant::now(),
         recorder: None,
         early: Early::default(),
@@ -297,8 +306,8 @@ impl<'a> Run<'a> {
         if let Some(event) = self.record(&sample) {
             self.advance(event, requests).await?;
         }
-        let role = self.recorded_topics[sample.topic_index].role;
-        let events = self.understand(role, &sample.received).unwrap_or_else(|reason| {
+        let events = self.understand(sample.topic_index, &sample.received);
+        let events = events.unwrap_or_else(|reason| {
             let topic = &self.recorded_topics[sample.topic_index].name;
             let complaints = self.complaints.entry(sample.topic_index).or_default();
             complaints.warn(&self.node, &format!("refused a message on {topic}: {reason}"));
@@ -357,20 +366,45 @@ impl<'a> Run<'a> {
     }
 
     /// The event of a sample.
-    fn understand(&mut self, role: Role, received: &ReceivedRaw) -> Result<Vec<Event>, String> {
-        match role {
+    fn understand(
+        &mut self,
+        topic_index: usize,
+        received: &ReceivedRaw,
+    ) -> Result<Vec<Event>, String> {
+        let mut events = self.understand_poses(topic_index, received)?;
+        match self.recorded_topics[topic_index].role {
             Role::Simulator => {
                 let status = meaning::status(&received.message)?;
                 self.simulator = Some((status.clone(), Instant::now()));
-                Ok(self.on_simulator_status(&status).into_iter().collect())
+                events.extend(self.on_simulator_status(&status));
             }
             // Where robots are is asked for before they move; then, whether their poses still come.
-            Role::Odometry(_) | Role::Pose(_) if self.rates.is_some() => {
-                Ok(meaning::sampled(self.plan, role, &received.message)?.into_iter().collect())
-            }
-            Role::Transforms if self.rates.is_some() => Ok(Vec::new()),
-            _ => meaning::events(self.plan, role, received),
+            Role::Transforms if self.rates.is_some() => {}
+            role => events.extend(meaning::events(self.plan, role, received)?),
         }
+        Ok(events)
+    }
+
+    /// The events of the poses in a sample, if it has some.
+    fn understand_poses(
+        &mut self,
+        topic_index: usize,
+        received: &ReceivedRaw,
+    ) -> Result<Vec<Event>, String> {
+        let place = self.places.get(topic_index).copied().flatten();
+        let Some(place) = place.filter(|_| meaning::looks_at_poses(self.plan)) else {
+            return Ok(Vec::new());
+        };
+        let Sighting { poses, notes } = self.tracked.take(place, received)?;
+        for note in notes {
+            self.note(note);
+        }
+        let poses = poses.into_iter();
+        Ok(if self.rates.is_some() {
+            poses.filter_map(|seen| meaning::pose_sampled(self.plan, seen)).collect()
+        } else {
+            poses.flat_map(meaning::pose_events).collect()
+        })
     }
 
     fn on_simulator_status(&mut self, status: &Status) -> Option<Event> {

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
+use rsrs_bags::trajectory::PoseReader;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::experiment::Time;
@@ -18,6 +19,7 @@ use rsrs_ros::session::{Endpoint, EndpointKind, Session};
 use crate::fit::{self, Fit};
 use crate::plan::{PlaceCheck, Plan, Poses};
 use crate::recorded_topics::{RecordedTopic, Role};
+use crate::tracked;
 
 /// What the machine needs of a run.
 pub fn runner_options(plan: &Plan, recorded_topics: &[RecordedTopic]) -> RunnerOptions {
@@ -69,13 +71,14 @@ fn samples(plan: &Plan) -> BTreeSet<SampleKind> {
 }
 
 fn expected(plan: &Plan, recorded_topics: &[RecordedTopic]) -> Expected {
+    let reader = tracked::reader(plan);
     let topics = recorded_topics.iter().map(|recorded_topic| ExpectedTopic {
         name: recorded_topic.name.clone(),
         type_name: recorded_topic.type_name.clone(),
         publishers: if recorded_topic.name.ends_with(topics::VIRTUAL_DETECTION.name) {
             Publishers::AtMostOne
         } else {
-            publishers(plan, recorded_topic.role)
+            publishers(plan, &reader, recorded_topic)
         },
     });
     let limits = plan.robots.iter().filter_map(|robot| {
@@ -102,7 +105,7 @@ fn steering(plan: &Plan) -> BTreeSet<String> {
 }
 
 /// Robots whose poses are published, and were not made by the simulator.
-fn apart(plan: &Plan) -> Option<Apart> {
+pub fn apart(plan: &Plan) -> Option<Apart> {
     if plan.poses != Poses::Required || plan.record.backend == Backend::Simulator {
         return None;
     }
@@ -113,14 +116,47 @@ fn apart(plan: &Plan) -> Option<Apart> {
     })
 }
 
-fn publishers(plan: &Plan, role: Role) -> Publishers {
-    match role {
+/// How many may publish a topic with poses.
+pub fn publishers_of_poses(plan: &Plan, topic: &RecordedTopic) -> Publishers {
+    publishers(plan, &tracked::reader(plan), topic)
+}
+
+/// All publishers that are known here.
+pub fn publishers_there(session: &Session) -> Vec<preflight::Endpoint> {
+    let endpoints = session.endpoints().into_iter();
+    endpoints.filter(|endpoint| endpoint.kind == EndpointKind::Writer).map(end).collect()
+}
+
+fn publishers(plan: &Plan, reader: &PoseReader, recorded_topic: &RecordedTopic) -> Publishers {
+    let is_virtual = |robot: usize| plan.is_virtual(&plan.robots[robot]);
+    match recorded_topic.role {
         Role::Detection(_) | Role::Command => Publishers::One,
         Role::Odometry(_) | Role::Pose(_) if plan.poses == Poses::IfThere => Publishers::AtMostOne,
-        Role::Odometry(robot) if plan.pose_of(robot) == PoseSource::Odom => Publishers::One,
-        Role::Pose(robot) if plan.pose_of(robot) == PoseSource::Pose => Publishers::One,
+        Role::Odometry(robot) if is_virtual(robot) => Publishers::One,
+        Role::Pose(robot) if is_virtual(robot) => Publishers::Any,
+        Role::Odometry(_) | Role::Pose(_) | Role::Tracker | Role::Transforms => {
+            let place = reader.index_of(&recorded_topic.name, &recorded_topic.type_name);
+            if place.is_some() { trackers(plan) } else { Publishers::Any }
+        }
         Role::Robot(_) | Role::Controller(_) => Publishers::AtMostOne,
         _ => Publishers::Any,
+    }
+}
+
+/// How many machines of a tracker may publish a topic. Where there are several topics, not each machine
+/// has to be there, as long as all robots are seen.
+fn trackers(plan: &Plan) -> Publishers {
+    let has_several = plan.record.tracker.as_ref().is_some_and(|it| it.topics.len() > 1);
+    let is_needed =
+        plan.poses == Poses::Required && plan.record.backend != Backend::Simulator && !has_several;
+    match (plan.tracked_by(), is_needed) {
+        // Each message tells whose poses it has.
+        (PoseSource::NamedPoses | PoseSource::Tf, true) => Publishers::AtLeastOne,
+        (PoseSource::NamedPoses | PoseSource::Tf, false) => Publishers::Any,
+        (PoseSource::Odom | PoseSource::Pose | PoseSource::PoseArray, true) => Publishers::One,
+        (PoseSource::Odom | PoseSource::Pose | PoseSource::PoseArray, false) => {
+            Publishers::AtMostOne
+        }
     }
 }
 

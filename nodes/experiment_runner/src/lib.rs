@@ -11,11 +11,13 @@ mod extras;
 mod fit;
 mod meaning;
 mod parameters;
+pub mod places;
 pub mod plan;
 mod recorded_topics;
 mod recorder;
 mod report;
 pub mod stop;
+pub mod tracked;
 
 pub use event_loop::{NODE, run};
 pub use recorder::{RECORDING, RecorderError};

@@ -1,6 +1,5 @@
 //! What the samples of a run mean to its machine.
 
-use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::e_stop::{Locks, NoLocks, Source};
 use rsrs_fleet::experiment::Time;
 use rsrs_fleet::message::Status;
@@ -8,10 +7,9 @@ use rsrs_fleet::record::Backend;
 use rsrs_fleet::runner::{Event, SampleKind};
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
-use rsrs_msgs::geometry_msgs::{self, PoseStamped, TransformStamped};
-use rsrs_msgs::nav_msgs::Odometry;
+use rsrs_msgs::geometry_msgs::TransformStamped;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
-use rsrs_msgs::std_msgs::{Bool, Header, Text};
+use rsrs_msgs::std_msgs::{Bool, Text};
 use rsrs_msgs::tf2_msgs::TFMessage;
 use rsrs_msgs::{RosMessage, cdr};
 use rsrs_ros::clock::wall_time;
@@ -20,6 +18,7 @@ use rsrs_ros::wire;
 
 use crate::plan::Plan;
 use crate::recorded_topics::Role;
+use crate::tracked::SeenPose;
 
 /// The event of a sample, except for the simulator's.
 ///
@@ -63,17 +62,14 @@ pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Eve
             transforms(decode(data)?)
         }
         Role::Diagnostics => diagnoses(plan, decode(data)?),
-        Role::Odometry(index) if is_wanted(plan, index, PoseSource::Odom) => {
-            let Odometry { header, pose, .. } = decode(data)?;
-            pose_events(robot(index), (header, received.received_time_ns), &pose.pose)
+        // In lockstep the simulator waits for all of them.
+        Role::Detection(index) if plan.record.time != Time::Lockstep => {
+            vec![Event::Sampled { robot: robot(index), kind: SampleKind::Detection }]
         }
-        Role::Pose(index) if is_wanted(plan, index, PoseSource::Pose) => {
-            let PoseStamped { header, pose } = decode(data)?;
-            pose_events(robot(index), (header, received.received_time_ns), &pose)
-        }
-        Role::Detection(_) => sampled(plan, role, data)?.into_iter().collect(),
-        Role::Odometry(_)
+        Role::Detection(_)
+        | Role::Odometry(_)
         | Role::Pose(_)
+        | Role::Tracker
         | Role::Simulator
         | Role::Command
         | Role::WorldDigest
@@ -86,34 +82,37 @@ pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Eve
     })
 }
 
-/// That a sample has come which must keep coming, or a pose that cannot be used and counts as none.
-///
-/// # Errors
-///
-/// If it is not of its topic's type.
-pub fn sampled(plan: &Plan, role: Role, data: &[u8]) -> Result<Option<Event>, String> {
-    let (index, kind) = match role {
-        Role::Detection(index) => (index, SampleKind::Detection),
-        Role::Odometry(index) if is_wanted(plan, index, PoseSource::Odom) => {
-            (index, SampleKind::Pose)
-        }
-        Role::Pose(index) if is_wanted(plan, index, PoseSource::Pose) => (index, SampleKind::Pose),
-        _ => return Ok(None),
+/// Whether poses are looked at: the simulator has placed its robots itself; among real ones, it publishes
+/// their poses as the tracker does.
+pub fn looks_at_poses(plan: &Plan) -> bool {
+    plan.record.backend != Backend::Simulator
+}
+
+/// Where a robot is, and, where that is stamped, by which clock.
+pub fn pose_events(seen: SeenPose) -> Vec<Event> {
+    let SeenPose { robot, frame, ahead_s, pose, counts } = seen;
+    if !counts {
+        return Vec::new();
+    }
+    let clock = ahead_s.map(|seconds| Event::PoseAhead { robot: robot.clone(), seconds });
+    let pose = match pose {
+        Ok(pose) => Event::Pose { robot, frame, pose },
+        Err(reason) => Event::PoseUnusable { robot, reason },
     };
+    clock.into_iter().chain([pose]).collect()
+}
+
+/// That a pose has come, which must keep coming, or one that cannot be used and counts as none.
+pub fn pose_sampled(plan: &Plan, seen: SeenPose) -> Option<Event> {
+    let SeenPose { robot, pose, .. } = seen;
     // In lockstep the simulator waits for all of them.
     if plan.record.time == Time::Lockstep {
-        return Ok(None);
+        return None;
     }
-    let robot = plan.record.robots[index].clone();
-    let pose = match role {
-        Role::Odometry(_) => Some(decode::<Odometry>(data)?.pose.pose),
-        Role::Pose(_) => Some(decode::<PoseStamped>(data)?.pose),
-        _ => None,
-    };
-    Ok(Some(match pose.map(|pose| wire::pose(&pose)).transpose() {
-        Ok(_) => Event::Sampled { robot, kind },
-        Err(error) => Event::PoseUnusable { robot, reason: error.to_string() },
-    }))
+    Some(match pose {
+        Ok(_) => Event::Sampled { robot, kind: SampleKind::Pose },
+        Err(reason) => Event::PoseUnusable { robot, reason },
+    })
 }
 
 /// Understands a status.
@@ -129,18 +128,8 @@ fn decode<M: RosMessage>(data: &[u8]) -> Result<M, String> {
     cdr::decode(data).map_err(|error| error.to_string())
 }
 
-/// The simulator has placed its robots itself; among real ones, it publishes their poses as the
-/// tracker does.
-fn is_wanted(plan: &Plan, robot: usize, source: PoseSource) -> bool {
-    match plan.record.backend {
-        Backend::Simulator => false,
-        Backend::Fleet => plan.pose_of(robot) == source,
-        Backend::Mixed => plan.tracked_by() == source,
-    }
-}
-
 /// How far a stamp is ahead of a time on our clock, in seconds; `None` for one that was not set.
-fn seconds_ahead(stamp: Stamp, ours_ns: u64) -> Option<f64> {
+pub fn seconds_ahead(stamp: Stamp, ours_ns: u64) -> Option<f64> {
     let stamp_ns = stamp.to_nanos().filter(|nanos| *nanos > 0)?;
     Some((i128::from(stamp_ns) - i128::from(ours_ns)) as f64 / 1e9)
 }
@@ -174,19 +163,4 @@ fn transforms(message: TFMessage) -> Vec<Event> {
         parent: transform.header.frame_id,
     };
     transforms.map(event).collect()
-}
-
-/// Where a robot is, and, where that is stamped, by which clock.
-fn pose_events(
-    robot: String,
-    (header, received_ns): (Header, u64),
-    pose: &geometry_msgs::Pose,
-) -> Vec<Event> {
-    let ahead = seconds_ahead(header.stamp, received_ns);
-    let clock = ahead.map(|seconds| Event::PoseAhead { robot: robot.clone(), seconds });
-    let pose = match wire::pose(pose) {
-        Ok(pose) => Event::Pose { robot, frame: header.frame_id, pose },
-        Err(error) => Event::PoseUnusable { robot, reason: error.to_string() },
-    };
-    clock.into_iter().chain([pose]).collect()
 }

@@ -15,7 +15,7 @@ use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::{ExperimentFile, SimulatedProfile, Time};
 use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetFile, FleetRobot, LeaseHolder};
 use rsrs_fleet::parameters::{GateSettings, of_gate};
-use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance, pose_source};
+use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance, pose_source, tracker};
 
 mod recording;
 mod run_id;
@@ -152,7 +152,8 @@ impl Plan {
             replicate: 0,
             robot_lost: experiment.robot_lost,
             controller_only: controller_only(backend, &robots),
-            pose_source: Some(pose_source(backend, &robots).context(fleet_name)?),
+            pose_source: Some(pose_source(backend, &robots).context(fleet_name.clone())?),
+            tracker: tracker(backend, &robots).context(fleet_name)?,
             backend,
             time,
             run_id: run_id.clone(),
@@ -160,10 +161,7 @@ impl Plan {
         };
         let profile_path = beside_fleet(&fleet_path, &robots[0]);
         let other_profile = admit(swept.as_ref(), &record, (request, profile_path))?;
-        let bag = request.bag.clone().unwrap_or_else(|| PathBuf::from(&run_id));
-        if bag.exists() {
-            bail!("{} exists already; give another folder for the bag", bag.display());
-        }
+        let bag = new_bag(request, &run_id)?;
         let recording = Recording::read(&experiment.record, beside, &record.robots)?;
         let starts = starts.map(|table| ("starts.csv", table.text));
         let read =
@@ -195,11 +193,6 @@ impl Plan {
             Poses::Required => Reaction::ToDetections,
             Poses::IfThere => Reaction::Constant,
         }
-    }
-
-    /// Where the pose of a robot comes from, by its index; the simulator has all of them.
-    pub fn pose_of(&self, robot: usize) -> PoseSource {
-        if self.is_virtual(&self.robots[robot]) { PoseSource::Odom } else { self.tracked_by() }
     }
 
     /// Whether the simulator stands in for a robot of this run.
@@ -247,6 +240,15 @@ fn settings(
         }
     }
     Ok(settings)
+}
+
+/// The folder of the bag, which must not be there.
+fn new_bag(request: &Request, run_id: &str) -> anyhow::Result<PathBuf> {
+    let bag = request.bag.clone().unwrap_or_else(|| PathBuf::from(run_id));
+    if bag.exists() {
+        bail!("{} exists already; give another folder for the bag", bag.display());
+    }
+    Ok(bag)
 }
 
 /// Refuses a run that could not be compared with the sweep that its cell is from.
@@ -426,6 +428,8 @@ fn read(path: &Path) -> anyhow::Result<(String, String)> {
 
 #[cfg(test)]
 mod tests {
+    use rsrs_core::tracker::Tracker;
+
     use super::*;
 
     fn robots(poses: [PoseSource; 3], n_virtual: usize) -> Vec<FleetRobot> {
@@ -439,6 +443,8 @@ mod tests {
             lease: LeaseHolder::Gate,
             battery_min_v: None,
             detection_threshold_m: None,
+            tracker: Tracker::default(),
+            body: None,
         };
         poses.into_iter().enumerate().map(robot).collect()
     }
@@ -480,5 +486,35 @@ mod tests {
                 "come from `odom` and those of robot_2 from `pose`, expected one `pose:` for all";
             assert!(error.to_string().contains(text), "{error}");
         }
+    }
+
+    #[test]
+    fn a_run_has_one_tracker_and_virtual_robots_none_that_the_simulator_cannot_follow() {
+        use PoseSource::{NamedPoses, Pose};
+
+        let of = |backend, robots: &[FleetRobot]| tracker(backend, robots);
+        let mut named = robots([NamedPoses; 3], 0);
+        named[1].body = Some("RigidBody 2".to_owned());
+        let mut differing = robots([Pose; 3], 0);
+        differing[2].tracker.frame.scale = 0.001;
+        let mut moved = robots([Pose; 3], 1);
+        moved[2].body = Some("R".to_owned());
+
+        assert_eq!(of(Backend::Fleet, &robots([Pose; 3], 0)), Ok(None), "they are as they come");
+        let found = of(Backend::Fleet, &named).unwrap().unwrap();
+        assert_eq!(found.body_of("robot_1"), "RigidBody 2");
+        assert_eq!(of(Backend::Simulator, &named), Ok(None));
+        let several = of(Backend::Fleet, &differing).unwrap_err().to_string();
+        assert!(several.starts_with("robot_0 and robot_2 have a `tracker` each"), "{several}");
+        let unfollowed = of(Backend::Mixed, &moved).unwrap_err().to_string();
+        assert!(unfollowed.contains("and a `tracker` or `body`, expected `odom`"), "{unfollowed}");
+        assert!(of(Backend::Mixed, &robots([NamedPoses; 3], 1)).is_err());
+        let mut unnamed = robots([PoseSource::PoseArray; 3], 0);
+        for robot in &mut unnamed {
+            robot.tracker.names = ["robot_0", "box", "robot_2"].map(str::to_owned).to_vec();
+        }
+        let unnamed = of(Backend::Fleet, &unnamed).unwrap_err().to_string();
+        assert!(unnamed.contains("have no `robot_1`, only robot_0, box, robot_2"), "{unnamed}");
+        assert_eq!(of(Backend::Mixed, &robots([NamedPoses; 3], 3)), Ok(None), "none is real");
     }
 }

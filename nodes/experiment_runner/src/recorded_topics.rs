@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use rsrs_bags::definitions::Definition;
+use rsrs_bags::trajectory::TrackedTopic;
 use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetRobot};
 use rsrs_msgs::topics::{self, Qos, Topic};
 use rsrs_ros::session::{ReceivedRaw, Session, SessionError, Subscription};
@@ -20,6 +21,8 @@ pub enum Role {
     Odometry(usize),
     /// Where a tracker sees a robot.
     Pose(usize),
+    /// Where a tracker sees robots, on a topic that is not each robot's own.
+    Tracker,
     /// A robot's gate.
     Robot(usize),
     /// A robot's controller.
@@ -133,7 +136,11 @@ const QUEUE_SAMPLES: usize = 100_000;
 pub const LEAST_DEPTH: u32 = 100;
 
 /// The topics of a run.
-pub fn recorded_topics(robots: &[FleetRobot]) -> Vec<RecordedTopic> {
+///
+/// # Arguments
+///
+/// * `tracked` — those with the poses of the robots, which may be among those of every run.
+pub fn recorded_topics(robots: &[FleetRobot], tracked: &[TrackedTopic]) -> Vec<RecordedTopic> {
     let mut recorded_topics = Vec::new();
     for (index, robot) in robots.iter().enumerate() {
         let cmd_vel = match robot.cmd_vel {
@@ -176,6 +183,11 @@ pub fn recorded_topics(robots: &[FleetRobot]) -> Vec<RecordedTopic> {
         (topics::ROSOUT, Role::Preparation),
     ] {
         recorded_topics.push(RecordedTopic::new(topic.name.to_owned(), topic, role));
+    }
+    for TrackedTopic { name, topic, .. } in tracked {
+        if !recorded_topics.iter().any(|recorded_topic| recorded_topic.name == *name) {
+            recorded_topics.push(RecordedTopic::new(name.clone(), *topic, Role::Tracker));
+        }
     }
     recorded_topics
 }

@@ -200,6 +200,7 @@ fn record(
         controller_only: Vec::new(),
         gates: std::collections::BTreeMap::new(),
         pose_source: Some(PoseSource::Odom),
+        tracker: None,
         time: Time::RealTime,
         provenance: Provenance::new(version, "reproduce", &measured.digest(), conditions),
     };

@@ -1,4 +1,6 @@
-//! `rsrs place`: start poses for the floor.
+//! `rsrs place`: start poses for the floor, and where robots are seen.
+
+mod check;
 
 use std::path::{Path, PathBuf};
 
@@ -9,8 +11,13 @@ use rsrs_experiment_runner::plan::{PlaceCheck, Plan, Request};
 use rsrs_fleet::record::Backend;
 use rsrs_view::placement::PlacementPicture;
 
+use rsrs_ros::logging::{self, Level};
+use rsrs_ros::security::Member;
+
+use self::check::Until;
 use crate::commands::{Format, report, report_written};
 use crate::failure::Outcome;
+use crate::fleet_network::chosen_network;
 use rsrs_pipeline::picture::PictureFile;
 use rsrs_pipeline::run::start_poses::{StartPose, StartPoses};
 
@@ -20,12 +27,18 @@ use rsrs_pipeline::run::start_poses::{StartPose, StartPoses};
 /// centres lie in a disc or a box around the origin, far enough apart, and every robot faces away from
 /// the centre; `--seed` gives others that are as good. With `placement: {kind: file, path: …}` they are
 /// those of the table, checked against the robots and the arena.
+///
+/// `--check` shows instead where the robots of the fleet are seen now, as a run would read their poses,
+/// and what is not as it should be at the start; it sends nothing to any robot. Exit code 3 means that
+/// they do not stand as wanted.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   rsrs place launch_configs/experiments/flockbot_milling.yaml
   rsrs place launch_configs/experiments/flockbot_milling.yaml -o start.png
-  rsrs place milling.yaml --from results/flockbot --seed 7 --format json")]
+  rsrs place milling.yaml --from results/flockbot --seed 7 --format json
+  rsrs place milling.yaml --check --interface wlan0
+  rsrs place milling.yaml --check --once --interface wlan0 --format json")]
 pub struct Arguments {
     /// Experiment file (YAML).
     experiment: PathBuf,
@@ -41,6 +54,15 @@ pub struct Arguments {
     /// Picture to write; its extension selects the format: svg, png or pdf.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Show where the robots are seen now, until Ctrl-C.
+    #[arg(long, conflicts_with = "output")]
+    check: bool,
+    /// With `--check`: show it once, when all robots were seen, or after 10 s; so does `--format json`.
+    #[arg(long, requires = "check")]
+    once: bool,
+    /// With `--check`: network interface of the fleet, by name or address (or `RSRS_INTERFACE`).
+    #[arg(long, value_name = "NAME|IP", requires = "check")]
+    interface: Option<String>,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -65,6 +87,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         // Where robots are to stand does not depend on it.
         other_profile: OtherProfile::Insisted,
     })?;
+    if arguments.check {
+        logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
+        let network = chosen_network(arguments.interface.as_deref(), Member::Viewer)?;
+        let is_once = arguments.once || arguments.format == Format::Json;
+        let until = if is_once { Until::AllAreSeen } else { Until::Stopped };
+        return check::check(&plan, &network, (until, arguments.format));
+    }
     let poses = StartPoses::of(&plan)?;
     if let Some(picture) = picture {
         draw(picture, &arguments.experiment, &poses)?;

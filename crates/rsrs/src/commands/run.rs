@@ -256,6 +256,7 @@ mod tests {
             controller_only: Vec::new(),
             gates: std::collections::BTreeMap::new(),
             pose_source: None,
+            tracker: None,
             time: Time::RealTime,
         }
     }

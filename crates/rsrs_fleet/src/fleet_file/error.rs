@@ -6,8 +6,9 @@ use std::fmt;
 use rsrs_core::document::DocumentError;
 use rsrs_core::help::Help;
 use rsrs_core::robot::pose_source::PoseSource;
+use rsrs_core::tracker::InvalidTracker;
 
-use super::{FILE_VERSION, LIVE_POSES, PROFILE};
+use super::{FILE_VERSION, PROFILE};
 
 /// Why a fleet file cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -55,18 +56,27 @@ pub enum FleetFileError {
         /// The robot.
         robot: String,
     },
-    /// Poses that are read from bags only.
-    #[error(
-        "{file}: {robot} has `pose: {found}`, which is read from bags only, expected {} in a run",
-        LIVE_POSES.map(|source| format!("`{source}`")).join(" or ")
-    )]
-    NotLive {
+    /// A tracker that does not publish so.
+    #[error("{file}: the `tracker` of {robot}, which has `pose: {pose}`: {reason}")]
+    Tracker {
         /// The file.
         file: String,
         /// The robot.
         robot: String,
-        /// The source found.
-        found: PoseSource,
+        /// Where its pose comes from.
+        pose: PoseSource,
+        /// What does not fit.
+        reason: InvalidTracker,
+    },
+    /// Two robots that the tracker could not tell apart.
+    #[error("{file}: the tracker calls both {} and {} `{body}`", robots[0], robots[1])]
+    OneBody {
+        /// The file.
+        file: String,
+        /// The two.
+        robots: [String; 2],
+        /// What it calls them.
+        body: String,
     },
     /// Keys that neither the robots, nor their types, nor `all` set; all that is missing in the
     /// file.
@@ -128,11 +138,17 @@ impl Help for FleetFileError {
                     enabled.then(|| "set `enabled: true` or `false` of each robot".to_owned());
                 Some(shared.into_iter().chain(measure).chain(own).collect::<Vec<_>>().join("; "))
             }
+            Self::Tracker { reason: InvalidTracker::NoNames, .. } => Some(
+                "list what the poses in a message are of, in their order: `tracker: {names: [robot_1, \
+                 box, robot_2]}`"
+                    .to_owned(),
+            ),
             Self::Version { .. }
             | Self::Name { .. }
             | Self::UnknownType { .. }
             | Self::HasGate { .. }
-            | Self::NotLive { .. } => None,
+            | Self::OneBody { .. }
+            | Self::Tracker { .. } => None,
         }
     }
 }

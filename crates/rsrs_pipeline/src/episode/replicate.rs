@@ -152,6 +152,7 @@ fn record(result: &SweepResult, conditions: Conditions, replicate: u64) -> Exper
         controller_only: Vec::new(),
         gates: std::collections::BTreeMap::new(),
         pose_source: Some(PoseSource::Odom),
+        tracker: None,
         time: Time::Lockstep,
         provenance: Provenance::new(version, commit, &profile_digest, &conditions),
         conditions,

@@ -2,7 +2,7 @@
 
 use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{
-    Needed, RecordedTrajectory, TrajectoryError, TrajectoryOptions, read_trajectory,
+    Needed, RecordedTracker, RecordedTrajectory, TrajectoryError, TrajectoryOptions, read_trajectory,
 };
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::fleet_file::{FleetFile, FleetRobot};
@@ -93,7 +93,8 @@ impl PosesOfRun {
     ) -> Result<RecordedTrajectory, TrajectoryError> {
         let read = |poses| {
             let run_id = record.map(|record| record.run_id.clone());
-            read_trajectory(bag, &TrajectoryOptions { poses, run_id, needed })
+            let tracker = record.and_then(|record| tracker_of(record, poses));
+            read_trajectory(bag, &TrajectoryOptions { poses, run_id, needed, tracker })
         };
         let error = match read(self.source) {
             Err(error @ TrajectoryError::Frames { .. }) => error,
@@ -106,6 +107,16 @@ impl PosesOfRun {
         }
         Err(error)
     }
+}
+
+/// The tracker that the record describes, if these are its poses.
+fn tracker_of(record: &ExperimentRecord, poses: Option<PoseSource>) -> Option<RecordedTracker> {
+    let tracker = record.tracker.clone().filter(|_| poses == record.pose_source)?;
+    Some(RecordedTracker {
+        tracker,
+        robots: record.robots.clone(),
+        radius_m: record.conditions.robot.radius_m,
+    })
 }
 
 /// The robots of a record, as the fleet file in the bag has them; `None` if it is not there, does not

@@ -50,9 +50,11 @@ pub fn read(path: &Path) -> anyhow::Result<RecordedFleet> {
     let mut messages = watched_messages(&bag)?;
     // Robots are shown where they are judged, or else where they would be.
     let judged = recorded.as_ref().map(|recorded| recorded.poses);
+    // What a tracker has published is not yet where robots are on the floor.
+    let is_raw = record.as_ref().is_some_and(|record| record.tracker.is_some());
     if let Some(shown) = judged.or(poses.and_then(|poses| poses.source)) {
         messages.retain(|(_, event)| match event {
-            Event::Pose { source, .. } => *source == shown,
+            Event::Pose { source, .. } => *source == shown && !is_raw,
             _ => true,
         });
     }

@@ -9,8 +9,9 @@ use std::time::Duration;
 
 use rsrs_msgs::topics::{self, Durability, Qos, Reliability, Topic};
 use rsrs_msgs::{
-    RosMessage, cdr, diagnostic_msgs, geometry_msgs, nav_msgs, rcl_interfaces, rosgraph_msgs, rsrs,
-    schema, sensor_msgs, std_msgs, tf2_msgs, visualization_msgs,
+    RosMessage, cdr, diagnostic_msgs, geometry_msgs, motion_capture_tracking_interfaces, nav_msgs,
+    rcl_interfaces, rosgraph_msgs, rsrs, schema, sensor_msgs, std_msgs, tf2_msgs,
+    visualization_msgs,
 };
 use rsrs_ros::session::{NodeHandle, Received, Session, Subscription};
 use serde::Serialize;
@@ -114,9 +115,11 @@ fn echo_of_topic<'a>(
     }
     of_type! {
         diagnostic_msgs::DiagnosticArray,
+        geometry_msgs::PoseArray,
         geometry_msgs::PoseStamped,
         geometry_msgs::Twist,
         geometry_msgs::TwistStamped,
+        motion_capture_tracking_interfaces::NamedPoseArray,
         nav_msgs::Odometry,
         rcl_interfaces::Log,
         rcl_interfaces::ParameterEvent,

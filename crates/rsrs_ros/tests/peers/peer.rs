@@ -41,7 +41,8 @@ impl Maker {
     /// Whether it has the messages of a package. The package index has neither of these two for
     /// rclpy; Cyclone DDS makes the types of all packages.
     pub fn has(self, package: &str) -> bool {
-        self == Self::Cyclone || !["tf2_msgs", "rsrs_msgs"].contains(&package)
+        let unpackaged = ["tf2_msgs", "rsrs_msgs", "motion_capture_tracking_interfaces"];
+        self == Self::Cyclone || !unpackaged.contains(&package)
     }
 }
 

@@ -11,7 +11,7 @@ use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::trials::trial::Neighbour;
 use rsrs_fleet::experiment::{RobotLost, Time};
 use rsrs_fleet::fleet_file::{CmdVel, FleetFile, FleetRobot};
-use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance, pose_source};
+use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance, pose_source, tracker};
 
 use super::{
     COMMIT, PlaceCheck, Plan, Poses, Recording, VERSION, common_profile, new_run_id, read,
@@ -138,6 +138,7 @@ impl Plan {
             robot_lost: RobotLost::Abort,
             controller_only: super::controller_only(request.backend, &robots),
             pose_source: Some(pose_source(request.backend, &robots)?),
+            tracker: tracker(request.backend, &robots)?,
             backend: request.backend,
             time,
             run_id: run_id.clone(),
