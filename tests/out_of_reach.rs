@@ -13,13 +13,13 @@
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
+use crate::cables::{ip, ip_of, start_at_cable};
 use crate::fleet::{ROBOTS, experiment, signal, track};
 use crate::micro::{Micro, Socket};
 use crate::processes::{Process, join_alone, rsrs};
-use rsrs_ros::confine;
 use rsrs_ros::security::Enclave;
 use rsrs_ros::session::{Session, SessionOptions};
 use rsrs_testing::network::{TIMEOUT, in_own_network};
@@ -37,12 +37,6 @@ const ANNOUNCED_WITHIN: Duration = Duration::from_secs(40);
 /// How often a run is started on a busy machine, until the robot drives.
 const STARTS: usize = 3;
 const LOOK: Duration = Duration::from_millis(10);
-
-/// Runs `ip` with arguments that a space separates.
-fn ip(arguments: &str) {
-    let status = Command::new("ip").args(arguments.split(' ')).status();
-    assert!(status.expect("`ip` is installed").success(), "ip {arguments}");
-}
 
 /// The network of all but the robot: a bridge, with a port so that it is up without cables.
 fn make_base() {
@@ -95,39 +89,15 @@ impl Computer {
         let mut node = rsrs();
         node.args(["node", "robot", "--interface", &address, "--robots", ROBOTS[0]]);
         node.args(["--driver", "serial", "--without-controller", "--port"]).arg(socket.path());
-        // It starts when its network has a cable, of which a line on its input informs it.
-        let mut waiting = Command::new("sh");
-        waiting.args(["-c", "read _; exec \"$@\"", "sh"]).arg(node.get_program());
-        waiting.args(node.get_args());
-        for (variable, value) in node.get_envs() {
-            match value {
-                Some(value) => waiting.env(variable, value),
-                None => waiting.env_remove(variable),
-            };
-        }
-        waiting.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
-        let mut node = Process(
-            confine::start_in_own_network(&mut waiting).spawn().expect("namespaces are allowed"),
-        );
-        let (pid, cable) = (node.0.id(), format!("cable{n}"));
-        ip(&format!("link add {cable} type veth peer name eth0 netns {pid}"));
-        ip(&format!("link set {cable} master base up"));
-        let input = node.0.stdin.take();
-        let computer = Self { node, cable, address };
-        computer.ip(&format!("address add {}/24 dev eth0", computer.address));
-        computer.ip("link set eth0 up");
-        join_alone();
-        drop(input);
-        computer
+        let cable = format!("cable{n}");
+        let plug = || ip(&format!("link set {cable} master base up"));
+        let node = start_at_cable(&node, &cable, (&address, plug));
+        Self { node, cable, address }
     }
 
     /// Runs `ip` in the network of the robot's computer.
     fn ip(&self, arguments: &str) {
-        let status = Command::new("nsenter")
-            .args(["--target", &self.node.0.id().to_string(), "--net", "ip"])
-            .args(arguments.split(' '))
-            .status();
-        assert!(status.expect("`nsenter` is installed").success(), "ip {arguments}");
+        ip_of(&self.node, arguments);
     }
 
     fn cut_off(&self, cut: Cut) {

@@ -24,13 +24,10 @@ pub fn other_middleware() -> Option<OtherMiddleware> {
 /// # Errors
 ///
 /// If none is chosen, there is none of that name or address, or what is to be secured cannot be.
-pub fn chosen_network(
-    interface: Option<&str>,
-    member: Member<'_>,
-) -> anyhow::Result<SessionOptions> {
+pub fn chosen_network(interfaces: &[String], member: Member<'_>) -> anyhow::Result<SessionOptions> {
     let environment = Environment::of_this_process();
     let (mut ros, _) = RosArgs::parse(&[], &environment)?;
-    let network = ros.network(interface, &environment, member).map_err(helped)?;
+    let network = ros.network(interfaces, &environment, member).map_err(helped)?;
     for note in &ros.notes {
         print_note(note.to_string());
     }

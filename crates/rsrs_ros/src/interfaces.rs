@@ -1,4 +1,4 @@
-//! The network interfaces of this machine, and the one that a person chose.
+//! The network interfaces of this machine, and those that a person chose.
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr};
@@ -7,7 +7,7 @@ use rsrs_core::help::Help;
 
 use crate::kernel;
 
-/// Name of the environment variable that chooses the interface.
+/// Name of the environment variable that chooses interfaces: names or addresses with commas between them.
 pub const VARIABLE: &str = "RSRS_INTERFACE";
 
 /// The loopback interface.
@@ -41,6 +41,15 @@ pub enum InterfaceError {
         /// What there is.
         available: Vec<Interface>,
     },
+    /// Others would be told an address that is their own.
+    #[error(
+        "`{wanted}` is the loopback interface, which reaches nobody outside of this machine, beside \
+         another one"
+    )]
+    LoopbackBeside {
+        /// What was asked for.
+        wanted: String,
+    },
     /// The kernel does not list them.
     #[error("the network interfaces cannot be listed")]
     Kernel {
@@ -52,10 +61,16 @@ pub enum InterfaceError {
 
 impl Help for InterfaceError {
     fn help(&self) -> Option<String> {
-        Some(
-            "choose one with `--interface NAME`, `--interface ADDRESS` or RSRS_INTERFACE"
-                .to_owned(),
-        )
+        Some(match self {
+            Self::LoopbackBeside { .. } => {
+                "leave it out: programs of this machine are found through the other one, too".to_owned()
+            }
+            Self::NotChosen { .. } | Self::NotFound { .. } | Self::Kernel { .. } => {
+                "choose one with `--interface NAME`, `--interface ADDRESS` or RSRS_INTERFACE; several \
+                 by `--interface` more than once"
+                    .to_owned()
+            }
+        })
     }
 }
 
@@ -80,18 +95,23 @@ pub fn list() -> Result<Vec<Interface>, InterfaceError> {
         .collect())
 }
 
-/// The address of the interface that a person chose: the flag first, then the environment.
-///
-/// # Arguments
-///
-/// * `flag` — value of `--interface`, a name or an address.
-/// * `variable` — value of [`VARIABLE`].
+/// The names and addresses that a person chose: the values of `--interface` first, then that of
+/// [`VARIABLE`].
+pub(crate) fn wanted<'a>(flags: &'a [String], variable: Option<&'a str>) -> Vec<&'a str> {
+    if flags.is_empty() {
+        let words = variable.unwrap_or_default().split(',').map(str::trim);
+        return words.filter(|word| !word.is_empty()).collect();
+    }
+    flags.iter().map(String::as_str).collect()
+}
+
+/// The addresses of the interfaces that a person chose by names or addresses, each once.
 ///
 /// # Errors
 ///
 /// [`InterfaceError`], with the interfaces that there are.
-pub fn chosen(flag: Option<&str>, variable: Option<&str>) -> Result<IpAddr, InterfaceError> {
-    choose(flag.or(variable), list()?)
+pub(crate) fn chosen(wanted: &[&str]) -> Result<Vec<IpAddr>, InterfaceError> {
+    choose(wanted, list()?)
 }
 
 /// Whether this choice of an interface is the loopback interface.
@@ -99,15 +119,28 @@ pub(crate) fn is_loopback(wanted: &str) -> bool {
     wanted == LOOPBACK_NAME || wanted.parse().is_ok_and(|address: IpAddr| address.is_loopback())
 }
 
-fn choose(wanted: Option<&str>, available: Vec<Interface>) -> Result<IpAddr, InterfaceError> {
-    let Some(wanted) = wanted else {
+fn choose(wanted: &[&str], available: Vec<Interface>) -> Result<Vec<IpAddr>, InterfaceError> {
+    if wanted.is_empty() {
         return Err(InterfaceError::NotChosen { available });
-    };
-    let found = available
-        .iter()
-        .find(|i| i.name == wanted || wanted.parse() == Ok(i.address))
-        .map(|interface| interface.address);
-    found.ok_or_else(|| InterfaceError::NotFound { wanted: wanted.to_owned(), available })
+    }
+    let mut addresses: Vec<IpAddr> = Vec::new();
+    for wanted in wanted {
+        let is_wanted = |i: &&Interface| i.name == *wanted || wanted.parse() == Ok(i.address);
+        let Some(found) = available.iter().find(is_wanted) else {
+            let wanted = (*wanted).to_owned();
+            return Err(InterfaceError::NotFound { wanted, available });
+        };
+        if !addresses.contains(&found.address) {
+            addresses.push(found.address);
+        }
+    }
+    let loopback = wanted.iter().find(|wanted| is_loopback(wanted));
+    match loopback {
+        Some(wanted) if addresses.len() > 1 => {
+            Err(InterfaceError::LoopbackBeside { wanted: (*wanted).to_owned() })
+        }
+        _ => Ok(addresses),
+    }
 }
 
 #[cfg(test)]
@@ -125,13 +158,36 @@ mod tests {
     fn an_interface_is_chosen_by_name_or_by_address() {
         let address: IpAddr = "10.0.0.7".parse().unwrap();
 
-        assert_eq!(choose(Some("wlan0"), two()).unwrap(), address);
-        assert_eq!(choose(Some("10.0.0.7"), two()).unwrap(), address);
+        assert_eq!(choose(&["wlan0"], two()).unwrap(), [address]);
+        assert_eq!(choose(&["10.0.0.7"], two()).unwrap(), [address]);
+    }
+
+    #[test]
+    fn several_interfaces_are_chosen_by_several_flags_or_by_commas_and_each_counts_once() {
+        let mut available = two();
+        available.push(Interface { name: "eth0".into(), address: "10.0.1.7".parse().unwrap() });
+        let both: [IpAddr; 2] = ["10.0.1.7", "10.0.0.7"].map(|text| text.parse().unwrap());
+        let flags = ["eth0", "wlan0", "10.0.0.7"].map(str::to_owned);
+
+        let by_flags = choose(&wanted(&flags, Some("lo")), available.clone()).unwrap();
+        let by_variable = choose(&wanted(&[], Some(" eth0, wlan0,")), available).unwrap();
+
+        assert_eq!(by_flags, both);
+        assert_eq!(by_variable, both);
+    }
+
+    #[test]
+    fn the_loopback_interface_is_refused_beside_another_one() {
+        let error = choose(&["wlan0", "127.0.0.1"], two()).unwrap_err();
+
+        assert!(matches!(error, InterfaceError::LoopbackBeside { .. }), "{error:?}");
+        assert!(error.help().is_some_and(|help| help.starts_with("leave it out")), "{error}");
+        assert_eq!(choose(&["lo", "127.0.0.1"], two()).unwrap(), [LOOPBACK]);
     }
 
     #[test]
     fn what_is_not_there_is_refused_with_what_is() {
-        let error = choose(Some("eth9"), two()).unwrap_err();
+        let error = choose(&["wlan0", "eth9"], two()).unwrap_err();
 
         assert_eq!(
             error.to_string(),
@@ -141,9 +197,11 @@ mod tests {
 
     #[test]
     fn nothing_is_chosen_by_accident() {
-        let error = choose(None, two()).unwrap_err();
+        for variable in [None, Some(""), Some(" , ")] {
+            let error = choose(&wanted(&[], variable), two()).unwrap_err();
 
-        assert!(matches!(error, InterfaceError::NotChosen { .. }), "{error:?}");
+            assert!(matches!(error, InterfaceError::NotChosen { .. }), "{error:?}");
+        }
     }
 
     #[test]

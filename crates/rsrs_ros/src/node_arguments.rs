@@ -73,10 +73,10 @@ pub enum Part {
 /// Flags that all nodes have.
 #[derive(Clone, Debug, clap::Args)]
 pub struct NodeFlags {
-    /// Network interface to use (or `RSRS_INTERFACE`); there is no default, so that nothing is
-    /// published on a LAN by accident.
+    /// Network interface to use, more than once for several (or `RSRS_INTERFACE`, with commas between
+    /// them); there is no default, so that nothing is published on a LAN by accident.
     #[arg(long, value_name = "NAME|IP")]
-    pub interface: Option<String>,
+    pub interface: Vec<String>,
     /// Robots that the process stands for; without it the namespace (`-r __ns:=/robot_1`) names one.
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub robots: Vec<String>,
@@ -176,7 +176,7 @@ impl NodeArguments {
             Part::Simulator => Member::Simulator,
         };
         Ok(Self {
-            session: ros.network(interface.as_deref(), environment, member)?,
+            session: ros.network(&interface, environment, member)?,
             robots,
             log_level: ros.log_level(node),
             ros,

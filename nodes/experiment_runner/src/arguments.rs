@@ -62,10 +62,10 @@ pub struct Flags {
     /// What moves the robots.
     #[arg(long, default_value = "fleet")]
     backend: Moved,
-    /// Network interface to use (or `RSRS_INTERFACE`); there is no default, so that nothing is
-    /// published on a LAN by accident.
+    /// Network interface to use, more than once for several (or `RSRS_INTERFACE`, with commas between
+    /// them); there is no default, so that nothing is published on a LAN by accident.
     #[arg(long, value_name = "NAME|IP")]
-    interface: Option<String>,
+    interface: Vec<String>,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -92,7 +92,7 @@ impl RunnerArguments {
         if namespace != "/" {
             return Err(RunnerArgumentsError::Namespace { namespace });
         }
-        let network = ros.network(flags.interface.as_deref(), environment, Member::Runner);
+        let network = ros.network(&flags.interface, environment, Member::Runner);
         Ok(Self {
             request: Request {
                 experiment: flags.experiment,

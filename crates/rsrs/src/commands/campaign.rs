@@ -54,9 +54,10 @@ pub struct Arguments {
     /// What moves the robots (default: sim).
     #[arg(long, value_enum, default_value = "sim", hide_default_value = true)]
     backend: Backend,
-    /// Network interface of the fleet, by name or address (or `RSRS_INTERFACE`).
+    /// Network interface of the fleet, by name or address, more than once for several (or
+    /// `RSRS_INTERFACE`, with commas between them).
     #[arg(long, value_name = "NAME|IP")]
-    interface: Option<String>,
+    interface: Vec<String>,
     /// Start every run of a fleet without asking, as where the robots need not be placed.
     #[arg(long)]
     yes: bool,
@@ -147,9 +148,7 @@ fn floor(arguments: &Arguments) -> anyhow::Result<RunTarget> {
         }
         Backend::Fleet => {
             logging::init(Level::Warn, level.as_deref());
-            Ok(RunTarget::Fleet {
-                network: chosen_network(arguments.interface.as_deref(), Member::Runner)?,
-            })
+            Ok(RunTarget::Fleet { network: chosen_network(&arguments.interface, Member::Runner)? })
         }
     }
 }
@@ -162,7 +161,7 @@ fn command(arguments: &Arguments) -> String {
     if arguments.backend == Backend::Fleet {
         words.push("--backend fleet".to_owned());
     }
-    words.extend(arguments.interface.as_ref().map(|name| format!("--interface {name}")));
+    words.extend(arguments.interface.iter().map(|name| format!("--interface {name}")));
     if arguments.other.profile() == OtherProfile::Insisted {
         words.push("--other-profile".to_owned());
     }

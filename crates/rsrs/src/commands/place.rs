@@ -60,9 +60,10 @@ pub struct Arguments {
     /// With `--check`: show it once, when all robots were seen, or after 10 s; so does `--format json`.
     #[arg(long, requires = "check")]
     once: bool,
-    /// With `--check`: network interface of the fleet, by name or address (or `RSRS_INTERFACE`).
+    /// With `--check`: network interface of the fleet, by name or address, more than once for several (or
+    /// `RSRS_INTERFACE`, with commas between them).
     #[arg(long, value_name = "NAME|IP", requires = "check")]
-    interface: Option<String>,
+    interface: Vec<String>,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -89,7 +90,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     })?;
     if arguments.check {
         logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
-        let network = chosen_network(arguments.interface.as_deref(), Member::Viewer)?;
+        let network = chosen_network(&arguments.interface, Member::Viewer)?;
         let is_once = arguments.once || arguments.format == Format::Json;
         let until = if is_once { Until::AllAreSeen } else { Until::Stopped };
         return check::check(&plan, &network, (until, arguments.format));

@@ -41,9 +41,10 @@ Examples:
 pub struct Arguments {
     /// Bag: a rosbag2 folder or a single .mcap file.
     bag: PathBuf,
-    /// Network interface to publish on, by name or address (or `RSRS_INTERFACE`).
+    /// Network interface to publish on, by name or address, more than once for several (or
+    /// `RSRS_INTERFACE`, with commas between them).
     #[arg(long, value_name = "NAME|IP")]
-    interface: Option<String>,
+    interface: Vec<String>,
     /// How many times faster than it was recorded (default: 1).
     #[arg(long, value_name = "R", default_value_t = 1.0, hide_default_value = true,
           value_parser = positive)]
@@ -114,7 +115,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return Ok(if replay.is_same() { Outcome::Done } else { Outcome::NegativeAnswer });
     }
     logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
-    let network = chosen_network(arguments.interface.as_deref(), Member::Runner)?;
+    let network = chosen_network(&arguments.interface, Member::Runner)?;
     let selection = select(&bag, &arguments.topics)?;
     let options = PublishOptions {
         rate: arguments.rate,

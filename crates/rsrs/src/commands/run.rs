@@ -54,9 +54,10 @@ pub struct Arguments {
     /// What moves the robots (default: sim).
     #[arg(long, value_enum, default_value = "sim", hide_default_value = true)]
     backend: Backend,
-    /// Network interface of the fleet, by name or address (or `RSRS_INTERFACE`).
+    /// Network interface of the fleet, by name or address, more than once for several (or
+    /// `RSRS_INTERFACE`, with commas between them).
     #[arg(long, value_name = "NAME|IP")]
-    interface: Option<String>,
+    interface: Vec<String>,
     /// Seed of the simulated world (default: the experiment file's).
     #[arg(long, value_name = "SEED", value_parser = clap::value_parser!(u64).range(..rsrs_core::diagram::sweep_file::SEED_LIMIT))]
     seed: Option<u64>,
@@ -126,7 +127,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         }
         Backend::Fleet => {
             logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
-            let network = chosen_network(arguments.interface.as_deref(), Member::Runner)?;
+            let network = chosen_network(&arguments.interface, Member::Runner)?;
             runtime()?.block_on(on_fleet(&plan, &network, place_command))?
         }
     };

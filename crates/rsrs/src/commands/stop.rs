@@ -35,9 +35,10 @@ Examples:
   rsrs stop --interface wlan0 --fleet launch_configs/fleets/nine_virtual.yaml
   rsrs stop --interface wlan0 --release")]
 pub struct Arguments {
-    /// Network interface of the fleet, by name or address (or `RSRS_INTERFACE`).
+    /// Network interface of the fleet, by name or address, more than once for several (or
+    /// `RSRS_INTERFACE`, with commas between them).
     #[arg(long, value_name = "NAME|IP")]
-    interface: Option<String>,
+    interface: Vec<String>,
     /// Fleet file (YAML): its enabled robots must acknowledge, seen or not.
     #[arg(long, value_name = "FLEET")]
     fleet: Option<PathBuf>,
@@ -93,7 +94,7 @@ struct RobotRow {
 /// If no interface is chosen, the fleet file is wrong, or the network cannot be used.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
-    let network = chosen_network(arguments.interface.as_deref(), Member::Stop)?;
+    let network = chosen_network(&arguments.interface, Member::Stop)?;
     let robots = arguments.fleet.as_deref().map_or_else(|| Ok(Vec::new()), enabled)?;
     let word = if arguments.release { StopCommand::Release } else { StopCommand::Engage };
     let given = runtime()?.block_on(command_all(word, &robots, &network, interrupted()))?;

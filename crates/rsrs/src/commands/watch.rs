@@ -46,9 +46,10 @@ pub struct Arguments {
     /// Fleet file (YAML), whose enabled robots are shown, seen or not; or a bag, which is played.
     #[arg(value_name = "FLEET|BAG")]
     what: Option<PathBuf>,
-    /// Network interface of the fleet, by name or address (or `RSRS_INTERFACE`).
+    /// Network interface of the fleet, by name or address, more than once for several (or
+    /// `RSRS_INTERFACE`, with commas between them).
     #[arg(long, value_name = "NAME|IP")]
-    interface: Option<String>,
+    interface: Vec<String>,
     /// Serve all topics to Foxglove and Lichtblick instead, at this address (default:
     /// 127.0.0.1:8765, which no other machine reaches).
     #[arg(long, value_name = "ADDR:PORT", num_args = 0..=1, default_missing_value = DEFAULT_ADDRESS, value_parser = address)]
@@ -71,7 +72,9 @@ fn address(text: &str) -> Result<SocketAddr, String> {
 /// If standard output is no terminal, a file is wrong, no interface is chosen, or the network cannot
 /// be used.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    if let (Some(bag), Some(_)) = (arguments.bag(), &arguments.interface) {
+    if let Some(bag) = arguments.bag()
+        && !arguments.interface.is_empty()
+    {
         return Err(with_help(
             format!("{}: a bag is on no interface", bag.display()),
             "leave `--interface` out, or name a fleet file",
@@ -89,7 +92,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let look = Look::of(anstream::ColorChoice::global(), &environment);
     match arguments.bag() {
         Some(bag) => play_bag(bag, look),
-        None => view_fleet(arguments.what.as_deref(), arguments.interface.as_deref(), look),
+        None => view_fleet(arguments.what.as_deref(), &arguments.interface, look),
     }
 }
 
@@ -105,7 +108,7 @@ fn serve(arguments: &Arguments, address: SocketAddr) -> anyhow::Result<Outcome> 
     logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
     let network = match arguments.bag() {
         Some(_) => None,
-        None => Some(chosen_network(arguments.interface.as_deref(), Member::Viewer)?),
+        None => Some(chosen_network(&arguments.interface, Member::Viewer)?),
     };
     let listener = Listener::bind(address)?;
     let address = listener.address()?;
@@ -139,16 +142,16 @@ fn play_bag(bag: &Path, look: Look) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn view_fleet(file: Option<&Path>, interface: Option<&str>, look: Look) -> anyhow::Result<Outcome> {
+fn view_fleet(file: Option<&Path>, interfaces: &[String], look: Look) -> anyhow::Result<Outcome> {
     let robots = file.map_or_else(|| Ok(Vec::new()), enabled)?;
-    let network = chosen_network(interface, Member::Viewer)?;
+    let network = chosen_network(interfaces, Member::Viewer)?;
     let stop = match &network.enclave {
         None => Ok(network.clone()),
-        Some(_) => chosen_network(interface, Member::Stop).map_err(|error| in_one_line(&error)),
+        Some(_) => chosen_network(interfaces, Member::Stop).map_err(|error| in_one_line(&error)),
     };
     let addresses = network.interfaces.iter().map(ToString::to_string).collect::<Vec<_>>();
-    let interface = interface.map_or_else(|| addresses.join(", "), str::to_owned);
-    let domain = format!("{interface}, domain {}", network.domain_id);
+    let named = if interfaces.is_empty() { addresses.join(", ") } else { interfaces.join(", ") };
+    let domain = format!("{named}, domain {}", network.domain_id);
     let place = file.map_or(domain.clone(), |file| format!("{} on {domain}", file.display()));
     let interrupted = interrupt::listen()?;
     let other_middleware = other_middleware();

@@ -2,7 +2,8 @@
 
 use rsrs_bags::Bag;
 use rsrs_bags::trajectory::{
-    Needed, RecordedTracker, RecordedTrajectory, TrajectoryError, TrajectoryOptions, read_trajectory,
+    Needed, RecordedTracker, RecordedTrajectory, TrajectoryError, TrajectoryOptions,
+    read_trajectory,
 };
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::fleet_file::{FleetFile, FleetRobot};

@@ -99,7 +99,8 @@ impl fmt::Display for Note {
                  this middleware always discovers; LOCALHOST stays on this machine",
             ),
             Self::StaticPeers => formatter.write_str(
-                "ROS_STATIC_PEERS is not honoured: this middleware has no static peers",
+                "ROS_STATIC_PEERS is not honoured: this middleware has no static peers, and finds others \
+                 by multicast only; where a network carries none, a tunnel that carries Ethernet does",
             ),
             Self::Middleware(other) => other.fmt(formatter),
             Self::LocalhostOnly => formatter.write_str(

@@ -1,4 +1,4 @@
-//! Which network to join, through which interface, and as whom.
+//! Which network to join, through which interfaces, and as whom.
 
 use rsrs_core::help::Help;
 
@@ -29,12 +29,12 @@ impl Help for NetworkError {
 }
 
 impl RosArgs {
-    /// The network to join: through the interface that was chosen, unless the environment keeps this
+    /// The network to join: through the interfaces that were chosen, unless the environment keeps this
     /// program on this machine; and secured, if the environment demands it.
     ///
     /// # Arguments
     ///
-    /// * `flag` — value of `--interface`, a name or an address.
+    /// * `flags` — values of `--interface`, each a name or an address.
     /// * `member` — whose enclave it is where none is named.
     ///
     /// # Errors
@@ -43,24 +43,24 @@ impl RosArgs {
     /// what is to be secured cannot be.
     pub fn network(
         &mut self,
-        flag: Option<&str>,
+        flags: &[String],
         environment: &Environment,
         member: Member<'_>,
     ) -> Result<SessionOptions, NetworkError> {
         let variable = environment.variable(interfaces::VARIABLE);
-        let address = match self.localhost {
+        let wanted = interfaces::wanted(flags, variable);
+        let interfaces = match self.localhost {
             Some(because) => {
-                let chosen = flag.or(variable);
-                if !chosen.is_some_and(interfaces::is_loopback) {
-                    let instead_of = chosen.map(str::to_owned);
+                if wanted.is_empty() || !wanted.iter().all(|name| interfaces::is_loopback(name)) {
+                    let instead_of = (!wanted.is_empty()).then(|| wanted.join(", "));
                     self.notes.push(Note::Localhost { because, instead_of });
                 }
-                LOOPBACK
+                vec![LOOPBACK]
             }
-            None => interfaces::chosen(flag, variable)?,
+            None => interfaces::chosen(&wanted)?,
         };
         let enclave = self.enclave_of(environment, member)?;
-        Ok(SessionOptions { domain_id: self.domain_id, interfaces: vec![address], enclave })
+        Ok(SessionOptions { domain_id: self.domain_id, interfaces, enclave })
     }
 
     fn enclave_of(
@@ -87,10 +87,11 @@ mod tests {
 
     #[test]
     fn who_is_to_stay_on_this_machine_does_so_whatever_interface_is_chosen() {
-        let network = |variables: &[(&str, &str)], flag| {
+        let network = |variables: &[(&str, &str)], flags: &[&str]| {
+            let flags: Vec<String> = flags.iter().map(|flag| (*flag).to_owned()).collect();
             let environment = Environment::new(variables, |_| Err(io::ErrorKind::NotFound.into()));
             let (mut args, _) = RosArgs::parse(&[], &environment).unwrap();
-            let network = args.network(flag, &environment, Member::Runner).unwrap();
+            let network = args.network(&flags, &environment, Member::Runner).unwrap();
             let notes: Vec<String> = args.notes.iter().map(ToString::to_string).collect();
             (network.interfaces, notes)
         };
@@ -98,14 +99,14 @@ mod tests {
         let printed = "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST: this program uses the loopback \
                     interface only";
 
-        let by_variable = network(&[range, ("RSRS_INTERFACE", "eth9")], None);
-        let by_flag = network(&[range, ("RSRS_INTERFACE", "eth9")], Some("10.0.0.7"));
-        let by_nobody = network(&[range], None);
-        let the_same = network(&[range], Some("lo"));
-        let old = network(&[("ROS_LOCALHOST_ONLY", "1")], Some("10.0.0.7"));
+        let by_variable = network(&[range, ("RSRS_INTERFACE", "eth9")], &[]);
+        let by_flag = network(&[range, ("RSRS_INTERFACE", "eth9")], &["10.0.0.7", "eth0"]);
+        let by_nobody = network(&[range], &[]);
+        let the_same = network(&[range], &["lo"]);
+        let old = network(&[("ROS_LOCALHOST_ONLY", "1")], &["10.0.0.7", "eth0"]);
 
         assert_eq!(by_variable, (vec![LOOPBACK], vec![format!("{printed}, and not `eth9`")]));
-        assert_eq!(by_flag, (vec![LOOPBACK], vec![format!("{printed}, and not `10.0.0.7`")]));
+        assert_eq!(by_flag, (vec![LOOPBACK], vec![format!("{printed}, and not `10.0.0.7, eth0`")]));
         assert_eq!(by_nobody, (vec![LOOPBACK], vec![printed.to_owned()]));
         assert_eq!(the_same, (vec![LOOPBACK], vec![]));
         assert_eq!(old.0, [LOOPBACK]);
@@ -122,7 +123,7 @@ mod tests {
         let environment = Environment::new(&variables, |_| Err(io::ErrorKind::NotFound.into()));
         let (mut args, _) = RosArgs::parse(&[], &environment).unwrap();
 
-        let network = args.network(None, &environment, Member::Runner);
+        let network = args.network(&[], &environment, Member::Runner);
 
         if crate::security::IS_BUILT_IN {
             // Permissive, as ROS 2 is where no strategy is set; and it is noted.

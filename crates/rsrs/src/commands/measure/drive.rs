@@ -114,9 +114,10 @@ pub struct Arguments {
     /// What moves the robot (default: sim).
     #[arg(long, value_enum, default_value = "sim", hide_default_value = true)]
     backend: Backend,
-    /// Network interface of the fleet, by name or address (or `RSRS_INTERFACE`).
+    /// Network interface of the fleet, by name or address, more than once for several (or
+    /// `RSRS_INTERFACE`, with commas between them).
     #[arg(long, value_name = "NAME|IP")]
-    interface: Option<String>,
+    interface: Vec<String>,
     /// Seed of the simulated robot (default: 1); each seed is another trial.
     #[arg(long, value_name = "SEED", default_value = "1", hide_default_value = true, value_parser = clap::value_parser!(u64).range(..rsrs_core::diagram::sweep_file::SEED_LIMIT))]
     seed: u64,
@@ -164,7 +165,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         seed: arguments.seed,
         period_s: arguments.period,
     };
-    let enter = || enter(arguments.backend, arguments.interface.as_deref());
+    let enter = || enter(arguments.backend, &arguments.interface);
     let placing = Placing::new(arguments)?;
     if let Some(filled) = match (&arguments.plan, &arguments.template) {
         (Some(folder), _) => Some(fill_plan(&options, folder, enter, &placing)?),
@@ -189,10 +190,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 }
 
 /// Enters the network of the robots; to be called before the first thread is started.
-fn enter(backend: Backend, interface: Option<&str>) -> anyhow::Result<RunTarget> {
+fn enter(backend: Backend, interfaces: &[String]) -> anyhow::Result<RunTarget> {
     let target = match backend {
         Backend::Sim => RunTarget::Simulated(OwnNetwork::enter()?),
-        Backend::Fleet => RunTarget::Real(chosen_network(interface, Member::Runner)?),
+        Backend::Fleet => RunTarget::Real(chosen_network(interfaces, Member::Runner)?),
     };
     logging::init(Level::Warn, std::env::var("RUST_LOG").ok().as_deref());
     Ok(target)

@@ -68,10 +68,10 @@ impl<'a> TrialNodes<'a> {
                 }
                 let parameters = controller_parameters(plan);
                 let parameters: Vec<&str> = parameters.iter().map(String::as_str).collect();
-                let address =
-                    network.interfaces.first().map(ToString::to_string).unwrap_or_default();
+                let addresses: Vec<String> =
+                    network.interfaces.iter().map(ToString::to_string).collect();
                 let start = |command: &mut std::process::Command| {
-                    command.env(interfaces::VARIABLE, address);
+                    command.env(interfaces::VARIABLE, addresses.join(","));
                     if network.enclave.is_some() {
                         // Not that of this process, which holds the lease and commands nobody.
                         command.env(ENCLAVE, CONTROLLERS);
