@@ -60,7 +60,7 @@ fn an_interrupted_run_closes_its_bag_and_leaves_no_process() {
         assert!(errors.contains(&format!("run aborted: {reason}")), "{errors}");
         assert_eq!(nodes_of(pid), Vec::<u32>::new());
         let expected =
-            Ending { kind: EndingKind::Aborted, reason: reason.to_owned(), lost: Vec::new() };
+            Ending { kind: EndingKind::Aborted, reason: reason.to_owned(), ..Ending::completed() };
         assert_eq!(ending_of(&folder.path().join("bag")), expected);
     }
 }

@@ -140,8 +140,9 @@ pub const CONTROLLER_STATUS: Topic =
 /// or in fault; the digest names the placed world.
 pub const SIMULATOR_STATUS: Topic =
     topic::<rsrs::RobotStatus>("/simulator/status", Qos::best_effort(1));
-/// The runner's permission to move; an old one is worthless, so it is never sent again.
-pub const LEASE: Topic = topic::<rsrs::RunLease>("/swarm/lease", Qos::best_effort(1));
+/// The runner's permission to move; an old one is worthless, so it is never sent again. A large fleet
+/// takes several at a time, of which none is to push another out.
+pub const LEASE: Topic = topic::<rsrs::RunLease>("/swarm/lease", Qos::best_effort(64));
 /// Stops every robot: each publisher by itself locks them, and locks by its silence once it was
 /// received in a run.
 pub const E_STOP: Topic = topic::<std_msgs::Bool>("/swarm/e_stop", Qos::reliable(10));

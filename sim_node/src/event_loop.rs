@@ -8,7 +8,7 @@ use anyhow::Context;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::experiment::Time as TimeMode;
-use rsrs_fleet::message::{Lease, RobotState};
+use rsrs_fleet::message::Lease;
 use rsrs_fleet::parameters::simulator::FULL_NAME;
 use rsrs_fleet::robot;
 use rsrs_fleet::simulator::{Action, Event, Gate, Simulator};
@@ -239,8 +239,7 @@ impl<'a> Simulation<'a> {
         }
         let now = self.start.elapsed();
         let gates: Vec<Gate> = self.placed_robots().iter().map(|robot| robot.gate(now)).collect();
-        let is_bound =
-            gates.iter().any(|gate| matches!(gate.state, RobotState::Armed | RobotState::Moving));
+        let is_bound = gates.iter().any(|gate| gate.is_in_run);
         let arming = if is_bound { Arming::Armed } else { Arming::Disarmed };
         self.advance(Event::Gates(gates)).await?;
         self.hold_parameters(arming)
@@ -277,7 +276,7 @@ impl<'a> Simulation<'a> {
         let now = self.start.elapsed();
         match received {
             Input::Lease(message) => match wire::lease(message) {
-                Ok(lease) => self.lease(&lease, now).await,
+                Ok(lease) => self.give_lease(&lease, now).await,
                 Err(error) => {
                     self.complaints.warn(&self.node, &format!("refused: {error}"));
                     Ok(())
@@ -323,10 +322,13 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    async fn lease(&mut self, lease: &Lease, now: Duration) -> anyhow::Result<()> {
+    /// Gives each robot that a lease names what is for it.
+    async fn give_lease(&mut self, lease: &Lease, now: Duration) -> anyhow::Result<()> {
         let of_each = lease.of_each(self.robots.iter().map(|robot| robot.name.as_str()));
         for (robot, lease) in self.robots.iter_mut().zip(of_each) {
-            robot.on_event(robot::Event::Lease(lease), now).await?;
+            if let Some(lease) = lease {
+                robot.on_event(robot::Event::Lease(lease), now).await?;
+            }
         }
         Ok(())
     }
@@ -390,7 +392,10 @@ impl<'a> Simulation<'a> {
                 Action::Void { reason } => {
                     self.node.log(Level::Error, &format!("run is void: {reason}"));
                 }
-                Action::Status(status) => {
+                Action::Status(mut status) => {
+                    // Whose run it is that it reports on.
+                    let run_id = self.placed_robots().iter().find_map(VirtualRobot::run_id);
+                    status.run_id = run_id.unwrap_or_default().to_owned();
                     self.status.publish(wire::status_message(&status, wall_time())).await?;
                 }
             }

@@ -7,9 +7,9 @@ use rsrs_core::robot::unicycle::Pose;
 use rsrs_fleet::e_stop::Locks;
 use rsrs_fleet::experiment::Time as TimeMode;
 use rsrs_fleet::message::RobotState;
-use rsrs_fleet::robot::{Event, Robot, RobotOptions};
+use rsrs_fleet::robot::{Event, Lapse, Robot, RobotOptions};
 use rsrs_fleet::simulator::{Gate, Gates};
-use rsrs_fleet::timing::{LOCKSTEP_GRACE, Transport, command_timeout};
+use rsrs_fleet::timing::{Transport, command_timeout};
 use rsrs_msgs::builtin_interfaces::Time;
 use rsrs_msgs::geometry_msgs::{self, Point, PoseWithCovariance, TwistWithCovariance};
 use rsrs_msgs::nav_msgs::Odometry;
@@ -130,6 +130,11 @@ impl VirtualRobot {
         Ok(())
     }
 
+    /// The run that its gate obeys, if any.
+    pub fn run_id(&self) -> Option<&str> {
+        self.gate.run_id()
+    }
+
     /// Who has locked it by the e-stop.
     pub fn locks(&self) -> Locks {
         self.gate.locks()
@@ -142,11 +147,15 @@ impl VirtualRobot {
                 *command != Command::STOP && now.saturating_sub(*at) <= WHEELS_TIMEOUT
             });
             return match fresh {
-                Some((drive, _)) => Gate { state: RobotState::Moving, drive },
-                None => Gate { state: RobotState::Idle, drive: Command::STOP },
+                Some((drive, _)) => Gate { state: RobotState::Moving, drive, is_in_run: true },
+                None => Gate { state: RobotState::Idle, drive: Command::STOP, is_in_run: false },
             };
         }
-        Gate { state: self.gate.state(now), drive: self.gate.drive(now) }
+        Gate {
+            state: self.gate.state(now),
+            drive: self.gate.drive(now),
+            is_in_run: self.gate.is_in_run(now),
+        }
     }
 
     /// The two shapes of the commands that move it, stamped first.
@@ -201,9 +210,9 @@ pub fn pose_message(pose: Pose) -> geometry_msgs::Pose {
 
 /// In lockstep a lapse freezes the world's time; in wall-clock time it is a stop, as on a floor.
 fn options(name: &str, pace: TimeMode, period: Duration, transport: Transport) -> RobotOptions {
-    let (command_timeout, lapse_grace) = match pace {
-        TimeMode::Lockstep => (transport.least_command_timeout(), LOCKSTEP_GRACE),
-        TimeMode::RealTime => (command_timeout(period.as_secs_f64(), transport), Duration::ZERO),
+    let (command_timeout, lapse) = match pace {
+        TimeMode::Lockstep => (transport.least_command_timeout(), Lapse::Freezes),
+        TimeMode::RealTime => (command_timeout(period.as_secs_f64(), transport), Lapse::Stops),
     };
-    RobotOptions { name: name.to_owned(), command_timeout, lapse_grace }
+    RobotOptions { name: name.to_owned(), command_timeout, lapse }
 }

@@ -182,7 +182,7 @@ impl Run {
 
 /// An ending.
 pub fn ended(kind: EndingKind, reason: &str) -> Ending {
-    Ending { kind, reason: reason.to_owned(), lost: Vec::new() }
+    Ending { kind, reason: reason.to_owned(), ..Ending::completed() }
 }
 
 /// Cuts the recording of a bag in two and keeps the first half, as a full disk would.

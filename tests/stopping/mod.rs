@@ -251,7 +251,7 @@ async fn stop_and_release() {
         assert!(errors.contains(expected), "no `{expected}` in:\n{errors}");
     }
     let expected =
-        Ending { kind: EndingKind::Aborted, reason: "e-stop".to_owned(), lost: Vec::new() };
+        Ending { kind: EndingKind::Aborted, reason: "e-stop".to_owned(), ..Ending::completed() };
     assert_eq!(ending_of(&fleet.bag("bag")), expected);
     // Whoever engaged it has left long ago, and still they stand.
     tokio::time::sleep(Duration::from_secs(1)).await;

@@ -11,6 +11,8 @@ use rsrs_core::document;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::tracker::Tracker;
 
+use crate::geofence::Geofence;
+
 use ordered::Ordered;
 use tracker::WrittenTracker;
 
@@ -24,6 +26,8 @@ pub use error::{FleetFileError, Lack};
 pub struct FleetFile {
     /// All robots, in the order of the file.
     pub robots: Vec<FleetRobot>,
+    /// What none of them must leave in a run; `None` if there is nothing.
+    pub geofence: Option<Geofence>,
 }
 
 /// One robot of a fleet.
@@ -144,7 +148,9 @@ impl FleetFile {
             .map(|(name, robot)| written.resolve(file, name, robot))
             .collect::<Result<Vec<_>, _>>()?;
         check_bodies(file, &robots)?;
-        Ok(Self { robots })
+        let invalid = |reason| FleetFileError::Geofence { file: file.to_owned(), reason };
+        written.geofence.map_or(Ok(()), |geofence| geofence.check()).map_err(invalid)?;
+        Ok(Self { robots, geofence: written.geofence })
     }
 
     /// Names of the robots that experiments may use, in the order of the file.
@@ -216,6 +222,9 @@ struct Written {
     /// What holds for the robots of a type.
     #[serde(default)]
     robot_types: Ordered<Layer>,
+    /// A rectangle of the floor, in the frame of the poses; a robot whose centre leaves it in a run is
+    /// lost (default: there is none).
+    geofence: Option<Geofence>,
     /// The robots, in the order in which experiments take them.
     robots: Ordered<WrittenRobot>,
 }
@@ -390,6 +399,7 @@ robots:
         assert!(matches!(bee.driver, Driver::Serial { baud: 115_200, .. }));
         assert_eq!(bee.pose, PoseSource::Pose);
         assert_eq!((ant.battery_min_v, bee.battery_min_v), (Some(7.0), Some(6.6)));
+        assert_eq!(fleet.geofence, None);
         assert_eq!((ant.detection_threshold_m, bee.detection_threshold_m), (Some(0.5), Some(0.3)));
     }
 
@@ -425,6 +435,7 @@ robots:
             ("fileversion: 1", "fileversion: 2", "fileversion is 2, expected 1"),
             ("fileversion: 1\n", "", "missing key `fileversion`"),
             ("1\nall: {", "1\nall: {lease: controller, ", "zebra has a gate"),
+            ("1\nall", "1\ngeofence: {x_m: [0, 1], y_m: [2, 1]}\nall", "`y_m` is [2.0, 1.0]"),
         ] {
             let error = FleetFile::parse("fleet.yaml", &LAYERED.replace(from, to)).unwrap_err();
 

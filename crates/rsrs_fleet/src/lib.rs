@@ -9,7 +9,7 @@
 //!
 //! Reading order: the messages ([`message`]); who has locked all robots
 //! ([`e_stop`]); of which run they are ([`epoch`]); who may move ([`robot`], the final gate); who decides
-//! ([`controller`]); the world's pace ([`simulator`]); who conducts ([`preflight`], [`placement`],
+//! ([`controller`]); the world's pace ([`simulator`]); who conducts ([`preflight`], [`placement`], [`geofence`],
 //! [`runner`], [`rates`]); who stops everything ([`stopper`]); which robots there are
 //! ([`fleet_file`]) and what their nodes are set to ([`parameters`]), what is run with them ([`experiment`]), what was run ([`record`]) and what people see
 //! of it ([`observation`]).
@@ -24,6 +24,7 @@ pub mod controller;
 pub mod robot;
 pub mod simulator;
 
+pub mod geofence;
 pub mod placement;
 pub mod preflight;
 pub mod rates;

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::timing::LEASE_DURATION;
 
-/// The runner's permission to move, repeated ten times a second.
+/// The runner's permission to move, repeated twenty times a second.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lease {
     /// The run that it belongs to.
@@ -17,9 +17,14 @@ pub struct Lease {
     pub state: LeaseState,
     /// Digest of the controller parameters that the runner confirmed.
     pub parameter_digest: u64,
-    /// The robots of the run, each with the counter of the last status the runner received from it.
+    /// Robots of the run, each with the counter of the last status the runner received from it. Many
+    /// robots take several leases ([`Lease::split`]), each of which is for those alone that it names.
     pub robots: Vec<Echo>,
 }
+
+/// The largest lease in a message, in bytes: with the headers of all layers, signatures included, it
+/// is one datagram of an ordinary network. Of a larger one each fragment would have to arrive.
+pub const MOST_LEASE_BYTES: usize = 1_300;
 
 /// One robot's place in a lease.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,20 +41,54 @@ impl Lease {
         self.robots.iter().find(|echo| echo.robot == robot).map(|echo| echo.counter)
     }
 
-    /// The lease of each of these robots, with nothing in it of the others: a program that hosts hundreds
-    /// of them looks each up once, and copies no names of others.
-    pub fn of_each<'a>(&self, robots: impl IntoIterator<Item = &'a str>) -> Vec<Self> {
+    /// The lease of each of these robots, with nothing in it of the others, and `None` for one that it
+    /// does not name: a program that hosts hundreds of them looks each up once, and copies no names of
+    /// others.
+    pub fn of_each<'a>(&self, robots: impl IntoIterator<Item = &'a str>) -> Vec<Option<Self>> {
         let mut echoes: BTreeMap<&str, &Echo> = BTreeMap::new();
         for echo in &self.robots {
             echoes.entry(&echo.robot).or_insert(echo);
         }
-        let of_one = |robot| Self {
-            run_id: self.run_id.clone(),
-            robots: echoes.get(robot).copied().cloned().into_iter().collect(),
-            ..*self
-        };
+        let of_one = |robot| echoes.get(robot).map(|echo| self.with_only(echo));
         robots.into_iter().map(of_one).collect()
     }
+
+    /// The same for one of its robots alone.
+    #[must_use]
+    pub fn with_only(&self, echo: &Echo) -> Self {
+        Self { run_id: self.run_id.clone(), robots: vec![echo.clone()], ..*self }
+    }
+
+    /// The same in as many leases as it takes for none to be larger than [`MOST_LEASE_BYTES`]; each
+    /// has one robot at least.
+    pub fn split(mut self) -> Vec<Self> {
+        let room = MOST_LEASE_BYTES.saturating_sub(fixed_bytes(&self.run_id));
+        let (mut parts, mut part, mut taken) = (Vec::new(), Vec::new(), 0);
+        for echo in std::mem::take(&mut self.robots) {
+            let bytes = echo_bytes(&echo);
+            if taken + bytes > room && taken > 0 {
+                parts.push(std::mem::take(&mut part));
+                taken = 0;
+            }
+            taken += bytes;
+            part.push(echo);
+        }
+        parts.push(part);
+        parts
+            .into_iter()
+            .map(|robots| Self { run_id: self.run_id.clone(), robots, ..self })
+            .collect()
+    }
+}
+
+/// What a lease without robots takes in a message at most: numbers, lengths and what aligns them.
+fn fixed_bytes(run_id: &str) -> usize {
+    88 + run_id.len()
+}
+
+/// What a robot takes in a lease at most: its counter, its name with length and end, and alignment.
+fn echo_bytes(echo: &Echo) -> usize {
+    16 + echo.robot.len()
 }
 
 /// What a lease lets the robots do.
@@ -65,7 +104,7 @@ pub enum LeaseState {
     Stopped,
 }
 
-/// The status of a robot, or of its controller: ten times a second and on change.
+/// The status of a robot, or of its controller: twenty times a second and on change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
     /// Rises with every status sent, over restarts too, because a process that starts begins above
@@ -214,11 +253,38 @@ mod tests {
 
         let of_each = lease.of_each(["b", "a", "c"]);
 
-        for (one, robot) in of_each.iter().zip(["b", "a", "c"]) {
-            assert_eq!(one.echo(robot), lease.echo(robot), "{robot}");
-            assert!(one.robots.len() <= 1);
-            assert_eq!(Lease { robots: lease.robots.clone(), ..one.clone() }, lease);
+        let echoes: Vec<_> = of_each
+            .iter()
+            .flatten()
+            .map(|one| (&one.robots[..], one.echo(&one.robots[0].robot)))
+            .collect();
+        assert_eq!(echoes, [(&lease.robots[1..2], Some(2)), (&lease.robots[..1], Some(1))]);
+        assert_eq!(of_each[2], None);
+        for one in of_each.into_iter().flatten() {
+            assert_eq!(Lease { robots: lease.robots.clone(), ..one }, lease);
         }
+    }
+
+    #[test]
+    fn a_large_fleet_takes_several_leases_that_name_each_robot_once() {
+        let robots = (0..300).map(|robot| Echo { robot: format!("robot_{robot}"), counter: robot });
+        let lease = Lease {
+            run_id: "milling_20261122T102030_045Z_00000000000000ab".to_owned(),
+            epoch: 3,
+            state: LeaseState::Running,
+            parameter_digest: 7,
+            robots: robots.collect(),
+        };
+
+        let parts = lease.clone().split();
+        let small = Lease { robots: lease.robots[..9].to_vec(), ..lease.clone() };
+
+        assert_eq!(
+            parts.iter().flat_map(|part| part.robots.clone()).collect::<Vec<_>>(),
+            lease.robots
+        );
+        assert!(parts.len() > 4 && parts.iter().all(|part| part.run_id == lease.run_id));
+        assert_eq!(small.clone().split(), [small]);
     }
 
     /// One that was late has not moved: the start may still be on its way to it.

@@ -17,7 +17,7 @@ use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 
 use crate::e_stop::{Locks, Source};
-use crate::message::{Lease, LeaseState, Status};
+use crate::message::{Echo, Lease, LeaseState, Status};
 use crate::record::{Ending, ExperimentRecord};
 use crate::stopper::MOST_ROBOTS;
 use crate::timing::NODE_TIMEOUT;
@@ -260,12 +260,14 @@ impl Observation {
     }
 
     /// The lease from a robot's point of view.
-    pub fn lease_of(&self, name: &str, robot: &ObservedRobot, now: Duration) -> LeaseView {
-        let fresh = self.lease.as_ref().filter(|lease| self.freshness.lasts(lease.age(now)));
-        let Some(Seen { value: lease, .. }) = fresh else { return LeaseView::None };
-        if lease.echo(name).is_none() {
-            return LeaseView::NotNamed;
-        }
+    pub fn lease_of(&self, robot: &ObservedRobot, now: Duration) -> LeaseView {
+        let lasts = |age| self.freshness.lasts(age);
+        let Some(Seen { value: lease, .. }) =
+            robot.lease.as_ref().filter(|lease| lasts(lease.age(now)))
+        else {
+            let some_lease = self.lease.as_ref().filter(|lease| lasts(lease.age(now)));
+            return some_lease.map_or(LeaseView::None, |_| LeaseView::NotNamed);
+        };
         match &robot.status {
             Some(status) if status.value.epoch == lease.epoch => LeaseView::Holds(lease.state),
             _ => LeaseView::OtherEpoch,
@@ -331,8 +333,15 @@ impl Observation {
     }
 
     fn take_lease(&mut self, lease: Lease, now: Duration) {
+        let is_beside = self.is_beside(&lease, now);
         for echo in &lease.robots {
-            self.robot_mut(echo.robot.clone());
+            if let Some(robot) = self.robot_mut(echo.robot.clone()) {
+                robot.lease = Some(Seen { value: lease.with_only(echo), at: now });
+            }
+        }
+        // A run of other robots goes its own way; the one that was watched is watched on.
+        if is_beside {
+            return;
         }
         let is_known = |since: &Seen<String>| since.value == lease.run_id;
         if lease.state == LeaseState::Running && !self.running_since.as_ref().is_some_and(is_known)
@@ -341,6 +350,23 @@ impl Observation {
             self.swarm.clear();
         }
         self.lease = Some(Seen { value: lease, at: now });
+    }
+
+    /// Whether a lease is of a run that goes on beside the one that is watched, with other robots.
+    fn is_beside(&self, lease: &Lease, now: Duration) -> bool {
+        let Some(watched) = &self.lease else { return false };
+        let run_id = &watched.value.run_id;
+        let is_of_watched = |robot: &ObservedRobot| {
+            robot.lease.as_ref().is_some_and(|lease| lease.value.run_id == *run_id)
+        };
+        let has_members = self.robots.values().any(is_of_watched);
+        let named = |echo: &Echo| self.robots.get(&Name::new(echo.robot.clone()));
+        let shares = lease.robots.iter().filter_map(named).any(is_of_watched);
+        lease.run_id != *run_id
+            && self.is_running(now)
+            && has_members
+            && !lease.robots.is_empty()
+            && !shares
     }
 
     /// A robot, new or known; names come from the network, and a sender may send any number.

@@ -7,6 +7,7 @@ use rsrs_core::robot::unicycle::Pose;
 
 use crate::e_stop::{Locks, Source};
 use crate::epoch;
+use crate::geofence::Geofence;
 use crate::message::{RobotState, Status};
 use crate::parameters::{GateSettings, controller, gate};
 use crate::timing::LEASE_DURATION;
@@ -43,6 +44,8 @@ pub struct Expected {
     /// Robots without a gate of ours: their controllers hold their leases, and publish in their
     /// stead.
     pub controller_only: BTreeSet<String>,
+    /// What no robot must leave; `None` if there is nothing, or poses are not looked at.
+    pub geofence: Option<Geofence>,
 }
 
 /// Robots with bodies, on one floor.
@@ -232,6 +235,7 @@ pub fn problems(expected: &Expected, seen: &Seen) -> Vec<Problem> {
         problems.extend(of_robot(robot, expected, seen, reception));
     }
     problems.extend(expected.apart.iter().flat_map(|apart| places::problems(apart, seen)));
+    problems.extend(outside(expected, &seen.poses));
     let (publishers, subscribers) =
         (by_topic(&seen.graph.publishers), by_topic(&seen.graph.subscribers));
     for topic in &expected.topics {
@@ -305,10 +309,46 @@ fn of_robot(robot: &str, expected: &Expected, seen: &Seen, reception: Reception)
         let clock = seen.pose_clocks.get(robot).filter(unusable);
         problems.extend(clock.map(|lead| Problem::PoseClock { robot: named(), lead: *lead }));
     }
-    let diagnostic_errors =
-        seen.diagnostic_errors.iter().filter(|diagnostic_error| diagnostic_error.robot == robot);
-    problems.extend(diagnostic_errors.cloned().map(Problem::Diagnostic));
+    problems.extend(diagnosed(robot, seen));
     problems
+}
+
+/// Robots that are not where the geofence keeps them. It is in the frame of the poses, so that they
+/// must have one.
+pub(crate) fn outside(
+    expected: &Expected,
+    poses: &BTreeMap<String, (String, Pose)>,
+) -> Vec<Problem> {
+    let Some(geofence) = expected.geofence else { return Vec::new() };
+    let known = || expected.robots.iter().filter_map(|robot| Some((robot, poses.get(robot)?)));
+    let frames: BTreeSet<&String> = known().map(|(_, (frame, _))| frame).collect();
+    if frames.len() > 1 {
+        let frames = frames.into_iter().cloned().collect();
+        return vec![Problem::FenceFrames { frames }];
+    }
+    let outside = known().filter(|(_, (_, pose))| !geofence.contains(*pose));
+    let problem = |(robot, (_, pose)): (&String, &(String, Pose))| Problem::Outside {
+        robot: robot.clone(),
+        x_m: pose.x_m,
+        y_m: pose.y_m,
+    };
+    outside.map(problem).collect()
+}
+
+/// What their batteries and diagnostics tell of the robots, before they move.
+pub(crate) fn health(expected: &Expected, seen: &Seen) -> Vec<Problem> {
+    let of_robot = |robot: &String| {
+        let status = seen.robots.get(robot);
+        let battery =
+            status.and_then(|status| battery(robot, status, expected.battery_min_v.get(robot)));
+        battery.into_iter().chain(diagnosed(robot, seen)).collect::<Vec<_>>()
+    };
+    expected.robots.iter().flat_map(of_robot).collect()
+}
+
+fn diagnosed(robot: &str, seen: &Seen) -> impl Iterator<Item = Problem> {
+    let errors = seen.diagnostic_errors.iter().filter(move |error| error.robot == robot);
+    errors.cloned().map(Problem::Diagnostic)
 }
 
 fn of_status(robot: &str, status: &Status, battery_min_v: Option<&f64>) -> Option<Problem> {
@@ -316,6 +356,16 @@ fn of_status(robot: &str, status: &Status, battery_min_v: Option<&f64>) -> Optio
     if status.state == RobotState::Fault {
         return Some(Problem::Faulted { robot: named(), reason: status.stop_reason.clone() });
     }
+    battery(robot, status, battery_min_v)
+}
+
+/// What is wrong with a robot's battery, if it has a limit.
+pub(crate) fn battery(
+    robot: &str,
+    status: &Status,
+    battery_min_v: Option<&f64>,
+) -> Option<Problem> {
+    let named = || robot.to_owned();
     let (expected_v, found_v) = (*battery_min_v?, f64::from(status.battery_v));
     if found_v.is_nan() {
         return Some(Problem::BatteryUnknown { robot: named(), expected_v });

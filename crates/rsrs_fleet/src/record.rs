@@ -334,6 +334,29 @@ pub struct Ending {
     pub reason: String,
     /// Robots that were lost on the way, in the order in which they were, whatever was done about it.
     pub lost: Vec<LostRobot>,
+    /// When robots stood in the run because their leases had run out, and went on, in that order.
+    pub paused: Vec<PausedRobot>,
+}
+
+/// A robot that stood in a run for a moment, because leases did not reach it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PausedRobot {
+    /// Its name.
+    pub robot: String,
+    /// How long after the start of the robots' movement it moved last before, in seconds.
+    pub after_s: f64,
+    /// How long it stood at most, in seconds.
+    pub stood_s: f64,
+}
+
+impl fmt::Display for PausedRobot {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { robot, after_s, stood_s } = self;
+        write!(
+            formatter,
+            "{robot} stood for at most {stood_s:.1} s after {after_s:.1} s: lease ran out"
+        )
+    }
 }
 
 /// A robot that took part in only the beginning of a run.
@@ -408,7 +431,12 @@ pub enum InvalidEnding {
 impl Ending {
     /// The ending of a run that lost no robot, without a reason.
     pub fn completed() -> Self {
-        Self { kind: EndingKind::Completed, reason: String::new(), lost: Vec::new() }
+        Self {
+            kind: EndingKind::Completed,
+            reason: String::new(),
+            lost: Vec::new(),
+            paused: Vec::new(),
+        }
     }
 
     /// The ending that an outcome is.
@@ -416,21 +444,23 @@ impl Ending {
     /// # Arguments
     ///
     /// * `lost` — robots that were lost on the way.
-    pub fn of(outcome: &Outcome, lost: &[LostRobot]) -> Self {
+    /// * `paused` — when robots stood on the way, and went on.
+    pub fn of(outcome: &Outcome, lost: &[LostRobot], paused: &[PausedRobot]) -> Self {
         let (kind, reason) = match outcome {
             Outcome::Completed => (EndingKind::Completed, String::new()),
             Outcome::Void { reason } => (EndingKind::Void, reason.clone()),
             Outcome::Aborted { reason } => (EndingKind::Aborted, reason.clone()),
             Outcome::Failed { problems } => (EndingKind::Failed, grouped(problems).join("; ")),
         };
-        Self { kind, reason, lost: lost.to_vec() }
+        Self { kind, reason, lost: lost.to_vec(), paused: paused.to_vec() }
     }
 
-    /// The ending as a bag's metadata holds it: `lost` is a JSON list, left out where no robot was.
+    /// The ending as a bag's metadata holds it: `lost` and `paused` are JSON lists, left out where no
+    /// robot was.
     ///
     /// # Panics
     ///
-    /// Never: a lost robot is plain data.
+    /// Never: these robots are plain data.
     pub fn to_pairs(&self) -> BTreeMap<String, String> {
         let mut pairs = BTreeMap::from([
             ("ending".to_owned(), self.kind.key().to_owned()),
@@ -439,6 +469,10 @@ impl Ending {
         if !self.lost.is_empty() {
             let lost = serde_json::to_string(&self.lost).expect("lost robots are plain data");
             pairs.insert("lost".to_owned(), lost);
+        }
+        if !self.paused.is_empty() {
+            let paused = serde_json::to_string(&self.paused).expect("pauses are plain data");
+            pairs.insert("paused".to_owned(), paused);
         }
         pairs
     }
@@ -470,12 +504,17 @@ impl Ending {
     pub fn from_pairs(pairs: &BTreeMap<String, String>) -> Option<Self> {
         let key = pairs.get("ending")?;
         let kind = EndingKind::from_key(key)?;
-        let lost = match pairs.get("lost") {
-            Some(text) => serde_json::from_str(text).ok()?,
-            None => Vec::new(),
-        };
-        Some(Self { kind, reason: pairs.get("reason").cloned().unwrap_or_default(), lost })
+        let reason = pairs.get("reason").cloned().unwrap_or_default();
+        Some(Self { kind, reason, lost: list(pairs, "lost")?, paused: list(pairs, "paused")? })
     }
+}
+
+/// The list under a key, empty without one; `None` if it does not read.
+fn list<T: serde::de::DeserializeOwned>(
+    pairs: &BTreeMap<String, String>,
+    key: &str,
+) -> Option<Vec<T>> {
+    pairs.get(key).map_or(Some(Vec::new()), |text| serde_json::from_str(text).ok())
 }
 
 #[cfg(test)]
@@ -567,7 +606,7 @@ pub(crate) mod tests {
 
     #[test]
     fn an_ending_reads_back() {
-        let ending = Ending::of(&Outcome::Void { reason: "frozen".to_owned() }, &[]);
+        let ending = Ending::of(&Outcome::Void { reason: "frozen".to_owned() }, &[], &[]);
 
         assert_eq!(Ending::from_pairs(&ending.to_pairs()), Some(ending.clone()));
         assert_eq!(Ending::from_json(&ending.to_json("r")).unwrap(), (ending, "r".to_owned()));
@@ -579,6 +618,18 @@ pub(crate) mod tests {
         ] {
             assert!(Ending::from_json(text).unwrap_err().to_string().contains(expected));
         }
+    }
+
+    #[test]
+    fn an_ending_names_who_stood_for_a_moment() {
+        let paused = PausedRobot { robot: "robot_3".to_owned(), after_s: 20.4, stood_s: 0.42 };
+        let ending = Ending { paused: vec![paused.clone()], ..Ending::completed() };
+
+        let read = Ending::from_json(&ending.to_json("r")).unwrap();
+
+        assert_eq!(read, (ending, "r".to_owned()));
+        let text = "robot_3 stood for at most 0.4 s after 20.4 s: lease ran out";
+        assert_eq!(paused.to_string(), text);
     }
 
     #[test]

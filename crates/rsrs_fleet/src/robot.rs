@@ -21,7 +21,10 @@ use crate::heartbeat::Heartbeat;
 use crate::message::{
     E_STOP_REASON, Lease, LeaseState, RobotState, Status, StopCause, armed_reason,
 };
-use crate::timing::{CONTROLLER_TIMEOUT, LEASE_DURATION, LOCK_QUERY_DURATION, RUNNER_GONE_TIMEOUT};
+use crate::timing::{
+    CONTROLLER_TIMEOUT, LEASE_DURATION, LOCK_QUERY_DURATION, LOCKSTEP_GRACE, RESUME_TIMEOUT,
+    RUNNER_GONE_TIMEOUT,
+};
 
 pub use stand_reason::StandReason;
 
@@ -67,9 +70,21 @@ pub struct RobotOptions {
     pub name: String,
     /// Age at which a velocity command is stale.
     pub command_timeout: Duration,
-    /// How long a lapse may last before it latches: zero on a floor, where a lapse is a stop; some
-    /// seconds in lockstep, where it freezes the world's time and nothing moves meanwhile.
-    pub lapse_grace: Duration,
+    /// What a lapse of its permission does.
+    pub lapse: Lapse,
+}
+
+/// What it does when the permission to move lapses: the lease runs out, or the controller is silent
+/// or has other parameters than the confirmed ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lapse {
+    /// It stops a robot on a floor. One whose lease ran out may be let go on for a moment
+    /// ([`RESUME_TIMEOUT`]) by a lease that echoes a status from after that, which said that it stood:
+    /// so its runner knows. Any other lapse is final.
+    Stops,
+    /// It freezes the world of a robot in lockstep, in which nothing moves meanwhile, and heals by
+    /// itself for a while ([`LOCKSTEP_GRACE`]).
+    Freezes,
 }
 
 /// The gate of one robot.
@@ -87,9 +102,9 @@ pub struct Robot {
     /// The newest word of its controller, and when it came.
     controller: Option<(Status, Duration)>,
     command: Option<(Command, Duration)>,
-    lapsed_since: Option<Duration>,
+    lapsed: Option<Lapsed>,
     battery_v: f32,
-    beat: Heartbeat<RobotState>,
+    beat: Heartbeat<(RobotState, StopCause)>,
     sent: VecDeque<(u64, Duration)>,
 }
 
@@ -111,6 +126,14 @@ impl Binding {
     }
 }
 
+/// A lapse that may heal.
+#[derive(Clone, Copy, Debug)]
+struct Lapsed {
+    since: Duration,
+    /// Whether its runner knows of it and lets the robot go on.
+    is_excused: bool,
+}
+
 /// So long a robot whose process has just started belongs to no run.
 #[derive(Clone, Copy, Debug, Default)]
 struct Asking {
@@ -121,6 +144,16 @@ struct Asking {
 impl Asking {
     fn is_over(self, now: Duration) -> bool {
         self.began.map_or(self.length.is_zero(), |began| now.saturating_sub(began) >= self.length)
+    }
+}
+
+impl Lapse {
+    /// How long it may last before it is final.
+    const fn grace(self) -> Duration {
+        match self {
+            Self::Stops => RESUME_TIMEOUT,
+            Self::Freezes => LOCKSTEP_GRACE,
+        }
     }
 }
 
@@ -141,7 +174,7 @@ impl Robot {
             refused_epoch: None,
             controller: None,
             command: None,
-            lapsed_since: None,
+            lapsed: None,
             battery_v: f32::NAN,
             beat: Heartbeat::default(),
             sent: VecDeque::new(),
@@ -245,6 +278,9 @@ impl Robot {
             return;
         }
         bound.received = now;
+        if let (Some(sent_at), Some(lapsed)) = (sent_at, &mut self.lapsed) {
+            lapsed.is_excused |= lease.state == LeaseState::Running && sent_at > lapsed.since;
+        }
         match lease.state {
             LeaseState::Running => bound.running = true,
             LeaseState::Stopped => {
@@ -267,7 +303,7 @@ impl Robot {
             fresh_until: now,
         });
         self.latched = None;
-        self.lapsed_since = None;
+        self.lapsed = None;
         self.command = None;
         self.e_stop.forget_silent(now);
     }
@@ -288,16 +324,48 @@ impl Robot {
             self.latched = Some(StandReason::Fault(reason.clone()).text());
             return;
         }
-        let lapse = [StandReason::LeaseLapsed, StandReason::ControllerUnconfirmed];
-        match self.standing(now) {
-            Some(reason) if lapse.contains(&reason) => {
-                let since = *self.lapsed_since.get_or_insert(now);
-                if now.saturating_sub(since) >= self.options.lapse_grace {
-                    self.latched = Some(reason.text());
-                }
+        self.follow_lapse(now);
+    }
+
+    /// Looks whether the permission to move has lapsed, and whether that has healed or is final.
+    fn follow_lapse(&mut self, now: Duration) {
+        let reason = self.bound.as_ref().and_then(|bound| self.lapse_of(bound, now));
+        let lapsed = match (&reason, self.lapsed) {
+            (None, None) => return,
+            (None, Some(lapsed)) if lapsed.is_excused => {
+                self.lapsed = None;
+                return;
             }
-            _ => self.lapsed_since = None,
+            (_, Some(lapsed)) => lapsed,
+            (Some(reason), None) => match (self.options.lapse, reason, &self.bound) {
+                (Lapse::Freezes, ..) => Lapsed { since: now, is_excused: true },
+                (Lapse::Stops, StandReason::LeaseLapsed, Some(bound)) => {
+                    Lapsed { since: bound.fresh_until, is_excused: false }
+                }
+                (Lapse::Stops, ..) => {
+                    self.latched = Some(reason.text());
+                    return;
+                }
+            },
+        };
+        self.lapsed = Some(lapsed);
+        if now.saturating_sub(lapsed.since) >= self.options.lapse.grace() {
+            self.latched = Some(reason.unwrap_or(StandReason::LeaseLapsed).text());
         }
+    }
+
+    /// Why the permission to move has lapsed; `None` if it has not.
+    fn lapse_of(&self, bound: &Binding, now: Duration) -> Option<StandReason> {
+        if now > bound.fresh_until {
+            return Some(StandReason::LeaseLapsed);
+        }
+        let is_confirmed = self.controller.as_ref().is_some_and(|(status, received)| {
+            // One that was started again in the middle obeys no epoch, of whichever runner.
+            status.epoch == bound.epoch
+                && status.parameter_digest == bound.parameter_digest
+                && now.saturating_sub(*received) <= CONTROLLER_TIMEOUT
+        });
+        (!is_confirmed).then_some(StandReason::ControllerUnconfirmed)
     }
 
     /// Silence counts while the robot could move.
@@ -340,19 +408,19 @@ impl Robot {
             let is_alone = bound.is_alone(now);
             return Some(if is_alone { StandReason::LeaseLapsed } else { StandReason::Armed });
         }
-        if now > bound.fresh_until {
-            return Some(StandReason::LeaseLapsed);
-        }
-        match &self.controller {
-            Some((status, received))
-                // One that was started again in the middle obeys no epoch, of whichever runner.
-                if status.epoch == bound.epoch
-                    && status.parameter_digest == bound.parameter_digest
-                    && now.saturating_sub(*received) <= CONTROLLER_TIMEOUT =>
-            {
-                None
+        let is_paused = self.lapsed.is_some_and(|lapsed| !lapsed.is_excused);
+        self.lapse_of(bound, now).or_else(|| is_paused.then_some(StandReason::LeaseLapsed))
+    }
+
+    /// Whether a run holds it on the floor: it may move, now or in a moment.
+    pub fn is_in_run(&self, now: Duration) -> bool {
+        match self.state(now) {
+            RobotState::Armed | RobotState::Moving => true,
+            RobotState::Stopped => {
+                let lapses = self.lapsed.is_some() && self.options.lapse == Lapse::Stops;
+                lapses && self.latched.is_none() && !self.e_stop_holds(now)
             }
-            _ => Some(StandReason::ControllerUnconfirmed),
+            RobotState::Idle | RobotState::Fault => false,
         }
     }
 
@@ -413,7 +481,8 @@ impl Robot {
 
     fn status_due(&mut self, now: Duration) -> Option<Status> {
         let state = self.state(now);
-        let counter = self.beat.due(state, now)?;
+        let cause = self.standing(now).map_or(StopCause::None, |reason| reason.cause());
+        let counter = self.beat.due((state, cause), now)?;
         self.sent.push_back((counter, now));
         if self.sent.len() > REMEMBERED {
             self.sent.pop_front();

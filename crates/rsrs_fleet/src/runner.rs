@@ -1,25 +1,30 @@
 //! The conductor of one run: looks, sets, arms, runs, stops, and closes the bag whatever happens.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
+
+use rsrs_core::robot::unicycle::Pose;
 
 use crate::e_stop::EStop;
 use crate::epoch::{self, ImplausibleEpoch};
-use crate::message::{E_STOP_REASON, Lease, LeaseState};
+use crate::heartbeat::next_beat;
+use crate::message::{E_STOP_REASON, Lease, LeaseState, RobotState, Status};
 use crate::parameters::GateSettings;
 use crate::preflight::{self, Graph, Seen};
-use crate::record::LostRobot;
+use crate::record::{Ending, LostRobot, PausedRobot};
 use crate::timing::{
-    ARM_TIMEOUT, CATCH_UP_TIMEOUT, CONFIGURE_TIMEOUT, FIRST_SAMPLE_TIMEOUT, GRAPH_PERIOD,
-    HEARTBEAT_PERIOD, LEASE_DURATION, LOCKSTEP_GRACE, NODE_TIMEOUT, POSE_SEARCH_DURATION,
-    RECORDER_TIMEOUT, STAND_TIMEOUT, Transport,
+    ARM_TIMEOUT, CATCH_UP_TIMEOUT, CONFIGURE_TIMEOUT, COUNTDOWN_TIMEOUT, FIRST_SAMPLE_TIMEOUT,
+    GRAPH_PERIOD, LEASE_DURATION, LOCKSTEP_GRACE, NODE_TIMEOUT, POSE_SEARCH_DURATION,
+    RECORDER_TIMEOUT, RESUME_TIMEOUT, STAND_TIMEOUT, Transport, most_paused,
 };
 
 mod closing;
 mod event;
 mod gates;
 mod grouped;
+mod others;
 mod outcome;
+mod pauses;
 mod pose_gaps;
 mod requests;
 mod roster;
@@ -31,6 +36,7 @@ use closing::Closing;
 pub use event::{Action, Event, RunLength, RunnerOptions};
 use gates::Gates;
 pub use grouped::grouped;
+use others::{Claim, Others};
 pub use outcome::{Failure, Outcome, SampleKind, Target};
 use pose_gaps::PoseGaps;
 use requests::Requests;
@@ -38,9 +44,6 @@ use roster::{LossTimeouts, Roster, RunBinding};
 use search::Search;
 use start_check::StartCheck;
 use strangers::UnexpectedPublishers;
-
-/// Other runs that are kept in mind, at most.
-const MOST_OTHERS: usize = 100;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
@@ -80,8 +83,7 @@ pub struct Runner {
     reported_s: u64,
     requests: Requests,
     gates: Gates,
-    /// Other runs by id: their epoch, and when they were received last.
-    others: BTreeMap<String, (u64, Duration)>,
+    others: Others,
     highest_epoch: u64,
     /// The last epoch that no runner made.
     refused_epoch: Option<ImplausibleEpoch>,
@@ -97,7 +99,12 @@ pub struct Runner {
     outcome: Option<Outcome>,
     has_started: bool,
     lost: Vec<LostRobot>,
+    paused: Vec<PausedRobot>,
+    /// When it armed first: a countdown may start again.
+    armed_at: Option<Duration>,
     not_standing: Vec<String>,
+    /// Robots whose batteries were reported as low in the run.
+    low: BTreeSet<String>,
 }
 
 impl Runner {
@@ -119,7 +126,7 @@ impl Runner {
             reported_s: 0,
             requests: Requests::default(),
             gates: Gates::default(),
-            others: BTreeMap::new(),
+            others: Others::default(),
             highest_epoch: 0,
             refused_epoch: None,
             epoch: 0,
@@ -133,7 +140,10 @@ impl Runner {
             outcome: None,
             has_started: false,
             lost: Vec::new(),
+            paused: Vec::new(),
+            armed_at: None,
             not_standing: Vec::new(),
+            low: BTreeSet::new(),
             options,
         }
     }
@@ -167,6 +177,17 @@ impl Runner {
     /// What the gates of its robots are set to, by robot, as far as it was read.
     pub fn gates(&self) -> &BTreeMap<String, GateSettings> {
         self.gates.found()
+    }
+
+    /// When robots stood in the run because their leases had run out, and went on; known when the
+    /// run has ended.
+    pub fn paused(&self) -> &[PausedRobot] {
+        &self.paused
+    }
+
+    /// How the run ended, as its bag has it; `None` while it goes on.
+    pub fn ending(&self) -> Option<Ending> {
+        self.outcome.as_ref().map(|outcome| Ending::of(outcome, &self.lost, &self.paused))
     }
 
     /// Whether it needs what the discovery database holds now: all the time until all is
@@ -214,7 +235,7 @@ impl Runner {
             self.go_on(now, &mut actions);
         }
         if self.phase != Phase::Done {
-            actions.extend(self.lease_due(now).map(Action::PublishLease));
+            actions.extend(self.leases_due(now).into_iter().map(Action::PublishLease));
         }
         actions
     }
@@ -240,9 +261,7 @@ impl Runner {
                     actions.extend(news.map(Action::Note));
                 }
             }
-            Event::Pose { robot, frame, pose } => {
-                self.start_check.receive_pose(robot, frame, pose, now);
-            }
+            Event::Pose { robot, frame, pose } => self.receive_pose(robot, frame, pose, now),
             Event::PoseUnusable { robot, reason } => {
                 let news = self.start_check.receive_unusable_pose(robot, reason);
                 if self.phase == Phase::Run {
@@ -271,10 +290,7 @@ impl Runner {
                 actions.extend(note.map(Action::Note));
             }
             Event::RecorderClosed => self.recorder_closed = true,
-            Event::SimulatorComplete => {
-                self.simulated_at.get_or_insert(now);
-            }
-            Event::SimulatorVoid { reason } => self.end(Outcome::Void { reason }, now, actions),
+            Event::SimulatorStatus(status) => self.receive_simulator(status, now, actions),
             Event::LeaseReceived(lease) => self.receive_lease(lease, now, actions),
             Event::EStop { source, engaged } => {
                 self.e_stop.receive((source, engaged), now);
@@ -293,6 +309,15 @@ impl Runner {
         }
     }
 
+    fn receive_pose(&mut self, robot: String, frame: String, pose: Pose, now: Duration) {
+        if self.phase == Phase::Run
+            && let Some(geofence) = self.options.expected.geofence
+        {
+            self.roster.receive_place(&robot, pose, geofence, now);
+        }
+        self.start_check.receive_pose(robot, frame, pose, now);
+    }
+
     fn confirm(&self, target: &Target, found: u64) -> Result<(), String> {
         let expected = match target {
             Target::Robot(_) => self.options.controller_digest(),
@@ -304,7 +329,26 @@ impl Runner {
         Err(format!("digest {found:016x}, expected {expected:016x}"))
     }
 
-    /// A runner that receives another with a right to the same robots stops.
+    /// The simulator of this run, if it has one, ends it; another one has nothing to do with it.
+    fn receive_simulator(&mut self, status: Status, now: Duration, actions: &mut Vec<Action>) {
+        let is_of_another = !status.run_id.is_empty() && status.run_id != self.options.run_id;
+        // Before the recorder is open, a status still refers to the run before.
+        if !self.options.expected.simulator || is_of_another || !self.recorder_opened {
+            return;
+        }
+        match status.state {
+            RobotState::Stopped => {
+                self.simulated_at.get_or_insert(now);
+            }
+            RobotState::Fault => {
+                self.end(Outcome::Void { reason: status.stop_reason }, now, actions);
+            }
+            RobotState::Idle | RobotState::Armed | RobotState::Moving => {}
+        }
+    }
+
+    /// A runner that receives another that wants a robot of its own gives way, or is given way to;
+    /// runs of other robots go on beside it.
     fn receive_lease(&mut self, lease: Lease, now: Duration, actions: &mut Vec<Action>) {
         if lease.run_id == self.options.run_id {
             return;
@@ -313,14 +357,16 @@ impl Runner {
         if !self.raise_epoch(lease.epoch, &format!("run {}", lease.run_id), actions) {
             return;
         }
-        if self.phase != Phase::Discover && lease.epoch >= self.epoch {
+        let own = Claim { run_id: &self.options.run_id, epoch: self.epoch };
+        let claim = Claim { run_id: &lease.run_id, epoch: lease.epoch };
+        let shares = lease.robots.iter().any(|echo| self.roster.has(&echo.robot));
+        if !shares || !own.gives_way_to(claim) {
+            return;
+        }
+        if self.phase != Phase::Discover {
             self.abort(format!("another runner is active, run {}", lease.run_id), now, actions);
         }
-        // Ids are anybody's: those that were received lately are few.
-        self.others.retain(|_, (_, at)| now.saturating_sub(*at) <= NODE_TIMEOUT);
-        if self.others.len() < MOST_OTHERS {
-            self.others.insert(lease.run_id, (lease.epoch, now));
-        }
+        self.others.receive(lease.run_id, now);
     }
 
     /// Takes note of an epoch; one that no runner made is reported once and otherwise ignored.
@@ -378,6 +424,7 @@ impl Runner {
             return;
         }
         self.outcome = Some(outcome);
+        self.paused = self.roster.end(now);
         if self.epoch == 0 {
             self.close(now, actions);
         } else {
@@ -430,23 +477,29 @@ impl Runner {
         }
     }
 
-    /// Ten leases a second, and one at once when the permission changes.
-    fn lease_due(&mut self, now: Duration) -> Option<Lease> {
+    /// The lease of all robots, in parts, twenty times a second, and at once when the permission
+    /// changes.
+    fn leases_due(&mut self, now: Duration) -> Vec<Lease> {
         let state = self.lease_state();
-        let due = self
-            .last_lease
-            .is_none_or(|(last, at)| last != state || now.saturating_sub(at) >= HEARTBEAT_PERIOD);
-        if !due {
-            return None;
-        }
-        self.last_lease = Some((state, now));
-        Some(Lease {
+        let at = match self.last_lease {
+            Some((last, at)) if last == state => next_beat(at, now),
+            _ => Some(now),
+        };
+        let Some(at) = at else { return Vec::new() };
+        self.last_lease = Some((state, at));
+        let robots = match state {
+            // A robot that was given up stands when no lease names it any more.
+            LeaseState::Running => self.roster.echoes_of_present(),
+            LeaseState::Idle | LeaseState::Armed | LeaseState::Stopped => self.roster.echoes(),
+        };
+        let lease = Lease {
             run_id: self.options.run_id.clone(),
             epoch: self.epoch,
             state,
             parameter_digest: self.options.controller_digest(),
-            robots: self.roster.echoes(),
-        })
+            robots,
+        };
+        lease.split()
     }
 }
 

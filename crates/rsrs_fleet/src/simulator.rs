@@ -80,6 +80,9 @@ pub struct Gate {
     pub state: RobotState,
     /// What its wheels do: [`Command::STOP`] unless it moves.
     pub drive: Command,
+    /// Whether a run holds it, so that it may move, now or in a moment
+    /// ([`Robot::is_in_run`](crate::robot::Robot::is_in_run)).
+    pub is_in_run: bool,
 }
 
 /// What happens to the simulator.
@@ -357,8 +360,7 @@ impl Run {
     fn on_event(&mut self, event: &Event, now: Duration, actions: &mut Vec<Action>) {
         let Self { placed, progress, pace, is_held, manual } = self;
         if let Event::Gates(gates) = event {
-            let holds = |gate: &Gate| matches!(gate.state, RobotState::Armed | RobotState::Moving);
-            *is_held = gates.iter().any(holds);
+            *is_held = gates.iter().any(|gate| gate.is_in_run);
         }
         if let Some(manual) = manual {
             if *is_held {

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use crate::e_stop::{Cause, Locks, Source};
 use crate::message::{RobotState, Status};
-use crate::timing::{ACKNOWLEDGE_TIMEOUT, HEARTBEAT_PERIOD, NODE_TIMEOUT, Transport};
+use crate::timing::{ACKNOWLEDGE_TIMEOUT, NODE_TIMEOUT, REPEAT_PERIOD, Transport};
 
 /// What every robot is to receive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -236,7 +236,7 @@ impl Stopper {
         {
             return Vec::new();
         }
-        if self.published.is_some_and(|(_, last)| now.saturating_sub(last) < HEARTBEAT_PERIOD) {
+        if self.published.is_some_and(|(_, last)| now.saturating_sub(last) < REPEAT_PERIOD) {
             return Vec::new();
         }
         let first = self.published.map_or(now, |(first, _)| first);

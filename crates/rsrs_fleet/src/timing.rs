@@ -2,14 +2,29 @@
 
 use std::time::Duration;
 
-/// Interval of leases and statuses: 10 Hz.
-pub const HEARTBEAT_PERIOD: Duration = Duration::from_millis(100);
+/// Interval of leases and statuses: 20 Hz, so that several in a row may be lost within
+/// [`LEASE_DURATION`].
+pub const HEARTBEAT_PERIOD: Duration = Duration::from_millis(50);
+
+/// How often a stop or its release is repeated until all have acknowledged it, and the zero that stops
+/// a base.
+pub const REPEAT_PERIOD: Duration = Duration::from_millis(100);
 
 /// How often a node's machine is given the time while nothing arrives.
 pub const TICK: Duration = Duration::from_millis(20);
 
 /// How long a lease holds after *the robot sent* the status that it echoes.
 pub const LEASE_DURATION: Duration = Duration::from_millis(500);
+
+/// How long a robot that stands because its lease ran out may be let go on, by a lease that echoes a
+/// status of it from after that; then it stands until a newer epoch arms it.
+pub const RESUME_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// How long a robot may stand in a run in all, each time because its lease ran out, before the runner
+/// gives it up: one hundredth of the run, and at least 3 s.
+pub fn most_paused(run: Duration) -> Duration {
+    (run / 100).max(Duration::from_secs(3))
+}
 
 /// How long a controller's status counts.
 pub const CONTROLLER_TIMEOUT: Duration = Duration::from_millis(500);
@@ -91,6 +106,13 @@ pub const DETECTION_TIMEOUT: Duration = Duration::from_secs(3);
 /// sight of a robot for a moment is no loss.
 pub const POSE_TIMEOUT: Duration = Duration::from_secs(5);
 
+/// Poses outside of the geofence, one after the other, after which a robot has left it: a tracker may
+/// be wrong once.
+pub const OUTSIDE_POSES: u32 = 3;
+
+/// The same where poses come seldom, or no more.
+pub const OUTSIDE_TIMEOUT: Duration = Duration::from_secs(1);
+
 /// How long the runner waits, from the start of the movement, for the first detection or pose of a
 /// robot.
 pub const FIRST_SAMPLE_TIMEOUT: Duration = Duration::from_secs(5);
@@ -126,6 +148,10 @@ pub const ACKNOWLEDGE_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// From the moment when all robots of a fleet are armed until they move.
 pub const COUNTDOWN: Duration = Duration::from_secs(3);
+
+/// How long the runner tries to have all robots armed through a whole countdown, which starts again
+/// whenever a robot's lease runs out in it.
+pub const COUNTDOWN_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// How far a robot's wall clock may be from the runner's before it is noted that its stamps are aligned
 /// by when they are received.

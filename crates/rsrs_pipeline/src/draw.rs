@@ -125,6 +125,7 @@ pub fn svg(bag: &Path, options: LabelOptions) -> anyhow::Result<String> {
     let mut notes = vec![format!("label: {}", labelled.phase_in_words())];
     notes.extend(labelled.why.iter().cloned());
     notes.extend(labelled.lost_robots.iter().map(ToString::to_string));
+    notes.extend(labelled.paused_robots.iter().map(ToString::to_string));
     let (lost, blocks, rules) = (run.lost_rows(), run.blocks(), run.rules());
     let run_order = run.order(&blocks, &rules, &notes);
     let picture = RunPicture { run: run.above(&lost), order: run_order };

@@ -17,7 +17,7 @@ use rsrs_core::judge::phase::{JudgeError, Phase, label_with};
 use rsrs_core::judge::reason::{Decisive, Departure, Left, Reason};
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_core::robot::pose_source::PoseSource;
-use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord, LostRobot};
+use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord, LostRobot, PausedRobot};
 use serde::{Deserialize, Serialize};
 
 use self::human_labels::{HumanLabel, JUDGE};
@@ -108,6 +108,9 @@ pub struct Labelled {
     /// where none was lost.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub counts_without_lost: Option<bool>,
+    /// When robots stood in the run because leases did not reach them, and went on, by the bag.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub paused_robots: Vec<PausedRobot>,
     /// Robots that had no gate of ours in front of their wheels, by the bag's record.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub controller_only: Vec<String>,
@@ -191,6 +194,7 @@ impl Labelled {
             reason: None,
             lost_robots: Vec::new(),
             counts_without_lost: None,
+            paused_robots: Vec::new(),
             controller_only: Vec::new(),
         }
     }
@@ -260,6 +264,7 @@ pub fn judge(
         part,
         ending: stopped.map(|ending| ending.kind.key()),
         reason: stopped.map(|ending| ending.reason.clone()),
+        paused_robots: ending.as_ref().map(|ending| ending.paused.clone()).unwrap_or_default(),
         lost_robots: ending.map(|ending| ending.lost).unwrap_or_default(),
         counts_without_lost,
         controller_only: record.map(|record| record.controller_only).unwrap_or_default(),

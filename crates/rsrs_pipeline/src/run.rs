@@ -15,7 +15,7 @@ use rsrs_core::robot::other_profile::ProfilesDiffer;
 use rsrs_experiment_runner::plan::Plan;
 use rsrs_experiment_runner::{RunReport, run};
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::record::{Backend, EndingKind, LostRobot};
+use rsrs_fleet::record::{Backend, EndingKind, LostRobot, PausedRobot};
 use rsrs_ros::session::SessionOptions;
 use serde::Serialize;
 
@@ -40,6 +40,8 @@ pub struct RunSummary {
     pub has_started: bool,
     /// Robots that were lost on the way, and when.
     pub lost_robots: Vec<LostRobot>,
+    /// When robots stood because leases did not reach them, and went on.
+    pub paused_robots: Vec<PausedRobot>,
     /// Messages in the bag.
     pub n_messages: u64,
     /// Messages missing in the bag between two that are in it, on topics that are to lose none.
@@ -116,6 +118,7 @@ fn summary(plan: &Plan, report: RunReport, gaps: Vec<Gap>) -> RunSummary {
         reason: report.ending.reason,
         has_started: report.has_started,
         lost_robots: report.ending.lost,
+        paused_robots: report.ending.paused,
         n_messages: report.bag.as_ref().map_or(0, |bag| bag.n_messages),
         // A bag that could not be closed is there all the same.
         bag: plan.bag.exists().then(|| plan.bag.clone()),

@@ -308,7 +308,8 @@ fn dispatch(
         Input::Lease(message) => match wire::lease(message) {
             Ok(lease) => {
                 let robots = hosted.iter().map(|controller| controller.robot.as_str());
-                lease.of_each(robots).into_iter().map(Event::Lease).enumerate().collect()
+                let leases = lease.of_each(robots).into_iter().enumerate();
+                leases.filter_map(|(index, lease)| Some((index, Event::Lease(lease?)))).collect()
             }
             Err(error) => {
                 if let Some(first) = hosted.first() {

@@ -15,8 +15,8 @@ use futures::stream::FuturesUnordered;
 use rsrs_bags::BagSummary;
 use rsrs_fleet::message::{RobotState, Status};
 use rsrs_fleet::rates::Rates;
-use rsrs_fleet::record::{Ending, ExperimentRecord};
-use rsrs_fleet::runner::{Action, Event, Outcome, Runner, Target};
+use rsrs_fleet::record::ExperimentRecord;
+use rsrs_fleet::runner::{Action, Event, Runner, Target};
 use rsrs_fleet::timing::{CONFIGURE_TIMEOUT, NODE_TIMEOUT, TICK};
 use rsrs_msgs::rsrs::{Recorded, RunLease};
 use rsrs_msgs::std_msgs::Text;
@@ -98,7 +98,8 @@ struct Run<'a> {
     n_lost: u64,
     /// What is watched while robots move in real time.
     rates: Option<Rates>,
-    finished: Option<(Outcome, Vec<String>)>,
+    /// Robots that did not report that they stand, when the machine has finished.
+    finished: Option<Vec<String>>,
     watch: &'a mut dyn FnMut(Progress),
 }
 
@@ -376,7 +377,8 @@ impl<'a> Run<'a> {
             Role::Simulator => {
                 let status = meaning::status(&received.message)?;
                 self.simulator = Some((status.clone(), Instant::now()));
-                events.extend(self.on_simulator_status(&status));
+                events.extend(self.answer_of_simulator(&status));
+                events.push(Event::SimulatorStatus(status));
             }
             // Where robots are is asked for before they move; then, whether their poses still come.
             Role::Transforms if self.rates.is_some() => {}
@@ -401,28 +403,22 @@ impl<'a> Run<'a> {
         }
         let poses = poses.into_iter();
         Ok(if self.rates.is_some() {
-            poses.filter_map(|seen| meaning::pose_sampled(self.plan, seen)).collect()
+            poses.flat_map(|seen| meaning::pose_sampled(self.plan, seen)).collect()
         } else {
             poses.flat_map(meaning::pose_events).collect()
         })
     }
 
-    fn on_simulator_status(&mut self, status: &Status) -> Option<Event> {
-        if std::mem::take(&mut self.asks_simulator) {
+    /// The simulator's next word answers what the machine has asked it.
+    fn answer_of_simulator(&mut self, status: &Status) -> Option<Event> {
+        std::mem::take(&mut self.asks_simulator).then(|| {
             let result = if status.state == RobotState::Fault {
                 Err(status.stop_reason.clone())
             } else {
                 Ok(status.parameter_digest)
             };
-            return Some(Event::ReadBack { target: Target::Simulator, result });
-        }
-        // Before the recorder is open, it still refers to the run before.
-        self.recorder.as_ref()?;
-        match status.state {
-            RobotState::Stopped => Some(Event::SimulatorComplete),
-            RobotState::Fault => Some(Event::SimulatorVoid { reason: status.stop_reason.clone() }),
-            RobotState::Idle | RobotState::Armed | RobotState::Moving => None,
-        }
+            Event::ReadBack { target: Target::Simulator, result }
+        })
     }
 
     /// Lets the machine take an event, and does what follows.
@@ -481,9 +477,7 @@ impl<'a> Run<'a> {
             }
             Action::CloseRecorder => return self.close_recorder().await,
             Action::Note(text) => self.note(text),
-            Action::Finish { outcome, not_standing } => {
-                self.finished = Some((outcome, not_standing));
-            }
+            Action::Finish { not_standing, .. } => self.finished = Some(not_standing),
         }
         Ok(None)
     }
@@ -498,10 +492,10 @@ impl<'a> Run<'a> {
     }
 
     fn report(&mut self) -> anyhow::Result<RunReport> {
-        let (outcome, not_standing) =
+        let not_standing =
             self.finished.take().context("the run ends when the machine finishes")?;
         Ok(RunReport {
-            ending: Ending::of(&outcome, self.machine.lost()),
+            ending: self.machine.ending().context("a run that is over has ended")?,
             not_standing,
             bag: self.bag.take(),
             has_started: self.machine.has_started(),

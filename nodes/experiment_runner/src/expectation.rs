@@ -93,6 +93,7 @@ fn expected(plan: &Plan, recorded_topics: &[RecordedTopic]) -> Expected {
         battery_min_v: limits.collect(),
         controller_only: plan.record.controller_only.iter().cloned().collect(),
         gates: plan.gates.clone(),
+        geofence: plan.geofence,
         apart: apart(plan),
     }
 }

@@ -102,17 +102,22 @@ pub fn pose_events(seen: SeenPose) -> Vec<Event> {
     clock.into_iter().chain([pose]).collect()
 }
 
-/// That a pose has come, which must keep coming, or one that cannot be used and counts as none.
-pub fn pose_sampled(plan: &Plan, seen: SeenPose) -> Option<Event> {
-    let SeenPose { robot, pose, .. } = seen;
+/// That a pose has come, which must keep coming, and where the robot is; one that cannot be used counts as
+/// none.
+pub fn pose_sampled(plan: &Plan, seen: SeenPose) -> Vec<Event> {
+    let SeenPose { robot, frame, pose, counts, .. } = seen;
     // In lockstep the simulator waits for all of them.
     if plan.record.time == Time::Lockstep {
-        return None;
+        return Vec::new();
     }
-    Some(match pose {
-        Ok(_) => Event::Sampled { robot, kind: SampleKind::Pose },
-        Err(reason) => Event::PoseUnusable { robot, reason },
-    })
+    match pose {
+        Ok(pose) => {
+            let sampled = Event::Sampled { robot: robot.clone(), kind: SampleKind::Pose };
+            let place = counts.then_some(Event::Pose { robot, frame, pose });
+            [sampled].into_iter().chain(place).collect()
+        }
+        Err(reason) => vec![Event::PoseUnusable { robot, reason }],
+    }
 }
 
 /// Understands a status.

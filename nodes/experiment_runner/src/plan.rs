@@ -14,7 +14,9 @@ use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_fleet::experiment::{ExperimentFile, SimulatedProfile, Time};
 use rsrs_fleet::fleet_file::{CmdVel, Driver, FleetFile, FleetRobot, LeaseHolder};
+use rsrs_fleet::geofence::Geofence;
 use rsrs_fleet::parameters::{GateSettings, of_gate};
+use rsrs_fleet::placement::WantedStart;
 use rsrs_fleet::record::{Backend, ExperimentRecord, Provenance, pose_source, tracker};
 
 mod recording;
@@ -76,6 +78,8 @@ pub struct Plan {
     pub place_check: PlaceCheck,
     /// What is recorded besides the topics of every run.
     pub recording: Recording,
+    /// What no robot must leave.
+    pub geofence: Option<Geofence>,
     /// Greatest commands of the robots, by their profile, in m/s and rad/s.
     pub limits: [f64; 2],
     /// What the gates of its real robots must be set to, by robot.
@@ -161,7 +165,8 @@ impl Plan {
         };
         let profile_path = beside_fleet(&fleet_path, &robots[0]);
         let other_profile = admit(swept.as_ref(), &record, (request, profile_path))?;
-        let bag = new_bag(request, &run_id)?;
+        let geofence = geofence(&fleet, &fleet_path, &record)?;
+        let bag = new_bag(request.bag.as_deref(), &run_id)?;
         let recording = Recording::read(&experiment.record, beside, &record.robots)?;
         let starts = starts.map(|table| ("starts.csv", table.text));
         let read =
@@ -174,6 +179,7 @@ impl Plan {
             place_check: request.place_check,
             recording,
             limits: limits(&measured),
+            geofence,
             gates: gates(backend, &robots, Some(&measured)),
             robots,
             is_measured: true,
@@ -242,15 +248,6 @@ fn settings(
     Ok(settings)
 }
 
-/// The folder of the bag, which must not be there.
-fn new_bag(request: &Request, run_id: &str) -> anyhow::Result<PathBuf> {
-    let bag = request.bag.clone().unwrap_or_else(|| PathBuf::from(run_id));
-    if bag.exists() {
-        bail!("{} exists already; give another folder for the bag", bag.display());
-    }
-    Ok(bag)
-}
-
 /// Refuses a run that could not be compared with the sweep that its cell is from.
 ///
 /// # Returns
@@ -290,6 +287,15 @@ fn beside_fleet(fleet: &Path, robot: &FleetRobot) -> PathBuf {
     fleet.parent().unwrap_or(Path::new("")).join(profile)
 }
 
+/// Where the bag goes, which must not be there yet.
+fn new_bag(wanted: Option<&Path>, run_id: &str) -> anyhow::Result<PathBuf> {
+    let bag = wanted.unwrap_or(Path::new(run_id));
+    if bag.exists() {
+        bail!("{} exists already; give another folder for the bag", bag.display());
+    }
+    Ok(bag.to_owned())
+}
+
 /// What the gates of the robots must be set to; the simulator's have no such settings, and a robot whose
 /// lease is its controller's has none of ours.
 fn gates(
@@ -304,6 +310,19 @@ fn gates(
     };
     let of_robot = |robot: &FleetRobot| (robot.name.clone(), of_gate(robot, profile));
     robots.iter().filter(has_gate).map(of_robot).collect()
+}
+
+/// What no robot of the run must leave, and where none must start.
+fn geofence(
+    fleet: &FleetFile,
+    path: &Path,
+    record: &ExperimentRecord,
+) -> anyhow::Result<Option<Geofence>> {
+    let geofence = fleet.geofence.filter(|_| record.backend != Backend::Simulator);
+    let start = WantedStart::of(&record.conditions, record.replicate);
+    let checked = geofence.map_or(Ok(()), |geofence| geofence.check_start(&start));
+    checked.with_context(|| path.display().to_string())?;
+    Ok(geofence)
 }
 
 /// Greatest commands of a robot, in m/s and rad/s.

@@ -6,11 +6,10 @@ use anyhow::bail;
 use rsrs_controller_node::Hosting;
 use rsrs_core::robot::controller::Command;
 use rsrs_fleet::epoch::ImplausibleEpoch;
-use rsrs_fleet::message::RobotState;
 use rsrs_fleet::parameters::gate::{CMD_VEL_TYPE, NODE, PERIOD};
 use rsrs_fleet::robot::detector::{Detector, Reading};
 use rsrs_fleet::robot::limits::Ramp;
-use rsrs_fleet::robot::{Event, Robot, RobotOptions};
+use rsrs_fleet::robot::{Event, Lapse, Robot, RobotOptions};
 use rsrs_fleet::timing::{TICK, command_timeout};
 use rsrs_msgs::geometry_msgs::Twist;
 use rsrs_msgs::std_msgs::Bool;
@@ -159,7 +158,7 @@ impl<D: Driver> RobotNode<D> {
         let gate = Robot::new(RobotOptions {
             name: name.clone(),
             command_timeout: command_timeout(period_s, session.transport()),
-            lapse_grace: Duration::ZERO,
+            lapse: Lapse::Stops,
         })
         .counting_from(wire::first_counter(wall_time()))
         .of_a_new_process();
@@ -351,10 +350,7 @@ impl<D: Driver> RobotNode<D> {
 
     /// Nobody changes limits during a run.
     fn hold_parameters(&mut self) -> anyhow::Result<()> {
-        let arming = match self.gate.state(self.now()) {
-            RobotState::Armed | RobotState::Moving => Arming::Armed,
-            RobotState::Idle | RobotState::Stopped | RobotState::Fault => Arming::Disarmed,
-        };
+        let arming = if self.gate.is_in_run(self.now()) { Arming::Armed } else { Arming::Disarmed };
         if arming != self.arming {
             self.arming = arming;
             self.server.set_arming(self.node.full_name(), arming)?;

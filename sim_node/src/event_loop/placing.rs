@@ -4,7 +4,6 @@ use std::time::{Duration, Instant};
 
 use rsrs_fleet::robot;
 use rsrs_fleet::simulator::{Event, Gates};
-use rsrs_fleet::timing::HEARTBEAT_PERIOD;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_ros::logging::Level;
 
@@ -14,6 +13,9 @@ use crate::parameters;
 use crate::placed_world::PlacedWorld;
 use crate::rows::Rows;
 use crate::virtual_pose_publisher::VirtualPosePublisher;
+
+/// How often a sensor without a world reports that it sees nothing.
+const SENSES_NOTHING: Duration = Duration::from_millis(100);
 
 impl Simulation<'_> {
     /// Places the world that the parameters ask for; a run that is under way ends with it.
@@ -83,7 +85,7 @@ impl Simulation<'_> {
 
     /// The sensors of robot nodes work, and see nothing, where there is no world yet.
     pub(super) async fn sense_nothing(&mut self) -> anyhow::Result<()> {
-        let is_due = self.sensed_nothing.elapsed() >= HEARTBEAT_PERIOD;
+        let is_due = self.sensed_nothing.elapsed() >= SENSES_NOTHING;
         if parameters::gates(&self.server) == Gates::Here || !is_due {
             return Ok(());
         }

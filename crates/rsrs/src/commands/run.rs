@@ -227,6 +227,7 @@ fn text(summary: &RunSummary) -> String {
     }
     lines.extend(summary.other_profile.iter().map(|differ| format!("note: {differ}")));
     lines.extend(summary.lost_robots.iter().map(ToString::to_string));
+    lines.extend(summary.paused_robots.iter().map(ToString::to_string));
     if summary.n_lost > 0 {
         lines.push(format!("{} messages were lost on the way to the bag", summary.n_lost));
     }
@@ -270,6 +271,7 @@ mod tests {
             reason: String::new(),
             has_started: true,
             lost_robots: Vec::new(),
+            paused_robots: Vec::new(),
             n_messages: 1,
             n_lost: 0,
             gaps: Vec::new(),

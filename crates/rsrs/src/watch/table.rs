@@ -192,7 +192,7 @@ fn cell(view: &View<'_>, column: Column, name: &str, robot: &ObservedRobot) -> C
             (volts.unwrap_or_else(|| look.sign("–", "-").to_owned()), Style::new())
         }
         Column::Lease => {
-            let lease = view.observation.lease_of(name, robot, now);
+            let lease = view.observation.lease_of(robot, now);
             let style = match lease {
                 LeaseView::Holds(_) => Style::new(),
                 LeaseView::None | LeaseView::NotNamed | LeaseView::OtherEpoch => look.quiet(),

@@ -11,8 +11,8 @@ use rsrs_core::robot::controller::Command;
 
 use super::{Action, Event};
 use crate::message::Status;
-use crate::robot::{self, Robot, RobotOptions};
-use crate::timing::{HEARTBEAT_PERIOD, NODE_TIMEOUT, SENSOR_TIMEOUT};
+use crate::robot::{self, Lapse, Robot, RobotOptions};
+use crate::timing::{NODE_TIMEOUT, REPEAT_PERIOD, SENSOR_TIMEOUT};
 
 /// A gate at the mouth of a controller.
 #[derive(Clone, Debug)]
@@ -57,9 +57,8 @@ impl Sensor {
 
 impl LeaseGate {
     pub(super) fn new(robot: &str, command_timeout: Duration) -> Self {
-        // A floor forgives no lapse.
-        let lapse_grace = Duration::ZERO;
-        let options = RobotOptions { name: robot.to_owned(), command_timeout, lapse_grace };
+        let lapse = Lapse::Stops;
+        let options = RobotOptions { name: robot.to_owned(), command_timeout, lapse };
         Self { gate: Robot::new(options), sent: None, stands: None, sensor: Sensor::default() }
     }
 
@@ -140,7 +139,7 @@ impl LeaseGate {
         let is_due = match (self.sent, self.stands) {
             (None, _) => true,
             (Some(_), Some((since, published))) => {
-                now.saturating_sub(published) >= HEARTBEAT_PERIOD
+                now.saturating_sub(published) >= REPEAT_PERIOD
                     && now.saturating_sub(since) <= NODE_TIMEOUT
             }
             (Some(_), None) => self.gate.drive(now) == Command::STOP,

@@ -9,6 +9,7 @@ use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::tracker::InvalidTracker;
 
 use super::{FILE_VERSION, PROFILE};
+use crate::geofence::InvalidGeofence;
 
 /// Why a fleet file cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -77,6 +78,14 @@ pub enum FleetFileError {
         robots: [String; 2],
         /// What it calls them.
         body: String,
+    },
+    /// Bounds of the floor between which nothing is.
+    #[error("{file}: {reason}")]
+    Geofence {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        reason: InvalidGeofence,
     },
     /// Keys that neither the robots, nor their types, nor `all` set; all that is missing in the
     /// file.
@@ -148,7 +157,8 @@ impl Help for FleetFileError {
             | Self::UnknownType { .. }
             | Self::HasGate { .. }
             | Self::OneBody { .. }
-            | Self::Tracker { .. } => None,
+            | Self::Tracker { .. }
+            | Self::Geofence { .. } => None,
         }
     }
 }

@@ -7,7 +7,7 @@ use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::unicycle::Pose;
 
 use super::Freshness;
-use crate::message::{LeaseState, RobotState, Status, StopCause};
+use crate::message::{Lease, LeaseState, RobotState, Status, StopCause};
 use crate::timing::{NODE_TIMEOUT, POSE_TIMEOUT, SENSOR_TIMEOUT};
 use rsrs_core::robot::pose_source::PoseSource;
 
@@ -157,6 +157,8 @@ pub struct ObservedRobot {
     pub command_rate: Rate,
     /// Its newest status.
     pub status: Option<Seen<Status>>,
+    /// The newest lease that names it, as far as it is for it.
+    pub(super) lease: Option<Seen<Lease>>,
     odometry: Option<Seen<Pose>>,
     odometry_rate: Rate,
     tracked: Option<Seen<Pose>>,

@@ -146,11 +146,30 @@ fn the_lease_is_that_of_the_robots_epoch() {
 
     let views = |now_s| -> Vec<LeaseView> {
         let robots = observation.robots();
-        robots.map(|(name, robot)| observation.lease_of(name, robot, at(now_s))).collect()
+        robots.map(|(_, robot)| observation.lease_of(robot, at(now_s))).collect()
     };
 
     assert_eq!(views(1.5), [LeaseView::Holds(LeaseState::Armed), LeaseView::OtherEpoch]);
     assert_eq!(views(2.5), [LeaseView::None, LeaseView::None]);
+}
+
+#[test]
+fn a_lease_in_parts_holds_each_robot_that_a_part_names_and_a_run_beside_changes_nothing() {
+    let mut observation = Observation::default();
+    observation.on_event(lease(LeaseState::Running, &["robot_1"]), at(1.0));
+    observation.on_event(lease(LeaseState::Running, &["robot_2"]), at(1.0));
+    observation.on_event(robot_status(status(1, RobotState::Moving, StopCause::None)), at(1.0));
+    let Event::Lease(mut beside) = lease(LeaseState::Armed, &["robot_9"]) else { unreachable!() };
+    beside.run_id = "of another bench".to_owned();
+
+    observation.on_event(Event::Lease(beside), at(1.1));
+
+    assert_eq!(
+        observation.lease_of(of_robot_1(&observation), at(1.2)),
+        LeaseView::Holds(LeaseState::Running)
+    );
+    let run = observation.run(at(1.2)).unwrap();
+    assert_eq!((run.run_id, run.state), (RUN, LeaseState::Running));
 }
 
 #[test]

@@ -238,6 +238,26 @@ pub enum Problem {
         /// Radius of their bodies, in metres.
         radius_m: f64,
     },
+    /// A robot is not where the fleet file keeps its robots.
+    #[error("{robot}: at ({x_m:.2}, {y_m:.2}) m, outside of the fleet file's `geofence`")]
+    Outside {
+        /// The robot.
+        robot: String,
+        /// Where it is, in metres.
+        x_m: f64,
+        /// Where it is, in metres.
+        y_m: f64,
+    },
+    /// The geofence is in the frame of the poses, and there are several.
+    #[error(
+        "the fleet file's `geofence` is in the frame of the poses, and these are in {}: publish them in \
+         one frame, as a tracker does, or take the geofence out",
+        frames.iter().map(|frame| format!("`{frame}`")).collect::<Vec<_>>().join(", ")
+    )]
+    FenceFrames {
+        /// The frames.
+        frames: Vec<String>,
+    },
     /// Poses in frames between which there is no transform.
     #[error(
         "poses are in different frames that no transform on /tf or /tf_static ties together: {} \

@@ -14,7 +14,7 @@ fn robot() -> Robot {
     Robot::new(RobotOptions {
         name: "robot_1".to_owned(),
         command_timeout: ms(325),
-        lapse_grace: Duration::ZERO,
+        lapse: Lapse::Stops,
     })
 }
 
@@ -96,17 +96,84 @@ fn a_delayed_lease_cannot_stretch_itself() {
     assert_eq!(robot.drive(ms(501)), Command::STOP);
 }
 
-#[test]
-fn a_lapse_latches_until_a_newer_epoch_arms() {
+/// The same a moment after its lease ran out: what it reports then.
+fn lapsed() -> (Robot, Status) {
     let mut robot = moving();
-    robot.on_event(Event::Tick, ms(600));
-    let counter = robot.beat.counter();
+    robot.on_event(controller(DIGEST, ms(480)), ms(480));
+    let status = robot.on_event(Event::Tick, ms(510)).expect("a change is published at once");
+    assert_eq!((status.state, status.stop_cause), (RobotState::Stopped, StopCause::Lease));
+    (robot, status)
+}
 
-    robot.on_event(lease(1, LeaseState::Running, counter), ms(610));
-    assert_eq!(robot.state(ms(610)), RobotState::Stopped);
+#[test]
+fn a_robot_whose_lease_ran_out_goes_on_when_its_runner_knows_that_it_stands() {
+    let (mut robot, status) = lapsed();
+    let forward = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
+    robot.on_event(Event::Command(forward), ms(700));
+    robot.on_event(controller(DIGEST, ms(700)), ms(700));
+    assert_eq!(robot.drive(ms(700)), Command::STOP);
 
-    robot.on_event(lease(2, LeaseState::Armed, counter), ms(620));
-    assert_eq!(robot.state(ms(620)), RobotState::Armed);
+    robot.on_event(lease(1, LeaseState::Running, status.counter), ms(710));
+
+    assert_eq!((robot.state(ms(710)), robot.drive(ms(710))), (RobotState::Moving, forward));
+    assert_eq!(robot.state(ms(1_011)), RobotState::Stopped, "500 ms after that status");
+}
+
+#[test]
+fn a_lease_that_echoes_a_status_from_before_its_lapse_lets_no_robot_go_on() {
+    let mut robot = moving();
+    let before = robot.on_event(Event::Tick, ms(450)).expect("a status is due");
+    robot.on_event(controller(DIGEST, ms(480)), ms(480));
+    robot.on_event(Event::Tick, ms(510));
+
+    robot.on_event(lease(1, LeaseState::Running, before.counter), ms(520));
+
+    assert_eq!(robot.standing(ms(520)), Some(StandReason::LeaseLapsed));
+}
+
+#[test]
+fn a_robot_that_stood_too_long_latches_until_a_newer_epoch_arms() {
+    let (mut robot, status) = lapsed();
+    robot.on_event(Event::Tick, ms(1_499));
+    assert_eq!((robot.latched(), robot.is_in_run(ms(1_499))), (None, true));
+    let late = robot.on_event(Event::Tick, ms(1_500)).expect("a change is published at once");
+    assert_eq!(late.stop_cause, StopCause::Latched);
+
+    for counter in [status.counter, late.counter] {
+        robot.on_event(lease(1, LeaseState::Running, counter), ms(1_510));
+        assert_eq!(robot.latched(), Some("lease ran out"));
+        assert!(!robot.is_in_run(ms(1_510)));
+    }
+
+    robot.on_event(lease(2, LeaseState::Armed, late.counter), ms(1_520));
+    assert_eq!(robot.state(ms(1_520)), RobotState::Armed);
+}
+
+#[test]
+fn a_stop_ends_the_time_in_which_a_robot_may_go_on() {
+    for stop in [lease(1, LeaseState::Stopped, 0), engaged()] {
+        let (mut robot, status) = lapsed();
+
+        robot.on_event(stop, ms(600));
+        robot.on_event(controller(DIGEST, ms(610)), ms(610));
+        robot.on_event(released(), ms(620));
+        robot.on_event(lease(1, LeaseState::Running, status.counter), ms(630));
+
+        assert_eq!(robot.state(ms(630)), RobotState::Stopped);
+        assert!(robot.latched().is_some());
+    }
+}
+
+#[test]
+fn a_robot_goes_on_only_with_a_controller_that_is_received_and_confirmed() {
+    let (mut robot, status) = lapsed();
+    // Its controller was out of reach as well, and is received a moment later.
+    robot.on_event(lease(1, LeaseState::Running, status.counter), ms(990));
+    assert_eq!(robot.standing(ms(990)), Some(StandReason::ControllerUnconfirmed));
+
+    robot.on_event(controller(DIGEST, ms(1_000)), ms(1_000));
+
+    assert_eq!(robot.state(ms(1_000)), RobotState::Moving);
 }
 
 #[test]
@@ -259,12 +326,12 @@ fn who_releases_the_e_stop_may_leave_and_a_newer_epoch_moves() {
 #[test]
 fn a_robot_that_stands_for_another_reason_reports_that_it_has_received_the_e_stop() {
     let mut robot = moving();
-    robot.on_event(Event::Tick, ms(600));
+    robot.on_event(Event::Tick, ms(1_600));
 
-    let status = robot.on_event(engaged(), ms(700)).expect("a status is due");
+    let status = robot.on_event(engaged(), ms(1_610)).expect("a change is published at once");
 
     assert!(status.holds_e_stop(), "{status:?}");
-    let status = robot.on_event(released(), ms(800)).expect("a status is due");
+    let status = robot.on_event(released(), ms(1_620)).expect("a change is published at once");
     assert_eq!(status.stop_reason, "lease ran out");
 }
 
@@ -343,7 +410,7 @@ fn the_status_contains_the_battery() {
 fn a_word_of_its_controller_that_comes_late_or_again_confirms_nothing() {
     let mut robot = moving();
     // As in lockstep, where a lapse may heal.
-    robot.options.lapse_grace = ms(5_000);
+    robot.options.lapse = Lapse::Freezes;
     let confirmed = controller(DIGEST, ms(100));
     robot.on_event(confirmed.clone(), ms(100));
     // It has started again, on its defaults.
@@ -370,7 +437,7 @@ fn what_has_run_out_has_run_out_whatever_comes_then() {
 #[test]
 fn while_a_run_holds_the_robot_silence_makes_no_old_word_true() {
     let mut robot = moving();
-    robot.options.lapse_grace = ms(5_000);
+    robot.options.lapse = Lapse::Freezes;
     robot.on_event(controller(DIGEST, ms(100)), ms(0));
     for beat in 1..8 {
         let status = robot.on_event(Event::Tick, ms(100 * beat)).unwrap();
@@ -385,7 +452,7 @@ fn while_a_run_holds_the_robot_silence_makes_no_old_word_true() {
 #[test]
 fn an_old_word_confirms_nothing_while_a_silent_runner_may_come_back() {
     let mut robot = robot();
-    robot.options.lapse_grace = ms(5_000);
+    robot.options.lapse = Lapse::Freezes;
     let status = robot.on_event(Event::Tick, ms(0)).expect("the first status is due");
     robot.on_event(controller(DIGEST, ms(0)), ms(0));
     robot.on_event(lease(1, LeaseState::Armed, status.counter), ms(0));
@@ -401,7 +468,7 @@ fn an_old_word_confirms_nothing_while_a_silent_runner_may_come_back() {
 #[test]
 fn a_controller_that_was_started_again_and_set_anew_is_of_no_run() {
     let mut robot = moving();
-    robot.options.lapse_grace = ms(5_000);
+    robot.options.lapse = Lapse::Freezes;
 
     robot.on_event(controller_in(0, DIGEST, ms(100)), ms(100));
 

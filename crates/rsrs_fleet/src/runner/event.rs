@@ -177,13 +177,9 @@ pub enum Event {
     },
     /// The bag is closed.
     RecorderClosed,
-    /// The simulator has made all steps.
-    SimulatorComplete,
-    /// The simulator reports that the run does not count.
-    SimulatorVoid {
-        /// Why.
-        reason: String,
-    },
+    /// A simulator reported: whether it has made all steps, or the run does not count. Any simulator
+    /// may be in the network.
+    SimulatorStatus(Status),
     /// A lease was received, of any runner.
     LeaseReceived(Lease),
     /// A source published on the e-stop topic that it is engaged, or that it is not.
@@ -234,8 +230,7 @@ impl Event {
             | Self::RecorderFailed { .. }
             | Self::RecorderCloses { .. }
             | Self::RecorderClosed
-            | Self::SimulatorComplete
-            | Self::SimulatorVoid { .. }
+            | Self::SimulatorStatus(_)
             | Self::LeaseReceived(_)
             | Self::EStop { .. }
             | Self::Release(_)

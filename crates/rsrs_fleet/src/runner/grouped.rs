@@ -40,7 +40,8 @@ fn line(cause: &str, robots: &[&str]) -> String {
 /// Stands for the robot's name; no text of ours has it.
 const PLACE: &str = "\u{0}";
 
-fn names(robots: &[&str]) -> String {
+/// Names in one line; of very many, only some.
+pub(super) fn names(robots: &[&str]) -> String {
     if robots.len() <= MOST_NAMES {
         return robots.join(", ");
     }
@@ -56,7 +57,9 @@ impl Failure {
                 Target::Robot(robot) => Some(robot),
                 Target::Simulator => None,
             },
-            Self::NotArmed { robot, .. } | Self::NoSample { robot, .. } => Some(robot),
+            Self::NotArmed { robot, .. }
+            | Self::NoPose { robot }
+            | Self::NoSample { robot, .. } => Some(robot),
             Self::Recorder { .. } => None,
         }
     }
@@ -77,6 +80,7 @@ impl Problem {
             | Self::Setting { robot, .. }
             | Self::PoseClock { robot, .. }
             | Self::PoseUnusable { robot, .. }
+            | Self::Outside { robot, .. }
             | Self::Clock { robot, .. } => Some(robot),
             Self::Diagnostic(diagnostic_error) => Some(&diagnostic_error.robot),
             Self::Unfit(UnfitTopic { topic, .. })
@@ -94,6 +98,7 @@ impl Problem {
             | Self::Locked { .. }
             | Self::OneSpot { .. }
             | Self::Frames { .. }
+            | Self::FenceFrames { .. }
             | Self::EStop { .. } => None,
         }
     }

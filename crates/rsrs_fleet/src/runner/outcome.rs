@@ -88,6 +88,15 @@ pub enum Failure {
         /// The state that it reports instead.
         found: String,
     },
+    /// No pose of a robot was ever received, and a run without them cannot be judged.
+    #[error(
+        "{robot}: no pose received before the start (`ros2 topic hz` on its topic shows whether \
+         any is published)"
+    )]
+    NoPose {
+        /// The robot.
+        robot: String,
+    },
     /// Nothing of a kind came from a robot since the start, so that nothing of it can have moved it.
     #[error(
         "{robot}: no {kind} received since the start (`ros2 topic hz` on its topic shows whether \

@@ -2,11 +2,16 @@
 
 use crate::message::E_STOP_REASON;
 
+use crate::preflight::Problem;
+
+use super::grouped::names;
+use super::roster::Unarmed;
 use super::{
-    ARM_TIMEOUT, Action, CONFIGURE_TIMEOUT, Duration, FIRST_SAMPLE_TIMEOUT, Failure, Gates,
-    LOCKSTEP_GRACE, LossTimeouts, LostRobot, NODE_TIMEOUT, Outcome, POSE_SEARCH_DURATION, Phase,
-    RECORDER_TIMEOUT, Requests, RunBinding, RunLength, Runner, STAND_TIMEOUT, SampleKind, Seen,
-    Target, UnexpectedPublishers, preflight,
+    ARM_TIMEOUT, Action, CONFIGURE_TIMEOUT, COUNTDOWN_TIMEOUT, Duration, FIRST_SAMPLE_TIMEOUT,
+    Failure, Gates, LOCKSTEP_GRACE, LossTimeouts, LostRobot, NODE_TIMEOUT, Outcome,
+    POSE_SEARCH_DURATION, Phase, RECORDER_TIMEOUT, RESUME_TIMEOUT, Requests, RunBinding, RunLength,
+    Runner, STAND_TIMEOUT, SampleKind, Seen, Target, UnexpectedPublishers, grouped, most_paused,
+    preflight,
 };
 
 impl Runner {
@@ -35,12 +40,7 @@ impl Runner {
             graph: std::mem::take(&mut self.graph),
             robots: self.roster.recent_robots(now),
             controllers: self.roster.recent_controllers(now),
-            other_runs: self
-                .others
-                .iter()
-                .filter(|(_, (_, received))| now.saturating_sub(*received) <= NODE_TIMEOUT)
-                .map(|(run_id, _)| run_id.clone())
-                .collect(),
+            other_runs: self.others.recent(now).cloned().collect(),
             e_stop: self.e_stop.locks(),
             highest_epoch: self.highest_epoch,
             clocks: self.start_check.clocks(),
@@ -56,7 +56,7 @@ impl Runner {
         self.graph = seen.graph;
         let onlookers: Vec<Action> =
             self.graph.onlookers.iter().map(|it| Action::Note(format!("note: {it}"))).collect();
-        // Another runner publishes ten leases a second: a shorter look would miss them.
+        // Another runner publishes leases all the time: a shorter look might miss them.
         if problems.is_empty() && self.elapsed(now) >= NODE_TIMEOUT {
             self.strangers = UnexpectedPublishers::none_of(&self.graph);
             let robots = self.options.expected.robots.len();
@@ -129,6 +129,7 @@ impl Runner {
         self.epoch =
             self.highest_epoch.checked_add(1).expect("epochs in the upper half are refused");
         actions.push(Action::Note(format!("arming, epoch {}", self.epoch)));
+        self.armed_at = Some(now);
         self.enter(Phase::Arm, now);
     }
 
@@ -146,26 +147,52 @@ impl Runner {
         }
         let waiting = self.roster.not_armed(self.binding(), now);
         if waiting.is_empty() {
+            let robots = &self.options.expected.robots;
+            let needs_poses = self.options.samples.contains(&SampleKind::Pose);
+            // Poses may come seldom; a robot without any delays the run only briefly.
+            if (needs_poses || self.options.start.is_some())
+                && !self.start_check.has_poses_of(robots)
+                && self.elapsed(now) < POSE_SEARCH_DURATION
+            {
+                return;
+            }
             if let Some(start) = &self.options.start {
-                // Poses may come seldom; a robot without any delays the run only briefly.
-                let robots = &self.options.expected.robots;
-                if !self.start_check.has_poses_of(robots)
-                    && self.elapsed(now) < POSE_SEARCH_DURATION
-                {
-                    return;
-                }
                 let notes = self.start_check.standing_places(start, robots);
                 actions.extend(notes.into_iter().map(Action::Note));
             }
-            let unusable = self.unusable_poses();
-            if unusable.is_empty() {
+            let problems = self.unfit_to_start(now);
+            if problems.is_empty() {
                 self.begin(now, actions);
             } else {
-                self.fail(unusable, now, actions);
+                self.fail(problems, now, actions);
             }
         } else if self.elapsed(now) >= ARM_TIMEOUT {
             self.fail_to_arm(waiting, now, actions);
         }
+    }
+
+    /// What keeps robots that are armed from moving: what was not so when they were found, or was not
+    /// known.
+    fn unfit_to_start(&self, now: Duration) -> Vec<Failure> {
+        let mut problems = self.unusable_poses();
+        if self.options.samples.contains(&SampleKind::Pose) {
+            let robots = self.start_check.without_poses(&self.options.expected.robots);
+            problems.extend(robots.into_iter().map(|robot| Failure::NoPose { robot }));
+        }
+        problems.extend(self.unfit_to_move(now));
+        problems
+    }
+
+    /// Robots whose batteries, diagnostics or places keep them from moving.
+    fn unfit_to_move(&self, now: Duration) -> Vec<Failure> {
+        let seen = Seen {
+            robots: self.roster.recent_robots(now),
+            diagnostic_errors: self.start_check.diagnostic_errors(),
+            ..Seen::default()
+        };
+        let mut problems = preflight::health(&self.options.expected, &seen);
+        problems.extend(preflight::outside(&self.options.expected, &self.start_check.poses()));
+        problems.into_iter().map(Failure::from).collect()
     }
 
     /// Poses that came after the robots were found may be the first.
@@ -176,13 +203,10 @@ impl Runner {
         problems.map(Failure::from).collect()
     }
 
-    fn fail_to_arm(
-        &mut self,
-        waiting: Vec<(String, String)>,
-        now: Duration,
-        actions: &mut Vec<Action>,
-    ) {
-        let failures = waiting.into_iter().map(|(robot, found)| Failure::NotArmed { robot, found });
+    fn fail_to_arm(&mut self, waiting: Vec<Unarmed>, now: Duration, actions: &mut Vec<Action>) {
+        let failures = waiting
+            .into_iter()
+            .map(|Unarmed { robot, found, .. }| Failure::NotArmed { robot, found });
         self.fail(failures.collect(), now, actions);
     }
 
@@ -205,6 +229,10 @@ impl Runner {
         actions.push(Action::Note("running".to_owned()));
         self.roster.forget_samples();
         self.has_started = true;
+        // In lockstep a lapse freezes the world, and no robot stands while others move.
+        if matches!(self.options.length, RunLength::RealTime { .. }) {
+            self.roster.follow_pauses(self.epoch, now);
+        }
         self.enter(Phase::Run, now);
     }
 
@@ -214,7 +242,12 @@ impl Runner {
         }
         let waiting = self.roster.not_armed(self.binding(), now);
         if !waiting.is_empty() {
-            self.fail_to_arm(waiting, now, actions);
+            self.break_off_countdown(waiting, now, actions);
+            return;
+        }
+        let unfit = self.unfit_to_move(now);
+        if !unfit.is_empty() {
+            self.fail(unfit, now, actions);
             return;
         }
         let left = self.options.countdown.saturating_sub(self.elapsed(now));
@@ -227,6 +260,29 @@ impl Runner {
             self.reported_s = left_s;
             actions.push(Action::Note(format!("the robots move in {left_s} s")));
         }
+    }
+
+    /// Arms again the robots whose leases ran out: nothing has moved yet.
+    fn break_off_countdown(
+        &mut self,
+        waiting: Vec<Unarmed>,
+        now: Duration,
+        actions: &mut Vec<Action>,
+    ) {
+        let is_over = now.saturating_sub(self.armed_at.unwrap_or(now)) >= COUNTDOWN_TIMEOUT;
+        if is_over || !waiting.iter().all(|unarmed| unarmed.may_heal) {
+            self.fail_to_arm(waiting, now, actions);
+            return;
+        }
+        let found: Vec<_> = waiting
+            .into_iter()
+            .map(|Unarmed { robot, found, .. }| Failure::NotArmed { robot, found })
+            .collect();
+        actions.push(Action::Note(format!(
+            "{}; the countdown starts again when all are armed",
+            grouped(&found).join("; ")
+        )));
+        self.enter(Phase::Arm, now);
     }
 
     /// Ends the run if it is no longer this runner's to conduct: robots that obey a higher epoch are
@@ -257,11 +313,11 @@ impl Runner {
         if self.is_taken_away(now, actions) {
             return;
         }
+        actions.extend(self.low_batteries(now).into_iter().map(Action::Note));
         let lost = self.newly_lost(now, actions);
-        let back = self.roster.newly_back(now).into_iter();
-        actions.extend(back.map(|robot| {
-            Action::Note(format!("{robot} is received again, and stands until the next run"))
-        }));
+        let news = self.roster.news_of_lost(self.epoch, now).into_iter();
+        actions.extend(news.map(Action::Note));
+        actions.extend(resumed(&self.roster.newly_resumed()).map(Action::Note));
         if let Some(robot) = lost.first() {
             let reason = format!("lost {}: {}", robot.robot, robot.reason);
             match (self.options.length, self.options.robot_lost) {
@@ -297,22 +353,54 @@ impl Runner {
         }
     }
 
+    /// Batteries that have fallen below their limits in the run, each once.
+    fn low_batteries(&mut self, now: Duration) -> Vec<String> {
+        let limits = &self.options.expected.battery_min_v;
+        if limits.is_empty() {
+            return Vec::new();
+        }
+        let mut notes = Vec::new();
+        for (robot, status) in self.roster.recent_robots(now) {
+            match preflight::battery(&robot, &status, limits.get(&robot)) {
+                Some(problem @ Problem::BatteryLow { .. }) if self.low.insert(robot) => {
+                    notes.push(problem.to_string());
+                }
+                _ => {}
+            }
+        }
+        notes
+    }
+
     /// Robots that were lost just now, which are noted.
     fn newly_lost(&mut self, now: Duration, actions: &mut Vec<Action>) -> Vec<LostRobot> {
         // In lockstep a lapse freezes the world and harms nothing; what the simulator reports on it
         // comes first. In real time a robot needs a moment to receive that it may move; one that is
         // silent may have been so since before the start, while the others move.
         let lapse = LOCKSTEP_GRACE + NODE_TIMEOUT;
-        let timeouts = match self.options.length {
-            RunLength::Lockstep { .. } => LossTimeouts { standing: lapse, silent: lapse },
-            RunLength::RealTime { .. } if self.elapsed(now) < NODE_TIMEOUT => {
-                LossTimeouts { standing: NODE_TIMEOUT, silent: Duration::ZERO }
+        // A robot whose lease ran out stands, and latches if it is not let go on in time.
+        let paused = RESUME_TIMEOUT + NODE_TIMEOUT;
+        let (timeouts, length) = match self.options.length {
+            RunLength::Lockstep { .. } => {
+                let timeouts = LossTimeouts { standing: lapse, paused: lapse, silent: lapse };
+                (timeouts, Duration::MAX)
             }
-            RunLength::RealTime { .. } => {
-                LossTimeouts { standing: Duration::ZERO, silent: Duration::ZERO }
+            RunLength::RealTime { duration } => {
+                let is_starting = self.elapsed(now) < NODE_TIMEOUT;
+                let standing = if is_starting { NODE_TIMEOUT } else { Duration::ZERO };
+                (LossTimeouts { standing, paused, silent: Duration::ZERO }, duration)
             }
         };
-        let lost = self.roster.newly_lost(self.epoch, timeouts, now);
+        let lost = self.roster.newly_lost(self.epoch, timeouts, most_paused(length), now);
+        self.note_losses(lost, now, actions)
+    }
+
+    /// Notes that robots were lost, and why.
+    fn note_losses(
+        &mut self,
+        lost: Vec<(String, String)>,
+        now: Duration,
+        actions: &mut Vec<Action>,
+    ) -> Vec<LostRobot> {
         if !lost.is_empty() {
             let ours = preflight::too_slow(self.start_check.behind_s());
             actions.extend(ours.map(|problem| Action::Note(problem.to_string())));
@@ -394,4 +482,14 @@ impl Runner {
         let outcome = self.outcome.clone().expect("only `end` leads to the phases after it");
         actions.push(Action::Finish { outcome, not_standing: self.not_standing.clone() });
     }
+}
+
+/// Robots that go on after their leases had run out, as a note for the operator.
+fn resumed(robots: &[(String, Duration)]) -> Option<String> {
+    let longest = robots.iter().map(|(_, stood)| *stood).max()?;
+    let names = names(&robots.iter().map(|(robot, _)| robot.as_str()).collect::<Vec<_>>());
+    let (goes, whose) =
+        if robots.len() == 1 { ("goes", "its lease") } else { ("go", "their leases") };
+    let stood_s = longest.as_secs_f64();
+    Some(format!("{names} {goes} on, and stood for at most {stood_s:.1} s: {whose} ran out"))
 }

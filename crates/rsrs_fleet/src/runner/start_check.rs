@@ -46,7 +46,7 @@ const MOST_ERRORS: usize = 1_000;
 /// Frames that are kept; trees of transforms are smaller.
 const MOST_FRAMES: usize = 10_000;
 
-/// The last numbers of a kind, as many as statuses and leases come in a second.
+/// The last numbers of a kind, as many as statuses and leases come in half a second.
 #[derive(Clone, Debug, Default)]
 struct Recent(VecDeque<f64>);
 
@@ -151,6 +151,11 @@ impl StartCheck {
     pub(super) fn has_poses_of(&self, robots: &[String]) -> bool {
         let n_poses = |robot| self.pose_times.get(robot).map_or(0, |times| times.n_poses);
         robots.iter().all(|robot| n_poses(robot) >= 2)
+    }
+
+    /// Robots of which no pose was ever received.
+    pub(super) fn without_poses(&self, robots: &[String]) -> Vec<String> {
+        robots.iter().filter(|robot| !self.pose_times.contains_key(*robot)).cloned().collect()
     }
 
     /// How often poses of robots come, where that is seldom.

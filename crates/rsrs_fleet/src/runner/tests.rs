@@ -5,12 +5,14 @@ use rsrs_core::robot::controller::{ControllerParameters, Reaction};
 use super::*;
 use crate::e_stop::Source;
 use crate::experiment::RobotLost;
-use crate::message::{RobotState, Status, StopCause};
+use crate::message::StopCause;
 use crate::preflight::Expected;
 
 mod closing;
 mod gates;
+mod geofence;
 mod lockstep;
+mod pauses;
 mod samples;
 mod strangers;
 mod with_operator;
@@ -47,6 +49,7 @@ struct Bench {
     stop_cause: StopCause,
     /// What the gates that are ours are set to.
     gates: BTreeMap<String, GateSettings>,
+    battery_v: f32,
     /// Notes to the operator.
     notes: Vec<String>,
 }
@@ -96,6 +99,7 @@ impl Bench {
             finish: None,
             stop_cause: StopCause::None,
             gates: BTreeMap::new(),
+            battery_v: f32::NAN,
             notes: Vec::new(),
         }
     }
@@ -174,7 +178,7 @@ impl Bench {
                 stop_cause: self.stop_cause,
                 // Nothing is decided by it.
                 stop_reason: "armed for run of another, waiting for the start".to_owned(),
-                battery_v: f32::NAN,
+                battery_v: self.battery_v,
             };
             let robot = name.to_owned();
             self.give(Event::ControllerStatus { robot: robot.clone(), status: status.clone() });
@@ -360,7 +364,7 @@ fn a_machine_that_stood_still_or_is_behind_fails_no_run_that_has_not_begun() {
 fn a_machine_that_stood_still_while_the_last_steps_were_written_fails_no_run_in_lockstep() {
     let mut bench = Bench::lockstep();
     bench.run();
-    bench.give(Event::SimulatorComplete);
+    bench.give(lockstep::simulator(RobotState::Stopped, "all steps are made"));
 
     bench.now_ms += 12_000;
     bench.give(Event::Tick);
@@ -488,7 +492,7 @@ fn until_the_judged_time_begins_a_lost_robot_ends_the_run_and_then_it_is_noted()
         }
 
         let (outcome, _) = bench.end();
-        let ending = crate::record::Ending::of(&outcome, bench.runner.lost());
+        let ending = Ending::of(&outcome, bench.runner.lost(), bench.runner.paused());
         assert_eq!(ending.kind.key(), expected, "{outcome:?}");
         assert_eq!(bench.runner.lost().len(), 1);
     }
@@ -504,6 +508,7 @@ fn a_lost_robot_that_is_received_again_is_named_and_stays_lost() {
     }
 
     bench.silent.remove("robot_2");
+    bench.stopped.insert("robot_2");
     bench.end();
 
     let back = "robot_2 is received again, and stands until the next run";

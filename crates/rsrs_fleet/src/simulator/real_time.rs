@@ -103,11 +103,12 @@ impl RealTime {
 
 /// The run starts with the first robot that moves, and is over when no robot can move any more.
 fn pass(placed: &Placed, gates: &[Gate], progress: &mut Progress, actions: &mut Vec<Action>) {
-    let some = |wanted: RobotState| gates.iter().any(|gate| gate.state == wanted);
     match progress {
-        Progress::Waiting if some(RobotState::Moving) => *progress = Progress::Started,
+        Progress::Waiting if gates.iter().any(|gate| gate.state == RobotState::Moving) => {
+            *progress = Progress::Started;
+        }
         Progress::Started if placed.gates == Gates::Elsewhere => {}
-        Progress::Started if !some(RobotState::Moving) && !some(RobotState::Armed) => {
+        Progress::Started if !gates.iter().any(|gate| gate.is_in_run) => {
             let reason = "every robot has stopped";
             *progress = Progress::Complete(reason);
             actions.push(Action::Complete { reason });

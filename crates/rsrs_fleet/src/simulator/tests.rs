@@ -7,9 +7,9 @@ const FORWARD: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
 const DIGEST: u64 = 42;
 const PERIOD: Duration = Duration::from_millis(130);
 
-const MOVING: Gate = Gate { state: RobotState::Moving, drive: FORWARD };
-const ARMED: Gate = Gate { state: RobotState::Armed, drive: Command::STOP };
-const STOPPED: Gate = Gate { state: RobotState::Stopped, drive: Command::STOP };
+const MOVING: Gate = Gate { state: RobotState::Moving, drive: FORWARD, is_in_run: true };
+const ARMED: Gate = Gate { state: RobotState::Armed, drive: Command::STOP, is_in_run: true };
+const STOPPED: Gate = Gate { state: RobotState::Stopped, drive: Command::STOP, is_in_run: false };
 
 fn ms(time: u64) -> Duration {
     Duration::from_millis(time)
@@ -241,17 +241,30 @@ fn a_world_that_is_placed_is_published_at_once_and_another_one_too() {
 }
 
 #[test]
-fn the_status_is_repeated_ten_times_a_second_and_counted() {
+fn the_status_is_repeated_twenty_times_a_second_and_counted() {
     let mut simulator = lockstep(1, 1);
     let idle = || Event::Gates(vec![ARMED]);
 
-    assert_eq!(status(&mut simulator, idle(), ms(99)), None);
+    assert_eq!(status(&mut simulator, idle(), ms(49)), None);
     let second = status(&mut simulator, idle(), HEARTBEAT_PERIOD).expect("a beat has passed");
-    assert_eq!(status(&mut simulator, idle(), ms(199)), None);
+    assert_eq!(status(&mut simulator, idle(), ms(99)), None);
     let third = status(&mut simulator, idle(), HEARTBEAT_PERIOD * 2).expect("a beat has passed");
 
     assert_eq!((second.counter, third.counter), (2, 3));
     assert_eq!((second.epoch, second.battery_v.is_nan()), (0, true));
+}
+
+#[test]
+fn a_fleet_all_of_which_stands_for_a_moment_has_not_ended_its_run() {
+    let mut simulator = real_time(2);
+    let paused = Gate { is_in_run: true, ..STOPPED };
+    status(&mut simulator, Event::Gates(vec![MOVING; 2]), ms(1));
+
+    let all_pause = status(&mut simulator, Event::Gates(vec![paused; 2]), ms(2));
+    let end = status(&mut simulator, Event::Gates(vec![STOPPED; 2]), ms(3));
+
+    assert_eq!(all_pause, None, "nothing has changed");
+    assert_eq!(end.map(|status| status.state), Some(RobotState::Stopped));
 }
 
 #[test]

@@ -9,7 +9,9 @@
 //!   timeout and within its limits, while a bag records it;
 //! - no robot obeys an epoch after a newer one, and never do robots move in two epochs at once, nor
 //!   for two runs, even if their runners cannot receive each other and have taken the same epoch;
-//! - what stops a robot in a run stops it until a newer epoch arms it;
+//! - what stops a robot in a run stops it until a newer epoch arms it, but for a lease that ran out:
+//!   within a second, one that echoes a status from after that lets the robot go on, and that it
+//!   stood is in its runner's account;
 //! - a robot that receives a stop stands within 200 ms, and one that has acknowledged it has
 //!   received it;
 //! - of two who engage the e-stop, none undoes what the other did: a lock ends when the same source
@@ -30,6 +32,7 @@
 
 mod fleet;
 mod network;
+mod ordinary_radio;
 mod safety_oracle;
 mod scenario;
 mod stops;
@@ -63,7 +66,7 @@ fn play_seeds(
         let scenario = draw(seed);
         let (violation, story) = match fleet::play(scenario.clone(), Verbosity::Everything) {
             Ok(story) => ("no violation".to_owned(), story),
-            Err(found) => found,
+            Err(found) => *found,
         };
         panic!("{scenario:#?}\n{}\nseed {seed}: {violation}", story.narrative.join("\n"));
     }
@@ -80,7 +83,7 @@ fn play_seeds(
                         *total += u64::from(is_so);
                     }
                 }
-                Err((violation, _)) => violations.push(format!("seed {seed} {violation}")),
+                Err(found) => violations.push(format!("seed {seed} {}", found.0)),
             }
         }
         (counts, violations)
@@ -104,7 +107,7 @@ fn play_seeds(
 
 fn play(scenario: Scenario) -> Story {
     let played = fleet::play(scenario, Verbosity::Nothing);
-    played.map_err(|(violation, _)| violation).expect("a directed story breaks no invariant")
+    played.map_err(|found| found.0).expect("a directed story breaks no invariant")
 }
 
 #[test]
@@ -148,11 +151,58 @@ fn a_second_runner_that_comes_late_is_refused_and_disturbs_nothing() {
 }
 
 #[test]
-fn of_two_runners_that_start_at_once_none_moves_a_robot() {
-    let story = play(Scenario::calm(1).with(1, Happening::Start(1)));
+fn of_two_runners_that_start_at_once_the_later_one_gives_way() {
+    let long = Scenario { run_ms: 15_000, ..Scenario::calm(1) };
 
-    assert_eq!(story.movements, 0);
-    assert_eq!(story.outcomes.len(), 2);
+    let story = play(long.with(1, Happening::Start(1)));
+
+    assert_eq!(story.outcomes[&0], Outcome::Completed);
+    let Outcome::Failed { problems } = &story.outcomes[&1] else { panic!("{story:?}") };
+    assert!(problems[0].to_string().contains("run 0"), "{problems:?}");
+}
+
+#[test]
+fn a_runner_that_is_started_while_another_prepares_takes_no_robot_from_it() {
+    for after_ms in (900..1_300).step_by(10) {
+        let story = play(Scenario::calm(1).with(after_ms, Happening::Start(1)));
+
+        assert_eq!(story.outcomes[&0], Outcome::Completed, "started after {after_ms} ms");
+    }
+}
+
+#[test]
+fn runs_of_different_robots_go_on_side_by_side_and_a_stop_ends_both() {
+    let teams = vec![vec![0, 2], vec![1]];
+    for after_ms in [1, 500, 1_500, 2_500] {
+        let beside = Scenario { teams: teams.clone(), ..Scenario::calm(1) }
+            .with(after_ms, Happening::Start(1));
+
+        let story = play(beside.clone());
+        let stopped = play(beside.with(4_000, Happening::Stop));
+
+        for runner in 0..2 {
+            assert_eq!(story.outcomes[&runner], Outcome::Completed, "{after_ms} ms: {runner}");
+            let ending = &stopped.outcomes[&runner];
+            let is_stopped = *ending == Outcome::Aborted { reason: "e-stop".to_owned() };
+            assert!(is_stopped || *ending == Outcome::Completed, "{ending:?}");
+        }
+        let n_completed =
+            stopped.outcomes.values().filter(|end| **end == Outcome::Completed).count();
+        assert!(n_completed == 0, "{after_ms} ms: {:?}", stopped.outcomes);
+    }
+}
+
+#[test]
+fn of_two_runs_with_one_robot_in_common_one_at_most_moves_it() {
+    for after_ms in [1, 300, 900, 1_100, 1_500, 2_500] {
+        let teams = vec![vec![0, 1], vec![1, 2]];
+
+        let long = Scenario { teams, run_ms: 15_000, ..Scenario::calm(1) };
+        let story = play(long.with(after_ms, Happening::Start(1)));
+
+        assert_eq!(story.outcomes[&0], Outcome::Completed, "{after_ms} ms");
+        assert!(matches!(story.outcomes[&1], Outcome::Failed { .. }), "{after_ms} ms");
+    }
 }
 
 #[test]
@@ -184,7 +234,7 @@ fn after_a_crash_the_next_runner_takes_over() {
 
 #[test]
 fn robots_without_a_gate_are_moved_and_stopped_by_their_controllers() {
-    let alone = Scenario { controller_only: [true, false, true], ..Scenario::calm(1) };
+    let alone = Scenario { controller_only: vec![true, false, true], ..Scenario::calm(1) };
     let stopped = alone.clone().with(2_500, Happening::Stop);
     let crash = Happening::Crash(Node::Runner(0));
 
@@ -200,7 +250,7 @@ fn robots_without_a_gate_are_moved_and_stopped_by_their_controllers() {
 #[test]
 fn a_robot_that_dies_under_the_eyes_of_its_controller_ends_the_run() {
     for robot in 0..3 {
-        let alone = Scenario { controller_only: [true; 3], ..Scenario::calm(1) };
+        let alone = Scenario { controller_only: vec![true; 3], ..Scenario::calm(1) };
         let crash = Happening::Crash(Node::Robot(robot));
 
         let story = play(alone.with(2_000, crash));
@@ -221,7 +271,7 @@ fn a_controller_that_lies_about_its_parameters_keeps_the_run_from_starting() {
 #[test]
 fn a_clock_that_is_wrong_and_goes_evenly_keeps_no_run_from_its_end() {
     for ahead_ms in [6_000, -1_763_969_600] {
-        let story = play(Scenario { ahead_ms: [0, ahead_ms, 0], ..Scenario::calm(1) });
+        let story = play(Scenario { ahead_ms: vec![0, ahead_ms, 0], ..Scenario::calm(1) });
 
         assert_eq!(story.outcomes[&0], Outcome::Completed, "{ahead_ms}");
         assert!(story.movements > 0);

@@ -11,7 +11,7 @@ use rsrs_fleet::e_stop::{Locks, Source};
 use rsrs_fleet::message::{Lease, Status};
 use rsrs_fleet::runner::{self, Target};
 
-use crate::scenario::{Happening, N_ROBOTS};
+use crate::scenario::Happening;
 
 /// A place on the network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,13 +32,15 @@ pub enum Node {
 pub struct Sent {
     pub incarnation: u32,
     pub at_ms: u64,
+    /// Whether it reported that it stands in a run.
+    pub stands: bool,
 }
 
 /// What flies.
 #[derive(Clone, Debug)]
 pub enum Message {
     /// A lease, with what its runner has received from each robot last.
-    Lease(Rc<Lease>, Rc<[Option<Sent>; N_ROBOTS]>),
+    Lease(Rc<Lease>, Rc<[Option<Sent>]>),
     RobotStatus(Rc<Status>, Sent),
     ControllerStatus(Rc<Status>, Sent),
     SimulatorStatus(Rc<Status>),
@@ -83,12 +85,55 @@ pub struct Faults {
     pub delay_ms: u64,
     /// Between which times, in milliseconds, which nodes are cut off from the others.
     pub partition: Option<(u64, u64, BTreeSet<Node>)>,
+    /// What stops all traffic of a robot's computer now and then.
+    pub stalls: Option<Stalls>,
+    /// Where controllers are.
+    pub controllers: Controllers,
+}
+
+/// Where controllers are, if each robot has a computer of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Controllers {
+    /// Between each and its robot happens what happens between any two nodes.
+    Anywhere,
+    /// On the robot's computer, to which nothing gets lost.
+    OnRobots,
+    /// On the computer of the runners.
+    AtTheRunner,
+}
+
+/// The radio link of each robot stalls once in so many milliseconds, at any time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stalls {
+    /// How often, in milliseconds.
+    pub every_ms: u64,
+    /// How long, in milliseconds.
+    pub length_ms: u64,
+    /// What becomes of what is sent meanwhile.
+    pub stalled: Stalled,
+}
+
+/// What becomes of what is sent while a link stalls.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stalled {
+    /// It is lost.
+    Lost,
+    /// It arrives when the link works again.
+    Late,
 }
 
 impl Faults {
     /// A network as on one desk.
     pub fn none() -> Self {
-        Self { loss: 0.0, duplication: 0.0, repeat_ms: 3, delay_ms: 3, partition: None }
+        Self {
+            loss: 0.0,
+            duplication: 0.0,
+            repeat_ms: 3,
+            delay_ms: 3,
+            partition: None,
+            stalls: None,
+            controllers: Controllers::Anywhere,
+        }
     }
 }
 
@@ -113,6 +158,7 @@ const AHEAD: u64 = 16_384;
 const RESEND_MS: u64 = 60;
 
 pub struct Network {
+    seed: u64,
     faults: Faults,
     latest_ms: u64,
     generator: ChaCha8Rng,
@@ -127,13 +173,14 @@ impl Network {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(1);
         let slots = (0..AHEAD).map(|_| Vec::new()).collect();
-        let latest_ms = faults.delay_ms.max(faults.repeat_ms);
-        Self { faults, latest_ms, generator, slots, last_ms: BTreeMap::new() }
+        let stall_ms = faults.stalls.map_or(0, |stalls| stalls.length_ms);
+        let latest_ms = faults.delay_ms.max(faults.repeat_ms) + stall_ms;
+        Self { seed, faults, latest_ms, generator, slots, last_ms: BTreeMap::new() }
     }
 
     /// From now on nothing gets lost.
     pub fn heal(&mut self) {
-        self.faults = Faults::none();
+        self.faults = Faults { controllers: self.faults.controllers, ..Faults::none() };
     }
 
     /// So long after its sending, in milliseconds, a message can still arrive.
@@ -154,19 +201,57 @@ impl Network {
             let due_ms = now_ms + self.generator.random_range(1..=self.faults.repeat_ms);
             self.plan(due_ms, Item::Arrival { from, to, message: message.clone() });
         }
-        let due_ms = now_ms + self.delay();
+        let due_ms = self.passes_at(now_ms, from, to) + self.delay();
         self.plan(due_ms, Item::Arrival { from, to, message });
     }
 
     pub fn send_once(&mut self, now_ms: u64, from: Node, to: Node, message: Message) {
         if !self.is_lost(now_ms, from, to) {
-            let due_ms = now_ms + self.delay();
+            let due_ms = self.passes_at(now_ms, from, to) + self.delay();
             self.plan(due_ms, Item::Arrival { from, to, message });
         }
     }
 
     fn is_lost(&mut self, now_ms: u64, from: Node, to: Node) -> bool {
+        if self.are_on_one_computer(from, to) {
+            return false;
+        }
         self.generator.random::<f64>() < self.faults.loss || self.is_cut(now_ms, from, to)
+    }
+
+    fn are_on_one_computer(&self, from: Node, to: Node) -> bool {
+        self.faults.controllers != Controllers::Anywhere && self.link(from) == self.link(to)
+    }
+
+    /// The robot whose radio link a node is behind.
+    fn link(&self, node: Node) -> Option<usize> {
+        match node {
+            Node::Robot(robot) => Some(robot),
+            Node::Controller(robot) if self.faults.controllers == Controllers::OnRobots => {
+                Some(robot)
+            }
+            _ => None,
+        }
+    }
+
+    /// When a link works again that stalls now.
+    fn stalls_until(&self, now_ms: u64, node: Node) -> Option<u64> {
+        let (stalls, link) = (self.faults.stalls?, self.link(node)? as u64);
+        let nth = now_ms / stalls.every_ms;
+        let place = self.seed.wrapping_mul(1 << 20).wrapping_add(link << 10).wrapping_add(nth);
+        let draw = ChaCha8Rng::seed_from_u64(place).random_range(0..stalls.every_ms);
+        let start_ms = nth * stalls.every_ms + draw.min(stalls.every_ms - stalls.length_ms);
+        let end_ms = start_ms + stalls.length_ms;
+        (start_ms..end_ms).contains(&now_ms).then_some(end_ms)
+    }
+
+    /// When what is sent now gets onto its way.
+    fn passes_at(&self, now_ms: u64, from: Node, to: Node) -> u64 {
+        if self.are_on_one_computer(from, to) {
+            return now_ms;
+        }
+        let ends = [from, to].into_iter().filter_map(|node| self.stalls_until(now_ms, node));
+        ends.max().unwrap_or(now_ms)
     }
 
     pub fn send_reliably(&mut self, now_ms: u64, from: Node, to: Node, message: Message) {
@@ -190,6 +275,11 @@ impl Network {
     }
 
     fn is_cut(&self, now_ms: u64, from: Node, to: Node) -> bool {
+        if self.faults.stalls.is_some_and(|stalls| stalls.stalled == Stalled::Lost)
+            && self.passes_at(now_ms, from, to) > now_ms
+        {
+            return true;
+        }
         self.faults.partition.as_ref().is_some_and(|(start_ms, end_ms, side)| {
             (*start_ms..*end_ms).contains(&now_ms) && side.contains(&from) != side.contains(&to)
         })

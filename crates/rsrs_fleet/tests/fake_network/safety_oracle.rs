@@ -16,6 +16,8 @@ use crate::scenario::Body;
 pub const FASTEST: Command = Command { speed_m_s: 0.15, turn_rate_rad_s: 0.75 };
 
 const LEASE_TIMEOUT_MS: u64 = 500;
+/// A robot whose lease ran out may be let go on within this time, and never after it.
+const RESUME_TIMEOUT_MS: u64 = 1_000;
 const CONTROLLER_TIMEOUT_MS: u64 = 500;
 const E_STOP_SILENCE_TIMEOUT_MS: u64 = 500;
 const COMMAND_TIMEOUT_MS: u64 = 325;
@@ -59,6 +61,10 @@ pub struct SafetyOracle {
     moved_in: u64,
     /// When it last was allowed to move, and did.
     allowed_ms: Option<u64>,
+    /// The epoch in which its lease had run out and it was let go on.
+    excused: Option<u64>,
+    /// Epochs in which it then moved on.
+    resumed: BTreeSet<u64>,
 }
 
 /// What the leases of one epoch contained.
@@ -92,6 +98,7 @@ impl SafetyOracle {
             lapse_recovers: self.lapse_recovers,
             was_locked: self.was_locked,
             moved_in: self.moved_in,
+            resumed: std::mem::take(&mut self.resumed),
             ..Self::default()
         };
     }
@@ -117,12 +124,27 @@ impl SafetyOracle {
         }
         if let Some(sent) = echo.filter(|sent| sent.incarnation == self.incarnation) {
             let until_ms = self.fresh_until_ms.entry(lease.epoch).or_default();
-            let has_lapsed = now_ms > *until_ms + GLANCE_MS + DRIFT_MS;
-            if has_lapsed && !self.lapse_recovers && self.moved_in == lease.epoch && *until_ms > 0 {
-                self.barred = Some((lease.epoch, "its lease ran out"));
+            let has_moved = lease.epoch > 0 && self.moved_in == lease.epoch && *until_ms > 0;
+            let has_lapsed = has_moved && now_ms > *until_ms + GLANCE_MS + DRIFT_MS;
+            if has_lapsed && !self.lapse_recovers {
+                if now_ms > *until_ms + RESUME_TIMEOUT_MS + GLANCE_MS + DRIFT_MS {
+                    self.barred = Some((lease.epoch, "its lease ran out for too long"));
+                }
+                // Its runner must know that it stands: what it echoes is a status that said so.
+                if !sent.stands || self.allowed_ms.is_some_and(|at_ms| sent.at_ms < at_ms) {
+                    return;
+                }
+                if lease.state == LeaseState::Running {
+                    self.excused = Some(lease.epoch);
+                }
             }
             *until_ms = (*until_ms).max(sent.at_ms + LEASE_TIMEOUT_MS + DRIFT_MS);
         }
+    }
+
+    /// Whether it stood in this epoch because its lease had run out, and moved on.
+    pub fn resumed(&self, epoch: u64) -> bool {
+        self.resumed.contains(&epoch)
     }
 
     /// Its controller reports its parameters; an older report that comes now is no news.
@@ -257,6 +279,9 @@ impl SafetyOracle {
         }
         if epoch < self.moved_in {
             return Err(format!("moves in epoch {epoch} after epoch {}", self.moved_in));
+        }
+        if self.excused.take() == Some(epoch) {
+            self.resumed.insert(epoch);
         }
         (self.moved_in, self.allowed_ms) = (epoch, Some(now_ms));
         Ok(())

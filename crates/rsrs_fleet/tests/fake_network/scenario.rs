@@ -8,7 +8,8 @@ use rsrs_fleet::experiment::RobotLost;
 
 use crate::network::{Faults, Node};
 
-pub const N_ROBOTS: usize = 3;
+/// Robots of the fleets to which the worst happens.
+const N_ROBOTS: usize = 3;
 
 /// Buttons that may be on the wall.
 pub const N_BUTTONS: usize = 2;
@@ -63,6 +64,7 @@ pub enum Happening {
 #[derive(Clone, Debug)]
 pub struct Scenario {
     pub seed: u64,
+    pub n_robots: usize,
     pub body: Body,
     pub faults: Faults,
     pub robot_lost: RobotLost,
@@ -72,15 +74,17 @@ pub struct Scenario {
     /// it.
     pub has_button: [bool; N_BUTTONS],
     /// Robots without a gate of ours: their controllers hold the lease.
-    pub controller_only: [bool; N_ROBOTS],
+    pub controller_only: Vec<bool>,
+    /// By runner: which robots it wants; those that are not listed want all.
+    pub teams: Vec<Vec<usize>>,
     /// Whether runners receive the robots, and never each other.
     pub are_runners_apart: bool,
     /// A controller that confirms its parameters and drives with others.
     pub liar: Option<usize>,
     /// How far each robot's wall clock is ahead of the runners', in milliseconds.
-    pub ahead_ms: [i64; N_ROBOTS],
+    pub ahead_ms: Vec<i64>,
     /// How much too fast each robot's clock goes, in millionths.
-    pub too_fast_ppm: [i64; N_ROBOTS],
+    pub too_fast_ppm: Vec<i64>,
     /// How long robots stand armed before they move, in milliseconds.
     pub countdown_ms: u64,
     /// How long runs last, in milliseconds.
@@ -92,19 +96,40 @@ impl Scenario {
     pub fn calm(seed: u64) -> Self {
         Self {
             seed,
+            n_robots: N_ROBOTS,
             body: Body::Real,
             faults: Faults::none(),
             robot_lost: RobotLost::Abort,
             happenings: Vec::new(),
             has_button: [false; N_BUTTONS],
-            controller_only: [false; N_ROBOTS],
+            controller_only: vec![false; N_ROBOTS],
+            teams: Vec::new(),
             are_runners_apart: false,
             liar: None,
-            ahead_ms: [0; N_ROBOTS],
-            too_fast_ppm: [0; N_ROBOTS],
+            ahead_ms: vec![0; N_ROBOTS],
+            too_fast_ppm: vec![0; N_ROBOTS],
             countdown_ms: 0,
             run_ms: 3_000,
         }
+    }
+
+    /// So many robots behind radio links, in a long run to which nothing else happens.
+    pub fn on_a_floor(seed: u64, n_robots: usize, faults: Faults) -> Self {
+        Self {
+            n_robots,
+            faults,
+            controller_only: vec![false; n_robots],
+            ahead_ms: vec![0; n_robots],
+            too_fast_ppm: vec![0; n_robots],
+            countdown_ms: 3_000,
+            run_ms: 300_000,
+            ..Self::calm(seed)
+        }
+    }
+
+    /// Which robots a runner wants.
+    pub fn robots_of(&self, runner: usize) -> Vec<usize> {
+        self.teams.get(runner).cloned().unwrap_or_else(|| (0..self.n_robots).collect())
     }
 
     /// The same with this happening at that time.
@@ -137,14 +162,14 @@ impl Scenario {
         }
         if body != Body::Real {
             // One machine has one clock.
-            scenario.ahead_ms = [scenario.ahead_ms[0]; N_ROBOTS];
-            scenario.too_fast_ppm = [scenario.too_fast_ppm[0]; N_ROBOTS];
+            scenario.ahead_ms = vec![scenario.ahead_ms[0]; N_ROBOTS];
+            scenario.too_fast_ppm = vec![scenario.too_fast_ppm[0]; N_ROBOTS];
         }
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(3);
         let mut draw = Draw { generator: &mut generator };
         if body == Body::Real && draw.chance(0.3) {
-            scenario.controller_only = std::array::from_fn(|_| draw.chance(0.5));
+            scenario.controller_only = (0..N_ROBOTS).map(|_| draw.chance(0.5)).collect();
         }
         if draw.chance(0.5) {
             // What is not awaited any more comes again.
@@ -208,11 +233,11 @@ impl Draw<'_> {
     }
 
     /// Half of all fleets have good clocks.
-    fn clocks(&mut self, choices: &[i64]) -> [i64; N_ROBOTS] {
+    fn clocks(&mut self, choices: &[i64]) -> Vec<i64> {
         if self.chance(0.5) {
-            return [0; N_ROBOTS];
+            return vec![0; N_ROBOTS];
         }
-        std::array::from_fn(|_| self.of(choices))
+        (0..N_ROBOTS).map(|_| self.of(choices)).collect()
     }
 
     fn faults(&mut self) -> Faults {
@@ -226,7 +251,7 @@ impl Draw<'_> {
         let length_ms = self.generator.random_range(200..3_000);
         let end_ms = (start_ms + length_ms).min(LAST_HAPPENING_MS);
         let partition = self.chance(0.3).then_some((start_ms, end_ms, side));
-        Faults { loss, duplication, repeat_ms: delay_ms, delay_ms, partition }
+        Faults { loss, duplication, repeat_ms: delay_ms, delay_ms, partition, ..Faults::none() }
     }
 
     fn happenings(&mut self, body: Body) -> Vec<(u64, Happening)> {

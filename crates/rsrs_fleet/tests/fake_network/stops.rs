@@ -168,6 +168,7 @@ fn a_release_ends_no_lock_of_a_button_that_is_pressed() {
 fn a_robot_that_is_started_again_learns_from_the_others_that_it_is_stopped() {
     for controller_only in [[false; 3], [true; 3]] {
         let node = if controller_only[1] { Node::Controller(1) } else { Node::Robot(1) };
+        let controller_only = controller_only.to_vec();
         let restarted = Scenario { controller_only, ..Scenario::calm(1) }
             .with(2_000, Happening::Stop)
             .with(4_500, Happening::Crash(node))

@@ -279,11 +279,14 @@ impl<'a, P: Placer> Conductor<'a, P> {
         let kind = EndingKind::from_key(summary.ending).expect("a run has an ending");
         let mut attempt = Attempt::of_run(&plan.record, summary);
         if kind == EndingKind::Completed {
-            let lost = summary.lost_robots.clone();
-            let ending = Ending { kind, reason: summary.reason.clone(), lost };
+            let (lost, paused) = (summary.lost_robots.clone(), summary.paused_robots.clone());
+            let ending = Ending { kind, reason: summary.reason.clone(), lost, paused };
             match self.folder.finish(item, plan.record, &ending, Some(summary.n_lost))? {
                 Finished::Result(manifest) => {
                     self.note_result(name, &manifest, self.folder.settledness(item)?);
+                    for paused in &summary.paused_robots {
+                        self.operator.note(&format!("  {paused}"));
+                    }
                     return Ok(Tried::Finished);
                 }
                 Finished::NotJudged(reason) => attempt.reason = format!("{NOT_JUDGED}{reason}"),

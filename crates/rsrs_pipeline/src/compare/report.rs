@@ -414,6 +414,19 @@ fn notes(runs: &Runs) -> Vec<String> {
             notes.push(format!("{} counts, though {}", run.bag.display(), lost.join("; ")));
         }
     }
+    let paused = runs.counted.iter().map(|(_, run, _)| run.paused());
+    let paused: Vec<_> = paused.filter(|pauses| !pauses.is_empty()).collect();
+    if !paused.is_empty() {
+        let pauses = || paused.iter().flat_map(|pauses| pauses.iter());
+        let stood_s: f64 = pauses().map(|pause| pause.stood_s).sum();
+        notes.push(format!(
+            "in {} of {} robots stood for a moment, as leases did not reach them: {} of at most \
+             {stood_s:.1} s in all",
+            paused.len(),
+            counted(runs.counted.len() as u64, "run"),
+            counted(pauses().count() as u64, "pause"),
+        ));
+    }
     for cause in Cause::ALL {
         let n = runs.left_out.iter().filter(|run| run.not_counted.cause == cause).count();
         if let (1.., Some(option)) = (n, cause.option()) {

@@ -12,7 +12,7 @@ use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::robot::controller::decide;
 use rsrs_core::robot::other_profile::{OtherProfile, ProfilesDiffer};
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord, LostRobot};
+use rsrs_fleet::record::{Backend, Ending, EndingKind, ExperimentRecord, LostRobot, PausedRobot};
 use rsrs_sim::sweep::confirmation_seed;
 
 use crate::compare::not_counted::Cause;
@@ -46,6 +46,11 @@ impl Admitted {
     /// Robots that did not take part to the end.
     pub fn lost(&self) -> &[LostRobot] {
         self.ending.as_ref().map_or(&[], |ending| &ending.lost)
+    }
+
+    /// When robots stood because leases did not reach them, and went on.
+    pub fn paused(&self) -> &[PausedRobot] {
+        self.ending.as_ref().map_or(&[], |ending| &ending.paused)
     }
 
     /// Why it does not count, whatever its label, with the cause in full; `None` if it does.

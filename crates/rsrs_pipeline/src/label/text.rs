@@ -62,6 +62,9 @@ impl fmt::Display for Labelled {
             Some(false) => write!(out, "\n  it counts only `--with-lost-robots`")?,
             None => {}
         }
+        for paused in &self.paused_robots {
+            write!(out, "\n  {paused}")?;
+        }
         if let Some(ending) = self.ending {
             let reason = self.reason.as_deref().unwrap_or_default();
             write!(out, "\n  the run was not completed: {ending} ({reason})")?;

@@ -122,6 +122,7 @@ fn evidence(judged: &Labelled) -> Vec<String> {
     }
     lines.extend(judged.why.iter().map(|why| format!("why: {why}")));
     lines.extend(judged.lost_robots.iter().map(ToString::to_string));
+    lines.extend(judged.paused_robots.iter().map(ToString::to_string));
     lines.extend(judged.findings.iter().map(|finding| format!("mended: {finding}")));
     lines.extend(judged.labels.iter().map(|label| format!("by hand: {label}")));
     lines

@@ -1,6 +1,5 @@
 //! The bag of a run: opened, filled and closed.
 
-use rsrs_fleet::record::Ending;
 use rsrs_fleet::runner::Event;
 use rsrs_msgs::std_msgs::Text;
 
@@ -46,7 +45,7 @@ impl Run<'_> {
     }
 
     pub(super) async fn close_recorder(&mut self) -> anyhow::Result<Option<Event>> {
-        let ending = self.machine.outcome().map(|outcome| Ending::of(outcome, self.machine.lost()));
+        let ending = self.machine.ending();
         let ending = ending.expect("the recorder is closed when the run has ended");
         self.publish_note(1, ending.to_json(&self.plan.record.run_id)).await?;
         let Some(recorder) = self.recorder.take() else {

@@ -7,6 +7,7 @@ use rsrs_core::conditions::{Conditions, Placement, Settings, Walls};
 use rsrs_core::diagram::axis::Axis;
 use rsrs_core::help::Helpful;
 use rsrs_core::robot::controller::ControllerParameters;
+use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::trials::trial::Neighbour;
 use rsrs_fleet::experiment::{RobotLost, Time};
@@ -144,15 +145,16 @@ impl Plan {
             run_id: run_id.clone(),
             gates: std::collections::BTreeMap::new(),
         };
-        let bag = request.bag.clone().unwrap_or_else(|| PathBuf::from(&run_id));
-        if bag.exists() {
-            bail!("{} exists already; give another folder for the bag", bag.display());
-        }
+        let bag = super::new_bag(request.bag.as_deref(), &run_id)?;
         let files = vec![("fleet.yaml", text), ("profile.yaml", profile_text)];
         let (poses, place_check) = (Poses::IfThere, PlaceCheck::Off);
         let (recording, limits) = (Recording::default(), super::limits(&measured));
         let gates = super::gates(request.backend, &robots, is_measured.then_some(&measured));
         let other_profile = None;
+        // A robot that is measured with a tape may have any origin of its odometry.
+        let is_tracked =
+            request.backend != Backend::Simulator && robots[0].pose != PoseSource::Odom;
+        let geofence = fleet.geofence.filter(|_| is_tracked);
         Ok(Self {
             record,
             robots,
@@ -161,6 +163,7 @@ impl Plan {
             poses,
             place_check,
             recording,
+            geofence,
             limits,
             gates,
             is_measured,

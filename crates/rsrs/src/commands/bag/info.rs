@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use rsrs_bags::{Bag, BagInfo, OfferedQos};
-use rsrs_fleet::record::{ExperimentRecord, LostRobot};
+use rsrs_fleet::record::{ExperimentRecord, LostRobot, PausedRobot};
 use serde::Serialize;
 
 use crate::commands::{Format, report};
@@ -47,6 +47,8 @@ struct Report {
     reason: Option<String>,
     /// Robots that did not take part to the end.
     lost_robots: Vec<LostRobot>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    paused_robots: Vec<PausedRobot>,
     /// What people labelled the bag.
     labels: Vec<HumanLabel>,
 }
@@ -66,6 +68,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         n_robots: record.as_ref().map(|record| record.robots.len()),
         ending: ending.as_ref().map(|ending| ending.kind.key()),
         lost_robots: ending.as_ref().map(|ending| ending.lost.clone()).unwrap_or_default(),
+        paused_robots: ending.as_ref().map(|ending| ending.paused.clone()).unwrap_or_default(),
         reason: ending.map(|ending| ending.reason).filter(|reason| !reason.is_empty()),
         labels: human_labels::read(&arguments.bag)?,
     };
@@ -95,6 +98,9 @@ fn text(result: &Report, record: Option<&ExperimentRecord>, bag: &Bag) -> String
     }
     for lost in &result.lost_robots {
         line(lost.to_string());
+    }
+    for paused in &result.paused_robots {
+        line(paused.to_string());
     }
     line(format!("written by: {}", writer(info)));
     for label in &result.labels {

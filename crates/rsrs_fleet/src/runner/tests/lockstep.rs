@@ -2,12 +2,52 @@
 
 use super::*;
 
+/// What a simulator reports.
+pub(super) fn simulator(state: RobotState, reason: &str) -> Event {
+    Event::SimulatorStatus(Status {
+        counter: 1,
+        epoch: 0,
+        run_id: String::new(),
+        parameter_digest: 7,
+        state,
+        stop_cause: StopCause::None,
+        stop_reason: reason.to_owned(),
+        battery_v: f32::NAN,
+    })
+}
+
+#[test]
+fn a_simulator_that_is_none_of_this_run_ends_it_neither_well_nor_badly() {
+    let of_another = |state| match simulator(state, "frozen for 5 s") {
+        Event::SimulatorStatus(status) => {
+            Event::SimulatorStatus(Status { run_id: "another".to_owned(), ..status })
+        }
+        other => other,
+    };
+    for has_one in [false, true] {
+        let mut bench = Bench::with(|options| {
+            options.length = RunLength::RealTime { duration: Duration::from_secs(4) };
+            options.expected.simulator = has_one;
+        });
+        bench.run();
+
+        for state in [RobotState::Fault, RobotState::Stopped] {
+            bench.give(of_another(state));
+            if !has_one {
+                bench.give(simulator(state, "frozen for 5 s"));
+            }
+        }
+
+        assert_eq!(bench.end().0, Outcome::Completed, "with a simulator of its own: {has_one}");
+    }
+}
+
 #[test]
 fn a_lockstep_run_is_complete_when_the_recorder_has_taken_the_last_step() {
     let mut bench = Bench::lockstep();
     bench.run();
 
-    bench.give(Event::SimulatorComplete);
+    bench.give(simulator(RobotState::Stopped, "all steps are made"));
     bench.give(Event::Recorded { step: 9 });
     bench.beat();
     assert_eq!(bench.state(), Some(LeaseState::Running));
@@ -46,7 +86,7 @@ fn in_lockstep_a_lapse_that_lasts_makes_the_run_void_whoever_finds_it_first() {
 
         bench.silent.extend(NAMES);
         let (outcome, not_standing) = bench.end();
-        bench.give(Event::SimulatorVoid { reason: "frozen".to_owned() });
+        bench.give(simulator(RobotState::Fault, "frozen"));
 
         let reason = "lost robot_1: silent for more than 1 s".to_owned();
         assert_eq!(outcome, Outcome::Void { reason });
@@ -59,7 +99,7 @@ fn a_void_run_is_closed_with_its_reason() {
     let mut bench = Bench::lockstep();
     bench.run();
 
-    bench.give(Event::SimulatorVoid { reason: "frozen".to_owned() });
+    bench.give(simulator(RobotState::Fault, "frozen"));
 
     assert_eq!(bench.end().0, Outcome::Void { reason: "frozen".to_owned() });
     assert!(bench.closed);
@@ -70,7 +110,7 @@ fn a_recorder_that_does_not_take_the_last_step_fails_the_run() {
     let mut bench = Bench::lockstep();
     bench.run();
 
-    bench.give(Event::SimulatorComplete);
+    bench.give(simulator(RobotState::Stopped, "all steps are made"));
 
     assert_eq!(bench.problems(), ["recorder: took step 0, expected 10"]);
 }

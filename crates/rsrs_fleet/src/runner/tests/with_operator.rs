@@ -72,6 +72,67 @@ fn an_interrupted_countdown_moves_no_robot() {
 }
 
 #[test]
+fn a_lapse_in_the_countdown_starts_the_countdown_again() {
+    let mut bench = floor();
+    armed(&mut bench);
+    while !bench.notes.contains(&"the robots move in 1 s".to_owned()) {
+        bench.beat();
+    }
+
+    bench.stop_cause = StopCause::Lease;
+    bench.stopped.insert("robot_2");
+    bench.beat();
+    bench.beat();
+    assert_eq!((&bench.finish, bench.state()), (&None, Some(LeaseState::Armed)));
+    bench.stopped.remove("robot_2");
+    let again_ms = bench.now_ms;
+    while bench.state() == Some(LeaseState::Armed) {
+        bench.beat();
+    }
+
+    assert_eq!(bench.state(), Some(LeaseState::Running));
+    assert!(bench.now_ms - again_ms >= 3_000, "{}", bench.now_ms - again_ms);
+    let again = "the countdown starts again when all are armed";
+    assert!(bench.notes.iter().any(|text| text.ends_with(again)), "{:?}", bench.notes);
+}
+
+#[test]
+fn a_network_on_which_no_countdown_ends_fails_the_run_after_a_minute() {
+    let mut bench = floor();
+    armed(&mut bench);
+    let start_ms = bench.now_ms;
+    bench.stop_cause = StopCause::Lease;
+
+    for beat in 0..900 {
+        if bench.finish.is_some() {
+            break;
+        }
+        if beat % 15 < 2 {
+            bench.stopped.insert("robot_2");
+        } else {
+            bench.stopped.remove("robot_2");
+        }
+        bench.beat();
+    }
+
+    assert!(bench.problems()[0].starts_with("robot_2: did not arm: stopped"));
+    assert!((60_000..75_000).contains(&(bench.now_ms - start_ms)), "{}", bench.now_ms - start_ms);
+}
+
+#[test]
+fn a_robot_whose_hardware_fails_in_the_countdown_ends_the_run() {
+    let mut bench = floor();
+    armed(&mut bench);
+
+    bench.stop_cause = StopCause::Latched;
+    bench.stopped.insert("robot_2");
+    bench.beat();
+    bench.beat();
+
+    assert!(bench.problems()[0].starts_with("robot_2: did not arm: stopped"));
+}
+
+#[test]
 fn a_robot_that_falls_silent_in_the_countdown_ends_the_run() {
     let mut bench = floor();
     armed(&mut bench);
@@ -195,6 +256,63 @@ fn an_error_in_the_diagnostics_keeps_a_run_from_starting_until_it_is_gone() {
     bench.give(diagnosis(Some("no answer")));
     bench.give(diagnosis(None));
     armed(&mut bench);
+}
+
+#[test]
+fn an_error_in_the_diagnostics_in_the_countdown_ends_it_before_anything_moves() {
+    let mut bench = floor();
+    armed(&mut bench);
+
+    bench.give(diagnosis(Some("no answer")));
+
+    assert_eq!(bench.problems(), ["robot_1: diagnostics: link: no answer"]);
+    assert!(!bench.notes.contains(&"running".to_owned()));
+}
+
+#[test]
+fn a_battery_that_falls_below_its_limit_ends_the_countdown_and_is_noted_in_the_run() {
+    let low = "robot_2: battery at 6.20 V, expected at least 6.60 V";
+    for is_running in [false, true] {
+        let mut bench = Bench::with(|options| {
+            options.length = RunLength::RealTime { duration: Duration::from_secs(4) };
+            options.expected.simulator = false;
+            options.expected.battery_min_v = [("robot_2".to_owned(), 6.6)].into();
+            options.countdown = Duration::from_secs(3);
+        });
+        bench.battery_v = 7.4;
+        armed(&mut bench);
+        if is_running {
+            bench.run();
+        }
+
+        bench.battery_v = 6.2;
+
+        if is_running {
+            assert_eq!(bench.end().0, Outcome::Completed);
+            assert_eq!(bench.notes.iter().filter(|text| *text == low).count(), 1);
+        } else {
+            assert_eq!(bench.problems(), [low]);
+            assert!(!bench.notes.contains(&"running".to_owned()));
+        }
+    }
+}
+
+#[test]
+fn a_robot_whose_poses_never_came_is_refused_before_any_robot_moves() {
+    let mut bench = Bench::with(|options| {
+        options.length = RunLength::RealTime { duration: Duration::from_secs(4) };
+        options.expected.simulator = false;
+        options.countdown = Duration::from_secs(3);
+        options.samples = [SampleKind::Pose].into();
+    });
+    bench.give(pose("robot_1", "map", 0.5));
+
+    let problems = bench.problems();
+
+    assert_eq!(problems.len(), 1, "{problems:?}");
+    assert!(problems[0].starts_with("robot_2: no pose received before the start"), "{problems:?}");
+    let moves = |text: &String| text == "running" || text.contains("move in");
+    assert!(!bench.notes.iter().any(moves), "{:?}", bench.notes);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 use super::*;
 
-const IDLE: Gate = Gate { state: RobotState::Idle, drive: Command::STOP };
+const IDLE: Gate = Gate { state: RobotState::Idle, drive: Command::STOP, is_in_run: false };
 
 fn gates(simulator: &mut Simulator, now: Duration) -> Vec<Action> {
     pace(simulator, Event::Gates(vec![IDLE]), now)

@@ -1,17 +1,17 @@
 //! Runners, with the recorder and the requests that are around each of them on its own host.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rsrs_core::robot::controller::Reaction;
 use rsrs_fleet::controller::Settings;
-use rsrs_fleet::message::{LeaseState, RobotState, Status};
+use rsrs_fleet::message::{LeaseState, RobotState};
 use rsrs_fleet::preflight::{Expected, Graph};
 use rsrs_fleet::runner::{Action, Event, RunLength, Runner, RunnerOptions, Target};
 
 use super::simulating::{PLACED, STEPS};
 use super::{Fleet, N_RUNNERS, WANTED, name, run_id, stamp};
 use crate::network::{Item, Message, Node, Sent};
-use crate::scenario::{Body, N_ROBOTS};
+use crate::scenario::Body;
 
 /// How long a runner looks for others before it goes on, less what clocks may be wrong.
 const LISTENS_MS: u64 = 998;
@@ -19,6 +19,9 @@ const LISTENS_MS: u64 = 998;
 const DISK_MS: u64 = 15;
 /// How often a runner looks at the discovery database, in milliseconds.
 const LOOK_MS: u64 = 100;
+
+/// Statuses of which it is known when they were sent.
+const REMEMBERED: usize = 1_000;
 
 /// What has become of a bag.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,8 +37,8 @@ pub(super) struct RunnerHost {
     machine: Runner,
     bag: Bag,
     looked_ms: u64,
-    /// What it has received from each robot last.
-    received: [Option<Sent>; N_ROBOTS],
+    /// By robot and counter: when the statuses were sent that it has received.
+    received: Vec<BTreeMap<u64, Sent>>,
     asks_simulator: bool,
     has_configured: bool,
     /// When it last received another runner.
@@ -62,7 +65,7 @@ impl Fleet {
         let options = RunnerOptions {
             run_id: run_id(runner),
             expected: Expected {
-                robots: (0..N_ROBOTS).map(name).collect(),
+                robots: self.scenario.robots_of(runner).into_iter().map(name).collect(),
                 simulator: self.simulator.is_some(),
                 controller_only: self.controller_only(),
                 ..Expected::default()
@@ -80,7 +83,7 @@ impl Fleet {
             machine: Runner::new(options),
             bag: Bag::None,
             looked_ms: 0,
-            received: [None; N_ROBOTS],
+            received: vec![BTreeMap::new(); self.scenario.n_robots],
             asks_simulator: false,
             has_configured: false,
             other_ms: None,
@@ -112,9 +115,19 @@ impl Fleet {
         let Some(host) = self.runners.get_mut(&runner) else { return Ok(()) };
         match (message, from) {
             (Message::Lease(lease, _), _) => {
-                host.other_ms = Some(self.now_ms);
-                if host.has_configured && lease.epoch >= host.machine.epoch() {
-                    host.must_stop.get_or_insert(format!("it has received {}", lease.run_id));
+                let robots = self.scenario.robots_of(runner);
+                let shares = robots.into_iter().any(|robot| lease.echo(&name(robot)).is_some());
+                let own = host.machine.epoch();
+                let goes_before = match (own, lease.epoch) {
+                    // In this order they are started, and named.
+                    (0, 0) => lease.run_id < run_id(runner),
+                    _ => lease.epoch > 0 && lease.epoch >= own,
+                };
+                if shares && goes_before {
+                    host.other_ms = Some(self.now_ms);
+                    if host.has_configured {
+                        host.must_stop.get_or_insert(format!("it has received {}", lease.run_id));
+                    }
                 }
                 self.give_runner(runner, Event::LeaseReceived((*lease).clone()))
             }
@@ -125,8 +138,11 @@ impl Fleet {
                 self.give_runner(runner, Event::Release((*sources).clone()))
             }
             (Message::RobotStatus(status, sent), Node::Robot(robot) | Node::Controller(robot)) => {
-                let last = &mut host.received[robot];
-                *last = last.filter(|last| last.at_ms >= sent.at_ms).or(Some(sent));
+                let received = &mut host.received[robot];
+                received.insert(status.counter, sent);
+                if received.len() > REMEMBERED {
+                    received.pop_first();
+                }
                 let behind_ms = (self.now_ms - sent.at_ms).cast_signed();
                 let ahead_ms = self.scenario.ahead_ms[robot] - behind_ms;
                 let seconds = ahead_ms as f64 / 1000.0;
@@ -138,10 +154,20 @@ impl Fleet {
                 let (robot, status) = (name(robot), (*status).clone());
                 self.give_runner(runner, Event::ControllerStatus { robot, status })
             }
-            (Message::SimulatorStatus(status), _) => match on_simulator_status(host, &status) {
-                Some(event) => self.give_runner(runner, event),
-                None => Ok(()),
-            },
+            (Message::SimulatorStatus(status), _) => {
+                if std::mem::take(&mut host.asks_simulator) {
+                    let result = if status.state == RobotState::Fault {
+                        Err(status.stop_reason.clone())
+                    } else {
+                        Ok(status.parameter_digest)
+                    };
+                    self.give_runner(
+                        runner,
+                        Event::ReadBack { target: Target::Simulator, result },
+                    )?;
+                }
+                self.give_runner(runner, Event::SimulatorStatus((*status).clone()))
+            }
             (Message::Sensed(step), _) if host.records() => {
                 self.send(Node::Runner(runner), Node::Simulator, Message::Recorded(step));
                 self.give_runner(runner, Event::Recorded { step })
@@ -178,8 +204,11 @@ impl Fleet {
                         lease.state
                     ));
                 }
-                let message = Message::Lease(lease.into(), host.received.into());
-                for robot in 0..N_ROBOTS {
+                let echoed =
+                    |robot: usize| host.received[robot].get(&lease.echo(&name(robot))?).copied();
+                let echoes = (0..host.received.len()).map(echoed).collect();
+                let message = Message::Lease(lease.into(), echoes);
+                for robot in self.all_robots() {
                     self.send(node, Node::Robot(robot), message.clone());
                     self.send(node, Node::Controller(robot), message.clone());
                 }
@@ -222,10 +251,32 @@ impl Fleet {
                     return Err(format!("runner {runner} has finished, and its bag is open"));
                 }
                 self.note(|| format!("runner {runner}: {outcome:?}"));
+                self.judge_account(runner)?;
                 self.story.outcomes.insert(runner, outcome);
                 self.runners.remove(&runner);
-                self.processes[self.slot(node)].is_up = false;
+                let slot = self.slot(node);
+                self.processes[slot].is_up = false;
                 return self.judge_finish(runner, &not_standing);
+            }
+        }
+        Ok(())
+    }
+
+    /// Who stood and went on in a run is in its account: nothing that robots did is left out.
+    fn judge_account(&mut self, runner: usize) -> Result<(), String> {
+        let host = &self.runners[&runner];
+        let (epoch, paused, lost) =
+            (host.machine.epoch(), host.machine.paused(), host.machine.lost());
+        self.story.n_pauses += paused.len();
+        for (robot, oracle) in self.oracles.iter().enumerate() {
+            let name = name(robot);
+            let is_named = paused.iter().any(|pause| pause.robot == name)
+                || lost.iter().any(|lost| lost.robot == name);
+            let is_its = self.gate(robot).run_id() == Some(&run_id(runner));
+            if is_its && oracle.resumed(epoch) && !is_named {
+                return Err(format!(
+                    "{name} stood and went on, and runner {runner} has no word on it"
+                ));
             }
         }
         Ok(())
@@ -234,7 +285,7 @@ impl Fleet {
     /// As a fleet file has it.
     fn controller_only(&self) -> BTreeSet<String> {
         let is_alone = |robot: &usize| self.scenario.controller_only[*robot];
-        (0..N_ROBOTS).filter(is_alone).map(name).collect()
+        (self.all_robots()).filter(is_alone).map(name).collect()
     }
 
     fn answer(&mut self, runner: usize, event: Event) {
@@ -243,7 +294,7 @@ impl Fleet {
 
     /// Whose wheels still turn must have been named.
     fn judge_finish(&self, runner: usize, not_standing: &[String]) -> Result<(), String> {
-        for robot in 0..N_ROBOTS {
+        for robot in self.all_robots() {
             let turns = self.turning(robot).is_some();
             let obeys = self.gate(robot).run_id() == Some(&run_id(runner));
             if turns && obeys && !not_standing.contains(&name(robot)) {
@@ -258,28 +309,9 @@ fn node_of(target: &Target) -> Node {
     match target {
         Target::Simulator => Node::Simulator,
         Target::Robot(robot) => {
-            let is_it = |index: &usize| name(*index) == *robot;
-            Node::Controller((0..N_ROBOTS).find(is_it).expect("runners have these names only"))
+            let number =
+                robot.strip_prefix("robot_").and_then(|number| number.parse::<usize>().ok());
+            Node::Controller(number.expect("runners have these names only") - 1)
         }
-    }
-}
-
-/// As the runner's driver understands the simulator.
-fn on_simulator_status(host: &mut RunnerHost, status: &Status) -> Option<Event> {
-    if std::mem::take(&mut host.asks_simulator) {
-        let result = if status.state == RobotState::Fault {
-            Err(status.stop_reason.clone())
-        } else {
-            Ok(status.parameter_digest)
-        };
-        return Some(Event::ReadBack { target: Target::Simulator, result });
-    }
-    if host.bag == Bag::None {
-        return None;
-    }
-    match status.state {
-        RobotState::Stopped => Some(Event::SimulatorComplete),
-        RobotState::Fault => Some(Event::SimulatorVoid { reason: status.stop_reason.clone() }),
-        RobotState::Idle | RobotState::Armed | RobotState::Moving => None,
     }
 }

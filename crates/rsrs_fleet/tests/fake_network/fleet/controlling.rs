@@ -4,6 +4,7 @@ use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
 use rsrs_fleet::controller::{Action, Event, Settings};
 use rsrs_fleet::runner::Target;
 
+use super::robots::for_robot;
 use super::{Fleet, N_RUNNERS, WANTED, name, stamp};
 use crate::network::{Message, Node, Sent};
 
@@ -22,7 +23,7 @@ impl Fleet {
                 if self.scenario.controller_only[robot] {
                     self.observe_lease(robot, echoes[robot], &lease);
                 }
-                self.deliver_to_controller(robot, Event::Lease((*lease).clone()))
+                self.deliver_to_controller(robot, Event::Lease(for_robot(robot, &lease)))
             }
             Message::EStop(source, engaged) => {
                 self.observe_e_stop(robot, (source, engaged));
@@ -95,6 +96,7 @@ impl Fleet {
                     let sent = Sent {
                         incarnation: self.processes[self.slot(node)].incarnation,
                         at_ms: self.now_ms,
+                        stands: false,
                     };
                     let message = Message::ControllerStatus(status.into(), sent);
                     self.send(node, Node::Robot(robot), message.clone());

@@ -5,7 +5,6 @@ use rsrs_fleet::stopper;
 
 use super::{Fleet, N_RUNNERS, name};
 use crate::network::{Message, Node};
-use crate::scenario::N_ROBOTS;
 
 impl Fleet {
     /// Publishes a value on the e-stop topic.
@@ -19,7 +18,7 @@ impl Fleet {
 
     pub(super) fn command_all(&mut self, from: Node, word: &Message) {
         self.e_stop_was_used = true;
-        for robot in 0..N_ROBOTS {
+        for robot in self.all_robots() {
             self.send(from, self.gatekeeper(robot), word.clone());
         }
         for runner in 0..N_RUNNERS {
@@ -45,7 +44,7 @@ impl Fleet {
         self.locks[robot].clone_from(&locks);
         let from = self.gatekeeper(robot);
         let message = Message::Locks(locks.into());
-        for other in (0..N_ROBOTS).filter(|other| *other != robot) {
+        for other in (self.all_robots()).filter(|other| *other != robot) {
             self.send(from, self.gatekeeper(other), message.clone());
         }
         self.send(from, Node::Stopper, message);
@@ -53,7 +52,7 @@ impl Fleet {
 
     /// A new subscriber receives what every gate that lives has last published of its locks.
     pub(super) fn ask_for_locks(&mut self, asking: Node) {
-        for robot in 0..N_ROBOTS {
+        for robot in self.all_robots() {
             let from = self.gatekeeper(robot);
             if from != asking && self.processes[self.slot(from)].is_up {
                 let message = Message::Locks(self.locks[robot].clone().into());

@@ -8,7 +8,7 @@ use rsrs_fleet::stopper::{self, StopCommand, Stopper};
 use super::simulating::SimulatorHost;
 use super::{AFTERMATH_MS, BEYOND, Fleet, LAST_RUNNER, N_RUNNERS, name, new_controller};
 use crate::network::{Item, Message, Node};
-use crate::scenario::{Body, Happening, N_BUTTONS, N_ROBOTS};
+use crate::scenario::{Body, Happening, N_BUTTONS};
 
 /// A controller takes the run for gone when it has received nothing of it for so long, in milliseconds.
 const HOLD_MS: u64 = 498;
@@ -85,7 +85,7 @@ impl Fleet {
         match node {
             Node::Robot(robot) => self.robots_start([robot]),
             // All of its gates forget at once, and no process is left to ask.
-            Node::Simulator => self.robots_start(Self::all_robots()),
+            Node::Simulator => self.robots_start(self.all_robots()),
             Node::Controller(robot) => {
                 self.controllers[robot] = new_controller(robot, &self.scenario, self.now_ms);
                 if self.scenario.controller_only[robot] {
@@ -118,7 +118,7 @@ impl Fleet {
         self.switch_on(Node::Stopper);
         self.ask_for_locks(Node::Stopper);
         // As from a fleet file: a robot that is out of reach should be named.
-        for robot in 0..N_ROBOTS {
+        for robot in self.all_robots() {
             self.deliver_to_stopper(stopper::Event::Discovered { robot: name(robot) });
         }
     }
@@ -129,8 +129,8 @@ impl Fleet {
         self.network.heal();
         self.buttons = [None; N_BUTTONS];
         self.scenario.liar = None;
-        self.scenario.ahead_ms = [0; N_ROBOTS];
-        for robot in 0..N_ROBOTS {
+        self.scenario.ahead_ms.fill(0);
+        for robot in self.all_robots() {
             self.restart(Node::Controller(robot));
             if self.scenario.body == Body::Real {
                 self.restart(Node::Robot(robot));
@@ -176,6 +176,9 @@ impl Fleet {
 
     /// Keeps what a controller receives of its run.
     pub(super) fn observe_hold(&mut self, robot: usize, lease: &Lease) {
+        if lease.echo(&name(robot)).is_none() {
+            return;
+        }
         let holds = matches!(lease.state, LeaseState::Armed | LeaseState::Running);
         let (epoch, run_id) = &mut self.held_by[robot];
         if lease.epoch > *epoch && lease.state == LeaseState::Armed {

@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use rsrs_core::robot::controller::Command;
 use rsrs_fleet::e_stop::Source;
-use rsrs_fleet::message::{Lease, Status, StopCause};
+use rsrs_fleet::message::{Lease, RobotState, Status, StopCause};
 use rsrs_fleet::robot::limits::{Limits, Ramp};
-use rsrs_fleet::robot::{Event, Robot, RobotOptions};
+use rsrs_fleet::robot::{Event, Lapse, Robot, RobotOptions};
 
 use super::{COMMAND_TIMEOUT, Fleet, N_RUNNERS, name, run_id};
 use crate::network::{Message, Node, Sent};
-use crate::scenario::{Body, N_ROBOTS};
+use crate::scenario::Body;
 
 const LIMITS: Limits = Limits {
     speed_m_s: 0.3,
@@ -23,6 +23,15 @@ const PERIOD_MS: u64 = 130;
 const WHEELS_TIMEOUT_MS: u64 = 250;
 const WHEEL_BEAT_MS: u64 = 50;
 
+/// What a lease is for one robot: empty, if it does not name it.
+pub(super) fn for_robot(robot: usize, lease: &Lease) -> Lease {
+    let name = name(robot);
+    match lease.robots.iter().find(|echo| echo.robot == name) {
+        Some(echo) => lease.with_only(echo),
+        None => Lease { run_id: lease.run_id.clone(), robots: Vec::new(), ..*lease },
+    }
+}
+
 /// A robot, or its place in the simulator.
 pub(super) struct RobotHost {
     pub gate: Robot,
@@ -33,14 +42,14 @@ pub(super) struct RobotHost {
     sensed_ms: u64,
 }
 
-pub(super) fn options(robot: usize, lapse_grace: Duration) -> RobotOptions {
-    RobotOptions { name: name(robot), command_timeout: COMMAND_TIMEOUT, lapse_grace }
+pub(super) fn options(robot: usize, lapse: Lapse) -> RobotOptions {
+    RobotOptions { name: name(robot), command_timeout: COMMAND_TIMEOUT, lapse }
 }
 
 impl RobotHost {
     /// A robot whose process starts now.
     pub fn new(robot: usize, now_ms: u64) -> Self {
-        let options = options(robot, Duration::ZERO);
+        let options = options(robot, Lapse::Stops);
         Self {
             gate: {
                 let gate = Robot::new(options.clone()).counting_from(now_ms);
@@ -88,7 +97,7 @@ impl Fleet {
         match message {
             Message::Lease(lease, echoes) => {
                 self.observe_lease(robot, echoes[robot], &lease);
-                self.deliver_to_robot(robot, Event::Lease((*lease).clone()))
+                self.deliver_to_robot(robot, Event::Lease(for_robot(robot, &lease)))
             }
             Message::ControllerStatus(status, sent) => {
                 oracle.controller(status.parameter_digest, sent.at_ms, now_ms);
@@ -162,7 +171,11 @@ impl Fleet {
             StopCause::Waiting => "armed for run run 9, waiting for the start".to_owned(),
             _ => format!("e-stop; {}", status.stop_reason),
         };
-        let sent = Sent { incarnation: self.oracles[robot].incarnation(), at_ms: self.now_ms };
+        let sent = Sent {
+            incarnation: self.oracles[robot].incarnation(),
+            at_ms: self.now_ms,
+            stands: status.state == RobotState::Stopped,
+        };
         let message = Message::RobotStatus(status.into(), sent);
         for runner in 0..N_RUNNERS {
             self.send(node, Node::Runner(runner), message.clone());
@@ -172,6 +185,9 @@ impl Fleet {
 
     /// A lease arrives, with what its runner has received from the robot last.
     pub(super) fn observe_lease(&mut self, robot: usize, echo: Option<Sent>, lease: &Lease) {
+        if lease.echo(&name(robot)).is_none() {
+            return;
+        }
         let gate = self.gate(robot);
         // Of two runs of one epoch, the robot belongs to one.
         if gate.epoch() != lease.epoch || gate.run_id() == Some(&lease.run_id) {
@@ -240,7 +256,7 @@ impl Fleet {
         }
     }
 
-    pub(super) fn all_robots() -> std::ops::Range<usize> {
-        0..N_ROBOTS
+    pub(super) fn all_robots(&self) -> std::ops::Range<usize> {
+        0..self.scenario.n_robots
     }
 }

@@ -1,19 +1,15 @@
 //! The simulator: gates of all robots and the pace of their world, wired as its driver wires them.
 
-use std::time::Duration;
-
 use rsrs_core::robot::controller::{Command, decide};
 use rsrs_fleet::experiment::Time;
-use rsrs_fleet::message::RobotState;
-use rsrs_fleet::robot;
+use rsrs_fleet::robot::{self, Lapse};
 use rsrs_fleet::runner::Target;
 use rsrs_fleet::simulator::{Action, Event, Gate, Gates, Placed, Simulator};
-use rsrs_fleet::timing::LOCKSTEP_GRACE;
 
 use super::robots::{RobotHost, options};
 use super::{Fleet, N_RUNNERS, WANTED, name};
 use crate::network::{Message, Node};
-use crate::scenario::{Body, N_ROBOTS};
+use crate::scenario::Body;
 
 const PERIOD_NS: u64 = 130_000_000;
 /// Steps of a run in lockstep.
@@ -38,7 +34,7 @@ fn detected(robot: usize, step: u64) -> bool {
 
 impl Fleet {
     pub(super) fn simulator_ticks(&mut self) -> Result<(), String> {
-        for robot in 0..N_ROBOTS {
+        for robot in self.all_robots() {
             self.step_gate(robot, robot::Event::Tick)?;
         }
         self.look_at_gates()
@@ -48,15 +44,18 @@ impl Fleet {
     pub(super) fn look_at_gates(&mut self) -> Result<(), String> {
         let Some(host) = &self.simulator else { return Ok(()) };
         if host.machine.due().is_some() {
-            for robot in 0..N_ROBOTS {
+            for robot in self.all_robots() {
                 self.step_gate(robot, robot::Event::Tick)?;
             }
         }
         let now = self.local(Node::Simulator);
         let is_placed = self.simulator.as_ref().is_some_and(|host| host.placed != 0);
         let robots = if is_placed { &self.robots[..] } else { &[] };
-        let gate =
-            |host: &RobotHost| Gate { state: host.gate.state(now), drive: host.gate.drive(now) };
+        let gate = |host: &RobotHost| Gate {
+            state: host.gate.state(now),
+            drive: host.gate.drive(now),
+            is_in_run: host.gate.is_in_run(now),
+        };
         let gates = robots.iter().map(gate).collect();
         self.deliver_to_simulator(Event::Gates(gates))
     }
@@ -90,18 +89,16 @@ impl Fleet {
     /// Places the world, unless a run holds it.
     fn place(&mut self) -> Result<Result<(), String>, String> {
         let now = self.local(Node::Simulator);
-        let is_bound = |host: &RobotHost| {
-            matches!(host.gate.state(now), RobotState::Armed | RobotState::Moving)
-        };
+        let is_bound = |host: &RobotHost| host.gate.is_in_run(now);
         if self.robots.iter().any(is_bound) {
             return Ok(Err("read-only while armed".to_owned()));
         }
-        let (time, lapse_grace) = match self.scenario.body {
-            Body::Lockstep => (Time::Lockstep, LOCKSTEP_GRACE),
-            Body::Real | Body::Simulated => (Time::RealTime, Duration::ZERO),
+        let (time, lapse) = match self.scenario.body {
+            Body::Lockstep => (Time::Lockstep, Lapse::Freezes),
+            Body::Real | Body::Simulated => (Time::RealTime, Lapse::Stops),
         };
-        for robot in 0..N_ROBOTS {
-            let options = options(robot, lapse_grace);
+        for robot in self.all_robots() {
+            let options = options(robot, lapse);
             if options != self.robots[robot].options {
                 // A robot that has to change is switched off and on again, and keeps the e-stop: its
                 // locks, and whose silence would lock.
@@ -117,7 +114,7 @@ impl Fleet {
         (host.placed, host.step, host.moved) = (PLACED, 0, 0);
         self.deliver_to_simulator(Event::Placed(Placed {
             digest: PLACED,
-            robots: (1..=N_ROBOTS).map(|number| format!("robot_{number}")).collect(),
+            robots: self.all_robots().map(name).collect(),
             steps: STEPS,
             period_ns: PERIOD_NS,
             time,
@@ -158,7 +155,7 @@ impl Fleet {
 
     fn sense(&mut self, step: u64, stamp_ns: Option<u64>) {
         self.simulator.as_mut().expect("it is running").step = step;
-        for robot in 0..N_ROBOTS {
+        for robot in self.all_robots() {
             let to = Node::Controller(robot);
             if let Some(stamp_ns) = stamp_ns {
                 self.send(Node::Simulator, to, Message::Clock(stamp_ns));
