@@ -3,6 +3,7 @@
 
 pub mod bad_bags;
 mod converted;
+pub mod implausible;
 mod integrity;
 mod labels;
 mod standing;

@@ -121,6 +121,16 @@ fn the_list_of_commands_is_the_one_that_the_program_prints() {
 }
 
 #[test]
+fn the_page_of_what_can_go_wrong_is_the_one_that_the_program_prints() {
+    let printed = rsrs(&repository(), &["schema", "--causes"]);
+
+    assert!(
+        text_of("docs/what_can_go_wrong.md") == stdout(&printed),
+        "docs/what_can_go_wrong.md is not up to date: rsrs schema --causes > docs/what_can_go_wrong.md"
+    );
+}
+
+#[test]
 fn what_troubleshooting_quotes_is_what_the_program_prints() {
     let sources = sources();
     let page = text_of("docs/troubleshooting.md");

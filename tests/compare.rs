@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
+use crate::bags_cli::implausible::{in_the_corner, millimetres};
 use crate::command::{code, json, rsrs, stderr, stdout};
 use crate::laboratory::{chosen, swept};
 use crate::simulated_bags::{Part, Run, cut_in_half, ended};
@@ -434,4 +435,52 @@ fn a_choice_of_another_sweep_or_without_its_phases_is_refused() {
     assert!(stderr(&other).contains("is of another sweep"), "{}", stderr(&other));
     assert!(stderr(&bare).contains("does not state how its fresh runs ended"), "{}", stderr(&bare));
     assert!(stderr(&bare).contains("rsrs choose out -o out/choice.json"), "{}", stderr(&bare));
+}
+
+#[test]
+fn runs_whose_poses_cannot_be_those_of_the_robots_are_left_out_unless_told_otherwise() {
+    let place = chosen();
+    Run::new(1).record(place.path(), "monday");
+    Run { distortion: Some(millimetres), ..Run::new(2) }.record(place.path(), "tuesday");
+
+    let text = stdout(&compare(place.path(), &[], &["monday", "tuesday"]));
+    let report = json(&compare(place.path(), &["--format", "json"], &["monday", "tuesday"]));
+    let more = ["--with-implausible", "--format", "json"];
+    let with_it = json(&compare(place.path(), &more, &["monday", "tuesday"]));
+
+    let line = text.lines().find(|line| line.starts_with("not counted: ")).expect("it is listed");
+    let expected = "not counted: tuesday (implausible: all 9 robots: poses move ";
+    assert!(line.starts_with(expected) && line.contains("millimetres?"), "{text}");
+    assert!(text.contains("note: 1 run: implausible; `--with-implausible` counts such runs, too"));
+    assert_eq!(report["cells"][0]["n_real"], 1);
+    let left_out = &report["not_counted"][0];
+    assert_eq!(
+        (&left_out["cause"], &left_out["after_start"]),
+        (&"implausible".into(), &true.into())
+    );
+    assert_eq!(report["left_out"]["bags"], serde_json::json!(["tuesday"]));
+    assert_eq!((&with_it["cells"][0]["n_real"], &with_it["left_out"]), (&2.into(), &Value::Null));
+    let notes = with_it["notes"].as_array().expect("notes");
+    let counts = "tuesday counts, though all 9 robots: poses move ";
+    assert!(notes.iter().any(|note| note.as_str().is_some_and(|note| note.starts_with(counts))));
+}
+
+#[test]
+fn runs_that_did_not_start_where_their_experiment_places_robots_are_named() {
+    let place = chosen();
+    Run::new(1).record(place.path(), "monday");
+    Run { distortion: Some(in_the_corner), ..Run::new(2) }.record(place.path(), "corner");
+
+    let report = json(&compare(place.path(), &["--format", "json"], &["monday", "corner"]));
+
+    let notes = report["notes"].as_array().expect("notes");
+    let notes: Vec<&str> = notes.iter().filter_map(Value::as_str).collect();
+    let named: Vec<&&str> = notes.iter().filter(|note| note.contains("did not start as")).collect();
+    assert_eq!(named.len(), 1, "{notes:?}");
+    assert!(
+        named[0].starts_with("corner did not start as its experiment places robots: robot_1: ")
+    );
+    assert!(named[0].ends_with(" more (`rsrs label` lists them)"), "{notes:?}");
+    assert_eq!(report["cells"][0]["n_real"], 2);
+    assert!(report["bags"][1]["misplaced"].is_array(), "{report}");
 }

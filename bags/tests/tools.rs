@@ -9,9 +9,10 @@ use rsrs_bags::{BagOptions, BagWriter, Sample};
 use rsrs_msgs::builtin_interfaces::{Duration, Time};
 use rsrs_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use rsrs_msgs::geometry_msgs::{
-    Point, Pose, PoseStamped, PoseWithCovariance, Quaternion, Transform, TransformStamped, Twist,
-    TwistStamped, TwistWithCovariance, Vector3,
+    Point, Pose, PoseArray, PoseStamped, PoseWithCovariance, Quaternion, Transform,
+    TransformStamped, Twist, TwistStamped, TwistWithCovariance, Vector3,
 };
+use rsrs_msgs::motion_capture_tracking_interfaces::{NamedPose, NamedPoseArray};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rcl_interfaces::{
     FloatingPointRange, IntegerRange, ListParametersResult, Log, Parameter, ParameterDescriptor,
@@ -80,6 +81,9 @@ fn one_of_each(writer: &mut BagWriter) {
         Quaternion,
         Pose,
         PoseStamped,
+        PoseArray,
+        NamedPose,
+        NamedPoseArray,
         PoseWithCovariance,
         TwistWithCovariance,
         Transform,

@@ -351,7 +351,9 @@ fn robots_whose_odometry_begins_at_zero_are_refused() {
         error.to_string(),
         "robots r1, r2, r3 start on one spot, (0.00 m, 0.00 m): each has poses in a frame of its own?"
     );
-    assert!(error.help().is_some_and(|help| help.contains("poses must be in one frame")));
+    assert!(
+        error.help().is_some_and(|help| help.contains("poses must be in one frame, with z up"))
+    );
 }
 
 /// Two robots side by side, each with poses in the frame that it had then.

@@ -63,6 +63,8 @@ pub struct Run {
     pub ending: Ending,
     /// What the bag lacks.
     pub lacks: Option<Part>,
+    /// What is done to the poses of a moment before they are recorded, with those of the start.
+    pub distortion: Option<Distortion>,
 }
 
 /// Who knows where robots are.
@@ -73,6 +75,10 @@ pub enum SeenBy {
     /// A tracker; the odometry of each robot began at another place, before the run.
     ATracker,
 }
+
+/// A tracker that does not publish poses as they are, or robots that do not move as they should: it
+/// changes the first poses, and is given the second ones, of the start.
+pub type Distortion = fn(&mut [Pose], &[Pose]);
 
 /// A part of a bag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,6 +112,7 @@ impl Run {
             robot_lost: RobotLost::Abort,
             ending: ended(EndingKind::Completed, ""),
             lacks: None,
+            distortion: None,
         }
     }
 
@@ -256,9 +263,11 @@ impl Recording {
         for sample in 0..episode.n_samples() {
             let time_ns = sample as u64 * PERIOD_NS;
             let commands = episode.commands_at(sample);
-            for (robot, (pose, command)) in
-                episode.poses_at(sample).iter().zip(commands).enumerate()
-            {
+            let mut poses = episode.poses_at(sample).to_vec();
+            if let Some(distort) = run.distortion {
+                distort(&mut poses, episode.poses_at(0));
+            }
+            for (robot, (pose, command)) in poses.iter().zip(commands).enumerate() {
                 let Robot { odom, tracked, cmd_vel } = self.robots[robot];
                 let mut own = *pose;
                 if let Some(tracked) = tracked {

@@ -149,8 +149,8 @@ impl Help for TrajectoryError {
                 "judge the run by eye: `rsrs label BAG --as PHASE --by WHO`, or run it again"
             }
             Self::OneSpot { .. } => {
-                "poses must be in one frame: record those of a tracker, or the transforms from one \
-                 `map` to each robot's odometry on /tf and /tf_static, and take them with `--poses`"
+                "poses must be in one frame, with z up: record those of a tracker, or the transforms from \
+                 one `map` to each robot's odometry on /tf and /tf_static, and take them with `--poses`"
             }
             Self::ClockBackwards { .. } | Self::Clocks { .. } => {
                 "a clock was set during the run: keep clocks with chrony, and record the run again; or \

@@ -27,6 +27,10 @@ pub struct BagArguments {
     /// not count).
     #[arg(long)]
     pub with_lost_robots: bool,
+    /// Count runs whose poses cannot be those of the commanded robots, or of which a robot did not move,
+    /// too (default: they are listed, and do not count).
+    #[arg(long)]
+    pub with_implausible: bool,
     /// By how much real robots may mill less often than simulated ones and still support the claim;
     /// choose it before the first run (default: 0.1).
     #[arg(long, value_name = "SHARE", default_value_t = MARGIN, hide_default_value = true,
@@ -41,9 +45,10 @@ pub struct BagArguments {
 
 impl From<BagArguments> for compare::Options {
     fn from(arguments: BagArguments) -> Self {
-        let BagArguments { bags, labels, with_lost_robots, margin, poses, other } = arguments;
+        let BagArguments { bags, labels, with_lost_robots, with_implausible, margin, poses, other } =
+            arguments;
         let other_profile = other.profile();
-        Self { bags, labels, with_lost_robots, margin, poses, other_profile }
+        Self { bags, labels, with_lost_robots, with_implausible, margin, poses, other_profile }
     }
 }
 

@@ -37,6 +37,7 @@ use anyhow::Context;
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use rsrs_core::judge::behaviour::Behaviour;
+use rsrs_experiment_runner::plan;
 use serde::Serialize;
 
 use crate::words::Words;
@@ -48,6 +49,27 @@ pub enum Backend {
     Sim,
     /// The robots.
     Fleet,
+}
+
+/// What to do about robots of a fleet that do not stand where they should start.
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum PlaceCheck {
+    /// Report them, and let the robots move all the same.
+    On,
+    /// Neither arm nor move any robot.
+    Require,
+    /// Do not compare them with the poses that robots should start from.
+    Off,
+}
+
+impl From<PlaceCheck> for plan::PlaceCheck {
+    fn from(check: PlaceCheck) -> Self {
+        match check {
+            PlaceCheck::On => Self::On,
+            PlaceCheck::Require => Self::Require,
+            PlaceCheck::Off => Self::Off,
+        }
+    }
 }
 
 /// How a command reports its result.

@@ -102,6 +102,13 @@ pub struct Arena {
     pub walls: Walls,
 }
 
+impl Arena {
+    /// Distance of the walls from the origin, in metres; `None` where there are none.
+    pub fn walls_m(&self) -> Option<f64> {
+        (self.walls != Walls::None).then_some(self.side_m / 2.0)
+    }
+}
+
 /// What happens at the arena's border.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,

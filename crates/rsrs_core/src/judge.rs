@@ -6,6 +6,7 @@ pub mod certainty;
 pub mod number;
 pub mod order;
 pub mod phase;
+pub mod plausibility;
 pub mod reason;
 pub mod rule;
 pub mod trajectory;

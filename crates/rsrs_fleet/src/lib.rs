@@ -11,8 +11,9 @@
 //! ([`e_stop`]); of which run they are ([`epoch`]); who may move ([`robot`], the final gate); who decides
 //! ([`controller`]); the world's pace ([`simulator`]); who conducts ([`preflight`], [`placement`], [`geofence`],
 //! [`runner`], [`rates`]); who stops everything ([`stopper`]); which robots there are
-//! ([`fleet_file`]) and what their nodes are set to ([`parameters`]), what is run with them ([`experiment`]), what was run ([`record`]) and what people see
-//! of it ([`observation`]).
+//! ([`fleet_file`]) and what their nodes are set to ([`parameters`]), what is run with them
+//! ([`experiment`]), what was run ([`record`]), what people see of it ([`observation`]) and what can go
+//! wrong ([`causes`]).
 
 pub mod e_stop;
 pub mod epoch;
@@ -33,6 +34,7 @@ pub mod stopper;
 
 pub mod observation;
 
+pub mod causes;
 pub mod experiment;
 pub mod fleet_file;
 pub mod parameters;

@@ -59,10 +59,24 @@ impl WantedStart {
 /// Least distance between two centres at the start, in robot radii; as the simulator places them.
 pub const CLEARANCE_RADII: f64 = 2.2;
 
-/// A robot that far outside the disc, or closer to another, was set down with care, in metres.
-const TOLERANCE_M: f64 = 0.02;
-/// A heading that far off was set with care, in degrees.
-const TOLERANCE_DEG: f64 = 15.0;
+/// How far from where it is wanted a robot may stand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Outside of its area, away from its place or too close to another, in metres.
+    pub place_m: f64,
+    /// Of its heading, in degrees.
+    pub heading_deg: f64,
+}
+
+impl Tolerance {
+    /// That of robots that stand and were set down with care.
+    pub const STANDING: Self = Self { place_m: 0.02, heading_deg: 15.0 };
+
+    /// That of the first poses of a run: until they were recorded robots drove for a moment (a period at
+    /// 0.3 m/s is 4 cm), and a tracker may be 1 cm and 0.1 rad wrong in a single pose.
+    pub const RECORDED: Self = Self { place_m: 0.08, heading_deg: 35.0 };
+}
+
 /// Nearer to the centre than this, in metres, every heading faces away from it.
 const CENTRE_M: f64 = 0.05;
 
@@ -155,27 +169,38 @@ pub enum Deviation {
 ///
 /// * `robots` — numbers from 0, names and poses in one frame, whose origin is the centre of the area.
 pub fn deviations(wanted: &WantedStart, robots: &[(usize, String, Pose)]) -> Vec<Deviation> {
+    deviations_beyond(Tolerance::STANDING, wanted, robots)
+}
+
+/// As [`deviations`], beyond another tolerance.
+pub fn deviations_beyond(
+    tolerance: Tolerance,
+    wanted: &WantedStart,
+    robots: &[(usize, String, Pose)],
+) -> Vec<Deviation> {
     let mut deviations = Vec::new();
     for (index, (number, robot, pose)) in robots.iter().enumerate() {
         match &wanted.area {
             StartArea::Disc { radius_m } => {
-                deviations.extend(out_of_disc(*radius_m, robot, *pose));
-                deviations.extend(not_facing_out(robot, *pose));
+                deviations.extend(out_of_disc(tolerance, *radius_m, robot, *pose));
+                deviations.extend(not_facing_out(tolerance, robot, *pose));
             }
             StartArea::Box { width_m, height_m } => {
-                deviations.extend(out_of_box(*width_m, *height_m, robot, *pose));
-                deviations.extend(not_facing_out(robot, *pose));
+                deviations.extend(out_of_box(tolerance, (*width_m, *height_m), robot, *pose));
+                deviations.extend(not_facing_out(tolerance, robot, *pose));
             }
             StartArea::Poses(poses) => {
                 let expected = poses.get(*number);
                 deviations.extend(
-                    expected.into_iter().flat_map(|expected| misplaced(*expected, robot, *pose)),
+                    expected
+                        .into_iter()
+                        .flat_map(|expected| misplaced(tolerance, *expected, robot, *pose)),
                 );
             }
         }
         for (_, other, place) in &robots[..index] {
             let found_m = libm::hypot(pose.x_m - place.x_m, pose.y_m - place.y_m);
-            if found_m < wanted.clearance_m - TOLERANCE_M {
+            if found_m < wanted.clearance_m - tolerance.place_m {
                 deviations.push(Deviation::TooClose {
                     robots: [other.clone(), robot.clone()],
                     found_m,
@@ -187,27 +212,32 @@ pub fn deviations(wanted: &WantedStart, robots: &[(usize, String, Pose)]) -> Vec
     deviations
 }
 
-fn out_of_disc(radius_m: f64, robot: &str, pose: Pose) -> Option<Deviation> {
+fn out_of_disc(tolerance: Tolerance, radius_m: f64, robot: &str, pose: Pose) -> Option<Deviation> {
     let found_m = libm::hypot(pose.x_m, pose.y_m);
-    (found_m > radius_m + TOLERANCE_M).then(|| Deviation::Outside {
+    (found_m > radius_m + tolerance.place_m).then(|| Deviation::Outside {
         robot: robot.to_owned(),
         found_m,
         expected_m: radius_m,
     })
 }
 
-fn out_of_box(width_m: f64, height_m: f64, robot: &str, pose: Pose) -> Option<Deviation> {
+fn out_of_box(
+    tolerance: Tolerance,
+    (width_m, height_m): (f64, f64),
+    robot: &str,
+    pose: Pose,
+) -> Option<Deviation> {
     let Pose { x_m, y_m, .. } = pose;
-    let is_out =
-        x_m.abs() > width_m / 2.0 + TOLERANCE_M || y_m.abs() > height_m / 2.0 + TOLERANCE_M;
+    let is_out = x_m.abs() > width_m / 2.0 + tolerance.place_m
+        || y_m.abs() > height_m / 2.0 + tolerance.place_m;
     let robot = || robot.to_owned();
     is_out.then(|| Deviation::OutsideBox { robot: robot(), x_m, y_m, width_m, height_m })
 }
 
-fn not_facing_out(robot: &str, pose: Pose) -> Option<Deviation> {
+fn not_facing_out(tolerance: Tolerance, robot: &str, pose: Pose) -> Option<Deviation> {
     let expected_rad = libm::atan2(pose.y_m, pose.x_m);
-    let is_off = libm::hypot(pose.x_m, pose.y_m) > CENTRE_M
-        && off_deg(pose.heading_rad, expected_rad) > TOLERANCE_DEG;
+    let is_off = libm::hypot(pose.x_m, pose.y_m) > CENTRE_M.max(2.0 * tolerance.place_m)
+        && off_deg(pose.heading_rad, expected_rad) > tolerance.heading_deg;
     is_off.then(|| Deviation::Heading {
         robot: robot.to_owned(),
         found_deg: pose.heading_rad.to_degrees(),
@@ -215,9 +245,9 @@ fn not_facing_out(robot: &str, pose: Pose) -> Option<Deviation> {
     })
 }
 
-fn misplaced(expected: Pose, robot: &str, pose: Pose) -> Vec<Deviation> {
+fn misplaced(tolerance: Tolerance, expected: Pose, robot: &str, pose: Pose) -> Vec<Deviation> {
     let found_m = libm::hypot(pose.x_m - expected.x_m, pose.y_m - expected.y_m);
-    let place = (found_m > TOLERANCE_M).then(|| Deviation::Misplaced {
+    let place = (found_m > tolerance.place_m).then(|| Deviation::Misplaced {
         robot: robot.to_owned(),
         x_m: pose.x_m,
         y_m: pose.y_m,
@@ -225,7 +255,7 @@ fn misplaced(expected: Pose, robot: &str, pose: Pose) -> Vec<Deviation> {
         expected_y_m: expected.y_m,
         found_m,
     });
-    let is_off = off_deg(pose.heading_rad, expected.heading_rad) > TOLERANCE_DEG;
+    let is_off = off_deg(pose.heading_rad, expected.heading_rad) > tolerance.heading_deg;
     let heading = is_off.then(|| Deviation::HeadingOfPose {
         robot: robot.to_owned(),
         found_deg: pose.heading_rad.to_degrees(),

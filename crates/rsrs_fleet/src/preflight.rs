@@ -32,6 +32,8 @@ pub struct Expected {
     pub topics: Vec<ExpectedTopic>,
     /// Further topics by which robots are steered, and which may have one publisher each.
     pub steering: BTreeSet<String>,
+    /// Topics on which commands reach what drives a robot: if they are published, somebody receives them.
+    pub obeyed: BTreeSet<String>,
     /// Battery voltage below which a robot starts no run, in volts; robots without a limit are left
     /// out.
     pub battery_min_v: BTreeMap<String, f64>,
@@ -244,6 +246,14 @@ pub fn problems(expected: &Expected, seen: &Seen) -> Vec<Problem> {
             [&publishers, &subscribers].map(|ends| ends.get(name).map_or(&[][..], Vec::as_slice));
         problems.extend(of_topic(topic, publishers, subscribers, &seen.graph));
     }
+    for topic in &expected.obeyed {
+        let [publishers, subscribers] = [&publishers, &subscribers]
+            .map(|ends| ends.get(topic.as_str()).map_or(&[][..], Vec::as_slice));
+        let is_obeyed = subscribers.iter().any(|end| !is_onlooker(end));
+        if !publishers.is_empty() && !is_obeyed {
+            problems.push(Problem::NobodyObeys { topic: topic.clone() });
+        }
+    }
     problems.extend(seen.graph.unfit.iter().cloned().map(Problem::Unfit));
     let unrecordable = seen.graph.unrecordable.iter();
     problems.extend(unrecordable.map(|(topic, reason)| Problem::Unrecordable {
@@ -371,6 +381,25 @@ pub(crate) fn battery(
         return Some(Problem::BatteryUnknown { robot: named(), expected_v });
     }
     (found_v < expected_v).then(|| Problem::BatteryLow { robot: named(), found_v, expected_v })
+}
+
+/// Programs that look at what robots are commanded and drive none: command-line tools have hidden names.
+const ONLOOKERS: [&str; 9] = [
+    "experiment_runner",
+    "foxglove_bridge",
+    "lichtblick_bridge",
+    "plotjuggler",
+    "rosbag2_recorder",
+    "rosbridge_websocket",
+    "rsrs_stop",
+    "rsrs_watch",
+    "rviz2",
+];
+
+fn is_onlooker(end: &Endpoint) -> bool {
+    // Who does not state its name may be a base.
+    let name = end.node.as_deref().and_then(|node| node.rsplit('/').next());
+    name.is_some_and(|name| name.starts_with('_') || ONLOOKERS.contains(&name))
 }
 
 /// The ends of each topic.

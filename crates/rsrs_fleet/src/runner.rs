@@ -8,7 +8,7 @@ use rsrs_core::robot::unicycle::Pose;
 use crate::e_stop::EStop;
 use crate::epoch::{self, ImplausibleEpoch};
 use crate::heartbeat::next_beat;
-use crate::message::{E_STOP_REASON, Lease, LeaseState, RobotState, Status};
+use crate::message::{Lease, LeaseState, RobotState, Status};
 use crate::parameters::GateSettings;
 use crate::preflight::{self, Graph, Seen};
 use crate::record::{Ending, LostRobot, PausedRobot};
@@ -25,6 +25,7 @@ mod grouped;
 mod others;
 mod outcome;
 mod pauses;
+mod plausibility;
 mod pose_gaps;
 mod requests;
 mod roster;
@@ -33,11 +34,13 @@ mod start_check;
 mod strangers;
 
 use closing::Closing;
-pub use event::{Action, Event, RunLength, RunnerOptions};
+pub use event::{Action, Event, RunLength, RunnerOptions, StartRule};
 use gates::Gates;
 pub use grouped::grouped;
 use others::{Claim, Others};
-pub use outcome::{Failure, Outcome, SampleKind, Target};
+pub use outcome::{AbortCause, Failure, Outcome, SampleKind, Target};
+pub use plausibility::MotionCheck;
+use plausibility::Plausibility;
 use pose_gaps::PoseGaps;
 use requests::Requests;
 use roster::{LossTimeouts, Roster, RunBinding};
@@ -79,6 +82,7 @@ pub struct Runner {
     roster: Roster,
     pose_gaps: PoseGaps,
     start_check: StartCheck,
+    plausibility: Plausibility,
     /// Whole seconds of the countdown that were left when it was reported last.
     reported_s: u64,
     requests: Requests,
@@ -123,6 +127,7 @@ impl Runner {
             roster: Roster::new(&options.expected.robots),
             pose_gaps: PoseGaps::default(),
             start_check: StartCheck::default(),
+            plausibility: Plausibility::new(options.motion.clone(), &options.expected.robots),
             reported_s: 0,
             requests: Requests::default(),
             gates: Gates::default(),
@@ -205,7 +210,7 @@ impl Runner {
         if self.phase == Phase::Discover {
             self.graph = graph;
         } else if let Some(found) = self.strangers.find(&self.options.expected, &graph, now) {
-            self.abort(found, now, actions);
+            self.abort(&found, now, actions);
         }
     }
 
@@ -257,16 +262,15 @@ impl Runner {
             Event::Behind { seconds } => self.start_check.receive_delay(seconds),
             Event::Diagnosed { robot, part, error } => {
                 let news = self.start_check.receive_diagnosis(robot, part, error);
-                if self.phase == Phase::Run {
-                    actions.extend(news.map(Action::Note));
-                }
+                self.note_in_run(news, actions);
             }
             Event::Pose { robot, frame, pose } => self.receive_pose(robot, frame, pose, now),
             Event::PoseUnusable { robot, reason } => {
                 let news = self.start_check.receive_unusable_pose(robot, reason);
-                if self.phase == Phase::Run {
-                    actions.extend(news.map(Action::Note));
-                }
+                self.note_in_run(news, actions);
+            }
+            Event::Commanded { robot, command } => {
+                self.plausibility.receive_command(&robot, command, now);
             }
             Event::Sampled { robot, kind } => self.roster.receive_sample(&robot, kind, now),
             Event::ParametersSet { target, result } if self.phase == Phase::Configure => {
@@ -295,7 +299,7 @@ impl Runner {
             Event::EStop { source, engaged } => {
                 self.e_stop.receive((source, engaged), now);
                 if engaged && self.phase != Phase::Discover {
-                    self.abort(E_STOP_REASON.to_owned(), now, actions);
+                    self.abort(&AbortCause::EStop, now, actions);
                 }
             }
             Event::Release(sources) => self.e_stop.release(&sources),
@@ -309,11 +313,19 @@ impl Runner {
         }
     }
 
+    /// News of a robot; before it moves, the search for robots has the same.
+    fn note_in_run(&self, news: Option<String>, actions: &mut Vec<Action>) {
+        if self.phase == Phase::Run {
+            actions.extend(news.map(Action::Note));
+        }
+    }
+
     fn receive_pose(&mut self, robot: String, frame: String, pose: Pose, now: Duration) {
-        if self.phase == Phase::Run
-            && let Some(geofence) = self.options.expected.geofence
-        {
-            self.roster.receive_place(&robot, pose, geofence, now);
+        if self.phase == Phase::Run {
+            self.plausibility.receive_pose(&robot, pose, now);
+            if let Some(geofence) = self.options.expected.geofence {
+                self.roster.receive_place(&robot, pose, geofence, now);
+            }
         }
         self.start_check.receive_pose(robot, frame, pose, now);
     }
@@ -364,7 +376,8 @@ impl Runner {
             return;
         }
         if self.phase != Phase::Discover {
-            self.abort(format!("another runner is active, run {}", lease.run_id), now, actions);
+            let run_id = lease.run_id.clone();
+            self.abort(&AbortCause::OtherRunner { run_id }, now, actions);
         }
         self.others.receive(lease.run_id, now);
     }
@@ -387,7 +400,7 @@ impl Runner {
     fn interrupt(&mut self, reason: String, now: Duration, actions: &mut Vec<Action>) {
         let is_again = self.closing.interrupt();
         if self.phase != Phase::Close {
-            return self.abort(reason, now, actions);
+            return self.abort(&AbortCause::Interrupted { reason }, now, actions);
         }
         let left = self.closing.left();
         if is_again {
@@ -399,7 +412,8 @@ impl Runner {
         }
     }
 
-    fn abort(&mut self, reason: String, now: Duration, actions: &mut Vec<Action>) {
+    fn abort(&mut self, cause: &AbortCause, now: Duration, actions: &mut Vec<Action>) {
+        let reason = cause.to_string();
         self.end(Outcome::Aborted { reason }, now, actions);
     }
 

@@ -20,6 +20,7 @@ mod manual;
 mod real_time;
 
 use lockstep::Lockstep;
+pub use lockstep::VoidCause;
 use manual::ManualControl;
 pub use manual::{ManualCommand, ManualControlRefused, PlaybackState};
 use real_time::RealTime;

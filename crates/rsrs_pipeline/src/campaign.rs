@@ -57,6 +57,8 @@ pub struct Item {
     pub record: ExperimentRecord,
     /// That the sweep of its cell is of robots with another profile, on which somebody insists.
     pub other_profile: Option<ProfilesDiffer>,
+    /// What is done about robots that do not stand where they should start.
+    pub place_check: PlaceCheck,
 }
 
 impl Item {
@@ -74,7 +76,8 @@ impl Item {
             .with_context(|| format!("experiment {} cannot be run", experiment.folder))?;
         // It is no run yet.
         let record = ExperimentRecord { run_id: String::new(), ..plan.record };
-        Ok(Self { experiment, record, other_profile: plan.other_profile })
+        let other_profile = plan.other_profile;
+        Ok(Self { experiment, record, other_profile, place_check: PlaceCheck::On })
     }
 
     /// The plan of a run that starts now.
@@ -93,6 +96,7 @@ impl Item {
             ));
         }
         plan.bag = bag;
+        plan.place_check = self.place_check;
         Ok(plan)
     }
 }

@@ -33,6 +33,9 @@ pub struct Options {
     pub labels: Labeller,
     /// Whether runs that went on without a robot that was lost count, too.
     pub with_lost_robots: bool,
+    /// Whether runs count whose poses cannot be those of the commanded robots, or of which a robot did not
+    /// move.
+    pub with_implausible: bool,
     /// By how much real robots may mill less often than simulated ones and still support the claim, as
     /// a share from 0 to 0.5; to be chosen before the first run.
     pub margin: f64,
@@ -45,7 +48,8 @@ pub struct Options {
 /// Compares recorded runs with the cells of a sweep that they belong to.
 ///
 /// Whether a run counts is decided by what was recorded of its ending, before any bag is labelled; one
-/// that cannot be labelled then does not count either. What was left out for a cause after its start
+/// that cannot be labelled then does not count either, nor one whose poses or motions cannot be those that were
+/// commanded. What was left out for a cause after its start
 /// may have ended in any way, and a verdict stands only if it stands whatever that was
 /// ([`rsrs_core::statistics::left_out`]).
 ///
@@ -68,7 +72,10 @@ pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Report> {
         match run.cause().filter(|(cause, _)| !counts(cause)) {
             Some(cause) => runs.leave_out(of_cell, run, cause),
             None => match label(&run, options) {
-                Ok(labelled) => runs.counted.push((of_cell.clone(), run, labelled)),
+                Ok(labelled) => match implausible(&labelled, options) {
+                    Some(cause) => runs.leave_out(of_cell, run, cause),
+                    None => runs.counted.push((of_cell.clone(), run, labelled)),
+                },
                 Err(error) => {
                     let cause = (Cause::NotLabelled, without_bag(&run.bag, &error));
                     runs.leave_out(of_cell, run, cause);
@@ -127,6 +134,13 @@ fn label(run: &Admitted, options: &Options) -> anyhow::Result<Labelled> {
         }
         Labeller::Human(who) => label_by(&run.bag, who),
     }
+}
+
+/// Why a labelled run shows something else than its swarm, unless that counts.
+fn implausible(labelled: &Labelled, options: &Options) -> Option<(Cause, String)> {
+    let found: Vec<&str> = labelled.implausible.iter().map(|found| found.text.as_str()).collect();
+    let is_left_out = !found.is_empty() && !options.with_implausible;
+    is_left_out.then(|| (Cause::Implausible, found.join("; ")))
 }
 
 /// An error on one line, without the name of the bag before it, and with what to do.

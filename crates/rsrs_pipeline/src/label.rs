@@ -2,6 +2,7 @@
 
 pub mod agreement;
 pub mod human_labels;
+pub mod implausible;
 mod text;
 
 pub use human_labels::Labeller;
@@ -21,6 +22,7 @@ use rsrs_fleet::record::{Ending, EndingKind, ExperimentRecord, LostRobot, Paused
 use serde::{Deserialize, Serialize};
 
 use self::human_labels::{HumanLabel, JUDGE};
+use self::implausible::ImplausibleMotion;
 use crate::error::{helped, with_help};
 use crate::recorded_run::{self, PosesBy, PosesOfRun};
 
@@ -111,6 +113,12 @@ pub struct Labelled {
     /// When robots stood in the run because leases did not reach them, and went on, by the bag.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub paused_robots: Vec<PausedRobot>,
+    /// What its poses and commands show that cannot be, or that a robot did not move: look again.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub implausible: Vec<ImplausibleMotion>,
+    /// Robots whose first poses are not where its record places them, in words.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub misplaced: Vec<String>,
     /// Robots that had no gate of ours in front of their wheels, by the bag's record.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub controller_only: Vec<String>,
@@ -124,7 +132,18 @@ pub const LOOK_AGAIN: &str = "not settled: look again";
 pub struct Settledness {
     /// Not there in a person's label.
     is_settled: Option<bool>,
+    /// Whether poses or motions are found that cannot be; not there in a label without them.
+    #[serde(default, deserialize_with = "is_there")]
+    implausible: bool,
 }
+
+/// That something is there, whatever it is.
+fn is_there<'a, D: serde::Deserializer<'a>>(deserializer: D) -> Result<bool, D::Error> {
+    serde::de::IgnoredAny::deserialize(deserializer).map(|_| true)
+}
+
+/// What stands behind the phase of a run whose poses or motions cannot be those that were commanded.
+pub const IMPLAUSIBLE: &str = "implausible: look again";
 
 impl Settledness {
     /// Whether a person should look at the run.
@@ -135,6 +154,9 @@ impl Settledness {
 
 /// A phase in words, with a warning where it is near another one.
 pub fn marked(phase: Phase, settledness: Settledness) -> String {
+    if settledness.implausible {
+        return format!("{phase} ({IMPLAUSIBLE})");
+    }
     if settledness.is_borderline() {
         return format!("{phase} ({LOOK_AGAIN})");
     }
@@ -158,7 +180,8 @@ impl Labelled {
 
     /// The phase in words, with a warning where it is near another one.
     pub fn phase_in_words(&self) -> String {
-        marked(self.phase, Settledness { is_settled: Some(!self.is_borderline()) })
+        let is_settled = Some(!self.is_borderline());
+        marked(self.phase, Settledness { is_settled, implausible: !self.implausible.is_empty() })
     }
 
     /// Which rows of a trajectory are those of robots that did not take part to the end.
@@ -195,6 +218,8 @@ impl Labelled {
             lost_robots: Vec::new(),
             counts_without_lost: None,
             paused_robots: Vec::new(),
+            implausible: Vec::new(),
+            misplaced: Vec::new(),
             controller_only: Vec::new(),
         }
     }
@@ -246,6 +271,9 @@ pub fn judge(
         is_asked.then(|| record.counts_without(&ending.lost))
     });
     let stopped = ending.as_ref().filter(|ending| ending.kind != EndingKind::Completed);
+    let lost = ending.as_ref().map_or(&[][..], |ending| &ending.lost);
+    let implausible = implausible::find(&recorded, &bodies, record.as_ref(), lost);
+    let misplaced = record.as_ref().map(|record| implausible::misplaced(&recorded, record));
     let labelled = Labelled {
         bag: path.to_path_buf(),
         phase: verdict.phase,
@@ -267,6 +295,8 @@ pub fn judge(
         paused_robots: ending.as_ref().map(|ending| ending.paused.clone()).unwrap_or_default(),
         lost_robots: ending.map(|ending| ending.lost).unwrap_or_default(),
         counts_without_lost,
+        implausible,
+        misplaced: misplaced.unwrap_or_default(),
         controller_only: record.map(|record| record.controller_only).unwrap_or_default(),
     };
     Ok((labelled, recorded, bodies))

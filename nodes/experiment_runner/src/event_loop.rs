@@ -380,7 +380,8 @@ impl<'a> Run<'a> {
                 events.extend(self.answer_of_simulator(&status));
                 events.push(Event::SimulatorStatus(status));
             }
-            // Where robots are is asked for before they move; then, whether their poses still come.
+            // Where robots are is asked for before they move; then, whether their poses still come, and
+            // whether they are where commands lead.
             Role::Transforms if self.rates.is_some() => {}
             role => events.extend(meaning::events(self.plan, role, received)?),
         }

@@ -7,10 +7,11 @@ use rsrs_bags::trajectory::PoseReader;
 use rsrs_core::robot::controller::Command;
 use rsrs_core::robot::pose_source::PoseSource;
 use rsrs_fleet::experiment::Time;
+use rsrs_fleet::fleet_file::FleetRobot;
 use rsrs_fleet::placement::WantedStart;
 use rsrs_fleet::preflight::{self, Apart, Expected, ExpectedTopic, Graph, Publishers};
 use rsrs_fleet::record::Backend;
-use rsrs_fleet::runner::{RunLength, RunnerOptions, SampleKind};
+use rsrs_fleet::runner::{MotionCheck, RunLength, RunnerOptions, SampleKind, StartRule};
 use rsrs_fleet::simulator::placement_digest;
 use rsrs_fleet::timing::COUNTDOWN;
 use rsrs_msgs::topics;
@@ -44,8 +45,13 @@ pub fn runner_options(plan: &Plan, recorded_topics: &[RecordedTopic]) -> RunnerO
         length,
         robot_lost: record.robot_lost,
         countdown: countdown(plan),
+        start_rule: match plan.place_check {
+            PlaceCheck::Require => StartRule::Required,
+            PlaceCheck::On | PlaceCheck::Off => StartRule::Noted,
+        },
         samples: samples(plan),
-        start: (record.backend != Backend::Simulator && plan.place_check == PlaceCheck::On)
+        motion: motion(plan),
+        start: (record.backend != Backend::Simulator && plan.place_check != PlaceCheck::Off)
             .then(|| WantedStart::of(&record.conditions, record.replicate)),
     }
 }
@@ -58,6 +64,16 @@ fn countdown(plan: &Plan) -> Duration {
         Backend::Fleet | Backend::Mixed if !stands => COUNTDOWN,
         Backend::Fleet | Backend::Mixed | Backend::Simulator => Duration::ZERO,
     }
+}
+
+/// What poses are held against while robots move; the simulator moves its own as they are commanded.
+fn motion(plan: &Plan) -> Option<MotionCheck> {
+    let conditions = &plan.record.conditions;
+    (plan.record.backend != Backend::Simulator).then(|| MotionCheck {
+        period_s: conditions.period_s,
+        bodies: conditions.bodies(),
+        walls_m: conditions.arena.walls_m(),
+    })
 }
 
 /// What must keep coming from every robot.
@@ -90,6 +106,7 @@ fn expected(plan: &Plan, recorded_topics: &[RecordedTopic]) -> Expected {
         simulator: plan.record.backend != Backend::Fleet,
         topics: topics.collect(),
         steering: steering(plan),
+        obeyed: obeyed(plan),
         battery_min_v: limits.collect(),
         controller_only: plan.record.controller_only.iter().cloned().collect(),
         gates: plan.gates.clone(),
@@ -103,6 +120,15 @@ fn steering(plan: &Plan) -> BTreeSet<String> {
     let topics = [topics::HARDWARE_CMD_VEL, topics::VIRTUAL_DETECTION];
     let robots = plan.record.robots.iter();
     robots.flat_map(|robot| topics.map(|topic| topic.for_robot(robot))).collect()
+}
+
+/// By which topics real robots are driven: behind a gate, a base may take what the gate lets through.
+fn obeyed(plan: &Plan) -> BTreeSet<String> {
+    let topics = [topics::CMD_VEL, topics::HARDWARE_CMD_VEL];
+    let is_real =
+        |robot: &&FleetRobot| plan.record.backend != Backend::Simulator && !plan.is_virtual(robot);
+    let real = plan.robots.iter().filter(is_real);
+    real.flat_map(|robot| topics.map(|topic| topic.for_robot(&robot.name))).collect()
 }
 
 /// Robots whose poses are published, and were not made by the simulator.
@@ -131,7 +157,7 @@ pub fn publishers_there(session: &Session) -> Vec<preflight::Endpoint> {
 fn publishers(plan: &Plan, reader: &PoseReader, recorded_topic: &RecordedTopic) -> Publishers {
     let is_virtual = |robot: usize| plan.is_virtual(&plan.robots[robot]);
     match recorded_topic.role {
-        Role::Detection(_) | Role::Command => Publishers::One,
+        Role::Detection(_) | Role::Command(_) => Publishers::One,
         Role::Odometry(_) | Role::Pose(_) if plan.poses == Poses::IfThere => Publishers::AtMostOne,
         Role::Odometry(robot) if is_virtual(robot) => Publishers::One,
         Role::Pose(robot) if is_virtual(robot) => Publishers::Any,

@@ -5,6 +5,7 @@
 //! start, and in lockstep the simulator does not step ahead of the bag.
 
 mod arguments;
+pub mod causes;
 mod event_loop;
 mod expectation;
 mod extras;

@@ -2,12 +2,13 @@
 
 use rsrs_fleet::e_stop::{Locks, NoLocks, Source};
 use rsrs_fleet::experiment::Time;
+use rsrs_fleet::fleet_file::CmdVel;
 use rsrs_fleet::message::Status;
 use rsrs_fleet::record::Backend;
 use rsrs_fleet::runner::{Event, SampleKind};
 use rsrs_msgs::builtin_interfaces::Time as Stamp;
 use rsrs_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
-use rsrs_msgs::geometry_msgs::TransformStamped;
+use rsrs_msgs::geometry_msgs::{TransformStamped, Twist, TwistStamped};
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::{Bool, Text};
 use rsrs_msgs::tf2_msgs::TFMessage;
@@ -66,12 +67,19 @@ pub fn events(plan: &Plan, role: Role, received: &ReceivedRaw) -> Result<Vec<Eve
         Role::Detection(index) if plan.record.time != Time::Lockstep => {
             vec![Event::Sampled { robot: robot(index), kind: SampleKind::Detection }]
         }
+        Role::Command(index)
+            if plan.record.time != Time::Lockstep && plan.record.backend != Backend::Simulator =>
+        {
+            let command = wire::command(&commanded(plan, index, data)?);
+            let command = command.map_err(|error| error.to_string())?;
+            vec![Event::Commanded { robot: robot(index), command }]
+        }
         Role::Detection(_)
         | Role::Odometry(_)
         | Role::Pose(_)
         | Role::Tracker
         | Role::Simulator
-        | Role::Command
+        | Role::Command(_)
         | Role::WorldDigest
         | Role::Clock
         | Role::Preparation
@@ -118,6 +126,14 @@ pub fn pose_sampled(plan: &Plan, seen: SeenPose) -> Vec<Event> {
         }
         Err(reason) => vec![Event::PoseUnusable { robot, reason }],
     }
+}
+
+/// The velocity in a command, of the type that the fleet file states.
+fn commanded(plan: &Plan, robot: usize, data: &[u8]) -> Result<Twist, String> {
+    Ok(match plan.robots[robot].cmd_vel {
+        CmdVel::TwistStamped => decode::<TwistStamped>(data)?.twist,
+        CmdVel::Twist => decode(data)?,
+    })
 }
 
 /// Understands a status.

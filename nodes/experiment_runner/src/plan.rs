@@ -54,9 +54,11 @@ pub struct Request {
 /// Whether start poses are held against the wanted placement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PlaceCheck {
-    /// They are.
+    /// They are, and what deviates is noted.
     #[default]
     On,
+    /// They are, and no robot moves while one deviates.
+    Require,
     /// They are not, as where there are no poses.
     Off,
 }

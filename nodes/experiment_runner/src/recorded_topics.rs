@@ -16,7 +16,7 @@ pub enum Role {
     /// The readings of a robot's sensor.
     Detection(usize),
     /// A robot's velocity command.
-    Command,
+    Command(usize),
     /// Odometry: the own estimate of a robot, or the ground truth of the simulator.
     Odometry(usize),
     /// Where a tracker sees a robot.
@@ -149,7 +149,7 @@ pub fn recorded_topics(robots: &[FleetRobot], tracked: &[TrackedTopic]) -> Vec<R
         };
         for (topic, role) in [
             (topics::DETECTION, Role::Detection(index)),
-            (cmd_vel, Role::Command),
+            (cmd_vel, Role::Command(index)),
             (topics::ODOM, Role::Odometry(index)),
             (topics::POSE, Role::Pose(index)),
             (topics::RANGE, Role::Other),

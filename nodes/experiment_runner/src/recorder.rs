@@ -282,7 +282,7 @@ impl Recorder {
 fn makes_a_step(role: Role) -> bool {
     matches!(
         role,
-        Role::Detection(_) | Role::Command | Role::Odometry(_) | Role::WorldDigest | Role::Clock
+        Role::Detection(_) | Role::Command(_) | Role::Odometry(_) | Role::WorldDigest | Role::Clock
     )
 }
 

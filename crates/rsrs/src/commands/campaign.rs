@@ -10,7 +10,7 @@ use rsrs_fleet::record::{self, EndingKind};
 use rsrs_ros::logging::{self, Level};
 use rsrs_ros::security::Member;
 
-use crate::commands::{Backend, Format, report};
+use crate::commands::{Backend, Format, PlaceCheck, report};
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
 use crate::fleet_network::chosen_network;
@@ -66,6 +66,10 @@ pub struct Arguments {
     /// (docs/campaigns.md).
     #[arg(long, value_name = "PROGRAM", conflicts_with = "yes")]
     place_command: Option<String>,
+    /// What to do, before robots of a fleet move, about those that do not stand where they should
+    /// (default: on).
+    #[arg(long, value_enum, default_value = "on", hide_default_value = true)]
+    place_check: PlaceCheck,
     /// How often an experiment is tried again at once whose run gave no result for a cause that was
     /// known before it: void, failed before the robots moved, not judged, or a robot lost before the
     /// judged last minute; never for its result (default: 2 in the simulator, 0 with a fleet).
@@ -89,10 +93,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Backend::Sim => record::Backend::Simulator,
         Backend::Fleet => record::Backend::Fleet,
     };
-    let Campaign { text, items } =
+    let Campaign { text, mut items } =
         Campaign::read(&arguments.campaign, backend, arguments.other.profile())?;
     for differ in items.iter().filter_map(|item| item.other_profile.as_ref()).take(1) {
         print_note(format!("note: {differ}"));
+    }
+    for item in &mut items {
+        item.place_check = arguments.place_check.into();
     }
     let is_asked = !arguments.yes && arguments.place_command.is_none();
     let asks = arguments.backend == Backend::Fleet && is_asked;
@@ -170,6 +177,11 @@ fn command(arguments: &Arguments) -> String {
     }
     if let Some(program) = &arguments.place_command {
         words.push(format!("--place-command {}", quoted(program)));
+    }
+    match arguments.place_check {
+        PlaceCheck::On => {}
+        PlaceCheck::Require => words.push("--place-check require".to_owned()),
+        PlaceCheck::Off => words.push("--place-check off".to_owned()),
     }
     words.extend(arguments.retry.map(|retry| format!("--retry {retry}")));
     words.join(" ")

@@ -109,6 +109,7 @@ impl Arguments {
             bags: self.bags.clone(),
             labels: self.labels.clone(),
             with_lost_robots: false,
+            with_implausible: false,
             margin: MARGIN,
             poses: None,
             other_profile: self.other.profile(),

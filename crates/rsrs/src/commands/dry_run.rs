@@ -148,6 +148,7 @@ impl DryRun<'_> {
             bags,
             labels: Labeller::Judge,
             with_lost_robots: false,
+            with_implausible: false,
             margin: MARGIN,
             poses: None,
             other_profile: OtherProfile::Refused,

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use rsrs_core::diagram::axis::Cell;
-use rsrs_experiment_runner::plan::{self, Plan, Request};
+use rsrs_experiment_runner::plan::{Plan, Request};
 use rsrs_fleet::message::E_STOP_REASON;
 use rsrs_fleet::record::{self, EndingKind, ExperimentRecord};
 use rsrs_ros::logging::{self, Level};
 use rsrs_ros::security::Member;
 use rsrs_ros::session::SessionOptions;
 
-use crate::commands::{Backend, Format, report};
+use crate::commands::{Backend, Format, PlaceCheck, report};
 use crate::experiment_bar::TerminalOperator;
 use crate::failure::Outcome;
 use crate::fleet_network::{chosen_network, other_middleware};
@@ -65,8 +65,7 @@ pub struct Arguments {
     /// standard input; another exit code than 0 stops the run (docs/campaigns.md).
     #[arg(long, value_name = "PROGRAM")]
     place_command: Option<String>,
-    /// Whether to report, before a fleet moves, robots that do not stand where they should
-    /// (default: on).
+    /// What to do, before a fleet moves, about robots that do not stand where they should (default: on).
     #[arg(long, value_enum, default_value = "on", hide_default_value = true)]
     place_check: PlaceCheck,
     #[command(flatten)]
@@ -77,14 +76,6 @@ pub struct Arguments {
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum PlaceCheck {
-    /// Report them.
-    On,
-    /// Do not compare them with the poses that robots should start from.
-    Off,
 }
 
 /// Runs the command.
@@ -103,10 +94,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         },
         bag: arguments.output.clone(),
         seed: arguments.seed,
-        place_check: match arguments.place_check {
-            PlaceCheck::On => plan::PlaceCheck::On,
-            PlaceCheck::Off => plan::PlaceCheck::Off,
-        },
+        place_check: arguments.place_check.into(),
         other_profile: arguments.other.profile(),
     })?;
     let place_command = arguments.place_command.as_deref();

@@ -2,6 +2,8 @@
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Command, CommandFactory};
+use rsrs_experiment_runner::causes::of_bags;
+use rsrs_fleet::causes;
 use rsrs_pipeline::schema::{FileKind, reference};
 
 use crate::commands::{Format, report};
@@ -9,7 +11,7 @@ use crate::failure::Outcome;
 
 /// Print what may stand in a file: as JSON Schema for editors, or as a reference for people.
 ///
-/// With `--commands` it is what may be typed.
+/// With `--commands` it is what may be typed, with `--causes` what can go wrong in a run.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -20,7 +22,7 @@ An editor with YAML's language server takes the schema from the first line of a 
   # yaml-language-server: $schema=sweep.schema.json")]
 pub struct Arguments {
     /// Kind of file.
-    #[arg(required_unless_present_any = ["reference", "commands"], value_parser = kinds())]
+    #[arg(required_unless_present_any = ["reference", "commands", "causes"], value_parser = kinds())]
     kind: Option<FileKind>,
     /// All kinds of files and all axes, as Markdown.
     #[arg(long, conflicts_with = "kind")]
@@ -28,6 +30,9 @@ pub struct Arguments {
     /// The help of every command, as Markdown.
     #[arg(long, conflicts_with_all = ["kind", "reference"])]
     commands: bool,
+    /// Everything that can go wrong in a run, with what it means and what to do, as Markdown.
+    #[arg(long, conflicts_with_all = ["kind", "reference", "commands"])]
+    causes: bool,
 }
 
 fn kinds() -> impl TypedValueParser<Value = FileKind> {
@@ -44,6 +49,7 @@ pub fn run<C: CommandFactory>(arguments: &Arguments) -> anyhow::Result<Outcome> 
     match arguments.kind {
         Some(kind) => report(Format::Json, &kind.schema(), "")?,
         None if arguments.commands => report(Format::Text, &(), page_of_commands(C::command()))?,
+        None if arguments.causes => report(Format::Text, &(), causes::page(&[of_bags()]))?,
         None => report(Format::Text, &(), reference())?,
     }
     Ok(Outcome::Done)

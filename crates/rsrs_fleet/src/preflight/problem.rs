@@ -3,6 +3,7 @@
 use super::{ClockLead, DiagnosticError, UnfitTopic, commands_as};
 use crate::epoch::ImplausibleEpoch;
 use crate::parameters::Deviation;
+use crate::placement;
 use crate::timing::LEASE_DURATION;
 
 fn by(nodes: &[String]) -> String {
@@ -102,6 +103,15 @@ pub enum Problem {
         node: String,
         /// The topic that it has instead.
         renamed: String,
+    },
+    /// Nobody receives what a robot is commanded.
+    #[error(
+        "{topic}: nobody receives it, so the robot would stand (start its base; `ros2 topic info -v \
+         {topic}` shows who subscribes)"
+    )]
+    NobodyObeys {
+        /// The topic.
+        topic: String,
     },
     /// A topic of one robot has several publishers.
     #[error("{topic}: {found} publishers, expected 1 (two robots of one name?)")]
@@ -226,10 +236,27 @@ pub enum Problem {
         /// What is wrong with it.
         reason: String,
     },
+    /// A robot does not stand where it should start, and is required to.
+    #[error("{0}")]
+    Misplaced(placement::Deviation),
+    /// A robot is required to stand where it should start, and its pose was not received.
+    #[error("{robot}: no pose received, so it is unknown whether it stands where it should start")]
+    PlaceUnknown {
+        /// The robot.
+        robot: String,
+    },
+    /// Robots are required to stand where they should start, and their poses cannot be compared.
+    #[error(
+        "start poses are in different frames, {frames}, and cannot be held against their places"
+    )]
+    PlacesInFrames {
+        /// The frames.
+        frames: String,
+    },
     /// Robots that cannot all be at their poses.
     #[error(
         "{} are on one spot: centres less than {radius_m:.3} m apart, which is their radius (odometry \
-         that starts at 0, 0 on each robot is no pose on the floor: publish poses in one frame)",
+         that starts at 0, 0 on each robot is no pose on the floor: publish poses in one frame, with z up)",
         robots.join(", ")
     )]
     OneSpot {

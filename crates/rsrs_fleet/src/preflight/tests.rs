@@ -399,3 +399,37 @@ fn an_epoch_that_no_runner_made_is_named_with_its_robot() {
 
     assert!(printed[0].starts_with("robot_1: epoch 18446744073709551615 refused"), "{printed:?}");
 }
+
+#[test]
+fn a_robot_whose_commands_nobody_receives_is_refused_and_onlookers_drive_none() {
+    let topics = ["/robot_1/cmd_vel", "/robot_2/cmd_vel", "/robot_2/hardware/cmd_vel"];
+    let expected =
+        Expected { obeyed: topics.map(str::to_owned).into_iter().collect(), ..expected() };
+    let mut seen = complete();
+    let subscriber = |topic: &str, node: Option<&str>| Endpoint {
+        node: node.map(str::to_owned),
+        ..publisher(topic, "TwistStamped")
+    };
+    seen.graph.subscribers = vec![
+        subscriber("/robot_1/cmd_vel", Some("/rsrs_watch")),
+        subscriber("/robot_1/cmd_vel", Some("/_ros2cli_7")),
+        subscriber("/robot_2/cmd_vel", Some("/robot_2/robot")),
+    ];
+
+    let printed = sentences(&expected, &seen);
+    seen.graph.subscribers.push(subscriber("/robot_1/cmd_vel", None));
+    let with_a_base = sentences(&expected, &seen);
+    seen.graph.publishers.push(publisher("/robot_2/hardware/cmd_vel", "Twist"));
+    let with_a_gate_before_nothing = sentences(&expected, &seen);
+
+    assert_eq!(
+        printed,
+        [
+            "/robot_1/cmd_vel: nobody receives it, so the robot would stand (start its base; `ros2 topic \
+          info -v /robot_1/cmd_vel` shows who subscribes)"
+        ]
+    );
+    assert_eq!(with_a_base, [""; 0], "a program without a name may be a base");
+    assert_eq!(with_a_gate_before_nothing.len(), 1);
+    assert!(with_a_gate_before_nothing[0].starts_with("/robot_2/hardware/cmd_vel: nobody"));
+}

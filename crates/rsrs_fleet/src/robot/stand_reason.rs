@@ -1,5 +1,7 @@
 //! Why a robot stands.
 
+use std::fmt;
+
 use crate::message::{E_STOP_REASON, StopCause};
 
 /// Why a robot stands.
@@ -25,6 +27,12 @@ pub enum StandReason {
     Latched(String),
     /// Its hardware failed.
     Fault(String),
+}
+
+impl fmt::Display for StandReason {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.text())
+    }
 }
 
 impl StandReason {

@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use rsrs_core::robot::controller::{ControllerParameters, Reaction};
+use rsrs_core::robot::controller::{Command, ControllerParameters, Reaction};
 use rsrs_core::robot::unicycle::Pose;
 
-use super::{Outcome, SampleKind, Target};
+use super::{MotionCheck, Outcome, SampleKind, Target};
 use crate::e_stop::Source;
 use crate::experiment::RobotLost;
 use crate::message::{Lease, Status};
@@ -37,9 +37,13 @@ pub struct RunnerOptions {
     pub countdown: Duration,
     /// Where the robots should stand at the start; `None` if that need not be checked.
     pub start: Option<WantedStart>,
+    /// What to do where they do not.
+    pub start_rule: StartRule,
     /// What must keep coming from every robot while it moves; nothing in lockstep, where the
     /// simulator steps only when all is there.
     pub samples: BTreeSet<SampleKind>,
+    /// What poses are held against, while robots move; `None` where the simulator moves all of them.
+    pub motion: Option<MotionCheck>,
 }
 
 impl RunnerOptions {
@@ -47,6 +51,16 @@ impl RunnerOptions {
     pub(super) fn controller_digest(&self) -> u64 {
         self.controller.digest_with(self.reaction)
     }
+}
+
+/// What to do where robots do not stand as they should start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum StartRule {
+    /// It is noted, and they move.
+    #[default]
+    Noted,
+    /// They are neither armed nor moved.
+    Required,
 }
 
 /// When a run is complete.
@@ -135,6 +149,13 @@ pub enum Event {
         /// What it is.
         kind: SampleKind,
     },
+    /// A velocity command was sent to a robot.
+    Commanded {
+        /// The robot.
+        robot: String,
+        /// The command.
+        command: Command,
+    },
     /// A request to set parameters was answered.
     ParametersSet {
         /// Who answered.
@@ -220,6 +241,7 @@ impl Event {
             | Self::PoseUnusable { .. }
             | Self::PoseAhead { .. }
             | Self::Transform { .. }
+            | Self::Commanded { .. }
             | Self::Sampled { .. } => true,
             Self::Seen(_)
             | Self::ParametersSet { .. }

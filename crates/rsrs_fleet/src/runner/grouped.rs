@@ -81,6 +81,7 @@ impl Problem {
             | Self::PoseClock { robot, .. }
             | Self::PoseUnusable { robot, .. }
             | Self::Outside { robot, .. }
+            | Self::PlaceUnknown { robot }
             | Self::Clock { robot, .. } => Some(robot),
             Self::Diagnostic(diagnostic_error) => Some(&diagnostic_error.robot),
             Self::Unfit(UnfitTopic { topic, .. })
@@ -88,6 +89,7 @@ impl Problem {
             | Self::WrongSubscriber { topic, .. }
             | Self::NoPublisher { topic }
             | Self::Renamed { topic, .. }
+            | Self::NobodyObeys { topic }
             | Self::SeveralPublishers { topic, .. } => {
                 topic.strip_prefix('/')?.split_once('/').map(|(robot, _)| robot)
             }
@@ -97,6 +99,8 @@ impl Problem {
             | Self::TooSlow { .. }
             | Self::Locked { .. }
             | Self::OneSpot { .. }
+            | Self::Misplaced(_)
+            | Self::PlacesInFrames { .. }
             | Self::Frames { .. }
             | Self::FenceFrames { .. }
             | Self::EStop { .. } => None,

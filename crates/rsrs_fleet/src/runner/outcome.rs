@@ -1,5 +1,7 @@
 //! How a run ends.
 
+use crate::message::E_STOP_REASON;
+
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
@@ -19,6 +21,65 @@ pub enum Outcome {
     Failed {
         /// Every problem.
         problems: Vec<Failure>,
+    },
+}
+
+/// Why a run is stopped before its end.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum AbortCause {
+    /// The e-stop is engaged.
+    #[error("{E_STOP_REASON}")]
+    EStop,
+    /// Another runner publishes leases.
+    #[error("another runner is active, run {run_id}")]
+    OtherRunner {
+        /// Its run.
+        run_id: String,
+    },
+    /// A robot obeys an epoch that this runner has not made.
+    #[error("a robot obeys epoch {found}, expected at most {expected}: another runner has it")]
+    HigherEpoch {
+        /// The robot's epoch.
+        found: u64,
+        /// The run's.
+        expected: u64,
+    },
+    /// A robot waits for the start of another run in the same epoch.
+    #[error("a robot is armed for run {run_id}: another runner has it")]
+    ArmedForAnother {
+        /// That run.
+        run_id: String,
+    },
+    /// A robot was lost, and the experiment wants the run to end then.
+    #[error("lost {robot}: {reason}")]
+    LostRobot {
+        /// The robot.
+        robot: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// No robot is left.
+    #[error("lost every robot")]
+    LostAll,
+    /// A node began to publish what only one may.
+    #[error("a second publisher of {topic}: node {node}")]
+    SecondPublisher {
+        /// The topic.
+        topic: String,
+        /// The node.
+        node: String,
+    },
+    /// A program whose node is not known began to publish what only one may.
+    #[error("a second publisher of {topic}, of a node that does not state its name")]
+    UnnamedPublisher {
+        /// The topic.
+        topic: String,
+    },
+    /// Someone wanted it to end, or nothing can be sent any more.
+    #[error("{reason}")]
+    Interrupted {
+        /// Why.
+        reason: String,
     },
 }
 

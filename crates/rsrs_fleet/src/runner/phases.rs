@@ -1,17 +1,17 @@
 //! What the runner waits for in each phase, and for how long.
 
-use crate::message::E_STOP_REASON;
+use std::collections::BTreeSet;
 
 use crate::preflight::Problem;
 
 use super::grouped::names;
 use super::roster::Unarmed;
 use super::{
-    ARM_TIMEOUT, Action, CONFIGURE_TIMEOUT, COUNTDOWN_TIMEOUT, Duration, FIRST_SAMPLE_TIMEOUT,
-    Failure, Gates, LOCKSTEP_GRACE, LossTimeouts, LostRobot, NODE_TIMEOUT, Outcome,
-    POSE_SEARCH_DURATION, Phase, RECORDER_TIMEOUT, RESUME_TIMEOUT, Requests, RunBinding, RunLength,
-    Runner, STAND_TIMEOUT, SampleKind, Seen, Target, UnexpectedPublishers, grouped, most_paused,
-    preflight,
+    ARM_TIMEOUT, AbortCause, Action, CONFIGURE_TIMEOUT, COUNTDOWN_TIMEOUT, Duration,
+    FIRST_SAMPLE_TIMEOUT, Failure, Gates, LOCKSTEP_GRACE, LossTimeouts, LostRobot, NODE_TIMEOUT,
+    Outcome, POSE_SEARCH_DURATION, Phase, RECORDER_TIMEOUT, RESUME_TIMEOUT, Requests, RunBinding,
+    RunLength, Runner, STAND_TIMEOUT, SampleKind, Seen, StartRule, Target, UnexpectedPublishers,
+    grouped, most_paused, preflight,
 };
 
 impl Runner {
@@ -51,7 +51,8 @@ impl Runner {
             behind_s: self.start_check.behind_s(),
             diagnostic_errors: self.start_check.diagnostic_errors(),
         };
-        let problems = preflight::problems(&self.options.expected, &seen);
+        let mut problems = preflight::problems(&self.options.expected, &seen);
+        problems.extend(self.misplaced());
         let clocks = preflight::clock_notes(&self.options.expected, &seen);
         self.graph = seen.graph;
         let onlookers: Vec<Action> =
@@ -179,6 +180,7 @@ impl Runner {
             let robots = self.start_check.without_poses(&self.options.expected.robots);
             problems.extend(robots.into_iter().map(|robot| Failure::NoPose { robot }));
         }
+        problems.extend(self.misplaced().into_iter().map(Failure::from));
         problems.extend(self.unfit_to_move(now));
         problems
     }
@@ -193,6 +195,16 @@ impl Runner {
         let mut problems = preflight::health(&self.options.expected, &seen);
         problems.extend(preflight::outside(&self.options.expected, &self.start_check.poses()));
         problems.into_iter().map(Failure::from).collect()
+    }
+
+    /// Robots that do not stand where they are required to.
+    fn misplaced(&self) -> Vec<Problem> {
+        match (&self.options.start, self.options.start_rule) {
+            (Some(start), StartRule::Required) => {
+                self.start_check.misplaced(start, &self.options.expected.robots)
+            }
+            _ => Vec::new(),
+        }
     }
 
     /// Poses that came after the robots were found may be the first.
@@ -289,21 +301,18 @@ impl Runner {
     /// another runner's, and the e-stop is for all robots, whichever receives it first.
     fn is_taken_away(&mut self, now: Duration, actions: &mut Vec<Action>) -> bool {
         if self.roster.holds_e_stop() {
-            self.abort(E_STOP_REASON.to_owned(), now, actions);
+            self.abort(&AbortCause::EStop, now, actions);
             return true;
         }
         let highest = self.roster.highest_epoch();
         if highest > self.epoch {
-            let reason = format!(
-                "a robot obeys epoch {highest}, expected at most {}: another runner has it",
-                self.epoch
-            );
-            self.abort(reason, now, actions);
+            let cause = AbortCause::HigherEpoch { found: highest, expected: self.epoch };
+            self.abort(&cause, now, actions);
             return true;
         }
         if let Some(other) = self.roster.armed_for_another(self.binding(), now) {
-            let reason = format!("a robot is armed for run {other}: another runner has it");
-            self.abort(reason, now, actions);
+            let run_id = other.to_owned();
+            self.abort(&AbortCause::ArmedForAnother { run_id }, now, actions);
             return true;
         }
         false
@@ -318,24 +327,29 @@ impl Runner {
         let news = self.roster.news_of_lost(self.epoch, now).into_iter();
         actions.extend(news.map(Action::Note));
         actions.extend(resumed(&self.roster.newly_resumed()).map(Action::Note));
+        let given_up: BTreeSet<&str> = self.lost.iter().map(|lost| lost.robot.as_str()).collect();
+        let since = self.since.unwrap_or(now);
+        let implausible = self.plausibility.look(since, now, &given_up);
+        actions.extend(implausible.into_iter().map(Action::Note));
         if let Some(robot) = lost.first() {
-            let reason = format!("lost {}: {}", robot.robot, robot.reason);
+            let (name, reason) = (robot.robot.clone(), robot.reason.clone());
+            let cause = AbortCause::LostRobot { robot: name, reason };
             match (self.options.length, self.options.robot_lost) {
                 // The world stands still without it, and it is chance whether the simulator or the
                 // runner finds that first.
                 (RunLength::Lockstep { .. }, _) => {
-                    return self.end(Outcome::Void { reason }, now, actions);
+                    return self.end(Outcome::Void { reason: cause.to_string() }, now, actions);
                 }
                 (RunLength::RealTime { duration }, rule)
                     if rule.ends_run(robot.after_s, duration.as_secs_f64()) =>
                 {
-                    return self.abort(reason, now, actions);
+                    return self.abort(&cause, now, actions);
                 }
                 (RunLength::RealTime { .. }, _) => {}
             }
         }
         if self.roster.all_lost() {
-            self.abort("lost every robot".to_owned(), now, actions);
+            self.abort(&AbortCause::LostAll, now, actions);
             return;
         }
         match self.options.length {

@@ -6,7 +6,7 @@ use std::time::Duration;
 use rsrs_core::robot::unicycle::Pose;
 
 use crate::placement::{self, WantedStart};
-use crate::preflight::{ClockLead, DiagnosticError};
+use crate::preflight::{ClockLead, DiagnosticError, Problem};
 use crate::timing::CLOCK_LOOK;
 
 /// What was received of robots before and during a run.
@@ -222,19 +222,12 @@ impl StartCheck {
         if known.is_empty() {
             return vec!["start poses not checked: no pose was received".to_owned()];
         }
-        let frames: BTreeSet<_> = known.iter().map(|(_, robot)| &self.poses[*robot].0).collect();
-        if frames.len() > 1 {
-            let frames: Vec<_> = frames.into_iter().map(|frame| format!("`{frame}`")).collect();
+        if let Some(frames) = self.frames_of(robots) {
             return vec![format!(
-                "start poses not checked: they are in different frames, {}",
-                frames.join(", ")
+                "start poses not checked: they are in different frames, {frames}"
             )];
         }
-        let poses: Vec<_> = known
-            .iter()
-            .map(|(number, robot)| (*number, (*robot).clone(), self.poses[*robot].1))
-            .collect();
-        let deviations = placement::deviations(wanted, &poses);
+        let deviations = placement::deviations(wanted, &self.known_poses(robots));
         let notes = unknown.iter().map(|(_, robot)| format!("{robot}: no pose received"));
         let mut notes: Vec<_> = notes.chain(deviations.iter().map(ToString::to_string)).collect();
         if notes.is_empty() {
@@ -242,5 +235,36 @@ impl StartCheck {
         }
         notes.extend(self.few_poses(robots));
         notes
+    }
+
+    /// Why robots cannot be held to stand where they should start; nothing if all of them do.
+    pub(super) fn misplaced(&self, wanted: &WantedStart, robots: &[String]) -> Vec<Problem> {
+        let unknown = robots.iter().filter(|robot| !self.poses.contains_key(*robot));
+        let unknown = unknown.map(|robot| Problem::PlaceUnknown { robot: robot.clone() });
+        let frames = self.frames_of(robots).map(|frames| Problem::PlacesInFrames { frames });
+        let is_one_frame = frames.is_none();
+        let mut problems: Vec<Problem> = unknown.chain(frames).collect();
+        if is_one_frame {
+            let deviations = placement::deviations(wanted, &self.known_poses(robots));
+            problems.extend(deviations.into_iter().map(Problem::Misplaced));
+        }
+        problems
+    }
+
+    /// Numbers, names and poses of those robots whose pose is known.
+    fn known_poses(&self, robots: &[String]) -> Vec<(usize, String, Pose)> {
+        let known = robots.iter().enumerate().filter_map(|(number, robot)| {
+            let (_, pose) = self.poses.get(robot)?;
+            Some((number, robot.clone(), *pose))
+        });
+        known.collect()
+    }
+
+    /// The frames of their poses, if there are several.
+    fn frames_of(&self, robots: &[String]) -> Option<String> {
+        let known = robots.iter().filter_map(|robot| self.poses.get(robot));
+        let frames: BTreeSet<&String> = known.map(|(frame, _)| frame).collect();
+        let names: Vec<String> = frames.into_iter().map(|frame| format!("`{frame}`")).collect();
+        (names.len() > 1).then(|| names.join(", "))
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
+use super::AbortCause;
 use crate::preflight::{Endpoint, Expected, Graph, Publishers};
 use crate::timing::NODE_TIMEOUT;
 
@@ -27,7 +28,7 @@ impl UnexpectedPublishers {
         }
     }
 
-    /// The first second publisher of a topic that has one, in words.
+    /// The first second publisher of a topic that has one.
     ///
     /// A node may be discovered after its publishers: one without a name gets a second to announce
     /// it.
@@ -36,7 +37,7 @@ impl UnexpectedPublishers {
         expected: &Expected,
         graph: &Graph,
         now: Duration,
-    ) -> Option<String> {
+    ) -> Option<AbortCause> {
         // Hundreds of robots have thousands of publishers, and the runner has leases to send.
         let mut by_topic: BTreeMap<&str, Vec<&Endpoint>> = BTreeMap::new();
         for end in &graph.publishers {
@@ -54,12 +55,11 @@ impl UnexpectedPublishers {
                 match &end.node {
                     Some(node) if self.nodes.contains(&(name.clone(), node.clone())) => {}
                     Some(node) => {
-                        return Some(format!("a second publisher of {name}: node {node}"));
+                        let (topic, node) = (name.clone(), node.clone());
+                        return Some(AbortCause::SecondPublisher { topic, node });
                     }
                     None if now.saturating_sub(since) >= NODE_TIMEOUT => {
-                        return Some(format!(
-                            "a second publisher of {name}, of a node that does not state its name"
-                        ));
+                        return Some(AbortCause::UnnamedPublisher { topic: name.clone() });
                     }
                     None => {}
                 }

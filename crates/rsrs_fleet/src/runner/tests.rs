@@ -78,7 +78,9 @@ impl Bench {
             robot_lost: RobotLost::Abort,
             countdown: Duration::ZERO,
             start: None,
+            start_rule: StartRule::Noted,
             samples: BTreeSet::new(),
+            motion: None,
         };
         change(&mut options);
         Self {

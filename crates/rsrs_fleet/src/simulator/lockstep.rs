@@ -9,6 +9,29 @@ use super::{Action, Event, Placed, Progress, RECORDER_WINDOW, Refusal, check};
 use crate::message::RobotState;
 use crate::timing::{LEAST_STEP_TIMEOUT, LOCKSTEP_GRACE};
 
+/// Why a world in lockstep is given up.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum VoidCause {
+    /// A robot stands, and the world with it.
+    #[error("frozen for {} s at step {step} of {steps}", LOCKSTEP_GRACE.as_secs())]
+    Frozen {
+        /// The last step.
+        step: u64,
+        /// Steps of the run.
+        steps: u64,
+    },
+    /// All robots may move, and a message that the next step needs does not come.
+    #[error("no step for {} s at step {step} of {steps}: {owed}", LEAST_STEP_TIMEOUT.as_secs())]
+    Stalled {
+        /// The last step.
+        step: u64,
+        /// Steps of the run.
+        steps: u64,
+        /// Who owes what.
+        owed: String,
+    },
+}
+
 /// The world steps when every robot has answered its detection; nothing sleeps, nothing is invented.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lockstep {
@@ -100,12 +123,7 @@ impl Lockstep {
         if now.saturating_sub(since) < LOCKSTEP_GRACE {
             return;
         }
-        let reason = format!(
-            "frozen for {} s at step {} of {}",
-            LOCKSTEP_GRACE.as_secs(),
-            self.step,
-            placed.steps
-        );
+        let reason = VoidCause::Frozen { step: self.step, steps: placed.steps }.to_string();
         *progress = Progress::Void(reason.clone());
         actions.push(Action::Void { reason });
     }
@@ -154,13 +172,8 @@ impl Lockstep {
         if is_over || now.saturating_sub(since) < LEAST_STEP_TIMEOUT {
             return;
         }
-        let reason = format!(
-            "no step for {} s at step {} of {}: {}",
-            LEAST_STEP_TIMEOUT.as_secs(),
-            self.step,
-            placed.steps,
-            self.owed(placed)
-        );
+        let (step, steps, owed) = (self.step, placed.steps, self.owed(placed));
+        let reason = VoidCause::Stalled { step, steps, owed }.to_string();
         *progress = Progress::Void(reason.clone());
         actions.push(Action::Void { reason });
     }

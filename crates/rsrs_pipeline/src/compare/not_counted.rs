@@ -23,19 +23,22 @@ pub enum Cause {
     Incomplete,
     /// Another run was made in its place.
     MadeAgain,
+    /// Its poses cannot be those of the commanded robots, or a robot did not move.
+    Implausible,
     /// The judge cannot label it, or the person whose labels count has not.
     NotLabelled,
 }
 
 impl Cause {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Void,
         Self::Aborted,
         Self::Failed,
         Self::RobotLost,
         Self::Incomplete,
         Self::MadeAgain,
+        Self::Implausible,
         Self::NotLabelled,
     ];
 
@@ -58,6 +61,7 @@ impl Cause {
     pub fn option(self) -> Option<&'static str> {
         match self {
             Self::RobotLost => Some("`--with-lost-robots` counts such runs, too"),
+            Self::Implausible => Some("`--with-implausible` counts such runs, too"),
             Self::Void
             | Self::Aborted
             | Self::Failed
@@ -78,6 +82,7 @@ impl fmt::Display for Cause {
             Self::RobotLost => "went on without a robot",
             Self::Incomplete => "not whole",
             Self::MadeAgain => "made again",
+            Self::Implausible => "implausible",
             Self::NotLabelled => "not labelled",
         })
     }

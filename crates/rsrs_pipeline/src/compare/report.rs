@@ -427,6 +427,15 @@ fn notes(runs: &Runs) -> Vec<String> {
             counted(pauses().count() as u64, "pause"),
         ));
     }
+    for (_, _, labelled) in &runs.counted {
+        let bag = labelled.bag.display();
+        notes.extend(misplaced(&labelled.misplaced).map(|text| format!("{bag} {text}")));
+        let found: Vec<&str> =
+            labelled.implausible.iter().map(|found| found.text.as_str()).collect();
+        if !found.is_empty() {
+            notes.push(format!("{bag} counts, though {}", found.join("; ")));
+        }
+    }
     for cause in Cause::ALL {
         let n = runs.left_out.iter().filter(|run| run.not_counted.cause == cause).count();
         if let (1.., Some(option)) = (n, cause.option()) {
@@ -434,6 +443,16 @@ fn notes(runs: &Runs) -> Vec<String> {
         }
     }
     notes
+}
+
+/// That robots did not start where the record of their run places them, which belongs to the experiment.
+fn misplaced(deviations: &[String]) -> Option<String> {
+    let (first, others) = deviations.split_first()?;
+    let more = match others.len() {
+        0 => String::new(),
+        n => format!(", and {n} more (`rsrs label` lists them)"),
+    };
+    Some(format!("did not start as its experiment places robots: {first}{more}"))
 }
 
 fn counted(n: u64, what: &str) -> String {

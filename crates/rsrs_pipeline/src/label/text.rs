@@ -43,6 +43,12 @@ impl fmt::Display for Labelled {
             let what = if finding.is_mended() { "mended" } else { "note" };
             write!(out, "\n  {what}: {finding}")?;
         }
+        for found in &self.implausible {
+            write!(out, "\n  implausible (look again): {}", found.text)?;
+        }
+        for deviation in &self.misplaced {
+            write!(out, "\n  start: {deviation}")?;
+        }
         for label in &self.labels {
             let differs = if label.phase == self.phase { "" } else { "; differs" };
             write!(out, "\n  by hand: {label}{differs}")?;

@@ -5,6 +5,7 @@ mod batch;
 mod blocks;
 mod few;
 mod golden;
+mod plausibility;
 mod support;
 mod sweep;
 mod world;

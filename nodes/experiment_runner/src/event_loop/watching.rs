@@ -43,7 +43,7 @@ impl Run<'_> {
             (&self.recorded_topics, self.plan.record.conditions.period_s);
         let rates = self.rates.get_or_insert_with(|| {
             let each_period = |recorded_topic: &&RecordedTopic| {
-                matches!(recorded_topic.role, Role::Detection(_) | Role::Command)
+                matches!(recorded_topic.role, Role::Detection(_) | Role::Command(_))
             };
             let topics = recorded_topics
                 .iter()

@@ -334,3 +334,42 @@ impl Bench {
         self.run();
     }
 }
+
+#[test]
+fn robots_that_are_required_to_stand_at_their_places_are_not_armed_elsewhere() {
+    let required = || {
+        let mut bench = floor();
+        bench.runner = Runner::new(RunnerOptions {
+            start_rule: StartRule::Required,
+            ..bench.runner.options.clone()
+        });
+        bench
+    };
+    for (events, expected) in [
+        (
+            vec![pose("robot_1", "map", 0.5)],
+            "robot_2: no pose received, so it is unknown whether it stands where it should start",
+        ),
+        (
+            vec![pose("robot_1", "map", 0.5), pose("robot_2", "map", 1.5)],
+            "robot_2: 1.50 m from the centre, expected at most 0.800 m",
+        ),
+        (
+            vec![pose("robot_1", "robot_1/odom", 0.0), pose("robot_2", "robot_2/odom", 0.0)],
+            "start poses are in different frames, `robot_1/odom`, `robot_2/odom`, and cannot be held \
+             against their places",
+        ),
+    ] {
+        let mut bench = required();
+        for event in events {
+            bench.give(event);
+        }
+
+        assert_eq!(bench.problems(), [expected]);
+        assert_eq!(bench.runner.epoch(), 0, "no robot was armed");
+    }
+    let mut bench = required();
+    bench.give(pose("robot_1", "map", 0.5));
+    bench.give(pose("robot_2", "map", 0.7));
+    armed(&mut bench);
+}

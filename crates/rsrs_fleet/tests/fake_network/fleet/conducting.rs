@@ -6,7 +6,7 @@ use rsrs_core::robot::controller::Reaction;
 use rsrs_fleet::controller::Settings;
 use rsrs_fleet::message::{LeaseState, RobotState};
 use rsrs_fleet::preflight::{Expected, Graph};
-use rsrs_fleet::runner::{Action, Event, RunLength, Runner, RunnerOptions, Target};
+use rsrs_fleet::runner::{Action, Event, RunLength, Runner, RunnerOptions, StartRule, Target};
 
 use super::simulating::{PLACED, STEPS};
 use super::{Fleet, N_RUNNERS, WANTED, name, run_id, stamp};
@@ -77,7 +77,9 @@ impl Fleet {
             robot_lost: self.scenario.robot_lost,
             countdown: std::time::Duration::from_millis(self.scenario.countdown_ms),
             start: None,
+            start_rule: StartRule::Noted,
             samples: BTreeSet::new(),
+            motion: None,
         };
         let host = RunnerHost {
             machine: Runner::new(options),

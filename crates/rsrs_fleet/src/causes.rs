@@ -1,0 +1,252 @@
+//! Everything that can go wrong in a run: what is shown, what it means, and what to do about it.
+//!
+//! The page of the book is made of it. Each enumeration has its table here, and a variant without a row
+//! does not compile.
+
+use std::fmt::Write as _;
+
+use crate::epoch;
+use crate::parameters::{Deviation, Value, gate};
+use crate::placement;
+use crate::preflight::{ClockLead, DiagnosticError, Problem, UnfitTopic};
+use crate::robot::StandReason;
+use crate::runner::{AbortCause, Failure, SampleKind, Target};
+use crate::simulator::VoidCause;
+
+/// One thing that can go wrong.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cause {
+    /// What is shown; names and numbers stand for any.
+    pub shown: String,
+    /// What it means.
+    pub means: &'static str,
+    /// What to do about it.
+    pub remedy: &'static str,
+}
+
+/// Causes that belong together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Chapter {
+    /// Its heading.
+    pub title: &'static str,
+    /// What they have in common, and what follows from any of them.
+    pub about: &'static str,
+    /// The causes.
+    pub causes: Vec<Cause>,
+}
+
+/// The causes that are variants of an enumeration, each by an example: its fields in braces, what it means
+/// and what to do. A variant without a row does not compile.
+#[macro_export]
+macro_rules! causes {
+    ($all:ident { $($variant:ident $example:tt: $means:literal, $remedy:literal;)* }) => {{
+        // A variant without a row does not compile.
+        let _is_listed = |of: &$all| match of {
+            $($all::$variant { .. } => {})*
+        };
+        vec![$($crate::causes::Cause {
+            shown: $all::$variant $example.to_string(),
+            means: $means,
+            remedy: $remedy,
+        }),*]
+    }};
+}
+
+/// A robot that stands for any.
+fn robot() -> String {
+    "robot_3".to_owned()
+}
+
+fn text(text: &str) -> String {
+    text.to_owned()
+}
+
+/// All causes that the machines of the protocol name, in the order in which a person meets them.
+pub fn chapters() -> Vec<Chapter> {
+    vec![
+        Chapter {
+            title: "Before a run",
+            about: "Everything that is wrong is named at once, nothing moves, and the run is `failed`. \
+                    What several robots have in common is one line with all their names.",
+            causes: problems(),
+        },
+        Chapter {
+            title: "While a run is prepared",
+            about: "The robots were found, and something did not follow. Nothing moves, but for a \
+                    sample that never came: robots have moved for 5 s then. The run is `failed`.",
+            causes: failures(),
+        },
+        Chapter {
+            title: "Runs that are stopped",
+            about: "All robots are stopped, the bag is closed, and the run is `aborted`.",
+            causes: aborts(),
+        },
+        Chapter {
+            title: "Runs that are void",
+            about: "A simulated world in lockstep waits for everybody, so what is lost stops it. The run is \
+                    `void`: it says nothing about the robots, and campaigns run it again. A robot that is \
+                    lost in lockstep ends the run in the same way.",
+            causes: voids(),
+        },
+        Chapter {
+            title: "Why a robot stands",
+            about: "This is what a robot reports itself, in its status, in `rsrs watch`, and behind \
+                    `lost …: stopped in epoch …` or `did not arm: …`. What is done about a robot that \
+                    is lost in a run is the experiment's `robot_lost`.",
+            causes: stands(),
+        },
+    ]
+}
+
+fn problems() -> Vec<Cause> {
+    let topic = || text("/robot_3/detection");
+    let twist = || text("geometry_msgs/msg/Twist");
+    let stamped = || text("geometry_msgs/msg/TwistStamped");
+    let lead = || ClockLead { ahead_s: -61.5, change_s: Some(-3.0) };
+    let deviation = || Deviation {
+        parameter: text(gate::DETECTION_THRESHOLD),
+        found: Value::Double(0.6),
+        expected: Value::Double(0.75),
+    };
+    causes!(Problem {
+        RobotMissing { robot: robot() }: "The node of the robot does not run, runs in another namespace, or is not in this network and domain.", "Start it; `ros2 topic list` shows the names that there are, and [Programs do not find each other](troubleshooting.md#programs-do-not-find-each-other) what else to look at.";
+        LeaseNotHeld { robot: robot() }: "The fleet file has `lease: controller`, and its controller was started without.", "Start the controller with `-p lease:=controller`, or leave the key out if the robot has a gate.";
+        ControllerMissing { robot: robot() }: "No controller for this robot runs.", "`rsrs node controller --robots …`; `rsrs node robot` brings its own.";
+        SimulatorMissing {}: "Virtual robots without a simulator.", "[A fleet without robots](fleet_without_robots.md).";
+        WrongType { topic: text("/robot_3/cmd_vel"), nodes: vec![text("/robot_3/controller")], found: twist(), expected: stamped() }: "Somebody publishes the topic as another type; nobody who expects the right one receives it.", "Set the type on one of the two sides, as the message has it.";
+        WrongSubscriber { topic: text("/robot_3/cmd_vel"), node: text("/robot_3/base"), found: twist(), expected: stamped() }: "A node of the robot waits for another type, and receives nothing.", "Set the type on one of the two sides, as the message has it.";
+        Unfit { 0: UnfitTopic { topic: text("/robot_3/cmd_vel"), reason: text("/robot_3/base subscribes transient local, and /robot_3/controller publishes volatile: set the durability of the subscription to volatile") } }: "The two ends of a topic that steers the robot do not fit each other, and are silent.", "Change the end that is named ([Quality of service](robot_drivers.md#quality-of-service)).";
+        Unrecordable { topic: text("/robot_3/bumper"), reason: text("it is to be recorded, and it has no publisher") }: "The experiment names a topic to be recorded that cannot be.", "Start who publishes it, give the folder with its type in `record.definitions`, or leave it out of `record.topics`.";
+        NoPublisher { topic: topic() }: "Nobody publishes what the run needs.", "Start the node; look at names and namespaces with `ros2 topic list`.";
+        Renamed { topic: topic(), node: text("/robot_3/controller"), renamed: text("/camera/seen") }: "A node of the robot was started with `-r`, so that the run does not find its topic.", "Leave that rule out, and rename the topic of the other program instead.";
+        SeveralPublishers { topic: topic(), found: 2 }: "Two programs publish what one should: two robots of one name, or a node that was started twice.", "End one of them; `ros2 topic info -v` names both.";
+        OtherRunner { run_id: text("milling_20261124_101500_3f2a") }: "A second `rsrs run` or `rsrs campaign` has the robots.", "Wait for its end, or end it.";
+        Faulted { robot: robot(), reason: text("hardware fault: no state of the microcontroller for 500 ms") }: "The robot's driver reports that its hardware does not work.", "Repair what is named; it reports itself when it works again.";
+        BatteryLow { robot: robot(), found_v: 6.25, expected_v: 6.6 }: "Its voltage is below `battery_min_v` of the fleet file.", "Charge it.";
+        BatteryUnknown { robot: robot(), expected_v: 6.6 }: "The fleet file has `battery_min_v`, and the robot does not report its voltage.", "Have its driver report it, or leave the key out.";
+        Clock { robot: robot(), lead: lead() }: "The robot's clock is not ours and is being set, so that recorded times could not be put on one clock.", "`chronyc tracking` on the robot; wait until it is steady.";
+        TooSlow { behind_s: 4.6 }: "What the computer of the run receives waits too long until it is looked at; no robot is at fault.", "End what else runs on it; record fewer topics.";
+        Diagnostic { 0: DiagnosticError { robot: robot(), part: text("robot_3: serial driver"), message: text("no answer") } }: "The robot's own `/diagnostics` report an error.", "Repair the part that is named.";
+        Setting { robot: robot(), deviation: deviation() }: "The gate of the robot was started with an older file, or another `-p`: it would be another experiment.", "Copy the files to the robot, and start its node again.";
+        Locked { robots: vec![robot()] }: "The e-stop was pressed, its publisher has left, and the lock stays.", "When the floor is safe, `rsrs stop --release`.";
+        EStop { by: vec![text("/button_box")] }: "The e-stop is pressed.", "Release the button, or end that program.";
+        WithoutWorld { robot: robot() }: "A simulator has the robot, and no world for it.", "Let the run set its conditions, with `driver: {kind: virtual}` in the fleet file.";
+        Epoch { robot: robot(), refused: epoch::check(u64::MAX, 7).expect_err("no runner counts so far") }: "The robot has received an epoch that no runner counts to, and will obey no other.", "Start its node again, and look for who publishes on `/swarm/lease`.";
+        PoseClock { robot: robot(), lead: lead() }: "Whoever publishes the poses has a clock that is not ours and is being set.", "Set its clock by NTP, or stamp poses with a clock that goes evenly.";
+        PoseUnusable { robot: robot(), reason: text("its orientation is no rotation") }: "The tracker gives positions only, or no numbers.", "Have it publish orientations.";
+        OneSpot { robots: vec![text("robot_1"), robot()], radius_m: 0.08 }: "Odometry that starts at 0, 0 on each robot is no pose on the floor.", "Publish poses in one frame ([Poses](robot_drivers.md#poses)).";
+        NobodyObeys { topic: text("/robot_3/cmd_vel") }: "No program subscribes to what drives the robot, so it would stand.", "Start its base; `ros2 topic info -v` on the topic shows who subscribes.";
+        Misplaced { 0: placement::Deviation::Outside { robot: robot(), found_m: 1.25, expected_m: 0.75 } }: "`--place-check require` was asked for, and a robot does not stand where it should start.", "`rsrs place` shows the places; put it there.";
+        PlaceUnknown { robot: robot() }: "`--place-check require` was asked for, and where the robot stands is not known.", "Look at the tracker: `ros2 topic hz` on the topic of its poses.";
+        PlacesInFrames { frames: text("robot_1 in `robot_1/odom`, robot_3 in `robot_3/odom`") }: "Places are in one frame, and each robot's poses are in one of its own.", "Publish the transforms between them, or poses in one frame.";
+        Outside { robot: robot(), x_m: 2.75, y_m: -0.25 }: "A robot stands where it must not be.", "Put it back, or correct the rectangle.";
+        FenceFrames { frames: vec![text("robot_1/odom"), text("robot_3/odom")] }: "Each robot's odometry has a frame of its own, in which one rectangle is nowhere.", "Have a tracker publish the poses, or take `geofence` out.";
+        Frames { frames: vec![(text("robot_1"), text("robot_1/odom")), (robot(), text("robot_3/odom"))] }: "Each robot has a frame of its own, and nothing ties them together.", "Publish the transforms between them, or poses in one frame.";
+    })
+}
+
+fn failures() -> Vec<Cause> {
+    causes!(Failure {
+        Preflight { 0: Problem::RobotMissing { robot: robot() } }: "One of the causes above.", "See there.";
+        NotSet { target: Target::Robot(robot()), reason: text("node `/robot_3/controller` refused: speed: 0.5 is not from -0.3 to 0.3") }: "A controller or the simulator refuses a value, or does not answer.", "The reason is in the message; often a limit of the profile.";
+        NotConfirmed { target: Target::Robot(robot()), reason: text("digest 3f2a…, expected 91c4…") }: "What is read back is not what was set: another program changes it, or another lease holder than the fleet file states.", "End the other program; the message names what to start otherwise.";
+        NotArmed { robot: robot(), found: text("stopped in epoch 6, expected armed in epoch 7") }: "The robot, or its controller, does not take the run.", "Look at its status and its log; [Why a robot stands](#why-a-robot-stands).";
+        NoPose { robot: robot() }: "The tracker does not see the robot, or calls it by another name, and a run without its poses cannot be judged.", "Look at the tracker; the fleet file has the names that it uses.";
+        NoSample { robot: robot(), kind: SampleKind::Pose }: "The first sample never came, while the robots moved: the tracker does not see the robot, or its sensor does not work.", "`ros2 topic hz` on its topic before the next run.";
+        Recorder { reason: text("nothing was written for 10 s, 120 MB left") }: "The bag is not what the run was: [The bag](#the-bag) has the reasons.", "Robots stand; the folder is named, and `rsrs bag recover` saves what is in it.";
+    })
+}
+
+fn aborts() -> Vec<Cause> {
+    let reason = || text("silent for more than 1 s");
+    let topic = || text("/robot_3/cmd_vel");
+    causes!(AbortCause {
+        EStop {}: "The e-stop was pressed, or its publisher fell silent.", "When the floor is safe, `rsrs stop --release` lets the next run start.";
+        OtherRunner { run_id: text("milling_20261124_101500_3f2a") }: "A second run was started with the same robots.", "Start one after the other.";
+        HigherEpoch { found: 8, expected: 7 }: "Another runner, which this one does not receive, has taken a robot.", "Look for a second `rsrs run`, also on other computers.";
+        ArmedForAnother { run_id: text("milling_20261124_101500_3f2a") }: "Two runners that do not receive each other have started at once.", "Look for a second `rsrs run`, also on other computers.";
+        LostRobot { robot: robot(), reason: reason() }: "A robot is out of reach, stands, or gives no samples any more; the experiment's `robot_lost` ends the run then.", "The reason is in the message; [Why a robot stands](#why-a-robot-stands) and [Wi-Fi](troubleshooting.md#wi-fi).";
+        LostAll {}: "No robot is left in the run.", "Look at the network of the computer of the run.";
+        SecondPublisher { topic: topic(), node: text("/teleop") }: "Another program began to steer a robot, such as teleoperation.", "End that program before the next run.";
+        UnnamedPublisher { topic: topic() }: "The same, by a program whose node is not announced, as those of ROS 2 Humble.", "`ros2 topic info -v` on the topic.";
+        Interrupted { reason: text("interrupted") }: "Ctrl-C, SIGTERM, or the network of this program has ended, which is then the reason shown.", "Nothing after Ctrl-C; else start again.";
+    })
+}
+
+fn voids() -> Vec<Cause> {
+    let owed = || text("no command from robot_3");
+    causes!(VoidCause {
+        Frozen { step: 17, steps: 2307 }: "A robot stands: its node or its controller has ended, or the computer is so busy that leases run out.", "Look at the load of the computer, and at the log of the robot's node.";
+        Stalled { step: 17, steps: 2307, owed: owed() }: "A message that the next step needs was lost, or was refused for the reason that is shown.", "Run it again; if it comes back, look at the log of the controller that is named.";
+    })
+}
+
+fn stands() -> Vec<Cause> {
+    causes!(StandReason {
+        Idle {}: "No run has it.", "Nothing, before a run.";
+        Asking {}: "Its node has just started, and takes over what the e-stop has locked.", "Wait for 2 s.";
+        WithoutWorld {}: "A simulated robot without a world.", "Let a run set its conditions, or set `cell` by hand.";
+        Armed {}: "The countdown goes on.", "Wait, or Ctrl-C.";
+        NotArmed {}: "It was started again in a run.", "It takes part in the next one.";
+        LeaseLapsed {}: "No permission of the runner has reached it in time: Wi-Fi, a runner that was stopped or whose computer is very busy, a robot's computer that is.", "[Wi-Fi](troubleshooting.md#wi-fi); look at the load of both computers.";
+        ControllerUnconfirmed {}: "Its controller has ended, or somebody has changed its parameters in the run.", "Look at the controller's log.";
+        EStop {}: "The e-stop is pressed, or its publisher fell silent in the run.", "When the floor is safe, `rsrs stop --release`.";
+        Latched { 0: text("stopped by the runner") }: "It stands until the next run arms it.", "Nothing.";
+        Fault { 0: text("no valid reading of the sensor for more than 500 ms") }: "Its sensor or its wheels do not work.", "Repair what is named.";
+    })
+}
+
+/// The page of the book, as Markdown.
+///
+/// # Arguments
+///
+/// * `more` — chapters of what the protocol does not know, such as the bag.
+pub fn page(more: &[Chapter]) -> String {
+    let mut page = text(
+        "# What can go wrong in a run\n\n\
+         This page is what `rsrs schema --causes` prints: every cause that the program knows, with what \
+         is shown. Names and numbers stand for any.\n\
+         [Troubleshooting](troubleshooting.md) goes from what one sees to what to look at.\n",
+    );
+    for Chapter { title, about, causes } in chapters().iter().chain(more) {
+        write!(page, "\n## {title}\n\n{about}\n\n| shown | means | do |\n|---|---|---|\n")
+            .expect("a string takes any text");
+        for Cause { shown, means, remedy } in causes {
+            let shown = in_cell(shown);
+            writeln!(page, "| {shown} | {means} | {remedy} |").expect("a string takes any text");
+        }
+    }
+    page
+}
+
+/// A message as code in a cell of a table.
+fn in_cell(message: &str) -> String {
+    let message = message.replace('|', "\\|").replace('\n', " ");
+    // A message that has code in it needs two signs around it.
+    if message.contains('`') { format!("`` {message} ``") } else { format!("`{message}`") }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn no_two_causes_of_a_chapter_are_shown_alike_and_each_has_something_to_do() {
+        for chapter in chapters() {
+            let mut shown = BTreeSet::new();
+            for cause in &chapter.causes {
+                assert!(shown.insert(cause.shown.clone()), "{}", cause.shown);
+                assert!(cause.means.ends_with('.'), "{}", cause.means);
+                assert!(cause.remedy.ends_with('.'), "{}", cause.remedy);
+            }
+        }
+    }
+
+    #[test]
+    fn a_message_with_code_in_it_stays_one_cell() {
+        assert_eq!(in_cell("`a` | b"), "`` `a` \\| b ``");
+        assert_eq!(in_cell("a"), "`a`");
+    }
+}
