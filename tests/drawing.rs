@@ -31,6 +31,34 @@ fn a_recorded_run_is_drawn_and_filmed() {
 }
 
 #[test]
+fn a_run_of_any_length_is_drawn_and_filmed_without_a_label() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let here = place.path();
+    for (name, duration_s) in [("short", 20.0), ("shortest", 5.0)] {
+        Run { duration_s, recorded_s: duration_s, ..Run::new(1) }.record(here, name);
+    }
+    let cut = Run { recorded_s: 70.0, lacks: Some(Part::Ending), ..Run::new(1) };
+    cut.record(here, "cut");
+    let small = ["--speed", "40", "--fps", "5", "--width", "160"];
+
+    for (name, expected) in [
+        ("short", "no label: 20 s of 60"),
+        ("shortest", "no label: 5 s of 60"),
+        ("cut", "no label: 70 s of a run of 120"),
+    ] {
+        let picture = format!("{name}.svg");
+        let drawn = rsrs(here, &["draw", name, "-o", &picture]);
+        let film = format!("{name}.gif");
+        let filmed = rsrs(here, &[&["film", name, "-o", &film], &small[..]].concat());
+
+        assert_eq!((code(&drawn), code(&filmed)), (0, 0), "{}{}", stderr(&drawn), stderr(&filmed));
+        let svg = std::fs::read_to_string(here.join(&picture)).expect("it was drawn");
+        assert!(svg.contains(expected), "{name}: {svg}");
+        assert!(here.join(&film).exists());
+    }
+}
+
+#[test]
 fn what_cannot_be_drawn_is_refused_before_anything_is_written() {
     let place = tempfile::tempdir().expect("a temporary folder");
     let here = place.path();

@@ -127,7 +127,7 @@ fn a_search_is_refused_where_it_makes_no_sense() {
         ("new", ["--robots", "0"], 1, "no robots, expected at least 1"),
         ("new", ["--robots", "500"], 1, "do not fit"),
         ("new", ["--duration", "20"], 1, "expected at least 60 s"),
-        ("new", ["--arena", "-1"], 2, "unexpected argument"),
+        ("new", ["--arena", "-1"], 1, "arena_m is -1, expected a number from"),
     ] {
         let refused = explore(place, folder, &more);
 

@@ -96,8 +96,9 @@ fn after_ctrl_c_the_command_that_goes_on_is_printed() {
         (status.code(), printed)
     };
 
-    assert_eq!(output.0, Some(1), "{}", output.1);
-    assert!(output.1.contains("error: called off; "), "{}", output.1);
+    // As shells expect it.
+    assert_eq!(output.0, Some(130), "{}", output.1);
+    assert!(output.1.contains("error: interrupted; "), "{}", output.1);
     assert!(output.1.contains(" of 96000 runs are kept in out"), "{}", output.1);
     let command = "go on with `rsrs sweep out/sweep.yaml -o out`";
     assert!(output.1.contains(command), "{}", output.1);

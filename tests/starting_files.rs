@@ -36,10 +36,7 @@ fn a_new_folder_is_swept_and_run_as_it_is() {
     let mine = place.path().join("mine");
     // Fewer runs than a person would make.
     let sweep = std::fs::read_to_string(mine.join("sweep.yaml")).expect("it was written");
-    let small = sweep
-        .replace("replicates: 100", "replicates: 8")
-        .replace("steps: 9", "steps: 3")
-        .replace("steps: 10", "steps: 3");
+    let small = sweep.replace("replicates: 100", "replicates: 8");
     std::fs::write(mine.join("sweep.yaml"), small.replace("duration_s: 300", "duration_s: 120"))
         .expect("it is writable");
     let experiment = std::fs::read_to_string(mine.join("experiment.yaml")).expect("it is there");
@@ -82,6 +79,44 @@ fn a_new_folder_is_swept_and_run_as_it_is() {
 }
 
 #[test]
+fn robots_that_are_faster_than_flockbots_go_from_the_first_sweep_to_the_verdict() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let robots = "--name fast --robots 4 --radius 0.1 --speed 0.6 --turn-rate 3.5 --range 1.5 --half-angle 0.4 \
+                  --period 0.1 --arena 30";
+    let robots: Vec<&str> = robots.split_whitespace().collect();
+    let begun = rsrs(place.path(), &[&["init", "mine"], &robots[..]].concat());
+    assert_eq!(code(&begun), 0, "{}", stderr(&begun));
+    let mine = place.path().join("mine");
+    let sweep = std::fs::read_to_string(mine.join("sweep.yaml")).expect("it was written");
+    let axes = sweep.lines().filter(|line| line.contains("m_s: [") || line.contains("rad_s: ["));
+    let small = axes.fold(sweep.clone(), |small, line| small.replace(line, ""));
+    // All beyond the Flockbots' 0.3 m/s.
+    let fast =
+        "axes:\n  speed_m_s: [0.5, 0.55, 0.6]\n  turn_rate_rad_s: [1.2, 1.6, 2.0, 2.6, 3.0]\n";
+    let small =
+        small.replace("axes:", &format!("{fast}#")).replace("replicates: 100", "replicates: 40");
+    std::fs::write(mine.join("sweep.yaml"), small.replace("duration_s: 300", "duration_s: 120"))
+        .expect("it is writable");
+    let experiment = std::fs::read_to_string(mine.join("experiment.yaml")).expect("it is there");
+    let experiment = experiment.replace("duration_s: 300", "duration_s: 120");
+    std::fs::write(mine.join("experiment.yaml"), experiment).expect("it is writable");
+
+    let swept = rsrs(&mine, &["sweep", "sweep.yaml", "-o", "results"]);
+    let choose = ["choose", "results", "--confirm", "200", "-o", "results/choice.json"];
+    let chosen = rsrs(&mine, &[&choose[..], &["--viable", "0.3"]].concat());
+    let mut command = confined_rsrs();
+    command.current_dir(&mine).args(["run", "experiment.yaml", "--from", "results", "-o", "run_1"]);
+    let (status, errors) = Process::start(&mut command).wait(TIMEOUT);
+    let labelled = rsrs(&mine, &["label", "run_1"]);
+    let compared = rsrs(&mine, &["compare", "results", "--bags", "run_1"]);
+
+    assert_eq!((code(&swept), code(&chosen)), (0, 0), "{}{}", stderr(&swept), stderr(&chosen));
+    assert!(status.success(), "{errors}");
+    assert_eq!(code(&labelled), 0, "{}", stderr(&labelled));
+    assert_ne!(code(&compared), 1, "{}", stderr(&compared));
+}
+
+#[test]
 fn a_folder_that_would_not_work_is_not_written() {
     let place = tempfile::tempdir().expect("a temporary folder");
     std::fs::create_dir(place.path().join("there")).expect("writable");
@@ -97,6 +132,11 @@ fn a_folder_that_would_not_work_is_not_written() {
         ("new", with("--half-angle", "15"), "this looks like degrees"),
         ("new", with("--range", "0"), "range_m is 0, expected a number above 0"),
         ("new", with("--name", "Turtle Bot"), "expected small letters, digits and `_`"),
+        ("new", with("--name", "e-puck2"), "`e_puck2`"),
+        ("new", with("--radius", "35"), "this looks like mm or cm"),
+        ("new", with("--radius", "0,035"), "expected a number with a decimal point"),
+        ("new", with("--speed", "inf"), "speed_m_s is inf, expected a number above 0"),
+        ("new", with("--speed", "-0.15"), "speed_m_s is -0.15, expected a number above 0"),
         ("new", ROBOTS[..4].to_vec(), "--radius, --speed, --turn-rate, --range, --half-angle"),
     ] {
         let refused = rsrs(place.path(), &[&["init", folder], robots.as_slice()].concat());

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use rsrs_core::trials::fit::{Tables, Unmeasured, fit};
-use rsrs_core::trials::trial::{detection_trials, speed_trials, turn_trials};
+use rsrs_core::trials::trial::{MovedBy, detection_trials, speed_trials, turn_trials};
 
 fn main() {
     divan::main();
@@ -32,8 +32,16 @@ fn read_and_fit(bencher: Bencher<'_, '_>, n_rows: usize) {
     bencher.counter(ItemsCount::new(n_rows)).bench_local(|| {
         let speed = speed_trials("speed.csv", black_box(&text)).expect("a valid table");
         let (speed, turn, detection) = (&speed, &turn, &detection);
-        let tables =
-            Tables { speed, turn, detection, period: None, driven: &[], arc: None, from_rest: &[] };
+        let tables = Tables {
+            speed,
+            turn,
+            detection,
+            period: None,
+            driven: &[],
+            arc: None,
+            from_rest: &[],
+            moved_by: MovedBy::default(),
+        };
         black_box(fit(tables, &Unmeasured::default()).expect("there is a region"))
     });
 }

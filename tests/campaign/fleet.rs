@@ -309,7 +309,7 @@ fn conduct(bodies: &Bodies) {
     assert!(status.expect("every system has `kill`").success());
     let (interrupted, _, printed) = console.end();
 
-    assert_eq!(interrupted, Some(1), "{printed}");
+    assert_eq!(interrupted, Some(130), "{printed}");
     let help = "help: what was recorded is in out/002_short/bag.unfinished_1; `rsrs campaign \
                 campaign.yaml -o out --backend fleet --interface 127.0.0.1` goes on where it was\n";
     assert!(printed.ends_with(help), "{printed}");

@@ -99,7 +99,17 @@ fn detections(folder: &Path) {
     let planned = rsrs(folder, &["measure", "plan", &fleet, "--robots", "2", "-o", "planned"]);
     assert_eq!(code(&planned), 0, "{}", stderr(&planned));
     write(folder, "detection.csv", coarse(&read(folder, "planned/detection.csv")));
-    let arguments = ["measure", "drive", &fleet, "--template", "detection.csv", "--seed", "7"];
+    let arguments = [
+        "measure",
+        "drive",
+        &fleet,
+        "--template",
+        "detection.csv",
+        "--backend",
+        "sim",
+        "--seed",
+        "7",
+    ];
 
     let filled = rsrs(folder, &arguments);
     let table = read(folder, "detection.csv");
@@ -123,8 +133,8 @@ fn a_virtual_fleet_gives_back_the_profile_that_it_was_simulated_with() {
             [("straight", "--speed", &plan.speed), ("turn", "--turn-rate", &plan.turn_rate)]
         {
             let (bag, table) = (format!("{kind}_{seed}"), format!("driven_{kind}.csv"));
-            let rest =
-                [flag, command, "--duration", "20", "--seed", &seed, "-o", &bag, "--table", &table];
+            let rest = [flag, command, "--duration", "20", "--seed", &seed, "-o", &bag];
+            let rest = [&rest[..], &["--table", &table, "--backend", "sim"]].concat();
 
             let output = drive(place.path(), robot, &rest);
 
@@ -208,7 +218,8 @@ fn a_plan_that_is_killed_goes_on_with_the_rows_that_are_left() {
     let grid = ["--distances", "4", "--bearings", "3", "--rate-precision", "0.2", "-o", "trials"];
     let planned = rsrs(place.path(), &[&plan[..], &coarse, &grid].concat());
     assert_eq!(code(&planned), 0, "{}", stderr(&planned));
-    let arguments = ["measure", "drive", &fleet, "--plan", "trials", "--seed", "3"];
+    let arguments =
+        ["measure", "drive", &fleet, "--plan", "trials", "--backend", "sim", "--seed", "3"];
     let speed = || read(place.path(), "trials/speed.csv");
 
     let mut killed = crate::processes::rsrs();
@@ -265,7 +276,7 @@ fn a_plan_needs_no_profile_and_no_fleet() {
     let simulated = rsrs(place.path(), &simulated);
 
     assert_eq!([&of_fleet, &of_limits, &simulated].map(code), [0, 0, 1]);
-    assert!(read(place.path(), "one/speed.csv").contains("\na,0.02,2,,,,\n"));
+    assert!(read(place.path(), "one/speed.csv").contains("\na,0.02,2,,,,,\n"));
     assert!(read(place.path(), "two/arcs.csv").contains("\nrobot_2,0.15,"));
     let printed = stderr(&simulated);
     assert!(
@@ -302,10 +313,12 @@ fn a_detection_trial_that_cannot_be_is_refused_before_anything_is_placed() {
     let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");
     let fleet = fleet.to_str().expect("the path is UTF-8").to_owned();
 
+    let fill = ["measure", "drive", &fleet, "--backend", "sim", "--template"];
+
     let near = drive(place.path(), "robot_1", &["--distance", "0.1", "--bearing", "0"]);
     let nowhere = drive(place.path(), "robot_1", &["--distance", "0.3"]);
-    let table = rsrs(place.path(), &["measure", "drive", &fleet, "--template", "near.csv"]);
-    let other = rsrs(place.path(), &["measure", "drive", &fleet, "--template", "period.csv"]);
+    let table = rsrs(place.path(), &[&fill[..], &["near.csv"]].concat());
+    let other = rsrs(place.path(), &[&fill[..], &["period.csv"]].concat());
 
     assert_eq!([&near, &nowhere, &table, &other].map(code), [1, 2, 1, 1]);
     let expected = "the neighbour is 0.1 m away, expected 0.15 m or more";
@@ -325,14 +338,10 @@ fn a_full_disk_loses_no_row_of_a_table() {
         cp before.csv disk/speed.csv; dd if=/dev/zero of=disk/filler bs=1k 2> /dev/null || true
         code=0
         \"$0\" measure drive \"$1\" --robot robot_1 --speed 0.1 --duration 3 -o bag \\
-            --table disk/speed.csv 2> printed || code=$?
+            --backend sim --table disk/speed.csv 2> printed || code=$?
         cp disk/speed.csv after.csv; ls -A disk > left; exit $code";
     let header = "robot,commanded_m_s,distance_m,duration_s,lateral_m,heading_change_rad";
-    write(
-        place.path(),
-        "before.csv",
-        format!("{header}\n{}", "robot_2,0.1,1.02,10,,\n".repeat(40)),
-    );
+    write(place.path(), "before.csv", format!("{header}\n{}", "robot_2,0.1,1.02,,,\n".repeat(40)));
 
     let output = Command::new("unshare")
         .args(["--map-root-user", "--mount", "--", "sh", "-c", script])
@@ -351,6 +360,111 @@ fn a_full_disk_loses_no_row_of_a_table() {
     );
     assert!(printed.contains("speed.csv; it is as it was"), "{printed}");
     assert!(printed.contains("No space left on device"), "{printed}");
+}
+
+#[test]
+fn what_the_simulator_drove_is_marked_wherever_it_goes() {
+    let place = trials();
+    for (flag, command, name) in
+        [("--speed", "0.15", "straight"), ("--turn-rate", "0.75", "turned")]
+    {
+        let table = format!("{name}.csv");
+        let trial = [flag, command, "--duration", "20", "-o", name, "--table", &table];
+        let output = drive(place.path(), "robot_1", &[&trial[..], &["--backend", "sim"]].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        assert!(read(place.path(), &table).ends_with(",sim\n"), "{}", stdout(&output));
+    }
+    let by_hand = read(place.path(), "detection.csv");
+    let header = by_hand.lines().next().expect("a header");
+    let rows: Vec<String> = by_hand.lines().skip(1).map(|row| format!("{row},sim\n")).collect();
+    write(place.path(), "sensed.csv", format!("{header},backend\n{}", rows.concat()));
+    write(place.path(), "bad.csv", format!("{header},backend\nrobot_1,0.3,0,70,60,floor\n"));
+    let fit = |detection: &str, rest: &[&str]| {
+        let tables = ["--speed", "straight.csv", "--turn", "turned.csv", "--detection", detection];
+        rsrs(place.path(), &[&["measure", "fit", "--name", "x"], &tables[..], rest].concat())
+    };
+
+    let all = fit("sensed.csv", &["-o", "all.yaml", "--pictures", "pictures"]);
+    let bags = [&["--bags", "straight", "turned", "--detection", "sensed.csv"][..]].concat();
+    let bags = rsrs(place.path(), &[&["measure", "fit", "--name", "x"], &bags[..]].concat());
+    let mixture = fit("detection.csv", &["-o", "mixture.yaml"]);
+    let mixed = fit("detection.csv", &["-o", "mixed.yaml", "--mixed"]);
+    let neither = fit("bad.csv", &[]);
+
+    for output in [&all, &bags] {
+        assert_eq!(code(output), 0, "{}", stderr(output));
+        assert!(stdout(output).contains("trials of the simulator:"), "{}", stdout(output));
+    }
+    let profile = read(place.path(), "all.yaml");
+    assert!(profile.contains("trials: simulated"), "{profile}");
+    assert!(profile.contains("fitted to trials of the simulator: straight.csv"), "{profile}");
+    for picture in ["pictures/speeds.svg", "pictures/sensor.svg"] {
+        assert!(read(place.path(), picture).contains("trials of the simulator"), "{picture}");
+    }
+    assert_eq!(code(&mixture), 1);
+    assert!(stderr(&mixture).contains("are of the simulator, the others"), "{}", stderr(&mixture));
+    assert!(!place.path().join("mixture.yaml").exists());
+    assert_eq!(code(&mixed), 0, "{}", stderr(&mixed));
+    assert!(read(place.path(), "mixed.yaml").contains("trials: partly_simulated"));
+    assert!(
+        stderr(&neither).contains("bad.csv:2: backend is `floor`, expected `sim`, `fleet`"),
+        "{}",
+        stderr(&neither)
+    );
+
+    let sweep = "profile: all.yaml\naxes: {speed_m_s: [0.15], turn_rate_rad_s: [0.5, 0.75]}\n\
+                 fixed: {robots: 5}\nreplicates: 4\nduration_s: 70\nseed: 3\n";
+    write(place.path(), "sweep.yaml", sweep);
+    let swept = rsrs(place.path(), &["sweep", "sweep.yaml", "-o", "out"]);
+    let validate = ["validate", "out", "--robots", "200", "--trajectories", "straight"];
+    let refused = rsrs(place.path(), &validate);
+    let note = "profile was fitted to trials of the simulator";
+    assert_eq!(code(&swept), 0, "{}", stderr(&swept));
+    assert!(read(place.path(), "out/diagram.svg").contains(note));
+    assert_eq!(code(&refused), 1);
+    assert!(stderr(&refused).contains("moved by the simulator"), "{}", stderr(&refused));
+    let told = rsrs(place.path(), &[&validate[..], &["--simulated"]].concat());
+    assert_ne!(code(&told), 1, "{}", stderr(&told));
+    assert!(stdout(&told).contains("nothing is validated by them"), "{}", stdout(&told));
+    let diagram = read(place.path(), "out/diagram.svg");
+    assert!(diagram.contains("not validated: held against trials of the simulator"), "{diagram}");
+    assert!(read(place.path(), "out/reach_1.svg").contains("trials of the simulator"));
+
+    let info = rsrs(place.path(), &["bag", "info", "straight"]);
+    assert!(stdout(&info).contains("robots moved by: the simulator"), "{}", stdout(&info));
+}
+
+#[test]
+fn trials_of_the_simulator_are_not_added_to_those_of_robots() {
+    let place = trials();
+    let header = "robot,distance_m,bearing_rad,samples,detections";
+    let (by_hand, by_sim) = ("robot_1,0.3,0,70,60", "robot_1,0.3,0,70,60,sim");
+    write(place.path(), "hand.csv", format!("{header}\n{by_hand}\nrobot_1,0.4,0,70,\n"));
+    write(place.path(), "sim.csv", format!("{header},backend\n{by_sim}\nrobot_1,0.4,0,70,,\n"));
+    let fleet = repository().join("launch_configs/fleets/nine_virtual.yaml");
+    let fleet = fleet.to_str().expect("the path is UTF-8").to_owned();
+    let real = "fileversion: 1\nall: {driver: {kind: ros}}\nrobots: {robot_1: {enabled: true}}\n";
+    write(place.path(), "fleet.yaml", real);
+    let alone = ["--distance", "0.4", "--bearing", "0", "--backend", "sim", "--table", "hand.csv"];
+
+    let unnamed = rsrs(place.path(), &["measure", "drive", &fleet, "--template", "hand.csv"]);
+    let onto_hand = ["measure", "drive", &fleet, "--template", "hand.csv", "--backend", "sim"];
+    let onto_hand = rsrs(place.path(), &onto_hand);
+    let added = drive(place.path(), "robot_1", &alone);
+    let onto_sim = ["measure", "drive", "fleet.yaml", "--template", "sim.csv"];
+    let onto_sim = [&onto_sim[..], &["--backend", "fleet", "--interface", "127.0.0.1"]].concat();
+    let onto_sim = rsrs(place.path(), &onto_sim);
+
+    assert_eq!(code(&unnamed), 2);
+    assert!(stderr(&unnamed).contains("--backend <BACKEND>"), "{}", stderr(&unnamed));
+    for output in [&onto_hand, &added] {
+        assert_eq!(code(output), 1);
+        let expected = "hand.csv:2 is a trial of a robot, or made by hand";
+        assert!(stderr(output).contains(expected), "{}", stderr(output));
+    }
+    assert_eq!(code(&onto_sim), 1);
+    let expected = "sim.csv:2 is a trial of the simulator, expected one of a robot";
+    assert!(stderr(&onto_sim).contains(expected), "{}", stderr(&onto_sim));
 }
 
 #[test]

@@ -228,7 +228,7 @@ fn a_plan_is_a_sheet_and_tables_that_are_not_overwritten() {
     assert_eq!(code(&planned), 0, "{}", stderr(&planned));
     assert!(stdout(&planned).contains("speeds: 0.05, 0.15 m/s"), "{}", stdout(&planned));
     assert!(stdout(&planned).starts_with(&read(place.path(), "trials/sheet.txt")));
-    assert!(stdout(&planned).contains("next: rsrs measure fit --plan trials --name NAME"));
+    assert!(stdout(&planned).contains("then: rsrs measure fit --plan trials --name NAME"));
     assert_eq!(code(&again), 1);
     assert!(stderr(&again).contains("trials exists"), "{}", stderr(&again));
     assert_eq!(code(&unfilled), 1);

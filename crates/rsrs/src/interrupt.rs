@@ -1,11 +1,32 @@
 //! Ctrl-C and SIGTERM: as a flag that long work looks at, and as something to wait for.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use anyhow::Context;
-use rsrs_ros::shutdown;
+use rsrs_ros::shutdown::{self, Request};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
+/// Number of the signal that was received; 0 while none was.
+static SIGNAL: AtomicU8 = AtomicU8::new(0);
+
+/// The exit code of a program that a signal has ended, as shells expect it: 130 for Ctrl-C, 143 for
+/// SIGTERM.
+///
+/// # Returns
+///
+/// `None` if no signal was received.
+pub fn exit_code() -> Option<u8> {
+    let signal = SIGNAL.load(Ordering::Relaxed);
+    (signal > 0).then_some(128 + signal)
+}
+
+fn note(request: Request) {
+    let signal = match request {
+        Request::Interrupt => 2,
+        Request::Terminate => 15,
+    };
+    SIGNAL.store(signal, Ordering::Relaxed);
+}
 
 /// Listens for SIGINT and SIGTERM from now on.
 ///
@@ -24,7 +45,8 @@ pub fn listen() -> anyhow::Result<&'static AtomicBool> {
     std::thread::Builder::new()
         .name("signals".to_owned())
         .spawn(move || {
-            if runtime.block_on(shutdown::requested()).is_ok() {
+            if let Ok(request) = runtime.block_on(shutdown::requested()) {
+                note(request);
                 REQUESTED.store(true, Ordering::Relaxed);
             }
         })
@@ -34,9 +56,13 @@ pub fn listen() -> anyhow::Result<&'static AtomicBool> {
 
 /// Waits until this process is requested to stop, and returns how.
 pub async fn asked_to_stop() -> String {
-    match shutdown::requested().await {
-        Ok(shutdown::Request::Interrupt) => "interrupted".to_owned(),
-        Ok(shutdown::Request::Terminate) => "asked to terminate".to_owned(),
+    let requested = shutdown::requested().await;
+    if let Ok(request) = requested {
+        note(request);
+    }
+    match requested {
+        Ok(Request::Interrupt) => "interrupted".to_owned(),
+        Ok(Request::Terminate) => "asked to terminate".to_owned(),
         Err(error) => format!("signals cannot be received: {error}"),
     }
 }

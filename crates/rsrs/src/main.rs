@@ -1,6 +1,7 @@
 //! The command line of RSRS: one file for each subcommand.
 
 mod bag_arguments;
+mod command_line;
 mod commands;
 mod experiment_bar;
 mod failure;
@@ -44,7 +45,7 @@ Examples:
   rsrs diagram results/flockbot -o flockbot.svg
   rsrs run launch_configs/experiments/flockbot_milling.yaml --from results/flockbot
 
-Exit codes: 0 done, 1 failed, 2 bad arguments, 3 done with a negative answer.";
+Exit codes: 0 done, 1 failed, 2 bad arguments, 3 done with a negative answer, 130 Ctrl-C.";
 
 #[derive(Subcommand)]
 enum Command {
@@ -80,7 +81,10 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments: Arguments = match command_line::parse() {
+        Ok(arguments) => arguments,
+        Err(code) => return code,
+    };
     arguments.output.apply();
     let result = match &arguments.command {
         Command::DryRun(arguments) => commands::dry_run::run(arguments),
@@ -118,7 +122,7 @@ fn main() -> ExitCode {
         Ok(Outcome::NegativeAnswer) => 3,
         Err(error) => {
             failure::print_error(&error);
-            1
+            interrupt::exit_code().unwrap_or(1)
         }
     })
 }

@@ -2,7 +2,7 @@
 
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::diagram::choice::{
-    AsMeasured, AtCircliness, Candidate, Choice, Margin, VIABLE_B_S_LOW, Worlds, rank,
+    AsMeasured, AtCircliness, Candidate, Choice, Edge, Margin, VIABLE_B_S_LOW, Worlds, rank,
 };
 use rsrs_core::diagram::{DiagramCell, PhaseCounts, PhaseDiagram};
 use rsrs_core::judge::order::OrderParameters;
@@ -54,6 +54,22 @@ fn position(cell: &Cell) -> (f64, f64) {
     let value = |axis| cell.get(axis).expect("both axes are swept");
     let rounded = |number: f64| (number * 1e6).round() / 1e6;
     (rounded(value(Axis::Speed)), rounded(value(Axis::TurnRate)))
+}
+
+#[test]
+fn where_a_margin_ends_with_the_sweep_nothing_is_known_and_where_it_ends_at_a_cell_it_is() {
+    let corner = ranked(&diagram(&["00000", "ffff0", "ffff0", "ffff0"]));
+    let middle = ranked(&diagram(&[
+        "0000000", //
+        "0fffff0", "0fffff0", "0fffff0", "0fffff0", "0fffff0", "0000000",
+    ]));
+    let line = ranked(&diagram(&["fff"]));
+
+    let edges = corner[0].edge.values().copied().collect::<Vec<_>>();
+    assert_eq!(edges, [Edge { low: true, high: false }; 2], "{:?}", corner[0]);
+    assert_eq!(middle[0].edge.len(), 0, "{:?}", middle[0]);
+    let both = Edge { low: true, high: true };
+    assert!(line[0].edge.values().all(|edge| *edge == both), "{:?}", line[0]);
 }
 
 #[test]
@@ -245,7 +261,7 @@ fn the_choice_serialises_as_documented() {
     let json = serde_json::to_string(&choice).expect("a choice is plain data");
 
     let expected = format!(
-        r#"{{"cell":{{"speed_m_s":0.1,"turn_rate_rad_s":0.5}},"b_s":1.0,"b_s_low":{},"b_s_high":1.0,"n_replicates":8,"margin":{{"speed_m_s":{{"low":0.05,"high":0.05}},"turn_rate_rad_s":{{"low":0.25,"high":0.25}}}},"phases":{{"stable_milling":8,"semi_stable_milling":0,"unformed":0,"dispersion":0,"colliding_unstable":0}}}}"#,
+        r#"{{"cell":{{"speed_m_s":0.1,"turn_rate_rad_s":0.5}},"b_s":1.0,"b_s_low":{},"b_s_high":1.0,"n_replicates":8,"margin":{{"speed_m_s":{{"low":0.05,"high":0.05}},"turn_rate_rad_s":{{"low":0.25,"high":0.25}}}},"edge":{{"speed_m_s":{{"low":true,"high":true}},"turn_rate_rad_s":{{"low":true,"high":true}}}},"phases":{{"stable_milling":8,"semi_stable_milling":0,"unformed":0,"dispersion":0,"colliding_unstable":0}}}}"#,
         choice.b_s_low
     );
     assert_eq!(json, expected);

@@ -209,6 +209,11 @@ fn the_interval_of_kappa_covers_the_truth_in_95_of_100_campaigns() {
     assert!(coverage.low <= 0.95 && 0.95 <= coverage.high, "{n_covered} covered, {coverage:?}");
 }
 
+/// Nothing is known of robots as measured.
+fn unknown(_: &Cell) -> Share {
+    Share::default()
+}
+
 #[test]
 fn a_violated_cell_sends_back_to_step_1() {
     let runs = [
@@ -216,7 +221,7 @@ fn a_violated_cell_sends_back_to_step_1() {
         CellRuns { cell: cell(0.2), real: counted(0, 8), simulated: counted(900, 100) },
     ];
 
-    let next = next_step(&Comparison::of(&runs), &runs, &[]);
+    let next = next_step(&Comparison::of(&runs), &runs, &[], &unknown);
 
     let NextStep::ReturnToStep1 { cell: worst, b_r, b_s, p_corrected } = next else {
         panic!("expected step 1, found {next:?}")
@@ -235,7 +240,7 @@ fn the_cell_of_which_least_is_known_is_run_next_and_the_runs_decide_it() {
     let comparison = Comparison::of(&runs);
     assert!(comparison.cells.iter().all(|cell| cell.verdict == Verdict::Undecided));
 
-    let next = next_step(&comparison, &runs, &[]);
+    let next = next_step(&comparison, &runs, &[], &unknown);
 
     let NextStep::Run(experiment) = next else { panic!("expected a run, found {next:?}") };
     assert!(experiment.information_bits > 0.0 && experiment.information_bits < 1.0);
@@ -255,8 +260,8 @@ fn when_all_is_supported_a_cell_that_was_not_run_is_next_and_a_certain_one_is_no
     let comparison = Comparison::of(&runs);
     assert_eq!(comparison.verdict, Verdict::Supported);
 
-    let next = next_step(&comparison, &runs, &[never.clone(), often]);
-    let nothing = next_step(&comparison, &runs, &[never]);
+    let next = next_step(&comparison, &runs, &[never.clone(), often], &unknown);
+    let nothing = next_step(&comparison, &runs, &[never], &unknown);
 
     let NextStep::Run(experiment) = next else { panic!("expected a run, found {next:?}") };
     assert_eq!((experiment.cell, experiment.n_real), (cell(0.2), 0));

@@ -4,7 +4,9 @@ use std::path::Path;
 use std::process::Command;
 
 use rsrs_core::trials::fit::{Fit, Tables, Unmeasured, fit};
-use rsrs_core::trials::trial::{PeriodTrial, SpeedTrial, Trials, TurnTrial, detection_trials};
+use rsrs_core::trials::trial::{
+    MovedBy, PeriodTrial, SpeedTrial, Trials, TurnTrial, detection_trials,
+};
 use rsrs_testing::draw::Draw;
 use rsrs_testing::python;
 use serde_json::{Value, json};
@@ -48,8 +50,13 @@ fn case(design: Design) -> Value {
     // One trial that is not like the others.
     rows[0].duration_s *= 1.07;
     let names: Vec<String> = (0..design.n_robots).map(|robot| format!("robot_{robot}")).collect();
-    let speed =
-        Trials { file: "speed.csv".to_owned(), robots: names.clone(), rows, paused: Vec::new() };
+    let speed = Trials {
+        file: "speed.csv".to_owned(),
+        robots: names.clone(),
+        rows,
+        paused: Vec::new(),
+        moved_by: MovedBy::default(),
+    };
     let periods = (0..12)
         .map(|line| PeriodTrial {
             robot: line % design.n_robots,
@@ -57,8 +64,13 @@ fn case(design: Design) -> Value {
             period_s: draw.normal(0.13, 0.004),
         })
         .collect();
-    let period =
-        Trials { file: "period.csv".to_owned(), robots: names, rows: periods, paused: Vec::new() };
+    let period = Trials {
+        file: "period.csv".to_owned(),
+        robots: names,
+        rows: periods,
+        paused: Vec::new(),
+        moved_by: MovedBy::default(),
+    };
     let fitted = fitted(&speed, &period);
     json!({
         "trials": speed.rows.iter().map(|trial| json!({
@@ -87,6 +99,7 @@ fn fitted(speed: &Trials<SpeedTrial>, period: &Trials<PeriodTrial>) -> Fit {
         robots: vec!["robot_0".to_owned()],
         rows: vec![turn],
         paused: Vec::new(),
+        moved_by: MovedBy::default(),
     };
     let detection = detection_trials("detection.csv", DETECTION).expect("valid");
     let tables = Tables {
@@ -97,6 +110,7 @@ fn fitted(speed: &Trials<SpeedTrial>, period: &Trials<PeriodTrial>) -> Fit {
         driven: &[],
         arc: None,
         from_rest: &[],
+        moved_by: MovedBy::default(),
     };
     fit(tables, &Unmeasured::default()).expect("there is a region")
 }

@@ -6,7 +6,9 @@ use std::path::Path;
 
 use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::trials::fit::{Fit, FitError, Tables, Unmeasured, fit, sensor_map};
-use rsrs_core::trials::trial::{detection_trials, period_trials, speed_trials, turn_trials};
+use rsrs_core::trials::trial::{
+    MovedBy, detection_trials, period_trials, speed_trials, turn_trials,
+};
 use serde_json::Value;
 
 use crate::generate;
@@ -31,6 +33,7 @@ fn fit_texts([speed, turn, detection, period]: [&str; 4]) -> Result<Fit, FitErro
         driven: &[],
         arc: None,
         from_rest: &[],
+        moved_by: MovedBy::default(),
     };
     fit(tables, &Unmeasured::default())
 }
@@ -296,6 +299,7 @@ fn trajectories_without_turns_are_refused() {
         driven: &[],
         arc: None,
         from_rest: &[],
+        moved_by: MovedBy::default(),
     };
 
     let error = fit(tables, &Unmeasured::default()).expect_err("there is nothing to fit");

@@ -45,12 +45,12 @@ fn tables_that_are_filled_in_can_be_read() {
         format!("{header}\n{}", rows.replace(gap, value))
     };
 
-    let speed = speed_trials("s.csv", &filled(&plan.speed_csv(), ",,,,\n", ",20,,,\n")).unwrap();
-    let turn = turn_trials("t.csv", &filled(&plan.turn_csv(), ",,\n", ",9,\n")).unwrap();
-    let arc = arc_trials("a.csv", &filled(&plan.arc_csv(), ",,\n", ",9,\n")).unwrap();
+    let speed = speed_trials("s.csv", &filled(&plan.speed_csv(), ",,,,,\n", ",20,,,,\n")).unwrap();
+    let turn = turn_trials("t.csv", &filled(&plan.turn_csv(), ",,,\n", ",9,,\n")).unwrap();
+    let arc = arc_trials("a.csv", &filled(&plan.arc_csv(), ",,,\n", ",9,,\n")).unwrap();
     let detection =
-        detection_trials("d.csv", &filled(&plan.detection_csv(), ",\n", ",3\n")).unwrap();
-    let period = period_trials("p.csv", &filled(&plan.period_csv(), ",\n", ",0.13\n")).unwrap();
+        detection_trials("d.csv", &filled(&plan.detection_csv(), ",,\n", ",3,\n")).unwrap();
+    let period = period_trials("p.csv", &filled(&plan.period_csv(), ",,\n", ",0.13,\n")).unwrap();
 
     assert_eq!([speed.rows.len(), turn.rows.len(), arc.rows.len()], [n_commands; 3]);
     assert_eq!((speed.robots.len(), period.rows.len()), (5, 100));

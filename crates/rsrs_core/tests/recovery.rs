@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use rsrs_core::statistics::variance::Estimate;
 use rsrs_core::trials::fit::{Fit, Rate, SensorMap, Tables, Unmeasured, fit, sensor_map};
 use rsrs_core::trials::trial::{
-    DetectionTrial, PeriodTrial, SpeedTrial, Trials, TurnTrial, detection_trials,
+    DetectionTrial, MovedBy, PeriodTrial, SpeedTrial, Trials, TurnTrial, detection_trials,
 };
 use rsrs_testing::draw::Draw;
 
@@ -74,7 +74,13 @@ fn speeds(truth: &Truth, draw: &mut Draw) -> Trials<SpeedTrial> {
             }
         }
     }
-    Trials { file: "speed.csv".to_owned(), robots: names(truth.n_robots), rows, paused: Vec::new() }
+    Trials {
+        file: "speed.csv".to_owned(),
+        robots: names(truth.n_robots),
+        rows,
+        paused: Vec::new(),
+        moved_by: MovedBy::default(),
+    }
 }
 
 fn turns() -> Trials<TurnTrial> {
@@ -90,6 +96,7 @@ fn turns() -> Trials<TurnTrial> {
         robots: names(1),
         rows: vec![turn(8.6), turn(8.7)],
         paused: Vec::new(),
+        moved_by: MovedBy::default(),
     }
 }
 
@@ -171,6 +178,7 @@ fn fitted(truth: &Truth, population: u64) -> Fit {
         driven: &[],
         arc: None,
         from_rest: &[],
+        moved_by: MovedBy::default(),
     };
     fit(tables, &Unmeasured { period_s: PERIOD_S, ..Unmeasured::default() })
         .expect("it was measured")
@@ -383,8 +391,13 @@ fn the_period_is_recovered() {
                 rows.push(PeriodTrial { robot, line: rows.len() as u64 + 2, period_s });
             }
         }
-        let period =
-            Trials { file: "period.csv".to_owned(), robots: names(4), rows, paused: Vec::new() };
+        let period = Trials {
+            file: "period.csv".to_owned(),
+            robots: names(4),
+            rows,
+            paused: Vec::new(),
+            moved_by: MovedBy::default(),
+        };
         let speed = speeds(&PAPER, &mut draw);
         let detection = any_detections();
         let tables = Tables {
@@ -395,6 +408,7 @@ fn the_period_is_recovered() {
             driven: &[],
             arc: None,
             from_rest: &[],
+            moved_by: MovedBy::default(),
         };
         let found = fit(tables, &Unmeasured::default()).unwrap().details.period.unwrap();
         mean.count_estimate(found.period_s, PERIOD_S);

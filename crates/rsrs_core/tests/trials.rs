@@ -58,7 +58,7 @@ fn numbers_that_cannot_be_are_refused_with_their_line() {
         speed_error("robot;commanded_m_s;distance_m;duration_s\na;0,1;2;20\n"),
         @"speed.csv:2: commanded_m_s is `0,1`, expected a number with a decimal point, not a comma"
     );
-    insta::assert_snapshot!(speed_error(" \n"), @"speed.csv:1: the table is empty, expected the header `robot,commanded_m_s,distance_m,duration_s,lateral_m,heading_change_rad,paused_s`");
+    insta::assert_snapshot!(speed_error(" \n"), @"speed.csv:1: the table is empty, expected the header `robot,commanded_m_s,distance_m,duration_s,lateral_m,heading_change_rad,paused_s,backend`");
     insta::assert_snapshot!(speed_error("robot,commanded_m_s,distance_m,duration_s\n"), @"speed.csv:1: the table has a header and no rows");
 }
 

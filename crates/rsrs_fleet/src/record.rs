@@ -79,6 +79,17 @@ pub enum Backend {
     Mixed,
 }
 
+impl Backend {
+    /// What moved the robots, for a sentence.
+    pub fn in_words(self) -> &'static str {
+        match self {
+            Self::Simulator => "the simulator",
+            Self::Fleet => "themselves",
+            Self::Mixed => "themselves, and some of them by the simulator",
+        }
+    }
+}
+
 /// Robots of one run whose poses come from different sources, so that nothing ties them together.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(

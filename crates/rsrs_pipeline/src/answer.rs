@@ -93,8 +93,9 @@ pub struct Quantity {
     pub axis: Axis,
     /// What is recommended; of a capability what the robot has.
     pub recommended: f64,
-    /// The values around it up to the first of which the share of mills is surely less than wanted;
-    /// `None` if it is so at the recommendation already.
+    /// The values around it up to the first of which the share of mills is less than wanted: surely by
+    /// itself, or pooled with neighbours that chance has put out of order; `None` if it is surely less
+    /// at the recommendation already.
     pub range: Option<Range>,
     /// The share of mills, value by value, ascending.
     pub curve: Vec<Point>,

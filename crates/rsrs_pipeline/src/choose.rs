@@ -1,5 +1,6 @@
 //! Chooses the most robust milling cell of a sweep.
 
+pub mod extension;
 mod smaller_placement;
 
 use std::path::Path;

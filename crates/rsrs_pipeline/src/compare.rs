@@ -8,6 +8,7 @@ pub mod run_matching;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use rsrs_core::diagram::axis::Cell;
 use rsrs_core::diagram::{DiagramCell, PhaseCounts};
 use rsrs_core::robot::other_profile::OtherProfile;
 use rsrs_core::robot::pose_source::PoseSource;
@@ -66,7 +67,9 @@ pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Report> {
     let prediction = Prediction::of(folder, &result)?;
     let cell = |index: usize| &result.diagram.cells[index].cell;
     let mut runs = Runs::default();
-    for run in admit(&result, &options.bags, options.other_profile)? {
+    let admitted = admit(&result, &options.bags, options.other_profile)?;
+    let at_hand = AtHand::of(folder, &admitted);
+    for run in admitted {
         let of_cell = cell(run.cell);
         let counts = |cause: &Cause| *cause == Cause::RobotLost && options.with_lost_robots;
         match run.cause().filter(|(cause, _)| !counts(cause)) {
@@ -106,23 +109,29 @@ pub fn compare(folder: &Path, options: &Options) -> anyhow::Result<Report> {
     }
     let attempts = Attempts::with_margin(&cells, options.margin);
     let (comparison, deciding) = attempts.deciding();
-    let next = next_step(comparison, deciding, &not_run(&result, deciding));
-    let next = (next, AtHand::of(folder));
+    let as_measured = |cell: &Cell| {
+        let index = result.diagram.locate(cell).ok();
+        index.and_then(|index| prediction.as_measured(index)).unwrap_or_default()
+    };
+    let others = not_run(&result, &prediction, deciding);
+    let next = (next_step(comparison, deciding, &others, &as_measured), at_hand);
     let mut report = Report::new(&attempts, &simulated, runs, next);
     report.labels = options.labels.to_string();
     report.notes.extend(prediction.note());
     Ok(report)
 }
 
-/// The cells of a sweep that were not run.
-///
-/// The sweep's own replicates may flatter them, but no verdict rests on these.
-fn not_run(result: &SweepResult, run: &[CellRuns]) -> Vec<CellRuns> {
-    let is_left = |entry: &&DiagramCell| run.iter().all(|runs| runs.cell != entry.cell);
-    let left = result.diagram.cells.iter().filter(is_left).map(|entry| CellRuns {
-        cell: entry.cell.clone(),
-        real: PhaseCounts::default(),
-        simulated: entry.counts,
+/// The cells of a sweep that were not run, with the simulated runs that theirs would be compared with;
+/// the sweep's own where a choice does not state how its fresh ones ended.
+fn not_run(result: &SweepResult, prediction: &Prediction<'_>, run: &[CellRuns]) -> Vec<CellRuns> {
+    let is_left = |(_, entry): &(usize, &DiagramCell)| run.iter().all(|it| it.cell != entry.cell);
+    let left = result.diagram.cells.iter().enumerate().filter(is_left).map(|(index, entry)| {
+        let fresh = prediction.of_cell(index).map(|simulated| simulated.phases);
+        CellRuns {
+            cell: entry.cell.clone(),
+            real: PhaseCounts::default(),
+            simulated: fresh.unwrap_or(entry.counts),
+        }
     });
     left.collect()
 }

@@ -1,62 +1,74 @@
 //! A recorded run as a picture and as a film.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rsrs_bags::trajectory::RecordedTrajectory;
 use rsrs_core::judge::order::OrderParameters;
 use rsrs_core::judge::phase::{BLOCK_S, WINDOW_S, samples_in};
 use rsrs_core::judge::rule::Rules;
-use rsrs_core::judge::trajectory::Bodies;
 use rsrs_core::robot::pose_source::PoseSource;
+use rsrs_fleet::observation::order_of;
 use rsrs_view::film::{Film, Kind, film as encode};
 use rsrs_view::order_over_time::{OrderPicture, RunPicture, svg as run_svg};
 use rsrs_view::trajectory::TrajectoryPicture;
 
 use crate::error::with_help;
-use crate::label::{LabelOptions, Labelled, judge};
+use crate::label::{LabelOptions, Labelled, ReadRun, read_run};
 
 /// Radius of robots whose radius is not in the bag, in metres.
 const SOME_RADIUS_M: f64 = 0.05;
+/// How often the phase of a film is looked at, in seconds.
+const LOOK_S: f64 = 2.0;
 /// For how long the way that a robot came is shown in a film, in seconds.
 const TAIL_S: f64 = 20.0;
 
-/// A recorded run that was judged, and what pictures of it share.
-pub(crate) struct JudgedRun {
-    /// Its label.
-    pub labelled: Labelled,
-    /// What the robots did.
-    pub recorded: RecordedTrajectory,
-    bodies: Bodies,
+/// A recorded run, judged if it can be, and what pictures of it share.
+pub(crate) struct DrawnRun {
+    bag: PathBuf,
+    run: ReadRun,
 }
 
-impl JudgedRun {
-    /// Reads and judges a bag.
+impl DrawnRun {
+    /// Reads a bag, and judges it if it can be.
     ///
     /// # Errors
     ///
-    /// As [`judge`].
+    /// As [`read_run`].
     pub fn read(bag: &Path, options: LabelOptions) -> anyhow::Result<Self> {
-        let (labelled, recorded, bodies) = judge(bag, options)?;
-        Ok(Self { labelled, recorded, bodies })
+        Ok(Self { bag: bag.to_path_buf(), run: read_run(bag, options)? })
+    }
+
+    /// What the robots did.
+    pub fn recorded(&self) -> &RecordedTrajectory {
+        &self.run.recorded
+    }
+
+    /// Its label, if it has one.
+    pub fn labelled(&self) -> Option<&Labelled> {
+        self.run.label.as_ref().ok()
+    }
+
+    /// Its label in words, or why it has none.
+    pub fn label_in_words(&self) -> String {
+        match &self.run.label {
+            Ok(labelled) => labelled.phase_in_words(),
+            Err(none) => none.to_string(),
+        }
     }
 
     /// The run from above, with the rows of robots that were lost.
     pub fn above<'a>(&'a self, lost: &'a [usize]) -> TrajectoryPicture<'a> {
-        let trajectory = &self.recorded.trajectory;
-        let phase = self.labelled.phase;
+        let trajectory = &self.run.recorded.trajectory;
         let (n_robots, duration_s) = (trajectory.n_robots, trajectory.duration_s());
         TrajectoryPicture {
             trajectory,
             radius_m: self.radius_m(),
             tail_s: WINDOW_S,
-            phase: Some(phase),
+            phase: self.labelled().map(|labelled| labelled.phase),
             lost,
-            title: title(&self.labelled.bag),
-            subtitle: format!(
-                "{n_robots} robots, {duration_s:.0} s; {}",
-                self.labelled.phase_in_words()
-            ),
+            title: title(&self.bag),
+            subtitle: format!("{n_robots} robots, {duration_s:.0} s; {}", self.label_in_words()),
         }
     }
 
@@ -72,12 +84,13 @@ impl JudgedRun {
         rules: &'a Rules,
         notes: &'a [String],
     ) -> OrderPicture<'a> {
-        let duration_s = self.recorded.trajectory.duration_s();
+        let duration_s = self.run.recorded.trajectory.duration_s();
         OrderPicture {
             blocks,
             block_s: BLOCK_S,
             duration_s,
-            window_start_s: duration_s - WINDOW_S,
+            // Without a label nothing was judged.
+            window_start_s: if self.run.label.is_ok() { duration_s - WINDOW_S } else { duration_s },
             rules,
             notes,
         }
@@ -85,32 +98,54 @@ impl JudgedRun {
 
     /// The order parameters of every block.
     pub fn blocks(&self) -> Vec<(f64, OrderParameters)> {
-        let trajectory = &self.recorded.trajectory;
+        let trajectory = &self.run.recorded.trajectory;
         let n_block = samples_in(BLOCK_S, trajectory.period_s);
         let block = |number: usize| {
             let samples = number * n_block..(number + 1) * n_block;
             let start_s = samples.start as f64 * trajectory.period_s;
-            (start_s, OrderParameters::of(trajectory, samples, &self.bodies))
+            (start_s, OrderParameters::of(trajectory, samples, &self.run.bodies))
         };
         (0..trajectory.n_samples() / n_block).map(block).collect()
     }
 
     /// The rules of its behaviour.
     pub fn rules(&self) -> Rules {
-        self.labelled.phase.behaviour().rules()
+        self.run.behaviour.rules()
     }
 
     /// The rows of robots that did not take part to the end.
     pub fn lost_rows(&self) -> Vec<usize> {
-        self.labelled.lost_rows(&self.recorded.robots)
+        self.run.lost_rows()
+    }
+
+    /// From when on the swarm is in which phase: what the judge would find in the last minute, looked at
+    /// every few seconds.
+    fn phases(&self) -> Vec<(f64, String)> {
+        let ReadRun { recorded, bodies, behaviour, .. } = &self.run;
+        let trajectory = &recorded.trajectory;
+        if bodies.reach_m.is_none() {
+            return vec![(0.0, "no phase: how far a robot senses another is not known".to_owned())];
+        }
+        let n_look = samples_in(LOOK_S, trajectory.period_s);
+        let looks = (1..=trajectory.n_samples() / n_look).map(|look| look * n_look);
+        let phase = |n_samples: usize| {
+            let order = order_of(trajectory, n_samples, bodies, *behaviour)?;
+            let words = if order.is_whole() {
+                order.phase.to_string()
+            } else {
+                format!("so far: {} ({:.0} s of {WINDOW_S:.0})", order.phase, order.over_s)
+            };
+            Some((n_samples as f64 * trajectory.period_s, words))
+        };
+        looks.filter_map(phase).collect()
     }
 
     fn radius_m(&self) -> f64 {
-        self.bodies.radius_m.unwrap_or(SOME_RADIUS_M)
+        self.run.bodies.radius_m.unwrap_or(SOME_RADIUS_M)
     }
 }
 
-/// Draws a run from above, with its order parameters over time and why it has its phase.
+/// Draws a run from above, with its order parameters over time and why it has its phase, or none.
 ///
 /// # Returns
 ///
@@ -118,14 +153,18 @@ impl JudgedRun {
 ///
 /// # Errors
 ///
-/// As [`judge`].
+/// As [`read_run`].
 pub fn svg(bag: &Path, options: LabelOptions) -> anyhow::Result<String> {
-    let run = JudgedRun::read(bag, options)?;
-    let labelled = &run.labelled;
-    let mut notes = vec![format!("label: {}", labelled.phase_in_words())];
-    notes.extend(labelled.why.iter().cloned());
-    notes.extend(labelled.lost_robots.iter().map(ToString::to_string));
-    notes.extend(labelled.paused_robots.iter().map(ToString::to_string));
+    let run = DrawnRun::read(bag, options)?;
+    let mut notes = match &run.run.label {
+        Ok(labelled) => vec![format!("label: {}", labelled.phase_in_words())],
+        Err(none) => vec![none.to_string()],
+    };
+    notes.extend(run.labelled().into_iter().flat_map(|labelled| labelled.why.iter().cloned()));
+    notes.extend(run.run.labels.iter().map(|label| format!("label: {label}")));
+    notes.extend(run.run.lost_robots.iter().map(ToString::to_string));
+    let paused = run.labelled().into_iter().flat_map(|labelled| &labelled.paused_robots);
+    notes.extend(paused.map(ToString::to_string));
     let (lost, blocks, rules) = (run.lost_rows(), run.blocks(), run.rules());
     let run_order = run.order(&blocks, &rules, &notes);
     let picture = RunPicture { run: run.above(&lost), order: run_order };
@@ -164,7 +203,7 @@ pub struct FilmOptions {
 ///
 /// # Errors
 ///
-/// As [`judge`], and if a number is out of range, the extension is another, or it is called off.
+/// As [`read_run`], and if a number is out of range, the extension is another, or it is called off.
 pub fn film(
     bag: &Path,
     path: &Path,
@@ -173,11 +212,12 @@ pub fn film(
 ) -> anyhow::Result<Vec<u8>> {
     let kind = kind(path)?;
     let judged = LabelOptions { poses: options.poses, ..LabelOptions::default() };
-    let run = JudgedRun::read(bag, judged)?;
+    let run = DrawnRun::read(bag, judged)?;
     let film = Film {
-        trajectory: &run.recorded.trajectory,
+        trajectory: &run.recorded().trajectory,
         radius_m: run.radius_m(),
-        title: format!("{}: {}", title(bag), run.labelled.phase_in_words()),
+        title: title(bag),
+        captions: &run.phases(),
         speed: options.speed,
         frames_per_s: options.frames_per_s,
         tail_s: TAIL_S,
@@ -186,7 +226,7 @@ pub fn film(
     };
     let n_frames = film.n_frames();
     let bytes = encode(&film, kind, &|done| show(done, n_frames))?;
-    bytes.ok_or_else(|| with_help("called off; nothing was written", "run the same command again"))
+    bytes.ok_or_else(|| with_help("interrupted; nothing was written", "run the same command again"))
 }
 
 fn kind(path: &Path) -> anyhow::Result<Kind> {

@@ -83,7 +83,10 @@ impl Execution<'_> {
         let cancel = self.observer.cancel();
         let swept = work(Watch { progress: &|progress| counter.show(progress), cancel })?;
         if swept.is_cancelled {
-            return Err(with_help("called off; nothing was written", "run the same command again"));
+            return Err(with_help(
+                "interrupted; nothing was written",
+                "run the same command again",
+            ));
         }
         Ok(swept)
     }

@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use crate::error::with_help;
 use crate::files::write_file;
+use crate::wording::significant;
 
 /// What is given of the robots; all else is assumed, and marked so.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +34,9 @@ pub struct Robots {
     pub half_angle_rad: f64,
     /// Time between two detections, in seconds.
     pub period_s: f64,
+    /// Side of the square floor that the swarm has, in metres; `None` for one so large that its walls
+    /// are not reached.
+    pub arena_m: Option<f64>,
 }
 
 /// What was written.
@@ -42,6 +46,10 @@ pub struct Begun {
     pub folder: PathBuf,
     /// Its files, in the order in which one reads them.
     pub files: Vec<&'static str>,
+    /// Side of the arena in the sweep, in metres.
+    pub arena_m: f64,
+    /// Radius of the disc in which robots start, in metres.
+    pub placement_radius_m: f64,
 }
 
 const PROFILE: &str = "profile.yaml";
@@ -55,6 +63,19 @@ const SLOWEST: [f64; 2] = [0.1, 0.05];
 const PLACEMENT_OVER_RANGE: f64 = 1.1;
 /// Side of the arena over a robot's range: never reached in a run.
 const ARENA_OVER_RANGE: f64 = 20.0;
+/// Radius of the disc over the side of the arena, at most: robots do not start at its walls.
+const PLACEMENT_OVER_ARENA: f64 = 0.4;
+/// Radii of the circles that robots drive, speed over turning rate, over their range: what mills lies
+/// between.
+const CIRCLES_OVER_RANGE: [f64; 2] = [0.13, 0.65];
+/// A circle is at least so many bodies wide ...
+const LEAST_CIRCLE_OVER_RADIUS: f64 = 1.0;
+/// ... and fits so often into the arena.
+const CIRCLE_OVER_ARENA: f64 = 0.25;
+/// Slowest speed of the sweep over the fastest; the widest circle is driven at twice that.
+const SLOWEST_SWEPT: f64 = 0.2;
+/// Speeds and turning rates of the sweep.
+const STEPS: [usize; 2] = [8, 10];
 
 /// Writes the folder.
 ///
@@ -69,30 +90,22 @@ pub fn init(folder: &Path, robots: &Robots) -> anyhow::Result<Begun> {
         ));
     }
     check(robots)?;
-    let texts = texts(robots);
+    let floor = Floor::of(robots);
+    let texts = texts(robots, floor);
     check_texts(&texts)?;
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     for (name, text) in &texts {
         write_file(&folder.join(name), text.as_bytes())?;
     }
     let files = texts.iter().map(|(name, _)| *name).collect();
-    Ok(Begun { folder: folder.to_owned(), files })
+    let Floor { arena_m, placement_m: placement_radius_m } = floor;
+    Ok(Begun { folder: folder.to_owned(), files, arena_m, placement_radius_m })
 }
 
 /// Refuses what is no name, and numbers that are likely in another unit.
 fn check(robots: &Robots) -> anyhow::Result<()> {
-    let is_name = |name: &str| {
-        let mut characters = name.chars();
-        characters.next().is_some_and(|first| first.is_ascii_lowercase())
-            && characters
-                .all(|other| other.is_ascii_lowercase() || other.is_ascii_digit() || other == '_')
-    };
-    if !is_name(&robots.name) {
-        return Err(with_help(
-            format!("the name is `{}`, expected small letters, digits and `_`", robots.name),
-            "names of robots begin with it: `--name flockbot`",
-        ));
-    }
+    check_name(&robots.name)?;
+    check_radius(robots.radius_m)?;
     for (axis, value) in [
         (Axis::Speed, robots.speed_m_s),
         (Axis::TurnRate, robots.turn_rate_rad_s),
@@ -100,39 +113,90 @@ fn check(robots: &Robots) -> anyhow::Result<()> {
         (Axis::HalfAngle, robots.half_angle_rad),
         (Axis::Period, robots.period_s),
     ] {
-        axis.check_unit(value)?;
-        if !(value > 0.0 && value.is_finite()) {
-            anyhow::bail!("{axis} is {value}, expected a number above 0");
-        }
+        check_number(axis, value)?;
+    }
+    robots.arena_m.map_or(Ok(()), |arena_m| check_number(Axis::Arena, arena_m))
+}
+
+/// Refuses what is no name of a kind of robot.
+///
+/// # Errors
+///
+/// With a name that is near.
+pub fn check_name(name: &str) -> anyhow::Result<()> {
+    let is_letter = |it: char| it.is_ascii_lowercase() || it.is_ascii_digit() || it == '_';
+    let is_name =
+        name.starts_with(|it: char| it.is_ascii_lowercase()) && name.chars().all(is_letter);
+    if is_name {
+        return Ok(());
+    }
+    let plain = name.trim().to_lowercase();
+    let plain: String = plain.chars().map(|it| if is_letter(it) { it } else { '_' }).collect();
+    let near = plain.trim_start_matches(|it: char| !it.is_ascii_lowercase());
+    let near = if near.is_empty() { "robot" } else { near };
+    Err(with_help(
+        format!("the name is `{name}`, expected small letters, digits and `_`"),
+        format!("names of robots begin with it, as in ROS: `{near}`"),
+    ))
+}
+
+/// Refuses what is no radius of a body in metres.
+///
+/// # Errors
+///
+/// With the likely unit.
+pub fn check_radius(radius_m: f64) -> anyhow::Result<()> {
+    if !(radius_m > 0.0 && radius_m.is_finite()) {
+        anyhow::bail!("the radius is {radius_m} m, expected a number above 0");
+    }
+    if radius_m > MOST_RADIUS_M {
+        anyhow::bail!("the radius is {radius_m}: this looks like mm or cm, expected m");
     }
     Ok(())
 }
 
+/// No robot of this method is larger, in metres.
+const MOST_RADIUS_M: f64 = 2.0;
+
+/// Refuses what is no number of a robot, and one that is likely in another unit.
+///
+/// # Errors
+///
+/// With what is expected.
+pub fn check_number(axis: Axis, value: f64) -> anyhow::Result<()> {
+    if !(value > 0.0 && value.is_finite()) {
+        anyhow::bail!("{axis} is {value}, expected a number above 0");
+    }
+    axis.check_unit(value)?;
+    Ok(())
+}
+
 /// The files, in the order in which one reads them.
-fn texts(robots: &Robots) -> Vec<(&'static str, String)> {
+fn texts(robots: &Robots, floor: Floor) -> Vec<(&'static str, String)> {
     let Robots { name, n_robots, speed_m_s, turn_rate_rad_s, range_m, .. } = robots;
-    let rounded = |number: f64| {
-        // Three significant digits, as a person would write it.
-        let scale = libm::pow(10.0, 2.0 - libm::log10(number).floor());
-        (number * scale).round() / scale
+    let [speeds, turn_rates] = axes(robots, floor);
+    let least_m_s = significant(SLOWEST[0] * speed_m_s);
+    let least_rad_s = significant(SLOWEST[1] * turn_rate_rad_s).min(turn_rates[0]);
+    let listed = |values: &[f64]| {
+        let values: Vec<String> = values.iter().map(ToString::to_string).collect();
+        format!("[{}]", values.join(", "))
     };
-    let [least_m_s, least_rad_s] =
-        [rounded(SLOWEST[0] * speed_m_s), rounded(SLOWEST[1] * turn_rate_rad_s)];
     let values = [
         ("@NAME@", name.clone()),
         ("@N_ROBOTS@", n_robots.to_string()),
         ("@RADIUS_M@", robots.radius_m.to_string()),
         ("@SPEED_M_S@", speed_m_s.to_string()),
         ("@LEAST_SPEED_M_S@", least_m_s.to_string()),
-        ("@SWEEP_FROM_M_S@", rounded(0.2 * speed_m_s).to_string()),
+        ("@SPEEDS@", listed(&speeds)),
         ("@TURN_RATE_RAD_S@", turn_rate_rad_s.to_string()),
         ("@LEAST_TURN_RATE_RAD_S@", least_rad_s.to_string()),
-        ("@SWEEP_FROM_RAD_S@", rounded(0.1 * turn_rate_rad_s).to_string()),
+        ("@TURN_RATES@", listed(&turn_rates)),
         ("@HALF_ANGLE_RAD@", robots.half_angle_rad.to_string()),
         ("@RANGE_M@", range_m.to_string()),
         ("@PERIOD_S@", robots.period_s.to_string()),
-        ("@PLACEMENT_M@", rounded(PLACEMENT_OVER_RANGE * placement_m(robots)).to_string()),
-        ("@ARENA_M@", rounded(ARENA_OVER_RANGE * placement_m(robots)).to_string()),
+        ("@PLACEMENT_M@", floor.placement_m.to_string()),
+        ("@ARENA_M@", floor.arena_m.to_string()),
+        ("@ARENA_IS@", if robots.arena_m.is_some() { "given" } else { NEVER_REACHED }.to_owned()),
     ];
     let filled = |template: &str| {
         values.iter().fold(template.to_owned(), |text, (key, value)| text.replace(key, value))
@@ -147,10 +211,48 @@ fn texts(robots: &Robots) -> Vec<(&'static str, String)> {
     ]
 }
 
-/// What the placement follows from: the range, or where bodies do not fit into that, their size.
-fn placement_m(robots: &Robots) -> f64 {
-    let crowded_m = 3.0 * robots.radius_m * (robots.n_robots as f64).sqrt();
-    robots.range_m.max(crowded_m)
+/// What stands behind the side of an arena that was not given.
+const NEVER_REACHED: &str = "so large that no robot comes to its walls; give yours with --arena";
+
+/// Where the swarm is.
+#[derive(Clone, Copy)]
+struct Floor {
+    arena_m: f64,
+    placement_m: f64,
+}
+
+impl Floor {
+    /// The disc follows from the range, or where bodies do not fit into that, from their size; it lies
+    /// within the arena.
+    fn of(robots: &Robots) -> Self {
+        let crowded_m = 3.0 * robots.radius_m * (robots.n_robots as f64).sqrt();
+        let from_m = robots.range_m.max(crowded_m);
+        let arena_m = robots.arena_m.unwrap_or_else(|| significant(ARENA_OVER_RANGE * from_m));
+        let placement_m = significant(PLACEMENT_OVER_RANGE * from_m);
+        let placement_m = placement_m.min(significant(PLACEMENT_OVER_ARENA * arena_m));
+        Self { arena_m, placement_m }
+    }
+}
+
+/// Speeds and turning rates of the sweep, each the same multiple of the one before: robots that mill
+/// drive circles of about their sensor's size, and speed over turning rate is the radius.
+fn axes(robots: &Robots, floor: Floor) -> [Vec<f64>; 2] {
+    let Robots { speed_m_s, turn_rate_rad_s, range_m, radius_m, .. } = *robots;
+    let widest_m = (CIRCLES_OVER_RANGE[1] * range_m).min(CIRCLE_OVER_ARENA * floor.arena_m);
+    let least_m = (CIRCLES_OVER_RANGE[0] * range_m).max(LEAST_CIRCLE_OVER_RADIUS * radius_m);
+    let fastest_rad_s = significant(speed_m_s / least_m).min(turn_rate_rad_s);
+    let slowest_rad_s = (2.0 * SLOWEST_SWEPT * speed_m_s / widest_m).min(0.5 * fastest_rad_s);
+    let speeds = spread([SLOWEST_SWEPT * speed_m_s, speed_m_s], STEPS[0]);
+    [speeds, spread([slowest_rad_s, fastest_rad_s], STEPS[1])]
+}
+
+/// So many values, each the same multiple of the one before; the greatest as it is.
+fn spread([least, most]: [f64; 2], n: usize) -> Vec<f64> {
+    let ratio = libm::pow(most / least, 1.0 / (n as f64 - 1.0));
+    let value = |step: usize| significant(least * libm::pow(ratio, step as f64)).min(most);
+    let mut values: Vec<f64> = (0..n - 1).map(value).chain([most]).collect();
+    values.dedup();
+    values
 }
 
 /// Reads what is about to be written as it will be read, so that no folder is left that does not work.

@@ -7,6 +7,7 @@ mod text;
 
 pub use human_labels::Labeller;
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use rsrs_bags::trajectory::{Finding, Needed, RecordedTrajectory, TrajectoryError};
@@ -14,7 +15,7 @@ use rsrs_bags::{Bag, Recovery};
 use rsrs_core::judge::behaviour::Behaviour;
 use rsrs_core::judge::certainty::Certainty;
 use rsrs_core::judge::order::OrderParameters;
-use rsrs_core::judge::phase::{JudgeError, Phase, label_with};
+use rsrs_core::judge::phase::{JudgeError, Phase, WINDOW_S, label_with};
 use rsrs_core::judge::reason::{Decisive, Departure, Left, Reason};
 use rsrs_core::judge::trajectory::Bodies;
 use rsrs_core::robot::pose_source::PoseSource;
@@ -184,17 +185,6 @@ impl Labelled {
         marked(self.phase, Settledness { is_settled, implausible: !self.implausible.is_empty() })
     }
 
-    /// Which rows of a trajectory are those of robots that did not take part to the end.
-    ///
-    /// # Arguments
-    ///
-    /// * `robots` — names of the robots, row by row.
-    pub fn lost_rows(&self, robots: &[String]) -> Vec<usize> {
-        let is_lost = |robot: &String| self.lost_robots.iter().any(|lost| lost.robot == *robot);
-        let rows = robots.iter().enumerate().filter(|(_, robot)| is_lost(robot));
-        rows.map(|(row, _)| row).collect()
-    }
-
     /// A bag with the label of a person, which is one of `labels`.
     pub fn by_hand(bag: &Path, label: &HumanLabel, labels: Vec<HumanLabel>) -> Self {
         Self {
@@ -247,6 +237,90 @@ pub fn judge(
     path: &Path,
     options: LabelOptions,
 ) -> anyhow::Result<(Labelled, RecordedTrajectory, Bodies)> {
+    let run = read_run(path, options)?;
+    Ok((run.labelled(path)?, run.recorded, run.bodies))
+}
+
+/// A recorded run, with its label if it has one.
+#[derive(Clone, Debug)]
+pub struct ReadRun {
+    /// The label.
+    pub label: Result<Labelled, NoLabel>,
+    /// What the robots did.
+    pub recorded: RecordedTrajectory,
+    /// What is known of them.
+    pub bodies: Bodies,
+    /// What the run is judged for.
+    pub behaviour: Behaviour,
+    /// Robots that did not take part to the end.
+    pub lost_robots: Vec<LostRobot>,
+    /// Labels by people.
+    pub labels: Vec<HumanLabel>,
+}
+
+impl ReadRun {
+    /// The label.
+    ///
+    /// # Errors
+    ///
+    /// If it has none; the error names the bag.
+    pub fn labelled(&self, path: &Path) -> anyhow::Result<Labelled> {
+        self.label.clone().map_err(|none| none.refused(path))
+    }
+
+    /// The rows of robots that did not take part to the end.
+    pub fn lost_rows(&self) -> Vec<usize> {
+        let is_lost = |robot: &String| self.lost_robots.iter().any(|lost| lost.robot == *robot);
+        let rows = self.recorded.robots.iter().enumerate().filter(|(_, robot)| is_lost(robot));
+        rows.map(|(row, _)| row).collect()
+    }
+}
+
+/// Why a run that can be read has no label.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NoLabel {
+    /// Its end was not recorded.
+    Part(RunPart),
+    /// The judge cannot decide.
+    Judge(JudgeError),
+}
+
+impl NoLabel {
+    fn refused(self, path: &Path) -> anyhow::Error {
+        match self {
+            Self::Part(part) => only_a_part(path, part),
+            Self::Judge(error) => not_judged(path, error),
+        }
+    }
+}
+
+/// `no label: 20 s of 60`, for a picture.
+impl fmt::Display for NoLabel {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Part(RunPart { recorded_s, set_s: Some(set_s) }) => {
+                write!(out, "no label: {recorded_s:.0} s of a run of {set_s:.0}")
+            }
+            Self::Part(RunPart { recorded_s, set_s: None }) => {
+                write!(out, "no label: {recorded_s:.0} s of a run whose end is lost")
+            }
+            Self::Judge(JudgeError::TooShort { duration_s }) => {
+                write!(out, "no label: {duration_s:.0} s of {WINDOW_S:.0}")
+            }
+            Self::Judge(JudgeError::UnknownReach { .. }) => {
+                write!(out, "no label: how far a robot senses another is not known")
+            }
+            Self::Judge(error) => write!(out, "no label: {error}"),
+        }
+    }
+}
+
+/// Reads a recorded run, and labels it if that can be done.
+///
+/// # Errors
+///
+/// If the bag or its record cannot be read, or it has no poses or commands; the error names the bag.
+pub fn read_run(path: &Path, options: LabelOptions) -> anyhow::Result<ReadRun> {
     let labels = human_labels::read(path)?;
     let bag = recorded_run::open(path)?;
     let record = recorded_run::record_in(&bag)?;
@@ -257,13 +331,20 @@ pub fn judge(
         .read(&bag, record.as_ref(), Needed::JudgedEnd)
         .map_err(|error| refused(path, error, ending.as_ref()))?;
     let part = part_of_run(&bag, &recorded, record.as_ref(), ending.as_ref());
+    let behaviour = behaviour_of(record.as_ref(), options);
+    let lost_robots = ending.as_ref().map(|ending| ending.lost.clone()).unwrap_or_default();
+    let without_label = |recorded, label, labels, lost_robots| {
+        Ok(ReadRun { label: Err(label), recorded, bodies, behaviour, lost_robots, labels })
+    };
     if let (Some(part), CutRun::Refused) = (part, options.cut) {
-        return Err(only_a_part(path, part));
+        return without_label(recorded, NoLabel::Part(part), labels, lost_robots);
     }
     let trajectory = &recorded.trajectory;
-    let rules = behaviour_of(record.as_ref(), options).rules();
-    let verdict =
-        label_with(trajectory, &bodies, &rules).map_err(|error| not_judged(path, error))?;
+    let rules = behaviour.rules();
+    let verdict = match label_with(trajectory, &bodies, &rules) {
+        Ok(verdict) => verdict,
+        Err(error) => return without_label(recorded, NoLabel::Judge(error), labels, lost_robots),
+    };
     let certainty = Certainty::of(trajectory, &bodies, &verdict, &rules);
     let reason = Reason::of(trajectory, &bodies, &verdict, &rules);
     let counts_without_lost = record.as_ref().zip(ending.as_ref()).and_then(|(record, ending)| {
@@ -286,20 +367,20 @@ pub fn judge(
         poses: Some(recorded.poses.to_string()),
         poses_by: Some(poses.by),
         findings: recorded.findings.clone(),
-        labels,
+        labels: labels.clone(),
         damage: recorded_run::lack_in(&bag),
         recovery: bag.recovery().filter(|recovery| !recovery.is_complete),
         part,
         ending: stopped.map(|ending| ending.kind.key()),
         reason: stopped.map(|ending| ending.reason.clone()),
         paused_robots: ending.as_ref().map(|ending| ending.paused.clone()).unwrap_or_default(),
-        lost_robots: ending.map(|ending| ending.lost).unwrap_or_default(),
+        lost_robots: lost_robots.clone(),
         counts_without_lost,
         implausible,
         misplaced: misplaced.unwrap_or_default(),
         controller_only: record.map(|record| record.controller_only).unwrap_or_default(),
     };
-    Ok((labelled, recorded, bodies))
+    Ok(ReadRun { label: Ok(labelled), recorded, bodies, behaviour, lost_robots, labels })
 }
 
 /// What a run is judged for: what was asked for, else what its record has.

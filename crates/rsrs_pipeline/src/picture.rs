@@ -124,7 +124,10 @@ pub fn drawn(result: &SweepResult, options: &DiagramOptions) -> anyhow::Result<D
         subtitle(result, diagram, options.worlds, &conditions),
         how(result, options.worlds)?
     );
-    let note = options.validation.clone().unwrap_or_else(|| NOT_VALIDATED.to_owned());
+    let mut note = options.validation.clone().unwrap_or_else(|| NOT_VALIDATED.to_owned());
+    if let Some(origin) = result.source.profile.provenance.trials {
+        note.extend(["; their profile was fitted to trials of ", origin.whose()]);
+    }
     let picture = DiagramPicture {
         panels,
         x,

@@ -96,7 +96,7 @@ pub fn plan_experiments(folder: &Path, options: &Options) -> anyhow::Result<Plan
         .zip(as_measured(&result, &cells, options)?)
         .map(|(index, as_measured)| {
             let simulated = Share::milling(&prediction.of_cell(*index)?.phases);
-            Ok(PlannedCell { simulated, as_measured })
+            Ok(PlannedCell { simulated, as_measured, so_far: Share::default() })
         })
         .collect::<anyhow::Result<Vec<PlannedCell>>>()?;
     let mut generator = ChaCha8Rng::seed_from_u64(result.source.sweep.seed);
@@ -105,7 +105,7 @@ pub fn plan_experiments(folder: &Path, options: &Options) -> anyhow::Result<Plan
     let n_cells = cells.len() as u64;
     let of_cell = |position: u64| runs.map(|runs| (runs + n_cells - 1 - position) / n_cells);
     let cells = (0..).zip(cells.iter().zip(&planned)).map(|(position, (index, planned))| {
-        let PlannedCell { simulated, as_measured } = planned;
+        let PlannedCell { simulated, as_measured, .. } = planned;
         PlannedRuns {
             cell: result.diagram.cells[*index].cell.clone(),
             runs: of_cell(position),

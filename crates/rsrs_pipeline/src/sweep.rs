@@ -351,7 +351,7 @@ impl Sweeping<'_> {
             Ok(Completion::Finished) => Ok(()),
             Ok(Completion::CalledOff) => Err(Failure::Other(with_help(
                 format!(
-                    "called off; {n_kept} of {} runs are kept in {}",
+                    "interrupted; {n_kept} of {} runs are kept in {}",
                     start.total,
                     self.folder.display()
                 ),

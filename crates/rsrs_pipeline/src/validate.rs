@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use rsrs_core::conditions::Conditions;
 use rsrs_core::diagram::axis::{Axis, Cell};
 use rsrs_core::robot::capability::{self, CapabilityViolation, LostCapability};
-use rsrs_core::robot::profile::RobotProfile;
+use rsrs_core::robot::profile::{RobotProfile, TrialOrigin};
 use rsrs_core::trials::fit::{SensorMap, sensor_map};
 use rsrs_core::trials::trial::{DrivenTrial, detection_trials};
 use rsrs_sim::reachable_set::{ReachOptions, smallest_factors, validate as contain};
@@ -21,6 +21,7 @@ use crate::measure::trial_files::{Trajectories, table, trajectories};
 use crate::provenance::Provenance;
 use crate::sweep::folder;
 use crate::sweep::source::ResolvedSweep;
+use crate::wording::names;
 use file::{Judged, ValidationReport};
 
 /// What a simulated robot is compared with.
@@ -30,10 +31,21 @@ pub struct Options {
     pub trajectories: Vec<PathBuf>,
     /// Table of detections.
     pub detection: Option<PathBuf>,
+    /// Whether trajectories of the simulator may stand in for real ones.
+    pub stand_in: StandIn,
     /// Values on the capabilities that the sweep sweeps: one robot is judged.
     pub at: Cell,
     /// How the reach is simulated; the seed is that of the sweep.
     pub reach: ReachOptions,
+}
+
+/// Whether trajectories of the simulator may stand in for real ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StandIn {
+    /// They are refused.
+    Refused,
+    /// They are judged, and the answer states it.
+    Allowed,
 }
 
 /// What is held against each other.
@@ -46,6 +58,8 @@ struct Case {
     /// The same from their standstills, where that is known.
     from_rest: Vec<DrivenTrial>,
     sensor: Option<SensorMap>,
+    /// How far trajectories and detections are a simulator's.
+    origin: Option<TrialOrigin>,
     options: ReachOptions,
 }
 
@@ -91,17 +105,27 @@ pub fn validate(
 fn read(name: &str, source: ResolvedSweep, options: &Options) -> anyhow::Result<Case> {
     let at = options.at.clone();
     let conditions = judged_conditions(name, &source, &at)?;
-    let sensor = options
-        .detection
+    let detections = options.detection.as_ref();
+    let detections = detections.map(|path| table(path, detection_trials)).transpose()?;
+    let sensor = detections
         .as_ref()
-        .map(|path| {
-            let detections = table(path, detection_trials)?;
-            sensor_map(&detections, source.profile.body.radius_m).map_err(helped)
-        })
+        .map(|detections| sensor_map(detections, source.profile.body.radius_m).map_err(helped))
         .transpose()?;
-    let Trajectories { driven: trials, from_rest } = trajectories(&options.trajectories)?;
+    let Trajectories { driven: trials, from_rest, moved_by, simulated } =
+        trajectories(&options.trajectories)?;
+    let of_detections = detections.map(|detections| detections.moved_by).unwrap_or_default();
+    let origin = (moved_by + of_detections).origin();
+    if origin.is_some() && options.stand_in == StandIn::Refused {
+        let of_table = options.detection.iter().filter(|_| of_detections.simulator > 0);
+        let files: Vec<&PathBuf> = simulated.iter().chain(of_table).collect();
+        return Err(with_help(
+            format!("the robots of {} were moved by the simulator", names(&files)),
+            "give trajectories of real robots; `--simulated` takes them all the same, and the answer \
+             states it",
+        ));
+    }
     let options = ReachOptions { seed: source.sweep.seed, ..options.reach };
-    Ok(Case { source, conditions, at, trials, from_rest, sensor, options })
+    Ok(Case { source, conditions, at, trials, from_rest, sensor, origin, options })
 }
 
 /// The cells at which the simulated robot is the one to be judged.
@@ -173,6 +197,7 @@ fn judge(case: &Case) -> anyhow::Result<ValidationReport> {
         sensor_violations,
         smallest_factors,
         turning,
+        trials_of: case.origin,
         provenance: Provenance::of(measured),
     })
 }

@@ -29,6 +29,15 @@ pub fn counted(n: u64, what: &str) -> String {
     if n == 1 { format!("{n} {what}") } else { format!("{} {what}s", count(n)) }
 }
 
+/// A number in three significant digits, as a person would write it.
+///
+/// # Panics
+///
+/// Never: what is written is a number again.
+pub fn significant(number: f64) -> f64 {
+    format!("{number:.2e}").parse().expect("a number that was written reads")
+}
+
 /// A share: `97.3 %`.
 pub fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)

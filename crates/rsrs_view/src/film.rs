@@ -21,6 +21,8 @@ pub struct Film<'a> {
     pub radius_m: f64,
     /// The title; any text.
     pub title: String,
+    /// What is stated below from a time on, in seconds from the start; any texts, ascending in time.
+    pub captions: &'a [(f64, String)],
     /// How many seconds of the run pass in one of the film; positive.
     pub speed: f64,
     /// Frames in a second; from 1 to 50.

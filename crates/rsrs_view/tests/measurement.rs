@@ -13,7 +13,7 @@ use rsrs_core::robot::profile::RobotProfile;
 use rsrs_core::robot::unicycle::{ActuationGain, Pose, step};
 use rsrs_core::trials::fit::{Fit, Tables, Unmeasured, fit};
 use rsrs_core::trials::trial::{
-    DrivenSample, DrivenTrial, detection_trials, period_trials, speed_trials, turn_trials,
+    DrivenSample, DrivenTrial, MovedBy, detection_trials, period_trials, speed_trials, turn_trials,
 };
 use rsrs_core::trials::validation::{Tube, Validation};
 use rsrs_sim::reachable_set::{ReachOptions, validate};
@@ -46,6 +46,7 @@ fn fitted([speed, turn, detection, period]: [&str; 4], radius_m: f64) -> Fit {
         driven: &[],
         arc: None,
         from_rest: &[],
+        moved_by: MovedBy::default(),
     };
     fit(tables, &Unmeasured { radius_m, ..Unmeasured::default() })
         .expect("the trials that ship can be fitted")

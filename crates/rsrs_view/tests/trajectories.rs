@@ -269,10 +269,23 @@ fn film_of(trajectory: &Trajectory) -> Film<'_> {
         title: "Nine Flockbots".to_owned(),
         speed: 10.0,
         frames_per_s: 5,
+        captions: &[],
         tail_s: 5.0,
         width_px: 160,
         lost: &[3],
     }
+}
+
+#[test]
+fn a_film_states_what_is_known_at_each_time_and_not_what_comes_later() {
+    let mill = mill(12.0);
+    let captions = [(4.0, "so far: unformed".to_owned()), (8.0, "stable milling".to_owned())];
+    let of = Film { captions: &captions, ..film_of(&mill) };
+    let frame = |time_s: usize| frame_svg(&of, time_s / 2).expect("it can be drawn");
+
+    assert!(frame(2).contains(">2 s<"), "{}", frame(2));
+    assert!(frame(4).contains(">4 s: so far: unformed<"), "{}", frame(4));
+    assert!(frame(8).contains(">8 s: stable milling<"), "{}", frame(8));
 }
 
 #[test]

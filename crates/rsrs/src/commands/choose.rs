@@ -1,22 +1,24 @@
 //! `rsrs choose`: the most robust milling cell, confirmed.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use rsrs_core::diagram::axis::Cell;
-use rsrs_core::diagram::choice::{Choice, OneRobotLess, VIABLE_B_S_LOW};
-use rsrs_core::judge::behaviour::Verb;
+use rsrs_core::diagram::axis::{Axis, Cell};
+use rsrs_core::diagram::choice::{Choice, Margin, OneRobotLess, VIABLE_B_S_LOW};
+use rsrs_core::judge::behaviour::{Behaviour, Verb};
+use rsrs_core::robot::harsher::tidy;
 use serde::Serialize;
 
 use crate::commands::{Format, print_text, report, report_written};
 use crate::failure::Outcome;
 use crate::progress::execution;
 use crate::words::{Tone, Words};
+use rsrs_pipeline::choose::extension::{Extension, extensions};
 use rsrs_pipeline::choose::{CONFIRM, Chosen, Options, as_measured, choose, write};
 use rsrs_pipeline::sweep::ablation::{Ablation, REPLICATES, ablate};
 use rsrs_pipeline::sweep::folder;
 use rsrs_pipeline::sweep::settling;
 use rsrs_pipeline::wording::counted;
-use rsrs_pipeline::wording::shell::{experiment_beside, quoted};
+use rsrs_pipeline::wording::shell::{experiment_beside, free_beside, quoted, sweep_beside};
 
 /// Choose the milling cell that may drift furthest, and confirm it on fresh seeds.
 ///
@@ -76,7 +78,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             if let Some(path) = &arguments.output {
                 write(path, &choice)?;
             }
-            let words = Words::from(text(&choice, arguments.viable)).tone(Tone::Good, VIABLE);
+            let wider = wider(&arguments.folder, &choice)?.map(|wider| format!("\n{wider}"));
+            let printed = text(&choice, arguments.viable) + &wider.unwrap_or_default();
+            let words = Words::from(printed).tone(Tone::Good, VIABLE);
             report_with_factors(arguments, &choice, &choice.cell, words)?;
             report_next(arguments)?;
             Ok(Outcome::Done)
@@ -87,7 +91,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             let printed = format!("{NO_VIABLE_CELL}: {}{smaller}", none.reason);
             let words = Words::from(printed).tone(Tone::Bad, NO_VIABLE_CELL);
             report_with_factors(arguments, &none, none.best_cell(), words)?;
-            if arguments.format == Format::Text {
+            // What would have to be changed is known for milling by the mirrored controller.
+            let is_mirrored = none.best_cell().get(Axis::UndetectedSpeed).is_none()
+                && none.best_cell().get(Axis::UndetectedTurnRate).is_none();
+            let source = folder::read(&arguments.folder)?.source;
+            let is_milling = source.sweep.behaviour == Behaviour::Milling;
+            let is_fixed = |axis| source.sweep.fixed.values.iter().any(|(it, _)| *it == axis);
+            let is_mirrored = is_mirrored
+                && !is_fixed(Axis::UndetectedSpeed)
+                && !is_fixed(Axis::UndetectedTurnRate);
+            if arguments.format == Format::Text && is_milling && is_mirrored {
                 let next = format!("next: rsrs diagnose {}", quoted(&arguments.folder));
                 print_text(&Words::from(next + "   # what would have to be changed").painted())?;
             }
@@ -146,18 +159,7 @@ const VIABLE: &str = "viable";
 const NO_VIABLE_CELL: &str = "no viable cell";
 
 fn text(choice: &Choice, viable: f64) -> String {
-    let margins: Vec<String> = choice
-        .margin
-        .iter()
-        .map(|(axis, margin)| {
-            if margin.low == 0.0 && margin.high == 0.0 {
-                return format!(
-                    "  {axis} may not drift: the next values that were swept are not viable"
-                );
-            }
-            format!("  {axis} may drift by -{} to +{} {}", margin.low, margin.high, axis.unit())
-        })
-        .collect();
+    let margins = choice.margin.iter().map(|(axis, margin)| drift(choice, *axis, *margin));
     let mut lines = vec![
         format!(
             "{VIABLE}: {} (surely {:.0} % of its runs or more {}, made worse and as measured)",
@@ -185,6 +187,71 @@ fn text(choice: &Choice, viable: f64) -> String {
     lines.extend(by_circliness(choice));
     lines.extend(margins);
     lines.join("\n")
+}
+
+/// How far a value may drift, and what is known beyond.
+fn drift(choice: &Choice, axis: Axis, margin: Margin) -> String {
+    let Margin { low, high } = margin;
+    let edge = choice.edge.get(&axis).copied().unwrap_or_default();
+    let value = choice.cell.get(axis).unwrap_or_default();
+    let unit = axis.unit();
+    let edges = match (edge.low, edge.high) {
+        (false, false) => String::new(),
+        (true, false) => {
+            format!("edge of the sweep: nothing was swept below {}", tidy(value - low))
+        }
+        (false, true) => {
+            format!("edge of the sweep: nothing was swept above {}", tidy(value + high))
+        }
+        (true, true) => format!(
+            "edge of the sweep: nothing was swept below {} and above {}",
+            tidy(value - low),
+            tidy(value + high)
+        ),
+    };
+    let behind = |edges: String| if edges.is_empty() { edges } else { format!("; {edges}") };
+    if low == 0.0 && high == 0.0 {
+        return match (edge.low, edge.high) {
+            (false, false) => {
+                format!("  {axis} may not drift: the next values that were swept are not viable")
+            }
+            (true, true) => {
+                format!("  how far {axis} may drift is unknown: no value beside {value} was swept")
+            }
+            (true, false) => {
+                format!("  {axis} may not drift upward: the next value is not viable; {edges}")
+            }
+            (false, true) => {
+                format!("  {axis} may not drift downward: the next value is not viable; {edges}")
+            }
+        };
+    }
+    let low = if low == 0.0 { low.to_string() } else { format!("-{low}") };
+    format!("  {axis} may drift by {low} to +{high} {unit}{}", behind(edges))
+}
+
+/// The sweep that would have the chosen cell inside, if it lies at the edge of this one.
+fn wider(folder: &Path, choice: &Choice) -> anyhow::Result<Option<String>> {
+    let found = extensions(&folder::read(folder)?, choice);
+    let (possible, ends): (Vec<_>, Vec<_>) =
+        found.into_iter().partition(|extension| !extension.values.is_empty());
+    let mut lines: Vec<String> = Vec::new();
+    for Extension { axis, end, .. } in &ends {
+        lines.push(format!("  {axis} {end} is as far as these robots can go"));
+    }
+    if possible.is_empty() {
+        return Ok((!lines.is_empty()).then(|| lines.join("\n")));
+    }
+    let (sweep, next) = (sweep_beside(folder), quoted(free_beside(folder)));
+    lines.push(format!(
+        "the cell lies at the edge of the sweep; to see beyond it, put into {sweep}"
+    ));
+    for Extension { axis, values, .. } in &possible {
+        let values: Vec<String> = values.iter().map(ToString::to_string).collect();
+        lines.push(format!("  {axis}: [{}]", values.join(", ")));
+    }
+    lines.push(format!("and run: rsrs sweep {sweep} -o {next}"));
+    Ok(Some(lines.join("\n")))
 }
 
 /// How many cells came before this one and did not hold.

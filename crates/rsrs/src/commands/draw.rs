@@ -14,7 +14,8 @@ use crate::failure::Outcome;
 ///
 /// Dots are where robots started; the last 60 s, which are judged, are strong, and a mill gets its ring.
 /// Beside it are rotation, orbit, circliness, blocked and lost of every 10 s with the bounds of stable
-/// milling, and below them the label and why it is that one.
+/// milling, and below them the label and why it is that one. A run that is too short for a label is
+/// drawn without one.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -26,7 +27,7 @@ pub struct Arguments {
     /// Picture to write; its extension selects the format: svg, png or pdf.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Draw what there is of a run whose end was not recorded.
+    /// Label what there is of a run whose end was not recorded.
     #[arg(long)]
     part: bool,
     /// Where poses come from (default: what the run went by).
@@ -38,7 +39,7 @@ pub struct Arguments {
 ///
 /// # Errors
 ///
-/// If the bag cannot be read or judged, or the picture cannot be written.
+/// If the bag cannot be read, or the picture cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let picture = PictureFile::new(&arguments.output)?;
     let cut = if arguments.part { CutRun::Judged } else { CutRun::Refused };

@@ -193,9 +193,9 @@ impl DryRun<'_> {
             })
             .collect::<Vec<Request>>();
         print_note(&self.network.note);
-        let robots = Plan::read(&requests[0])?.record.robots;
+        let first = Plan::read(&requests[0])?;
         runtime()?.block_on(async {
-            let mut fleet = SimulatedFleet::start(&self.network, &robots)?;
+            let mut fleet = SimulatedFleet::start(&self.network, &first)?;
             let summaries = self.run_all(&requests, choice, &mut fleet).await;
             fleet.stop().await?;
             summaries

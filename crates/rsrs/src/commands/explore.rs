@@ -25,7 +25,7 @@ Examples:
   rsrs explore flockbot.yaml -o results/gallery
   rsrs explore flockbot.yaml -o results/milling --behaviour milling
   rsrs explore flockbot.yaml -o results/aggregation --behaviour aggregation --robots 20
-  rsrs sweep results/gallery/sweeps/01_milling.yaml -o results/found")]
+  rsrs sweep results/gallery/sweeps/01_milling.yaml -o results_01_milling")]
 pub struct Arguments {
     /// Profile of the measured robot; it is made worse by the usual factors.
     profile: PathBuf,

@@ -15,7 +15,8 @@ use crate::progress::Counter;
 
 /// Film a recorded run: robots from above with the ways that they came, as an animated GIF or PNG.
 ///
-/// It needs no display, and the same run gives the same bytes.
+/// Below them is the time, and the phase of the last minute then: of a run that goes on for less, the phase
+/// so far. It needs no display, and the same run gives the same bytes.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -47,7 +48,7 @@ pub struct Arguments {
 ///
 /// # Errors
 ///
-/// If the bag cannot be read or judged, the film cannot be written, or it is called off.
+/// If the bag cannot be read, the film cannot be written, or it is called off.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let options = FilmOptions {
         speed: arguments.speed,

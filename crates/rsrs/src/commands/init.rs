@@ -4,8 +4,9 @@ use std::io::{BufRead, IsTerminal, Write};
 use std::path::PathBuf;
 
 use anyhow::Context;
-use rsrs_pipeline::error::with_help;
-use rsrs_pipeline::init::{Robots, init};
+use rsrs_core::diagram::axis::Axis;
+use rsrs_pipeline::error::{help_of, with_help};
+use rsrs_pipeline::init::{Robots, check_name, check_number, check_radius, init};
 use rsrs_pipeline::wording::shell::quoted;
 
 use crate::commands::{Format, report};
@@ -20,7 +21,7 @@ use crate::failure::Outcome;
 Examples:
   rsrs init mine
   rsrs init mine --name turtlebot --robots 9 --radius 0.105 --speed 0.22 --turn-rate 2.84 \\
-      --range 1.0 --half-angle 0.2 --period 0.1")]
+      --range 1.0 --half-angle 0.2 --period 0.1 --arena 4")]
 pub struct Arguments {
     /// Folder to make; it must not exist.
     folder: PathBuf,
@@ -48,6 +49,10 @@ pub struct Arguments {
     /// Time between two detections, in seconds.
     #[arg(long, value_name = "S")]
     period: Option<f64>,
+    /// Side of the square floor that the swarm has, in metres (default: so large that no robot comes to
+    /// its walls).
+    #[arg(long, value_name = "M")]
+    arena: Option<f64>,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -65,11 +70,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         given(arguments)?
     };
     let begun = init(&arguments.folder, &robots)?;
+    let arena = match robots.arena_m {
+        Some(_) => String::new(),
+        None => ", so large that no robot comes to its walls; give yours with `--arena`".to_owned(),
+    };
     let text = format!(
-        "{}: {}\nnext: cd {} && rsrs sweep sweep.yaml -o results\nthen: rsrs choose results -o \
+        "{}: {}\narena of {} m{arena}; robots start in a disc of {} m radius\nnext: cd {} && rsrs sweep sweep.yaml -o results\nthen: rsrs choose results -o \
          results/choice.json && rsrs run experiment.yaml --from results -o run_1",
         begun.folder.display(),
         begun.files.join(", "),
+        begun.arena_m,
+        begun.placement_radius_m,
         quoted(&begun.folder)
     );
     report(arguments.format, &begun, &text)?;
@@ -114,6 +125,7 @@ fn given(arguments: &Arguments) -> anyhow::Result<Robots> {
             range_m,
             half_angle_rad,
             period_s,
+            arena_m: arguments.arena,
         });
     }
     Err(with_help(
@@ -129,34 +141,60 @@ fn ask(
     output: &mut impl Write,
 ) -> anyhow::Result<Robots> {
     let mut questions = Questions { input, output };
+    let of = |axis| move |value: &f64| check_number(axis, *value);
     Ok(Robots {
-        name: match &arguments.name {
-            Some(name) => name.clone(),
-            None => questions.ask("name of the kind of robot", "robot".to_owned())?,
-        },
-        n_robots: match arguments.robots {
-            Some(n) => usize::from(n),
-            None => questions.ask("how many there are", 9)?,
-        },
-        radius_m: questions.number(arguments.radius, "radius of the body, in m", 0.075)?,
-        speed_m_s: questions.number(arguments.speed, "fastest safe speed, in m/s", 0.3)?,
-        turn_rate_rad_s: questions.number(
+        name: questions.or_ask(
+            arguments.name.clone(),
+            ("name of the kind of robot", "robot".to_owned()),
+            |name| check_name(name),
+        )?,
+        n_robots: questions.or_ask(
+            arguments.robots.map(usize::from),
+            ("how many there are", 9),
+            |n| check_count(*n),
+        )?,
+        radius_m: questions.or_ask(
+            arguments.radius,
+            ("radius of the body, in m", 0.075),
+            |radius_m| check_radius(*radius_m),
+        )?,
+        speed_m_s: questions.or_ask(
+            arguments.speed,
+            ("fastest safe speed, in m/s", 0.3),
+            of(Axis::Speed),
+        )?,
+        turn_rate_rad_s: questions.or_ask(
             arguments.turn_rate,
-            "fastest safe turn, in rad/s; a full circle is 6.28",
-            2.0,
+            ("fastest safe turn, in rad/s; a full circle is 6.28", 2.0),
+            of(Axis::TurnRate),
         )?,
-        range_m: questions.number(
+        range_m: questions.or_ask(
             arguments.range,
-            "how far from its centre it detects another robot, in m",
-            1.0,
+            ("how far from its centre it detects another robot, in m", 1.0),
+            of(Axis::Range),
         )?,
-        half_angle_rad: questions.number(
+        half_angle_rad: questions.or_ask(
             arguments.half_angle,
-            "half of the angle in which it does, in rad; 10° are 0.175",
-            0.2,
+            ("half of the angle in which it does, in rad; 10° are 0.175", 0.2),
+            of(Axis::HalfAngle),
         )?,
-        period_s: questions.number(arguments.period, "time between two detections, in s", 0.1)?,
+        period_s: questions.or_ask(
+            arguments.period,
+            ("time between two detections, in s", 0.1),
+            of(Axis::Period),
+        )?,
+        arena_m: Some(questions.or_ask(
+            arguments.arena,
+            ("side of the square floor that the swarm has, in m", 4.0),
+            of(Axis::Arena),
+        )?),
     })
+}
+
+/// As many robots as `--robots` takes.
+fn check_count(n_robots: usize) -> anyhow::Result<()> {
+    anyhow::ensure!((1..=1000).contains(&n_robots), "expected a whole number from 1 to 1000");
+    Ok(())
 }
 
 /// Where questions go, and where answers come from.
@@ -166,16 +204,16 @@ struct Questions<'a, I, O> {
 }
 
 impl<I: BufRead, O: Write> Questions<'_, I, O> {
-    fn number(&mut self, given: Option<f64>, what: &str, usual: f64) -> anyhow::Result<f64> {
-        given.map_or_else(|| self.ask(what, usual), Ok)
-    }
-
-    /// Asks until the answer can be read.
-    fn ask<T: std::str::FromStr + std::fmt::Display>(
+    /// What was given, else the first answer that can be true.
+    fn or_ask<T: std::str::FromStr + std::fmt::Display>(
         &mut self,
-        what: &str,
-        usual: T,
+        given: Option<T>,
+        (what, usual): (&str, T),
+        check: impl Fn(&T) -> anyhow::Result<()>,
     ) -> anyhow::Result<T> {
+        if let Some(given) = given {
+            return Ok(given);
+        }
         loop {
             write!(self.output, "{what} [{usual}]: ")
                 .and_then(|()| self.output.flush())
@@ -184,13 +222,22 @@ impl<I: BufRead, O: Write> Questions<'_, I, O> {
             if self.input.read_line(&mut line).context("reading the answer")? == 0 {
                 anyhow::bail!("standard input ended before all was answered; nothing was written");
             }
-            match line.trim() {
-                "" => return Ok(usual),
-                answer => match answer.parse() {
-                    Ok(value) => return Ok(value),
-                    Err(_) => writeln!(self.output, "`{answer}` is no answer").context("asking")?,
-                },
+            let answer = line.trim();
+            if answer.is_empty() {
+                return Ok(usual);
             }
+            let refusal = match answer.parse() {
+                Ok(value) => match check(&value) {
+                    Ok(()) => return Ok(value),
+                    Err(error) => {
+                        let help =
+                            help_of(&error).map_or_else(String::new, |help| format!("; {help}"));
+                        format!("{error}{help}")
+                    }
+                },
+                Err(_) => format!("`{answer}` is no answer: a number alone is, such as {usual}"),
+            };
+            writeln!(self.output, "{refusal}").context("asking")?;
         }
     }
 }
@@ -213,7 +260,7 @@ mod tests {
 
     #[test]
     fn what_is_not_given_is_asked_for_until_it_is_answered() {
-        let mut answers = "\nmany\n4\n\n0.2\n\n\n\n".as_bytes();
+        let mut answers = "\nmany\n4\n\n0.2\n\n\n\n\n".as_bytes();
         let mut asked = Vec::new();
 
         let robots =
@@ -228,10 +275,34 @@ mod tests {
             range_m: 1.0,
             half_angle_rad: 0.2,
             period_s: 0.13,
+            arena_m: Some(4.0),
         };
         assert_eq!(robots, expected);
         let asked = String::from_utf8(asked).expect("it is UTF-8");
         assert!(asked.contains("`many` is no answer") && !asked.contains("detections"), "{asked}");
+    }
+
+    #[test]
+    fn an_answer_that_cannot_be_is_refused_when_it_is_given() {
+        let mut answers = "E-Puck 2\ne_puck_2\n0\n6\n35\n3.5 cm\n0.035\n".as_bytes();
+        let mut asked = Vec::new();
+        let given = ["--speed", "0.1", "--turn-rate", "2", "--range", "1", "--half-angle", "0.2"];
+        let given = [&given[..], &["--period", "0.1", "--arena", "3"]].concat();
+
+        let robots = ask(&arguments(&given), &mut answers, &mut asked).expect("answered");
+
+        assert_eq!((robots.name.as_str(), robots.n_robots), ("e_puck_2", 6));
+        assert_eq!(robots.radius_m.to_bits(), 0.035_f64.to_bits());
+        let asked = String::from_utf8(asked).expect("it is UTF-8");
+        for refusal in [
+            "the name is `E-Puck 2`, expected small letters, digits and `_`",
+            "`e_puck_2`",
+            "expected a whole number from 1 to 1000",
+            "the radius is 35: this looks like mm or cm",
+            "`3.5 cm` is no answer: a number alone is, such as 0.075",
+        ] {
+            assert!(asked.contains(refusal), "{refusal}: {asked}");
+        }
     }
 
     #[test]

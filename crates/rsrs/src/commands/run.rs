@@ -1,8 +1,9 @@
 //! `rsrs run`: step 4, one experiment over ROS 2, recorded.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rsrs_core::diagram::axis::Cell;
+use rsrs_core::judge::phase::WINDOW_S;
 use rsrs_experiment_runner::plan::{Plan, Request};
 use rsrs_fleet::message::E_STOP_REASON;
 use rsrs_fleet::record::{self, EndingKind, ExperimentRecord};
@@ -128,7 +129,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 ///
 /// If a process cannot be started or the network cannot be used.
 async fn simulated(plan: &Plan, network: &OwnNetwork) -> anyhow::Result<RunSummary> {
-    let mut fleet = SimulatedFleet::start(network, &plan.record.robots)?;
+    let mut fleet = SimulatedFleet::start(network, plan)?;
     let summary = on_simulated_fleet(plan, network, &mut fleet, &TerminalOperator).await;
     fleet.stop().await?;
     summary
@@ -203,6 +204,16 @@ fn outcome(record: &ExperimentRecord, summary: &RunSummary) -> Outcome {
     if counts && !has_lost && stands { Outcome::Done } else { Outcome::NegativeAnswer }
 }
 
+/// What to look at: a run that is too short for a label can be drawn.
+fn next(bag: &Path, duration_s: f64) -> String {
+    if duration_s >= WINDOW_S {
+        return format!("next: rsrs label {}", quoted(bag));
+    }
+    let picture = quoted(bag.with_extension("svg"));
+    let why = format!("a label takes {WINDOW_S:.0} s or more");
+    format!("next: rsrs draw {} -o {picture}   # {why}", quoted(bag))
+}
+
 fn text(summary: &RunSummary) -> String {
     let bag = summary.bag.as_ref().map_or_else(String::new, |bag| bag.display().to_string());
     let pace = summary
@@ -220,7 +231,7 @@ fn text(summary: &RunSummary) -> String {
         lines.push(format!("{} messages were lost on the way to the bag", summary.n_lost));
     }
     lines.extend(recording_gaps::lines(&summary.gaps));
-    lines.extend(summary.bag.as_ref().map(|bag| format!("next: rsrs label {}", quoted(bag))));
+    lines.extend(summary.bag.as_ref().map(|bag| next(bag, summary.duration_s)));
     lines.join("\n")
 }
 

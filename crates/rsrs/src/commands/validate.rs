@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use rsrs_core::diagram::axis::Cell;
 use rsrs_pipeline::validate::file::ValidationReport;
-use rsrs_pipeline::validate::{Options, validate};
+use rsrs_pipeline::validate::{Options, StandIn, validate};
 use rsrs_sim::reachable_set::ReachOptions;
 
 use crate::commands::{Format, report};
@@ -33,9 +33,12 @@ pub struct Arguments {
     /// `robot,trial,time_s,x_m,y_m,heading_rad,commanded_m_s,commanded_rad_s`, or bags.
     #[arg(long, value_name = "CSV|BAG", num_args = 1.., required = true)]
     trajectories: Vec<PathBuf>,
-    /// Detections: `robot,distance_m,bearing_rad,samples,detections`; no distance is no neighbour.
+    /// Detections: `robot,distance_m,bearing_rad,samples,detections[,backend]`; no distance is no neighbour.
     #[arg(long, value_name = "CSV")]
     detection: Option<PathBuf>,
+    /// Take trajectories of the simulator in place of real ones; the answer states it.
+    #[arg(long)]
+    simulated: bool,
     /// Values on the capabilities that the sweep sweeps, as AXIS=VALUE,…: one robot is judged.
     #[arg(long, value_name = "AXIS=V")]
     at: Option<Cell>,
@@ -67,6 +70,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let options = Options {
         trajectories: arguments.trajectories.clone(),
         detection: arguments.detection.clone(),
+        stand_in: if arguments.simulated { StandIn::Allowed } else { StandIn::Refused },
         at: arguments.at.clone().unwrap_or_default(),
         reach: ReachOptions {
             n_robots: arguments.robots.unwrap_or(usual.n_robots),

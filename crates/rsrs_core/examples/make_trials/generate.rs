@@ -3,7 +3,9 @@
 use std::fmt::Write as _;
 
 use rsrs_core::trials::fit::{Tables, Unmeasured, fit};
-use rsrs_core::trials::trial::{detection_trials, period_trials, speed_trials, turn_trials};
+use rsrs_core::trials::trial::{
+    MovedBy, detection_trials, period_trials, speed_trials, turn_trials,
+};
 
 use rsrs_testing::draw::Draw;
 
@@ -171,6 +173,7 @@ impl Trials {
             driven: &[],
             arc: None,
             from_rest: &[],
+            moved_by: MovedBy::default(),
         };
         let fitted = fit(tables, &unmeasured).expect("the sensor has a reliable region");
         let mut profile = fitted.profile(kind.name, &unmeasured);

@@ -27,6 +27,22 @@ pub struct Margin {
     pub high: f64,
 }
 
+/// On which sides of a cell the region goes on as far as was swept: nothing is known beyond.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Edge {
+    /// Downward.
+    pub low: bool,
+    /// Upward.
+    pub high: bool,
+}
+
+impl Edge {
+    /// Whether there is one.
+    pub fn is_any(self) -> bool {
+        self.low || self.high
+    }
+}
+
 /// The chosen cell, confirmed on fresh seeds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
@@ -48,6 +64,10 @@ pub struct Choice {
     pub n_replicates: u64,
     /// How far each swept axis may drift.
     pub margin: BTreeMap<Axis, Margin>,
+    /// Axes on which a margin ends where the sweep does, and not at a value that is not viable; empty
+    /// in a file that does not contain it.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub edge: BTreeMap<Axis, Edge>,
     /// How the confirming replicates ended; `None` in a file without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phases: Option<PhaseCounts>,
@@ -149,6 +169,17 @@ pub struct AsMeasured {
 }
 
 impl AsMeasured {
+    /// Replicates that milled, of all.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a share of a count is from 0 to the count"
+    )]
+    pub fn milling(&self) -> Share {
+        let hits = (self.share * self.n_replicates as f64).round() as u64;
+        Share { hits, n: self.n_replicates }
+    }
+
     /// What follows from how replicates ended.
     pub fn of(phases: &PhaseCounts) -> Self {
         let milling = Share::milling(phases);
@@ -184,6 +215,7 @@ impl Choice {
             b_s_high: interval.high,
             n_replicates: confirmed.n,
             margin: candidate.margin.clone(),
+            edge: candidate.edge.clone(),
             phases: Some(phases),
             as_measured: None,
             settling: None,

@@ -2,6 +2,7 @@
 
 mod check;
 mod limits;
+mod origin;
 mod unmeasured;
 
 use std::collections::BTreeMap;
@@ -11,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::document::{self, DocumentError};
 
 pub use limits::BeyondLimits;
+pub use origin::TrialOrigin;
 
 /// A robot as it was measured: every capability, with where its number comes from.
 ///
@@ -182,6 +184,10 @@ pub struct Computation {
 pub struct Provenance {
     /// The whole profile in one sentence.
     pub source: String,
+    /// How far the trials that it was fitted to are those of a simulator; left out where robots
+    /// drove them, or nothing is stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trials: Option<TrialOrigin>,
     /// Number by number: dotted path of the key, and its source or `assumed` with the reason.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub numbers: BTreeMap<String, String>,

@@ -19,8 +19,11 @@ use crate::statistics::share::Share;
 pub struct PlannedCell {
     /// Simulated runs that the real ones will be compared with.
     pub simulated: Share,
-    /// Simulated runs of robots as measured, by which real ones are expected to mill.
+    /// Simulated runs of robots as measured, by which real ones are expected to mill; none where
+    /// nothing is known of them.
     pub as_measured: Share,
+    /// Real runs that there are.
+    pub so_far: Share,
 }
 
 /// How many runs, and what they decide.
@@ -49,10 +52,69 @@ pub struct Decided {
     pub violated: f64,
 }
 
-/// Campaigns that are drawn: probabilities are off by 0.008 at most, in 95 of 100 cases.
+/// Campaigns in several cells that are drawn: probabilities are off by 0.008 at most, in 95 of 100 cases.
 pub const CAMPAIGNS: u32 = 16_000;
 
-/// Plans how many runs decide, shared out evenly among the cells, one after the other.
+/// Plans how many further runs in one cell decide, those of the others being what they are: exactly, and
+/// with a comparison after every run.
+///
+/// # Arguments
+///
+/// * `cells`, `margin`, `wanted` — as for [`plan`].
+/// * `index` — the cell, by its position.
+///
+/// # Panics
+///
+/// If there is no such cell.
+pub fn plan_in(cells: &[PlannedCell], index: usize, margin: f64, wanted: f64) -> ExperimentPlan {
+    let cell = cells[index];
+    let mut evidence = Evidence::new(cells, margin);
+    let mut real: Vec<Share> = cells.iter().map(|cell| cell.so_far).collect();
+    // The probability that the campaign is undecided and has so many mills among the further runs.
+    let mut undecided = vec![1.0];
+    let (mut supported, mut violated, mut mean_runs) = (0.0, 0.0, 0.0);
+    let mut by_runs: Vec<Decided> = Vec::new();
+    for runs in 1..=MOST_RUNS {
+        mean_runs += undecided.iter().sum::<f64>();
+        let mut after = vec![0.0; undecided.len() + 1];
+        for (hits, probability) in undecided.iter().enumerate() {
+            let further = Share { hits: hits as u64, n: runs - 1 };
+            let mills = next_mills(cell.as_measured, plus(cell.so_far, further));
+            after[hits] += probability * (1.0 - mills);
+            after[hits + 1] += probability * mills;
+        }
+        for (hits, probability) in (0_u64..).zip(&mut after) {
+            if *probability < NEGLIGIBLE {
+                continue;
+            }
+            real[index] = plus(cell.so_far, Share { hits, n: runs });
+            match evidence.verdict(&real) {
+                Verdict::Undecided => continue,
+                Verdict::Supported => supported += *probability,
+                Verdict::Violated => violated += *probability,
+            }
+            *probability = 0.0;
+        }
+        undecided = after;
+        by_runs.push(Decided { runs, decided: supported + violated, supported, violated });
+        if supported + violated >= wanted {
+            break;
+        }
+    }
+    let last = by_runs[by_runs.len() - 1];
+    let runs = (last.decided >= wanted).then_some(last.runs);
+    ExperimentPlan { runs, by_runs, mean_runs }
+}
+
+/// Counts of so small a probability decide nothing.
+const NEGLIGIBLE: f64 = 1e-12;
+
+fn plus(one: Share, other: Share) -> Share {
+    Share { hits: one.hits + other.hits, n: one.n + other.n }
+}
+
+/// Plans how many runs decide, shared out evenly among the cells, one after the other. In one cell it is
+/// [`plan_in`].
 ///
 /// # Arguments
 ///
@@ -71,8 +133,12 @@ pub fn plan(
     uniform: &mut dyn FnMut() -> f64,
 ) -> ExperimentPlan {
     assert!(!cells.is_empty(), "runs are planned in at least one cell");
+    if cells.len() == 1 {
+        return plan_in(cells, 0, margin, wanted);
+    }
     let mut evidence = Evidence::new(cells, margin);
-    let mut undecided = vec![vec![Share::default(); cells.len()]; CAMPAIGNS as usize];
+    let so_far: Vec<Share> = cells.iter().map(|cell| cell.so_far).collect();
+    let mut undecided = vec![so_far; CAMPAIGNS as usize];
     let share = |n: u32| f64::from(n) / f64::from(CAMPAIGNS);
     let (mut n_supported, mut n_violated) = (0, 0);
     let mut total_runs = 0;
@@ -166,6 +232,7 @@ mod tests {
         let cell = PlannedCell {
             simulated: Share { hits: 900, n: 1000 },
             as_measured: Share { hits: 1_000_000, n: 1_000_000 },
+            so_far: Share::default(),
         };
         let further = PooledTest::new(&[(Share::default(), cell.simulated)], MARGIN);
         let is_enough = |runs: &u64| further.log_e_if_all_mill(*runs) >= enough();
@@ -182,6 +249,7 @@ mod tests {
         let cell = PlannedCell {
             simulated: Share { hits: 950, n: 1000 },
             as_measured: Share { hits: 200, n: 1000 },
+            so_far: Share::default(),
         };
 
         let plan = planned(&[cell], 0.9);
@@ -196,6 +264,7 @@ mod tests {
         let cell = PlannedCell {
             simulated: Share { hits: 90_000, n: 100_000 },
             as_measured: Share { hits: 84_000, n: 100_000 },
+            so_far: Share::default(),
         };
 
         let plan = planned(&[cell], 0.999);
@@ -205,10 +274,53 @@ mod tests {
     }
 
     #[test]
+    fn runs_that_there_are_need_not_be_made_again() {
+        let cell = PlannedCell {
+            simulated: Share { hits: 900, n: 1000 },
+            as_measured: Share { hits: 960, n: 1000 },
+            so_far: Share::default(),
+        };
+        // As often as is expected of them.
+        let later = PlannedCell { so_far: Share { hits: 19, n: 20 }, ..cell };
+
+        let all = planned(&[cell], 0.8).runs.unwrap();
+        let further = planned(&[later], 0.8).runs.unwrap();
+
+        assert!(1 < further && further < all, "{further} {all}");
+    }
+
+    #[test]
+    fn one_cell_is_planned_exactly_as_drawn_campaigns_go() {
+        let cell = PlannedCell {
+            simulated: Share { hits: 900, n: 1000 },
+            as_measured: Share { hits: 960, n: 1000 },
+            so_far: Share::default(),
+        };
+        let exact = plan_in(&[cell], 0, MARGIN, 0.8);
+        let (mut generator, n) = (ChaCha8Rng::seed_from_u64(7), 4000);
+        let mut evidence = Evidence::new(&[cell], MARGIN);
+
+        let is_decided = |_: &u32| {
+            let mut so_far = Share::default();
+            (0..exact.runs.unwrap()).any(|_| {
+                let mills = generator.random::<f64>() < next_mills(cell.as_measured, so_far);
+                so_far = plus(so_far, Share { hits: u64::from(mills), n: 1 });
+                evidence.verdict(&[so_far]) != Verdict::Undecided
+            })
+        };
+        let drawn = (0..n).filter(is_decided).count() as f64 / f64::from(n);
+
+        let decided = exact.by_runs.last().unwrap().decided;
+        // Four standard deviations of the share of 4000 campaigns.
+        assert!((drawn - decided).abs() < 0.026, "{drawn} {decided}");
+    }
+
+    #[test]
     fn several_cells_take_turns_and_are_judged_together() {
         let cell = PlannedCell {
             simulated: Share { hits: 900, n: 1000 },
             as_measured: Share { hits: 960, n: 1000 },
+            so_far: Share::default(),
         };
 
         let one = planned(&[cell], 0.8).runs.unwrap();

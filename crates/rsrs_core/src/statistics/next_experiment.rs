@@ -3,10 +3,8 @@
 use serde::Serialize;
 
 use crate::diagram::axis::Cell;
-use crate::statistics::comparison::{
-    CellRuns, Comparison, MOST_RUNS, Share, Verdict, decide, runs_until,
-};
-use crate::statistics::pooled::{PooledTest, predicted};
+use crate::statistics::comparison::{CellRuns, Comparison, Share, Verdict};
+use crate::statistics::experiment_plan::{PlannedCell, plan_in};
 use crate::statistics::posterior::probability_at_least;
 
 /// What to do next.
@@ -42,11 +40,20 @@ pub struct Experiment {
     /// Expected information of one further run on whether `B_r >= B_s - margin` there, in bits; at
     /// most 1.
     pub information_bits: f64,
-    /// The least number of further runs that decide with a probability of [`DECIDES`], as far as is
-    /// known now how often real robots mill; `None` if [`MOST_RUNS`] do not.
+    /// The least number of further runs that decide with a probability of [`DECIDES`], compared after
+    /// each, if real robots mill as those so far and as simulated ones as measured; `None` if
+    /// [`MOST_RUNS`] do not.
+    ///
+    /// [`MOST_RUNS`]: crate::statistics::comparison::MOST_RUNS
     pub runs: Option<u64>,
     /// The probability that so many decide, or, if there is no such number, that [`MOST_RUNS`] do.
+    ///
+    /// [`MOST_RUNS`]: crate::statistics::comparison::MOST_RUNS
     pub chance: f64,
+    /// Share of simulated runs of robots as measured that mill there; `None` if there are none.
+    pub b_m: Option<f64>,
+    /// So many of them.
+    pub n_as_measured: u64,
 }
 
 /// How probable it is that the runs that are asked for decide.
@@ -64,12 +71,18 @@ const NO_INFORMATION: f64 = 1e-3;
 ///
 /// * `comparison`, `runs` — what was compared and what it rests on, in the same order.
 /// * `others` — swept cells that were not run, with their simulated runs.
+/// * `as_measured` — simulated runs of robots as measured in a cell; none where it is not known.
 ///
 /// # Source
 ///
 /// The expected information of an experiment is that of D. V. Lindley, Annals of Mathematical
 /// Statistics 27, 1956. "Return to step 1" is §III, after `eq:simulatorreq`.
-pub fn next_step(comparison: &Comparison, runs: &[CellRuns], others: &[CellRuns]) -> NextStep {
+pub fn next_step(
+    comparison: &Comparison,
+    runs: &[CellRuns],
+    others: &[CellRuns],
+    as_measured: &dyn Fn(&Cell) -> Share,
+) -> NextStep {
     let margin = comparison.pooled.margin;
     if comparison.verdict == Verdict::Violated {
         return return_to_step_1(comparison);
@@ -86,21 +99,27 @@ pub fn next_step(comparison: &Comparison, runs: &[CellRuns], others: &[CellRuns]
         return NextStep::Nothing;
     };
     let cell = &candidates[index];
-    let shares = |runs: &CellRuns| (Share::milling(&runs.real), Share::milling(&runs.simulated));
-    let chance = if is_supported || runs.is_empty() {
-        // A cell that was not run is decided for itself.
-        Chance { test: PooledTest::new(&[shares(cell)], margin), cell: 0, real: shares(cell).0 }
-    } else {
-        let shares: Vec<(Share, Share)> = runs.iter().map(shares).collect();
-        Chance { test: PooledTest::new(&shares, margin), cell: index, real: shares[index].0 }
+    let planned = |runs: &CellRuns| PlannedCell {
+        simulated: Share::milling(&runs.simulated),
+        as_measured: as_measured(&runs.cell),
+        so_far: Share::milling(&runs.real),
     };
-    let n = runs_until(|n| chance.to_decide(n) >= DECIDES);
+    let plan = if is_supported || runs.is_empty() {
+        // A cell that was not run is decided for itself.
+        plan_in(&[planned(cell)], 0, margin, DECIDES)
+    } else {
+        let cells: Vec<PlannedCell> = runs.iter().map(planned).collect();
+        plan_in(&cells, index, margin, DECIDES)
+    };
+    let Share { n: n_as_measured, .. } = as_measured(&cell.cell);
     NextStep::Run(Experiment {
         cell: cell.cell.clone(),
         n_real: cell.real.total(),
         information_bits,
-        runs: n,
-        chance: chance.to_decide(n.unwrap_or(MOST_RUNS)),
+        runs: plan.runs,
+        chance: plan.by_runs.last().map_or(0.0, |last| last.decided),
+        b_m: (n_as_measured > 0).then(|| as_measured(&cell.cell).value()),
+        n_as_measured,
     })
 }
 
@@ -134,38 +153,4 @@ fn after(real: Share, hits: u64, n: u64) -> Share {
 fn entropy_bits(probability: f64) -> f64 {
     let term = |share: f64| if share > 0.0 { -share * libm::log2(share) } else { 0.0 };
     term(probability) + term(1.0 - probability)
-}
-
-/// How probable it is that further runs in one cell decide, if nothing is known of its real robots but
-/// their runs so far.
-struct Chance {
-    test: PooledTest,
-    cell: usize,
-    real: Share,
-}
-
-impl Chance {
-    fn to_decide(&self, n: u64) -> f64 {
-        let verdict = |hits: u64| decide(self.test.log_e_after(self.cell, Share { hits, n }));
-        let n_violating = first(n + 1, |hits| verdict(hits) != Verdict::Violated);
-        let n_not_supporting = first(n + 1, |hits| verdict(hits) == Verdict::Supported);
-        let chance = |hits: u64| predicted(self.real, Share { hits, n });
-        let violating: f64 = (0..n_violating).map(chance).sum();
-        let supporting: f64 = (n_not_supporting.max(n_violating)..=n).map(chance).sum();
-        violating + supporting
-    }
-}
-
-/// The first number at which a condition holds that holds from there on; `end` if it never does.
-fn first(end: u64, holds: impl Fn(u64) -> bool) -> u64 {
-    let (mut low, mut high) = (0, end);
-    while low < high {
-        let middle = low + (high - low) / 2;
-        if holds(middle) {
-            high = middle;
-        } else {
-            low = middle + 1;
-        }
-    }
-    low
 }

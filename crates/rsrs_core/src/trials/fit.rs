@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::help::Help;
 use crate::statistics::variance::{Estimate, MeanSquare, sd};
 use crate::trials::trial::{
-    ArcTrial, DetectionTrial, DrivenTrial, PeriodTrial, SpeedTrial, Trials, TurnTrial,
+    ArcTrial, DetectionTrial, DrivenTrial, MovedBy, PeriodTrial, SpeedTrial, Trials, TurnTrial,
 };
 
 pub use caution::Caution;
@@ -64,6 +64,8 @@ pub struct Tables<'a> {
     /// Trajectories whose robot stood when they began, if there are any: they show how its turning
     /// rate follows a command that has changed.
     pub from_rest: &'a [DrivenTrial],
+    /// What moved the robots of all of these.
+    pub moved_by: MovedBy,
 }
 
 /// A kind of robot as it was measured.
@@ -90,6 +92,8 @@ pub struct Fit {
 pub struct Details {
     /// Names of the tables.
     pub files: Files,
+    /// What moved the robots of the trials.
+    pub moved_by: MovedBy,
     /// How robots follow commanded speeds.
     pub speed: Population,
     /// How robots follow commanded turning rates in place.
@@ -216,6 +220,7 @@ pub fn fit(tables: Tables, unmeasured: &Unmeasured) -> Result<Fit, FitError> {
             detection: tables.detection.file.clone(),
             period: tables.period.map(|period| period.file.clone()),
         },
+        moved_by: tables.moved_by,
         speed: motion::population(&speed),
         turn: motion::population(&turn),
         arc: tables.arc.map(|arc| motion::population(&arc_observations(arc))),

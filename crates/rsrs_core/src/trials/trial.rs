@@ -10,11 +10,13 @@ use std::collections::BTreeMap;
 
 pub use driven::{DrivenSample, DrivenTrial, driven_trials};
 pub use error::{TrialError, TrialProblem};
+pub use moved_by::{MovedBy, TrialBackend};
 pub use reduced::{Reduced, reduced};
 use table::{Row, Table};
 
 mod driven;
 mod error;
+mod moved_by;
 mod reduced;
 pub(crate) mod table;
 
@@ -30,6 +32,8 @@ pub struct Trials<T> {
     /// Lines of trials in which commands paused, so that they give no gain: they are in the
     /// table with a number in `paused_s`, and not among the trials.
     pub paused: Vec<u64>,
+    /// What moved the robots of the trials.
+    pub moved_by: MovedBy,
 }
 
 /// One straight run.
@@ -116,9 +120,11 @@ pub struct PeriodTrial {
 
 /// The column of a trial in which commands paused: for how long, in seconds; empty if they did not.
 const PAUSED: &str = "paused_s";
+/// The column of what moved the robot: `sim` or `fleet`; empty in what a person has filled in.
+const BACKEND: &str = "backend";
 
 /// Reads straight runs:
-/// `robot,commanded_m_s,distance_m,duration_s[,lateral_m,heading_change_rad,paused_s]`.
+/// `robot,commanded_m_s,distance_m,duration_s[,lateral_m,heading_change_rad,paused_s,backend]`.
 ///
 /// # Arguments
 ///
@@ -130,7 +136,7 @@ const PAUSED: &str = "paused_s";
 /// [`TrialError`], the first problem found.
 pub fn speed_trials(file: &str, text: &str) -> Result<Trials<SpeedTrial>, TrialError> {
     let required = ["robot", "commanded_m_s", "distance_m", "duration_s"];
-    let optional = ["lateral_m", "heading_change_rad", PAUSED];
+    let optional = ["lateral_m", "heading_change_rad", PAUSED, BACKEND];
     let mut table = Table::open(file, text, &required, &optional)?;
     table.read_unpaused(6, |row, robot| {
         let commanded_m_s = row.positive(1)?;
@@ -167,26 +173,26 @@ pub fn speed_trials(file: &str, text: &str) -> Result<Trials<SpeedTrial>, TrialE
     })
 }
 
-/// Reads turns in place: `robot,commanded_rad_s,angle_rad,duration_s[,paused_s]`.
+/// Reads turns in place: `robot,commanded_rad_s,angle_rad,duration_s[,paused_s,backend]`.
 ///
 /// # Errors
 ///
 /// [`TrialError`], the first problem found.
 pub fn turn_trials(file: &str, text: &str) -> Result<Trials<TurnTrial>, TrialError> {
     let required = ["robot", "commanded_rad_s", "angle_rad", "duration_s"];
-    let mut table = Table::open(file, text, &required, &[PAUSED])?;
+    let mut table = Table::open(file, text, &required, &[PAUSED, BACKEND])?;
     table.read_unpaused(4, |row, robot| turn(row, robot, 1))
 }
 
 /// Reads turns while driving forward:
-/// `robot,commanded_m_s,commanded_rad_s,angle_rad,duration_s[,paused_s]`.
+/// `robot,commanded_m_s,commanded_rad_s,angle_rad,duration_s[,paused_s,backend]`.
 ///
 /// # Errors
 ///
 /// [`TrialError`], the first problem found.
 pub fn arc_trials(file: &str, text: &str) -> Result<Trials<ArcTrial>, TrialError> {
     let required = ["robot", "commanded_m_s", "commanded_rad_s", "angle_rad", "duration_s"];
-    let mut table = Table::open(file, text, &required, &[PAUSED])?;
+    let mut table = Table::open(file, text, &required, &[PAUSED, BACKEND])?;
     table.read_unpaused(5, |row, robot| {
         let commanded_m_s = row.positive(1)?;
         row.below(1, commanded_m_s, MAX_SPEED_M_S, "mm/s")?;
@@ -222,7 +228,7 @@ fn turn(row: &Row, robot: usize, from: usize) -> Result<TurnTrial, TrialError> {
     Ok(TurnTrial { robot, line: row.line, commanded_rad_s, angle_rad, duration_s })
 }
 
-/// Reads detections: `robot,distance_m,bearing_rad,samples,detections`, centre to centre; an empty
+/// Reads detections: `robot,distance_m,bearing_rad,samples,detections[,backend]`, centre to centre; an empty
 /// distance means that there was no neighbour.
 ///
 /// # Errors
@@ -230,7 +236,7 @@ fn turn(row: &Row, robot: usize, from: usize) -> Result<TurnTrial, TrialError> {
 /// [`TrialError`], the first problem found.
 pub fn detection_trials(file: &str, text: &str) -> Result<Trials<DetectionTrial>, TrialError> {
     let required = ["robot", "distance_m", "bearing_rad", "samples", "detections"];
-    let mut table = Table::open(file, text, &required, &[])?;
+    let mut table = Table::open(file, text, &required, &[BACKEND])?;
     table.read(|row, robot| {
         let neighbour = if row.optional(1)?.is_some() {
             let distance_m = row.positive(1)?;
@@ -260,13 +266,13 @@ pub fn detection_trials(file: &str, text: &str) -> Result<Trials<DetectionTrial>
     })
 }
 
-/// Reads control periods: `robot,period_s`, one measured period in each row.
+/// Reads control periods: `robot,period_s[,backend]`, one measured period in each row.
 ///
 /// # Errors
 ///
 /// [`TrialError`], the first problem found.
 pub fn period_trials(file: &str, text: &str) -> Result<Trials<PeriodTrial>, TrialError> {
-    let mut table = Table::open(file, text, &["robot", "period_s"], &[])?;
+    let mut table = Table::open(file, text, &["robot", "period_s"], &[BACKEND])?;
     table.read(|row, robot| {
         let period_s = row.positive(1)?;
         row.below(1, period_s, MAX_PERIOD_S, "ms")?;
@@ -311,17 +317,21 @@ impl Table<'_> {
     ) -> Result<Trials<T>, TrialError> {
         let mut robots = Names::default();
         let (mut rows, mut paused) = (Vec::new(), Vec::new());
+        let mut moved_by = MovedBy::default();
         while let Some(row) = self.next_row()? {
             let robot = robots.position(row.name(0)?);
             match trial(&row, robot)? {
-                Some(trial) => rows.push(trial),
+                Some(trial) => {
+                    moved_by = moved_by + MovedBy::all(row.backend()?, 1);
+                    rows.push(trial);
+                }
                 None => paused.push(row.line),
             }
         }
         if rows.is_empty() {
             return Err(self.refuse(TrialProblem::NoRows));
         }
-        Ok(Trials { file: self.file().to_owned(), robots: robots.names, rows, paused })
+        Ok(Trials { file: self.file().to_owned(), robots: robots.names, rows, paused, moved_by })
     }
 }
 

@@ -149,13 +149,46 @@ fn same(one: f64, other: f64) -> bool {
     (one - other).abs() <= 1e-9 * one.abs().max(1.0)
 }
 
-/// The first and the last point around a value before the share is surely less than wanted.
+/// The first and the last point around a value before the share is less than wanted: by itself surely,
+/// or pooled with its neighbours.
+///
+/// # Returns
+///
+/// `None` if it is surely less at the value itself.
 fn around(curve: &[Point], now: f64, wanted: f64) -> Option<(usize, usize)> {
-    let holds = |index: &usize| curve[*index].b_s_high >= wanted;
-    let at = curve.iter().position(|point| same(point.value, now)).filter(holds)?;
-    let first = (0..=at).rev().take_while(holds).last()?;
-    let last = (at..curve.len()).take_while(holds).last()?;
-    Some((first, last))
+    let at = curve.iter().position(|point| same(point.value, now))?;
+    if curve[at].b_s_high < wanted {
+        return None;
+    }
+    let below: Vec<&Point> = curve[..=at].iter().rev().collect();
+    let above: Vec<&Point> = curve[at..].iter().collect();
+    Some((at - n_beyond(&below, wanted), at + n_beyond(&above, wanted)))
+}
+
+/// How many values beyond the first belong to the range.
+fn n_beyond(outward: &[&Point], wanted: f64) -> usize {
+    let pooled = falling(outward);
+    let holds = |index: &usize| pooled[*index] >= wanted && outward[*index].b_s_high >= wanted;
+    (1..outward.len()).take_while(holds).count()
+}
+
+/// The shares of mills as they would be if they only fell from the first value on: those that chance has
+/// put out of order are pooled (isotonic regression by pooling adjacent violators).
+fn falling(outward: &[&Point]) -> Vec<f64> {
+    let mut pools: Vec<(Share, usize)> = Vec::new();
+    for point in outward {
+        let mut pool = (point.milling(), 1);
+        while let Some((before, n_before)) = pools.last().copied() {
+            if before.value() > pool.0.value() {
+                break;
+            }
+            pools.pop();
+            let (hits, n) = (pool.0.hits + before.hits, pool.0.n + before.n);
+            pool = (Share { hits, n }, pool.1 + n_before);
+        }
+        pools.push(pool);
+    }
+    pools.into_iter().flat_map(|(share, n)| std::iter::repeat_n(share.value(), n)).collect()
 }
 
 impl Range {
@@ -175,18 +208,35 @@ impl Range {
 mod tests {
     use super::*;
 
-    fn curve(shares: &[f64]) -> Vec<Point> {
-        let share = Share { hits: 50, n: 100 };
-        let point = |(index, b_s_high): (usize, &f64)| Point {
-            b_s_high: *b_s_high,
-            ..Point::new(index as f64, share)
-        };
-        shares.iter().enumerate().map(point).collect()
+    /// So many mills of 1000 runs at each value.
+    fn curve(mills: &[u64]) -> Vec<Point> {
+        let point =
+            |(index, hits): (usize, &u64)| Point::new(index as f64, Share { hits: *hits, n: 1000 });
+        mills.iter().enumerate().map(point).collect()
+    }
+
+    #[test]
+    fn values_that_mill_less_often_than_wanted_together_are_not_in_the_range() {
+        // As in 250 runs: none of them is surely below 0.8, and all nine together are.
+        let mills = [240, 230, 194, 196, 192, 190, 189, 198, 187, 194, 194, 60];
+        let point =
+            |(index, hits): (usize, &u64)| Point::new(index as f64, Share { hits: *hits, n: 250 });
+        let curve: Vec<Point> = mills.iter().enumerate().map(point).collect();
+        assert!(curve[2..11].iter().all(|point| point.b_s_high >= 0.8), "{curve:?}");
+
+        assert_eq!(around(&curve, 1.0, 0.8), Some((0, 1)));
+    }
+
+    #[test]
+    fn a_value_that_chance_has_put_below_its_neighbours_ends_no_range() {
+        assert_eq!(around(&curve(&[950, 900, 790, 880, 860, 300]), 1.0, 0.8), Some((0, 4)));
+        // What is surely below ends it, whatever comes behind.
+        assert_eq!(around(&curve(&[950, 900, 500, 950, 950, 950]), 1.0, 0.8), Some((0, 1)));
     }
 
     #[test]
     fn a_range_ends_before_the_first_value_that_fails() {
-        let curve = curve(&[0.9, 0.1, 0.85, 0.95, 0.9, 0.7, 0.9]);
+        let curve = curve(&[900, 100, 850, 950, 900, 700, 900]);
 
         let (first, last) = around(&curve, 3.0, 0.8).unwrap();
         let range = Range::of(&curve, (first, last), 3.0);
@@ -199,7 +249,7 @@ mod tests {
 
     #[test]
     fn a_range_may_go_as_far_as_was_tried() {
-        let curve = curve(&[0.9, 0.95, 0.9]);
+        let curve = curve(&[900, 950, 900]);
 
         let range = Range::of(&curve, around(&curve, 1.0, 0.8).unwrap(), 1.0);
 

@@ -34,8 +34,8 @@ impl fmt::Display for Answers {
         }
         write!(
             formatter,
-            "\nA range ends before the first value with which surely fewer than {} of the runs mill, made \
-             worse or as measured, all else as recommended{}.",
+            "\nA range ends before the first value with which fewer than {} of the runs mill, made worse or \
+             as measured, all else as recommended{}; what chance has put out of order is pooled.",
             percent(self.wanted),
             self.fixed_text()
         )

@@ -27,8 +27,8 @@ pub enum RunTarget {
     Simulator {
         /// Where it is.
         network: OwnNetwork,
-        /// Its processes, and the robots that they stand for.
-        fleet: Option<Box<(Vec<String>, SimulatedFleet)>>,
+        /// Its processes.
+        fleet: Option<Box<SimulatedFleet>>,
     },
     /// On the floor.
     Fleet {
@@ -137,7 +137,7 @@ impl<'a, P: Placer> Conductor<'a, P> {
         }
         let ended = self.all(&open, items.len()).await;
         if let RunTarget::Simulator { fleet: Some(fleet), .. } = self.target {
-            fleet.1.stop().await?;
+            fleet.stop().await?;
         }
         ended
     }
@@ -262,15 +262,14 @@ impl<'a, P: Placer> Conductor<'a, P> {
             }
             RunTarget::Simulator { network, fleet } => (network, fleet),
         };
-        let robots = &plan.record.robots;
-        if let Some(other) = fleet.take_if(|it| it.0 != *robots) {
-            other.1.stop().await?;
+        if let Some(other) = fleet.take_if(|it| !it.is_for(plan)) {
+            other.stop().await?;
         }
         if fleet.is_none() {
-            *fleet = Some(Box::new((robots.clone(), SimulatedFleet::start(network, robots)?)));
+            *fleet = Some(Box::new(SimulatedFleet::start(network, plan)?));
         }
         let fleet = fleet.as_mut().expect("it was started above");
-        on_simulated_fleet(plan, network, &mut fleet.1, self.operator).await
+        on_simulated_fleet(plan, network, fleet, self.operator).await
     }
 
     /// Makes an experiment of a run that has ended, or keeps what there is of it aside.

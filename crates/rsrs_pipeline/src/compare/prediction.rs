@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use rsrs_core::diagram::choice::Choice;
+use rsrs_core::statistics::share::Share;
 
 use crate::compare::report::Simulated;
 use crate::error::with_help;
@@ -61,6 +62,20 @@ impl<'a> Prediction<'a> {
             measured.n_replicates,
             100.0 * choice.b_s
         ))
+    }
+
+    /// How often robots as measured mill in a cell: fresh runs of the chosen one, of others those of the
+    /// sweep; `None` in a sweep of one world that is not theirs.
+    pub fn as_measured(&self, index: usize) -> Option<Share> {
+        let confirmed = self.chosen.as_ref().filter(|(chosen, _)| *chosen == index);
+        if let Some(measured) = confirmed.and_then(|(_, choice)| choice.as_measured) {
+            return Some(measured.milling());
+        }
+        match self.result.worlds().ok()?.as_measured {
+            Some(measured) => Some(Share::milling(&measured.cells.get(index)?.counts)),
+            // The simulated robots are as measured.
+            None => Some(Share::milling(&self.of_cell(index).ok()?.phases)),
+        }
     }
 
     /// Replicates of the sweep; of the chosen cell its fresh ones, because those of the sweep have

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use rsrs_bags::trajectory::Finding;
 use rsrs_core::diagram::PhaseCounts;
 use rsrs_core::diagram::axis::Cell;
+use rsrs_core::diagram::sweep_file::SEED_LIMIT;
 use rsrs_core::judge::behaviour::{Behaviour, Verb};
 use rsrs_core::judge::phase::Phase;
 use rsrs_core::robot::other_profile::ProfilesDiffer;
@@ -66,12 +67,34 @@ pub struct AtHand {
     pub experiment: String,
     /// The folder of the sweep, likewise.
     pub sweep: String,
+    /// What else the command takes, so that the run is another one than those that there are.
+    pub options: String,
 }
 
 impl AtHand {
     /// Those of a sweep, with the experiment file that lies beside it, if one does.
-    pub fn of(sweep: &Path) -> Self {
-        Self { experiment: experiment_beside(sweep), sweep: quoted(sweep) }
+    ///
+    /// # Arguments
+    ///
+    /// * `all` — the runs that there are.
+    ///
+    /// # Panics
+    ///
+    /// Never: there are more numbers than folders.
+    pub fn of(sweep: &Path, all: &[Admitted]) -> Self {
+        let is_of = |backend| all.iter().any(|run| run.record.backend == backend);
+        let mut options = Vec::new();
+        if is_of(Backend::Fleet) || is_of(Backend::Mixed) {
+            options.push("--backend fleet --interface NAME".to_owned());
+        } else if let Some(last) = all.iter().map(|run| run.record.seed).max() {
+            // The same seed is the same run.
+            options.push(format!("--seed {}", last.saturating_add(1) % SEED_LIMIT));
+        }
+        let mut names = (1 + all.len()..).map(|number| PathBuf::from(format!("run_{number}")));
+        let bag = names.find(|bag| !bag.exists()).expect("there are more numbers than folders");
+        options.push(format!("-o {}", quoted(bag)));
+        let options = options.join(" ");
+        Self { experiment: experiment_beside(sweep), sweep: quoted(sweep), options }
     }
 }
 

@@ -1,13 +1,13 @@
 //! What was found, in words.
 
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use rsrs_core::robot::controller::Command;
 
 use super::{Explored, FoundController};
 use crate::wording::percent;
-use crate::wording::shell::quoted;
+use crate::wording::shell::{free_beside, quoted};
 
 impl fmt::Display for Explored {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -26,7 +26,9 @@ impl fmt::Display for Explored {
         write!(formatter, "\npictures: {}", folder.join("gallery.html").display())?;
         if let Some(first) = found.first() {
             let sweep = folder.join(&first.sweep);
-            write!(formatter, "\nnext: rsrs sweep {} -o results/found", quoted(sweep))?;
+            let results = results_of(&sweep);
+            let results = if results.exists() { free_beside(&results) } else { results };
+            write!(formatter, "\nnext: {}", sweep_command(&sweep, &results))?;
         }
         Ok(())
     }
@@ -55,11 +57,21 @@ fn commands(found: &FoundController) -> [String; 2] {
     ]
 }
 
+/// Where the sweep around a controller goes: a folder of its own.
+fn results_of(sweep: &Path) -> PathBuf {
+    let name = sweep.file_stem().unwrap_or_default().display().to_string();
+    PathBuf::from(format!("results_{name}"))
+}
+
+fn sweep_command(sweep: &Path, results: &Path) -> String {
+    format!("rsrs sweep {} -o {}", quoted(sweep), quoted(results))
+}
+
 /// Below a picture.
 pub fn caption(found: &FoundController, folder: &Path) -> Vec<String> {
     let sweep = folder.join(&found.sweep);
     let mut lines = vec![line(found)];
     lines.extend(commands(found));
-    lines.push(format!("rsrs sweep {} -o results/found", quoted(sweep)));
+    lines.push(sweep_command(&sweep, &results_of(&sweep)));
     lines
 }

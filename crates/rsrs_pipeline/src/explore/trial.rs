@@ -220,7 +220,10 @@ fn unseen<'a>(options: &'a Options) -> Watch<'a> {
 /// What was run to its end.
 fn finished(swept: Swept) -> anyhow::Result<Swept> {
     if swept.is_cancelled {
-        return Err(with_help("called off; what was tried is kept", "go on with the same command"));
+        return Err(with_help(
+            "interrupted; what was tried is kept",
+            "go on with the same command",
+        ));
     }
     Ok(swept)
 }

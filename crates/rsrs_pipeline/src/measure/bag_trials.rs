@@ -9,9 +9,12 @@ use rsrs_core::conditions::Placement;
 use rsrs_core::robot::controller::{Command, ControllerParameters};
 use rsrs_core::robot::unicycle::Pose;
 use rsrs_core::trials::trial::{
-    DetectionTrial, DrivenSample, DrivenTrial, Neighbour, PeriodTrial, Trials,
+    DetectionTrial, DrivenSample, DrivenTrial, MovedBy, Neighbour, PeriodTrial, TrialBackend,
+    Trials,
 };
 use rsrs_experiment_runner::plan::SETTLING_TIME_S;
+use rsrs_fleet::fleet_file::{Driver, FleetFile};
+use rsrs_fleet::record::{Backend, ExperimentRecord};
 use rsrs_msgs::topics;
 
 use crate::error::helped;
@@ -31,6 +34,8 @@ pub struct BagTrials {
     pub periods_s: Vec<(String, Vec<f64>)>,
     /// What the robot of a trial saw that stood in it.
     pub standing: Option<StaticSensorTrial>,
+    /// What moved the robots; `None` in a bag that no runner of ours has made.
+    pub backend: Option<TrialBackend>,
 }
 
 /// A robot that stood and sensed, as `rsrs measure drive --distance` and `--alone` make it.
@@ -61,10 +66,11 @@ pub fn is_bag(path: &Path) -> bool {
 /// If the bag cannot be read, or has no poses or commands; the error names the bag.
 pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
     let bag = recorded_run::open(path)?;
-    if let Some(standing) = standing(&bag)? {
-        return Ok(BagTrials { standing: Some(standing), ..BagTrials::default() });
-    }
     let record = recorded_run::record_in(&bag)?;
+    let backend = record.as_ref().map(|record| backend(&bag, record));
+    if let Some(standing) = standing(&bag, record.as_ref())? {
+        return Ok(BagTrials { standing: Some(standing), backend, ..BagTrials::default() });
+    }
     let poses = PosesOfRun::of(&bag, record.as_ref(), None)?;
     let recorded = poses.read(&bag, record.as_ref(), Needed::AllOfIt).map_err(|error| {
         let message = format!("{}: {error}", path.display());
@@ -81,13 +87,32 @@ pub fn read(path: &Path) -> anyhow::Result<BagTrials> {
         .iter()
         .map(|robot| Ok((robot.clone(), periods(&bag, &recorded, robot)?)))
         .collect::<anyhow::Result<_>>()?;
-    Ok(BagTrials { driven, from_rest, periods_s, standing: None })
+    Ok(BagTrials { driven, from_rest, periods_s, standing: None, backend })
+}
+
+/// What moved the robots of a run: the simulator also where one of them was virtual in a fleet.
+fn backend(bag: &Bag, record: &ExperimentRecord) -> TrialBackend {
+    let fleet = bag.attachment("fleet.yaml");
+    let text = fleet.as_ref().and_then(|file| std::str::from_utf8(&file.data).ok());
+    let fleet = text.and_then(|text| FleetFile::parse("fleet.yaml", text).ok());
+    let robots = fleet.iter().flat_map(|fleet| &fleet.robots);
+    let mut of_run = robots.filter(|robot| record.robots.contains(&robot.name));
+    match record.backend {
+        Backend::Simulator | Backend::Mixed => TrialBackend::Simulator,
+        Backend::Fleet if of_run.any(|robot| robot.driver == Driver::Virtual) => {
+            TrialBackend::Simulator
+        }
+        Backend::Fleet => TrialBackend::Fleet,
+    }
 }
 
 /// What was sensed in a trial in which no robot was to move: of a run of ours that was set to no speed
 /// and no turn.
-fn standing(bag: &Bag) -> anyhow::Result<Option<StaticSensorTrial>> {
-    let Some(record) = recorded_run::record_in(bag)? else { return Ok(None) };
+fn standing(
+    bag: &Bag,
+    record: Option<&ExperimentRecord>,
+) -> anyhow::Result<Option<StaticSensorTrial>> {
+    let Some(record) = record else { return Ok(None) };
     let ControllerParameters { speed_m_s, turn_rate_rad_s, .. } = record.conditions.controller;
     let (true, Some(robot)) = (speed_m_s == 0.0 && turn_rate_rad_s == 0.0, record.robots.first())
     else {
@@ -109,11 +134,12 @@ fn standing(bag: &Bag) -> anyhow::Result<Option<StaticSensorTrial>> {
 ///
 /// `None` if no robot stood and sensed in any of them.
 pub fn detection_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<DetectionTrial>> {
-    let standing = || bags.iter().filter_map(|(path, it)| Some((path, it.standing.as_ref()?)));
-    let paths: Vec<&PathBuf> = standing().map(|(path, _)| path).collect();
-    let mut table =
-        Trials { file: names(&paths), robots: Vec::new(), rows: Vec::new(), paused: Vec::new() };
-    for (_, StaticSensorTrial { robot, neighbour, readings }) in standing() {
+    let standing =
+        || bags.iter().filter_map(|(path, it)| Some((path, it.backend, it.standing.as_ref()?)));
+    let paths: Vec<&PathBuf> = standing().map(|(path, ..)| path).collect();
+    let mut table = empty_table(&paths);
+    for (_, backend, StaticSensorTrial { robot, neighbour, readings }) in standing() {
+        table.moved_by = table.moved_by + MovedBy::all(backend, 1);
         let line = table.rows.len() as u64 + 1;
         let robot = position(&mut table.robots, robot);
         let Readings { samples, detections } = *readings;
@@ -121,6 +147,16 @@ pub fn detection_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<Detection
         table.rows.push(DetectionTrial { robot, line, neighbour, samples, detections });
     }
     (!table.rows.is_empty()).then_some(table)
+}
+
+fn empty_table<T>(paths: &[&PathBuf]) -> Trials<T> {
+    Trials {
+        file: names(paths),
+        robots: Vec::new(),
+        rows: Vec::new(),
+        paused: Vec::new(),
+        moved_by: MovedBy::default(),
+    }
 }
 
 /// The position of a name, which is added if it is new.
@@ -138,13 +174,15 @@ fn position(robots: &mut Vec<String>, name: &str) -> usize {
 /// `None` if no bag has detections.
 pub fn period_table(bags: &[(PathBuf, BagTrials)]) -> Option<Trials<PeriodTrial>> {
     let paths: Vec<&PathBuf> = bags.iter().map(|(path, _)| path).collect();
-    let mut table =
-        Trials { file: names(&paths), robots: Vec::new(), rows: Vec::new(), paused: Vec::new() };
-    for (name, periods_s) in bags.iter().flat_map(|(_, trials)| &trials.periods_s) {
-        let robot = position(&mut table.robots, name);
-        for period_s in periods_s {
-            let line = table.rows.len() as u64 + 1;
-            table.rows.push(PeriodTrial { robot, line, period_s: *period_s });
+    let mut table = empty_table(&paths);
+    for (_, trials) in bags {
+        for (name, periods_s) in &trials.periods_s {
+            let robot = position(&mut table.robots, name);
+            table.moved_by = table.moved_by + MovedBy::all(trials.backend, periods_s.len());
+            for period_s in periods_s {
+                let line = table.rows.len() as u64 + 1;
+                table.rows.push(PeriodTrial { robot, line, period_s: *period_s });
+            }
         }
     }
     (!table.rows.is_empty()).then_some(table)

@@ -122,7 +122,7 @@ pub fn drive(
     let SingleTrial { robot, trial, table, asks } = single;
     let plan = Plan::of_trial(&options.request(robot, trial))?;
     if let Some(table) = table {
-        result::check_table(table, &trial)?;
+        result::check_table(table, &trial, &plan)?;
     }
     let target = enter()?;
     let runtime = runtime()?;

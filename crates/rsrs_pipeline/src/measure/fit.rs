@@ -3,14 +3,24 @@
 use std::path::Path;
 
 use anyhow::Context;
+use rsrs_core::robot::profile::TrialOrigin;
 use rsrs_core::trials::fit::{Fit, SensorMap, Unmeasured, fit};
 use rsrs_view::distribution::{self, DistributionPicture};
 use rsrs_view::sensor::{self, SensorPicture};
 
 use super::sources::{Paths, Sources};
-use crate::error::helped;
+use crate::error::{helped, with_help};
 use crate::files::write_file;
 use crate::picture::PNG_WIDTH_PX;
+
+/// Whether trials of the simulator and of robots may make one profile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mixture {
+    /// They may not.
+    Refused,
+    /// They may.
+    Allowed,
+}
 
 /// Fits a profile.
 ///
@@ -20,9 +30,26 @@ use crate::picture::PNG_WIDTH_PX;
 ///
 /// # Errors
 ///
-/// If a file is wrong, with its line, or holds too little.
-pub fn fit_files(paths: &Paths, unmeasured: &Unmeasured) -> anyhow::Result<(Fit, Vec<String>)> {
+/// If a file is wrong, with its line, or holds too little; if trials of the simulator are among those
+/// of robots, and that is refused.
+pub fn fit_files(
+    paths: &Paths,
+    unmeasured: &Unmeasured,
+    mixture: Mixture,
+) -> anyhow::Result<(Fit, Vec<String>)> {
     let sources = Sources::read(paths)?;
+    let moved_by = sources.tables().moved_by;
+    if mixture == Mixture::Refused && moved_by.origin() == Some(TrialOrigin::PartlySimulated) {
+        return Err(with_help(
+            format!(
+                "{} of {} trials are of the simulator, the others of robots or made by hand",
+                moved_by.simulator,
+                moved_by.simulator + moved_by.fleet + moved_by.unknown
+            ),
+            "a profile of both describes neither; delete the rows with `sim` under `backend`, and \
+             their bags, or give `--mixed` to fit them together all the same",
+        ));
+    }
     let fitted = fit(sources.tables(), unmeasured).map_err(helped)?;
     Ok((fitted, sources.notes()))
 }
@@ -40,11 +67,13 @@ pub fn fit_files(paths: &Paths, unmeasured: &Unmeasured) -> anyhow::Result<(Fit,
 pub fn draw(folder: &Path, fitted: &Fit, name: &str, radius_m: f64) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let map: &SensorMap = &fitted.details.sensor;
+    let origin = fitted.details.moved_by.origin();
+    let whose = origin.map(|origin| format!("; trials of {}", origin.whose())).unwrap_or_default();
     let speeds = distribution::svg(&DistributionPicture {
         speeds: &fitted.speed,
         title: format!("Speeds of {name}"),
         subtitle: format!(
-            "{} trials of {} robots",
+            "{} trials of {} robots{whose}",
             fitted.details.speed.n_trials, fitted.details.speed.n_robots
         ),
     })?;
@@ -54,7 +83,7 @@ pub fn draw(folder: &Path, fitted: &Fit, name: &str, radius_m: f64) -> anyhow::R
         radius_m,
         title: format!("Sensor of {name}"),
         subtitle: format!(
-            "{} places; detects {:.2} in the polygon, {:.3} without a neighbour",
+            "{} places; detects {:.2} in the polygon, {:.3} without a neighbour{whose}",
             map.nodes.len(),
             map.true_positive.value,
             map.false_positive.value

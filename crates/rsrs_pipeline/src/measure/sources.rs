@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rsrs_core::trials::fit::Tables;
 use rsrs_core::trials::trial::{
-    ArcTrial, DetectionTrial, DrivenTrial, PeriodTrial, SpeedTrial, Trials, TurnTrial, arc_trials,
-    detection_trials, period_trials, reduced, speed_trials, turn_trials,
+    ArcTrial, DetectionTrial, DrivenTrial, MovedBy, PeriodTrial, SpeedTrial, Trials, TurnTrial,
+    arc_trials, detection_trials, period_trials, reduced, speed_trials, turn_trials,
 };
 
 use crate::error::with_help;
@@ -24,6 +24,7 @@ pub struct Sources {
     period: Option<Trials<PeriodTrial>>,
     driven: Vec<DrivenTrial>,
     from_rest: Vec<DrivenTrial>,
+    moved_by: MovedBy,
     /// Robots and trials whose trajectories are neither straight runs nor turns.
     left_out: Vec<(String, String)>,
 }
@@ -104,14 +105,16 @@ impl Sources {
     /// If a file is wrong, or there is no measurement of detections.
     pub fn read(paths: &Paths) -> anyhow::Result<Self> {
         let bags = read_bags(&paths.bags)?;
-        let Trajectories { mut driven, mut from_rest } = trajectories(&paths.trajectories)?;
+        let Trajectories { mut driven, mut from_rest, mut moved_by, .. } =
+            trajectories(&paths.trajectories)?;
         for (_, trials) in &bags {
+            moved_by = moved_by + MovedBy::all(trials.backend, trials.driven.len());
             driven.extend(trials.driven.iter().cloned());
             from_rest.extend(trials.from_rest.iter().cloned());
         }
         let all: Vec<&PathBuf> = paths.trajectories.iter().chain(&paths.bags).collect();
         let from_driven = reduced(&names(&all), &driven);
-        Ok(Self {
+        let sources = Self {
             speed: match &paths.speed {
                 Some(path) => table(path, speed_trials)?,
                 None => from_driven.speed,
@@ -131,8 +134,25 @@ impl Sources {
             },
             driven,
             from_rest,
+            moved_by,
             left_out: from_driven.left_out,
-        })
+        };
+        Ok(Self { moved_by: sources.all_moved_by(paths), ..sources })
+    }
+
+    /// What moved the robots in tables that were given, and in all trajectories and bags. What
+    /// trajectories stand in for is not counted twice.
+    fn all_moved_by(&self, paths: &Paths) -> MovedBy {
+        let given = |path: &Option<PathBuf>, moved_by: MovedBy| path.as_ref().map(|_| moved_by);
+        let arc = self.arc.as_ref().and_then(|arc| given(&paths.arcs, arc.moved_by));
+        let tables = [
+            given(&paths.speed, self.speed.moved_by),
+            given(&paths.turn, self.turn.moved_by),
+            arc,
+            Some(self.detection.moved_by),
+            self.period.as_ref().map(|period| period.moved_by),
+        ];
+        self.moved_by + tables.into_iter().flatten().sum()
     }
 
     /// The tables of the fit.
@@ -145,6 +165,7 @@ impl Sources {
             period: self.period.as_ref(),
             driven: &self.driven,
             from_rest: &self.from_rest,
+            moved_by: self.moved_by,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use rsrs_core::trials::trial::{DrivenTrial, TrialError, driven_trials};
+use rsrs_core::trials::trial::{DrivenTrial, MovedBy, TrialBackend, TrialError, driven_trials};
 
 use crate::error::helped;
 use crate::files::read_text;
@@ -29,6 +29,10 @@ pub struct Trajectories {
     pub driven: Vec<DrivenTrial>,
     /// From their standstills.
     pub from_rest: Vec<DrivenTrial>,
+    /// What moved the robots.
+    pub moved_by: MovedBy,
+    /// Bags in which the simulator moved them.
+    pub simulated: Vec<PathBuf>,
 }
 
 /// Reads trajectories from all tables and bags, one after the other.
@@ -41,10 +45,15 @@ pub fn trajectories(paths: &[PathBuf]) -> anyhow::Result<Trajectories> {
     for path in paths {
         if is_bag(path) {
             let trials = bag_trials::read(path)?;
+            found.moved_by = found.moved_by + MovedBy::all(trials.backend, trials.driven.len());
+            if trials.backend == Some(TrialBackend::Simulator) {
+                found.simulated.push(path.clone());
+            }
             found.driven.extend(trials.driven);
             found.from_rest.extend(trials.from_rest);
         } else {
             let trials = table(path, driven_trials)?;
+            found.moved_by = found.moved_by + MovedBy::all(None, trials.len());
             found.from_rest.extend(trials.iter().cloned());
             found.driven.extend(trials);
         }

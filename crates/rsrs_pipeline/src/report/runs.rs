@@ -12,7 +12,7 @@ use rsrs_view::trajectory::{ring_of, svg};
 
 use super::samples_at_least;
 use crate::compare::report::{ComparedBag, Report as Comparison};
-use crate::draw::JudgedRun;
+use crate::draw::DrawnRun;
 use crate::error::in_one_line;
 use crate::label::{LabelOptions, Labelled};
 use crate::wording::quantity;
@@ -40,15 +40,18 @@ fn facts_of(run: &ComparedBag, most_poses: f64) -> anyhow::Result<RunFacts> {
     // As it was judged; of a run that a person labelled, what it went by.
     let poses = labelled.poses.as_deref().and_then(PoseSource::from_key);
     let recorded =
-        match JudgedRun::read(&labelled.bag, LabelOptions { poses, ..LabelOptions::default() }) {
+        match DrawnRun::read(&labelled.bag, LabelOptions { poses, ..LabelOptions::default() }) {
             Err(error) => {
                 notes.push(format!("not drawn: {}", in_one_line(&error)));
                 None
             }
-            Ok(judged) => {
-                notes.extend(evidence(&judged.labelled));
+            Ok(drawn) => {
+                match drawn.labelled() {
+                    Some(labelled) => notes.extend(evidence(labelled)),
+                    None => notes.push(drawn.label_in_words()),
+                }
                 Some(
-                    recorded(run, &judged, most_poses)
+                    recorded(run, &drawn, most_poses)
                         .with_context(|| labelled.bag.display().to_string())?,
                 )
             }
@@ -74,24 +77,25 @@ fn moved_by(run: &ComparedBag) -> String {
     }
 }
 
-fn recorded(run: &ComparedBag, judged: &JudgedRun, most_poses: f64) -> anyhow::Result<RecordedRun> {
-    let trajectory = &judged.recorded.trajectory;
+fn recorded(run: &ComparedBag, drawn: &DrawnRun, most_poses: f64) -> anyhow::Result<RecordedRun> {
+    let trajectory = &drawn.recorded().trajectory;
     let n_samples = trajectory.n_samples();
     let fitting_s = trajectory.poses.len() as f64 / most_poses * trajectory.period_s;
     let every = samples_at_least(FRAME_S.max(fitting_s), trajectory.period_s);
-    let lost = judged.lost_rows();
+    let lost = drawn.lost_rows();
+    let phase = drawn.labelled().map(|labelled| labelled.phase);
     let first_judged = n_samples.saturating_sub(samples_in(WINDOW_S, trajectory.period_s));
     let title = format!("order parameters of {} over time", run.name());
     Ok(RecordedRun {
-        above_svg: svg(&judged.above(&lost))?,
-        order: order_svg(&judged.order(&judged.blocks(), &judged.rules(), &[]), &title),
+        above_svg: svg(&drawn.above(&lost))?,
+        order: order_svg(&drawn.order(&drawn.blocks(), &drawn.rules(), &[]), &title),
         replay: Replay::of(&Shown {
             trajectory,
             conditions: &run.record.conditions,
-            robots: judged.recorded.robots.clone(),
+            robots: drawn.recorded().robots.clone(),
             samples: 0..n_samples,
             every,
-            ring: ring_of(judged.labelled.phase, trajectory, first_judged),
+            ring: phase.and_then(|phase| ring_of(phase, trajectory, first_judged)),
             lost: lost.clone(),
         }),
     })

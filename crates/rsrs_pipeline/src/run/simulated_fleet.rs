@@ -1,5 +1,7 @@
 //! The simulator and the controllers as processes, ended with this one whatever happens.
 
+use rsrs_experiment_runner::plan::Plan;
+
 use crate::run::node_process::NodeProcess;
 use crate::run::own_network::OwnNetwork;
 
@@ -7,19 +9,22 @@ use crate::run::own_network::OwnNetwork;
 pub struct SimulatedFleet {
     simulator: NodeProcess,
     controllers: NodeProcess,
+    robots: Vec<String>,
+    /// Greatest commands that the controllers take, in m/s and rad/s.
+    limits: [f64; 2],
 }
 
 /// ROS arguments of controllers that turn one way whatever is detected: for trials.
 pub const CONSTANT: [&str; 2] = ["-p", "constant:=true"];
 
 impl SimulatedFleet {
-    /// Starts the nodes.
+    /// Starts the nodes: for the robots of a plan, with the limits of their profile.
     ///
     /// # Errors
     ///
     /// If a process cannot be started.
-    pub fn start(network: &OwnNetwork, robots: &[String]) -> anyhow::Result<Self> {
-        Self::start_with(network, robots, &[])
+    pub fn start(network: &OwnNetwork, plan: &Plan) -> anyhow::Result<Self> {
+        Self::start_with(network, plan, &[])
     }
 
     /// Starts the nodes for a trial: the command is constant, whatever is detected.
@@ -27,21 +32,32 @@ impl SimulatedFleet {
     /// # Errors
     ///
     /// If a process cannot be started.
-    pub fn start_constant(network: &OwnNetwork, robots: &[String]) -> anyhow::Result<Self> {
-        Self::start_with(network, robots, &CONSTANT)
+    pub fn start_constant(network: &OwnNetwork, plan: &Plan) -> anyhow::Result<Self> {
+        Self::start_with(network, plan, &CONSTANT)
     }
 
-    fn start_with(
-        network: &OwnNetwork,
-        robots: &[String],
-        controller: &[&str],
-    ) -> anyhow::Result<Self> {
+    fn start_with(network: &OwnNetwork, plan: &Plan, reaction: &[&str]) -> anyhow::Result<Self> {
+        let robots = &plan.record.robots;
         let start = |name, parameters: &[&str]| {
             NodeProcess::start(name, robots, parameters, |command| {
                 network.configure(command);
             })
         };
-        Ok(Self { simulator: start("sim", &[])?, controllers: start("controller", controller)? })
+        let limits = limit_parameters(plan);
+        let of_controllers: Vec<&str> =
+            reaction.iter().copied().chain(limits.iter().map(String::as_str)).collect();
+        Ok(Self {
+            simulator: start("sim", &[])?,
+            controllers: start("controller", &of_controllers)?,
+            robots: robots.clone(),
+            limits: plan.limits,
+        })
+    }
+
+    /// Whether the nodes are those that a plan needs.
+    pub fn is_for(&self, plan: &Plan) -> bool {
+        self.robots == plan.record.robots
+            && self.limits.map(f64::to_bits) == plan.limits.map(f64::to_bits)
     }
 
     /// Waits until one of the nodes ends, which none should.
@@ -67,4 +83,16 @@ impl SimulatedFleet {
         self.simulator.stop().await?;
         self.controllers.stop().await
     }
+}
+
+/// ROS arguments of controllers that take no more than their robots may be commanded.
+pub fn limit_parameters(plan: &Plan) -> [String; 4] {
+    let [most_m_s, most_rad_s] = plan.limits;
+    let parameter = || "-p".to_owned();
+    [
+        parameter(),
+        format!("speed_max:={most_m_s:?}"),
+        parameter(),
+        format!("turn_rate_max:={most_rad_s:?}"),
+    ]
 }

@@ -34,13 +34,14 @@ pub fn write(folder: &Path, case: &Case, answer: &ValidationReport) -> anyhow::R
     }
     if let Some(map) = &case.sensor {
         let robot = &case.conditions[0].robot;
+        let measured = case.origin.map_or("measured", |_| "trials, simulated");
         let svg = sensor::svg(&SensorPicture {
             map,
             simulated_m: &border_m(&robot.region),
             radius_m: robot.radius_m,
             title: format!("Sensor of {}", case.source.profile.name),
             subtitle: format!(
-                "measured: detects {:.2}, false positives {:.3}; simulated: {:.2}, {:.3}",
+                "{measured}: detects {:.2}, false positives {:.3}; simulated: {:.2}, {:.3}",
                 map.true_positive.value,
                 map.false_positive.value,
                 robot.true_positive,
@@ -75,7 +76,14 @@ fn tube_svg(
     Ok(reachable_set::svg(&ReachPicture {
         tube,
         trials: &trials,
-        title: format!("Simulated reach of {} and real trials", case.source.profile.name),
+        title: format!(
+            "Simulated reach of {} and {}",
+            case.source.profile.name,
+            case.origin.map_or_else(
+                || "real trials".to_owned(),
+                |origin| format!("trials of {}", origin.whose())
+            )
+        ),
         subtitle: format!(
             "{}; the regions hold {:.0} % of the simulated robots",
             commands(&answer.validation, index),

@@ -8,6 +8,7 @@ use rsrs_core::diagram::axis::Cell;
 use rsrs_core::digest::Digest;
 use rsrs_core::robot::capability::{CapabilityViolation, LostCapability, SensorViolation};
 use rsrs_core::robot::harsher::HarsherFactors;
+use rsrs_core::robot::profile::TrialOrigin;
 use rsrs_core::statistics::variance::Estimate;
 use rsrs_core::trials::validation::Validation;
 use serde::{Deserialize, Serialize};
@@ -58,6 +59,9 @@ pub struct ValidationReport {
     /// searched.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub turning: Option<Turning>,
+    /// How far the trajectories and detections are a simulator's; `None` if they are those of robots.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trials_of: Option<TrialOrigin>,
     /// Where it comes from.
     pub provenance: Provenance,
 }
@@ -81,6 +85,8 @@ struct StoredSummary {
     share: f64,
     n_trials: usize,
     n_inside: usize,
+    #[serde(default)]
+    trials_of: Option<TrialOrigin>,
 }
 
 impl Judged {
@@ -155,6 +161,10 @@ impl StoredSummary {
         let at: Vec<String> =
             self.judged.at.iter().map(|(axis, value)| format!("{axis}={value}")).collect();
         let at = if at.is_empty() { String::new() } else { format!(" (at {})", at.join(", ")) };
+        if let Some(origin) = self.trials_of {
+            let whose = origin.whose();
+            return format!("not validated: held against trials of {whose}, {counts}{at}");
+        }
         match (self.is_contained, self.is_harsher) {
             (true, true) => format!("validated: {counts}{at}"),
             (true, false) => {

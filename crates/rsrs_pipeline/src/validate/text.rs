@@ -19,6 +19,11 @@ impl fmt::Display for ValidationReport {
 fn text(answer: &ValidationReport) -> String {
     let validation = &answer.validation;
     let mut blocks = vec![headline(validation), robots(validation)];
+    if let Some(origin) = answer.trials_of {
+        let whose = origin.whose();
+        let note = format!("note: the trials are those of {whose}: nothing is validated by them");
+        blocks.insert(1, note);
+    }
     let (constant, changing): (Vec<usize>, Vec<usize>) =
         (0..validation.tubes.len()).partition(|index| validation.tubes[*index].command.is_some());
     blocks.extend(constant.into_iter().map(|index| tube(validation, index)));

@@ -36,6 +36,28 @@ pub fn experiment_beside(sweep: &Path) -> String {
     there.map_or_else(|| "EXPERIMENT.yaml".to_owned(), quoted)
 }
 
+/// The sweep file that lies beside the folder of its sweep, as `rsrs init` leaves it; else a name to
+/// replace. The one in the folder is a result, and stays as it is.
+///
+/// # Arguments
+///
+/// * `sweep` — folder of the sweep.
+pub fn sweep_beside(sweep: &Path) -> String {
+    let there = sweep.parent().map(|parent| parent.join("sweep.yaml")).filter(|it| it.is_file());
+    there.map_or_else(|| "SWEEP.yaml".to_owned(), quoted)
+}
+
+/// A name that nothing has yet: `results_2` beside `results`.
+///
+/// # Panics
+///
+/// Never: there are more numbers than files.
+pub fn free_beside(path: &Path) -> PathBuf {
+    let name = path.file_name().map_or_else(|| "results".to_owned(), |it| it.display().to_string());
+    let mut names = (2..).map(|number| path.with_file_name(format!("{name}_{number}")));
+    names.find(|path| !path.exists()).expect("there are more numbers than files")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

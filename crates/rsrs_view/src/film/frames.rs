@@ -99,7 +99,9 @@ impl<'a> Frames<'a> {
             robot(&self.field, *pose, radius_m, stroke)
         });
         let bottom_px = self.height_px - 10.0;
-        let clock = line_of_text(MARGIN_PX, bottom_px, &format!("{time_s:.0} s"))
+        let before = self.film.captions.partition_point(|(from_s, _)| *from_s <= time_s + 1e-9);
+        let caption = before.checked_sub(1).map(|last| &self.film.captions[last].1);
+        let clock = line_of_text(MARGIN_PX, bottom_px, &clock(time_s, caption))
             .at("font-size", CAPTION_PX)
             .with("fill", QUIET_INK);
         Element::picture(PAGE_PX, self.height_px, &self.film.title)
@@ -123,6 +125,14 @@ impl<'a> Frames<'a> {
             .with("stroke", TAIL)
             .at("stroke-width", 1.4)
             .with("stroke-opacity", "0.55")
+    }
+}
+
+/// The time, and what is stated of it.
+fn clock(time_s: f64, caption: Option<&String>) -> String {
+    match caption {
+        Some(caption) => format!("{time_s:.0} s: {caption}"),
+        None => format!("{time_s:.0} s"),
     }
 }
 

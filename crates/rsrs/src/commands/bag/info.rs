@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use rsrs_bags::{Bag, BagInfo, OfferedQos};
-use rsrs_fleet::record::{ExperimentRecord, LostRobot, PausedRobot};
+use rsrs_fleet::record::{self, ExperimentRecord, LostRobot, PausedRobot};
 use serde::Serialize;
 
 use crate::commands::{Format, report};
@@ -41,6 +41,8 @@ struct Report {
     run_id: Option<String>,
     /// Robots of the run.
     n_robots: Option<usize>,
+    /// What moved the robots.
+    backend: Option<record::Backend>,
     /// How the run ended; `None` if the recorder was killed before its end.
     ending: Option<&'static str>,
     /// Why, if it was not completed.
@@ -66,6 +68,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         info: bag.info(),
         run_id: record.as_ref().map(|record| record.run_id.clone()),
         n_robots: record.as_ref().map(|record| record.robots.len()),
+        backend: record.as_ref().map(|record| record.backend),
         ending: ending.as_ref().map(|ending| ending.kind.key()),
         lost_robots: ending.as_ref().map(|ending| ending.lost.clone()).unwrap_or_default(),
         paused_robots: ending.as_ref().map(|ending| ending.paused.clone()).unwrap_or_default(),
@@ -95,6 +98,7 @@ fn text(result: &Report, record: Option<&ExperimentRecord>, bag: &Bag) -> String
     }
     if let Some(record) = record {
         line(format!("run: {}", run_of(record, result)));
+        line(format!("robots moved by: {}", record.backend.in_words()));
     }
     for lost in &result.lost_robots {
         line(lost.to_string());

@@ -30,6 +30,9 @@ use placing::Placing;
 /// the fleet you are shown where to put it), and its detections are counted; with `--alone` they
 /// are false ones.
 ///
+/// `--plan` and `--template` fill in tables, and `--table` adds to one: each row states what moved the
+/// robot, and trials of the simulator are not added to those of robots.
+///
 /// `--plan` makes all trials of a folder of `rsrs measure plan` that are not in its tables yet, and
 /// those in which commands paused; `--template` those of one table. Killed at any moment, the same
 /// command goes on.
@@ -44,7 +47,8 @@ Examples:
   rsrs measure drive launch_configs/fleets/nine_virtual.yaml --robot robot_1 --speed 0.15 --duration 20
   rsrs measure drive fleet.yaml --robot robot_3 --turn-rate 0.75 --duration 10 --backend fleet \\
       --interface wlan0 --table turn.csv
-  rsrs measure drive fleet.yaml --robot robot_3 --distance 0.4 --bearing 0.2 --table detection.csv
+  rsrs measure drive fleet.yaml --robot robot_3 --distance 0.4 --bearing 0.2 --backend fleet \\
+      --interface wlan0 --table detection.csv
   rsrs measure drive fleet.yaml --plan trials --backend fleet --interface wlan0
   rsrs measure drive fleet.yaml --template trials/detection.csv --backend fleet --interface wlan0
   rsrs measure fit --bags trial_* --name flockbot -o flockbot.yaml")]
@@ -89,6 +93,7 @@ pub struct Arguments {
     #[arg(
         long,
         value_name = "DIR",
+        requires = "backend",
         conflicts_with_all = ["robot", "speed", "turn_rate", "duration", "distance", "alone", "table", "template"]
     )]
     plan: Option<PathBuf>,
@@ -97,6 +102,7 @@ pub struct Arguments {
     #[arg(
         long,
         value_name = "CSV",
+        requires = "backend",
         conflicts_with_all = ["robot", "speed", "turn_rate", "duration", "distance", "alone", "table"]
     )]
     template: Option<PathBuf>,
@@ -111,9 +117,10 @@ pub struct Arguments {
     /// plan's trials so far, else 0.13).
     #[arg(long, value_name = "S", value_parser = period)]
     period: Option<f64>,
-    /// What moves the robot (default: sim).
-    #[arg(long, value_enum, default_value = "sim", hide_default_value = true)]
-    backend: Backend,
+    /// What moves the robot (default: sim). Where results go into tables it has to be named, and each
+    /// row states it.
+    #[arg(long, value_enum)]
+    backend: Option<Backend>,
     /// Network interface of the fleet, by name or address, more than once for several (or
     /// `RSRS_INTERFACE`, with commas between them).
     #[arg(long, value_name = "NAME|IP")]
@@ -127,7 +134,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "BAG")]
     output: Option<PathBuf>,
     /// Table of straight runs, turns, arcs or detections to add the result to; made if it is not there.
-    #[arg(long, value_name = "CSV")]
+    #[arg(long, value_name = "CSV", requires = "backend")]
     table: Option<PathBuf>,
     /// How to report.
     #[arg(long, value_enum, default_value = "text")]
@@ -148,6 +155,12 @@ fn period(text: &str) -> Result<f64, String> {
     Err(format!("expected seconds, above 0 and at most {LONGEST_PERIOD_S}"))
 }
 
+impl Arguments {
+    fn backend(&self) -> Backend {
+        self.backend.unwrap_or(Backend::Sim)
+    }
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -157,7 +170,7 @@ fn period(text: &str) -> Result<f64, String> {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let options = DriveOptions {
         fleet: arguments.fleet.clone(),
-        backend: match arguments.backend {
+        backend: match arguments.backend() {
             Backend::Sim => record::Backend::Simulator,
             Backend::Fleet => record::Backend::Fleet,
         },
@@ -165,7 +178,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         seed: arguments.seed,
         period_s: arguments.period,
     };
-    let enter = || enter(arguments.backend, &arguments.interface);
+    let enter = || enter(arguments.backend(), &arguments.interface);
     let placing = Placing::new(arguments)?;
     if let Some(filled) = match (&arguments.plan, &arguments.template) {
         (Some(folder), _) => Some(fill_plan(&options, folder, enter, &placing)?),

@@ -5,12 +5,13 @@ mod text;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use rsrs_core::robot::capability::{LostCapability, lost_capabilities};
 use rsrs_core::robot::harsher::HarsherFactors;
 use rsrs_core::trials::fit::{Details, Fit, Unmeasured};
 use rsrs_pipeline::files::write_file;
-use rsrs_pipeline::measure::fit::{draw, fit_files};
+use rsrs_pipeline::init::{check_name, check_radius};
+use rsrs_pipeline::measure::fit::{Mixture, draw, fit_files};
 use rsrs_pipeline::measure::sources::Paths;
 use serde::Serialize;
 
@@ -21,7 +22,8 @@ use crate::failure::Outcome;
 ///
 /// Tables are CSV with the header of `rsrs measure plan`. All of them may come out of bags instead, and
 /// straight runs and turns out of trajectories; a table goes before them. Outliers are named, not
-/// dropped.
+/// dropped. What was fitted to trials of the simulator states it wherever it is named; trials of both are
+/// refused without `--mixed`.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -41,20 +43,20 @@ pub struct Arguments {
     )]
     plan: Option<PathBuf>,
     /// Straight runs:
-    /// `robot,commanded_m_s,distance_m,duration_s[,lateral_m,heading_change_rad,paused_s]`.
+    /// `robot,commanded_m_s,distance_m,duration_s[,lateral_m,heading_change_rad,paused_s,backend]`.
     #[arg(long, value_name = "CSV", required_unless_present_any = ["trajectories", "bags", "plan"])]
     speed: Option<PathBuf>,
-    /// Turns in place: `robot,commanded_rad_s,angle_rad,duration_s[,paused_s]`.
+    /// Turns in place: `robot,commanded_rad_s,angle_rad,duration_s[,paused_s,backend]`.
     #[arg(long, value_name = "CSV", required_unless_present_any = ["trajectories", "bags", "plan"])]
     turn: Option<PathBuf>,
-    /// Turns while driving: `robot,commanded_m_s,commanded_rad_s,angle_rad,duration_s[,paused_s]`;
-    /// without them, robots turn while they drive as they do in place.
+    /// Turns while driving:
+    /// `robot,commanded_m_s,commanded_rad_s,angle_rad,duration_s[,paused_s,backend]`; without them, robots turn while they drive as they do in place.
     #[arg(long, value_name = "CSV")]
     arcs: Option<PathBuf>,
-    /// Detections: `robot,distance_m,bearing_rad,samples,detections`; no distance is no neighbour.
+    /// Detections: `robot,distance_m,bearing_rad,samples,detections[,backend]`; no distance is no neighbour.
     #[arg(long, value_name = "CSV", required_unless_present_any = ["bags", "plan"])]
     detection: Option<PathBuf>,
-    /// Control periods: `robot,period_s`.
+    /// Control periods: `robot,period_s[,backend]`.
     #[arg(long, value_name = "CSV")]
     period: Option<PathBuf>,
     /// Trajectories:
@@ -66,6 +68,9 @@ pub struct Arguments {
     /// with `--distance` or `--alone`, all readings are detections.
     #[arg(long, value_name = "BAG", num_args = 1..)]
     bags: Vec<PathBuf>,
+    /// Fit trials of the simulator and of robots together.
+    #[arg(long)]
+    mixed: bool,
     /// Radius of a robot's body, in m (default: 0.075).
     #[arg(long, value_name = "M")]
     radius: Option<f64>,
@@ -99,8 +104,10 @@ struct FitOutput<'a> {
 ///
 /// If a table is wrong, with file and line, or has too few rows.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    check_name(&arguments.name)?;
     let unmeasured = unmeasured(arguments)?;
-    let (fitted, left_out) = fit_files(&paths(arguments)?, &unmeasured)?;
+    let mixture = if arguments.mixed { Mixture::Allowed } else { Mixture::Refused };
+    let (fitted, left_out) = fit_files(&paths(arguments)?, &unmeasured, mixture)?;
     let profile = fitted.profile(&arguments.name, &unmeasured);
     let simulated = HarsherFactors::for_robot(&profile).apply(&profile)?;
     let lost = lost_capabilities(&profile, &simulated);
@@ -141,9 +148,7 @@ fn paths(arguments: &Arguments) -> anyhow::Result<Paths> {
 fn unmeasured(arguments: &Arguments) -> anyhow::Result<Unmeasured> {
     let mut unmeasured = Unmeasured::default();
     if let Some(radius_m) = arguments.radius {
-        if !(radius_m > 0.0 && radius_m.is_finite()) {
-            bail!("the radius is {radius_m} m, expected a length above 0 m");
-        }
+        check_radius(radius_m)?;
         unmeasured.radius_m = radius_m;
         unmeasured.radius_source = Some("given to rsrs measure fit".to_owned());
     }

@@ -131,8 +131,8 @@ fn next(arguments: &Arguments, folder: &Path) -> String {
     let folder = quoted(folder);
     format!(
         "\nThe sheet and the tables to fill in are in {shown}.\n\
-         Robots on ROS fill them in: rsrs measure drive {fleet} --plan {folder} --backend fleet \
-         --interface NAME\n\
-         next: rsrs measure fit --plan {folder} --name NAME{radius} -o PROFILE.yaml\n"
+         next: rsrs measure drive {fleet} --plan {folder} --backend fleet --interface NAME   # or fill \
+         them in by hand\n\
+         then: rsrs measure fit --plan {folder} --name NAME{radius} -o PROFILE.yaml\n"
     )
 }

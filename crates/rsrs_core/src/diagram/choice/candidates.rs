@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Margin;
+use super::{Edge, Margin};
 use crate::diagram::PhaseDiagram;
 use crate::diagram::axis::{Axis, Cell};
 use crate::robot::harsher::tidy;
@@ -54,6 +54,8 @@ pub struct Candidate {
     pub depth: f64,
     /// How far each swept axis may drift.
     pub margin: BTreeMap<Axis, Margin>,
+    /// Axes on which the margin ends where the sweep does.
+    pub edge: BTreeMap<Axis, Edge>,
 }
 
 /// Ranks the cells that are to be confirmed, the most robust first.
@@ -103,6 +105,7 @@ pub fn rank(worlds: Worlds<'_>, kind: IntervalKind, viable: f64) -> Vec<Candidat
                 smooth: grid.smooth[index],
                 depth: grid.depth(point),
                 margin: grid.margin(point),
+                edge: grid.edge(point),
             };
             (distance(point, &centroid), candidate)
         })
@@ -226,6 +229,28 @@ impl Grid {
             (*axis, Margin { low: tidy(low), high: tidy(high) })
         };
         self.axes.iter().enumerate().map(margin).collect()
+    }
+}
+
+impl Grid {
+    /// Where the margins of a point end at something that was not simulated.
+    fn edge(&self, point: &Point) -> BTreeMap<Axis, Edge> {
+        let is_swept = |axis: usize, position: Option<usize>| {
+            position.is_some_and(|position| {
+                let mut moved = point.clone();
+                moved[axis] = position;
+                self.points.contains(&moved)
+            })
+        };
+        let edge = |(index, (axis, _)): (usize, &(Axis, Vec<f64>))| {
+            let (here, (down, up)) = (point[index], self.reach(point, index));
+            let edge = Edge {
+                low: !is_swept(index, here.checked_sub(down + 1)),
+                high: !is_swept(index, Some(here + up + 1)),
+            };
+            edge.is_any().then_some((*axis, edge))
+        };
+        self.axes.iter().enumerate().filter_map(edge).collect()
     }
 }
 

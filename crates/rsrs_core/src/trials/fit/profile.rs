@@ -108,7 +108,11 @@ impl Fit {
             actuation: self.actuation(&mut sources, unmeasured),
             sensing: self.sensing(&mut sources, unmeasured),
             computation: Computation { period_s: self.period(&mut sources, unmeasured) },
-            provenance: Provenance { source: self.source(), numbers: sources.numbers },
+            provenance: Provenance {
+                source: self.source(),
+                trials: self.details.moved_by.origin(),
+                numbers: sources.numbers,
+            },
         }
     }
 
@@ -116,9 +120,14 @@ impl Fit {
         let files = &self.details.files;
         let period = files.period.as_ref().map(|file| format!(", {file}")).unwrap_or_default();
         let arc = files.arc.as_ref().map(|file| format!("{file}, ")).unwrap_or_default();
+        let origin = self.details.moved_by.origin();
+        let whose = origin.map(|origin| format!("trials of {}: ", origin.whose()));
         format!(
-            "fitted to {}, {}, {arc}{}{period}; assumed where marked",
-            files.speed, files.turn, files.detection
+            "fitted to {}{}, {}, {arc}{}{period}; assumed where marked",
+            whose.unwrap_or_default(),
+            files.speed,
+            files.turn,
+            files.detection
         )
     }
 

@@ -6,15 +6,16 @@ use super::Plan;
 
 /// Header of the table of straight runs.
 pub const SPEED_HEADER: &str =
-    "robot,commanded_m_s,distance_m,duration_s,lateral_m,heading_change_rad,paused_s";
+    "robot,commanded_m_s,distance_m,duration_s,lateral_m,heading_change_rad,paused_s,backend";
 /// Header of the table of turns in place.
-pub const TURN_HEADER: &str = "robot,commanded_rad_s,angle_rad,duration_s,paused_s";
+pub const TURN_HEADER: &str = "robot,commanded_rad_s,angle_rad,duration_s,paused_s,backend";
 /// Header of the table of turns while driving.
-pub const ARC_HEADER: &str = "robot,commanded_m_s,commanded_rad_s,angle_rad,duration_s,paused_s";
+pub const ARC_HEADER: &str =
+    "robot,commanded_m_s,commanded_rad_s,angle_rad,duration_s,paused_s,backend";
 /// Header of the table of detections.
-pub const DETECTION_HEADER: &str = "robot,distance_m,bearing_rad,samples,detections";
+pub const DETECTION_HEADER: &str = "robot,distance_m,bearing_rad,samples,detections,backend";
 /// Header of the table of control periods.
-pub const PERIOD_HEADER: &str = "robot,period_s";
+pub const PERIOD_HEADER: &str = "robot,period_s,backend";
 
 /// Time that placing robots by hand and writing down a result take for one trial, in seconds.
 const BY_HAND_S: f64 = 60.0;
@@ -89,14 +90,14 @@ impl Plan {
     pub fn speed_csv(&self) -> String {
         let rows = self.repeated(&self.speeds_m_s);
         let rows =
-            rows.map(|(robot, speed)| format!("{robot},{speed},{},,,,\n", self.request.track_m));
+            rows.map(|(robot, speed)| format!("{robot},{speed},{},,,,,\n", self.request.track_m));
         format!("{SPEED_HEADER}\n{}", rows.collect::<String>())
     }
 
     /// The table of turns in place, to fill in.
     pub fn turn_csv(&self) -> String {
         let rows = self.repeated(&self.turn_rates_rad_s);
-        let rows = rows.map(|(robot, rate)| format!("{robot},{rate},6.283185,,\n"));
+        let rows = rows.map(|(robot, rate)| format!("{robot},{rate},6.283185,,,\n"));
         format!("{TURN_HEADER}\n{}", rows.collect::<String>())
     }
 
@@ -104,7 +105,7 @@ impl Plan {
     pub fn arc_csv(&self) -> String {
         let speed = self.arc_speed_m_s;
         let rows = self.repeated(&self.turn_rates_rad_s);
-        let rows = rows.map(|(robot, rate)| format!("{robot},{speed},{rate},6.283185,,\n"));
+        let rows = rows.map(|(robot, rate)| format!("{robot},{speed},{rate},6.283185,,,\n"));
         format!("{ARC_HEADER}\n{}", rows.collect::<String>())
     }
 
@@ -114,16 +115,16 @@ impl Plan {
         let places = self.bearings_rad.iter().flat_map(|bearing_rad| {
             self.distances_m
                 .iter()
-                .map(move |distance_m| format!("{first},{distance_m},{bearing_rad},{samples},\n"))
+                .map(move |distance_m| format!("{first},{distance_m},{bearing_rad},{samples},,\n"))
         });
         let n_alone = self.samples_alone;
-        let alone = self.robots.iter().map(|robot| format!("{robot},,,{n_alone},\n"));
+        let alone = self.robots.iter().map(|robot| format!("{robot},,,{n_alone},,\n"));
         format!("{DETECTION_HEADER}\n{}", places.chain(alone).collect::<String>())
     }
 
     /// The table of control periods, to fill in.
     pub fn period_csv(&self) -> String {
-        let rows = self.robots.iter().map(|robot| format!("{robot},\n").repeat(20));
+        let rows = self.robots.iter().map(|robot| format!("{robot},,\n").repeat(20));
         format!("{PERIOD_HEADER}\n{}", rows.collect::<String>())
     }
 

@@ -62,7 +62,10 @@ pub enum TrialProblem {
     #[error("the table has a header and no rows")]
     NoRows,
     /// A row of another width than the header.
-    #[error("the row has {found} fields, expected {expected} as in the header")]
+    #[error(
+        "the row has {found} fields, expected {expected} as in the header{}",
+        if found > expected { "; are there decimal commas? numbers have a decimal point" } else { "" }
+    )]
     Fields {
         /// Fields of the header.
         expected: usize,
@@ -92,6 +95,12 @@ pub enum TrialProblem {
         found: String,
         /// Whether a point for its comma would make it one.
         decimal_comma: bool,
+    },
+    /// A word that names nothing that moves robots.
+    #[error("backend is `{found}`, expected `sim`, `fleet`, or nothing for a trial made by hand")]
+    NoBackend {
+        /// The field.
+        found: String,
     },
     /// A number that is infinite or none.
     #[error("{column} is {found}, expected a finite number")]

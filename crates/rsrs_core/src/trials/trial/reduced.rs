@@ -1,6 +1,6 @@
 //! Trajectories as trials: what a stopwatch and a tape would have measured.
 
-use super::{ArcTrial, DrivenTrial, Names, SpeedTrial, Trials, TurnTrial};
+use super::{ArcTrial, DrivenTrial, MovedBy, Names, SpeedTrial, Trials, TurnTrial};
 
 /// Trials that trajectories contain.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +24,10 @@ pub struct Reduced {
 /// # Arguments
 ///
 /// * `file` — where the trajectories are from, for reports.
+///
+/// # Returns
+///
+/// Trials of which is not stated what moved the robots: trajectories do not contain that.
 pub fn reduced(file: &str, trials: &[DrivenTrial]) -> Reduced {
     let [mut speed_names, mut turn_names, mut arc_names] = [const { Names::EMPTY }; 3];
     let (mut speed, mut turn, mut arc) = (Vec::new(), Vec::new(), Vec::new());
@@ -71,5 +75,6 @@ pub fn reduced(file: &str, trials: &[DrivenTrial]) -> Reduced {
 }
 
 fn all<T>(file: &str, names: Names, rows: Vec<T>) -> Trials<T> {
-    Trials { file: file.to_owned(), robots: names.names, rows, paused: Vec::new() }
+    let moved_by = MovedBy::all(None, rows.len());
+    Trials { file: file.to_owned(), robots: names.names, rows, paused: Vec::new(), moved_by }
 }

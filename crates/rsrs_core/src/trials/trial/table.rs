@@ -1,6 +1,7 @@
 //! A CSV table, read row by row without keeping any.
 
 use super::error::{TrialError, TrialProblem, unit_of};
+use super::{BACKEND, TrialBackend};
 use crate::document::nearest;
 
 /// A table whose header was found to be right.
@@ -188,6 +189,20 @@ impl Row<'_, '_> {
             return Err(self.refuse(TrialProblem::EmptyField { column, expected: "a name" }));
         }
         Ok(field)
+    }
+
+    /// What moved the robot, by the column of that; `None` where it is empty or not there.
+    pub fn backend(&self) -> Result<Option<TrialBackend>, TrialError> {
+        let Some(column) = self.table.columns.iter().position(|column| *column == BACKEND) else {
+            return Ok(None);
+        };
+        match self.field(column) {
+            "" => Ok(None),
+            key => match TrialBackend::from_key(key) {
+                Some(backend) => Ok(Some(backend)),
+                None => Err(self.refuse(TrialProblem::NoBackend { found: key.to_owned() })),
+            },
+        }
     }
 
     /// A finite number, or `None` for an empty field or a column that is not there.

@@ -110,8 +110,11 @@ impl Report {
             ],
             NextStep::Run(experiment) => [
                 format!(
-                    "rsrs run {} --from {} --cell {}",
-                    self.at_hand.experiment, self.at_hand.sweep, experiment.cell
+                    "rsrs run {} --from {} --cell {} {}",
+                    self.at_hand.experiment,
+                    self.at_hand.sweep,
+                    experiment.cell,
+                    self.at_hand.options
                 ),
                 format!(
                     "there one run is most informative ({:.3} bit); {}",
@@ -205,15 +208,23 @@ fn by_itself(cell: &ComparedCell) -> String {
 
 /// How many runs decide, and how surely.
 fn runs_that_decide(experiment: &Experiment) -> String {
+    let assumed = match experiment.b_m {
+        Some(b_m) => format!(
+            "if real robots mill as those so far and as simulated ones as measured ({:.1} % of {})",
+            100.0 * b_m,
+            counted(experiment.n_as_measured, "run")
+        ),
+        None => "if real robots mill as those so far".to_owned(),
+    };
     match experiment.runs {
         Some(n) => format!(
-            "{} there decide with a probability of {:.2}",
+            "{} there decide with a probability of {:.2}, {assumed}",
             counted(n, "further real run"),
             experiment.chance
         ),
         None => format!(
-            "even {MOST_RUNS} there decide with a probability of {:.2} only: real robots may mill \
-             less often by about as much as the margin, or too few simulated runs show how often \
+            "even {MOST_RUNS} there decide with a probability of {:.2} only, {assumed}: real robots may \
+             mill less often by about as much as the margin, or too few simulated runs show how often \
              theirs do",
             experiment.chance
         ),

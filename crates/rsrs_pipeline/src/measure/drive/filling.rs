@@ -10,7 +10,7 @@ use tokio::runtime::Runtime;
 
 use super::period_table::PeriodTable;
 use super::placement;
-use super::result::TrialResult;
+use super::result::{TrialResult, backend};
 use super::trial_nodes::{RunTarget, TrialNodes};
 use super::trial_table::{Kind, Todo, TrialTable};
 use super::{DriveOptions, Ready, TrialOperator, made};
@@ -128,9 +128,18 @@ fn fill(
 ) -> anyhow::Result<Filled> {
     let jobs = work.jobs()?;
     // Whatever is wrong with a row is reported before the first robot is used.
+    let mut backends = Vec::new();
     for job in &jobs {
         let path = work.tables[job.table].path().display().to_string();
-        work.plan(options, job).with_context(|| format!("{path}:{}", job.todo.line))?;
+        let plan = work.plan(options, job).with_context(|| format!("{path}:{}", job.todo.line))?;
+        if !backends.contains(&backend(&plan)) {
+            backends.push(backend(&plan));
+        }
+    }
+    for (table, backend) in
+        work.tables.iter().flat_map(|table| backends.iter().map(move |it| (table, it)))
+    {
+        table.check_mixture(*backend)?;
     }
     let (n_left, table) = (jobs.len(), work.given.clone());
     let mut filled =
@@ -273,7 +282,7 @@ impl Shift<'_> {
     fn note_periods(&mut self, found: &TrialResult) -> anyhow::Result<()> {
         match &mut self.work.periods {
             Some(periods) if found.paused_s.is_none() => {
-                periods.fill(&found.robot, &found.periods_s)
+                periods.fill(&found.robot, &found.periods_s, found.backend)
             }
             _ => Ok(()),
         }

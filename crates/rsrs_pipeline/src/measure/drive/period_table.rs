@@ -4,9 +4,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use rsrs_core::trials::plan::PERIOD_HEADER;
+use rsrs_core::trials::trial::TrialBackend;
 
 use super::table_file::{self, TableLock};
 use crate::files::read_text;
+
+/// The last column; tables of earlier versions do not have it.
+const BACKEND: &str = ",backend";
 
 /// The table of control periods.
 pub struct PeriodTable {
@@ -23,9 +27,15 @@ impl PeriodTable {
     /// If it cannot be read, has another header, or another process fills it in.
     pub fn open(path: &Path) -> anyhow::Result<Self> {
         let lock = TableLock::take(path, table_file::TIMEOUT)?;
-        let lines: Vec<String> = read_text(path)?.lines().map(str::to_owned).collect();
+        let mut lines: Vec<String> = read_text(path)?.lines().map(str::to_owned).collect();
         let found = lines.first().map_or("", String::as_str);
-        if found != PERIOD_HEADER {
+        if Some(found) == PERIOD_HEADER.strip_suffix(BACKEND) {
+            // A table of an earlier version.
+            PERIOD_HEADER.clone_into(&mut lines[0]);
+            lines.iter_mut().skip(1).filter(|line| !line.trim().is_empty()).for_each(|line| {
+                line.push(',');
+            });
+        } else if found != PERIOD_HEADER {
             bail!("{}:1: the header is `{found}`, expected `{PERIOD_HEADER}`", path.display());
         }
         Ok(Self { path: path.to_owned(), lines, lock })
@@ -33,9 +43,8 @@ impl PeriodTable {
 
     /// The mean of the periods that are filled in, in seconds.
     pub fn mean_s(&self) -> Option<f64> {
-        let periods = self.lines.iter().skip(1).filter_map(|row| row.split_once(','));
-        let periods: Vec<f64> =
-            periods.filter_map(|(_, field)| field.trim().parse().ok()).collect();
+        let periods = self.lines.iter().skip(1).filter_map(|row| row.split(',').nth(1));
+        let periods: Vec<f64> = periods.filter_map(|field| field.trim().parse().ok()).collect();
         let is_any = !periods.is_empty();
         is_any.then(|| periods.iter().sum::<f64>() / periods.len() as f64)
     }
@@ -45,15 +54,20 @@ impl PeriodTable {
     /// # Errors
     ///
     /// If the table cannot be written.
-    pub fn fill(&mut self, robot: &str, periods_s: &[f64]) -> anyhow::Result<()> {
+    pub fn fill(
+        &mut self,
+        robot: &str,
+        periods_s: &[f64],
+        backend: TrialBackend,
+    ) -> anyhow::Result<()> {
         let is_open = |row: &&mut String| {
-            row.split_once(',')
-                .is_some_and(|(name, field)| name == robot && field.trim().is_empty())
+            let mut fields = row.split(',').map(str::trim);
+            fields.next() == Some(robot) && fields.next().is_some_and(str::is_empty)
         };
         let open = self.lines.iter_mut().filter(is_open);
         let mut n_filled = 0;
         for (row, period_s) in open.zip(periods_s) {
-            *row = format!("{robot},{period_s:.6}");
+            *row = format!("{robot},{period_s:.6},{}", backend.key());
             n_filled += 1;
         }
         if n_filled == 0 {
@@ -77,10 +91,11 @@ mod tests {
         std::fs::write(&path, "robot,period_s\na,0.2\na,\na,\nb,\n").unwrap();
         let mut table = PeriodTable::open(&path).unwrap();
 
-        table.fill("a", &[0.1, 0.3, 0.5]).unwrap();
+        table.fill("a", &[0.1, 0.3, 0.5], TrialBackend::Fleet).unwrap();
 
         assert!(table.mean_s().is_some_and(|mean_s| (mean_s - 0.2).abs() < 1e-9));
         let text = std::fs::read_to_string(&path).unwrap();
-        assert_eq!(text, "robot,period_s\na,0.2\na,0.100000\na,0.300000\nb,\n");
+        let rows = "a,0.2,\na,0.100000,fleet\na,0.300000,fleet\nb,,\n";
+        assert_eq!(text, format!("{PERIOD_HEADER}\n{rows}"));
     }
 }

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use rsrs_bags::trajectory::{Needed, RecordedTrajectory, TrajectoryError};
-use rsrs_core::trials::trial::{DrivenTrial, Neighbour, reduced};
+use rsrs_core::trials::trial::{DrivenTrial, Neighbour, TrialBackend, reduced};
 use rsrs_experiment_runner::plan::{Plan, Trial};
 use rsrs_fleet::experiment::Time;
+use rsrs_fleet::fleet_file::Driver;
 use serde::Serialize;
 
 use super::trial_table::{Kind, TrialTable};
@@ -23,6 +24,8 @@ pub struct TrialResult {
     pub bag: PathBuf,
     /// The robot.
     pub robot: String,
+    /// What moved the robot.
+    pub backend: TrialBackend,
     /// Where the numbers come from.
     pub source: Source,
     /// What was measured.
@@ -99,13 +102,24 @@ pub enum Motion {
     },
 }
 
+/// What moves the robot of a trial: a virtual robot of a fleet is the simulator's, too.
+pub fn backend(plan: &Plan) -> TrialBackend {
+    let robot = &plan.robots[0];
+    if plan.is_virtual(robot) || robot.driver == Driver::Virtual {
+        TrialBackend::Simulator
+    } else {
+        TrialBackend::Fleet
+    }
+}
+
 /// Refuses, before anything moves, a table to which the result could not be added.
 ///
 /// # Errors
 ///
-/// If the table is of another kind, or another process fills it in.
-pub fn check_table(path: &Path, trial: &Trial) -> anyhow::Result<()> {
-    TrialTable::open_for(path, Kind::of(trial)).map(drop)
+/// If the table is of another kind, holds trials that were moved by something else, or another process
+/// fills it in.
+pub fn check_table(path: &Path, trial: &Trial, plan: &Plan) -> anyhow::Result<()> {
+    TrialTable::open_for(path, Kind::of(trial))?.check_mixture(backend(plan))
 }
 
 impl TrialResult {
@@ -147,8 +161,8 @@ impl TrialResult {
     /// A result that nothing else is known of.
     pub fn of_motion(plan: &Plan, source: Source, motion: Motion) -> Self {
         let robot = plan.robots[0].name.clone();
-        let bag = plan.bag.clone();
-        Self { bag, robot, source, motion, paused_s: None, periods_s: Vec::new() }
+        let (bag, backend) = (plan.bag.clone(), backend(plan));
+        Self { bag, robot, backend, source, motion, paused_s: None, periods_s: Vec::new() }
     }
 
     /// Looks into the bag whether commands paused; in lockstep none can.
@@ -198,17 +212,18 @@ impl TrialResult {
         let tidy = |number: f64| format!("{:.5}", (number * 1e5).round() / 1e5 + 0.0);
         let optional = |number: Option<f64>| number.map(tidy).unwrap_or_default();
         let paused = self.paused_s.map(|paused_s| format!("{paused_s:.3}")).unwrap_or_default();
+        let backend = self.backend.key();
         match self.motion {
             Motion::Straight { distance_m, duration_s, lateral_m, heading_change_rad, .. } => {
                 let (lateral, heading) = (optional(lateral_m), optional(heading_change_rad));
-                format!("{distance_m:.5},{duration_s:.3},{lateral},{heading},{paused}")
+                format!("{distance_m:.5},{duration_s:.3},{lateral},{heading},{paused},{backend}")
             }
             Motion::Turn { angle_rad, duration_s, .. }
             | Motion::Curve { angle_rad, duration_s, .. } => {
-                format!("{angle_rad:.5},{duration_s:.3},{paused}")
+                format!("{angle_rad:.5},{duration_s:.3},{paused},{backend}")
             }
             Motion::StaticSensorTrial { samples, detections, .. } => {
-                format!("{samples},{detections}")
+                format!("{samples},{detections},{backend}")
             }
         }
     }

@@ -11,7 +11,7 @@ use crate::error::with_help;
 use crate::run::node_process::NodeProcess;
 use crate::run::operator::Operator;
 use crate::run::own_network::OwnNetwork;
-use crate::run::simulated_fleet::{CONSTANT, SimulatedFleet};
+use crate::run::simulated_fleet::{CONSTANT, SimulatedFleet, limit_parameters};
 use crate::run::{RunSummary, on_simulated_fleet, watched};
 
 /// The variable that names the enclave of a program.
@@ -35,7 +35,7 @@ pub struct TrialNodes<'a> {
 
 enum Processes<'a> {
     /// A simulator and its controllers.
-    Simulated(&'a OwnNetwork, SimulatedFleet),
+    Simulated(&'a OwnNetwork, Box<SimulatedFleet>),
     /// The controllers of robots of the floor, whose own nodes run already.
     Real(&'a SessionOptions, NodeProcess),
 }
@@ -59,8 +59,8 @@ impl<'a> TrialNodes<'a> {
         let robots = &plan.record.robots;
         let processes = match floor {
             RunTarget::Simulated(network) => {
-                let fleet = SimulatedFleet::start_constant(network, robots)?;
-                Processes::Simulated(network, fleet)
+                let fleet = SimulatedFleet::start_constant(network, plan)?;
+                Processes::Simulated(network, Box::new(fleet))
             }
             RunTarget::Real(network) => {
                 if !plan.is_measured {
@@ -137,11 +137,9 @@ fn unmeasured(plan: &Plan) -> String {
 /// What the controller of a robot of the floor is started with.
 fn controller_parameters(plan: &Plan) -> Vec<String> {
     let robot = &plan.robots[0];
-    let [most_m_s, most_rad_s] = plan.limits;
     let mut parameters: Vec<String> = CONSTANT.map(str::to_owned).to_vec();
+    parameters.extend(limit_parameters(plan));
     let mut set = |parameter: String| parameters.extend(["-p".to_owned(), parameter]);
-    set(format!("speed_max:={most_m_s:?}"));
-    set(format!("turn_rate_max:={most_rad_s:?}"));
     set(format!("period:={:?}", plan.record.conditions.period_s));
     if robot.cmd_vel == CmdVel::Twist {
         set("cmd_vel_type:=twist".to_owned());

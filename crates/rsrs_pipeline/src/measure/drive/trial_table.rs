@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use rsrs_core::robot::controller::ControllerParameters;
 use rsrs_core::trials::plan::{ARC_HEADER, DETECTION_HEADER, SPEED_HEADER, TURN_HEADER};
-use rsrs_core::trials::trial::Neighbour;
+use rsrs_core::trials::trial::{Neighbour, TrialBackend};
 use rsrs_experiment_runner::plan::{SETTLING_TIME_S, Trial};
 
 use super::table_file::{self, TableLock};
@@ -25,7 +25,9 @@ pub enum Kind {
     Detection,
 }
 
-/// The last column of tables of drives; tables of earlier versions do not have it.
+/// The last column; tables of earlier versions do not have it.
+const BACKEND: &str = ",backend";
+/// The column before it of tables of drives; still earlier ones have neither.
 const PAUSED: &str = ",paused_s";
 /// A drive is at least this long, in seconds: with a usual control period, long enough for a gain.
 const SHORTEST_S: f64 = 3.2;
@@ -94,6 +96,15 @@ pub struct Todo {
     pub trial: Trial,
 }
 
+/// How far a row is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RowState {
+    /// Its trial is still to be made.
+    Open,
+    /// It has its result, with what moved the robot where that is stated.
+    Done(Option<TrialBackend>),
+}
+
 impl TrialTable {
     /// Reads a table as `rsrs measure plan` makes it.
     ///
@@ -134,10 +145,14 @@ impl TrialTable {
     fn of_text(path: &Path, text: &str, lock: TableLock) -> anyhow::Result<Self> {
         let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
         let found = lines.first().map_or("", String::as_str);
-        let is_of = |kind: &Kind| {
-            found == kind.header() || Some(found) == kind.header().strip_suffix(PAUSED)
+        let n_missing = |kind: Kind| {
+            let without = kind.header().strip_suffix(BACKEND);
+            let earliest = without.and_then(|header| header.strip_suffix(PAUSED));
+            let headers = [Some(kind.header()), without, earliest];
+            headers.iter().position(|header| *header == Some(found))
         };
-        let Some(kind) = Kind::ALL.into_iter().find(is_of) else {
+        let known = Kind::ALL.into_iter().find_map(|kind| Some((kind, n_missing(kind)?)));
+        let Some((kind, n_missing)) = known else {
             let headers = Kind::ALL.map(Kind::header);
             return Err(with_help(
                 format!(
@@ -148,12 +163,12 @@ impl TrialTable {
                 "`rsrs measure plan FLEET -o DIR` makes such tables",
             ));
         };
-        if found != kind.header() {
+        if n_missing > 0 {
             for (index, line) in lines.iter_mut().enumerate() {
                 match index {
                     0 => kind.header().clone_into(line),
                     _ if line.trim().is_empty() => {}
-                    _ => line.push(','),
+                    _ => line.push_str(&",".repeat(n_missing)),
                 }
             }
         }
@@ -176,22 +191,56 @@ impl TrialTable {
     ///
     /// If a row is no trial, with its line.
     pub fn todo(&self) -> anyhow::Result<Vec<Todo>> {
-        Ok(self.rows()?.into_iter().filter(|(_, is_done)| !is_done).map(|(todo, _)| todo).collect())
+        let open = self.rows()?.into_iter().filter(|(_, row)| *row == RowState::Open);
+        Ok(open.map(|(todo, _)| todo).collect())
     }
 
-    /// All trials of the table, and whether each is done.
+    /// Refuses to add trials of the simulator to those of robots, or the other way round.
+    ///
+    /// # Arguments
+    ///
+    /// * `adds` — what moves the robots of the trials that are to be added.
+    ///
+    /// # Errors
+    ///
+    /// The first row that was moved by the other, with its line.
+    pub fn check_mixture(&self, adds: TrialBackend) -> anyhow::Result<()> {
+        let rows = self.rows()?;
+        let is_other = |state: RowState| match (state, adds) {
+            (RowState::Open, _) => false,
+            (RowState::Done(found), TrialBackend::Simulator) => found != Some(adds),
+            (RowState::Done(found), TrialBackend::Fleet) => found == Some(TrialBackend::Simulator),
+        };
+        let Some((Todo { line, .. }, _)) = rows.iter().find(|(_, state)| is_other(*state)) else {
+            return Ok(());
+        };
+        let (found, adds) = match adds {
+            TrialBackend::Simulator => ("of a robot, or made by hand", "the simulator"),
+            TrialBackend::Fleet => ("of the simulator", "a robot"),
+        };
+        Err(with_help(
+            format!(
+                "{}:{line} is a trial {found}, expected one of {adds} as those that are to be added",
+                self.path.display()
+            ),
+            "a profile of both describes neither: take another table, or another plan of `rsrs measure \
+             plan`",
+        ))
+    }
+
+    /// All trials of the table, and how far each is.
     ///
     /// # Errors
     ///
     /// If a row that is not done is no trial, with its line.
-    pub fn rows(&self) -> anyhow::Result<Vec<(Todo, bool)>> {
+    pub fn rows(&self) -> anyhow::Result<Vec<(Todo, RowState)>> {
         let rows = self.lines.iter().enumerate().skip(1);
         let rows = rows.filter(|(_, row)| !row.trim().is_empty());
         rows.map(|(index, row)| self.row(index + 1, row)).collect()
     }
 
-    /// What one row asks for, and whether it is done.
-    fn row(&self, line: usize, row: &str) -> anyhow::Result<(Todo, bool)> {
+    /// What one row asks for, and how far it is.
+    fn row(&self, line: usize, row: &str) -> anyhow::Result<(Todo, RowState)> {
         let place = format!("{}:{line}", self.path.display());
         let fields: Vec<&str> = row.split(',').map(str::trim).collect();
         let expected = self.kind.header().split(',').count();
@@ -209,7 +258,7 @@ impl TrialTable {
                     Kind::Turn => ([0.0, fields.number(1)?], 3),
                     _ => ([fields.number(1)?, fields.number(2)?], 4),
                 };
-                let is_done = !fields.at(duration).is_empty() && fields.last().is_empty();
+                let is_done = !fields.at(duration).is_empty() && fields.paused().is_empty();
                 let [speed_m_s, turn_rate_rad_s] = command;
                 let command = ControllerParameters::mirrored(speed_m_s, turn_rate_rad_s);
                 let rate = if kind == Kind::Speed { speed_m_s } else { turn_rate_rad_s };
@@ -224,7 +273,8 @@ impl TrialTable {
                 (Trial::Drive { command, duration_s }, is_done)
             }
         };
-        Ok((Todo { line, robot, trial }, is_done))
+        let state = if is_done { RowState::Done(fields.backend()?) } else { RowState::Open };
+        Ok((Todo { line, robot, trial }, state))
     }
 
     /// Fills in a row, on disk at once: what was measured is kept whatever comes next.
@@ -273,8 +323,20 @@ impl Fields<'_> {
         self.texts[column]
     }
 
-    fn last(&self) -> &str {
-        self.texts[self.texts.len() - 1]
+    /// How long commands paused, in a table of drives.
+    fn paused(&self) -> &str {
+        self.texts[self.texts.len() - 2]
+    }
+
+    /// What moved the robot; `None` in a row that a person has filled in.
+    fn backend(&self) -> anyhow::Result<Option<TrialBackend>> {
+        let (found, place) = (self.texts[self.texts.len() - 1], self.place);
+        if found.is_empty() {
+            return Ok(None);
+        }
+        TrialBackend::from_key(found).map(Some).with_context(|| {
+            format!("{place}: backend is `{found}`, expected `sim`, `fleet`, or nothing")
+        })
     }
 
     fn number(&self, column: usize) -> anyhow::Result<f64> {
@@ -321,7 +383,7 @@ mod tests {
 
     #[test]
     fn rows_without_a_count_are_still_to_be_made() {
-        let rows = "a,0.3,-0.2,70,\na,0.4,0,70,12\n\nb,,,300,\n";
+        let rows = "a,0.3,-0.2,70,,\na,0.4,0,70,12,\n\nb,,,300,,\n";
         let (_folder, path) = table(Kind::Detection, rows);
 
         let todo = TrialTable::open(&path).unwrap().todo().unwrap();
@@ -343,17 +405,17 @@ mod tests {
         for (kind, rows, expected) in [
             (
                 Kind::Speed,
-                "a,0.1,2,,,,\na,0.1,1.9,20,,,\na,0.1,1.5,20,0.1,0,0.445\n",
+                "a,0.1,2,,,,,\na,0.1,1.9,20,,,,sim\na,0.1,1.5,20,0.1,0,0.445,sim\n",
                 [(2, drive(0.1, 0.0, 20.5)), (4, drive(0.1, 0.0, 20.5))],
             ),
             (
                 Kind::Turn,
-                "a,0.5,6,,\na,0.5,6,12.4,\na,2,6.1,3.1,0.4\n",
+                "a,0.5,6,,,\na,0.5,6,12.4,,\na,2,6.1,3.1,0.4,fleet\n",
                 [(2, drive(0.0, 0.5, 12.5)), (4, drive(0.0, 2.0, 3.6))],
             ),
             (
                 Kind::Arc,
-                "a,0.1,4,2,,\na,0.1,0.5,6,12.4,\na,0.1,2,6.1,3.1,0.4\n",
+                "a,0.1,4,2,,,\na,0.1,0.5,6,12.4,,fleet\na,0.1,2,6.1,3.1,0.4,\n",
                 [(2, drive(0.1, 4.0, 3.2)), (4, drive(0.1, 2.0, 3.6))],
             ),
         ] {
@@ -369,45 +431,50 @@ mod tests {
 
     #[test]
     fn a_result_fills_its_row_and_no_other() {
-        let rows = "a,0.3,-0.2,70,\na,0.4,0,70,12\nb,,,300,\n";
+        let rows = "a,0.3,-0.2,70,,\na,0.4,0,70,12,\nb,,,300,,\n";
         let (_folder, path) = table(Kind::Detection, rows);
         let mut table = TrialTable::open(&path).unwrap();
         let todo = table.todo().unwrap();
 
-        table.fill(&todo[1], "299,21").unwrap();
+        table.fill(&todo[1], "299,21,fleet").unwrap();
         drop(table);
 
         let text = std::fs::read_to_string(&path).unwrap();
-        let rows = "a,0.3,-0.2,70,\na,0.4,0,70,12\nb,,,299,21\n";
+        let rows = "a,0.3,-0.2,70,,\na,0.4,0,70,12,\nb,,,299,21,fleet\n";
         assert_eq!(text, format!("{}\n{rows}", Kind::Detection.header()));
         assert_eq!(TrialTable::open(&path).unwrap().todo().unwrap(), todo[..1]);
     }
 
     #[test]
-    fn a_table_of_an_earlier_version_gets_the_column_of_pauses() {
+    fn a_table_of_an_earlier_version_gets_the_columns_that_it_does_not_have() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("turn.csv");
         std::fs::write(&path, "robot,commanded_rad_s,angle_rad,duration_s\na,0.5,6,12\n").unwrap();
 
         let mut table = TrialTable::open_for(&path, Kind::Turn).unwrap();
-        table.append("b,0.5,6,12,0.445".to_owned()).unwrap();
+        table.append("b,0.5,6,12,0.445,sim".to_owned()).unwrap();
         drop(table);
 
         let text = std::fs::read_to_string(&path).unwrap();
-        assert_eq!(text, format!("{}\na,0.5,6,12,\nb,0.5,6,12,0.445\n", Kind::Turn.header()));
+        assert_eq!(text, format!("{}\na,0.5,6,12,,\nb,0.5,6,12,0.445,sim\n", Kind::Turn.header()));
         assert_eq!(TrialTable::open(&path).unwrap().todo().unwrap().len(), 1);
     }
 
     #[test]
     fn ambiguous_rows_are_refused_with_their_line() {
         for (kind, row, expected) in [
-            (Kind::Detection, "a,0.3,70,", "detection.csv:2: the row has 4 fields, expected 5"),
-            (Kind::Detection, "a,near,0,70,", "csv:2: distance_m is `near`, expected a number"),
-            (Kind::Detection, "a,0.3,,70,", "csv:2: bearing_rad is ``, expected a number"),
-            (Kind::Detection, "a,0.3,NaN,70,", "csv:2: bearing_rad is `NaN`, expected a number"),
-            (Kind::Detection, "a,0.3,0,0,", "csv:2: samples is `0`, expected a whole number above"),
-            (Kind::Speed, "a,0.3,,,,,", "speed.csv:2: distance_m is ``, expected a number"),
-            (Kind::Turn, "a,fast,6,,", "turn.csv:2: commanded_rad_s is `fast`, expected a number"),
+            (Kind::Detection, "a,0.3,70,,", "detection.csv:2: the row has 5 fields, expected 6"),
+            (Kind::Detection, "a,near,0,70,,", "csv:2: distance_m is `near`, expected a number"),
+            (Kind::Detection, "a,0.3,,70,,", "csv:2: bearing_rad is ``, expected a number"),
+            (Kind::Detection, "a,0.3,NaN,70,,", "csv:2: bearing_rad is `NaN`, expected a number"),
+            (
+                Kind::Detection,
+                "a,0.3,0,0,,",
+                "csv:2: samples is `0`, expected a whole number above",
+            ),
+            (Kind::Speed, "a,0.3,,,,,,", "speed.csv:2: distance_m is ``, expected a number"),
+            (Kind::Turn, "a,fast,6,,,", "turn.csv:2: commanded_rad_s is `fast`, expected a number"),
+            (Kind::Turn, "a,0.5,6,12,,floor", "turn.csv:2: backend is `floor`, expected `sim`"),
         ] {
             let (_folder, path) = table(kind, row);
 

@@ -31,7 +31,7 @@ pub async fn ask(plan: &Plan) -> anyhow::Result<Motion> {
     let motion = motion.and_then(|motion| {
         motion.ok_or_else(|| {
             with_help(
-                "called off before the answer",
+                "interrupted before the answer",
                 "the trial was driven: write what you measured into the table, or drive it again",
             )
         })

@@ -40,7 +40,7 @@ impl Placing {
     ///
     /// If the fleet file is wrong.
     pub fn new(arguments: &Arguments) -> anyhow::Result<Self> {
-        if arguments.backend == Backend::Sim {
+        if arguments.backend() == Backend::Sim {
             return Ok(Self::Simulator);
         }
         let Some(program) = &arguments.place_command else {

@@ -13,9 +13,19 @@ use rsrs_pipeline::wording::columns;
 /// * `left_out` — what does not count.
 pub fn text(name: &str, fitted: &Fit, left_out: &[String]) -> String {
     let details = &fitted.details;
+    let moved_by = details.moved_by;
+    let whose = moved_by.origin().map(|origin| {
+        format!(
+            "\ntrials of {}: {} of {} are simulated, so this is no measured robot",
+            origin.whose(),
+            moved_by.simulator,
+            moved_by.simulator + moved_by.fleet + moved_by.unknown
+        )
+    });
+    let whose = whose.unwrap_or_default();
     let mut blocks = vec![
         format!(
-            "{name}: {} straight runs and {} turns of {} robots; intervals are 95 %",
+            "{name}: {} straight runs and {} turns of {} robots; intervals are 95 %{whose}",
             details.speed.n_trials,
             details.turn.n_trials,
             details.speed.n_robots.max(details.turn.n_robots)
