@@ -131,7 +131,7 @@ fn a_folder_that_would_not_work_is_not_written() {
         ("new", with("--speed", "200"), "this looks like mm/s"),
         ("new", with("--half-angle", "15"), "this looks like degrees"),
         ("new", with("--range", "0"), "range_m is 0, expected a number above 0"),
-        ("new", with("--name", "Turtle Bot"), "expected small letters, digits and `_`"),
+        ("new", with("--name", "Turtle Bot"), "expected letters, digits and `_`"),
         ("new", with("--name", "e-puck2"), "`e_puck2`"),
         ("new", with("--radius", "35"), "this looks like mm or cm"),
         ("new", with("--radius", "0,035"), "expected a number with a decimal point"),

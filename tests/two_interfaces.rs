@@ -8,7 +8,7 @@ use crate::processes::{Process, rsrs};
 use rsrs_testing::network::in_own_network;
 use serde_json::Value;
 
-const ROBOTS: [&str; 2] = ["robot_1", "robot_2"];
+const ROBOTS: [&str; 2] = ["Alice", "robot_2"];
 /// The addresses of the workstation in the two networks, and those of the robots.
 const HERE: [&str; 2] = ["10.78.1.1", "10.78.2.1"];
 const THERE: [&str; 2] = ["10.78.1.2", "10.78.2.2"];
@@ -54,7 +54,7 @@ fn a_workstation_with_two_interfaces_reaches_robots_in_both_networks() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let fleet = folder.path().join("fleet.yaml");
         let text = "fileversion: 1\nall: {driver: {kind: ros}, profile: p.yaml}\n\
-                    robots: {robot_1: {enabled: true}, robot_2: {enabled: true}}\n";
+                    robots: {Alice: {enabled: true}, robot_2: {enabled: true}}\n";
         std::fs::write(&fleet, text).expect("the disk has room");
         let _robots = [robot(0), robot(1)];
 

@@ -366,8 +366,8 @@ fn first_of<T: Clone>(layers: [&Option<T>; 3]) -> Option<T> {
 }
 
 fn is_name(name: &str) -> bool {
-    name.starts_with(|first: char| first.is_ascii_lowercase())
-        && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+    name.starts_with(|first: char| first.is_ascii_alphabetic())
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
         && !name.contains("__")
 }
 
@@ -426,10 +426,20 @@ robots:
     }
 
     #[test]
+    fn names_may_have_capital_letters() {
+        let fleet = FleetFile::parse("fleet.yaml", &LAYERED.replace("zebra:", "Alice:")).unwrap();
+
+        assert!(fleet.robots.iter().any(|robot| robot.name == "Alice"));
+    }
+
+    #[test]
     fn names_keys_types_and_versions_that_do_not_fit_are_refused() {
         for (from, to, expected) in [
-            ("zebra:", "Zebra:", "robot name `Zebra`"),
-            ("zebra:", "ze__bra:", "robot name `ze__bra`, expected a lower-case letter, then a-z"),
+            ("zebra:", "3zebra:", "robot name `3zebra`"),
+            ("zebra:", "_zebra:", "robot name `_zebra`"),
+            ("zebra:", "lab/zebra:", "robot name `lab/zebra`"),
+            ("zebra:", "Zébra:", "robot name `Zébra`"),
+            ("zebra:", "ze__bra:", "robot name `ze__bra`, expected a letter, then letters, digits"),
             ("enabled: false", "enable: false", "did you mean `enabled`?"),
             ("type: flockbot}", "type: flocbot}", "type `flocbot`, expected one of: flockbot"),
             ("fileversion: 1", "fileversion: 2", "fileversion is 2, expected 1"),

@@ -124,18 +124,16 @@ fn check(robots: &Robots) -> anyhow::Result<()> {
 ///
 /// With a name that is near.
 pub fn check_name(name: &str) -> anyhow::Result<()> {
-    let is_letter = |it: char| it.is_ascii_lowercase() || it.is_ascii_digit() || it == '_';
-    let is_name =
-        name.starts_with(|it: char| it.is_ascii_lowercase()) && name.chars().all(is_letter);
-    if is_name {
+    let is_letter = |it: char| it.is_ascii_alphanumeric() || it == '_';
+    if name.starts_with(|it: char| it.is_ascii_alphabetic()) && name.chars().all(is_letter) {
         return Ok(());
     }
     let plain = name.trim().to_lowercase();
     let plain: String = plain.chars().map(|it| if is_letter(it) { it } else { '_' }).collect();
-    let near = plain.trim_start_matches(|it: char| !it.is_ascii_lowercase());
+    let near = plain.trim_start_matches(|it: char| !it.is_ascii_alphabetic());
     let near = if near.is_empty() { "robot" } else { near };
     Err(with_help(
-        format!("the name is `{name}`, expected small letters, digits and `_`"),
+        format!("the name is `{name}`, expected letters, digits and `_`"),
         format!("names of robots begin with it, as in ROS: `{near}`"),
     ))
 }

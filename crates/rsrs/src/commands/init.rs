@@ -25,7 +25,7 @@ Examples:
 pub struct Arguments {
     /// Folder to make; it must not exist.
     folder: PathBuf,
-    /// Name of the kind of robot: small letters, digits and `_`.
+    /// Name of the kind of robot: letters, digits and `_`.
     #[arg(long)]
     name: Option<String>,
     /// How many robots there are.
@@ -295,7 +295,7 @@ mod tests {
         assert_eq!(robots.radius_m.to_bits(), 0.035_f64.to_bits());
         let asked = String::from_utf8(asked).expect("it is UTF-8");
         for refusal in [
-            "the name is `E-Puck 2`, expected small letters, digits and `_`",
+            "the name is `E-Puck 2`, expected letters, digits and `_`",
             "`e_puck_2`",
             "expected a whole number from 1 to 1000",
             "the radius is 35: this looks like mm or cm",

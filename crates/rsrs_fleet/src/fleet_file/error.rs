@@ -26,9 +26,7 @@ pub enum FleetFileError {
         found: u32,
     },
     /// A name that ROS would not take as a namespace.
-    #[error(
-        "{file}: robot name `{name}`, expected a lower-case letter, then a-z, 0-9 and single _"
-    )]
+    #[error("{file}: robot name `{name}`, expected a letter, then letters, digits and single _")]
     Name {
         /// The file.
         file: String,
