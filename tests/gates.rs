@@ -12,6 +12,7 @@ use crate::processes::{Process, rsrs};
 use rsrs_bags::Bag;
 use rsrs_fleet::parameters::{Value, gate};
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
+use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::RobotStatus;
 use rsrs_msgs::sensor_msgs::Range;
@@ -19,7 +20,7 @@ use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics::{self, Qos, Topic};
 use rsrs_ros::clock::wall_time;
 use rsrs_ros::parameters::ParameterServer;
-use rsrs_ros::session::{Publisher, Session};
+use rsrs_ros::session::{Publisher, Received, Session, Subscription};
 use rsrs_testing::network::{TIMEOUT, in_own_network, session};
 
 /// Robots with gates of ours.
@@ -61,6 +62,13 @@ async fn live(session: &Session) {
             let topic = topics::HARDWARE_RANGE.for_robot(robot);
             session.publish_on(&node, &topic, Qos::best_effort(10)).expect("it is allowed")
         })
+        .collect();
+    let wheels = OURS.iter().map(|robot| on(topics::HARDWARE_CMD_VEL, robot));
+    let gates = FOREIGN.iter().map(|robot| on(topics::CMD_VEL, robot));
+    let obey = |_: Received<TwistStamped>| {};
+    let _obeying: Vec<Subscription> = wheels
+        .chain(gates)
+        .map(|(topic, qos)| session.subscribe(&node, &topic, qos, obey).expect("it is allowed"))
         .collect();
     let poses: Vec<Publisher<Odometry>> = ROBOTS[..5]
         .iter()

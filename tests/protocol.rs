@@ -46,7 +46,7 @@ fn ending_of(bag: &Path) -> Ending {
 
 #[test]
 fn an_interrupted_run_closes_its_bag_and_leaves_no_process() {
-    for (name, reason) in [("INT", "interrupted"), ("TERM", "asked to terminate")] {
+    for (name, reason, code) in [("INT", "interrupted", 130), ("TERM", "asked to terminate", 143)] {
         let folder = tempfile::tempdir().unwrap();
         let mut process = start_run(folder.path(), &[]);
         let pid = process.0.id();
@@ -56,7 +56,7 @@ fn an_interrupted_run_closes_its_bag_and_leaves_no_process() {
         signal(&process, name);
         let (status, errors) = process.wait(TIMEOUT);
 
-        assert_eq!(status.code(), Some(1), "{errors}");
+        assert_eq!(status.code(), Some(code), "{errors}");
         assert!(errors.contains(&format!("run aborted: {reason}")), "{errors}");
         assert_eq!(nodes_of(pid), Vec::<u32>::new());
         let expected =

@@ -16,10 +16,11 @@ use crate::fleet::experiment;
 use crate::processes::{Process, is_starved, rsrs};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
+use rsrs_msgs::geometry_msgs::TwistStamped;
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::topics::{self, Qos};
-use rsrs_ros::session::{Publisher, Session};
+use rsrs_ros::session::{Publisher, Received, Session, Subscription};
 use rsrs_testing::network::{in_own_network, session};
 
 const N_ROBOTS: usize = 6;
@@ -74,8 +75,9 @@ fn robot(name: &str) -> Process {
     Process(command.spawn().expect("the program was built for this test"))
 }
 
-/// The distance sensors and the poses of all robots.
+/// The distance sensors, the wheels and the poses of all robots.
 struct Base {
+    _wheels: Vec<Subscription>,
     ranges: Vec<Publisher<Range>>,
     poses: Vec<(Publisher<Odometry>, Odometry)>,
 }
@@ -87,12 +89,20 @@ impl Base {
             let topic = topics::HARDWARE_RANGE.for_robot(name);
             session.publish_on(&node, &topic, Qos::best_effort(10)).expect("it is allowed")
         };
+        let wheels = |name: &String| {
+            let topic = topics::HARDWARE_CMD_VEL;
+            let obey = |_: Received<TwistStamped>| {};
+            session
+                .subscribe(&node, &topic.for_robot(name), topic.qos, obey)
+                .expect("it is allowed")
+        };
         let pose = |(robot, name): (usize, &String)| {
             let topic = topics::ODOM;
             let publisher = session.publish_on(&node, &topic.for_robot(name), topic.qos);
             (publisher.expect("it is allowed"), start_pose(robot))
         };
         Self {
+            _wheels: names.iter().map(wheels).collect(),
             ranges: names.iter().map(range).collect(),
             poses: names.iter().enumerate().map(pose).collect(),
         }

@@ -157,7 +157,9 @@ fn the_next_experiment_names_the_files_that_are_there() {
     std::fs::write(here.join("experiment.yaml"), "").expect("the folder is writable");
     let beside = compared();
 
-    let cell = "--cell speed_m_s=0.15,turn_rate_rad_s=0.75";
+    // Another folder than that of the run.
+    let cell =
+        "--cell speed_m_s=0.15,turn_rate_rad_s=0.75 --backend fleet --interface NAME -o run_2";
     let expected = format!("rsrs run EXPERIMENT.yaml --from out {cell}");
     assert_eq!(command_after(&without, "next: "), expected);
     let expected = format!("rsrs run experiment.yaml --from out {cell}");

@@ -96,7 +96,7 @@ fn a_label_names_what_poses_show_that_cannot_be_with_the_robots_and_the_cause() 
         (mirrored_places, "heading_mirrored", "headings turn one way and the way the other", 8),
         (askew, "askew", "° off the heading: is the body turned in the tracker?", 6),
         (swapped, "swapped", "robot_2 and robot_5 follow each other's commands: swapped?", 2),
-        (third_stands, "stands", "robot_3 is commanded 0.15 m/s and has moved 0.00 m in 9 s", 1),
+        (third_stands, "stands", "robot_3 is commanded 0.15 m/s and has moved 0.00 m in 12 s", 1),
     ];
     for (distortion, cause, words, least) in causes {
         let (text, label) = labelled(1, Some(distortion));

@@ -335,7 +335,7 @@ async fn interrupted_countdown() {
     let (code, _, errors) = ended(run).await;
     fleet.watch.update();
 
-    assert_eq!(code, Some(1), "{errors}");
+    assert_eq!(code, Some(130), "{errors}");
     assert!(errors.contains("run aborted: interrupted"), "{errors}");
     assert!(!fleet.watch.has_moved);
     assert!(fleet.watch.robots.iter().all(|status| status.state == RobotStatus::STOPPED));

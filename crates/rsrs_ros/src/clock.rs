@@ -1,4 +1,4 @@
-//! Time: simulated, on `/clock`, and wall-clock time.
+//! Time: simulated, on `/clock`, wall-clock time, and time since boot.
 //!
 //! ros2-client follows `/clock` with a type that no ROS 2 program publishes, so this is our own.
 
@@ -11,6 +11,7 @@ use crate::session::{
     NodeHandle, PublishError, Publisher, Received, Session, SessionError, Subscription,
 };
 
+pub use crate::boot_time::since_boot;
 pub use crate::wall_time::wall_time;
 
 /// Publishes the time to the network.

@@ -6,7 +6,7 @@
 //! * [`session`] — one participant with any number of nodes, publishers and subscriptions.
 //! * [`parameters`] — the six parameter services for many nodes, and a client for them.
 //! * [`services`] — services of any other type, and a client.
-//! * [`clock`] — simulated time on `/clock`.
+//! * [`clock`] — simulated time on `/clock`, wall-clock time, time since boot.
 //! * [`ros_args`] — `--ros-args`, parameter files, `ROS_DOMAIN_ID` and its kin.
 //! * [`confine`] and [`interfaces`] — where the packets may go.
 //! * [`security`] — which enclave of a keystore a process has.
@@ -15,6 +15,7 @@
 //!
 //! What it does not do: lifecycle nodes, actions, discovery servers, static peers.
 
+mod boot_time;
 pub mod clock;
 pub mod confine;
 pub mod interfaces;

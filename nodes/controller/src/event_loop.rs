@@ -13,7 +13,7 @@ use rsrs_msgs::rosgraph_msgs::Clock;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_msgs::topics;
-use rsrs_ros::clock::wall_time;
+use rsrs_ros::clock::{since_boot, wall_time};
 use rsrs_ros::logging::{Complaints, Level};
 use rsrs_ros::node_arguments::NodeArguments;
 use rsrs_ros::parameters::{Arming, ParameterServer, ParameterValue};
@@ -251,7 +251,8 @@ async fn run_loop(
     (server, mut e_stop): (&ParameterServer, Option<EStop>),
     events: &mut UnboundedReceiver<Input>,
 ) -> anyhow::Result<()> {
-    let start = Instant::now();
+    let start = since_boot();
+    let passed = || since_boot().saturating_sub(start);
     let holds_lease = hosted.iter().any(|controller| controller.machine.gate().is_some());
     // A lease that has run out is noticed by looking.
     let mut beat = tokio::time::interval(if holds_lease { TICK } else { HEARTBEAT_PERIOD });
@@ -269,12 +270,12 @@ async fn run_loop(
                     hosted[index].sight.receive(detection, Instant::now());
                 }
                 for (index, event) in dispatch(received, hosted, server, &mut complaints) {
-                    step(&mut hosted[index], server, event, start.elapsed()).await?;
+                    step(&mut hosted[index], server, event, passed()).await?;
                 }
             }
             _ = beat.tick() => {
                 for controller in hosted.iter_mut() {
-                    step(controller, server, Event::Tick, start.elapsed()).await?;
+                    step(controller, server, Event::Tick, passed()).await?;
                 }
             }
         }

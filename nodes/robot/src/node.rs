@@ -1,6 +1,6 @@
 //! Samples, readings and timers in; detections, statuses and wheel commands out.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::bail;
 use rsrs_controller_node::Hosting;
@@ -13,7 +13,7 @@ use rsrs_fleet::robot::{Event, Lapse, Robot, RobotOptions};
 use rsrs_fleet::timing::{TICK, command_timeout};
 use rsrs_msgs::geometry_msgs::Twist;
 use rsrs_msgs::std_msgs::Bool;
-use rsrs_ros::clock::wall_time;
+use rsrs_ros::clock::{since_boot, wall_time};
 use rsrs_ros::logging::{Complaints, Level};
 use rsrs_ros::parameters::{Arming, ParameterServer};
 use rsrs_ros::session::{NodeHandle, Session, Subscription};
@@ -95,7 +95,8 @@ struct RobotNode<D> {
     settings: Settings,
     server: ParameterServer,
     publishers: Publishers,
-    start: Instant,
+    /// Time since boot at which it began.
+    start: Duration,
     period: Duration,
     /// What the driver reports as wrong; at the start, that it has not reported yet.
     driver_fault: Option<String>,
@@ -170,7 +171,7 @@ impl<D: Driver> RobotNode<D> {
             detector: Detector::default(),
             settings: parameters::settings(&server, full_name),
             publishers: Publishers::new(session, &node, &name)?,
-            start: Instant::now(),
+            start: since_boot(),
             period: Duration::from_secs_f64(period_s),
             driver_fault: Some("the driver has not answered yet".to_owned()),
             wheel_fault: None,
@@ -222,7 +223,7 @@ impl<D: Driver> RobotNode<D> {
     }
 
     fn now(&self) -> Duration {
-        self.start.elapsed()
+        since_boot().saturating_sub(self.start)
     }
 
     async fn step_gate(&mut self, event: Event) -> anyhow::Result<()> {

@@ -74,6 +74,7 @@ pub fn plan_in(cells: &[PlannedCell], index: usize, margin: f64, wanted: f64) ->
     let mut undecided = vec![1.0];
     let (mut supported, mut violated, mut mean_runs) = (0.0, 0.0, 0.0);
     let mut by_runs: Vec<Decided> = Vec::new();
+    let mut bounds = Bounds::default();
     for runs in 1..=MOST_RUNS {
         mean_runs += undecided.iter().sum::<f64>();
         let mut after = vec![0.0; undecided.len() + 1];
@@ -83,17 +84,16 @@ pub fn plan_in(cells: &[PlannedCell], index: usize, margin: f64, wanted: f64) ->
             after[hits] += probability * (1.0 - mills);
             after[hits + 1] += probability * mills;
         }
-        for (hits, probability) in (0_u64..).zip(&mut after) {
-            if *probability < NEGLIGIBLE {
-                continue;
-            }
+        bounds.move_to(runs, |hits| {
             real[index] = plus(cell.so_far, Share { hits, n: runs });
-            match evidence.verdict(&real) {
-                Verdict::Undecided => continue,
-                Verdict::Supported => supported += *probability,
-                Verdict::Violated => violated += *probability,
+            evidence.verdict(&real)
+        });
+        for (hits, probability) in (0_u64..).zip(&mut after) {
+            if hits < bounds.n_violating {
+                violated += std::mem::take(probability);
+            } else if hits >= bounds.first_supporting {
+                supported += std::mem::take(probability);
             }
-            *probability = 0.0;
         }
         undecided = after;
         by_runs.push(Decided { runs, decided: supported + violated, supported, violated });
@@ -106,8 +106,34 @@ pub fn plan_in(cells: &[PlannedCell], index: usize, margin: f64, wanted: f64) ->
     ExperimentPlan { runs, by_runs, mean_runs }
 }
 
-/// Counts of so small a probability decide nothing.
-const NEGLIGIBLE: f64 = 1e-12;
+/// Which counts of mills decide. More of them never speak against the inequality, and one further run moves
+/// a bound by little, so that it is looked for from where it was.
+#[derive(Clone, Copy, Debug, Default)]
+struct Bounds {
+    /// So many, from none on, violate it.
+    n_violating: u64,
+    /// The first that supports it; one more than there are runs where none does.
+    first_supporting: u64,
+}
+
+impl Bounds {
+    fn move_to(&mut self, runs: u64, mut verdict: impl FnMut(u64) -> Verdict) {
+        let end = runs + 1;
+        let mut moved = |from: u64, is_before: &dyn Fn(Verdict) -> bool| {
+            let mut bound = from.min(end);
+            while bound < end && is_before(verdict(bound)) {
+                bound += 1;
+            }
+            while bound > 0 && !is_before(verdict(bound - 1)) {
+                bound -= 1;
+            }
+            bound
+        };
+        self.n_violating = moved(self.n_violating, &|verdict| verdict == Verdict::Violated);
+        self.first_supporting =
+            moved(self.first_supporting, &|verdict| verdict != Verdict::Supported);
+    }
+}
 
 fn plus(one: Share, other: Share) -> Share {
     Share { hits: one.hits + other.hits, n: one.n + other.n }

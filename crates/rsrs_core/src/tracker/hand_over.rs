@@ -26,8 +26,11 @@ struct InUse<M> {
     machine: M,
     at_ns: u64,
     pose: Pose,
-    /// Poses of another one in a row that lay elsewhere.
+    /// Poses of another one in a row that lay elsewhere, with one of this machine between any two: one
+    /// that has just ended is in no disagreement with what follows it.
     n_apart: u32,
+    /// Whether it was received since the last of these.
+    is_heard: bool,
 }
 
 /// What becomes of a pose.
@@ -64,13 +67,13 @@ impl<M: Copy + PartialEq> HandOver<M> {
     /// * `at_ns` — when it was received, on one clock for all machines.
     pub fn take(&mut self, robot: &str, machine: M, at_ns: u64, pose: Pose) -> Taken<M> {
         let Some(used) = self.in_use.get_mut(robot) else {
-            let first = InUse { machine, at_ns, pose, n_apart: 0 };
+            let first = InUse { machine, at_ns, pose, n_apart: 0, is_heard: true };
             self.in_use.insert(robot.to_owned(), first);
             return Taken::Used;
         };
         if used.machine == machine || at_ns.saturating_sub(used.at_ns) > HANDOVER_NS {
             let n_apart = if used.machine == machine { used.n_apart } else { 0 };
-            *used = InUse { machine, at_ns, pose, n_apart };
+            *used = InUse { machine, at_ns, pose, n_apart, is_heard: true };
             return Taken::Used;
         }
         let by_m = libm::hypot(pose.x_m - used.pose.x_m, pose.y_m - used.pose.y_m);
@@ -78,7 +81,9 @@ impl<M: Copy + PartialEq> HandOver<M> {
             used.n_apart = 0;
             return Taken::Spare;
         }
-        used.n_apart = used.n_apart.saturating_add(1);
+        if std::mem::take(&mut used.is_heard) {
+            used.n_apart = used.n_apart.saturating_add(1);
+        }
         if used.n_apart < MIN_APART {
             return Taken::Spare;
         }
@@ -126,5 +131,16 @@ mod tests {
 
         assert_eq!(apart[..4], [Taken::Spare; 4]);
         assert_eq!(apart[4..], [Taken::Apart { by_m: 0.31, other: 'a' }; 2]);
+    }
+
+    #[test]
+    fn a_machine_that_has_ended_is_in_no_disagreement_with_the_one_that_follows() {
+        let mut machines = HandOver::new(0.1);
+        machines.take("r", 'a', 0, at(0.0));
+
+        let next: Vec<_> =
+            (1..20).map(|step| machines.take("r", 'b', step * MS, at(2.0))).collect();
+
+        assert_eq!(next, [Taken::Spare; 19]);
     }
 }
