@@ -12,7 +12,7 @@ use crate::processes::{Process, rsrs};
 use rsrs_bags::Bag;
 use rsrs_fleet::parameters::{Value, gate};
 use rsrs_fleet::record::{ATTACHMENT, ExperimentRecord};
-use rsrs_msgs::geometry_msgs::TwistStamped;
+use rsrs_msgs::geometry_msgs::{Twist, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::rsrs::RobotStatus;
 use rsrs_msgs::sensor_msgs::Range;
@@ -63,13 +63,16 @@ async fn live(session: &Session) {
             session.publish_on(&node, &topic, Qos::best_effort(10)).expect("it is allowed")
         })
         .collect();
-    let wheels = OURS.iter().map(|robot| on(topics::HARDWARE_CMD_VEL, robot));
-    let gates = FOREIGN.iter().map(|robot| on(topics::CMD_VEL, robot));
-    let obey = |_: Received<TwistStamped>| {};
-    let _obeying: Vec<Subscription> = wheels
-        .chain(gates)
-        .map(|(topic, qos)| session.subscribe(&node, &topic, qos, obey).expect("it is allowed"))
-        .collect();
+    let wheels = OURS.iter().map(|robot| {
+        let (topic, qos) = on(topics::HARDWARE_CMD_VEL_UNSTAMPED, robot);
+        session.subscribe(&node, &topic, qos, |_: Received<Twist>| {})
+    });
+    let gates = FOREIGN.iter().map(|robot| {
+        let (topic, qos) = on(topics::CMD_VEL, robot);
+        session.subscribe(&node, &topic, qos, |_: Received<TwistStamped>| {})
+    });
+    let obeying: Result<Vec<Subscription>, _> = wheels.chain(gates).collect();
+    let _obeying = obeying.expect("it is allowed");
     let poses: Vec<Publisher<Odometry>> = ROBOTS[..5]
         .iter()
         .map(|robot| {

@@ -105,20 +105,31 @@ fn a_run_whose_simulator_dies_reports_it_and_closes_its_bag() {
 
 #[test]
 fn a_robot_that_rejects_its_parameters_is_named_and_nothing_is_recorded() {
-    let folder = tempfile::tempdir().unwrap();
+    in_own_network(
+        "protocol::a_robot_that_rejects_its_parameters_is_named_and_nothing_is_recorded",
+        slow_controllers,
+    );
+}
+
+async fn slow_controllers() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
     // By their profile the robots may be that fast; their controllers were started with less.
     let faster = [
         ("speed_m_s: 0.15", "speed_m_s: 0.6"),
         ("limits_m_s: [0.02, 0.30]", "limits_m_s: [0.02, 0.70]"),
     ];
-    let mut process = start_run(folder.path(), &faster);
+    let experiment = experiment(folder.path(), ENDLESS_S, &faster);
+    let _simulator = node("sim", &ROBOTS);
+    let _controllers = node("controller", &ROBOTS);
+    let bag = folder.path().join("bag");
+    let mut runner = start_runner(&experiment, &bag);
 
-    let (status, errors) = process.wait(TIMEOUT);
+    let (status, errors) = runner.wait(TIMEOUT);
 
     assert_eq!(status.code(), Some(1), "{errors}");
     assert!(errors.contains("robot_9: parameters not set"), "{errors}");
     assert!(errors.contains("must be between -0.3 and 0.3, found 0.6"), "{errors}");
-    assert!(!folder.path().join("bag").exists());
+    assert!(!bag.exists());
 }
 
 #[test]

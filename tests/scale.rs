@@ -16,7 +16,7 @@ use crate::fleet::experiment;
 use crate::processes::{Process, is_starved, rsrs};
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
-use rsrs_msgs::geometry_msgs::TwistStamped;
+use rsrs_msgs::geometry_msgs::Twist;
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::sensor_msgs::Range;
 use rsrs_msgs::topics::{self, Qos};
@@ -90,8 +90,8 @@ impl Base {
             session.publish_on(&node, &topic, Qos::best_effort(10)).expect("it is allowed")
         };
         let wheels = |name: &String| {
-            let topic = topics::HARDWARE_CMD_VEL;
-            let obey = |_: Received<TwistStamped>| {};
+            let topic = topics::HARDWARE_CMD_VEL_UNSTAMPED;
+            let obey = |_: Received<Twist>| {};
             session
                 .subscribe(&node, &topic.for_robot(name), topic.qos, obey)
                 .expect("it is allowed")
