@@ -391,74 +391,46 @@ fn summary(attempts: &Attempts, verb: Verb) -> String {
     }
 }
 
+/// A run that counts, with its cell and label.
+type Counted = (Cell, Admitted, Labelled);
+
 fn notes(runs: &Runs) -> Vec<String> {
-    let is_simulated =
-        |(_, run, _): &&(Cell, Admitted, Labelled)| run.record.backend == Backend::Simulator;
-    let n_simulated = runs.counted.iter().filter(is_simulated).count();
-    let mut notes = Vec::new();
-    if n_simulated > 0 {
-        notes.push(format!(
-            "in {n_simulated} of {} the simulator stood in for real robots",
-            counted(runs.counted.len() as u64, "run")
-        ));
-    }
-    let is_alone =
-        |(_, run, _): &&(Cell, Admitted, Labelled)| !run.record.controller_only.is_empty();
-    let n_alone = runs.counted.iter().filter(is_alone).count();
-    if n_alone > 0 {
-        notes.push(format!(
-            "in {n_alone} of {} the lease of some robots was their controller's only",
-            counted(runs.counted.len() as u64, "run")
-        ));
-    }
-    let is_guessed = |(_, _, labelled): &&(Cell, Admitted, Labelled)| {
+    let counted_runs = counted(runs.counted.len() as u64, "run");
+    let in_some = |holds: &dyn Fn(&Counted) -> bool, what: &str| {
+        let n = runs.counted.iter().filter(|run| holds(run)).count();
+        (n > 0).then(|| format!("in {n} of {counted_runs} {what}"))
+    };
+    let is_guessed = |(_, _, labelled): &Counted| {
         labelled.findings.iter().any(|finding| matches!(finding, Finding::Unstated { .. }))
     };
-    let n_guessed = runs.counted.iter().filter(is_guessed).count();
-    if n_guessed > 0 {
+    let mut notes: Vec<String> = [
+        in_some(
+            &|(_, run, _)| run.record.backend == Backend::Simulator,
+            "the simulator stood in for real robots",
+        ),
+        in_some(
+            &|(_, run, _)| !run.record.controller_only.is_empty(),
+            "the lease of some robots was their controller's only",
+        ),
+        in_some(
+            &is_guessed,
+            "nothing states which poses count, and there are several: `rsrs label` names those that \
+             were taken, `--poses` takes others",
+        ),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    let of_others = || runs.counted.iter().filter_map(|(_, run, _)| run.other_profile.as_ref());
+    if let Some(differ) = of_others().next() {
+        let n_others = of_others().count();
         notes.push(format!(
-            "in {n_guessed} of {} nothing states which poses count, and there are several: `rsrs label` \
-             names those that were taken, `--poses` takes others",
-            counted(runs.counted.len() as u64, "run")
+            "in {n_others} of {counted_runs} the robots are not those that were swept \
+             (`--other-profile`): {differ}"
         ));
     }
-    let of_others = runs.counted.iter().filter_map(|(_, run, _)| run.other_profile.as_ref());
-    let of_others: Vec<&ProfilesDiffer> = of_others.collect();
-    if let Some(differ) = of_others.first() {
-        let n_others = of_others.len();
-        notes.push(format!(
-            "in {n_others} of {} the robots are not those that were swept (`--other-profile`): {differ}",
-            counted(runs.counted.len() as u64, "run")
-        ));
-    }
-    for (_, run, _) in &runs.counted {
-        let lost: Vec<String> = run.lost().iter().map(ToString::to_string).collect();
-        if !lost.is_empty() {
-            notes.push(format!("{} counts, though {}", run.bag.display(), lost.join("; ")));
-        }
-    }
-    let paused = runs.counted.iter().map(|(_, run, _)| run.paused());
-    let paused: Vec<_> = paused.filter(|pauses| !pauses.is_empty()).collect();
-    if !paused.is_empty() {
-        let pauses = || paused.iter().flat_map(|pauses| pauses.iter());
-        let stood_s: f64 = pauses().map(|pause| pause.stood_s).sum();
-        notes.push(format!(
-            "in {} of {} robots stood for a moment, as leases did not reach them: {} of at most \
-             {stood_s:.1} s in all",
-            paused.len(),
-            counted(runs.counted.len() as u64, "run"),
-            counted(pauses().count() as u64, "pause"),
-        ));
-    }
-    for (_, _, labelled) in &runs.counted {
-        let bag = labelled.bag.display();
-        notes.extend(misplaced(&labelled.misplaced).map(|text| format!("{bag} {text}")));
-        let found: Vec<&str> =
-            labelled.implausible.iter().map(|found| found.text.as_str()).collect();
-        if !found.is_empty() {
-            notes.push(format!("{bag} counts, though {}", found.join("; ")));
-        }
-    }
+    notes.extend(pauses(runs));
+    notes.extend(runs.counted.iter().flat_map(of_one_run));
     for cause in Cause::ALL {
         let n = runs.left_out.iter().filter(|run| run.not_counted.cause == cause).count();
         if let (1.., Some(option)) = (n, cause.option()) {
@@ -466,6 +438,35 @@ fn notes(runs: &Runs) -> Vec<String> {
         }
     }
     notes
+}
+
+/// That robots stood for a moment.
+fn pauses(runs: &Runs) -> Option<String> {
+    let of_run = runs.counted.iter().map(|(_, run, _)| run.paused());
+    let paused: Vec<_> = of_run.filter(|pauses| !pauses.is_empty()).collect();
+    let pauses = || paused.iter().flat_map(|pauses| pauses.iter());
+    let stood_s: f64 = pauses().map(|pause| pause.stood_s).sum();
+    (!paused.is_empty()).then(|| {
+        format!(
+            "in {} of {} robots stood for a moment, as leases did not reach them: {} of at most \
+             {stood_s:.1} s in all",
+            paused.len(),
+            counted(runs.counted.len() as u64, "run"),
+            counted(pauses().count() as u64, "pause"),
+        )
+    })
+}
+
+/// What is to be known of a run that counts.
+fn of_one_run((_, run, labelled): &Counted) -> Vec<String> {
+    let bag = labelled.bag.display();
+    let counts_though = |found: Vec<String>| {
+        (!found.is_empty()).then(|| format!("{bag} counts, though {}", found.join("; ")))
+    };
+    let lost = counts_though(run.lost().iter().map(ToString::to_string).collect());
+    let start = misplaced(&labelled.misplaced).map(|text| format!("{bag} {text}"));
+    let implausible = labelled.implausible.iter().map(|found| found.text.clone());
+    [lost, start, counts_though(implausible.collect())].into_iter().flatten().collect()
 }
 
 /// That robots did not start where the record of their run places them, which belongs to the experiment.

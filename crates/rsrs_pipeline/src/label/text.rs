@@ -10,29 +10,7 @@ use super::{LOOK_AGAIN, Labelled, RunPart};
 /// The label, and below it what else is to be known of it.
 impl fmt::Display for Labelled {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "{}: {}", self.bag.display(), self.phase)?;
-        if let (Some(evidence), Some(n_robots), Some(duration_s)) =
-            (&self.evidence, self.n_robots, self.duration_s)
-        {
-            let lost = match evidence.lost {
-                Some(lost) => format!("lost {lost:.2}"),
-                None => "lost unknown without the robots' reach".to_owned(),
-            };
-            let asks_for_clusters = self.phase.behaviour().rules().ask_for(Parameter::Clustered);
-            let clustered = evidence.clustered.filter(|_| asks_for_clusters);
-            let clustered = clustered.map(|share| format!(", clustered {share:.2}"));
-            let last = lost + &clustered.unwrap_or_default();
-            write!(
-                out,
-                " ({n_robots} robots, {duration_s:.0} s; rotation {:.2}, orbit {:.2}, circliness \
-                 {:.2} of {:.2}, blocked {:.2}, {last})",
-                evidence.rotation,
-                evidence.orbit,
-                evidence.circliness,
-                evidence.circliness_ceiling,
-                evidence.blocked
-            )?;
-        }
+        self.write_phase(out)?;
         for sentence in &self.why {
             write!(out, "\n  why: {sentence}")?;
         }
@@ -83,6 +61,36 @@ impl fmt::Display for Labelled {
             Some(damage) => write!(out, "\n  {damage}"),
             None => Ok(()),
         }
+    }
+}
+
+impl Labelled {
+    /// The phase, and what it rests on.
+    fn write_phase(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{}: {}", self.bag.display(), self.phase)?;
+        if let (Some(evidence), Some(n_robots), Some(duration_s)) =
+            (&self.evidence, self.n_robots, self.duration_s)
+        {
+            let lost = match evidence.lost {
+                Some(lost) => format!("lost {lost:.2}"),
+                None => "lost unknown without the robots' reach".to_owned(),
+            };
+            let asks_for_clusters = self.phase.behaviour().rules().ask_for(Parameter::Clustered);
+            let clustered = evidence.clustered.filter(|_| asks_for_clusters);
+            let clustered = clustered.map(|share| format!(", clustered {share:.2}"));
+            let last = lost + &clustered.unwrap_or_default();
+            write!(
+                out,
+                " ({n_robots} robots, {duration_s:.0} s; rotation {:.2}, orbit {:.2}, circliness \
+                 {:.2} of {:.2}, blocked {:.2}, {last})",
+                evidence.rotation,
+                evidence.orbit,
+                evidence.circliness,
+                evidence.circliness_ceiling,
+                evidence.blocked
+            )?;
+        }
+        Ok(())
     }
 }
 
