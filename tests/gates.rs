@@ -113,21 +113,21 @@ async fn live(session: &Session) {
 }
 
 /// Runs the experiment while the bases live, and returns what it printed.
-async fn run(folder: &Path, n_robots: usize, bag: &Path) -> String {
+async fn run(experiment: &Path, bag: &Path) -> String {
     let mut command = rsrs();
     command.args(["run", "--backend", "fleet", "--interface", "127.0.0.1"]);
-    command.arg(files(folder, n_robots)).arg("-o").arg(bag);
+    command.arg(experiment).arg("-o").arg(bag);
     let mut process = Process::start(&mut command);
     let waiting = tokio::task::spawn_blocking(move || process.wait(TIMEOUT));
     waiting.await.expect("waiting does not panic").1
 }
 
 async fn play(folder: &Path, session: &Session) {
-    files(folder, 3);
+    let of_three = files(folder, 3);
     let _sound = OURS[..2].iter().map(|robot| our_robot(folder, robot, &[])).collect::<Vec<_>>();
     let stale = our_robot(folder, OURS[2], &["-p", "detection_threshold:=0.6"]);
 
-    let refused = run(folder, 3, &folder.join("refused")).await;
+    let refused = run(&of_three, &folder.join("refused")).await;
 
     assert!(
         refused
@@ -137,13 +137,14 @@ async fn play(folder: &Path, session: &Session) {
     assert!(!folder.join("refused").exists(), "no bag is opened:\n{refused}");
     drop(stale);
 
+    let of_five = files(folder, 5);
     let _mended = our_robot(folder, OURS[2], &["-p", "debounce:=3"]);
     let foreign = session.node(&format!("/{}", FOREIGN[0]), "robot").expect("it is allowed");
     let _server = ParameterServer::without_parameters(session, &foreign).expect("it is allowed");
     let _controllers = node(&["controller", "--robots", &FOREIGN.join(",")]);
     let bag = folder.join("with_foreign");
 
-    let printed = run(folder, 5, &bag).await;
+    let printed = run(&of_five, &bag).await;
 
     assert!(
         printed.contains("settings of the gates of robot_4, robot_5 are not known"),

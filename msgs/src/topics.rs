@@ -115,9 +115,11 @@ pub const NAMED_POSES: Topic =
 pub const POSE_ARRAY: Topic = topic::<geometry_msgs::PoseArray>("/poses", Qos::best_effort(10));
 /// The raw range reading behind a detection, when the driver has it.
 pub const RANGE: Topic = topic::<sensor_msgs::Range>("range", Qos::best_effort(10));
-/// What a tracked real robot would see of virtual ones, from the simulator.
+/// What a tracked real robot would see of virtual ones, from the simulator, and what a robot of the simulator
+/// senses. The newest counts: behind a link that loses packets a reliable topic would hold it back until
+/// the lost ones were sent again.
 pub const VIRTUAL_DETECTION: Topic =
-    topic::<std_msgs::Bool>("virtual_detection", Qos::reliable(10));
+    topic::<std_msgs::Bool>("virtual_detection", Qos::best_effort(10));
 /// What the gate of a robot lets through to a base driver of another package, which has a watchdog of
 /// its own: only the newest counts.
 pub const HARDWARE_CMD_VEL: Topic =

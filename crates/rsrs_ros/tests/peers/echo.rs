@@ -39,9 +39,12 @@ struct Plan {
 impl Plan {
     fn new(topic: &Topic, index: usize) -> Self {
         let Qos { reliability, durability, depth } = topic.qos;
+        // Some topics share a name, with two types: each has a robot of its own here, or another name.
+        let is_shared = topics::ALL.iter().filter(|other| other.name == topic.name).count() > 1;
+        let name = topic.for_robot(&format!("robot_{index}"));
+        let is_absolute = topic.name.starts_with('/');
         Self {
-            // Two topics share a name, with two types: each has a robot of its own here.
-            name: topic.for_robot(&format!("robot_{index}")),
+            name: if is_shared && is_absolute { format!("{name}_{index}") } else { name },
             type_name: topic.type_name,
             schema: schema::schema_text(topic.type_name).expect("every topic's type has a schema"),
             reliable: reliability == Reliability::Reliable,

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::micro::{self, Micro, Socket};
 use super::rest_of_fleet::{DIGEST, Node, Runner};
+use rsrs_fleet::timing::RESUME_TIMEOUT;
 use rsrs_msgs::rsrs::{RobotStatus, RunLease};
 use rsrs_ros::session::{NodeHandle, Session};
 use rsrs_testing::network::{eventually, in_own_network, session};
@@ -179,9 +180,9 @@ fn an_e_stop_latches_until_a_newer_epoch_arms() {
 }
 
 #[test]
-fn a_silent_runner_and_another_digest_stop_the_wheels_for_good() {
+fn a_runner_that_falls_silent_stops_the_wheels_and_may_let_them_go_on_within_a_second() {
     in_own_network(
-        "safety::a_silent_runner_and_another_digest_stop_the_wheels_for_good",
+        "safety::a_runner_that_falls_silent_stops_the_wheels_and_may_let_them_go_on_within_a_second",
         async || {
             let scene = Scene::commanded(&[]).await;
 
@@ -190,18 +191,30 @@ fn a_silent_runner_and_another_digest_stop_the_wheels_for_good() {
             let stood = scene.wheels_stand().await;
             assert_within(silent, stood, 500);
             scene.runner.messages().lease = Some((1, RunLease::RUNNING));
+            scene.wheels_turn().await;
+
+            scene.runner.messages().lease = None;
+            scene.wheels_stand().await;
+            tokio::time::sleep(RESUME_TIMEOUT + WATCH).await;
+            scene.runner.messages().lease = Some((1, RunLease::RUNNING));
             scene.still().await;
             assert_eq!(scene.runner.messages().status.stop_reason, "lease ran out");
-
-            scene.runner.run_epoch(2).await;
-            scene.wheels_turn().await;
-            scene.runner.messages().foreign_controller = Some(DIGEST + 1);
-            scene.wheels_stand().await;
-            scene.runner.messages().foreign_controller = Some(DIGEST);
-            scene.still().await;
             scene.end().await;
         },
     );
+}
+
+#[test]
+fn another_digest_stops_the_wheels_for_good() {
+    in_own_network("safety::another_digest_stops_the_wheels_for_good", async || {
+        let scene = Scene::commanded(&[]).await;
+
+        scene.runner.messages().foreign_controller = Some(DIGEST + 1);
+        scene.wheels_stand().await;
+        scene.runner.messages().foreign_controller = Some(DIGEST);
+        scene.still().await;
+        scene.end().await;
+    });
 }
 
 #[test]
