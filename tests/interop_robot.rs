@@ -9,7 +9,7 @@ use crate::processes::{Process, rsrs};
 use crate::recorded::messages;
 use rsrs_bags::Bag;
 use rsrs_fleet::record::{ENDING, Ending, EndingKind};
-use rsrs_msgs::geometry_msgs::{Point, TwistStamped};
+use rsrs_msgs::geometry_msgs::{Point, PoseStamped, TwistStamped};
 use rsrs_msgs::nav_msgs::Odometry;
 use rsrs_msgs::std_msgs::Bool;
 use rsrs_testing::network::in_own_network;
@@ -222,6 +222,7 @@ const KINDS: [(&str, &str, &str); 8] = [
 /// # Arguments
 ///
 /// * `bases` — what the robots really are; the fleet file and the controllers are those of [`KINDS`].
+/// * `pose` — by which of their topics the fleet file takes where they are.
 ///
 /// # Returns
 ///
@@ -229,8 +230,9 @@ const KINDS: [(&str, &str, &str); 8] = [
 fn run_of_bases(
     python: &Path,
     folder: &Path,
-    bases: &[(&str, &str, &str)],
+    (bases, pose): (&[(&str, &str, &str)], &str),
 ) -> (Option<i32>, String, PathBuf) {
+    let (poses, tracked) = (format!("pose: {pose}"), if pose == "pose" { ":tracked" } else { "" });
     let lines: Vec<(String, String)> = KINDS
         .iter()
         .zip(ROBOTS)
@@ -244,6 +246,7 @@ fn run_of_bases(
         ("time: lockstep", "time: real_time"),
         ("driver: {kind: virtual}", "driver: {kind: ros}"),
         ("robot_9: {enabled: true", "robot_9: {enabled: false"),
+        ("pose: odom", poses.as_str()),
     ];
     changes.extend(lines.iter().map(|(from, to)| (from.as_str(), to.as_str())));
     let experiment = experiment(folder, RUN_S, &changes);
@@ -255,7 +258,7 @@ fn run_of_bases(
     }
     robots.arg(repository().join("tests/interop/robots.py"));
     robots.args(bases.iter().zip(ROBOTS).map(|((commands, subscribes, publishes), robot)| {
-        format!("{robot}:{commands}:{subscribes}:{publishes}")
+        format!("{robot}:{commands}:{subscribes}:{publishes}{tracked}")
     }));
     robots.env("ROS_DOMAIN_ID", "42").env("ROS_LOG_DIR", folder.join("logs")).stdout(Stdio::null());
     let _robots = Process(robots.spawn().expect("the interpreter is there"));
@@ -278,7 +281,7 @@ fn rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_na
         rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_named";
     in_own_network(name, async || {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let (code, printed, bag) = run_of_bases(&python, folder.path(), &KINDS);
+        let (code, printed, bag) = run_of_bases(&python, folder.path(), (&KINDS, "odom"));
         assert_eq!(code, Some(0), "{printed}");
         let bag = Bag::open(&bag).expect("the run was recorded");
         let at_least = RUN_S * 6;
@@ -298,7 +301,7 @@ fn rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_na
         let mut bases = KINDS;
         bases[0].1 = "kept";
         bases[5].0 = "twist";
-        let (code, printed, _) = run_of_bases(&python, folder.path(), &bases);
+        let (code, printed, _) = run_of_bases(&python, folder.path(), (&bases, "odom"));
         assert_eq!(code, Some(1), "{printed}");
         for named in [
             "/robot_1/cmd_vel: /robot_1/base subscribes transient local, and /robot_1/controller \
@@ -310,5 +313,33 @@ fn rclpy_robots_of_every_sensible_quality_take_part_and_those_that_cannot_are_na
             assert!(printed.contains(named), "{printed}");
         }
         assert!(!printed.contains("/robot_2"), "{printed}");
+    });
+}
+
+#[test]
+fn rclpy_robots_with_odometry_and_a_tracker_are_judged_by_the_poses_of_the_fleet_file() {
+    let python = python();
+    let name = "interop_robot::\
+        rclpy_robots_with_odometry_and_a_tracker_are_judged_by_the_poses_of_the_fleet_file";
+    in_own_network(name, async || {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let (code, printed, bag) = run_of_bases(&python, folder.path(), (&KINDS, "pose"));
+        assert_eq!(code, Some(0), "{printed}");
+        let bag_path = bag.display().to_string();
+        let label = |more: &[&str]| {
+            let output = rsrs().arg("label").arg(&bag_path).args(more).output();
+            String::from_utf8_lossy(&output.expect("the program was built").stderr).into_owned()
+        };
+
+        // Such a run is too short for a label, which is looked at after the poses.
+        let (by_record, by_odometry) = (label(&[]), label(&["--poses", "odom"]));
+
+        let bag = Bag::open(&bag).expect("the run was recorded");
+        for robot in &ROBOTS[..KINDS.len()] {
+            assert!(messages::<Odometry>(&bag, robot, "odom").len() > 20, "both are recorded");
+            assert!(messages::<PoseStamped>(&bag, robot, "pose").len() > 20, "both are recorded");
+        }
+        assert!(by_record.contains("expected at least 60"), "{by_record}");
+        assert!(by_odometry.contains("start on one spot"), "{by_odometry}");
     });
 }

@@ -1,9 +1,10 @@
 """Plain rclpy robots in one process, each with another quality of service; see interop_robot.rs.
 
-    python robots.py NAME:COMMANDS:SUBSCRIBES:PUBLISHES ...
+    python robots.py NAME:COMMANDS:SUBSCRIBES:PUBLISHES[:tracked] ...
 
-COMMANDS is twist or twist_stamped, the other two are a quality of service below. Each robot publishes
-`detection` and `odom`, and obeys `cmd_vel`.
+COMMANDS is twist or twist_stamped, the next two are a quality of service below. Each robot publishes
+`detection` and `odom`, and obeys `cmd_vel`. Of one that is tracked, `pose` has its place on the floor as
+well, and its odometry starts at 0, 0.
 """
 
 import math
@@ -11,7 +12,7 @@ import sys
 import time
 
 import rclpy
-from geometry_msgs.msg import Twist, TwistStamped
+from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -28,9 +29,11 @@ QUALITIES = {
 
 
 class Robot(Node):
-    def __init__(self, index, name, commands, subscribes, publishes):
+    def __init__(self, index, name, commands, subscribes, publishes, tracked=None):
         super().__init__("base", namespace=name)
         self.x, self.y, self.heading = float(index), 0.0, 0.0
+        self.origin = self.x if tracked else 0.0
+        self.pose = self.create_publisher(PoseStamped, "pose", 10) if tracked else None
         self.twist, self.commanded_s = Twist(), 0.0
         if commands == "twist":
             self.create_subscription(Twist, "cmd_vel", self.obey, QUALITIES[subscribes])
@@ -54,9 +57,14 @@ class Robot(Node):
         odometry.header.stamp = self.get_clock().now().to_msg()
         odometry.header.frame_id = "map"
         position, turned = odometry.pose.pose.position, odometry.pose.pose.orientation
-        position.x, position.y = self.x, self.y
+        position.x, position.y = self.x - self.origin, self.y
         turned.z, turned.w = math.sin(self.heading / 2), math.cos(self.heading / 2)
         self.odom.publish(odometry)
+        if self.pose:
+            pose = PoseStamped(header=odometry.header)
+            pose.pose.position.x, pose.pose.position.y = self.x, self.y
+            pose.pose.orientation = turned
+            self.pose.publish(pose)
 
 
 rclpy.init()
